@@ -1,0 +1,48 @@
+# How every target of ours is made: warnings are errors, flags sit on targets.
+
+add_library(pleinair_flags INTERFACE)
+target_compile_options(pleinair_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor
+  -Woverloaded-virtual -Werror)
+if(PLEINAIR_SANITIZE)
+  target_compile_options(pleinair_flags INTERFACE
+    -fsanitize=${PLEINAIR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(pleinair_flags INTERFACE -fsanitize=${PLEINAIR_SANITIZE})
+endif()
+
+# pleinair_add_library(<folder> SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
+# PUBLIC are libraries that appear in the folder's headers.
+function(pleinair_add_library folder)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(pleinair_${folder} STATIC ${ARG_SOURCES})
+  add_library(pleinair::${folder} ALIAS pleinair_${folder})
+  set_target_properties(pleinair_${folder} PROPERTIES EXPORT_NAME ${folder})
+  target_compile_features(pleinair_${folder} PUBLIC cxx_std_20)
+  target_include_directories(pleinair_${folder} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/pleinair>)
+  target_link_libraries(pleinair_${folder}
+    PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:pleinair_flags>)
+  set_property(GLOBAL APPEND PROPERTY PLEINAIR_LIBRARIES pleinair_${folder})
+endfunction()
+
+# pleinair_add_test(<folder> SOURCES ... [LIBS ...]): one test program a folder, tests/<folder>/.
+function(pleinair_add_test folder)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(pleinair_${folder}_tests ${ARG_SOURCES})
+  target_link_libraries(pleinair_${folder}_tests PRIVATE
+    ${ARG_LIBS} GTest::gmock GTest::gtest_main pleinair_flags)
+  # Where the recordings and reference data stand, when they are there; tests skip when they aren't.
+  target_compile_definitions(pleinair_${folder}_tests PRIVATE
+    PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(pleinair_${folder}_tests DISCOVERY_MODE PRE_TEST
+    PROPERTIES LABELS ${folder} TIMEOUT 300)
+endfunction()
+
+# pleinair_add_bench(<name> SOURCES ... [LIBS ...])
+function(pleinair_add_bench name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(pleinair_${name} ${ARG_SOURCES})
+  target_link_libraries(pleinair_${name} PRIVATE ${ARG_LIBS} benchmark::benchmark pleinair_flags)
+  target_compile_definitions(pleinair_${name} PRIVATE
+    PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+endfunction()

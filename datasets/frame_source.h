@@ -1,0 +1,59 @@
+// Frames, wherever they come from: recordings now, cameras later.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "datasets/sequence.h"
+#include "scene/camera.h"
+#include "scene/image.h"
+#include "scene/utc_time.h"
+
+namespace pleinair {
+
+struct Frame {
+  int index = 0;  // 0-based, into the sequence's frames.
+  UtcTime time{};
+  Camera camera;
+  std::optional<glm::dvec3>
+      sun_direction_enu;  // Where the source knows better than place and time.
+
+  // Scene-linear. Relative units where the exposure is unknown. A linear frame's defects are kept.
+  RgbImage radiance;
+  // 1 where a channel is clipped, at the noise floor or not finite: not to be measured from.
+  Gray8Image unusable;
+  Gray8Image clipped;  // 1 where a channel is clipped: its true value is at least that.
+  // The camera's own code values, where the frame came as 8 bit: what stays untouched in the
+  // output.
+  std::optional<Rgb8Image> codes;
+  std::optional<double> exposure;  // Radiance to [0, 1]; see sequence_format.
+  std::vector<SamplePolygon> sample_polygons;
+};
+
+struct FrameError {
+  int index = 0;
+  UtcTime time{};
+  std::string reason;  // One line: file, and what was expected.
+};
+
+// Frames in order; a bad one is an error in its place and the next call goes on.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  // None at the end.
+  virtual std::optional<tl::expected<Frame, FrameError>> Next() = 0;
+  // Frames that Next() will give in all; none where that is not known (a camera).
+  virtual std::optional<int> Count() const = 0;
+};
+
+enum class FrameKind { kLinear, kLdr };
+
+// Plays a recorded sequence. `preferred` decides where a frame has both kinds; a frame with one
+// kind plays that one. The sequence is copied.
+std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence, FrameKind preferred);
+
+}  // namespace pleinair

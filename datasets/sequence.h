@@ -1,0 +1,103 @@
+// The sequence format, version 1: a folder with sequence.json, frames, mesh and environment.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/camera.h"
+#include "scene/utc_time.h"
+#include "sunmodel/site.h"
+
+namespace pleinair {
+
+struct SamplePolygon {
+  enum class Sun { kLit, kShaded, kGrazing };
+  std::string material;
+  std::string group;
+  Sun sun = Sun::kLit;  // As judged by eye: a check, not an input.
+  std::vector<glm::dvec2> polygon_px;
+};
+
+// Paths are relative to Sequence::folder.
+struct FrameEntry {
+  std::optional<std::filesystem::path> image;
+  std::optional<std::filesystem::path> image_ldr;
+  std::optional<std::filesystem::path> fisheye;
+  UtcTime time{};
+  std::optional<double> exposure;  // Linear factor from radiance to the 8-bit camera's [0, 1].
+  std::optional<double> exposure_s;
+  std::optional<double> iso;
+  std::optional<double> f_number;
+  std::optional<glm::dmat4> camera_from_world;
+  std::optional<glm::dvec3> sun_direction_enu;
+  std::vector<SamplePolygon> sample_polygons;
+};
+
+struct EnvironmentEntry {
+  std::filesystem::path image;
+  glm::dvec3 position_m{0.0};
+  UtcTime time{};
+  std::optional<glm::dvec3> sun_direction_enu;
+};
+
+struct FisheyeEntry {
+  std::string model;  // equidistant, equisolid, stereographic, opencv
+  double fov_deg = 180.0;
+  int width_px = 0;
+  int height_px = 0;
+  std::string up;
+  std::string image_up;
+  std::string image_right;
+  std::optional<glm::dvec3> position_m;
+  std::optional<std::filesystem::path> calibration;
+};
+
+struct WindowEntry {
+  std::string name;
+  std::vector<glm::dvec3> polygon_world_m;
+};
+
+struct VirtualObjectEntry {
+  std::filesystem::path mesh;
+  glm::dmat4 world_from_object{1.0};
+};
+
+struct Sequence {
+  std::filesystem::path folder;
+  std::string name;
+  std::optional<Site> site;
+  CameraIntrinsics intrinsics;
+  std::optional<glm::dmat4> camera_from_world;  // A frame's own wins.
+  std::string response_ldr = "srgb8";           // Or the path of a response file.
+  std::filesystem::path scene_mesh;
+  bool albedos_known = false;
+  bool albedos_assumed = false;
+  std::vector<WindowEntry> windows;
+  std::vector<std::string> diffuse_regions;  // Groups or materials; empty means all.
+  std::optional<std::filesystem::path> diffuse_mask;
+  std::optional<EnvironmentEntry> environment;
+  std::optional<FisheyeEntry> fisheye;
+  std::vector<VirtualObjectEntry> virtual_objects;
+  std::vector<FrameEntry> frames;
+
+  Camera CameraOfFrame(std::size_t frame) const;
+};
+
+// Reads and checks `folder`/sequence.json: every key, type and range, every referenced file's
+// presence except the frames' (a missing frame is that frame's failure, not the sequence's).
+//
+// Throws  std::runtime_error, one line with file, key and what was expected. Nothing outside the
+//         folder is read: a path that leaves it (symbolic links included) is refused.
+Sequence ReadSequence(const std::filesystem::path& folder);
+
+// Writes sequence.json so that ReadSequence gives the same back. The referenced files are the
+// caller's. Throws std::runtime_error naming the file.
+void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder);
+
+}  // namespace pleinair

@@ -1,0 +1,64 @@
+// The irradiance volume for the current light, by either of two routes that give the same probes.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/environment.h"
+#include "relight/probe_operator.h"
+#include "scene/lighting.h"
+#include "scene/spherical_harmonics.h"
+
+namespace pleinair {
+
+// Incident radiance on a grid, sun's disc excluded, as SH coefficients.
+struct IrradianceVolume {
+  ProbeGrid grid;
+  std::vector<ShRgb> probes;        // ProbeCount() entries.
+  std::vector<std::uint8_t> valid;  // 0: in a wall; not interpolated from.
+
+  // Irradiance at a point on a surface with unit `normal`: trilinear over the valid probes around
+  // it, the nearest valid one where none is. Points outside the grid take its border's value.
+  glm::vec3 Irradiance(const glm::vec3& position_m, const glm::vec3& normal) const;
+};
+
+// Irradiance for each of many points; the same as one by one.
+void IrradianceAt(const IrradianceVolume& volume,
+                  std::span<const glm::vec3> positions_m,
+                  std::span<const glm::vec3> normals,
+                  std::span<glm::vec3> irradiance);
+
+// Per basis light (sun first, then the sky shapes): what a unit of it makes of map, faces and sky.
+// Sky shapes are the transport's, in its order.
+struct BasisLights {
+  std::vector<EnvironmentBasis> environment;  // Empty images without a survey.
+  std::vector<std::vector<glm::vec3>> face_radiosity;
+  std::vector<std::vector<glm::vec3>> sky_radiance;  // At ProbeOperator::SkyDirections().
+};
+
+// The map route: the synthesised map (and faces, sky) pushed through the operator.
+IrradianceVolume VolumeFromEnvironment(const ProbeOperator& probes,
+                                       const BasisLights& basis,
+                                       const RgbImage& environment,
+                                       const Lighting& lighting);
+
+// The fast route: operator and basis folded once per sun direction, so that a frame costs
+// (1 + shapes) x 9 x 3 multiplications a probe.
+class FoldedVolume {
+ public:
+  FoldedVolume() = default;
+  FoldedVolume(const ProbeOperator& probes, const BasisLights& basis);
+  // Refolds the sun's part alone.
+  void UpdateSun(const ProbeOperator& probes, const BasisLights& basis);
+  // Writes into `volume`, which keeps its memory from frame to frame.
+  void Combine(const Lighting& lighting, IrradianceVolume& volume) const;
+
+ private:
+  ProbeGrid grid_;
+  std::vector<std::uint8_t> valid_;
+  std::vector<std::vector<ShRgb>> probes_of_basis_;  // [basis light][probe], RGB response.
+};
+
+}  // namespace pleinair

@@ -1,0 +1,43 @@
+// The site's mesh cut into small patches: what light is carried between.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/mesh.h"
+#include "scene/ray_caster.h"
+
+namespace pleinair {
+
+struct PatchOptions {
+  glm::dvec3 focus_m{0.0};     // Where light is asked for: patches are finest there.
+  double patch_size_m = 0.5;   // Longest edge near the focus.
+  double growth_per_m = 0.08;  // Longest edge grows by this for each metre from the focus.
+  bool extend_ground = true;   // To the horizon, with the ground's mean albedo, where it ends near.
+  void Validate() const;
+};
+
+// Each triangle of `mesh` is a patch with two faces: 2 i is the side its winding's normal points
+// to, 2 i + 1 the other. Triangles are cut along their edges only, so that neighbours stay joined.
+struct PatchScene {
+  static constexpr std::int32_t kSky = -1;
+
+  Mesh mesh;                                   // The cut mesh; groups and materials of the source.
+  std::vector<glm::vec3> face_albedo_rgb;      // Per face.
+  std::vector<std::uint32_t> source_triangle;  // Per patch: triangle of the source mesh; the
+                                               // extension's patches have kExtension.
+  static constexpr std::uint32_t kExtension = 0xffffffffu;
+  bool ground_extended = false;
+  RayCaster caster{Mesh{}};
+
+  std::size_t FaceCount() const { return 2 * mesh.triangles.size(); }
+  // The face that a ray along `direction` meets on `hit`.
+  static std::int32_t FaceOfHit(const RayHit& hit, const glm::vec3& direction);
+};
+
+// Face albedos start as the materials' diffuse albedo.
+PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options);
+
+}  // namespace pleinair

@@ -1,0 +1,75 @@
+// The offline part of relighting as one whole: made once per site, stored, loaded in a blink.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "relight/probe_operator.h"
+#include "relight/survey.h"
+#include "relight/transport.h"
+
+namespace pleinair {
+
+// Where prepared parts are kept, by content key. An implementation may keep nothing.
+class BlobStore {
+ public:
+  virtual ~BlobStore() = default;
+  virtual std::optional<std::string> Load(std::string_view key) = 0;
+  // Whole or not at all; a failure to keep is not an error of the caller's work.
+  virtual void Save(std::string_view key, std::string_view bytes) = 0;
+};
+
+// What was measured on the site.
+struct SiteModel {
+  Mesh mesh;
+  // Survey map, absent where a site has only its mesh and given albedos.
+  struct EnvironmentMap {
+    RgbImage radiance;  // Repaired (see RepairRadiance).
+    glm::dvec3 position_m{0.0};
+    glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
+    double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
+    // Clear-sky beam over horizontal diffuse at that time, per channel, for a map with a clipped
+    // disc.
+    glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
+  };
+  std::optional<EnvironmentMap> environment;
+  std::vector<std::string> diffuse_regions;  // Groups or materials; empty means all.
+  std::optional<Gray8Image> diffuse_mask;    // Over the map; 255 = may be sampled.
+};
+
+struct PrepareOptions {
+  int bounces = kAllBounces;
+  GatherOptions gather;
+  PatchOptions patches;  // focus_m is set by PrepareScene to the middle of the probe box.
+  ProbeOptions probes;
+  BoundingBox probe_box;  // Where virtual objects stand.
+  glm::ivec3 probe_counts{8};
+  std::uint64_t seed = 1;
+};
+
+// Stage name and share done in [0, 1].
+using Progress = std::function<void(std::string_view stage, double share)>;
+
+struct PreparedScene {
+  PrepareOptions options;
+  PatchScene patches;  // Albedos as the survey found them.
+  PatchTransport transport;
+  std::optional<Survey> survey;
+  ProbeOperator probes;
+  std::vector<std::string> notes;  // For the report: ground extended, disc clipped, ...
+  bool from_store = false;         // Every stage was loaded, none computed.
+};
+
+// Works out, or loads from `store`, the stages: patches and their rays; survey light and albedo
+// (interreflection iterated to convergence); probe operator. Each stage is saved when done, so that
+// an interrupted preparation goes on where it stopped.
+//
+// Throws  std::invalid_argument for options or data that make no sense, naming the field.
+PreparedScene PrepareScene(const SiteModel& site,
+                           const PrepareOptions& options,
+                           BlobStore& store,
+                           const Progress& progress);
+
+}  // namespace pleinair

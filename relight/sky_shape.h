@@ -1,0 +1,29 @@
+// Fixed functions of direction that a sky's light is a mix of.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <glm/vec3.hpp>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// Radiance over the upper hemisphere, scaled per channel so that an unoccluded horizontal plane
+// gets irradiance 1. Immutable, safe from any thread.
+class SkyShape {
+ public:
+  virtual ~SkyShape() = default;
+  virtual std::string Name() const = 0;  // As in lighting.jsonl's sky_shape.
+  // Zero below the horizon. `direction_enu` is unit.
+  virtual glm::vec3 Radiance(const glm::vec3& direction_enu) const = 0;
+};
+
+std::shared_ptr<const SkyShape> MakeUniformSkyShape();
+
+// The shape of a lat-long sky image (any size, without the disc). A channel that is black all over
+// falls back to no light. Throws std::invalid_argument for an image with defects.
+std::shared_ptr<const SkyShape> MakeImageSkyShape(std::string name, const RgbImage& sky_radiance);
+
+}  // namespace pleinair

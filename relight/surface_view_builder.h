@@ -1,0 +1,54 @@
+// Makes and keeps up to date the SurfaceView of a camera.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "relight/prepared_scene.h"
+#include "relight/sky_shape.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+struct SurfaceViewOptions {
+  // Response to sky and bounces is gathered at one receiver in a block of this side and blended
+  // over pixels of the same plane. 1 is exact: every pixel gathers.
+  int receiver_block_px = 4;
+  int sun_disc_samples = 16;
+};
+
+// Where in a picture the estimate may sample, beside the survey's own regions.
+struct SampleRegionPolygon {
+  std::string group;
+  std::vector<glm::dvec2> polygon_px;
+};
+
+class SurfaceViewBuilder {
+ public:
+  // Keeps references to `scene` and the shapes.
+  SurfaceViewBuilder(const PreparedScene& scene,
+                     std::vector<std::shared_ptr<const SkyShape>> sky_shapes,
+                     const SurfaceViewOptions& options);
+  ~SurfaceViewBuilder();
+
+  // The view of `camera` under a sun at `sun_direction_enu`: kept from the last call where the
+  // arguments are the same, rebuilt in parts otherwise. A pure function of its arguments; callers
+  // who want to save time snap the sun to steps of time. `polygons`, when not empty, limit
+  // may_be_sampled to their insides.
+  const SurfaceView& Update(const Camera& camera,
+                            const glm::dvec3& sun_direction_enu,
+                            double sun_angular_radius_rad,
+                            std::span<const SampleRegionPolygon> polygons);
+
+  // Radiosity of the faces for the unit sun that the last Update stands for; and for sky shape k.
+  const FaceLight& SunFaces() const;
+  const FaceLight& SkyFaces(std::size_t k) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,85 @@
+// Virtual objects into the camera's picture: the differential composite.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/camera.h"
+#include "scene/image.h"
+#include "scene/lighting.h"
+#include "scene/mesh.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+// What is drawn of the light; each can be switched for comparison.
+struct CompositeEffects {
+  bool sun_shading = true;    // Phong under the sun on virtual objects.
+  bool sun_shadow = true;     // Real on virtual, virtual on real, and each on itself.
+  bool probe_shading = true;  // Irradiance volume on virtual objects.
+};
+
+struct VirtualObject {
+  Mesh mesh;  // In world coordinates.
+};
+
+// One frame's input. References live for the call only.
+struct CompositeInput {
+  const RgbImage& camera_radiance;  // Scene-linear, the view's size.
+  const Gray8Image& clipped;        // 1 where the camera clipped: its value is a lower bound.
+  const SurfaceView& view;          // Re-uploaded where its versions changed.
+  const Lighting& lighting;
+  // Per object: irradiance at each vertex, sun's disc excluded (from the irradiance volume).
+  std::span<const std::vector<glm::vec3>> vertex_irradiance;
+  CompositeEffects effects;
+};
+
+// What the composite did to each pixel.
+enum class PixelChange : std::uint8_t { kNone = 0, kScaled = 128, kCovered = 255 };
+
+struct Composite {
+  // Scene-linear; kNone pixels are the camera's own, bit for bit. Values that would overflow half
+  // float are clamped to 65504.
+  RgbImage radiance;
+  Gray8Image change;  // PixelChange values.
+  double draw_ms = 0.0;
+  double readback_ms = 0.0;
+};
+
+// Draws into its own framebuffers of the context that was current at construction and has to be
+// current at each call. A real pixel in a new shadow is scaled by
+//   (sky C + sun (s_with n.l + s_bounce)) / (sky C + sun (s_without n.l + s_bounce))
+// with s_with the disc seen past real and virtual casters together. Where a pixel's own radiance is
+// nearer to the shaded prediction than to the lit one there is no sun to take away. A clipped pixel
+// takes the model's radiance.
+class Compositor {
+ public:
+  // Throws std::runtime_error when the context lacks something, naming it.
+  Compositor();
+  ~Compositor();
+  Compositor(const Compositor&) = delete;
+  Compositor& operator=(const Compositor&) = delete;
+
+  // Real geometry: hides, receives, casts, is never drawn.
+  void SetPhantom(const Mesh& mesh_world);
+  // Virtual objects. Meshes may be open or non-manifold.
+  void SetObjects(std::vector<VirtualObject> objects);
+
+  // Throws std::invalid_argument when sizes do not agree, naming them.
+  Composite Render(const CompositeInput& input);
+
+  // The hard sun shadow on whatever is nearest in each pixel of an undistorted camera, phantom and
+  // objects together: 255 in shadow, 0 lit or facing away or empty. For tests and other renderers.
+  Gray8Image RenderShadowMask(const Camera& camera, const glm::dvec3& sun_direction_enu);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,46 @@
+// The light of one moment: intensities of basis lights, and how sure they are.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/utc_time.h"
+
+namespace pleinair {
+
+// Radii of the sun's disc vary by 1.7 % over the year; sunmodel gives the day's.
+inline constexpr double kMeanSunAngularRadiusRad = 0.004654;
+
+// A far light; its direction points towards it.
+struct DirectionalLight {
+  glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // Unit.
+  glm::dvec3 irradiance_rgb{0.0};           // Normal to the beam.
+  double angular_radius_rad = kMeanSunAngularRadiusRad;
+};
+
+// One fixed function of direction over the upper hemisphere, and how strong it is.
+// irradiance_rgb is what it brings to an unoccluded horizontal plane.
+struct SkyComponent {
+  std::string shape = "uniform";
+  glm::dvec3 irradiance_rgb{0.0};
+};
+
+struct Lighting {
+  UtcTime time{};
+  DirectionalLight sun;           // Irradiance 0 where there is none.
+  std::vector<SkyComponent> sky;  // In the order of the transport's sky basis.
+
+  // Row-major square matrix over (sun RGB, sky[0] RGB, sky[1] RGB, ...) in irradiance units
+  // squared; empty where the source cannot know.
+  std::vector<double> covariance;
+
+  glm::dvec3 SkyIrradianceRgb() const {
+    glm::dvec3 sum(0.0);
+    for (const SkyComponent& component : sky) sum += component.irradiance_rgb;
+    return sum;
+  }
+};
+
+}  // namespace pleinair

@@ -1,0 +1,49 @@
+// Triangle meshes with materials, as plain data. Files are mesh_io.h's business.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+namespace pleinair {
+
+struct Material {
+  std::string name;
+  glm::vec3 diffuse_albedo{0.5f};        // Linear RGB in [0, 1).
+  glm::vec3 specular_reflectance{0.0f};  // Linear RGB at normal incidence.
+  float roughness = 1.0f;                // GGX with alpha = roughness^2.
+};
+
+// positions_m and normals have one entry a vertex; the triangle_* one a triangle. Winding is
+// counter-clockwise seen from outside, where the mesh has an outside.
+struct Mesh {
+  std::vector<glm::vec3> positions_m;
+  std::vector<glm::vec3> normals;  // Shading normals, unit.
+  std::vector<glm::uvec3> triangles;
+  std::vector<std::uint32_t> triangle_material;  // Into materials.
+  std::vector<std::uint32_t> triangle_group;     // Into group_names.
+  std::vector<Material> materials;
+  std::vector<std::string> group_names;  // OBJ objects/groups, glTF nodes.
+
+  bool Empty() const { return triangles.empty(); }
+};
+
+struct BoundingBox {
+  glm::vec3 lower_m{0.0f};
+  glm::vec3 upper_m{0.0f};
+};
+
+// Tight around the vertices that triangles use; throws std::invalid_argument for an empty mesh.
+BoundingBox BoundingBoxOf(const Mesh& mesh);
+
+// The mesh moved by an affine transform; normals go by the inverse transpose, and winding is turned
+// where the transform mirrors.
+Mesh TransformMesh(const glm::dmat4& target_from_mesh, const Mesh& mesh);
+
+// Unit normal by winding; zero for a triangle without area.
+glm::vec3 TriangleNormal(const Mesh& mesh, std::uint32_t triangle);
+
+}  // namespace pleinair

@@ -1,0 +1,41 @@
+// Mesh files: OBJ (with the Pr roughness extension), glTF, PLY, STL, through assimp.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/mesh.h"
+
+namespace pleinair {
+
+// What loading had to mend or leave out. All zero for a clean file.
+struct MeshReport {
+  std::int64_t degenerate_triangles_removed = 0;  // No area, relative to the mesh's size.
+  std::int64_t duplicate_triangles_removed = 0;   // Same three corners, same winding.
+  std::int64_t non_finite_triangles_removed = 0;  // A corner is NaN or infinite.
+  std::int64_t normals_computed = 0;              // Vertices whose normal was missing or zero.
+  std::int64_t open_edges = 0;
+  std::int64_t non_manifold_edges = 0;
+  std::vector<std::string> notes;  // E.g. a texture that was replaced by its mean colour.
+
+  bool IsClosedManifold() const { return open_edges == 0 && non_manifold_edges == 0; }
+  std::string Summary() const;  // One line.
+};
+
+struct LoadedMesh {
+  Mesh mesh;
+  MeshReport report;
+};
+
+// Loads a mesh; n-gons are fanned, equal vertices welded, node transforms applied, glTF's Y-up
+// turned to Z-up. Materials as the sequence format says: Kd, Ks linear; Pr, else Ns
+// (alpha^2 = 2 / (Ns + 2)); glTF metal-rough.
+//
+// Throws  std::runtime_error naming the file and what was expected: unreadable, no triangle left,
+//         a coordinate beyond 1e5 m of the origin (float would lose the millimetres: georeferenced
+//         models are to be moved to a local origin), a material name that the file doesn't define.
+LoadedMesh LoadMesh(const std::filesystem::path& file);
+
+}  // namespace pleinair

@@ -1,0 +1,61 @@
+// Ray queries against a mesh, through Embree.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/mesh.h"
+
+namespace pleinair {
+
+struct RayHit {
+  float distance_m = 0.0f;
+  std::uint32_t triangle = 0;
+  glm::vec2 barycentric{0.0f};       // Weights of corners 1 and 2.
+  glm::vec3 position_m{0.0f};        // From the barycentric weights: lies on the triangle.
+  glm::vec3 geometric_normal{0.0f};  // Unit, by winding, not turned to the ray.
+};
+
+// Immutable after construction, safe from any thread, holds no reference to the mesh.
+class RayCaster {
+ public:
+  // An empty mesh is allowed: every ray misses.
+  explicit RayCaster(const Mesh& mesh);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+  RayCaster& operator=(RayCaster&&) noexcept;
+
+  // The nearest hit with distance in (0, max_distance_m); direction must be unit.
+  std::optional<RayHit> Intersect(
+      const glm::vec3& origin_m,
+      const glm::vec3& direction,
+      float max_distance_m = std::numeric_limits<float>::infinity()) const;
+
+  // Whether anything stands in (0, max_distance_m).
+  bool Occluded(const glm::vec3& origin_m,
+                const glm::vec3& direction,
+                float max_distance_m = std::numeric_limits<float>::infinity()) const;
+
+  // `count` occlusion queries at once; faster than one by one where rays are coherent.
+  // Shape  origins_m, directions, occluded: count entries each.
+  void Occluded(const glm::vec3* origins_m,
+                const glm::vec3* directions,
+                std::size_t count,
+                bool* occluded) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Where a ray that leaves a surface at `position_m` to the side of `normal_to_side` has to start so
+// that it meets neither that surface again nor skips a neighbour: moved along the normal by the
+// rounding error of a hit point at these coordinates (after pbrt-v4's OffsetRayOrigin idea).
+glm::vec3 OffsetFromSurface(const glm::vec3& position_m, const glm::vec3& normal_to_side);
+
+}  // namespace pleinair

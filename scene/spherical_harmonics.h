@@ -1,0 +1,44 @@
+// Real spherical harmonics, orthonormal, in the order (l, m) = (0,0), (1,-1), (1,0), (1,1), (2,-2)
+// ... with Y(1,-1) ~ y, Y(1,0) ~ z, Y(1,1) ~ x (no Condon-Shortley sign).
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+namespace pleinair {
+
+constexpr int ShCoefficientCount(int bands) { return bands * bands; }
+inline constexpr int kProbeShBands = 3;
+inline constexpr int kProbeShCoefficients = ShCoefficientCount(kProbeShBands);
+
+// Writes the bands * bands basis values at a unit direction. Any bands >= 1.
+// Throws std::invalid_argument when `values` has another size.
+void EvaluateShBasis(int bands, const glm::dvec3& direction, std::span<double> values);
+
+// The same for the probes' three bands, without checks: for inner loops.
+std::array<float, kProbeShCoefficients> EvaluateShBasis9(const glm::vec3& direction);
+
+// A_l: the factor that turns band l of incident radiance into band l of irradiance
+// (Ramamoorthi and Hanrahan 2001, equation 8): pi, 2 pi/3, pi/4, 0, ...
+double CosineLobeFactor(int band);
+
+// Incident radiance as SH coefficients, RGB.
+using ShRgb = std::array<glm::vec3, kProbeShCoefficients>;
+
+// Irradiance on a surface with unit `normal`, from three bands; negative lobes of a single bright
+// source are clamped at 0 per channel.
+glm::vec3 IrradianceFromSh(const ShRgb& radiance_sh, const glm::vec3& normal);
+
+// Coefficients of the light turned by `target_from_source`. Shape: bands * bands in and out.
+std::vector<double> RotateSh(int bands,
+                             std::span<const double> coefficients,
+                             const glm::dmat3& target_from_source);
+
+// Scales band l by a Hann-like window so that a single source's irradiance never goes negative.
+void WindowSh(ShRgb& radiance_sh);
+
+}  // namespace pleinair

@@ -1,0 +1,19 @@
+// UTC as text.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "scene/utc_time.h"
+
+namespace pleinair {
+
+// Parses ISO 8601: "2005-06-21T09:50:00.25Z", or with an offset "+05:45" in place of Z. Second 60
+// is accepted where UTC had one, and means the next minute's start. Throws std::invalid_argument
+// naming the text and the field.
+UtcTime ParseUtcTime(std::string_view text);
+
+// ISO 8601 with Z; as many decimals of the second as are not zero.
+std::string FormatUtcTime(UtcTime time);
+
+}  // namespace pleinair
