@@ -1,0 +1,1 @@
+#include "relight/environment.h"

@@ -1,0 +1,1 @@
+#include "relight/irradiance_volume.h"

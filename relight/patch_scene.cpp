@@ -1,0 +1,1 @@
+#include "relight/patch_scene.h"

@@ -1,0 +1,1 @@
+#include "relight/prepared_scene.h"

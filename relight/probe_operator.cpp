@@ -1,0 +1,1 @@
+#include "relight/probe_operator.h"

@@ -1,0 +1,1 @@
+#include "relight/sky_shape.h"

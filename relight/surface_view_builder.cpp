@@ -1,0 +1,1 @@
+#include "relight/surface_view_builder.h"

@@ -1,0 +1,1 @@
+#include "relight/transport.h"
