@@ -42,6 +42,11 @@ class SurfaceViewBuilder {
                             double sun_angular_radius_rad,
                             std::span<const SampleRegionPolygon> polygons);
 
+  // The survey with its map's sun_visibility, sun_bounce and sky_response (per sky shape of this
+  // builder) made for the sun of the last Update; worked out at the first call after the sun moved.
+  // Null without a survey.
+  const Survey* SurveyUnderCurrentSun();
+
   // Radiosity of the faces for the unit sun that the last Update stands for; and for sky shape k.
   const FaceLight& SunFaces() const;
   const FaceLight& SkyFaces(std::size_t k) const;
