@@ -1,0 +1,55 @@
+// The cache of prepared parts on disc, shared by all runs of one user.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "relight/prepared_scene.h"
+
+namespace pleinair {
+
+// $XDG_CACHE_HOME/pleinair; ~/.cache/pleinair where that is unset or relative (as the XDG base
+// directory specification asks).
+// Throws  std::runtime_error when there is neither that variable nor a home folder.
+std::filesystem::path DefaultCacheFolder();
+
+struct FileBlobStoreOptions {
+  std::filesystem::path folder;            // Made by the first Save.
+  std::uint64_t limit_bytes = 2ULL << 30;  // All blobs together, headers included.
+};
+
+// One file a blob, `<key>.blob`; other files in the folder are never touched. Processes may share a
+// folder: a blob appears whole, by a rename, and its checksum and key are looked at when it is
+// read. When the blobs exceed the limit, those go first whose last use is longest ago.
+//
+// Keys     1 to 128 letters, digits, '-' and '_' (hex digests, as a rule). Others throw
+//          std::invalid_argument: they could lead out of the folder.
+// Threads  one object is used by one thread at a time; several objects may share a folder.
+class FileBlobStore final : public BlobStore {
+ public:
+  // Throws  std::invalid_argument when the folder is empty.
+  explicit FileBlobStore(FileBlobStoreOptions options);
+
+  // Returns nothing where there is no such blob, or only a damaged one; the latter is taken away.
+  std::optional<std::string> Load(std::string_view key) override;
+
+  // Keeps nothing, and says why in save_failure(), when the disc says no or the blob alone exceeds
+  // the limit.
+  void Save(std::string_view key, std::string_view bytes) override;
+
+  const std::filesystem::path& folder() const { return options_.folder; }
+  // Why the last Save kept nothing: one line; empty when it did.
+  const std::string& save_failure() const { return save_failure_; }
+
+ private:
+  std::filesystem::path PathOf(std::string_view key) const;
+  void RemoveLeastRecentlyUsed(const std::filesystem::path& keep) const;
+
+  FileBlobStoreOptions options_;
+  std::string save_failure_;
+};
+
+}  // namespace pleinair

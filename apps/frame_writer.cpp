@@ -1,0 +1,65 @@
+#include "apps/frame_writer.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "scene/image_io.h"
+
+namespace pleinair {
+namespace {
+
+// A frame without exposure is shown so that this share of its pixels stays below this level.
+constexpr double kExposedShare = 0.95;
+constexpr double kExposedLevel = 0.8;
+
+double ChooseExposure(const RgbImage& radiance) {
+  std::vector<float> brightest;
+  brightest.reserve(radiance.pixels.size());
+  for (const glm::vec3& rgb : radiance.pixels) {
+    const float value = std::max({rgb.x, rgb.y, rgb.z});
+    if (value > 0.0f && value < 1e30f) brightest.push_back(value);
+  }
+  if (brightest.empty()) return 1.0;
+  const auto nth =
+      brightest.begin() + static_cast<std::ptrdiff_t>(kExposedShare * double(brightest.size() - 1));
+  std::nth_element(brightest.begin(), nth, brightest.end());
+  return kExposedLevel / *nth;
+}
+
+}  // namespace
+
+FrameWriter::FrameWriter(const std::filesystem::path& out, ResponseCurve response)
+    : out_(out), response_(std::move(response)) {
+  std::filesystem::create_directories(out_ / "composite");
+  std::filesystem::create_directories(out_ / "mask");
+}
+
+Rgb8Image FrameWriter::Display(const Frame& frame, const RgbImage& radiance) {
+  if (!frame.exposure && !chosen_exposure_) {
+    // 8-bit frames of unknown exposure are in units of their own [0, 1].
+    chosen_exposure_ = frame.codes ? 1.0 : ChooseExposure(radiance);
+  }
+  return CodesFromRadiance(
+      radiance, response_, frame.exposure.value_or(chosen_exposure_.value_or(1.0)));
+}
+
+Rgb8Image FrameWriter::Write(const Frame& frame, const Composite& composite) {
+  Rgb8Image display = Display(frame, composite.radiance);
+  if (frame.codes) {
+    for (std::size_t i = 0; i < display.pixels.size(); ++i) {
+      if (composite.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kNone)) {
+        display.pixels[i] = frame.codes->pixels[i];
+      }
+    }
+  }
+  const std::string number = fmt::format("{:06}", frame.index);
+  WriteExr(out_ / "composite" / (number + ".exr"), composite.radiance, ExrPrecision::kHalf);
+  WritePng(out_ / "composite" / (number + ".png"), display);
+  WritePng(out_ / "mask" / (number + ".png"), composite.change);
+  return display;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,202 @@
+// The command line: arguments in, one line and exit code 2 on bad input. The work is in
+// *_command.cpp.
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <map>
+#include <string>
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include "apps/doctor_command.h"
+#include "apps/run_command.h"
+#include "apps/score_command.h"
+#include "apps/sun_command.h"
+
+namespace {
+
+constexpr int kBadInput = 2;
+
+using Work = std::function<int()>;
+
+int Print(const std::string& text) {
+  std::fputs(text.c_str(), stdout);
+  if (!text.empty() && text.back() != '\n') std::fputc('\n', stdout);
+  return 0;
+}
+
+CLI::Option* AddBounces(CLI::App& command, int& bounces) {
+  return command
+      .add_option_function<std::string>(
+          "--bounces",
+          [&bounces](const std::string& text) {
+            bounces = text == "all" ? pleinair::kAllBounces : std::stoi(text);
+          },
+          "Reflections between surfaces: 0 (as jensen-2006), 1, ..., all")
+      ->check(CLI::IsMember({"all"}) | CLI::Range(0, 100))
+      ->type_name("N|all")
+      ->default_str("all");
+}
+
+void AddCache(CLI::App& command, std::filesystem::path& cache) {
+  command.add_option(
+      "--cache", cache, "Folder for prepared data (default: pleinair in the user's cache folder)");
+}
+
+void AddSun(CLI::App& app, Work& work) {
+  auto options = std::make_shared<pleinair::SunCommandOptions>();
+  CLI::App& sun = *app.add_subcommand("sun", "Sun position for a place and time");
+  sun.footer("Example: pleinair sun --site 57.0488,9.9217,15 --time 2005-06-21T09:50:00Z");
+  sun.add_option(
+         "--site", options->site, "LAT,LON[,H] in degrees (north, east positive) and metres")
+      ->required();
+  sun.add_option("--time", options->time, "UTC, ISO 8601: 2005-06-21T09:50:00Z")->required();
+  sun.add_option("--ut1-utc", options->ut1_minus_utc_s, "UT1 - UTC in seconds (default 0)");
+  sun.add_option(
+      "--delta-t", options->tt_minus_ut1_s, "TT - UT1 in seconds (default: the library's)");
+  sun.add_option("--pressure-hpa",
+                 options->pressure_hpa,
+                 "For refraction (default: standard atmosphere at the site's height)");
+  sun.add_option("--temperature-c", options->temperature_c, "For refraction (default: likewise)");
+  sun.add_flag("--json", options->json, "Print JSON");
+  sun.callback([options, &work] { work = [options] { return Print(RunSunCommand(*options)); }; });
+}
+
+void AddPrepare(CLI::App& app, Work& work) {
+  auto options = std::make_shared<pleinair::PrepareCommandOptions>();
+  CLI::App& prepare =
+      *app.add_subcommand("prepare", "The offline part of a site, kept in the cache");
+  prepare.footer("Example: pleinair prepare datasets/samples/courtyard --maps maps");
+  prepare.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
+  prepare.add_option(
+      "--maps", options->maps, "Write albedo, normal, ambient weight, ... as EXR and PNG");
+  AddBounces(prepare, options->bounces);
+  AddCache(prepare, options->cache);
+  prepare.callback([options, &work] {
+    work = [options] {
+      RunPrepareCommand(*options);
+      return 0;
+    };
+  });
+}
+
+// Effects by name; `plan` and `all` switch every effect on.
+void ChooseEffects(const std::vector<std::string>& names, pleinair::CompositeEffects& effects) {
+  effects = {false, false, false};
+  for (const std::string& name : names) {
+    const bool all = name == "plan" || name == "all";
+    effects.sun_shading |= all || name == "sun-shading";
+    effects.sun_shadow |= all || name == "sun-shadow";
+    effects.probe_shading |= all || name == "probe-shading";
+  }
+}
+
+void AddRun(CLI::App& app, Work& work) {
+  auto options = std::make_shared<pleinair::RunCommandOptions>();
+  CLI::App& run = *app.add_subcommand("run", "The main job: light and composite, frame by frame");
+  run.footer("Example: pleinair run datasets/samples/courtyard --out out");
+  run.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
+  run.add_option("--out", options->out, "Folder for the results")->default_str("pleinair-out");
+  options->out = "pleinair-out";
+  run.add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
+          {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
+      ->default_str("linear");
+  run.add_option_function<std::string>(
+         "--source", [](const std::string&) {}, "What the light is measured from")
+      ->check(CLI::IsMember({"outdoor"}))
+      ->default_str("outdoor");
+  run.add_option("--samples", options->samples, "Pixels to measure from")
+      ->check(CLI::Range(1, 100000));
+  run.add_option("--seed", options->seed, "Of the choice of samples");
+  AddBounces(run, options->bounces);
+  run.add_option("--probe-route", options->probe_route, "folded (fast) or environment (by the map)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::ProbeRoute>{
+          {"folded", pleinair::ProbeRoute::kFolded},
+          {"environment", pleinair::ProbeRoute::kEnvironment}}))
+      ->default_str("folded");
+  run.add_option_function<std::vector<std::string>>(
+         "--effects",
+         [options](const std::vector<std::string>& names) {
+           ChooseEffects(names, options->effects);
+         },
+         "plan, all, or some of sun-shading,sun-shadow,probe-shading")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"plan", "all", "sun-shading", "sun-shadow", "probe-shading"}))
+      ->default_str("all");
+  run.add_flag("--no-filter",
+               "Report each frame's own estimate (there is no filter over time yet)");
+  run.add_flag(
+      "--strict", options->stop_on_bad_frame, "Stop at the first frame that can't be done");
+  AddCache(run, options->cache);
+  run.callback([options, &work] {
+    work = [options] {
+      RunRunCommand(*options);
+      return 0;
+    };
+  });
+}
+
+void AddScore(CLI::App& app, Work& work) {
+  auto options = std::make_shared<pleinair::ScoreCommandOptions>();
+  CLI::App& score = *app.add_subcommand("score", "How far a run is from the truth");
+  score.footer("Example: pleinair score datasets/samples/courtyard out");
+  score.add_option("sequence", options->sequence, "Folder with sequence.json and truth/")
+      ->required();
+  score.add_option("out", options->out, "What `pleinair run` wrote")->required();
+  score.add_flag("--json", options->json, "Print JSON in place of the table");
+  score.callback(
+      [options, &work] { work = [options] { return Print(RunScoreCommand(*options)); }; });
+}
+
+void AddDoctor(CLI::App& app, Work& work) {
+  auto json = std::make_shared<bool>(false);
+  CLI::App& doctor =
+      *app.add_subcommand("doctor", "GL, cameras, models, clock: what works, what is missing");
+  doctor.footer("Example: pleinair doctor");
+  doctor.add_flag("--json", *json, "Print JSON");
+  doctor.callback([json, &work] {
+    work = [json] {
+      bool all_well = false;
+      Print(pleinair::RunDoctorCommand(*json, &all_well));
+      return all_well ? 0 : 1;
+    };
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("pleinair"));
+  spdlog::set_pattern("%^%l%$ %v");
+
+  CLI::App app(
+      "Virtual objects in the picture of an ordinary camera, lit by the light that is there.");
+  app.name("pleinair");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", PLEINAIR_VERSION);
+  app.option_defaults()->always_capture_default();
+  Work work;
+  AddSun(app, work);
+  AddPrepare(app, work);
+  AddRun(app, work);
+  AddScore(app, work);
+  AddDoctor(app, work);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& done) {
+    return app.exit(done);  // --help, --version
+  } catch (const CLI::Error& error) {
+    std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", error.what());
+    return kBadInput;
+  }
+  try {
+    return work();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "pleinair: %s\n", error.what());
+    return kBadInput;
+  }
+}

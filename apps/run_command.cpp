@@ -1,0 +1,213 @@
+#include "apps/run_command.h"
+
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/file_blob_store.h"
+#include "apps/frame_writer.h"
+#include "apps/lighting_log.h"
+#include "apps/progress.h"
+#include "apps/run_report.h"
+#include "apps/sequence_site.h"
+#include "datasets/scoring.h"
+#include "estimation/outdoor_lighting_source.h"
+#include "render/gl_context.h"
+
+namespace pleinair {
+namespace {
+
+double MsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+ResponseCurve ResponseOf(const Sequence& sequence) {
+  return sequence.response_ldr == "srgb8"
+             ? ResponseCurve::Srgb()
+             : ResponseCurve::FromFile(sequence.folder / sequence.response_ldr);
+}
+
+// One run's output folder: nothing of an earlier run stays beside the new one's, and lighting.jsonl
+// has its name only when it is whole.
+class RunFolder {
+ public:
+  explicit RunFolder(std::filesystem::path out) : out_(std::move(out)) {
+    std::filesystem::create_directories(out_);
+    for (const char* name : {"lighting.jsonl", "report.html", "score.json", "composite", "mask"}) {
+      std::filesystem::remove_all(out_ / name);
+    }
+    log_.open(PartialLog(), std::ios::trunc);
+    if (!log_) throw std::runtime_error(PartialLog().string() + ": cannot be written");
+  }
+
+  void AddLine(const std::string& line) {
+    log_ << line << '\n' << std::flush;
+    if (!log_) throw std::runtime_error(PartialLog().string() + ": cannot be written (disc full?)");
+  }
+
+  void Finish() {
+    log_.close();
+    std::filesystem::rename(PartialLog(), out_ / "lighting.jsonl");
+  }
+
+ private:
+  std::filesystem::path PartialLog() const { return out_ / "lighting.jsonl.partial"; }
+
+  std::filesystem::path out_;
+  std::ofstream log_;
+};
+
+std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
+                                          const Sequence& sequence,
+                                          const HeadlessContext& context) {
+  const GlDescription gl = context.Describe();
+  return {fmt::format("{} frames, {}x{}",
+                      sequence.frames.size(),
+                      sequence.intrinsics.width_px,
+                      sequence.intrinsics.height_px),
+          fmt::format("frames {}, {} samples, seed {}, bounces {}, probe route {}",
+                      options.frames == FrameKind::kLinear ? "linear" : "ldr",
+                      options.samples,
+                      options.seed,
+                      options.bounces == kAllBounces ? "all" : std::to_string(options.bounces),
+                      options.probe_route == ProbeRoute::kFolded ? "folded" : "environment"),
+          fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
+}
+
+void AddTruth(const std::filesystem::path& sequence_folder,
+              FrameWriter& writer,
+              const Frame& frame,
+              ReportFrame& reported) {
+  const FrameTruth truth = ReadFrameTruth(sequence_folder, frame.index);
+  reported.true_sun_irradiance_rgb = truth.sun_irradiance_rgb;
+  reported.true_sky_irradiance_rgb = truth.sky_irradiance_rgb;
+  if (truth.with_object) {
+    reported.truth = MakeReportPicture(writer.Display(frame, *truth.with_object));
+  }
+}
+
+ReportFrame FailedFrame(const FrameError& error) {
+  ReportFrame reported;
+  reported.index = error.index;
+  reported.time = error.time;
+  reported.error = error.reason;
+  return reported;
+}
+
+}  // namespace
+
+void RunPrepareCommand(const PrepareCommandOptions& options) {
+  const Sequence sequence = ReadSequence(options.sequence);
+  const SequenceSite site = LoadSequenceSite(sequence);
+  for (const std::string& note : site.notes) spdlog::warn("{}", note);
+  FileBlobStore store(options.cache);
+  const PreparedScene scene = PrepareScene(
+      site.model, PrepareOptionsFor(site, options.bounces), store, ProgressOnStandardError());
+  for (const std::string& note : scene.notes) spdlog::info("{}", note);
+  spdlog::info("{} patches, {} probes{}",
+               scene.patches.mesh.triangles.size(),
+               scene.probes.Grid().ProbeCount(),
+               scene.from_store ? "; all of it from the cache" : "");
+  if (options.maps) WriteSurveyMaps(scene, *options.maps);
+}
+
+void RunRunCommand(const RunCommandOptions& options) {
+  const Sequence sequence = ReadSequence(options.sequence);
+  const SequenceSite site = LoadSequenceSite(sequence);
+  const ResponseCurve response = ResponseOf(sequence);
+  OutdoorLightingOptions outdoor;
+  outdoor.samples = options.samples;
+  outdoor.seed = options.seed;
+  auto source = MakeOutdoorLightingSource(outdoor);
+  const HeadlessContext context;
+
+  RunReport report;
+  report.title =
+      "pleinair: " + (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
+  report.settings = DescribeSettings(options, sequence, context);
+  report.notes = site.notes;
+
+  FileBlobStore store(options.cache);
+  const PreparedScene scene = PrepareScene(
+      site.model, PrepareOptionsFor(site, options.bounces), store, ProgressOnStandardError());
+  report.notes.insert(report.notes.end(), scene.notes.begin(), scene.notes.end());
+  for (const std::string& note : report.notes) spdlog::warn("{}", note);
+
+  Compositor compositor;
+  FramePipelineOptions pipeline_options;
+  pipeline_options.probe_route = options.probe_route;
+  pipeline_options.effects = options.effects;
+  FramePipeline pipeline(scene,
+                         site.model.mesh,
+                         sequence.site,
+                         site.objects,
+                         std::move(source),
+                         compositor,
+                         pipeline_options);
+
+  RunFolder folder(options.out);
+  FrameWriter writer(options.out, response);
+  const auto frames = MakeRecordedFrameSource(sequence, options.frames);
+  int done = 0;
+  for (;;) {
+    const auto read_start = std::chrono::steady_clock::now();
+    const auto frame = frames->Next();
+    if (!frame) break;
+    const double read_ms = MsSince(read_start);
+    tl::expected<FrameResult, FrameError> result =
+        *frame ? pipeline.Process(**frame) : tl::unexpected((*frame).error());
+    if (!result) {
+      spdlog::error("frame {}: {}", result.error().index, result.error().reason);
+      folder.AddLine(FailureLine(result.error()));
+      report.frames.push_back(FailedFrame(result.error()));
+      if (options.stop_on_bad_frame) {
+        throw std::runtime_error(
+            fmt::format("stopped at frame {}, as asked", result.error().index));
+      }
+      continue;
+    }
+    const auto write_start = std::chrono::steady_clock::now();
+    const Rgb8Image shown = writer.Write(**frame, result->composite);
+    result->timing_ms.read = read_ms;
+    result->timing_ms.write = MsSince(write_start);
+    folder.AddLine(LightingLine(**frame, *result));
+
+    ReportFrame reported;
+    reported.index = (*frame)->index;
+    reported.time = (*frame)->time;
+    reported.input = MakeReportPicture(
+        (*frame)->codes ? *(*frame)->codes : writer.Display(**frame, (*frame)->radiance));
+    reported.composite = MakeReportPicture(shown);
+    reported.lighting = result->estimate.lighting;
+    reported.estimate = result->estimate;
+    reported.timing_ms = result->timing_ms;
+    AddTruth(sequence.folder, writer, **frame, reported);
+    report.frames.push_back(std::move(reported));
+    ++done;
+    const glm::dvec3 sun = result->estimate.lighting.sun.irradiance_rgb;
+    const glm::dvec3 sky = result->estimate.lighting.SkyIrradianceRgb();
+    spdlog::info("frame {} of {}: sun {:.4g}, sky {:.4g}{}",
+                 (*frame)->index + 1,
+                 frames->Count().value_or(0),
+                 (sun.x + sun.y + sun.z) / 3.0,
+                 (sky.x + sky.y + sky.z) / 3.0,
+                 result->estimate.sun_observable ? "" : " (sun not observable)");
+  }
+  folder.Finish();
+  WriteRunReport(options.out / "report.html", report);
+  spdlog::info("{} of {} frames done; report: {}",
+               done,
+               report.frames.size(),
+               (options.out / "report.html").string());
+  if (done == 0)
+    throw std::runtime_error("no frame of " + sequence.folder.string() + " could be done");
+}
+
+}  // namespace pleinair

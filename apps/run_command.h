@@ -1,0 +1,38 @@
+// `pleinair run` and `pleinair prepare`: the work behind the arguments.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "datasets/frame_source.h"
+#include "pipeline/frame_pipeline.h"
+
+namespace pleinair {
+
+struct PrepareCommandOptions {
+  std::filesystem::path sequence;
+  std::filesystem::path cache;  // Empty: the user's cache folder.
+  int bounces = kAllBounces;
+  std::optional<std::filesystem::path> maps;  // Where to write the survey's maps.
+};
+
+struct RunCommandOptions {
+  std::filesystem::path sequence;
+  std::filesystem::path out;
+  std::filesystem::path cache;  // Empty: the user's cache folder.
+  FrameKind frames = FrameKind::kLinear;
+  int samples = 500;
+  std::uint64_t seed = 1;
+  int bounces = kAllBounces;
+  ProbeRoute probe_route = ProbeRoute::kFolded;
+  CompositeEffects effects;
+  bool stop_on_bad_frame = false;
+};
+
+// Throw std::runtime_error or std::invalid_argument, one line. Progress goes to the log.
+void RunPrepareCommand(const PrepareCommandOptions& options);
+void RunRunCommand(const RunCommandOptions& options);
+
+}  // namespace pleinair

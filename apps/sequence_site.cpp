@@ -1,0 +1,139 @@
+#include "apps/sequence_site.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "pipeline/sun_state.h"
+#include "scene/image_io.h"
+#include "scene/lat_long.h"
+#include "scene/mesh_io.h"
+#include "scene/ray_caster.h"
+#include "sunmodel/clear_sky.h"
+
+namespace pleinair {
+namespace {
+
+// Probes on the ground itself would see it from within; they start this share of the height above.
+constexpr float kProbeFootShare = 0.03f;
+// Where nothing virtual stands the light is still asked for around what the camera looks at.
+constexpr float kDefaultViewDistanceM = 10.0f;
+constexpr float kDefaultProbeBoxM = 2.0f;
+
+void NoteLoading(const std::filesystem::path& file,
+                 const MeshReport& report,
+                 std::vector<std::string>& notes) {
+  const std::int64_t mended = report.degenerate_triangles_removed +
+                              report.duplicate_triangles_removed +
+                              report.non_finite_triangles_removed;
+  if (mended > 0) notes.push_back(file.filename().string() + ": " + report.Summary());
+  for (const std::string& note : report.notes) {
+    notes.push_back(file.filename().string() + ": " + note);
+  }
+}
+
+// The brightest pixel, for a map that comes without place and time.
+glm::dvec3 BrightestDirection(const RgbImage& image) {
+  const auto luminance = [](const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; };
+  const auto brightest = std::max_element(
+      image.pixels.begin(), image.pixels.end(), [&](const glm::vec3& a, const glm::vec3& b) {
+        return luminance(a) < luminance(b);
+      });
+  const auto index = static_cast<int>(brightest - image.pixels.begin());
+  return DirectionFromLatLong({index % image.width + 0.5, index / image.width + 0.5},
+                              {image.width, image.height});
+}
+
+SiteModel::EnvironmentMap LoadEnvironment(const Sequence& sequence,
+                                          std::vector<std::string>& notes) {
+  const EnvironmentEntry& entry = *sequence.environment;
+  SiteModel::EnvironmentMap map;
+  map.radiance = ReadRadianceImage(sequence.folder / entry.image);
+  const ImageDefects defects = RepairRadiance(map.radiance);
+  if (defects.Count() > 0) {
+    notes.push_back(entry.image.string() + ": " + std::to_string(defects.not_finite) +
+                    " pixels not finite and " + std::to_string(defects.negative) +
+                    " negative were mended");
+  }
+  map.position_m = entry.position_m;
+  if (entry.sun_direction_enu) {
+    map.sun_direction_enu = glm::normalize(*entry.sun_direction_enu);
+  } else if (sequence.site) {
+    const SunState sun = SunOverSite(*sequence.site, entry.time);
+    map.sun_direction_enu = sun.direction_enu;
+    map.sun_angular_radius_rad = sun.angular_radius_rad;
+  } else {
+    map.sun_direction_enu = BrightestDirection(map.radiance);
+    notes.push_back(entry.image.string() +
+                    ": no place and time, the sun is taken to be the brightest pixel");
+  }
+  const double elevation_rad = std::atan2(
+      map.sun_direction_enu.z, std::hypot(map.sun_direction_enu.x, map.sun_direction_enu.y));
+  const ClearSkyIrradiance clear = ComputeClearSky(sequence.site.value_or(Site{}), elevation_rad);
+  if (std::min({clear.diffuse_rgb.x, clear.diffuse_rgb.y, clear.diffuse_rgb.z}) > 0.0) {
+    map.clear_sky_beam_to_diffuse_rgb = clear.beam_rgb / clear.diffuse_rgb;
+  }
+  return map;
+}
+
+BoundingBox BoxOfObjects(const std::vector<VirtualObject>& objects) {
+  BoundingBox box = BoundingBoxOf(objects.front().mesh);
+  for (const VirtualObject& object : objects) {
+    const BoundingBox other = BoundingBoxOf(object.mesh);
+    box.lower_m = glm::min(box.lower_m, other.lower_m);
+    box.upper_m = glm::max(box.upper_m, other.upper_m);
+  }
+  box.lower_m.z += kProbeFootShare * (box.upper_m.z - box.lower_m.z);
+  return box;
+}
+
+BoundingBox BoxInView(const Sequence& sequence, const Mesh& mesh) {
+  const Camera camera = sequence.CameraOfFrame(0);
+  const glm::vec3 centre_m(camera.CentreWorldM());
+  const glm::vec3 forward(glm::transpose(glm::dmat3(camera.camera_from_world))[2]);
+  const auto hit = RayCaster(mesh).Intersect(centre_m, glm::normalize(forward));
+  const float distance_m =
+      hit ? std::min(0.5f * hit->distance_m, kDefaultViewDistanceM) : kDefaultViewDistanceM;
+  const glm::vec3 middle_m = centre_m + distance_m * glm::normalize(forward);
+  return {middle_m - 0.5f * kDefaultProbeBoxM, middle_m + 0.5f * kDefaultProbeBoxM};
+}
+
+}  // namespace
+
+SequenceSite LoadSequenceSite(const Sequence& sequence) {
+  SequenceSite site;
+  LoadedMesh scene = LoadMesh(sequence.folder / sequence.scene_mesh);
+  NoteLoading(sequence.scene_mesh, scene.report, site.notes);
+  site.model.mesh = std::move(scene.mesh);
+  if (sequence.environment) {
+    site.model.environment = LoadEnvironment(sequence, site.notes);
+  } else if (sequence.albedos_assumed) {
+    site.notes.emplace_back("no environment map: the materials' assumed albedo is used");
+  } else if (!sequence.albedos_known) {
+    site.notes.emplace_back(
+        "no environment map, and the materials' albedo is neither known nor assumed: Kd is used");
+  }
+  site.model.diffuse_regions = sequence.diffuse_regions;
+  if (sequence.diffuse_mask && sequence.environment) {
+    site.model.diffuse_mask = ReadMaskImage(sequence.folder / *sequence.diffuse_mask);
+  }
+  for (const VirtualObjectEntry& entry : sequence.virtual_objects) {
+    LoadedMesh object = LoadMesh(sequence.folder / entry.mesh);
+    NoteLoading(entry.mesh, object.report, site.notes);
+    site.objects.push_back({TransformMesh(entry.world_from_object, object.mesh)});
+  }
+  site.probe_box =
+      site.objects.empty() ? BoxInView(sequence, site.model.mesh) : BoxOfObjects(site.objects);
+  return site;
+}
+
+PrepareOptions PrepareOptionsFor(const SequenceSite& site, int bounces) {
+  PrepareOptions options;
+  options.bounces = bounces;
+  options.probe_box = site.probe_box;
+  return options;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,174 @@
+#include "pipeline/frame_pipeline.h"
+
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace pleinair {
+namespace {
+
+// Milliseconds since construction or the last lap.
+class Stopwatch {
+ public:
+  double LapMs() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// The middle of the raster cell that holds `time`.
+UtcTime SnapToRaster(UtcTime time, double step_s) {
+  if (step_s <= 0.0) return time;
+  const auto step_ns = static_cast<std::int64_t>(std::llround(step_s * 1e9));
+  const std::int64_t ticks_ns = time.time_since_epoch().count();
+  std::int64_t cell = ticks_ns / step_ns;
+  if (ticks_ns % step_ns < 0) --cell;
+  return UtcTime(std::chrono::nanoseconds(cell * step_ns + step_ns / 2));
+}
+
+std::vector<SampleRegionPolygon> SampleRegions(const Frame& frame) {
+  std::vector<SampleRegionPolygon> regions;
+  regions.reserve(frame.sample_polygons.size());
+  for (const SamplePolygon& polygon : frame.sample_polygons) {
+    regions.push_back({polygon.group, polygon.polygon_px});
+  }
+  return regions;
+}
+
+const SurveyLight* LightOf(const PreparedScene& scene) {
+  return scene.survey ? &scene.survey->light : nullptr;
+}
+
+}  // namespace
+
+void FramePipelineOptions::Validate() const {
+  if (!(sun_step_s >= 0.0) || !std::isfinite(sun_step_s)) {
+    throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
+                                ": expected 0 or more seconds");
+  }
+}
+
+FramePipeline::FramePipeline(const PreparedScene& scene,
+                             const Mesh& phantom,
+                             std::optional<Site> site,
+                             std::vector<VirtualObject> objects,
+                             std::unique_ptr<LightingSource> source,
+                             Compositor& compositor,
+                             const FramePipelineOptions& options)
+    : scene_(scene),
+      site_(std::move(site)),
+      objects_(std::move(objects)),
+      source_(std::move(source)),
+      compositor_(compositor),
+      options_(options),
+      clear_sky_(site_, LightOf(scene)),
+      sky_shapes_{MakeUniformSkyShape()},
+      view_builder_(scene, sky_shapes_, options.view) {
+  options_.Validate();
+  compositor_.SetPhantom(phantom);
+  compositor_.SetObjects(objects_);
+  for (const VirtualObject& object : objects_) {
+    vertex_irradiance_.emplace_back(object.mesh.positions_m.size(), glm::vec3(0.0f));
+  }
+}
+
+tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame) {
+  const auto failed = [&](std::string reason) {
+    return tl::unexpected(FrameError{frame.index, frame.time, std::move(reason)});
+  };
+  try {
+    FrameResult result;
+    result.sun = SunOfFrame(site_, frame);
+    result.clear_sky = clear_sky_.At(result.sun.direction_enu);
+    const glm::dvec3 transport_sun_enu =
+        frame.sun_direction_enu || !site_
+            ? result.sun.direction_enu
+            : SunOverSite(*site_, SnapToRaster(frame.time, options_.sun_step_s)).direction_enu;
+
+    Stopwatch watch;
+    const SurfaceView& view = view_builder_.Update(
+        frame.camera, transport_sun_enu, result.sun.angular_radius_rad, SampleRegions(frame));
+    const bool sun_moved = basis_sun_version_ != view.sun_version;
+    if (sun_moved && !objects_.empty()) {
+      UpdateBasis();
+      basis_sun_version_ = view.sun_version;
+    }
+    result.timing_ms.transport = watch.LapMs();
+
+    auto estimate = source_->Estimate(
+        {frame, view, result.sun.direction_enu, result.sun.angular_radius_rad, result.clear_sky});
+    if (!estimate) return failed(estimate.error().reason);
+    result.estimate = std::move(*estimate);
+    result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
+    result.timing_ms.transport += result.estimate.new_sample_set_ms;
+
+    if (!objects_.empty()) Shade(result.estimate.lighting, result.timing_ms);
+    result.composite = compositor_.Render({frame.radiance,
+                                           frame.clipped,
+                                           view,
+                                           result.estimate.lighting,
+                                           vertex_irradiance_,
+                                           options_.effects});
+    result.timing_ms.render = result.composite.draw_ms;
+    result.timing_ms.readback = result.composite.readback_ms;
+    return result;
+  } catch (const std::exception& error) {
+    return failed(error.what());
+  }
+}
+
+void FramePipeline::UpdateBasis() {
+  const Survey* survey = view_builder_.SurveyUnderCurrentSun();
+  const std::vector<glm::vec3>& directions = scene_.probes.SkyDirections();
+  const bool first = !basis_sun_version_.has_value();
+  if (first) {
+    basis_.environment.resize(1 + sky_shapes_.size());
+    basis_.face_radiosity.resize(1 + sky_shapes_.size());
+    basis_.sky_radiance.resize(1 + sky_shapes_.size());
+    basis_.sky_radiance[0].assign(directions.size(), glm::vec3(0.0f));
+    for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
+      if (survey != nullptr) {
+        basis_.environment[1 + k] = EnvironmentOfSky(*survey, k, *sky_shapes_[k]);
+      }
+      basis_.face_radiosity[1 + k] = view_builder_.SkyFaces(k).radiosity;
+      for (const glm::vec3& direction : directions) {
+        basis_.sky_radiance[1 + k].push_back(sky_shapes_[k]->Radiance(direction));
+      }
+    }
+  }
+  if (survey != nullptr) {
+    basis_.environment[0] = EnvironmentOfSun(*survey, survey->view.sun_direction_enu);
+  }
+  basis_.face_radiosity[0] = view_builder_.SunFaces().radiosity;
+  if (first) {
+    folded_ = FoldedVolume(scene_.probes, basis_);
+  } else {
+    folded_.UpdateSun(scene_.probes, basis_);
+  }
+}
+
+void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
+  Stopwatch watch;
+  if (options_.probe_route == ProbeRoute::kEnvironment) {
+    SynthesiseEnvironment(basis_.environment, lighting, environment_);
+    times.relight = watch.LapMs();
+    volume_ = VolumeFromEnvironment(scene_.probes, basis_, environment_, lighting);
+  } else {
+    folded_.Combine(lighting, volume_);
+  }
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    IrradianceAt(
+        volume_, objects_[i].mesh.positions_m, objects_[i].mesh.normals, vertex_irradiance_[i]);
+  }
+  times.probes = watch.LapMs();
+}
+
+}  // namespace pleinair

@@ -1,0 +1,100 @@
+// One frame from the camera's picture to the composite.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "datasets/frame_source.h"
+#include "estimation/lighting_source.h"
+#include "pipeline/sun_state.h"
+#include "relight/irradiance_volume.h"
+#include "relight/prepared_scene.h"
+#include "relight/surface_view_builder.h"
+#include "render/compositor.h"
+#include "sunmodel/site.h"
+
+namespace pleinair {
+
+// How the irradiance volume gets its light; both give the same probes.
+enum class ProbeRoute {
+  kFolded,       // Operator and maps folded once per sun direction.
+  kEnvironment,  // The environment map is synthesised and pushed through the operator.
+};
+
+struct FramePipelineOptions {
+  SurfaceViewOptions view;
+  // The sun's transport is made for times on this raster, so that it is a pure function of a
+  // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
+  // every frame.
+  double sun_step_s = 48.0;
+  ProbeRoute probe_route = ProbeRoute::kFolded;
+  CompositeEffects effects;
+  // Throws std::invalid_argument naming field and value.
+  void Validate() const;
+};
+
+// Wall time in milliseconds. read and write are the caller's.
+struct StageTimes {
+  double read = 0.0;
+  double transport = 0.0;  // View, sun's part, and drawing of a new sample set.
+  double estimate = 0.0;
+  double relight = 0.0;  // Environment map, where the route needs it.
+  double probes = 0.0;
+  double render = 0.0;
+  double readback = 0.0;
+  double write = 0.0;
+};
+
+struct FrameResult {
+  SunState sun;
+  ClearSkyExpectation clear_sky;
+  LightingEstimate estimate;
+  Composite composite;
+  StageTimes timing_ms;
+};
+
+// Keeps what may be kept from frame to frame. One thread at a time.
+class FramePipeline {
+ public:
+  // `scene`, `compositor` outlive the pipeline; the compositor's context is current at each call.
+  // `objects` are in world coordinates; none is allowed: then the composite is the frame.
+  FramePipeline(const PreparedScene& scene,
+                const Mesh& phantom,
+                std::optional<Site> site,
+                std::vector<VirtualObject> objects,
+                std::unique_ptr<LightingSource> source,
+                Compositor& compositor,
+                const FramePipelineOptions& options);
+
+  // A frame that can't be done is an error of its own; the next one may succeed.
+  tl::expected<FrameResult, FrameError> Process(const Frame& frame);
+
+  // Of the last frame that succeeded.
+  const IrradianceVolume& Volume() const { return volume_; }
+
+ private:
+  void UpdateBasis();
+  void Shade(const Lighting& lighting, StageTimes& times);
+
+  const PreparedScene& scene_;
+  std::optional<Site> site_;
+  std::vector<VirtualObject> objects_;
+  std::unique_ptr<LightingSource> source_;
+  Compositor& compositor_;
+  FramePipelineOptions options_;
+  ScaledClearSky clear_sky_;
+  std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;
+  SurfaceViewBuilder view_builder_;
+
+  std::optional<std::uint64_t> basis_sun_version_;
+  BasisLights basis_;
+  FoldedVolume folded_;
+  RgbImage environment_;
+  IrradianceVolume volume_;
+  std::vector<std::vector<glm::vec3>> vertex_irradiance_;
+};
+
+}  // namespace pleinair

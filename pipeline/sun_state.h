@@ -1,0 +1,49 @@
+// What place and time alone say of the sun and the clear sky, for the frames of one site.
+#pragma once
+
+#include <optional>
+
+#include <glm/vec3.hpp>
+
+#include "datasets/frame_source.h"
+#include "estimation/lighting_source.h"
+#include "relight/survey.h"
+#include "scene/utc_time.h"
+#include "sunmodel/clear_sky.h"
+#include "sunmodel/site.h"
+
+namespace pleinair {
+
+struct SunState {
+  glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // Apparent (refracted).
+  double angular_radius_rad = kMeanSunAngularRadiusRad;
+};
+
+// The apparent sun over `site`, under the standard atmosphere at its height.
+SunState SunOverSite(const Site& site, UtcTime time);
+
+// The sun of a frame: the source's own word where it has one, else place and time.
+// Throws std::invalid_argument when there is neither.
+SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame);
+
+// The clear-sky model tied to a site by its survey: scaled per channel so that it gives the
+// survey's own sun and sky back at the survey's sun, which takes in the site's turbidity and the
+// camera's scale.
+class ScaledClearSky {
+ public:
+  // Without a survey, or with one whose sun was hidden or not measured, only the model's sun-to-sky
+  // ratio is used.
+  ScaledClearSky(const std::optional<Site>& site, const SurveyLight* survey);
+
+  ClearSkyExpectation At(const glm::dvec3& sun_direction_enu) const;
+
+ private:
+  ClearSkyIrradiance Model(const glm::dvec3& sun_direction_enu) const;
+
+  Site site_;  // Only its height matters to the model.
+  bool absolute_ = false;
+  glm::dvec3 beam_scale_rgb_{1.0};
+  glm::dvec3 diffuse_scale_rgb_{1.0};
+};
+
+}  // namespace pleinair
