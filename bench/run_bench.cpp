@@ -1,0 +1,118 @@
+// The whole of `run` on one recorded frame, repeated with its time advanced by a second a frame, so
+// that the sun's transport is paid for as often as it would be live. Files are read before and
+// nothing is written.
+//
+//   pleinair_run_bench [--sequence=DIR] [--frame=N] [Google Benchmark's options]
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "apps/file_blob_store.h"
+#include "apps/sequence_site.h"
+#include "datasets/sequence.h"
+#include "estimation/outdoor_lighting_source.h"
+#include "pipeline/frame_pipeline.h"
+#include "render/gl_context.h"
+
+namespace pleinair {
+namespace {
+
+struct BenchArguments {
+  std::filesystem::path sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+  int frame = 0;
+};
+
+void RunRepeatedFrame(benchmark::State& state, const BenchArguments& arguments, ProbeRoute route) {
+  const Sequence sequence = ReadSequence(arguments.sequence);
+  const SequenceSite site = LoadSequenceSite(sequence);
+  FileBlobStore store({});
+  const PreparedScene scene =
+      PrepareScene(site.model, PrepareOptionsFor(site, kAllBounces), store, [](auto, auto) {});
+  const HeadlessContext context;
+  Compositor compositor;
+  FramePipelineOptions options;
+  options.probe_route = route;
+  FramePipeline pipeline(scene,
+                         site.model.mesh,
+                         sequence.site,
+                         site.objects,
+                         MakeOutdoorLightingSource({}),
+                         compositor,
+                         options);
+  const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
+  Frame frame = frames->Next()->value();
+  for (int i = 0; i < arguments.frame; ++i) frame = frames->Next()->value();
+  if (!pipeline.Process(frame)) {  // The view's geometry, once.
+    state.SkipWithError("the frame can't be done");
+    return;
+  }
+
+  StageTimes sum;
+  double dearest_transport_ms = 0.0;
+  for (auto _ : state) {
+    frame.time += std::chrono::seconds(1);
+    const auto result = pipeline.Process(frame);
+    benchmark::DoNotOptimize(result->composite.radiance.pixels.data());
+    const StageTimes& ms = result->timing_ms;
+    sum.transport += ms.transport;
+    sum.estimate += ms.estimate;
+    sum.relight += ms.relight;
+    sum.probes += ms.probes;
+    sum.render += ms.render;
+    sum.readback += ms.readback;
+    dearest_transport_ms = std::max(dearest_transport_ms, ms.transport);
+  }
+  const auto mean = [&](double total) {
+    return benchmark::Counter(total, benchmark::Counter::kAvgIterations);
+  };
+  state.counters["transport_ms"] = mean(sum.transport);
+  state.counters["transport_max_ms"] = dearest_transport_ms;
+  state.counters["estimate_ms"] = mean(sum.estimate);
+  state.counters["relight_ms"] = mean(sum.relight);
+  state.counters["probes_ms"] = mean(sum.probes);
+  state.counters["render_ms"] = mean(sum.render);
+  state.counters["readback_ms"] = mean(sum.readback);
+  state.counters["frames_per_second"] =
+      benchmark::Counter(double(state.iterations()), benchmark::Counter::kIsRate);
+}
+
+}  // namespace
+}  // namespace pleinair
+
+int main(int argc, char** argv) {
+  pleinair::BenchArguments arguments;
+  std::vector<char*> rest;
+  for (int i = 0; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument.starts_with("--sequence=")) {
+      arguments.sequence = argument.substr(11);
+    } else if (argument.starts_with("--frame=")) {
+      arguments.frame = std::stoi(argument.substr(8));
+    } else {
+      rest.push_back(argv[i]);
+    }
+  }
+  int rest_count = static_cast<int>(rest.size());
+  for (const auto& [name, route] :
+       {std::pair{"run/folded", pleinair::ProbeRoute::kFolded},
+        std::pair{"run/environment", pleinair::ProbeRoute::kEnvironment}}) {
+    benchmark::RegisterBenchmark(name,
+                                 [arguments, route = route](benchmark::State& state) {
+                                   pleinair::RunRepeatedFrame(state, arguments, route);
+                                 })
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime()
+        ->Iterations(192);  // Four steps of the sun's raster.
+  }
+  benchmark::Initialize(&rest_count, rest.data());
+  if (benchmark::ReportUnrecognizedArguments(rest_count, rest.data())) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}
