@@ -85,11 +85,9 @@ fs::path DefaultCacheFolder() {
   return fs::path(home) / ".cache" / "pleinair";
 }
 
-FileBlobStore::FileBlobStore(FileBlobStoreOptions options) : options_(std::move(options)) {
-  if (options_.folder.empty()) {
-    throw std::invalid_argument("FileBlobStoreOptions.folder: empty, expected a path");
-  }
-}
+FileBlobStore::FileBlobStore(fs::path folder, std::uint64_t limit_bytes)
+    : folder_(folder.empty() ? DefaultCacheFolder() : std::move(folder)),
+      limit_bytes_(limit_bytes) {}
 
 fs::path FileBlobStore::PathOf(std::string_view key) const {
   if (key.empty() || key.size() > kLongestKey ||
@@ -97,18 +95,19 @@ fs::path FileBlobStore::PathOf(std::string_view key) const {
     throw std::invalid_argument("blob key '" + std::string(key) +
                                 "': expected 1 to 128 letters, digits, '-' and '_'");
   }
-  return options_.folder / (std::string(key) + ".blob");
+  return folder_ / (std::string(key) + ".blob");
 }
 
 std::optional<std::string> FileBlobStore::Load(std::string_view key) {
   const fs::path path = PathOf(key);
-  std::error_code error;
-  const std::uintmax_t file_bytes = fs::file_size(path, error);
-  if (error) return std::nullopt;
-  std::ifstream file(path, std::ios::binary);
+  // The size is asked of the open file: by now another process may have put a new one in its place.
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) return std::nullopt;
+  const std::streamoff file_bytes = file.tellg();
+  file.seekg(0);
 
-  if (file_bytes >= kHeaderBytes) {
+  std::error_code error;
+  if (file_bytes >= static_cast<std::streamoff>(kHeaderBytes)) {
     std::string header(kHeaderBytes, '\0');
     std::string bytes(static_cast<std::size_t>(file_bytes) - kHeaderBytes, '\0');
     file.read(header.data(), static_cast<std::streamsize>(header.size()));
@@ -127,17 +126,17 @@ std::optional<std::string> FileBlobStore::Load(std::string_view key) {
 void FileBlobStore::Save(std::string_view key, std::string_view bytes) {
   const fs::path path = PathOf(key);
   save_failure_.clear();
-  if (bytes.size() + kHeaderBytes > options_.limit_bytes) {
+  if (bytes.size() + kHeaderBytes > limit_bytes_) {
     save_failure_ = path.string() + ": not kept: " + std::to_string(bytes.size()) +
-                    " bytes exceed the cache's limit of " + std::to_string(options_.limit_bytes);
+                    " bytes exceed the cache's limit of " + std::to_string(limit_bytes_);
     return;
   }
   std::error_code error;
-  fs::create_directories(options_.folder, error);
-  std::string temporary = (options_.folder / (std::string(key) + ".XXXXXX.part")).string();
+  fs::create_directories(folder_, error);
+  std::string temporary = (folder_ / (std::string(key) + ".XXXXXX.part")).string();
   const int file = mkostemps(temporary.data(), 5, O_CLOEXEC);  // 5: the length of ".part".
   if (file < 0) {
-    save_failure_ = options_.folder.string() + ": not writable: " + LastSystemError();
+    save_failure_ = folder_.string() + ": not writable: " + LastSystemError();
     return;
   }
   const bool written = WriteAll(file, Header(key, bytes)) && WriteAll(file, bytes);
@@ -166,7 +165,7 @@ void FileBlobStore::RemoveLeastRecentlyUsed(const fs::path& keep) const {
   std::uintmax_t total_bytes = 0;
   std::error_code error;
   // Other processes add and remove files meanwhile: what is gone when looked at does not count.
-  for (fs::directory_iterator entry(options_.folder, error), end; !error && entry != end;
+  for (fs::directory_iterator entry(folder_, error), end; !error && entry != end;
        entry.increment(error)) {
     std::error_code gone;
     const fs::path& path = entry->path();
@@ -185,7 +184,7 @@ void FileBlobStore::RemoveLeastRecentlyUsed(const fs::path& keep) const {
     return std::pair(a.last_use, a.path) < std::pair(b.last_use, b.path);
   });
   for (const Blob& blob : blobs) {
-    if (total_bytes <= options_.limit_bytes) break;
+    if (total_bytes <= limit_bytes_) break;
     if (fs::remove(blob.path, error)) total_bytes -= blob.bytes;
   }
 }

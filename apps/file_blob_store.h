@@ -16,10 +16,7 @@ namespace pleinair {
 // Throws  std::runtime_error when there is neither that variable nor a home folder.
 std::filesystem::path DefaultCacheFolder();
 
-struct FileBlobStoreOptions {
-  std::filesystem::path folder;            // Made by the first Save.
-  std::uint64_t limit_bytes = 2ULL << 30;  // All blobs together, headers included.
-};
+constexpr std::uint64_t kDefaultCacheLimitBytes = 2ULL << 30;
 
 // One file a blob, `<key>.blob`; other files in the folder are never touched. Processes may share a
 // folder: a blob appears whole, by a rename, and its checksum and key are looked at when it is
@@ -30,8 +27,10 @@ struct FileBlobStoreOptions {
 // Threads  one object is used by one thread at a time; several objects may share a folder.
 class FileBlobStore final : public BlobStore {
  public:
-  // Throws  std::invalid_argument when the folder is empty.
-  explicit FileBlobStore(FileBlobStoreOptions options);
+  // An empty `folder` means DefaultCacheFolder(). The first Save makes the folder. `limit_bytes` is
+  // for all blobs together, headers included.
+  explicit FileBlobStore(std::filesystem::path folder = {},
+                         std::uint64_t limit_bytes = kDefaultCacheLimitBytes);
 
   // Returns nothing where there is no such blob, or only a damaged one; the latter is taken away.
   std::optional<std::string> Load(std::string_view key) override;
@@ -40,7 +39,7 @@ class FileBlobStore final : public BlobStore {
   // the limit.
   void Save(std::string_view key, std::string_view bytes) override;
 
-  const std::filesystem::path& folder() const { return options_.folder; }
+  const std::filesystem::path& folder() const { return folder_; }
   // Why the last Save kept nothing: one line; empty when it did.
   const std::string& save_failure() const { return save_failure_; }
 
@@ -48,7 +47,8 @@ class FileBlobStore final : public BlobStore {
   std::filesystem::path PathOf(std::string_view key) const;
   void RemoveLeastRecentlyUsed(const std::filesystem::path& keep) const;
 
-  FileBlobStoreOptions options_;
+  std::filesystem::path folder_;
+  std::uint64_t limit_bytes_;
   std::string save_failure_;
 };
 
