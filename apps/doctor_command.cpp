@@ -1,0 +1,305 @@
+#include "apps/doctor_command.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <GeographicLib/Config.h>
+#include <OpenEXR/OpenEXRConfig.h>
+#include <assimp/version.h>
+#include <ceres/version.h>
+#include <embree3/rtcore.h>
+#include <erfa.h>
+#include <erfaextra.h>
+#include <fmt/format.h>
+#include <sys/timex.h>
+#include <unistd.h>
+#include <GeographicLib/Geoid.hpp>
+#include <GeographicLib/MagneticModel.hpp>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "apps/file_blob_store.h"
+#include "render/gl_context.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class State { kOk, kMissing, kBroken };
+
+struct Finding {
+  std::string name;
+  State state = State::kOk;
+  std::string found;
+  std::string advice;  // What to do; empty where nothing is to be done.
+};
+
+std::string_view Word(State state) {
+  switch (state) {
+    case State::kOk:
+      return "ok";
+    case State::kMissing:
+      return "missing";
+    case State::kBroken:
+      break;
+  }
+  return "broken";
+}
+
+// `absent` is what it means that there is no such context: desktop OpenGL draws the composites, ES
+// is what small boards have.
+Finding CheckGl(GlApi api, std::string name, State absent) {
+  try {
+    const HeadlessContext context(api);
+    const GlDescription gl = context.Describe();
+    const bool software = gl.renderer.find("llvmpipe") != std::string::npos ||
+                          gl.renderer.find("softpipe") != std::string::npos;
+    return {std::move(name),
+            State::kOk,
+            fmt::format("{}, {}{}", gl.renderer, gl.version, software ? " (in software)" : ""),
+            ""};
+  } catch (const std::exception& error) {
+    return {std::move(name),
+            absent,
+            error.what(),
+            "install the graphics card's driver, or for software drawing: apt install "
+            "libegl1 libgl1-mesa-dri"};
+  }
+}
+
+Finding CheckProcessor() {
+  std::string model;
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) {
+      model = line.substr(std::min(line.size(), line.find(':') + 2));
+      break;
+    }
+  }
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  return {
+      "processor",
+      State::kOk,
+      fmt::format("{} core{}{}", cores, cores == 1 ? "" : "s", model.empty() ? "" : ", " + model),
+      ""};
+}
+
+// The sun moves 15 degrees an hour: a clock that is a minute off is a quarter degree of sun.
+Finding CheckClock() {
+  // No clock that was ever set says a year before this program's own.
+  constexpr std::chrono::sys_days kEarliest = std::chrono::year(2025) / 1 / 1;
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  const auto day = std::chrono::floor<std::chrono::days>(now);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss time(now - day);
+  const std::string text = fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z",
+                                       static_cast<int>(date.year()),
+                                       static_cast<unsigned>(date.month()),
+                                       static_cast<unsigned>(date.day()),
+                                       time.hours().count(),
+                                       time.minutes().count(),
+                                       time.seconds().count());
+  if (now < kEarliest) {
+    return {"clock", State::kBroken, text + ": was never set", "set it: date --utc --set=..."};
+  }
+  timex kernel_clock{};
+  const int state = adjtimex(&kernel_clock);
+  if (state < 0)
+    return {"clock", State::kOk, text + "; cannot tell whether it is synchronised", ""};
+  if (state == TIME_ERROR || (kernel_clock.status & STA_UNSYNC) != 0) {
+    return {"clock",
+            State::kMissing,
+            text + ": not synchronised; recordings carry their own times, live cameras need it",
+            "apt install systemd-timesyncd (or chrony)"};
+  }
+  return {"clock", State::kOk, text + ", synchronised", ""};
+}
+
+std::vector<Finding> CheckCameras() {
+  std::vector<fs::path> devices;
+  std::error_code error;
+  for (fs::directory_iterator entry("/dev", error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().filename().string().starts_with("video")) devices.push_back(entry->path());
+  }
+  std::sort(devices.begin(), devices.end());
+  if (devices.empty()) {
+    return {{"cameras",
+             State::kMissing,
+             "no /dev/video*; recordings need none",
+             "plug a camera in (in a container: pass its device on)"}};
+  }
+  std::vector<Finding> findings;
+  for (const fs::path& device : devices) {
+    std::string label;
+    std::ifstream name_file("/sys/class/video4linux" / device.filename() / "name");
+    std::getline(name_file, label);
+    const std::string name = "camera " + device.string();
+    if (access(device.c_str(), R_OK | W_OK) == 0) {
+      findings.push_back({name, State::kOk, label.empty() ? "may be opened" : label, ""});
+    } else {
+      findings.push_back({name,
+                          State::kMissing,
+                          label + (label.empty() ? "" : ": ") + "may not be opened by this user",
+                          "join the group video: adduser $USER video, then log in anew"});
+    }
+  }
+  return findings;
+}
+
+// A data set of GeographicLib's: in no Debian package, and only some uses need it.
+Finding CheckModel(std::string name,
+                   const std::string& folder,
+                   std::string_view extension,
+                   std::string_view purpose,
+                   std::string_view command) {
+  std::vector<std::string> models;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().extension() == extension) models.push_back(entry->path().stem().string());
+  }
+  if (models.empty()) {
+    return {std::move(name),
+            State::kMissing,
+            fmt::format("none in {}; only needed {}", folder, purpose),
+            fmt::format("apt install geographiclib-tools && {}", command)};
+  }
+  std::sort(models.begin(), models.end());
+  return {
+      std::move(name), State::kOk, fmt::format("{} in {}", fmt::join(models, ", "), folder), ""};
+}
+
+Finding CheckCache() {
+  // A prepared site takes some tens of megabytes; the cache holds kDefaultCacheLimitBytes at most.
+  constexpr std::uintmax_t kEnoughBytes = 256ULL << 20;
+  try {
+    const fs::path folder = DefaultCacheFolder();
+    fs::path present = folder;
+    std::error_code error;
+    while (!fs::exists(present, error) && present.has_relative_path()) {
+      present = present.parent_path();
+    }
+    if (access(present.c_str(), W_OK | X_OK) != 0 || !fs::is_directory(present, error)) {
+      return {
+          "cache",
+          State::kMissing,
+          fmt::format("{}: not writable; every run would prepare its site anew", folder.string()),
+          "give --cache DIR, set XDG_CACHE_HOME, or mend the permissions"};
+    }
+    const fs::space_info space = fs::space(present, error);
+    const std::string found =
+        error ? folder.string()
+              : fmt::format("{}, {:.1f} GiB free",
+                            folder.string(),
+                            static_cast<double>(space.available) / static_cast<double>(1ULL << 30));
+    if (!error && space.available < kEnoughBytes) {
+      return {
+          "cache", State::kMissing, found + ": too little to keep a prepared site", "make room"};
+    }
+    return {"cache", State::kOk, found, ""};
+  } catch (const std::exception& error) {
+    return {"cache", State::kMissing, error.what(), "give --cache DIR"};
+  }
+}
+
+Finding CheckEmbree() {
+  RTCDevice device = rtcNewDevice(nullptr);
+  if (!device) {
+    return {"Embree",
+            State::kBroken,
+            fmt::format("no ray-casting device (error {})",
+                        static_cast<int>(rtcGetDeviceError(nullptr))),
+            "a processor with SSE2 is needed"};
+  }
+  const auto version = fmt::format("{}.{}.{}",
+                                   rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR),
+                                   rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MINOR),
+                                   rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_PATCH));
+  rtcReleaseDevice(device);
+  return {"Embree", State::kOk, version, ""};
+}
+
+std::vector<Finding> CheckEverything() {
+  std::vector<Finding> findings = {
+      {"pleinair", State::kOk, PLEINAIR_VERSION, ""},
+      CheckGl(GlApi::kDesktop45, "OpenGL 4.5", State::kBroken),
+      CheckGl(GlApi::kEs31, "OpenGL ES 3.1", State::kMissing),
+      CheckProcessor(),
+      CheckClock(),
+      CheckCache(),
+  };
+  for (Finding& camera : CheckCameras()) findings.push_back(std::move(camera));
+  findings.push_back(CheckModel("magnetic model",
+                                GeographicLib::MagneticModel::DefaultMagneticPath(),
+                                ".wmm",
+                                "to turn compass headings into true north",
+                                "geographiclib-get-magnetic wmm2020"));
+  findings.push_back(CheckModel("geoid",
+                                GeographicLib::Geoid::DefaultGeoidPath(),
+                                ".pgm",
+                                "to turn heights above sea level into ellipsoid heights",
+                                "geographiclib-get-geoids egm96-5"));
+  findings.push_back(CheckEmbree());
+  findings.push_back({"OpenCV", State::kOk, cv::getVersionString(), ""});
+  findings.push_back({"Ceres", State::kOk, CERES_VERSION_STRING, ""});
+  findings.push_back(
+      {"assimp",
+       State::kOk,
+       fmt::format("{}.{}.{}", aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch()),
+       ""});
+  findings.push_back({"OpenEXR", State::kOk, OPENEXR_VERSION_STRING, ""});
+  findings.push_back({"ERFA", State::kOk, eraVersion(), ""});
+  findings.push_back({"GeographicLib", State::kOk, GEOGRAPHICLIB_VERSION_STRING, ""});
+  return findings;
+}
+
+std::string AsJson(const std::vector<Finding>& findings, bool all_well) {
+  nlohmann::json checks = nlohmann::json::array();
+  for (const Finding& finding : findings) {
+    checks.push_back({{"name", finding.name},
+                      {"state", Word(finding.state)},
+                      {"found", finding.found},
+                      {"advice", finding.advice}});
+  }
+  const nlohmann::json whole = {
+      {"version", PLEINAIR_VERSION}, {"all_well", all_well}, {"checks", checks}};
+  // Names of devices and drivers are foreign text: what is not UTF-8 in them is replaced.
+  return whole.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+}
+
+std::string AsText(const std::vector<Finding>& findings) {
+  std::size_t name_width = 0;
+  for (const Finding& finding : findings) name_width = std::max(name_width, finding.name.size());
+  std::string text;
+  for (const Finding& finding : findings) {
+    text += fmt::format(
+        "{:<7}  {:<{}}  {}", Word(finding.state), finding.name, name_width, finding.found);
+    if (!finding.advice.empty()) text += ": " + finding.advice;
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string RunDoctorCommand(bool json, bool* all_well) {
+  const std::vector<Finding> findings = CheckEverything();
+  *all_well = std::none_of(findings.begin(), findings.end(), [](const Finding& finding) {
+    return finding.state == State::kBroken;
+  });
+  return json ? AsJson(findings, *all_well) : AsText(findings);
+}
+
+}  // namespace pleinair
