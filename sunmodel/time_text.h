@@ -8,9 +8,10 @@
 
 namespace pleinair {
 
-// Parses ISO 8601: "2005-06-21T09:50:00.25Z", or with an offset "+05:45" in place of Z. Second 60
-// is accepted where UTC had one, and means the next minute's start. Throws std::invalid_argument
-// naming the text and the field.
+// Parses ISO 8601: "2005-06-21T09:50:00.25Z", or with an offset ("+05:45", "+0545", "-07") in place
+// of Z; seconds may be left out, and have up to nine decimals. Second 60 is accepted where UTC had
+// one, and means the next minute's start. Years 1678 to 2261 (what UtcTime holds).
+// Throws std::invalid_argument naming the text and the field.
 UtcTime ParseUtcTime(std::string_view text);
 
 // ISO 8601 with Z; as many decimals of the second as are not zero.
