@@ -1,4 +1,9 @@
 // OpenCV's pinhole model with its five-coefficient distortion, both ways.
+//
+// With x = X/Z, y = Y/Z, r^2 = x^2 + y^2 (the undistorted image plane at distance 1):
+//   x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2)
+//   y' = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 y^2) + 2 p2 x y
+//   u = fx x' + cx,  v = fy y' + cy
 #pragma once
 
 #include <optional>
@@ -10,18 +15,45 @@
 
 namespace pleinair {
 
-// Image point of a camera-frame point; none behind the camera or beyond the radius where the
-// distortion polynomial folds back (its stated validity).
+// Projection with its set-up done: for many points of one camera. Safe from any thread.
+//
+// Validity  points before the camera with r < ValidRadius() whose picture lies within 1e8 px of the
+//           picture's origin (beyond, a double does not hold 1e-6 px). There the mapping is
+//           one-to-one, and projecting a direction that came from a pixel gives that pixel back
+//           within 1e-6 px. Outside of it both functions refuse.
+class Lens {
+ public:
+  // Throws std::invalid_argument naming the field and its value: a size or focal length that is not
+  // positive, a value that is not finite.
+  explicit Lens(const CameraIntrinsics& intrinsics);
+
+  // Image point of a camera-frame point; none outside the validity.
+  std::optional<glm::dvec2> ProjectToPixel(const glm::dvec3& point_camera) const;
+
+  // Unit camera-frame direction through an image point; none where no valid direction leads there.
+  std::optional<glm::dvec3> DirectionFromPixel(const glm::dvec2& pixel) const;
+
+  // tan of the angle to the optical axis up to which the mapping is one-to-one for certain: within
+  // it its Jacobian is positive definite. Infinite without distortion.
+  double ValidRadius() const { return valid_radius_; }
+  const CameraIntrinsics& Intrinsics() const { return intrinsics_; }
+
+ private:
+  CameraIntrinsics intrinsics_;
+  double valid_radius_;
+};
+
+// The same for a single point; the last distorted camera's set-up is kept per thread.
 std::optional<glm::dvec2> ProjectToPixel(const CameraIntrinsics& intrinsics,
                                          const glm::dvec3& point_camera);
-
-// Unit camera-frame direction through an image point; none where no direction leads there.
 std::optional<glm::dvec3> DirectionFromPixel(const CameraIntrinsics& intrinsics,
                                              const glm::dvec2& pixel);
 
-// The smallest undistorted pinhole camera (same focal length) whose picture covers every direction
-// that the distorted one sees, with one pixel of margin; the same camera where there is no
-// distortion.
+// The smallest undistorted pinhole camera (same focal length, pixel grid aligned with the distorted
+// one's principal point) whose picture covers every direction that the distorted one sees, with one
+// pixel of margin; the same camera where there is no distortion.
+// Throws  std::invalid_argument where a side would pass 16384 pixels: a distortion that bends the
+//         picture's corners to nearly a right angle is no pinhole camera's.
 CameraIntrinsics UndistortedCover(const CameraIntrinsics& intrinsics);
 
 }  // namespace pleinair

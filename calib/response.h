@@ -11,23 +11,41 @@
 
 namespace pleinair {
 
+// The sRGB transfer function (IEC 61966-2-1) on [0, 1]; linear below 0, so that it can be inverted,
+// and continued beyond 1.
+double SrgbFromLinear(double linear);
+double LinearFromSrgb(double encoded);
+
 // A monotone curve per channel.
 class ResponseCurve {
  public:
   static ResponseCurve Srgb();
-  // Reads {"format": "pleinair-response", "version": 1, "linear_of_code_rgb": [[256 values] x 3]}.
+  // Reads {"format": "pleinair-response", "version": 1, "linear_of_code_rgb": [[256 values] x 3]};
+  // each list in [0, 1], never falling, and not all equal.
   // Throws std::runtime_error naming file, place and what was expected.
   static ResponseCurve FromFile(const std::filesystem::path& file);
 
   glm::vec3 LinearFromCode(const glm::u8vec3& code) const;
-  // Nearest code; values are clipped to [0, 1] first, as the camera does. NaN gives 0.
+  // Nearest code; values are clipped to [0, 1] first, as the camera does. NaN gives 0. Of codes
+  // that stand for the same light (a flat end of the curve) the highest.
   glm::u8vec3 CodeFromLinear(const glm::vec3& linear) const;
 
  private:
-  std::array<std::array<float, 256>, 3> linear_of_code_{};
+  static constexpr int kGuesses = 4096;
+  struct Channel {
+    std::array<float, 256> linear_of_code{};
+    // Linear value from which on the code is at least its index + 1, ascending.
+    std::array<float, 255> threshold_above_code{};
+    // The code at the lower end of each of kGuesses equal parts of [0, 1]: where to begin looking.
+    std::array<std::uint8_t, kGuesses> guess{};
+
+    void FillGuesses();
+    std::uint8_t Code(float linear) const;
+  };
+  std::array<Channel, 3> channels_{};
 };
 
-// Radiance = linear / exposure.
+// Radiance = linear / exposure. Throws std::invalid_argument for an exposure that is not positive.
 RgbImage RadianceFromCodes(const Rgb8Image& codes, const ResponseCurve& response, double exposure);
 Rgb8Image CodesFromRadiance(const RgbImage& radiance,
                             const ResponseCurve& response,

@@ -1,0 +1,226 @@
+#include "calib/json_cursor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+namespace pleinair {
+namespace {
+
+// Deeper than any of our formats, and far from what the stack of a recursive walk would hold.
+constexpr int kMaxDepth = 64;
+constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{256} << 20;
+constexpr std::size_t kMaxQuotedCharacters = 60;
+
+std::string Quoted(std::string_view text) {
+  const bool cut = text.size() > kMaxQuotedCharacters;
+  // dump() escapes control characters, so that the message stays one line; a character cut in half
+  // is replaced.
+  std::string quoted = nlohmann::json(std::string(text.substr(0, kMaxQuotedCharacters)))
+                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return cut ? quoted + "..." : quoted;
+}
+
+std::string Described(const nlohmann::json& value) {
+  switch (value.type()) {
+    case nlohmann::json::value_t::object:
+      return "an object";
+    case nlohmann::json::value_t::array:
+      return "a list of " + std::to_string(value.size());
+    case nlohmann::json::value_t::string:
+      return Quoted(value.get_ref<const std::string&>());
+    default:
+      return value.dump();
+  }
+}
+
+std::string ShortestText(double value) { return nlohmann::json(value).dump(); }
+
+std::string Alternatives(std::initializer_list<std::string_view> allowed) {
+  std::string text;
+  for (const std::string_view one : allowed) {
+    text += (text.empty() ? "" : " or ") + Quoted(one);
+  }
+  return text;
+}
+
+std::string LineAndColumn(std::string_view text, std::size_t byte) {
+  const std::string_view before = text.substr(0, std::min(byte == 0 ? 0 : byte - 1, text.size()));
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  const std::size_t line_start = before.rfind('\n');
+  const std::size_t column =
+      before.size() - (line_start == std::string_view::npos ? 0 : line_start + 1) + 1;
+  return "line " + std::to_string(line) + ", column " + std::to_string(column);
+}
+
+// Refuses what the parser would let pass: keys given twice and deep nesting.
+class StructureCheck {
+ public:
+  explicit StructureCheck(const std::string& label) : label_(label) {}
+
+  bool operator()(int depth, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
+    using Event = nlohmann::json::parse_event_t;
+    if (event == Event::object_start || event == Event::array_start) {
+      if (depth >= kMaxDepth) {
+        throw JsonError(label_ + ": expected at most " + std::to_string(kMaxDepth) +
+                        " levels of nesting, found more");
+      }
+    }
+    if (event == Event::object_start) keys_.emplace_back();
+    if (event == Event::object_end) keys_.pop_back();
+    if (event == Event::key && !keys_.back().insert(parsed.get<std::string>()).second) {
+      throw JsonError(label_ + ": expected each key once, found " + Described(parsed) + " twice");
+    }
+    return true;
+  }
+
+ private:
+  std::string label_;
+  std::vector<std::set<std::string>> keys_;
+};
+
+}  // namespace
+
+nlohmann::json LoadJson(const std::filesystem::path& file) {
+  const std::string label = file.string();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    throw JsonError(label + ": expected a JSON file, found " +
+                    (std::filesystem::exists(file, error) ? "something else" : "nothing"));
+  }
+  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+  if (error || bytes > kMaxFileBytes) {
+    throw JsonError(label + ": expected a JSON file of at most " +
+                    std::to_string(kMaxFileBytes >> 20) + " MiB");
+  }
+  std::ifstream stream(file, std::ios::binary);
+  std::string text(static_cast<std::size_t>(bytes), '\0');
+  if (!stream || !stream.read(text.data(), static_cast<std::streamsize>(text.size()))) {
+    throw JsonError(label + ": expected a readable file");
+  }
+  return ParseJson(text, label);
+}
+
+nlohmann::json ParseJson(std::string_view text, const std::string& label) {
+  // A reference: the parser copies its callback, and the keys seen so far must not be.
+  StructureCheck check(label);
+  const nlohmann::json::parser_callback_t callback = std::ref(check);
+  try {
+    return nlohmann::json::parse(text.begin(), text.end(), callback);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw JsonError(label + ": " + LineAndColumn(text, error.byte) +
+                    ": expected valid JSON in UTF-8");
+  } catch (const nlohmann::json::exception&) {
+    throw JsonError(label + ": expected valid JSON, found a number too large to hold");
+  }
+}
+
+JsonCursor::JsonCursor(const nlohmann::json& value, std::string file)
+    : JsonCursor(value, std::move(file), "") {}
+
+JsonCursor::JsonCursor(const nlohmann::json& value, std::string file, std::string path)
+    : value_(&value), file_(std::move(file)), path_(std::move(path)) {}
+
+std::string JsonCursor::PathOf(std::string_view key) const {
+  return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+}
+
+void JsonCursor::Fail(const std::string& expected) const {
+  throw JsonError(file_ + ": " + (path_.empty() ? "" : path_ + ": ") + "expected " + expected +
+                  ", found " + Described(*value_));
+}
+
+void JsonCursor::CheckKeys(std::initializer_list<std::string_view> known) const {
+  if (!value_->is_object()) Fail("an object");
+  for (const auto& [key, ignored] : value_->items()) {
+    const bool free_text = key == "name" || key.starts_with("note") || key.starts_with("formula") ||
+                           key.starts_with("world");
+    const bool is_known = std::find(known.begin(), known.end(), key) != known.end();
+    if (is_known) continue;
+    if (free_text) {
+      if (!ignored.is_string()) JsonCursor(ignored, file_, PathOf(key)).Fail("free text");
+      continue;
+    }
+    throw JsonError(file_ + ": " + (path_.empty() ? "" : path_ + ": ") +
+                    "expected only known keys (" + Alternatives(known) + "), found " + Quoted(key));
+  }
+}
+
+JsonCursor JsonCursor::Required(std::string_view key) const {
+  std::optional<JsonCursor> found = Optional(key);
+  if (!found) throw JsonError(file_ + ": " + PathOf(key) + ": expected a value, found none");
+  return *found;
+}
+
+std::optional<JsonCursor> JsonCursor::Optional(std::string_view key) const {
+  if (!value_->is_object()) Fail("an object");
+  const auto found = value_->find(key);
+  if (found == value_->end()) return std::nullopt;
+  return JsonCursor(*found, file_, PathOf(key));
+}
+
+std::vector<JsonCursor> JsonCursor::List(std::size_t count_min, std::size_t count_max) const {
+  if (!value_->is_array() || value_->size() < count_min || value_->size() > count_max) {
+    if (count_min == count_max) Fail("a list of " + std::to_string(count_min));
+    Fail(count_max == static_cast<std::size_t>(-1)
+             ? "a list of at least " + std::to_string(count_min)
+             : "a list of " + std::to_string(count_min) + " to " + std::to_string(count_max));
+  }
+  std::vector<JsonCursor> entries;
+  entries.reserve(value_->size());
+  for (std::size_t i = 0; i < value_->size(); ++i) {
+    entries.push_back(JsonCursor((*value_)[i], file_, path_ + "[" + std::to_string(i) + "]"));
+  }
+  return entries;
+}
+
+double JsonCursor::Number() const {
+  if (!value_->is_number() || !std::isfinite(value_->get<double>())) Fail("a number");
+  return value_->get<double>();
+}
+
+double JsonCursor::PositiveNumber() const {
+  // Positive as a double; what later steps divide by must not be denormal either.
+  if (!value_->is_number() || !std::isnormal(value_->get<double>()) ||
+      !(value_->get<double>() > 0.0)) {
+    Fail("a positive number");
+  }
+  return value_->get<double>();
+}
+
+double JsonCursor::NumberIn(double low, double high) const {
+  const bool right =
+      value_->is_number() && value_->get<double>() >= low && value_->get<double>() <= high;
+  if (!right) Fail("a number from " + ShortestText(low) + " to " + ShortestText(high));
+  return value_->get<double>();
+}
+
+int JsonCursor::IntegerIn(int low, int high) const {
+  // 480.0 is an integer to a person; 480.5 is not.
+  const double value = value_->is_number() ? value_->get<double>() : std::nan("");
+  const bool right = value >= low && value <= high && value == std::floor(value);
+  if (!right) Fail("an integer from " + std::to_string(low) + " to " + std::to_string(high));
+  return static_cast<int>(value);
+}
+
+bool JsonCursor::Boolean() const {
+  if (!value_->is_boolean()) Fail("true or false");
+  return value_->get<bool>();
+}
+
+std::string JsonCursor::Text() const {
+  if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) Fail("a text");
+  return value_->get<std::string>();
+}
+
+std::string JsonCursor::OneOf(std::initializer_list<std::string_view> allowed) const {
+  const bool right =
+      value_->is_string() &&
+      std::find(allowed.begin(), allowed.end(), value_->get_ref<const std::string&>()) !=
+          allowed.end();
+  if (!right) Fail(Alternatives(allowed));
+  return value_->get<std::string>();
+}
+
+}  // namespace pleinair

@@ -1,0 +1,126 @@
+#include "calib/response.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "calib/json_cursor.h"
+
+namespace pleinair {
+namespace {
+
+void RequireExposure(double exposure) {
+  if (!(exposure > 0.0) || !std::isfinite(exposure)) {
+    throw std::invalid_argument("exposure " + std::to_string(exposure) +
+                                ": expected a positive number");
+  }
+}
+
+}  // namespace
+
+double SrgbFromLinear(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
+double LinearFromSrgb(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+void ResponseCurve::Channel::FillGuesses() {
+  std::size_t code = 0;
+  for (std::size_t i = 0; i < guess.size(); ++i) {
+    const float lower_end = static_cast<float>(i) / static_cast<float>(kGuesses);
+    while (code < threshold_above_code.size() && lower_end >= threshold_above_code[code]) ++code;
+    guess[i] = static_cast<std::uint8_t>(code);
+  }
+}
+
+std::uint8_t ResponseCurve::Channel::Code(float linear) const {
+  // Negated so that NaN is caught with the values below 0.
+  if (!(linear >= 0.0f)) linear = 0.0f;
+  if (linear > 1.0f) linear = 1.0f;
+  const auto part = static_cast<std::size_t>(linear * static_cast<float>(kGuesses));
+  std::size_t code = guess[std::min(part, guess.size() - 1)];
+  while (code < threshold_above_code.size() && linear >= threshold_above_code[code]) ++code;
+  return static_cast<std::uint8_t>(code);
+}
+
+ResponseCurve ResponseCurve::Srgb() {
+  Channel channel;
+  for (std::size_t code = 0; code < 256; ++code) {
+    const double encoded = static_cast<double>(code);
+    channel.linear_of_code[code] = static_cast<float>(LinearFromSrgb(encoded / 255.0));
+    // Halfway in the encoded scale, where an sRGB camera rounds.
+    if (code < 255) {
+      channel.threshold_above_code[code] =
+          static_cast<float>(LinearFromSrgb((encoded + 0.5) / 255.0));
+    }
+  }
+  channel.FillGuesses();
+  ResponseCurve curve;
+  curve.channels_.fill(channel);
+  return curve;
+}
+
+ResponseCurve ResponseCurve::FromFile(const std::filesystem::path& file) {
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  root.CheckKeys({"format", "version", "linear_of_code_rgb"});
+  root.Required("format").OneOf({"pleinair-response"});
+  root.Required("version").IntegerIn(1, 1);
+  const std::vector<JsonCursor> lists = root.Required("linear_of_code_rgb").List(3, 3);
+  ResponseCurve curve;
+  for (std::size_t c = 0; c < 3; ++c) {
+    Channel& channel = curve.channels_[c];
+    const std::vector<JsonCursor> values = lists[c].List(256, 256);
+    for (std::size_t code = 0; code < 256; ++code) {
+      const float low = code == 0 ? 0.0f : channel.linear_of_code[code - 1];
+      channel.linear_of_code[code] = static_cast<float>(values[code].NumberIn(0.0, 1.0));
+      if (channel.linear_of_code[code] < low) {
+        values[code].Fail("a value not below the one before, " + std::to_string(low));
+      }
+      if (code == 0) continue;
+      // Only the values at the codes are known: halfway between them.
+      channel.threshold_above_code[code - 1] =
+          0.5f * (channel.linear_of_code[code - 1] + channel.linear_of_code[code]);
+    }
+    if (!(channel.linear_of_code[255] > channel.linear_of_code[0])) {
+      lists[c].Fail("values that rise from code 0 to code 255");
+    }
+    channel.FillGuesses();
+  }
+  return curve;
+}
+
+glm::vec3 ResponseCurve::LinearFromCode(const glm::u8vec3& code) const {
+  return {channels_[0].linear_of_code[code.x],
+          channels_[1].linear_of_code[code.y],
+          channels_[2].linear_of_code[code.z]};
+}
+
+glm::u8vec3 ResponseCurve::CodeFromLinear(const glm::vec3& linear) const {
+  return {channels_[0].Code(linear.x), channels_[1].Code(linear.y), channels_[2].Code(linear.z)};
+}
+
+RgbImage RadianceFromCodes(const Rgb8Image& codes, const ResponseCurve& response, double exposure) {
+  RequireExposure(exposure);
+  RgbImage radiance(codes.width, codes.height);
+  for (std::size_t i = 0; i < codes.pixels.size(); ++i) {
+    radiance.pixels[i] = glm::vec3(glm::dvec3(response.LinearFromCode(codes.pixels[i])) / exposure);
+  }
+  return radiance;
+}
+
+Rgb8Image CodesFromRadiance(const RgbImage& radiance,
+                            const ResponseCurve& response,
+                            double exposure) {
+  RequireExposure(exposure);
+  Rgb8Image codes(radiance.width, radiance.height);
+  for (std::size_t i = 0; i < radiance.pixels.size(); ++i) {
+    codes.pixels[i] = response.CodeFromLinear(glm::vec3(glm::dvec3(radiance.pixels[i]) * exposure));
+  }
+  return codes;
+}
+
+}  // namespace pleinair
