@@ -1,0 +1,158 @@
+// The bundled courtyard, end to end and against its truth.
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/sequence_site.h"
+#include "datasets/scoring.h"
+#include "estimation/outdoor_lighting_source.h"
+#include "pipeline/frame_pipeline.h"
+#include "render/gl_context.h"
+
+namespace pleinair {
+namespace {
+
+const std::filesystem::path kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+
+// Keeps nothing: every test prepares anew.
+class NoStore : public BlobStore {
+ public:
+  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
+  void Save(std::string_view, std::string_view) override {}
+};
+
+// Prepared once for all tests of the file.
+class Courtyard : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    sequence_ = ReadSequence(kCourtyard);
+    site_ = LoadSequenceSite(*sequence_);
+    NoStore store;
+    scene_ = std::make_unique<PreparedScene>(PrepareScene(
+        site_->model, PrepareOptionsFor(*site_, kAllBounces), store, [](auto, auto) {}));
+  }
+  static void TearDownTestSuite() {
+    scene_.reset();
+    site_.reset();
+    sequence_.reset();
+  }
+
+  static std::vector<FrameResult> RunAll(ProbeRoute route,
+                                         std::vector<IrradianceVolume>* volumes = nullptr) {
+    const HeadlessContext context;
+    Compositor compositor;
+    FramePipelineOptions options;
+    options.probe_route = route;
+    FramePipeline pipeline(*scene_,
+                           site_->model.mesh,
+                           sequence_->site,
+                           site_->objects,
+                           MakeOutdoorLightingSource({}),
+                           compositor,
+                           options);
+    const auto frames = MakeRecordedFrameSource(*sequence_, FrameKind::kLinear);
+    std::vector<FrameResult> results;
+    while (const auto frame = frames->Next()) {
+      auto result = pipeline.Process(frame->value());
+      if (!result) {
+        ADD_FAILURE() << result.error().reason;
+        continue;
+      }
+      results.push_back(std::move(*result));
+      if (volumes != nullptr) volumes->push_back(pipeline.Volume());
+    }
+    return results;
+  }
+
+  static std::optional<Sequence> sequence_;
+  static std::optional<SequenceSite> site_;
+  static std::unique_ptr<PreparedScene> scene_;
+};
+
+std::optional<Sequence> Courtyard::sequence_;
+std::optional<SequenceSite> Courtyard::site_;
+std::unique_ptr<PreparedScene> Courtyard::scene_;
+
+double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+
+TEST_F(Courtyard, LightFollowsTheClouds) {
+  const std::vector<FrameResult> results = RunAll(ProbeRoute::kFolded);
+  ASSERT_EQ(results.size(), sequence_->frames.size());
+  double largest_sun = 0.0;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    largest_sun =
+        std::max(largest_sun, MeanOf(*ReadFrameTruth(kCourtyard, int(i)).sun_irradiance_rgb));
+  }
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const FrameTruth truth = ReadFrameTruth(kCourtyard, static_cast<int>(i));
+    const Lighting& found = results[i].estimate.lighting;
+    // The 95th percentiles that the full recording is held to: 10 % of the largest sun; 35 % of the
+    // sky.
+    EXPECT_NEAR(
+        MeanOf(found.sun.irradiance_rgb), MeanOf(*truth.sun_irradiance_rgb), 0.10 * largest_sun)
+        << "frame " << i;
+    EXPECT_NEAR(MeanOf(found.SkyIrradianceRgb()) / MeanOf(*truth.sky_irradiance_rgb), 1.0, 0.35)
+        << "frame " << i;
+    EXPECT_TRUE(results[i].estimate.sun_observable) << "frame " << i;
+  }
+}
+
+TEST_F(Courtyard, BothProbeRoutesGiveTheSameProbes) {
+  std::vector<IrradianceVolume> folded;
+  std::vector<IrradianceVolume> by_map;
+  RunAll(ProbeRoute::kFolded, &folded);
+  RunAll(ProbeRoute::kEnvironment, &by_map);
+  ASSERT_EQ(folded.size(), by_map.size());
+  for (std::size_t i = 0; i < folded.size(); ++i) {
+    double difference = 0.0;
+    double size = 0.0;
+    for (std::size_t probe = 0; probe < folded[i].probes.size(); ++probe) {
+      for (std::size_t c = 0; c < folded[i].probes[probe].size(); ++c) {
+        const glm::dvec3 a(folded[i].probes[probe][c]);
+        const glm::dvec3 b(by_map[i].probes[probe][c]);
+        difference = std::max(difference, glm::length(a - b));
+        size = std::max(size, glm::length(a));
+      }
+    }
+    EXPECT_GT(size, 0.0);
+    EXPECT_LE(difference, 1e-4 * size) << "frame " << i;
+  }
+}
+
+TEST_F(Courtyard, ASecondRunGivesTheSameBits) {
+  const std::vector<FrameResult> once = RunAll(ProbeRoute::kFolded);
+  const std::vector<FrameResult> again = RunAll(ProbeRoute::kFolded);
+  ASSERT_EQ(once.size(), again.size());
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    EXPECT_EQ(once[i].estimate.lighting.sun.irradiance_rgb,
+              again[i].estimate.lighting.sun.irradiance_rgb);
+    EXPECT_EQ(once[i].composite.radiance.pixels, again[i].composite.radiance.pixels);
+  }
+}
+
+TEST_F(Courtyard, PixelsThatNothingChangesAreTheCamerasOwn) {
+  const std::vector<FrameResult> results = RunAll(ProbeRoute::kFolded);
+  const auto frames = MakeRecordedFrameSource(*sequence_, FrameKind::kLinear);
+  for (const FrameResult& result : results) {
+    const Frame frame = frames->Next()->value();
+    std::size_t changed = 0;
+    for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
+      if (result.composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kNone)) {
+        ++changed;
+        continue;
+      }
+      ASSERT_EQ(result.composite.radiance.pixels[i], frame.radiance.pixels[i]) << "pixel " << i;
+    }
+    EXPECT_GT(changed, 1000u) << "the statue is in the picture";
+    EXPECT_LT(changed, frame.radiance.pixels.size() / 2);
+  }
+}
+
+}  // namespace
+}  // namespace pleinair

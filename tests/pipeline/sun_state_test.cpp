@@ -1,0 +1,68 @@
+#include "pipeline/sun_state.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+const Site kAalborg{0.99569, 0.17317, 15.0};
+
+glm::dvec3 DirectionAt(double elevation_rad) {
+  return {std::cos(elevation_rad), 0.0, std::sin(elevation_rad)};
+}
+
+SurveyLight ClearSurvey(const glm::dvec3& sun_direction_enu, double scale) {
+  const ClearSkyIrradiance clear = ComputeClearSky(kAalborg, std::asin(sun_direction_enu.z));
+  SurveyLight light;
+  light.sun_direction_enu = sun_direction_enu;
+  light.sun_irradiance_rgb = scale * 0.8 * clear.beam_rgb;
+  light.sky_irradiance_rgb = scale * 1.5 * clear.diffuse_rgb;
+  return light;
+}
+
+TEST(ScaledClearSky, GivesTheSurveysOwnLightBackAtItsTime) {
+  const SurveyLight survey = ClearSurvey(DirectionAt(0.7), 42.0);
+  const ScaledClearSky clear_sky(kAalborg, &survey);
+  const ClearSkyExpectation now = clear_sky.At(survey.sun_direction_enu);
+  EXPECT_TRUE(now.absolute);
+  for (int channel = 0; channel < 3; ++channel) {
+    EXPECT_NEAR(now.beam_rgb[channel] / survey.sun_irradiance_rgb[channel], 1.0, 1e-12);
+    EXPECT_NEAR(now.diffuse_rgb[channel] / survey.sky_irradiance_rgb[channel], 1.0, 1e-12);
+  }
+}
+
+TEST(ScaledClearSky, OnlyTheRatioCountsWhenACloudHidTheSurveysSun) {
+  SurveyLight survey = ClearSurvey(DirectionAt(0.7), 1.0);
+  survey.sun_irradiance_rgb *= 0.05;
+  EXPECT_FALSE(ScaledClearSky(kAalborg, &survey).At(DirectionAt(0.5)).absolute);
+  EXPECT_FALSE(ScaledClearSky(kAalborg, nullptr).At(DirectionAt(0.5)).absolute);
+}
+
+TEST(ScaledClearSky, HasNoBeamBelowTheHorizon) {
+  const SurveyLight survey = ClearSurvey(DirectionAt(0.7), 1.0);
+  const ClearSkyExpectation night = ScaledClearSky(kAalborg, &survey).At(DirectionAt(-0.2));
+  EXPECT_EQ(night.beam_rgb, glm::dvec3(0.0));
+  EXPECT_TRUE(std::isfinite(night.diffuse_rgb.x));
+}
+
+TEST(SunOfFrame, TakesTheFramesOwnDirectionFirst) {
+  Frame frame;
+  frame.time = ParseUtcTime("2005-06-21T09:50:00Z");
+  const SunState computed = SunOfFrame(kAalborg, frame);
+  frame.sun_direction_enu = glm::dvec3(0.0, 0.6, 0.8);
+  EXPECT_EQ(SunOfFrame(kAalborg, frame).direction_enu, *frame.sun_direction_enu);
+  EXPECT_GT(glm::distance(computed.direction_enu, *frame.sun_direction_enu), 0.1);
+}
+
+TEST(SunOfFrame, RefusesAFrameWithNeitherSiteNorDirection) {
+  EXPECT_THROW(SunOfFrame(std::nullopt, Frame{}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair
