@@ -129,6 +129,9 @@ void AddRun(CLI::App& app, Work& work) {
       ->default_str("all");
   run.add_flag("--no-filter",
                "Report each frame's own estimate (there is no filter over time yet)");
+  run.add_flag("--measure-shadows",
+               options->measure_shadows,
+               "Compare the real shadows' direction with the sun's; about 1 s a frame");
   run.add_flag(
       "--strict", options->stop_on_bad_frame, "Stop at the first frame that can't be done");
   AddCache(run, options->cache);

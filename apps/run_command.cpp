@@ -19,6 +19,7 @@
 #include "datasets/scoring.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "render/gl_context.h"
+#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
@@ -93,6 +94,13 @@ void AddTruth(const std::filesystem::path& sequence_folder,
   }
 }
 
+std::string DescribeShadows(const FrameResult& result) {
+  if (!result.shadows) return "the picture's shadows do not tell where the sun is";
+  return fmt::format("real and virtual shadows on level ground differ by {:+.2f} deg (sigma {:.2f})",
+                     DegFromRad(result.shadows->azimuth_offset_rad),
+                     DegFromRad(result.shadows->stddev_rad));
+}
+
 ReportFrame FailedFrame(const FrameError& error) {
   ReportFrame reported;
   reported.index = error.index;
@@ -144,6 +152,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   FramePipelineOptions pipeline_options;
   pipeline_options.probe_route = options.probe_route;
   pipeline_options.effects = options.effects;
+  pipeline_options.measure_shadows = options.measure_shadows;
   FramePipeline pipeline(scene,
                          site.model.mesh,
                          sequence.site,
@@ -188,6 +197,9 @@ void RunRunCommand(const RunCommandOptions& options) {
     reported.lighting = result->estimate.lighting;
     reported.estimate = result->estimate;
     reported.timing_ms = result->timing_ms;
+    if (options.measure_shadows) {
+      report.notes.push_back(fmt::format("frame {}: {}", reported.index, DescribeShadows(*result)));
+    }
     AddTruth(sequence.folder, writer, **frame, reported);
     report.frames.push_back(std::move(reported));
     ++done;

@@ -28,6 +28,7 @@ struct RunCommandOptions {
   int bounces = kAllBounces;
   ProbeRoute probe_route = ProbeRoute::kFolded;
   CompositeEffects effects;
+  bool measure_shadows = false;
   bool stop_on_bad_frame = false;
 };
 
