@@ -1,0 +1,13 @@
+// A stranger's program: the lowest and the highest library, and the bundled sequence.
+#include <cstdio>
+
+#include "datasets/sequence.h"
+#include "pipeline/frame_pipeline.h"
+#include "sunmodel/sun_position.h"
+
+int main() {
+  const pleinair::Sequence courtyard = pleinair::ReadSequence(SAMPLE);
+  const auto sun = pleinair::ComputeSunPosition(courtyard.site, courtyard.frames.at(0).time);
+  std::printf("%zu frames, sun %.3f above\n", courtyard.frames.size(), sun.ElevationRad());
+  return sun.ElevationRad() > 0.0 && sizeof(pleinair::FramePipeline) > 0 ? 0 : 1;
+}
