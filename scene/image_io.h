@@ -15,27 +15,34 @@ struct ImageDefects {
   std::int64_t Count() const { return not_finite + negative; }
 };
 
-// Reads scene-linear RGB radiance from .exr or .hdr, values as stored, defects included.
+// Reads scene-linear RGB radiance from .exr or .hdr, values as stored, defects included. EXR: any
+// pixel type and compression, the display window of the first part, which the data window must
+// cover. HDR: EXPOSURE lines divided out.
 //
 // Throws  std::runtime_error naming the file and what was expected, when it cannot be read, is
 //         truncated, is not of those formats, lacks R, G or B, or exceeds 2^28 pixels.
 RgbImage ReadRadianceImage(const std::filesystem::path& file);
 
-// Reads 8-bit RGB code values from .png or .jpg (grey is spread to three channels).
+// Reads 8-bit RGB code values from .png or .jpg (grey is spread to three channels, alpha left out).
+// Pixels stay where the file stores them: an EXIF orientation is not applied, because a camera's
+// intrinsics speak of the sensor's rows and columns. Throws as above, also for 16-bit files.
 Rgb8Image ReadDisplayImage(const std::filesystem::path& file);
 
 // Reads the first channel of an 8-bit .png or .jpg.
 Gray8Image ReadMaskImage(const std::filesystem::path& file);
 
-// Counts defects and mends them: a NaN or negative channel becomes 0, an infinite one (a sun that
-// overflowed half float) the largest finite value of its channel in the image.
+// Counts defects and mends them: a NaN or negative channel becomes 0, +infinity (a sun that
+// overflowed half float) the largest finite value of its channel in the image, -infinity 0.
 ImageDefects RepairRadiance(RgbImage& image);
 
 enum class ExrPrecision { kHalf, kFloat };
 
 // The writers go through a temporary file beside the target and rename it, so that a file under its
 // final name is whole. Throw std::runtime_error naming the file when that fails. EXR is lossless
-// (ZIP); kHalf refuses values beyond half float's 65504 with std::invalid_argument.
+// (ZIP); kHalf refuses finite values beyond half float's 65504 with std::invalid_argument, and
+// keeps NaN and infinities as they are: what was read from half floats is written back bit for bit.
+// HDR holds each pixel to 1/512 of its largest channel, and refuses what is not finite, negative or
+// beyond 2^126.
 void WriteExr(const std::filesystem::path& file, const RgbImage& image, ExrPrecision precision);
 void WriteHdr(const std::filesystem::path& file, const RgbImage& image);
 void WritePng(const std::filesystem::path& file, const Rgb8Image& image);

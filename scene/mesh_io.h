@@ -16,8 +16,12 @@ struct MeshReport {
   std::int64_t duplicate_triangles_removed = 0;   // Same three corners, same winding.
   std::int64_t non_finite_triangles_removed = 0;  // A corner is NaN or infinite.
   std::int64_t normals_computed = 0;              // Vertices whose normal was missing or zero.
-  std::int64_t open_edges = 0;
-  std::int64_t non_manifold_edges = 0;
+
+  // Edges of the mended mesh, vertices of equal position taken as one.
+  std::int64_t open_edges = 0;          // One triangle only.
+  std::int64_t non_manifold_edges = 0;  // More than two.
+  std::int64_t misoriented_edges = 0;   // Two that disagree on which side is outside.
+
   std::vector<std::string> notes;  // E.g. a texture that was replaced by its mean colour.
 
   bool IsClosedManifold() const { return open_edges == 0 && non_manifold_edges == 0; }
@@ -29,13 +33,20 @@ struct LoadedMesh {
   MeshReport report;
 };
 
-// Loads a mesh; n-gons are fanned, equal vertices welded, node transforms applied, glTF's Y-up
-// turned to Z-up. Materials as the sequence format says: Kd, Ks linear; Pr, else Ns
-// (alpha^2 = 2 / (Ns + 2)); glTF metal-rough.
+// Loads a mesh; n-gons are cut into triangles (concave ones too), corners of equal position and
+// normal welded, node transforms applied, glTF's Y-up turned to Z-up. The winding is kept.
 //
-// Throws  std::runtime_error naming the file and what was expected: unreadable, no triangle left,
-//         a coordinate beyond 1e5 m of the origin (float would lose the millimetres: georeferenced
-//         models are to be moved to a local origin), a material name that the file doesn't define.
+// Groups      an OBJ's `g`, else `o`; a glTF's nodes; otherwise the file's name. Parts of one name
+//             are one group.
+// Normals     the file's. Missing ones, and those of STL (which has none for shading), are the mean
+//             of the triangles around the corner that meet at less than 60 deg.
+// Materials   as the sequence format says: Kd, Ks linear; Pr, else Ns (alpha^2 = 2 / (Ns + 2));
+//             glTF metal-rough. Textures count with their mean, Kd is limited to 0.98; each such
+//             case is a note. An OBJ whose material libraries are all missing gets Kd 0.5, noted.
+// Throws      std::runtime_error naming the file and what was expected: unreadable, no triangle
+//             left, a coordinate beyond 1e5 m of the origin (float would lose the millimetres:
+//             georeferenced models are to be moved to a local origin), a material name that the
+//             libraries don't define, a file outside the mesh's folder.
 LoadedMesh LoadMesh(const std::filesystem::path& file);
 
 }  // namespace pleinair

@@ -1,0 +1,192 @@
+#include "scene/image_io.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "scene/internal/encoded_image.h"
+#include "scene/internal/exr_codec.h"
+#include "scene/internal/radiance_hdr.h"
+#include "scene/internal/whole_file.h"
+
+namespace pleinair {
+namespace {
+
+constexpr float kMaxHalf = 65504.0f;
+
+std::string LowerExtension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return extension;
+}
+
+template <typename Pixel>
+void RequirePixels(const std::filesystem::path& file, const Image<Pixel>& image) {
+  if (image.Empty()) throw std::invalid_argument(file.string() + ": an image without pixels");
+}
+
+// BGR, 8 bits; pixels in the order that the file stores them.
+cv::Mat DecodeDisplay(const std::filesystem::path& file) {
+  const std::string extension = LowerExtension(file);
+  const bool png = extension == ".png";
+  if (!png && extension != ".jpg" && extension != ".jpeg") {
+    throw std::runtime_error(file.string() + ": expected a .png or .jpg image");
+  }
+  std::vector<std::byte> bytes = ReadWholeFile(file);
+  if (png) {
+    CheckPng(file, bytes);
+  } else {
+    CheckJpeg(file, bytes);
+  }
+  cv::Mat decoded;
+  try {
+    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, bytes.data());
+    decoded = cv::imdecode(encoded, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(file.string() + ": cannot be decoded: " + OneLine(error.what()));
+  }
+  if (decoded.empty() || decoded.type() != CV_8UC3) {
+    throw std::runtime_error(file.string() + ": the image data is damaged");
+  }
+  return decoded;
+}
+
+void EncodePng(const std::filesystem::path& file, const cv::Mat& image) {
+  std::vector<unsigned char> encoded;
+  bool done = false;
+  try {
+    done = cv::imencode(".png", image, encoded);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(file.string() + ": cannot be encoded: " + OneLine(error.what()));
+  }
+  if (!done) throw std::runtime_error(file.string() + ": cannot be encoded as PNG");
+  WriteWholeFile(file, std::as_bytes(std::span(encoded)));
+}
+
+}  // namespace
+
+RgbImage ReadRadianceImage(const std::filesystem::path& file) {
+  const std::string extension = LowerExtension(file);
+  if (extension != ".exr" && extension != ".hdr") {
+    throw std::runtime_error(file.string() + ": expected a .exr or .hdr image");
+  }
+  RequireFile(file);
+  return extension == ".exr" ? ReadExr(file) : DecodeRadianceHdr(file, ReadWholeFile(file));
+}
+
+Rgb8Image ReadDisplayImage(const std::filesystem::path& file) {
+  const cv::Mat decoded = DecodeDisplay(file);
+  Rgb8Image image(decoded.cols, decoded.rows);
+  for (int y = 0; y < image.height; ++y) {
+    const cv::Vec3b* row = decoded.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < image.width; ++x) image.At(x, y) = {row[x][2], row[x][1], row[x][0]};
+  }
+  return image;
+}
+
+Gray8Image ReadMaskImage(const std::filesystem::path& file) {
+  const cv::Mat decoded = DecodeDisplay(file);
+  Gray8Image image(decoded.cols, decoded.rows);
+  for (int y = 0; y < image.height; ++y) {
+    const cv::Vec3b* row = decoded.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < image.width; ++x) image.At(x, y) = row[x][2];
+  }
+  return image;
+}
+
+ImageDefects RepairRadiance(RgbImage& image) {
+  ImageDefects defects;
+  glm::vec3 largest(0.0f);
+  for (const glm::vec3& pixel : image.pixels) {
+    bool finite = true;
+    bool negative = false;
+    for (int channel = 0; channel < 3; ++channel) {
+      const float value = pixel[channel];
+      if (!std::isfinite(value)) {
+        finite = false;
+        continue;
+      }
+      negative = negative || value < 0.0f;
+      largest[channel] = std::max(largest[channel], value);
+    }
+    if (!finite) {
+      ++defects.not_finite;
+    } else if (negative) {
+      ++defects.negative;
+    }
+  }
+  if (defects.Count() == 0) return defects;
+  for (glm::vec3& pixel : image.pixels) {
+    for (int channel = 0; channel < 3; ++channel) {
+      float& value = pixel[channel];
+      if (value == std::numeric_limits<float>::infinity()) {
+        value = largest[channel];
+      } else if (!(value >= 0.0f)) {
+        value = 0.0f;
+      }
+    }
+  }
+  return defects;
+}
+
+void WriteExr(const std::filesystem::path& file, const RgbImage& image, ExrPrecision precision) {
+  RequirePixels(file, image);
+  if (precision == ExrPrecision::kHalf) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      for (int channel = 0; channel < 3; ++channel) {
+        const float value = image.pixels[i][channel];
+        if (std::isfinite(value) && std::abs(value) > kMaxHalf) {
+          const std::size_t width = static_cast<std::size_t>(image.width);
+          throw std::invalid_argument(file.string() + ": pixel (" + std::to_string(i % width) +
+                                      ", " + std::to_string(i / width) + "): value " +
+                                      std::to_string(value) +
+                                      " does not fit half float, which ends at 65504");
+        }
+      }
+    }
+  }
+  std::vector<std::byte> bytes;
+  try {
+    bytes = EncodeExr(image, precision);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(file.string() + ": cannot be encoded: " + OneLine(error.what()));
+  }
+  WriteWholeFile(file, bytes);
+}
+
+void WriteHdr(const std::filesystem::path& file, const RgbImage& image) {
+  RequirePixels(file, image);
+  WriteWholeFile(file, EncodeRadianceHdr(image));
+}
+
+void WritePng(const std::filesystem::path& file, const Rgb8Image& image) {
+  RequirePixels(file, image);
+  cv::Mat bgr(image.height, image.width, CV_8UC3);
+  for (int y = 0; y < image.height; ++y) {
+    cv::Vec3b* row = bgr.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < image.width; ++x) {
+      const glm::u8vec3& pixel = image.At(x, y);
+      row[x] = {pixel.b, pixel.g, pixel.r};
+    }
+  }
+  EncodePng(file, bgr);
+}
+
+void WritePng(const std::filesystem::path& file, const Gray8Image& image) {
+  RequirePixels(file, image);
+  cv::Mat gray(image.height, image.width, CV_8UC1);
+  std::copy(image.pixels.begin(), image.pixels.end(), gray.ptr<std::uint8_t>());
+  EncodePng(file, gray);
+}
+
+}  // namespace pleinair

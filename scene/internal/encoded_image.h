@@ -1,0 +1,29 @@
+// What an image file says of itself, checked before a decoder allocates or prints anything.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace pleinair {
+
+inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 28;
+
+// Throws std::runtime_error naming the file unless 1 <= width * height <= kMaxImagePixels.
+void RequireImageSize(const std::filesystem::path& file, std::int64_t width, std::int64_t height);
+
+// The text without line breaks and trailing blanks: libraries' messages have both.
+std::string OneLine(std::string_view text);
+
+// Walks a PNG's chunks: signature, size, depth, check sums, end. Throws std::runtime_error naming
+// the file when one is wrong. libpng itself would print to the error stream.
+void CheckPng(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
+// Walks a JPEG's segments to its end marker. Throws std::runtime_error naming the file when that is
+// missing: libjpeg would fill the rest of a truncated picture with grey.
+void CheckJpeg(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
+}  // namespace pleinair

@@ -1,0 +1,31 @@
+// From loose triangles, as files hold them, to a clean indexed mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "scene/mesh.h"
+#include "scene/mesh_io.h"
+
+namespace pleinair {
+
+struct LooseCorner {
+  glm::dvec3 position_m{0.0};
+  glm::vec3 normal{0.0f};  // Zero or not finite: missing. Any length.
+};
+
+struct LooseTriangle {
+  std::array<LooseCorner, 3> corners;
+  std::uint32_t material = 0;
+  std::uint32_t group = 0;
+};
+
+// Fills the geometry of `mesh` (all but materials and group_names) and the counts of `report`:
+// leaves out triangles that are not finite, without area or there twice, makes missing normals, and
+// welds corners whose position and normal are equal. Order is kept.
+void MendTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport& report);
+
+}  // namespace pleinair

@@ -1,0 +1,207 @@
+#include "scene/internal/obj_materials.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+
+#include <glm/common.hpp>
+
+#include "scene/internal/texture_mean.h"
+#include "scene/internal/whole_file.h"
+
+namespace pleinair {
+namespace {
+
+constexpr float kMaxAlbedo = 0.98f;
+
+std::string_view Trim(std::string_view text) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+// Takes the first word off `text`.
+std::string_view TakeWord(std::string_view& text) {
+  text = Trim(text);
+  const std::string_view word = text.substr(0, text.find_first_of(" \t"));
+  text.remove_prefix(word.size());
+  return word;
+}
+
+struct Place {
+  std::filesystem::path file;
+  int line = 0;
+
+  [[noreturn]] void Refuse(const std::string& why) const {
+    throw std::runtime_error(file.string() + ":" + std::to_string(line) + ": " + why);
+  }
+};
+
+float Number(const Place& place, std::string_view key, std::string_view word) {
+  std::string_view digits = word;
+  if (digits.starts_with('+')) digits.remove_prefix(1);
+  float value = 0.0f;
+  const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (result.ec != std::errc() || result.ptr != digits.data() + digits.size() ||
+      !std::isfinite(value) || value < 0.0f) {
+    place.Refuse(std::string(key) + " '" + std::string(word) + "': expected a finite number >= 0");
+  }
+  return value;
+}
+
+// One value stands for all three.
+glm::vec3 Colour(const Place& place, std::string_view key, std::string_view rest) {
+  std::vector<float> values;
+  for (std::string_view word = TakeWord(rest); !word.empty(); word = TakeWord(rest)) {
+    values.push_back(Number(place, key, word));
+  }
+  if (values.size() == 1) return glm::vec3(values[0]);
+  if (values.size() != 3) place.Refuse(std::string(key) + ": expected three numbers");
+  return {values[0], values[1], values[2]};
+}
+
+// What a library says of one material; roughness is settled when all of it is known.
+struct Definition {
+  Material material;
+  std::optional<float> roughness;       // Pr
+  std::optional<float> phong_exponent;  // Ns
+  std::string diffuse_texture;          // map_Kd
+};
+
+Material Finish(const std::filesystem::path& library,
+                const Definition& definition,
+                std::vector<std::string>& notes) {
+  Material material = definition.material;
+  const std::string name = library.filename().string() + ": material '" + material.name + "': ";
+  if (definition.roughness) {
+    material.roughness = *definition.roughness;
+  } else if (definition.phong_exponent) {
+    // alpha = roughness^2 and alpha^2 = 2 / (Ns + 2).
+    material.roughness = std::pow(2.0f / (*definition.phong_exponent + 2.0f), 0.25f);
+  }
+  if (!definition.diffuse_texture.empty()) {
+    const std::filesystem::path image = library.parent_path() / definition.diffuse_texture;
+    std::optional<glm::vec3> mean;
+    std::error_code error;
+    if (IsInside(image, library.parent_path()) && std::filesystem::is_regular_file(image, error)) {
+      mean = MeanLinearColour(ReadWholeFile(image));
+    }
+    if (mean) {
+      material.diffuse_albedo *= *mean;
+      notes.push_back(name + "texture " + definition.diffuse_texture +
+                      " replaced by its mean colour");
+    } else {
+      notes.push_back(name + "texture " + definition.diffuse_texture + " cannot be read, left out");
+    }
+  }
+  if (LimitMaterial(material)) notes.push_back(name + "reflectance limited to below 1");
+  return material;
+}
+
+void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) {
+  std::ifstream stream(library);
+  if (!stream) throw std::runtime_error(library.string() + ": cannot be read");
+  Place place{library, 0};
+  std::optional<Definition> current;
+  const auto finish = [&]() {
+    if (!current) return;
+    // A name defined twice: the first one counts, as for assimp.
+    materials.by_name.emplace(current->material.name, Finish(library, *current, materials.notes));
+  };
+  for (std::string line; std::getline(stream, line);) {
+    ++place.line;
+    std::string_view rest = line;
+    const std::string_view key = TakeWord(rest);
+    rest = Trim(rest);
+    if (key == "newmtl") {
+      finish();
+      current.emplace();
+      current->material.name = std::string(rest);
+      continue;
+    }
+    const bool known = key == "Kd" || key == "Ks" || key == "Pr" || key == "Ns" || key == "map_Kd";
+    if (!known) continue;
+    if (!current) place.Refuse(std::string(key) + " before the first newmtl");
+    if (key == "Kd") {
+      current->material.diffuse_albedo = Colour(place, key, rest);
+    } else if (key == "Ks") {
+      current->material.specular_reflectance = Colour(place, key, rest);
+    } else if (key == "Pr") {
+      current->roughness = Number(place, key, rest);
+      if (*current->roughness > 1.0f) place.Refuse("Pr '" + std::string(rest) + "': expected 0..1");
+    } else if (key == "Ns") {
+      current->phong_exponent = Number(place, key, rest);
+    } else {
+      // Options (-s 1 1 1 ...) stand before the name.
+      current->diffuse_texture = std::string(rest.substr(rest.find_last_of(" \t") + 1));
+    }
+  }
+  finish();
+  ++materials.libraries_read;
+}
+
+// The libraries of one mtllib line: one name with blanks in it, or several names.
+std::vector<std::string> LibraryNames(const std::filesystem::path& folder, std::string_view rest) {
+  std::error_code error;
+  const std::string whole(Trim(rest));
+  if (std::filesystem::is_regular_file(folder / whole, error)) return {whole};
+  std::vector<std::string> names;
+  for (std::string_view word = TakeWord(rest); !word.empty(); word = TakeWord(rest)) {
+    names.emplace_back(word);
+  }
+  return names;
+}
+
+}  // namespace
+
+bool IsInside(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const std::filesystem::path relative =
+      std::filesystem::absolute(file).lexically_normal().lexically_relative(
+          std::filesystem::absolute(folder / "").lexically_normal());
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+bool LimitMaterial(Material& material) {
+  const Material before = material;
+  material.diffuse_albedo =
+      glm::clamp(material.diffuse_albedo, glm::vec3(0.0f), glm::vec3(kMaxAlbedo));
+  material.specular_reflectance =
+      glm::clamp(material.specular_reflectance, glm::vec3(0.0f), glm::vec3(1.0f));
+  return before.diffuse_albedo != material.diffuse_albedo ||
+         before.specular_reflectance != material.specular_reflectance;
+}
+
+ObjMaterials ReadObjMaterials(const std::filesystem::path& obj) {
+  ObjMaterials materials;
+  std::ifstream stream(obj);
+  if (!stream) throw std::runtime_error(obj.string() + ": cannot be read");
+  Place place{obj, 0};
+  const std::filesystem::path folder = obj.parent_path();
+  for (std::string line; std::getline(stream, line);) {
+    ++place.line;
+    std::string_view rest = line;
+    if (TakeWord(rest) != "mtllib") continue;
+    for (const std::string& name : LibraryNames(folder, rest)) {
+      const std::filesystem::path library = folder / name;
+      if (!IsInside(library, folder)) {
+        place.Refuse("mtllib '" + name + "': expected a file in the mesh's folder");
+      }
+      std::error_code error;
+      if (std::filesystem::is_regular_file(library, error)) {
+        ReadLibrary(library, materials);
+      } else {
+        materials.missing_libraries.push_back(name);
+      }
+    }
+  }
+  return materials;
+}
+
+}  // namespace pleinair

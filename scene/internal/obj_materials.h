@@ -1,0 +1,33 @@
+// The material libraries that an OBJ file names. Read here and not taken from assimp, which doesn't
+// tell a missing key from a default, nor an undefined name from a defined one, and has its own
+// defaults.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "scene/mesh.h"
+
+namespace pleinair {
+
+struct ObjMaterials {
+  std::map<std::string, Material> by_name;
+  std::vector<std::string> missing_libraries;
+  int libraries_read = 0;
+  std::vector<std::string> notes;
+};
+
+// Reads what the `mtllib` lines of `obj` name. Throws std::runtime_error with file, line and what
+// was expected for a malformed value, or a library outside the OBJ's folder; a library that doesn't
+// exist is listed.
+ObjMaterials ReadObjMaterials(const std::filesystem::path& obj);
+
+// Albedo limited to what an interreflection that is to converge allows; tells whether it had to.
+bool LimitMaterial(Material& material);
+
+// Whether `file` lies in `folder` or below, by name.
+bool IsInside(const std::filesystem::path& file, const std::filesystem::path& folder);
+
+}  // namespace pleinair

@@ -1,0 +1,70 @@
+#include "scene/internal/whole_file.h"
+
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+#include <unistd.h>
+
+namespace pleinair {
+
+void RequireFile(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) {
+    throw std::runtime_error(file.string() + ": no such file");
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw std::runtime_error(file.string() + ": not a regular file");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error) throw std::runtime_error(file.string() + ": cannot be read: " + error.message());
+  if (size == 0) throw std::runtime_error(file.string() + ": the file is empty");
+}
+
+std::vector<std::byte> ReadWholeFile(const std::filesystem::path& file) {
+  RequireFile(file);
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error) throw std::runtime_error(file.string() + ": cannot be read: " + error.message());
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!stream) {
+    throw std::runtime_error(file.string() + ": cannot be read: " + std::strerror(errno));
+  }
+  return bytes;
+}
+
+void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  // Two threads or processes may write the same file at once: the last rename wins, whole.
+  static std::atomic<unsigned> counter{0};
+  std::string name(".");
+  name += file.filename().string() + "." + std::to_string(getpid()) + "." +
+          std::to_string(counter++) + ".part";
+  const std::filesystem::path temporary = file.parent_path() / name;
+  std::string failure;
+  {
+    errno = 0;
+    std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
+    stream.write(reinterpret_cast<const char*>(bytes.data()),
+                 static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream) failure = errno != 0 ? std::strerror(errno) : "write error";
+  }
+  std::error_code error;
+  if (failure.empty()) {
+    std::filesystem::rename(temporary, file, error);
+    if (!error) return;
+    failure = error.message();
+  }
+  std::filesystem::remove(temporary, error);
+  throw std::runtime_error(file.string() + ": cannot be written: " + failure);
+}
+
+}  // namespace pleinair

@@ -1,0 +1,22 @@
+// Files that are either whole or not there.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace pleinair {
+
+// Throws std::runtime_error naming it unless `file` is a regular file with something in it.
+void RequireFile(const std::filesystem::path& file);
+
+// The bytes of a regular file. Throws std::runtime_error naming it when it cannot be read or is
+// empty.
+std::vector<std::byte> ReadWholeFile(const std::filesystem::path& file);
+
+// Writes `bytes` to a temporary file beside `file` and renames it: `file` is replaced whole or not
+// at all. Throws std::runtime_error naming it when that fails; the temporary file is removed then.
+void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
+}  // namespace pleinair

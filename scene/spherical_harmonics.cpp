@@ -1,0 +1,184 @@
+#include "scene/spherical_harmonics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+namespace pleinair {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+struct QuadratureNode {
+  double position = 0.0;
+  double weight = 0.0;
+};
+
+// Gauss-Legendre on [-1, 1], exact for polynomials of degree 2 * count - 1. Newton's method from
+// the cosine guess; the derivative is (1 - z^2) P' = n (P_{n-1} - z P_n).
+std::vector<QuadratureNode> GaussLegendre(int count) {
+  std::vector<QuadratureNode> nodes(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    double z = std::cos(kPi * (i + 0.75) / (count + 0.5));
+    double derivative = 1.0;
+    for (int iteration = 0; iteration < 100; ++iteration) {
+      double before = 1.0;
+      double value = z;
+      for (int degree = 2; degree <= count; ++degree) {
+        const double next = ((2.0 * degree - 1.0) * z * value - (degree - 1.0) * before) / degree;
+        before = value;
+        value = next;
+      }
+      derivative = count * (before - z * value) / (1.0 - z * z);
+      const double step = value / derivative;
+      z -= step;
+      if (std::abs(step) < 1e-16) break;
+    }
+    nodes[static_cast<std::size_t>(i)] = {z, 2.0 / ((1.0 - z * z) * derivative * derivative)};
+  }
+  return nodes;
+}
+
+void RequireSize(const char* what, int bands, std::size_t size) {
+  if (bands < 1 || size != static_cast<std::size_t>(ShCoefficientCount(bands))) {
+    throw std::invalid_argument(std::string(what) + " of " + std::to_string(size) +
+                                " entries for " + std::to_string(bands) +
+                                " bands: expected bands >= 1 and bands * bands entries");
+  }
+}
+
+}  // namespace
+
+// Normalised Legendre functions by the three-term recurrence in l, which is stable upwards, divided
+// by sin^m(theta); that factor is in the real and imaginary part of (x + i y)^m, so that nothing is
+// singular at the poles.
+void EvaluateShBasis(int bands, const glm::dvec3& direction, std::span<double> values) {
+  RequireSize("spherical harmonics", bands, values.size());
+  const double z = direction.z;
+  double sectoral = std::sqrt(1.0 / (4.0 * kPi));
+  double cosine = 1.0;  // sin^m(theta) cos(m phi)
+  double sine = 0.0;    // sin^m(theta) sin(m phi)
+  for (int m = 0; m < bands; ++m) {
+    if (m > 0) {
+      sectoral *= std::sqrt((2.0 * m + 1.0) / (2.0 * m));
+      const double next_cosine = cosine * direction.x - sine * direction.y;
+      sine = cosine * direction.y + sine * direction.x;
+      cosine = next_cosine;
+    }
+    double below = 0.0;
+    double legendre = sectoral;
+    for (int l = m; l < bands; ++l) {
+      if (l > m) {
+        const double ll = static_cast<double>(l) * l;
+        const double mm = static_cast<double>(m) * m;
+        const double previous = (l - 1.0) * (l - 1.0);
+        const double next =
+            std::sqrt((4.0 * ll - 1.0) / (ll - mm)) *
+            (z * legendre - std::sqrt((previous - mm) / (4.0 * previous - 1.0)) * below);
+        below = legendre;
+        legendre = next;
+      }
+      const std::size_t centre = static_cast<std::size_t>(l * l + l);
+      const std::size_t order = static_cast<std::size_t>(m);
+      if (m == 0) {
+        values[centre] = legendre;
+      } else {
+        values[centre + order] = std::numbers::sqrt2 * legendre * cosine;
+        values[centre - order] = std::numbers::sqrt2 * legendre * sine;
+      }
+    }
+  }
+}
+
+std::array<float, kProbeShCoefficients> EvaluateShBasis9(const glm::vec3& direction) {
+  const float x = direction.x;
+  const float y = direction.y;
+  const float z = direction.z;
+  return {0.282094792f,      // sqrt(1 / (4 pi))
+          0.488602512f * y,  // sqrt(3 / (4 pi))
+          0.488602512f * z,
+          0.488602512f * x,
+          1.092548431f * x * y,  // sqrt(15 / (4 pi))
+          1.092548431f * y * z,
+          0.315391565f * (3.0f * z * z - 1.0f),  // sqrt(5 / (16 pi))
+          1.092548431f * x * z,
+          0.546274215f * (x * x - y * y)};  // sqrt(15 / (16 pi))
+}
+
+// A_l = 2 pi * integral over t from 0 to 1 of t P_l(t).
+double CosineLobeFactor(int band) {
+  if (band < 0) {
+    throw std::invalid_argument("cosine lobe band " + std::to_string(band) + ": must be >= 0");
+  }
+  if (band == 1) return 2.0 * kPi / 3.0;
+  if (band % 2 == 1) return 0.0;
+  // The closed form 2 pi (-1)^(l/2-1) / ((l+2)(l-1)) * l! / (2^l (l/2)!^2), its last factor as a
+  // product that neither overflows nor cancels.
+  double central = 1.0;
+  for (int i = 1; i <= band / 2; ++i) central *= (2.0 * i - 1.0) / (2.0 * i);
+  const double sign = (band / 2) % 2 == 1 ? 1.0 : -1.0;
+  return 2.0 * kPi * sign * central / ((band + 2.0) * (band - 1.0));
+}
+
+glm::vec3 IrradianceFromSh(const ShRgb& radiance_sh, const glm::vec3& normal) {
+  constexpr float kA0 = static_cast<float>(kPi);
+  constexpr float kA1 = static_cast<float>(2.0 * kPi / 3.0);
+  constexpr float kA2 = static_cast<float>(kPi / 4.0);
+  const std::array<float, kProbeShCoefficients> basis = EvaluateShBasis9(normal);
+  glm::vec3 irradiance = kA0 * basis[0] * radiance_sh[0];
+  for (std::size_t i = 1; i < 4; ++i) irradiance += kA1 * basis[i] * radiance_sh[i];
+  for (std::size_t i = 4; i < 9; ++i) irradiance += kA2 * basis[i] * radiance_sh[i];
+  return glm::max(irradiance, glm::vec3(0.0f));
+}
+
+// The turned light L(source_from_target * direction), projected again. The integrand is a
+// polynomial of degree 2 (bands - 1), for which `bands` Gauss-Legendre heights and 2 bands - 1
+// azimuths are exact: the result is the rotation to rounding error, without the recurrences for its
+// matrix.
+std::vector<double> RotateSh(int bands,
+                             std::span<const double> coefficients,
+                             const glm::dmat3& target_from_source) {
+  RequireSize("spherical harmonics to rotate", bands, coefficients.size());
+  const glm::dmat3 source_from_target = glm::transpose(target_from_source);
+  const glm::dmat3 should_be_identity = source_from_target * target_from_source;
+  for (int column = 0; column < 3; ++column) {
+    for (int row = 0; row < 3; ++row) {
+      const double expected = column == row ? 1.0 : 0.0;
+      if (!(std::abs(should_be_identity[column][row] - expected) < 1e-6)) {
+        throw std::invalid_argument("rotation of spherical harmonics: matrix is not orthonormal");
+      }
+    }
+  }
+  const int azimuths = 2 * bands - 1;
+  std::vector<double> turned(coefficients.size(), 0.0);
+  std::vector<double> source(coefficients.size());
+  std::vector<double> target(coefficients.size());
+  for (const QuadratureNode& height : GaussLegendre(bands)) {
+    const double radius = std::sqrt(1.0 - height.position * height.position);
+    for (int i = 0; i < azimuths; ++i) {
+      const double azimuth = 2.0 * kPi * i / azimuths;
+      const glm::dvec3 direction(
+          radius * std::cos(azimuth), radius * std::sin(azimuth), height.position);
+      EvaluateShBasis(bands, glm::normalize(source_from_target * direction), source);
+      EvaluateShBasis(bands, direction, target);
+      double radiance = 0.0;
+      for (std::size_t k = 0; k < source.size(); ++k) radiance += coefficients[k] * source[k];
+      const double weight = height.weight * 2.0 * kPi / azimuths;
+      for (std::size_t k = 0; k < target.size(); ++k) turned[k] += weight * radiance * target[k];
+    }
+  }
+  return turned;
+}
+
+void WindowSh(ShRgb& radiance_sh) {
+  for (std::size_t i = 1; i < 4; ++i) radiance_sh[i] *= kShWindow[1];
+  for (std::size_t i = 4; i < 9; ++i) radiance_sh[i] *= kShWindow[2];
+}
+
+}  // namespace pleinair

@@ -1,0 +1,3 @@
+#include "scene/spherical_harmonics.h"
+
+#include <gtest/gtest.h>
