@@ -1,0 +1,121 @@
+// The program as its user meets it: arguments in, exit code and words out.
+
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace pleinair {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+struct Ended {
+  int exit_code = -1;
+  std::string output;  // Standard output and error together.
+};
+
+Ended Call(const std::string& arguments) {
+  const std::string command = std::string(PLEINAIR_PROGRAM) + " " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  Ended ended;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t read = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    ended.output.append(buffer.data(), read);
+  }
+  const int status = pclose(pipe);
+  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return ended;
+}
+
+// A folder of the test's own, gone with it.
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  void ExpectOneLineAndCode2(const std::string& arguments, const std::string& word) {
+    const Ended ended = Call(arguments);
+    EXPECT_EQ(ended.exit_code, 2) << arguments << "\n" << ended.output;
+    EXPECT_EQ(std::count(ended.output.begin(), ended.output.end(), '\n'), 1) << ended.output;
+    EXPECT_THAT(ended.output, AllOf(testing::StartsWith("pleinair: "), HasSubstr(word)));
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
+  for (const char* command : {"sun", "prepare", "run", "score", "doctor"}) {
+    const Ended ended = Call(std::string(command) + " --help");
+    EXPECT_EQ(ended.exit_code, 0);
+    EXPECT_THAT(ended.output, HasSubstr(std::string("Example: pleinair ") + command));
+  }
+}
+
+TEST_F(CommandLine, RefusesUnknownWords) {
+  ExpectOneLineAndCode2("", "subcommand");
+  ExpectOneLineAndCode2("paint", "paint");
+  ExpectOneLineAndCode2("sun --site 57,9 --time 2005-06-21T09:50:00Z --colour red", "colour");
+}
+
+TEST_F(CommandLine, RefusesABadPlaceOrTime) {
+  ExpectOneLineAndCode2("sun --site 91,9 --time 2005-06-21T09:50:00Z", "latitude");
+  ExpectOneLineAndCode2("sun --site here --time 2005-06-21T09:50:00Z", "here");
+  ExpectOneLineAndCode2("sun --site 57,9 --time yesterday", "yesterday");
+}
+
+TEST_F(CommandLine, RefusesSettingsOutOfRange) {
+  const std::string run =
+      "run " PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard --out " + (folder_ / "out").string();
+  ExpectOneLineAndCode2(run + " --samples 0", "samples");
+  ExpectOneLineAndCode2(run + " --bounces some", "bounces");
+  ExpectOneLineAndCode2(run + " --frames both", "frames");
+  ExpectOneLineAndCode2(run + " --effects sparkle", "effects");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "refused before anything is written";
+}
+
+TEST_F(CommandLine, NamesTheFileThatIsNotThere) {
+  ExpectOneLineAndCode2("run " + folder_.string() + " --out " + (folder_ / "out").string(),
+                        "sequence.json");
+  ExpectOneLineAndCode2("score " + folder_.string() + " " + folder_.string(), "sequence.json");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+TEST_F(CommandLine, KeepsAnEarlierResultWhenTheNewInputIsBad) {
+  const std::filesystem::path out = folder_ / "out";
+  std::filesystem::create_directories(out);
+  std::ofstream(out / "lighting.jsonl") << "{}\n";
+  ExpectOneLineAndCode2("run " + folder_.string() + " --out " + out.string(), "sequence.json");
+  EXPECT_TRUE(std::filesystem::exists(out / "lighting.jsonl"));
+}
+
+TEST_F(CommandLine, TellsTheSunAsJson) {
+  const Ended ended = Call("sun --site 57.0488,9.9217,15 --time 2005-06-21T09:50:00Z --json");
+  EXPECT_EQ(ended.exit_code, 0);
+  for (const char* key : {"azimuth_deg",
+                          "elevation_deg",
+                          "direction_enu",
+                          "apparent_elevation_deg",
+                          "apparent_direction_enu",
+                          "angular_radius_deg",
+                          "air_mass"}) {
+    EXPECT_THAT(ended.output, HasSubstr(std::string("\"") + key + "\""));
+  }
+  EXPECT_THAT(ended.output, Not(HasSubstr("nan")));
+}
+
+}  // namespace
+}  // namespace pleinair
