@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 
+#include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair {
@@ -31,6 +33,13 @@ UtcTime Bisect(const Function& value, UtcTime low, UtcTime high) {
     ((value(middle) > 0.0) == low_is_positive ? low : high) = middle;
   }
   return low + (high - low) / 2;
+}
+
+// How many steps the limb, at this apparent elevation, surely stays on its side of the horizon, and
+// one where it may not: the earth turns 2.51 deg a step, and refraction is below 2 deg.
+std::int64_t StepsWithoutCrossing(double limb_rad) {
+  const double spare_rad = std::abs(limb_rad) - RadFromDeg(2.0);
+  return std::max<std::int64_t>(1, static_cast<std::int64_t>(spare_rad / RadFromDeg(2.52)));
 }
 
 UtcTime MeanNoon(const Site& site, UtcTime time) {
@@ -75,13 +84,18 @@ SolarDay FindSolarDay(const Site& site,
                     mean_noon + kNoonBracket);
   day.sun_up_at_noon = limb_rad(day.noon) > 0.0;
 
-  bool was_up = limb_rad(day.noon - kHalfDay) > 0.0;
-  for (UtcTime start = day.noon - kHalfDay; start < day.noon + kHalfDay; start += kStep) {
-    const UtcTime end = start + kStep;
-    const bool is_up = limb_rad(end) > 0.0;
-    if (is_up && !was_up && !day.sunrise) day.sunrise = Bisect(limb_rad, start, end);
-    if (was_up && !is_up) day.sunset = Bisect(limb_rad, start, end);
-    was_up = is_up;
+  const UtcTime end = day.noon + kHalfDay;
+  UtcTime before = day.noon - kHalfDay;
+  double before_rad = limb_rad(before);
+  while (before < end) {
+    const UtcTime after = std::min(end, before + StepsWithoutCrossing(before_rad) * kStep);
+    const double after_rad = limb_rad(after);
+    if (before_rad <= 0.0 && after_rad > 0.0 && !day.sunrise) {
+      day.sunrise = Bisect(limb_rad, before, after);
+    }
+    if (before_rad > 0.0 && after_rad <= 0.0) day.sunset = Bisect(limb_rad, before, after);
+    before = after;
+    before_rad = after_rad;
   }
   return day;
 }
