@@ -50,10 +50,21 @@ class FrameSource {
   virtual std::optional<int> Count() const = 0;
 };
 
+// What an 8-bit code says of a measurement. From 254 on: a camera whose white is not quite at 255
+// (JPEG's rounding, a gain applied after clipping) puts clipped light one code below.
+inline constexpr int kClippedFromCode = 254;
+// Up to 2 the code is read noise and rounding: half a code is a quarter of the value or more.
+inline constexpr int kNoiseFloorUpToCode = 2;
+
 enum class FrameKind { kLinear, kLdr };
 
 // Plays a recorded sequence. `preferred` decides where a frame has both kinds; a frame with one
 // kind plays that one. The sequence is copied.
+//
+// Linear frames are clipped nowhere; 8-bit ones give `exposure`-divided light, or with an unknown
+// exposure light in [0, 1]. A file that is missing, truncated, empty, no file, of another size than
+// the camera's, or outside the sequence's folder is that frame's error alone.
+// Throws  std::runtime_error where the sequence's response file cannot be read.
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence, FrameKind preferred);
 
 }  // namespace pleinair

@@ -30,15 +30,19 @@ struct FrameEntry {
   std::optional<std::filesystem::path> image_ldr;
   std::optional<std::filesystem::path> fisheye;
   UtcTime time{};
-  std::optional<double> exposure;  // Linear factor from radiance to the 8-bit camera's [0, 1].
-  std::optional<double> exposure_s;
+  std::optional<double> exposure;    // Linear factor from radiance to the 8-bit camera's [0, 1].
+  std::optional<double> exposure_s;  // Count together with iso and f_number only.
   std::optional<double> iso;
   std::optional<double> f_number;
   std::optional<glm::dmat4> camera_from_world;
   std::optional<glm::dvec3> sun_direction_enu;
   std::vector<SamplePolygon> sample_polygons;
+
+  // `exposure`, or else t ISO / N^2 where the camera's metadata have all three; none: unknown.
+  std::optional<double> EffectiveExposure() const;
 };
 
+// The survey map. Its image follows the one mapping of scene/lat_long.h.
 struct EnvironmentEntry {
   std::filesystem::path image;
   glm::dvec3 position_m{0.0};
@@ -82,22 +86,32 @@ struct Sequence {
   std::vector<std::string> diffuse_regions;  // Groups or materials; empty means all.
   std::optional<std::filesystem::path> diffuse_mask;
   std::optional<EnvironmentEntry> environment;
+  // environment.sun_direction_enu of a sequence without a survey map.
+  std::optional<glm::dvec3> sun_direction_enu;
   std::optional<FisheyeEntry> fisheye;
   std::vector<VirtualObjectEntry> virtual_objects;
   std::vector<FrameEntry> frames;
 
+  // Throws std::out_of_range; std::invalid_argument where neither frame nor sequence has a pose.
   Camera CameraOfFrame(std::size_t frame) const;
+  // The frame's own direction, or without a site the environment's; none: it follows from place
+  // and time.
+  std::optional<glm::dvec3> StatedSunDirectionEnu(std::size_t frame) const;
 };
 
 // Reads and checks `folder`/sequence.json: every key, type and range, every referenced file's
 // presence except the frames' (a missing frame is that frame's failure, not the sequence's).
 //
+// Strictness  an unknown key is an error, except free text (`name`, note..., formula..., world...);
+//         a transform is rigid to 1e-5, a direction unit to 1e-3 (and then made unit);
+//         camera.pixel_centers may be left out, and must be "integer" otherwise.
 // Throws  std::runtime_error, one line with file, key and what was expected. Nothing outside the
 //         folder is read: a path that leaves it (symbolic links included) is refused.
 Sequence ReadSequence(const std::filesystem::path& folder);
 
-// Writes sequence.json so that ReadSequence gives the same back. The referenced files are the
-// caller's. Throws std::runtime_error naming the file.
+// Writes sequence.json, whole or not at all, so that ReadSequence gives the same back (angles to
+// the last bit of a double). The referenced files are the caller's, and so is the folder. Throws
+// std::runtime_error naming the file.
 void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder);
 
 }  // namespace pleinair

@@ -1,0 +1,127 @@
+// Plays a recorded sequence, one file a frame.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "calib/response.h"
+#include "datasets/frame_source.h"
+#include "datasets/internal/sequence_folder.h"
+#include "scene/image_io.h"
+
+namespace pleinair {
+namespace {
+
+template <typename Pixel>
+void RequireCameraSize(const Image<Pixel>& image,
+                       const CameraIntrinsics& camera,
+                       const std::filesystem::path& file) {
+  if (image.width == camera.width_px && image.height == camera.height_px) return;
+  throw std::runtime_error(file.string() + ": expected " + std::to_string(camera.width_px) + "x" +
+                           std::to_string(camera.height_px) + " pixels, found " +
+                           std::to_string(image.width) + "x" + std::to_string(image.height));
+}
+
+bool IsUsable(const glm::vec3& radiance) {
+  for (int c = 0; c < 3; ++c) {
+    if (!std::isfinite(radiance[c]) || radiance[c] < 0.0f) return false;
+  }
+  return true;
+}
+
+class RecordedFrameSource final : public FrameSource {
+ public:
+  RecordedFrameSource(const Sequence& sequence, FrameKind preferred)
+      : sequence_(sequence),
+        preferred_(preferred),
+        response_(sequence.response_ldr == "srgb8"
+                      ? ResponseCurve::Srgb()
+                      : ResponseCurve::FromFile(FileInside(sequence.response_ldr))) {}
+
+  std::optional<tl::expected<Frame, FrameError>> Next() override {
+    if (next_ >= sequence_.frames.size()) return std::nullopt;
+    const std::size_t index = next_++;
+    try {
+      return Read(index);
+    } catch (const std::exception& error) {
+      return tl::make_unexpected(
+          FrameError{static_cast<int>(index), sequence_.frames[index].time, error.what()});
+    }
+  }
+
+  std::optional<int> Count() const override { return static_cast<int>(sequence_.frames.size()); }
+
+ private:
+  // Checked again at each read: a link may have been put there since the sequence was read.
+  std::filesystem::path FileInside(const std::filesystem::path& relative) const {
+    const auto file = ResolveInside(sequence_.folder, relative);
+    if (!file) {
+      throw std::runtime_error((sequence_.folder / relative).string() + ": expected " +
+                               file.error());
+    }
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(*file, error)) {
+      const bool exists = std::filesystem::exists(*file, error);
+      throw std::runtime_error(file->string() + ": expected an image file, found " +
+                               (exists ? "something that is no file" : "nothing"));
+    }
+    return *file;
+  }
+
+  Frame Read(std::size_t index) const {
+    const FrameEntry& entry = sequence_.frames[index];
+    Frame frame;
+    frame.index = static_cast<int>(index);
+    frame.time = entry.time;
+    frame.camera = sequence_.CameraOfFrame(index);
+    frame.sun_direction_enu = sequence_.StatedSunDirectionEnu(index);
+    frame.exposure = entry.EffectiveExposure();
+    frame.sample_polygons = entry.sample_polygons;
+    const bool linear =
+        preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
+    linear ? ReadLinear(FileInside(*entry.image), frame)
+           : ReadCodes(FileInside(*entry.image_ldr), frame);
+    return frame;
+  }
+
+  static void ReadLinear(const std::filesystem::path& file, Frame& frame) {
+    frame.radiance = ReadRadianceImage(file);
+    RequireCameraSize(frame.radiance, frame.camera.intrinsics, file);
+    frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
+    frame.unusable = frame.clipped;
+    for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
+      frame.unusable.pixels[i] = IsUsable(frame.radiance.pixels[i]) ? 0 : 1;
+    }
+  }
+
+  void ReadCodes(const std::filesystem::path& file, Frame& frame) const {
+    frame.codes = ReadDisplayImage(file);
+    RequireCameraSize(*frame.codes, frame.camera.intrinsics, file);
+    frame.radiance = RadianceFromCodes(*frame.codes, response_, frame.exposure.value_or(1.0));
+    frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
+    frame.unusable = frame.clipped;
+    for (std::size_t i = 0; i < frame.codes->pixels.size(); ++i) {
+      const glm::u8vec3& code = frame.codes->pixels[i];
+      const int brightest = std::max({code.x, code.y, code.z});
+      const int darkest = std::min({code.x, code.y, code.z});
+      frame.clipped.pixels[i] = brightest >= kClippedFromCode ? 1 : 0;
+      frame.unusable.pixels[i] =
+          brightest >= kClippedFromCode || darkest <= kNoiseFloorUpToCode ? 1 : 0;
+    }
+  }
+
+  Sequence sequence_;
+  FrameKind preferred_;
+  ResponseCurve response_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence,
+                                                     FrameKind preferred) {
+  return std::make_unique<RecordedFrameSource>(sequence, preferred);
+}
+
+}  // namespace pleinair

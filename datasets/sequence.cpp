@@ -1,0 +1,27 @@
+#include "datasets/sequence.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace pleinair {
+
+std::optional<double> FrameEntry::EffectiveExposure() const {
+  if (exposure) return exposure;
+  if (exposure_s && iso && f_number) return *exposure_s * *iso / (*f_number * *f_number);
+  return std::nullopt;
+}
+
+Camera Sequence::CameraOfFrame(std::size_t frame) const {
+  const FrameEntry& entry = frames.at(frame);
+  if (entry.camera_from_world) return {intrinsics, *entry.camera_from_world};
+  if (camera_from_world) return {intrinsics, *camera_from_world};
+  throw std::invalid_argument("frame " + std::to_string(frame) + " has no camera_from_world");
+}
+
+std::optional<glm::dvec3> Sequence::StatedSunDirectionEnu(std::size_t frame) const {
+  const FrameEntry& entry = frames.at(frame);
+  if (entry.sun_direction_enu || site) return entry.sun_direction_enu;
+  return environment ? environment->sun_direction_enu : sun_direction_enu;
+}
+
+}  // namespace pleinair

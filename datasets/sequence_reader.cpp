@@ -1,0 +1,419 @@
+// sequence.json in: every key checked for presence, type and range.
+#include <cmath>
+#include <stdexcept>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "calib/json_cursor.h"
+#include "datasets/internal/sequence_folder.h"
+#include "datasets/sequence.h"
+#include "sunmodel/angles.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+constexpr std::size_t kAnyCount = static_cast<std::size_t>(-1);
+constexpr int kMaxImageSidePx = 65536;
+// Poses are written with six digits or more.
+constexpr double kRigidTolerance = 1e-5;
+constexpr double kUnitTolerance = 1e-3;
+
+glm::dvec2 ReadVector2(const JsonCursor& at) {
+  const auto entries = at.List(2, 2);
+  return {entries[0].Number(), entries[1].Number()};
+}
+
+glm::dvec3 ReadVector3(const JsonCursor& at) {
+  const auto entries = at.List(3, 3);
+  return {entries[0].Number(), entries[1].Number(), entries[2].Number()};
+}
+
+glm::dvec3 ReadDirection(const JsonCursor& at) {
+  const glm::dvec3 direction = ReadVector3(at);
+  const double length = glm::length(direction);
+  if (!(std::abs(length - 1.0) <= kUnitTolerance)) at.Fail("a direction of length 1");
+  return direction / length;
+}
+
+// Row-major in the file, columns in glm.
+glm::dmat4 ReadAffine(const JsonCursor& at) {
+  glm::dmat4 matrix(1.0);
+  const auto rows = at.List(4, 4);
+  for (int row = 0; row < 4; ++row) {
+    const auto entries = rows[row].List(4, 4);
+    for (int column = 0; column < 4; ++column) matrix[column][row] = entries[column].Number();
+    if (row == 3 && glm::dvec4(matrix[0][3], matrix[1][3], matrix[2][3], matrix[3][3]) !=
+                        glm::dvec4(0.0, 0.0, 0.0, 1.0)) {
+      rows[row].Fail("the row 0, 0, 0, 1");
+    }
+  }
+  return matrix;
+}
+
+glm::dmat4 ReadRigid(const JsonCursor& at) {
+  const glm::dmat4 matrix = ReadAffine(at);
+  const glm::dmat3 rotation(matrix);
+  const glm::dmat3 product = glm::transpose(rotation) * rotation;
+  double deviation = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) {
+      deviation = std::max(deviation, std::abs(product[c][r] - (c == r ? 1.0 : 0.0)));
+    }
+  }
+  if (!(deviation <= kRigidTolerance)) at.Fail("a rigid transform (rotation and translation)");
+  if (!(glm::determinant(rotation) > 0.0)) at.Fail("a rotation, not a mirror image");
+  return matrix;
+}
+
+glm::dmat4 ReadInvertible(const JsonCursor& at) {
+  const glm::dmat4 matrix = ReadAffine(at);
+  const glm::dmat3 linear(matrix);
+  // Relative to the volume that the columns' lengths would span: scale does not matter.
+  const double volume = glm::length(linear[0]) * glm::length(linear[1]) * glm::length(linear[2]);
+  if (!(std::abs(glm::determinant(linear)) > 1e-9 * volume)) at.Fail("an invertible transform");
+  return matrix;
+}
+
+UtcTime ReadTime(const JsonCursor& at) {
+  try {
+    return ParseUtcTime(at.Text());
+  } catch (const std::invalid_argument&) {
+    at.Fail("a UTC time such as 2005-06-21T09:50:00.25Z");
+  }
+}
+
+std::vector<std::string> ReadTexts(const JsonCursor& at) {
+  std::vector<std::string> texts;
+  for (const JsonCursor& entry : at.List(0, kAnyCount)) texts.push_back(entry.Text());
+  return texts;
+}
+
+template <typename Read>
+auto ReadOptional(const JsonCursor& at, std::string_view key, const Read& read)
+    -> std::optional<decltype(read(at))> {
+  const auto found = at.Optional(key);
+  if (!found) return std::nullopt;
+  return read(*found);
+}
+
+// Bounds of what floats hold with room to spare, so that no product of these over- or underflows.
+double ReadExposure(const JsonCursor& at) { return at.NumberIn(1e-30, 1e30); }
+double ReadCameraSetting(const JsonCursor& at) { return at.NumberIn(1e-9, 1e9); }
+
+class SequenceReader {
+ public:
+  explicit SequenceReader(const std::filesystem::path& folder) : folder_(folder) {}
+
+  Sequence Read(const JsonCursor& root) {
+    root.Required("format").OneOf({"pleinair-sequence"});
+    root.Required("version").IntegerIn(1, 1);
+    root.CheckKeys({"format",
+                    "version",
+                    "site",
+                    "camera",
+                    "radiometry",
+                    "scene",
+                    "windows",
+                    "diffuse_regions",
+                    "diffuse_mask",
+                    "environment",
+                    "fisheye",
+                    "virtual_object",
+                    "virtual_objects",
+                    "frames"});
+    sequence_.folder = folder_;
+    if (const auto name = root.Optional("name")) sequence_.name = name->Value();
+    if (sequence_.name.empty()) sequence_.name = DefaultName();
+    sequence_.site = ReadOptional(root, "site", ReadSite);
+    ReadCamera(root.Required("camera"));
+    if (const auto at = root.Optional("radiometry")) ReadRadiometry(*at);
+    ReadScene(root.Required("scene"));
+    if (const auto at = root.Optional("windows")) ReadWindows(*at);
+    if (const auto at = root.Optional("diffuse_regions")) {
+      sequence_.diffuse_regions = ReadTexts(*at);
+    }
+    if (const auto at = root.Optional("diffuse_mask")) sequence_.diffuse_mask = ExistingFile(*at);
+    if (const auto at = root.Optional("environment")) ReadEnvironment(*at);
+    if (const auto at = root.Optional("fisheye")) sequence_.fisheye = ReadFisheye(*at);
+    ReadVirtualObjects(root);
+    ReadFrames(root);
+    CheckSunIsKnown(root);
+    return std::move(sequence_);
+  }
+
+ private:
+  std::string DefaultName() const {
+    std::error_code error;
+    return std::filesystem::canonical(folder_, error).filename().string();
+  }
+
+  std::filesystem::path PathInside(const JsonCursor& at) const {
+    const std::string text = at.Text();
+    const auto inside = ResolveInside(folder_, text);
+    if (!inside) at.Fail(inside.error());
+    return std::filesystem::path(text).lexically_normal();
+  }
+
+  std::filesystem::path ExistingFile(const JsonCursor& at) const {
+    std::filesystem::path path = PathInside(at);
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(folder_ / path, error)) {
+      at.Fail("the path of a file that is there");
+    }
+    return path;
+  }
+
+  static Site ReadSite(const JsonCursor& at) {
+    at.CheckKeys({"latitude_deg", "longitude_deg", "height_m"});
+    Site site;
+    site.latitude_rad = RadFromDeg(at.Required("latitude_deg").NumberIn(-90.0, 90.0));
+    site.longitude_rad = RadFromDeg(at.Required("longitude_deg").NumberIn(-360.0, 360.0));
+    // From below the lowest shore to the highest orbits that cameras have worked in.
+    site.height_m = at.Required("height_m").NumberIn(-1000.0, 1e6);
+    return site;
+  }
+
+  void ReadCamera(const JsonCursor& at) {
+    at.CheckKeys({"width",
+                  "height",
+                  "fx",
+                  "fy",
+                  "cx",
+                  "cy",
+                  "distortion",
+                  "distortion_model",
+                  "pixel_centers",
+                  "camera_from_world"});
+    CameraIntrinsics& camera = sequence_.intrinsics;
+    camera.width_px = at.Required("width").IntegerIn(1, kMaxImageSidePx);
+    camera.height_px = at.Required("height").IntegerIn(1, kMaxImageSidePx);
+    camera.fx_px = at.Required("fx").PositiveNumber();
+    camera.fy_px = at.Required("fy").PositiveNumber();
+    camera.cx_px = at.Required("cx").NumberIn(-1e6, 1e6);
+    camera.cy_px = at.Required("cy").NumberIn(-1e6, 1e6);
+    if (const auto distortion = at.Optional("distortion")) {
+      const auto coefficients = distortion->List(5, 5);
+      for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = coefficients[i].Number();
+    }
+    if (const auto model = at.Optional("distortion_model")) model->OneOf({"opencv"});
+    if (const auto centers = at.Optional("pixel_centers")) centers->OneOf({"integer"});
+    sequence_.camera_from_world = ReadOptional(at, "camera_from_world", ReadRigid);
+  }
+
+  void ReadRadiometry(const JsonCursor& at) {
+    at.CheckKeys({"frames", "frames_ldr"});
+    if (const auto frames = at.Optional("frames")) frames->OneOf({"linear"});
+    if (const auto ldr = at.Optional("frames_ldr")) {
+      const bool srgb = ldr->Text() == "srgb8";
+      sequence_.response_ldr = srgb ? "srgb8" : ExistingFile(*ldr).string();
+    }
+  }
+
+  void ReadScene(const JsonCursor& at) {
+    at.CheckKeys({"mesh", "albedos_known", "albedos_assumed"});
+    sequence_.scene_mesh = ExistingFile(at.Required("mesh"));
+    if (const auto known = at.Optional("albedos_known")) sequence_.albedos_known = known->Boolean();
+    if (const auto assumed = at.Optional("albedos_assumed")) {
+      sequence_.albedos_assumed = assumed->Boolean();
+    }
+  }
+
+  void ReadWindows(const JsonCursor& at) {
+    for (const JsonCursor& window : at.List(0, kAnyCount)) {
+      window.CheckKeys({"polygon_world_m"});
+      WindowEntry entry;
+      if (const auto name = window.Optional("name")) entry.name = name->Value();
+      for (const JsonCursor& corner : window.Required("polygon_world_m").List(3, kAnyCount)) {
+        entry.polygon_world_m.push_back(ReadVector3(corner));
+      }
+      sequence_.windows.push_back(std::move(entry));
+    }
+  }
+
+  void ReadEnvironment(const JsonCursor& at) {
+    at.CheckKeys({"image", "position_m", "time_utc", "sun_direction_enu", "mapping"});
+    const auto sun = ReadOptional(at, "sun_direction_enu", ReadDirection);
+    if (const auto mapping = at.Optional("mapping")) CheckMapping(*mapping);
+    const auto image = at.Optional("image");
+    if (!image) {
+      // Position and time say nothing without a map; what the sun is may still be told here.
+      if (!sun) at.Fail("an object with `image` or `sun_direction_enu`");
+      sequence_.sun_direction_enu = sun;
+      return;
+    }
+    EnvironmentEntry entry;
+    entry.image = ExistingFile(*image);
+    entry.position_m = ReadVector3(at.Required("position_m"));
+    entry.time = ReadTime(at.Required("time_utc"));
+    entry.sun_direction_enu = sun;
+    sequence_.environment = std::move(entry);
+  }
+
+  // A map that says it is laid out differently from scene/lat_long.h would be read turned or
+  // mirrored.
+  static void CheckMapping(const JsonCursor& at) {
+    at.CheckKeys({"type", "up", "center", "right"});
+    if (const auto type = at.Optional("type")) type->OneOf({"equirectangular"});
+    if (const auto up = at.Optional("up")) up->OneOf({"+Z", "+Z (up)", "+Z up"});
+    if (const auto center = at.Optional("center")) {
+      center->OneOf({"+Y (north)", "+Y north", "+Y", "north"});
+    }
+    if (const auto right = at.Optional("right")) {
+      right->OneOf({"+X (east)", "+X east", "+X", "east"});
+    }
+  }
+
+  FisheyeEntry ReadFisheye(const JsonCursor& at) const {
+    at.CheckKeys({"model",
+                  "fov_deg",
+                  "width",
+                  "height",
+                  "up",
+                  "image_up",
+                  "image_right",
+                  "position_m",
+                  "calibration"});
+    FisheyeEntry entry;
+    entry.model =
+        at.Required("model").OneOf({"equidistant", "equisolid", "stereographic", "opencv"});
+    const auto fov = at.Required("fov_deg");
+    entry.fov_deg = fov.PositiveNumber();
+    if (entry.fov_deg > 360.0) fov.Fail("an angle of at most 360 degrees");
+    entry.width_px = at.Required("width").IntegerIn(1, kMaxImageSidePx);
+    entry.height_px = at.Required("height").IntegerIn(1, kMaxImageSidePx);
+    if (const auto up = at.Optional("up")) entry.up = up->Text();
+    if (const auto up = at.Optional("image_up")) entry.image_up = up->Text();
+    if (const auto right = at.Optional("image_right")) entry.image_right = right->Text();
+    entry.position_m = ReadOptional(at, "position_m", ReadVector3);
+    if (const auto calibration = at.Optional("calibration")) {
+      entry.calibration = ExistingFile(*calibration);
+    } else if (entry.model == "opencv") {
+      at.Required("calibration");
+    }
+    return entry;
+  }
+
+  VirtualObjectEntry ReadVirtualObject(const JsonCursor& at) const {
+    at.CheckKeys({"mesh", "world_from_object"});
+    VirtualObjectEntry entry;
+    entry.mesh = ExistingFile(at.Required("mesh"));
+    entry.world_from_object = ReadInvertible(at.Required("world_from_object"));
+    return entry;
+  }
+
+  void ReadVirtualObjects(const JsonCursor& root) {
+    const auto one = root.Optional("virtual_object");
+    const auto several = root.Optional("virtual_objects");
+    if (one && several) several->Fail("only one of `virtual_object` and `virtual_objects`");
+    if (one) sequence_.virtual_objects.push_back(ReadVirtualObject(*one));
+    if (!several) return;
+    for (const JsonCursor& at : several->List(0, kAnyCount)) {
+      sequence_.virtual_objects.push_back(ReadVirtualObject(at));
+    }
+  }
+
+  static SamplePolygon ReadSamplePolygon(const JsonCursor& at) {
+    at.CheckKeys({"material", "group", "sun", "polygon_px"});
+    SamplePolygon polygon;
+    polygon.material = at.Required("material").Text();
+    polygon.group = at.Required("group").Text();
+    const std::string sun = at.Required("sun").OneOf({"lit", "shaded", "grazing"});
+    polygon.sun = sun == "lit"      ? SamplePolygon::Sun::kLit
+                  : sun == "shaded" ? SamplePolygon::Sun::kShaded
+                                    : SamplePolygon::Sun::kGrazing;
+    for (const JsonCursor& corner : at.Required("polygon_px").List(3, kAnyCount)) {
+      polygon.polygon_px.push_back(ReadVector2(corner));
+    }
+    return polygon;
+  }
+
+  FrameEntry ReadFrame(const JsonCursor& at) const {
+    at.CheckKeys({"image",
+                  "image_ldr",
+                  "fisheye",
+                  "time_utc",
+                  "exposure",
+                  "exposure_s",
+                  "iso",
+                  "f_number",
+                  "camera_from_world",
+                  "sun_direction_enu",
+                  "sample_polygons"});
+    const auto path_inside = [this](const JsonCursor& path) { return PathInside(path); };
+    FrameEntry entry;
+    entry.image = ReadOptional(at, "image", path_inside);
+    entry.image_ldr = ReadOptional(at, "image_ldr", path_inside);
+    if (!entry.image && !entry.image_ldr) at.Fail("an object with `image` or `image_ldr`");
+    entry.fisheye = ReadOptional(at, "fisheye", path_inside);
+    if (entry.fisheye && !sequence_.fisheye) {
+      at.Required("fisheye").Fail("a fish-eye image only where the sequence has `fisheye`");
+    }
+    entry.time = ReadTime(at.Required("time_utc"));
+    entry.exposure = ReadOptional(at, "exposure", ReadExposure);
+    entry.exposure_s = ReadOptional(at, "exposure_s", ReadCameraSetting);
+    entry.iso = ReadOptional(at, "iso", ReadCameraSetting);
+    entry.f_number = ReadOptional(at, "f_number", ReadCameraSetting);
+    entry.camera_from_world = ReadOptional(at, "camera_from_world", ReadRigid);
+    if (!sequence_.camera_from_world) at.Required("camera_from_world");
+    entry.sun_direction_enu = ReadOptional(at, "sun_direction_enu", ReadDirection);
+    if (const auto polygons = at.Optional("sample_polygons")) {
+      for (const JsonCursor& polygon : polygons->List(0, kAnyCount)) {
+        entry.sample_polygons.push_back(ReadSamplePolygon(polygon));
+      }
+    }
+    return entry;
+  }
+
+  void ReadFrames(const JsonCursor& root) {
+    for (const JsonCursor& at : root.Required("frames").List(1, kAnyCount)) {
+      sequence_.frames.push_back(ReadFrame(at));
+    }
+  }
+
+  // A fish-eye camera sees the sun itself; all others need to be told where it is.
+  void CheckSunIsKnown(const JsonCursor& root) const {
+    if (sequence_.site || sequence_.fisheye) return;
+    for (std::size_t i = 0; i < sequence_.frames.size(); ++i) {
+      if (!sequence_.StatedSunDirectionEnu(i)) root.Required("site");
+    }
+  }
+
+  std::filesystem::path folder_;
+  Sequence sequence_;
+};
+
+}  // namespace
+
+Sequence ReadSequence(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    throw JsonError(folder.string() + ": expected a sequence's folder, found " +
+                    (fs::exists(folder, error) ? "a file" : "nothing"));
+  }
+  const fs::path file = folder / "sequence.json";
+  if (!fs::exists(file, error)) {
+    for (const char* still : {"panorama.json", "relight.json"}) {
+      if (!fs::exists(folder / still, error)) continue;
+      throw JsonError((folder / still).string() +
+                      ": expected a sequence (sequence.json), found a still, which this version "
+                      "does not handle");
+    }
+  }
+  if (!ResolveInside(folder, "sequence.json")) {
+    throw JsonError(file.string() + ": expected a file inside the sequence's folder");
+  }
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  if (!document.is_object()) root.Fail("an object");
+  const auto format = root.Optional("format");
+  if (format && (format->Value() == "pleinair-panorama" || format->Value() == "pleinair-relight")) {
+    format->Fail("\"pleinair-sequence\" (stills are not handled by this version)");
+  }
+  return SequenceReader(folder).Read(root);
+}
+
+}  // namespace pleinair

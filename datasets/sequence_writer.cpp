@@ -1,0 +1,166 @@
+// sequence.json out.
+#include <cmath>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+
+#include <nlohmann/json.hpp>
+
+#include "datasets/sequence.h"
+#include "sunmodel/angles.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json FromVector(const glm::dvec2& v) { return {v.x, v.y}; }
+Json FromVector(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+Json FromMatrix(const glm::dmat4& matrix) {
+  Json rows = Json::array();
+  for (int r = 0; r < 4; ++r) {
+    rows.push_back({matrix[0][r], matrix[1][r], matrix[2][r], matrix[3][r]});
+  }
+  return rows;
+}
+
+template <typename Vector>
+Json FromPolygon(const std::vector<Vector>& polygon) {
+  Json corners = Json::array();
+  for (const Vector& corner : polygon) corners.push_back(FromVector(corner));
+  return corners;
+}
+
+Json FromCamera(const Sequence& sequence) {
+  const CameraIntrinsics& camera = sequence.intrinsics;
+  Json json = {{"width", camera.width_px},
+               {"height", camera.height_px},
+               {"fx", camera.fx_px},
+               {"fy", camera.fy_px},
+               {"cx", camera.cx_px},
+               {"cy", camera.cy_px},
+               {"distortion", camera.distortion},
+               {"distortion_model", "opencv"},
+               {"pixel_centers", "integer"}};
+  if (sequence.camera_from_world) {
+    json["camera_from_world"] = FromMatrix(*sequence.camera_from_world);
+  }
+  return json;
+}
+
+Json FromEnvironment(const EnvironmentEntry& environment) {
+  Json json = {{"image", environment.image.string()},
+               {"position_m", FromVector(environment.position_m)},
+               {"time_utc", FormatUtcTime(environment.time)}};
+  if (environment.sun_direction_enu) {
+    json["sun_direction_enu"] = FromVector(*environment.sun_direction_enu);
+  }
+  json["mapping"] = {
+      {"type", "equirectangular"}, {"up", "+Z"}, {"center", "+Y (north)"}, {"right", "+X (east)"}};
+  return json;
+}
+
+Json FromFisheye(const FisheyeEntry& fisheye) {
+  Json json = {{"model", fisheye.model},
+               {"fov_deg", fisheye.fov_deg},
+               {"width", fisheye.width_px},
+               {"height", fisheye.height_px}};
+  if (!fisheye.up.empty()) json["up"] = fisheye.up;
+  if (!fisheye.image_up.empty()) json["image_up"] = fisheye.image_up;
+  if (!fisheye.image_right.empty()) json["image_right"] = fisheye.image_right;
+  if (fisheye.position_m) json["position_m"] = FromVector(*fisheye.position_m);
+  if (fisheye.calibration) json["calibration"] = fisheye.calibration->string();
+  return json;
+}
+
+Json FromSamplePolygon(const SamplePolygon& polygon) {
+  const char* sun = polygon.sun == SamplePolygon::Sun::kLit      ? "lit"
+                    : polygon.sun == SamplePolygon::Sun::kShaded ? "shaded"
+                                                                 : "grazing";
+  return {{"material", polygon.material},
+          {"group", polygon.group},
+          {"sun", sun},
+          {"polygon_px", FromPolygon(polygon.polygon_px)}};
+}
+
+Json FromFrame(const FrameEntry& frame) {
+  Json json = Json::object();
+  if (frame.image) json["image"] = frame.image->string();
+  if (frame.image_ldr) json["image_ldr"] = frame.image_ldr->string();
+  if (frame.fisheye) json["fisheye"] = frame.fisheye->string();
+  json["time_utc"] = FormatUtcTime(frame.time);
+  if (frame.exposure) json["exposure"] = *frame.exposure;
+  if (frame.exposure_s) json["exposure_s"] = *frame.exposure_s;
+  if (frame.iso) json["iso"] = *frame.iso;
+  if (frame.f_number) json["f_number"] = *frame.f_number;
+  if (frame.camera_from_world) json["camera_from_world"] = FromMatrix(*frame.camera_from_world);
+  if (frame.sun_direction_enu) json["sun_direction_enu"] = FromVector(*frame.sun_direction_enu);
+  if (!frame.sample_polygons.empty()) {
+    Json& polygons = json["sample_polygons"] = Json::array();
+    for (const SamplePolygon& polygon : frame.sample_polygons) {
+      polygons.push_back(FromSamplePolygon(polygon));
+    }
+  }
+  return json;
+}
+
+Json FromSequence(const Sequence& sequence) {
+  Json json = {{"format", "pleinair-sequence"}, {"version", 1}};
+  if (!sequence.name.empty()) json["name"] = sequence.name;
+  if (sequence.site) {
+    json["site"] = {{"latitude_deg", DegFromRad(sequence.site->latitude_rad)},
+                    {"longitude_deg", DegFromRad(sequence.site->longitude_rad)},
+                    {"height_m", sequence.site->height_m}};
+  }
+  json["camera"] = FromCamera(sequence);
+  json["radiometry"] = {{"frames", "linear"}, {"frames_ldr", sequence.response_ldr}};
+  json["scene"] = {{"mesh", sequence.scene_mesh.string()},
+                   {"albedos_known", sequence.albedos_known},
+                   {"albedos_assumed", sequence.albedos_assumed}};
+  for (const WindowEntry& window : sequence.windows) {
+    Json entry = {{"polygon_world_m", FromPolygon(window.polygon_world_m)}};
+    if (!window.name.empty()) entry["name"] = window.name;
+    json["windows"].push_back(std::move(entry));
+  }
+  if (!sequence.diffuse_regions.empty()) json["diffuse_regions"] = sequence.diffuse_regions;
+  if (sequence.diffuse_mask) json["diffuse_mask"] = sequence.diffuse_mask->string();
+  if (sequence.environment) {
+    json["environment"] = FromEnvironment(*sequence.environment);
+  } else if (sequence.sun_direction_enu) {
+    json["environment"] = {{"sun_direction_enu", FromVector(*sequence.sun_direction_enu)}};
+  }
+  if (sequence.fisheye) json["fisheye"] = FromFisheye(*sequence.fisheye);
+  for (const VirtualObjectEntry& object : sequence.virtual_objects) {
+    json["virtual_objects"].push_back(
+        {{"mesh", object.mesh.string()},
+         {"world_from_object", FromMatrix(object.world_from_object)}});
+  }
+  json["frames"] = Json::array();
+  for (const FrameEntry& frame : sequence.frames) json["frames"].push_back(FromFrame(frame));
+  return json;
+}
+
+}  // namespace
+
+void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "sequence.json";
+  std::filesystem::path unfinished = file;
+  unfinished += ".part";
+  std::error_code error;
+  {
+    std::ofstream stream(unfinished, std::ios::binary | std::ios::trunc);
+    stream << FromSequence(sequence).dump(1) << '\n';
+    stream.close();
+    if (!stream) error = std::make_error_code(std::errc::io_error);
+  }
+  if (!error) std::filesystem::rename(unfinished, file, error);
+  if (error) {
+    std::error_code ignored;
+    std::filesystem::remove(unfinished, ignored);
+    throw std::runtime_error(file.string() + ": cannot be written: " + error.message());
+  }
+}
+
+}  // namespace pleinair

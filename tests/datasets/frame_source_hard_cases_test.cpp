@@ -1,0 +1,121 @@
+// Frame files that are missing, cut, empty, of another size, no files at all, or links that lead
+// out of the folder: each is its own frame's failure.
+#include <functional>
+
+#include "datasets/frame_source.h"
+#include "scene/image_io.h"
+#include "tests/datasets/sequence_fixture.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FrameSourceHardCases : public SequenceFolder {
+ protected:
+  void SetUp() override {
+    SequenceFolder::SetUp();
+    document_ = Everything();
+    nlohmann::json frame = document_["frames"][1];
+    frame.erase("image_ldr");
+    document_["frames"] = nlohmann::json::array();
+    for (int i = 0; i < 3; ++i) {
+      frame["image"] = Name(i, ".exr");
+      frame["image_ldr"] = Name(i, ".png");
+      document_["frames"].push_back(frame);
+      WriteExr(folder_ / Name(i, ".exr"), RgbImage(8, 6, glm::vec3(1.0f)), ExrPrecision::kHalf);
+      WritePng(folder_ / Name(i, ".png"), Rgb8Image(8, 6, glm::u8vec3(99)));
+    }
+    WriteDocument(document_);
+  }
+
+  static std::string Name(int frame, const std::string& extension) {
+    return "frames/" + std::to_string(frame) + extension;
+  }
+
+  // The middle frame fails, naming its file; its neighbours play.
+  void ExpectOnlyTheMiddleOneFails(const std::string& expected_word) {
+    for (const FrameKind kind : {FrameKind::kLinear, FrameKind::kLdr}) {
+      const auto source = MakeRecordedFrameSource(ReadSequence(folder_), kind);
+      for (int i = 0; i < 3; ++i) {
+        const auto next = source->Next();
+        ASSERT_TRUE(next);
+        ASSERT_EQ(next->has_value(), i != 1) << (next->has_value() ? "" : next->error().reason);
+        if (i != 1) continue;
+        const FrameError& error = next->error();
+        EXPECT_EQ(error.index, 1);
+        const std::string file = Name(1, kind == FrameKind::kLinear ? ".exr" : ".png");
+        EXPECT_NE(error.reason.find(file), std::string::npos) << error.reason;
+        EXPECT_NE(error.reason.find(expected_word), std::string::npos) << error.reason;
+        EXPECT_EQ(error.reason.find('\n'), std::string::npos) << error.reason;
+      }
+      EXPECT_FALSE(source->Next());
+    }
+  }
+
+  void ReplaceMiddle(const std::function<void(const fs::path&)>& replace) {
+    for (const char* extension : {".exr", ".png"}) {
+      const fs::path file = folder_ / Name(1, extension);
+      fs::remove_all(file);
+      replace(file);
+    }
+  }
+
+  nlohmann::json document_;
+};
+
+TEST_F(FrameSourceHardCases, AMissingFrameFailsAlone) {
+  ReplaceMiddle([](const fs::path&) {});
+  ExpectOnlyTheMiddleOneFails("found nothing");
+}
+
+TEST_F(FrameSourceHardCases, AnEmptyFrameFailsAlone) {
+  ReplaceMiddle([](const fs::path& file) { Write(file, ""); });
+  ExpectOnlyTheMiddleOneFails("");
+}
+
+TEST_F(FrameSourceHardCases, AFrameThatIsNoImageFailsAlone) {
+  ReplaceMiddle([](const fs::path& file) { Write(file, "not an image at all, but some text"); });
+  ExpectOnlyTheMiddleOneFails("");
+}
+
+TEST_F(FrameSourceHardCases, ATruncatedFrameFailsAlone) {
+  for (const double share : {0.1, 0.5, 0.9}) {
+    ReplaceMiddle([&](const fs::path& file) {
+      const fs::path whole = folder_ / Name(0, file.extension().string());
+      fs::copy_file(whole, file);
+      fs::resize_file(
+          file, static_cast<std::uintmax_t>(share * static_cast<double>(fs::file_size(whole))));
+    });
+    ExpectOnlyTheMiddleOneFails("");
+  }
+}
+
+TEST_F(FrameSourceHardCases, AFrameOfAnotherSizeFailsAlone) {
+  ReplaceMiddle([](const fs::path& file) {
+    if (file.extension() == ".exr") WriteExr(file, RgbImage(6, 8), ExrPrecision::kHalf);
+    if (file.extension() == ".png") WritePng(file, Rgb8Image(6, 8));
+  });
+  ExpectOnlyTheMiddleOneFails("expected 8x6 pixels, found 6x8");
+}
+
+TEST_F(FrameSourceHardCases, ADirectoryFailsAlone) {
+  ReplaceMiddle([](const fs::path& file) { fs::create_directory(file); });
+  ExpectOnlyTheMiddleOneFails("no file");
+}
+
+TEST_F(FrameSourceHardCases, ALinkLaidAfterTheSequenceWasReadIsNotFollowedOut) {
+  fs::copy_file(folder_ / "frames/0.exr", root_ / "outside.exr");
+  const Sequence sequence = ReadSequence(folder_);
+  fs::remove(folder_ / "frames/1.exr");
+  fs::create_symlink(root_ / "outside.exr", folder_ / "frames/1.exr");
+  const auto source = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
+  EXPECT_TRUE(source->Next()->has_value());
+  const auto second = source->Next();
+  ASSERT_FALSE(second->has_value());
+  EXPECT_NE(second->error().reason.find("inside the sequence's folder"), std::string::npos);
+  EXPECT_TRUE(source->Next()->has_value());
+}
+
+}  // namespace
+}  // namespace pleinair
