@@ -1,1 +1,113 @@
 #include "relight/irradiance_volume.h"
+
+#include <stdexcept>
+#include <string>
+
+#include "relight/internal/basis_sum.h"
+#include "relight/internal/probe_blend.h"
+#include "relight/vertex_irradiance.h"
+
+namespace pleinair {
+namespace {
+
+using internal::BasisWeights;
+using internal::WeightedSum;
+
+constexpr std::string_view kWhat = "irradiance volume";
+
+// Three parts, each one entry a basis light.
+std::size_t LightCount(const BasisLights& basis) {
+  const std::size_t count = basis.environment.size();
+  if (count == 0 || basis.face_radiosity.size() != count || basis.sky_radiance.size() != count) {
+    throw std::invalid_argument("basis lights: " + std::to_string(count) + " in environment, " +
+                                std::to_string(basis.face_radiosity.size()) +
+                                " in face_radiosity, " + std::to_string(basis.sky_radiance.size()) +
+                                " in sky_radiance; expected the same number, at least the sun");
+  }
+  return count;
+}
+
+std::vector<ShRgb> Fold(const ProbeOperator& probes, const BasisLights& basis, std::size_t light) {
+  return probes.Apply(basis.environment[light].radiance.pixels,
+                      basis.face_radiosity[light],
+                      basis.sky_radiance[light]);
+}
+
+// The weighted sum of what each light makes of faces, or of the sky.
+std::vector<glm::vec3> SumOfLights(const std::vector<std::vector<glm::vec3>>& of_light,
+                                   std::span<const glm::vec3> weights) {
+  std::size_t size = 0;
+  for (const std::vector<glm::vec3>& values : of_light) size = std::max(size, values.size());
+  const std::vector<std::span<const glm::vec3>> terms(of_light.begin(), of_light.end());
+  std::vector<glm::vec3> sum(size);
+  WeightedSum(terms, weights, sum, kWhat);
+  return sum;
+}
+
+std::span<const glm::vec3> Flat(const std::vector<ShRgb>& probes) {
+  static_assert(sizeof(ShRgb) == kProbeShCoefficients * sizeof(glm::vec3));
+  if (probes.empty()) return {};
+  return {probes.front().data(), probes.size() * kProbeShCoefficients};
+}
+
+}  // namespace
+
+glm::vec3 IrradianceVolume::Irradiance(const glm::vec3& position_m, const glm::vec3& normal) const {
+  glm::vec3 irradiance(0.0f);
+  IrradianceAt(*this, {&position_m, 1}, {&normal, 1}, {&irradiance, 1});
+  return irradiance;
+}
+
+void IrradianceAt(const IrradianceVolume& volume,
+                  std::span<const glm::vec3> positions_m,
+                  std::span<const glm::vec3> normals,
+                  std::span<glm::vec3> irradiance) {
+  VertexIrradiance(volume, positions_m, normals).Evaluate(volume, irradiance);
+}
+
+IrradianceVolume VolumeFromEnvironment(const ProbeOperator& probes,
+                                       const BasisLights& basis,
+                                       const RgbImage& environment,
+                                       const Lighting& lighting) {
+  const std::vector<glm::vec3> weights = BasisWeights(lighting, LightCount(basis), kWhat);
+  return {probes.Grid(),
+          probes.Apply(environment.pixels,
+                       SumOfLights(basis.face_radiosity, weights),
+                       SumOfLights(basis.sky_radiance, weights)),
+          probes.Valid()};
+}
+
+FoldedVolume::FoldedVolume(const ProbeOperator& probes, const BasisLights& basis)
+    : grid_(probes.Grid()), valid_(probes.Valid()) {
+  const std::size_t lights = LightCount(basis);
+  for (std::size_t light = 0; light < lights; ++light) {
+    probes_of_basis_.push_back(Fold(probes, basis, light));
+  }
+}
+
+void FoldedVolume::UpdateSun(const ProbeOperator& probes, const BasisLights& basis) {
+  if (probes_of_basis_.empty()) {
+    throw std::logic_error("folded volume: UpdateSun before anything was folded");
+  }
+  if (LightCount(basis) != probes_of_basis_.size() || probes.Valid() != valid_) {
+    throw std::invalid_argument(
+        "folded volume: UpdateSun with another operator or another number of basis lights");
+  }
+  probes_of_basis_[0] = Fold(probes, basis, 0);
+}
+
+void FoldedVolume::Combine(const Lighting& lighting, IrradianceVolume& volume) const {
+  const std::vector<glm::vec3> weights = BasisWeights(lighting, probes_of_basis_.size(), kWhat);
+  std::vector<std::span<const glm::vec3>> terms;
+  for (const std::vector<ShRgb>& probes : probes_of_basis_) terms.push_back(Flat(probes));
+  volume.grid = grid_;
+  volume.valid = valid_;
+  volume.probes.resize(probes_of_basis_.front().size());
+  if (volume.probes.empty()) return;
+  WeightedSum(terms,
+              weights,
+              {volume.probes.front().data(), volume.probes.size() * kProbeShCoefficients},
+              kWhat);
+}
+
+}  // namespace pleinair

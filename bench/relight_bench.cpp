@@ -1,0 +1,150 @@
+// What relighting costs in a frame, and when the sun has moved: environment map, irradiance volume
+// by both routes, irradiance of an object's vertices; and, once a site, the probes' operator.
+//
+//   pleinair_relight_bench [Google Benchmark's options]
+
+#include <cmath>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+#include <glm/geometric.hpp>
+
+#include "relight/environment.h"
+#include "relight/irradiance_volume.h"
+#include "relight/sky_shape.h"
+#include "relight/vertex_irradiance.h"
+#include "tests/relight/probe_test_scenes.h"
+
+namespace pleinair {
+namespace {
+
+constexpr LatLongSize kMapSize{1024, 512};
+const glm::dvec3 kSun = glm::normalize(glm::dvec3(-0.5, 0.3, 0.6));
+
+// A yard that a survey map shows but for the house's rear, and 8^3 probes in it.
+struct Site {
+  PatchScene scene = Yard();
+  Survey survey = SurveyOf(scene, {0.0, 0.0, 1.5}, kMapSize, kSun);
+  ProbeGrid grid = MakeProbeGrid({{-2.0f, -2.0f, 0.0f}, {2.0f, 2.0f, 3.0f}}, glm::ivec3(8));
+  ProbeOperator probes{scene, &survey, grid, {}};
+  BasisLights basis;
+  Lighting lighting;
+
+  Site() {
+    const auto sky = MakeUniformSkyShape();
+    basis.environment = {EnvironmentOfSun(survey, kSun), EnvironmentOfSky(survey, 0, *sky)};
+    basis.face_radiosity.assign(2, std::vector<glm::vec3>(scene.FaceCount(), glm::vec3(0.3f)));
+    basis.sky_radiance.resize(2);
+    for (const glm::vec3& direction : probes.SkyDirections()) {
+      basis.sky_radiance[1].push_back(sky->Radiance(direction));
+    }
+    lighting.sun.irradiance_rgb = {800.0, 760.0, 700.0};
+    lighting.sky = {{"uniform", {100.0, 120.0, 160.0}}};
+  }
+};
+
+const Site& TheSite() {
+  static const Site site;
+  return site;
+}
+
+// A closed mesh of n faces has about n / 2 vertices. A ball of 1 m in the middle of the grid.
+struct Object {
+  std::vector<glm::vec3> positions_m, normals, irradiance;
+
+  explicit Object(std::int64_t vertices) : irradiance(static_cast<std::size_t>(vertices)) {
+    for (std::int64_t i = 0; i < vertices; ++i) {
+      const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(vertices);
+      const double azimuth = 2.399963 * static_cast<double>(i);
+      const double r = std::sqrt(1.0 - z * z);
+      normals.emplace_back(r * std::cos(azimuth), r * std::sin(azimuth), z);
+      positions_m.push_back(glm::vec3(0.0f, 0.0f, 1.2f) + normals.back());
+    }
+  }
+};
+
+void EnvironmentMap(benchmark::State& state) {
+  const Site& site = TheSite();
+  RgbImage environment;
+  for (auto _ : state) {
+    SynthesiseEnvironment(site.basis.environment, site.lighting, environment);
+    benchmark::DoNotOptimize(environment.pixels.data());
+  }
+}
+
+void ProbesByFolding(benchmark::State& state) {
+  const Site& site = TheSite();
+  const FoldedVolume folded(site.probes, site.basis);
+  IrradianceVolume volume;
+  for (auto _ : state) {
+    folded.Combine(site.lighting, volume);
+    benchmark::DoNotOptimize(volume.probes.data());
+  }
+}
+
+void ProbesByMap(benchmark::State& state) {
+  const Site& site = TheSite();
+  RgbImage environment;
+  SynthesiseEnvironment(site.basis.environment, site.lighting, environment);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        VolumeFromEnvironment(site.probes, site.basis, environment, site.lighting));
+  }
+}
+
+void FoldTheSunAnew(benchmark::State& state) {
+  const Site& site = TheSite();
+  FoldedVolume folded(site.probes, site.basis);
+  for (auto _ : state) folded.UpdateSun(site.probes, site.basis);
+}
+
+void EnvironmentOfAMovedSun(benchmark::State& state) {
+  const Site& site = TheSite();
+  for (auto _ : state) benchmark::DoNotOptimize(EnvironmentOfSun(site.survey, kSun));
+}
+
+// Arguments: vertices. A pose that is kept.
+void VerticesOfAKeptPose(benchmark::State& state) {
+  const Site& site = TheSite();
+  IrradianceVolume volume;
+  FoldedVolume(site.probes, site.basis).Combine(site.lighting, volume);
+  Object object(state.range(0));
+  const VertexIrradiance points(volume, object.positions_m, object.normals);
+  for (auto _ : state) {
+    points.Evaluate(volume, object.irradiance);
+    benchmark::DoNotOptimize(object.irradiance.data());
+  }
+}
+
+// The same, set up at each call: an object that moves.
+void VerticesOfANewPose(benchmark::State& state) {
+  const Site& site = TheSite();
+  IrradianceVolume volume;
+  FoldedVolume(site.probes, site.basis).Combine(site.lighting, volume);
+  Object object(state.range(0));
+  for (auto _ : state) {
+    IrradianceAt(volume, object.positions_m, object.normals, object.irradiance);
+    benchmark::DoNotOptimize(object.irradiance.data());
+  }
+}
+
+void MakeTheOperator(benchmark::State& state) {
+  const Site& site = TheSite();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(ProbeOperator(site.scene, &site.survey, site.grid, {}));
+  }
+}
+
+BENCHMARK(EnvironmentMap)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(ProbesByFolding)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(ProbesByMap)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(FoldTheSunAnew)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(EnvironmentOfAMovedSun)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(VerticesOfAKeptPose)->Arg(7500)->Arg(15000)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(VerticesOfANewPose)->Arg(7500)->Arg(15000)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(MakeTheOperator)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+}  // namespace
+}  // namespace pleinair
+
+BENCHMARK_MAIN();

@@ -1,0 +1,40 @@
+// Which probes a point of the irradiance volume is made of, and what they give there.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "relight/probe_operator.h"
+#include "scene/spherical_harmonics.h"
+
+namespace pleinair::internal {
+
+// Weights add up to 1, or are all 0 where a grid has no valid probe.
+struct ProbeBlend {
+  std::array<std::uint32_t, 8> probe{};
+  std::array<float, 8> weight{};
+};
+
+// Trilinear over the valid ones of the eight probes around the point, weights scaled to add up to
+// 1; where none of them counts, the valid probe nearest to the point (the lowest index of several).
+// Points outside the grid take its border's value. `position_m` is finite.
+ProbeBlend BlendAt(const ProbeGrid& grid,
+                   std::span<const std::uint8_t> valid,
+                   const glm::vec3& position_m);
+
+// A_l Y_lm(normal): what SH coefficients of incident radiance are multiplied with to give the
+// irradiance on a surface (Ramamoorthi and Hanrahan 2001, equation 8).
+using IrradianceBasis = std::array<float, kProbeShCoefficients>;
+IrradianceBasis IrradianceBasisOf(const glm::vec3& normal);
+
+// Irradiance from the blended coefficients, negative lobes clamped at 0 per channel. Coefficients
+// are blended, not irradiances: the clamp then acts once, on what is really there.
+glm::vec3 BlendedIrradiance(std::span<const ShRgb> probes,
+                            const std::array<std::uint32_t, 8>& probe,
+                            const std::array<float, 8>& weight,
+                            const IrradianceBasis& basis);
+
+}  // namespace pleinair::internal
