@@ -112,7 +112,7 @@ class Table {
     std::vsnprintf(value.data(), value.size(), format, arguments);
     va_end(arguments);
     std::array<char, 256> line{};
-    std::snprintf(line.data(), line.size(), "%-20s %-34s %s", name, value.data(), remark);
+    std::snprintf(line.data(), line.size(), "%-20s %-42s %s", name, value.data(), remark);
     text_ += line.data();
     text_.erase(text_.find_last_not_of(' ') + 1);
     text_ += '\n';
