@@ -1,0 +1,146 @@
+#include "render/internal/frame_buffer.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace pleinair {
+namespace {
+
+const char* FormatName(GLenum format) {
+  switch (format) {
+    case GL_RGBA16F:
+      return "RGBA16F";
+    case GL_R8:
+      return "R8";
+    default:
+      return "its format";
+  }
+}
+
+}  // namespace
+
+FrameBuffer::FrameBuffer(std::string name,
+                         GLenum colour_format,
+                         DepthStencil depth_stencil,
+                         int samples)
+    : name_(std::move(name)),
+      colour_format_(colour_format),
+      depth_stencil_kind_(depth_stencil),
+      samples_(samples) {}
+
+bool FrameBuffer::Resize(int width, int height) {
+  if (width == width_ && height == height_) return false;
+  GLint max_size = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &max_size);
+  if (width > max_size || height > max_size) {
+    throw std::runtime_error("framebuffer " + name_ + ": " + std::to_string(width) + "x" +
+                             std::to_string(height) + " pixels, this device draws at most " +
+                             std::to_string(max_size) + " a side");
+  }
+  width_ = 0;  // Until all is made.
+  frame_buffer_ = MakeFramebuffer();
+  glBindFramebuffer(GL_FRAMEBUFFER, frame_buffer_.Name());
+  if (samples_ == 0) {
+    colour_ = MakeTexture();
+    glBindTexture(GL_TEXTURE_2D, colour_.Name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, colour_format_, width, height);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_.Name(), 0);
+  } else {
+    colour_ = MakeRenderbuffer();
+    glBindRenderbuffer(GL_RENDERBUFFER, colour_.Name());
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples_, colour_format_, width, height);
+    glFramebufferRenderbuffer(
+        GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_.Name());
+  }
+  if (depth_stencil_kind_ == DepthStencil::kDepth24Stencil8) {
+    depth_stencil_ = MakeRenderbuffer();
+    glBindRenderbuffer(GL_RENDERBUFFER, depth_stencil_.Name());
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples_, GL_DEPTH24_STENCIL8, width, height);
+    glFramebufferRenderbuffer(
+        GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, depth_stencil_.Name());
+  }
+  const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
+  if (status != GL_FRAMEBUFFER_COMPLETE) {
+    throw std::runtime_error("framebuffer " + name_ + ": this device cannot draw into " +
+                             FormatName(colour_format_) +
+                             (depth_stencil_ ? " with 24-bit depth and 8-bit stencil" : "") +
+                             (samples_ > 0 ? ", multisampled" : ""));
+  }
+  width_ = width;
+  height_ = height;
+  return true;
+}
+
+void FrameBuffer::Bind() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, frame_buffer_.Name());
+  glViewport(0, 0, width_, height_);
+}
+
+void FrameBuffer::BindForReading() const {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_buffer_.Name());
+}
+
+void FrameBuffer::ResolveTo(const FrameBuffer& target, const PixelRect& rect) const {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_buffer_.Name());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.frame_buffer_.Name());
+  glDisable(GL_SCISSOR_TEST);
+  glBlitFramebuffer(rect.lower.x,
+                    rect.lower.y,
+                    rect.upper.x,
+                    rect.upper.y,
+                    rect.lower.x,
+                    rect.lower.y,
+                    rect.upper.x,
+                    rect.upper.y,
+                    GL_COLOR_BUFFER_BIT,
+                    GL_NEAREST);
+}
+
+void ResetPassState() {
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_POLYGON_OFFSET_FILL);
+  glDisable(GL_RASTERIZER_DISCARD);
+  glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+  glDisable(GL_SAMPLE_COVERAGE);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_STENCIL_TEST);
+  if (epoxy_is_desktop_gl()) glDisable(GL_FRAMEBUFFER_SRGB);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+  glDepthRangef(0.0f, 1.0f);
+  glStencilMask(0xff);
+  glFrontFace(GL_CW);
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClearDepthf(1.0f);
+  glClearStencil(0);
+}
+
+void ScissorTo(const PixelRect& rect) {
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(rect.lower.x, rect.lower.y, rect.Width(), rect.Height());
+}
+
+ApplicationState::ApplicationState() {
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw_frame_buffer_);
+  glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read_frame_buffer_);
+  glGetIntegerv(GL_VIEWPORT, viewport_);
+}
+
+ApplicationState::~ApplicationState() {
+  ResetPassState();
+  glFrontFace(GL_CCW);
+  glBindVertexArray(0);
+  glUseProgram(0);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw_frame_buffer_));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read_frame_buffer_));
+  glViewport(viewport_[0], viewport_[1], viewport_[2], viewport_[3]);
+}
+
+}  // namespace pleinair

@@ -1,0 +1,71 @@
+// What a pass draws into.
+#pragma once
+
+#include <string>
+
+#include <epoxy/gl.h>
+
+#include "render/internal/gl_object.h"
+#include "render/internal/screen_extent.h"
+
+namespace pleinair {
+
+// One colour attachment, with a 24-bit depth and 8-bit stencil buffer where asked for. Row 0 is the
+// picture's top row.
+class FrameBuffer {
+ public:
+  enum class DepthStencil { kNone, kDepth24Stencil8 };
+
+  // `samples` 0: the colour is a texture; else a multisampled renderbuffer, to be resolved.
+  FrameBuffer(std::string name, GLenum colour_format, DepthStencil depth_stencil, int samples);
+
+  // Makes the attachments anew where the size is another; true then, and their content is
+  // undefined. Throws std::runtime_error naming the buffer and the format where the device cannot
+  // draw into it.
+  bool Resize(int width, int height);
+
+  // Binds it for drawing and sets the viewport to all of it.
+  void Bind() const;
+  void BindForReading() const;
+  // Of a multisampled buffer into a plain one of the same size.
+  void ResolveTo(const FrameBuffer& target, const PixelRect& rect) const;
+
+  GLuint ColourTexture() const { return colour_.Name(); }
+  int Width() const { return width_; }
+  int Height() const { return height_; }
+
+ private:
+  std::string name_;
+  GLenum colour_format_;
+  DepthStencil depth_stencil_kind_;
+  int samples_;
+  int width_ = 0;
+  int height_ = 0;
+  GlObject colour_;
+  GlObject depth_stencil_;
+  GlObject frame_buffer_;
+};
+
+// Puts every piece of state that our passes rely on to its default, whatever the application that
+// owns the context has left: all tests and blending off, all masks open, our winding (GL_CW).
+void ResetPassState();
+
+// Limits drawing and clearing to `rect`.
+void ScissorTo(const PixelRect& rect);
+
+// Remembers the application's framebuffers and viewport and gives them back, with the state of
+// ResetPassState otherwise.
+class ApplicationState {
+ public:
+  ApplicationState();
+  ~ApplicationState();
+  ApplicationState(const ApplicationState&) = delete;
+  ApplicationState& operator=(const ApplicationState&) = delete;
+
+ private:
+  GLint draw_frame_buffer_ = 0;
+  GLint read_frame_buffer_ = 0;
+  GLint viewport_[4] = {0, 0, 0, 0};
+};
+
+}  // namespace pleinair

@@ -1,0 +1,46 @@
+#include "render/internal/layer_lookup.h"
+
+#include <optional>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "calib/lens.h"
+#include "render/internal/view_projection.h"
+
+namespace pleinair {
+
+void LayerLookup::Update(const CameraIntrinsics& camera) {
+  if (camera == camera_) return;
+  undistorted_ = camera.HasDistortion() ? UndistortedCover(camera) : camera;
+  if (camera.HasDistortion()) {
+    constexpr float kNowhere = -1e6f;
+    std::vector<glm::vec2> lookup;
+    lookup.reserve(static_cast<std::size_t>(camera.width_px) *
+                   static_cast<std::size_t>(camera.height_px));
+    for (int y = 0; y < camera.height_px; ++y) {
+      for (int x = 0; x < camera.width_px; ++x) {
+        const std::optional<glm::dvec3> direction = DirectionFromPixel(camera, {x, y});
+        if (!direction || !(direction->z > 0.0)) {
+          lookup.emplace_back(kNowhere);
+          continue;
+        }
+        const glm::dvec2 pixel(
+            undistorted_.fx_px * direction->x / direction->z + undistorted_.cx_px,
+            undistorted_.fy_px * direction->y / direction->z + undistorted_.cy_px);
+        lookup.emplace_back(WindowFromPixel(pixel));
+      }
+    }
+    texture_ = MakeTexture();
+    glBindTexture(GL_TEXTURE_2D, texture_.Name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, GL_RG32F, camera.width_px, camera.height_px);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    glTexSubImage2D(
+        GL_TEXTURE_2D, 0, 0, 0, camera.width_px, camera.height_px, GL_RG, GL_FLOAT, lookup.data());
+  }
+  camera_ = camera;
+}
+
+}  // namespace pleinair

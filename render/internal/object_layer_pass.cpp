@@ -1,0 +1,179 @@
+#include "render/internal/object_layer_pass.h"
+
+#include <algorithm>
+
+namespace pleinair {
+namespace {
+
+constexpr std::string_view kAmbientVertexShader = R"(
+layout(location = 0) in vec4 a_position;
+layout(location = 2) in vec3 a_diffuse;
+layout(location = 3) in vec4 a_specular_alpha;
+layout(location = 4) in vec3 a_irradiance;
+uniform mat4 u_clip_from_local;
+invariant gl_Position;
+out vec3 v_radiance;
+void main() {
+  v_radiance = min(a_diffuse + a_specular_alpha.rgb, vec3(1.0)) * a_irradiance * 0.318309886;
+  gl_Position = u_clip_from_local * a_position;
+}
+)";
+
+constexpr std::string_view kAmbientFragmentShader = R"(
+in vec3 v_radiance;
+out vec4 o_colour;
+void main() { o_colour = vec4(min(v_radiance, vec3(65504.0)), 1.0); }
+)";
+
+constexpr std::string_view kSunVertexShader = R"(
+layout(location = 0) in vec4 a_position;
+layout(location = 1) in vec3 a_normal;
+layout(location = 2) in vec3 a_diffuse;
+layout(location = 3) in vec4 a_specular_alpha;
+uniform mat4 u_clip_from_local;
+invariant gl_Position;
+out vec3 v_position;
+out vec3 v_normal;
+flat out vec3 v_diffuse;
+flat out vec4 v_specular_alpha;
+void main() {
+  v_position = a_position.xyz;
+  v_normal = a_normal;
+  v_diffuse = a_diffuse;
+  v_specular_alpha = a_specular_alpha;
+  gl_Position = u_clip_from_local * a_position;
+}
+)";
+
+// GGX with Smith's height-correlated masking (Heitz 2014, "Understanding the masking-shadowing
+// function", equation 99) and Schlick's Fresnel term, which ends at 1 only for reflectances that
+// real surfaces have (above 2 %), so that k = 0 means none.
+//
+// The disc widens the lobe by half its radius, in half vectors: a perfect mirror then shows the
+// sun's own mean radiance, P / (pi radius^2), and nothing overflows but the format.
+constexpr std::string_view kSunFragmentShader = R"(
+in vec3 v_position;
+in vec3 v_normal;
+flat in vec3 v_diffuse;
+flat in vec4 v_specular_alpha;
+uniform vec3 u_camera;
+uniform vec3 u_to_sun;
+uniform vec3 u_irradiance;
+uniform float u_angular_radius;
+out vec4 o_colour;
+
+const float kInvPi = 0.318309886;
+
+vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l) {
+  float alpha2 = v_specular_alpha.a * v_specular_alpha.a + 0.25 * u_angular_radius * u_angular_radius;
+  float n_dot_v = max(dot(n, v), 1e-4);
+  vec3 h = normalize(v + l);
+  float n_dot_h = max(dot(n, h), 0.0);
+  vec3 n_cross_h = cross(n, h);
+  float spread = alpha2 * n_dot_h * n_dot_h + dot(n_cross_h, n_cross_h);
+  float density = kInvPi * alpha2 / (spread * spread);
+  float visibility = 0.5 / (n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - alpha2) + alpha2) +
+                            n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - alpha2) + alpha2));
+  float grazing = pow(1.0 - clamp(dot(v, h), 0.0, 1.0), 5.0);
+  vec3 k = v_specular_alpha.rgb;
+  vec3 fresnel = k + (clamp(50.0 * k, k, vec3(1.0)) - k) * grazing;
+  return density * visibility * fresnel;
+}
+
+void main() {
+  vec3 n = normalize(v_normal);
+  if (!gl_FrontFacing) n = -n;
+  float n_dot_l = dot(n, u_to_sun);
+  vec3 radiance = vec3(0.0);
+  if (n_dot_l > 0.0) {
+    vec3 reflectance = v_diffuse * kInvPi;
+    if (any(greaterThan(v_specular_alpha.rgb, vec3(0.0)))) {
+      reflectance += Ggx(n, normalize(u_camera - v_position), u_to_sun, n_dot_l);
+    }
+    radiance = u_irradiance * n_dot_l * reflectance;
+  }
+  o_colour = vec4(min(radiance, vec3(65504.0)), 0.0);
+}
+)";
+
+int SampleCount() {
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_SAMPLES, &most);
+  return std::min(most, 4);
+}
+
+}  // namespace
+
+ObjectLayerPass::ObjectLayerPass()
+    : samples_(
+          "object samples", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8, SampleCount()),
+      layer_("object layer", GL_RGBA16F, FrameBuffer::DepthStencil::kNone, 0),
+      ambient_program_("object ambient", kAmbientVertexShader, kAmbientFragmentShader),
+      sun_program_("object sun", kSunVertexShader, kSunFragmentShader) {}
+
+void ObjectLayerPass::Draw(const LayerView& view,
+                           SceneGeometry& scene,
+                           const LayerSun& sun,
+                           const ShadowVolumes* object_volumes,
+                           const ShadowVolumes* real_volumes,
+                           VolumeStencil& stencil) {
+  const int width = view.intrinsics.width_px;
+  const int height = view.intrinsics.height_px;
+  ResetPassState();
+  if (layer_.Resize(width, height) || !(drawn_rect_ == view.object_rect)) {
+    layer_.Bind();
+    glClear(GL_COLOR_BUFFER_BIT);
+    drawn_rect_ = view.object_rect;
+  }
+  if (view.object_rect.Empty()) return;
+  samples_.Resize(width, height);
+  samples_.Bind();
+  ScissorTo(view.object_rect);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+
+  // What hides: real surfaces, seen from either side.
+  const glm::mat4 clip_from_local(view.clip_from_local);
+  glEnable(GL_DEPTH_TEST);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  stencil.DrawSurface(scene.PhantomBuffers(), clip_from_local);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+
+  glDepthFunc(GL_LEQUAL);  // On a real surface of the same depth the object wins.
+  ambient_program_.Use();
+  ambient_program_.Set("u_clip_from_local", clip_from_local);
+  scene.ShadedObjects().Draw();
+
+  if (sun.is_shining) {
+    if (object_volumes != nullptr && real_volumes != nullptr) {
+      // All casters are in the depth buffer, so that no cap lies in front of what is visible.
+      stencil.Begin(clip_from_local, view.ClipOfInfinity(sun.to_sun));
+      stencil.Draw(scene.ObjectBuffers(), *object_volumes, VolumeStencil::Caps::kNeverInFront);
+      stencil.Draw(scene.PhantomBuffers(), *real_volumes, VolumeStencil::Caps::kNeverInFront);
+      stencil.Finish();
+    }
+    // Each sample takes the sun once, also where faces are doubled.
+    glEnable(GL_STENCIL_TEST);
+    glStencilFunc(GL_EQUAL, 0, 0xff);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
+    scene.ObjectsAsCaster().FacingOfSourceTriangles(sun.to_sun, facing_);
+    scene.ShadedObjects().UploadSunlitTriangles(facing_);
+    glDepthFunc(GL_EQUAL);
+    glDepthMask(GL_FALSE);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE);
+    glEnable(GL_CULL_FACE);
+    sun_program_.Use();
+    sun_program_.Set("u_clip_from_local", clip_from_local);
+    sun_program_.Set("u_camera", view.camera_centre_local);
+    sun_program_.Set("u_to_sun", glm::vec3(sun.to_sun));
+    sun_program_.Set("u_irradiance", sun.irradiance);
+    sun_program_.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
+    glCullFace(GL_BACK);
+    scene.ShadedObjects().DrawTrianglesWithFrontInSun();
+    glCullFace(GL_FRONT);
+    scene.ShadedObjects().DrawTrianglesWithBackInSun();
+  }
+  samples_.ResolveTo(layer_, view.object_rect);
+}
+
+}  // namespace pleinair

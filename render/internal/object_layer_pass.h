@@ -1,0 +1,51 @@
+// The virtual objects as a layer of their own: radiance times coverage, and coverage.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "render/internal/frame_buffer.h"
+#include "render/internal/scene_geometry.h"
+#include "render/internal/volume_stencil.h"
+#include "scene/lighting.h"
+
+namespace pleinair {
+
+// The sun as the layer's shading wants it.
+struct LayerSun {
+  bool is_shining = false;
+  glm::dvec3 to_sun{0.0, 0.0, 1.0};
+  glm::vec3 irradiance{0.0f};  // In the layer's units.
+  double angular_radius_rad = kMeanSunAngularRadiusRad;
+};
+
+// Radiance of a point with diffuse albedo d, specular reflectance k and GGX width alpha, under
+// irradiance E (from the vertices) and sun irradiance P from direction l:
+//   L = min(d + k, 1)/pi E + s P max(0, n.l) (d/pi + GGX(k, alpha)) ,
+// n the shading normal, turned to the viewer; s is 0 in the shadow of any caster, and where the
+// triangle's visible side faces away. What a glossy surface mirrors of its surroundings is drawn as
+// if it were diffuse.
+class ObjectLayerPass {
+ public:
+  ObjectLayerPass();
+
+  // `casters_on_objects`: volumes of the real scene; both sets may be null: no shadows.
+  void Draw(const LayerView& view,
+            SceneGeometry& scene,
+            const LayerSun& sun,
+            const ShadowVolumes* object_volumes,
+            const ShadowVolumes* real_volumes,
+            VolumeStencil& stencil);
+
+  // RGBA16F, zero where no object is.
+  GLuint Layer() const { return layer_.ColourTexture(); }
+
+ private:
+  FrameBuffer samples_;
+  FrameBuffer layer_;
+  ShaderProgram ambient_program_;
+  ShaderProgram sun_program_;
+  PixelRect drawn_rect_;
+  std::vector<std::int8_t> facing_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,51 @@
+#include "render/internal/real_shadow_pass.h"
+
+namespace pleinair {
+namespace {
+
+constexpr std::string_view kOneFragmentShader = R"(
+out float o_value;
+void main() { o_value = 1.0; }
+)";
+
+}  // namespace
+
+RealShadowPass::RealShadowPass()
+    : target_("real shadow", GL_R8, FrameBuffer::DepthStencil::kDepth24Stencil8, 0),
+      one_program_("mask", kScreenVertexShader, kOneFragmentShader),
+      no_vertices_(MakeVertexArray()) {}
+
+void RealShadowPass::Clear(int width, int height) {
+  if (target_.Resize(width, height)) depth_version_ = 0;
+  ResetPassState();
+  target_.Bind();
+  glClear(GL_COLOR_BUFFER_BIT);
+}
+
+void RealShadowPass::Draw(const LayerView& view,
+                          SceneGeometry& scene,
+                          const ShadowVolumes& object_volumes,
+                          const glm::dvec3& to_sun,
+                          VolumeStencil& stencil) {
+  Clear(view.intrinsics.width_px, view.intrinsics.height_px);
+  glClear(GL_STENCIL_BUFFER_BIT);
+  if (depth_version_ != scene.Version() || depth_clip_from_local_ != view.clip_from_local) {
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glEnable(GL_DEPTH_TEST);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    stencil.DrawSurface(scene.PhantomBuffers(), glm::mat4(view.clip_from_local));
+    depth_version_ = scene.Version();
+    depth_clip_from_local_ = view.clip_from_local;
+  }
+  stencil.Begin(glm::mat4(view.clip_from_local), view.ClipOfInfinity(to_sun));
+  stencil.Draw(scene.ObjectBuffers(), object_volumes, VolumeStencil::Caps::kTested);
+  stencil.Finish();
+
+  glDisable(GL_DEPTH_TEST);
+  glStencilFunc(GL_NOTEQUAL, 0, 0xff);
+  one_program_.Use();
+  glBindVertexArray(no_vertices_.Name());
+  DrawScreen();
+}
+
+}  // namespace pleinair

@@ -1,0 +1,35 @@
+// Where the real scene would lie in the virtual objects' sun shadow.
+#pragma once
+
+#include "render/internal/frame_buffer.h"
+#include "render/internal/scene_geometry.h"
+#include "render/internal/volume_stencil.h"
+
+namespace pleinair {
+
+// The shadow on real surfaces, also on those that the objects hide: a pixel that an object only
+// partly covers needs it. Real casters play no part: nature has drawn their shadow already.
+class RealShadowPass {
+ public:
+  RealShadowPass();
+
+  // Mask() becomes 1 where a real surface lies in the volumes, 0 elsewhere.
+  void Draw(const LayerView& view,
+            SceneGeometry& scene,
+            const ShadowVolumes& object_volumes,
+            const glm::dvec3& to_sun,
+            VolumeStencil& stencil);
+  void Clear(int width, int height);
+
+  GLuint Mask() const { return target_.ColourTexture(); }
+
+ private:
+  FrameBuffer target_;
+  ShaderProgram one_program_;
+  GlObject no_vertices_;
+  // The phantom's depth is kept while neither camera nor geometry moves.
+  glm::dmat4 depth_clip_from_local_{0.0};
+  std::uint64_t depth_version_ = 0;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,24 @@
+#include "render/internal/view_projection.h"
+
+namespace pleinair {
+
+glm::dmat4 ClipFromCamera(const CameraIntrinsics& intrinsics, double near_m) {
+  // Infinity comes to lie at z/w = 1 - kFarMargin, so that rounding cannot push the far ends of
+  // shadow volumes out of the clip volume (Everitt and Kilgard 2002, "Practical and robust
+  // stenciled shadow volumes", section 4). Two steps of a 24-bit depth buffer.
+  constexpr double kFarMargin = 1.0 / (1 << 22);
+  const double width = intrinsics.width_px;
+  const double height = intrinsics.height_px;
+  const glm::dvec2 centre = WindowFromPixel({intrinsics.cx_px, intrinsics.cy_px});
+  glm::dmat4 clip(0.0);  // Columns.
+  clip[0][0] = 2.0 * intrinsics.fx_px / width;
+  clip[1][1] = 2.0 * intrinsics.fy_px / height;
+  clip[2][0] = 2.0 * centre.x / width - 1.0;
+  clip[2][1] = 2.0 * centre.y / height - 1.0;
+  clip[2][2] = 1.0 - kFarMargin;
+  clip[2][3] = 1.0;
+  clip[3][2] = -(2.0 - kFarMargin) * near_m;
+  return clip;
+}
+
+}  // namespace pleinair
