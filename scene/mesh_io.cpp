@@ -147,6 +147,12 @@ Material GltfMaterial(const std::filesystem::path& file,
   return material;
 }
 
+// Whether assimp made the name up for a part that has none.
+bool IsMadeUp(const std::string& name) {
+  return name.empty() || name == "defaultobject" || name.starts_with("<STL") ||
+         name.starts_with("nodes[") || name.starts_with("meshes[");
+}
+
 // Collects what an assimp scene holds, materials and groups by name.
 class Collector {
  public:
@@ -268,12 +274,8 @@ class Collector {
 
   std::uint32_t GroupIndex(const aiNode& node, const aiMesh& mesh) {
     std::string name = node.mName.C_Str();
-    if (name.empty()) name = mesh.mName.C_Str();
-    // assimp's own names for what has none.
-    if (name.empty() || name == "defaultobject" || format_ == Format::kPly ||
-        name.starts_with("<STL")) {
-      name = file_.stem().string();
-    }
+    if (IsMadeUp(name)) name = mesh.mName.C_Str();
+    if (IsMadeUp(name) || format_ == Format::kPly) name = file_.stem().string();
     const auto index = static_cast<std::uint32_t>(mesh_.group_names.size());
     const auto [entry, is_new] = group_of_.emplace(name, index);
     if (is_new) mesh_.group_names.push_back(name);

@@ -16,8 +16,9 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Embree works out a hit in single precision, relative to the triangle's corners as seen from the
-// ray's origin; what it says of a surface nearer than this share of the mesh's coordinates (64
-// rounding errors) may be wrong by sign. There the plane in double precision decides; see Filter.
+// ray's origin: a plane that passes the origin within this share of the mesh's coordinates (64
+// rounding errors) may be taken to lie on its wrong side. There double precision decides; see
+// Filter.
 constexpr float kNearShare = 0x1p-18f;
 
 constexpr std::size_t kPacket = 8;
@@ -25,46 +26,82 @@ constexpr std::size_t kPacket = 8;
 // One device for the process: it holds no state of a query.
 RTCDevice SharedDevice() {
   static const RTCDevice device = [] {
-    // One thread: the build's order, and with it the choice between hits at equal distance, does
-    // not depend on the machine.
-    const RTCDevice made = rtcNewDevice("threads=1");
+    // Without a configuration: threads=1 would hold the whole process's TBB to one thread. The
+    // tree, and with it the choice between hits at equal distance, is the same for any number.
+    const RTCDevice made = rtcNewDevice(nullptr);
     if (made == nullptr) throw std::runtime_error("ray casting: Embree could not start");
     return made;
   }();
   return device;
 }
 
-// The rays as asked for, beside Embree's own context: what Embree sees starts a little earlier.
+// What Filter needs to know beside Embree's own context.
 struct Query {
   RTCIntersectContext context;  // First: Embree hands back a pointer to it.
-  const glm::vec3* origins_m;
-  const glm::vec3* directions;
-  float max_distance_m;
   const glm::vec4* vertices;
   const glm::uvec3* triangles;
+  float near_m;
+  float max_distance_m;
 };
 
 // Distance along the ray to the triangle's plane; not a number where it lies in the plane.
-double PlaneDistance(const Query& query, std::uint32_t triangle, std::uint32_t ray) {
+double PlaneDistance(const Query& query,
+                     std::uint32_t triangle,
+                     const glm::dvec3& origin_m,
+                     const glm::dvec3& direction) {
   const glm::uvec3 corners = query.triangles[triangle];
   const glm::dvec3 a(query.vertices[corners.x]);
   const glm::dvec3 normal = glm::cross(glm::dvec3(query.vertices[corners.y]) - a,
                                        glm::dvec3(query.vertices[corners.z]) - a);
-  const glm::dvec3 origin(query.origins_m[ray]);
-  return glm::dot(normal, a - origin) / glm::dot(normal, glm::dvec3(query.directions[ray]));
+  return glm::dot(normal, a - origin_m) / glm::dot(normal, direction);
 }
 
-// Keeps the hits in front of the true origin. The differences of single-precision coordinates are
-// exact in double precision, so the side of the plane on which the origin lies is known for sure.
+// Whether the surface really lies in front of the origin. The differences of single-precision
+// coordinates are exact in double precision, so the origin's side of a plane is known for sure: a
+// ray that leaves a surface does not meet it again, however large its triangles are.
+bool LiesInFront(const Query& query, const RTCFilterFunctionNArguments& arguments, unsigned lane) {
+  RTCRayN* const ray = arguments.ray;
+  RTCHitN* const hit = arguments.hit;
+  const unsigned lanes = arguments.N;
+  const glm::vec3 direction(RTCRayN_dir_x(ray, lanes, lane),
+                            RTCRayN_dir_y(ray, lanes, lane),
+                            RTCRayN_dir_z(ray, lanes, lane));
+  const glm::vec3 normal(RTCHitN_Ng_x(hit, lanes, lane),
+                         RTCHitN_Ng_y(hit, lanes, lane),
+                         RTCHitN_Ng_z(hit, lanes, lane));
+  const float distance_m = RTCRayN_tfar(ray, lanes, lane);
+  const float height = distance_m * glm::dot(normal, direction);
+  if (height * height > query.near_m * query.near_m * glm::dot(normal, normal)) {
+    return distance_m < query.max_distance_m;
+  }
+  const glm::dvec3 origin_m(RTCRayN_org_x(ray, lanes, lane),
+                            RTCRayN_org_y(ray, lanes, lane),
+                            RTCRayN_org_z(ray, lanes, lane));
+  const double exact_m =
+      PlaneDistance(query, RTCHitN_primID(hit, lanes, lane), origin_m, glm::dvec3(direction));
+  return exact_m > 0.0 && exact_m < double{query.max_distance_m};
+}
+
 void Filter(const RTCFilterFunctionNArguments* arguments) {
   const Query& query = *reinterpret_cast<const Query*>(arguments->context);
   for (unsigned lane = 0; lane < arguments->N; ++lane) {
-    if (arguments->valid[lane] == 0) continue;
-    const std::uint32_t triangle = RTCHitN_primID(arguments->hit, arguments->N, lane);
-    const std::uint32_t ray = RTCRayN_id(arguments->ray, arguments->N, lane);
-    const double distance = PlaneDistance(query, triangle, ray);
-    if (!(distance > 0.0 && distance < query.max_distance_m)) arguments->valid[lane] = 0;
+    if (arguments->valid[lane] != 0 && !LiesInFront(query, *arguments, lane)) {
+      arguments->valid[lane] = 0;
+    }
   }
+}
+
+RTCRay NewRay(const glm::vec3& origin_m, const glm::vec3& direction, float max_distance_m) {
+  RTCRay ray{};
+  ray.org_x = origin_m.x;
+  ray.org_y = origin_m.y;
+  ray.org_z = origin_m.z;
+  ray.dir_x = direction.x;
+  ray.dir_y = direction.y;
+  ray.dir_z = direction.z;
+  ray.tfar = max_distance_m;
+  ray.mask = ~0u;
+  return ray;
 }
 
 }  // namespace
@@ -73,43 +110,20 @@ struct RayCaster::Impl {
   RTCScene scene = nullptr;
   const glm::vec4* vertices = nullptr;  // In Embree's own buffers.
   const glm::uvec3* triangles = nullptr;
-  float step_back_m = 0.0f;
+  float near_m = 0.0f;
 
   ~Impl() {
     if (scene != nullptr) rtcReleaseScene(scene);
   }
 
-  Query NewQuery(const glm::vec3* origins_m,
-                 const glm::vec3* directions,
-                 float max_distance_m) const {
+  Query NewQuery(float max_distance_m) const {
     Query query{};
     rtcInitIntersectContext(&query.context);
-    query.origins_m = origins_m;
-    query.directions = directions;
-    query.max_distance_m = max_distance_m;
     query.vertices = vertices;
     query.triangles = triangles;
+    query.near_m = near_m;
+    query.max_distance_m = max_distance_m;
     return query;
-  }
-
-  RTCRay NewRay(const glm::vec3& origin_m,
-                const glm::vec3& direction,
-                float max_distance_m,
-                unsigned id) const {
-    const glm::vec3 start_m = origin_m - step_back_m * direction;
-    RTCRay ray{};
-    ray.org_x = start_m.x;
-    ray.org_y = start_m.y;
-    ray.org_z = start_m.z;
-    ray.dir_x = direction.x;
-    ray.dir_y = direction.y;
-    ray.dir_z = direction.z;
-    ray.tnear = 0.0f;
-    // Far enough to hold max_distance_m whatever the rounding: Filter draws the line.
-    ray.tfar = max_distance_m * (1.0f + 0x1p-20f) + 2.0f * step_back_m;
-    ray.mask = ~0u;
-    ray.id = id;
-    return ray;
   }
 };
 
@@ -162,7 +176,7 @@ RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
     rtcReleaseGeometry(geometry);  // The scene keeps it.
     impl_->vertices = vertices;
     impl_->triangles = triangles;
-    impl_->step_back_m = largest * kNearShare;
+    impl_->near_m = largest * kNearShare;
   }
   rtcCommitScene(impl_->scene);
 }
@@ -175,9 +189,9 @@ std::optional<RayHit> RayCaster::Intersect(const glm::vec3& origin_m,
                                            const glm::vec3& direction,
                                            float max_distance_m) const {
   if (!(max_distance_m > 0.0f)) return std::nullopt;
-  Query query = impl_->NewQuery(&origin_m, &direction, max_distance_m);
+  Query query = impl_->NewQuery(max_distance_m);
   RTCRayHit found{};
-  found.ray = impl_->NewRay(origin_m, direction, max_distance_m, 0);
+  found.ray = NewRay(origin_m, direction, max_distance_m);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(impl_->scene, &query.context, &found);
   if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
@@ -192,7 +206,11 @@ std::optional<RayHit> RayCaster::Intersect(const glm::vec3& origin_m,
   const glm::dvec3 position_m = a + double{found.hit.u} * ab + double{found.hit.v} * ac;
   hit.position_m = glm::vec3(position_m);
   hit.geometric_normal = glm::vec3(glm::normalize(glm::cross(ab, ac)));
-  hit.distance_m = static_cast<float>(PlaneDistance(query, hit.triangle, 0));
+  const double distance_m =
+      PlaneDistance(query, hit.triangle, glm::dvec3(origin_m), glm::dvec3(direction));
+  hit.distance_m = std::clamp(static_cast<float>(distance_m),
+                              std::numeric_limits<float>::min(),
+                              std::nextafter(max_distance_m, 0.0f));
   return hit;
 }
 
@@ -200,8 +218,8 @@ bool RayCaster::Occluded(const glm::vec3& origin_m,
                          const glm::vec3& direction,
                          float max_distance_m) const {
   if (!(max_distance_m > 0.0f)) return false;
-  Query query = impl_->NewQuery(&origin_m, &direction, max_distance_m);
-  RTCRay ray = impl_->NewRay(origin_m, direction, max_distance_m, 0);
+  Query query = impl_->NewQuery(max_distance_m);
+  RTCRay ray = NewRay(origin_m, direction, max_distance_m);
   rtcOccluded1(impl_->scene, &query.context, &ray);
   return ray.tfar < 0.0f;  // Embree's mark of an occluded ray.
 }
@@ -210,29 +228,25 @@ void RayCaster::Occluded(const glm::vec3* origins_m,
                          const glm::vec3* directions,
                          std::size_t count,
                          bool* occluded) const {
+  Query query = impl_->NewQuery(kInfinity);
+  query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   for (std::size_t begin = 0; begin < count; begin += kPacket) {
     const std::size_t lanes = std::min(kPacket, count - begin);
-    Query query = impl_->NewQuery(origins_m + begin, directions + begin, kInfinity);
     RTCRay8 packet{};
     alignas(32) std::array<int, kPacket> valid{};
     for (std::size_t lane = 0; lane < lanes; ++lane) {
-      const RTCRay ray = impl_->NewRay(origins_m[begin + lane],
-                                       directions[begin + lane],
-                                       kInfinity,
-                                       static_cast<unsigned>(lane));
+      const glm::vec3& origin_m = origins_m[begin + lane];
+      const glm::vec3& direction = directions[begin + lane];
       valid[lane] = -1;
-      packet.org_x[lane] = ray.org_x;
-      packet.org_y[lane] = ray.org_y;
-      packet.org_z[lane] = ray.org_z;
-      packet.dir_x[lane] = ray.dir_x;
-      packet.dir_y[lane] = ray.dir_y;
-      packet.dir_z[lane] = ray.dir_z;
-      packet.tnear[lane] = ray.tnear;
-      packet.tfar[lane] = ray.tfar;
-      packet.mask[lane] = ray.mask;
-      packet.id[lane] = ray.id;
+      packet.org_x[lane] = origin_m.x;
+      packet.org_y[lane] = origin_m.y;
+      packet.org_z[lane] = origin_m.z;
+      packet.dir_x[lane] = direction.x;
+      packet.dir_y[lane] = direction.y;
+      packet.dir_z[lane] = direction.z;
+      packet.tfar[lane] = kInfinity;
+      packet.mask[lane] = ~0u;
     }
-    query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcOccluded8(valid.data(), impl_->scene, &query.context, &packet);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       occluded[begin + lane] = packet.tfar[lane] < 0.0f;
@@ -241,15 +255,14 @@ void RayCaster::Occluded(const glm::vec3* origins_m,
 }
 
 // A hit point is the true one rounded to float: each coordinate is off by half a unit in the last
-// place, 2^-24 of its size, and so is the moved one. The plane's distance to both is at most
-// dot(|n|, 2^-24 (2 |p| + |step|)). Twice that leaves the point on its side; RayCaster's decision
-// in double precision needs no more.
+// place, 2^-24 of its size, and the moved point's again. Along a unit normal that is at most
+// 2 sqrt(3) 2^-24 = 2^-22.2 of the largest coordinate. Twice that leaves the point on its side, and
+// RayCaster needs no more.
 glm::vec3 OffsetFromSurface(const glm::vec3& position_m, const glm::vec3& normal_to_side) {
-  constexpr double kOffsetShare = 0x1p-22;
-  const glm::dvec3 position(position_m);
-  const glm::dvec3 normal(normal_to_side);
-  const double distance = kOffsetShare * glm::dot(glm::abs(normal), glm::abs(position));
-  return glm::vec3(position + distance * normal);
+  constexpr double kOffsetShare = 0x1p-21;
+  const glm::dvec3 size = glm::abs(glm::dvec3(position_m));
+  const double distance_m = kOffsetShare * std::max({size.x, size.y, size.z});
+  return glm::vec3(glm::dvec3(position_m) + distance_m * glm::dvec3(normal_to_side));
 }
 
 }  // namespace pleinair
