@@ -1,0 +1,29 @@
+// One measured patch of a diffuse surface, and how it answers to each basis light.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace pleinair {
+
+// Sky shapes that one estimate can tell apart at most; the fit's matrices are this large at most.
+inline constexpr int kMaxSkyShapes = 5;
+
+// Means over one footprint, so that under a Lighting
+//   radiance = sun_irradiance * sun_transport + sum_k sky_irradiance_k * sky_transport[k]
+// (jensen-2006, the rendering equation of section 4.2, with albedo / pi folded in). RGB throughout.
+struct DiffuseSample {
+  glm::dvec3 radiance_rgb{0.0};
+  glm::dvec3 sun_transport_rgb{0.0};  // albedo / pi * SunResponse
+  std::array<glm::dvec3, kMaxSkyShapes> sky_transport_rgb{};
+  glm::dvec3 radiance_stddev_rgb{0.0};  // Of the camera's noise alone; 0 where negligible.
+  double weight = 1.0;                  // Share of an ordinary sample's information; 0 leaves out.
+  // Samples of one stratum (region, lit or shaded, facing) share a part of their model's error.
+  std::int32_t stratum = 0;
+  glm::ivec2 pixel{0};
+};
+
+}  // namespace pleinair

@@ -1,0 +1,33 @@
+// The same bounded solve by Ceres, over the samples themselves.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "estimation/internal/reweighting.h"
+#include "estimation/lighting_prior.h"
+
+namespace pleinair::estimation_internal {
+
+// Four residual blocks, whatever the number of samples: one per channel with all its samples as
+// rows, and the prior. A block per sample would cost ten times as much
+// (bench/estimation_bench.cpp). Kept from call to call while the sizes stay the same.
+class CeresSolver {
+ public:
+  CeresSolver();
+  ~CeresSolver();
+
+  // argmin over x >= 0 of sum_c |rows_c x_c - target_c|^2 + |prior_root' (x) - prior_target|^2,
+  // starting at x; prior_root is the lower Cholesky factor of the prior's information. Returns
+  // false when Ceres did not converge; x is then as it was.
+  bool Solve(const Reweighting& samples,
+             const LightMatrix& prior_root,
+             const LightVector& prior_target,
+             LightVector& x);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pleinair::estimation_internal

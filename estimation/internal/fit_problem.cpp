@@ -1,0 +1,171 @@
+#include "estimation/internal/fit_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include <glm/common.hpp>
+
+#include "estimation/internal/median.h"
+
+namespace pleinair::estimation_internal {
+namespace {
+
+bool IsFinite(const glm::dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// A sample is usable when its model is; a channel of it when its radiance is, too.
+bool HasModel(const DiffuseSample& sample, int sky_shapes) {
+  if (!(sample.weight > 0.0) || !std::isfinite(sample.weight)) return false;
+  if (!IsFinite(sample.sun_transport_rgb)) return false;
+  for (int k = 0; k < sky_shapes; ++k) {
+    if (!IsFinite(sample.sky_transport_rgb[static_cast<std::size_t>(k)])) return false;
+  }
+  return true;
+}
+
+bool ChannelIsUsable(const DiffuseSample& sample, int sky_shapes, bool has_sun, int channel) {
+  const double stddev = sample.radiance_stddev_rgb[channel];
+  if (!std::isfinite(sample.radiance_rgb[channel]) || !(stddev >= 0.0) || !std::isfinite(stddev)) {
+    return false;
+  }
+  double response = 0.0;
+  double least = has_sun ? sample.sun_transport_rgb[channel] : 0.0;
+  if (has_sun) response += sample.sun_transport_rgb[channel];
+  for (int k = 0; k < sky_shapes; ++k) {
+    const double transport = sample.sky_transport_rgb[static_cast<std::size_t>(k)][channel];
+    response += transport;
+    least = std::min(least, transport);
+  }
+  return response > 0.0 && least >= 0.0;
+}
+
+bool IsUsable(const DiffuseSample& sample, int sky_shapes, bool has_sun) {
+  if (!HasModel(sample, sky_shapes)) return false;
+  for (int channel = 0; channel < 3; ++channel) {
+    if (ChannelIsUsable(sample, sky_shapes, has_sun, channel)) return true;
+  }
+  return false;
+}
+
+// NaN would break the ordering; those few values decide nothing, so they count as 0.
+double Ordered(double value) { return std::isnan(value) ? 0.0 : value; }
+
+auto ValueKey(const DiffuseSample& s) {
+  const auto& sky = s.sky_transport_rgb;
+  return std::tuple(s.stratum,
+                    s.weight,
+                    Ordered(s.radiance_rgb.x),
+                    Ordered(s.radiance_rgb.y),
+                    Ordered(s.radiance_rgb.z),
+                    s.sun_transport_rgb.x,
+                    s.sun_transport_rgb.y,
+                    s.sun_transport_rgb.z,
+                    sky[0].x,
+                    sky[0].y,
+                    sky[0].z);
+}
+
+bool ComesBefore(const DiffuseSample* a, const DiffuseSample* b) {
+  if (a->pixel.y != b->pixel.y) return a->pixel.y < b->pixel.y;
+  if (a->pixel.x != b->pixel.x) return a->pixel.x < b->pixel.x;
+  return ValueKey(*a) < ValueKey(*b);
+}
+
+}  // namespace
+
+void FitProblem::Load(std::span<const DiffuseSample> samples,
+                      int sky_shapes,
+                      bool sun_is_up,
+                      const glm::dvec3& usual_irradiance_rgb) {
+  has_sun = sun_is_up;
+  basis_count = sky_shapes + (has_sun ? 1 : 0);
+  order_.clear();
+  for (const DiffuseSample& sample : samples) {
+    if (IsUsable(sample, sky_shapes, has_sun)) order_.push_back(&sample);
+  }
+  sample_count = static_cast<int>(order_.size());
+  ignored = static_cast<int>(samples.size()) - sample_count;
+  if (!std::is_sorted(order_.begin(), order_.end(), ComesBefore)) {
+    std::sort(order_.begin(), order_.end(), ComesBefore);
+  }
+
+  strata_.clear();
+  for (const DiffuseSample* sample : order_) strata_.push_back(sample->stratum);
+  std::sort(strata_.begin(), strata_.end());
+  strata_.erase(std::unique(strata_.begin(), strata_.end()), strata_.end());
+  stratum_count = static_cast<int>(strata_.size());
+
+  const std::size_t values = order_.size() * 3;
+  radiance.resize(values);
+  noise.resize(values);
+  weight.resize(values);
+  transport.resize(values * static_cast<std::size_t>(basis_count));
+  stratum.resize(order_.size());
+  double* row = transport.data();
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const DiffuseSample& sample = *order_[i];
+    stratum[i] = static_cast<std::int32_t>(
+        std::lower_bound(strata_.begin(), strata_.end(), sample.stratum) - strata_.begin());
+    for (int c = 0; c < 3; ++c) {
+      const bool usable = ChannelIsUsable(sample, sky_shapes, has_sun, c);
+      const std::size_t v = i * 3 + static_cast<std::size_t>(c);
+      radiance[v] = usable ? sample.radiance_rgb[c] : 0.0;
+      noise[v] = usable ? sample.radiance_stddev_rgb[c] : 0.0;
+      weight[v] = usable ? sample.weight : 0.0;
+      if (has_sun) *row++ = usable ? sample.sun_transport_rgb[c] : 0.0;
+      for (int k = 0; k < sky_shapes; ++k) {
+        *row++ = usable ? sample.sky_transport_rgb[static_cast<std::size_t>(k)][c] : 0.0;
+      }
+    }
+  }
+  ChooseUnits(usual_irradiance_rgb);
+}
+
+void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {
+  for (int c = 0; c < 3; ++c) {
+    const auto median_over_samples = [&](auto&& value) {
+      scratch_.clear();
+      for (int i = 0; i < sample_count; ++i) {
+        if (weight[static_cast<std::size_t>(i * 3 + c)] > 0.0) scratch_.push_back(value(i));
+      }
+      return scratch_.empty() ? 0.0 : UpperMedian(scratch_);
+    };
+    double light =
+        median_over_samples([&](int i) { return radiance[static_cast<std::size_t>(i * 3 + c)]; });
+    const double response = median_over_samples([&](int i) {
+      const double* row = Transport(i, c);
+      double sum = 0.0;
+      for (int j = 0; j < basis_count; ++j) sum += row[j];
+      return sum;
+    });
+    // A channel of darkness: its own size says nothing, so that of all its samples together does,
+    // and after that the prior's; the answer does not depend on which.
+    if (!(light > 0.0)) {
+      light = 0.0;
+      for (int i = 0; i < sample_count; ++i) {
+        light = std::max(light, std::abs(radiance[static_cast<std::size_t>(i * 3 + c)]));
+      }
+    }
+    double irradiance = response > 0.0 ? light / response : 0.0;
+    if (!(irradiance > 0.0)) {
+      irradiance = usual_irradiance_rgb[c] > 0.0 ? usual_irradiance_rgb[c] : 1.0;
+      light = response > 0.0 ? irradiance * response : 1.0;
+    }
+    radiance_unit[c] = light;
+    irradiance_unit[c] = irradiance;
+    const double transport_scale = irradiance / light;
+    for (int i = 0; i < sample_count; ++i) {
+      const std::size_t v = static_cast<std::size_t>(i * 3 + c);
+      radiance[v] /= light;
+      noise[v] /= light;
+      for (int j = 0; j < basis_count; ++j) {
+        transport[v * static_cast<std::size_t>(basis_count) + static_cast<std::size_t>(j)] *=
+            transport_scale;
+      }
+    }
+  }
+}
+
+}  // namespace pleinair::estimation_internal

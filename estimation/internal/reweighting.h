@@ -1,0 +1,80 @@
+// One pass of reweighting: from a guess of the light to a linear, whitened least-squares problem.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimation/internal/fit_problem.h"
+#include "estimation/internal/noise_units.h"
+#include "estimation/lighting_fit.h"
+
+namespace pleinair::estimation_internal {
+
+// Rows and targets of the weighted problem, per channel: minimise |rows x_c - target|^2, whose rows
+// have unit, uncorrelated noise. Row-major, sample_count x basis_count.
+struct WhitenedChannel {
+  std::vector<double> rows;
+  std::vector<double> target;
+};
+
+// The robust weights
+//   w = (1 - (d / (width * scale))^2)^2 for d inside width * scale, 0 outside (Tukey),
+// with d the sample's combined residual over RGB and scale 1.4826 times its median, far ones left
+// out.
+//
+// The noise is that of the M-estimator: the variance n for which n (sum w J J')^-1 is its
+// asymptotic covariance, n = mean(w) * mean(psi^2) / mean(psi')^2 (Huber, Robust Statistics,
+// section 7.6), as a 3 x 3 matrix over the channels, since albedo errors are often grey.
+//
+// Samples of one stratum share an error of variance t^2 beside their own, estimated from the means
+// of the strata's residuals (one-way analysis of variance). Covariance n I + t^2 1 1' is whitened
+// by taking the part phi of the stratum's mean from each row, 1 - phi = (1 + t^2 W / n)^-1/2, W the
+// stratum's summed weight. So 400 samples of one wall count as much as that wall's albedo allows.
+class Reweighting {
+ public:
+  // `rescale` false keeps the scales (robust, noise, shared) of the last pass.
+  void Update(const FitProblem& problem,
+              const LightVector& x,
+              const LightingFitOptions& options,
+              bool rescale);
+
+  const WhitenedChannel& Channel(int c) const { return channels_[static_cast<std::size_t>(c)]; }
+  // Of the noise of two channels in one sample.
+  const Eigen::Matrix3d& ChannelCorrelation() const { return correlation_; }
+  double SharedError() const { return shared_error_; }
+  double InlierFraction() const;
+  double RelativeResidual() const;
+
+ private:
+  std::array<WhitenedChannel, 3> channels_;
+  // sqrt(mean(w)) * mean(psi')^-1: turns mean(psi psi') into noise_, from both sides.
+  Eigen::Matrix3d noise_of_psi_ = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
+  double scale_ = 1.0;
+  double shared_error_ = 0.0;
+
+  std::vector<double> inverse_unit_;      // Per sample and channel; 0 where unusable.
+  std::vector<double> residual_;          // Per sample and channel, in noise units.
+  std::vector<double> deviation_;         // d, per sample.
+  std::vector<double> weight_;            // w, per sample.
+  std::vector<double> stratum_weight_;    // Per stratum and channel.
+  std::vector<double> stratum_residual_;  // Weighted means of the residual.
+  std::vector<double> stratum_row_;       // Of the row.
+  std::vector<double> stratum_target_;    // Of the target.
+  std::vector<double> scratch_;
+
+  void Standardise(const FitProblem& problem,
+                   const LightVector& x,
+                   const LightingFitOptions& options);
+  void EstimateScale(const FitProblem& problem, const LightingFitOptions& options);
+  void Weigh(const FitProblem& problem, const LightingFitOptions& options, bool rescale);
+  void AverageStrata(const FitProblem& problem);
+  void EstimateNoise(const FitProblem& problem, const LightingFitOptions& options);
+  void EstimateSharedError(const FitProblem& problem, const LightingFitOptions& options);
+  void Whiten(const FitProblem& problem);
+};
+
+}  // namespace pleinair::estimation_internal

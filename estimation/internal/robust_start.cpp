@@ -1,0 +1,151 @@
+#include "estimation/internal/robust_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimation/internal/median.h"
+#include "estimation/internal/random.h"
+
+namespace pleinair::estimation_internal {
+namespace {
+
+// With 40 % of wrong samples a pair is right with a chance of 0.36: 32 pairs all wrong with one of
+// 6e-7.
+constexpr int kPairs = 32;
+// Samples that judge a guess: their median is good to 1 / sqrt(128) of its spread, which is enough
+// to tell a right guess from a wrong one.
+constexpr int kJudges = 128;
+
+struct TwoLights {
+  double sun = 0.0;
+  double sky = 0.0;  // Of each shape.
+};
+
+// Least-squares light of one kind, where the pair of samples cannot tell two apart.
+double OneLight(double t0, double t1, double l0, double l1) {
+  const double square = t0 * t0 + t1 * t1;
+  return square > 0.0 ? std::max(0.0, (t0 * l0 + t1 * l1) / square) : 0.0;
+}
+
+TwoLights SolvePair(
+    double sun0, double sky0, double light0, double sun1, double sky1, double light1) {
+  const double determinant = sun0 * sky1 - sun1 * sky0;
+  const double size = std::abs(sun0 * sky1) + std::abs(sun1 * sky0);
+  // Transports carry the error of their albedo, some per cent: below that there are no two lights.
+  constexpr double kDistinct = 0.02;
+  if (!(std::abs(determinant) > kDistinct * size)) {
+    return {0.0, OneLight(sky0, sky1, light0, light1)};
+  }
+  const TwoLights both{(light0 * sky1 - light1 * sky0) / determinant,
+                       (sun0 * light1 - sun1 * light0) / determinant};
+  if (both.sun >= 0.0 && both.sky >= 0.0) return both;
+  if (both.sun < 0.0) return {0.0, OneLight(sky0, sky1, light0, light1)};
+  return {OneLight(sun0, sun1, light0, light1), 0.0};
+}
+
+}  // namespace
+
+void RobustStart::SplitBySunShare(const FitProblem& problem) {
+  const int count = problem.sample_count;
+  sun_share_.resize(static_cast<std::size_t>(count));
+  by_sun_share_.resize(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    double sun = 0.0;
+    double all = 0.0;
+    for (int c = 0; c < 3; ++c) {
+      const double* row = problem.Transport(i, c);
+      if (problem.has_sun) sun += row[0];
+      for (int j = 0; j < problem.basis_count; ++j) all += row[j];
+    }
+    sun_share_[static_cast<std::size_t>(i)] = all > 0.0 ? sun / all : 0.0;
+    by_sun_share_[static_cast<std::size_t>(i)] = i;
+  }
+  std::nth_element(by_sun_share_.begin(),
+                   by_sun_share_.begin() + count / 2,
+                   by_sun_share_.end(),
+                   [&](int a, int b) {
+                     const double share_a = sun_share_[static_cast<std::size_t>(a)];
+                     const double share_b = sun_share_[static_cast<std::size_t>(b)];
+                     return share_a != share_b ? share_a < share_b : a < b;
+                   });
+}
+
+double RobustStart::MedianDeviation(const FitProblem& problem,
+                                    const NoiseUnits& noise,
+                                    const LightVector& x) {
+  const int judges = std::min(kJudges, problem.sample_count);
+  deviation_.clear();
+  for (int judge = 0; judge < judges; ++judge) {
+    const int i =
+        static_cast<int>(static_cast<std::int64_t>(judge) * problem.sample_count / judges);
+    double sum = 0.0;
+    int channels = 0;
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t v = static_cast<std::size_t>(i * 3 + c);
+      if (!(problem.weight[v] > 0.0)) continue;
+      const double* row = problem.Transport(i, c);
+      double predicted = 0.0;
+      for (int j = 0; j < problem.basis_count; ++j) {
+        predicted += row[j] * x[c * problem.basis_count + j];
+      }
+      const double residual = (problem.radiance[v] - predicted) /
+                              noise.Unit(predicted, problem.noise[v], problem.weight[v]);
+      sum += residual * residual;
+      ++channels;
+    }
+    deviation_.push_back(sum / channels);
+  }
+  return UpperMedian(deviation_);
+}
+
+LightVector RobustStart::Find(const FitProblem& problem,
+                              const NoiseUnits& noise,
+                              std::uint64_t seed) {
+  const int bases = problem.basis_count;
+  // One unit of sky is what explains the median sample of each channel (see FitProblem's units).
+  LightVector best = LightVector::Ones(problem.UnknownCount());
+  if (problem.has_sun) {
+    for (int c = 0; c < 3; ++c) best[c * bases] = 0.0;
+  }
+  if (problem.sample_count < 2) return best;
+  SplitBySunShare(problem);
+  double best_deviation = MedianDeviation(problem, noise, best);
+
+  const int half = problem.sample_count / 2;
+  SplitMix64 random(seed);
+  LightVector x(problem.UnknownCount());
+  for (int pair = 0; pair < kPairs; ++pair) {
+    const auto shaded = static_cast<std::size_t>(random.Below(half));
+    const auto lit = static_cast<std::size_t>(half + random.Below(problem.sample_count - half));
+    const int i0 = by_sun_share_[lit];
+    const int i1 = by_sun_share_[shaded];
+    for (int c = 0; c < 3; ++c) {
+      const double* row0 = problem.Transport(i0, c);
+      const double* row1 = problem.Transport(i1, c);
+      const int first_sky = problem.has_sun ? 1 : 0;
+      double sky0 = 0.0;
+      double sky1 = 0.0;
+      for (int j = first_sky; j < bases; ++j) {
+        sky0 += row0[j];
+        sky1 += row1[j];
+      }
+      const TwoLights lights = SolvePair(problem.has_sun ? row0[0] : 0.0,
+                                         sky0,
+                                         problem.radiance[static_cast<std::size_t>(i0 * 3 + c)],
+                                         problem.has_sun ? row1[0] : 0.0,
+                                         sky1,
+                                         problem.radiance[static_cast<std::size_t>(i1 * 3 + c)]);
+      if (problem.has_sun) x[c * bases] = lights.sun;
+      for (int j = first_sky; j < bases; ++j) x[c * bases + j] = lights.sky;
+    }
+    const double deviation = MedianDeviation(problem, noise, x);
+    if (deviation < best_deviation) {
+      best_deviation = deviation;
+      best = x;
+    }
+  }
+  return best;
+}
+
+}  // namespace pleinair::estimation_internal

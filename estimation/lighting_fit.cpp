@@ -1,0 +1,302 @@
+#include "estimation/lighting_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/SVD>
+
+#include "estimation/internal/bounded_quadratic.h"
+#include "estimation/internal/ceres_solve.h"
+#include "estimation/internal/fit_problem.h"
+#include "estimation/internal/reweighting.h"
+#include "estimation/internal/robust_start.h"
+
+namespace pleinair {
+namespace {
+
+using namespace estimation_internal;  // The folder's own.
+
+// The scales settle within a few passes; kept after that, so that the weights converge.
+constexpr int kPassesThatRescale = 8;
+// Far below any noise, far above rounding.
+constexpr double kConverged = 1e-8;
+
+// The weak prior: an unknown of 0, give or take a hundred times the light that explains the median
+// sample. It keeps every matrix regular, and costs a fit that 10 samples with 5 % of noise carry
+// (100)^-2 / (10 / 0.05^2) < 1e-7 of itself.
+constexpr double kWeakInformation = 1e-4;
+
+// Where only the ratio of the clear sky's sun and sky is known, its row is
+//   sun - kSunPriorMean ratio sky = 0, give or take kSunPriorSigma times the mean of the two ways
+//   to
+// tell the beam, 2/3 (sun + ratio sky): the prior of absolute light at the prior's mean, and no
+// rigid row where the sky or the sun is 0.
+constexpr double kRatioSigma = kSunPriorSigma * 2.0 / 3.0;
+
+}  // namespace
+
+void LightingFitOptions::Validate() const {
+  const auto refuse = [](const char* field, double value, const char* expected) {
+    throw std::invalid_argument(std::string("LightingFitOptions::") + field + " is " +
+                                std::to_string(value) + ": expected " + expected);
+  };
+  const auto positive = [&](const char* field, double value) {
+    if (!(value > 0.0) || !std::isfinite(value)) refuse(field, value, "a number above 0");
+  };
+  positive("tukey_width", tukey_width);
+  positive("expected_noise", expected_noise);
+  positive("noise_floor", noise_floor);
+  if (!(shared_error >= 0.0) || !std::isfinite(shared_error)) {
+    refuse("shared_error", shared_error, "a number not below 0");
+  }
+  if (max_passes < 1) refuse("max_passes", max_passes, "at least 1");
+}
+
+struct LightingFitter::Impl {
+  LightingFitOptions options;
+  FitProblem problem;
+  RobustStart start;
+  Reweighting reweighting;
+  CeresSolver ceres;
+
+  // In the fit's own units and order.
+  std::array<BasisMatrix, 3> data_normal;
+  std::array<BasisVector, 3> data_gradient;
+  LightMatrix prior_information;
+  LightVector prior_gradient;
+  LightMatrix fixed_prior_information;  // Without the ratio's rows.
+  LightVector fixed_prior_gradient;
+
+  explicit Impl(const LightingFitOptions& fit_options) : options(fit_options) {
+    options.Validate();
+  }
+
+  void LoadPrior(const LightingPrior& prior);
+  void AddRatioPrior(const LightingPrior& prior, const LightVector& x);
+  void AccumulateData();
+  LightMatrix DataNormal() const;
+  LightVector SolveClosed() const;
+  LightVector Iterate(const LightingPrior& prior, LightingFit& fit);
+  LightMatrix CrossChannelNormal() const;
+  void Describe(const LightVector& x, LightingFit& fit) const;
+  double ConditionNumber() const;
+};
+
+void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
+  const int unknowns = problem.UnknownCount();
+  const int bases = problem.basis_count;
+  fixed_prior_information = kWeakInformation * LightMatrix::Identity(unknowns, unknowns);
+  fixed_prior_gradient = LightVector::Zero(unknowns);
+  for (int u = 0; u < unknowns; ++u) {
+    const int cu = u / bases;
+    const int lu = problem.LightIndex(cu, u % bases);
+    const double unit_u = problem.irradiance_unit[cu];
+    fixed_prior_gradient[u] += prior.information_times_mean[lu] * unit_u;
+    for (int v = 0; v < unknowns; ++v) {
+      const int cv = v / bases;
+      fixed_prior_information(u, v) += prior.information(lu, problem.LightIndex(cv, v % bases)) *
+                                       unit_u * problem.irradiance_unit[cv];
+    }
+  }
+  prior_information = fixed_prior_information;
+  prior_gradient = fixed_prior_gradient;
+}
+
+void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const LightVector& x) {
+  if (!problem.has_sun || !(prior.sun_to_sky_weight > 0.0)) return;
+  prior_information = fixed_prior_information;
+  const int bases = problem.basis_count;
+  for (int c = 0; c < 3; ++c) {
+    const double ratio = prior.sun_to_sky_rgb[c];
+    if (!(ratio > 0.0)) continue;
+    BasisVector row = BasisVector::Constant(bases, -kSunPriorMean * ratio);
+    row[0] = 1.0;
+    double beam = x[c * bases];
+    for (int j = 1; j < bases; ++j) beam += ratio * x[c * bases + j];
+    const double sigma = kRatioSigma * beam;
+    if (!(sigma > 0.0)) continue;
+    prior_information.block(c * bases, c * bases, bases, bases) +=
+        prior.sun_to_sky_weight / (sigma * sigma) * row * row.transpose();
+  }
+}
+
+void LightingFitter::Impl::AccumulateData() {
+  const int bases = problem.basis_count;
+  for (int c = 0; c < 3; ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    const WhitenedChannel& whitened = reweighting.Channel(c);
+    BasisMatrix normal = BasisMatrix::Zero(bases, bases);
+    BasisVector gradient = BasisVector::Zero(bases);
+    const double* row = whitened.rows.data();
+    for (const double target : whitened.target) {
+      for (int j = 0; j < bases; ++j) {
+        gradient[j] += row[j] * target;
+        for (int k = 0; k <= j; ++k) normal(j, k) += row[j] * row[k];
+      }
+      row += bases;
+    }
+    for (int j = 0; j < bases; ++j) {
+      for (int k = 0; k < j; ++k) normal(k, j) = normal(j, k);
+    }
+    data_normal[channel] = normal;
+    data_gradient[channel] = gradient;
+  }
+}
+
+LightMatrix LightingFitter::Impl::DataNormal() const {
+  const int bases = problem.basis_count;
+  LightMatrix normal = LightMatrix::Zero(problem.UnknownCount(), problem.UnknownCount());
+  for (int c = 0; c < 3; ++c) {
+    normal.block(c * bases, c * bases, bases, bases) = data_normal[static_cast<std::size_t>(c)];
+  }
+  return normal;
+}
+
+LightVector LightingFitter::Impl::SolveClosed() const {
+  LightVector gradient = prior_gradient;
+  for (int c = 0; c < 3; ++c) {
+    gradient.segment(c * problem.basis_count, problem.basis_count) +=
+        data_gradient[static_cast<std::size_t>(c)];
+  }
+  return MinimiseNonNegative(DataNormal() + prior_information, gradient);
+}
+
+// Reweighted least squares from the robust start. The early passes are closed solves (they only
+// bring the weights near); the last one, whose answer is given, is the chosen solver's.
+LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFit& fit) {
+  LightVector x = start.Find(problem, NoiseUnits(options), options.seed);
+  for (int pass = 0; pass < options.max_passes; ++pass) {
+    const bool rescale = pass < kPassesThatRescale;
+    reweighting.Update(problem, x, options, rescale);
+    if (rescale) AddRatioPrior(prior, x);
+    AccumulateData();
+    const LightVector next = SolveClosed();
+    const double change =
+        (next - x).cwiseAbs().maxCoeff() / std::max(next.cwiseAbs().maxCoeff(), kWeakInformation);
+    x = next;
+    fit.passes = pass + 1;
+    fit.converged = !rescale && change < kConverged;
+    if (fit.converged) break;
+  }
+  if (options.solver == LightingFitOptions::Solver::kCeres) {
+    const Eigen::LLT<LightMatrix> factor(prior_information);
+    const LightMatrix root = factor.matrixL();
+    const LightVector target = factor.matrixL().solve(prior_gradient);
+    fit.converged = ceres.Solve(reweighting, root, target, x) && fit.converged;
+  }
+  return x;
+}
+
+// sum over samples of J J' between all pairs of channels, each pair times the correlation of its
+// noise: the variance of the estimating equations. The diagonal blocks are DataNormal()'s.
+LightMatrix LightingFitter::Impl::CrossChannelNormal() const {
+  const int bases = problem.basis_count;
+  LightMatrix normal = DataNormal();
+  for (int c = 0; c < 3; ++c) {
+    for (int d = 0; d < c; ++d) {
+      BasisMatrix cross = BasisMatrix::Zero(bases, bases);
+      const double* row_c = reweighting.Channel(c).rows.data();
+      const double* row_d = reweighting.Channel(d).rows.data();
+      for (int i = 0; i < problem.sample_count; ++i, row_c += bases, row_d += bases) {
+        for (int j = 0; j < bases; ++j) {
+          for (int k = 0; k < bases; ++k) cross(j, k) += row_c[j] * row_d[k];
+        }
+      }
+      cross *= reweighting.ChannelCorrelation()(c, d);
+      normal.block(c * bases, d * bases, bases, bases) = cross;
+      normal.block(d * bases, c * bases, bases, bases) = cross.transpose();
+    }
+  }
+  return normal;
+}
+
+double LightingFitter::Impl::ConditionNumber() const {
+  double largest = 0.0;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const BasisMatrix& normal : data_normal) {
+    // Of a symmetric, non-negative matrix: its eigenvalues, the Jacobian's singular values squared.
+    const BasisVector values = Eigen::JacobiSVD<BasisMatrix>(normal).singularValues();
+    largest = std::max(largest, values.maxCoeff());
+    smallest = std::min(smallest, values.minCoeff());
+  }
+  // They carry the rounding of the largest.
+  constexpr double kRounding = 1e-14;
+  if (!(smallest > kRounding * largest)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(largest / smallest);
+}
+
+void LightingFitter::Impl::Describe(const LightVector& x, LightingFit& fit) const {
+  const int bases = problem.basis_count;
+  const int unknowns = problem.UnknownCount();
+  const LightMatrix identity = LightMatrix::Identity(unknowns, unknowns);
+
+  const LightMatrix inverse = (DataNormal() + prior_information).ldlt().solve(identity);
+  LightMatrix covariance = inverse * (CrossChannelNormal() + prior_information) * inverse;
+  covariance = (0.5 * (covariance + covariance.transpose())).eval();
+  const LightMatrix data = DataNormal() + kWeakInformation * identity;
+
+  const Eigen::Index lights = fit.irradiance_rgb.size();
+  fit.covariance = LightMatrix::Zero(lights, lights);
+  fit.data_information = LightMatrix::Zero(lights, lights);
+  for (int u = 0; u < unknowns; ++u) {
+    const int cu = u / bases;
+    const int lu = problem.LightIndex(cu, u % bases);
+    fit.irradiance_rgb[lu] = x[u] * problem.irradiance_unit[cu];
+    for (int v = 0; v < unknowns; ++v) {
+      const int cv = v / bases;
+      const int lv = problem.LightIndex(cv, v % bases);
+      const double unit = problem.irradiance_unit[cu] * problem.irradiance_unit[cv];
+      fit.covariance(lu, lv) = covariance(u, v) * unit;
+      fit.data_information(lu, lv) = data(u, v) / unit;
+    }
+  }
+  for (int c = 0; c < 3 && problem.has_sun; ++c) {
+    const BasisMatrix block = data.block(c * bases, c * bases, bases, bases);
+    const BasisMatrix block_inverse = block.ldlt().solve(BasisMatrix::Identity(bases, bases));
+    fit.sun_stddev_data_rgb[c] = std::sqrt(block_inverse(0, 0)) * problem.irradiance_unit[c];
+  }
+  fit.condition_number = ConditionNumber();
+  fit.inlier_fraction = reweighting.InlierFraction();
+  fit.relative_residual = reweighting.RelativeResidual();
+  fit.shared_error = reweighting.SharedError();
+}
+
+LightingFitter::LightingFitter(const LightingFitOptions& options)
+    : impl_(std::make_unique<Impl>(options)) {}
+LightingFitter::~LightingFitter() = default;
+LightingFitter::LightingFitter(LightingFitter&&) noexcept = default;
+LightingFitter& LightingFitter::operator=(LightingFitter&&) noexcept = default;
+
+LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
+                                const LightingPrior& prior,
+                                bool sun_is_up) {
+  const Eigen::Index lights = 3 * (1 + prior.sky_shapes);
+  if (prior.sky_shapes < 1 || prior.sky_shapes > kMaxSkyShapes ||
+      prior.information.rows() != lights || prior.information_times_mean.size() != lights) {
+    throw std::invalid_argument("LightingPrior: sky_shapes is " + std::to_string(prior.sky_shapes) +
+                                ", its matrix has " + std::to_string(prior.information.rows()) +
+                                " rows");
+  }
+  LightingFit fit;
+  fit.irradiance_rgb = LightVector::Zero(lights);
+  impl_->problem.Load(samples, prior.sky_shapes, sun_is_up, prior.scale_rgb);
+  fit.samples_used = impl_->problem.sample_count;
+  fit.samples_ignored = impl_->problem.ignored;
+  impl_->LoadPrior(prior);
+  const LightVector x = impl_->Iterate(prior, fit);
+  impl_->Describe(x, fit);
+  return fit;
+}
+
+LightingFit FitLighting(std::span<const DiffuseSample> samples,
+                        const LightingPrior& prior,
+                        bool sun_is_up,
+                        const LightingFitOptions& options) {
+  return LightingFitter(options).Fit(samples, prior, sun_is_up);
+}
+
+}  // namespace pleinair

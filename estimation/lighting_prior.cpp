@@ -1,0 +1,167 @@
+#include "estimation/lighting_prior.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Cholesky>
+
+namespace pleinair {
+namespace {
+
+// The sky's part is told well by almost any picture, so its prior only has to be sane: between an
+// eighth (rain cloud) and five times (bright broken cloud) a clear sky's at two sigma.
+constexpr double kSkyPriorMean = 2.0;   // Of the clear sky's diffuse irradiance.
+constexpr double kSkyPriorSigma = 1.5;  // Likewise.
+
+// Broken clouds uncover and cover the sun within a minute or so.
+constexpr double kWeatherMemoryS = 60.0;
+// exp(-10) of an answer is left after ten of those: the cut is no jump.
+constexpr double kLongestCarryS = 10.0 * kWeatherMemoryS;
+
+// Widening of a carried answer. A frame that knows its sun to 2 % of the beam keeps
+// (0.02 / 0.15)^2 < 2 % of a step's size as bias.
+constexpr double kCarriedSunSigma = 0.15;  // Of the beam.
+constexpr double kCarriedSkySigma = 0.5;   // Of the carried sky.
+
+struct UsualLight {
+  glm::dvec3 beam{0.0};
+  glm::dvec3 sky{0.0};
+};
+
+// How strong the light may have become since `earlier`: as a clear sky's or as it was, whichever is
+// more. With relative light, the clear sky's beam is its ratio times the carried sky.
+UsualLight UsualLightOf(const ClearSkyExpectation& clear_sky, const CarriedLighting& earlier) {
+  UsualLight usual;
+  for (int channel = 0; channel < 3; ++channel) {
+    double sky = 0.0;
+    for (Eigen::Index u = 3 + channel; u < earlier.mean.size(); u += 3) sky += earlier.mean[u];
+    const double sun = earlier.mean[channel];
+    const double diffuse = clear_sky.diffuse_rgb[channel];
+    const double ratio = diffuse > 0.0 ? clear_sky.beam_rgb[channel] / diffuse : 0.0;
+    usual.beam[channel] =
+        std::max(sun, clear_sky.absolute ? clear_sky.beam_rgb[channel] : ratio * sky);
+    // A carried sky of 0 would be rigid: a tenth of the sun is the clearest sky's share.
+    usual.sky[channel] = std::max({sky, clear_sky.absolute ? diffuse : 0.0, 0.1 * sun});
+  }
+  return usual;
+}
+
+// 1 for the same moment, 0 for what must not be carried.
+double Memory(const std::optional<CarriedLighting>& earlier, UtcTime time) {
+  if (!earlier) return 0.0;
+  const double gap_s = std::chrono::duration<double>(time - earlier->time).count();
+  if (!(gap_s >= 0.0 && gap_s <= kLongestCarryS)) return 0.0;
+  return std::exp(-gap_s / kWeatherMemoryS);
+}
+
+void AddClearSky(const ClearSkyExpectation& clear_sky, double weight, LightingPrior& prior) {
+  const auto add = [&](Eigen::Index unknown, double mean, double sigma) {
+    if (!(sigma > 0.0)) return;
+    prior.information(unknown, unknown) += weight / (sigma * sigma);
+    prior.information_times_mean[unknown] += weight * mean / (sigma * sigma);
+  };
+  for (int channel = 0; channel < 3; ++channel) {
+    const double beam = clear_sky.beam_rgb[channel];
+    const double diffuse = clear_sky.diffuse_rgb[channel];
+    if (!clear_sky.absolute) {
+      prior.sun_to_sky_rgb[channel] = diffuse > 0.0 ? beam / diffuse : 0.0;
+      prior.sun_to_sky_weight = weight;
+      continue;
+    }
+    prior.scale_rgb[channel] = beam + diffuse;
+    add(channel, kSunPriorMean * beam, kSunPriorSigma * beam);
+    for (int k = 0; k < prior.sky_shapes; ++k) {
+      add(3 + 3 * k + channel,
+          kSkyPriorMean * diffuse / prior.sky_shapes,
+          kSkyPriorSigma * diffuse);
+    }
+  }
+}
+
+LightMatrix Inverse(const LightMatrix& symmetric) {
+  return symmetric.ldlt().solve(LightMatrix::Identity(symmetric.rows(), symmetric.cols()));
+}
+
+// Covariance of a carried answer now: its own, and what the weather may have done since. The growth
+// is the one that leaves the clear-sky prior as it is when nothing at all was known.
+LightMatrix CarriedCovariance(const CarriedLighting& earlier,
+                              const UsualLight& usual,
+                              double memory,
+                              bool widened) {
+  LightMatrix covariance = earlier.covariance;
+  const double growth = (1.0 - memory * memory) / (memory * memory);
+  for (Eigen::Index u = 0; u < covariance.rows(); ++u) {
+    const int channel = static_cast<int>(u % 3);
+    const bool sun = u < 3;
+    const double usual_size = sun ? usual.beam[channel] : usual.sky[channel];
+    const double stationary = (sun ? kSunPriorSigma : kSkyPriorSigma) * usual_size;
+    covariance(u, u) += growth * stationary * stationary;
+    if (widened) {
+      const double widening = (sun ? kCarriedSunSigma : kCarriedSkySigma) * usual_size;
+      covariance(u, u) += widening * widening;
+    }
+  }
+  return covariance;
+}
+
+LightingPrior PriorOf(const ClearSkyExpectation& clear_sky,
+                      const std::optional<CarriedLighting>& earlier,
+                      UtcTime time,
+                      int sky_shapes,
+                      bool widened) {
+  LightingPrior prior = LightingPrior::Nothing(sky_shapes);
+  const bool fits = earlier && earlier->mean.size() == prior.information.rows();
+  const double memory = fits ? Memory(earlier, time) : 0.0;
+  AddClearSky(clear_sky, 1.0 - memory * memory, prior);
+  if (memory <= 0.0) return prior;
+
+  const UsualLight usual = UsualLightOf(clear_sky, *earlier);
+  const LightMatrix information = Inverse(CarriedCovariance(*earlier, usual, memory, widened));
+  if (!information.allFinite()) return prior;
+  prior.information += information;
+  prior.information_times_mean += information * earlier->mean;
+  for (int channel = 0; channel < 3; ++channel) {
+    prior.scale_rgb[channel] =
+        std::max(prior.scale_rgb[channel], usual.beam[channel] + usual.sky[channel]);
+  }
+  return prior;
+}
+
+}  // namespace
+
+LightingPrior LightingPrior::Nothing(int sky_shapes) {
+  if (sky_shapes < 1 || sky_shapes > kMaxSkyShapes) {
+    throw std::invalid_argument("sky_shapes " + std::to_string(sky_shapes) + ": expected 1 .. " +
+                                std::to_string(kMaxSkyShapes));
+  }
+  LightingPrior prior;
+  prior.sky_shapes = sky_shapes;
+  const Eigen::Index unknowns = 3 * (1 + sky_shapes);
+  prior.information = LightMatrix::Zero(unknowns, unknowns);
+  prior.information_times_mean = LightVector::Zero(unknowns);
+  return prior;
+}
+
+bool LightingPrior::SaysSomething() const { return information.trace() > 0.0; }
+
+LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
+                                const std::optional<CarriedLighting>& earlier,
+                                UtcTime time,
+                                int sky_shapes) {
+  return PriorOf(clear_sky, earlier, time, sky_shapes, /*widened=*/true);
+}
+
+CarriedLighting CarryForward(const ClearSkyExpectation& clear_sky,
+                             const std::optional<CarriedLighting>& earlier,
+                             UtcTime time,
+                             const LightVector& mean,
+                             const LightMatrix& data_information) {
+  const int sky_shapes = static_cast<int>(mean.size()) / 3 - 1;
+  const LightingPrior prior = PriorOf(clear_sky, earlier, time, sky_shapes, /*widened=*/false);
+  return {time, mean, Inverse(data_information + prior.information)};
+}
+
+}  // namespace pleinair

@@ -1,0 +1,170 @@
+#include "estimation/outdoor_lighting_source.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimation/lighting_fit.h"
+#include "estimation/lighting_prior.h"
+#include "estimation/sample_selection.h"
+
+namespace pleinair {
+namespace {
+
+// Of a set that was drawn for an earlier frame; with fewer left, the frame gets its own.
+constexpr double kLeastShareOfKeptSet = 0.8;
+// Of the clear-sky beam (architecture, section 4).
+constexpr double kObservableSigma = 0.15;
+
+bool AnyOfTheDiscIsUp(const LightingObservation& observation) {
+  return observation.sun_direction_enu.z > -std::sin(observation.sun_angular_radius_rad);
+}
+
+// Light whose units are unknown cannot be compared with the last frame's.
+bool HasKnownExposure(const Frame& frame) { return !frame.codes || frame.exposure.has_value(); }
+
+double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+
+double SkyOf(const LightVector& irradiance_rgb, int channel) {
+  double sum = 0.0;
+  for (Eigen::Index u = 3 + channel; u < irradiance_rgb.size(); u += 3) sum += irradiance_rgb[u];
+  return sum;
+}
+
+// The clear-sky beam in the frame's units, mean over RGB. Where nothing is known of it, all the
+// light there is.
+double BeamOf(const ClearSkyExpectation& clear_sky, const LightVector& irradiance_rgb) {
+  double beam = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double sky = SkyOf(irradiance_rgb, c);
+    if (clear_sky.absolute) {
+      beam += clear_sky.beam_rgb[c];
+    } else if (clear_sky.diffuse_rgb[c] > 0.0) {
+      beam += clear_sky.beam_rgb[c] / clear_sky.diffuse_rgb[c] * sky;
+    } else {
+      beam += irradiance_rgb[c] + sky;
+    }
+  }
+  return beam / 3.0;
+}
+
+class OutdoorLightingSource final : public LightingSource {
+ public:
+  explicit OutdoorLightingSource(const OutdoorLightingOptions& options) : options_(options) {
+    options.Validate();
+  }
+
+  tl::expected<LightingEstimate, LightingFailure> Estimate(
+      const LightingObservation& observation) override {
+    LightingEstimate estimate;
+    estimate.new_sample_set_ms = UpdateSamples(observation);
+
+    const int sky_shapes = static_cast<int>(observation.view.sky_response.size());
+    const bool sun_is_up = AnyOfTheDiscIsUp(observation);
+    const bool comparable = HasKnownExposure(observation.frame);
+    if (!comparable) carried_.reset();
+    const LightingPrior prior =
+        MakeLightingPrior(observation.clear_sky, carried_, observation.frame.time, sky_shapes);
+    const LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
+    if (fit.samples_used == 0 && !prior.SaysSomething()) {
+      return tl::unexpected(LightingFailure{
+          "no usable sample: " + std::to_string(set_.Size()) + " footprints drawn, " +
+          std::to_string(set_.Size() - static_cast<int>(samples_.size())) +
+          " of them unusable in this frame; expected at least one, or a clear-sky light with a "
+          "survey's units to fall back on"});
+    }
+    Describe(observation, fit, sun_is_up, estimate);
+    if (comparable && sun_is_up) {
+      carried_ = CarryForward(observation.clear_sky,
+                              carried_,
+                              observation.frame.time,
+                              fit.irradiance_rgb,
+                              fit.data_information);
+    } else {
+      carried_.reset();
+    }
+    return estimate;
+  }
+
+ private:
+  OutdoorLightingOptions options_;
+  SampleSet set_;
+  std::vector<DiffuseSample> samples_;
+  LightingFitter fitter_{LightingFitOptions{}};
+  std::optional<CarriedLighting> carried_;
+  // What the set was drawn for.
+  bool drawn_ = false;
+  std::uint64_t geometry_version_ = 0;
+  std::uint64_t sun_version_ = 0;
+  Camera camera_;
+
+  bool SetFits(const SurfaceView& view) const {
+    return drawn_ && view.geometry_version == geometry_version_ &&
+           view.sun_version == sun_version_ && view.camera == camera_;
+  }
+
+  // Returns the time spent on drawing, in ms.
+  double UpdateSamples(const LightingObservation& observation) {
+    const Frame& frame = observation.frame;
+    if (SetFits(observation.view)) {
+      const int left_out =
+          set_.Measure(observation.sun_direction_enu, frame.radiance, frame.unusable, samples_);
+      if (left_out <= (1.0 - kLeastShareOfKeptSet) * set_.Size()) return 0.0;
+    }
+    const auto start = std::chrono::steady_clock::now();
+    set_.Draw(observation.view,
+              observation.sun_direction_enu,
+              frame.radiance,
+              frame.unusable,
+              {options_.samples, options_.seed});
+    drawn_ = true;
+    geometry_version_ = observation.view.geometry_version;
+    sun_version_ = observation.view.sun_version;
+    camera_ = observation.view.camera;
+    const std::chrono::duration<double, std::milli> spent =
+        std::chrono::steady_clock::now() - start;
+    set_.Measure(observation.sun_direction_enu, frame.radiance, frame.unusable, samples_);
+    return spent.count();
+  }
+
+  static void Describe(const LightingObservation& observation,
+                       const LightingFit& fit,
+                       bool sun_is_up,
+                       LightingEstimate& estimate) {
+    Lighting& lighting = estimate.lighting;
+    lighting.time = observation.frame.time;
+    lighting.sun.direction_enu = observation.sun_direction_enu;
+    lighting.sun.angular_radius_rad = observation.sun_angular_radius_rad;
+    const LightVector& light = fit.irradiance_rgb;
+    lighting.sun.irradiance_rgb = {light[0], light[1], light[2]};
+    for (Eigen::Index k = 3; k < light.size(); k += 3) {
+      lighting.sky.push_back({"uniform", {light[k], light[k + 1], light[k + 2]}});
+    }
+    const Eigen::Index unknowns = light.size();
+    for (Eigen::Index u = 0; u < unknowns; ++u) {
+      for (Eigen::Index v = 0; v < unknowns; ++v) {
+        lighting.covariance.push_back(fit.covariance(u, v));
+      }
+    }
+    const double beam = BeamOf(observation.clear_sky, light);
+    estimate.sun_observable = sun_is_up && observation.sun_direction_enu.z > 0.0 &&
+                              Mean(fit.sun_stddev_data_rgb) < kObservableSigma * beam;
+    estimate.samples_used = fit.samples_used;
+    estimate.inlier_fraction = fit.inlier_fraction;
+    estimate.condition_number = fit.condition_number;
+    estimate.relative_residual = fit.relative_residual;
+  }
+};
+
+}  // namespace
+
+void OutdoorLightingOptions::Validate() const { SampleSelectionOptions{samples, seed}.Validate(); }
+
+std::unique_ptr<LightingSource> MakeOutdoorLightingSource(const OutdoorLightingOptions& options) {
+  return std::make_unique<OutdoorLightingSource>(options);
+}
+
+}  // namespace pleinair

@@ -1,0 +1,375 @@
+#include "estimation/sample_selection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <glm/geometric.hpp>
+
+#include "estimation/internal/median.h"
+#include "estimation/internal/random.h"
+
+namespace pleinair {
+namespace {
+
+using estimation_internal::SplitMix64;
+using estimation_internal::UpperMedian;
+
+constexpr double kLeastSunCosine = 0.1;
+// Inside these the disc is neither seen nor hidden as a whole.
+constexpr float kFullyShaded = 0.02f;
+constexpr float kFullyLit = 0.98f;
+// Pixels between a footprint and the nearest edge, for what pose and mesh are off by.
+constexpr float kEdgeMarginPx = 1.5f;
+// Along one side of a footprint; large ones are read sparsely.
+constexpr int kReadsAcross = 7;
+constexpr float kSamePlaneCosine = 0.99f;  // 8 degrees.
+// Robust standard deviations of log albedo inside its region, and the least one of them can be: a
+// measured albedo's own error.
+constexpr double kAlbedoOutlier = 3.0;
+constexpr double kLeastAlbedoSpread = 0.1;
+// Darker than soot: its radiance is glare and noise. Lighter than fresh snow: no diffuse surface.
+constexpr float kLeastAlbedo = 0.02f;
+constexpr float kLargestAlbedo = 0.95f;
+// A filled albedo errs some twice as much as a measured one.
+constexpr double kFilledAlbedoWeight = 0.25;
+
+bool IsFinite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+void CheckSize(const char* what, int width, int height, int expected_width, int expected_height) {
+  if (width == expected_width && height == expected_height) return;
+  throw std::invalid_argument(std::string(what) + " is " + std::to_string(width) + "x" +
+                              std::to_string(height) + ": expected the view's " +
+                              std::to_string(expected_width) + "x" +
+                              std::to_string(expected_height));
+}
+
+int FacingOf(const glm::vec3& normal) {
+  const glm::vec3 size = glm::abs(normal);
+  if (size.z >= size.x && size.z >= size.y) return normal.z >= 0.0f ? 0 : 1;
+  if (size.x >= size.y) return normal.x >= 0.0f ? 2 : 3;
+  return normal.y >= 0.0f ? 4 : 5;
+}
+constexpr int kFacings = 6;
+
+}  // namespace
+
+void SampleSelectionOptions::Validate() const {
+  if (samples < 1 || samples > 100000) {
+    throw std::invalid_argument("samples is " + std::to_string(samples) + ": expected 1 .. 100000");
+  }
+}
+
+// One draw, step by step; lives for the length of Draw.
+class SampleDraw {
+ public:
+  SampleDraw(const SurfaceView& view,
+             const glm::dvec3& sun_direction_enu,
+             const RgbImage& radiance,
+             const Gray8Image& unusable,
+             const SampleSelectionOptions& options)
+      : view_(view),
+        sun_(sun_direction_enu),
+        radiance_(radiance),
+        unusable_(unusable),
+        options_(options) {}
+
+  std::vector<SampleSet::Footprint> Run() {
+    CollectCandidates();
+    DropAlbedoOutliers();
+    std::vector<SampleSet::Footprint> footprints = PickBalanced();
+    std::sort(footprints.begin(), footprints.end(), [](const auto& a, const auto& b) {
+      return a.y != b.y ? a.y < b.y : a.x < b.x;
+    });
+    return footprints;
+  }
+
+ private:
+  struct Candidate {
+    std::uint32_t pixel;
+    float order;  // Dither rank in [0, 1), then the measured albedos before the filled ones.
+  };
+  struct Stratum {
+    std::vector<Candidate> candidates;
+    int region = 0;
+    std::size_t next = 0;    // Candidates before it are taken or refused.
+    std::size_t sorted = 0;  // Candidates before it are in order.
+  };
+
+  const SurfaceView& view_;
+  const glm::dvec3 sun_;
+  const RgbImage& radiance_;
+  const Gray8Image& unusable_;
+  const SampleSelectionOptions& options_;
+  std::vector<Stratum> strata_;
+  bool some_measured_ = false;
+
+  // Pixels to each side of the centre.
+  int RadiusAt(std::size_t pixel) const {
+    // Past this a footprint is a good part of the picture, and an edge is always near.
+    constexpr float kLargest = 64.0f;
+    const float radius = view_.footprint_radius_px.pixels[pixel];
+    if (!(radius <= kLargest)) return static_cast<int>(kLargest);
+    return std::max(1, static_cast<int>(std::ceil(radius)));
+  }
+
+  bool IsCandidate(std::size_t pixel) const {
+    if (view_.may_be_sampled.pixels[pixel] == 0 || view_.region.pixels[pixel] < 0) return false;
+    const float corner = static_cast<float>(RadiusAt(pixel)) * std::numbers::sqrt2_v<float>;
+    if (!(view_.edge_distance_px.pixels[pixel] > corner + kEdgeMarginPx)) return false;
+    const glm::vec3& albedo = view_.albedo_rgb.pixels[pixel];
+    for (int c = 0; c < 3; ++c) {
+      if (!(albedo[c] >= kLeastAlbedo && albedo[c] <= kLargestAlbedo)) return false;
+    }
+    const float visibility = view_.sun_visibility.pixels[pixel];
+    if (visibility <= kFullyShaded) return true;
+    if (!(visibility >= kFullyLit)) return false;
+    const double cosine = glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_);
+    return cosine <= 0.0 || cosine >= kLeastSunCosine;
+  }
+
+  bool IsLit(std::size_t pixel) const {
+    return view_.sun_visibility.pixels[pixel] >= kFullyLit &&
+           glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_) > 0.0;
+  }
+
+  void CollectCandidates() {
+    const auto regions = view_.region_names.size();
+    const std::size_t per_region = 2 * kFacings;
+    std::vector<Stratum> all(regions * per_region);
+    SplitMix64 random(options_.seed);
+    // Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018: x a1 + y a2 mod 1
+    // over the pixels; those below any threshold are spread evenly.
+    constexpr double kStepX = 0.7548776662466927;
+    constexpr double kStepY = 0.5698402909980532;
+    std::vector<double> phase(all.size());
+    for (double& value : phase) value = random.Uniform();
+    for (int y = 0; y < view_.Height(); ++y) {
+      for (int x = 0; x < view_.Width(); ++x) {
+        const std::size_t pixel = view_.region.Index(x, y);
+        if (!IsCandidate(pixel)) continue;
+        const auto region = static_cast<std::size_t>(view_.region.pixels[pixel]);
+        if (region >= regions) continue;
+        const int facing = FacingOf(view_.normal_world.pixels[pixel]);
+        const std::size_t cell =
+            region * per_region + static_cast<std::size_t>(2 * facing + (IsLit(pixel) ? 1 : 0));
+        const double rank = phase[cell] + x * kStepX + y * kStepY;
+        const bool measured = view_.albedo_measured.pixels[pixel] != 0;
+        some_measured_ = some_measured_ || measured;
+        all[cell].candidates.push_back(
+            {static_cast<std::uint32_t>(pixel),
+             static_cast<float>(rank - std::floor(rank)) + (measured ? 0.0f : 1.0f)});
+        all[cell].region = static_cast<int>(region);
+      }
+    }
+    for (Stratum& stratum : all) {
+      if (!stratum.candidates.empty()) strata_.push_back(std::move(stratum));
+    }
+  }
+
+  // Compares with the median of the whole region, lit and shaded: one material has one albedo.
+  void DropAlbedoOutliers() {
+    for (std::size_t first = 0; first < strata_.size();) {
+      std::size_t last = first;
+      std::size_t count = 0;
+      while (last < strata_.size() && strata_[last].region == strata_[first].region) {
+        count += strata_[last++].candidates.size();
+      }
+      DropAlbedoOutliers(std::span(strata_).subspan(first, last - first), count);
+      first = last;
+    }
+    std::erase_if(strata_, [](const Stratum& stratum) { return stratum.candidates.empty(); });
+  }
+
+  void DropAlbedoOutliers(std::span<Stratum> region, std::size_t count) {
+    constexpr std::size_t kEnough = 2000;  // A median over so many is good to 3 % of the spread.
+    const std::size_t stride = std::max<std::size_t>(1, count / kEnough);
+    glm::dvec3 median(0.0);
+    glm::dvec3 reach(0.0);
+    std::vector<double> values;
+    for (int c = 0; c < 3; ++c) {
+      values.clear();
+      std::size_t index = 0;
+      for (const Stratum& stratum : region) {
+        for (const Candidate& candidate : stratum.candidates) {
+          if (index++ % stride == 0) {
+            values.push_back(std::log(double{view_.albedo_rgb.pixels[candidate.pixel][c]}));
+          }
+        }
+      }
+      median[c] = UpperMedian(values);
+      for (double& value : values) value = std::abs(value - median[c]);
+      reach[c] = kAlbedoOutlier * std::max(kLeastAlbedoSpread, 1.4826 * UpperMedian(values));
+    }
+    // Compared as ratios, to spare a logarithm a pixel.
+    const glm::vec3 least(glm::exp(median - reach));
+    const glm::vec3 largest(glm::exp(median + reach));
+    for (Stratum& stratum : region) {
+      std::erase_if(stratum.candidates, [&](const Candidate& candidate) {
+        const glm::vec3& albedo = view_.albedo_rgb.pixels[candidate.pixel];
+        for (int c = 0; c < 3; ++c) {
+          if (!(albedo[c] >= least[c] && albedo[c] <= largest[c])) return true;
+        }
+        return false;
+      });
+    }
+  }
+
+  // Gives every stratum an equal share; what one cannot fill goes round again.
+  std::vector<SampleSet::Footprint> PickBalanced() {
+    std::vector<SampleSet::Footprint> picked;
+    std::vector<std::size_t> open(strata_.size());
+    for (std::size_t s = 0; s < open.size(); ++s) open[s] = s;
+    auto wanted = static_cast<std::size_t>(options_.samples);
+    while (wanted > 0 && !open.empty()) {
+      std::vector<std::size_t> still_open;
+      const std::size_t share = wanted / open.size();
+      const std::size_t rest = wanted % open.size();
+      for (std::size_t i = 0; i < open.size(); ++i) {
+        const std::size_t quota = share + (i < rest ? 1 : 0);
+        const std::size_t got = Pick(open[i], quota, picked);
+        wanted -= got;
+        if (got == quota) still_open.push_back(open[i]);
+      }
+      open = std::move(still_open);
+    }
+    return picked;
+  }
+
+  std::size_t Pick(std::size_t stratum_index,
+                   std::size_t quota,
+                   std::vector<SampleSet::Footprint>& picked) {
+    Stratum& stratum = strata_[stratum_index];
+    std::size_t got = 0;
+    while (got < quota && stratum.next < stratum.candidates.size()) {
+      if (stratum.next >= stratum.sorted) SortMore(stratum, 2 * quota);
+      SampleSet::Footprint footprint;
+      if (Gather(stratum.candidates[stratum.next++].pixel, footprint)) {
+        footprint.stratum = static_cast<std::int32_t>(stratum_index);
+        picked.push_back(footprint);
+        ++got;
+      }
+    }
+    return got;
+  }
+
+  static void SortMore(Stratum& stratum, std::size_t count) {
+    const auto before = [](const Candidate& a, const Candidate& b) {
+      return a.order != b.order ? a.order < b.order : a.pixel < b.pixel;
+    };
+    const auto first = stratum.candidates.begin() + static_cast<std::ptrdiff_t>(stratum.sorted);
+    stratum.sorted =
+        std::min(stratum.candidates.size(), stratum.sorted + std::max<std::size_t>(count, 16));
+    const auto last = stratum.candidates.begin() + static_cast<std::ptrdiff_t>(stratum.sorted);
+    if (last != stratum.candidates.end()) {
+      std::nth_element(first, last, stratum.candidates.end(), before);
+    }
+    std::sort(first, last, before);
+  }
+
+  // False where the footprint is not one plane of one region, or holds an unusable pixel.
+  bool Gather(std::size_t centre, SampleSet::Footprint& footprint) const {
+    const int width = view_.Width();
+    footprint.x = static_cast<int>(centre % static_cast<std::size_t>(width));
+    footprint.y = static_cast<int>(centre / static_cast<std::size_t>(width));
+    footprint.radius = RadiusAt(centre);
+    footprint.stride = std::max(1, (2 * footprint.radius + kReadsAcross - 1) / kReadsAcross);
+    const auto region = view_.region.pixels[centre];
+    const glm::vec3 normal = view_.normal_world.pixels[centre];
+    const bool measured = view_.albedo_measured.pixels[centre] != 0;
+    footprint.weight = some_measured_ && !measured ? kFilledAlbedoWeight : 1.0;
+    int count = 0;
+    for (int dy = -footprint.radius; dy <= footprint.radius; dy += footprint.stride) {
+      for (int dx = -footprint.radius; dx <= footprint.radius; dx += footprint.stride) {
+        const int x = footprint.x + dx;
+        const int y = footprint.y + dy;
+        if (!view_.region.Contains(x, y)) return false;
+        const std::size_t pixel = view_.region.Index(x, y);
+        if (view_.region.pixels[pixel] != region || view_.may_be_sampled.pixels[pixel] == 0 ||
+            !(glm::dot(view_.normal_world.pixels[pixel], normal) >= kSamePlaneCosine) ||
+            unusable_.pixels[pixel] != 0 || !IsFinite(radiance_.pixels[pixel])) {
+          return false;
+        }
+        const glm::dvec3 reflectance =
+            glm::dvec3(view_.albedo_rgb.pixels[pixel]) / std::numbers::pi;
+        const glm::dvec3 sun_seen = glm::dvec3(view_.normal_world.pixels[pixel]) *
+                                    double{view_.sun_visibility.pixels[pixel]};
+        for (int c = 0; c < 3; ++c) {
+          footprint.direct[static_cast<std::size_t>(c)] += reflectance[c] * sun_seen;
+        }
+        footprint.bounce += reflectance * glm::dvec3(view_.sun_bounce.pixels[pixel]);
+        for (std::size_t k = 0; k < view_.sky_response.size(); ++k) {
+          footprint.sky[k] += reflectance * glm::dvec3(view_.sky_response[k].pixels[pixel]);
+        }
+        ++count;
+      }
+    }
+    const double share = 1.0 / count;
+    for (glm::dvec3& direct : footprint.direct) direct *= share;
+    footprint.bounce *= share;
+    for (glm::dvec3& sky : footprint.sky) sky *= share;
+    return true;
+  }
+};
+
+void SampleSet::Draw(const SurfaceView& view,
+                     const glm::dvec3& sun_direction_enu,
+                     const RgbImage& radiance,
+                     const Gray8Image& unusable,
+                     const SampleSelectionOptions& options) {
+  options.Validate();
+  CheckSize("frame radiance", radiance.width, radiance.height, view.Width(), view.Height());
+  CheckSize("frame unusable mask", unusable.width, unusable.height, view.Width(), view.Height());
+  if (view.sky_response.empty() || view.sky_response.size() > kMaxSkyShapes) {
+    throw std::invalid_argument("SurfaceView::sky_response has " +
+                                std::to_string(view.sky_response.size()) +
+                                " shapes: expected 1 .. " + std::to_string(kMaxSkyShapes));
+  }
+  width_ = view.Width();
+  height_ = view.Height();
+  footprints_ = SampleDraw(view, sun_direction_enu, radiance, unusable, options).Run();
+}
+
+int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
+                       const RgbImage& radiance,
+                       const Gray8Image& unusable,
+                       std::vector<DiffuseSample>& samples) const {
+  CheckSize("frame radiance", radiance.width, radiance.height, width_, height_);
+  CheckSize("frame unusable mask", unusable.width, unusable.height, width_, height_);
+  samples.clear();
+  for (const Footprint& footprint : footprints_) {
+    glm::dvec3 sum(0.0);
+    int count = 0;
+    bool usable = true;
+    for (int dy = -footprint.radius; usable && dy <= footprint.radius; dy += footprint.stride) {
+      std::size_t pixel = radiance.Index(footprint.x - footprint.radius, footprint.y + dy);
+      for (int dx = -footprint.radius; dx <= footprint.radius; dx += footprint.stride) {
+        usable = usable && unusable.pixels[pixel] == 0;
+        sum += glm::dvec3(radiance.pixels[pixel]);
+        ++count;
+        pixel += static_cast<std::size_t>(footprint.stride);
+      }
+    }
+    if (!usable || !IsFinite(glm::vec3(sum))) continue;
+    DiffuseSample& sample = samples.emplace_back();
+    sample.radiance_rgb = sum / static_cast<double>(count);
+    for (int c = 0; c < 3; ++c) {
+      const double direct =
+          std::max(0.0, glm::dot(footprint.direct[static_cast<std::size_t>(c)], sun_direction_enu));
+      sample.sun_transport_rgb[c] = direct + footprint.bounce[c];
+    }
+    sample.sky_transport_rgb = footprint.sky;
+    sample.weight = footprint.weight;
+    sample.stratum = footprint.stratum;
+    sample.pixel = {footprint.x, footprint.y};
+  }
+  return Size() - static_cast<int>(samples.size());
+}
+
+}  // namespace pleinair

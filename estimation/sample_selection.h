@@ -1,0 +1,79 @@
+// Which pixels speak for the light: drawing them, and measuring them frame by frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "estimation/diffuse_sample.h"
+#include "scene/image.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+struct SampleSelectionOptions {
+  int samples = 500;  // Asked for; fewer where the view does not hold them. 1 .. 100000.
+  std::uint64_t seed = 1;
+  // Throws std::invalid_argument naming field and value.
+  void Validate() const;
+};
+
+// A set of footprints in one view.
+//
+// A footprint is a square of pixels, half a survey texel or one pixel to each side of its centre,
+// whichever is more, inside one region and one plane, clear of every edge of the model. Left out
+// are pixels that graze the sun (n.l below 0.1: there a degree of error changes the light by a
+// sixth), that lie in a half shadow, and whose albedo is an outlier of its region (windows, doors,
+// plants).
+//
+// Balanced: strata are region x lit or shaded x facing (the nearest of the six axes); each gets an
+// equal share, what a small one cannot use goes to the others. Within a stratum the footprints are
+// spread over the picture by the R2 sequence's ordered dither.
+class SampleSet {
+ public:
+  // Draws a new set. Pixels with `unusable` set, or not finite in `radiance`, are passed over now;
+  // Measure leaves out those that become so later. A pure function of its arguments.
+  // Throws std::invalid_argument when the images' sizes differ from the view's, or when the view
+  // has no sky response or more than kMaxSkyShapes.
+  void Draw(const SurfaceView& view,
+            const glm::dvec3& sun_direction_enu,
+            const RgbImage& radiance,
+            const Gray8Image& unusable,
+            const SampleSelectionOptions& options);
+
+  // Writes a sample for each footprint that is usable as a whole, keeping the memory of `samples`;
+  // in row-major order of their pixels. Returns how many footprints had to be left out.
+  // Throws std::invalid_argument when the images' sizes differ from those that were drawn from.
+  int Measure(const glm::dvec3& sun_direction_enu,
+              const RgbImage& radiance,
+              const Gray8Image& unusable,
+              std::vector<DiffuseSample>& samples) const;
+
+  int Size() const { return static_cast<int>(footprints_.size()); }
+
+ private:
+  struct Footprint {
+    int x = 0;
+    int y = 0;
+    int radius = 0;
+    int stride = 1;
+    std::int32_t stratum = 0;
+    double weight = 1.0;
+    // Means over the footprint, RGB by row: albedo / pi * s * n, and albedo / pi * s_bounce.
+    std::array<glm::dvec3, 3> direct{};
+    glm::dvec3 bounce{0.0};
+    std::array<glm::dvec3, kMaxSkyShapes> sky{};
+  };
+
+  int width_ = 0;
+  int height_ = 0;
+  std::vector<Footprint> footprints_;
+
+  friend class SampleDraw;
+};
+
+}  // namespace pleinair
