@@ -1,0 +1,54 @@
+// How far a composite is from the picture of the scene with the object really in it.
+//
+// All comparisons are made as a display would show them: 255 sRGB(clip(radiance exposure)), not
+// rounded to whole code values.
+#pragma once
+
+#include <optional>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// Of an exact match, which has no finite one.
+inline constexpr double kHighestPsnrDb = 100.0;
+// An object's effect on a pixel that it does not cover counts from here on.
+inline constexpr double kEffectCodes = 2.0;
+// Up to this a pixel counts as unchanged.
+inline constexpr double kUnchangedCodes = 1.0;
+
+// All of one size. Pointers may be null where it says so.
+struct CompositePictures {
+  const RgbImage& input;           // The frame that the composite was made from.
+  const RgbImage& composite;       // As written, in half precision.
+  const RgbImage& without_object;  // The frame at its best: linear where there is a linear one.
+  const RgbImage& with_object;     // The truth.
+  const Gray8Image& coverage;      // 0..255: how much of the pixel the object covers.
+  const Gray8Image* change;  // The composite's own mask, 0 where it says nothing changed; or null.
+  const Gray8Image* specular;  // Not 0 where the object mirrors; null where it nowhere does.
+  double exposure = 1.0;
+};
+
+struct CompositeScore {
+  // Over pixels that the object covers wholly.
+  std::optional<double> object_psnr_db;
+  // The same without those that show a mirroring material; none where there is no such material.
+  std::optional<double> object_psnr_without_specular_db;
+  // Over pixels that the object changes by more than kEffectCodes without touching them.
+  std::optional<double> effect_psnr_db;
+  // Share of the pixels outside the composite's own mask that are the input's, rounded to half
+  // precision, bit for bit. None without a mask.
+  std::optional<double> identical_outside_mask;
+  // Share of the pixels unchanged in truth that the composite changes by more than kUnchangedCodes.
+  std::optional<double> changed_of_unchanged;
+  int object_pixels = 0;
+  int effect_pixels = 0;
+};
+
+// Throws std::invalid_argument where sizes differ or the exposure is not positive.
+CompositeScore ScoreComposite(const CompositePictures& pictures);
+
+// How many pixels of the composite are the input's, rounded to half precision.
+int CountIdenticalPixels(const RgbImage& input, const RgbImage& composite);
+
+}  // namespace pleinair

@@ -1,0 +1,76 @@
+#include "datasets/lighting_record.h"
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <set>
+
+#include <glm/geometric.hpp>
+
+#include "calib/json_cursor.h"
+
+namespace pleinair {
+namespace {
+
+std::optional<JsonCursor> Known(const JsonCursor& at, const char* key) {
+  const auto found = at.Optional(key);
+  if (!found || found->Value().is_null()) return std::nullopt;
+  return found;
+}
+
+std::optional<glm::dvec3> Vector(const JsonCursor& at, const char* key) {
+  const auto found = Known(at, key);
+  if (!found) return std::nullopt;
+  const auto entries = found->List(3, 3);
+  return glm::dvec3(entries[0].Number(), entries[1].Number(), entries[2].Number());
+}
+
+std::optional<glm::dvec3> Direction(const JsonCursor& at, const char* key) {
+  const auto vector = Vector(at, key);
+  if (!vector) return std::nullopt;
+  const double length = glm::length(*vector);
+  if (!(std::abs(length - 1.0) <= 1e-3)) at.Required(key).Fail("a direction of length 1");
+  return *vector / length;
+}
+
+RecordedLight Light(const JsonCursor& at) {
+  return {Direction(at, "sun_direction_enu"),
+          Vector(at, "sun_irradiance_rgb"),
+          Vector(at, "sky_irradiance_rgb"),
+          Vector(at, "sun_irradiance_stddev_rgb"),
+          Vector(at, "sky_irradiance_stddev_rgb")};
+}
+
+}  // namespace
+
+std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& file) {
+  std::error_code error;
+  std::ifstream stream(file);
+  if (!std::filesystem::is_regular_file(file, error) || !stream) {
+    throw JsonError(file.string() +
+                    ": expected the lighting.jsonl of a run, found nothing to read");
+  }
+  std::vector<LightingRecord> records;
+  std::set<int> seen;
+  std::string line;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    if (line.empty()) continue;
+    const std::string label = file.string() + ":" + std::to_string(number);
+    const nlohmann::json document = ParseJson(line, label);
+    const JsonCursor at(document, label);
+    LightingRecord record;
+    const JsonCursor frame = at.Required("frame");
+    record.frame = frame.IntegerIn(0, std::numeric_limits<int>::max());
+    if (!seen.insert(record.frame).second) frame.Fail("each frame once");
+    if (const auto reason = Known(at, "error")) record.error = reason->Text();
+    if (const auto observable = Known(at, "sun_observable")) {
+      record.sun_observable = observable->Boolean();
+    }
+    record.light = Light(at);
+    if (const auto raw = Known(at, "raw")) record.raw = Light(*raw);
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,73 @@
+// How far an estimate of sun and sky is from the truth.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "datasets/lighting_record.h"
+#include "datasets/statistics.h"
+#include "datasets/truth.h"
+
+namespace pleinair {
+
+// One frame's. What has no meaning (a ratio to a black sky, the colour of a black light) or is not
+// known (a standard deviation) is none.
+struct LightScore {
+  // Mean over RGB of |error|, over the sequence's largest true sun (mean over RGB).
+  std::optional<double> sun_error;
+  // Mean over RGB of |error|, over the mean over RGB of this frame's true sky.
+  std::optional<double> sky_error;
+  // Angles between the RGB vectors, estimated and true: an error of colour, whatever the strength.
+  std::optional<double> sun_colour_angle_rad;
+  std::optional<double> sky_colour_angle_rad;
+  std::optional<double> sun_direction_error_rad;
+  // |error| in standard deviations, per channel; 0 where both are 0.
+  std::optional<glm::dvec3> sun_error_sigmas;
+  std::optional<glm::dvec3> sky_error_sigmas;
+  // Mean standard deviation over the mean clear-sky beam.
+  std::optional<double> sun_stddev_of_clear_beam;
+  std::optional<double> sky_stddev_of_clear_beam;
+
+  // Whether all channels of sun and sky are within 3 standard deviations, and those within 40 % of
+  // the clear-sky beam: what is asked where the picture does not tell sun from sky.
+  std::optional<bool> SaysWhatItDoesNotKnow() const;
+};
+
+// Mean over RGB of the brightest true sun.
+double LargestTrueSun(const std::vector<TruthFrame>& truth);
+
+// None where the record has no light. `clear_beam_rgb` is the beam that a clear sky would let
+// through at the frame's time.
+std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
+                                     const TruthFrame& truth,
+                                     double largest_true_sun,
+                                     const glm::dvec3& clear_beam_rgb);
+
+// Share of the truths (channels of all frames) within 1 and 2 standard deviations of the estimate;
+// a calibrated estimate has 0.68 and 0.95.
+struct SigmaCoverage {
+  int count = 0;
+  double within_1 = 0.0;
+  double within_2 = 0.0;
+};
+
+// Over frames. An entry is none where no frame has that score.
+struct LightSummary {
+  int frames = 0;
+  std::optional<Distribution> sun_error;
+  std::optional<Distribution> sky_error;
+  std::optional<Distribution> sun_colour_angle_rad;
+  std::optional<Distribution> sky_colour_angle_rad;
+  std::optional<Distribution> sun_direction_error_rad;
+  std::optional<SigmaCoverage> sun_sigma;
+  std::optional<SigmaCoverage> sky_sigma;
+  // Of the frames with known standard deviations: how many say what they do not know.
+  int says_what_it_does_not_know = 0;
+  int with_stddev = 0;
+};
+
+LightSummary SummariseLight(const std::vector<LightScore>& scores);
+
+}  // namespace pleinair

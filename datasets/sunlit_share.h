@@ -1,0 +1,61 @@
+// How much of what a camera sees is in the sun and how much is not, by geometry alone.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "datasets/sequence.h"
+#include "scene/image.h"
+#include "scene/mesh.h"
+#include "scene/ray_caster.h"
+
+namespace pleinair {
+
+// A frame is well posed where at least this share of its visible diffuse pixels is sunlit, and at
+// least as much is not: then sun and sky can be told apart.
+inline constexpr double kWellPosedShare = 0.03;
+
+struct SunlitShare {
+  int diffuse_pixels = 0;  // Visible, in the diffuse regions.
+  double lit = 0.0;        // Of these; the rest is shaded or turned away.
+  bool IsWellPosed() const {
+    return diffuse_pixels > 0 && lit >= kWellPosedShare && 1.0 - lit >= kWellPosedShare;
+  }
+};
+
+// Casts rays through the pixels of a sequence's cameras against its mesh. A diffuse mask counts
+// where it is one over the picture and the camera stands still.
+class SunlitCounter {
+ public:
+  // `mesh` is the sequence's scene. Throws std::runtime_error where the diffuse mask cannot be
+  // read.
+  SunlitCounter(const Sequence& sequence, const Mesh& mesh);
+
+  // Keeps what the camera sees until another camera is asked for.
+  SunlitShare Count(const Camera& camera, const glm::dvec3& sun_direction_enu);
+
+ private:
+  void See(const Camera& camera);
+
+  struct Seen {
+    glm::vec3 start_m;  // Off the surface, on the camera's side.
+    glm::vec3 normal;   // Unit, turned to the camera.
+  };
+  RayCaster caster_;
+  std::vector<std::uint8_t> triangle_is_diffuse_;
+  std::optional<Gray8Image> mask_;
+  std::optional<Camera> camera_;
+  std::vector<Seen> seen_;
+};
+
+// 1 where the pixel, or one beside it, shows a virtual object's material with specular reflectance.
+// None where no object has such a material. `objects` and `phantom` are in world coordinates; what
+// the phantom hides is not seen.
+std::optional<Gray8Image> SpecularPixels(const std::vector<Mesh>& objects,
+                                         const RayCaster& phantom,
+                                         const Camera& camera);
+
+}  // namespace pleinair

@@ -1,0 +1,77 @@
+#include "datasets/truth.h"
+
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <string>
+
+#include <glm/geometric.hpp>
+
+#include "calib/json_cursor.h"
+#include "datasets/internal/sequence_folder.h"
+
+namespace pleinair {
+namespace {
+
+glm::dvec3 ReadRgb(const JsonCursor& at) {
+  const auto channels = at.List(3, 3);
+  glm::dvec3 rgb;
+  for (int c = 0; c < 3; ++c) rgb[c] = channels[c].NumberIn(0.0, 1e30);
+  return rgb;
+}
+
+glm::dvec3 ReadDirection(const JsonCursor& at) {
+  const auto entries = at.List(3, 3);
+  const glm::dvec3 direction(entries[0].Number(), entries[1].Number(), entries[2].Number());
+  const double length = glm::length(direction);
+  if (!(std::abs(length - 1.0) <= 1e-3)) at.Fail("a direction of length 1");
+  return direction / length;
+}
+
+// As `key` names it, or else under its usual name where that is there.
+std::optional<std::filesystem::path> Picture(const Sequence& sequence,
+                                             const JsonCursor& at,
+                                             const char* key,
+                                             const char* usual_name,
+                                             int frame) {
+  const std::filesystem::path truth = "truth";
+  if (const auto named = at.Optional(key)) {
+    const auto inside = ResolveInside(sequence.folder, truth / named->Text());
+    if (!inside) named->Fail(inside.error());
+    return *inside;
+  }
+  char name[64];
+  std::snprintf(name, sizeof(name), usual_name, frame);
+  const auto inside = ResolveInside(sequence.folder, truth / name);
+  std::error_code error;
+  if (!inside || !std::filesystem::is_regular_file(*inside, error)) return std::nullopt;
+  return *inside;
+}
+
+}  // namespace
+
+std::vector<TruthFrame> ReadTruth(const Sequence& sequence) {
+  const std::filesystem::path file = sequence.folder / "truth" / "truth.json";
+  if (!ResolveInside(sequence.folder, "truth/truth.json")) {
+    throw JsonError(file.string() + ": expected a file inside the sequence's folder");
+  }
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  std::vector<TruthFrame> frames;
+  std::set<int> seen;
+  for (const JsonCursor& at : root.Required("frames").List(1, sequence.frames.size())) {
+    TruthFrame frame;
+    const JsonCursor number = at.Required("frame");
+    frame.frame = number.IntegerIn(0, static_cast<int>(sequence.frames.size()) - 1);
+    if (!seen.insert(frame.frame).second) number.Fail("each frame once");
+    frame.sun_direction_enu = ReadDirection(at.Required("sun_direction_enu"));
+    frame.sun_irradiance_rgb = ReadRgb(at.Required("sun_irradiance_rgb"));
+    frame.sky_irradiance_rgb = ReadRgb(at.Required("sky_irradiance_rgb"));
+    frame.with_object = Picture(sequence, at, "with_object", "with_object/%06d.exr", frame.frame);
+    frame.coverage = Picture(sequence, at, "coverage", "masks/coverage_%06d.png", frame.frame);
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+}  // namespace pleinair

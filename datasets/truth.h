@@ -1,0 +1,30 @@
+// What a rendered sequence's light and pictures really were. Scoring alone may read this.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "datasets/sequence.h"
+
+namespace pleinair {
+
+struct TruthFrame {
+  int frame = 0;                                // 0-based, into the sequence's frames.
+  glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Unit, apparent.
+  glm::dvec3 sun_irradiance_rgb{0.0};           // Normal to the beam, clouds included.
+  glm::dvec3 sky_irradiance_rgb{0.0};           // Horizontal, unoccluded, without the disc.
+  // The picture with the object really there, and how much of each pixel it covers (0..255).
+  std::optional<std::filesystem::path> with_object;
+  std::optional<std::filesystem::path> coverage;
+};
+
+// Reads truth/truth.json of the sequence; keys that scoring does not use are passed over. Pictures
+// that it does not name are looked for under their usual names.
+// Throws  std::runtime_error naming file, key and what was expected: a frame that the sequence does
+//         not have or that is there twice, a path outside the sequence's folder.
+std::vector<TruthFrame> ReadTruth(const Sequence& sequence);
+
+}  // namespace pleinair
