@@ -37,17 +37,16 @@ FrameWriter::FrameWriter(const std::filesystem::path& out, ResponseCurve respons
   std::filesystem::create_directories(out_ / "mask");
 }
 
-Rgb8Image FrameWriter::Display(const Frame& frame, const RgbImage& radiance) {
-  if (!frame.exposure && !chosen_exposure_) {
-    // 8-bit frames of unknown exposure are in units of their own [0, 1].
-    chosen_exposure_ = frame.codes ? 1.0 : ChooseExposure(radiance);
-  }
-  return CodesFromRadiance(
-      radiance, response_, frame.exposure.value_or(chosen_exposure_.value_or(1.0)));
+Rgb8Image FrameWriter::Display(const RgbImage& radiance, std::optional<double> exposure) const {
+  return CodesFromRadiance(radiance, response_, exposure.value_or(chosen_exposure_.value_or(1.0)));
 }
 
 Rgb8Image FrameWriter::Write(const Frame& frame, const Composite& composite) {
-  Rgb8Image display = Display(frame, composite.radiance);
+  if (!frame.exposure && !chosen_exposure_) {
+    // 8-bit frames of unknown exposure are in units of their own [0, 1].
+    chosen_exposure_ = frame.codes ? 1.0 : ChooseExposure(frame.radiance);
+  }
+  Rgb8Image display = Display(composite.radiance, frame.exposure);
   if (frame.codes) {
     for (std::size_t i = 0; i < display.pixels.size(); ++i) {
       if (composite.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kNone)) {

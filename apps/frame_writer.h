@@ -18,9 +18,9 @@ class FrameWriter {
   // Makes the folders. `response` is the 8-bit camera's.
   FrameWriter(const std::filesystem::path& out, ResponseCurve response);
 
-  // The frame as a display would show it; for frames without exposure the first such frame decides
-  // on one for all.
-  Rgb8Image Display(const Frame& frame, const RgbImage& radiance);
+  // Light as the camera would have shown it at `exposure`; where that is unknown, at one that was
+  // chosen for the first frame written.
+  Rgb8Image Display(const RgbImage& radiance, std::optional<double> exposure) const;
 
   // The composite as written to the PNG.
   Rgb8Image Write(const Frame& frame, const Composite& composite);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -16,9 +17,10 @@
 #include "apps/progress.h"
 #include "apps/run_report.h"
 #include "apps/sequence_site.h"
-#include "datasets/scoring.h"
+#include "datasets/truth.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "render/gl_context.h"
+#include "scene/image_io.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -82,23 +84,36 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
           fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
 }
 
-void AddTruth(const std::filesystem::path& sequence_folder,
-              FrameWriter& writer,
-              const Frame& frame,
-              ReportFrame& reported) {
-  const FrameTruth truth = ReadFrameTruth(sequence_folder, frame.index);
-  reported.true_sun_irradiance_rgb = truth.sun_irradiance_rgb;
-  reported.true_sky_irradiance_rgb = truth.sky_irradiance_rgb;
-  if (truth.with_object) {
-    reported.truth = MakeReportPicture(writer.Display(frame, *truth.with_object));
+// By frame; empty where the sequence has no truth. For the report alone: it is read when the run is
+// over.
+std::map<int, TruthFrame> TruthByFrame(const Sequence& sequence) {
+  std::map<int, TruthFrame> by_frame;
+  if (!std::filesystem::exists(sequence.folder / "truth" / "truth.json")) return by_frame;
+  for (TruthFrame& truth : ReadTruth(sequence)) by_frame.emplace(truth.frame, std::move(truth));
+  return by_frame;
+}
+
+void AddTruth(const Sequence& sequence, const FrameWriter& writer, RunReport& report) {
+  const std::map<int, TruthFrame> truth = TruthByFrame(sequence);
+  for (ReportFrame& frame : report.frames) {
+    const auto found = truth.find(frame.index);
+    if (found == truth.end()) continue;
+    frame.true_sun_irradiance_rgb = found->second.sun_irradiance_rgb;
+    frame.true_sky_irradiance_rgb = found->second.sky_irradiance_rgb;
+    if (found->second.with_object && frame.error.empty()) {
+      const RgbImage picture = ReadRadianceImage(sequence.folder / *found->second.with_object);
+      frame.truth = MakeReportPicture(
+          writer.Display(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure));
+    }
   }
 }
 
 std::string DescribeShadows(const FrameResult& result) {
   if (!result.shadows) return "the picture's shadows do not tell where the sun is";
-  return fmt::format("real and virtual shadows on level ground differ by {:+.2f} deg (sigma {:.2f})",
-                     DegFromRad(result.shadows->azimuth_offset_rad),
-                     DegFromRad(result.shadows->stddev_rad));
+  return fmt::format(
+      "real and virtual shadows on level ground differ by {:+.2f} deg (sigma {:.2f})",
+      DegFromRad(result.shadows->azimuth_offset_rad),
+      DegFromRad(result.shadows->stddev_rad));
 }
 
 ReportFrame FailedFrame(const FrameError& error) {
@@ -191,8 +206,9 @@ void RunRunCommand(const RunCommandOptions& options) {
     ReportFrame reported;
     reported.index = (*frame)->index;
     reported.time = (*frame)->time;
-    reported.input = MakeReportPicture(
-        (*frame)->codes ? *(*frame)->codes : writer.Display(**frame, (*frame)->radiance));
+    reported.input =
+        MakeReportPicture((*frame)->codes ? *(*frame)->codes
+                                          : writer.Display((*frame)->radiance, (*frame)->exposure));
     reported.composite = MakeReportPicture(shown);
     reported.lighting = result->estimate.lighting;
     reported.estimate = result->estimate;
@@ -200,7 +216,6 @@ void RunRunCommand(const RunCommandOptions& options) {
     if (options.measure_shadows) {
       report.notes.push_back(fmt::format("frame {}: {}", reported.index, DescribeShadows(*result)));
     }
-    AddTruth(sequence.folder, writer, **frame, reported);
     report.frames.push_back(std::move(reported));
     ++done;
     const glm::dvec3 sun = result->estimate.lighting.sun.irradiance_rgb;
@@ -213,6 +228,7 @@ void RunRunCommand(const RunCommandOptions& options) {
                  result->estimate.sun_observable ? "" : " (sun not observable)");
   }
   folder.Finish();
+  AddTruth(sequence, writer, report);
   WriteRunReport(options.out / "report.html", report);
   spdlog::info("{} of {} frames done; report: {}",
                done,

@@ -168,9 +168,13 @@ void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
   } else {
     folded_.Combine(lighting, volume_);
   }
+  if (vertices_.empty()) {
+    for (const VirtualObject& object : objects_) {
+      vertices_.emplace_back(volume_, object.mesh.positions_m, object.mesh.normals);
+    }
+  }
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    IrradianceAt(
-        volume_, objects_[i].mesh.positions_m, objects_[i].mesh.normals, vertex_irradiance_[i]);
+    vertices_[i].Evaluate(volume_, vertex_irradiance_[i]);
   }
   times.probes = watch.LapMs();
 }

@@ -14,6 +14,7 @@
 #include "relight/irradiance_volume.h"
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
+#include "relight/vertex_irradiance.h"
 #include "render/compositor.h"
 #include "sunmodel/site.h"
 
@@ -33,7 +34,8 @@ struct FramePipelineOptions {
   double sun_step_s = 48.0;
   ProbeRoute probe_route = ProbeRoute::kFolded;
   CompositeEffects effects;
-  bool measure_shadows = false;  // Compare the real shadows with the sun in every frame; about 1 s each.
+  bool measure_shadows =
+      false;  // Compare the real shadows with the sun in every frame; about 1 s each.
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };
@@ -97,6 +99,7 @@ class FramePipeline {
   FoldedVolume folded_;
   RgbImage environment_;
   IrradianceVolume volume_;
+  std::vector<VertexIrradiance> vertices_;  // Per object; set up with the first volume.
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
 };
 

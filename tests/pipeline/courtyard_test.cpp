@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/sequence_site.h"
-#include "datasets/scoring.h"
+#include "datasets/truth.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 #include "render/gl_context.h"
@@ -84,20 +84,20 @@ double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 TEST_F(Courtyard, LightFollowsTheClouds) {
   const std::vector<FrameResult> results = RunAll(ProbeRoute::kFolded);
   ASSERT_EQ(results.size(), sequence_->frames.size());
+  const std::vector<TruthFrame> truth = ReadTruth(*sequence_);
+  ASSERT_EQ(truth.size(), results.size());
   double largest_sun = 0.0;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    largest_sun =
-        std::max(largest_sun, MeanOf(*ReadFrameTruth(kCourtyard, int(i)).sun_irradiance_rgb));
+  for (const TruthFrame& frame : truth) {
+    largest_sun = std::max(largest_sun, MeanOf(frame.sun_irradiance_rgb));
   }
   for (std::size_t i = 0; i < results.size(); ++i) {
-    const FrameTruth truth = ReadFrameTruth(kCourtyard, static_cast<int>(i));
     const Lighting& found = results[i].estimate.lighting;
-    // The 95th percentiles that the full recording is held to: 10 % of the largest sun; 35 % of the
+    // The 95th percentiles that the full recording is held to: 10 % of the largest sun, 35 % of the
     // sky.
     EXPECT_NEAR(
-        MeanOf(found.sun.irradiance_rgb), MeanOf(*truth.sun_irradiance_rgb), 0.10 * largest_sun)
+        MeanOf(found.sun.irradiance_rgb), MeanOf(truth[i].sun_irradiance_rgb), 0.10 * largest_sun)
         << "frame " << i;
-    EXPECT_NEAR(MeanOf(found.SkyIrradianceRgb()) / MeanOf(*truth.sky_irradiance_rgb), 1.0, 0.35)
+    EXPECT_NEAR(MeanOf(found.SkyIrradianceRgb()) / MeanOf(truth[i].sky_irradiance_rgb), 1.0, 0.35)
         << "frame " << i;
     EXPECT_TRUE(results[i].estimate.sun_observable) << "frame " << i;
   }
