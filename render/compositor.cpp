@@ -272,7 +272,7 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
   if (shadow_rect.Empty()) {
     real_shadow.Clear(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
   } else {
-    real_shadow.Draw(layer_view, scene, object_volumes, to_sun, stencil);
+    real_shadow.Draw(layer_view, shadow_rect, scene, object_volumes, to_sun, stencil);
   }
   scene.ShadedObjects().UploadIrradiance(
       effects.probe_shading ? input.vertex_irradiance : std::span<const std::vector<glm::vec3>>(),

@@ -128,7 +128,7 @@ void BindTexture(int unit, GLenum target, GLuint texture) {
 }  // namespace
 
 CompositePass::CompositePass()
-    : target_("composite", GL_RGBA16F, FrameBuffer::DepthStencil::kNone, 0),
+    : target_("composite", GL_RGBA16F, FrameBuffer::DepthStencil::kNone),
       program_("composite", kScreenVertexShader, kFragmentShader),
       no_vertices_(MakeVertexArray()) {}
 

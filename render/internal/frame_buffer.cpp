@@ -1,5 +1,6 @@
 #include "render/internal/frame_buffer.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -19,14 +20,8 @@ const char* FormatName(GLenum format) {
 
 }  // namespace
 
-FrameBuffer::FrameBuffer(std::string name,
-                         GLenum colour_format,
-                         DepthStencil depth_stencil,
-                         int samples)
-    : name_(std::move(name)),
-      colour_format_(colour_format),
-      depth_stencil_kind_(depth_stencil),
-      samples_(samples) {}
+FrameBuffer::FrameBuffer(std::string name, GLenum colour_format, DepthStencil depth_stencil)
+    : name_(std::move(name)), colour_format_(colour_format), depth_stencil_kind_(depth_stencil) {}
 
 bool FrameBuffer::Resize(int width, int height) {
   if (width == width_ && height == height_) return false;
@@ -40,26 +35,18 @@ bool FrameBuffer::Resize(int width, int height) {
   width_ = 0;  // Until all is made.
   frame_buffer_ = MakeFramebuffer();
   glBindFramebuffer(GL_FRAMEBUFFER, frame_buffer_.Name());
-  if (samples_ == 0) {
-    colour_ = MakeTexture();
-    glBindTexture(GL_TEXTURE_2D, colour_.Name());
-    glTexStorage2D(GL_TEXTURE_2D, 1, colour_format_, width, height);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_.Name(), 0);
-  } else {
-    colour_ = MakeRenderbuffer();
-    glBindRenderbuffer(GL_RENDERBUFFER, colour_.Name());
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples_, colour_format_, width, height);
-    glFramebufferRenderbuffer(
-        GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_.Name());
-  }
+  colour_ = MakeTexture();
+  glBindTexture(GL_TEXTURE_2D, colour_.Name());
+  glTexStorage2D(GL_TEXTURE_2D, 1, colour_format_, width, height);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_.Name(), 0);
   if (depth_stencil_kind_ == DepthStencil::kDepth24Stencil8) {
     depth_stencil_ = MakeRenderbuffer();
     glBindRenderbuffer(GL_RENDERBUFFER, depth_stencil_.Name());
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples_, GL_DEPTH24_STENCIL8, width, height);
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH24_STENCIL8, width, height);
     glFramebufferRenderbuffer(
         GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, depth_stencil_.Name());
   }
@@ -67,12 +54,19 @@ bool FrameBuffer::Resize(int width, int height) {
   if (status != GL_FRAMEBUFFER_COMPLETE) {
     throw std::runtime_error("framebuffer " + name_ + ": this device cannot draw into " +
                              FormatName(colour_format_) +
-                             (depth_stencil_ ? " with 24-bit depth and 8-bit stencil" : "") +
-                             (samples_ > 0 ? ", multisampled" : ""));
+                             (depth_stencil_ ? " with 24-bit depth and 8-bit stencil" : ""));
   }
   width_ = width;
   height_ = height;
   return true;
+}
+
+void FrameBuffer::Reserve(int width, int height) {
+  if (width <= width_ && height <= height_) return;
+  // In steps, so that a moving object does not make a new buffer each frame.
+  constexpr int kStep = 64;
+  const auto rounded = [](int size) { return (size + kStep - 1) / kStep * kStep; };
+  Resize(std::max(width_, rounded(width)), std::max(height_, rounded(height)));
 }
 
 void FrameBuffer::Bind() const {
@@ -82,22 +76,6 @@ void FrameBuffer::Bind() const {
 
 void FrameBuffer::BindForReading() const {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_buffer_.Name());
-}
-
-void FrameBuffer::ResolveTo(const FrameBuffer& target, const PixelRect& rect) const {
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_buffer_.Name());
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.frame_buffer_.Name());
-  glDisable(GL_SCISSOR_TEST);
-  glBlitFramebuffer(rect.lower.x,
-                    rect.lower.y,
-                    rect.upper.x,
-                    rect.upper.y,
-                    rect.lower.x,
-                    rect.lower.y,
-                    rect.upper.x,
-                    rect.upper.y,
-                    GL_COLOR_BUFFER_BIT,
-                    GL_NEAREST);
 }
 
 void ResetPassState() {

@@ -16,19 +16,19 @@ class FrameBuffer {
  public:
   enum class DepthStencil { kNone, kDepth24Stencil8 };
 
-  // `samples` 0: the colour is a texture; else a multisampled renderbuffer, to be resolved.
-  FrameBuffer(std::string name, GLenum colour_format, DepthStencil depth_stencil, int samples);
+  FrameBuffer(std::string name, GLenum colour_format, DepthStencil depth_stencil);
 
   // Makes the attachments anew where the size is another; true then, and their content is
   // undefined. Throws std::runtime_error naming the buffer and the format where the device cannot
   // draw into it.
   bool Resize(int width, int height);
 
+  // The same, but only where it is too small: for a buffer of which a corner is used.
+  void Reserve(int width, int height);
+
   // Binds it for drawing and sets the viewport to all of it.
   void Bind() const;
   void BindForReading() const;
-  // Of a multisampled buffer into a plain one of the same size.
-  void ResolveTo(const FrameBuffer& target, const PixelRect& rect) const;
 
   GLuint ColourTexture() const { return colour_.Name(); }
   int Width() const { return width_; }
@@ -38,7 +38,6 @@ class FrameBuffer {
   std::string name_;
   GLenum colour_format_;
   DepthStencil depth_stencil_kind_;
-  int samples_;
   int width_ = 0;
   int height_ = 0;
   GlObject colour_;

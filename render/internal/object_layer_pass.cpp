@@ -1,6 +1,8 @@
 #include "render/internal/object_layer_pass.h"
 
-#include <algorithm>
+#include <glm/vec4.hpp>
+
+#include "render/internal/view_projection.h"
 
 namespace pleinair {
 namespace {
@@ -96,20 +98,32 @@ void main() {
 }
 )";
 
-int SampleCount() {
-  GLint most = 0;
-  glGetIntegerv(GL_MAX_SAMPLES, &most);
-  return std::min(most, 4);
+constexpr std::string_view kMeanFragmentShader = R"(
+uniform sampler2D u_samples;
+uniform ivec2 u_lower;
+uniform int u_samples_per_side;
+out vec4 o_colour;
+void main() {
+  ivec2 first = u_samples_per_side * (ivec2(gl_FragCoord.xy) - u_lower);
+  vec4 sum = vec4(0.0);
+  for (int y = 0; y < u_samples_per_side; ++y) {
+    for (int x = 0; x < u_samples_per_side; ++x) {
+      sum += min(texelFetch(u_samples, first + ivec2(x, y), 0), vec4(65504.0));
+    }
+  }
+  o_colour = sum / float(u_samples_per_side * u_samples_per_side);
 }
+)";
 
 }  // namespace
 
 ObjectLayerPass::ObjectLayerPass()
-    : samples_(
-          "object samples", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8, SampleCount()),
-      layer_("object layer", GL_RGBA16F, FrameBuffer::DepthStencil::kNone, 0),
+    : samples_("object samples", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8),
+      layer_("object layer", GL_RGBA16F, FrameBuffer::DepthStencil::kNone),
       ambient_program_("object ambient", kAmbientVertexShader, kAmbientFragmentShader),
-      sun_program_("object sun", kSunVertexShader, kSunFragmentShader) {}
+      sun_program_("object sun", kSunVertexShader, kSunFragmentShader),
+      mean_program_("object samples' mean", kScreenVertexShader, kMeanFragmentShader),
+      no_vertices_(MakeVertexArray()) {}
 
 void ObjectLayerPass::Draw(const LayerView& view,
                            SceneGeometry& scene,
@@ -117,22 +131,50 @@ void ObjectLayerPass::Draw(const LayerView& view,
                            const ShadowVolumes* object_volumes,
                            const ShadowVolumes* real_volumes,
                            VolumeStencil& stencil) {
-  const int width = view.intrinsics.width_px;
-  const int height = view.intrinsics.height_px;
+  const PixelRect& rect = view.object_rect;
   ResetPassState();
-  if (layer_.Resize(width, height) || !(drawn_rect_ == view.object_rect)) {
+  const bool is_resized = layer_.Resize(view.intrinsics.width_px, view.intrinsics.height_px);
+  if (is_resized || !(drawn_rect_ == rect)) {
     layer_.Bind();
     glClear(GL_COLOR_BUFFER_BIT);
-    drawn_rect_ = view.object_rect;
+    drawn_rect_ = rect;
   }
-  if (view.object_rect.Empty()) return;
-  samples_.Resize(width, height);
+  if (rect.Empty()) return;
+  DrawSamples(view, scene, sun, object_volumes, real_volumes, stencil);
+
+  ResetPassState();
+  layer_.Bind();
+  ScissorTo(rect);
+  mean_program_.Use();
+  mean_program_.Set("u_samples", 0);
+  mean_program_.Set("u_lower", rect.lower);
+  mean_program_.Set("u_samples_per_side", kSamplesPerSide);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, samples_.ColourTexture());
+  glBindVertexArray(no_vertices_.Name());
+  DrawScreen();
+  glBindTexture(GL_TEXTURE_2D, 0);
+}
+
+void ObjectLayerPass::DrawSamples(const LayerView& view,
+                                  SceneGeometry& scene,
+                                  const LayerSun& sun,
+                                  const ShadowVolumes* object_volumes,
+                                  const ShadowVolumes* real_volumes,
+                                  VolumeStencil& stencil) {
+  const PixelRect& rect = view.object_rect;
+  const PixelRect sample_rect{{0, 0},
+                              {kSamplesPerSide * rect.Width(), kSamplesPerSide * rect.Height()}};
+  samples_.Reserve(sample_rect.Width(), sample_rect.Height());
   samples_.Bind();
-  ScissorTo(view.object_rect);
+  glViewport(0, 0, sample_rect.Width(), sample_rect.Height());
+  ScissorTo(sample_rect);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+  const glm::dmat4 rect_from_local =
+      ClipOfRect(view.intrinsics, rect.lower, rect.upper) * view.clip_from_local;
+  const glm::mat4 clip_from_local(rect_from_local);
 
   // What hides: real surfaces, seen from either side.
-  const glm::mat4 clip_from_local(view.clip_from_local);
   glEnable(GL_DEPTH_TEST);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   stencil.DrawSurface(scene.PhantomBuffers(), clip_from_local);
@@ -143,37 +185,35 @@ void ObjectLayerPass::Draw(const LayerView& view,
   ambient_program_.Set("u_clip_from_local", clip_from_local);
   scene.ShadedObjects().Draw();
 
-  if (sun.is_shining) {
-    if (object_volumes != nullptr && real_volumes != nullptr) {
-      // All casters are in the depth buffer, so that no cap lies in front of what is visible.
-      stencil.Begin(clip_from_local, view.ClipOfInfinity(sun.to_sun));
-      stencil.Draw(scene.ObjectBuffers(), *object_volumes, VolumeStencil::Caps::kNeverInFront);
-      stencil.Draw(scene.PhantomBuffers(), *real_volumes, VolumeStencil::Caps::kNeverInFront);
-      stencil.Finish();
-    }
-    // Each sample takes the sun once, also where faces are doubled.
-    glEnable(GL_STENCIL_TEST);
-    glStencilFunc(GL_EQUAL, 0, 0xff);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
-    scene.ObjectsAsCaster().FacingOfSourceTriangles(sun.to_sun, facing_);
-    scene.ShadedObjects().UploadSunlitTriangles(facing_);
-    glDepthFunc(GL_EQUAL);
-    glDepthMask(GL_FALSE);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE, GL_ONE);
-    glEnable(GL_CULL_FACE);
-    sun_program_.Use();
-    sun_program_.Set("u_clip_from_local", clip_from_local);
-    sun_program_.Set("u_camera", view.camera_centre_local);
-    sun_program_.Set("u_to_sun", glm::vec3(sun.to_sun));
-    sun_program_.Set("u_irradiance", sun.irradiance);
-    sun_program_.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
-    glCullFace(GL_BACK);
-    scene.ShadedObjects().DrawTrianglesWithFrontInSun();
-    glCullFace(GL_FRONT);
-    scene.ShadedObjects().DrawTrianglesWithBackInSun();
+  if (!sun.is_shining) return;
+  if (object_volumes != nullptr && real_volumes != nullptr) {
+    // All casters are in the depth buffer, so that no cap lies in front of what is visible.
+    stencil.Begin(clip_from_local, glm::vec4(rect_from_local * glm::dvec4(-sun.to_sun, 0.0)));
+    stencil.Draw(scene.ObjectBuffers(), *object_volumes, VolumeStencil::Caps::kNeverInFront);
+    stencil.Draw(scene.PhantomBuffers(), *real_volumes, VolumeStencil::Caps::kNeverInFront);
+    stencil.Finish();
   }
-  samples_.ResolveTo(layer_, view.object_rect);
+  // Each sample takes the sun once, also where faces are doubled.
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_EQUAL, 0, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
+  scene.ObjectsAsCaster().SidesThatMayBeSunlit(sun.to_sun, sunlit_sides_);
+  scene.ShadedObjects().UploadSunlitTriangles(sunlit_sides_);
+  glDepthFunc(GL_EQUAL);
+  glDepthMask(GL_FALSE);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  glEnable(GL_CULL_FACE);
+  sun_program_.Use();
+  sun_program_.Set("u_clip_from_local", clip_from_local);
+  sun_program_.Set("u_camera", view.camera_centre_local);
+  sun_program_.Set("u_to_sun", glm::vec3(sun.to_sun));
+  sun_program_.Set("u_irradiance", sun.irradiance);
+  sun_program_.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
+  glCullFace(GL_BACK);
+  scene.ShadedObjects().DrawTrianglesWithFrontInSun();
+  glCullFace(GL_FRONT);
+  scene.ShadedObjects().DrawTrianglesWithBackInSun();
 }
 
 }  // namespace pleinair

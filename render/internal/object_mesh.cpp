@@ -101,14 +101,14 @@ void ObjectMesh::UploadIrradiance(std::span<const std::vector<glm::vec3>> vertex
   UploadBuffer(irradiance_, GL_ARRAY_BUFFER, irradiance_values_, GL_STREAM_DRAW);
 }
 
-void ObjectMesh::UploadSunlitTriangles(std::span<const std::int8_t> facing) {
+void ObjectMesh::UploadSunlitTriangles(std::span<const std::int8_t> sides) {
   sunlit_triangles_.clear();
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    if (facing[t] > 0) sunlit_triangles_.push_back(triangles_[t]);
+    if (sides[t] > 0) sunlit_triangles_.push_back(triangles_[t]);
   }
   front_in_sun_count_ = sunlit_triangles_.size();
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    if (facing[t] < 0) sunlit_triangles_.push_back(triangles_[t]);
+    if (sides[t] < 0) sunlit_triangles_.push_back(triangles_[t]);
   }
   glBindVertexArray(vertex_array_.Name());
   UploadBuffer(sunlit_indices_, GL_ELEMENT_ARRAY_BUFFER, sunlit_triangles_, GL_STREAM_DRAW);

@@ -26,8 +26,8 @@ class ObjectMesh {
   // Per object and vertex; an empty span means none.
   void UploadIrradiance(std::span<const std::vector<glm::vec3>> vertex_irradiance, float gain);
 
-  // `facing`: per triangle of all objects, which side the sun lights (1 front, -1 back, 0 none).
-  void UploadSunlitTriangles(std::span<const std::int8_t> facing);
+  // Per triangle of all objects, which side the sun may light: 1 front, -1 back, 0 none.
+  void UploadSunlitTriangles(std::span<const std::int8_t> sides);
 
   void Draw() const;
   void DrawTrianglesWithFrontInSun() const;

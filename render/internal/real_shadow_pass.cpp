@@ -11,7 +11,7 @@ void main() { o_value = 1.0; }
 }  // namespace
 
 RealShadowPass::RealShadowPass()
-    : target_("real shadow", GL_R8, FrameBuffer::DepthStencil::kDepth24Stencil8, 0),
+    : target_("real shadow", GL_R8, FrameBuffer::DepthStencil::kDepth24Stencil8),
       one_program_("mask", kScreenVertexShader, kOneFragmentShader),
       no_vertices_(MakeVertexArray()) {}
 
@@ -23,12 +23,12 @@ void RealShadowPass::Clear(int width, int height) {
 }
 
 void RealShadowPass::Draw(const LayerView& view,
+                          const PixelRect& rect,
                           SceneGeometry& scene,
                           const ShadowVolumes& object_volumes,
                           const glm::dvec3& to_sun,
                           VolumeStencil& stencil) {
   Clear(view.intrinsics.width_px, view.intrinsics.height_px);
-  glClear(GL_STENCIL_BUFFER_BIT);
   if (depth_version_ != scene.Version() || depth_clip_from_local_ != view.clip_from_local) {
     glClear(GL_DEPTH_BUFFER_BIT);
     glEnable(GL_DEPTH_TEST);
@@ -37,6 +37,8 @@ void RealShadowPass::Draw(const LayerView& view,
     depth_version_ = scene.Version();
     depth_clip_from_local_ = view.clip_from_local;
   }
+  ScissorTo(rect);
+  glClear(GL_STENCIL_BUFFER_BIT);
   stencil.Begin(glm::mat4(view.clip_from_local), view.ClipOfInfinity(to_sun));
   stencil.Draw(scene.ObjectBuffers(), object_volumes, VolumeStencil::Caps::kTested);
   stencil.Finish();

@@ -13,8 +13,10 @@ class RealShadowPass {
  public:
   RealShadowPass();
 
-  // Mask() becomes 1 where a real surface lies in the volumes, 0 elsewhere.
+  // Mask() becomes 1 where a real surface lies in the volumes, 0 elsewhere. Nothing is looked for
+  // outside `rect`.
   void Draw(const LayerView& view,
+            const PixelRect& rect,
             SceneGeometry& scene,
             const ShadowVolumes& object_volumes,
             const glm::dvec3& to_sun,

@@ -5,10 +5,14 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <unordered_map>
+#include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 
 namespace pleinair {
 namespace {
@@ -33,38 +37,26 @@ PositionKey KeyOf(const glm::vec3& position) {
            std::bit_cast<std::uint32_t>(position.z + 0.0f)}};
 }
 
-// The sun's plane: two axes across the beam.
-struct BeamFrame {
-  glm::dvec3 across_u;
-  glm::dvec3 across_v;
-  glm::dvec3 to_sun;
-};
-
-BeamFrame MakeBeamFrame(const glm::dvec3& to_sun) {
-  const glm::dvec3 helper =
-      std::abs(to_sun.z) < 0.9 ? glm::dvec3(0.0, 0.0, 1.0) : glm::dvec3(1.0, 0.0, 0.0);
-  const glm::dvec3 across_u = glm::normalize(glm::cross(helper, to_sun));
-  return {across_u, glm::cross(to_sun, across_u), to_sun};
+std::uint32_t RootOf(std::vector<std::uint32_t>& parent, std::uint32_t item) {
+  while (parent[item] != item) {
+    parent[item] = parent[parent[item]];
+    item = parent[item];
+  }
+  return item;
 }
 
+// In beam coordinates: x and y across the beam, z towards the sun.
 struct BeamBox {
-  double lower_u = std::numeric_limits<double>::infinity();
-  double upper_u = -std::numeric_limits<double>::infinity();
-  double lower_v = std::numeric_limits<double>::infinity();
-  double upper_v = -std::numeric_limits<double>::infinity();
-  double lower_height = std::numeric_limits<double>::infinity();  // Towards the sun.
-  double upper_height = -std::numeric_limits<double>::infinity();
+  glm::dvec3 lower{std::numeric_limits<double>::infinity()};
+  glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
 
-  void Add(const BeamFrame& frame, const glm::dvec3& point) {
-    const double u = glm::dot(frame.across_u, point);
-    const double v = glm::dot(frame.across_v, point);
-    const double height = glm::dot(frame.to_sun, point);
-    lower_u = std::min(lower_u, u);
-    upper_u = std::max(upper_u, u);
-    lower_v = std::min(lower_v, v);
-    upper_v = std::max(upper_v, v);
-    lower_height = std::min(lower_height, height);
-    upper_height = std::max(upper_height, height);
+  void Add(const glm::dvec3& point) {
+    lower = glm::min(lower, point);
+    upper = glm::max(upper, point);
+  }
+  bool OverlapsAcross(const BeamBox& other) const {
+    return lower.x <= other.upper.x && other.lower.x <= upper.x && lower.y <= other.upper.y &&
+           other.lower.y <= upper.y;
   }
 };
 
@@ -84,52 +76,77 @@ class OverlapGrid {
  public:
   OverlapGrid(const BeamBox& extent, std::size_t triangle_count)
       : side_(std::clamp(
-            static_cast<int>(1.5 * std::sqrt(static_cast<double>(triangle_count))), 16, 256)),
-        lower_u_(extent.lower_u),
-        lower_v_(extent.lower_v),
-        cells_per_u_(CellsPer(extent.upper_u - extent.lower_u)),
-        cells_per_v_(CellsPer(extent.upper_v - extent.lower_v)),
+            static_cast<int>(3.0 * std::sqrt(static_cast<double>(triangle_count))), 16, 512)),
+        lower_(extent.lower),
+        cells_per_m_(CellsPer(extent.upper.x - extent.lower.x),
+                     CellsPer(extent.upper.y - extent.lower.y)),
         counts_(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_), 0) {}
 
-  // Largest count among the cells that `box` touches.
-  int DepthOver(const BeamBox& box) const {
+  // Adds a triangle and returns the largest count under it, or adds nothing and returns none where
+  // that would exceed `max_depth`.
+  std::optional<int> AddUpTo(const BeamBox& box, int max_depth) {
+    const glm::ivec2 first = CellOf(box.lower);
+    const glm::ivec2 last = CellOf(box.upper);
     int depth = 0;
-    ForCells(box, [&](std::size_t cell) { depth = std::max(depth, counts_[cell]); });
-    return depth;
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int x = first.x; x <= last.x; ++x) depth = std::max<int>(depth, counts_[Index(x, y)]);
+    }
+    if (depth >= max_depth) return std::nullopt;
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int x = first.x; x <= last.x; ++x) ++counts_[Index(x, y)];
+    }
+    return depth + 1;
   }
-  void Add(const BeamBox& box) {
-    ForCells(box, [&](std::size_t cell) { ++counts_[cell]; });
-  }
-  void Clear() { std::fill(counts_.begin(), counts_.end(), 0); }
+  void Clear() { std::fill(counts_.begin(), counts_.end(), std::uint8_t{0}); }
 
  private:
   double CellsPer(double length) const { return length > 0.0 ? side_ / length : 0.0; }
-  int Cell(double offset, double cells_per) const {
-    return std::clamp(static_cast<int>(offset * cells_per), 0, side_ - 1);
+  glm::ivec2 CellOf(const glm::dvec3& point) const {
+    return glm::clamp(glm::ivec2((glm::dvec2(point) - lower_) * cells_per_m_),
+                      glm::ivec2(0),
+                      glm::ivec2(side_ - 1));
   }
-  template <typename Function>
-  void ForCells(const BeamBox& box, Function function) const {
-    const int first_u = Cell(box.lower_u - lower_u_, cells_per_u_);
-    const int last_u = Cell(box.upper_u - lower_u_, cells_per_u_);
-    const int first_v = Cell(box.lower_v - lower_v_, cells_per_v_);
-    const int last_v = Cell(box.upper_v - lower_v_, cells_per_v_);
-    for (int v = first_v; v <= last_v; ++v) {
-      for (int u = first_u; u <= last_u; ++u) {
-        function(static_cast<std::size_t>(v) * static_cast<std::size_t>(side_) +
-                 static_cast<std::size_t>(u));
-      }
-    }
+  std::size_t Index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(side_) +
+           static_cast<std::size_t>(x);
   }
 
   int side_;
-  double lower_u_;
-  double lower_v_;
-  double cells_per_u_;
-  double cells_per_v_;
-  std::vector<int> counts_;
+  glm::dvec2 lower_;
+  glm::dvec2 cells_per_m_;
+  std::vector<std::uint8_t> counts_;  // Up to kMaxBatchDepth.
 };
 
 }  // namespace
+
+// The caster as the sun sees it.
+struct ShadowCaster::BeamView {
+  BeamView(const ShadowCaster& caster, const glm::dvec3& direction_to_sun)
+      : triangles(caster.triangles_), to_sun(direction_to_sun) {
+    const glm::dvec3 helper =
+        std::abs(to_sun.z) < 0.9 ? glm::dvec3(0.0, 0.0, 1.0) : glm::dvec3(1.0, 0.0, 0.0);
+    across_x = glm::normalize(glm::cross(helper, to_sun));
+    across_y = glm::cross(to_sun, across_x);
+    positions.reserve(caster.positions_.size());
+    for (const glm::vec3& position : caster.positions_) {
+      positions.push_back(Transform(glm::dvec3(position)));
+    }
+  }
+  glm::dvec3 Transform(const glm::dvec3& point) const {
+    return {glm::dot(across_x, point), glm::dot(across_y, point), glm::dot(to_sun, point)};
+  }
+  BeamBox BoxOf(std::size_t triangle) const {
+    BeamBox box;
+    for (int corner = 0; corner < 3; ++corner) box.Add(positions[triangles[triangle][corner]]);
+    return box;
+  }
+
+  std::span<const glm::uvec3> triangles;
+  glm::dvec3 to_sun;
+  glm::dvec3 across_x{0.0};
+  glm::dvec3 across_y{0.0};
+  std::vector<glm::dvec3> positions;  // In beam coordinates.
+};
 
 ShadowCaster::ShadowCaster(std::span<const glm::vec3> positions,
                            std::span<const glm::uvec3> triangles)
@@ -189,44 +206,98 @@ void ShadowCaster::BuildEdges() {
   }
 }
 
-// Parts are sets of triangles joined over edges. A part is closed where the directed edges of its
-// triangles add up to zero; one that is inside out (a room, a cavity) has negative volume, and
-// there it is the backs of its faces that stand for solid matter's outside.
-void ShadowCaster::ClassifyParts() {
-  std::vector<std::uint32_t> parent(triangles_.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root_of = [&](std::uint32_t triangle) {
-    while (parent[triangle] != triangle) {
-      parent[triangle] = parent[parent[triangle]];
-      triangle = parent[triangle];
-    }
-    return triangle;
-  };
+// Parts are sets of triangles joined over edges.
+void ShadowCaster::FindParts() {
+  part_.resize(triangles_.size());
+  std::iota(part_.begin(), part_.end(), 0u);
   for (const Edge& edge : edges_) {
     const std::uint32_t first = edge_uses_[edge.first_use].triangle;
     for (std::uint32_t i = 1; i < edge.use_count; ++i) {
-      parent[root_of(edge_uses_[edge.first_use + i].triangle)] = root_of(first);
+      part_[RootOf(part_, edge_uses_[edge.first_use + i].triangle)] = RootOf(part_, first);
     }
   }
-  std::vector<std::uint8_t> is_open(triangles_.size(), 0);
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) part_[t] = RootOf(part_, t);
+}
+
+// Where the directed edges of a part do not add up to zero, they run along the rims of its holes.
+// Rims that touch are one.
+std::vector<ShadowCaster::Hole> ShadowCaster::FindHoles() const {
+  struct RimEdge {
+    std::uint32_t part = 0;
+    std::uint32_t from = 0;  // As the cone's triangle runs: against the part's own.
+    std::uint32_t to = 0;
+    std::int32_t count = 0;
+  };
+  std::vector<RimEdge> rim_edges;
+  std::vector<std::uint32_t> rim(positions_.size());
+  std::iota(rim.begin(), rim.end(), 0u);
   for (const Edge& edge : edges_) {
-    std::int32_t sum = 0;
-    for (std::uint32_t i = 0; i < edge.use_count; ++i) sum += edge_uses_[edge.first_use + i].sign;
-    if (sum != 0) is_open[root_of(edge_uses_[edge.first_use].triangle)] = 1;
+    std::int32_t net = 0;
+    for (std::uint32_t i = 0; i < edge.use_count; ++i) net += edge_uses_[edge.first_use + i].sign;
+    if (net == 0) continue;
+    rim_edges.push_back({part_[edge_uses_[edge.first_use].triangle],
+                         net > 0 ? edge.higher : edge.lower,
+                         net > 0 ? edge.lower : edge.higher,
+                         std::abs(net)});
+    rim[RootOf(rim, edge.lower)] = RootOf(rim, edge.higher);
   }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<const RimEdge*>> by_hole;
+  for (const RimEdge& edge : rim_edges) {
+    by_hole[{edge.part, RootOf(rim, edge.from)}].push_back(&edge);
+  }
+  std::vector<Hole> holes;
+  for (const auto& [key, edges] : by_hole) {
+    Hole hole;
+    hole.part = key.first;
+    glm::dvec3 tip(0.0);
+    for (const RimEdge* edge : edges) {
+      hole.rim.emplace_back(positions_[edge->from]);
+      hole.rim.emplace_back(positions_[edge->to]);
+      tip += hole.rim[hole.rim.size() - 2] + hole.rim.back();
+    }
+    tip /= static_cast<double>(hole.rim.size());
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      hole.cone_area_normals.push_back(
+          static_cast<double>(edges[i]->count) *
+          glm::cross(hole.rim[2 * i] - tip, hole.rim[2 * i + 1] - tip));
+    }
+    hole.rim.push_back(tip);
+    holes.push_back(std::move(hole));
+  }
+  return holes;
+}
+
+// A part that is inside out (a room, a cavity) has negative volume: there it is the backs of its
+// faces that stand for solid matter's outside.
+void ShadowCaster::ClassifyParts() {
+  // Above this share of a part's area, holes are not holes: the part is a sheet.
+  constexpr double kMaxHoleShare = 0.3;
+  FindParts();
+  std::vector<double> area(triangles_.size(), 0.0);
+  std::vector<double> hole_area(triangles_.size(), 0.0);
   std::vector<double> volume(triangles_.size(), 0.0);
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    const std::uint32_t root = root_of(t);
-    const glm::dvec3 apex(positions_[triangles_[root].x]);
-    volume[root] += glm::dot(glm::dvec3(positions_[triangles_[t].x]) - apex, area_normals_[t]);
+  const auto add_volume =
+      [&](std::uint32_t part, const glm::dvec3& corner, const glm::dvec3& area_normal) {
+        volume[part] += glm::dot(corner - glm::dvec3(positions_[triangles_[part].x]), area_normal);
+      };
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    area[part_[t]] += glm::length(area_normals_[t]);
+    add_volume(part_[t], glm::dvec3(positions_[triangles_[t].x]), area_normals_[t]);
   }
-  casting_.resize(triangles_.size());
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    const std::uint32_t root = root_of(t);
-    casting_[t] = is_open[root] != 0    ? Casting::kAllTurned
-                  : volume[root] >= 0.0 ? Casting::kFrontToSun
-                                        : Casting::kBackToSun;
+  for (Hole& hole : FindHoles()) {
+    for (const glm::dvec3& area_normal : hole.cone_area_normals) {
+      hole_area[hole.part] += glm::length(area_normal);
+      add_volume(hole.part, hole.rim.back(), area_normal);
+    }
+    holes_.push_back(std::move(hole));
   }
+  casting_of_part_.assign(triangles_.size(), Casting::kAllTurned);
+  for (const std::uint32_t part : part_) {
+    if (!(hole_area[part] <= kMaxHoleShare * area[part])) continue;
+    casting_of_part_[part] = volume[part] >= 0.0 ? Casting::kFrontToSun : Casting::kBackToSun;
+  }
+  std::erase_if(
+      holes_, [&](const Hole& hole) { return casting_of_part_[hole.part] == Casting::kAllTurned; });
 }
 
 int ShadowCaster::FacingOf(std::size_t triangle, const glm::dvec3& to_sun) const {
@@ -241,34 +312,50 @@ void ShadowCaster::Facing(const glm::dvec3& to_sun, std::vector<std::int8_t>& fa
   }
 }
 
-void ShadowCaster::FacingOfSourceTriangles(const glm::dvec3& to_sun,
-                                           std::vector<std::int8_t>& facing) const {
-  facing.assign(source_triangle_count_, 0);
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    facing[source_triangle_[t]] = static_cast<std::int8_t>(FacingOf(t, to_sun));
-  }
+void ShadowCaster::SidesThatMayBeSunlit(const glm::dvec3& to_sun,
+                                        std::vector<std::int8_t>& sides) const {
+  const std::vector<std::int8_t> weights = Weights(BeamView(*this, to_sun), std::nullopt);
+  sides.assign(source_triangle_count_, 0);
+  for (std::size_t t = 0; t < triangles_.size(); ++t) sides[source_triangle_[t]] = weights[t];
 }
 
-std::vector<std::int8_t> ShadowCaster::Weights(const glm::dvec3& to_sun,
+std::vector<std::int8_t> ShadowCaster::Weights(const BeamView& beam,
                                                const std::optional<BoundingBox>& receivers) const {
-  std::vector<std::int8_t> weights(triangles_.size(), 0);
-  const BeamFrame frame = MakeBeamFrame(to_sun);
+  struct OpenHole {
+    std::uint32_t part = 0;
+    BeamBox box;
+  };
+  std::vector<OpenHole> open_holes;
+  for (const Hole& hole : holes_) {
+    const double outwards = casting_of_part_[hole.part] == Casting::kFrontToSun ? 1.0 : -1.0;
+    if (std::none_of(hole.cone_area_normals.begin(),
+                     hole.cone_area_normals.end(),
+                     [&](const glm::dvec3& normal) {
+                       return outwards * glm::dot(normal, beam.to_sun) > 0.0;
+                     })) {
+      continue;
+    }
+    open_holes.push_back({hole.part, {}});
+    for (const glm::dvec3& corner : hole.rim) open_holes.back().box.Add(beam.Transform(corner));
+  }
+  const auto casts = [&](std::size_t t, int facing) {
+    const Casting casting = casting_of_part_[part_[t]];
+    if (casting == Casting::kAllTurned) return true;
+    if ((casting == Casting::kFrontToSun) == (facing > 0)) return true;
+    return std::any_of(open_holes.begin(), open_holes.end(), [&](const OpenHole& hole) {
+      return hole.part == part_[t] && hole.box.OverlapsAcross(beam.BoxOf(t));
+    });
+  };
+
   BeamBox receiver_box;
   std::array<glm::dvec3, 8> receiver_corners{};
   if (receivers) {
     receiver_corners = CornersOf(*receivers);
-    for (const glm::dvec3& corner : receiver_corners) receiver_box.Add(frame, corner);
+    for (const glm::dvec3& corner : receiver_corners) receiver_box.Add(beam.Transform(corner));
   }
   const auto may_shade_receivers = [&](std::size_t t, int facing) {
-    BeamBox box;
-    for (int corner = 0; corner < 3; ++corner) {
-      box.Add(frame, glm::dvec3(positions_[triangles_[t][corner]]));
-    }
-    if (box.lower_u > receiver_box.upper_u || box.upper_u < receiver_box.lower_u ||
-        box.lower_v > receiver_box.upper_v || box.upper_v < receiver_box.lower_v ||
-        box.upper_height < receiver_box.lower_height) {
-      return false;
-    }
+    const BeamBox box = beam.BoxOf(t);
+    if (!box.OverlapsAcross(receiver_box) || box.upper.z < receiver_box.lower.z) return false;
     // All on the side of the triangle's plane that the sun is on?
     const glm::dvec3 corner(positions_[triangles_[t].x]);
     return std::any_of(
@@ -276,11 +363,10 @@ std::vector<std::int8_t> ShadowCaster::Weights(const glm::dvec3& to_sun,
           return facing * glm::dot(area_normals_[t], point - corner) < 0.0;
         });
   };
+  std::vector<std::int8_t> weights(triangles_.size(), 0);
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    const int facing = FacingOf(t, to_sun);
-    if (facing == 0) continue;  // Edge-on: its prism holds nothing.
-    if (casting_[t] == Casting::kFrontToSun && facing < 0) continue;
-    if (casting_[t] == Casting::kBackToSun && facing > 0) continue;
+    const int facing = FacingOf(t, beam.to_sun);
+    if (facing == 0 || !casts(t, facing)) continue;  // Edge-on: its prism holds nothing.
     if (receivers && !may_shade_receivers(t, facing)) continue;
     weights[t] = static_cast<std::int8_t>(facing);
   }
@@ -326,23 +412,20 @@ void ShadowCaster::BuildVolumes(const glm::dvec3& to_sun,
   volumes.caps.clear();
   volumes.sides.clear();
   volumes.batches.clear();
-  std::vector<std::int8_t> weights = Weights(to_sun, receivers);
-  const auto casting_count = static_cast<std::size_t>(
-      std::count_if(weights.begin(), weights.end(), [](std::int8_t w) { return w != 0; }));
+  const BeamView beam(*this, to_sun);
+  std::vector<std::int8_t> weights = Weights(beam, receivers);
+  BeamBox extent;
+  std::size_t casting_count = 0;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    if (weights[t] == 0) continue;
+    ++casting_count;
+    const BeamBox box = beam.BoxOf(t);
+    extent.Add(box.lower);
+    extent.Add(box.upper);
+  }
   if (casting_count <= ShadowVolumes::kMaxBatchDepth) {
     AppendBatch(weights, static_cast<int>(casting_count), volumes);
     return;
-  }
-  const BeamFrame frame = MakeBeamFrame(to_sun);
-  std::vector<BeamBox> boxes(triangles_.size());
-  BeamBox extent;
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    if (weights[t] == 0) continue;
-    for (int corner = 0; corner < 3; ++corner) {
-      const glm::dvec3 point(positions_[triangles_[t][corner]]);
-      boxes[t].Add(frame, point);
-      extent.Add(frame, point);
-    }
   }
   // Each round takes all triangles that still fit under the depth that a stencil can count.
   OverlapGrid grid(extent, casting_count);
@@ -355,13 +438,12 @@ void ShadowCaster::BuildVolumes(const glm::dvec3& to_sun,
     grid.Clear();
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       if (weights[t] == 0) continue;
-      const int depth = grid.DepthOver(boxes[t]) + 1;
-      if (depth > ShadowVolumes::kMaxBatchDepth) {
+      const std::optional<int> depth = grid.AddUpTo(beam.BoxOf(t), ShadowVolumes::kMaxBatchDepth);
+      if (!depth) {
         is_left = true;
         continue;
       }
-      depth_bound = std::max(depth_bound, depth);
-      grid.Add(boxes[t]);
+      depth_bound = std::max(depth_bound, *depth);
       std::swap(round[t], weights[t]);
     }
     AppendBatch(round, depth_bound, volumes);

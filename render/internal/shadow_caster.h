@@ -8,8 +8,11 @@
 // cancel, and so a side is only drawn where the directed edges of the turned triangles do not add
 // up to zero.
 //
-// In a closed part every ray to the sun that leaves through a face comes from outside through
-// another, so that its faces with their front to the sun are enough: half the caps and sides.
+// In a closed part a ray that leaves through the back of a face has come in through the front of
+// another, so that faces with their front to the sun are enough: half the caps and sides. A part
+// with a few small holes (a statue without its foot, a sphere without its poles) is closed in
+// thought, by a cone over each hole's rim; it wants its other faces only beneath holes that are
+// open to the sun.
 #pragma once
 
 #include <cstdint>
@@ -54,9 +57,12 @@ class ShadowCaster {
   std::uint32_t InfinityIndex() const { return static_cast<std::uint32_t>(positions_.size()); }
 
   // 1 where the triangle's front (counter-clockwise) faces `to_sun`, -1 where its back does, 0
-  // edge-on or without area. For Triangles(), and for the triangles that this was made from.
+  // edge-on or without area. For Triangles().
   void Facing(const glm::dvec3& to_sun, std::vector<std::int8_t>& facing) const;
-  void FacingOfSourceTriangles(const glm::dvec3& to_sun, std::vector<std::int8_t>& facing) const;
+
+  // The same for the triangles that this was made from, but 0 too where the side that faces the sun
+  // is the inside of a closed part, where the sun never comes.
+  void SidesThatMayBeSunlit(const glm::dvec3& to_sun, std::vector<std::int8_t>& sides) const;
 
   // Writes the volumes for the unit direction `to_sun`; memory of `volumes` is used again. With
   // `receivers`, leaves out prisms that cannot hold a point of that box.
@@ -77,11 +83,22 @@ class ShadowCaster {
     std::uint32_t use_count = 0;
   };
 
+  // The rim of a hole, and the cone over it that closes its part.
+  struct Hole {
+    std::uint32_t part = 0;
+    std::vector<glm::dvec3> rim;
+    std::vector<glm::dvec3> cone_area_normals;
+  };
+
+  struct BeamView;
+
   int FacingOf(std::size_t triangle, const glm::dvec3& to_sun) const;
   void BuildEdges();
+  void FindParts();
+  std::vector<Hole> FindHoles() const;
   void ClassifyParts();
   // Prism weights: 1 as wound, -1 turned, 0 none.
-  std::vector<std::int8_t> Weights(const glm::dvec3& to_sun,
+  std::vector<std::int8_t> Weights(const BeamView& beam,
                                    const std::optional<BoundingBox>& receivers) const;
   void AppendBatch(std::span<const std::int8_t> weights,
                    int depth_bound,
@@ -94,7 +111,9 @@ class ShadowCaster {
   std::size_t source_triangle_count_ = 0;
   std::vector<Edge> edges_;
   std::vector<EdgeUse> edge_uses_;
-  std::vector<Casting> casting_;  // Per triangle.
+  std::vector<std::uint32_t> part_;       // Per triangle: the number of a triangle of its part.
+  std::vector<Casting> casting_of_part_;  // By that number.
+  std::vector<Hole> holes_;               // Of parts that are closed in thought.
 };
 
 }  // namespace pleinair

@@ -15,7 +15,7 @@ void main() { o_value = vec4(1.0); }
 }  // namespace
 
 ShadowMaskPass::ShadowMaskPass()
-    : target_("shadow mask", GL_RGBA8, FrameBuffer::DepthStencil::kDepth24Stencil8, 0),
+    : target_("shadow mask", GL_RGBA8, FrameBuffer::DepthStencil::kDepth24Stencil8),
       one_program_("shadow mask", kPositionVertexShader, kOneFragmentShader),
       sunlit_indices_(MakeBuffer()) {}
 

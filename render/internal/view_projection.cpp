@@ -21,4 +21,20 @@ glm::dmat4 ClipFromCamera(const CameraIntrinsics& intrinsics, double near_m) {
   return clip;
 }
 
+glm::dmat4 ClipOfRect(const CameraIntrinsics& intrinsics,
+                      const glm::ivec2& lower,
+                      const glm::ivec2& upper) {
+  // Window = size (clip + w) / 2 in, rect = 2 (window - lower) / (upper - lower) - 1 out.
+  const glm::dvec2 size(intrinsics.width_px, intrinsics.height_px);
+  const glm::dvec2 extent(upper - lower);
+  const glm::dvec2 scale = size / extent;
+  const glm::dvec2 offset = (size - 2.0 * glm::dvec2(lower)) / extent - 1.0;
+  glm::dmat4 rect(1.0);
+  rect[0][0] = scale.x;
+  rect[1][1] = scale.y;
+  rect[3][0] = offset.x;
+  rect[3][1] = offset.y;
+  return rect;
+}
+
 }  // namespace pleinair

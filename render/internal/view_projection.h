@@ -21,4 +21,10 @@ constexpr glm::dvec2 WindowFromPixel(const glm::dvec2& pixel) { return pixel + 0
 //            OpenGL: the front face is GL_CW.
 glm::dmat4 ClipFromCamera(const CameraIntrinsics& intrinsics, double near_m);
 
+// Makes the pixels lower <= (x, y) < upper of that picture fill the viewport: to be put before a
+// clip matrix.
+glm::dmat4 ClipOfRect(const CameraIntrinsics& intrinsics,
+                      const glm::ivec2& lower,
+                      const glm::ivec2& upper);
+
 }  // namespace pleinair
