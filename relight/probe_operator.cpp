@@ -200,18 +200,17 @@ std::vector<ShRgb> ProbeOperator::Apply(
   require(face_radiosity.size(), faces_, "face_radiosity");
   require(sky_radiance_of_directions.size(), sky_directions_.size(), "sky_radiance_of_directions");
 
-  // One table for all that a ray may see, with nothing at its end for what is dark: the loop over
-  // rays has no branch then. A copy costs less than the branches (0.5 ms against 2 at 1024x512).
-  std::vector<glm::vec3> radiance(std::size_t{map_pixels_} + faces_ + sky_directions_.size() + 1,
-                                  glm::vec3(0.0f));
-  std::copy(environment.begin(), environment.end(), radiance.begin());
+  // Faces, open sky and nothing in one table behind the map's pixels: then which of the two holds a
+  // ray's light is a choice between pointers, and the loop over rays has no branch.
+  std::vector<glm::vec3> rest(std::size_t{faces_} + sky_directions_.size() + 1, glm::vec3(0.0f));
   for (std::size_t face = 0; face < face_radiosity.size(); ++face) {
-    radiance[map_pixels_ + face] = face_radiosity[face] / std::numbers::pi_v<float>;
+    rest[face] = face_radiosity[face] / std::numbers::pi_v<float>;
   }
-  std::copy(sky_radiance_of_directions.begin(),
-            sky_radiance_of_directions.end(),
-            radiance.begin() + map_pixels_ + faces_);
-  const auto dark = static_cast<std::uint32_t>(radiance.size() - 1);
+  std::copy(
+      sky_radiance_of_directions.begin(), sky_radiance_of_directions.end(), rest.begin() + faces_);
+  const auto dark = static_cast<std::uint32_t>(rest.size() - 1);
+  const std::vector<glm::vec3> black_map(environment.empty() ? map_pixels_ : 0, glm::vec3(0.0f));
+  const glm::vec3* const map = environment.empty() ? black_map.data() : environment.data();
 
   // Single precision within a run of this many rays, double over the runs: the rounding error of
   // 1024 terms stays that of 32.
@@ -224,7 +223,10 @@ std::vector<ShRgb> ProbeOperator::Apply(
       std::array<std::array<float, 12>, 3> run{};
       const std::size_t end = std::min(begin + kRun, RayCount());
       for (std::size_t ray = begin; ray < end; ++ray) {
-        const glm::vec3& light = radiance[std::min(sources[ray], dark)];
+        const std::uint32_t source = sources[ray];
+        const glm::vec3& light =
+            *(source < map_pixels_ ? map + source
+                                   : rest.data() + std::min(source - map_pixels_, dark));
         const RayWeights& weights = ray_weights_[ray];
         for (std::size_t j = 0; j < 12; ++j) run[0][j] += light.x * weights[j];
         for (std::size_t j = 0; j < 12; ++j) run[1][j] += light.y * weights[j];

@@ -12,7 +12,10 @@
 
 namespace pleinair::internal {
 
-// Weights add up to 1, or are all 0 where a grid has no valid probe.
+// In the place of all eight probes where a grid has no valid one: no light.
+inline constexpr std::uint32_t kNoProbe = 0xffffffffu;
+
+// Weights add up to 1; a probe that is named may be read, whatever its weight.
 struct ProbeBlend {
   std::array<std::uint32_t, 8> probe{};
   std::array<float, 8> weight{};
@@ -20,7 +23,7 @@ struct ProbeBlend {
 
 // Trilinear over the valid ones of the eight probes around the point, weights scaled to add up to
 // 1; where none of them counts, the valid probe nearest to the point (the lowest index of several).
-// Points outside the grid take its border's value. `position_m` is finite.
+// A point outside the grid is taken to the nearest one of its border first. `position_m` is finite.
 ProbeBlend BlendAt(const ProbeGrid& grid,
                    std::span<const std::uint8_t> valid,
                    const glm::vec3& position_m);

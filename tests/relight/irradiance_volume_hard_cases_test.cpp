@@ -62,7 +62,7 @@ TEST(IrradianceVolumeHardCases, TheNearestValidProbeStandsInForAWholeCell) {
     bool has_corner = false;
     for (std::size_t probe = 0; probe < volume.probes.size(); ++probe) {
       if (volume.valid[probe] == 0) continue;
-      const glm::vec3 apart = volume.grid.PositionM(probe) - point;
+      const glm::vec3 apart = volume.grid.PositionM(probe) - clamped;
       if (glm::dot(apart, apart) < best) {
         best = glm::dot(apart, apart);
         nearest = probe;
