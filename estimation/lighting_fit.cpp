@@ -20,8 +20,10 @@ namespace {
 
 using namespace estimation_internal;  // The folder's own.
 
-// The scales settle within a few passes; kept after that, so that the weights converge.
-constexpr int kPassesThatRescale = 8;
+// The scales settle within a few passes: they are kept once the light moves by less than this, a
+// small part of any standard deviation, so that the weights can converge.
+constexpr double kScalesHaveSettled = 1e-3;
+constexpr int kMostPassesThatRescale = 8;
 // Far below any noise, far above rounding.
 constexpr double kConverged = 1e-8;
 
@@ -56,6 +58,13 @@ void LightingFitOptions::Validate() const {
   if (max_passes < 1) refuse("max_passes", max_passes, "at least 1");
 }
 
+bool TellsTheSun(const LightingFit& fit, double clear_sky_beam) {
+  const glm::dvec3& sigma = fit.sun_stddev_data_rgb;
+  // Infinite without any samples, whose deviation is in a unit of nothing.
+  return fit.sun_is_fitted && std::isfinite(fit.condition_number) &&
+         (sigma.x + sigma.y + sigma.z) / 3.0 < kObservableSunSigma * clear_sky_beam;
+}
+
 struct LightingFitter::Impl {
   LightingFitOptions options;
   FitProblem problem;
@@ -64,8 +73,6 @@ struct LightingFitter::Impl {
   CeresSolver ceres;
 
   // In the fit's own units and order.
-  std::array<BasisMatrix, 3> data_normal;
-  std::array<BasisVector, 3> data_gradient;
   LightMatrix prior_information;
   LightVector prior_gradient;
   LightMatrix fixed_prior_information;  // Without the ratio's rows.
@@ -77,7 +84,6 @@ struct LightingFitter::Impl {
 
   void LoadPrior(const LightingPrior& prior);
   void AddRatioPrior(const LightingPrior& prior, const LightVector& x);
-  void AccumulateData();
   LightMatrix DataNormal() const;
   LightVector SolveClosed() const;
   LightVector Iterate(const LightingPrior& prior, LightingFit& fit);
@@ -124,34 +130,11 @@ void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const Light
   }
 }
 
-void LightingFitter::Impl::AccumulateData() {
-  const int bases = problem.basis_count;
-  for (int c = 0; c < 3; ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    const WhitenedChannel& whitened = reweighting.Channel(c);
-    BasisMatrix normal = BasisMatrix::Zero(bases, bases);
-    BasisVector gradient = BasisVector::Zero(bases);
-    const double* row = whitened.rows.data();
-    for (const double target : whitened.target) {
-      for (int j = 0; j < bases; ++j) {
-        gradient[j] += row[j] * target;
-        for (int k = 0; k <= j; ++k) normal(j, k) += row[j] * row[k];
-      }
-      row += bases;
-    }
-    for (int j = 0; j < bases; ++j) {
-      for (int k = 0; k < j; ++k) normal(k, j) = normal(j, k);
-    }
-    data_normal[channel] = normal;
-    data_gradient[channel] = gradient;
-  }
-}
-
 LightMatrix LightingFitter::Impl::DataNormal() const {
   const int bases = problem.basis_count;
   LightMatrix normal = LightMatrix::Zero(problem.UnknownCount(), problem.UnknownCount());
   for (int c = 0; c < 3; ++c) {
-    normal.block(c * bases, c * bases, bases, bases) = data_normal[static_cast<std::size_t>(c)];
+    normal.block(c * bases, c * bases, bases, bases) = reweighting.Normal(c);
   }
   return normal;
 }
@@ -159,8 +142,7 @@ LightMatrix LightingFitter::Impl::DataNormal() const {
 LightVector LightingFitter::Impl::SolveClosed() const {
   LightVector gradient = prior_gradient;
   for (int c = 0; c < 3; ++c) {
-    gradient.segment(c * problem.basis_count, problem.basis_count) +=
-        data_gradient[static_cast<std::size_t>(c)];
+    gradient.segment(c * problem.basis_count, problem.basis_count) += reweighting.Gradient(c);
   }
   return MinimiseNonNegative(DataNormal() + prior_information, gradient);
 }
@@ -169,11 +151,10 @@ LightVector LightingFitter::Impl::SolveClosed() const {
 // bring the weights near); the last one, whose answer is given, is the chosen solver's.
 LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFit& fit) {
   LightVector x = start.Find(problem, NoiseUnits(options), options.seed);
+  bool rescale = true;
   for (int pass = 0; pass < options.max_passes; ++pass) {
-    const bool rescale = pass < kPassesThatRescale;
     reweighting.Update(problem, x, options, rescale);
     if (rescale) AddRatioPrior(prior, x);
-    AccumulateData();
     const LightVector next = SolveClosed();
     const double change =
         (next - x).cwiseAbs().maxCoeff() / std::max(next.cwiseAbs().maxCoeff(), kWeakInformation);
@@ -181,7 +162,9 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
     fit.passes = pass + 1;
     fit.converged = !rescale && change < kConverged;
     if (fit.converged) break;
+    rescale = rescale && pass + 1 < kMostPassesThatRescale && !(change < kScalesHaveSettled);
   }
+  reweighting.Whiten(problem);
   if (options.solver == LightingFitOptions::Solver::kCeres) {
     const Eigen::LLT<LightMatrix> factor(prior_information);
     const LightMatrix root = factor.matrixL();
@@ -217,7 +200,8 @@ LightMatrix LightingFitter::Impl::CrossChannelNormal() const {
 double LightingFitter::Impl::ConditionNumber() const {
   double largest = 0.0;
   double smallest = std::numeric_limits<double>::infinity();
-  for (const BasisMatrix& normal : data_normal) {
+  for (int c = 0; c < 3; ++c) {
+    const BasisMatrix& normal = reweighting.Normal(c);
     // Of a symmetric, non-negative matrix: its eigenvalues, the Jacobian's singular values squared.
     const BasisVector values = Eigen::JacobiSVD<BasisMatrix>(normal).singularValues();
     largest = std::max(largest, values.maxCoeff());
@@ -282,6 +266,7 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
                                 " rows");
   }
   LightingFit fit;
+  fit.sun_is_fitted = sun_is_up;
   fit.irradiance_rgb = LightVector::Zero(lights);
   impl_->problem.Load(samples, prior.sky_shapes, sun_is_up, prior.scale_rgb);
   fit.samples_used = impl_->problem.sample_count;

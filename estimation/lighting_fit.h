@@ -57,9 +57,17 @@ struct LightingFit {
   double inlier_fraction = 0.0;  // Share of the used samples that the robust weight did not reject.
   double relative_residual = 0.0;  // Weighted rms over the used samples.
   double shared_error = 0.0;       // As found: see LightingFitOptions::shared_error.
+  bool sun_is_fitted = true;       // False: held at 0.
   int passes = 0;
   bool converged = false;
 };
+
+// Architecture, section 4: the samples alone know the sun to better than 15 % of the clear-sky
+// beam.
+inline constexpr double kObservableSunSigma = 0.15;
+
+// Whether the samples of `fit` tell the sun; `clear_sky_beam` is the mean over RGB.
+bool TellsTheSun(const LightingFit& fit, double clear_sky_beam);
 
 // Minimises, over P >= 0 and with sun and sky as unknowns per channel,
 //   sum_i rho(d_i) + prior,   d_i^2 = mean over RGB of ((radiance - predicted) / noise)^2,

@@ -16,8 +16,6 @@ namespace {
 
 // Of a set that was drawn for an earlier frame; with fewer left, the frame gets its own.
 constexpr double kLeastShareOfKeptSet = 0.8;
-// Of the clear-sky beam (architecture, section 4).
-constexpr double kObservableSigma = 0.15;
 
 bool AnyOfTheDiscIsUp(const LightingObservation& observation) {
   return observation.sun_direction_enu.z > -std::sin(observation.sun_angular_radius_rad);
@@ -25,8 +23,6 @@ bool AnyOfTheDiscIsUp(const LightingObservation& observation) {
 
 // Light whose units are unknown cannot be compared with the last frame's.
 bool HasKnownExposure(const Frame& frame) { return !frame.codes || frame.exposure.has_value(); }
-
-double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 double SkyOf(const LightVector& irradiance_rgb, int channel) {
   double sum = 0.0;
@@ -150,8 +146,8 @@ class OutdoorLightingSource final : public LightingSource {
       }
     }
     const double beam = BeamOf(observation.clear_sky, light);
-    estimate.sun_observable = sun_is_up && observation.sun_direction_enu.z > 0.0 &&
-                              Mean(fit.sun_stddev_data_rgb) < kObservableSigma * beam;
+    estimate.sun_observable =
+        sun_is_up && observation.sun_direction_enu.z > 0.0 && TellsTheSun(fit, beam);
     estimate.samples_used = fit.samples_used;
     estimate.inlier_fraction = fit.inlier_fraction;
     estimate.condition_number = fit.condition_number;

@@ -1,8 +1,6 @@
 // How uncertain one measured channel is before the fit has scaled it.
 #pragma once
 
-#include <cmath>
-
 #include "estimation/lighting_fit.h"
 
 namespace pleinair::estimation_internal {
@@ -21,9 +19,10 @@ struct NoiseUnits {
       : floor_squared(options.noise_floor * options.noise_floor),
         per_camera_noise_squared(1.0 / (options.expected_noise * options.expected_noise)) {}
 
-  double Unit(double predicted, double camera_noise, double weight) const {
-    return std::sqrt((predicted * predicted + floor_squared) / weight +
-                     camera_noise * camera_noise * per_camera_noise_squared);
+  // One over the noise's variance; 0 for weight 0.
+  double InverseSquare(double predicted, double camera_noise, double weight) const {
+    return weight / (predicted * predicted + floor_squared +
+                     weight * camera_noise * camera_noise * per_camera_noise_squared);
   }
 };
 

@@ -28,21 +28,41 @@ void Reweighting::Update(const FitProblem& problem,
                          const LightVector& x,
                          const LightingFitOptions& options,
                          bool rescale) {
-  Standardise(problem, x, options);
-  Weigh(problem, options, rescale);
-  AverageStrata(problem);
+  const auto with_bases = [&](auto&& loops) {
+    switch (problem.basis_count) {
+      case 1:
+        return loops.template operator()<1>();
+      case 2:
+        return loops.template operator()<2>();
+      case 3:
+        return loops.template operator()<3>();
+      case 4:
+        return loops.template operator()<4>();
+      case 5:
+        return loops.template operator()<5>();
+      default:
+        static_assert(kMaxBasis == 6);
+        return loops.template operator()<6>();
+    }
+  };
+  rescale = rescale && problem.sample_count > 0;
+  with_bases([&]<int kBases>() { Standardise<kBases>(problem, x, options); });
+  if (rescale) EstimateScale(problem, options);
+  Weigh(options);
+  with_bases([&]<int kBases>() { Accumulate<kBases>(problem); });
   if (rescale) {
+    EstimateSlope(options);
     EstimateNoise(problem, options);
     EstimateSharedError(problem, options);
   }
-  Whiten(problem);
+  FinishNormal(problem);
 }
 
+template <int kBases>
 void Reweighting::Standardise(const FitProblem& problem,
                               const LightVector& x,
                               const LightingFitOptions& options) {
   const NoiseUnits noise(options);
-  const int bases = problem.basis_count;
   const auto count = static_cast<std::size_t>(problem.sample_count);
   inverse_unit_.resize(count * 3);
   residual_.resize(count * 3);
@@ -51,17 +71,17 @@ void Reweighting::Standardise(const FitProblem& problem,
   for (std::size_t i = 0; i < count; ++i) {
     double sum = 0.0;
     int channels = 0;
-    for (int c = 0; c < 3; ++c, row += bases) {
-      const std::size_t v = i * 3 + static_cast<std::size_t>(c);
-      inverse_unit_[v] = 0.0;
-      residual_[v] = 0.0;
-      if (!(problem.weight[v] > 0.0)) continue;
+    for (std::size_t c = 0; c < 3; ++c, row += kBases) {
+      const std::size_t v = i * 3 + c;
       double predicted = 0.0;
-      for (int j = 0; j < bases; ++j) predicted += row[j] * x[c * bases + j];
-      inverse_unit_[v] = 1.0 / noise.Unit(predicted, problem.noise[v], problem.weight[v]);
+      for (int j = 0; j < kBases; ++j) {
+        predicted += row[j] * x[static_cast<Eigen::Index>(c) * kBases + j];
+      }
+      inverse_unit_[v] =
+          std::sqrt(noise.InverseSquare(predicted, problem.noise[v], problem.weight[v]));
       residual_[v] = (problem.radiance[v] - predicted) * inverse_unit_[v];
       sum += Square(residual_[v]);
-      ++channels;
+      channels += problem.weight[v] > 0.0 ? 1 : 0;
     }
     deviation_[i] = std::sqrt(sum / channels);
   }
@@ -85,59 +105,44 @@ void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOpti
   scale_ = std::sqrt(Square(scale) + Square(options.expected_noise) * unknowns / samples);
 }
 
-void Reweighting::Weigh(const FitProblem& problem,
-                        const LightingFitOptions& options,
-                        bool rescale) {
-  const auto count = static_cast<std::size_t>(problem.sample_count);
-  if (rescale && count > 0) {
-    EstimateScale(problem, options);
-  }
-  weight_.resize(count);
+void Reweighting::Weigh(const LightingFitOptions& options) {
+  weight_.resize(deviation_.size());
   const double inverse_cut = 1.0 / (options.tukey_width * scale_);
-  for (std::size_t i = 0; i < count; ++i) {
+  mean_weight_ = 0.0;
+  for (std::size_t i = 0; i < weight_.size(); ++i) {
     weight_[i] = Square(std::max(0.0, 1.0 - Square(deviation_[i] * inverse_cut)));
+    mean_weight_ += weight_[i];
   }
-  if (!rescale || count == 0) return;
-
-  // psi' of the residual vector of a sample: w I + (dw/dd) / (3 d) r r'.
-  Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
-  double mean_weight = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Map<const Eigen::Vector3d> r(residual_.data() + i * 3);
-    mean_weight += weight_[i];
-    slope.diagonal().array() += weight_[i];
-    slope -= (4.0 / 3.0) * std::sqrt(weight_[i]) * Square(inverse_cut) * r * r.transpose();
-  }
-  mean_weight /= static_cast<double>(count);
-  slope /= static_cast<double>(count);
-  // A slope near 0 or below comes from a handful of samples beside the cut; it would claim an
-  // infinite variance, a quarter claims a sixteenfold one.
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(slope);
-  const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(0.25 * mean_weight);
-  const Eigen::Matrix3d inverse =
-      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
-  noise_of_psi_ = std::sqrt(mean_weight) * inverse;
+  if (!weight_.empty()) mean_weight_ /= static_cast<double>(weight_.size());
 }
 
-void Reweighting::AverageStrata(const FitProblem& problem) {
-  const int bases = problem.basis_count;
+template <int kBases>
+void Reweighting::Accumulate(const FitProblem& problem) {
   const auto cells = static_cast<std::size_t>(problem.stratum_count) * 3;
   stratum_weight_.assign(cells, 0.0);
   stratum_residual_.assign(cells, 0.0);
   stratum_target_.assign(cells, 0.0);
-  stratum_row_.assign(cells * static_cast<std::size_t>(bases), 0.0);
+  stratum_row_.assign(cells * kBases, 0.0);
+  double normal[3][kBases][kBases] = {};
+  double gradient[3][kBases] = {};
   const double* row = problem.transport.data();
   for (std::size_t i = 0; i < weight_.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c, row += bases) {
+    for (std::size_t c = 0; c < 3; ++c, row += kBases) {
       const std::size_t v = i * 3 + c;
-      const double weight = inverse_unit_[v] > 0.0 ? weight_[i] : 0.0;
-      if (!(weight > 0.0)) continue;
+      const double unit = inverse_unit_[v];
+      const double weight = unit > 0.0 ? weight_[i] : 0.0;
       const std::size_t cell = static_cast<std::size_t>(problem.stratum[i]) * 3 + c;
+      const double target = unit * problem.radiance[v];
       stratum_weight_[cell] += weight;
       stratum_residual_[cell] += weight * residual_[v];
-      stratum_target_[cell] += weight * inverse_unit_[v] * problem.radiance[v];
-      double* mean_row = stratum_row_.data() + cell * static_cast<std::size_t>(bases);
-      for (int j = 0; j < bases; ++j) mean_row[j] += weight * inverse_unit_[v] * row[j];
+      stratum_target_[cell] += weight * target;
+      double* stratum_row = stratum_row_.data() + cell * kBases;
+      for (int j = 0; j < kBases; ++j) {
+        const double weighted = weight * unit * row[j];
+        stratum_row[j] += weighted;
+        gradient[c][j] += weighted * target;
+        for (int k = 0; k <= j; ++k) normal[c][j][k] += weighted * unit * row[k];
+      }
     }
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -145,9 +150,35 @@ void Reweighting::AverageStrata(const FitProblem& problem) {
     const double inverse = 1.0 / stratum_weight_[cell];
     stratum_residual_[cell] *= inverse;
     stratum_target_[cell] *= inverse;
-    double* mean_row = stratum_row_.data() + cell * static_cast<std::size_t>(bases);
-    for (int j = 0; j < bases; ++j) mean_row[j] *= inverse;
+    for (int j = 0; j < kBases; ++j)
+      stratum_row_[cell * kBases + static_cast<std::size_t>(j)] *= inverse;
   }
+  for (std::size_t c = 0; c < 3; ++c) {
+    normal_[c].resize(kBases, kBases);
+    gradient_[c].resize(kBases);
+    for (int j = 0; j < kBases; ++j) {
+      gradient_[c][j] = gradient[c][j];
+      for (int k = 0; k <= j; ++k) normal_[c](j, k) = normal_[c](k, j) = normal[c][j][k];
+    }
+  }
+}
+
+// psi' of the residual vector r of a sample is w I + (dw/dd) / (3 d) r r'.
+void Reweighting::EstimateSlope(const LightingFitOptions& options) {
+  const double inverse_cut = 1.0 / (options.tukey_width * scale_);
+  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < weight_.size(); ++i) {
+    const Eigen::Map<const Eigen::Vector3d> r(residual_.data() + i * 3);
+    outer += std::sqrt(weight_[i]) * r * r.transpose();
+  }
+  outer *= -(4.0 / 3.0) * Square(inverse_cut) / static_cast<double>(weight_.size());
+  const Eigen::Matrix3d slope = mean_weight_ * Eigen::Matrix3d::Identity() + outer;
+  // A slope near 0 or below comes from a handful of samples beside the cut; it would claim an
+  // infinite variance, a quarter claims a sixteenfold one.
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(slope);
+  const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(0.25 * mean_weight_);
+  inverse_slope_ =
+      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
 }
 
 void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOptions& options) {
@@ -179,7 +210,7 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   }
   // mean(psi psi') over all samples; lost degrees of freedom are those of the inliers.
   if (degrees > 0.0) psi *= inliers / (degrees * static_cast<double>(count));
-  const Eigen::Matrix3d from_data = noise_of_psi_ * psi * noise_of_psi_.transpose();
+  const Eigen::Matrix3d from_data = mean_weight_ * inverse_slope_ * psi * inverse_slope_;
   noise_ = (degrees * from_data +
             kNoisePriorCount * Square(options.expected_noise) * Eigen::Matrix3d::Identity()) /
            (degrees + kNoisePriorCount);
@@ -194,13 +225,18 @@ void Reweighting::EstimateSharedError(const FitProblem& problem,
   double excess = 0.0;
   double strata = 0.0;
   for (int g = 0; g < problem.stratum_count; ++g) {
+    const auto cell = static_cast<std::size_t>(g) * 3;
+    // A shift of the whole stratum moves its weighted mean less than that: its far samples lose
+    // weight.
+    const Eigen::Map<const Eigen::Vector3d> mean(stratum_residual_.data() + cell);
+    const Eigen::Vector3d shift = mean_weight_ * inverse_slope_ * mean;
     double sum = 0.0;
     int channels = 0;
-    for (int c = 0; c < 3; ++c) {
-      const auto cell = static_cast<std::size_t>(g * 3 + c);
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      const double weight = stratum_weight_[cell + static_cast<std::size_t>(c)];
       // Below the weight of one sample a mean says more about the weights than about the stratum.
-      if (!(stratum_weight_[cell] >= 1.0)) continue;
-      sum += Square(stratum_residual_[cell]) - noise_(c, c) / stratum_weight_[cell];
+      if (!(weight >= 1.0)) continue;
+      sum += Square(shift[c]) - noise_(c, c) / weight;
       ++channels;
     }
     if (channels == 0) continue;
@@ -214,15 +250,33 @@ void Reweighting::EstimateSharedError(const FitProblem& problem,
   shared_error_ = std::sqrt(std::max(0.0, variance));
 }
 
+// Whitened rows are (row - phi mean row) sqrt(w / n), so their squares add up to
+//   (sum w row row' - sum_strata (2 phi - phi^2) W mean mean') / n.
+void Reweighting::FinishNormal(const FitProblem& problem) {
+  const int bases = problem.basis_count;
+  taken_.resize(stratum_weight_.size());
+  for (std::size_t cell = 0; cell < taken_.size(); ++cell) {
+    const std::size_t c = cell % 3;
+    const auto ci = static_cast<Eigen::Index>(c);
+    const double kept_squared =
+        1.0 / (1.0 + Square(shared_error_) * stratum_weight_[cell] / noise_(ci, ci));
+    taken_[cell] = 1.0 - std::sqrt(kept_squared);
+    const double part = (1.0 - kept_squared) * stratum_weight_[cell];
+    const Eigen::Map<const BasisVector> mean_row(
+        stratum_row_.data() + cell * static_cast<std::size_t>(bases), bases);
+    normal_[c].noalias() -= part * mean_row * mean_row.transpose();
+    gradient_[c].noalias() -= part * stratum_target_[cell] * mean_row;
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double inverse = 1.0 / noise_(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c));
+    normal_[c] *= inverse;
+    gradient_[c] *= inverse;
+  }
+}
+
 void Reweighting::Whiten(const FitProblem& problem) {
   const int bases = problem.basis_count;
   const auto count = weight_.size();
-  scratch_.resize(static_cast<std::size_t>(problem.stratum_count) * 3);
-  for (std::size_t cell = 0; cell < scratch_.size(); ++cell) {
-    const auto c = static_cast<Eigen::Index>(cell % 3);
-    scratch_[cell] =
-        1.0 - 1.0 / std::sqrt(1.0 + Square(shared_error_) * stratum_weight_[cell] / noise_(c, c));
-  }
   for (std::size_t c = 0; c < 3; ++c) {
     WhitenedChannel& channel = channels_[c];
     channel.rows.resize(count * static_cast<std::size_t>(bases));
@@ -232,15 +286,16 @@ void Reweighting::Whiten(const FitProblem& problem) {
     double* out = channel.rows.data();
     for (std::size_t i = 0; i < count; ++i, out += bases) {
       const std::size_t v = i * 3 + c;
-      const double factor = inverse_unit_[v] > 0.0 ? std::sqrt(weight_[i]) * inverse_sigma : 0.0;
+      const double unit = inverse_unit_[v];
+      const double factor = unit > 0.0 ? std::sqrt(weight_[i]) * inverse_sigma : 0.0;
       const std::size_t cell = static_cast<std::size_t>(problem.stratum[i]) * 3 + c;
       const double* row = problem.transport.data() + v * static_cast<std::size_t>(bases);
       const double* mean_row = stratum_row_.data() + cell * static_cast<std::size_t>(bases);
       for (int j = 0; j < bases; ++j) {
-        out[j] = factor * (inverse_unit_[v] * row[j] - scratch_[cell] * mean_row[j]);
+        out[j] = factor * (unit * row[j] - taken_[cell] * mean_row[j]);
       }
-      channel.target[i] = factor * (inverse_unit_[v] * problem.radiance[v] -
-                                    scratch_[cell] * stratum_target_[cell]);
+      channel.target[i] =
+          factor * (unit * problem.radiance[v] - taken_[cell] * stratum_target_[cell]);
     }
   }
 }

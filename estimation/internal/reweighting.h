@@ -12,8 +12,8 @@
 
 namespace pleinair::estimation_internal {
 
-// Rows and targets of the weighted problem, per channel: minimise |rows x_c - target|^2, whose rows
-// have unit, uncorrelated noise. Row-major, sample_count x basis_count.
+// Rows and targets of the weighted problem of one channel: minimise |rows x_c - target|^2, whose
+// rows have unit, uncorrelated noise. Row-major, sample_count x basis_count.
 struct WhitenedChannel {
   std::vector<double> rows;
   std::vector<double> target;
@@ -40,7 +40,14 @@ class Reweighting {
               const LightingFitOptions& options,
               bool rescale);
 
+  // Normal equations of the whitened problem of channel c: rows' rows and rows' target.
+  const BasisMatrix& Normal(int c) const { return normal_[static_cast<std::size_t>(c)]; }
+  const BasisVector& Gradient(int c) const { return gradient_[static_cast<std::size_t>(c)]; }
+
+  // Writes the rows themselves, which most passes can do without.
+  void Whiten(const FitProblem& problem);
   const WhitenedChannel& Channel(int c) const { return channels_[static_cast<std::size_t>(c)]; }
+
   // Of the noise of two channels in one sample.
   const Eigen::Matrix3d& ChannelCorrelation() const { return correlation_; }
   double SharedError() const { return shared_error_; }
@@ -48,33 +55,44 @@ class Reweighting {
   double RelativeResidual() const;
 
  private:
+  std::array<BasisMatrix, 3> normal_;
+  std::array<BasisVector, 3> gradient_;
   std::array<WhitenedChannel, 3> channels_;
-  // sqrt(mean(w)) * mean(psi')^-1: turns mean(psi psi') into noise_, from both sides.
-  Eigen::Matrix3d noise_of_psi_ = Eigen::Matrix3d::Identity();
+  double mean_weight_ = 1.0;
+  // mean(psi')^-1: turns mean(psi psi') into noise_ (from both sides, times mean_weight_), and
+  // with mean_weight_ a weighted mean residual into the shift that caused it.
+  Eigen::Matrix3d inverse_slope_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
   double shared_error_ = 0.0;
 
-  std::vector<double> inverse_unit_;      // Per sample and channel; 0 where unusable.
-  std::vector<double> residual_;          // Per sample and channel, in noise units.
-  std::vector<double> deviation_;         // d, per sample.
-  std::vector<double> weight_;            // w, per sample.
-  std::vector<double> stratum_weight_;    // Per stratum and channel.
-  std::vector<double> stratum_residual_;  // Weighted means of the residual.
-  std::vector<double> stratum_row_;       // Of the row.
-  std::vector<double> stratum_target_;    // Of the target.
+  std::vector<double> inverse_unit_;  // Per sample and channel; 0 where unusable.
+  std::vector<double> residual_;      // Per sample and channel, in noise units.
+  std::vector<double> deviation_;     // d, per sample.
+  std::vector<double> weight_;        // w, per sample.
+  // Per stratum and channel: summed weight, and weighted means of residual, target and row.
+  std::vector<double> stratum_weight_;
+  std::vector<double> stratum_residual_;
+  std::vector<double> stratum_target_;
+  std::vector<double> stratum_row_;
+  std::vector<double> taken_;  // phi.
   std::vector<double> scratch_;
 
+  // The loops over the samples, with the number of basis lights known to the compiler.
+  template <int kBases>
   void Standardise(const FitProblem& problem,
                    const LightVector& x,
                    const LightingFitOptions& options);
+  template <int kBases>
+  void Accumulate(const FitProblem& problem);
+
   void EstimateScale(const FitProblem& problem, const LightingFitOptions& options);
-  void Weigh(const FitProblem& problem, const LightingFitOptions& options, bool rescale);
-  void AverageStrata(const FitProblem& problem);
+  void Weigh(const LightingFitOptions& options);
+  void EstimateSlope(const LightingFitOptions& options);
   void EstimateNoise(const FitProblem& problem, const LightingFitOptions& options);
   void EstimateSharedError(const FitProblem& problem, const LightingFitOptions& options);
-  void Whiten(const FitProblem& problem);
+  void FinishNormal(const FitProblem& problem);
 };
 
 }  // namespace pleinair::estimation_internal

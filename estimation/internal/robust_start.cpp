@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimation/internal/median.h"
 #include "estimation/internal/random.h"
@@ -10,17 +9,11 @@
 namespace pleinair::estimation_internal {
 namespace {
 
-// With 40 % of wrong samples a pair is right with a chance of 0.36: 32 pairs all wrong with one of
-// 6e-7.
-constexpr int kPairs = 32;
-// Samples that judge a guess: their median is good to 1 / sqrt(128) of its spread, which is enough
-// to tell a right guess from a wrong one.
-constexpr int kJudges = 128;
-
-struct TwoLights {
-  double sun = 0.0;
-  double sky = 0.0;  // Of each shape.
-};
+// With 40 % of wrong samples a pair is right with a chance of 0.36: 24 pairs are all wrong with one
+// of 2e-5.
+constexpr int kPairs = 24;
+// Samples that judge a guess: enough to tell a right guess from a wrong one, which is all it takes.
+constexpr int kJudges = 96;
 
 // Least-squares light of one kind, where the pair of samples cannot tell two apart.
 double OneLight(double t0, double t1, double l0, double l1) {
@@ -28,7 +21,7 @@ double OneLight(double t0, double t1, double l0, double l1) {
   return square > 0.0 ? std::max(0.0, (t0 * l0 + t1 * l1) / square) : 0.0;
 }
 
-TwoLights SolvePair(
+TwoLights SolveChannel(
     double sun0, double sky0, double light0, double sun1, double sky1, double light1) {
   const double determinant = sun0 * sky1 - sun1 * sky0;
   const double size = std::abs(sun0 * sky1) + std::abs(sun1 * sky0);
@@ -42,6 +35,29 @@ TwoLights SolvePair(
   if (both.sun >= 0.0 && both.sky >= 0.0) return both;
   if (both.sun < 0.0) return {0.0, OneLight(sky0, sky1, light0, light1)};
   return {OneLight(sun0, sun1, light0, light1), 0.0};
+}
+
+std::array<TwoLights, 3> SolvePair(const FitProblem& problem, int lit, int shaded) {
+  std::array<TwoLights, 3> lights;
+  for (int c = 0; c < 3; ++c) {
+    const double* row0 = problem.Transport(lit, c);
+    const double* row1 = problem.Transport(shaded, c);
+    const int first_sky = problem.has_sun ? 1 : 0;
+    double sky0 = 0.0;
+    double sky1 = 0.0;
+    for (int j = first_sky; j < problem.basis_count; ++j) {
+      sky0 += row0[j];
+      sky1 += row1[j];
+    }
+    lights[static_cast<std::size_t>(c)] =
+        SolveChannel(problem.has_sun ? row0[0] : 0.0,
+                     sky0,
+                     problem.radiance[static_cast<std::size_t>(lit * 3 + c)],
+                     problem.has_sun ? row1[0] : 0.0,
+                     sky1,
+                     problem.radiance[static_cast<std::size_t>(shaded * 3 + c)]);
+  }
+  return lights;
 }
 
 }  // namespace
@@ -71,28 +87,38 @@ void RobustStart::SplitBySunShare(const FitProblem& problem) {
                    });
 }
 
-double RobustStart::MedianDeviation(const FitProblem& problem,
-                                    const NoiseUnits& noise,
-                                    const LightVector& x) {
+void RobustStart::GatherWitnesses(const FitProblem& problem) {
   const int judges = std::min(kJudges, problem.sample_count);
-  deviation_.clear();
+  witnesses_.clear();
   for (int judge = 0; judge < judges; ++judge) {
     const int i =
         static_cast<int>(static_cast<std::int64_t>(judge) * problem.sample_count / judges);
+    for (int c = 0; c < 3; ++c) {
+      const auto v = static_cast<std::size_t>(i * 3 + c);
+      const double* row = problem.Transport(i, c);
+      Witness witness{problem.radiance[v], 0.0, 0.0, problem.noise[v], problem.weight[v]};
+      if (problem.has_sun) witness.sun_transport = row[0];
+      for (int j = problem.has_sun ? 1 : 0; j < problem.basis_count; ++j) {
+        witness.sky_transport += row[j];
+      }
+      witnesses_.push_back(witness);
+    }
+  }
+}
+
+double RobustStart::MedianDeviation(const NoiseUnits& noise,
+                                    const std::array<TwoLights, 3>& lights) {
+  deviation_.clear();
+  for (std::size_t judge = 0; judge < witnesses_.size(); judge += 3) {
     double sum = 0.0;
     int channels = 0;
-    for (int c = 0; c < 3; ++c) {
-      const std::size_t v = static_cast<std::size_t>(i * 3 + c);
-      if (!(problem.weight[v] > 0.0)) continue;
-      const double* row = problem.Transport(i, c);
-      double predicted = 0.0;
-      for (int j = 0; j < problem.basis_count; ++j) {
-        predicted += row[j] * x[c * problem.basis_count + j];
-      }
-      const double residual = (problem.radiance[v] - predicted) /
-                              noise.Unit(predicted, problem.noise[v], problem.weight[v]);
-      sum += residual * residual;
-      ++channels;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Witness& witness = witnesses_[judge + c];
+      const double predicted =
+          lights[c].sun * witness.sun_transport + lights[c].sky * witness.sky_transport;
+      const double residual = witness.radiance - predicted;
+      sum += residual * residual * noise.InverseSquare(predicted, witness.noise, witness.weight);
+      channels += witness.weight > 0.0 ? 1 : 0;
     }
     deviation_.push_back(sum / channels);
   }
@@ -102,50 +128,34 @@ double RobustStart::MedianDeviation(const FitProblem& problem,
 LightVector RobustStart::Find(const FitProblem& problem,
                               const NoiseUnits& noise,
                               std::uint64_t seed) {
-  const int bases = problem.basis_count;
   // One unit of sky is what explains the median sample of each channel (see FitProblem's units).
-  LightVector best = LightVector::Ones(problem.UnknownCount());
-  if (problem.has_sun) {
-    for (int c = 0; c < 3; ++c) best[c * bases] = 0.0;
-  }
-  if (problem.sample_count < 2) return best;
-  SplitBySunShare(problem);
-  double best_deviation = MedianDeviation(problem, noise, best);
-
-  const int half = problem.sample_count / 2;
-  SplitMix64 random(seed);
-  LightVector x(problem.UnknownCount());
-  for (int pair = 0; pair < kPairs; ++pair) {
-    const auto shaded = static_cast<std::size_t>(random.Below(half));
-    const auto lit = static_cast<std::size_t>(half + random.Below(problem.sample_count - half));
-    const int i0 = by_sun_share_[lit];
-    const int i1 = by_sun_share_[shaded];
-    for (int c = 0; c < 3; ++c) {
-      const double* row0 = problem.Transport(i0, c);
-      const double* row1 = problem.Transport(i1, c);
-      const int first_sky = problem.has_sun ? 1 : 0;
-      double sky0 = 0.0;
-      double sky1 = 0.0;
-      for (int j = first_sky; j < bases; ++j) {
-        sky0 += row0[j];
-        sky1 += row1[j];
+  std::array<TwoLights, 3> best;
+  for (TwoLights& lights : best) lights.sky = 1.0;
+  if (problem.sample_count >= 2) {
+    SplitBySunShare(problem);
+    GatherWitnesses(problem);
+    double best_deviation = MedianDeviation(noise, best);
+    const int half = problem.sample_count / 2;
+    SplitMix64 random(seed);
+    for (int pair = 0; pair < kPairs; ++pair) {
+      const auto shaded = static_cast<std::size_t>(random.Below(half));
+      const auto lit = static_cast<std::size_t>(half + random.Below(problem.sample_count - half));
+      const std::array<TwoLights, 3> lights =
+          SolvePair(problem, by_sun_share_[lit], by_sun_share_[shaded]);
+      const double deviation = MedianDeviation(noise, lights);
+      if (deviation < best_deviation) {
+        best_deviation = deviation;
+        best = lights;
       }
-      const TwoLights lights = SolvePair(problem.has_sun ? row0[0] : 0.0,
-                                         sky0,
-                                         problem.radiance[static_cast<std::size_t>(i0 * 3 + c)],
-                                         problem.has_sun ? row1[0] : 0.0,
-                                         sky1,
-                                         problem.radiance[static_cast<std::size_t>(i1 * 3 + c)]);
-      if (problem.has_sun) x[c * bases] = lights.sun;
-      for (int j = first_sky; j < bases; ++j) x[c * bases + j] = lights.sky;
-    }
-    const double deviation = MedianDeviation(problem, noise, x);
-    if (deviation < best_deviation) {
-      best_deviation = deviation;
-      best = x;
     }
   }
-  return best;
+  LightVector x(problem.UnknownCount());
+  for (int c = 0; c < 3; ++c) {
+    const TwoLights& lights = best[static_cast<std::size_t>(c)];
+    x.segment(c * problem.basis_count, problem.basis_count).setConstant(lights.sky);
+    if (problem.has_sun) x[c * problem.basis_count] = lights.sun;
+  }
+  return x;
 }
 
 }  // namespace pleinair::estimation_internal

@@ -1,12 +1,18 @@
 // A first guess that a large minority of wrong samples cannot pull away.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "estimation/internal/fit_problem.h"
 #include "estimation/internal/noise_units.h"
 
 namespace pleinair::estimation_internal {
+
+struct TwoLights {
+  double sun = 0.0;
+  double sky = 0.0;  // Of each shape.
+};
 
 // Least median of squares over solutions of random pairs, one sample of each that sees much sun and
 // one that sees little (Rousseeuw, Journal of the American Statistical Association 79, 1984). All
@@ -17,12 +23,23 @@ class RobustStart {
   LightVector Find(const FitProblem& problem, const NoiseUnits& noise, std::uint64_t seed);
 
  private:
+  // What one channel of one judging sample says.
+  struct Witness {
+    double radiance;
+    double sun_transport;
+    double sky_transport;  // Of all shapes together.
+    double noise;
+    double weight;
+  };
+
   std::vector<int> by_sun_share_;
   std::vector<double> sun_share_;
+  std::vector<Witness> witnesses_;  // RGB of each judge.
   std::vector<double> deviation_;
 
   void SplitBySunShare(const FitProblem& problem);
-  double MedianDeviation(const FitProblem& problem, const NoiseUnits& noise, const LightVector& x);
+  void GatherWitnesses(const FitProblem& problem);
+  double MedianDeviation(const NoiseUnits& noise, const std::array<TwoLights, 3>& lights);
 };
 
 }  // namespace pleinair::estimation_internal

@@ -50,7 +50,8 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     const bool ground = r % 2 == 0;
     const double grey = 0.15 + 0.45 * uniform(random);
     Region region;
-    region.albedo = grey * glm::dvec3(1.0, 0.85 + 0.1 * uniform(random), 0.7 + 0.2 * uniform(random));
+    region.albedo =
+        grey * glm::dvec3(1.0, 0.85 + 0.1 * uniform(random), 0.7 + 0.2 * uniform(random));
     region.cosine = ground ? 0.6 : 0.25 + 0.6 * uniform(random);
     region.ambient = ground ? 0.8 : 0.42;
     for (double& error : region.error) error = scene.region_noise * gauss(random);
@@ -63,12 +64,12 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     const Region& region = regions[static_cast<std::size_t>(r)];
     const bool lit = uniform(random) < scene.lit_share;
     const double ambient = scene.one_plane ? 0.8 : region.ambient * (0.8 + 0.4 * uniform(random));
-    const glm::dvec3 bounce_sky =
-        scene.one_plane ? glm::dvec3(0.0)
-                        : (0.05 + 0.15 * uniform(random)) * glm::dvec3(1.0, 0.9, 0.8);
-    const glm::dvec3 bounce_sun =
-        scene.one_plane ? glm::dvec3(0.0)
-                        : (0.02 + 0.1 * uniform(random)) * glm::dvec3(1.0, 0.9, 0.8);
+    const glm::dvec3 bounce_sky = scene.one_plane
+                                      ? glm::dvec3(0.0)
+                                      : (0.05 + 0.15 * uniform(random)) * glm::dvec3(1.0, 0.9, 0.8);
+    const glm::dvec3 bounce_sun = scene.one_plane
+                                      ? glm::dvec3(0.0)
+                                      : (0.02 + 0.1 * uniform(random)) * glm::dvec3(1.0, 0.9, 0.8);
     const glm::dvec3 reflectance = region.albedo * (0.8 + 0.4 * uniform(random)) / std::numbers::pi;
     const double albedo_error = std::max(0.05, 1.0 + scene.albedo_noise * gauss(random));
 
@@ -98,7 +99,8 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
         break;
       case SyntheticScene::Outliers::kBrightObject:  // One white van.
         wrong = uniform(random) < scene.outlier_share;
-        if (wrong) sample.radiance_rgb = glm::dvec3(260.0, 262.0, 258.0) * (1.0 + 0.02 * gauss(random));
+        if (wrong)
+          sample.radiance_rgb = glm::dvec3(260.0, 262.0, 258.0) * (1.0 + 0.02 * gauss(random));
         break;
       case SyntheticScene::Outliers::kOneRegion:
         wrong = r == 0 && uniform(random) < scene.outlier_share * scene.regions;

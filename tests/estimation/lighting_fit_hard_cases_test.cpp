@@ -1,0 +1,316 @@
+// Degenerate, extreme and dirty samples: right, or said to be unknown; never NaN, never silent.
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "estimation/lighting_fit.h"
+#include "tests/estimation/synthetic_scene.h"
+
+namespace pleinair {
+namespace {
+
+using testing::MakeSamples;
+using testing::SyntheticClearSky;
+using testing::SyntheticPrior;
+using testing::SyntheticScene;
+using Outliers = SyntheticScene::Outliers;
+
+double ClearSkyBeam() {
+  const glm::dvec3 beam = SyntheticClearSky().beam_rgb;
+  return (beam.x + beam.y + beam.z) / 3.0;
+}
+
+LightingFitOptions ClosedOptions() {
+  LightingFitOptions options;
+  options.solver = LightingFitOptions::Solver::kClosed;  // For speed: many draws.
+  return options;
+}
+
+void ExpectSane(const LightingFit& fit) {
+  EXPECT_TRUE(fit.irradiance_rgb.allFinite());
+  EXPECT_GE(fit.irradiance_rgb.minCoeff(), 0.0);
+  EXPECT_TRUE(fit.covariance.allFinite());
+  EXPECT_GE(fit.covariance.diagonal().minCoeff(), 0.0);
+  EXPECT_TRUE(std::isfinite(fit.sun_stddev_data_rgb.x));
+  EXPECT_FALSE(std::isnan(fit.condition_number));
+  EXPECT_GE(fit.condition_number, 1.0);
+}
+
+void ExpectTruthWithinThreeSigma(const LightingFit& fit, const SyntheticScene& scene) {
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_LE(std::abs(fit.irradiance_rgb[c] - scene.sun[c]),
+              3.0 * std::sqrt(fit.covariance(c, c)));
+    EXPECT_LE(std::abs(fit.irradiance_rgb[3 + c] - scene.sky[c]),
+              3.0 * std::sqrt(fit.covariance(3 + c, 3 + c)));
+  }
+}
+
+// Median over samples and channels of |predicted / measured - 1|.
+double MedianMisfit(const LightingFit& fit, const std::vector<DiffuseSample>& samples) {
+  std::vector<double> misfits;
+  for (const DiffuseSample& sample : samples) {
+    for (int c = 0; c < 3; ++c) {
+      const double predicted = fit.irradiance_rgb[c] * sample.sun_transport_rgb[c] +
+                               fit.irradiance_rgb[3 + c] * sample.sky_transport_rgb[0][c];
+      misfits.push_back(std::abs(predicted / sample.radiance_rgb[c] - 1.0));
+    }
+  }
+  std::nth_element(misfits.begin(), misfits.begin() + misfits.size() / 2, misfits.end());
+  return misfits[misfits.size() / 2];
+}
+
+// One plane without bounces, all in shadow or all in sun; parallel planes are the same to the
+// light.
+TEST(LightingFitHardCases, WhatCannotBeSeenIsSaidAndThePictureStillFits) {
+  for (const double lit_share : {0.0, 1.0}) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      SyntheticScene scene;
+      scene.seed = seed;
+      scene.one_plane = true;
+      scene.lit_share = lit_share;
+      scene.albedo_noise = 0.05;
+      const std::vector<DiffuseSample> samples = MakeSamples(scene);
+      const LightingFit fit = FitLighting(samples, SyntheticPrior(), true);
+      ExpectSane(fit);
+      EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+      ExpectTruthWithinThreeSigma(fit, scene);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_LE(std::sqrt(fit.covariance(c, c)), 0.4 * SyntheticClearSky().beam_rgb[c]);
+      }
+      // Albedo errs by 5 %: the median of its size is 3.4 %, and the plane shares 5 % at most.
+      EXPECT_LT(MedianMisfit(fit, samples), 0.05);
+    }
+  }
+}
+
+// Without any prior the same: flagged, finite, and the picture fits.
+TEST(LightingFitHardCases, DegenerateWithoutAPriorIsFlaggedToo) {
+  for (const double lit_share : {0.0, 1.0}) {
+    SyntheticScene scene;
+    scene.one_plane = true;
+    scene.lit_share = lit_share;
+    const std::vector<DiffuseSample> samples = MakeSamples(scene);
+    const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true);
+    ExpectSane(fit);
+    EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+    EXPECT_GT(fit.condition_number, 100.0);
+    EXPECT_LT(MedianMisfit(fit, samples), 0.01);
+  }
+}
+
+TEST(LightingFitHardCases, EveryDegenerateProblemIsFlaggedAndHardlyAnyWellPosedOne) {
+  constexpr int kProblems = 4000;  // The bench runs 10^5.
+  LightingFitter fitter(ClosedOptions());
+  std::mt19937_64 random(17);
+  std::uniform_real_distribution<double> uniform;
+  int missed = 0;
+  int false_alarms = 0;
+  for (int i = 0; i < kProblems; ++i) {
+    SyntheticScene scene;
+    scene.seed = random();
+    scene.samples = 20 + static_cast<int>(uniform(random) * 100.0);
+    scene.albedo_noise = 0.1 * uniform(random);
+    scene.sun *= uniform(random) < 0.3 ? 0.0 : uniform(random);
+    scene.sky *= 0.5 + 2.0 * uniform(random);
+    SyntheticScene degenerate = scene;
+    degenerate.one_plane = true;
+    degenerate.lit_share = uniform(random) < 0.5 ? 0.0 : 1.0;
+    if (TellsTheSun(fitter.Fit(MakeSamples(degenerate), SyntheticPrior(), true), ClearSkyBeam())) {
+      ++missed;
+    }
+    scene.lit_share = 0.2 + 0.6 * uniform(random);
+    if (!TellsTheSun(fitter.Fit(MakeSamples(scene), SyntheticPrior(), true), ClearSkyBeam())) {
+      ++false_alarms;
+    }
+  }
+  EXPECT_EQ(missed, 0);
+  EXPECT_LE(false_alarms, kProblems / 100);
+}
+
+TEST(LightingFitHardCases, AnOvercastFrameHasNoSun) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    SyntheticScene scene;
+    scene.seed = seed;
+    scene.sun = glm::dvec3(0.0);
+    scene.albedo_noise = 0.1;
+    const LightingFit fit = FitLighting(MakeSamples(scene), SyntheticPrior(), true);
+    ExpectSane(fit);
+    EXPECT_TRUE(TellsTheSun(fit, ClearSkyBeam()));  // Its value is 0, and that is known.
+    ExpectTruthWithinThreeSigma(fit, scene);
+    EXPECT_LT(fit.irradiance_rgb[0], 0.02 * ClearSkyBeam());
+  }
+}
+
+TEST(LightingFitHardCases, ASunWithoutSkyIsFound) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    SyntheticScene scene;
+    scene.seed = seed;
+    scene.sky = glm::dvec3(0.0);
+    scene.albedo_noise = 0.1;
+    const LightingFit fit = FitLighting(MakeSamples(scene), LightingPrior::Nothing(1), true);
+    ExpectSane(fit);
+    ExpectTruthWithinThreeSigma(fit, scene);
+  }
+}
+
+TEST(LightingFitHardCases, AnyNumberOfSamplesGivesADefinedAnswer) {
+  for (const int count : {0, 1, 2, 5, 6, 100000}) {
+    SyntheticScene scene;
+    scene.samples = count;
+    scene.albedo_noise = 0.1;
+    const std::vector<DiffuseSample> samples = MakeSamples(scene);
+    for (const bool with_prior : {false, true}) {
+      const LightingFit fit =
+          FitLighting(samples, with_prior ? SyntheticPrior() : LightingPrior::Nothing(1), true);
+      ExpectSane(fit);
+      EXPECT_EQ(fit.samples_used, count);
+      if (count <= 1) {
+        EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+        EXPECT_TRUE(std::isinf(fit.condition_number));
+      }
+    }
+  }
+}
+
+TEST(LightingFitHardCases, WithoutSamplesThePriorAnswers) {
+  const LightingFit fit = FitLighting({}, SyntheticPrior(), true);
+  for (int c = 0; c < 3; ++c) {
+    const double beam = SyntheticClearSky().beam_rgb[c];
+    // The weak prior's pull at (0.35 / 100)^2.
+    EXPECT_NEAR(fit.irradiance_rgb[c], kSunPriorMean * beam, 1e-3 * beam);
+    EXPECT_NEAR(std::sqrt(fit.covariance(c, c)), kSunPriorSigma * beam, 1e-3 * beam);
+  }
+}
+
+TEST(LightingFitHardCases, IdenticalSamplesAreOneSample) {
+  SyntheticScene scene;
+  const std::vector<DiffuseSample> samples(200, MakeSamples(scene).front());
+  const LightingFit fit = FitLighting(samples, SyntheticPrior(), true);
+  ExpectSane(fit);
+  EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+  EXPECT_LT(MedianMisfit(fit, samples), 0.05);
+}
+
+TEST(LightingFitHardCases, SamplesThatAreNotFiniteOrWeighNothingAreIgnoredAndCounted) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  const std::vector<DiffuseSample> clean = MakeSamples(scene);
+  const LightingFit reference = FitLighting(clean, SyntheticPrior(), true);
+  std::vector<DiffuseSample> dirty = clean;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  DiffuseSample bad = clean[3];
+  bad.radiance_rgb = glm::dvec3(nan);
+  dirty.push_back(bad);
+  bad = clean[4];
+  bad.radiance_rgb = glm::dvec3(infinity);
+  dirty.push_back(bad);
+  bad = clean[5];
+  bad.sun_transport_rgb.y = nan;
+  dirty.push_back(bad);
+  bad = clean[6];
+  bad.sky_transport_rgb[0].z = -infinity;
+  dirty.push_back(bad);
+  for (const double weight : {0.0, -1.0, nan, infinity}) {
+    bad = clean[7];
+    bad.weight = weight;
+    dirty.push_back(bad);
+  }
+  bad = clean[8];  // Answers to no light.
+  bad.sun_transport_rgb = bad.sky_transport_rgb[0] = glm::dvec3(0.0);
+  dirty.push_back(bad);
+  const LightingFit fit = FitLighting(dirty, SyntheticPrior(), true);
+  EXPECT_EQ(fit.samples_ignored, 9);
+  EXPECT_EQ(fit.irradiance_rgb, reference.irradiance_rgb);
+
+  for (DiffuseSample& sample : dirty) sample.weight = 0.0;
+  const LightingFit nothing = FitLighting(dirty, SyntheticPrior(), true);
+  EXPECT_EQ(nothing.samples_used, 0);
+  ExpectSane(nothing);
+}
+
+// A channel that carries nothing leaves the other two as they are, and answers by the prior.
+TEST(LightingFitHardCases, ADeadChannelIsLeftToThePrior) {
+  SyntheticScene scene;
+  scene.channel_noise = 0.05;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  const LightingFit whole = FitLighting(samples, SyntheticPrior(), true);
+  for (DiffuseSample& sample : samples) {
+    sample.radiance_rgb.z = std::numeric_limits<double>::quiet_NaN();
+  }
+  const LightingFit fit = FitLighting(samples, SyntheticPrior(), true);
+  ExpectSane(fit);
+  EXPECT_EQ(fit.samples_used, scene.samples);
+  for (int c = 0; c < 2; ++c) {
+    EXPECT_NEAR(
+        fit.irradiance_rgb[c], whole.irradiance_rgb[c], 2.0 * std::sqrt(whole.covariance(c, c)));
+  }
+  EXPECT_NEAR(fit.irradiance_rgb[2], kSunPriorMean * SyntheticClearSky().beam_rgb.z, 1.0);
+}
+
+TEST(LightingFitHardCases, APictureOfDarknessHasNoLight) {
+  std::vector<DiffuseSample> samples = MakeSamples({});
+  for (DiffuseSample& sample : samples) sample.radiance_rgb = glm::dvec3(0.0);
+  for (const bool with_prior : {false, true}) {
+    const LightingFit fit =
+        FitLighting(samples, with_prior ? SyntheticPrior() : LightingPrior::Nothing(1), true);
+    ExpectSane(fit);
+    if (with_prior) {
+      EXPECT_LT(fit.irradiance_rgb.maxCoeff(), 0.02 * ClearSkyBeam());
+    }
+  }
+}
+
+double RmsSunError(SyntheticScene scene, int draws) {
+  LightingFitter fitter(ClosedOptions());
+  double sum = 0.0;
+  for (int i = 0; i < draws; ++i) {
+    scene.seed = static_cast<std::uint64_t>(500 + i);
+    const LightingFit fit = fitter.Fit(MakeSamples(scene), SyntheticPrior(), true);
+    for (int c = 0; c < 3; ++c) {
+      sum += std::pow(fit.irradiance_rgb[c] / scene.sun[c] - 1.0, 2) / (3.0 * draws);
+    }
+  }
+  return std::sqrt(sum);
+}
+
+TEST(LightingFitHardCases, AFifthOfOutliersAtMostDoublesTheError) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  const double clean = RmsSunError(scene, 200);
+  scene.outlier_share = 0.2;
+  for (const Outliers kind :
+       {Outliers::kRandom, Outliers::kDarkPatch, Outliers::kBrightObject, Outliers::kOneRegion}) {
+    scene.outliers = kind;
+    EXPECT_LT(RmsSunError(scene, 200), 2.0 * clean) << static_cast<int>(kind);
+  }
+}
+
+TEST(LightingFitHardCases, TwoFifthsOfRandomOutliersStayWithinSixTimes) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  const double clean = RmsSunError(scene, 200);
+  scene.outliers = Outliers::kRandom;
+  scene.outlier_share = 0.4;
+  EXPECT_LT(RmsSunError(scene, 200), 6.0 * clean);
+}
+
+TEST(LightingFitHardCases, OutliersThatFillOneRegionAreSaidOrCovered) {
+  LightingFitter fitter(ClosedOptions());
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    SyntheticScene scene;
+    scene.seed = seed;
+    scene.regions = 3;  // One region is a third of the samples.
+    scene.albedo_noise = 0.1;
+    scene.outliers = Outliers::kOneRegion;
+    scene.outlier_share = 0.4;
+    const LightingFit fit = fitter.Fit(MakeSamples(scene), SyntheticPrior(), true);
+    ExpectSane(fit);
+    if (fit.inlier_fraction > 0.75) ExpectTruthWithinThreeSigma(fit, scene);
+  }
+}
+
+}  // namespace
+}  // namespace pleinair

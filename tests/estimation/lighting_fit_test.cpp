@@ -1,0 +1,294 @@
+#include "estimation/lighting_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/SVD>
+
+#include "tests/estimation/synthetic_scene.h"
+
+namespace pleinair {
+namespace {
+
+using testing::MakeSamples;
+using testing::SyntheticPrior;
+using testing::SyntheticScene;
+
+LightVector TruthOf(const SyntheticScene& scene) {
+  LightVector truth(6);
+  truth << scene.sun.x, scene.sun.y, scene.sun.z, scene.sky.x, scene.sky.y, scene.sky.z;
+  return truth;
+}
+
+// Samples err alone here, and nothing is known beforehand: the unbounded estimate of plain noise.
+LightingFitOptions AloneOptions() {
+  LightingFitOptions options;
+  options.shared_error = 0.0;
+  options.solver = LightingFitOptions::Solver::kClosed;  // For speed: many draws.
+  return options;
+}
+
+TEST(LightingFit, FindsTheLightOfExactSamples) {
+  const SyntheticScene scene;
+  const LightingFit fit = FitLighting(MakeSamples(scene), LightingPrior::Nothing(1), true);
+  // The weak prior's share is below 1e-6 (lighting_fit.cpp); convergence 1e-8.
+  const LightVector truth = TruthOf(scene);
+  for (int u = 0; u < 6; ++u) EXPECT_NEAR(fit.irradiance_rgb[u], truth[u], 2e-6 * truth[u]);
+  EXPECT_TRUE(fit.converged);
+  EXPECT_EQ(fit.samples_used, scene.samples);
+  EXPECT_EQ(fit.inlier_fraction, 1.0);
+  EXPECT_LT(fit.relative_residual, 1e-6);
+}
+
+// The clear sky says 5 % more sun than there is; known to some per cent, the picture outweighs it.
+TEST(LightingFit, LeavesAWellPosedFrameToItsSamples) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  const std::vector<DiffuseSample> samples = MakeSamples(scene);
+  const LightingFit with = FitLighting(samples, SyntheticPrior(), true);
+  const LightingFit without = FitLighting(samples, LightingPrior::Nothing(1), true);
+  for (int c = 0; c < 3; ++c) {
+    // (sigma of data / sigma of prior)^2 = (2 % / 35 %)^2 of half a beam.
+    EXPECT_NEAR(with.irradiance_rgb[c], without.irradiance_rgb[c], 0.002 * scene.sun[c]);
+  }
+}
+
+TEST(LightingFit, CeresAndTheClosedSolveAgree) {
+  LightingFitOptions closed;
+  closed.solver = LightingFitOptions::Solver::kClosed;
+  int at_a_bound = 0;
+  for (int i = 0; i < 150; ++i) {
+    SyntheticScene scene;
+    scene.seed = static_cast<std::uint64_t>(i);
+    scene.samples = 3 + 3 * i;
+    scene.albedo_noise = 0.1;
+    scene.channel_noise = 0.03;
+    if (i % 3 == 0) scene.sun = glm::dvec3(0.0);
+    if (i % 3 == 1) scene.sky = glm::dvec3(0.0);
+    if (i % 7 == 0) scene.lit_share = 0.0;
+    const std::vector<DiffuseSample> samples = MakeSamples(scene);
+    const LightingFit one = FitLighting(samples, SyntheticPrior(), true);
+    const LightingFit other = FitLighting(samples, SyntheticPrior(), true, closed);
+    EXPECT_TRUE(one.converged) << i;
+    EXPECT_LT((one.irradiance_rgb - other.irradiance_rgb).cwiseAbs().maxCoeff(),
+              1e-6 * other.irradiance_rgb.maxCoeff())
+        << i;
+    EXPECT_GE(one.irradiance_rgb.minCoeff(), 0.0);
+    if (other.irradiance_rgb.minCoeff() == 0.0) ++at_a_bound;
+  }
+  EXPECT_GT(at_a_bound, 10);  // The bounds were met.
+}
+
+TEST(LightingFit, ScalesWithTheRadiance) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  scene.outliers = SyntheticScene::Outliers::kRandom;
+  scene.outlier_share = 0.2;
+  const std::vector<DiffuseSample> samples = MakeSamples(scene);
+  for (const bool with_prior : {false, true}) {
+    const auto prior = [&](double scale) {
+      if (!with_prior) return LightingPrior::Nothing(1);
+      ClearSkyExpectation clear_sky = testing::SyntheticClearSky();
+      clear_sky.beam_rgb *= scale;
+      clear_sky.diffuse_rgb *= scale;
+      return MakeLightingPrior(clear_sky, std::nullopt, UtcTime{}, 1);
+    };
+    const LightingFit reference = FitLighting(samples, prior(1.0), true);
+    for (int k = -8; k <= 8; ++k) {
+      const double scale = std::pow(10.0, k);
+      std::vector<DiffuseSample> scaled = samples;
+      for (DiffuseSample& sample : scaled) sample.radiance_rgb *= scale;
+      const LightingFit fit = FitLighting(scaled, prior(scale), true);
+      for (int u = 0; u < 6; ++u) {
+        EXPECT_NEAR(fit.irradiance_rgb[u] / scale / reference.irradiance_rgb[u], 1.0, 1e-9);
+        EXPECT_NEAR(fit.covariance(u, u) / (scale * scale) / reference.covariance(u, u), 1.0, 1e-8);
+      }
+      EXPECT_NEAR(
+          fit.condition_number, reference.condition_number, 1e-8 * reference.condition_number);
+    }
+  }
+}
+
+TEST(LightingFit, TheOrderOfTheSamplesDoesNotChangeABit) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  samples.push_back(samples[7]);  // A tie.
+  const LightingFit reference = FitLighting(samples, SyntheticPrior(), true);
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 10; ++i) {
+    std::shuffle(samples.begin(), samples.end(), random);
+    const LightingFit fit = FitLighting(samples, SyntheticPrior(), true);
+    EXPECT_EQ(fit.irradiance_rgb, reference.irradiance_rgb);
+    EXPECT_EQ(fit.covariance, reference.covariance);
+  }
+}
+
+// Reusing the fitter, after fits of other sizes, changes nothing either.
+TEST(LightingFit, AKeptFitterForgetsItsLastFit) {
+  LightingFitter fitter{LightingFitOptions{}};
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  for (const int count : {500, 20, 0, 1000, 500}) {
+    scene.samples = count;
+    const std::vector<DiffuseSample> samples = MakeSamples(scene);
+    EXPECT_EQ(fitter.Fit(samples, SyntheticPrior(), true).irradiance_rgb,
+              FitLighting(samples, SyntheticPrior(), true).irradiance_rgb);
+  }
+}
+
+struct Coverage {
+  double within_68 = 0.0;
+  double within_95 = 0.0;
+};
+
+Coverage CoverageOver(SyntheticScene scene, int draws, const LightingFitOptions& options) {
+  LightingFitter fitter(options);
+  const LightVector truth = TruthOf(scene);
+  Coverage coverage;
+  for (int i = 0; i < draws; ++i) {
+    scene.seed = static_cast<std::uint64_t>(1000 + i);
+    const LightingFit fit = fitter.Fit(MakeSamples(scene), LightingPrior::Nothing(1), true);
+    for (int u = 0; u < 6; ++u) {
+      const double error =
+          std::abs(fit.irradiance_rgb[u] - truth[u]) / std::sqrt(fit.covariance(u, u));
+      if (error < 1.0) coverage.within_68 += 1.0 / (6.0 * draws);
+      if (error < 1.96) coverage.within_95 += 1.0 / (6.0 * draws);
+    }
+  }
+  return coverage;
+}
+
+// 10^4 draws have a standard error of half a per cent; the bar is 68 % +- 5 %, 95 % +- 3 %.
+TEST(LightingFit, StandardDeviationsHoldForNoiseOfEachChannel) {
+  SyntheticScene scene;
+  scene.samples = 150;
+  scene.channel_noise = 0.1;
+  const Coverage coverage = CoverageOver(scene, 10000, AloneOptions());
+  EXPECT_NEAR(coverage.within_68, 0.68, 0.05);
+  EXPECT_NEAR(coverage.within_95, 0.95, 0.03);
+}
+
+TEST(LightingFit, StandardDeviationsHoldForErrorsOfGreyAlbedo) {
+  SyntheticScene scene;
+  scene.samples = 150;
+  scene.albedo_noise = 0.1;
+  const Coverage coverage = CoverageOver(scene, 10000, AloneOptions());
+  EXPECT_NEAR(coverage.within_68, 0.68, 0.05);
+  EXPECT_NEAR(coverage.within_95, 0.95, 0.03);
+}
+
+// Walls whose albedo is off as a whole: a fit that takes 400 pixels for 400 witnesses holds a
+// quarter of the truths in its 68 %. Two dozen strata estimate their own spread to 15 %, so the
+// interval is a little off, too.
+TEST(LightingFit, StandardDeviationsHoldForErrorsThatAWallShares) {
+  SyntheticScene scene;
+  scene.samples = 400;
+  scene.regions = 12;
+  scene.albedo_noise = 0.1;
+  scene.region_noise = 0.07;
+  LightingFitOptions options;
+  options.solver = LightingFitOptions::Solver::kClosed;
+  const Coverage honest = CoverageOver(scene, 2000, options);
+  EXPECT_NEAR(honest.within_68, 0.68, 0.07);
+  EXPECT_GT(honest.within_95, 0.90);
+  EXPECT_LT(CoverageOver(scene, 500, AloneOptions()).within_68, 0.5);
+}
+
+// What the covariance promises of small noise, the fit keeps: e in the input moves the output by
+// e / noise of a standard deviation, and no more than four of them.
+TEST(LightingFit, MovesWithNoiseAsItsCovarianceSays) {
+  SyntheticScene scene;
+  scene.channel_noise = 0.1;
+  const std::vector<DiffuseSample> samples = MakeSamples(scene);
+  const LightingFitOptions options = AloneOptions();
+  const LightingFit before = FitLighting(samples, LightingPrior::Nothing(1), true, options);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> gauss;
+  for (const double size : {1e-6, 1e-4, 1e-2}) {
+    std::vector<DiffuseSample> moved = samples;
+    for (DiffuseSample& sample : moved) {
+      for (int c = 0; c < 3; ++c) sample.radiance_rgb[c] *= 1.0 + size * gauss(random);
+    }
+    const LightingFit after = FitLighting(moved, LightingPrior::Nothing(1), true, options);
+    for (int u = 0; u < 6; ++u) {
+      EXPECT_LT(std::abs(after.irradiance_rgb[u] - before.irradiance_rgb[u]),
+                4.0 * size / scene.channel_noise * std::sqrt(before.covariance(u, u)));
+    }
+  }
+}
+
+// Two samples per channel, alike in all: the whitened Jacobian is the matrix of transport over
+// predicted radiance, up to one factor.
+TEST(LightingFit, ConditionNumberIsThatOfTheWhitenedJacobian) {
+  SyntheticScene scene;
+  scene.sky = scene.sun = glm::dvec3(100.0);
+  std::vector<DiffuseSample> samples(40);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].sun_transport_rgb = glm::dvec3(i % 2 == 0 ? 0.12 : 0.01);
+    samples[i].sky_transport_rgb[0] = glm::dvec3(i % 2 == 0 ? 0.10 : 0.06);
+    samples[i].radiance_rgb =
+        100.0 * (samples[i].sun_transport_rgb + samples[i].sky_transport_rgb[0]);
+    samples[i].pixel = {static_cast<int>(i), 0};
+  }
+  LightingFitOptions options = AloneOptions();
+  options.noise_floor = 1e-9;  // Purely relative noise.
+  const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true, options);
+  Eigen::Matrix2d jacobian;
+  jacobian << 0.12 / 22.0, 0.10 / 22.0, 0.01 / 7.0, 0.06 / 7.0;
+  const Eigen::Vector2d values = Eigen::JacobiSVD<Eigen::Matrix2d>(jacobian).singularValues();
+  EXPECT_NEAR(fit.condition_number, values[0] / values[1], 1e-6 * fit.condition_number);
+}
+
+TEST(LightingFit, TellsTwoSkyShapesApart) {
+  SyntheticScene scene;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> uniform(0.3, 1.7);
+  const glm::dvec3 second(40.0, 50.0, 60.0);
+  for (DiffuseSample& sample : samples) {
+    sample.sky_transport_rgb[1] = sample.sky_transport_rgb[0] * uniform(random);
+    sample.radiance_rgb += second * sample.sky_transport_rgb[1];
+  }
+  const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(2), true);
+  ASSERT_EQ(fit.irradiance_rgb.size(), 9);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(fit.irradiance_rgb[c], scene.sun[c], 1e-5 * scene.sun[c]);
+    EXPECT_NEAR(fit.irradiance_rgb[3 + c], scene.sky[c], 1e-5 * scene.sun[c]);
+    EXPECT_NEAR(fit.irradiance_rgb[6 + c], second[c], 1e-5 * scene.sun[c]);
+  }
+}
+
+TEST(LightingFit, HoldsTheSunAtZeroBelowTheHorizon) {
+  SyntheticScene scene;
+  scene.sun = glm::dvec3(0.0);
+  const LightingFit fit = FitLighting(MakeSamples(scene), LightingPrior::Nothing(1), false);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_EQ(fit.irradiance_rgb[c], 0.0);
+    EXPECT_EQ(fit.covariance(c, c), 0.0);
+    EXPECT_NEAR(fit.irradiance_rgb[3 + c], scene.sky[c], 2e-6 * scene.sky[c]);
+  }
+  EXPECT_FALSE(TellsTheSun(fit, 800.0));
+}
+
+TEST(LightingFit, RefusesOptionsThatMakeNoSense) {
+  const auto refused = [](auto&& change) {
+    LightingFitOptions options;
+    change(options);
+    EXPECT_THROW(options.Validate(), std::invalid_argument);
+  };
+  refused([](LightingFitOptions& options) { options.tukey_width = 0.0; });
+  refused([](LightingFitOptions& options) { options.expected_noise = std::nan(""); });
+  refused([](LightingFitOptions& options) { options.shared_error = -0.1; });
+  refused([](LightingFitOptions& options) { options.noise_floor = 0.0; });
+  refused([](LightingFitOptions& options) { options.max_passes = 0; });
+  LightingPrior torn = LightingPrior::Nothing(1);
+  torn.sky_shapes = 2;
+  EXPECT_THROW(FitLighting({}, torn, true), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair

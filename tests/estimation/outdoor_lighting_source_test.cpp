@@ -1,0 +1,145 @@
+#include "estimation/outdoor_lighting_source.h"
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tests/estimation/synthetic_view.h"
+
+namespace pleinair {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::MakeFrame;
+using testing::MakeView;
+using testing::Observe;
+using testing::SyntheticPicture;
+
+TEST(OutdoorLightingSource, FindsSunAndSkyInAPicture) {
+  SyntheticPicture picture;
+  picture.noise = 0.05;
+  const SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  const auto estimate = MakeOutdoorLightingSource({})->Estimate(Observe(frame, view));
+  ASSERT_TRUE(estimate.has_value());
+  const Lighting& lighting = estimate->lighting;
+  for (int c = 0; c < 3; ++c) {
+    // 5 % over footprints of 25 pixels, 250 of them lit: 0.1 %; the prior's pull is as much again.
+    EXPECT_NEAR(lighting.sun.irradiance_rgb[c], picture.sun[c], 0.01 * picture.sun[c]);
+    EXPECT_NEAR(lighting.SkyIrradianceRgb()[c], picture.sky[c], 0.02 * picture.sky[c]);
+  }
+  EXPECT_TRUE(estimate->sun_observable);
+  EXPECT_EQ(estimate->samples_used, 500);
+  EXPECT_GT(estimate->inlier_fraction, 0.95);
+  EXPECT_EQ(lighting.covariance.size(), 36u);
+  EXPECT_EQ(lighting.time, frame.time);
+  EXPECT_EQ(lighting.sun.direction_enu, view.sun_direction_enu);
+  EXPECT_GT(estimate->new_sample_set_ms, 0.0);
+}
+
+TEST(OutdoorLightingSource, KeepsItsSamplesWhileCameraAndSunStandStill) {
+  const SyntheticPicture picture;
+  SurfaceView view = MakeView(picture);
+  Frame frame = MakeFrame(picture, view);
+  const auto source = MakeOutdoorLightingSource({});
+  EXPECT_GT(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
+  frame.time += milliseconds(33);
+  EXPECT_EQ(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
+  ++view.sun_version;
+  EXPECT_GT(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
+  ++view.geometry_version;
+  EXPECT_GT(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
+  EXPECT_EQ(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
+}
+
+// A well-posed frame is not held back by the one before it: no filter hides in the prior.
+TEST(OutdoorLightingSource, FollowsACloudInTheFrameThatShowsIt) {
+  SyntheticPicture clear;
+  SyntheticPicture covered = clear;
+  covered.sun = glm::dvec3(0.0);
+  const SurfaceView view = MakeView(clear);
+  const auto source = MakeOutdoorLightingSource({});
+  Frame frame = MakeFrame(clear, view);
+  ASSERT_TRUE(source->Estimate(Observe(frame, view)).has_value());
+  const UtcTime next = frame.time + milliseconds(33);
+  frame = MakeFrame(covered, view);
+  frame.time = next;
+  const auto estimate = source->Estimate(Observe(frame, view));
+  EXPECT_LT(estimate->lighting.sun.irradiance_rgb.x, 0.03 * clear.sun.x);
+}
+
+// The camera turns to a shaded corner: the last sun is carried on, ever less sure, and fades.
+TEST(OutdoorLightingSource, CarriesTheSunOnWhereItIsNotSeen) {
+  SyntheticPicture seen;
+  SyntheticPicture unseen = seen;
+  unseen.shadow_share = 1.0;
+  const SurfaceView seen_view = MakeView(seen);
+  SurfaceView unseen_view = MakeView(unseen);
+  unseen_view.geometry_version = 2;
+  std::fill(
+      unseen_view.sun_bounce.pixels.begin(), unseen_view.sun_bounce.pixels.end(), glm::vec3(0.0f));
+  const Frame seen_frame = MakeFrame(seen, seen_view);
+  Frame unseen_frame = MakeFrame(unseen, unseen_view);
+  const auto source = MakeOutdoorLightingSource({});
+  const double sun =
+      source->Estimate(Observe(seen_frame, seen_view))->lighting.sun.irradiance_rgb.x;
+
+  const auto after = [&](auto gap) {
+    unseen_frame.time = seen_frame.time + gap;
+    return source->Estimate(Observe(unseen_frame, unseen_view)).value();
+  };
+  double last_sigma = 0.0;
+  double last_sun = sun;
+  for (int step = 1; step <= 60; ++step) {
+    const LightingEstimate estimate = after(seconds(2 * step));
+    EXPECT_FALSE(estimate.sun_observable);
+    const double now = estimate.lighting.sun.irradiance_rgb.x;
+    EXPECT_LT(std::abs(now - last_sun), 0.05 * sun) << step;  // Never a jump.
+    EXPECT_GE(std::sqrt(estimate.lighting.covariance[0]), last_sigma * 0.999) << step;
+    last_sigma = std::sqrt(estimate.lighting.covariance[0]);
+    last_sun = now;
+    if (step == 1) {
+      EXPECT_NEAR(now, sun, 0.1 * sun);
+      EXPECT_LT(last_sigma, 0.25 * sun);
+    }
+  }
+  EXPECT_NEAR(last_sigma, kSunPriorSigma * 850.0, 0.05 * 850.0);
+  // Out of order: nothing is carried back in time.
+  EXPECT_NEAR(after(seconds(-5)).lighting.sun.irradiance_rgb.x, kSunPriorMean * 850.0, 10.0);
+}
+
+TEST(OutdoorLightingSource, WithoutASurveyTheRatioOfTheClearSkyHelps) {
+  SyntheticPicture picture;
+  picture.shadow_share = 0.0;  // All in sun: wall and ground tell sun and sky apart only roughly.
+  const SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  LightingObservation observation = Observe(frame, view);
+  observation.clear_sky.absolute = false;
+  for (const double scale : {1.0, 1e-3, 1e3}) {
+    Frame scaled = frame;
+    for (glm::vec3& pixel : scaled.radiance.pixels) pixel *= static_cast<float>(scale);
+    const LightingObservation relative{scaled,
+                                       view,
+                                       observation.sun_direction_enu,
+                                       observation.sun_angular_radius_rad,
+                                       observation.clear_sky};
+    const auto estimate = MakeOutdoorLightingSource({})->Estimate(relative);
+    ASSERT_TRUE(estimate.has_value());
+    const Lighting& lighting = estimate->lighting;
+    EXPECT_NEAR(lighting.sun.irradiance_rgb.x,
+                scale * picture.sun.x,
+                3.0 * std::sqrt(lighting.covariance[0]));
+    EXPECT_LT(std::sqrt(lighting.covariance[0]), 0.4 * scale * picture.sun.x);
+  }
+}
+
+TEST(OutdoorLightingSource, RefusesImpossibleOptions) {
+  EXPECT_THROW(MakeOutdoorLightingSource({0, 1}), std::invalid_argument);
+  EXPECT_THROW(MakeOutdoorLightingSource({100001, 1}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair

@@ -1,0 +1,233 @@
+#include "estimation/sample_selection.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/estimation/synthetic_view.h"
+
+namespace pleinair {
+namespace {
+
+using testing::MakeFrame;
+using testing::MakeView;
+using testing::SyntheticPicture;
+
+std::vector<DiffuseSample> DrawAndMeasure(const SurfaceView& view,
+                                          const Frame& frame,
+                                          const SampleSelectionOptions& options = {}) {
+  SampleSet set;
+  set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, options);
+  std::vector<DiffuseSample> samples;
+  set.Measure(view.sun_direction_enu, frame.radiance, frame.unusable, samples);
+  return samples;
+}
+
+TEST(SampleSelection, MeasuresWhatTheModelPredicts) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  const std::vector<DiffuseSample> samples = DrawAndMeasure(view, frame);
+  ASSERT_EQ(samples.size(), 500u);
+  for (const DiffuseSample& sample : samples) {
+    const glm::dvec3 predicted =
+        picture.sun * sample.sun_transport_rgb + picture.sky * sample.sky_transport_rgb[0];
+    for (int c = 0; c < 3; ++c) {
+      // Albedo varies within the footprint: only means of the product agree. Float pixels: 1e-6.
+      EXPECT_NEAR(sample.radiance_rgb[c], predicted[c], 2e-6 * predicted[c]);
+    }
+  }
+}
+
+TEST(SampleSelection, GivesEveryStratumAnEqualShare) {
+  SyntheticPicture picture;
+  picture.shadow_share = 0.3;
+  const SurfaceView view = MakeView(picture);
+  std::map<int, int> count;
+  for (const DiffuseSample& sample : DrawAndMeasure(view, MakeFrame(picture, view))) {
+    ++count[sample.stratum];
+  }
+  ASSERT_EQ(count.size(), 4u);  // Wall and ground, lit and shaded.
+  for (const auto& [stratum, samples] : count) EXPECT_EQ(samples, 125) << stratum;
+}
+
+TEST(SampleSelection, HandsOnWhatASmallStratumCannotUse) {
+  SyntheticPicture picture;
+  picture.shadow_share = 0.08;  // Some 12 columns, of which the edges take most.
+  const SurfaceView view = MakeView(picture);
+  const std::vector<DiffuseSample> samples =
+      DrawAndMeasure(view, MakeFrame(picture, view), {2000, 1});
+  EXPECT_EQ(samples.size(), 2000u);
+  int shaded = 0;
+  for (const DiffuseSample& sample : samples) shaded += sample.pixel.x < 12 ? 1 : 0;
+  EXPECT_GT(shaded, 100);
+  EXPECT_LT(shaded, 600);
+}
+
+TEST(SampleSelection, KeepsEveryFootprintClearOfEdgesAndUnusablePixels) {
+  SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  Frame frame = MakeFrame(picture, view);
+  for (int y = 0; y < picture.height; ++y) {
+    frame.unusable.At(100, y) = 1;
+    frame.radiance.At(20, y) = glm::vec3(std::numeric_limits<float>::quiet_NaN());
+    frame.radiance.At(40, y).y = std::numeric_limits<float>::infinity();
+  }
+  const std::vector<DiffuseSample> samples = DrawAndMeasure(view, frame);
+  EXPECT_EQ(samples.size(), 500u);
+  // Radius 2, being 1.2 rounded up; its corner is 2.8 away, and 1.5 are for pose and mesh.
+  for (const DiffuseSample& sample : samples) {
+    EXPECT_GT(view.edge_distance_px.At(sample.pixel.x, sample.pixel.y), 4.3f);
+    for (const int column : {20, 40, 100}) EXPECT_GT(std::abs(sample.pixel.x - column), 2);
+  }
+}
+
+TEST(SampleSelection, SpreadsTheSamplesOverThePicture) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  const std::vector<DiffuseSample> samples =
+      DrawAndMeasure(view, MakeFrame(picture, view), {400, 1});
+  // 100 footprints in each quarter of 70 x 50 usable pixels; every 20 x 20 block of them has some
+  // (11 expected, random ones would leave 1 in 60000 blocks empty).
+  std::map<std::pair<int, int>, int> blocks;
+  for (const DiffuseSample& sample : samples) ++blocks[{sample.pixel.x / 20, sample.pixel.y / 20}];
+  for (int by = 0; by < 6; ++by) {
+    for (int bx = 0; bx < 8; ++bx) EXPECT_GT((blocks[{bx, by}]), 2) << bx << " " << by;
+  }
+}
+
+TEST(SampleSelection, IsAPureFunctionOfItsArguments) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  const auto pixels = [&](std::uint64_t seed) {
+    std::vector<std::pair<int, int>> result;
+    for (const DiffuseSample& sample : DrawAndMeasure(view, frame, {500, seed})) {
+      result.emplace_back(sample.pixel.y, sample.pixel.x);
+    }
+    return result;
+  };
+  EXPECT_EQ(pixels(1), pixels(1));
+  EXPECT_NE(pixels(1), pixels(2));
+  const auto other = pixels(3);
+  EXPECT_TRUE(std::is_sorted(other.begin(), other.end()));
+}
+
+TEST(SampleSelection, LeavesOutWhatGrazesTheSunAndHalfShadows) {
+  SyntheticPicture picture;
+  SurfaceView view = MakeView(picture);
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      if (y < picture.height / 2) {
+        view.normal_world.At(x, y) = glm::vec3(-0.6691f, 0.7431f, 0.0f);  // n.l = -0.02.
+        if (x >= picture.width / 2) view.normal_world.At(x, y) = {-0.7431f, 0.6691f, 0.0f};
+      } else if (x >= picture.width / 2) {
+        view.sun_visibility.At(x, y) = 0.5f;
+      }
+    }
+  }
+  for (const DiffuseSample& sample : DrawAndMeasure(view, MakeFrame(picture, view))) {
+    EXPECT_LT(sample.pixel.x, picture.width / 2);
+  }
+}
+
+TEST(SampleSelection, LeavesOutWindowsAndWhatElseIsNotOfItsRegion) {
+  SyntheticPicture picture;
+  SurfaceView view = MakeView(picture);
+  const auto is_window = [](int x, int y) { return y < 60 && x % 20 < 8; };
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      if (is_window(x, y)) view.albedo_rgb.At(x, y) = {0.08f, 0.09f, 0.1f};
+    }
+  }
+  const std::vector<DiffuseSample> samples = DrawAndMeasure(view, MakeFrame(picture, view));
+  EXPECT_GT(samples.size(), 400u);
+  for (const DiffuseSample& sample : samples) {
+    EXPECT_FALSE(is_window(sample.pixel.x, sample.pixel.y));
+  }
+}
+
+TEST(SampleSelection, TakesFilledAlbedosOnlyAfterMeasuredOnes) {
+  SyntheticPicture picture;
+  SurfaceView view = MakeView(picture);
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; x += 2) view.albedo_measured.At(x, y) = 0;
+  }
+  for (const DiffuseSample& sample : DrawAndMeasure(view, MakeFrame(picture, view))) {
+    EXPECT_EQ(sample.pixel.x % 2, 1);
+    EXPECT_EQ(sample.weight, 1.0);
+  }
+  // Where none is measured they count in full: there is nothing to prefer.
+  std::fill(view.albedo_measured.pixels.begin(), view.albedo_measured.pixels.end(), 0);
+  for (const DiffuseSample& sample : DrawAndMeasure(view, MakeFrame(picture, view))) {
+    EXPECT_EQ(sample.weight, 1.0);
+  }
+}
+
+TEST(SampleSelection, LeavesOutFootprintsThatBecomeUnusableLater) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  Frame frame = MakeFrame(picture, view);
+  SampleSet set;
+  set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+  std::vector<DiffuseSample> samples;
+  EXPECT_EQ(set.Measure(view.sun_direction_enu, frame.radiance, frame.unusable, samples), 0);
+  const glm::ivec2 hit = samples[10].pixel;
+  frame.unusable.At(hit.x + 1, hit.y - 1) = 1;
+  const int left_out = set.Measure(view.sun_direction_enu, frame.radiance, frame.unusable, samples);
+  EXPECT_GE(left_out, 1);
+  EXPECT_EQ(static_cast<int>(samples.size()), set.Size() - left_out);
+  for (const DiffuseSample& sample : samples) EXPECT_NE(sample.pixel, hit);
+}
+
+TEST(SampleSelection, FollowsTheSunAlittleWithoutDrawingAnew) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  SampleSet set;
+  set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+  const glm::dvec3 moved = glm::normalize(view.sun_direction_enu + glm::dvec3(0.01, 0.0, 0.0));
+  std::vector<DiffuseSample> samples;
+  set.Measure(moved, frame.radiance, frame.unusable, samples);
+  ASSERT_FALSE(samples.empty());
+  for (const DiffuseSample& sample : samples) {
+    const std::size_t pixel = view.region.Index(sample.pixel.x, sample.pixel.y);
+    const glm::vec3 response = SunResponse(view, pixel, moved);
+    // Mean albedo of the footprint: the sky's transport over its response, which is even here.
+    const double reflectance =
+        sample.sky_transport_rgb[0].x / double{view.sky_response[0].pixels[pixel].x};
+    EXPECT_NEAR(sample.sun_transport_rgb.x, reflectance * response.x, 1e-5 * reflectance);
+  }
+}
+
+TEST(SampleSelection, AViewWithoutDiffuseSurfacesGivesNoSamples) {
+  const SyntheticPicture picture;
+  SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  std::fill(view.may_be_sampled.pixels.begin(), view.may_be_sampled.pixels.end(), 0);
+  EXPECT_TRUE(DrawAndMeasure(view, frame).empty());
+}
+
+TEST(SampleSelection, RefusesImagesOfAnotherSize) {
+  const SyntheticPicture picture;
+  SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  SampleSet set;
+  const RgbImage small(10, 10);
+  EXPECT_THROW(set.Draw(view, view.sun_direction_enu, small, frame.unusable, {}),
+               std::invalid_argument);
+  EXPECT_THROW(set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {0, 1}),
+               std::invalid_argument);
+  view.sky_response.clear();
+  EXPECT_THROW(set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {}),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair
