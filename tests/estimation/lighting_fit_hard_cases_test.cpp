@@ -104,24 +104,15 @@ TEST(LightingFitHardCases, EveryDegenerateProblemIsFlaggedAndHardlyAnyWellPosedO
   constexpr int kProblems = 4000;  // The bench runs 10^5.
   LightingFitter fitter(ClosedOptions());
   std::mt19937_64 random(17);
-  std::uniform_real_distribution<double> uniform;
   int missed = 0;
   int false_alarms = 0;
   for (int i = 0; i < kProblems; ++i) {
-    SyntheticScene scene;
-    scene.seed = random();
-    scene.samples = 20 + static_cast<int>(uniform(random) * 100.0);
-    scene.albedo_noise = 0.1 * uniform(random);
-    scene.sun *= uniform(random) < 0.3 ? 0.0 : uniform(random);
-    scene.sky *= 0.5 + 2.0 * uniform(random);
-    SyntheticScene degenerate = scene;
-    degenerate.one_plane = true;
-    degenerate.lit_share = uniform(random) < 0.5 ? 0.0 : 1.0;
-    if (TellsTheSun(fitter.Fit(MakeSamples(degenerate), SyntheticPrior(), true), ClearSkyBeam())) {
+    const testing::ProblemPair pair = testing::MakeProblemPair(random);
+    if (TellsTheSun(fitter.Fit(MakeSamples(pair.degenerate), SyntheticPrior(), true),
+                    ClearSkyBeam())) {
       ++missed;
     }
-    scene.lit_share = 0.2 + 0.6 * uniform(random);
-    if (!TellsTheSun(fitter.Fit(MakeSamples(scene), SyntheticPrior(), true), ClearSkyBeam())) {
+    if (!TellsTheSun(fitter.Fit(MakeSamples(pair.sound), SyntheticPrior(), true), ClearSkyBeam())) {
       ++false_alarms;
     }
   }

@@ -112,6 +112,27 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
   return samples;
 }
 
+// One problem whose samples cannot tell sun from sky, and one of the same light whose can.
+struct ProblemPair {
+  SyntheticScene degenerate;
+  SyntheticScene sound;
+};
+
+inline ProblemPair MakeProblemPair(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> uniform;
+  SyntheticScene scene;
+  scene.seed = random();
+  scene.samples = 20 + static_cast<int>(uniform(random) * 100.0);
+  scene.albedo_noise = 0.1 * uniform(random);
+  scene.sun *= uniform(random) < 0.3 ? 0.0 : uniform(random);
+  scene.sky *= 0.5 + 2.0 * uniform(random);
+  ProblemPair pair{scene, scene};
+  pair.degenerate.one_plane = true;
+  pair.degenerate.lit_share = uniform(random) < 0.5 ? 0.0 : 1.0;
+  pair.sound.lit_share = 0.2 + 0.6 * uniform(random);
+  return pair;
+}
+
 // A clear sky in the scene's units: the beam of SyntheticScene's sun, a little above it.
 inline ClearSkyExpectation SyntheticClearSky() {
   return {{850.0, 800.0, 720.0}, {70.0, 85.0, 100.0}, true};

@@ -1,0 +1,164 @@
+// Times one estimate, and a textbook use of Ceres for the same samples beside it. Also counts, over
+// 10^5 random problems, how many degenerate ones pass unflagged and how many sound ones do not.
+#include <array>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+#include <ceres/ceres.h>
+
+#include "estimation/lighting_fit.h"
+#include "estimation/outdoor_lighting_source.h"
+#include "estimation/sample_selection.h"
+#include "tests/estimation/synthetic_scene.h"
+#include "tests/estimation/synthetic_view.h"
+
+namespace pleinair {
+namespace {
+
+using testing::MakeFrame;
+using testing::MakeSamples;
+using testing::MakeView;
+using testing::Observe;
+using testing::SyntheticPicture;
+using testing::SyntheticPrior;
+using testing::SyntheticScene;
+
+// In the order of their pixels, as SampleSet gives them.
+std::vector<DiffuseSample> OrderedSamples(int count) {
+  SyntheticScene scene;
+  scene.samples = count;
+  scene.albedo_noise = 0.1;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  for (int i = 0; i < count; ++i) samples[static_cast<std::size_t>(i)].pixel = {i % 480, i / 480};
+  return samples;
+}
+
+void FitSamples(benchmark::State& state, LightingFitOptions::Solver solver) {
+  const std::vector<DiffuseSample> samples = OrderedSamples(static_cast<int>(state.range(0)));
+  const LightingPrior prior = SyntheticPrior();
+  LightingFitOptions options;
+  options.solver = solver;
+  LightingFitter fitter(options);
+  for (auto _ : state) benchmark::DoNotOptimize(fitter.Fit(samples, prior, true));
+}
+BENCHMARK_CAPTURE(FitSamples, Ceres, LightingFitOptions::Solver::kCeres)
+    ->Arg(25)
+    ->Arg(500)
+    ->Arg(8000)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(FitSamples, Closed, LightingFitOptions::Solver::kClosed)
+    ->Arg(500)
+    ->Unit(benchmark::kMicrosecond);
+
+struct TextbookResidual {
+  const DiffuseSample& sample;
+
+  template <typename T>
+  bool operator()(const T* light, T* residual) const {
+    for (int c = 0; c < 3; ++c) {
+      const T predicted =
+          light[c] * sample.sun_transport_rgb[c] + light[3 + c] * sample.sky_transport_rgb[0][c];
+      residual[c] = (predicted - sample.radiance_rgb[c]) / (0.1 * sample.radiance_rgb[c]);
+    }
+    return true;
+  }
+};
+
+// One automatically differentiated block a sample, a robust loss, the covariance: no prior, no
+// robust start, no shared errors.
+void TextbookCeres(benchmark::State& state) {
+  const std::vector<DiffuseSample> samples = OrderedSamples(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    std::array<double, 6> light{500.0, 500.0, 500.0, 100.0, 100.0, 100.0};
+    ceres::Problem problem;
+    for (const DiffuseSample& sample : samples) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<TextbookResidual, 3, 6>(new TextbookResidual{sample}),
+          new ceres::TukeyLoss(8.0),
+          light.data());
+    }
+    for (int u = 0; u < 6; ++u) problem.SetParameterLowerBound(light.data(), u, 0.0);
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    ceres::Covariance::Options covariance_options;
+    ceres::Covariance covariance(covariance_options);
+    std::array<double, 36> matrix{};
+    const std::vector<const double*> blocks{light.data()};
+    covariance.Compute(blocks, &problem);
+    covariance.GetCovarianceBlock(light.data(), light.data(), matrix.data());
+    benchmark::DoNotOptimize(matrix);
+  }
+}
+BENCHMARK(TextbookCeres)->Arg(500)->Unit(benchmark::kMicrosecond);
+
+SyntheticPicture CameraPicture() {
+  SyntheticPicture picture;
+  picture.width = 480;
+  picture.height = 360;
+  picture.noise = 0.02;
+  return picture;
+}
+
+// From pixels to covariance, with the sample set kept.
+void EstimateFrame(benchmark::State& state) {
+  const SyntheticPicture picture = CameraPicture();
+  const SurfaceView view = MakeView(picture);
+  Frame frame = MakeFrame(picture, view);
+  OutdoorLightingOptions options;
+  options.samples = static_cast<int>(state.range(0));
+  const auto source = MakeOutdoorLightingSource(options);
+  for (auto _ : state) {
+    frame.time += std::chrono::seconds(1);
+    benchmark::DoNotOptimize(source->Estimate(Observe(frame, view)));
+  }
+}
+BENCHMARK(EstimateFrame)->Arg(500)->Unit(benchmark::kMicrosecond);
+
+void DrawSampleSet(benchmark::State& state) {
+  const SyntheticPicture picture = CameraPicture();
+  const SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  SampleSet set;
+  for (auto _ : state) {
+    set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+  }
+}
+BENCHMARK(DrawSampleSet)->Unit(benchmark::kMicrosecond);
+
+// One iteration: 10^5 problems of each kind.
+void FlagDegenerateProblems(benchmark::State& state) {
+  constexpr int kProblems = 100000;
+  LightingFitOptions options;
+  options.solver = LightingFitOptions::Solver::kClosed;
+  LightingFitter fitter(options);
+  const glm::dvec3 beam = testing::SyntheticClearSky().beam_rgb;
+  const double mean_beam = (beam.x + beam.y + beam.z) / 3.0;
+  int missed = 0;
+  int false_alarms = 0;
+  for (auto _ : state) {
+    std::mt19937_64 random(17);
+    for (int i = 0; i < kProblems; ++i) {
+      const testing::ProblemPair pair = testing::MakeProblemPair(random);
+      if (TellsTheSun(fitter.Fit(MakeSamples(pair.degenerate), SyntheticPrior(), true),
+                      mean_beam)) {
+        ++missed;
+      }
+      if (!TellsTheSun(fitter.Fit(MakeSamples(pair.sound), SyntheticPrior(), true), mean_beam)) {
+        ++false_alarms;
+      }
+    }
+  }
+  state.counters["degenerate_unflagged"] = missed;
+  state.counters["sound_flagged"] = false_alarms;
+}
+BENCHMARK(FlagDegenerateProblems)->Iterations(1)->Unit(benchmark::kSecond);
+
+}  // namespace
+}  // namespace pleinair
+
+BENCHMARK_MAIN();
