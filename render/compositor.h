@@ -24,15 +24,19 @@ struct CompositeEffects {
   bool probe_shading = true;  // Irradiance volume on virtual objects.
 };
 
+// Materials are drawn with their diffuse albedo and the sun's GGX highlight; what a glossy surface
+// would mirror of its surroundings is drawn as if it were diffuse, with albedo plus specular
+// reflectance.
 struct VirtualObject {
-  Mesh mesh;  // In world coordinates.
+  Mesh mesh;  // In world coordinates. Needs normals.
 };
 
 // One frame's input. References live for the call only.
 struct CompositeInput {
   const RgbImage& camera_radiance;  // Scene-linear, the view's size.
-  const Gray8Image& clipped;        // 1 where the camera clipped: its value is a lower bound.
-  const SurfaceView& view;          // Re-uploaded where its versions changed.
+  const Gray8Image& clipped;  // 1 where the camera clipped: its value is a lower bound. May be
+                              // empty: nothing was clipped.
+  const SurfaceView& view;    // Re-uploaded where its versions changed.
   const Lighting& lighting;
   // Per object: irradiance at each vertex, sun's disc excluded (from the irradiance volume).
   std::span<const std::vector<glm::vec3>> vertex_irradiance;
@@ -55,8 +59,14 @@ struct Composite {
 // current at each call. A real pixel in a new shadow is scaled by
 //   (sky C + sun (s_with n.l + s_bounce)) / (sky C + sun (s_without n.l + s_bounce))
 // with s_with the disc seen past real and virtual casters together. Where a pixel's own radiance is
-// nearer to the shaded prediction than to the lit one there is no sun to take away. A clipped pixel
-// takes the model's radiance.
+// nearer to the shaded prediction than to the lit one there is no sun to take away; the nearer the
+// two predictions are to each other, and the farther the pixel is from the model's edges, the more
+// the view's sun_visibility decides instead. A clipped pixel takes the model's radiance.
+//
+// Edges    An object's edge pixels blend with the camera's (four samples); shadows on real surfaces
+//          are hard.
+// Lens     Where the camera distorts, layers are drawn without and looked up per camera pixel.
+// Context  Leaves the application's framebuffer and viewport bound, and all tests switched off.
 class Compositor {
  public:
   // Throws std::runtime_error when the context lacks something, naming it.
@@ -65,12 +75,15 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
-  // Real geometry: hides, receives, casts, is never drawn.
+  // Real geometry: hides, receives, casts, is never drawn. Both throw std::invalid_argument naming
+  // mesh and field for indices out of range, positions that are not finite, counts that do not
+  // agree.
   void SetPhantom(const Mesh& mesh_world);
   // Virtual objects. Meshes may be open or non-manifold.
   void SetObjects(std::vector<VirtualObject> objects);
 
-  // Throws std::invalid_argument when sizes do not agree, naming them.
+  // Throws std::invalid_argument when sizes do not agree, naming them; std::runtime_error for a
+  // picture that the device cannot draw.
   Composite Render(const CompositeInput& input);
 
   // The hard sun shadow on whatever is nearest in each pixel of an undistorted camera, phantom and

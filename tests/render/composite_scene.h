@@ -1,0 +1,46 @@
+// A small real scene with its camera picture made from the lighting model: ground, a wall, sky.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "ray_cast_reference.h"
+#include "render/compositor.h"
+#include "scene/lighting.h"
+#include "scene/surface_view.h"
+
+namespace pleinair::test {
+
+class CompositeScene {
+ public:
+  explicit CompositeScene(const glm::dvec3& to_sun, int width_px = 240, int height_px = 180);
+
+  const pleinair::Camera& Camera() const { return view.camera; }
+  // Another lens in front of the same camera; the view and the picture are made anew.
+  void SetIntrinsics(const CameraIntrinsics& intrinsics);
+  // Fills `radiance` with the model's.
+  void RenderCameraFromModel();
+  // albedo / pi (sky C + sun (visibility n.l + bounce)).
+  glm::dvec3 ModelRadiance(std::size_t pixel, double sun_visibility) const;
+  CompositeInput Input(std::span<const std::vector<glm::vec3>> vertex_irradiance) const;
+
+  Mesh phantom;
+  SurfaceView view;
+  Lighting lighting;
+  RgbImage radiance;
+  Gray8Image clipped;
+
+ private:
+  void MakeView();
+};
+
+// What ObjectLayerPass's comment says, in double: the object's radiance at a visible point, its
+// shading normal interpolated; `sun` 1 in the sun, 0 in shadow.
+glm::dvec3 ShadedObject(const Mesh& mesh,
+                        const VisiblePoint& point,
+                        const pleinair::Camera& camera,
+                        const Lighting& lighting,
+                        double irradiance,
+                        double sun);
+
+}  // namespace pleinair::test
