@@ -17,6 +17,7 @@
 #include "apps/progress.h"
 #include "apps/run_report.h"
 #include "apps/sequence_site.h"
+#include "apps/survey_maps_writer.h"
 #include "datasets/truth.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "render/gl_context.h"
@@ -101,7 +102,7 @@ void AddTruth(const Sequence& sequence, const FrameWriter& writer, RunReport& re
     frame.true_sun_irradiance_rgb = found->second.sun_irradiance_rgb;
     frame.true_sky_irradiance_rgb = found->second.sky_irradiance_rgb;
     if (found->second.with_object && frame.error.empty()) {
-      const RgbImage picture = ReadRadianceImage(sequence.folder / *found->second.with_object);
+      const RgbImage picture = ReadRadianceImage(*found->second.with_object);
       frame.truth = MakeReportPicture(
           writer.Display(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure));
     }

@@ -46,10 +46,9 @@ glm::dvec3 BrightestDirection(const RgbImage& image) {
                               {image.width, image.height});
 }
 
-SiteModel::EnvironmentMap LoadEnvironment(const Sequence& sequence,
-                                          std::vector<std::string>& notes) {
+SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& notes) {
   const EnvironmentEntry& entry = *sequence.environment;
-  SiteModel::EnvironmentMap map;
+  SurveyMap map;
   map.radiance = ReadRadianceImage(sequence.folder / entry.image);
   const ImageDefects defects = RepairRadiance(map.radiance);
   if (defects.Count() > 0) {

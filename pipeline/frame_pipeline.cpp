@@ -88,14 +88,16 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     FrameResult result;
     result.sun = SunOfFrame(site_, frame);
     result.clear_sky = clear_sky_.At(result.sun.direction_enu);
-    const glm::dvec3 transport_sun_enu =
+    const SunState transport_sun =
         frame.sun_direction_enu || !site_
-            ? result.sun.direction_enu
-            : SunOverSite(*site_, SnapToRaster(frame.time, options_.sun_step_s)).direction_enu;
+            ? result.sun
+            : SunOverSite(*site_, SnapToRaster(frame.time, options_.sun_step_s));
 
     Stopwatch watch;
-    const SurfaceView& view = view_builder_.Update(
-        frame.camera, transport_sun_enu, result.sun.angular_radius_rad, SampleRegions(frame));
+    const SurfaceView& view = view_builder_.Update(frame.camera,
+                                                   transport_sun.direction_enu,
+                                                   transport_sun.angular_radius_rad,
+                                                   SampleRegions(frame));
     const bool sun_moved = basis_sun_version_ != view.sun_version;
     if (sun_moved && !objects_.empty()) {
       UpdateBasis();

@@ -24,8 +24,8 @@ struct IrradianceVolume {
   // it, the nearest valid one where none is. Points outside the grid take its border's value. 0
   // where no probe at all is valid.
   //
-  // Accuracy  three bands (a source of light smaller than the hemisphere is off by up to 9 % of its
-  //           irradiance) and what the grid resolves. Light leaks through a wall that is thinner
+  // Accuracy  three bands (of a single small source, up to 9.4 % of the irradiance normal to its
+  //           beam) and what the grid resolves. Light leaks through a wall that is thinner
   //           than the grid's spacing, never farther than one cell: with all eight probes valid, a
   //           point at distance d before a wall square to a grid axis of spacing h takes at most
   //           1 - d / h of its light from probes beyond it.

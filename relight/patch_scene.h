@@ -12,10 +12,11 @@
 namespace pleinair {
 
 struct PatchOptions {
-  glm::dvec3 focus_m{0.0};     // Where light is asked for: patches are finest there.
-  double patch_size_m = 0.5;   // Longest edge near the focus.
-  double growth_per_m = 0.08;  // Longest edge grows by this for each metre from the focus.
-  bool extend_ground = true;   // To the horizon, with the ground's mean albedo, where it ends near.
+  glm::dvec3 focus_m{0.0};    // Where light is asked for: patches are finest there.
+  double patch_size_m = 0.5;  // Longest edge near the focus.
+  double growth_per_m = 0.1;  // Longest edge grows by this for each metre from the focus.
+  bool extend_ground = true;  // To the horizon, with the ground's mean albedo, where it ends near.
+  // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
 
@@ -30,14 +31,20 @@ struct PatchScene {
                                                // extension's patches have kExtension.
   static constexpr std::uint32_t kExtension = 0xffffffffu;
   bool ground_extended = false;
-  RayCaster caster{Mesh{}};
+  RayCaster caster{Mesh{}};  // Over `mesh`: a hit's triangle is the patch.
 
   std::size_t FaceCount() const { return 2 * mesh.triangles.size(); }
   // The face that a ray along `direction` meets on `hit`.
   static std::int32_t FaceOfHit(const RayHit& hit, const glm::vec3& direction);
+  // Unit normal of a face, to its own side.
+  glm::vec3 FaceNormal(std::size_t face) const;
+  double PatchAreaM2(std::size_t patch) const;
 };
 
 // Face albedos start as the materials' diffuse albedo.
+//
+// Throws  std::invalid_argument for options or a mesh that make no sense, naming the field; and
+//         when more than 2^21 patches would come out.
 PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options);
 
 }  // namespace pleinair

@@ -1,1 +1,207 @@
 #include "relight/prepared_scene.h"
+
+#include <cstring>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "relight/internal/content_hash.h"
+#include "relight/internal/serialization.h"
+
+namespace pleinair {
+namespace {
+
+using internal::ContentHash;
+
+// Part of every key: to be raised when what a stage makes, or its form, changes.
+constexpr std::string_view kFormat = "pleinair-prepared-1";
+
+// Bytes with their own hash in front, so that a damaged part is told from a good one before
+// anything believes the sizes in it.
+std::string Sealed(std::string bytes) { return ContentHash().Add(bytes).Hex() + bytes; }
+
+std::optional<std::string> Unsealed(std::optional<std::string> sealed) {
+  constexpr std::size_t kHashSize = 32;
+  if (!sealed || sealed->size() < kHashSize) return std::nullopt;
+  std::string bytes = sealed->substr(kHashSize);
+  if (ContentHash().Add(bytes).Hex() != std::string_view(*sealed).substr(0, kHashSize)) {
+    return std::nullopt;
+  }
+  return bytes;
+}
+
+template <class ArchiveParts>
+std::string ToBytes(const ArchiveParts& archive_parts) {
+  std::ostringstream out(std::ios::binary);
+  cereal::BinaryOutputArchive archive(out);
+  archive_parts(archive);
+  return std::move(out).str();
+}
+
+// One stage: loaded, or made and saved.
+class Stages {
+ public:
+  Stages(BlobStore& store, const Progress& progress) : store_(store), progress_(progress) {}
+
+  // `parts(archive)` reads or writes what `make()` makes.
+  template <class Make, class Parts>
+  void Run(std::string_view name, const std::string& key, const Make& make, const Parts& parts) {
+    if (const std::optional<std::string> bytes = Unsealed(store_.Load(key))) {
+      std::istringstream in(*bytes, std::ios::binary);
+      cereal::BinaryInputArchive archive(in);
+      parts(archive);
+      return;
+    }
+    all_loaded_ = false;
+    progress_(name, 0.0);
+    make();
+    store_.Save(key, Sealed(ToBytes(parts)));
+    progress_(name, 1.0);
+  }
+
+  bool AllLoaded() const { return all_loaded_; }
+
+ private:
+  BlobStore& store_;
+  const Progress& progress_;
+  bool all_loaded_ = true;
+};
+
+std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
+  ContentHash hash;
+  hash.Add(kFormat).Add("patches");
+  hash.AddAll(site.mesh.positions_m).AddAll(site.mesh.triangles);
+  hash.AddAll(site.mesh.triangle_material).AddAll(site.mesh.triangle_group);
+  for (const Material& material : site.mesh.materials) {
+    hash.Add(material.name).AddVector(material.diffuse_albedo);
+  }
+  for (const std::string& name : site.mesh.group_names) hash.Add(name);
+  const PatchOptions& patches = options.patches;
+  hash.AddVector(patches.focus_m).Add(patches.patch_size_m).Add(patches.growth_per_m);
+  hash.Add(patches.extend_ground);
+  hash.Add(options.gather.rays_per_receiver).Add(options.gather.seed);
+  return hash.Hex();
+}
+
+std::string SurveyKey(const std::string& patch_key,
+                      const SiteModel& site,
+                      const PrepareOptions& options) {
+  ContentHash hash;
+  hash.Add(kFormat).Add("survey").Add(patch_key).Add(options.bounces);
+  hash.Add(options.survey_receiver_block_px);
+  const SurveyMap& map = *site.environment;
+  hash.AddImage(map.radiance).AddVector(map.position_m).AddVector(map.sun_direction_enu);
+  hash.Add(map.sun_angular_radius_rad).AddVector(map.clear_sky_beam_to_diffuse_rgb);
+  for (const std::string& name : site.diffuse_regions) hash.Add(name);
+  if (site.diffuse_mask) hash.AddImage(*site.diffuse_mask);
+  return hash.Hex();
+}
+
+std::string ProbeKey(const std::string& scene_key, const PrepareOptions& options) {
+  ContentHash hash;
+  hash.Add(kFormat).Add("probes").Add(scene_key);
+  hash.AddVector(options.probe_box.lower_m).AddVector(options.probe_box.upper_m);
+  hash.AddVector(options.probe_counts);
+  hash.Add(options.probes.rays_per_probe).Add(options.probes.seed);
+  return hash.Hex();
+}
+
+// Per patch: whether its group or its material is among the named; none named means all.
+std::vector<std::uint8_t> DiffusePatches(const PatchScene& scene,
+                                         const std::vector<std::string>& names) {
+  const Mesh& mesh = scene.mesh;
+  if (names.empty()) return std::vector<std::uint8_t>(mesh.triangles.size(), 1);
+  std::vector<std::uint8_t> group_named(mesh.group_names.size(), 0);
+  std::vector<std::uint8_t> material_named(mesh.materials.size(), 0);
+  for (const std::string& name : names) {
+    bool found = false;
+    for (std::size_t i = 0; i < mesh.group_names.size(); ++i) {
+      if (mesh.group_names[i] != name) continue;
+      group_named[i] = 1;
+      found = true;
+    }
+    for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
+      if (mesh.materials[i].name != name) continue;
+      material_named[i] = 1;
+      found = true;
+    }
+    if (!found) {
+      throw std::invalid_argument("diffuse_regions: \"" + name +
+                                  "\" is neither a group nor a material of the scene's mesh");
+    }
+  }
+  std::vector<std::uint8_t> diffuse(mesh.triangles.size());
+  for (std::size_t i = 0; i < diffuse.size(); ++i) {
+    diffuse[i] = group_named[mesh.triangle_group[i]] | material_named[mesh.triangle_material[i]];
+  }
+  return diffuse;
+}
+
+}  // namespace
+
+PreparedScene PrepareScene(const SiteModel& site,
+                           const PrepareOptions& options,
+                           BlobStore& store,
+                           const Progress& progress) {
+  PreparedScene prepared;
+  prepared.options = options;
+  prepared.options.patches.focus_m =
+      0.5 * (glm::dvec3(options.probe_box.lower_m) + glm::dvec3(options.probe_box.upper_m));
+  prepared.patches = BuildPatchScene(site.mesh, prepared.options.patches);
+  prepared.patch_is_diffuse = DiffusePatches(prepared.patches, site.diffuse_regions);
+  if (prepared.patches.ground_extended) {
+    prepared.notes.emplace_back(
+        "the ground ends near: it is continued to the horizon with its mean albedo");
+  }
+
+  Stages stages(store, progress);
+  const std::string patch_key = PatchKey(site, prepared.options);
+  stages.Run(
+      "light between patches",
+      patch_key,
+      [&] { prepared.transport = PatchTransport(prepared.patches, options.gather); },
+      [&](auto& archive) { archive(prepared.transport); });
+
+  std::string scene_key = patch_key;
+  if (site.environment) {
+    scene_key = SurveyKey(patch_key, site, prepared.options);
+    SurveyOptions survey_options;
+    survey_options.gather = options.gather;
+    survey_options.bounces = options.bounces;
+    survey_options.receiver_block_px = options.survey_receiver_block_px;
+    Survey survey;
+    stages.Run(
+        "survey: light and albedo",
+        scene_key,
+        [&] {
+          survey = MakeSurvey(*site.environment,
+                              prepared.transport,
+                              prepared.patch_is_diffuse,
+                              site.diffuse_mask ? &*site.diffuse_mask : nullptr,
+                              survey_options,
+                              prepared.patches);
+        },
+        [&](auto& archive) {
+          internal::ArchiveSurvey(archive, survey);
+          internal::ArchiveBlock(archive, prepared.patches.face_albedo_rgb);
+        });
+    prepared.notes.insert(
+        prepared.notes.end(), survey.light.notes.begin(), survey.light.notes.end());
+    prepared.survey = std::move(survey);
+  }
+
+  stages.Run(
+      "probes",
+      ProbeKey(scene_key, prepared.options),
+      [&] {
+        prepared.probes = ProbeOperator(prepared.patches,
+                                        prepared.survey ? &*prepared.survey : nullptr,
+                                        MakeProbeGrid(options.probe_box, options.probe_counts),
+                                        options.probes);
+      },
+      [&](auto& archive) { archive(prepared.probes); });
+  prepared.from_store = stages.AllLoaded();
+  return prepared;
+}
+
+}  // namespace pleinair

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "relight/probe_operator.h"
 #include "relight/survey.h"
@@ -24,17 +25,8 @@ class BlobStore {
 // What was measured on the site.
 struct SiteModel {
   Mesh mesh;
-  // Survey map, absent where a site has only its mesh and given albedos.
-  struct EnvironmentMap {
-    RgbImage radiance;  // Repaired (see RepairRadiance).
-    glm::dvec3 position_m{0.0};
-    glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
-    double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
-    // Clear-sky beam over horizontal diffuse at that time, per channel, for a map with a clipped
-    // disc.
-    glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
-  };
-  std::optional<EnvironmentMap> environment;
+  // Absent where a site has only its mesh and given albedos.
+  std::optional<SurveyMap> environment;
   std::vector<std::string> diffuse_regions;  // Groups or materials; empty means all.
   std::optional<Gray8Image> diffuse_mask;    // Over the map; 255 = may be sampled.
 };
@@ -46,7 +38,7 @@ struct PrepareOptions {
   ProbeOptions probes;
   BoundingBox probe_box;  // Where virtual objects stand.
   glm::ivec3 probe_counts{8};
-  std::uint64_t seed = 1;
+  int survey_receiver_block_px = 4;  // As SurfaceViewOptions::receiver_block_px.
 };
 
 // Stage name and share done in [0, 1].
@@ -56,17 +48,19 @@ struct PreparedScene {
   PrepareOptions options;
   PatchScene patches;  // Albedos as the survey found them.
   PatchTransport transport;
+  std::vector<std::uint8_t> patch_is_diffuse;  // Per patch: in a region that may be sampled.
   std::optional<Survey> survey;
   ProbeOperator probes;
   std::vector<std::string> notes;  // For the report: ground extended, disc clipped, ...
   bool from_store = false;         // Every stage was loaded, none computed.
 };
 
-// Works out, or loads from `store`, the stages: patches and their rays; survey light and albedo
+// Works out, or loads from `store`, the stages: transport between patches; survey light and albedo
 // (interreflection iterated to convergence); probe operator. Each stage is saved when done, so that
-// an interrupted preparation goes on where it stopped.
+// an interrupted preparation goes on where it stopped. A damaged part is made anew.
 //
-// Throws  std::invalid_argument for options or data that make no sense, naming the field.
+// Throws  std::invalid_argument for options or data that make no sense, naming the field; a
+//         diffuse region that is neither a group nor a material of the mesh, naming it.
 PreparedScene PrepareScene(const SiteModel& site,
                            const PrepareOptions& options,
                            BlobStore& store,

@@ -251,6 +251,7 @@ void ProbeOperator::serialize(Archive& archive) {
   archive(grid_.counts.x, grid_.counts.y, grid_.counts.z);
   archive(rays, seed_, map_pixels_, faces_, valid_, sources_);
   if constexpr (Archive::is_loading::value) {
+    grid_.Validate();
     // A default-made operator has neither rays nor probes, and may be stored as well.
     const std::size_t probes = rays == 0 ? 0 : grid_.ProbeCount();
     const std::size_t count = std::size_t{map_pixels_} + faces_ + rays / 2;

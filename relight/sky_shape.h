@@ -16,14 +16,21 @@ class SkyShape {
  public:
   virtual ~SkyShape() = default;
   virtual std::string Name() const = 0;  // As in lighting.jsonl's sky_shape.
-  // Zero below the horizon. `direction_enu` is unit.
+  // Zero on and below the horizon. `direction_enu` is unit.
   virtual glm::vec3 Radiance(const glm::vec3& direction_enu) const = 0;
 };
 
 std::shared_ptr<const SkyShape> MakeUniformSkyShape();
 
-// The shape of a lat-long sky image (any size, without the disc). A channel that is black all over
-// falls back to no light. Throws std::invalid_argument for an image with defects.
+// The shape of a lat-long sky image (any size, without the disc), interpolated between its pixels'
+// centres. What the image holds below the horizon is not looked at. A channel that is black all
+// over the sky falls back to no light in that channel.
+//
+// Throws  std::invalid_argument for an image with defects, or with less than two rows.
 std::shared_ptr<const SkyShape> MakeImageSkyShape(std::string name, const RgbImage& sky_radiance);
+
+// Irradiance of a lat-long sky image on an unoccluded horizontal plane: the scale that
+// MakeImageSkyShape takes out.
+glm::dvec3 HorizontalIrradiance(const RgbImage& sky_radiance);
 
 }  // namespace pleinair

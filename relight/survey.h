@@ -1,15 +1,32 @@
 // The one-off survey of a site: what its HDR environment map says of sun, sky and albedo.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
 #include "relight/transport.h"
+#include "scene/lighting.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
+
+class SurfaceGather;  // internal/surface_gather.h
+
+// A lat-long HDR map of a site, and where and when it was taken.
+struct SurveyMap {
+  RgbImage radiance;  // Repaired (see RepairRadiance).
+  glm::dvec3 position_m{0.0};
+  glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
+  double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
+  // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
+  // the whole disc.
+  glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
 
 // Sun and sky at the time of the survey, from the map itself.
 struct SurveyLight {
@@ -25,11 +42,37 @@ struct SurveyLight {
 
 // A lat-long survey map over the patch scene: the paper's offline maps (jensen-2006, section 4.1).
 // `view` has the map's size (its camera is not used); albedo, normal, sky_response, sun_visibility
-// are the maps of the paper; pixels without a surface show the sky.
+// are the maps of the paper; pixels without a surface show the sky. As made, sky_response holds the
+// map's own sky shape (MakeImageSkyShape of light.sky_radiance) and the sun_* images stand for the
+// sun of the survey, so that relighting with `light` gives the map back wherever albedo_measured.
 struct Survey {
   glm::dvec3 position_m{0.0};
   SurveyLight light;
   SurfaceView view;
+  std::shared_ptr<const SurfaceGather> gather;  // For other skies and suns.
 };
+
+struct SurveyOptions {
+  GatherOptions gather;
+  int bounces = kAllBounces;
+  // As SurfaceViewOptions::receiver_block_px, in map pixels.
+  int receiver_block_px = 4;
+  int sun_disc_samples = 16;
+};
+
+// Surveys `map`: light, then albedo = pi L / E with E gathered at each pixel from the map's own
+// sky, its sun and what the faces reflect, face albedos being means over the map's pixels and
+// iterated to convergence (as in grosch-2005). Faces that the map does not see get their material's
+// mean, or its diffuse albedo where the map sees none of it. Sets scene.face_albedo_rgb.
+//
+// `patch_is_diffuse`  per patch: may be sampled.
+// `mask`              null, or of the map's size: 255 may be sampled.
+// Throws std::invalid_argument for a map with defects, or sizes that don't fit.
+Survey MakeSurvey(const SurveyMap& map,
+                  const PatchTransport& transport,
+                  std::span<const std::uint8_t> patch_is_diffuse,
+                  const Gray8Image* mask,
+                  const SurveyOptions& options,
+                  PatchScene& scene);
 
 }  // namespace pleinair

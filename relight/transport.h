@@ -23,50 +23,78 @@ struct Receiver {
 };
 
 struct GatherOptions {
-  int rays_per_receiver =
-      256;  // Cosine-distributed, low-discrepancy. Converged: as many as wished.
+  // Cosine-distributed, low-discrepancy. Converged: as many as wished, up to 65536.
+  int rays_per_receiver = 256;
   std::uint64_t seed = 1;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
 };
 
-// What receivers see: per receiver the faces hit, and the directions that reach the sky.
-// The result does not depend on the number of threads.
+// What receivers see: per receiver the faces hit, and the directions that reach the sky. A ray that
+// meets nothing and does not rise above the horizon is dark. The result does not depend on the
+// number of threads; receiver i's rays depend on the seed, i and the receiver alone.
 class GatheredRays {
  public:
   GatheredRays() = default;
+  // A receiver without a unit normal sees nothing.
   GatheredRays(const PatchScene& scene,
                std::span<const Receiver> receivers,
                const GatherOptions& options);
+  // One receiver a face, its rays starting all over the patch: face-to-face form factors.
+  static GatheredRays OfFaces(const PatchScene& scene, const GatherOptions& options);
 
-  std::size_t ReceiverCount() const;
+  std::size_t ReceiverCount() const { return face_begin_.empty() ? 0 : face_begin_.size() - 1; }
   // Irradiance at each receiver straight from the sky (c, for a uniform shape).
   std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
   // Irradiance at each receiver from faces of given radiosity.
   std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity) const;
+  // The same for one receiver, unchecked: for inner loops.
+  glm::vec3 FromFacesAt(std::size_t receiver, std::span<const glm::vec3> face_radiosity) const;
 
+  // The share of a receiver's rays that meet each face (an estimate of its form factors), and that
+  // reach the sky.
+  struct FaceShare {
+    std::int32_t face;
+    float share;
+  };
+  std::vector<FaceShare> FacesOf(std::size_t receiver) const;
+  double SkyShareOf(std::size_t receiver) const;
+
+  // Defined in internal/serialization.h.
   template <class Archive>
   void serialize(Archive& archive);
 
  private:
-  // Per receiver i the entries [face_begin_[i], face_begin_[i + 1]): each face once, with its share
-  // of rays.
-  std::vector<std::uint32_t> face_begin_;
+  // Per receiver i the entries [face_begin_[i], face_begin_[i + 1]): each face once, ascending,
+  // with its share of rays.
+  std::vector<std::uint64_t> face_begin_;
   std::vector<std::int32_t> face_;
   std::vector<float> face_share_;
-  // Per receiver the directions that reach the sky; each carries 1 / rays_per_receiver.
-  std::vector<std::uint32_t> sky_begin_;
-  std::vector<glm::vec3> sky_direction_;
-  int rays_per_receiver_ = 1;
+  // Per receiver the directions that reach the sky, packed to 32 bits (0.003 deg); each carries
+  // 1 / rays_per_receiver.
+  std::vector<std::uint64_t> sky_begin_;
+  std::vector<std::uint32_t> sky_direction_;
+  std::int32_t rays_per_receiver_ = 1;
+
+  template <class RayOrigin>
+  void Gather(const PatchScene& scene,
+              std::size_t receiver_count,
+              const GatherOptions& options,
+              const RayOrigin& ray_origin);
 };
 
 // Radiosity (W m^-2 per unit of irradiance) of every face for one unit basis light.
 struct FaceLight {
   std::vector<glm::vec3> radiosity;
   int iterations = 0;
-  double residual = 0.0;  // Largest relative change in the last iteration.
+  // Largest change in the last iteration, relative to the largest radiosity. 0 where the asked-for
+  // bounces are finite.
+  double residual = 0.0;
 };
 
-// Share of the sun's disc that is seen from a point, 0..1, from `samples` rays spread over the
-// disc.
+// Share of the sun's disc that is seen from a point, 0..1, from up to `samples` rays spread over
+// the disc; see SunDisc in internal/sun_disc.h for where fewer are cast. What is below the horizon
+// is not seen.
 float SunVisibility(const RayCaster& caster,
                     const Receiver& receiver,
                     const glm::dvec3& sun_direction_enu,
@@ -80,20 +108,34 @@ class PatchTransport {
   PatchTransport(const PatchScene& scene, const GatherOptions& options);
 
   // `bounces` counts reflections on the way to a receiver: 0 leaves every face dark, 1 has faces
-  // reflect direct light only, kAllBounces iterates to convergence.
+  // reflect direct light only, kAllBounces iterates to convergence (what is missing is below 1e-6
+  // of the largest radiosity). Throws std::invalid_argument when the scene is not the one of
+  // construction (by face count), or bounces < -1.
   FaceLight SolveSky(const PatchScene& scene, const SkyShape& shape, int bounces) const;
   FaceLight SolveSun(const PatchScene& scene,
                      const glm::dvec3& sun_direction_enu,
                      double sun_angular_radius_rad,
                      int bounces) const;
 
+  // The parts of the above, for who changes albedos and keeps the light.
+  std::vector<glm::vec3> DirectFromSky(const SkyShape& shape) const {
+    return face_rays_.FromSky(shape);
+  }
+  std::vector<glm::vec3> DirectFromSun(const PatchScene& scene,
+                                       const glm::dvec3& sun_direction_enu,
+                                       double sun_angular_radius_rad) const;
+  // Also for faces that shine by themselves: `direct_irradiance` is then emission / albedo.
+  FaceLight Solve(const PatchScene& scene,
+                  std::span<const glm::vec3> direct_irradiance,
+                  int bounces) const;
+
+  const GatheredRays& FaceRays() const { return face_rays_; }
+
+  // Defined in internal/serialization.h.
   template <class Archive>
   void serialize(Archive& archive);
 
  private:
-  FaceLight Solve(const PatchScene& scene,
-                  std::vector<glm::vec3> direct_irradiance,
-                  int bounces) const;
   GatheredRays face_rays_;
 };
 

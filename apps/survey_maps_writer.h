@@ -1,0 +1,15 @@
+// The survey's maps as files: what `prepare --maps` leaves.
+#pragma once
+
+#include <filesystem>
+
+#include "relight/prepared_scene.h"
+
+namespace pleinair {
+
+// Writes albedo, normal, ambient_weight, sun_visibility, sky and relit (the map under its own
+// light, without the disc), each lat-long as .exr with the values and as .png to look at. Throws
+// std::runtime_error for a scene without a survey, or naming the file that can't be written.
+void WriteSurveyMaps(const PreparedScene& scene, const std::filesystem::path& folder);
+
+}  // namespace pleinair

@@ -1,0 +1,20 @@
+// How far each pixel of a view is from where the model of its light jumps.
+#pragma once
+
+#include "scene/image.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+// 255 at pixels on either side of a jump of region or plane, else 0. `origin_m`: where the view is
+// taken from.
+Gray8Image MeshEdges(const SurfaceView& view, const glm::vec3& origin_m, bool wraps_x);
+
+// Sets to 255 in `edges` the pixels on either side of a jump of sun visibility, and in penumbrae.
+void AddShadowEdges(const SurfaceView& view, bool wraps_x, Gray8Image& edges);
+
+// Euclidean distance to the nearest edge pixel's centre, 0 on it; `border_is_edge`: what lies
+// around the picture counts as edge. Without any edge, the longer side of the picture.
+GrayImage DistanceTo(const Gray8Image& edges, bool wraps_x, bool border_is_edge);
+
+}  // namespace pleinair

@@ -1,0 +1,69 @@
+// What the pixels of one view show of the patch scene, and how they gather light: at a few of them
+// by rays, at the rest by blending. Shared by the survey's map and the camera's view.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "relight/internal/sun_disc.h"
+#include "relight/patch_scene.h"
+#include "relight/transport.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+// Pixels of a view as rays from one point.
+struct ViewRays {
+  int width = 0;
+  int height = 0;
+  bool wraps_x = false;  // The first and last column are neighbours (lat-long maps).
+  glm::vec3 origin_m{0.0f};
+  // Unit direction through a pixel's centre; none where no light comes from.
+  std::function<std::optional<glm::vec3>(int x, int y)> direction;
+};
+
+// Casts the view's rays: sets region_names, region, position_world_m and normal_world of `view`,
+// and returns the face that each pixel shows (PatchScene::kSky where none).
+Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, SurfaceView& view);
+
+class SurfaceGather {
+ public:
+  static constexpr std::int32_t kBlendedBlocks = 4;
+
+  SurfaceGather() = default;
+  // One receiver for each plane that a block of `block_px` pixels shows, at the pixel nearest to
+  // the middle of what shows it. A pixel blends the same plane's receivers of the four blocks
+  // around it, bilinearly. block_px 1 gathers at every pixel. Throws std::invalid_argument for
+  // block_px < 1.
+  SurfaceGather(const PatchScene& scene,
+                const ViewRays& rays,
+                const SurfaceView& view,
+                int block_px,
+                const GatherOptions& options);
+
+  const GatheredRays& Rays() const { return rays_; }
+  std::size_t PixelCount() const { return entry_begin_.empty() ? 0 : entry_begin_.size() - 1; }
+  // Spreads values of the receivers over the pixels; zero where no surface is. Shape: PixelCount().
+  void Blend(std::span<const glm::vec3> at_receivers, std::vector<glm::vec3>& at_pixels) const;
+
+  // Defined in internal/serialization.h.
+  template <class Archive>
+  void serialize(Archive& archive);
+
+ private:
+  struct Entry {
+    std::uint32_t receiver;
+    float weight;
+  };
+  GatheredRays rays_;
+  std::vector<std::uint32_t> entry_begin_;  // Per pixel, entries [begin, next begin).
+  std::vector<Entry> entries_;
+};
+
+// Share of the disc seen at each pixel; 0 where no surface is.
+void CastSunVisibility(const RayCaster& caster, const SunDisc& disc, SurfaceView& view);
+
+}  // namespace pleinair

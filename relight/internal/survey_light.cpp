@@ -1,0 +1,342 @@
+#include "relight/internal/survey_light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <glm/geometric.hpp>
+
+#include "relight/sky_shape.h"
+#include "scene/lat_long.h"
+
+namespace pleinair {
+namespace {
+
+// How far the map may be turned against the sun's computed place and still have its disc found at
+// once: half a degree is what a carefully levelled tripod gives.
+constexpr double kPointingRad = 0.5 * std::numbers::pi / 180.0;
+// A brighter spot within this of the computed place is taken for the sun all the same.
+constexpr double kFollowRad = 5.0 * std::numbers::pi / 180.0;
+// Of a disc that was integrated: pixel edges, limb and aureole (the sequences' own check: 0.1 %).
+constexpr double kDiscRelativeStddev = 0.01;
+// Of the clear-sky model where the disc could not be measured: from thin cloud to clear.
+constexpr double kModelRelativeStddev = 0.5;
+
+struct MapPixel {
+  int x = 0;
+  int y = 0;
+  double angle_rad = 0.0;  // From the sun's centre.
+};
+
+double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+
+LatLongSize SizeOf(const RgbImage& image) { return {image.width, image.height}; }
+
+glm::dvec3 PixelDirection(int x, int y, LatLongSize size) {
+  return DirectionFromLatLong({x + 0.5, y + 0.5}, size);
+}
+
+// Pixels within `radius_rad` of a direction, in row-major order.
+std::vector<MapPixel> PixelsAround(const glm::dvec3& direction,
+                                   double radius_rad,
+                                   LatLongSize size) {
+  std::vector<MapPixel> pixels;
+  const double v = LatLongFromDirection(direction, size).y;
+  const double reach = radius_rad / std::numbers::pi * size.height + 1.0;
+  const int first = std::max(0, static_cast<int>(std::floor(v - reach)));
+  const int last = std::min(size.height - 1, static_cast<int>(std::ceil(v + reach)));
+  for (int y = first; y <= last; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const glm::dvec3 there = PixelDirection(x, y, size);
+      const double angle =
+          std::atan2(glm::length(glm::cross(direction, there)), glm::dot(direction, there));
+      if (angle <= radius_rad) pixels.push_back({x, y, angle});
+    }
+  }
+  return pixels;
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Median and its robust spread, per channel.
+struct Background {
+  glm::dvec3 median{0.0};
+  glm::dvec3 stddev{0.0};
+};
+
+Background BackgroundOf(const RgbImage& map, const std::vector<MapPixel>& pixels) {
+  Background background;
+  for (int channel = 0; channel < 3; ++channel) {
+    std::vector<double> values;
+    for (const MapPixel& pixel : pixels) values.push_back(map.At(pixel.x, pixel.y)[channel]);
+    background.median[channel] = Median(values);
+    for (double& value : values) value = std::abs(value - background.median[channel]);
+    background.stddev[channel] = 1.4826 * Median(values);  // Of a normal distribution.
+  }
+  return background;
+}
+
+// The most pixels that a disc of this radius at this elevation can cover wholly, over all places of
+// its centre within a pixel.
+int MostFullyCovered(double radius_rad, double elevation_rad, LatLongSize size) {
+  const double tall = std::numbers::pi / size.height;
+  const double wide = 2.0 * std::numbers::pi / size.width * std::cos(elevation_rad);
+  const int reach_x = static_cast<int>(radius_rad / std::max(wide, 1e-9)) + 2;
+  const int reach_y = static_cast<int>(radius_rad / tall) + 2;
+  int most = 0;
+  for (const double shift_x : {0.0, 0.25, 0.5, 0.75}) {
+    for (const double shift_y : {0.0, 0.25, 0.5, 0.75}) {
+      int covered = 0;
+      for (int y = -reach_y; y < reach_y; ++y) {
+        for (int x = -std::min(reach_x, size.width); x < std::min(reach_x, size.width); ++x) {
+          const double far_x = std::max(std::abs(x + shift_x), std::abs(x + 1 + shift_x)) * wide;
+          const double far_y = std::max(std::abs(y + shift_y), std::abs(y + 1 + shift_y)) * tall;
+          covered += std::hypot(far_x, far_y) <= radius_rad;
+        }
+      }
+      most = std::max(most, covered);
+    }
+  }
+  return most;
+}
+
+// A disc that the camera could not hold has a flat top wider than the disc itself: a whole disc's
+// pixels are equal only where it covers them fully.
+bool IsClipped(const RgbImage& map,
+               const std::vector<MapPixel>& window,
+               const glm::dvec3& whole_sky_median,
+               int most_fully_covered) {
+  constexpr float kHalfMax = 65504.0f;  // Largest half float.
+  constexpr double kEqual = 1e-5;       // Above float's step, below any noise.
+  constexpr double kAboveTheSky = 1.5;  // An evenly white sky has equal maxima, too.
+  for (int channel = 0; channel < 3; ++channel) {
+    float peak = 0.0f;
+    for (const MapPixel& pixel : window) peak = std::max(peak, map.At(pixel.x, pixel.y)[channel]);
+    int equal = 0;
+    for (const MapPixel& pixel : window) {
+      equal += map.At(pixel.x, pixel.y)[channel] >= peak * (1.0 - kEqual);
+    }
+    if (!(peak > kAboveTheSky * whole_sky_median[channel])) continue;
+    if (peak == kHalfMax || equal > std::max(1, most_fully_covered)) return true;
+  }
+  return false;
+}
+
+struct DiscPlace {
+  glm::dvec3 direction{0.0, 0.0, 1.0};
+  double moved_rad = 0.0;
+};
+
+// The computed direction, or the centre of a much brighter spot near it.
+DiscPlace FindDisc(const RgbImage& map,
+                   const Gray8Image& shows_sky,
+                   const glm::dvec3& computed,
+                   double window_rad) {
+  constexpr double kMuchBrighter = 10.0;
+  const LatLongSize size = SizeOf(map);
+  double inside = 0.0;
+  double outside = 0.0;
+  MapPixel brightest;
+  for (const MapPixel& pixel : PixelsAround(computed, std::max(kFollowRad, window_rad), size)) {
+    const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
+    if (pixel.angle_rad <= window_rad) {
+      inside = std::max(inside, value);
+    } else if (value > outside && shows_sky.At(pixel.x, pixel.y) != 0) {
+      outside = value;
+      brightest = pixel;
+    }
+  }
+  if (!(outside > kMuchBrighter * inside)) return {computed, 0.0};
+  const glm::dvec3 spot = PixelDirection(brightest.x, brightest.y, size);
+  glm::dvec3 centre(0.0);
+  for (const MapPixel& pixel : PixelsAround(spot, window_rad, size)) {
+    const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
+    if (value > 0.01 * outside) {
+      centre +=
+          value * LatLongPixelSolidAngleSr(pixel.y, size) * PixelDirection(pixel.x, pixel.y, size);
+    }
+  }
+  centre = glm::normalize(centre);
+  return {centre,
+          std::atan2(glm::length(glm::cross(computed, centre)), glm::dot(computed, centre))};
+}
+
+std::vector<double> SkyValues(const RgbImage& map, const Gray8Image& shows_sky, int channel) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < map.pixels.size(); ++i) {
+    if (shows_sky.pixels[i] != 0) values.push_back(map.pixels[i][channel]);
+  }
+  return values;
+}
+
+double Degrees(double rad) { return rad * 180.0 / std::numbers::pi; }
+
+std::string TwoDecimals(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2f", value);
+  return text.data();
+}
+
+}  // namespace
+
+void FillPushPull(const GrayImage& weight, RgbImage& image) {
+  struct Level {
+    RgbImage mean;
+    GrayImage weight;
+  };
+  std::vector<Level> levels;
+  levels.push_back({image, weight});
+  while (levels.back().mean.width > 1 || levels.back().mean.height > 1) {
+    const Level& fine = levels.back();
+    const int width = (fine.mean.width + 1) / 2;
+    const int height = (fine.mean.height + 1) / 2;
+    Level coarse{RgbImage(width, height, glm::vec3(0.0f)), GrayImage(width, height, 0.0f)};
+    for (int y = 0; y < fine.mean.height; ++y) {
+      for (int x = 0; x < fine.mean.width; ++x) {
+        const float w = fine.weight.At(x, y);
+        coarse.mean.At(x / 2, y / 2) += w * fine.mean.At(x, y);
+        coarse.weight.At(x / 2, y / 2) += w;
+      }
+    }
+    for (std::size_t i = 0; i < coarse.mean.pixels.size(); ++i) {
+      if (coarse.weight.pixels[i] > 0.0f) coarse.mean.pixels[i] /= coarse.weight.pixels[i];
+    }
+    levels.push_back(std::move(coarse));
+  }
+  for (std::size_t level = levels.size() - 1; level-- > 0;) {
+    const Level& coarse = levels[level + 1];
+    Level& fine = levels[level];
+    for (int y = 0; y < fine.mean.height; ++y) {
+      for (int x = 0; x < fine.mean.width; ++x) {
+        if (fine.weight.At(x, y) > 0.0f) continue;
+        // Bilinear in the coarser level, whose pixel (i, j) has its centre at (2 i + 1, 2 j + 1) in
+        // corner counts of this one.
+        const float u = 0.5f * (static_cast<float>(x) + 0.5f) - 0.5f;
+        const float v = 0.5f * (static_cast<float>(y) + 0.5f) - 0.5f;
+        const int left = static_cast<int>(std::floor(u));
+        const int top = static_cast<int>(std::floor(v));
+        const float du = u - static_cast<float>(left);
+        const float dv = v - static_cast<float>(top);
+        const auto at = [&coarse](int i, int j) {
+          const int width = coarse.mean.width;
+          return coarse.mean.At((i + width) % width, std::clamp(j, 0, coarse.mean.height - 1));
+        };
+        fine.mean.At(x, y) = (1.0f - dv) * ((1.0f - du) * at(left, top) + du * at(left + 1, top)) +
+                             dv * ((1.0f - du) * at(left, top + 1) + du * at(left + 1, top + 1));
+      }
+    }
+  }
+  image = std::move(levels.front().mean);
+}
+
+SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky, double sun_seen) {
+  SurveyLight light;
+  const LatLongSize size = SizeOf(map.radiance);
+  light.sky_radiance = map.radiance;
+
+  const double pixel_rad = std::numbers::pi / size.height;
+  const double window_rad = map.sun_angular_radius_rad + kPointingRad + 1.5 * pixel_rad;
+  const glm::dvec3 computed = glm::normalize(map.sun_direction_enu);
+  light.sun_direction_enu = computed;
+  const bool sun_up = computed.z > -std::sin(map.sun_angular_radius_rad);
+  bool measured = true;
+  if (!sun_up) {
+    light.notes.emplace_back("survey map: the sun was below the horizon");
+  } else {
+    const DiscPlace place = FindDisc(map.radiance, shows_sky, computed, window_rad);
+    light.sun_direction_enu = place.direction;
+    if (place.moved_rad > 0.0) {
+      light.notes.push_back("survey map: the sun's disc stands " +
+                            TwoDecimals(Degrees(place.moved_rad)) +
+                            " deg from its computed place; the map's place is used");
+    }
+    std::vector<MapPixel> window;
+    std::vector<MapPixel> ring;
+    for (const MapPixel& pixel : PixelsAround(place.direction, 2.0 * window_rad, size)) {
+      if (pixel.angle_rad <= window_rad) {
+        window.push_back(pixel);
+      } else if (shows_sky.At(pixel.x, pixel.y) != 0) {
+        ring.push_back(pixel);
+      }
+    }
+    const Background background = BackgroundOf(map.radiance, ring);
+    glm::dvec3 disc(0.0);
+    double window_sr = 0.0;
+    for (const MapPixel& pixel : window) {
+      const double solid_angle_sr = LatLongPixelSolidAngleSr(pixel.y, size);
+      // The scene's surfaces are not sky: only what outshines the sky there counts.
+      const glm::dvec3 excess = glm::dvec3(map.radiance.At(pixel.x, pixel.y)) - background.median;
+      const bool sky = shows_sky.At(pixel.x, pixel.y) != 0;
+      disc += solid_angle_sr * (sky ? excess : glm::max(excess, glm::dvec3(0.0)));
+      window_sr += solid_angle_sr;
+      if (sky) light.sky_radiance.At(pixel.x, pixel.y) = glm::vec3(background.median);
+    }
+    light.sun_irradiance_rgb = glm::max(disc, glm::dvec3(0.0));
+    // The sky behind the disc may differ from the ring's median by the ring's own spread.
+    light.sun_irradiance_stddev_rgb =
+        kDiscRelativeStddev * light.sun_irradiance_rgb + window_sr * background.stddev;
+
+    glm::dvec3 whole_sky_median(0.0);
+    for (int channel = 0; channel < 3; ++channel) {
+      whole_sky_median[channel] = Median(SkyValues(map.radiance, shows_sky, channel));
+    }
+    const double elevation_rad = std::asin(std::clamp(place.direction.z, -1.0, 1.0));
+    constexpr double kSignificant = 5.0;
+    if (IsClipped(map.radiance,
+                  window,
+                  whole_sky_median,
+                  MostFullyCovered(map.sun_angular_radius_rad, elevation_rad, size))) {
+      measured = false;
+      light.notes.emplace_back("survey map: the sun's disc is clipped");
+    } else if (sun_seen < 0.5 && Mean(light.sun_irradiance_rgb) <
+                                     kSignificant * Mean(light.sun_irradiance_stddev_rgb)) {
+      measured = false;
+      light.notes.emplace_back("survey map: the sun's disc is not in view");
+    }
+  }
+
+  // What is not sky is filled from what is; the mapping's rows below the horizon stay black.
+  GrayImage weight(size.width, size.height, 0.0f);
+  const int sky_rows = (size.height + 1) / 2;
+  for (int y = 0; y < sky_rows; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (shows_sky.At(x, y) != 0) {
+        weight.At(x, y) = static_cast<float>(LatLongPixelSolidAngleSr(y, size));
+      } else {
+        light.sky_radiance.At(x, y) = glm::vec3(0.0f);
+      }
+    }
+  }
+  RgbImage upper(size.width, sky_rows);
+  GrayImage upper_weight(size.width, sky_rows);
+  std::copy_n(light.sky_radiance.pixels.begin(), upper.pixels.size(), upper.pixels.begin());
+  std::copy_n(weight.pixels.begin(), upper_weight.pixels.size(), upper_weight.pixels.begin());
+  FillPushPull(upper_weight, upper);
+  std::fill(light.sky_radiance.pixels.begin(), light.sky_radiance.pixels.end(), glm::vec3(0.0f));
+  std::copy(upper.pixels.begin(), upper.pixels.end(), light.sky_radiance.pixels.begin());
+  light.sky_irradiance_rgb = HorizontalIrradiance(light.sky_radiance);
+
+  if (!measured) {
+    light.sun_clipped = true;
+    light.sun_irradiance_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
+    light.sun_irradiance_stddev_rgb = kModelRelativeStddev * light.sun_irradiance_rgb;
+    light.notes.emplace_back(
+        "survey map: the sun is taken as the map's sky times the clear-sky beam over diffuse");
+  }
+  if (!(Mean(light.sky_irradiance_rgb) > 0.0)) {
+    light.notes.emplace_back("survey map: it shows no light from the sky");
+  }
+  return light;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,35 @@
+#include "relight/survey_maps.h"
+
+#include "relight/environment.h"
+#include "relight/internal/surface_gather.h"
+#include "relight/sky_shape.h"
+
+namespace pleinair {
+
+SurveyMaps MakeSurveyMaps(const Survey& survey) {
+  const SurfaceView& view = survey.view;
+  SurveyMaps maps;
+  maps.albedo_rgb = view.albedo_rgb;
+  maps.normal_world = view.normal_world;
+  maps.ambient_weight = RgbImage(view.Width(), view.Height());
+  survey.gather->Blend(survey.gather->Rays().FromSky(*MakeUniformSkyShape()),
+                       maps.ambient_weight.pixels);
+  maps.sun_visibility = RgbImage(view.Width(), view.Height());
+  for (std::size_t i = 0; i < view.sun_visibility.pixels.size(); ++i) {
+    maps.sun_visibility.pixels[i] = glm::vec3(view.sun_visibility.pixels[i]);
+  }
+  maps.sky_radiance = survey.light.sky_radiance;
+
+  Lighting own_light;
+  own_light.sun.direction_enu = survey.light.sun_direction_enu;
+  own_light.sun.irradiance_rgb = survey.light.sun_irradiance_rgb;
+  own_light.sky = {{"survey", survey.light.sky_irradiance_rgb}};
+  const auto shape = MakeImageSkyShape("survey", survey.light.sky_radiance);
+  const std::vector<EnvironmentBasis> basis{
+      EnvironmentOfSun(survey, survey.light.sun_direction_enu),
+      EnvironmentOfSky(survey, 0, *shape)};
+  SynthesiseEnvironment(basis, own_light, maps.relit);
+  return maps;
+}
+
+}  // namespace pleinair
