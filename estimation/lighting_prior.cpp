@@ -52,7 +52,10 @@ UsualLight UsualLightOf(const ClearSkyExpectation& clear_sky, const CarriedLight
 // 1 for the same moment, 0 for what must not be carried.
 double Memory(const std::optional<CarriedLighting>& earlier, UtcTime time) {
   if (!earlier) return 0.0;
-  const double gap_s = std::chrono::duration<double>(time - earlier->time).count();
+  // In double before the difference: three centuries of nanoseconds overflow their 64 bits.
+  using Seconds = std::chrono::duration<double>;
+  const double gap_s =
+      (Seconds(time.time_since_epoch()) - Seconds(earlier->time.time_since_epoch())).count();
   if (!(gap_s >= 0.0 && gap_s <= kLongestCarryS)) return 0.0;
   return std::exp(-gap_s / kWeatherMemoryS);
 }

@@ -98,7 +98,7 @@ class OutdoorLightingSource final : public LightingSource {
   Camera camera_;
 
   bool SetFits(const SurfaceView& view) const {
-    return drawn_ && view.geometry_version == geometry_version_ &&
+    return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_version == geometry_version_ &&
            view.sun_version == sun_version_ && view.camera == camera_;
   }
 

@@ -89,6 +89,7 @@ class SampleDraw {
     });
     return footprints;
   }
+  bool RefusedUnusablePixels() const { return refused_unusable_; }
 
  private:
   struct Candidate {
@@ -109,6 +110,7 @@ class SampleDraw {
   const SampleSelectionOptions& options_;
   std::vector<Stratum> strata_;
   bool some_measured_ = false;
+  bool refused_unusable_ = false;
 
   // Pixels to each side of the centre.
   int RadiusAt(std::size_t pixel) const {
@@ -274,7 +276,7 @@ class SampleDraw {
   }
 
   // False where the footprint is not one plane of one region, or holds an unusable pixel.
-  bool Gather(std::size_t centre, SampleSet::Footprint& footprint) const {
+  bool Gather(std::size_t centre, SampleSet::Footprint& footprint) {
     const int width = view_.Width();
     footprint.x = static_cast<int>(centre % static_cast<std::size_t>(width));
     footprint.y = static_cast<int>(centre / static_cast<std::size_t>(width));
@@ -292,8 +294,11 @@ class SampleDraw {
         if (!view_.region.Contains(x, y)) return false;
         const std::size_t pixel = view_.region.Index(x, y);
         if (view_.region.pixels[pixel] != region || view_.may_be_sampled.pixels[pixel] == 0 ||
-            !(glm::dot(view_.normal_world.pixels[pixel], normal) >= kSamePlaneCosine) ||
-            unusable_.pixels[pixel] != 0 || !IsFinite(radiance_.pixels[pixel])) {
+            !(glm::dot(view_.normal_world.pixels[pixel], normal) >= kSamePlaneCosine)) {
+          return false;
+        }
+        if (unusable_.pixels[pixel] != 0 || !IsFinite(radiance_.pixels[pixel])) {
+          refused_unusable_ = true;
           return false;
         }
         const glm::dvec3 reflectance =
@@ -333,7 +338,9 @@ void SampleSet::Draw(const SurfaceView& view,
   }
   width_ = view.Width();
   height_ = view.Height();
-  footprints_ = SampleDraw(view, sun_direction_enu, radiance, unusable, options).Run();
+  SampleDraw draw(view, sun_direction_enu, radiance, unusable, options);
+  footprints_ = draw.Run();
+  short_of_usable_pixels_ = Size() < options.samples && draw.RefusedUnusablePixels();
 }
 
 int SampleSet::Measure(const glm::dvec3& sun_direction_enu,

@@ -54,6 +54,9 @@ class SampleSet {
               std::vector<DiffuseSample>& samples) const;
 
   int Size() const { return static_cast<int>(footprints_.size()); }
+  // Whether another frame of the same view could fill the set better: it is short of what was asked
+  // for, and unusable pixels are among the reasons.
+  bool IsShortOfUsablePixels() const { return short_of_usable_pixels_; }
 
  private:
   struct Footprint {
@@ -71,6 +74,7 @@ class SampleSet {
 
   int width_ = 0;
   int height_ = 0;
+  bool short_of_usable_pixels_ = false;
   std::vector<Footprint> footprints_;
 
   friend class SampleDraw;

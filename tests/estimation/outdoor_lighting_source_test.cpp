@@ -55,6 +55,33 @@ TEST(OutdoorLightingSource, KeepsItsSamplesWhileCameraAndSunStandStill) {
   EXPECT_EQ(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
 }
 
+// A first frame that is clipped all over must not leave the next one without samples.
+TEST(OutdoorLightingSource, DrawsAgainWhenAFrameLeftTheSetShort) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  Frame clipped = MakeFrame(picture, view);
+  std::fill(clipped.unusable.pixels.begin(), clipped.unusable.pixels.end(), 1);
+  const auto source = MakeOutdoorLightingSource({});
+  EXPECT_EQ(source->Estimate(Observe(clipped, view))->samples_used, 0);
+  const Frame frame = MakeFrame(picture, view);
+  EXPECT_EQ(source->Estimate(Observe(frame, view))->samples_used, 500);
+}
+
+// And a kept set that loses much of itself to clipping is replaced.
+TEST(OutdoorLightingSource, DrawsAgainWhenAFrameSpoilsTheSet) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  Frame frame = MakeFrame(picture, view);
+  const auto source = MakeOutdoorLightingSource({});
+  ASSERT_TRUE(source->Estimate(Observe(frame, view)).has_value());
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width / 4; ++x) frame.unusable.At(x, y) = 1;
+  }
+  const auto estimate = source->Estimate(Observe(frame, view));
+  EXPECT_GT(estimate->new_sample_set_ms, 0.0);
+  EXPECT_EQ(estimate->samples_used, 500);
+}
+
 // A well-posed frame is not held back by the one before it: no filter hides in the prior.
 TEST(OutdoorLightingSource, FollowsACloudInTheFrameThatShowsIt) {
   SyntheticPicture clear;
