@@ -292,18 +292,14 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
   for (const SkyComponent& component : input.lighting.sky) {
     light.sky_irradiance.emplace_back(static_cast<double>(gain) * component.irradiance_rgb);
   }
-  const PixelRect rect = lookup.IsIdentity() ? UnionOf(object_rect, shadow_rect)
-                                             : WholePicture(input.view.camera.intrinsics);
-  composite.Draw(surface,
-                 lookup,
-                 object_layer.Layer(),
-                 real_shadow.Mask(),
-                 light,
-                 gain,
-                 input.view.Width(),
-                 input.view.Height(),
-                 rect);
-  return rect;
+  const CompositeLayers layers{surface,
+                               lookup,
+                               object_layer.Layer(),
+                               real_shadow.Mask(),
+                               lookup.CameraRectOf(object_rect),
+                               lookup.CameraRectOf(shadow_rect)};
+  composite.Draw(layers, light, gain, input.view.Width(), input.view.Height());
+  return UnionOf(layers.object_rect, layers.shadow_rect);
 }
 
 void Compositor::Impl::ReadBack(const RgbImage& camera,

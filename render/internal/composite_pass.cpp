@@ -1,11 +1,72 @@
 #include "render/internal/composite_pass.h"
 
-#include <array>
+#include <string>
+#include <string_view>
 
 #include <glm/vec4.hpp>
 
 namespace pleinair {
 namespace {
+
+// Finds pixels in a new shadow, for the stencil. Relighting costs some ten times a texture fetch,
+// in software for every pixel that is drawn, so that only these are relit.
+constexpr std::string_view kShadowedShader = R"(
+uniform sampler2D u_shadow_mask;
+uniform sampler2D u_lookup;
+uniform int u_has_lookup;
+void main() {
+  float in_shadow;
+  if (u_has_lookup != 0) {
+    vec2 place = texelFetch(u_lookup, ivec2(gl_FragCoord.xy), 0).xy;
+    in_shadow = texture(u_shadow_mask, place / vec2(textureSize(u_shadow_mask, 0))).r;
+  } else {
+    in_shadow = texelFetch(u_shadow_mask, ivec2(gl_FragCoord.xy), 0).r;
+  }
+  if (!(in_shadow > 0.0)) discard;
+}
+)";
+
+// What both of the following begin with.
+constexpr std::string_view kCommonShader = R"(
+uniform sampler2D u_camera_radiance;
+uniform sampler2D u_object_layer;
+uniform sampler2D u_lookup;
+uniform int u_has_lookup;
+uniform float u_gain;
+out vec4 o_colour;
+
+const float kHalfMax = 65504.0;
+const float kScaled = 128.0 / 255.0;
+
+// The layers' value at a camera pixel.
+vec4 LayerAt(sampler2D layer, ivec2 pixel) {
+  if (u_has_lookup == 0) return texelFetch(layer, pixel, 0);
+  vec2 place = texelFetch(u_lookup, pixel, 0).xy / vec2(textureSize(layer, 0));
+  bool is_inside = all(greaterThan(place, vec2(0.0))) && all(lessThan(place, vec2(1.0)));
+  return is_inside ? texture(layer, place) : vec4(0.0);
+}
+
+bool IsKnown(vec3 camera) {
+  return all(greaterThanEqual(camera, vec3(0.0))) && all(lessThan(camera, vec3(1e37)));
+}
+
+// What a broken camera pixel holds cannot shine through an object's edge.
+vec4 Covered(vec4 object, vec3 real, bool is_known) {
+  vec3 blended = is_known ? object.rgb + (1.0 - object.a) * real : object.rgb / object.a;
+  return vec4(min(blended, vec3(kHalfMax)), 1.0);
+}
+)";
+
+// Objects over pixels that are otherwise the camera's own.
+constexpr std::string_view kCoverShader = R"(
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec4 object = LayerAt(u_object_layer, pixel);
+  vec3 camera = u_gain * texelFetch(u_camera_radiance, pixel, 0).rgb;
+  if (!(object.a > 0.0)) discard;
+  o_colour = Covered(object, camera, IsKnown(camera));
+}
+)";
 
 // The state of a real pixel. Its log radiance, per channel, is held against two predictions: lit
 // (l) and shaded (d). With noise sigma (the albedo of one pixel against that of the survey, in log)
@@ -13,28 +74,20 @@ namespace {
 // channels stands against one that is dead or coloured. What the mesh says adds its own log odds,
 // so that a dark brick under a weak sun does not pass for shadow; near an edge of the model the
 // mesh may be wrong about the place, and says nothing.
-constexpr std::string_view kFragmentShader = R"(
-uniform sampler2D u_camera_radiance;
+constexpr std::string_view kRelightShader = R"(
 uniform sampler2D u_clipped;
-uniform sampler2D u_object_layer;
 uniform sampler2D u_shadow_mask;
-uniform sampler2D u_lookup;
 uniform sampler2D u_albedo;
 uniform sampler2D u_normal;
 uniform sampler2DArray u_sky_response;
 uniform sampler2D u_sun_bounce;
 uniform sampler2D u_sun_visibility;
-uniform int u_has_lookup;
 uniform vec3 u_to_sun;
 uniform vec3 u_sun_irradiance;
 uniform vec3 u_sky_irradiance[128];
 uniform int u_sky_shapes;
-uniform float u_gain;
-out vec4 o_colour;
 
 const float kInvPi = 0.318309886;
-const float kHalfMax = 65504.0;
-const float kScaled = 128.0 / 255.0;
 // One pixel's albedo against the model's, standard deviation in log: bricks, joints, stains around
 // a survey texel's mean; a material's guess is worse.
 const float kSigmaMeasured = 0.25;
@@ -64,125 +117,146 @@ float SunWithout(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec4 object;
-  float in_shadow;
-  if (u_has_lookup != 0) {
-    vec2 place = texelFetch(u_lookup, pixel, 0).xy / vec2(textureSize(u_object_layer, 0));
-    bool inside = all(greaterThan(place, vec2(0.0))) && all(lessThan(place, vec2(1.0)));
-    object = inside ? texture(u_object_layer, place) : vec4(0.0);
-    in_shadow = inside ? texture(u_shadow_mask, place).r : 0.0;
-  } else {
-    object = texelFetch(u_object_layer, pixel, 0);
-    in_shadow = texelFetch(u_shadow_mask, pixel, 0).r;
-  }
-  if (!(object.a > 0.0) && !(in_shadow > 0.0)) discard;
-
+  float in_shadow = LayerAt(u_shadow_mask, pixel).r;
+  vec4 object = LayerAt(u_object_layer, pixel);
   vec3 camera = u_gain * texelFetch(u_camera_radiance, pixel, 0).rgb;
-  bool is_known = all(greaterThanEqual(camera, vec3(0.0))) && all(lessThan(camera, vec3(1e37)));
-  vec3 real = camera;
-  bool is_changed = false;
-  if (in_shadow > 0.0) {
-    vec3 sky = vec3(0.0);
-    for (int k = 0; k < u_sky_shapes; ++k) {
-      sky += u_sky_irradiance[k] * texelFetch(u_sky_response, ivec3(pixel, k), 0).rgb;
-    }
-    vec3 normal = texelFetch(u_normal, pixel, 0).rgb;
-    vec2 visibility_edge = texelFetch(u_sun_visibility, pixel, 0).rg;
-    vec4 albedo = texelFetch(u_albedo, pixel, 0);
-    vec3 direct = u_sun_irradiance * max(dot(normal, u_to_sun), 0.0);
-    vec3 indirect = sky + u_sun_irradiance * texelFetch(u_sun_bounce, pixel, 0).rgb;
-    bool clipped = texelFetch(u_clipped, pixel, 0).r > 0.0;
-    vec3 to_radiance = albedo.rgb * kInvPi;
-    float s_without = SunWithout(camera, clipped, to_radiance * (indirect + direct),
+  bool is_known = IsKnown(camera);
+  vec3 sky = vec3(0.0);
+  for (int k = 0; k < u_sky_shapes; ++k) {
+    sky += u_sky_irradiance[k] * texelFetch(u_sky_response, ivec3(pixel, k), 0).rgb;
+  }
+  vec3 normal = texelFetch(u_normal, pixel, 0).rgb;
+  vec2 visibility_edge = texelFetch(u_sun_visibility, pixel, 0).rg;
+  vec4 albedo = texelFetch(u_albedo, pixel, 0);
+  vec3 direct = u_sun_irradiance * max(dot(normal, u_to_sun), 0.0);
+  vec3 indirect = sky + u_sun_irradiance * texelFetch(u_sun_bounce, pixel, 0).rgb;
+  bool clipped = texelFetch(u_clipped, pixel, 0).r > 0.0;
+  vec3 to_radiance = albedo.rgb * kInvPi;
+  float s_without = SunWithout(camera, clipped, to_radiance * (indirect + direct),
                                to_radiance * indirect, visibility_edge.x, visibility_edge.y,
                                albedo.a > 0.0);
-    float s_with = (1.0 - in_shadow) * s_without;
-    vec3 before = indirect + s_without * direct;
-    vec3 after = indirect + s_with * direct;
-    bvec3 darkens = lessThan(after, before);
-    if (any(darkens) && is_known) {
-      is_changed = true;
-      vec3 ratio = vec3(darkens.r ? after.r / before.r : 1.0,
-                        darkens.g ? after.g / before.g : 1.0,
-                        darkens.b ? after.b / before.b : 1.0);
-      real = clipped ? to_radiance * after : camera * ratio;
-    }
-  }
+  float s_with = (1.0 - in_shadow) * s_without;
+  vec3 before = indirect + s_without * direct;
+  vec3 after = indirect + s_with * direct;
+  bvec3 darkens = lessThan(after, before);
+  vec3 ratio = vec3(darkens.r ? after.r / before.r : 1.0,
+                    darkens.g ? after.g / before.g : 1.0,
+                    darkens.b ? after.b / before.b : 1.0);
+  bool is_changed = any(darkens) && is_known;
+  vec3 real = !is_changed ? camera : clipped ? to_radiance * after : camera * ratio;
   if (object.a > 0.0) {
-    // What a broken camera pixel holds cannot shine through an object's edge.
-    vec3 blended = is_known ? object.rgb + (1.0 - object.a) * real : object.rgb / object.a;
-    o_colour = vec4(min(blended, vec3(kHalfMax)), 1.0);
-  } else if (is_changed) {
-    o_colour = vec4(min(real, vec3(kHalfMax)), kScaled);
+    o_colour = Covered(object, real, is_known);
   } else {
-    discard;
+    o_colour = is_changed ? vec4(min(real, vec3(kHalfMax)), kScaled) : vec4(0.0);
   }
 }
 )";
 
-void BindTexture(int unit, GLenum target, GLuint texture) {
-  glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
-  glBindTexture(target, texture);
+std::string Joined(std::string_view first, std::string_view second) {
+  return std::string(first).append(second);
+}
+
+// Binds textures to units in the order given, and unbinds them in the end.
+class BoundTextures {
+ public:
+  explicit BoundTextures(const ShaderProgram& program) : program_(program) {}
+  ~BoundTextures() {
+    for (std::size_t i = 0; i < targets_.size(); ++i) {
+      glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + i));
+      glBindTexture(targets_[i], 0);
+    }
+    glActiveTexture(GL_TEXTURE0);
+  }
+  BoundTextures(const BoundTextures&) = delete;
+  BoundTextures& operator=(const BoundTextures&) = delete;
+
+  void Add(const char* uniform, GLuint texture, GLenum target = GL_TEXTURE_2D) {
+    glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + targets_.size()));
+    glBindTexture(target, texture);
+    program_.Set(uniform, static_cast<int>(targets_.size()));
+    targets_.push_back(target);
+  }
+
+ private:
+  const ShaderProgram& program_;
+  std::vector<GLenum> targets_;
+};
+
+void AddLookup(const LayerLookup& lookup, const ShaderProgram& program, BoundTextures& textures) {
+  textures.Add("u_lookup", lookup.IsIdentity() ? 0 : lookup.Texture());
+  program.Set("u_has_lookup", lookup.IsIdentity() ? 0 : 1);
 }
 
 }  // namespace
 
 CompositePass::CompositePass()
-    : target_("composite", GL_RGBA16F, FrameBuffer::DepthStencil::kNone),
-      program_("composite", kScreenVertexShader, kFragmentShader),
+    : target_("composite", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8),
+      shadowed_program_("composite: shadowed", kScreenVertexShader, kShadowedShader),
+      cover_program_("composite: cover", kScreenVertexShader, Joined(kCommonShader, kCoverShader)),
+      relight_program_(
+          "composite: relight", kScreenVertexShader, Joined(kCommonShader, kRelightShader)),
       no_vertices_(MakeVertexArray()) {}
 
-void CompositePass::Draw(const SurfaceTextures& surface,
-                         const LayerLookup& lookup,
-                         GLuint object_layer,
-                         GLuint shadow_mask,
-                         const CompositeLight& light,
-                         float gain,
-                         int width,
-                         int height,
-                         const PixelRect& rect) {
+void CompositePass::Draw(
+    const CompositeLayers& layers, const CompositeLight& light, float gain, int width, int height) {
   ResetPassState();
   target_.Resize(width, height);
   target_.Bind();
-  ScissorTo(rect);
-  glClear(GL_COLOR_BUFFER_BIT);
-  program_.Use();
-  struct Unit {
-    const char* name;
-    GLenum target;
-    GLuint texture;
-  };
-  const std::array<Unit, 10> units{
-      {{"u_camera_radiance", GL_TEXTURE_2D, surface.Camera()},
-       {"u_clipped", GL_TEXTURE_2D, surface.Clipped()},
-       {"u_object_layer", GL_TEXTURE_2D, object_layer},
-       {"u_shadow_mask", GL_TEXTURE_2D, shadow_mask},
-       {"u_albedo", GL_TEXTURE_2D, surface.Albedo()},
-       {"u_normal", GL_TEXTURE_2D, surface.Normal()},
-       {"u_sky_response", GL_TEXTURE_2D_ARRAY, surface.SkyResponse()},
-       {"u_sun_bounce", GL_TEXTURE_2D, surface.SunBounce()},
-       {"u_sun_visibility", GL_TEXTURE_2D, surface.SunVisibility()},
-       {"u_lookup", GL_TEXTURE_2D, lookup.IsIdentity() ? 0 : lookup.Texture()}}};
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    BindTexture(static_cast<int>(i), units[i].target, units[i].texture);
-    program_.Set(units[i].name, static_cast<int>(i));
-  }
-  program_.Set("u_has_lookup", lookup.IsIdentity() ? 0 : 1);
-  program_.Set("u_to_sun", glm::vec3(light.to_sun));
-  program_.Set("u_sun_irradiance", light.sun_irradiance);
-  program_.Set("u_sky_shapes", static_cast<int>(light.sky_irradiance.size()));
-  if (!light.sky_irradiance.empty()) {
-    program_.SetArray("u_sky_irradiance",
-                      light.sky_irradiance.data(),
-                      static_cast<int>(light.sky_irradiance.size()));
-  }
-  program_.Set("u_gain", gain);
+  ScissorTo(UnionOf(layers.object_rect, layers.shadow_rect));
+  glClear(GL_COLOR_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   glBindVertexArray(no_vertices_.Name());
-  DrawScreen();
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    BindTexture(static_cast<int>(i), units[i].target, 0);
+  const SurfaceTextures& surface = layers.surface;
+
+  if (!layers.shadow_rect.Empty()) {
+    ScissorTo(layers.shadow_rect);
+    glEnable(GL_STENCIL_TEST);
+    glStencilFunc(GL_ALWAYS, 1, 0xff);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    shadowed_program_.Use();
+    BoundTextures textures(shadowed_program_);
+    textures.Add("u_shadow_mask", layers.shadow_mask);
+    AddLookup(layers.lookup, shadowed_program_, textures);
+    DrawScreen();
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   }
-  glActiveTexture(GL_TEXTURE0);
+  if (!layers.object_rect.Empty()) {
+    ScissorTo(layers.object_rect);
+    cover_program_.Use();
+    BoundTextures textures(cover_program_);
+    textures.Add("u_camera_radiance", surface.Camera());
+    textures.Add("u_object_layer", layers.object_layer);
+    AddLookup(layers.lookup, cover_program_, textures);
+    cover_program_.Set("u_gain", gain);
+    DrawScreen();
+  }
+  if (!layers.shadow_rect.Empty()) {
+    ScissorTo(layers.shadow_rect);
+    glStencilFunc(GL_EQUAL, 1, 0xff);
+    relight_program_.Use();
+    BoundTextures textures(relight_program_);
+    textures.Add("u_camera_radiance", surface.Camera());
+    textures.Add("u_clipped", surface.Clipped());
+    textures.Add("u_object_layer", layers.object_layer);
+    textures.Add("u_shadow_mask", layers.shadow_mask);
+    textures.Add("u_albedo", surface.Albedo());
+    textures.Add("u_normal", surface.Normal());
+    textures.Add("u_sky_response", surface.SkyResponse(), GL_TEXTURE_2D_ARRAY);
+    textures.Add("u_sun_bounce", surface.SunBounce());
+    textures.Add("u_sun_visibility", surface.SunVisibility());
+    AddLookup(layers.lookup, relight_program_, textures);
+    relight_program_.Set("u_to_sun", glm::vec3(light.to_sun));
+    relight_program_.Set("u_sun_irradiance", light.sun_irradiance);
+    relight_program_.Set("u_sky_shapes", static_cast<int>(light.sky_irradiance.size()));
+    if (!light.sky_irradiance.empty()) {
+      relight_program_.SetArray("u_sky_irradiance",
+                                light.sky_irradiance.data(),
+                                static_cast<int>(light.sky_irradiance.size()));
+    }
+    relight_program_.Set("u_gain", gain);
+    DrawScreen();
+  }
 }
 
 }  // namespace pleinair

@@ -19,6 +19,16 @@ struct CompositeLight {
   std::vector<glm::vec3> sky_irradiance;  // Per sky shape of the view.
 };
 
+// What the pass reads: textures of the frame, and where in the camera's picture they can matter.
+struct CompositeLayers {
+  const SurfaceTextures& surface;
+  const LayerLookup& lookup;
+  GLuint object_layer = 0;
+  GLuint shadow_mask = 0;
+  PixelRect object_rect;
+  PixelRect shadow_rect;
+};
+
 class CompositePass {
  public:
   // More sky shapes than this are refused by the compositor.
@@ -26,23 +36,21 @@ class CompositePass {
 
   CompositePass();
 
-  // Draws into Target() inside `rect`: radiance in the layers' units, alpha the PixelChange / 255;
-  // alpha is 0 outside. `gain` takes camera radiance to the layers' units.
-  void Draw(const SurfaceTextures& surface,
-            const LayerLookup& lookup,
-            GLuint object_layer,
-            GLuint shadow_mask,
+  // Draws into Target(): radiance in the layers' units, alpha the PixelChange / 255. Only the union
+  // of the two rectangles is defined. `gain` takes camera radiance to the layers' units.
+  void Draw(const CompositeLayers& layers,
             const CompositeLight& light,
             float gain,
             int width,
-            int height,
-            const PixelRect& rect);
+            int height);
 
   const FrameBuffer& Target() const { return target_; }
 
  private:
   FrameBuffer target_;
-  ShaderProgram program_;
+  ShaderProgram shadowed_program_;
+  ShaderProgram cover_program_;
+  ShaderProgram relight_program_;
   GlObject no_vertices_;
 };
 

@@ -1,7 +1,12 @@
 // Where each pixel of a distorted picture lies in the undistorted layers.
 #pragma once
 
+#include <vector>
+
+#include <glm/vec2.hpp>
+
 #include "render/internal/gl_object.h"
+#include "render/internal/screen_extent.h"
 #include "scene/camera.h"
 
 namespace pleinair {
@@ -20,9 +25,13 @@ class LayerLookup {
   // where not IsIdentity().
   GLuint Texture() const { return texture_.Name(); }
 
+  // The camera's pixels that look into `rect` of the layers.
+  PixelRect CameraRectOf(const PixelRect& rect) const;
+
  private:
   CameraIntrinsics camera_;
   CameraIntrinsics undistorted_;
+  std::vector<glm::vec2> lookup_;
   GlObject texture_;
 };
 
