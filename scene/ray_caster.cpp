@@ -21,6 +21,10 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Filter.
 constexpr float kNearShare = 0x1p-18f;
 
+// Embree's own bound for coordinates. Debian builds it with assertions, which end the program when
+// a ray breaks it.
+constexpr float kMaxCoordinate = 1.8e18f;
+
 constexpr std::size_t kPacket = 8;
 
 // One device for the process: it holds no state of a query.
@@ -89,6 +93,12 @@ void Filter(const RTCFilterFunctionNArguments* arguments) {
       arguments->valid[lane] = 0;
     }
   }
+}
+
+// Whether Embree takes it. False for what is not a number, too.
+bool IsCastable(const glm::vec3& v) {
+  return std::abs(v.x) < kMaxCoordinate && std::abs(v.y) < kMaxCoordinate &&
+         std::abs(v.z) < kMaxCoordinate;
 }
 
 RTCRay NewRay(const glm::vec3& origin_m, const glm::vec3& direction, float max_distance_m) {
@@ -163,10 +173,9 @@ RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
     for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
       const glm::vec3& position_m = mesh.positions_m[i];
       vertices[i] = glm::vec4(position_m, 0.0f);
-      for (int axis = 0; axis < 3; ++axis) {
-        if (std::isfinite(position_m[axis]))
-          largest = std::max(largest, std::abs(position_m[axis]));
-      }
+      if (!IsCastable(position_m)) continue;  // Embree leaves its triangles out.
+      const glm::vec3 size = glm::abs(position_m);
+      largest = std::max({largest, size.x, size.y, size.z});
     }
     std::copy(mesh.triangles.begin(), mesh.triangles.end(), triangles);
     rtcSetGeometryIntersectFilterFunction(geometry, Filter);
@@ -188,7 +197,9 @@ RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 std::optional<RayHit> RayCaster::Intersect(const glm::vec3& origin_m,
                                            const glm::vec3& direction,
                                            float max_distance_m) const {
-  if (!(max_distance_m > 0.0f)) return std::nullopt;
+  if (!(max_distance_m > 0.0f) || !IsCastable(origin_m) || !IsCastable(direction)) {
+    return std::nullopt;
+  }
   Query query = impl_->NewQuery(max_distance_m);
   RTCRayHit found{};
   found.ray = NewRay(origin_m, direction, max_distance_m);
@@ -217,7 +228,7 @@ std::optional<RayHit> RayCaster::Intersect(const glm::vec3& origin_m,
 bool RayCaster::Occluded(const glm::vec3& origin_m,
                          const glm::vec3& direction,
                          float max_distance_m) const {
-  if (!(max_distance_m > 0.0f)) return false;
+  if (!(max_distance_m > 0.0f) || !IsCastable(origin_m) || !IsCastable(direction)) return false;
   Query query = impl_->NewQuery(max_distance_m);
   RTCRay ray = NewRay(origin_m, direction, max_distance_m);
   rtcOccluded1(impl_->scene, &query.context, &ray);
@@ -237,6 +248,7 @@ void RayCaster::Occluded(const glm::vec3* origins_m,
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       const glm::vec3& origin_m = origins_m[begin + lane];
       const glm::vec3& direction = directions[begin + lane];
+      if (!IsCastable(origin_m) || !IsCastable(direction)) continue;
       valid[lane] = -1;
       packet.org_x[lane] = origin_m.x;
       packet.org_y[lane] = origin_m.y;

@@ -22,6 +22,14 @@ struct RayHit {
 };
 
 // Immutable after construction, safe from any thread, holds no reference to the mesh.
+//
+// Accuracy  Which side of a triangle's plane a ray starts on is decided in double precision, so
+// that
+//           a ray started by OffsetFromSurface never meets its own surface, however large the
+//           triangles. Rays through edges and vertices do not slip through. A ray that starts
+//           within a rounding error of an edge may start on the other side of it.
+// Not       hit: triangles without area, or with a corner that is not finite or beyond 1.8e18 m. A
+//           ray that is not finite, or beyond that, misses.
 class RayCaster {
  public:
   // An empty mesh is allowed: every ray misses.
