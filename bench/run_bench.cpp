@@ -31,7 +31,7 @@ struct BenchArguments {
 void RunRepeatedFrame(benchmark::State& state, const BenchArguments& arguments, ProbeRoute route) {
   const Sequence sequence = ReadSequence(arguments.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
-  FileBlobStore store({});
+  FileBlobStore store;
   const PreparedScene scene =
       PrepareScene(site.model, PrepareOptionsFor(site, kAllBounces), store, [](auto, auto) {});
   const HeadlessContext context;
