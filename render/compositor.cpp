@@ -1,9 +1,9 @@
 #include "render/compositor.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -121,14 +121,17 @@ void Validate(const CompositeInput& input, std::span<const VirtualObject> object
 // The layers are half floats, with full precision from 6e-5 to 65504. A power of two brings the
 // frame's brightest value near 2^10, so that radiances in any unit keep their digits, exactly.
 float LayerGain(const RgbImage& radiance, const Lighting& lighting) {
-  float brightest = 0.0f;
+  // Bits of positive floats are ordered as the floats are, negative ones are below and what is not
+  // finite is above, so that one integer maximum, which the compiler can vectorise, finds it.
+  constexpr std::int32_t kInfinityBits = 0x7f800000;
+  std::int32_t brightest_bits = 0;
   for (const glm::vec3& pixel : radiance.pixels) {
     for (int channel = 0; channel < 3; ++channel) {
-      const float value = pixel[channel];
-      // False for NaN and infinity.
-      if (value > brightest && value <= std::numeric_limits<float>::max()) brightest = value;
+      const auto bits = std::bit_cast<std::int32_t>(pixel[channel]);
+      brightest_bits = std::max(brightest_bits, bits < kInfinityBits ? bits : 0);
     }
   }
+  const auto brightest = std::bit_cast<float>(brightest_bits);
   const glm::dvec3 irradiance = lighting.sun.irradiance_rgb + lighting.SkyIrradianceRgb();
   const double from_light = std::max({irradiance.x, irradiance.y, irradiance.z}) / 3.14159265;
   const double peak = std::max(static_cast<double>(brightest), from_light);
@@ -221,10 +224,14 @@ struct Compositor::Impl {
   std::optional<Camera> layer_camera;
   std::uint64_t layer_version = 0;
   LayerView layer_view;
+  // Kept while neither the sun nor the geometry moves.
+  glm::dvec3 volumes_to_sun{0.0};
+  std::uint64_t volumes_version = 0;
   ShadowVolumes object_volumes;
   ShadowVolumes real_volumes;
 
   void UpdateLayerView(const Camera& camera);
+  void UpdateVolumes(const glm::dvec3& to_sun);
   PixelRect DrawLayers(const CompositeInput& input, float gain);
   void ReadBack(const RgbImage& camera, const PixelRect& rect, float gain, Composite& result);
 };
@@ -235,6 +242,17 @@ void Compositor::Impl::UpdateLayerView(const Camera& camera) {
   layer_view = MakeLayerView(scene, camera, lookup.Undistorted());
   layer_camera = camera;
   layer_version = scene.Version();
+}
+
+void Compositor::Impl::UpdateVolumes(const glm::dvec3& to_sun) {
+  if (volumes_to_sun == to_sun && volumes_version == scene.Version()) return;
+  scene.ObjectsAsCaster().BuildVolumes(to_sun, std::nullopt, object_volumes);
+  scene.ObjectBuffers().UploadVolumes(object_volumes);
+  // On real surfaces nature has drawn their shadows: they are wanted on the objects alone.
+  scene.Phantom().BuildVolumes(to_sun, scene.ObjectBoxLocal(), real_volumes);
+  scene.PhantomBuffers().UploadVolumes(real_volumes);
+  volumes_to_sun = to_sun;
+  volumes_version = scene.Version();
 }
 
 // Draws all layers and the composite; returns the part of the picture that may have changed.
@@ -260,15 +278,8 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
   const PixelRect& object_rect = layer_view.object_rect;
   if (object_rect.Empty() && shadow_rect.Empty()) return {};
 
-  if (has_shadows) {
-    scene.ObjectsAsCaster().BuildVolumes(to_sun, std::nullopt, object_volumes);
-    scene.ObjectBuffers().UploadVolumes(object_volumes);
-  }
+  if (has_shadows) UpdateVolumes(to_sun);
   const bool shades_objects = has_shadows && sun.is_shining && !object_rect.Empty();
-  if (shades_objects) {
-    scene.Phantom().BuildVolumes(to_sun, scene.ObjectBoxLocal(), real_volumes);
-    scene.PhantomBuffers().UploadVolumes(real_volumes);
-  }
   if (shadow_rect.Empty()) {
     real_shadow.Clear(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
   } else {
@@ -360,6 +371,7 @@ Gray8Image Compositor::RenderShadowMask(const Camera& camera, const glm::dvec3& 
   }
   const ApplicationState application_state;
   const LayerView view = MakeLayerView(impl_->scene, camera, camera.intrinsics);
+  impl_->volumes_version = 0;  // The mask puts its own volumes into the buffers.
   return impl_->shadow_mask.Draw(
       view, impl_->scene, ValidatedDirection(sun_direction_enu), impl_->stencil);
 }

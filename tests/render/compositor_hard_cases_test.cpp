@@ -74,7 +74,11 @@ TEST_F(CompositorHardCase, FramesDoNotRememberOtherFrames) {
   Render(other_sun, Box({-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 2.5f}));
   Render(smaller, Sphere({0.5f, 0.0f, 1.0f}, 0.5f, 8));
   Render(scene, Sphere({0.5f, 0.5f, 1.5f}, 0.5f, 8));
-  const Composite after = Render(scene, sphere);
+  Render(scene, sphere);
+  compositor_.RenderShadowMask(scene.Camera(), DirectionOf(20.0, 50.0));
+  const std::vector<std::vector<glm::vec3>> irradiance{
+      std::vector<glm::vec3>(sphere.positions_m.size(), glm::vec3(90.0f))};
+  const Composite after = compositor_.Render(scene.Input(irradiance));
   EXPECT_EQ(fresh.radiance.pixels, after.radiance.pixels);
   EXPECT_EQ(fresh.change.pixels, after.change.pixels);
 }
