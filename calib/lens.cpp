@@ -102,7 +102,10 @@ Distorted Distort(const std::array<double, 5>& distortion, const glm::dvec2& poi
 double UndistortRadius(const std::array<double, 5>& distortion,
                        double distorted_radius,
                        double limit) {
-  const auto [k1, k2, p1, p2, k3] = distortion;
+  // Not a structured binding: clang 14 lets no lambda capture one.
+  const double k1 = distortion[0];
+  const double k2 = distortion[1];
+  const double k3 = distortion[4];
   const auto radial = [&](double r) {
     const double s = r * r;
     return r * (1.0 + s * (k1 + s * (k2 + s * k3)));

@@ -13,7 +13,7 @@ namespace pleinair {
 namespace {
 
 std::optional<JsonCursor> Known(const JsonCursor& at, const char* key) {
-  const auto found = at.Optional(key);
+  auto found = at.Optional(key);
   if (!found || found->Value().is_null()) return std::nullopt;
   return found;
 }

@@ -1,7 +1,9 @@
 // A score as JSON and as a table.
+#include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
+#include <initializer_list>
 #include <map>
 
 #include <nlohmann/json.hpp>
@@ -105,85 +107,94 @@ Json FromSummaries(const LightSummaries& summaries) {
           {"others", FromSummary(summaries.others)}};
 }
 
-// printf into a string.
-__attribute__((format(printf, 1, 2))) std::string Printed(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof(text), format, arguments);
-  va_end(arguments);
+std::string Fixed(double value, int decimals) {
+  char text[400];  // The longest double has 309 digits before the point.
+  std::snprintf(text, sizeof(text), "%.*f", decimals, value);
   return text;
 }
 
 // A column's entry, or a dash.
-std::string Cell(const std::optional<double>& value, double unit, const char* format) {
-  char text[32];
-  if (!value || !std::isfinite(*value)) return "-";
-  std::snprintf(text, sizeof(text), format, unit * *value);
-  return text;
+std::string Cell(const std::optional<double>& value, double unit, int decimals) {
+  return value && std::isfinite(*value) ? Fixed(unit * *value, decimals) : "-";
+}
+std::string Percent(const std::optional<double>& share) { return Cell(share, 100.0, 2); }
+std::string Decibel(const std::optional<double>& psnr) { return Cell(psnr, 1.0, 2); }
+std::string Degrees(const std::optional<double>& rad) { return Cell(rad, DegFromRad(1.0), 3); }
+
+struct Column {
+  std::string text;
+  int width = 0;  // Right-aligned; left-aligned where negative.
+};
+
+std::string Row(std::initializer_list<Column> columns) {
+  std::string row;
+  for (const Column& column : columns) {
+    const auto width = static_cast<std::size_t>(std::abs(column.width));
+    const std::string padding(width - std::min(width, column.text.size()), ' ');
+    row += column.width < 0 ? column.text + padding : padding + column.text;
+  }
+  return row + "\n";
 }
 
-std::string Percent(const std::optional<double>& share) { return Cell(share, 100.0, "%.2f"); }
-std::string Decibel(const std::optional<double>& psnr) { return Cell(psnr, 1.0, "%.2f"); }
-std::string Degrees(const std::optional<double>& rad) { return Cell(rad, DegFromRad(1.0), "%.3f"); }
-
 std::string FrameRow(const FrameScore& frame) {
-  const LightScore none;
-  const LightScore& raw = frame.raw ? *frame.raw : none;
-  const LightScore& light = frame.light ? *frame.light : none;
-  const CompositeScore no_composite;
-  const CompositeScore& composite = frame.composite ? *frame.composite : no_composite;
+  const LightScore raw = frame.raw.value_or(LightScore{});
+  const LightScore light = frame.light.value_or(LightScore{});
+  const CompositeScore composite = frame.composite.value_or(CompositeScore{});
   const char* posed = !frame.sunlit ? "-" : frame.IsWellPosed() ? "yes" : "no";
-  return Printed("%5d  %6s %5s | %6s %6s %6s %6s | %6s %6s | %7s | %6s %5s %6s %8s %7s\n",
-                 frame.frame,
-                 frame.sunlit ? Percent(frame.sunlit->lit).c_str() : "-",
-                 posed,
-                 Percent(raw.sun_error).c_str(),
-                 Percent(raw.sky_error).c_str(),
-                 Degrees(raw.sun_colour_angle_rad).c_str(),
-                 Degrees(raw.sky_colour_angle_rad).c_str(),
-                 Percent(light.sun_error).c_str(),
-                 Percent(light.sky_error).c_str(),
-                 Degrees(light.sun_direction_error_rad).c_str(),
-                 Decibel(composite.object_psnr_db).c_str(),
-                 Decibel(composite.object_psnr_without_specular_db).c_str(),
-                 Decibel(composite.effect_psnr_db).c_str(),
-                 Percent(composite.identical_outside_mask).c_str(),
-                 Percent(composite.changed_of_unchanged).c_str());
+  return Row({{std::to_string(frame.frame), 5},
+              {frame.sunlit ? Percent(frame.sunlit->lit) : "-", 8},
+              {posed, 6},
+              {"|", 2},
+              {Percent(raw.sun_error), 7},
+              {Percent(raw.sky_error), 7},
+              {Degrees(raw.sun_colour_angle_rad), 7},
+              {Degrees(raw.sky_colour_angle_rad), 7},
+              {"|", 2},
+              {Percent(light.sun_error), 7},
+              {Percent(light.sky_error), 7},
+              {"|", 2},
+              {Degrees(light.sun_direction_error_rad), 8},
+              {"|", 2},
+              {Decibel(composite.object_psnr_db), 7},
+              {Decibel(composite.object_psnr_without_specular_db), 7},
+              {Decibel(composite.effect_psnr_db), 7},
+              {Percent(composite.identical_outside_mask), 9},
+              {Percent(composite.changed_of_unchanged), 8}});
 }
 
 std::string DistributionText(const std::optional<Distribution>& distribution) {
   if (!distribution) return "-";
-  return Printed("%.2f / %.2f", 100.0 * distribution->median, 100.0 * distribution->percentile_95);
+  return Percent(distribution->median) + " / " + Percent(distribution->percentile_95);
 }
 
 std::string CoverageText(const std::optional<SigmaCoverage>& coverage) {
   if (!coverage) return "-";
-  return Printed("%.0f / %.0f", 100.0 * coverage->within_1, 100.0 * coverage->within_2);
+  return Fixed(100.0 * coverage->within_1, 0) + " / " + Fixed(100.0 * coverage->within_2, 0);
 }
 
 std::string SummaryRow(const char* name, const LightSummary& summary) {
-  return Printed("%-22s %6d  %15s  %15s  %11s  %11s  %6d of %d\n",
-                 name,
-                 summary.frames,
-                 DistributionText(summary.sun_error).c_str(),
-                 DistributionText(summary.sky_error).c_str(),
-                 CoverageText(summary.sun_sigma).c_str(),
-                 CoverageText(summary.sky_sigma).c_str(),
-                 summary.says_what_it_does_not_know,
-                 summary.with_stddev);
+  return Row({{name, -22},
+              {std::to_string(summary.frames), 7},
+              {DistributionText(summary.sun_error), 17},
+              {DistributionText(summary.sky_error), 17},
+              {CoverageText(summary.sun_sigma), 13},
+              {CoverageText(summary.sky_sigma), 13},
+              {std::to_string(summary.says_what_it_does_not_know) + " of " +
+                   std::to_string(summary.with_stddev),
+               14}});
 }
 
 std::string CompositeRow(const char* name,
                          const std::optional<Distribution>& distribution,
                          double unit,
                          bool large_is_good) {
-  if (!distribution) return Printed("%-52s -\n", name);
-  return Printed("%-52s %8.3f   worst %8.3f   (%d frames)\n",
-                 name,
-                 unit * distribution->median,
-                 unit * (large_is_good ? distribution->smallest : distribution->largest),
-                 distribution->count);
+  if (!distribution) return Row({{name, -52}, {"-", 9}});
+  const double worst = large_is_good ? distribution->smallest : distribution->largest;
+  return Row({{name, -52},
+              {Fixed(unit * distribution->median, 3), 9},
+              {"   worst", 8},
+              {Fixed(unit * worst, 3), 9},
+              {"   (" + std::to_string(distribution->count) + " frames)", 0}});
 }
 
 }  // namespace
@@ -210,16 +221,17 @@ std::string ToJson(const Score& score) {
 std::string ToTable(const Score& score) {
   std::string table = score.sequence + "\n\n";
   table +=
-      "       sunlit  well | unfiltered: error, colour   | filtered      |     sun | object  less "
+      "       sunlit  well | unfiltered: error, colour   | filtered      |     sun | on the  less  "
+      " "
       "effect     same   wrong\n"
-      "frame       % posed |  sun %  sky %  sun d  sky d |  sun %  sky % | dir deg |     dB mirr. "
+      "frame       % posed |  sun %  sky %  sun d  sky d |  sun %  sky % | dir deg | obj dB  mirr. "
       "    dB        %       %\n";
   for (const FrameScore& frame : score.frames) table += FrameRow(frame);
 
   table +=
-      "\nlight                  frames    sun error, %    sky error, %  sun in 1/2   sky in 1/2  "
-      "all in 3 sigma,\n"
-      "                                 median / 95th   median / 95th   sigma, %     sigma, %   "
+      "\nlight                  frames     sun error, %     sky error, %   sun in 1/2   sky in 1/2 "
+      "in 3, and\n"
+      "                                 median / 95th    median / 95th     sigma, %     sigma, % "
       "sigma <= 40 %\n";
   table += SummaryRow("unfiltered", score.raw.all);
   table += SummaryRow("  well posed", score.raw.well_posed);
@@ -252,7 +264,7 @@ std::string ToTable(const Score& score) {
   }
   if (!frames_by_reason.empty()) table += "\nnot scored\n";
   for (const auto& [reason, frames] : frames_by_reason) {
-    table += reason + ": frame " + frames + "\n";
+    table.append(reason).append(": frame ").append(frames).append("\n");
   }
   return table;
 }

@@ -101,6 +101,7 @@ std::optional<Gray8Image> SpecularPixels(const std::vector<Mesh>& objects,
   if (!any) return std::nullopt;
 
   std::vector<RayCaster> casters;
+  casters.reserve(objects.size());
   for (const Mesh& object : objects) casters.emplace_back(object);
   const int width = camera.intrinsics.width_px;
   const int height = camera.intrinsics.height_px;
