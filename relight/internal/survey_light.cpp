@@ -11,6 +11,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "relight/internal/sky_completion.h"
 #include "relight/sky_shape.h"
 #include "scene/lat_long.h"
 
@@ -189,56 +190,6 @@ std::string TwoDecimals(double value) {
 
 }  // namespace
 
-void FillPushPull(const GrayImage& weight, RgbImage& image) {
-  struct Level {
-    RgbImage mean;
-    GrayImage weight;
-  };
-  std::vector<Level> levels;
-  levels.push_back({image, weight});
-  while (levels.back().mean.width > 1 || levels.back().mean.height > 1) {
-    const Level& fine = levels.back();
-    const int width = (fine.mean.width + 1) / 2;
-    const int height = (fine.mean.height + 1) / 2;
-    Level coarse{RgbImage(width, height, glm::vec3(0.0f)), GrayImage(width, height, 0.0f)};
-    for (int y = 0; y < fine.mean.height; ++y) {
-      for (int x = 0; x < fine.mean.width; ++x) {
-        const float w = fine.weight.At(x, y);
-        coarse.mean.At(x / 2, y / 2) += w * fine.mean.At(x, y);
-        coarse.weight.At(x / 2, y / 2) += w;
-      }
-    }
-    for (std::size_t i = 0; i < coarse.mean.pixels.size(); ++i) {
-      if (coarse.weight.pixels[i] > 0.0f) coarse.mean.pixels[i] /= coarse.weight.pixels[i];
-    }
-    levels.push_back(std::move(coarse));
-  }
-  for (std::size_t level = levels.size() - 1; level-- > 0;) {
-    const Level& coarse = levels[level + 1];
-    Level& fine = levels[level];
-    for (int y = 0; y < fine.mean.height; ++y) {
-      for (int x = 0; x < fine.mean.width; ++x) {
-        if (fine.weight.At(x, y) > 0.0f) continue;
-        // Bilinear in the coarser level, whose pixel (i, j) has its centre at (2 i + 1, 2 j + 1) in
-        // corner counts of this one.
-        const float u = 0.5f * (static_cast<float>(x) + 0.5f) - 0.5f;
-        const float v = 0.5f * (static_cast<float>(y) + 0.5f) - 0.5f;
-        const int left = static_cast<int>(std::floor(u));
-        const int top = static_cast<int>(std::floor(v));
-        const float du = u - static_cast<float>(left);
-        const float dv = v - static_cast<float>(top);
-        const auto at = [&coarse](int i, int j) {
-          const int width = coarse.mean.width;
-          return coarse.mean.At((i + width) % width, std::clamp(j, 0, coarse.mean.height - 1));
-        };
-        fine.mean.At(x, y) = (1.0f - dv) * ((1.0f - du) * at(left, top) + du * at(left + 1, top)) +
-                             dv * ((1.0f - du) * at(left, top + 1) + du * at(left + 1, top + 1));
-      }
-    }
-  }
-  image = std::move(levels.front().mean);
-}
-
 SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky, double sun_seen) {
   SurveyLight light;
   const LatLongSize size = SizeOf(map.radiance);
@@ -305,25 +256,7 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
     }
   }
 
-  // What is not sky is filled from what is; the mapping's rows below the horizon stay black.
-  GrayImage weight(size.width, size.height, 0.0f);
-  const int sky_rows = (size.height + 1) / 2;
-  for (int y = 0; y < sky_rows; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      if (shows_sky.At(x, y) != 0) {
-        weight.At(x, y) = static_cast<float>(LatLongPixelSolidAngleSr(y, size));
-      } else {
-        light.sky_radiance.At(x, y) = glm::vec3(0.0f);
-      }
-    }
-  }
-  RgbImage upper(size.width, sky_rows);
-  GrayImage upper_weight(size.width, sky_rows);
-  std::copy_n(light.sky_radiance.pixels.begin(), upper.pixels.size(), upper.pixels.begin());
-  std::copy_n(weight.pixels.begin(), upper_weight.pixels.size(), upper_weight.pixels.begin());
-  FillPushPull(upper_weight, upper);
-  std::fill(light.sky_radiance.pixels.begin(), light.sky_radiance.pixels.end(), glm::vec3(0.0f));
-  std::copy(upper.pixels.begin(), upper.pixels.end(), light.sky_radiance.pixels.begin());
+  CompleteSky(shows_sky, light.sky_radiance);
   light.sky_irradiance_rgb = HorizontalIrradiance(light.sky_radiance);
 
   if (!measured) {

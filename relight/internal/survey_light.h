@@ -11,8 +11,4 @@ namespace pleinair {
 // `sun_seen`   share of the disc that the scene leaves free at the map's place.
 SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky, double sun_seen);
 
-// Fills pixels of zero weight from their surroundings, coarser the farther away (push-pull); pixels
-// with weight keep their value. The image wraps in x. Black where no pixel has weight.
-void FillPushPull(const GrayImage& weight, RgbImage& image);
-
 }  // namespace pleinair
