@@ -7,7 +7,8 @@
 
 int main() {
   const pleinair::Sequence courtyard = pleinair::ReadSequence(SAMPLE);
-  const auto sun = pleinair::ComputeSunPosition(courtyard.site, courtyard.frames.at(0).time);
+  const auto sun =
+      pleinair::ComputeSunPosition(courtyard.site.value(), courtyard.frames.at(0).time);
   std::printf("%zu frames, sun %.3f above\n", courtyard.frames.size(), sun.ElevationRad());
   return sun.ElevationRad() > 0.0 && sizeof(pleinair::FramePipeline) > 0 ? 0 : 1;
 }
