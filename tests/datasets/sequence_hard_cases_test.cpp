@@ -1,6 +1,9 @@
 // sequence.json with every key missing, of a wrong type, out of range; unknown keys; hostile JSON;
 // paths that leave the folder.
+#include <algorithm>
+#include <random>
 #include <set>
+#include <sstream>
 
 #include "datasets/sequence.h"
 #include "tests/datasets/sequence_fixture.h"
@@ -295,6 +298,35 @@ TEST_F(SequenceHardCases, RefuseATruncatedDocument) {
     Write(folder_ / "sequence.json", text.substr(0, length));
     EXPECT_NE(Refusal(), "accepted") << length;
   }
+}
+
+// Bytes changed, cut out and doubled at random: read, or refused in one line, and never a crash.
+TEST_F(SequenceHardCases, SurviveRandomDamage) {
+  constexpr std::uint64_t kSeed = 11;
+  SCOPED_TRACE(kSeed);
+  std::mt19937_64 random(kSeed);
+  const std::string whole = Everything().dump();
+  int refused = 0;
+  for (int i = 0; i < 1000; ++i) {
+    std::string text = whole;
+    for (std::uint64_t damages = 1 + random() % 3; damages > 0; --damages) {
+      const std::size_t at = random() % text.size();
+      const std::size_t length = std::min<std::size_t>(1 + random() % 40, text.size() - at);
+      switch (random() % 3) {
+        case 0:
+          text[at] = static_cast<char>(random() % 256);
+          break;
+        case 1:
+          text.erase(at, length);
+          break;
+        default:
+          text.insert(at, text.substr(at, length));
+      }
+    }
+    Write(folder_ / "sequence.json", text);
+    refused += Refusal() == "accepted" ? 0 : 1;
+  }
+  EXPECT_GT(refused, 500);
 }
 
 TEST_F(SequenceHardCases, ReadNothingOutsideTheFolderThroughLinks) {
