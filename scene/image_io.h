@@ -41,7 +41,7 @@ enum class ExrPrecision { kHalf, kFloat };
 // final name is whole. Throw std::runtime_error naming the file when that fails. EXR is lossless
 // (ZIP); kHalf refuses finite values beyond half float's 65504 with std::invalid_argument, and
 // keeps NaN and infinities as they are: what was read from half floats is written back bit for bit.
-// HDR holds each pixel to 1/512 of its largest channel, and refuses what is not finite, negative or
+// HDR holds each pixel to 1/256 of its largest channel, and refuses what is not finite, negative or
 // beyond 2^126.
 void WriteExr(const std::filesystem::path& file, const RgbImage& image, ExrPrecision precision);
 void WriteHdr(const std::filesystem::path& file, const RgbImage& image);

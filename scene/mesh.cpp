@@ -27,9 +27,15 @@ BoundingBox BoundingBoxOf(const Mesh& mesh) {
 Mesh TransformMesh(const glm::dmat4& target_from_mesh, const Mesh& mesh) {
   const glm::dmat3 linear(target_from_mesh);
   const double determinant = glm::determinant(linear);
+  bool finite = true;
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 4; ++row) {
+      finite = finite && std::isfinite(target_from_mesh[column][row]);
+    }
+  }
   const bool affine = target_from_mesh[0].w == 0.0 && target_from_mesh[1].w == 0.0 &&
                       target_from_mesh[2].w == 0.0 && target_from_mesh[3].w == 1.0;
-  if (!affine || !std::isfinite(determinant) || determinant == 0.0) {
+  if (!affine || !finite || !std::isfinite(determinant) || determinant == 0.0) {
     throw std::invalid_argument(
         "mesh transform: must be affine (last row 0 0 0 1), finite and invertible");
   }

@@ -17,7 +17,7 @@ namespace pleinair {
 // lines are divided out, so that values are what the scene had. XYZE pictures are refused.
 RgbImage DecodeRadianceHdr(const std::filesystem::path& file, std::span<const std::byte> bytes);
 
-// Each pixel to within 1/512 of its largest channel. Values must be finite, not negative, and below
+// Each pixel to within 1/256 of its largest channel. Values must be finite, not negative, and below
 // 2^126: throws std::invalid_argument naming the pixel.
 std::vector<std::byte> EncodeRadianceHdr(const RgbImage& image);
 

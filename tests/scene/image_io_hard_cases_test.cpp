@@ -1,0 +1,243 @@
+#include "scene/image_io.h"
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/scene/temporary_folder.h"
+
+namespace pleinair {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kDenormal = 6e-8f;  // The smallest half float.
+constexpr float kMaxHalf = 65504.0f;
+
+RgbImage Noise(int width, int height) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(0.0f, 100.0f);
+  RgbImage image(width, height);
+  for (glm::vec3& pixel : image.pixels) {
+    pixel = {uniform(random), uniform(random), uniform(random)};
+  }
+  return image;
+}
+
+std::string ReadingMessage(const std::filesystem::path& file) {
+  const std::string extension = file.extension().string();
+  if (extension == ".exr" || extension == ".hdr") {
+    return MessageOf([&] { ReadRadianceImage(file); });
+  }
+  return MessageOf([&] { ReadDisplayImage(file); });
+}
+
+TEST(ImageIoHardCases, CountsAndMendsEachDefect) {
+  RgbImage image(4, 2, glm::vec3(1.0f));
+  image.pixels[0] = {kNaN, 2.0f, -3.0f};      // Counts as not finite, once.
+  image.pixels[1] = {kInfinity, 5.0f, 1.0f};  // A sun that overflowed.
+  image.pixels[2] = {-kInfinity, kInfinity, 1.0f};
+  image.pixels[3] = {-1e-30f, 1.0f, 1.0f};
+  image.pixels[4] = {kMaxHalf, kDenormal, 0.0f};  // No defect.
+  const ImageDefects defects = RepairRadiance(image);
+  EXPECT_EQ(defects.not_finite, 3);
+  EXPECT_EQ(defects.negative, 1);
+  EXPECT_EQ(defects.Count(), 4);
+  EXPECT_EQ(image.pixels[0], glm::vec3(0.0f, 2.0f, 0.0f));
+  EXPECT_EQ(image.pixels[1], glm::vec3(kMaxHalf, 5.0f, 1.0f));
+  EXPECT_EQ(image.pixels[2], glm::vec3(0.0f, 5.0f, 1.0f));
+  EXPECT_EQ(image.pixels[3], glm::vec3(0.0f, 1.0f, 1.0f));
+  EXPECT_EQ(image.pixels[4], glm::vec3(kMaxHalf, kDenormal, 0.0f));
+  EXPECT_EQ(RepairRadiance(image).Count(), 0);
+}
+
+TEST(ImageIoHardCases, RepairsImagesWithNothingGoodInThem) {
+  RgbImage image(2, 1);
+  image.pixels = {glm::vec3(kInfinity), glm::vec3(kNaN)};
+  EXPECT_EQ(RepairRadiance(image).not_finite, 2);
+  EXPECT_EQ(image.pixels[0], glm::vec3(0.0f));
+  RgbImage empty;
+  EXPECT_EQ(RepairRadiance(empty).Count(), 0);
+}
+
+TEST(ImageIoHardCases, HalfRefusesWhatItCannotHold) {
+  const TemporaryFolder folder;
+  RgbImage image(3, 2, glm::vec3(1.0f));
+  image.At(2, 1).g = 65505.0f;
+  EXPECT_THROW(WriteExr(folder / "a.exr", image, ExrPrecision::kHalf), std::invalid_argument);
+  EXPECT_THAT(MessageOf([&] { WriteExr(folder / "a.exr", image, ExrPrecision::kHalf); }),
+              HasSubstr("a.exr: pixel (2, 1): value 65505"));
+  EXPECT_EQ(folder.FileCount(), 0u);
+  WriteExr(folder / "a.exr", image, ExrPrecision::kFloat);
+  EXPECT_EQ(ReadRadianceImage(folder / "a.exr").At(2, 1).g, 65505.0f);
+}
+
+TEST(ImageIoHardCases, HdrRefusesWhatItCannotHold) {
+  const TemporaryFolder folder;
+  for (const float value : {kNaN, kInfinity, -1.0f, 1e38f}) {
+    RgbImage image(9, 1, glm::vec3(1.0f));
+    image.At(4, 0).b = value;
+    EXPECT_THROW(WriteHdr(folder / "a.hdr", image), std::invalid_argument);
+  }
+  EXPECT_EQ(folder.FileCount(), 0u);
+}
+
+TEST(ImageIoHardCases, RefusesImagesWithoutPixels) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(WriteExr(folder / "a.exr", RgbImage(), ExrPrecision::kFloat), std::invalid_argument);
+  EXPECT_THROW(WriteHdr(folder / "a.hdr", RgbImage(0, 5)), std::invalid_argument);
+  EXPECT_THROW(WritePng(folder / "a.png", Rgb8Image()), std::invalid_argument);
+  EXPECT_THROW(RgbImage(-1, 2), std::invalid_argument);
+}
+
+TEST(ImageIoHardCases, NamesTheFileThatCannotBeRead) {
+  const TemporaryFolder folder;
+  for (const char* extension : {".exr", ".hdr", ".png", ".jpg"}) {
+    const std::string name = std::string("a") + extension;
+    EXPECT_EQ(ReadingMessage(folder / name), (folder / name).string() + ": no such file");
+    std::filesystem::create_directory(folder / name);
+    EXPECT_THAT(ReadingMessage(folder / name), HasSubstr("not a regular file"));
+    std::filesystem::remove(folder / name);
+    EXPECT_THAT(ReadingMessage(folder.Write(name, "")), HasSubstr("empty"));
+    EXPECT_THAT(ReadingMessage(folder.Write(name, "some text that is no image")),
+                StartsWith((folder / name).string() + ": "));
+  }
+  EXPECT_THAT(ReadingMessage(folder.Write("a.tif", "II*")), HasSubstr("expected a .png or .jpg"));
+  EXPECT_THAT(MessageOf([&] { ReadRadianceImage(folder / "a.png"); }),
+              HasSubstr("expected a .exr or .hdr"));
+}
+
+// Every length of a file that is cut off: an error each time, in one line, never grey pixels.
+TEST(ImageIoHardCases, TruncatedFilesAreErrors) {
+  const TemporaryFolder folder;
+  WriteExr(folder / "a.exr", Noise(24, 20), ExrPrecision::kHalf);
+  WriteHdr(folder / "a.hdr", Noise(24, 20));
+  Rgb8Image picture(24, 20);
+  std::mt19937 random(12);
+  for (glm::u8vec3& pixel : picture.pixels) pixel = glm::u8vec3(random(), random(), random());
+  WritePng(folder / "a.png", picture);
+  for (const char* name : {"a.exr", "a.hdr", "a.png"}) {
+    const std::string whole = ContentOf(folder / name);
+    ASSERT_EQ(ReadingMessage(folder / name), "");
+    for (std::size_t length = 1; length < whole.size(); length += 37) {
+      const std::string message = ReadingMessage(folder.Write(name, whole.substr(0, length)));
+      ASSERT_THAT(message, StartsWith((folder / name).string() + ": ")) << length;
+      ASSERT_THAT(message, Not(HasSubstr("\n")));
+    }
+  }
+}
+
+TEST(ImageIoHardCases, TruncatedPhotographsAreErrors) {
+  const std::filesystem::path photo = std::filesystem::path(PLEINAIR_SHARED_DIR) /
+                                      "sequences/courtyard-clouds/frames_ldr/000000.jpg";
+  const std::filesystem::path other =
+      std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/berlin-photos/frames_ldr/000000.jpg";
+  const std::filesystem::path file = std::filesystem::exists(photo) ? photo : other;
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "the recorded sequences are not here";
+  const TemporaryFolder folder;
+  const std::string whole = ContentOf(file);
+  EXPECT_EQ(ReadingMessage(folder.Write("a.jpg", whole + "trailing bytes of a camera")), "");
+  for (int part = 1; part < 50; ++part) {
+    const std::size_t length = whole.size() * static_cast<std::size_t>(part) / 50;
+    EXPECT_THAT(ReadingMessage(folder.Write("a.jpg", whole.substr(0, length))),
+                HasSubstr("truncated"));
+  }
+}
+
+// Random damage must end in an image or an error, and the error in one line.
+TEST(ImageIoHardCases, DamagedFilesNeverCrash) {
+  const TemporaryFolder folder;
+  WriteExr(folder / "a.exr", Noise(16, 16), ExrPrecision::kHalf);
+  WriteHdr(folder / "a.hdr", Noise(16, 16));
+  WritePng(folder / "a.png", Rgb8Image(16, 16, glm::u8vec3(9)));
+  constexpr unsigned kSeed = 13;
+  std::mt19937 random(kSeed);
+  int errors = 0;
+  for (const char* name : {"a.exr", "a.hdr", "a.png"}) {
+    const std::string whole = ContentOf(folder / name);
+    for (int trial = 0; trial < 60; ++trial) {
+      std::string damaged = whole;
+      for (int i = 0; i < 3; ++i) {
+        // Mostly in the header, where it counts.
+        const std::size_t range =
+            trial % 2 == 0 ? std::min<std::size_t>(300, damaged.size()) : damaged.size();
+        damaged[random() % range] = static_cast<char>(random());
+      }
+      const std::string message = ReadingMessage(folder.Write(name, damaged));
+      EXPECT_THAT(message, Not(HasSubstr("\n"))) << "seed " << kSeed << " trial " << trial;
+      if (!message.empty()) ++errors;
+    }
+  }
+  EXPECT_GT(errors, 30) << "the damage did not reach what is checked";
+}
+
+TEST(ImageIoHardCases, RefusesHugeImagesBeforeAllocating) {
+  const TemporaryFolder folder;
+  const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
+  EXPECT_THAT(ReadingMessage(folder.Write("a.hdr", head + "-Y 1000000 +X 1000000\nxxxx")),
+              HasSubstr("image size 1000000x1000000"));
+  EXPECT_THAT(ReadingMessage(folder.Write("b.hdr", head + "-Y 99999999999999999999 +X 1\nxxxx")),
+              HasSubstr("resolution line"));
+  const Imath::Box2i window({-2000000000, -2000000000}, {2000000000, 2000000000});
+  Imf::Header header(window, window);
+  for (const char* channel : {"R", "G", "B"}) header.channels().insert(channel, Imf::Channel());
+  try {
+    const Imf::OutputFile output((folder / "a.exr").c_str(), header);
+  } catch (const std::exception&) {
+    // OpenEXR may refuse it itself; then there is no such file to read.
+    std::filesystem::remove(folder / "a.exr");
+  }
+  EXPECT_THAT(ReadingMessage(folder / "a.exr"), StartsWith((folder / "a.exr").string() + ": "));
+}
+
+TEST(ImageIoHardCases, RefusesExrWithoutRgb) {
+  const TemporaryFolder folder;
+  Imf::Header header(4, 4);
+  header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+  std::vector<float> values(16, 1.0f);
+  Imf::FrameBuffer frame;
+  frame.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 16));
+  {
+    Imf::OutputFile output((folder / "a.exr").c_str(), header);
+    output.setFrameBuffer(frame);
+    output.writePixels(4);
+  }
+  EXPECT_THAT(ReadingMessage(folder / "a.exr"), HasSubstr("no channel R"));
+}
+
+TEST(ImageIoHardCases, RefusesSubSampledChannels) {
+  const TemporaryFolder folder;
+  Imf::Header header(4, 4);
+  header.channels().insert("R", Imf::Channel(Imf::FLOAT, 2, 2));
+  header.channels().insert("G", Imf::Channel(Imf::FLOAT));
+  header.channels().insert("B", Imf::Channel(Imf::FLOAT));
+  std::vector<float> values(16, 1.0f);
+  char* const base = reinterpret_cast<char*>(values.data());
+  Imf::FrameBuffer frame;
+  frame.insert("R", Imf::Slice(Imf::FLOAT, base, 4, 8, 2, 2));
+  frame.insert("G", Imf::Slice(Imf::FLOAT, base, 4, 16));
+  frame.insert("B", Imf::Slice(Imf::FLOAT, base, 4, 16));
+  {
+    Imf::OutputFile output((folder / "a.exr").c_str(), header);
+    output.setFrameBuffer(frame);
+    output.writePixels(4);
+  }
+  EXPECT_THAT(ReadingMessage(folder / "a.exr"), HasSubstr("sub-sampled"));
+}
+
+}  // namespace
+}  // namespace pleinair

@@ -1,0 +1,139 @@
+#include "scene/ray_caster.h"
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "tests/scene/box_mesh.h"
+
+namespace pleinair {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+Mesh UnitTriangle() {
+  Mesh mesh;
+  mesh.positions_m = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
+  mesh.normals.assign(3, {0.0f, 0.0f, 1.0f});
+  mesh.triangles = {{0, 1, 2}};
+  mesh.triangle_material = {0};
+  mesh.triangle_group = {0};
+  return mesh;
+}
+
+TEST(RayCaster, SaysWhereARayHits) {
+  const RayCaster caster(UnitTriangle());
+  const auto hit = caster.Intersect({0.25f, 0.5f, 2.0f}, {0.0f, 0.0f, -1.0f});
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_EQ(hit->triangle, 0u);
+  EXPECT_FLOAT_EQ(hit->distance_m, 2.0f);
+  EXPECT_NEAR(hit->barycentric.x, 0.25f, 1e-6f);
+  EXPECT_NEAR(hit->barycentric.y, 0.5f, 1e-6f);
+  EXPECT_NEAR(glm::distance(hit->position_m, {0.25f, 0.5f, 0.0f}), 0.0f, 1e-6f);
+  EXPECT_EQ(hit->geometric_normal, glm::vec3(0.0f, 0.0f, 1.0f));
+}
+
+TEST(RayCaster, NormalsFollowTheWindingFromEitherSide) {
+  const RayCaster caster(UnitTriangle());
+  const auto below = caster.Intersect({0.2f, 0.2f, -1.0f}, {0.0f, 0.0f, 1.0f});
+  ASSERT_TRUE(below.has_value());
+  EXPECT_EQ(below->geometric_normal, glm::vec3(0.0f, 0.0f, 1.0f));
+}
+
+TEST(RayCaster, DistanceLimitsExcludeTheirEnds) {
+  const RayCaster caster(UnitTriangle());
+  const glm::vec3 down(0.0f, 0.0f, -1.0f);
+  for (const float distance : {1e-3f, 1.0f, 1000.0f}) {
+    const glm::vec3 origin(0.25f, 0.25f, distance);
+    EXPECT_FALSE(caster.Intersect(origin, down, distance).has_value());
+    EXPECT_FALSE(caster.Occluded(origin, down, distance));
+    EXPECT_TRUE(caster.Intersect(origin, down, 1.0001f * distance).has_value());
+    EXPECT_TRUE(caster.Occluded(origin, down, 1.0001f * distance));
+  }
+  for (const glm::vec3& direction : {down, -down}) {
+    EXPECT_FALSE(caster.Intersect({0.25f, 0.25f, 0.0f}, direction).has_value());
+    EXPECT_FALSE(caster.Occluded({0.25f, 0.25f, 0.0f}, direction));
+  }
+  EXPECT_FALSE(caster.Occluded({0.25f, 0.25f, 1.0f}, down, 0.0f));
+  EXPECT_FALSE(caster.Occluded({0.25f, 0.25f, 1.0f}, down, -1.0f));
+}
+
+TEST(RayCaster, FindsTheNearest) {
+  Mesh mesh = UnitTriangle();
+  for (const float height : {-1.0f, 3.0f, 1.0f}) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+    for (int corner = 0; corner < 3; ++corner) {
+      mesh.positions_m.push_back(mesh.positions_m[static_cast<std::size_t>(corner)] +
+                                 glm::vec3(0.0f, 0.0f, height));
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  const RayCaster caster(mesh);
+  const auto hit = caster.Intersect({0.25f, 0.25f, 2.0f}, {0.0f, 0.0f, -1.0f});
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_EQ(hit->triangle, 3u);
+}
+
+TEST(RayCaster, AnEmptyMeshIsMissed) {
+  const RayCaster caster{Mesh{}};
+  EXPECT_FALSE(caster.Intersect(glm::vec3(0.0f), {1.0f, 0.0f, 0.0f}).has_value());
+  EXPECT_FALSE(caster.Occluded(glm::vec3(0.0f), {1.0f, 0.0f, 0.0f}));
+}
+
+TEST(RayCaster, OutlivesItsMeshAndMoves) {
+  auto mesh = std::make_unique<Mesh>(BoxMesh(glm::vec3(-1.0f), glm::vec3(1.0f)));
+  RayCaster made(*mesh);
+  mesh.reset();
+  RayCaster moved(std::move(made));
+  EXPECT_TRUE(moved.Occluded(glm::vec3(0.0f), {1.0f, 0.0f, 0.0f}));
+  moved = RayCaster(Mesh{});
+  EXPECT_FALSE(moved.Occluded(glm::vec3(0.0f), {1.0f, 0.0f, 0.0f}));
+}
+
+TEST(RayCaster, ManyRaysAtOnceSayTheSame) {
+  const RayCaster caster(BoxMesh({-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 1.0f}));
+  std::mt19937 random(31);
+  std::normal_distribution<float> normal;
+  for (const std::size_t count :
+       {std::size_t{0}, std::size_t{1}, std::size_t{8}, std::size_t{1003}}) {
+    std::vector<glm::vec3> origins(count);
+    std::vector<glm::vec3> directions(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      origins[i] = 3.0f * glm::vec3(normal(random), normal(random), normal(random));
+      directions[i] = glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
+    }
+    const auto occluded = std::make_unique<bool[]>(count);
+    caster.Occluded(origins.data(), directions.data(), count, occluded.get());
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(occluded[i], caster.Occluded(origins[i], directions[i]));
+      EXPECT_EQ(occluded[i], caster.Intersect(origins[i], directions[i]).has_value());
+    }
+  }
+}
+
+TEST(RayCaster, RefusesTrianglesOfVerticesThatAreNotThere) {
+  Mesh mesh = UnitTriangle();
+  mesh.triangles.push_back({0, 1, 3});
+  EXPECT_THROW(RayCaster{mesh}, std::invalid_argument);
+}
+
+TEST(RayCaster, OffsetMovesToTheSideAskedFor) {
+  for (const float scale : {1e-3f, 1.0f, 1e3f, 1e6f}) {
+    const glm::vec3 position = scale * glm::vec3(0.3f, -0.7f, 0.5f);
+    const glm::vec3 normal = glm::normalize(glm::vec3(1.0f, 2.0f, -2.0f));
+    const glm::dvec3 up = glm::dvec3(OffsetFromSurface(position, normal)) - glm::dvec3(position);
+    const glm::dvec3 down = glm::dvec3(OffsetFromSurface(position, -normal)) - glm::dvec3(position);
+    EXPECT_GT(glm::dot(up, glm::dvec3(normal)), 0.0);
+    EXPECT_LT(glm::dot(down, glm::dvec3(normal)), 0.0);
+    EXPECT_LT(glm::length(up), 1e-6 * scale);
+  }
+}
+
+}  // namespace
+}  // namespace pleinair
