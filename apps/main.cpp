@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -196,7 +197,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& done) {
     return app.exit(done);  // --help, --version
   } catch (const CLI::Error& error) {
-    std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", error.what());
+    // A word that nobody knows is the likelier cause of what is then found missing.
+    const std::vector<std::string> unknown = app.remaining(true);
+    const std::string reason = unknown.empty() ? error.what() : unknown.front() + ": unknown here";
+    std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", reason.c_str());
     return kBadInput;
   }
   try {
