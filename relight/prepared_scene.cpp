@@ -1,6 +1,5 @@
 #include "relight/prepared_scene.h"
 
-#include <cstring>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -16,18 +15,18 @@ using internal::ContentHash;
 // Part of every key: to be raised when what a stage makes, or its form, changes.
 constexpr std::string_view kFormat = "pleinair-prepared-1";
 
-// Bytes with their own hash in front, so that a damaged part is told from a good one before
-// anything believes the sizes in it.
-std::string Sealed(std::string bytes) { return ContentHash().Add(bytes).Hex() + bytes; }
+// Bytes with the hash of their key and themselves in front, so that a damaged part, or another
+// key's, is told from a good one before anything believes the sizes in it.
+std::string Seal(std::string_view key, std::string_view bytes) {
+  return ContentHash().Add(key).Add(bytes).Hex();
+}
 
-std::optional<std::string> Unsealed(std::optional<std::string> sealed) {
-  constexpr std::size_t kHashSize = 32;
-  if (!sealed || sealed->size() < kHashSize) return std::nullopt;
-  std::string bytes = sealed->substr(kHashSize);
-  if (ContentHash().Add(bytes).Hex() != std::string_view(*sealed).substr(0, kHashSize)) {
-    return std::nullopt;
-  }
-  return bytes;
+std::optional<std::string> Unsealed(std::string_view key, std::optional<std::string> sealed) {
+  constexpr std::size_t kSealSize = 32;
+  if (!sealed || sealed->size() < kSealSize) return std::nullopt;
+  const std::string_view whole = *sealed;
+  if (Seal(key, whole.substr(kSealSize)) != whole.substr(0, kSealSize)) return std::nullopt;
+  return sealed->substr(kSealSize);
 }
 
 template <class ArchiveParts>
@@ -46,22 +45,27 @@ class Stages {
   // `parts(archive)` reads or writes what `make()` makes.
   template <class Make, class Parts>
   void Run(std::string_view name, const std::string& key, const Make& make, const Parts& parts) {
-    if (const std::optional<std::string> bytes = Unsealed(store_.Load(key))) {
+    if (const std::optional<std::string> bytes = Unsealed(key, store_.Load(key))) {
       std::istringstream in(*bytes, std::ios::binary);
       cereal::BinaryInputArchive archive(in);
       parts(archive);
       return;
     }
     all_loaded_ = false;
-    progress_(name, 0.0);
+    Report(name, 0.0);
     make();
-    store_.Save(key, Sealed(ToBytes(parts)));
-    progress_(name, 1.0);
+    const std::string bytes = ToBytes(parts);
+    store_.Save(key, Seal(key, bytes) + bytes);
+    Report(name, 1.0);
   }
 
   bool AllLoaded() const { return all_loaded_; }
 
  private:
+  void Report(std::string_view name, double share) const {
+    if (progress_) progress_(name, share);
+  }
+
   BlobStore& store_;
   const Progress& progress_;
   bool all_loaded_ = true;
@@ -137,12 +141,37 @@ std::vector<std::uint8_t> DiffusePatches(const PatchScene& scene,
   return diffuse;
 }
 
+// What the stages would find out only when they run, and not at all where they are loaded.
+void Check(const SiteModel& site, const PrepareOptions& options) {
+  const auto refuse = [](const std::string& what) { throw std::invalid_argument(what); };
+  if (options.bounces < kAllBounces) {
+    refuse("bounces is " + std::to_string(options.bounces) + ": expected a count, or -1 for all");
+  }
+  options.gather.Validate();
+  options.probes.Validate();
+  if (options.survey_receiver_block_px < 1) {
+    refuse("survey_receiver_block_px is " + std::to_string(options.survey_receiver_block_px) +
+           ": expected at least 1");
+  }
+  MakeProbeGrid(options.probe_box, options.probe_counts).Validate();
+  if (!site.environment) return;
+  site.environment->Validate();
+  if (!site.diffuse_mask) return;
+  const RgbImage& map = site.environment->radiance;
+  if (site.diffuse_mask->width != map.width || site.diffuse_mask->height != map.height) {
+    refuse("diffuse_mask has " + std::to_string(site.diffuse_mask->width) + "x" +
+           std::to_string(site.diffuse_mask->height) + " pixels: expected the environment map's " +
+           std::to_string(map.width) + "x" + std::to_string(map.height));
+  }
+}
+
 }  // namespace
 
 PreparedScene PrepareScene(const SiteModel& site,
                            const PrepareOptions& options,
                            BlobStore& store,
                            const Progress& progress) {
+  Check(site, options);
   PreparedScene prepared;
   prepared.options = options;
   prepared.options.patches.focus_m =

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -12,117 +11,16 @@
 #include <glm/geometric.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/lens.h"
+#include "relight/internal/camera_pixels.h"
 #include "relight/internal/edge_distance.h"
-#include "relight/internal/same_plane.h"
 #include "relight/internal/sun_disc.h"
 #include "relight/internal/surface_gather.h"
-#include "scene/lat_long.h"
+#include "relight/internal/survey_look_up.h"
 
 namespace pleinair {
 namespace {
 
 constexpr float kSmallestFootprintPx = 0.5f;
-
-ViewRays CameraRays(const Camera& camera) {
-  const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(camera.camera_from_world));
-  return {.width = camera.intrinsics.width_px,
-          .height = camera.intrinsics.height_px,
-          .wraps_x = false,
-          .origin_m = glm::vec3(camera.CentreWorldM()),
-          .direction = [intrinsics = camera.intrinsics, world_from_camera](
-                           int x, int y) -> std::optional<glm::vec3> {
-            const std::optional<glm::dvec3> direction =
-                DirectionFromPixel(intrinsics, {static_cast<double>(x), static_cast<double>(y)});
-            if (!direction) return std::nullopt;
-            return glm::vec3(glm::normalize(world_from_camera * *direction));
-          }};
-}
-
-// What the survey's map says of one surface point.
-struct SurveyedPoint {
-  glm::vec3 albedo_rgb{0.0f};
-  float edge_distance_px = 0.0f;  // In map pixels.
-  bool may_be_sampled = false;
-};
-
-class SurveyLookUp {
- public:
-  explicit SurveyLookUp(const Survey& survey)
-      : view_(survey.view),
-        origin_m_(survey.position_m),
-        size_{survey.view.Width(), survey.view.Height()} {}
-
-  // None where the map sees another surface in that direction. Bilinear over the texels that show
-  // the point's own plane and whose albedo was measured.
-  std::optional<SurveyedPoint> At(const glm::vec3& position_m,
-                                  const glm::vec3& normal,
-                                  std::int32_t region) const {
-    const glm::dvec3 towards = glm::dvec3(position_m) - origin_m_;
-    const float range_m = static_cast<float>(glm::length(towards));
-    if (!(range_m > 0.0f)) return std::nullopt;
-    const glm::dvec2 uv_px = LatLongFromDirection(towards, size_);
-    const int left = static_cast<int>(std::floor(uv_px.x - 0.5));
-    const int top = static_cast<int>(std::floor(uv_px.y - 0.5));
-    const double fx = uv_px.x - 0.5 - left;
-    const double fy = uv_px.y - 0.5 - top;
-    SurveyedPoint point;
-    point.edge_distance_px = std::numeric_limits<float>::infinity();
-    point.may_be_sampled = true;
-    glm::dvec3 sum(0.0);
-    double weights = 0.0;
-    for (int dy = 0; dy < 2; ++dy) {
-      for (int dx = 0; dx < 2; ++dx) {
-        const double weight = (dx == 0 ? 1.0 - fx : fx) * (dy == 0 ? 1.0 - fy : fy);
-        if (!(weight > 0.0)) continue;
-        const int x = (left + dx + size_.width) % size_.width;
-        const int y = std::clamp(top + dy, 0, size_.height - 1);
-        const std::size_t texel = view_.region.Index(x, y);
-        if (view_.region.pixels[texel] != region || view_.albedo_measured.pixels[texel] == 0 ||
-            !SamePlane(position_m,
-                       normal,
-                       view_.position_world_m.pixels[texel],
-                       view_.normal_world.pixels[texel],
-                       range_m)) {
-          point.may_be_sampled = false;
-          continue;
-        }
-        sum += weight * glm::dvec3(view_.albedo_rgb.pixels[texel]);
-        weights += weight;
-        point.may_be_sampled = point.may_be_sampled && view_.may_be_sampled.pixels[texel] != 0;
-        point.edge_distance_px =
-            std::min(point.edge_distance_px, view_.edge_distance_px.pixels[texel]);
-      }
-    }
-    if (!(weights > 0.0)) return std::nullopt;
-    point.albedo_rgb = glm::vec3(sum / weights);
-    return point;
-  }
-
-  // Side of a texel's footprint on a surface over that of a view pixel's, seen from
-  // `view_origin_m` with `focal_px`: square roots of the areas, so that slant counts.
-  float TexelSidePx(const glm::vec3& position_m,
-                    const glm::vec3& normal,
-                    const glm::vec3& view_origin_m,
-                    double focal_px) const {
-    const double texel_rad = std::numbers::pi / size_.height;
-    const auto side = [&](const glm::dvec3& origin_m, double pixel_rad) {
-      const glm::dvec3 towards = glm::dvec3(position_m) - origin_m;
-      const double range_m = glm::length(towards);
-      // Seen at less than 0.6 deg of slant a surface is edge-on: there the bound keeps this finite.
-      const double cosine =
-          std::max(std::abs(glm::dot(towards, glm::dvec3(normal))) / range_m, 1e-2);
-      return range_m * pixel_rad / std::sqrt(cosine);
-    };
-    return static_cast<float>(side(origin_m_, texel_rad) /
-                              side(glm::dvec3(view_origin_m), 1.0 / focal_px));
-  }
-
- private:
-  const SurfaceView& view_;
-  glm::dvec3 origin_m_;
-  LatLongSize size_;
-};
 
 // 1 inside any of the polygons whose group is the pixel's region (or that name no group).
 Gray8Image InsidePolygons(const SurfaceView& view, std::span<const SampleRegionPolygon> polygons) {
@@ -193,10 +91,11 @@ struct SurfaceViewBuilder::Impl {
 
   void BuildGeometry(const Camera& camera) {
     view.camera = camera;
-    const ViewRays rays = CameraRays(camera);
+    const CameraPixels pixels(camera);
+    const ViewRays rays = pixels.Rays();
     const Image<std::int32_t> face = CastGeometry(scene.patches, rays, view);
     mesh_edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
-    FillAlbedo(face, rays.origin_m);
+    FillAlbedo(face, pixels);
     gather =
         SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
     view.sky_response.assign(shapes.size(), RgbImage(view.Width(), view.Height()));
@@ -215,7 +114,7 @@ struct SurfaceViewBuilder::Impl {
     receivers.Blend(response, at_pixels);
   }
 
-  void FillAlbedo(const Image<std::int32_t>& face, const glm::vec3& origin_m) {
+  void FillAlbedo(const Image<std::int32_t>& face, const CameraPixels& pixels) {
     const int width = view.Width();
     const int height = view.Height();
     view.albedo_rgb = RgbImage(width, height, glm::vec3(0.0f));
@@ -247,11 +146,46 @@ struct SurfaceViewBuilder::Impl {
         view.albedo_rgb.pixels[i] = surveyed->albedo_rgb;
         view.albedo_measured.pixels[i] = 1;
         view.may_be_sampled.pixels[i] = surveyed->may_be_sampled ? 1 : 0;
-        const float texel_px = survey->TexelSidePx(position, normal, origin_m, focal_px);
+        const float texel_px =
+            survey->TexelSidePx(position, normal, glm::vec3(pixels.OriginM()), focal_px);
+        if (texel_px < 1.0f) {
+          view.albedo_rgb.pixels[i] =
+              PixelMean(*survey, pixels, {x, y}, texel_px, surveyed->albedo_rgb);
+        }
         view.footprint_radius_px.pixels[i] = std::max(0.5f * texel_px, kSmallestFootprintPx);
         survey_edge_distance_px.pixels[i] = texel_px * surveyed->edge_distance_px;
       }
     });
+  }
+
+  // Mean albedo over a pixel that covers several texels, from as many points on its plane as it has
+  // texels along a side (at most 8); those that the map does not see are left out.
+  glm::vec3 PixelMean(const SurveyLookUp& survey,
+                      const CameraPixels& pixels,
+                      const glm::ivec2& pixel,
+                      float texel_px,
+                      const glm::vec3& at_centre) const {
+    constexpr float kMostPointsASide = 8.0f;
+    const std::size_t i = view.region.Index(pixel.x, pixel.y);
+    const int side = static_cast<int>(std::ceil(std::min(1.0f / texel_px, kMostPointsASide)));
+    glm::dvec3 sum(0.0);
+    int count = 0;
+    for (int row = 0; row < side; ++row) {
+      for (int column = 0; column < side; ++column) {
+        const glm::dvec2 point = glm::dvec2(pixel) +
+                                 glm::dvec2((column + 0.5) / side, (row + 0.5) / side) -
+                                 glm::dvec2(0.5);
+        const auto on_plane =
+            pixels.OnPlane(point, view.position_world_m.pixels[i], view.normal_world.pixels[i]);
+        if (!on_plane) continue;
+        const auto surveyed =
+            survey.At(*on_plane, view.normal_world.pixels[i], view.region.pixels[i]);
+        if (!surveyed) continue;
+        sum += glm::dvec3(surveyed->albedo_rgb);
+        ++count;
+      }
+    }
+    return count > 0 ? glm::vec3(sum / static_cast<double>(count)) : at_centre;
   }
 
   void LimitTo(std::span<const SampleRegionPolygon> limits) {
