@@ -21,8 +21,8 @@ struct DiffuseSample {
   std::array<glm::dvec3, kMaxSkyShapes> sky_transport_rgb{};
   glm::dvec3 radiance_stddev_rgb{0.0};  // Of the camera's noise alone; 0 where negligible.
   double weight = 1.0;                  // Share of an ordinary sample's information; 0 leaves out.
-  // Samples of one stratum (region, lit or shaded, facing) share a part of their model's error.
-  std::int32_t stratum = 0;
+  // Samples of one plane (region and facing; lit and shaded) share a part of their model's error.
+  std::int32_t plane = 0;
   glm::ivec2 pixel{0};
 };
 

@@ -55,6 +55,9 @@ void LightingFitOptions::Validate() const {
   if (!(shared_error >= 0.0) || !std::isfinite(shared_error)) {
     refuse("shared_error", shared_error, "a number not below 0");
   }
+  if (!(sky_shape_error >= 0.0) || !std::isfinite(sky_shape_error)) {
+    refuse("sky_shape_error", sky_shape_error, "a number not below 0");
+  }
   if (max_passes < 1) refuse("max_passes", max_passes, "at least 1");
 }
 
@@ -247,6 +250,7 @@ void LightingFitter::Impl::Describe(const LightVector& x, LightingFit& fit) cons
   fit.inlier_fraction = reweighting.InlierFraction();
   fit.relative_residual = reweighting.RelativeResidual();
   fit.shared_error = reweighting.SharedError();
+  fit.sky_shape_error = reweighting.SkyShapeError();
 }
 
 LightingFitter::LightingFitter(const LightingFitOptions& options)

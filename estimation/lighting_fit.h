@@ -26,9 +26,15 @@ struct LightingFitOptions {
   // Of a sample's albedo and model, relative, before the data have spoken. It counts as much as one
   // sample, so that a handful of samples cannot claim to be exact. > 0.
   double expected_noise = 0.05;
-  // Expected error that the samples of one stratum share, relative (a wall's albedo, the sky's
-  // shape). The data correct it where there are strata enough. >= 0; 0 says that samples err alone.
+  // Expected error of the whole prediction that the samples of one plane share, relative: a wall's
+  // albedo. >= 0; 0 says that samples err alone.
   double shared_error = 0.05;
+  // Expected error of the sky's part of the prediction that the samples of one plane share,
+  // relative: a real sky is not of the fitted shape. A wall under an overcast sky gets 0.40 of the
+  // horizontal irradiance, under a clear one about 0.7, under a uniform one 0.5. The data correct
+  // it where there are planes enough. Lit and shaded samples of a plane err alike, so that their
+  // contrast tells the sun whatever the sky's shape. >= 0.
+  double sky_shape_error = 0.2;
   // Noise that does not shrink with a sample's radiance, as a share of the samples' median. > 0.
   double noise_floor = 0.05;
   int max_passes = 40;  // Of reweighting. >= 1.
@@ -57,6 +63,7 @@ struct LightingFit {
   double inlier_fraction = 0.0;  // Share of the used samples that the robust weight did not reject.
   double relative_residual = 0.0;  // Weighted rms over the used samples.
   double shared_error = 0.0;       // As found: see LightingFitOptions::shared_error.
+  double sky_shape_error = 0.0;    // Likewise.
   bool sun_is_fitted = true;       // False: held at 0.
   int passes = 0;
   bool converged = false;

@@ -99,6 +99,7 @@ class SampleDraw {
   struct Stratum {
     std::vector<Candidate> candidates;
     int region = 0;
+    int plane = 0;
     std::size_t next = 0;    // Candidates before it are taken or refused.
     std::size_t sorted = 0;  // Candidates before it are in order.
   };
@@ -168,6 +169,7 @@ class SampleDraw {
             {static_cast<std::uint32_t>(pixel),
              static_cast<float>(rank - std::floor(rank)) + (measured ? 0.0f : 1.0f)});
         all[cell].region = static_cast<int>(region);
+        all[cell].plane = static_cast<int>(cell / 2);
       }
     }
     for (Stratum& stratum : all) {
@@ -253,7 +255,7 @@ class SampleDraw {
       if (stratum.next >= stratum.sorted) SortMore(stratum, 2 * quota);
       SampleSet::Footprint footprint;
       if (Gather(stratum.candidates[stratum.next++].pixel, footprint)) {
-        footprint.stratum = static_cast<std::int32_t>(stratum_index);
+        footprint.plane = stratum.plane;
         picked.push_back(footprint);
         ++got;
       }
@@ -373,7 +375,7 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
     }
     sample.sky_transport_rgb = footprint.sky;
     sample.weight = footprint.weight;
-    sample.stratum = footprint.stratum;
+    sample.plane = footprint.plane;
     sample.pixel = {footprint.x, footprint.y};
   }
   return Size() - static_cast<int>(samples.size());

@@ -64,7 +64,7 @@ class SampleSet {
     int y = 0;
     int radius = 0;
     int stride = 1;
-    std::int32_t stratum = 0;
+    std::int32_t plane = 0;
     double weight = 1.0;
     // Means over the footprint, RGB by row: albedo / pi * s * n, and albedo / pi * s_bounce.
     std::array<glm::dvec3, 3> direct{};

@@ -54,7 +54,7 @@ double Ordered(double value) { return std::isnan(value) ? 0.0 : value; }
 
 auto ValueKey(const DiffuseSample& s) {
   const auto& sky = s.sky_transport_rgb;
-  return std::tuple(s.stratum,
+  return std::tuple(s.plane,
                     s.weight,
                     Ordered(s.radiance_rgb.x),
                     Ordered(s.radiance_rgb.y),
@@ -91,23 +91,23 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
     std::sort(order_.begin(), order_.end(), ComesBefore);
   }
 
-  strata_.clear();
-  for (const DiffuseSample* sample : order_) strata_.push_back(sample->stratum);
-  std::sort(strata_.begin(), strata_.end());
-  strata_.erase(std::unique(strata_.begin(), strata_.end()), strata_.end());
-  stratum_count = static_cast<int>(strata_.size());
+  planes_.clear();
+  for (const DiffuseSample* sample : order_) planes_.push_back(sample->plane);
+  std::sort(planes_.begin(), planes_.end());
+  planes_.erase(std::unique(planes_.begin(), planes_.end()), planes_.end());
+  plane_count = static_cast<int>(planes_.size());
 
   const std::size_t values = order_.size() * 3;
   radiance.resize(values);
   noise.resize(values);
   weight.resize(values);
   transport.resize(values * static_cast<std::size_t>(basis_count));
-  stratum.resize(order_.size());
+  plane.resize(order_.size());
   double* row = transport.data();
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const DiffuseSample& sample = *order_[i];
-    stratum[i] = static_cast<std::int32_t>(
-        std::lower_bound(strata_.begin(), strata_.end(), sample.stratum) - strata_.begin());
+    plane[i] = static_cast<std::int32_t>(
+        std::lower_bound(planes_.begin(), planes_.end(), sample.plane) - planes_.begin());
     for (int c = 0; c < 3; ++c) {
       const bool usable = ChannelIsUsable(sample, sky_shapes, has_sun, c);
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);

@@ -26,7 +26,7 @@ struct FitProblem {
   bool has_sun = false;
   int sample_count = 0;
   int ignored = 0;
-  int stratum_count = 0;
+  int plane_count = 0;
   glm::dvec3 radiance_unit{1.0};
   glm::dvec3 irradiance_unit{1.0};
 
@@ -35,7 +35,7 @@ struct FitProblem {
   std::vector<double> noise;   // Camera noise.
   std::vector<double> weight;  // 0 where the channel cannot be used.
   std::vector<double> transport;
-  std::vector<std::int32_t> stratum;  // Per sample, 0 .. stratum_count - 1.
+  std::vector<std::int32_t> plane;  // Per sample, 0 .. plane_count - 1.
 
   // Takes over the usable samples in canonical order: by pixel, then by value, so that the order in
   // which they come does not change a bit of any sum.
@@ -53,7 +53,7 @@ struct FitProblem {
 
  private:
   std::vector<const DiffuseSample*> order_;
-  std::vector<std::int32_t> strata_;
+  std::vector<std::int32_t> planes_;
   std::vector<double> scratch_;
 
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -16,7 +17,7 @@ constexpr double kSigmaOfMedian = 1.4826;
 // Of one cut off at 2.5 standard deviations, 0.6640.
 constexpr double kFarOff = 2.5;
 constexpr double kSigmaOfMedianWithoutFarOff = 1.5060;
-// What is expected before the data have spoken counts as so many samples, or strata.
+// What is expected before the data have spoken counts as so many samples, or planes.
 constexpr double kNoisePriorCount = 1.0;
 constexpr double kSharedPriorCount = 4.0;
 
@@ -53,7 +54,7 @@ void Reweighting::Update(const FitProblem& problem,
   if (rescale) {
     EstimateSlope(options);
     EstimateNoise(problem, options);
-    EstimateSharedError(problem, options);
+    EstimateSharedErrors(problem, options);
   }
   FinishNormal(problem);
 }
@@ -66,6 +67,7 @@ void Reweighting::Standardise(const FitProblem& problem,
   const auto count = static_cast<std::size_t>(problem.sample_count);
   inverse_unit_.resize(count * 3);
   residual_.resize(count * 3);
+  sky_share_.resize(count * 3);
   deviation_.resize(count);
   const double* row = problem.transport.data();
   for (std::size_t i = 0; i < count; ++i) {
@@ -80,6 +82,9 @@ void Reweighting::Standardise(const FitProblem& problem,
       inverse_unit_[v] =
           std::sqrt(noise.InverseSquare(predicted, problem.noise[v], problem.weight[v]));
       residual_[v] = (problem.radiance[v] - predicted) * inverse_unit_[v];
+      const double sun_part =
+          problem.has_sun ? row[0] * x[static_cast<Eigen::Index>(c) * kBases] : 0.0;
+      sky_share_[v] = (predicted - sun_part) * inverse_unit_[v];
       sum += Square(residual_[v]);
       channels += problem.weight[v] > 0.0 ? 1 : 0;
     }
@@ -118,11 +123,16 @@ void Reweighting::Weigh(const LightingFitOptions& options) {
 
 template <int kBases>
 void Reweighting::Accumulate(const FitProblem& problem) {
-  const auto cells = static_cast<std::size_t>(problem.stratum_count) * 3;
-  stratum_weight_.assign(cells, 0.0);
-  stratum_residual_.assign(cells, 0.0);
-  stratum_target_.assign(cells, 0.0);
-  stratum_row_.assign(cells * kBases, 0.0);
+  const auto cells = static_cast<std::size_t>(problem.plane_count) * 3;
+  plane_weight_.assign(cells, 0.0);
+  plane_residual_.assign(cells, 0.0);
+  plane_target_.assign(cells, 0.0);
+  plane_row_.assign(cells * kBases, 0.0);
+  sky_mean_.assign(cells, 0.0);
+  sky_sky_.assign(cells, 0.0);
+  sky_residual_.assign(cells, 0.0);
+  sky_target_.assign(cells, 0.0);
+  sky_row_.assign(cells * kBases, 0.0);
   double normal[3][kBases][kBases] = {};
   double gradient[3][kBases] = {};
   const double* row = problem.transport.data();
@@ -131,27 +141,35 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       const std::size_t v = i * 3 + c;
       const double unit = inverse_unit_[v];
       const double weight = unit > 0.0 ? weight_[i] : 0.0;
-      const std::size_t cell = static_cast<std::size_t>(problem.stratum[i]) * 3 + c;
+      const std::size_t cell = static_cast<std::size_t>(problem.plane[i]) * 3 + c;
       const double target = unit * problem.radiance[v];
-      stratum_weight_[cell] += weight;
-      stratum_residual_[cell] += weight * residual_[v];
-      stratum_target_[cell] += weight * target;
-      double* stratum_row = stratum_row_.data() + cell * kBases;
+      plane_weight_[cell] += weight;
+      plane_residual_[cell] += weight * residual_[v];
+      plane_target_[cell] += weight * target;
+      const double sky = weight * sky_share_[v];
+      sky_mean_[cell] += sky;
+      sky_sky_[cell] += sky * sky_share_[v];
+      sky_residual_[cell] += sky * residual_[v];
+      sky_target_[cell] += sky * target;
+      double* plane_row = plane_row_.data() + cell * kBases;
+      double* sky_row = sky_row_.data() + cell * kBases;
       for (int j = 0; j < kBases; ++j) {
         const double weighted = weight * unit * row[j];
-        stratum_row[j] += weighted;
+        plane_row[j] += weighted;
+        sky_row[j] += sky * unit * row[j];
         gradient[c][j] += weighted * target;
         for (int k = 0; k <= j; ++k) normal[c][j][k] += weighted * unit * row[k];
       }
     }
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (!(stratum_weight_[cell] > 0.0)) continue;
-    const double inverse = 1.0 / stratum_weight_[cell];
-    stratum_residual_[cell] *= inverse;
-    stratum_target_[cell] *= inverse;
+    if (!(plane_weight_[cell] > 0.0)) continue;
+    const double inverse = 1.0 / plane_weight_[cell];
+    plane_residual_[cell] *= inverse;
+    plane_target_[cell] *= inverse;
+    sky_mean_[cell] *= inverse;
     for (int j = 0; j < kBases; ++j)
-      stratum_row_[cell * kBases + static_cast<std::size_t>(j)] *= inverse;
+      plane_row_[cell * kBases + static_cast<std::size_t>(j)] *= inverse;
   }
   for (std::size_t c = 0; c < 3; ++c) {
     normal_[c].resize(kBases, kBases);
@@ -183,16 +201,16 @@ void Reweighting::EstimateSlope(const LightingFitOptions& options) {
 
 void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOptions& options) {
   const auto count = weight_.size();
-  // Within the strata, where they share an error: their means are no noise then.
-  scratch_.assign(static_cast<std::size_t>(problem.stratum_count), 0.0);
+  // Within the planes, where they share an error: their means are no noise then.
+  scratch_.assign(static_cast<std::size_t>(problem.plane_count), 0.0);
   double inliers = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
     if (!(weight_[i] > 0.0)) continue;
     inliers += 1.0;
-    scratch_[static_cast<std::size_t>(problem.stratum[i])] += 1.0;
+    scratch_[static_cast<std::size_t>(problem.plane[i])] += 1.0;
   }
   double degrees = 0.0;
-  for (const double in_stratum : scratch_) degrees += std::max(0.0, in_stratum - 1.0);
+  for (const double in_plane : scratch_) degrees += std::max(0.0, in_plane - 1.0);
   const bool within = options.shared_error > 0.0 && degrees >= problem.basis_count;
   if (!within) degrees = std::max(0.0, inliers - problem.basis_count);
 
@@ -201,7 +219,7 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
     if (!(weight_[i] > 0.0)) continue;
     Eigen::Vector3d r(residual_[i * 3], residual_[i * 3 + 1], residual_[i * 3 + 2]);
     if (within) {
-      const double* mean = stratum_residual_.data() + problem.stratum[i] * 3;
+      const double* mean = plane_residual_.data() + problem.plane[i] * 3;
       for (int c = 0; c < 3; ++c) {
         if (inverse_unit_[i * 3 + static_cast<std::size_t>(c)] > 0.0) r[c] -= mean[c];
       }
@@ -218,55 +236,94 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
 }
 
-void Reweighting::EstimateSharedError(const FitProblem& problem,
-                                      const LightingFitOptions& options) {
-  shared_error_ = 0.0;
-  if (!(options.shared_error > 0.0)) return;
+// One-way analysis of variance over the planes, with the expected error counting as some more.
+void Reweighting::EstimateSharedErrors(const FitProblem& problem,
+                                       const LightingFitOptions& options) {
+  const bool sky_errs = options.sky_shape_error > 0.0;
+  const double expected = sky_errs ? options.sky_shape_error : options.shared_error;
+  shared_error_ = options.shared_error;
+  sky_shape_error_ = options.sky_shape_error;
+  if (!(expected > 0.0)) return;
   double excess = 0.0;
-  double strata = 0.0;
-  for (int g = 0; g < problem.stratum_count; ++g) {
-    const auto cell = static_cast<std::size_t>(g) * 3;
-    // A shift of the whole stratum moves its weighted mean less than that: its far samples lose
+  double planes = 0.0;
+  for (int plane = 0; plane < problem.plane_count; ++plane) {
+    const auto cell = static_cast<std::size_t>(plane) * 3;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    Eigen::Vector3d weight = Eigen::Vector3d::Zero();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto ci = static_cast<Eigen::Index>(c);
+      weight[ci] = sky_errs ? sky_sky_[cell + c] : plane_weight_[cell + c];
+      if (!(weight[ci] > 0.0)) continue;
+      mean[ci] = sky_errs ? sky_residual_[cell + c] / weight[ci] : plane_residual_[cell + c];
+    }
+    // A shift of the whole plane moves its weighted mean less than that: its far samples lose
     // weight.
-    const Eigen::Map<const Eigen::Vector3d> mean(stratum_residual_.data() + cell);
     const Eigen::Vector3d shift = mean_weight_ * inverse_slope_ * mean;
     double sum = 0.0;
     int channels = 0;
     for (Eigen::Index c = 0; c < 3; ++c) {
-      const double weight = stratum_weight_[cell + static_cast<std::size_t>(c)];
-      // Below the weight of one sample a mean says more about the weights than about the stratum.
-      if (!(weight >= 1.0)) continue;
-      sum += Square(shift[c]) - noise_(c, c) / weight;
+      // Below the weight of one sample a mean says more about the weights than about the plane.
+      if (!(weight[c] >= 1.0)) continue;
+      sum += Square(shift[c]) - noise_(c, c) / weight[c];
       ++channels;
     }
     if (channels == 0) continue;
     excess += sum / channels;
-    strata += 1.0;
+    planes += 1.0;
   }
   // The fitted lights took as many means away.
-  const double degrees = std::max(0.0, strata - problem.basis_count);
+  const double degrees = std::max(0.0, planes - problem.basis_count);
   const double variance =
-      (kSharedPriorCount * Square(options.shared_error) + excess) / (kSharedPriorCount + degrees);
-  shared_error_ = std::sqrt(std::max(0.0, variance));
+      (kSharedPriorCount * Square(expected) + excess) / (kSharedPriorCount + degrees);
+  (sky_errs ? sky_shape_error_ : shared_error_) = std::sqrt(std::max(0.0, variance));
 }
 
 // Whitened rows are (row - phi mean row) sqrt(w / n), so their squares add up to
-//   (sum w row row' - sum_strata (2 phi - phi^2) W mean mean') / n.
-void Reweighting::FinishNormal(const FitProblem& problem) {
+//   (sum w row row' - sum_planes (2 phi - phi^2) W mean mean') / n.
+void Reweighting::WhitenMeans(const FitProblem& problem) {
   const int bases = problem.basis_count;
-  taken_.resize(stratum_weight_.size());
+  const auto b = static_cast<std::size_t>(bases);
+  taken_.resize(plane_weight_.size());
   for (std::size_t cell = 0; cell < taken_.size(); ++cell) {
     const std::size_t c = cell % 3;
     const auto ci = static_cast<Eigen::Index>(c);
     const double kept_squared =
-        1.0 / (1.0 + Square(shared_error_) * stratum_weight_[cell] / noise_(ci, ci));
+        1.0 / (1.0 + Square(shared_error_) * plane_weight_[cell] / noise_(ci, ci));
     taken_[cell] = 1.0 - std::sqrt(kept_squared);
-    const double part = (1.0 - kept_squared) * stratum_weight_[cell];
-    const Eigen::Map<const BasisVector> mean_row(
-        stratum_row_.data() + cell * static_cast<std::size_t>(bases), bases);
+    const double part = (1.0 - kept_squared) * plane_weight_[cell];
+    const Eigen::Map<const BasisVector> mean_row(plane_row_.data() + cell * b, bases);
     normal_[c].noalias() -= part * mean_row * mean_row.transpose();
-    gradient_[c].noalias() -= part * stratum_target_[cell] * mean_row;
+    gradient_[c].noalias() -= part * plane_target_[cell] * mean_row;
+
+    const double sky = part * sky_mean_[cell];
+    sky_sky_[cell] -= sky * sky_mean_[cell];
+    sky_target_[cell] -= sky * plane_target_[cell];
+    Eigen::Map<BasisVector>(sky_row_.data() + cell * b, bases).noalias() -= sky * mean_row;
   }
+}
+
+void Reweighting::WhitenSky(const FitProblem& problem) {
+  const int bases = problem.basis_count;
+  sky_taken_.assign(sky_sky_.size(), 0.0);
+  for (std::size_t cell = 0; cell < sky_taken_.size(); ++cell) {
+    const double sky_sky = sky_sky_[cell];
+    if (!(sky_sky > 0.0)) continue;
+    const std::size_t c = cell % 3;
+    const auto ci = static_cast<Eigen::Index>(c);
+    const double kept_squared = 1.0 / (1.0 + Square(sky_shape_error_) * sky_sky / noise_(ci, ci));
+    sky_taken_[cell] = 1.0 - std::sqrt(kept_squared);
+    Eigen::Map<BasisVector> row(sky_row_.data() + cell * static_cast<std::size_t>(bases), bases);
+    row /= sky_sky;
+    sky_target_[cell] /= sky_sky;
+    const double part = (1.0 - kept_squared) * sky_sky;
+    normal_[c].noalias() -= part * row * row.transpose();
+    gradient_[c].noalias() -= part * sky_target_[cell] * row;
+  }
+}
+
+void Reweighting::FinishNormal(const FitProblem& problem) {
+  WhitenMeans(problem);
+  WhitenSky(problem);
   for (std::size_t c = 0; c < 3; ++c) {
     const double inverse = 1.0 / noise_(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c));
     normal_[c] *= inverse;
@@ -288,14 +345,17 @@ void Reweighting::Whiten(const FitProblem& problem) {
       const std::size_t v = i * 3 + c;
       const double unit = inverse_unit_[v];
       const double factor = unit > 0.0 ? std::sqrt(weight_[i]) * inverse_sigma : 0.0;
-      const std::size_t cell = static_cast<std::size_t>(problem.stratum[i]) * 3 + c;
+      const std::size_t cell = static_cast<std::size_t>(problem.plane[i]) * 3 + c;
       const double* row = problem.transport.data() + v * static_cast<std::size_t>(bases);
-      const double* mean_row = stratum_row_.data() + cell * static_cast<std::size_t>(bases);
+      const double* mean_row = plane_row_.data() + cell * static_cast<std::size_t>(bases);
+      const double* sky_row = sky_row_.data() + cell * static_cast<std::size_t>(bases);
+      const double by_sky = sky_taken_[cell] * (sky_share_[v] - taken_[cell] * sky_mean_[cell]);
       for (int j = 0; j < bases; ++j) {
-        out[j] = factor * (unit * row[j] - taken_[cell] * mean_row[j]);
+        out[j] = factor * (unit * row[j] - taken_[cell] * mean_row[j] - by_sky * sky_row[j]);
       }
       channel.target[i] =
-          factor * (unit * problem.radiance[v] - taken_[cell] * stratum_target_[cell]);
+          factor * (unit * problem.radiance[v] - taken_[cell] * plane_target_[cell] -
+                    by_sky * sky_target_[cell]);
     }
   }
 }

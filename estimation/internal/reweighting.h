@@ -28,10 +28,15 @@ struct WhitenedChannel {
 // asymptotic covariance, n = mean(w) * mean(psi^2) / mean(psi')^2 (Huber, Robust Statistics,
 // section 7.6), as a 3 x 3 matrix over the channels, since albedo errors are often grey.
 //
-// Samples of one stratum share an error of variance t^2 beside their own, estimated from the means
-// of the strata's residuals (one-way analysis of variance). Covariance n I + t^2 1 1' is whitened
-// by taking the part phi of the stratum's mean from each row, 1 - phi = (1 + t^2 W / n)^-1/2, W the
-// stratum's summed weight. So 400 samples of one wall count as much as that wall's albedo allows.
+// Samples of one plane, lit and shaded, share two errors beside their own: of albedo, a part t of
+// their whole prediction, and of the sky's shape, a part s of the sky's share v of it. So 400
+// samples of one wall count as much as that wall's albedo allows, and the contrast of lit and
+// shaded on it tells the sun whatever the sky's shape. The plane's covariance is
+//   n I + t^2 1 1' + s^2 v v'.
+// It is whitened by taking from each row the part phi of the plane's mean row, 1 - phi =
+// (1 + t^2 W / n)^-1/2 with W the plane's summed weight, and then in the same way along what that
+// leaves of v. s is estimated from the planes' residuals (one-way analysis of variance); so is t,
+// where s is not in use: one picture cannot tell the two apart.
 class Reweighting {
  public:
   // `rescale` false keeps the scales (robust, noise, shared) of the last pass.
@@ -51,6 +56,7 @@ class Reweighting {
   // Of the noise of two channels in one sample.
   const Eigen::Matrix3d& ChannelCorrelation() const { return correlation_; }
   double SharedError() const { return shared_error_; }
+  double SkyShapeError() const { return sky_shape_error_; }
   double InlierFraction() const;
   double RelativeResidual() const;
 
@@ -66,17 +72,27 @@ class Reweighting {
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
   double shared_error_ = 0.0;
+  double sky_shape_error_ = 0.0;
 
   std::vector<double> inverse_unit_;  // Per sample and channel; 0 where unusable.
   std::vector<double> residual_;      // Per sample and channel, in noise units.
+  std::vector<double> sky_share_;     // v, likewise.
   std::vector<double> deviation_;     // d, per sample.
   std::vector<double> weight_;        // w, per sample.
-  // Per stratum and channel: summed weight, and weighted means of residual, target and row.
-  std::vector<double> stratum_weight_;
-  std::vector<double> stratum_residual_;
-  std::vector<double> stratum_target_;
-  std::vector<double> stratum_row_;
+  // Per plane and channel: summed weight, and weighted means of residual, target and row.
+  std::vector<double> plane_weight_;
+  std::vector<double> plane_residual_;
+  std::vector<double> plane_target_;
+  std::vector<double> plane_row_;
   std::vector<double> taken_;  // phi.
+  // The sky's share v: its weighted mean, and its summed products with itself, with residual,
+  // target and row. After whitening along the mean the last two are means along v.
+  std::vector<double> sky_mean_;
+  std::vector<double> sky_sky_;
+  std::vector<double> sky_residual_;
+  std::vector<double> sky_target_;
+  std::vector<double> sky_row_;
+  std::vector<double> sky_taken_;
   std::vector<double> scratch_;
 
   // The loops over the samples, with the number of basis lights known to the compiler.
@@ -91,7 +107,9 @@ class Reweighting {
   void Weigh(const LightingFitOptions& options);
   void EstimateSlope(const LightingFitOptions& options);
   void EstimateNoise(const FitProblem& problem, const LightingFitOptions& options);
-  void EstimateSharedError(const FitProblem& problem, const LightingFitOptions& options);
+  void EstimateSharedErrors(const FitProblem& problem, const LightingFitOptions& options);
+  void WhitenMeans(const FitProblem& problem);
+  void WhitenSky(const FitProblem& problem);
   void FinishNormal(const FitProblem& problem);
 };
 

@@ -82,7 +82,7 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     for (int c = 0; c < 3; ++c) {
       sample.radiance_rgb[c] *= std::max(0.05, 1.0 + scene.channel_noise * gauss(random));
     }
-    sample.stratum = 2 * r + (lit ? 1 : 0);
+    sample.plane = r;
     sample.pixel = {(i * 37) % 480, (i * 91) % 360};
 
     bool wrong = false;
