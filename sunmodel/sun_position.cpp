@@ -142,7 +142,9 @@ SunPosition ComputeSunPosition(const Site& site, UtcTime time, const EarthRotati
 }
 
 bool IsInEphemerisSpan(UtcTime time) {
-  using namespace std::chrono;
+  using std::chrono::January;
+  using std::chrono::sys_days;
+  using std::chrono::year;
   return time >= sys_days(year{1900} / January / 1) && time < sys_days(year{2101} / January / 1);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "sunmodel/internal/day_split.h"
 #include "sunmodel/internal/leap_seconds.h"
 
 namespace pleinair {
@@ -134,9 +135,9 @@ UtcTime ParseUtcTime(std::string_view text) {
 }
 
 std::string FormatUtcTime(UtcTime time) {
-  const sys_days day = std::chrono::floor<std::chrono::days>(time);
+  const auto [day, passed] = SplitAtMidnight(time);
   const std::chrono::year_month_day date(day);
-  const std::chrono::hh_mm_ss clock(time - day);
+  const std::chrono::hh_mm_ss clock(passed);
   std::array<char, 48> buffer{};
   std::snprintf(buffer.data(),
                 buffer.size(),

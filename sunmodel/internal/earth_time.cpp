@@ -3,6 +3,7 @@
 #include <array>
 #include <span>
 
+#include "sunmodel/internal/day_split.h"
 #include "sunmodel/internal/leap_seconds.h"
 
 namespace pleinair {
@@ -39,10 +40,6 @@ constexpr std::array k1920{21.20, 0.84493, -0.076100, 0.0020936};
 constexpr std::array k1941{29.07, 0.407, -1.0 / 233.0, 1.0 / 2547.0};
 constexpr std::array k1961{45.45, 1.067, -1.0 / 260.0, -1.0 / 718.0};
 
-double SecondsFromTicks(std::chrono::nanoseconds ticks) {
-  return std::chrono::duration<double>(ticks).count();
-}
-
 }  // namespace
 
 double PublishedDeltaTS(double decimal_year) {
@@ -58,9 +55,10 @@ double PublishedDeltaTS(double decimal_year) {
 }
 
 EarthTime EarthTimeAt(UtcTime time, const EarthRotation& rotation) {
-  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const DaySplit split = SplitAtMidnight(time);
+  const std::chrono::sys_days day = split.day;
   const double day_number = kJulianDateOf1970 + double(day.time_since_epoch().count());
-  const double utc_s = SecondsFromTicks(time - day);
+  const double utc_s = std::chrono::duration<double>(split.passed).count();
   const double ut1_s = utc_s + rotation.ut1_minus_utc_s.value_or(0.0);
   const auto tt_s = [&] {
     if (rotation.tt_minus_ut1_s) return ut1_s + *rotation.tt_minus_ut1_s;

@@ -145,9 +145,10 @@ TEST(ClearSky, AgreesWithAMeasuredClearDay) {
     for (double& v : value) fields >> v;
     const double zenith_deg = value[7];
     if (zenith_deg > 75.0 || value[13] != 0.0 || value[15] != 0.0) continue;
-    using namespace std::chrono;
-    const UtcTime time = sys_days(year{int(value[0])} / int(value[2]) / int(value[3])) +
-                         hours{int(value[4])} + minutes{int(value[5])};
+    const std::chrono::sys_days date =
+        std::chrono::year{int(value[0])} / int(value[2]) / int(value[3]);
+    const UtcTime time =
+        date + std::chrono::hours{int(value[4])} + std::chrono::minutes{int(value[5])};
     ClearSkyConditions conditions;
     const SunPosition sun = ComputeSunPosition(site, time);
     // We read it right: half a minute of time is 0.13 deg, refraction 0.05.

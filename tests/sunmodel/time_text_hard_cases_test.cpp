@@ -55,6 +55,11 @@ TEST(TimeTextHardCases, TakesSecond60OnlyWhereUtcHadOne) {
   EXPECT_THAT(ErrorOf("2016-12-31T23:59:61Z"), HasSubstr("second is 61"));
 }
 
+TEST(TimeTextHardCases, WritesTheEndsOfTime) {
+  EXPECT_EQ(FormatUtcTime(UtcTime::min()), "1677-09-21T00:12:43.145224192Z");
+  EXPECT_EQ(FormatUtcTime(UtcTime::max()), "2262-04-11T23:47:16.854775807Z");
+}
+
 TEST(TimeTextHardCases, NamesTextAndField) {
   const struct {
     const char* text;
