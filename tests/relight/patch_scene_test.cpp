@@ -1,0 +1,201 @@
+#include "relight/patch_scene.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "relight/internal/patch_refinement.h"
+#include "tests/relight/probe_test_scenes.h"
+
+namespace pleinair {
+namespace {
+
+Mesh WithNames(Mesh mesh) {
+  mesh.materials.resize(1);
+  mesh.group_names = {"scene"};
+  return mesh;
+}
+
+Mesh Box() {
+  Mesh mesh;
+  AddBox(mesh, {-1.0f, -2.0f, 0.0f}, {3.0f, 1.0f, 2.5f});
+  return WithNames(std::move(mesh));
+}
+
+PatchOptions Flat(double patch_size_m) {
+  return {.patch_size_m = patch_size_m, .growth_per_m = 0.0, .extend_ground = false};
+}
+
+double Area(const PatchScene& scene) {
+  double area = 0.0;
+  for (std::size_t i = 0; i < scene.mesh.triangles.size(); ++i) area += scene.PatchAreaM2(i);
+  return area;
+}
+
+double LongestEdge(const PatchScene& scene, std::size_t patch) {
+  double longest = 0.0;
+  const glm::uvec3& v = scene.mesh.triangles[patch];
+  for (int i = 0; i < 3; ++i) {
+    longest = std::max(longest,
+                       static_cast<double>(glm::distance(scene.mesh.positions_m[v[i]],
+                                                         scene.mesh.positions_m[v[(i + 1) % 3]])));
+  }
+  return longest;
+}
+
+TEST(PatchScene, NoEdgeIsLongerThanAskedFor) {
+  for (const double size_m : {5.0, 1.0, 0.3}) {
+    const PatchScene scene = BuildPatchScene(Box(), Flat(size_m));
+    for (std::size_t i = 0; i < scene.mesh.triangles.size(); ++i) {
+      EXPECT_LE(LongestEdge(scene, i), size_m * (1.0 + 1e-6));
+    }
+  }
+}
+
+// 2 (4*3 + 4*2.5 + 3*2.5) = 59 m^2; float positions are good to 1e-7 each.
+TEST(PatchScene, CuttingKeepsAreaAndNormals) {
+  const PatchScene scene = BuildPatchScene(Box(), Flat(0.4));
+  EXPECT_NEAR(Area(scene), 59.0, 59.0 * 1e-5);
+  const Mesh source = Box();
+  for (std::size_t i = 0; i < scene.mesh.triangles.size(); ++i) {
+    EXPECT_GT(glm::dot(scene.FaceNormal(2 * i), TriangleNormal(source, scene.source_triangle[i])),
+              0.999f);
+    EXPECT_EQ(scene.FaceNormal(2 * i), -scene.FaceNormal(2 * i + 1));
+  }
+}
+
+// The box stores every side's corners apart, and the patch size changes over it. Still each edge
+// has its twin, at the very same positions: no crack, no vertex within another's edge.
+TEST(PatchScene, NeighboursStayJoinedAcrossDoubledEdges) {
+  PatchOptions options{.focus_m = {3.0, 1.0, 2.5}, .patch_size_m = 0.1, .growth_per_m = 0.3};
+  options.extend_ground = false;
+  const PatchScene scene = BuildPatchScene(Box(), options);
+  EXPECT_GT(scene.mesh.triangles.size(), 500u);
+  using Point = std::tuple<float, float, float>;
+  std::map<std::pair<Point, Point>, int> edges;
+  for (const glm::uvec3& v : scene.mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const glm::vec3& a = scene.mesh.positions_m[v[i]];
+      const glm::vec3& b = scene.mesh.positions_m[v[(i + 1) % 3]];
+      const Point from{a.x, a.y, a.z};
+      const Point to{b.x, b.y, b.z};
+      ++edges[from < to ? std::pair{from, to} : std::pair{to, from}];
+    }
+  }
+  for (const auto& [edge, count] : edges) EXPECT_EQ(count, 2);
+}
+
+TEST(PatchScene, PatchesGrowWithDistanceFromTheFocus) {
+  Mesh mesh;
+  AddGround(mesh, 40.0f);
+  const PatchScene scene = BuildPatchScene(WithNames(std::move(mesh)),
+                                           {.focus_m = {0.0, 0.0, 0.0},
+                                            .patch_size_m = 0.5,
+                                            .growth_per_m = 0.1,
+                                            .extend_ground = false});
+  const PatchScene even = BuildPatchScene(
+      [] {
+        Mesh flat;
+        AddGround(flat, 40.0f);
+        return WithNames(std::move(flat));
+      }(),
+      Flat(0.5));
+  EXPECT_LT(scene.mesh.triangles.size(), even.mesh.triangles.size() / 10);
+}
+
+TEST(PatchScene, AHitKnowsItsPatchAndSide) {
+  const PatchScene scene = BuildPatchScene(Box(), Flat(0.5));
+  const glm::vec3 down(0.0f, 0.0f, -1.0f);
+  const auto outside = scene.caster.Intersect({0.3f, 0.2f, 5.0f}, down);
+  ASSERT_TRUE(outside);
+  const std::int32_t face = PatchScene::FaceOfHit(*outside, down);
+  EXPECT_EQ(face % 2, 0);
+  EXPECT_GT(scene.FaceNormal(static_cast<std::size_t>(face)).z, 0.999f);
+  const auto inside = scene.caster.Intersect({0.3f, 0.2f, 1.0f}, down);
+  ASSERT_TRUE(inside);
+  EXPECT_EQ(PatchScene::FaceOfHit(*inside, down) % 2, 1);
+}
+
+TEST(PatchScene, FacesStartWithTheirMaterialsAlbedo) {
+  Mesh mesh = Box();
+  mesh.materials[0].diffuse_albedo = {0.1f, 0.2f, 0.3f};
+  const PatchScene scene = BuildPatchScene(mesh, Flat(1.0));
+  ASSERT_EQ(scene.face_albedo_rgb.size(), scene.FaceCount());
+  for (const glm::vec3& albedo : scene.face_albedo_rgb) {
+    EXPECT_EQ(albedo, glm::vec3(0.1f, 0.2f, 0.3f));
+  }
+}
+
+// A turned yard: its bounding box would leave its corners open. Every ray down from 1.5 m to within
+// 0.1 deg of the horizon meets ground.
+TEST(PatchScene, TheGroundGoesOnToTheHorizonAllAround) {
+  Mesh mesh;
+  AddQuad(
+      mesh, {-20.0f, -7.0f, 0.0f}, {7.0f, -20.0f, 0.0f}, {20.0f, 7.0f, 0.0f}, {-7.0f, 20.0f, 0.0f});
+  AddBox(mesh, {2.0f, 2.0f, 0.0f}, {4.0f, 4.0f, 3.0f});
+  const PatchScene scene = BuildPatchScene(WithNames(std::move(mesh)), {});
+  EXPECT_TRUE(scene.ground_extended);
+  EXPECT_EQ(scene.mesh.group_names.back(), "ground_extension");
+  EXPECT_EQ(scene.source_triangle.back(), PatchScene::kExtension);
+  for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 3) {
+    for (const double down_deg : {0.1, 1.0, 5.0, 30.0}) {
+      const double azimuth = azimuth_deg * std::numbers::pi / 180.0;
+      const double down = down_deg * std::numbers::pi / 180.0;
+      const glm::vec3 direction(
+          std::cos(azimuth) * std::cos(down), std::sin(azimuth) * std::cos(down), -std::sin(down));
+      EXPECT_TRUE(scene.caster.Intersect({0.0f, 0.0f, 1.5f}, direction))
+          << azimuth_deg << " deg, " << down_deg << " deg down";
+    }
+  }
+}
+
+TEST(PatchScene, AGroundThatReachesFarIsLeftAsItIs) {
+  Mesh mesh;
+  AddGround(mesh, 1500.0f);
+  EXPECT_FALSE(BuildPatchScene(WithNames(std::move(mesh)), {}).ground_extended);
+}
+
+// Seven halvings of 100 m; a sliver has two long edges, so that each gives three pieces: 3^7 a
+// triangle.
+TEST(PatchSceneHardCases, SliversOfTenThousandToOneAreCutToo) {
+  Mesh mesh;
+  AddQuad(
+      mesh, {0.0f, 0.0f, 0.0f}, {100.0f, 0.0f, 0.0f}, {100.0f, 0.01f, 0.0f}, {0.0f, 0.01f, 0.0f});
+  const PatchScene scene = BuildPatchScene(WithNames(std::move(mesh)), Flat(1.0));
+  EXPECT_NEAR(Area(scene), 1.0, 1e-4);
+  EXPECT_LE(scene.mesh.triangles.size(), 2u * 2187u);
+}
+
+TEST(PatchSceneHardCases, AnEmptyMeshAndTrianglesWithoutAreaLeaveNoPatch) {
+  EXPECT_EQ(BuildPatchScene(Mesh{}, {}).FaceCount(), 0u);
+  Mesh mesh = Box();
+  const std::size_t whole = BuildPatchScene(mesh, Flat(10.0)).mesh.triangles.size();
+  mesh.triangles.emplace_back(0, 0, 1);
+  mesh.triangle_group.push_back(0);
+  mesh.triangle_material.push_back(0);
+  EXPECT_EQ(BuildPatchScene(mesh, Flat(10.0)).mesh.triangles.size(), whole);
+}
+
+TEST(PatchSceneHardCases, RefusesWhatMakesNoSense) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(BuildPatchScene(Box(), {.patch_size_m = 0.0}), std::invalid_argument);
+  EXPECT_THROW(BuildPatchScene(Box(), {.patch_size_m = nan}), std::invalid_argument);
+  EXPECT_THROW(BuildPatchScene(Box(), {.growth_per_m = -0.1}), std::invalid_argument);
+  EXPECT_THROW(BuildPatchScene(Box(), {.focus_m = {0.0, nan, 0.0}}), std::invalid_argument);
+  Mesh broken = Box();
+  broken.positions_m[3].y = static_cast<float>(nan);
+  EXPECT_THROW(BuildPatchScene(broken, {}), std::invalid_argument);
+  Mesh dangling = Box();
+  dangling.triangles[0].x = 4000;
+  EXPECT_THROW(BuildPatchScene(dangling, {}), std::invalid_argument);
+  const auto fine = [](const glm::vec3&) { return 0.01; };
+  EXPECT_THROW(RefineMesh(Box(), fine, 1000), std::invalid_argument) << "too many patches";
+}
+
+}  // namespace
+}  // namespace pleinair
