@@ -19,7 +19,7 @@ struct Atmosphere {
 // The standard atmosphere at a height; thin but never negative far up.
 //
 // Source     ISO 2533 to 20 km (lapse of 6.5 K/km to 11 km, constant temperature above), the upper
-//            layer carried on beyond: pressure is too low by 20 % at 40 km, where nothing is left
+//            layer carried on beyond: pressure is too low by 15 % at 40 km, where nothing is left
 //            to refract. Height over the ellipsoid stands in for height over the sea: 1 % at most.
 // Throws     std::invalid_argument for a height that no Site may have.
 Atmosphere StandardAtmosphere(double height_m);
@@ -30,8 +30,8 @@ Atmosphere StandardAtmosphere(double height_m);
 //
 // Source     Saemundsson, Sky and Telescope 72, 1986, p. 70, scaled to pressure and temperature as
 //            in Meeus, Astronomical Algorithms, chapter 16, his zenith offset taken off.
-// Accuracy   0.07 arc minutes above 15 deg, 0.2 down to the horizon in the air it assumes; real
-//            air near the horizon differs from day to day by several arc minutes.
+// Accuracy   0.1 arc minutes from Bennett's formula (his own bound: 0.07) above the horizon, in the
+//            air it assumes; real air near the horizon differs from day to day by several.
 // Throws     std::invalid_argument for an elevation outside [-pi/2, pi/2] or a bad atmosphere.
 double RefractionRad(double airless_elevation_rad, const Atmosphere& atmosphere);
 

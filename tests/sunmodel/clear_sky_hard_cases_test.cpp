@@ -65,8 +65,7 @@ TEST(ClearSkyHardCases, NightIsDark) {
   }
 }
 
-// In orbit there is no air to scatter: what is left of the aerosol sits below the pressure scale,
-// so that only the beam's Rayleigh part is tested.
+// Blue loses most to the air: what thins with height.
 TEST(ClearSkyHardCases, BeamGrowsWithHeight) {
   double before = 0.0;
   for (const double height_m : kHeightsM) {
