@@ -44,6 +44,7 @@ class GatheredRays {
   static GatheredRays OfFaces(const PatchScene& scene, const GatherOptions& options);
 
   std::size_t ReceiverCount() const { return face_begin_.empty() ? 0 : face_begin_.size() - 1; }
+  int RaysPerReceiver() const { return rays_per_receiver_; }
   // Irradiance at each receiver straight from the sky (c, for a uniform shape).
   std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
   // Irradiance at each receiver from faces of given radiosity.

@@ -8,13 +8,14 @@
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "scene/lat_long.h"
 
 namespace pleinair {
 namespace {
 
-constexpr double kLeastKnownIrradiance = 0.02;  // Of the sky's on open ground; see the header.
+constexpr double kFewestRays = 16.0;  // See the header.
 constexpr float kLargestAlbedo = 0.98f;
 constexpr double kConverged = 1e-4;
 constexpr int kMaxIterations = 30;
@@ -101,7 +102,9 @@ class AlbedoSolver {
         pixels_(input.face, scene.FaceCount()),
         shape_(MakeImageSkyShape("survey", input.light.sky_radiance)),
         sun_(input.light.sun_irradiance_rgb),
-        sky_(input.light.sky_irradiance_rgb) {
+        sky_(input.light.sky_irradiance_rgb),
+        least_known_(static_cast<float>(kFewestRays / input.gather.Rays().RaysPerReceiver()) *
+                     sky_) {
     view_.sun_direction_enu = input.light.sun_direction_enu;
     view_.albedo_rgb = RgbImage(view.Width(), view.Height(), glm::vec3(0.0f));
     view_.albedo_measured = Gray8Image(view.Width(), view.Height(), 0);
@@ -147,8 +150,6 @@ class AlbedoSolver {
  private:
   // pi L / E at each pixel, E = sky_scale * sky_response + sun * SunResponse.
   void AlbedoOfPixels(const glm::vec3& sky_scale) {
-    // A channel without any light in the map has no albedo anywhere.
-    const glm::vec3 least = static_cast<float>(kLeastKnownIrradiance) * sky_;
     tbb::parallel_for(0, view_.Height(), [&](int y) {
       for (int x = 0; x < view_.Width(); ++x) {
         const std::size_t i = view_.region.Index(x, y);
@@ -157,12 +158,10 @@ class AlbedoSolver {
         if (view_.region.pixels[i] == SurfaceView::kNoRegion) continue;
         const glm::vec3 irradiance = sky_scale * view_.sky_response[0].pixels[i] +
                                      sun_ * SunResponse(view_, i, view_.sun_direction_enu);
+        // A channel without any light in the map is known nowhere.
+        if (!glm::all(glm::greaterThan(irradiance, least_known_))) continue;
         bool known = true;
         for (int channel = 0; channel < 3; ++channel) {
-          if (!(irradiance[channel] > least[channel])) {
-            known = false;
-            continue;
-          }
           const float albedo =
               std::numbers::pi_v<float> * input_.radiance.pixels[i][channel] / irradiance[channel];
           if (!(albedo <= kLargestAlbedo)) known = false;
@@ -213,19 +212,13 @@ class AlbedoSolver {
 
   // What is too dark to know takes its face's albedo; what is too bright keeps its clamped value.
   void FillUnknown() {
-    const glm::vec3 least = static_cast<float>(kLeastKnownIrradiance) * sky_;
     for (std::size_t i = 0; i < view_.region.pixels.size(); ++i) {
       if (view_.region.pixels[i] == SurfaceView::kNoRegion) continue;
-      if (view_.albedo_measured.pixels[i] != 0) continue;
       const glm::vec3 irradiance = sky_ * view_.sky_response[0].pixels[i] +
                                    sun_ * SunResponse(view_, i, view_.sun_direction_enu);
-      const glm::vec3& face =
+      if (glm::all(glm::greaterThan(irradiance, least_known_))) continue;
+      view_.albedo_rgb.pixels[i] =
           scene_.face_albedo_rgb[static_cast<std::size_t>(input_.face.pixels[i])];
-      for (int channel = 0; channel < 3; ++channel) {
-        if (!(irradiance[channel] > least[channel])) {
-          view_.albedo_rgb.pixels[i][channel] = face[channel];
-        }
-      }
     }
   }
 
@@ -236,6 +229,7 @@ class AlbedoSolver {
   std::shared_ptr<const SkyShape> shape_;
   glm::vec3 sun_;
   glm::vec3 sky_;
+  glm::vec3 least_known_;
   std::vector<glm::vec3> face_sky_;
   std::vector<glm::vec3> face_sun_;
   std::vector<glm::vec3> receiver_sky_;

@@ -30,10 +30,10 @@ struct AlbedoResult {
 // Iterates face albedos (in `scene`) and fills albedo_rgb, albedo_measured, sky_response and
 // sun_bounce of `view`, whose geometry, sun_visibility and edge_distance_px are there.
 //
-// Albedo is unknown (and its face's taken) where a channel's irradiance is below 2 % of the sky's
-// on open ground: with 256 rays, fewer than five of them then carry the light. Above 0.98 in a
-// channel it is taken for a surface that the mesh lacks (a lamp, glass, a sunlit spot in modelled
-// shadow): clamped, and not measured.
+// Albedo is unknown (and its face's taken) where a channel's irradiance is below what 16 of a
+// receiver's rays bring from the open sky: 6 % of it with 256 rays. Fewer rays are too few to
+// divide by. Above 0.98 in a channel it is taken for a surface that the mesh lacks (a lamp, glass,
+// a sunlit spot in modelled shadow): clamped, and not measured.
 AlbedoResult SolveAlbedo(const AlbedoInput& input, PatchScene& scene, SurfaceView& view);
 
 }  // namespace pleinair

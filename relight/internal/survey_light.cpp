@@ -213,14 +213,17 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
     }
     std::vector<MapPixel> window;
     std::vector<MapPixel> ring;
+    std::vector<MapPixel> ring_of_all;
     for (const MapPixel& pixel : PixelsAround(place.direction, 2.0 * window_rad, size)) {
       if (pixel.angle_rad <= window_rad) {
         window.push_back(pixel);
-      } else if (shows_sky.At(pixel.x, pixel.y) != 0) {
-        ring.push_back(pixel);
+      } else {
+        ring_of_all.push_back(pixel);
+        if (shows_sky.At(pixel.x, pixel.y) != 0) ring.push_back(pixel);
       }
     }
-    const Background background = BackgroundOf(map.radiance, ring);
+    // Where surfaces are all around, the disc would still have to outshine them.
+    const Background background = BackgroundOf(map.radiance, ring.empty() ? ring_of_all : ring);
     glm::dvec3 disc(0.0);
     double window_sr = 0.0;
     for (const MapPixel& pixel : window) {
@@ -249,8 +252,8 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
                   MostFullyCovered(map.sun_angular_radius_rad, elevation_rad, size))) {
       measured = false;
       light.notes.emplace_back("survey map: the sun's disc is clipped");
-    } else if (sun_seen < 0.5 && Mean(light.sun_irradiance_rgb) <
-                                     kSignificant * Mean(light.sun_irradiance_stddev_rgb)) {
+    } else if (sun_seen < 0.5 && !(Mean(light.sun_irradiance_rgb) >
+                                   kSignificant * Mean(light.sun_irradiance_stddev_rgb))) {
       measured = false;
       light.notes.emplace_back("survey map: the sun's disc is not in view");
     }

@@ -1,0 +1,274 @@
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "relight/internal/sky_completion.h"
+#include "relight/internal/survey_light.h"
+#include "relight/survey.h"
+#include "tests/relight/survey_test_site.h"
+
+namespace pleinair {
+namespace {
+
+PrepareOptions Coarse() {
+  PrepareOptions options = KnownSite::Options();
+  options.gather.rays_per_receiver = 48;
+  options.patches = {.patch_size_m = 1.5, .growth_per_m = 0.4};
+  options.survey_receiver_block_px = 8;
+  return options;
+}
+
+PreparedScene Prepare(const SiteModel& site) {
+  NoStore store;
+  return PrepareScene(site, Coarse(), store, {});
+}
+
+void ExpectSoundAlbedos(const PreparedScene& prepared) {
+  for (const glm::vec3& albedo : prepared.survey->view.albedo_rgb.pixels) {
+    for (int c = 0; c < 3; ++c) {
+      ASSERT_TRUE(albedo[c] >= 0.0f && albedo[c] <= 0.98f) << albedo[c];
+    }
+  }
+  for (const glm::vec3& albedo : prepared.patches.face_albedo_rgb) {
+    for (int c = 0; c < 3; ++c) ASSERT_TRUE(albedo[c] >= 0.0f && albedo[c] <= 0.98f);
+  }
+}
+
+// An even sky alone, without a scene.
+struct OpenSky {
+  static constexpr LatLongSize kSize{512, 256};
+  SurveyMap map{.radiance = RgbImage(kSize.width, kSize.height, glm::vec3(0.0f)),
+                .sun_direction_enu = glm::normalize(glm::dvec3(0.3, -0.5, 0.7)),
+                .clear_sky_beam_to_diffuse_rgb = {8.0, 6.0, 4.0}};
+  Gray8Image shows_sky{kSize.width, kSize.height, 0};
+
+  OpenSky() {
+    for (int y = 0; y < kSize.height / 2; ++y) {
+      for (int x = 0; x < kSize.width; ++x) {
+        map.radiance.At(x, y) = {20.0f, 30.0f, 50.0f};
+        shows_sky.At(x, y) = 255;
+      }
+    }
+  }
+  // The disc with soft edges, by 32 x 32 points a pixel.
+  void AddDisc(const glm::dvec3& direction, double irradiance) {
+    const double radius = map.sun_angular_radius_rad;
+    const double disc_radiance = irradiance / (std::numbers::pi * radius * radius);
+    for (int y = 0; y < kSize.height / 2; ++y) {
+      for (int x = 0; x < kSize.width; ++x) {
+        if (glm::distance(DirectionFromLatLong({x + 0.5, y + 0.5}, kSize), direction) > 0.05)
+          continue;
+        int inside = 0;
+        for (int i = 0; i < 1024; ++i) {
+          const glm::dvec2 point(x + (i % 32 + 0.5) / 32.0, y + (i / 32 + 0.5) / 32.0);
+          inside += glm::distance(DirectionFromLatLong(point, kSize), direction) < radius;
+        }
+        map.radiance.At(x, y) += glm::vec3(glm::dvec3(disc_radiance * inside / 1024.0));
+      }
+    }
+  }
+  void ClipAt(float limit) {
+    for (glm::vec3& pixel : map.radiance.pixels) pixel = glm::min(pixel, glm::vec3(limit));
+  }
+};
+
+// Under a wide low roof: what a few rays see of the light is no ground for an albedo.
+TEST(SurveyHardCases, DeepShadowIsUnknownAndFilledFromItsMaterial) {
+  KnownSite site;
+  Mesh roof;
+  AddBox(roof, {-29.0f, -29.0f, 0.45f}, {29.0f, -2.0f, 0.5f});
+  const auto first = static_cast<std::uint32_t>(site.mesh.positions_m.size());
+  for (const glm::uvec3& triangle : roof.triangles) {
+    site.mesh.triangles.push_back(triangle + first);
+    site.mesh.triangle_material.push_back(2);
+    site.mesh.triangle_group.push_back(2);
+  }
+  site.mesh.positions_m.insert(
+      site.mesh.positions_m.end(), roof.positions_m.begin(), roof.positions_m.end());
+  site.mesh.normals.insert(site.mesh.normals.end(), roof.normals.begin(), roof.normals.end());
+  site.position_m.z = 0.3;
+  site.position_m.y = -1.0;
+  const PreparedScene prepared = Prepare(site.Model(site.Map()));
+  ExpectSoundAlbedos(prepared);
+  const SurfaceView& view = prepared.survey->view;
+  int unknown = 0;
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    const glm::vec3& position = view.position_world_m.pixels[i];
+    if (view.region.pixels[i] != 0 || position.y > -12.0f || position.y < -28.0f) continue;
+    if (view.albedo_measured.pixels[i] != 0) continue;
+    ++unknown;
+    EXPECT_EQ(view.may_be_sampled.pixels[i], 0);
+    // 0.3 for the open ground; under the roof its neighbours' mean, measured in near darkness.
+    EXPECT_NEAR(view.albedo_rgb.pixels[i].x, 0.3f, 0.15f);
+  }
+  EXPECT_GT(unknown, 20);
+}
+
+TEST(SurveyHardCases, AMapBrighterThanAnyAlbedoExplainsIsClampedAndNotMeasured) {
+  RgbImage map = TheKnownMap();
+  for (int y = 64; y < 128; ++y) {
+    for (int x = 0; x < 60; ++x) map.At(x, y) *= 40.0f;
+  }
+  const PreparedScene prepared = Prepare(TheKnownSite().Model(map));
+  ExpectSoundAlbedos(prepared);
+  const SurfaceView& view = prepared.survey->view;
+  EXPECT_EQ(view.albedo_measured.At(30, 110), 0);
+  EXPECT_EQ(view.may_be_sampled.At(30, 110), 0);
+  EXPECT_EQ(view.albedo_rgb.At(30, 110).x, 0.98f);
+}
+
+TEST(SurveyHardCases, ABlackMapLeavesTheMaterialsAlbedo) {
+  const PreparedScene prepared = Prepare(TheKnownSite().Model(RgbImage(256, 128, glm::vec3(0.0f))));
+  ExpectSoundAlbedos(prepared);
+  EXPECT_EQ(prepared.survey->light.sky_irradiance_rgb, glm::dvec3(0.0));
+  EXPECT_FALSE(prepared.survey->light.notes.empty());
+  for (const std::uint8_t measured : prepared.survey->view.albedo_measured.pixels) {
+    EXPECT_EQ(measured, 0);
+  }
+  EXPECT_EQ(prepared.patches.face_albedo_rgb[0], glm::vec3(0.5f));
+}
+
+TEST(SurveyHardCases, ScaleOfTheMapChangesTheLightAndNoAlbedo) {
+  const PreparedScene reference = Prepare(TheKnownSite().Model(TheKnownMap()));
+  RgbImage map = TheKnownMap();
+  for (glm::vec3& pixel : map.pixels) pixel *= 1e-3f;
+  const PreparedScene scaled = Prepare(TheKnownSite().Model(map));
+  EXPECT_NEAR(scaled.survey->light.sun_irradiance_rgb.x * 1e3,
+              reference.survey->light.sun_irradiance_rgb.x,
+              1e-2);
+  for (std::size_t i = 0; i < map.pixels.size(); ++i) {
+    ASSERT_NEAR(scaled.survey->view.albedo_rgb.pixels[i].y,
+                reference.survey->view.albedo_rgb.pixels[i].y,
+                1e-3f);
+  }
+}
+
+TEST(SurveyHardCases, AnOvercastMapHasNoSunAndIsNotTakenForClipped) {
+  const PreparedScene prepared =
+      Prepare(TheKnownSite().Model(TheKnownSite().Map(/*with_sun=*/false)));
+  const SurveyLight& light = prepared.survey->light;
+  EXPECT_FALSE(light.sun_clipped);
+  // The window of 5 deg over a sky with a slope: some 2 % of 30 W m^-2 sr^-1 over 0.02 sr.
+  for (int c = 0; c < 3; ++c) EXPECT_LT(light.sun_irradiance_rgb[c], 0.1);
+}
+
+// 1 %: 1024 points a pixel and the tangent plane's area of the disc.
+TEST(SurveyLightHardCases, ADiscThatCoversPixelsWhollyIsNotClipped) {
+  for (const double radius : {kMeanSunAngularRadiusRad, 5.0 * kMeanSunAngularRadiusRad}) {
+    OpenSky sky;
+    sky.map.sun_angular_radius_rad = radius;
+    sky.AddDisc(sky.map.sun_direction_enu, 800.0);
+    const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+    EXPECT_FALSE(light.sun_clipped) << radius;
+    EXPECT_NEAR(light.sun_irradiance_rgb.y, 800.0, 8.0) << radius;
+    EXPECT_NEAR(light.sky_irradiance_rgb.y, 30.0 * std::numbers::pi, 0.05);
+  }
+}
+
+TEST(SurveyLightHardCases, AClippedDiscIsTheClearSkysWithAnErrorThatCoversIt) {
+  for (const float limit : {1e4f, 1e3f, 200.0f}) {
+    OpenSky sky;
+    sky.AddDisc(sky.map.sun_direction_enu, 800.0);
+    sky.ClipAt(limit);
+    const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+    EXPECT_TRUE(light.sun_clipped) << limit;
+    EXPECT_FALSE(light.notes.empty());
+    EXPECT_NEAR(light.sun_irradiance_rgb.y, 6.0 * 30.0 * std::numbers::pi, 1.0);
+    EXPECT_GT(light.sun_irradiance_stddev_rgb.y, 0.3 * light.sun_irradiance_rgb.y);
+  }
+}
+
+TEST(SurveyLightHardCases, AnEvenlyWhiteSkyIsNotClipped) {
+  OpenSky sky;
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+  EXPECT_FALSE(light.sun_clipped);
+  EXPECT_EQ(light.sun_irradiance_rgb, glm::dvec3(0.0));
+}
+
+TEST(SurveyLightHardCases, FollowsADiscAFewDegreesOff) {
+  OpenSky sky;
+  const glm::dvec3 there = glm::normalize(sky.map.sun_direction_enu + glm::dvec3(0.06, 0.0, 0.0));
+  sky.AddDisc(there, 800.0);
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+  EXPECT_LT(glm::distance(light.sun_direction_enu, there), 0.002);
+  EXPECT_NEAR(light.sun_irradiance_rgb.y, 800.0, 8.0);
+  EXPECT_FALSE(light.notes.empty());
+}
+
+TEST(SurveyLightHardCases, ASunBehindTheHouseIsNotTakenForNone) {
+  OpenSky sky;
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 256; x < 512; ++x) {
+      sky.shows_sky.At(x, y) = 0;
+      sky.map.radiance.At(x, y) = glm::vec3(10.0f);
+    }
+  }
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 0.0);
+  EXPECT_TRUE(light.sun_clipped);
+  EXPECT_NEAR(light.sun_irradiance_rgb.y, 6.0 * 30.0 * std::numbers::pi, 1.0);
+}
+
+TEST(SurveyLightHardCases, ASunUnderTheHorizonIsNone) {
+  OpenSky sky;
+  sky.map.sun_direction_enu = glm::normalize(glm::dvec3(0.9, 0.0, -0.2));
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 0.0);
+  EXPECT_FALSE(light.sun_clipped);
+  EXPECT_EQ(light.sun_irradiance_rgb, glm::dvec3(0.0));
+}
+
+// A sky that changes with elevation alone comes back exactly behind a wall, and a dark eave on top
+// of that wall is not carried down.
+TEST(SkyCompletion, GoesOnAtTheSameElevationAndLeavesEavesOut) {
+  OpenSky sky;
+  const auto sky_at = [](int y) {
+    const auto low = static_cast<float>(y) / 128.0f;
+    return glm::vec3(20.0f + 60.0f * low * low * low, 30.0f + 50.0f * low, 50.0f);
+  };
+  RgbImage& image = sky.map.radiance;
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 512; ++x) {
+      image.At(x, y) = sky_at(y);
+      const bool behind_wall = x >= 100 && x < 250 && y >= 80;
+      if (behind_wall) {
+        sky.shows_sky.At(x, y) = 0;
+        image.At(x, y) = glm::vec3(3.0f);
+      }
+      if (x >= 98 && x < 252 && y >= 77 && y < 80) image.At(x, y) = glm::vec3(4.0f);
+    }
+  }
+  CompleteSky(sky.shows_sky, image);
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 512; ++x) {
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(image.At(x, y)[c], sky_at(y)[c], 1e-3f) << x << " " << y;
+    }
+  }
+}
+
+TEST(SkyCompletion, NoSkyAtAllStaysBlack) {
+  RgbImage image(32, 16, glm::vec3(5.0f));
+  CompleteSky(Gray8Image(32, 16, 0), image);
+  for (const glm::vec3& pixel : image.pixels) EXPECT_EQ(pixel, glm::vec3(0.0f));
+}
+
+TEST(SurveyHardCases, RefusesMapsThatMakeNoSense) {
+  const SiteModel good = TheKnownSite().Model(TheKnownMap());
+  const auto refused = [&](const auto& spoil) {
+    SiteModel site = good;
+    spoil(site);
+    EXPECT_THROW(Prepare(site), std::invalid_argument);
+  };
+  const float nan = std::nanf("");
+  refused([&](SiteModel& s) { s.environment->radiance.At(3, 4).y = nan; });
+  refused([&](SiteModel& s) { s.environment->radiance.At(3, 4).y = -1.0f; });
+  refused([&](SiteModel& s) { s.environment->radiance = RgbImage(100, 100); });
+  refused([&](SiteModel& s) { s.environment->position_m.x = nan; });
+  refused([&](SiteModel& s) { s.environment->sun_direction_enu = glm::dvec3(0.0); });
+  refused([&](SiteModel& s) { s.environment->sun_angular_radius_rad = 0.0; });
+  refused([&](SiteModel& s) { s.diffuse_mask = Gray8Image(10, 10, 255); });
+}
+
+}  // namespace
+}  // namespace pleinair
