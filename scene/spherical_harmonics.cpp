@@ -84,8 +84,9 @@ void EvaluateShBasis(int bands, const glm::dvec3& direction, std::span<double> v
         below = legendre;
         legendre = next;
       }
-      const std::size_t centre = static_cast<std::size_t>(l * l + l);
-      const std::size_t order = static_cast<std::size_t>(m);
+      const auto band = static_cast<std::size_t>(l);
+      const auto order = static_cast<std::size_t>(m);
+      const std::size_t centre = band * band + band;
       if (m == 0) {
         values[centre] = legendre;
       } else {

@@ -107,13 +107,11 @@ RgbImage ReadPixels(const std::filesystem::path& file) {
 RgbImage ReadExr(const std::filesystem::path& file) {
   try {
     return ReadPixels(file);
-  } catch (const std::runtime_error& error) {
-    // Ours begin with the file's name; OpenEXR's own exceptions derive from it too.
+  } catch (const std::exception& error) {
+    // Ours begin with the file's name, OpenEXR's with whatever its parts had to say.
     const std::string message = OneLine(error.what());
     if (message.starts_with(file.string() + ": ")) throw;
     Refuse(file, "not a readable OpenEXR image (" + message + ")");
-  } catch (const std::exception& error) {
-    Refuse(file, "not a readable OpenEXR image (" + OneLine(error.what()) + ")");
   }
 }
 

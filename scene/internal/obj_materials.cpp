@@ -70,6 +70,7 @@ glm::vec3 Colour(const Place& place, std::string_view key, std::string_view rest
 // What a library says of one material; roughness is settled when all of it is known.
 struct Definition {
   Material material;
+  bool has_diffuse_albedo = false;      // Kd
   std::optional<float> roughness;       // Pr
   std::optional<float> phong_exponent;  // Ns
   std::string diffuse_texture;          // map_Kd
@@ -94,7 +95,9 @@ Material Finish(const std::filesystem::path& library,
       mean = MeanLinearColour(ReadWholeFile(image));
     }
     if (mean) {
-      material.diffuse_albedo *= *mean;
+      // A texture alone is the albedo; with Kd, Kd scales it.
+      material.diffuse_albedo =
+          definition.has_diffuse_albedo ? material.diffuse_albedo * *mean : *mean;
       notes.push_back(name + "texture " + definition.diffuse_texture +
                       " replaced by its mean colour");
     } else {
@@ -131,6 +134,7 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
     if (!current) place.Refuse(std::string(key) + " before the first newmtl");
     if (key == "Kd") {
       current->material.diffuse_albedo = Colour(place, key, rest);
+      current->has_diffuse_albedo = true;
     } else if (key == "Ks") {
       current->material.specular_reflectance = Colour(place, key, rest);
     } else if (key == "Pr") {
@@ -162,9 +166,12 @@ std::vector<std::string> LibraryNames(const std::filesystem::path& folder, std::
 }  // namespace
 
 bool IsInside(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  // An empty folder is the current one. The name that is appended and dropped again leaves a
+  // trailing separator off.
+  const std::filesystem::path base =
+      std::filesystem::absolute(folder / "x").lexically_normal().parent_path();
   const std::filesystem::path relative =
-      std::filesystem::absolute(file).lexically_normal().lexically_relative(
-          std::filesystem::absolute(folder / "").lexically_normal());
+      std::filesystem::absolute(file).lexically_normal().lexically_relative(base);
   return !relative.empty() && *relative.begin() != "..";
 }
 

@@ -37,8 +37,8 @@ void WriteWithOpenExr(const std::filesystem::path& file,
                       const std::string& channels,
                       Imf::PixelType type) {
   const Imath::Box2i data = header.dataWindow();
-  const std::size_t width = static_cast<std::size_t>(data.max.x - data.min.x + 1);
-  const std::size_t height = static_cast<std::size_t>(data.max.y - data.min.y + 1);
+  const std::size_t width = static_cast<std::size_t>(data.max.x - data.min.x) + 1;
+  const std::size_t height = static_cast<std::size_t>(data.max.y - data.min.y) + 1;
   const std::size_t size = type == Imf::HALF ? 2 : 4;
   std::vector<std::vector<char>> planes;
   Imf::FrameBuffer frame;

@@ -290,14 +290,28 @@ TEST(MeshIoHardCases, AMissingLibraryIsNoted) {
   EXPECT_THAT(loaded.report.notes, Contains(HasSubstr("gone.mtl")));
 }
 
+TEST(MeshIoHardCases, ReadsFilesOfTheCurrentFolder) {
+  const TemporaryFolder folder;
+  folder.Write("a.mtl", "newmtl stone\nKd 0.1 0.2 0.3\n");
+  folder.Write("a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl stone\nf 1 2 3\n");
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.Path());
+  const std::string message = LoadingMessage("a.obj");
+  const std::string also = LoadingMessage("./a.obj");
+  std::filesystem::current_path(before);
+  EXPECT_EQ(message, "");
+  EXPECT_EQ(also, "");
+}
+
 TEST(MeshIoHardCases, ReadsNothingOutsideTheFolder) {
   const TemporaryFolder folder;
   folder.Write("secret.mtl", "newmtl stone\nKd 0.1 0.1 0.1\n");
   std::filesystem::create_directory(folder / "inner");
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl stone\nf 1 2 3\n";
   for (const std::string& name : {std::string("../secret.mtl"), (folder / "secret.mtl").string()}) {
-    const std::filesystem::path obj =
-        folder.Write("inner/a.obj", "mtllib " + name + "\n" + triangle);
+    std::string text = "mtllib ";
+    text.append(name).append("\n").append(triangle);
+    const std::filesystem::path obj = folder.Write("inner/a.obj", text);
     EXPECT_THAT(LoadingMessage(obj), StartsWith(obj.string() + ":1: mtllib")) << name;
   }
   folder.Write("secret.bin", std::string(36, '\0'));

@@ -96,6 +96,10 @@ TEST(MeshIo, ReplacesATextureByItsMeanColour) {
   EXPECT_NEAR(albedo.g, 0.8 * 0.5, 1e-6);
   EXPECT_EQ(albedo.b, 0.0f);
   EXPECT_THAT(loaded.report.notes, Contains(HasSubstr("mean colour")));
+
+  folder.Write("scene.mtl", "newmtl stone\nmap_Kd texture.png\nnewmtl gold\n");
+  const glm::vec3 alone = LoadMesh(folder / "scene.obj").mesh.materials[0].diffuse_albedo;
+  EXPECT_NEAR(alone.g, 0.5, 1e-6);
 }
 
 // glTF 2.0 with one node that scales by (1, 2, 3), mirrors x and moves up by 10: +Y is our +Z, +Z

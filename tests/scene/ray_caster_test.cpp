@@ -15,8 +15,6 @@
 namespace pleinair {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 Mesh UnitTriangle() {
   Mesh mesh;
   mesh.positions_m = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};

@@ -28,7 +28,7 @@ class TemporaryFolder {
   const std::filesystem::path& Path() const { return path_; }
 
   std::filesystem::path Write(std::string_view name, std::string_view content) const {
-    const std::filesystem::path file = path_ / name;
+    std::filesystem::path file = path_ / name;
     std::ofstream(file, std::ios::binary) << content;
     return file;
   }
