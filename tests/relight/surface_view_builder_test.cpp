@@ -1,0 +1,230 @@
+#include "relight/surface_view_builder.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "tests/relight/survey_test_site.h"
+
+namespace pleinair {
+namespace {
+
+constexpr double kRadius = kMeanSunAngularRadiusRad;
+
+// Stands at `position_m`, looks to the north and a little down.
+Camera LookingNorth(const glm::dvec3& position_m, int width_px = 96, int height_px = 72) {
+  Camera camera;
+  camera.intrinsics = {.width_px = width_px,
+                       .height_px = height_px,
+                       .fx_px = 0.8 * width_px,
+                       .fy_px = 0.8 * width_px,
+                       .cx_px = 0.5 * (width_px - 1),
+                       .cy_px = 0.5 * (height_px - 1)};
+  const glm::dvec3 right(1.0, 0.0, 0.0);
+  const glm::dvec3 forward = glm::normalize(glm::dvec3(0.0, 1.0, -0.2));
+  const glm::dvec3 down = glm::cross(forward, right);
+  const glm::dmat3 world_from_camera(right, down, forward);
+  const glm::dmat3 camera_from_world = glm::transpose(world_from_camera);
+  camera.camera_from_world = glm::dmat4(camera_from_world);
+  camera.camera_from_world[3] = glm::dvec4(-(camera_from_world * position_m), 1.0);
+  return camera;
+}
+
+const Camera kCamera = LookingNorth({1.0, -6.0, 2.0});
+
+SurfaceViewBuilder Builder(const PreparedScene& scene, int block_px = 4) {
+  return {scene, {MakeUniformSkyShape()}, {.receiver_block_px = block_px}};
+}
+
+const PreparedScene& SiteWithoutAMap() {
+  static const PreparedScene prepared = [] {
+    SiteModel site = TheKnownSite().Model({});
+    site.environment.reset();
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      site.mesh.materials[i].diffuse_albedo = KnownSite::AlbedoOf(i);
+    }
+    site.diffuse_regions = {"ground", "house"};
+    PrepareOptions options = KnownSite::Options();
+    options.patches = {.patch_size_m = 1.5, .growth_per_m = 0.4};
+    NoStore store;
+    return PrepareScene(site, options, store, {});
+  }();
+  return prepared;
+}
+
+// 4 %: the survey's own spread of albedos (see survey_test.cpp).
+TEST(SurfaceViewBuilder, TakesTheAlbedoThatTheSurveyFoundAtTheSamePoint) {
+  SurfaceViewBuilder builder = Builder(ThePreparedSite());
+  const SurfaceView& view = builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, {});
+  int sampled = 0;
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    if (view.may_be_sampled.pixels[i] == 0 || view.edge_distance_px.pixels[i] < 3.0f) continue;
+    ASSERT_EQ(view.albedo_measured.pixels[i], 1);
+    const auto region = static_cast<std::uint32_t>(view.region.pixels[i]);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(view.albedo_rgb.pixels[i][c] / KnownSite::AlbedoOf(region)[c], 1.0, 0.04);
+    }
+    ++sampled;
+  }
+  EXPECT_GT(sampled, 1500);
+}
+
+// Behind the low wall, seen from the map's place, the map knows nothing.
+TEST(SurfaceViewBuilder, WhatTheMapCannotSeeIsNotMeasured) {
+  SurfaceViewBuilder builder = Builder(ThePreparedSite());
+  const SurfaceView& view =
+      builder.Update(LookingNorth({6.0, -3.0, 2.5}), TheKnownSite().sun_direction_enu, kRadius, {});
+  const SurfaceView& survey = ThePreparedSite().survey->view;
+  int hidden = 0;
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    const glm::vec3& p = view.position_world_m.pixels[i];
+    const bool behind_wall =
+        view.region.pixels[i] == 0 && p.x > 4.6f && p.x < 7.0f && std::abs(p.y) < 1.5f;
+    if (!behind_wall) continue;
+    ++hidden;
+    EXPECT_EQ(view.albedo_measured.pixels[i], 0);
+    EXPECT_EQ(view.may_be_sampled.pixels[i], 0);
+    EXPECT_NEAR(view.albedo_rgb.pixels[i].x, 0.3f, 0.04f) << "its material's mean";
+  }
+  EXPECT_GT(hidden, 50);
+  EXPECT_EQ(survey.region_names, view.region_names);
+}
+
+TEST(SurfaceViewBuilder, WithoutAMapTheMaterialsAlbedoCounts) {
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  const SurfaceView& view = builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, {});
+  EXPECT_EQ(builder.SurveyUnderCurrentSun(), nullptr);
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    const std::int32_t region = view.region.pixels[i];
+    if (region == SurfaceView::kNoRegion) {
+      EXPECT_EQ(view.may_be_sampled.pixels[i], 0);
+      EXPECT_EQ(view.sky_response[0].pixels[i], glm::vec3(0.0f));
+      continue;
+    }
+    EXPECT_EQ(view.albedo_measured.pixels[i], 1);
+    EXPECT_EQ(view.may_be_sampled.pixels[i], region < 2 ? 1 : 0);
+    EXPECT_GE(view.footprint_radius_px.pixels[i], 0.5f);
+  }
+}
+
+// Blending over 4 x 4 pixels against gathering at each: away from edges, 256 rays' own spread.
+TEST(SurfaceViewBuilder, BlendedReceiversComeCloseToExactOnes) {
+  SurfaceViewBuilder blended = Builder(SiteWithoutAMap(), 4);
+  SurfaceViewBuilder exact = Builder(SiteWithoutAMap(), 1);
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const SurfaceView& a = blended.Update(kCamera, sun, kRadius, {});
+  const SurfaceView& b = exact.Update(kCamera, sun, kRadius, {});
+  double squares = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < a.region.pixels.size(); ++i) {
+    if (a.region.pixels[i] == SurfaceView::kNoRegion || a.edge_distance_px.pixels[i] < 2.0f) {
+      continue;
+    }
+    const double ratio = a.sky_response[0].pixels[i].y / b.sky_response[0].pixels[i].y;
+    squares += (ratio - 1.0) * (ratio - 1.0);
+    ++count;
+    EXPECT_EQ(a.sun_visibility.pixels[i], b.sun_visibility.pixels[i]);
+  }
+  ASSERT_GT(count, 1000);
+  EXPECT_LT(std::sqrt(squares / count), 0.02);
+}
+
+TEST(SurfaceViewBuilder, IsAPureFunctionOfItsArguments) {
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const SurfaceView first = builder.Update(kCamera, sun, kRadius, {});
+  const std::uint64_t geometry = first.geometry_version;
+  const std::uint64_t sun_version = first.sun_version;
+
+  const SurfaceView& kept = builder.Update(kCamera, sun, kRadius, {});
+  EXPECT_EQ(kept.geometry_version, geometry);
+  EXPECT_EQ(kept.sun_version, sun_version);
+
+  const SurfaceView& moved =
+      builder.Update(kCamera, glm::normalize(glm::dvec3(0.6, -0.4, 0.5)), kRadius, {});
+  EXPECT_EQ(moved.geometry_version, geometry);
+  EXPECT_NE(moved.sun_version, sun_version);
+  EXPECT_NE(moved.sun_visibility.pixels, first.sun_visibility.pixels);
+
+  builder.Update(LookingNorth({0.0, -9.0, 3.0}), sun, kRadius, {});
+  const SurfaceView& back = builder.Update(kCamera, sun, kRadius, {});
+  EXPECT_NE(back.geometry_version, geometry);
+  EXPECT_EQ(back.sky_response[0].pixels, first.sky_response[0].pixels);
+  EXPECT_EQ(back.sun_bounce.pixels, first.sun_bounce.pixels);
+  EXPECT_EQ(back.sun_visibility.pixels, first.sun_visibility.pixels);
+  EXPECT_EQ(back.edge_distance_px.pixels, first.edge_distance_px.pixels);
+}
+
+TEST(SurfaceViewBuilder, PolygonsLimitWhereItMayBeSampled) {
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  const std::vector<SampleRegionPolygon> polygons{
+      {"ground", {{10.0, 10.0}, {60.0, 10.0}, {60.0, 70.0}, {10.0, 70.0}}}};
+  const SurfaceView& view =
+      builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, polygons);
+  int sampled = 0;
+  for (int y = 0; y < view.Height(); ++y) {
+    for (int x = 0; x < view.Width(); ++x) {
+      if (view.may_be_sampled.At(x, y) == 0) continue;
+      ++sampled;
+      EXPECT_EQ(view.region.At(x, y), 0);
+      EXPECT_TRUE(x >= 10 && x <= 60 && y >= 10 && y <= 70);
+    }
+  }
+  EXPECT_GT(sampled, 100);
+}
+
+// Each pixel's surface projects back onto the pixel: 1e-3 px from float positions 10 m away.
+TEST(SurfaceViewBuilder, PixelsSeeThroughTheDistortedLens) {
+  Camera camera = kCamera;
+  camera.intrinsics.distortion = {-0.2, 0.05, 0.001, -0.001, 0.0};
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  const SurfaceView& view = builder.Update(camera, TheKnownSite().sun_direction_enu, kRadius, {});
+  for (int y = 0; y < view.Height(); y += 5) {
+    for (int x = 0; x < view.Width(); x += 5) {
+      if (view.region.At(x, y) == SurfaceView::kNoRegion) continue;
+      const glm::dvec3 p(camera.camera_from_world *
+                         glm::dvec4(glm::dvec3(view.position_world_m.At(x, y)), 1.0));
+      const double u = p.x / p.z;
+      const double v = p.y / p.z;
+      const double r2 = u * u + v * v;
+      const auto& d = camera.intrinsics.distortion;
+      const double radial = 1.0 + r2 * (d[0] + r2 * (d[1] + r2 * d[4]));
+      const double xd = u * radial + 2.0 * d[2] * u * v + d[3] * (r2 + 2.0 * u * u);
+      const double yd = v * radial + d[2] * (r2 + 2.0 * v * v) + 2.0 * d[3] * u * v;
+      EXPECT_NEAR(camera.intrinsics.fx_px * xd + camera.intrinsics.cx_px, x, 1e-3);
+      EXPECT_NEAR(camera.intrinsics.fy_px * yd + camera.intrinsics.cy_px, y, 1e-3);
+    }
+  }
+}
+
+// Under the survey's own sun the map's sun parts are the survey's; under another one they are not.
+TEST(SurfaceViewBuilder, TheSurveysMapFollowsTheSun) {
+  const PreparedScene& prepared = ThePreparedSite();
+  SurfaceViewBuilder builder = Builder(prepared);
+  EXPECT_THROW(builder.SurveyUnderCurrentSun(), std::logic_error);
+  builder.Update(kCamera, prepared.survey->light.sun_direction_enu, kRadius, {});
+  const Survey* now = builder.SurveyUnderCurrentSun();
+  EXPECT_EQ(now->view.sun_visibility.pixels, prepared.survey->view.sun_visibility.pixels);
+  EXPECT_EQ(now->view.sun_bounce.pixels, prepared.survey->view.sun_bounce.pixels);
+  EXPECT_EQ(now->view.albedo_rgb.pixels, prepared.survey->view.albedo_rgb.pixels);
+  builder.Update(kCamera, glm::normalize(glm::dvec3(0.6, -0.4, 0.5)), kRadius, {});
+  now = builder.SurveyUnderCurrentSun();
+  EXPECT_NE(now->view.sun_visibility.pixels, prepared.survey->view.sun_visibility.pixels);
+  EXPECT_EQ(now, builder.SurveyUnderCurrentSun());
+}
+
+TEST(SurfaceViewBuilderHardCases, APictureOfOnePixelAndOneOfSkyAlone) {
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  EXPECT_EQ(builder.Update(LookingNorth({0, -6, 2}, 1, 1), sun, kRadius, {}).Width(), 1);
+  Camera up = kCamera;
+  up.camera_from_world = glm::dmat4(glm::dmat3(1, 0, 0, 0, 1, 0, 0, 0, 1));
+  up.camera_from_world[3] = glm::dvec4(0.0, 6.0, -50.0, 1.0);
+  const SurfaceView& view = builder.Update(up, sun, kRadius, {});
+  for (const std::int32_t region : view.region.pixels) EXPECT_EQ(region, SurfaceView::kNoRegion);
+}
+
+}  // namespace
+}  // namespace pleinair
