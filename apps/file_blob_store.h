@@ -35,13 +35,13 @@ class FileBlobStore final : public BlobStore {
   // Returns nothing where there is no such blob, or only a damaged one; the latter is taken away.
   std::optional<std::string> Load(std::string_view key) override;
 
-  // Keeps nothing, and says why in save_failure(), when the disc says no or the blob alone exceeds
+  // Keeps nothing, and says why in SaveFailure(), when the disc says no or the blob alone exceeds
   // the limit.
   void Save(std::string_view key, std::string_view bytes) override;
 
-  const std::filesystem::path& folder() const { return folder_; }
+  const std::filesystem::path& Folder() const { return folder_; }
   // Why the last Save kept nothing: one line; empty when it did.
-  const std::string& save_failure() const { return save_failure_; }
+  const std::string& SaveFailure() const { return save_failure_; }
 
  private:
   std::filesystem::path PathOf(std::string_view key) const;

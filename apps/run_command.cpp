@@ -125,6 +125,11 @@ ReportFrame FailedFrame(const FrameError& error) {
   return reported;
 }
 
+void WarnWhereNothingWasKept(const FileBlobStore& store) {
+  if (store.SaveFailure().empty()) return;
+  spdlog::warn("the next run will prepare this site anew: {}", store.SaveFailure());
+}
+
 }  // namespace
 
 void RunPrepareCommand(const PrepareCommandOptions& options) {
@@ -134,6 +139,7 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
   FileBlobStore store(options.cache);
   const PreparedScene scene = PrepareScene(
       site.model, PrepareOptionsFor(site, options.bounces), store, ProgressOnStandardError());
+  WarnWhereNothingWasKept(store);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   spdlog::info("{} patches, {} probes{}",
                scene.patches.mesh.triangles.size(),
@@ -161,6 +167,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   FileBlobStore store(options.cache);
   const PreparedScene scene = PrepareScene(
       site.model, PrepareOptionsFor(site, options.bounces), store, ProgressOnStandardError());
+  WarnWhereNothingWasKept(store);
   report.notes.insert(report.notes.end(), scene.notes.begin(), scene.notes.end());
   for (const std::string& note : report.notes) spdlog::warn("{}", note);
 

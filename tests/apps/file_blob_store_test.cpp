@@ -136,18 +136,18 @@ TEST_F(FileBlobStoreTest, KeepsNothingThatExceedsTheLimitAlone) {
   FileBlobStore store = Store(1000);
   store.Save(kKey, "small");
   store.Save(kOtherKey, std::string(1000, 'x'));
-  EXPECT_THAT(store.save_failure(), HasSubstr("limit of 1000"));
+  EXPECT_THAT(store.SaveFailure(), HasSubstr("limit of 1000"));
   EXPECT_EQ(store.Load(kOtherKey), std::nullopt);
   EXPECT_EQ(store.Load(kKey), "small");
   store.Save(kKey, "again");
-  EXPECT_EQ(store.save_failure(), "");
+  EXPECT_EQ(store.SaveFailure(), "");
 }
 
 TEST_F(FileBlobStoreTest, SaysWhyNothingWasKeptWhereTheFolderCannotBe) {
   std::ofstream(folder_ / "file") << "not a folder";
   FileBlobStore store(folder_ / "file" / "cache");
   store.Save(kKey, "bytes");
-  EXPECT_THAT(store.save_failure(), HasSubstr((folder_ / "file" / "cache").string()));
+  EXPECT_THAT(store.SaveFailure(), HasSubstr((folder_ / "file" / "cache").string()));
   EXPECT_EQ(store.Load(kKey), std::nullopt);
 }
 
@@ -187,7 +187,7 @@ TEST(DefaultCacheFolder, FollowsTheUsersCacheVariable) {
   setenv("HOME", "/home/someone", 1);
   setenv("XDG_CACHE_HOME", "/var/cache/someone", 1);
   EXPECT_EQ(DefaultCacheFolder(), "/var/cache/someone/pleinair");
-  EXPECT_EQ(FileBlobStore().folder(), "/var/cache/someone/pleinair");
+  EXPECT_EQ(FileBlobStore().Folder(), "/var/cache/someone/pleinair");
   setenv("XDG_CACHE_HOME", "relative", 1);
   EXPECT_EQ(DefaultCacheFolder(), "/home/someone/.cache/pleinair");
   unsetenv("XDG_CACHE_HOME");
