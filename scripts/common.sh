@@ -37,6 +37,6 @@ configure() {
     ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$source_root" "$build_dir/CMakeCache.txt"; then
     fresh=(--fresh)
   fi
-  cmake --preset "$preset" "${fresh[@]}"
+  cmake --log-level=NOTICE --preset "$preset" "${fresh[@]}"
   echo "$key" >"$build_dir/configured"
 }
