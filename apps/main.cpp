@@ -63,7 +63,12 @@ void AddSun(CLI::App& app, Work& work) {
                  "For refraction (default: standard atmosphere at the site's height)");
   sun.add_option("--temperature-c", options->temperature_c, "For refraction (default: likewise)");
   sun.add_flag("--json", options->json, "Print JSON");
-  sun.callback([options, &work] { work = [options] { return Print(RunSunCommand(*options)); }; });
+  sun.callback([options, &work] {
+    work = [options] {
+      if (const auto warning = SunCommandWarning(*options)) spdlog::warn("{}", *warning);
+      return Print(RunSunCommand(*options));
+    };
+  });
 }
 
 void AddPrepare(CLI::App& app, Work& work) {

@@ -10,6 +10,7 @@
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/mesh_io.h"
+#include "scene/mesh_orientation.h"
 #include "scene/ray_caster.h"
 #include "sunmodel/clear_sky.h"
 
@@ -121,6 +122,11 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   for (const VirtualObjectEntry& entry : sequence.virtual_objects) {
     LoadedMesh object = LoadMesh(sequence.folder / entry.mesh);
     NoteLoading(entry.mesh, object.report, site.notes);
+    const std::int64_t turned = TurnClosedPartsOutward(object.mesh);
+    if (turned > 0) {
+      site.notes.push_back(entry.mesh.filename().string() + ": " + std::to_string(turned) +
+                           " closed parts were inside out and have been turned");
+    }
     site.objects.push_back({TransformMesh(entry.world_from_object, object.mesh)});
   }
   site.probe_box =

@@ -71,7 +71,8 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
       options_(options),
       clear_sky_(site_, LightOf(scene)),
       sky_shapes_{MakeUniformSkyShape()},
-      view_builder_(scene, sky_shapes_, options.view) {
+      view_builder_(scene, sky_shapes_, options.view),
+      interreflection_(objects_) {
   options_.Validate();
   compositor_.SetPhantom(phantom);
   compositor_.SetObjects(objects_);
@@ -101,6 +102,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     const bool sun_moved = basis_sun_version_ != view.sun_version;
     if (sun_moved && !objects_.empty()) {
       UpdateBasis();
+      interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
       basis_sun_version_ = view.sun_version;
     }
     result.timing_ms.transport = watch.LapMs();
@@ -178,6 +180,7 @@ void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     vertices_[i].Evaluate(volume_, vertex_irradiance_[i]);
   }
+  interreflection_.Apply(lighting.sun, vertex_irradiance_);
   times.probes = watch.LapMs();
 }
 

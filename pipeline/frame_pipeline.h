@@ -9,6 +9,7 @@
 
 #include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
+#include "pipeline/object_interreflection.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_state.h"
 #include "relight/irradiance_volume.h"
@@ -100,6 +101,7 @@ class FramePipeline {
   RgbImage environment_;
   IrradianceVolume volume_;
   std::vector<VertexIrradiance> vertices_;  // Per object; set up with the first volume.
+  ObjectInterreflection interreflection_;
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
 };
 

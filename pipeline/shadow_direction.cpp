@@ -42,7 +42,8 @@ Planes CollectPlanes(const Frame& frame, const SurfaceView& view, int most_pixel
   for (int y = 0; y < view.Height(); y += stride) {
     for (int x = 0; x < view.Width(); x += stride) {
       const std::size_t i = view.region.Index(x, y);
-      if (view.may_be_sampled.pixels[i] == 0 || frame.unusable.pixels[i] != 0) continue;
+      if (view.region.pixels[i] == SurfaceView::kNoRegion || frame.unusable.pixels[i] != 0)
+        continue;
       const double brightness =
           Luminance(frame.radiance.pixels[i]) / Luminance(view.albedo_rgb.pixels[i]);
       if (!(brightness > 0.0) || !std::isfinite(brightness)) continue;

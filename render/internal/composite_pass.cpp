@@ -1,5 +1,6 @@
 #include "render/internal/composite_pass.h"
 
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -10,19 +11,35 @@ namespace {
 
 // Finds pixels in a new shadow, for the stencil. Relighting costs some ten times a texture fetch,
 // in software for every pixel that is drawn, so that only these are relit.
-constexpr std::string_view kShadowedShader = R"(
-uniform sampler2D u_shadow_mask;
+constexpr std::string_view kLookupShader = R"(
 uniform sampler2D u_lookup;
 uniform int u_has_lookup;
+)";
+constexpr std::string_view kShadowedShader = R"(
 void main() {
-  float in_shadow;
-  if (u_has_lookup != 0) {
-    vec2 place = texelFetch(u_lookup, ivec2(gl_FragCoord.xy), 0).xy;
-    in_shadow = texture(u_shadow_mask, place / vec2(textureSize(u_shadow_mask, 0))).r;
-  } else {
-    in_shadow = texelFetch(u_shadow_mask, ivec2(gl_FragCoord.xy), 0).r;
+  if (!(ShadowAt(ivec2(gl_FragCoord.xy)) > 0.0)) discard;
+}
+)";
+
+// The mask says lit or shaded at a pixel's centre. A pixel's share of shadow is its mean over the
+// pixel and half of each neighbour (a tent filter): what a lens and the sun's disc make of an edge.
+constexpr std::string_view kShadowShareShader = R"(
+uniform sampler2D u_shadow_mask;
+float ShadowAt(ivec2 pixel) {
+  vec2 size = vec2(textureSize(u_shadow_mask, 0));
+  vec2 place = u_has_lookup != 0 ? texelFetch(u_lookup, pixel, 0).xy : vec2(pixel) + 0.5;
+  float sum = 0.0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      vec2 at = place + vec2(dx, dy);
+      float weight = (dx == 0 ? 0.5 : 0.25) * (dy == 0 ? 0.5 : 0.25);
+      if (all(greaterThan(at, vec2(0.0))) && all(lessThan(at, size))) {
+        sum += weight * (u_has_lookup != 0 ? texture(u_shadow_mask, at / size).r
+                                           : texelFetch(u_shadow_mask, ivec2(at), 0).r);
+      }
+    }
   }
-  if (!(in_shadow > 0.0)) discard;
+  return sum;
 }
 )";
 
@@ -30,8 +47,6 @@ void main() {
 constexpr std::string_view kCommonShader = R"(
 uniform sampler2D u_camera_radiance;
 uniform sampler2D u_object_layer;
-uniform sampler2D u_lookup;
-uniform int u_has_lookup;
 uniform float u_gain;
 out vec4 o_colour;
 
@@ -76,7 +91,6 @@ void main() {
 // mesh may be wrong about the place, and says nothing.
 constexpr std::string_view kRelightShader = R"(
 uniform sampler2D u_clipped;
-uniform sampler2D u_shadow_mask;
 uniform sampler2D u_albedo;
 uniform sampler2D u_normal;
 uniform sampler2DArray u_sky_response;
@@ -117,7 +131,7 @@ float SunWithout(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  float in_shadow = LayerAt(u_shadow_mask, pixel).r;
+  float in_shadow = ShadowAt(pixel);
   vec4 object = LayerAt(u_object_layer, pixel);
   vec3 camera = u_gain * texelFetch(u_camera_radiance, pixel, 0).rgb;
   bool is_known = IsKnown(camera);
@@ -152,8 +166,10 @@ void main() {
 }
 )";
 
-std::string Joined(std::string_view first, std::string_view second) {
-  return std::string(first).append(second);
+std::string Joined(std::initializer_list<std::string_view> parts) {
+  std::string whole;
+  for (const std::string_view part : parts) whole.append(part);
+  return whole;
 }
 
 // Binds textures to units in the order given, and unbinds them in the end.
@@ -191,10 +207,15 @@ void AddLookup(const LayerLookup& lookup, const ShaderProgram& program, BoundTex
 
 CompositePass::CompositePass()
     : target_("composite", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8),
-      shadowed_program_("composite: shadowed", kScreenVertexShader, kShadowedShader),
-      cover_program_("composite: cover", kScreenVertexShader, Joined(kCommonShader, kCoverShader)),
-      relight_program_(
-          "composite: relight", kScreenVertexShader, Joined(kCommonShader, kRelightShader)),
+      shadowed_program_("composite: shadowed",
+                        kScreenVertexShader,
+                        Joined({kLookupShader, kShadowShareShader, kShadowedShader})),
+      cover_program_("composite: cover",
+                     kScreenVertexShader,
+                     Joined({kLookupShader, kCommonShader, kCoverShader})),
+      relight_program_("composite: relight",
+                       kScreenVertexShader,
+                       Joined({kLookupShader, kShadowShareShader, kCommonShader, kRelightShader})),
       no_vertices_(MakeVertexArray()) {}
 
 void CompositePass::Draw(

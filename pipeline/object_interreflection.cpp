@@ -1,0 +1,102 @@
+#include "pipeline/object_interreflection.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include <tbb/parallel_for.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace pleinair {
+namespace {
+
+// With stratified directions a share is good to about 1 / rays: half a code value.
+constexpr int kRaysPerVertex = 128;
+
+void Append(const Mesh& mesh, Mesh& joined) {
+  const auto first_vertex = static_cast<std::uint32_t>(joined.positions_m.size());
+  const auto first_material = static_cast<std::uint32_t>(joined.materials.size());
+  joined.positions_m.insert(
+      joined.positions_m.end(), mesh.positions_m.begin(), mesh.positions_m.end());
+  joined.normals.insert(joined.normals.end(), mesh.normals.begin(), mesh.normals.end());
+  joined.materials.insert(joined.materials.end(), mesh.materials.begin(), mesh.materials.end());
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    joined.triangles.push_back(triangle + first_vertex);
+    joined.triangle_group.push_back(0);
+  }
+  for (const std::uint32_t material : mesh.triangle_material) {
+    joined.triangle_material.push_back(first_material + material);
+  }
+}
+
+}  // namespace
+
+ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& objects) {
+  scene_.mesh.group_names = {"objects"};
+  for (const VirtualObject& object : objects) Append(object.mesh, scene_.mesh);
+  const Mesh& mesh = scene_.mesh;
+  scene_.caster = RayCaster(mesh);
+  for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {
+    vertices_.push_back({mesh.positions_m[v], mesh.normals[v]});
+  }
+  for (std::size_t face = 0; face < scene_.FaceCount(); ++face) {
+    const Material& material = mesh.materials[mesh.triangle_material[face / 2]];
+    scene_.face_albedo_rgb.push_back(
+        glm::min(material.diffuse_albedo + material.specular_reflectance, glm::vec3(1.0f)));
+  }
+  GatherOptions options;
+  options.rays_per_receiver = kRaysPerVertex;
+  rays_ = GatheredRays(scene_, vertices_, options);
+  hidden_ = rays_.FromFaces(std::vector<glm::vec3>(scene_.FaceCount(), glm::vec3(1.0f)));
+  face_sun_.assign(scene_.FaceCount(), 0.0f);
+  face_radiosity_.resize(scene_.FaceCount());
+}
+
+void ObjectInterreflection::UpdateSun(const RayCaster& real, const glm::dvec3& sun_direction_enu) {
+  const glm::vec3 to_sun(sun_direction_enu);
+  const Mesh& mesh = scene_.mesh;
+  tbb::parallel_for(std::size_t{0}, face_sun_.size(), [&](std::size_t face) {
+    face_sun_[face] = 0.0f;
+    const glm::vec3 normal = scene_.FaceNormal(face);
+    const float cosine = glm::dot(normal, to_sun);
+    if (!(cosine > 0.0f) || !(to_sun.z > 0.0f)) return;
+    const glm::uvec3& corners = mesh.triangles[face / 2];
+    const glm::vec3 middle_m =
+        (mesh.positions_m[corners.x] + mesh.positions_m[corners.y] + mesh.positions_m[corners.z]) /
+        3.0f;
+    const glm::vec3 start_m = OffsetFromSurface(middle_m, normal);
+    if (!real.Occluded(start_m, to_sun) && !scene_.caster.Occluded(start_m, to_sun)) {
+      face_sun_[face] = cosine;
+    }
+  });
+}
+
+void ObjectInterreflection::Apply(const DirectionalLight& sun,
+                                  std::span<std::vector<glm::vec3>> vertex_irradiance) {
+  const glm::vec3 sun_rgb(sun.irradiance_rgb);
+  std::size_t first_vertex = 0;
+  std::size_t face = 0;
+  for (const std::vector<glm::vec3>& irradiance : vertex_irradiance) {
+    const std::size_t end = first_vertex + irradiance.size();
+    for (; face < face_radiosity_.size(); ++face) {
+      const glm::uvec3& corners = scene_.mesh.triangles[face / 2];
+      if (corners.x >= end) break;
+      const glm::vec3 mean =
+          (irradiance[corners.x - first_vertex] + irradiance[corners.y - first_vertex] +
+           irradiance[corners.z - first_vertex]) /
+          3.0f;
+      face_radiosity_[face] = scene_.face_albedo_rgb[face] * (mean + face_sun_[face] * sun_rgb);
+    }
+    first_vertex = end;
+  }
+  first_vertex = 0;
+  for (std::vector<glm::vec3>& irradiance : vertex_irradiance) {
+    tbb::parallel_for(std::size_t{0}, irradiance.size(), [&](std::size_t v) {
+      irradiance[v] = irradiance[v] * (1.0f - hidden_[first_vertex + v]) +
+                      rays_.FromFacesAt(first_vertex + v, face_radiosity_);
+    });
+    first_vertex += irradiance.size();
+  }
+}
+
+}  // namespace pleinair

@@ -1,0 +1,42 @@
+// Light between virtual objects: what they hide of the irradiance volume from themselves and each
+// other, and what they reflect in its place.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/transport.h"
+#include "render/compositor.h"
+#include "scene/lighting.h"
+
+namespace pleinair {
+
+// Set up once per pose of the objects.
+//
+// A vertex gets the volume's irradiance for the share of its hemisphere (cosine-weighted) that no
+// object hides, and one reflection off the objects for the rest: of the sun, shadowed, and of the
+// volume's light. Which part of the sky is hidden is not minded: exact where light is the same from
+// everywhere.
+class ObjectInterreflection {
+ public:
+  explicit ObjectInterreflection(const std::vector<VirtualObject>& objects);
+
+  // Casts the sun's shadows onto the objects, past `real` casters and the objects themselves.
+  void UpdateSun(const RayCaster& real, const glm::dvec3& sun_direction_enu);
+
+  // Turns the volume's irradiance at the vertices, one list an object, into what reaches them.
+  void Apply(const DirectionalLight& sun, std::span<std::vector<glm::vec3>> vertex_irradiance);
+
+ private:
+  PatchScene scene_;  // All objects' triangles.
+  std::vector<Receiver> vertices_;
+  GatheredRays rays_;
+  std::vector<glm::vec3> hidden_;          // Per vertex: share of its hemisphere.
+  std::vector<float> face_sun_;            // Per face: irradiance for a unit beam.
+  std::vector<glm::vec3> face_radiosity_;  // Scratch.
+};
+
+}  // namespace pleinair
