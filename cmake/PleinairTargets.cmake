@@ -25,17 +25,24 @@ function(pleinair_add_library folder)
   set_property(GLOBAL APPEND PROPERTY PLEINAIR_LIBRARIES pleinair_${folder})
 endfunction()
 
-# pleinair_add_test(<folder> SOURCES ... [LIBS ...]): one test program a folder, tests/<folder>/.
+# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...]): one test program a folder,
+# tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that share a
+# costly beginning.
 function(pleinair_add_test folder)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "WHOLE" "" "SOURCES;LIBS" ${ARGN})
   add_executable(pleinair_${folder}_tests ${ARG_SOURCES})
   target_link_libraries(pleinair_${folder}_tests PRIVATE
     ${ARG_LIBS} GTest::gmock GTest::gtest_main pleinair_flags)
   # Where the recordings and reference data stand, when they are there; tests skip when they aren't.
   target_compile_definitions(pleinair_${folder}_tests PRIVATE
     PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(pleinair_${folder}_tests DISCOVERY_MODE PRE_TEST
-    PROPERTIES LABELS ${folder} TIMEOUT 300)
+  if(ARG_WHOLE)
+    add_test(NAME ${folder}.All COMMAND pleinair_${folder}_tests)
+    set_tests_properties(${folder}.All PROPERTIES LABELS ${folder} TIMEOUT 300)
+  else()
+    gtest_discover_tests(pleinair_${folder}_tests DISCOVERY_MODE PRE_TEST
+      PROPERTIES LABELS ${folder} TIMEOUT 300)
+  endif()
 endfunction()
 
 # pleinair_add_bench(<name> SOURCES ... [LIBS ...])
