@@ -6,6 +6,8 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,6 +19,7 @@
 #include <OpenEXR/OpenEXRConfig.h>
 #include <assimp/version.h>
 #include <ceres/version.h>
+#include <dlfcn.h>
 #include <embree3/rtcore.h>
 #include <erfa.h>
 #include <erfaextra.h>
@@ -58,9 +61,19 @@ std::string_view Word(State state) {
 }
 
 // `absent` is what it means that there is no such context: desktop OpenGL draws the composites, ES
-// is what small boards have.
-Finding CheckGl(GlApi api, std::string name, State absent) {
+// is what small boards have. The first of `libraries` that is there has its entry points; they are
+// looked up only when one is called, so a context can be had without them.
+Finding CheckGl(GlApi api,
+                std::string name,
+                State absent,
+                std::initializer_list<const char*> libraries) {
   try {
+    void* entry_points = nullptr;
+    for (const char* library : libraries) {
+      if (!entry_points) entry_points = dlopen(library, RTLD_LAZY | RTLD_LOCAL);
+    }
+    if (!entry_points) throw std::runtime_error(std::string(*libraries.begin()) + " is not there");
+    dlclose(entry_points);
     const HeadlessContext context(api);
     const GlDescription gl = context.Describe();
     const bool software = gl.renderer.find("llvmpipe") != std::string::npos ||
@@ -74,7 +87,7 @@ Finding CheckGl(GlApi api, std::string name, State absent) {
             absent,
             error.what(),
             "install the graphics card's driver, or for software drawing: apt install "
-            "libegl1 libgl1-mesa-dri"};
+            "libegl1 libgles2 libopengl0 libgl1-mesa-dri"};
   }
 }
 
@@ -234,8 +247,8 @@ Finding CheckEmbree() {
 std::vector<Finding> CheckEverything() {
   std::vector<Finding> findings = {
       {"pleinair", State::kOk, PLEINAIR_VERSION, ""},
-      CheckGl(GlApi::kDesktop45, "OpenGL 4.5", State::kBroken),
-      CheckGl(GlApi::kEs31, "OpenGL ES 3.1", State::kMissing),
+      CheckGl(GlApi::kDesktop45, "OpenGL 4.5", State::kBroken, {"libOpenGL.so.0", "libGL.so.1"}),
+      CheckGl(GlApi::kEs31, "OpenGL ES 3.1", State::kMissing, {"libGLESv2.so.2"}),
       CheckProcessor(),
       CheckClock(),
       CheckCache(),
