@@ -1,7 +1,6 @@
 #include "apps/frame_writer.h"
 
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -32,7 +31,7 @@ double ChooseExposure(const RgbImage& radiance) {
 }  // namespace
 
 FrameWriter::FrameWriter(const std::filesystem::path& out, ResponseCurve response)
-    : out_(out), response_(std::move(response)) {
+    : out_(out), response_(response) {
   std::filesystem::create_directories(out_ / "composite");
   std::filesystem::create_directories(out_ / "mask");
 }

@@ -43,8 +43,9 @@ glm::dvec3 BrightestDirection(const RgbImage& image) {
         return luminance(a) < luminance(b);
       });
   const auto index = static_cast<int>(brightest - image.pixels.begin());
-  return DirectionFromLatLong({index % image.width + 0.5, index / image.width + 0.5},
-                              {image.width, image.height});
+  const int row = index / image.width;
+  const int column = index % image.width;
+  return DirectionFromLatLong({column + 0.5, row + 0.5}, {image.width, image.height});
 }
 
 SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& notes) {
