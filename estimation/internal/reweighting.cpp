@@ -236,35 +236,43 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
 }
 
-// One-way analysis of variance over the planes, with the expected error counting as some more.
+// One-way analysis of variance over the planes, with the expected error counting as some more. One
+// picture cannot tell the two errors apart: each takes the planes' residuals for its own.
 void Reweighting::EstimateSharedErrors(const FitProblem& problem,
                                        const LightingFitOptions& options) {
-  const bool sky_errs = options.sky_shape_error > 0.0;
-  const double expected = sky_errs ? options.sky_shape_error : options.shared_error;
-  shared_error_ = options.shared_error;
-  sky_shape_error_ = options.sky_shape_error;
-  if (!(expected > 0.0)) return;
+  shared_error_ = EstimateSharedError(problem, options.shared_error, plane_weight_, [&](auto cell) {
+    return plane_residual_[cell];
+  });
+  sky_shape_error_ =
+      EstimateSharedError(problem, options.sky_shape_error, sky_sky_, [&](auto cell) {
+        return sky_residual_[cell] / sky_sky_[cell];
+      });
+}
+
+template <class MeanOf>
+double Reweighting::EstimateSharedError(const FitProblem& problem,
+                                        double expected,
+                                        const std::vector<double>& weight,
+                                        const MeanOf& mean_of) const {
+  if (!(expected > 0.0)) return 0.0;
   double excess = 0.0;
   double planes = 0.0;
   for (int plane = 0; plane < problem.plane_count; ++plane) {
     const auto cell = static_cast<std::size_t>(plane) * 3;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    Eigen::Vector3d weight = Eigen::Vector3d::Zero();
     for (std::size_t c = 0; c < 3; ++c) {
-      const auto ci = static_cast<Eigen::Index>(c);
-      weight[ci] = sky_errs ? sky_sky_[cell + c] : plane_weight_[cell + c];
-      if (!(weight[ci] > 0.0)) continue;
-      mean[ci] = sky_errs ? sky_residual_[cell + c] / weight[ci] : plane_residual_[cell + c];
+      if (weight[cell + c] > 0.0) mean[static_cast<Eigen::Index>(c)] = mean_of(cell + c);
     }
     // A shift of the whole plane moves its weighted mean less than that: its far samples lose
     // weight.
     const Eigen::Vector3d shift = mean_weight_ * inverse_slope_ * mean;
     double sum = 0.0;
     int channels = 0;
-    for (Eigen::Index c = 0; c < 3; ++c) {
+    for (std::size_t c = 0; c < 3; ++c) {
       // Below the weight of one sample a mean says more about the weights than about the plane.
-      if (!(weight[c] >= 1.0)) continue;
-      sum += Square(shift[c]) - noise_(c, c) / weight[c];
+      if (!(weight[cell + c] >= 1.0)) continue;
+      const auto ci = static_cast<Eigen::Index>(c);
+      sum += Square(shift[ci]) - noise_(ci, ci) / weight[cell + c];
       ++channels;
     }
     if (channels == 0) continue;
@@ -275,7 +283,7 @@ void Reweighting::EstimateSharedErrors(const FitProblem& problem,
   const double degrees = std::max(0.0, planes - problem.basis_count);
   const double variance =
       (kSharedPriorCount * Square(expected) + excess) / (kSharedPriorCount + degrees);
-  (sky_errs ? sky_shape_error_ : shared_error_) = std::sqrt(std::max(0.0, variance));
+  return std::sqrt(std::max(0.0, variance));
 }
 
 // Whitened rows are (row - phi mean row) sqrt(w / n), so their squares add up to

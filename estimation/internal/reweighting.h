@@ -35,8 +35,7 @@ struct WhitenedChannel {
 //   n I + t^2 1 1' + s^2 v v'.
 // It is whitened by taking from each row the part phi of the plane's mean row, 1 - phi =
 // (1 + t^2 W / n)^-1/2 with W the plane's summed weight, and then in the same way along what that
-// leaves of v. s is estimated from the planes' residuals (one-way analysis of variance); so is t,
-// where s is not in use: one picture cannot tell the two apart.
+// leaves of v. t and s are estimated from the planes' residuals (one-way analysis of variance).
 class Reweighting {
  public:
   // `rescale` false keeps the scales (robust, noise, shared) of the last pass.
@@ -108,6 +107,11 @@ class Reweighting {
   void EstimateSlope(const LightingFitOptions& options);
   void EstimateNoise(const FitProblem& problem, const LightingFitOptions& options);
   void EstimateSharedErrors(const FitProblem& problem, const LightingFitOptions& options);
+  template <class MeanOf>
+  double EstimateSharedError(const FitProblem& problem,
+                             double expected,
+                             const std::vector<double>& weight,
+                             const MeanOf& mean_of) const;
   void WhitenMeans(const FitProblem& problem);
   void WhitenSky(const FitProblem& problem);
   void FinishNormal(const FitProblem& problem);

@@ -38,13 +38,17 @@ void ExpectSane(const LightingFit& fit) {
   EXPECT_GE(fit.condition_number, 1.0);
 }
 
-void ExpectTruthWithinThreeSigma(const LightingFit& fit, const SyntheticScene& scene) {
+void ExpectTruthWithin(double sigmas, const LightingFit& fit, const SyntheticScene& scene) {
   for (int c = 0; c < 3; ++c) {
     EXPECT_LE(std::abs(fit.irradiance_rgb[c] - scene.sun[c]),
-              3.0 * std::sqrt(fit.covariance(c, c)));
+              sigmas * std::sqrt(fit.covariance(c, c)));
     EXPECT_LE(std::abs(fit.irradiance_rgb[3 + c] - scene.sky[c]),
-              3.0 * std::sqrt(fit.covariance(3 + c, 3 + c)));
+              sigmas * std::sqrt(fit.covariance(3 + c, 3 + c)));
   }
+}
+
+void ExpectTruthWithinThreeSigma(const LightingFit& fit, const SyntheticScene& scene) {
+  ExpectTruthWithin(3.0, fit, scene);
 }
 
 // Median over samples and channels of |predicted / measured - 1|.
@@ -129,7 +133,9 @@ TEST(LightingFitHardCases, AnOvercastFrameHasNoSun) {
     const LightingFit fit = FitLighting(MakeSamples(scene), SyntheticPrior(), true);
     ExpectSane(fit);
     EXPECT_TRUE(TellsTheSun(fit, ClearSkyBeam()));  // Its value is 0, and that is known.
-    ExpectTruthWithinThreeSigma(fit, scene);
+    // Thirty draws of three channels: one in twelve such tests would meet a draw beyond three
+    // sigma.
+    ExpectTruthWithin(4.0, fit, scene);
     EXPECT_LT(fit.irradiance_rgb[0], 0.02 * ClearSkyBeam());
   }
 }

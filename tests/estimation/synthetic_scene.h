@@ -27,7 +27,7 @@ struct SyntheticScene {
 
   double albedo_noise = 0.0;   // Relative, grey, per sample: albedo believed against albedo true.
   double channel_noise = 0.0;  // Relative, of each channel by itself.
-  double region_noise = 0.0;   // Relative, shared by a stratum.
+  double region_noise = 0.0;   // Relative, shared by a plane.
   enum class Outliers { kNone, kRandom, kDarkPatch, kBrightObject, kOneRegion };
   Outliers outliers = Outliers::kNone;
   double outlier_share = 0.0;
@@ -43,7 +43,7 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     glm::dvec3 albedo;
     double cosine;
     double ambient;
-    double error[2];
+    double error;
   };
   std::vector<Region> regions;
   for (int r = 0; r < scene.regions; ++r) {
@@ -54,7 +54,7 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
         grey * glm::dvec3(1.0, 0.85 + 0.1 * uniform(random), 0.7 + 0.2 * uniform(random));
     region.cosine = ground ? 0.6 : 0.25 + 0.6 * uniform(random);
     region.ambient = ground ? 0.8 : 0.42;
-    for (double& error : region.error) error = scene.region_noise * gauss(random);
+    region.error = scene.region_noise * gauss(random);
     regions.push_back(region);
   }
 
@@ -78,7 +78,7 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     sample.sky_transport_rgb[0] = reflectance * (ambient + bounce_sky);
     sample.radiance_rgb =
         scene.sun * sample.sun_transport_rgb + scene.sky * sample.sky_transport_rgb[0];
-    sample.radiance_rgb *= albedo_error * std::max(0.05, 1.0 + region.error[lit ? 1 : 0]);
+    sample.radiance_rgb *= albedo_error * std::max(0.05, 1.0 + region.error);
     for (int c = 0; c < 3; ++c) {
       sample.radiance_rgb[c] *= std::max(0.05, 1.0 + scene.channel_noise * gauss(random));
     }
