@@ -64,7 +64,7 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
                              Compositor& compositor,
                              const FramePipelineOptions& options)
     : scene_(scene),
-      site_(std::move(site)),
+      site_(site),
       objects_(std::move(objects)),
       source_(std::move(source)),
       compositor_(compositor),
