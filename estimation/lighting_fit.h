@@ -79,7 +79,7 @@ bool TellsTheSun(const LightingFit& fit, double clear_sky_beam);
 // Minimises, over P >= 0 and with sun and sky as unknowns per channel,
 //   sum_i rho(d_i) + prior,   d_i^2 = mean over RGB of ((radiance - predicted) / noise)^2,
 // where the noise is proportional to the predicted radiance, and the errors that samples of one
-// stratum share are whitened out (generalised least squares; lighting_fit.cpp says how).
+// plane share are whitened out (generalised least squares; internal/reweighting.h says how).
 //
 // Scale-free: radiances times f give irradiances times f. The order of the samples does not change
 // a bit. Samples that are not finite are ignored and counted.

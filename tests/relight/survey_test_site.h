@@ -48,7 +48,7 @@ struct KnownSite {
     add("ground", 0, [](Mesh& part) { AddGround(part, 30.0f); });
     add("house", 1, [](Mesh& part) { AddBox(part, {-8, 4, 0}, {8, 10, 5}); });
     add("low_wall", 2, [](Mesh& part) { AddBox(part, {4, -3, 0}, {4.4f, 3, 1.2f}); });
-    // What a deployment has for albedos is a placeholder.
+    // Albedos are left at the default, as in a site whose materials nobody has measured.
     mesh.materials = {{.name = "paving"}, {.name = "brick"}, {.name = "concrete"}};
 
     sky = RgbImage(kMapSize.width, kMapSize.height, glm::vec3(0.0f));
