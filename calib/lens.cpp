@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include <glm/geometric.hpp>
+
+#include "calib/internal/polynomial.h"
 
 namespace pleinair {
 namespace {
@@ -17,47 +17,6 @@ namespace {
 constexpr double kMaxRadius = 1e5;
 constexpr double kMaxPixel = 1e8;
 constexpr int kMaxCoverSidePx = 16384;
-
-double EvaluatePolynomial(std::span<const double> coefficients, double x) {
-  double value = 0.0;
-  for (std::size_t i = coefficients.size(); i-- > 0;) value = value * x + coefficients[i];
-  return value;
-}
-
-// Where the polynomial changes sign in (0, upper), ascending. Between neighbouring sign changes of
-// its derivative it is monotone, so bisection there misses none.
-std::vector<double> RootsIn(std::span<const double> coefficients, double upper) {
-  std::size_t degree = coefficients.size() - 1;
-  while (degree > 0 && coefficients[degree] == 0.0) --degree;
-  if (degree == 0) return {};
-  std::vector<double> derivative(degree);
-  for (std::size_t i = 1; i <= degree; ++i) {
-    derivative[i - 1] = static_cast<double>(i) * coefficients[i];
-  }
-  std::vector<double> bounds = RootsIn(derivative, upper);
-  bounds.insert(bounds.begin(), 0.0);
-  bounds.push_back(upper);
-  std::vector<double> roots;
-  for (std::size_t i = 0; i + 1 < bounds.size(); ++i) {
-    double low = bounds[i];
-    double high = bounds[i + 1];
-    const bool negative_at_low = EvaluatePolynomial(coefficients, low) < 0.0;
-    if (negative_at_low == (EvaluatePolynomial(coefficients, high) < 0.0)) continue;
-    while (true) {
-      const double middle = 0.5 * (low + high);
-      if (!(middle > low && middle < high)) break;
-      ((EvaluatePolynomial(coefficients, middle) < 0.0) == negative_at_low ? low : high) = middle;
-    }
-    roots.push_back(low);
-  }
-  return roots;
-}
-
-// Where a polynomial that is positive at 0 first stops being so.
-double PositiveUpTo(std::span<const double> coefficients) {
-  const std::vector<double> roots = RootsIn(coefficients, kMaxRadius);
-  return roots.empty() ? kMaxRadius : roots.front();
-}
 
 // In the frame (radial, tangential) at (r, theta), theta counted from the direction (p2, p1), with
 // p = |(p1, p2)| the distortion's Jacobian is symmetric,
@@ -72,7 +31,7 @@ double RadiusOfValidity(const std::array<double, 5>& distortion) {
   const double tangential = 6.0 * std::hypot(p1, p2);
   const std::array<double, 7> radial_slope{1.0, -tangential, 3 * k1, 0.0, 5 * k2, 0.0, 7 * k3};
   const std::array<double, 7> magnification{1.0, -tangential, k1, 0.0, k2, 0.0, k3};
-  return std::min(PositiveUpTo(radial_slope), PositiveUpTo(magnification));
+  return std::min(PositiveUpTo(radial_slope, kMaxRadius), PositiveUpTo(magnification, kMaxRadius));
 }
 
 struct Distorted {

@@ -32,6 +32,9 @@ struct Frame {
   std::optional<Rgb8Image> codes;
   std::optional<double> exposure;  // Radiance to [0, 1]; see sequence_format.
   std::vector<SamplePolygon> sample_polygons;
+  // The sky camera's picture where the frame has one: scene-linear, as MakeFisheyeSetup's camera
+  // sees it, in the room camera's colours where the calibration ties them; defects are kept.
+  std::optional<RgbImage> fisheye_radiance;
 };
 
 struct FrameError {
@@ -62,9 +65,11 @@ enum class FrameKind { kLinear, kLdr };
 // kind plays that one. The sequence is copied.
 //
 // Linear frames are clipped nowhere; 8-bit ones give `exposure`-divided light, or with an unknown
-// exposure light in [0, 1]. A file that is missing, truncated, empty, no file, of another size than
-// the camera's, or outside the sequence's folder is that frame's error alone.
-// Throws  std::runtime_error where the sequence's response file cannot be read.
+// exposure light in [0, 1]. Fish-eye pictures are EXR or HDR. A file that is missing, truncated,
+// empty, no file, of another size than its camera's, or outside the sequence's folder is that
+// frame's error alone. Throws  std::runtime_error where the sequence's response or fish-eye
+// calibration file cannot be
+//         read.
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence, FrameKind preferred);
 
 }  // namespace pleinair

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "calib/response.h"
+#include "datasets/fisheye_setup.h"
 #include "datasets/frame_source.h"
 #include "datasets/internal/sequence_folder.h"
 #include "scene/image_io.h"
@@ -13,9 +14,10 @@
 namespace pleinair {
 namespace {
 
-template <typename Pixel>
+// `Intrinsics` of either kind of camera.
+template <typename Pixel, typename Intrinsics>
 void RequireCameraSize(const Image<Pixel>& image,
-                       const CameraIntrinsics& camera,
+                       const Intrinsics& camera,
                        const std::filesystem::path& file) {
   if (image.width == camera.width_px && image.height == camera.height_px) return;
   throw std::runtime_error(file.string() + ": expected " + std::to_string(camera.width_px) + "x" +
@@ -37,7 +39,9 @@ class RecordedFrameSource final : public FrameSource {
         preferred_(preferred),
         response_(sequence.response_ldr == "srgb8"
                       ? ResponseCurve::Srgb()
-                      : ResponseCurve::FromFile(FileInside(sequence.response_ldr))) {}
+                      : ResponseCurve::FromFile(FileInside(sequence.response_ldr))) {
+    if (sequence.fisheye) fisheye_ = MakeFisheyeSetup(*sequence.fisheye, sequence.folder);
+  }
 
   std::optional<tl::expected<Frame, FrameError>> Next() override {
     if (next_ >= sequence_.frames.size()) return std::nullopt;
@@ -82,6 +86,7 @@ class RecordedFrameSource final : public FrameSource {
         preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
     linear ? ReadLinear(FileInside(*entry.image), frame)
            : ReadCodes(FileInside(*entry.image_ldr), frame);
+    if (entry.fisheye) frame.fisheye_radiance = ReadFisheye(FileInside(*entry.fisheye));
     return frame;
   }
 
@@ -111,9 +116,19 @@ class RecordedFrameSource final : public FrameSource {
     }
   }
 
+  RgbImage ReadFisheye(const std::filesystem::path& file) const {
+    RgbImage radiance = ReadRadianceImage(file);
+    RequireCameraSize(radiance, fisheye_.value().camera.intrinsics, file);
+    if (!fisheye_->room_from_fisheye_rgb) return radiance;
+    const glm::mat3 room_from_fisheye(*fisheye_->room_from_fisheye_rgb);
+    for (glm::vec3& pixel : radiance.pixels) pixel = room_from_fisheye * pixel;
+    return radiance;
+  }
+
   Sequence sequence_;
   FrameKind preferred_;
   ResponseCurve response_;
+  std::optional<FisheyeSetup> fisheye_;
   std::size_t next_ = 0;
 };
 

@@ -55,11 +55,12 @@ struct FisheyeEntry {
   double fov_deg = 180.0;
   int width_px = 0;
   int height_px = 0;
+  // World axes in words ("+Y north"): the optical axis, and what is up and right in the picture.
   std::string up;
   std::string image_up;
   std::string image_right;
   std::optional<glm::dvec3> position_m;
-  std::optional<std::filesystem::path> calibration;
+  std::optional<std::filesystem::path> calibration;  // As calib/fisheye_file.h has it.
 };
 
 struct WindowEntry {

@@ -7,6 +7,7 @@
 #include <glm/matrix.hpp>
 
 #include "calib/json_cursor.h"
+#include "datasets/fisheye_setup.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/sequence.h"
 #include "sunmodel/angles.h"
@@ -266,6 +267,17 @@ class SequenceReader {
     }
   }
 
+  // Throws at the key that does not go with the others, or with the calibration.
+  void CheckFisheye(const JsonCursor& at, const FisheyeEntry& entry) const {
+    try {
+      MakeFisheyeSetup(entry, folder_);
+    } catch (const JsonError&) {
+      throw;  // Names the calibration file.
+    } catch (const std::exception& error) {
+      throw JsonError((folder_ / "sequence.json").string() + ": " + at.Path() + "." + error.what());
+    }
+  }
+
   FisheyeEntry ReadFisheye(const JsonCursor& at) const {
     at.CheckKeys({"model",
                   "fov_deg",
@@ -293,6 +305,7 @@ class SequenceReader {
     } else if (entry.model == "opencv") {
       at.Required("calibration");
     }
+    CheckFisheye(at, entry);
     return entry;
   }
 

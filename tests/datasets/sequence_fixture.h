@@ -14,6 +14,13 @@ namespace pleinair {
 
 class SequenceFolder : public testing::Test {
  protected:
+  // Of the lens and the orientation that Everything() states.
+  static constexpr const char* kFisheyeCalibration = R"json({
+    "format": "pleinair-fisheye", "version": 1, "model": "equidistant",
+    "width": 512, "height": 500, "fx": 159, "fy": 159, "cx": 255.5, "cy": 249.5, "fov_deg": 180,
+    "orientation_world_from_camera": [[1, 0, 0], [0, -1, 0], [0, 0, 1]]
+  })json";
+
   void SetUp() override {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
     root_ = std::filesystem::path(testing::TempDir()) /
@@ -22,14 +29,11 @@ class SequenceFolder : public testing::Test {
     folder_ = root_ / "sequence";
     std::filesystem::create_directories(folder_ / "frames");
     // Presence is all that reading a sequence asks of these.
-    for (const char* file : {"scene.obj",
-                             "environment.exr",
-                             "object.obj",
-                             "mask.png",
-                             "response.json",
-                             "fisheye.yml"}) {
+    for (const char* file :
+         {"scene.obj", "environment.exr", "object.obj", "mask.png", "response.json"}) {
       Write(folder_ / file, "x");
     }
+    Write(folder_ / "fisheye.json", kFisheyeCalibration);
     Write(root_ / "outside.obj", "x");
   }
   void TearDown() override { std::filesystem::remove_all(root_); }
@@ -86,7 +90,7 @@ class SequenceFolder : public testing::Test {
   "image_up" : "+Y north",
   "image_right" : "+X east",
   "position_m" : [ 2, 2, 3.5 ],
-  "calibration" : "fisheye.yml"
+  "calibration" : "fisheye.json"
 },
               "virtual_object"
     : {

@@ -1,0 +1,32 @@
+// The fish-eye camera of a sequence, put together from what sequence.json and its calibration say.
+#pragma once
+
+#include <optional>
+
+#include <glm/mat3x3.hpp>
+
+#include "calib/fisheye_camera.h"
+#include "datasets/sequence.h"
+
+namespace pleinair {
+
+struct FisheyeSetup {
+  FisheyeCamera camera;
+  // Radiance as the room camera would measure it from what the fish-eye camera measures.
+  std::optional<glm::dmat3> room_from_fisheye_rgb;
+};
+
+// The setup of the fish-eye camera that `entry` describes; the calibration is read from `folder`.
+//
+// Lens         the calibration's, of the stated model and size, valid up to half the stated field
+// of
+//              view; without one the ideal lens whose circle fills the shorter side.
+// Orientation  the calibration's; without one that of `up`, `image_up` and `image_right`. Where
+// both
+//              speak, the words may be rough (a camera levelled by eye) but not wrong: 20 degrees.
+// Throws       std::runtime_error, one line: calibration that cannot be read or is of another model
+//              or size, axes that are unknown, missing or not perpendicular, orientations that
+//              contradict each other.
+FisheyeSetup MakeFisheyeSetup(const FisheyeEntry& entry, const std::filesystem::path& folder);
+
+}  // namespace pleinair
