@@ -27,6 +27,13 @@ double LinearFromSrgb(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
+void ResponseCurve::Channel::FillThresholds() {
+  for (std::size_t code = 0; code < threshold_above_code.size(); ++code) {
+    threshold_above_code[code] = 0.5f * (linear_of_code[code] + linear_of_code[code + 1]);
+  }
+  FillGuesses();
+}
+
 void ResponseCurve::Channel::FillGuesses() {
   std::size_t code = 0;
   for (std::size_t i = 0; i < guess.size(); ++i) {
@@ -63,6 +70,28 @@ ResponseCurve ResponseCurve::Srgb() {
   return curve;
 }
 
+ResponseCurve ResponseCurve::FromTable(const ResponseTable& linear_of_code_rgb) {
+  ResponseCurve curve;
+  for (std::size_t c = 0; c < 3; ++c) {
+    Channel& channel = curve.channels_[c];
+    channel.linear_of_code = linear_of_code_rgb[c];
+    for (std::size_t code = 0; code < 256; ++code) {
+      const float value = channel.linear_of_code[code];
+      const float low = code == 0 ? 0.0f : channel.linear_of_code[code - 1];
+      if (value >= low && value <= 1.0f) continue;
+      throw std::invalid_argument("response of channel " + std::to_string(c) + " at code " +
+                                  std::to_string(code) + ", " + std::to_string(value) +
+                                  ": expected a value in [0, 1], not below the one before");
+    }
+    if (!(channel.linear_of_code[255] > channel.linear_of_code[0])) {
+      throw std::invalid_argument("response of channel " + std::to_string(c) +
+                                  ": expected values that rise from code 0 to code 255");
+    }
+    channel.FillThresholds();
+  }
+  return curve;
+}
+
 ResponseCurve ResponseCurve::FromFile(const std::filesystem::path& file) {
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
@@ -70,27 +99,26 @@ ResponseCurve ResponseCurve::FromFile(const std::filesystem::path& file) {
   root.Required("format").OneOf({"pleinair-response"});
   root.Required("version").IntegerIn(1, 1);
   const std::vector<JsonCursor> lists = root.Required("linear_of_code_rgb").List(3, 3);
-  ResponseCurve curve;
+  ResponseTable table{};
   for (std::size_t c = 0; c < 3; ++c) {
-    Channel& channel = curve.channels_[c];
     const std::vector<JsonCursor> values = lists[c].List(256, 256);
     for (std::size_t code = 0; code < 256; ++code) {
-      const float low = code == 0 ? 0.0f : channel.linear_of_code[code - 1];
-      channel.linear_of_code[code] = static_cast<float>(values[code].NumberIn(0.0, 1.0));
-      if (channel.linear_of_code[code] < low) {
+      const float low = code == 0 ? 0.0f : table[c][code - 1];
+      table[c][code] = static_cast<float>(values[code].NumberIn(0.0, 1.0));
+      if (table[c][code] < low) {
         values[code].Fail("a value not below the one before, " + std::to_string(low));
       }
-      if (code == 0) continue;
-      // Only the values at the codes are known: halfway between them.
-      channel.threshold_above_code[code - 1] =
-          0.5f * (channel.linear_of_code[code - 1] + channel.linear_of_code[code]);
     }
-    if (!(channel.linear_of_code[255] > channel.linear_of_code[0])) {
-      lists[c].Fail("values that rise from code 0 to code 255");
-    }
-    channel.FillGuesses();
+    if (!(table[c][255] > table[c][0])) lists[c].Fail("values that rise from code 0 to code 255");
   }
-  return curve;
+  return FromTable(table);
+}
+
+std::string ResponseCurve::FileText() const {
+  nlohmann::ordered_json json = {{"format", "pleinair-response"}, {"version", 1}};
+  nlohmann::ordered_json& lists = json["linear_of_code_rgb"] = nlohmann::ordered_json::array();
+  for (const Channel& channel : channels_) lists.push_back(channel.linear_of_code);
+  return json.dump() + "\n";
 }
 
 glm::vec3 ResponseCurve::LinearFromCode(const glm::u8vec3& code) const {

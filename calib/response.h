@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include <glm/vec3.hpp>
 
@@ -16,15 +17,33 @@ namespace pleinair {
 double SrgbFromLinear(double linear);
 double LinearFromSrgb(double encoded);
 
+// What an 8-bit code says of a measurement. From 254 on: a camera whose white is not quite at 255
+// (JPEG's rounding, a gain applied after clipping) puts clipped light one code below.
+inline constexpr int kClippedFromCode = 254;
+// Up to 2 the code is read noise and rounding: half a code is a quarter of the value or more.
+inline constexpr int kNoiseFloorUpToCode = 2;
+
+// The light in [0, 1] that each code of each channel (R, G, B) stands for.
+using ResponseTable = std::array<std::array<float, 256>, 3>;
+
 // A monotone curve per channel.
 class ResponseCurve {
  public:
   static ResponseCurve Srgb();
+  // Throws std::invalid_argument naming channel and code where the table leaves [0, 1], falls, or
+  // has all values of a channel equal.
+  static ResponseCurve FromTable(const ResponseTable& linear_of_code_rgb);
   // Reads {"format": "pleinair-response", "version": 1, "linear_of_code_rgb": [[256 values] x 3]};
   // each list in [0, 1], never falling, and not all equal.
   // Throws std::runtime_error naming file, place and what was expected.
   static ResponseCurve FromFile(const std::filesystem::path& file);
 
+  // The text of a file that FromFile reads, to the last bit.
+  std::string FileText() const;
+
+  const std::array<float, 256>& LinearOfCode(int channel) const {
+    return channels_.at(static_cast<std::size_t>(channel)).linear_of_code;
+  }
   glm::vec3 LinearFromCode(const glm::u8vec3& code) const;
   // Nearest code; values are clipped to [0, 1] first, as the camera does. NaN gives 0. Of codes
   // that stand for the same light (a flat end of the curve) the highest.
@@ -39,6 +58,9 @@ class ResponseCurve {
     // The code at the lower end of each of kGuesses equal parts of [0, 1]: where to begin looking.
     std::array<std::uint8_t, kGuesses> guess{};
 
+    // Thresholds and guesses from linear_of_code: only the values at the codes are known, so the
+    // camera is taken to change its code halfway between them.
+    void FillThresholds();
     void FillGuesses();
     std::uint8_t Code(float linear) const;
   };

@@ -8,6 +8,7 @@
 
 #include <tl/expected.hpp>
 
+#include "calib/response.h"  // kClippedFromCode, kNoiseFloorUpToCode
 #include "datasets/sequence.h"
 #include "scene/camera.h"
 #include "scene/image.h"
@@ -52,12 +53,6 @@ class FrameSource {
   // Frames that Next() will give in all; none where that is not known (a camera).
   virtual std::optional<int> Count() const = 0;
 };
-
-// What an 8-bit code says of a measurement. From 254 on: a camera whose white is not quite at 255
-// (JPEG's rounding, a gain applied after clipping) puts clipped light one code below.
-inline constexpr int kClippedFromCode = 254;
-// Up to 2 the code is read noise and rounding: half a code is a quarter of the value or more.
-inline constexpr int kNoiseFloorUpToCode = 2;
 
 enum class FrameKind { kLinear, kLdr };
 

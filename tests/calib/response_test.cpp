@@ -140,5 +140,34 @@ TEST_F(ResponseFile, IsRefusedByPlaceWhenItIsNoCurve) {
   EXPECT_THROW(ResponseCurve::FromFile(folder_ / "absent.json"), std::runtime_error);
 }
 
+TEST_F(ResponseFile, IsWrittenAsItIsRead) {
+  const ResponseCurve curve = ResponseCurve::FromFile(Write(GammaDocument(1.8)));
+  const ResponseCurve again =
+      ResponseCurve::FromFile(Write(nlohmann::json::parse(curve.FileText())));
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(again.LinearOfCode(c), curve.LinearOfCode(c));
+}
+
+TEST(ResponseTables, AreRefusedByChannelAndCode) {
+  ResponseTable table{};
+  for (auto& channel : table) {
+    for (std::size_t code = 0; code < 256; ++code) {
+      channel[code] = static_cast<float>(code) / 255.0f;
+    }
+  }
+  EXPECT_NO_THROW(ResponseCurve::FromTable(table));
+  for (const float bad : {0.0f, 2.0f, std::numeric_limits<float>::quiet_NaN()}) {
+    ResponseTable broken = table;
+    broken[1][200] = bad;
+    try {
+      ResponseCurve::FromTable(broken);
+      FAIL() << bad << " was accepted";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("channel 1 at code 200"), std::string::npos);
+    }
+  }
+  table[2].fill(0.5f);
+  EXPECT_THROW(ResponseCurve::FromTable(table), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace pleinair

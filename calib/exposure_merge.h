@@ -1,0 +1,49 @@
+// Pictures of one view at several exposures, merged to one of high dynamic range.
+#pragma once
+
+#include <span>
+
+#include "calib/response.h"
+#include "scene/image.h"
+
+namespace pleinair {
+
+// An 8-bit picture and the linear factor from radiance to its [0, 1]: exposure time times ISO / N^2
+// where nothing better is known (the merged radiance is relative then).
+struct ExposedPicture {
+  Rgb8Image codes;
+  double exposure = 0.0;
+};
+
+// What a pixel's value wavers by, as a share of a full well, which is what 1 stands for.
+struct CameraNoise {
+  double full_well_electrons = 16000.0;
+  double read_noise_electrons = 7.0;
+
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+  // Variance of a measurement whose true value is `linear`, without the rounding to a code.
+  double Variance(double linear) const;
+};
+
+struct MergedExposures {
+  RgbImage radiance;
+  RgbImage stddev;  // By the noise model; of no meaning where clipped or at_noise_floor.
+  // 1 where a channel is clipped in every picture: its radiance is at least what is given.
+  Gray8Image clipped;
+  // 1 where a channel is at the noise floor in every picture that does not clip it.
+  Gray8Image at_noise_floor;
+};
+
+// The mean of what the pictures say, each channel by itself, weighted by 1 / variance (shot noise,
+// read noise and the code's rounding). The variances are those of the merged value, not of each
+// picture's own: weights that go with a measurement's own noise favour the low ones.
+//
+// Left out  codes from kClippedFromCode on, or from one below where the curve's upper end is flat
+//           (to 0.5 %); up to kNoiseFloorUpToCode unless there is nothing else.
+// Throws    std::invalid_argument: no picture, different sizes, an exposure that is not positive.
+MergedExposures MergeExposures(std::span<const ExposedPicture> pictures,
+                               const ResponseCurve& response,
+                               const CameraNoise& noise = {});
+
+}  // namespace pleinair

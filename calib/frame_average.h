@@ -1,0 +1,44 @@
+// The mean of noisy HDR frames of a camera that stands still.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// Takes frames one by one and keeps sums only.
+class FrameAverage {
+ public:
+  // A pixel with a channel that is not finite is left out of that frame's share. Throws
+  // std::invalid_argument for an empty frame or one of another size than the first.
+  void Add(const RgbImage& radiance);
+
+  int FrameCount() const { return frame_count_; }
+  // Pixels left out so far, over all frames.
+  std::int64_t LeftOutCount() const { return left_out_count_; }
+
+  // 0 where every frame's pixel was left out.
+  RgbImage Mean() const;
+  // Of the mean, from the frames' own scatter: falls with the square root of their number. Infinite
+  // where fewer than two frames count.
+  RgbImage StandardError() const;
+
+ private:
+  // Welford's running mean and sum of squared deviations: no cancellation however small the noise.
+  struct Running {
+    glm::dvec3 mean{0.0};
+    glm::dvec3 squared_deviation_sum{0.0};
+    int count = 0;
+  };
+  int width_ = 0;
+  int height_ = 0;
+  int frame_count_ = 0;
+  std::int64_t left_out_count_ = 0;
+  std::vector<Running> pixels_;
+};
+
+}  // namespace pleinair
