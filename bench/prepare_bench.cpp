@@ -62,39 +62,45 @@ void Prepare(benchmark::State& state) {
   state.counters["patches"] = static_cast<double>(patches);
 }
 
+// One that stays, and one that turns with the sun.
+std::vector<std::shared_ptr<const SkyShape>> Shapes(const glm::dvec3& sun_direction_enu) {
+  static const auto kUniform = MakeUniformSkyShape();
+  return {kUniform, MakeClearSkyShape(sun_direction_enu)};
+}
+
 void NewCamera(benchmark::State& state) {
   const Recorded& recorded = TheRecording();
   SurfaceViewBuilder builder(ThePreparedScene(),
-                             {MakeUniformSkyShape()},
                              {.receiver_block_px = static_cast<int>(state.range(0))});
+  const auto shapes = Shapes(recorded.sun.direction_enu);
   Camera camera = recorded.camera;
   for (auto _ : state) {
     camera.camera_from_world[3].x += 1e-3;
-    builder.Update(camera, recorded.sun.direction_enu, recorded.sun.angular_radius_rad, {});
+    builder.Update(camera, recorded.sun.direction_enu, recorded.sun.angular_radius_rad, shapes, {});
   }
 }
 
 void MovedSun(benchmark::State& state) {
   const Recorded& recorded = TheRecording();
-  SurfaceViewBuilder builder(ThePreparedScene(), {MakeUniformSkyShape()}, {});
+  SurfaceViewBuilder builder(ThePreparedScene(), {});
   glm::dvec3 sun = recorded.sun.direction_enu;
-  builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, {});
+  builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, Shapes(sun), {});
   for (auto _ : state) {
     sun = glm::normalize(sun + glm::dvec3(1e-3, 0.0, 0.0));
-    builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, {});
+    builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, Shapes(sun), {});
   }
 }
 
 // The map's part of a moved sun, for the probes and whatever mirrors the map.
 void MovedSunWithSurveyMap(benchmark::State& state) {
   const Recorded& recorded = TheRecording();
-  SurfaceViewBuilder builder(ThePreparedScene(), {MakeUniformSkyShape()}, {});
+  SurfaceViewBuilder builder(ThePreparedScene(), {});
   glm::dvec3 sun = recorded.sun.direction_enu;
-  builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, {});
+  builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, Shapes(sun), {});
   builder.SurveyUnderCurrentSun();
   for (auto _ : state) {
     sun = glm::normalize(sun + glm::dvec3(1e-3, 0.0, 0.0));
-    builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, {});
+    builder.Update(recorded.camera, sun, recorded.sun.angular_radius_rad, Shapes(sun), {});
     benchmark::DoNotOptimize(builder.SurveyUnderCurrentSun());
   }
 }
@@ -109,9 +115,13 @@ void PrepareAt(benchmark::State& state) {
     options.survey_receiver_block_px = block_px;
     options.patches.patch_size_m = patch_size_m;
     const PreparedScene scene = recorded.Prepare(options);
-    SurfaceViewBuilder builder(scene, {MakeUniformSkyShape()}, {.receiver_block_px = block_px});
+    SurfaceViewBuilder builder(scene, {.receiver_block_px = block_px});
     return builder
-        .Update(recorded.camera, recorded.sun.direction_enu, recorded.sun.angular_radius_rad, {})
+        .Update(recorded.camera,
+                recorded.sun.direction_enu,
+                recorded.sun.angular_radius_rad,
+                Shapes(recorded.sun.direction_enu),
+                {})
         .sky_response[0];
   };
   static const RgbImage finest = response(1024, 2, 0.25);

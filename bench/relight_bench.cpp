@@ -95,7 +95,7 @@ void ProbesByMap(benchmark::State& state) {
 void FoldTheSunAnew(benchmark::State& state) {
   const Site& site = TheSite();
   FoldedVolume folded(site.probes, site.basis);
-  for (auto _ : state) folded.UpdateSun(site.probes, site.basis);
+  for (auto _ : state) folded.Refold(site.probes, site.basis, 0);
 }
 
 void EnvironmentOfAMovedSun(benchmark::State& state) {

@@ -1,6 +1,7 @@
 #include "estimation/lighting_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -58,6 +59,8 @@ void LightingFitOptions::Validate() const {
   if (!(sky_shape_error >= 0.0) || !std::isfinite(sky_shape_error)) {
     refuse("sky_shape_error", sky_shape_error, "a number not below 0");
   }
+  positive("shape_share_spread", shape_share_spread);
+  positive("shape_share_colour_spread", shape_share_colour_spread);
   if (max_passes < 1) refuse("max_passes", max_passes, "at least 1");
 }
 
@@ -78,15 +81,16 @@ struct LightingFitter::Impl {
   // In the fit's own units and order.
   LightMatrix prior_information;
   LightVector prior_gradient;
-  LightMatrix fixed_prior_information;  // Without the ratio's rows.
-  LightVector fixed_prior_gradient;
+  LightMatrix fixed_prior_information;  // Without the rows that are relative to the light found.
 
   explicit Impl(const LightingFitOptions& fit_options) : options(fit_options) {
     options.Validate();
   }
 
   void LoadPrior(const LightingPrior& prior);
+  void UpdateRelativePriors(const LightingPrior& prior, const LightVector& x);
   void AddRatioPrior(const LightingPrior& prior, const LightVector& x);
+  void AddShapePrior(const LightVector& x);
   LightMatrix DataNormal() const;
   LightVector SolveClosed() const;
   LightVector Iterate(const LightingPrior& prior, LightingFit& fit);
@@ -99,12 +103,12 @@ void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
   const int unknowns = problem.UnknownCount();
   const int bases = problem.basis_count;
   fixed_prior_information = kWeakInformation * LightMatrix::Identity(unknowns, unknowns);
-  fixed_prior_gradient = LightVector::Zero(unknowns);
+  prior_gradient = LightVector::Zero(unknowns);
   for (int u = 0; u < unknowns; ++u) {
     const int cu = u / bases;
     const int lu = problem.LightIndex(cu, u % bases);
     const double unit_u = problem.irradiance_unit[cu];
-    fixed_prior_gradient[u] += prior.information_times_mean[lu] * unit_u;
+    prior_gradient[u] += prior.information_times_mean[lu] * unit_u;
     for (int v = 0; v < unknowns; ++v) {
       const int cv = v / bases;
       fixed_prior_information(u, v) += prior.information(lu, problem.LightIndex(cv, v % bases)) *
@@ -112,12 +116,16 @@ void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
     }
   }
   prior_information = fixed_prior_information;
-  prior_gradient = fixed_prior_gradient;
+}
+
+void LightingFitter::Impl::UpdateRelativePriors(const LightingPrior& prior, const LightVector& x) {
+  prior_information = fixed_prior_information;
+  AddRatioPrior(prior, x);
+  AddShapePrior(x);
 }
 
 void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const LightVector& x) {
   if (!problem.has_sun || !(prior.sun_to_sky_weight > 0.0)) return;
-  prior_information = fixed_prior_information;
   const int bases = problem.basis_count;
   for (int c = 0; c < 3; ++c) {
     const double ratio = prior.sun_to_sky_rgb[c];
@@ -130,6 +138,46 @@ void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const Light
     if (!(sigma > 0.0)) continue;
     prior_information.block(c * bases, c * bases, bases, bases) +=
         prior.sun_to_sky_weight / (sigma * sigma) * row * row.transpose();
+  }
+}
+
+// With S the sum of a channel's sky and p_k the mean over the channels of shape k's share, rows
+//   (s_k - S / shapes) / S = 0                                   give or take shape_share_spread,
+//   (s_k - p_k S) / S of one channel - the same of another = 0   likewise the colour's spread,
+// their denominators and p_k being those of `x`. They are 0 for any S: the sky's sum is left to the
+// data.
+void LightingFitter::Impl::AddShapePrior(const LightVector& x) {
+  const int bases = problem.basis_count;
+  const int first = problem.has_sun ? 1 : 0;
+  const int shapes = bases - first;
+  if (shapes < 2) return;
+  // A black sky's shares mean nothing; its rows only have to stay finite.
+  constexpr double kLeastSky = 1e-3;
+  std::array<double, 3> sky{};
+  BasisVector mean_share = BasisVector::Zero(shapes);
+  for (int c = 0; c < 3; ++c) {
+    const auto part = x.segment(c * bases + first, shapes);
+    sky[static_cast<std::size_t>(c)] = std::max(part.sum(), kLeastSky);
+    mean_share += part / (3.0 * sky[static_cast<std::size_t>(c)]);
+  }
+  const auto deviation = [&](int shape, double share, int c) {
+    LightVector row = LightVector::Zero(x.size());
+    const double scale = 1.0 / sky[static_cast<std::size_t>(c)];
+    row.segment(c * bases + first, shapes).setConstant(-share * scale);
+    row[c * bases + first + shape] += scale;
+    return row;
+  };
+  const double weight = 1.0 / (options.shape_share_spread * options.shape_share_spread);
+  const double colour_weight =
+      1.0 / (options.shape_share_colour_spread * options.shape_share_colour_spread);
+  for (int k = 0; k < shapes; ++k) {
+    for (int c = 0; c < 3; ++c) {
+      const LightVector row = deviation(k, 1.0 / shapes, c);
+      prior_information += weight * row * row.transpose();
+      const LightVector between =
+          deviation(k, mean_share[k], c) - deviation(k, mean_share[k], (c + 1) % 3);
+      prior_information += colour_weight * between * between.transpose();
+    }
   }
 }
 
@@ -157,7 +205,7 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
   bool rescale = true;
   for (int pass = 0; pass < options.max_passes; ++pass) {
     reweighting.Update(problem, x, options, rescale);
-    if (rescale) AddRatioPrior(prior, x);
+    if (rescale) UpdateRelativePriors(prior, x);
     const LightVector next = SolveClosed();
     const double change =
         (next - x).cwiseAbs().maxCoeff() / std::max(next.cwiseAbs().maxCoeff(), kWeakInformation);

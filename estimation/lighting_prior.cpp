@@ -76,10 +76,14 @@ void AddClearSky(const ClearSkyExpectation& clear_sky, double weight, LightingPr
     }
     prior.scale_rgb[channel] = beam + diffuse;
     add(channel, kSunPriorMean * beam, kSunPriorSigma * beam);
-    for (int k = 0; k < prior.sky_shapes; ++k) {
-      add(3 + 3 * k + channel,
-          kSkyPriorMean * diffuse / prior.sky_shapes,
-          kSkyPriorSigma * diffuse);
+    if (!(diffuse > 0.0)) continue;
+    // Of the sum over the shapes; what each has of it is the fit's matter.
+    const double information = weight / (kSkyPriorSigma * kSkyPriorSigma * diffuse * diffuse);
+    for (int a = 3 + channel; a < 3 + 3 * prior.sky_shapes; a += 3) {
+      prior.information_times_mean[a] += information * kSkyPriorMean * diffuse;
+      for (int b = 3 + channel; b < 3 + 3 * prior.sky_shapes; b += 3) {
+        prior.information(a, b) += information;
+      }
     }
   }
 }

@@ -94,12 +94,14 @@ class OutdoorLightingSource final : public LightingSource {
   // What the set was drawn for.
   bool drawn_ = false;
   std::uint64_t geometry_version_ = 0;
+  std::uint64_t sky_version_ = 0;
   std::uint64_t sun_version_ = 0;
   Camera camera_;
 
   bool SetFits(const SurfaceView& view) const {
     return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_version == geometry_version_ &&
-           view.sun_version == sun_version_ && view.camera == camera_;
+           view.sky_version == sky_version_ && view.sun_version == sun_version_ &&
+           view.camera == camera_;
   }
 
   // Returns the time spent on drawing, in ms.
@@ -118,6 +120,7 @@ class OutdoorLightingSource final : public LightingSource {
               {options_.samples, options_.seed});
     drawn_ = true;
     geometry_version_ = observation.view.geometry_version;
+    sky_version_ = observation.view.sky_version;
     sun_version_ = observation.view.sun_version;
     camera_ = observation.view.camera;
     const std::chrono::duration<double, std::milli> spent =
@@ -136,8 +139,10 @@ class OutdoorLightingSource final : public LightingSource {
     lighting.sun.angular_radius_rad = observation.sun_angular_radius_rad;
     const LightVector& light = fit.irradiance_rgb;
     lighting.sun.irradiance_rgb = {light[0], light[1], light[2]};
-    for (Eigen::Index k = 3; k < light.size(); k += 3) {
-      lighting.sky.push_back({"uniform", {light[k], light[k + 1], light[k + 2]}});
+    for (std::size_t k = 0; k < observation.view.sky_response.size(); ++k) {
+      const auto first = static_cast<Eigen::Index>(3 * (1 + k));
+      lighting.sky.push_back({observation.view.sky_shape_names.at(k),
+                              {light[first], light[first + 1], light[first + 2]}});
     }
     const Eigen::Index unknowns = light.size();
     for (Eigen::Index u = 0; u < unknowns; ++u) {

@@ -1,5 +1,6 @@
 #include "pipeline/frame_pipeline.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -54,6 +55,13 @@ void FramePipelineOptions::Validate() const {
     throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
                                 ": expected 0 or more seconds");
   }
+  if (sky_shapes.empty()) throw std::invalid_argument("sky_shapes: expected at least one");
+  for (const SkyShapeKind kind : sky_shapes) {
+    if (std::count(sky_shapes.begin(), sky_shapes.end(), kind) > 1) {
+      throw std::invalid_argument("sky_shapes: " + std::string(NameOf(kind)) +
+                                  " is there twice: expected once");
+    }
+  }
 }
 
 FramePipeline::FramePipeline(const PreparedScene& scene,
@@ -70,8 +78,7 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
       compositor_(compositor),
       options_(options),
       clear_sky_(site_, LightOf(scene)),
-      sky_shapes_{MakeUniformSkyShape()},
-      view_builder_(scene, sky_shapes_, options.view),
+      view_builder_(scene, options.view),
       interreflection_(objects_) {
   options_.Validate();
   compositor_.SetPhantom(phantom);
@@ -95,9 +102,11 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
             : SunOverSite(*site_, SnapToRaster(frame.time, options_.sun_step_s));
 
     Stopwatch watch;
+    UpdateSkyShapes(transport_sun.direction_enu);
     const SurfaceView& view = view_builder_.Update(frame.camera,
                                                    transport_sun.direction_enu,
                                                    transport_sun.angular_radius_rad,
+                                                   sky_shapes_,
                                                    SampleRegions(frame));
     const bool sun_moved = basis_sun_version_ != view.sun_version;
     if (sun_moved && !objects_.empty()) {
@@ -133,23 +142,37 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
   }
 }
 
+void FramePipeline::UpdateSkyShapes(const glm::dvec3& sun_direction_enu) {
+  const bool first = sky_shapes_.empty();
+  if (!first && sun_direction_enu == sky_shapes_sun_enu_) return;
+  sky_shapes_.resize(options_.sky_shapes.size());
+  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
+    const SkyShapeKind kind = options_.sky_shapes[k];
+    if (first || TurnsWithTheSun(kind)) sky_shapes_[k] = MakeSkyShape(kind, sun_direction_enu);
+  }
+  sky_shapes_sun_enu_ = sun_direction_enu;
+}
+
 void FramePipeline::UpdateBasis() {
   const Survey* survey = view_builder_.SurveyUnderCurrentSun();
   const std::vector<glm::vec3>& directions = scene_.probes.SkyDirections();
   const bool first = !basis_sun_version_.has_value();
-  if (first) {
-    basis_.environment.resize(1 + sky_shapes_.size());
-    basis_.face_radiosity.resize(1 + sky_shapes_.size());
-    basis_.sky_radiance.resize(1 + sky_shapes_.size());
-    basis_.sky_radiance[0].assign(directions.size(), glm::vec3(0.0f));
-    for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
-      if (survey != nullptr) {
-        basis_.environment[1 + k] = EnvironmentOfSky(*survey, k, *sky_shapes_[k]);
-      }
-      basis_.face_radiosity[1 + k] = view_builder_.SkyFaces(k).radiosity;
-      for (const glm::vec3& direction : directions) {
-        basis_.sky_radiance[1 + k].push_back(sky_shapes_[k]->Radiance(direction));
-      }
+  const std::size_t lights = 1 + sky_shapes_.size();
+  basis_.environment.resize(lights);
+  basis_.face_radiosity.resize(lights);
+  basis_.sky_radiance.resize(lights);
+  basis_.sky_radiance[0].assign(directions.size(), glm::vec3(0.0f));
+  std::vector<std::size_t> changed{0};
+  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
+    if (k < basis_shapes_.size() && basis_shapes_[k] == sky_shapes_[k]) continue;
+    changed.push_back(1 + k);
+    if (survey != nullptr) {
+      basis_.environment[1 + k] = EnvironmentOfSky(*survey, k, *sky_shapes_[k]);
+    }
+    basis_.face_radiosity[1 + k] = view_builder_.SkyFaces(k).radiosity;
+    basis_.sky_radiance[1 + k].clear();
+    for (const glm::vec3& direction : directions) {
+      basis_.sky_radiance[1 + k].push_back(sky_shapes_[k]->Radiance(direction));
     }
   }
   if (survey != nullptr) {
@@ -159,8 +182,9 @@ void FramePipeline::UpdateBasis() {
   if (first) {
     folded_ = FoldedVolume(scene_.probes, basis_);
   } else {
-    folded_.UpdateSun(scene_.probes, basis_);
+    for (const std::size_t light : changed) folded_.Refold(scene_.probes, basis_, light);
   }
+  basis_shapes_ = sky_shapes_;
 }
 
 void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {

@@ -1,6 +1,7 @@
 // One frame from the camera's picture to the composite.
 #pragma once
 
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -29,6 +30,8 @@ enum class ProbeRoute {
 
 struct FramePipelineOptions {
   SurfaceViewOptions view;
+  // What the sky's light is a mix of: at least one, each at most once.
+  std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
   // The sun's transport is made for times on this raster, so that it is a pure function of a
   // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
   // every frame.
@@ -82,6 +85,7 @@ class FramePipeline {
   const IrradianceVolume& Volume() const { return volume_; }
 
  private:
+  void UpdateSkyShapes(const glm::dvec3& sun_direction_enu);
   void UpdateBasis();
   void Shade(const Lighting& lighting, StageTimes& times);
 
@@ -93,9 +97,12 @@ class FramePipeline {
   FramePipelineOptions options_;
   ScaledClearSky clear_sky_;
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;
+  glm::dvec3 sky_shapes_sun_enu_{0.0};  // What those that turn were made for.
   SurfaceViewBuilder view_builder_;
 
+  // What basis_ and folded_ were made for.
   std::optional<std::uint64_t> basis_sun_version_;
+  std::vector<std::shared_ptr<const SkyShape>> basis_shapes_;
   BasisLights basis_;
   FoldedVolume folded_;
   RgbImage environment_;

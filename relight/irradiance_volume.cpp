@@ -85,15 +85,19 @@ FoldedVolume::FoldedVolume(const ProbeOperator& probes, const BasisLights& basis
   }
 }
 
-void FoldedVolume::UpdateSun(const ProbeOperator& probes, const BasisLights& basis) {
+void FoldedVolume::Refold(const ProbeOperator& probes,
+                          const BasisLights& basis,
+                          std::size_t light) {
   if (probes_of_basis_.empty()) {
-    throw std::logic_error("folded volume: UpdateSun before anything was folded");
+    throw std::logic_error("folded volume: Refold before anything was folded");
   }
-  if (LightCount(basis) != probes_of_basis_.size() || probes.Valid() != valid_) {
+  if (LightCount(basis) != probes_of_basis_.size() || probes.Valid() != valid_ ||
+      light >= probes_of_basis_.size()) {
     throw std::invalid_argument(
-        "folded volume: UpdateSun with another operator or another number of basis lights");
+        "folded volume: Refold with another operator, another number of basis lights, or a light "
+        "past the last");
   }
-  probes_of_basis_[0] = Fold(probes, basis, 0);
+  probes_of_basis_[light] = Fold(probes, basis, light);
 }
 
 void FoldedVolume::Combine(const Lighting& lighting, IrradianceVolume& volume) const {

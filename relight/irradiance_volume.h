@@ -62,8 +62,9 @@ class FoldedVolume {
  public:
   FoldedVolume() = default;
   FoldedVolume(const ProbeOperator& probes, const BasisLights& basis);
-  // Refolds the sun's part alone. Throws std::logic_error before anything was folded.
-  void UpdateSun(const ProbeOperator& probes, const BasisLights& basis);
+  // Folds basis light `light` anew (0 is the sun). Throws std::logic_error before anything was
+  // folded, std::invalid_argument for another operator, another number of lights, or no such light.
+  void Refold(const ProbeOperator& probes, const BasisLights& basis, std::size_t light);
   // Writes into `volume`, which keeps its memory from frame to frame.
   // Throws std::invalid_argument when `lighting` has other sky components than were folded.
   void Combine(const Lighting& lighting, IrradianceVolume& volume) const;

@@ -1,12 +1,17 @@
 #include "relight/sky_shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include <tbb/parallel_for.h>
+#include <glm/geometric.hpp>
+
 #include "scene/lat_long.h"
+#include "sunmodel/sky_luminance.h"
 
 namespace pleinair {
 namespace {
@@ -17,6 +22,77 @@ class UniformSkyShape final : public SkyShape {
   glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
     return glm::vec3(direction_enu.z > 0.0f ? std::numbers::inv_pi_v<float> : 0.0f);
   }
+};
+
+class OvercastSkyShape final : public SkyShape {
+ public:
+  std::string Name() const override { return "overcast"; }
+  glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
+    // The integral of (1 + 2 sin e) / 3 times sin e over the hemisphere.
+    constexpr double kIrradiance = 7.0 * std::numbers::pi / 9.0;
+    return glm::vec3(
+        static_cast<float>(OvercastSkyLuminance(glm::dvec3(direction_enu)) / kIrradiance));
+  }
+};
+
+// A table over the hemisphere's equal-area map to a disc, (x, y) / sqrt(1 + z): a look-up costs a
+// square root, where the model itself costs six exponentials and an arc tangent.
+class ClearSkyShape final : public SkyShape {
+ public:
+  explicit ClearSkyShape(const glm::dvec3& sun_direction_enu)
+      : table_(kSide * kSide, glm::vec3(0.0f)) {
+    const ClearSkyDistribution sky(sun_direction_enu);
+    tbb::parallel_for(0, kSide, [&](int row) {
+      for (int column = 0; column < kSide; ++column) {
+        table_[Cell(row, column)] = glm::vec3(sky.Radiance(DirectionAtCell(row, column)));
+      }
+    });
+    glm::dvec3 irradiance(0.0);
+    for (int row = 0; row < kSide; ++row) {
+      for (int column = 0; column < kSide; ++column) {
+        if (!InsideDisc(row, column)) continue;
+        irradiance += DirectionAtCell(row, column).z * glm::dvec3(table_[Cell(row, column)]);
+      }
+    }
+    irradiance *= kCellSolidAngle;
+    for (glm::vec3& value : table_) value = glm::vec3(glm::dvec3(value) / irradiance);
+  }
+  std::string Name() const override { return "clear"; }
+  glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
+    if (!(direction_enu.z > 0.0f)) return glm::vec3(0.0f);
+    const float scale = 0.5f * kSide / std::sqrt(1.0f + direction_enu.z);
+    const auto cell = [&](float coordinate) {
+      return std::clamp(static_cast<int>(0.5f * kSide + scale * coordinate), 0, kSide - 1);
+    };
+    return table_[Cell(cell(direction_enu.y), cell(direction_enu.x))];
+  }
+
+ private:
+  static constexpr int kSide = 256;
+  // The unit disc stands for the hemisphere.
+  static constexpr double kCellSolidAngle = 2.0 * 4.0 / (double{kSide} * kSide);
+
+  static std::size_t Cell(int row, int column) {
+    return static_cast<std::size_t>(row * kSide + column);
+  }
+  static glm::dvec2 DiscPoint(int row, int column) {
+    return {(column + 0.5) * 2.0 / kSide - 1.0, (row + 0.5) * 2.0 / kSide - 1.0};
+  }
+  static bool InsideDisc(int row, int column) {
+    const glm::dvec2 point = DiscPoint(row, column);
+    return glm::dot(point, point) < 1.0;
+  }
+  // Cells on the rim whose centre is outside stand for the horizon next to them.
+  static glm::dvec3 DirectionAtCell(int row, int column) {
+    const glm::dvec2 point = DiscPoint(row, column);
+    const double radius_squared = glm::dot(point, point);
+    constexpr double kLeastSine = 0.5 / kSide;
+    const double z = std::max(1.0 - radius_squared, kLeastSine);
+    const double level = std::sqrt((1.0 - z * z) / radius_squared);
+    return {level * point.x, level * point.y, z};
+  }
+
+  std::vector<glm::vec3> table_;
 };
 
 // Row y's centre is on or above the horizon.
@@ -108,6 +184,41 @@ void CheckSkyImage(const RgbImage& sky) {
 
 std::shared_ptr<const SkyShape> MakeUniformSkyShape() {
   return std::make_shared<UniformSkyShape>();
+}
+
+std::shared_ptr<const SkyShape> MakeOvercastSkyShape() {
+  return std::make_shared<OvercastSkyShape>();
+}
+
+std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu) {
+  return std::make_shared<ClearSkyShape>(sun_direction_enu);
+}
+
+std::string_view NameOf(SkyShapeKind kind) {
+  switch (kind) {
+    case SkyShapeKind::kUniform:
+      return "uniform";
+    case SkyShapeKind::kOvercast:
+      return "overcast";
+    case SkyShapeKind::kClear:
+      return "clear";
+  }
+  return "";
+}
+
+bool TurnsWithTheSun(SkyShapeKind kind) { return kind == SkyShapeKind::kClear; }
+
+std::shared_ptr<const SkyShape> MakeSkyShape(SkyShapeKind kind,
+                                             const glm::dvec3& sun_direction_enu) {
+  switch (kind) {
+    case SkyShapeKind::kUniform:
+      return MakeUniformSkyShape();
+    case SkyShapeKind::kOvercast:
+      return MakeOvercastSkyShape();
+    case SkyShapeKind::kClear:
+      return MakeClearSkyShape(sun_direction_enu);
+  }
+  throw std::invalid_argument("sky shape: no such kind");
 }
 
 std::shared_ptr<const SkyShape> MakeImageSkyShape(std::string name, const RgbImage& sky_radiance) {

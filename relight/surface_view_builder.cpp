@@ -64,7 +64,6 @@ struct SurfaceViewBuilder::Impl {
   };
 
   const PreparedScene& scene;
-  std::vector<std::shared_ptr<const SkyShape>> shapes;
   SurfaceViewOptions options;
 
   SurfaceView view;
@@ -74,20 +73,16 @@ struct SurfaceViewBuilder::Impl {
   Gray8Image mesh_edges;
   GrayImage survey_edge_distance_px;  // In view pixels; infinite where the survey says nothing.
 
-  std::vector<FaceLight> sky_faces;
+  std::vector<std::shared_ptr<const SkyShape>> shapes;
+  std::vector<FaceLight> sky_faces;  // Per shape.
   FaceLight sun_faces;
 
   std::optional<Survey> survey_now;
+  std::vector<std::shared_ptr<const SkyShape>> survey_shapes;
   std::uint64_t survey_sun_version = 0;
 
-  Impl(const PreparedScene& prepared,
-       std::vector<std::shared_ptr<const SkyShape>> sky_shapes,
-       const SurfaceViewOptions& view_options)
-      : scene(prepared), shapes(std::move(sky_shapes)), options(view_options) {
-    for (const std::shared_ptr<const SkyShape>& shape : shapes) {
-      sky_faces.push_back(scene.transport.SolveSky(scene.patches, *shape, scene.options.bounces));
-    }
-  }
+  Impl(const PreparedScene& prepared, const SurfaceViewOptions& view_options)
+      : scene(prepared), options(view_options) {}
 
   void BuildGeometry(const Camera& camera) {
     view.camera = camera;
@@ -98,11 +93,30 @@ struct SurfaceViewBuilder::Impl {
     FillAlbedo(face, pixels);
     gather =
         SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
-    view.sky_response.assign(shapes.size(), RgbImage(view.Width(), view.Height()));
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-      SkyResponse(gather, k, view.sky_response[k].pixels);
-    }
     ++view.geometry_version;
+  }
+
+  // Makes what is not there yet: all of it where the view has changed, else where a shape has.
+  void BuildSky(std::span<const std::shared_ptr<const SkyShape>> wanted, bool view_has_changed) {
+    const std::vector<std::shared_ptr<const SkyShape>> before = std::exchange(
+        shapes, std::vector<std::shared_ptr<const SkyShape>>(wanted.begin(), wanted.end()));
+    if (!view_has_changed && before == shapes) return;
+    sky_faces.resize(shapes.size());
+    view.sky_shape_names.resize(shapes.size());
+    view.sky_response.resize(shapes.size());
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      const bool is_new = k >= before.size() || before[k] != shapes[k];
+      if (is_new) {
+        sky_faces[k] = scene.transport.SolveSky(scene.patches, *shapes[k], scene.options.bounces);
+        view.sky_shape_names[k] = shapes[k]->Name();
+      }
+      if (is_new || view_has_changed) {
+        view.sky_response[k].width = view.Width();
+        view.sky_response[k].height = view.Height();
+        SkyResponse(gather, k, view.sky_response[k].pixels);
+      }
+    }
+    ++view.sky_version;
   }
 
   void SkyResponse(const SurfaceGather& receivers,
@@ -112,6 +126,20 @@ struct SurfaceViewBuilder::Impl {
     const std::vector<glm::vec3> bounced = receivers.Rays().FromFaces(sky_faces[k].radiosity);
     for (std::size_t i = 0; i < response.size(); ++i) response[i] += bounced[i];
     receivers.Blend(response, at_pixels);
+  }
+
+  void UpdateSurveySky(Survey& survey) {
+    const std::vector<std::shared_ptr<const SkyShape>> before =
+        std::exchange(survey_shapes, shapes);
+    survey.view.sky_shape_names = view.sky_shape_names;
+    survey.view.sky_response.resize(shapes.size());
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      if (k < before.size() && before[k] == shapes[k]) continue;
+      RgbImage& response = survey.view.sky_response[k];
+      response.width = survey.view.Width();
+      response.height = survey.view.Height();
+      SkyResponse(*survey.gather, k, response.pixels);
+    }
   }
 
   void FillAlbedo(const Image<std::int32_t>& face, const CameraPixels& pixels) {
@@ -222,16 +250,17 @@ struct SurfaceViewBuilder::Impl {
 };
 
 SurfaceViewBuilder::SurfaceViewBuilder(const PreparedScene& scene,
-                                       std::vector<std::shared_ptr<const SkyShape>> sky_shapes,
                                        const SurfaceViewOptions& options)
-    : impl_(std::make_unique<Impl>(scene, std::move(sky_shapes), options)) {}
+    : impl_(std::make_unique<Impl>(scene, options)) {}
 
 SurfaceViewBuilder::~SurfaceViewBuilder() = default;
 
-const SurfaceView& SurfaceViewBuilder::Update(const Camera& camera,
-                                              const glm::dvec3& sun_direction_enu,
-                                              double sun_angular_radius_rad,
-                                              std::span<const SampleRegionPolygon> polygons) {
+const SurfaceView& SurfaceViewBuilder::Update(
+    const Camera& camera,
+    const glm::dvec3& sun_direction_enu,
+    double sun_angular_radius_rad,
+    std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
+    std::span<const SampleRegionPolygon> polygons) {
   Impl& impl = *impl_;
   const bool geometry_stands = impl.view.geometry_version > 0 && impl.view.camera == camera &&
                                SamePolygons(impl.polygons, polygons);
@@ -239,6 +268,7 @@ const SurfaceView& SurfaceViewBuilder::Update(const Camera& camera,
     impl.BuildGeometry(camera);
     impl.LimitTo(polygons);
   }
+  impl.BuildSky(sky_shapes, !geometry_stands);
   const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
   if (!geometry_stands || impl.sun != key) impl.BuildSun(key);
   return impl.view;
@@ -248,17 +278,10 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
   Impl& impl = *impl_;
   if (!impl.scene.survey) return nullptr;
   if (!impl.sun) throw std::logic_error("SurveyUnderCurrentSun: called before the first Update");
-  if (!impl.survey_now) {
-    impl.survey_now = *impl.scene.survey;
-    SurfaceView& view = impl.survey_now->view;
-    view.sky_response.assign(impl.shapes.size(), RgbImage(view.Width(), view.Height()));
-    for (std::size_t k = 0; k < impl.shapes.size(); ++k) {
-      impl.SkyResponse(*impl.survey_now->gather, k, view.sky_response[k].pixels);
-    }
-  } else if (impl.survey_sun_version == impl.view.sun_version) {
-    return &*impl.survey_now;
-  }
+  if (!impl.survey_now) impl.survey_now = *impl.scene.survey;
   Survey& survey = *impl.survey_now;
+  impl.UpdateSurveySky(survey);
+  if (impl.survey_sun_version == impl.view.sun_version) return &survey;
   const SunDisc disc(
       impl.sun->direction_enu, impl.sun->angular_radius_rad, impl.options.sun_disc_samples);
   survey.view.sun_direction_enu = impl.sun->direction_enu;

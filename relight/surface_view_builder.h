@@ -27,23 +27,22 @@ struct SampleRegionPolygon {
 
 class SurfaceViewBuilder {
  public:
-  // Keeps references to `scene` and the shapes.
-  SurfaceViewBuilder(const PreparedScene& scene,
-                     std::vector<std::shared_ptr<const SkyShape>> sky_shapes,
-                     const SurfaceViewOptions& options);
+  // Keeps a reference to `scene`.
+  SurfaceViewBuilder(const PreparedScene& scene, const SurfaceViewOptions& options);
   ~SurfaceViewBuilder();
 
-  // The view of `camera` under a sun at `sun_direction_enu`: kept from the last call where the
-  // arguments are the same, rebuilt in parts otherwise. A pure function of its arguments; callers
-  // who want to save time snap the sun to steps of time. `polygons`, when not empty, limit
-  // may_be_sampled to their insides.
+  // The view of `camera` under `sky_shapes` and a sun at `sun_direction_enu`: kept from the last
+  // call where the arguments are the same (of a shape: the same object), rebuilt in parts
+  // otherwise. A pure function of its arguments; callers who want to save time snap the sun to
+  // steps of time. `polygons`, when not empty, limit may_be_sampled to their insides.
   const SurfaceView& Update(const Camera& camera,
                             const glm::dvec3& sun_direction_enu,
                             double sun_angular_radius_rad,
+                            std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
                             std::span<const SampleRegionPolygon> polygons);
 
-  // The survey with its map's sun_visibility, sun_bounce and sky_response (per sky shape of this
-  // builder) made for the sun of the last Update; worked out at the first call after the sun moved.
+  // The survey with its map's sun_visibility, sun_bounce and sky_response (per sky shape) made for
+  // the sun and shapes of the last Update; worked out at the first call after they changed.
   // Null without a survey.
   const Survey* SurveyUnderCurrentSun();
 

@@ -28,6 +28,7 @@ struct SurfaceView {
   Image<glm::vec3> albedo_rgb;
   Image<std::uint8_t> albedo_measured;         // 1: from the survey, 0: filled by material or Kd.
   Image<std::uint8_t> may_be_sampled;          // 1: diffuse region, inside the masks, reliable.
+  std::vector<std::string> sky_shape_names;    // As in lighting.jsonl's sky_shape.
   std::vector<Image<glm::vec3>> sky_response;  // Per sky shape: c + c_bounce.
   Image<float> sun_visibility;                 // s, share of the disc seen, 0..1.
   Image<glm::vec3> sun_bounce;                 // s_bounce.
@@ -39,8 +40,9 @@ struct SurfaceView {
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // The one that the sun_* images are for.
 
   // Change whenever the images they stand for do: lets a consumer keep what it derived or uploaded.
-  std::uint64_t geometry_version = 0;
-  std::uint64_t sun_version = 0;
+  std::uint64_t geometry_version = 0;  // Of all but what follows.
+  std::uint64_t sky_version = 0;       // Of sky_response.
+  std::uint64_t sun_version = 0;       // Of the sun_* images and edge_distance_px.
 
   int Width() const { return region.width; }
   int Height() const { return region.height; }

@@ -60,6 +60,12 @@ void SurfaceTextures::Update(const SurfaceView& view) {
     }
     Upload(albedo_, size.width, size.height, GL_RGBA, GL_FLOAT, albedo);
     Upload(normal_, size.width, size.height, GL_RGB, GL_FLOAT, view.normal_world.pixels);
+    geometry_version_ = view.geometry_version;
+    geometry_data_ = view.albedo_rgb.pixels.data();
+  }
+  const void* sky_data =
+      view.sky_response.empty() ? nullptr : view.sky_response.front().pixels.data();
+  if (is_resized || view.sky_version != sky_version_ || sky_data != sky_data_) {
     glBindTexture(GL_TEXTURE_2D_ARRAY, sky_response_.Name());
     for (int k = 0; k < size.sky_shapes; ++k) {
       glTexSubImage3D(GL_TEXTURE_2D_ARRAY,
@@ -74,8 +80,8 @@ void SurfaceTextures::Update(const SurfaceView& view) {
                       GL_FLOAT,
                       view.sky_response[static_cast<std::size_t>(k)].pixels.data());
     }
-    geometry_version_ = view.geometry_version;
-    geometry_data_ = view.albedo_rgb.pixels.data();
+    sky_version_ = view.sky_version;
+    sky_data_ = sky_data;
   }
   if (is_resized || view.sun_version != sun_version_ ||
       view.sun_visibility.pixels.data() != sun_data_) {

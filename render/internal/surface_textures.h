@@ -38,8 +38,10 @@ class SurfaceTextures {
   Size camera_size_;
   // Versions alone would take two views that were both never versioned for the same one.
   const void* geometry_data_ = nullptr;
+  const void* sky_data_ = nullptr;
   const void* sun_data_ = nullptr;
   std::uint64_t geometry_version_ = 0;
+  std::uint64_t sky_version_ = 0;
   std::uint64_t sun_version_ = 0;
   GlObject camera_;
   GlObject clipped_;

@@ -256,12 +256,31 @@ TEST(LightingFit, TellsTwoSkyShapesApart) {
     sample.sky_transport_rgb[1] = sample.sky_transport_rgb[0] * uniform(random);
     sample.radiance_rgb += second * sample.sky_transport_rgb[1];
   }
-  const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(2), true);
+  LightingFitOptions options;
+  options.shape_share_spread = 1e6;  // The samples alone are to tell.
+  options.shape_share_colour_spread = 1e6;
+  const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(2), true, options);
   ASSERT_EQ(fit.irradiance_rgb.size(), 9);
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(fit.irradiance_rgb[c], scene.sun[c], 1e-5 * scene.sun[c]);
     EXPECT_NEAR(fit.irradiance_rgb[3 + c], scene.sky[c], 1e-5 * scene.sun[c]);
     EXPECT_NEAR(fit.irradiance_rgb[6 + c], second[c], 1e-5 * scene.sun[c]);
+  }
+}
+
+TEST(LightingFit, SharesAreEqualWhereSamplesCannotTellTheShapesApart) {
+  const SyntheticScene scene;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  for (DiffuseSample& sample : samples) {
+    sample.sky_transport_rgb[2] = sample.sky_transport_rgb[1] = sample.sky_transport_rgb[0];
+  }
+  const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(3), true);
+  // Exact data: what is left is the weak prior's pull, and the expected noise's.
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(fit.irradiance_rgb[c], scene.sun[c], 1e-5 * scene.sun[c]);
+    for (int k = 1; k <= 3; ++k) {
+      EXPECT_NEAR(fit.irradiance_rgb[3 * k + c], scene.sky[c] / 3.0, 1e-4 * scene.sky[c]);
+    }
   }
 }
 

@@ -42,6 +42,7 @@ inline SurfaceView MakeView(const SyntheticPicture& picture) {
   view.albedo_rgb = Image<glm::vec3>(width, height);
   view.albedo_measured = Image<std::uint8_t>(width, height, 1);
   view.may_be_sampled = Image<std::uint8_t>(width, height, 1);
+  view.sky_shape_names = {"uniform"};
   view.sky_response.assign(1, Image<glm::vec3>(width, height));
   view.sun_visibility = Image<float>(width, height);
   view.sun_bounce = Image<glm::vec3>(width, height);

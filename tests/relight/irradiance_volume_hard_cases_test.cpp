@@ -201,7 +201,7 @@ TEST(IrradianceVolumeHardCases, RefusesWhatDoesNotFit) {
   FoldedVolume folded(probes, basis);
   IrradianceVolume out;
   EXPECT_THROW(folded.Combine(Lighting{}, out), std::invalid_argument);
-  EXPECT_THROW(FoldedVolume{}.UpdateSun(probes, basis), std::logic_error);
+  EXPECT_THROW(FoldedVolume{}.Refold(probes, basis, 0), std::logic_error);
   EXPECT_THROW(FoldedVolume{}.Combine(Lighting{}, out), std::invalid_argument);
 }
 

@@ -216,7 +216,7 @@ TEST(IrradianceVolume, RefoldingTheSunIsFoldingAnew) {
   FoldedVolume kept(yard.probes, yard.basis);
   yard.basis.environment[0] = EnvironmentOfSun(yard.survey, {0.0, 0.0, 1.0});
   yard.basis.face_radiosity[0] = yard.FaceLight(5);
-  kept.UpdateSun(yard.probes, yard.basis);
+  kept.Refold(yard.probes, yard.basis, 0);
   IrradianceVolume refolded, anew;
   kept.Combine(kDay, refolded);
   FoldedVolume(yard.probes, yard.basis).Combine(kDay, anew);

@@ -34,8 +34,10 @@ Camera LookingNorth(const glm::dvec3& position_m, int width_px = 96, int height_
 
 const Camera kCamera = LookingNorth({1.0, -6.0, 2.0});
 
+const std::vector<std::shared_ptr<const SkyShape>> kUniform{MakeUniformSkyShape()};
+
 SurfaceViewBuilder Builder(const PreparedScene& scene, int block_px = 4) {
-  return {scene, {MakeUniformSkyShape()}, {.receiver_block_px = block_px}};
+  return {scene, {.receiver_block_px = block_px}};
 }
 
 const PreparedScene& SiteWithoutAMap() {
@@ -57,7 +59,8 @@ const PreparedScene& SiteWithoutAMap() {
 // 4 %: the survey's own spread of albedos (see survey_test.cpp).
 TEST(SurfaceViewBuilder, TakesTheAlbedoThatTheSurveyFoundAtTheSamePoint) {
   SurfaceViewBuilder builder = Builder(ThePreparedSite());
-  const SurfaceView& view = builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, {});
+  const SurfaceView& view =
+      builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, kUniform, {});
   int sampled = 0;
   for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
     if (view.may_be_sampled.pixels[i] == 0 || view.edge_distance_px.pixels[i] < 3.0f) continue;
@@ -74,8 +77,8 @@ TEST(SurfaceViewBuilder, TakesTheAlbedoThatTheSurveyFoundAtTheSamePoint) {
 // Behind the low wall, seen from the map's place, the map knows nothing.
 TEST(SurfaceViewBuilder, WhatTheMapCannotSeeIsNotMeasured) {
   SurfaceViewBuilder builder = Builder(ThePreparedSite());
-  const SurfaceView& view =
-      builder.Update(LookingNorth({6.0, -3.0, 2.5}), TheKnownSite().sun_direction_enu, kRadius, {});
+  const SurfaceView& view = builder.Update(
+      LookingNorth({6.0, -3.0, 2.5}), TheKnownSite().sun_direction_enu, kRadius, kUniform, {});
   const SurfaceView& survey = ThePreparedSite().survey->view;
   int hidden = 0;
   for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
@@ -94,7 +97,8 @@ TEST(SurfaceViewBuilder, WhatTheMapCannotSeeIsNotMeasured) {
 
 TEST(SurfaceViewBuilder, WithoutAMapTheMaterialsAlbedoCounts) {
   SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
-  const SurfaceView& view = builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, {});
+  const SurfaceView& view =
+      builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, kUniform, {});
   EXPECT_EQ(builder.SurveyUnderCurrentSun(), nullptr);
   for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
     const std::int32_t region = view.region.pixels[i];
@@ -114,8 +118,8 @@ TEST(SurfaceViewBuilder, BlendedReceiversComeCloseToExactOnes) {
   SurfaceViewBuilder blended = Builder(SiteWithoutAMap(), 4);
   SurfaceViewBuilder exact = Builder(SiteWithoutAMap(), 1);
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
-  const SurfaceView& a = blended.Update(kCamera, sun, kRadius, {});
-  const SurfaceView& b = exact.Update(kCamera, sun, kRadius, {});
+  const SurfaceView& a = blended.Update(kCamera, sun, kRadius, kUniform, {});
+  const SurfaceView& b = exact.Update(kCamera, sun, kRadius, kUniform, {});
   double squares = 0.0;
   int count = 0;
   for (std::size_t i = 0; i < a.region.pixels.size(); ++i) {
@@ -134,22 +138,22 @@ TEST(SurfaceViewBuilder, BlendedReceiversComeCloseToExactOnes) {
 TEST(SurfaceViewBuilder, IsAPureFunctionOfItsArguments) {
   SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
-  const SurfaceView first = builder.Update(kCamera, sun, kRadius, {});
+  const SurfaceView first = builder.Update(kCamera, sun, kRadius, kUniform, {});
   const std::uint64_t geometry = first.geometry_version;
   const std::uint64_t sun_version = first.sun_version;
 
-  const SurfaceView& kept = builder.Update(kCamera, sun, kRadius, {});
+  const SurfaceView& kept = builder.Update(kCamera, sun, kRadius, kUniform, {});
   EXPECT_EQ(kept.geometry_version, geometry);
   EXPECT_EQ(kept.sun_version, sun_version);
 
   const SurfaceView& moved =
-      builder.Update(kCamera, glm::normalize(glm::dvec3(0.6, -0.4, 0.5)), kRadius, {});
+      builder.Update(kCamera, glm::normalize(glm::dvec3(0.6, -0.4, 0.5)), kRadius, kUniform, {});
   EXPECT_EQ(moved.geometry_version, geometry);
   EXPECT_NE(moved.sun_version, sun_version);
   EXPECT_NE(moved.sun_visibility.pixels, first.sun_visibility.pixels);
 
-  builder.Update(LookingNorth({0.0, -9.0, 3.0}), sun, kRadius, {});
-  const SurfaceView& back = builder.Update(kCamera, sun, kRadius, {});
+  builder.Update(LookingNorth({0.0, -9.0, 3.0}), sun, kRadius, kUniform, {});
+  const SurfaceView& back = builder.Update(kCamera, sun, kRadius, kUniform, {});
   EXPECT_NE(back.geometry_version, geometry);
   EXPECT_EQ(back.sky_response[0].pixels, first.sky_response[0].pixels);
   EXPECT_EQ(back.sun_bounce.pixels, first.sun_bounce.pixels);
@@ -162,7 +166,7 @@ TEST(SurfaceViewBuilder, PolygonsLimitWhereItMayBeSampled) {
   const std::vector<SampleRegionPolygon> polygons{
       {"ground", {{10.0, 10.0}, {60.0, 10.0}, {60.0, 70.0}, {10.0, 70.0}}}};
   const SurfaceView& view =
-      builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, polygons);
+      builder.Update(kCamera, TheKnownSite().sun_direction_enu, kRadius, kUniform, polygons);
   int sampled = 0;
   for (int y = 0; y < view.Height(); ++y) {
     for (int x = 0; x < view.Width(); ++x) {
@@ -180,7 +184,8 @@ TEST(SurfaceViewBuilder, PixelsSeeThroughTheDistortedLens) {
   Camera camera = kCamera;
   camera.intrinsics.distortion = {-0.2, 0.05, 0.001, -0.001, 0.0};
   SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
-  const SurfaceView& view = builder.Update(camera, TheKnownSite().sun_direction_enu, kRadius, {});
+  const SurfaceView& view =
+      builder.Update(camera, TheKnownSite().sun_direction_enu, kRadius, kUniform, {});
   for (int y = 0; y < view.Height(); y += 5) {
     for (int x = 0; x < view.Width(); x += 5) {
       if (view.region.At(x, y) == SurfaceView::kNoRegion) continue;
@@ -204,12 +209,12 @@ TEST(SurfaceViewBuilder, TheSurveysMapFollowsTheSun) {
   const PreparedScene& prepared = ThePreparedSite();
   SurfaceViewBuilder builder = Builder(prepared);
   EXPECT_THROW(builder.SurveyUnderCurrentSun(), std::logic_error);
-  builder.Update(kCamera, prepared.survey->light.sun_direction_enu, kRadius, {});
+  builder.Update(kCamera, prepared.survey->light.sun_direction_enu, kRadius, kUniform, {});
   const Survey* now = builder.SurveyUnderCurrentSun();
   EXPECT_EQ(now->view.sun_visibility.pixels, prepared.survey->view.sun_visibility.pixels);
   EXPECT_EQ(now->view.sun_bounce.pixels, prepared.survey->view.sun_bounce.pixels);
   EXPECT_EQ(now->view.albedo_rgb.pixels, prepared.survey->view.albedo_rgb.pixels);
-  builder.Update(kCamera, glm::normalize(glm::dvec3(0.6, -0.4, 0.5)), kRadius, {});
+  builder.Update(kCamera, glm::normalize(glm::dvec3(0.6, -0.4, 0.5)), kRadius, kUniform, {});
   now = builder.SurveyUnderCurrentSun();
   EXPECT_NE(now->view.sun_visibility.pixels, prepared.survey->view.sun_visibility.pixels);
   EXPECT_EQ(now, builder.SurveyUnderCurrentSun());
@@ -218,11 +223,11 @@ TEST(SurfaceViewBuilder, TheSurveysMapFollowsTheSun) {
 TEST(SurfaceViewBuilderHardCases, APictureOfOnePixelAndOneOfSkyAlone) {
   SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
-  EXPECT_EQ(builder.Update(LookingNorth({0, -6, 2}, 1, 1), sun, kRadius, {}).Width(), 1);
+  EXPECT_EQ(builder.Update(LookingNorth({0, -6, 2}, 1, 1), sun, kRadius, kUniform, {}).Width(), 1);
   Camera up = kCamera;
   up.camera_from_world = glm::dmat4(glm::dmat3(1, 0, 0, 0, 1, 0, 0, 0, 1));
   up.camera_from_world[3] = glm::dvec4(0.0, 6.0, -50.0, 1.0);
-  const SurfaceView& view = builder.Update(up, sun, kRadius, {});
+  const SurfaceView& view = builder.Update(up, sun, kRadius, kUniform, {});
   for (const std::int32_t region : view.region.pixels) EXPECT_EQ(region, SurfaceView::kNoRegion);
 }
 
