@@ -19,6 +19,7 @@
 #include "pipeline/sun_state.h"
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
+#include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "relight/environment.h"
 #include "relight/irradiance_volume.h"
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "relight/vertex_irradiance.h"
 #include "tests/relight/probe_test_scenes.h"
 

@@ -19,6 +19,7 @@
 #include "relight/vertex_irradiance.h"
 #include "render/compositor.h"
 #include "sunmodel/site.h"
+#include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "relight/survey.h"
 #include "scene/image.h"
 #include "scene/lighting.h"

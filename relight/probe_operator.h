@@ -10,7 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "relight/patch_scene.h"
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "relight/survey.h"
 #include "scene/spherical_harmonics.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "relight/prepared_scene.h"
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {

@@ -2,7 +2,7 @@
 
 #include "relight/environment.h"
 #include "relight/internal/surface_gather.h"
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 
 namespace pleinair {
 

@@ -12,7 +12,7 @@
 #include <glm/geometric.hpp>
 
 #include "relight/internal/sky_completion.h"
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "scene/lat_long.h"
 
 namespace pleinair {

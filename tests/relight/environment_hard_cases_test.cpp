@@ -6,7 +6,7 @@
 #include <tbb/global_control.h>
 
 #include "relight/environment.h"
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair {

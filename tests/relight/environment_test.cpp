@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "scene/lat_long.h"
 
 namespace pleinair {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "relight/vertex_irradiance.h"
 #include "tests/relight/probe_test_scenes.h"
 

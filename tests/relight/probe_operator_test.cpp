@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <cereal/archives/portable_binary.hpp>
 
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair {

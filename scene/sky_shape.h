@@ -1,9 +1,11 @@
 // Fixed functions of direction that a sky's light is a mix of.
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -22,22 +24,29 @@ class SkyShape {
 };
 
 std::shared_ptr<const SkyShape> MakeUniformSkyShape();
-// OvercastSkyLuminance's, grey: "overcast".
-std::shared_ptr<const SkyShape> MakeOvercastSkyShape();
-// ClearSkyDistribution's for the sun at `sun_direction_enu`: "clear". Looked up in cells of half a
-// degree. Throws std::invalid_argument as ClearSkyDistribution does.
-std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu);
 
-// The shapes above by name: what the sky's light is fitted as a mix of.
-enum class SkyShapeKind { kUniform, kOvercast, kClear };
-inline constexpr SkyShapeKind kAllSkyShapeKinds[] = {
-    SkyShapeKind::kUniform, SkyShapeKind::kOvercast, SkyShapeKind::kClear};
+// A sky by a table over the hemisphere's equal-area map to a disc: a look-up costs a square root.
+// Directions within one cell, 0.45 deg across, are alike.
+class SkyTable {
+ public:
+  static constexpr int kSide = 256;
+  static constexpr std::size_t kCells = std::size_t{kSide} * kSide;
 
-std::string_view NameOf(SkyShapeKind kind);
-// Whether the shape is another one for another sun.
-bool TurnsWithTheSun(SkyShapeKind kind);
-std::shared_ptr<const SkyShape> MakeSkyShape(SkyShapeKind kind,
-                                             const glm::dvec3& sun_direction_enu);
+  // Cells whose centre lies outside the disc belong to the horizon next to them.
+  static glm::dvec3 DirectionOfCell(std::size_t cell);
+  // Solid angle that a cell's value counts for in an integral; 0 outside the disc.
+  static double SolidAngleSr(std::size_t cell);
+  // Of a unit direction above the horizon.
+  static std::size_t CellOf(const glm::vec3& direction_enu);
+};
+
+// The shape whose radiance in each of SkyTable's cells is `radiance`, relative. A channel that is
+// black all over stays without light.
+// Throws std::invalid_argument for another length than kCells, a value below 0 or not finite.
+std::shared_ptr<const SkyShape> MakeTableSkyShape(std::string name,
+                                                  std::vector<glm::vec3> radiance);
+// Irradiance of such a table on an unoccluded horizontal plane.
+glm::dvec3 HorizontalIrradiance(std::span<const glm::vec3> table);
 
 // The shape of a lat-long sky image (any size, without the disc), interpolated between its pixels'
 // centres. What the image holds below the horizon is not looked at. A channel that is black all

@@ -1,4 +1,4 @@
-#include "relight/sky_shape.h"
+#include "scene/sky_shape.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
 
 #include "scene/lat_long.h"
-#include "sunmodel/sky_luminance.h"
 
 namespace pleinair {
 namespace {
@@ -24,76 +22,26 @@ class UniformSkyShape final : public SkyShape {
   }
 };
 
-class OvercastSkyShape final : public SkyShape {
+class TableSkyShape final : public SkyShape {
  public:
-  std::string Name() const override { return "overcast"; }
-  glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
-    // The integral of (1 + 2 sin e) / 3 times sin e over the hemisphere.
-    constexpr double kIrradiance = 7.0 * std::numbers::pi / 9.0;
-    return glm::vec3(
-        static_cast<float>(OvercastSkyLuminance(glm::dvec3(direction_enu)) / kIrradiance));
-  }
-};
-
-// A table over the hemisphere's equal-area map to a disc, (x, y) / sqrt(1 + z): a look-up costs a
-// square root, where the model itself costs six exponentials and an arc tangent.
-class ClearSkyShape final : public SkyShape {
- public:
-  explicit ClearSkyShape(const glm::dvec3& sun_direction_enu)
-      : table_(kSide * kSide, glm::vec3(0.0f)) {
-    const ClearSkyDistribution sky(sun_direction_enu);
-    tbb::parallel_for(0, kSide, [&](int row) {
-      for (int column = 0; column < kSide; ++column) {
-        table_[Cell(row, column)] = glm::vec3(sky.Radiance(DirectionAtCell(row, column)));
-      }
-    });
-    glm::dvec3 irradiance(0.0);
-    for (int row = 0; row < kSide; ++row) {
-      for (int column = 0; column < kSide; ++column) {
-        if (!InsideDisc(row, column)) continue;
-        irradiance += DirectionAtCell(row, column).z * glm::dvec3(table_[Cell(row, column)]);
-      }
-    }
-    irradiance *= kCellSolidAngle;
-    for (glm::vec3& value : table_) value = glm::vec3(glm::dvec3(value) / irradiance);
-  }
-  std::string Name() const override { return "clear"; }
+  TableSkyShape(std::string name, std::vector<glm::vec3> table)
+      : name_(std::move(name)), table_(std::move(table)) {}
+  std::string Name() const override { return name_; }
   glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
     if (!(direction_enu.z > 0.0f)) return glm::vec3(0.0f);
-    const float scale = 0.5f * kSide / std::sqrt(1.0f + direction_enu.z);
-    const auto cell = [&](float coordinate) {
-      return std::clamp(static_cast<int>(0.5f * kSide + scale * coordinate), 0, kSide - 1);
-    };
-    return table_[Cell(cell(direction_enu.y), cell(direction_enu.x))];
+    return table_[SkyTable::CellOf(direction_enu)];
   }
 
  private:
-  static constexpr int kSide = 256;
-  // The unit disc stands for the hemisphere.
-  static constexpr double kCellSolidAngle = 2.0 * 4.0 / (double{kSide} * kSide);
-
-  static std::size_t Cell(int row, int column) {
-    return static_cast<std::size_t>(row * kSide + column);
-  }
-  static glm::dvec2 DiscPoint(int row, int column) {
-    return {(column + 0.5) * 2.0 / kSide - 1.0, (row + 0.5) * 2.0 / kSide - 1.0};
-  }
-  static bool InsideDisc(int row, int column) {
-    const glm::dvec2 point = DiscPoint(row, column);
-    return glm::dot(point, point) < 1.0;
-  }
-  // Cells on the rim whose centre is outside stand for the horizon next to them.
-  static glm::dvec3 DirectionAtCell(int row, int column) {
-    const glm::dvec2 point = DiscPoint(row, column);
-    const double radius_squared = glm::dot(point, point);
-    constexpr double kLeastSine = 0.5 / kSide;
-    const double z = std::max(1.0 - radius_squared, kLeastSine);
-    const double level = std::sqrt((1.0 - z * z) / radius_squared);
-    return {level * point.x, level * point.y, z};
-  }
-
+  std::string name_;
   std::vector<glm::vec3> table_;
 };
+
+glm::dvec2 DiscPoint(std::size_t cell) {
+  const auto column = static_cast<double>(cell % SkyTable::kSide);
+  const auto row = static_cast<double>(cell / SkyTable::kSide);
+  return {(column + 0.5) * 2.0 / SkyTable::kSide - 1.0, (row + 0.5) * 2.0 / SkyTable::kSide - 1.0};
+}
 
 // Row y's centre is on or above the horizon.
 bool IsSkyRow(int y, int height) { return 2 * y + 1 <= height; }
@@ -160,6 +108,15 @@ glm::dvec3 IrradianceOfExtended(const RgbImage& extended) {
   return irradiance;
 }
 
+// 0 for a channel without light.
+glm::vec3 InverseOf(const glm::dvec3& irradiance) {
+  glm::dvec3 inverse(0.0);
+  for (int channel = 0; channel < 3; ++channel) {
+    if (irradiance[channel] > 0.0) inverse[channel] = 1.0 / irradiance[channel];
+  }
+  return glm::vec3(inverse);
+}
+
 void CheckSkyImage(const RgbImage& sky) {
   if (sky.width < 1 || sky.height < 2) {
     throw std::invalid_argument("sky image of " + std::to_string(sky.width) + "x" +
@@ -186,50 +143,67 @@ std::shared_ptr<const SkyShape> MakeUniformSkyShape() {
   return std::make_shared<UniformSkyShape>();
 }
 
-std::shared_ptr<const SkyShape> MakeOvercastSkyShape() {
-  return std::make_shared<OvercastSkyShape>();
+// (x, y) / sqrt(1 + z) maps the upper hemisphere to the unit disc, equal areas to equal ones.
+glm::dvec3 SkyTable::DirectionOfCell(std::size_t cell) {
+  const glm::dvec2 point = DiscPoint(cell);
+  const double radius_squared = glm::dot(point, point);
+  constexpr double kLeastSine = 0.5 / kSide;
+  const double z = std::max(1.0 - radius_squared, kLeastSine);
+  const double level = std::sqrt((1.0 - z * z) / radius_squared);
+  return {level * point.x, level * point.y, z};
 }
 
-std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu) {
-  return std::make_shared<ClearSkyShape>(sun_direction_enu);
+double SkyTable::SolidAngleSr(std::size_t cell) {
+  const glm::dvec2 point = DiscPoint(cell);
+  // The disc's area of pi stands for 2 pi steradians.
+  return glm::dot(point, point) < 1.0 ? 2.0 * 4.0 / static_cast<double>(kCells) : 0.0;
 }
 
-std::string_view NameOf(SkyShapeKind kind) {
-  switch (kind) {
-    case SkyShapeKind::kUniform:
-      return "uniform";
-    case SkyShapeKind::kOvercast:
-      return "overcast";
-    case SkyShapeKind::kClear:
-      return "clear";
+std::size_t SkyTable::CellOf(const glm::vec3& direction_enu) {
+  const float scale = 0.5f * kSide / std::sqrt(1.0f + direction_enu.z);
+  const auto index = [&](float coordinate) {
+    return static_cast<std::size_t>(
+        std::clamp(static_cast<int>(0.5f * kSide + scale * coordinate), 0, kSide - 1));
+  };
+  return index(direction_enu.y) * kSide + index(direction_enu.x);
+}
+
+glm::dvec3 HorizontalIrradiance(std::span<const glm::vec3> table) {
+  if (table.size() != SkyTable::kCells) {
+    throw std::invalid_argument(std::string("sky table of ") + std::to_string(table.size()) +
+                                " cells: expected " + std::to_string(SkyTable::kCells));
   }
-  return "";
+  glm::dvec3 irradiance(0.0);
+  for (std::size_t cell = 0; cell < table.size(); ++cell) {
+    const glm::vec3& value = table[cell];
+    for (int channel = 0; channel < 3; ++channel) {
+      if (!(value[channel] >= 0.0f) || !std::isfinite(value[channel])) {
+        throw std::invalid_argument(std::string("sky table: cell ") + std::to_string(cell) +
+                                    " channel " + std::to_string(channel) + " is " +
+                                    std::to_string(value[channel]) +
+                                    ": expected a finite radiance >= 0");
+      }
+    }
+    const double weight = SkyTable::SolidAngleSr(cell);
+    if (weight > 0.0) {
+      irradiance += weight * SkyTable::DirectionOfCell(cell).z * glm::dvec3(value);
+    }
+  }
+  return irradiance;
 }
 
-bool TurnsWithTheSun(SkyShapeKind kind) { return kind == SkyShapeKind::kClear; }
-
-std::shared_ptr<const SkyShape> MakeSkyShape(SkyShapeKind kind,
-                                             const glm::dvec3& sun_direction_enu) {
-  switch (kind) {
-    case SkyShapeKind::kUniform:
-      return MakeUniformSkyShape();
-    case SkyShapeKind::kOvercast:
-      return MakeOvercastSkyShape();
-    case SkyShapeKind::kClear:
-      return MakeClearSkyShape(sun_direction_enu);
-  }
-  throw std::invalid_argument("sky shape: no such kind");
+std::shared_ptr<const SkyShape> MakeTableSkyShape(std::string name,
+                                                  std::vector<glm::vec3> radiance) {
+  const glm::vec3 scale = InverseOf(HorizontalIrradiance(radiance));
+  for (glm::vec3& value : radiance) value *= scale;
+  return std::make_shared<TableSkyShape>(std::move(name), std::move(radiance));
 }
 
 std::shared_ptr<const SkyShape> MakeImageSkyShape(std::string name, const RgbImage& sky_radiance) {
   CheckSkyImage(sky_radiance);
   RgbImage unit_sky = ExtendedOverHorizon(sky_radiance);
-  const glm::dvec3 irradiance = IrradianceOfExtended(unit_sky);
-  glm::dvec3 scale(0.0);
-  for (int channel = 0; channel < 3; ++channel) {
-    if (irradiance[channel] > 0.0) scale[channel] = 1.0 / irradiance[channel];
-  }
-  for (glm::vec3& pixel : unit_sky.pixels) pixel = glm::vec3(scale * glm::dvec3(pixel));
+  const glm::vec3 scale = InverseOf(IrradianceOfExtended(unit_sky));
+  for (glm::vec3& pixel : unit_sky.pixels) pixel *= scale;
   return std::make_shared<ImageSkyShape>(std::move(name), std::move(unit_sky));
 }
 

@@ -1,0 +1,67 @@
+#include "sunmodel/sky_shapes.h"
+
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sunmodel/sky_luminance.h"
+
+namespace pleinair {
+namespace {
+
+class OvercastSkyShape final : public SkyShape {
+ public:
+  std::string Name() const override { return "overcast"; }
+  glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
+    // The integral of (1 + 2 sin e) / 3 times sin e over the hemisphere.
+    constexpr double kIrradiance = 7.0 * std::numbers::pi / 9.0;
+    return glm::vec3(
+        static_cast<float>(OvercastSkyLuminance(glm::dvec3(direction_enu)) / kIrradiance));
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<const SkyShape> MakeOvercastSkyShape() {
+  return std::make_shared<OvercastSkyShape>();
+}
+
+std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu) {
+  const ClearSkyDistribution sky(sun_direction_enu);
+  std::vector<glm::vec3> table(SkyTable::kCells);
+  for (std::size_t cell = 0; cell < table.size(); ++cell) {
+    table[cell] = glm::vec3(sky.Radiance(SkyTable::DirectionOfCell(cell)));
+  }
+  return MakeTableSkyShape("clear", std::move(table));
+}
+
+std::string_view NameOf(SkyShapeKind kind) {
+  switch (kind) {
+    case SkyShapeKind::kUniform:
+      return "uniform";
+    case SkyShapeKind::kOvercast:
+      return "overcast";
+    case SkyShapeKind::kClear:
+      return "clear";
+  }
+  return "";
+}
+
+bool TurnsWithTheSun(SkyShapeKind kind) { return kind == SkyShapeKind::kClear; }
+
+std::shared_ptr<const SkyShape> MakeSkyShape(SkyShapeKind kind,
+                                             const glm::dvec3& sun_direction_enu) {
+  switch (kind) {
+    case SkyShapeKind::kUniform:
+      return MakeUniformSkyShape();
+    case SkyShapeKind::kOvercast:
+      return MakeOvercastSkyShape();
+    case SkyShapeKind::kClear:
+      return MakeClearSkyShape(sun_direction_enu);
+  }
+  throw std::invalid_argument("sky shape: no such kind");
+}
+
+}  // namespace pleinair

@@ -1,0 +1,30 @@
+// The analytic sky shapes, by name: what a sky's light is fitted as a mix of.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include <glm/vec3.hpp>
+
+#include "scene/sky_shape.h"
+
+namespace pleinair {
+
+// OvercastSkyLuminance's, grey: "overcast".
+std::shared_ptr<const SkyShape> MakeOvercastSkyShape();
+// ClearSkyDistribution's for the sun at `sun_direction_enu`: "clear". Looked up in cells of half a
+// degree. Throws std::invalid_argument as ClearSkyDistribution does.
+std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu);
+
+// The shapes above by name: what the sky's light is fitted as a mix of.
+enum class SkyShapeKind { kUniform, kOvercast, kClear };
+inline constexpr SkyShapeKind kAllSkyShapeKinds[] = {
+    SkyShapeKind::kUniform, SkyShapeKind::kOvercast, SkyShapeKind::kClear};
+
+std::string_view NameOf(SkyShapeKind kind);
+// Whether the shape is another one for another sun.
+bool TurnsWithTheSun(SkyShapeKind kind);
+std::shared_ptr<const SkyShape> MakeSkyShape(SkyShapeKind kind,
+                                             const glm::dvec3& sun_direction_enu);
+
+}  // namespace pleinair
