@@ -81,6 +81,12 @@ std::string LightingLine(const Frame& frame, const FrameResult& result) {
   line["condition_number"] =
       std::isfinite(estimate.condition_number) ? Json(estimate.condition_number) : Json(nullptr);
   line["relative_residual"] = estimate.relative_residual;
+  if (!estimate.sky_radiance_rgb.empty()) {
+    Json& regions = line["sky_radiance_rgb"] = Json::array();
+    for (const glm::dvec3& radiance : estimate.sky_radiance_rgb) {
+      regions.push_back(ToJson(radiance));
+    }
+  }
   const StageTimes& ms = result.timing_ms;
   line["timing_ms"] = {{"read", ms.read},
                        {"transport", ms.transport},

@@ -100,6 +100,19 @@ void ChooseEffects(const std::vector<std::string>& names, pleinair::CompositeEff
   }
 }
 
+void AddSkyShapes(CLI::App& command, std::vector<pleinair::SkyShapeKind>& shapes) {
+  std::map<std::string, pleinair::SkyShapeKind> by_name;
+  for (const pleinair::SkyShapeKind kind : pleinair::kAllSkyShapeKinds) {
+    by_name.emplace(pleinair::NameOf(kind), kind);
+  }
+  command
+      .add_option(
+          "--sky-shapes", shapes, "What an outdoor sky is a mix of: some of uniform,overcast,clear")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(by_name))
+      ->default_str("uniform,overcast,clear");
+}
+
 void AddRun(CLI::App& app, Work& work) {
   auto options = std::make_shared<pleinair::RunCommandOptions>();
   CLI::App& run = *app.add_subcommand("run", "The main job: light and composite, frame by frame");
@@ -111,13 +124,17 @@ void AddRun(CLI::App& app, Work& work) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
           {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
       ->default_str("linear");
-  run.add_option_function<std::string>(
-         "--source", [](const std::string&) {}, "What the light is measured from")
-      ->check(CLI::IsMember({"outdoor"}))
-      ->default_str("outdoor");
+  run.add_option("--source",
+                 options->source,
+                 "What the light is measured from: outdoor (diffuse walls and paving) or fisheye")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, pleinair::SourceKind>{{"outdoor", pleinair::SourceKind::kOutdoor},
+                                                      {"fisheye", pleinair::SourceKind::kFisheye}}))
+      ->default_str("fisheye where frames have such a picture");
   run.add_option("--samples", options->samples, "Pixels to measure from")
       ->check(CLI::Range(1, 100000));
   run.add_option("--seed", options->seed, "Of the choice of samples");
+  AddSkyShapes(run, options->sky_shapes);
   AddBounces(run, options->bounces);
   run.add_option("--probe-route", options->probe_route, "folded (fast) or environment (by the map)")
       ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::ProbeRoute>{

@@ -1,5 +1,6 @@
 #include "apps/run_command.h"
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <map>
@@ -18,8 +19,9 @@
 #include "apps/run_report.h"
 #include "apps/sequence_site.h"
 #include "apps/survey_maps_writer.h"
+#include "datasets/fisheye_setup.h"
 #include "datasets/truth.h"
-#include "estimation/outdoor_lighting_source.h"
+#include "estimation/fisheye_lighting_source.h"
 #include "render/gl_context.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
@@ -36,6 +38,38 @@ ResponseCurve ResponseOf(const Sequence& sequence) {
   return sequence.response_ldr == "srgb8"
              ? ResponseCurve::Srgb()
              : ResponseCurve::FromFile(sequence.folder / sequence.response_ldr);
+}
+
+bool HasFisheyePictures(const Sequence& sequence) {
+  return std::any_of(sequence.frames.begin(), sequence.frames.end(), [](const FrameEntry& frame) {
+    return frame.fisheye.has_value();
+  });
+}
+
+SourceKind SourceOf(const RunCommandOptions& options, const Sequence& sequence) {
+  return options.source.value_or(HasFisheyePictures(sequence) ? SourceKind::kFisheye
+                                                              : SourceKind::kOutdoor);
+}
+
+std::unique_ptr<LightingSource> MakeSource(const RunCommandOptions& options,
+                                           const Sequence& sequence) {
+  if (SourceOf(options, sequence) == SourceKind::kFisheye) {
+    if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
+      throw std::runtime_error((sequence.folder / "sequence.json").string() +
+                               ": --source fisheye: expected the key fisheye, and frames that name "
+                               "a fish-eye picture");
+    }
+    FisheyeLightingOptions fisheye;
+    fisheye.samples = options.samples;
+    fisheye.seed = options.seed;
+    return MakeFisheyeLightingSource(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera,
+                                     fisheye);
+  }
+  OutdoorLightingOptions outdoor;
+  outdoor.samples = options.samples;
+  outdoor.seed = options.seed;
+  outdoor.sky_shapes = options.sky_shapes;
+  return MakeOutdoorLightingSource(outdoor);
 }
 
 // One run's output folder: nothing of an earlier run stays beside the new one's, and lighting.jsonl
@@ -152,10 +186,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   const Sequence sequence = ReadSequence(options.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   const ResponseCurve response = ResponseOf(sequence);
-  OutdoorLightingOptions outdoor;
-  outdoor.samples = options.samples;
-  outdoor.seed = options.seed;
-  auto source = MakeOutdoorLightingSource(outdoor);
+  std::unique_ptr<LightingSource> source = MakeSource(options, sequence);
   const HeadlessContext context;
 
   RunReport report;

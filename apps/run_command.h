@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "datasets/frame_source.h"
+#include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 
 namespace pleinair {
@@ -18,11 +20,17 @@ struct PrepareCommandOptions {
   std::optional<std::filesystem::path> maps;  // Where to write the survey's maps.
 };
 
+// What the light is measured from.
+enum class SourceKind { kOutdoor, kFisheye };
+
 struct RunCommandOptions {
   std::filesystem::path sequence;
   std::filesystem::path out;
   std::filesystem::path cache;  // Empty: the user's cache folder.
   FrameKind frames = FrameKind::kLinear;
+  std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
+  // What an outdoor sky is a mix of.
+  std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
   int samples = 500;
   std::uint64_t seed = 1;
   int bounces = kAllBounces;

@@ -12,6 +12,7 @@
 #include "scene/mesh_io.h"
 #include "scene/mesh_orientation.h"
 #include "scene/ray_caster.h"
+#include "scene/sky_shape.h"
 #include "sunmodel/clear_sky.h"
 
 namespace pleinair {
@@ -101,6 +102,21 @@ BoundingBox BoxInView(const Sequence& sequence, const Mesh& mesh) {
   return {middle_m - 0.5f * kDefaultProbeBoxM, middle_m + 0.5f * kDefaultProbeBoxM};
 }
 
+// A room's windows show a camera a few per cent of the sky, a porch half of it.
+bool IsIndoors(const Camera& camera, const Mesh& mesh) {
+  constexpr double kLeastSkyOutdoors = 0.15;
+  const RayCaster caster(mesh);
+  const glm::vec3 centre_m(camera.CentreWorldM());
+  int seen = 0;
+  int cells = 0;
+  for (std::size_t cell = 0; cell < SkyTable::kCells; cell += 61) {
+    if (!(SkyTable::SolidAngleSr(cell) > 0.0)) continue;
+    ++cells;
+    if (!caster.Occluded(centre_m, glm::vec3(SkyTable::DirectionOfCell(cell)))) ++seen;
+  }
+  return seen < kLeastSkyOutdoors * cells;
+}
+
 }  // namespace
 
 SequenceSite LoadSequenceSite(const Sequence& sequence) {
@@ -130,6 +146,12 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
     }
     site.objects.push_back({TransformMesh(entry.world_from_object, object.mesh)});
   }
+  site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), site.model.mesh);
+  if (site.is_indoors) {
+    site.notes.emplace_back(
+        "the camera stands indoors: no ground is added outside, nothing shines from below the "
+        "horizon");
+  }
   site.probe_box =
       site.objects.empty() ? BoxInView(sequence, site.model.mesh) : BoxOfObjects(site.objects);
   return site;
@@ -139,6 +161,7 @@ PrepareOptions PrepareOptionsFor(const SequenceSite& site, int bounces) {
   PrepareOptions options;
   options.bounces = bounces;
   options.probe_box = site.probe_box;
+  options.patches.extend_ground = !site.is_indoors;
   return options;
 }
 

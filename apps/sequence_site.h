@@ -14,6 +14,7 @@ struct SequenceSite {
   SiteModel model;
   std::vector<VirtualObject> objects;  // In world coordinates.
   BoundingBox probe_box;               // Around the objects, or around what the cameras look at.
+  bool is_indoors = false;             // The first camera sees little of the sky.
   std::vector<std::string> notes;      // What was mended or assumed in loading.
 };
 

@@ -1,12 +1,16 @@
 // Where the light comes from: one interface for every way to measure it.
 #pragma once
 
+#include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <tl/expected.hpp>
 
 #include "datasets/frame_source.h"
 #include "scene/lighting.h"
+#include "scene/sky_shape.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
@@ -19,12 +23,17 @@ struct ClearSkyExpectation {
   bool absolute = false;
 };
 
+// Where the sun is and how large; apparent (refracted).
+struct SunState {
+  glm::dvec3 direction_enu{0.0, 0.0, 1.0};
+  double angular_radius_rad = kMeanSunAngularRadiusRad;
+};
+
 // What a source may look at for one frame. References live for the call only.
 struct LightingObservation {
   const Frame& frame;
-  const SurfaceView& view;                      // Of frame.camera, for sun_direction_enu.
-  glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent.
-  double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
+  const SurfaceView& view;  // Of frame.camera, for `sun` and the source's own sky basis.
+  SunState sun;
   ClearSkyExpectation clear_sky;
 };
 
@@ -35,6 +44,8 @@ struct LightingEstimate {
   double inlier_fraction = 0.0;
   double condition_number = 0.0;
   double new_sample_set_ms = 0.0;  // Spent on drawing samples in this call; 0 when they were kept.
+  // Of each region of a source that measures the sky itself; empty for others.
+  std::vector<glm::dvec3> sky_radiance_rgb;
   // How far the data are from the model, as a relative rms over inliers.
   double relative_residual = 0.0;
 };
@@ -43,9 +54,18 @@ struct LightingFailure {
   std::string reason;
 };
 
+// Fixed functions of direction, in the order of Lighting::sky.
+using SkyBasis = std::span<const std::shared_ptr<const SkyShape>>;
+
 class LightingSource {
  public:
   virtual ~LightingSource() = default;
+  // What the sky of `frame` will be told as a mix of, and what the view's sky_response has to stand
+  // for when `frame` is estimated. A shape that has not changed is the same object as in the last
+  // call. The basis lives until the next call. `sun` may be a step of time off the frame's.
+  virtual tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
+                                                           const SunState& sun) = 0;
+  // Called after BasisFor the same frame.
   virtual tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) = 0;
 };

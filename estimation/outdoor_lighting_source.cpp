@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,7 @@ namespace {
 constexpr double kLeastShareOfKeptSet = 0.8;
 
 bool AnyOfTheDiscIsUp(const LightingObservation& observation) {
-  return observation.sun_direction_enu.z > -std::sin(observation.sun_angular_radius_rad);
+  return observation.sun.direction_enu.z > -std::sin(observation.sun.angular_radius_rad);
 }
 
 // Light whose units are unknown cannot be compared with the last frame's.
@@ -51,6 +52,18 @@ class OutdoorLightingSource final : public LightingSource {
  public:
   explicit OutdoorLightingSource(const OutdoorLightingOptions& options) : options_(options) {
     options.Validate();
+  }
+
+  tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame&, const SunState& sun) override {
+    const bool first = basis_.empty();
+    if (!first && sun.direction_enu == basis_sun_enu_) return SkyBasis(basis_);
+    basis_.resize(options_.sky_shapes.size());
+    for (std::size_t k = 0; k < basis_.size(); ++k) {
+      const SkyShapeKind kind = options_.sky_shapes[k];
+      if (first || TurnsWithTheSun(kind)) basis_[k] = MakeSkyShape(kind, sun.direction_enu);
+    }
+    basis_sun_enu_ = sun.direction_enu;
+    return SkyBasis(basis_);
   }
 
   tl::expected<LightingEstimate, LightingFailure> Estimate(
@@ -87,6 +100,8 @@ class OutdoorLightingSource final : public LightingSource {
 
  private:
   OutdoorLightingOptions options_;
+  std::vector<std::shared_ptr<const SkyShape>> basis_;
+  glm::dvec3 basis_sun_enu_{0.0};  // What those that turn were made for.
   SampleSet set_;
   std::vector<DiffuseSample> samples_;
   LightingFitter fitter_{LightingFitOptions{}};
@@ -109,12 +124,12 @@ class OutdoorLightingSource final : public LightingSource {
     const Frame& frame = observation.frame;
     if (SetFits(observation.view)) {
       const int left_out =
-          set_.Measure(observation.sun_direction_enu, frame.radiance, frame.unusable, samples_);
+          set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
       if (left_out <= (1.0 - kLeastShareOfKeptSet) * set_.Size()) return 0.0;
     }
     const auto start = std::chrono::steady_clock::now();
     set_.Draw(observation.view,
-              observation.sun_direction_enu,
+              observation.sun.direction_enu,
               frame.radiance,
               frame.unusable,
               {options_.samples, options_.seed});
@@ -125,7 +140,7 @@ class OutdoorLightingSource final : public LightingSource {
     camera_ = observation.view.camera;
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - start;
-    set_.Measure(observation.sun_direction_enu, frame.radiance, frame.unusable, samples_);
+    set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
     return spent.count();
   }
 
@@ -135,8 +150,8 @@ class OutdoorLightingSource final : public LightingSource {
                        LightingEstimate& estimate) {
     Lighting& lighting = estimate.lighting;
     lighting.time = observation.frame.time;
-    lighting.sun.direction_enu = observation.sun_direction_enu;
-    lighting.sun.angular_radius_rad = observation.sun_angular_radius_rad;
+    lighting.sun.direction_enu = observation.sun.direction_enu;
+    lighting.sun.angular_radius_rad = observation.sun.angular_radius_rad;
     const LightVector& light = fit.irradiance_rgb;
     lighting.sun.irradiance_rgb = {light[0], light[1], light[2]};
     for (std::size_t k = 0; k < observation.view.sky_response.size(); ++k) {
@@ -152,7 +167,7 @@ class OutdoorLightingSource final : public LightingSource {
     }
     const double beam = BeamOf(observation.clear_sky, light);
     estimate.sun_observable =
-        sun_is_up && observation.sun_direction_enu.z > 0.0 && TellsTheSun(fit, beam);
+        sun_is_up && observation.sun.direction_enu.z > 0.0 && TellsTheSun(fit, beam);
     estimate.samples_used = fit.samples_used;
     estimate.inlier_fraction = fit.inlier_fraction;
     estimate.condition_number = fit.condition_number;
@@ -162,7 +177,16 @@ class OutdoorLightingSource final : public LightingSource {
 
 }  // namespace
 
-void OutdoorLightingOptions::Validate() const { SampleSelectionOptions{samples, seed}.Validate(); }
+void OutdoorLightingOptions::Validate() const {
+  SampleSelectionOptions{samples, seed}.Validate();
+  if (sky_shapes.empty()) throw std::invalid_argument("sky_shapes: expected at least one");
+  for (const SkyShapeKind kind : sky_shapes) {
+    if (std::count(sky_shapes.begin(), sky_shapes.end(), kind) > 1) {
+      throw std::invalid_argument("sky_shapes: " + std::string(NameOf(kind)) +
+                                  " is there twice: expected once");
+    }
+  }
+}
 
 std::unique_ptr<LightingSource> MakeOutdoorLightingSource(const OutdoorLightingOptions& options) {
   return std::make_unique<OutdoorLightingSource>(options);

@@ -2,15 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 #include <memory>
+#include <vector>
 
 #include "estimation/lighting_source.h"
+#include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
 
 struct OutdoorLightingOptions {
   int samples = 500;  // Asked for; fewer where the view does not hold them. 1 .. 100000.
   std::uint64_t seed = 1;
+  // What the sky's light is a mix of: at least one, each at most once. Uniform alone is
+  // jensen-2006's model.
+  std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };

@@ -1,6 +1,5 @@
 #include "pipeline/frame_pipeline.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -55,13 +54,6 @@ void FramePipelineOptions::Validate() const {
     throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
                                 ": expected 0 or more seconds");
   }
-  if (sky_shapes.empty()) throw std::invalid_argument("sky_shapes: expected at least one");
-  for (const SkyShapeKind kind : sky_shapes) {
-    if (std::count(sky_shapes.begin(), sky_shapes.end(), kind) > 1) {
-      throw std::invalid_argument("sky_shapes: " + std::string(NameOf(kind)) +
-                                  " is there twice: expected once");
-    }
-  }
 }
 
 FramePipeline::FramePipeline(const PreparedScene& scene,
@@ -102,22 +94,24 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
             : SunOverSite(*site_, SnapToRaster(frame.time, options_.sun_step_s));
 
     Stopwatch watch;
-    UpdateSkyShapes(transport_sun.direction_enu);
+    const auto basis = source_->BasisFor(frame, transport_sun);
+    if (!basis) return failed(basis.error().reason);
+    sky_shapes_.assign(basis->begin(), basis->end());
     const SurfaceView& view = view_builder_.Update(frame.camera,
                                                    transport_sun.direction_enu,
                                                    transport_sun.angular_radius_rad,
                                                    sky_shapes_,
                                                    SampleRegions(frame));
-    const bool sun_moved = basis_sun_version_ != view.sun_version;
-    if (sun_moved && !objects_.empty()) {
+    const bool basis_changed =
+        basis_sun_version_ != view.sun_version || basis_shapes_ != sky_shapes_;
+    if (basis_changed && !objects_.empty()) {
       UpdateBasis();
       interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
       basis_sun_version_ = view.sun_version;
     }
     result.timing_ms.transport = watch.LapMs();
 
-    auto estimate = source_->Estimate(
-        {frame, view, result.sun.direction_enu, result.sun.angular_radius_rad, result.clear_sky});
+    auto estimate = source_->Estimate({frame, view, result.sun, result.clear_sky});
     if (!estimate) return failed(estimate.error().reason);
     result.estimate = std::move(*estimate);
     result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
@@ -140,17 +134,6 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
   } catch (const std::exception& error) {
     return failed(error.what());
   }
-}
-
-void FramePipeline::UpdateSkyShapes(const glm::dvec3& sun_direction_enu) {
-  const bool first = sky_shapes_.empty();
-  if (!first && sun_direction_enu == sky_shapes_sun_enu_) return;
-  sky_shapes_.resize(options_.sky_shapes.size());
-  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
-    const SkyShapeKind kind = options_.sky_shapes[k];
-    if (first || TurnsWithTheSun(kind)) sky_shapes_[k] = MakeSkyShape(kind, sun_direction_enu);
-  }
-  sky_shapes_sun_enu_ = sun_direction_enu;
 }
 
 void FramePipeline::UpdateBasis() {

@@ -1,7 +1,6 @@
 // One frame from the camera's picture to the composite.
 #pragma once
 
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -19,7 +18,6 @@
 #include "relight/vertex_irradiance.h"
 #include "render/compositor.h"
 #include "sunmodel/site.h"
-#include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
 
@@ -31,8 +29,6 @@ enum class ProbeRoute {
 
 struct FramePipelineOptions {
   SurfaceViewOptions view;
-  // What the sky's light is a mix of: at least one, each at most once.
-  std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
   // The sun's transport is made for times on this raster, so that it is a pure function of a
   // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
   // every frame.
@@ -86,7 +82,6 @@ class FramePipeline {
   const IrradianceVolume& Volume() const { return volume_; }
 
  private:
-  void UpdateSkyShapes(const glm::dvec3& sun_direction_enu);
   void UpdateBasis();
   void Shade(const Lighting& lighting, StageTimes& times);
 
@@ -97,8 +92,7 @@ class FramePipeline {
   Compositor& compositor_;
   FramePipelineOptions options_;
   ScaledClearSky clear_sky_;
-  std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;
-  glm::dvec3 sky_shapes_sun_enu_{0.0};  // What those that turn were made for.
+  std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;  // The source's basis.
   SurfaceViewBuilder view_builder_;
 
   // What basis_ and folded_ were made for.

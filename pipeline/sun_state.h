@@ -14,11 +14,6 @@
 
 namespace pleinair {
 
-struct SunState {
-  glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // Apparent (refracted).
-  double angular_radius_rad = kMeanSunAngularRadiusRad;
-};
-
 // The apparent sun over `site`, under the standard atmosphere at its height.
 SunState SunOverSite(const Site& site, UtcTime time);
 

@@ -150,8 +150,7 @@ TEST(OutdoorLightingSource, WithoutASurveyTheRatioOfTheClearSkyHelps) {
     for (glm::vec3& pixel : scaled.radiance.pixels) pixel *= static_cast<float>(scale);
     const LightingObservation relative{scaled,
                                        view,
-                                       observation.sun_direction_enu,
-                                       observation.sun_angular_radius_rad,
+                                       observation.sun,
                                        observation.clear_sky};
     const auto estimate = MakeOutdoorLightingSource({})->Estimate(relative);
     ASSERT_TRUE(estimate.has_value());

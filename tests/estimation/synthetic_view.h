@@ -103,7 +103,7 @@ inline Frame MakeFrame(const SyntheticPicture& picture, const SurfaceView& view)
 }
 
 inline LightingObservation Observe(const Frame& frame, const SurfaceView& view) {
-  return {frame, view, view.sun_direction_enu, kMeanSunAngularRadiusRad, SyntheticClearSky()};
+  return {frame, view, {view.sun_direction_enu}, SyntheticClearSky()};
 }
 
 }  // namespace pleinair::testing

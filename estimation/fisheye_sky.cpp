@@ -1,0 +1,241 @@
+#include "estimation/fisheye_sky.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "calib/fisheye_lens.h"
+#include "estimation/internal/median.h"
+
+namespace pleinair {
+namespace {
+
+using estimation_internal::UpperMedian;
+
+// What orientation and refraction may be off by.
+constexpr double kSearchRadiusRad = 2.5 * std::numbers::pi / 180.0;
+// Of the sky around the disc that stands for the sky behind it.
+constexpr double kRingWidthRad = 1.5 * std::numbers::pi / 180.0;
+// Above the sky around: a thin cloud's bright patch is not a disc.
+constexpr float kDiscContrast = 3.0f;
+// Values this near to the picture's largest one are as large as it: half precision's steps.
+constexpr float kFlatTop = 0.999f;
+// A disc that a lens spreads has no flat top wider than itself; half again for pixels on its rim.
+constexpr double kWidestFlatTop = 1.5;
+
+bool IsMeasured(const glm::vec3& radiance) {
+  for (int c = 0; c < 3; ++c) {
+    if (!(radiance[c] >= 0.0f) || !std::isfinite(radiance[c])) return false;
+  }
+  return true;
+}
+
+float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
+
+double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
+}  // namespace
+
+FisheyeSky::FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions)
+    : regions_(regions), table_(MakeFisheyePixelTable(camera)) {
+  const Image<glm::vec3>& direction = table_.direction_world;
+  for (int y = 0; y < direction.height; ++y) {
+    for (int x = 0; x < direction.width; ++x) {
+      const std::size_t pixel = direction.Index(x, y);
+      if (!(table_.solid_angle_sr.pixels[pixel] > 0.0f)) continue;
+      const auto region = regions_.RegionOf(glm::dvec3(direction.pixels[pixel]));
+      if (!region) continue;
+      const auto index = static_cast<std::uint32_t>(pixel);
+      if (x > 0 && !runs_.empty() && runs_.back().end == index && runs_.back().region == *region) {
+        ++runs_.back().end;
+      } else {
+        runs_.push_back({index, index + 1, static_cast<std::uint32_t>(*region)});
+      }
+    }
+  }
+  if (runs_.empty()) {
+    throw std::invalid_argument(
+        "fish-eye camera: it sees no sky; expected some of its pixels to "
+        "look above the horizon");
+  }
+  const FisheyeLens lens(camera.intrinsics);
+  const glm::dmat3 camera_from_world = glm::transpose(camera.world_from_camera);
+  for (std::size_t cell = 0; cell < SkyTable::kCells; ++cell) {
+    const glm::dvec3 to_cell = SkyTable::DirectionOfCell(cell);
+    region_of_cell_.push_back(static_cast<std::uint32_t>(regions_.RegionOf(to_cell).value_or(0)));
+    pixel_of_cell_.push_back(kNone);
+    const auto at = lens.ProjectToPixel(camera_from_world * to_cell);
+    if (!at) continue;
+    const int x = static_cast<int>(std::lround(at->x));
+    const int y = static_cast<int>(std::lround(at->y));
+    if (!direction.Contains(x, y)) continue;
+    const std::size_t pixel = direction.Index(x, y);
+    if (table_.solid_angle_sr.pixels[pixel] > 0.0f) {
+      pixel_of_cell_.back() = static_cast<std::uint32_t>(pixel);
+    }
+  }
+}
+
+void FisheyeSky::Read(const RgbImage& radiance,
+                      const glm::dvec3& sun_direction_enu,
+                      double sun_angular_radius_rad) {
+  const Image<glm::vec3>& direction = table_.direction_world;
+  if (radiance.width != direction.width || radiance.height != direction.height) {
+    throw std::invalid_argument(
+        std::string("fish-eye picture is ") + std::to_string(radiance.width) + "x" +
+        std::to_string(radiance.height) + ": expected the camera's " +
+        std::to_string(direction.width) + "x" + std::to_string(direction.height));
+  }
+  const DiscArea disc = ReadDisc(radiance, sun_direction_enu, sun_angular_radius_rad);
+  AverageRegions(radiance, disc);
+  FillTable(radiance, disc);
+}
+
+FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
+                                          const glm::dvec3& sun_direction_enu,
+                                          double sun_angular_radius_rad) {
+  sun_ = {};
+  DiscArea disc;
+  if (!(sun_direction_enu.z > -std::sin(sun_angular_radius_rad))) return disc;
+  const double search = kSearchRadiusRad + kRingWidthRad + 2.0 * sun_angular_radius_rad;
+  const double search_cosine = std::cos(search);
+  std::vector<std::uint32_t> near;
+  std::uint32_t peak = kNone;
+  float peak_luminance = 0.0f;
+  double pixel_sr = 0.0;
+  for (const Run& run : runs_) {
+    for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
+      const glm::dvec3 direction(table_.direction_world.pixels[pixel]);
+      const double cosine = glm::dot(direction, sun_direction_enu);
+      if (!(cosine > search_cosine) || !IsMeasured(radiance.pixels[pixel])) continue;
+      near.push_back(pixel);
+      const float luminance = Luminance(radiance.pixels[pixel]);
+      if (luminance > peak_luminance &&
+          AngleBetween(direction, sun_direction_enu) <= kSearchRadiusRad) {
+        peak_luminance = luminance;
+        peak = pixel;
+        pixel_sr = table_.solid_angle_sr.pixels[pixel];
+      }
+    }
+  }
+  if (peak == kNone) return disc;
+
+  // A lens, and the picture's own sampling, spread the disc by a pixel or two.
+  const double pixel_rad = std::sqrt(pixel_sr);
+  const double disc_radius = sun_angular_radius_rad + 2.0 * pixel_rad;
+  const glm::dvec3 centre(table_.direction_world.pixels[peak]);
+  std::array<std::vector<double>, 3> ring;
+  for (const std::uint32_t pixel : near) {
+    const double angle = AngleBetween(glm::dvec3(table_.direction_world.pixels[pixel]), centre);
+    if (angle <= disc_radius) {
+      disc.pixels.push_back(pixel);
+    } else if (angle <= disc_radius + kRingWidthRad) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        ring[c].push_back(radiance.pixels[pixel][static_cast<int>(c)]);
+      }
+    }
+  }
+  if (ring[0].empty()) return {};
+  glm::dvec3 spread(0.0);
+  for (int c = 0; c < 3; ++c) {
+    std::vector<double>& values = ring[static_cast<std::size_t>(c)];
+    const double background = UpperMedian(values);
+    disc.background[c] = static_cast<float>(background);
+    for (double& value : values) value = std::abs(value - background);
+    spread[c] = 1.4826 * UpperMedian(values);
+  }
+  if (!(peak_luminance > kDiscContrast * Luminance(disc.background))) return {};
+
+  double disc_sr = 0.0;
+  double flat_sr = 0.0;
+  const float brightest =
+      std::max({radiance.pixels[peak].x, radiance.pixels[peak].y, radiance.pixels[peak].z});
+  for (const std::uint32_t pixel : disc.pixels) {
+    const double solid_angle = table_.solid_angle_sr.pixels[pixel];
+    const glm::vec3& value = radiance.pixels[pixel];
+    sun_.irradiance_rgb += solid_angle * glm::dvec3(value - disc.background);
+    disc_sr += solid_angle;
+    if (std::max({value.x, value.y, value.z}) >= kFlatTop * brightest) flat_sr += solid_angle;
+  }
+  sun_.irradiance_rgb = glm::max(sun_.irradiance_rgb, glm::dvec3(0.0));
+  sun_.stddev_rgb = disc_sr * spread;
+  const double true_disc_sr = std::numbers::pi * sun_angular_radius_rad * sun_angular_radius_rad;
+  sun_.clipped = flat_sr > kWidestFlatTop * true_disc_sr + pixel_sr;
+  return disc;
+}
+
+void FisheyeSky::AverageRegions(const RgbImage& radiance, const DiscArea& disc) {
+  std::vector<glm::dvec3> sum(regions_.Count(), glm::dvec3(0.0));
+  region_weight_sr_.assign(regions_.Count(), 0.0);
+  for (const Run& run : runs_) {
+    glm::vec3 run_sum(0.0f);
+    float run_weight = 0.0f;
+    for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
+      const glm::vec3& value = radiance.pixels[pixel];
+      // One comparison finds every NaN; the sum of what is not finite is not, either.
+      const float weight = value.x >= 0.0f && value.y >= 0.0f && value.z >= 0.0f
+                               ? table_.solid_angle_sr.pixels[pixel]
+                               : 0.0f;
+      if (!(weight > 0.0f)) continue;
+      run_sum += weight * value;
+      run_weight += weight;
+    }
+    if (!std::isfinite(run_sum.x + run_sum.y + run_sum.z)) continue;
+    sum[run.region] += glm::dvec3(run_sum);
+    region_weight_sr_[run.region] += double{run_weight};
+  }
+  for (const std::uint32_t pixel : disc.pixels) {
+    const auto region = regions_.RegionOf(glm::dvec3(table_.direction_world.pixels[pixel]));
+    sum[*region] += double{table_.solid_angle_sr.pixels[pixel]} *
+                    glm::dvec3(disc.background - radiance.pixels[pixel]);
+  }
+  glm::dvec3 all(0.0);
+  double all_sr = 0.0;
+  for (std::size_t region = 0; region < sum.size(); ++region) {
+    all += sum[region];
+    all_sr += region_weight_sr_[region];
+  }
+  region_radiance_.assign(regions_.Count(), glm::dvec3(0.0));
+  const auto sectors = static_cast<std::size_t>(regions_.Sectors());
+  for (std::size_t region = regions_.Count(); region-- > 0;) {
+    if (region_weight_sr_[region] > 0.0) {
+      region_radiance_[region] = sum[region] / region_weight_sr_[region];
+    } else if (region + sectors < regions_.Count()) {
+      region_radiance_[region] = region_radiance_[region + sectors];
+    } else if (all_sr > 0.0) {
+      region_radiance_[region] = all / all_sr;
+    }
+  }
+}
+
+void FisheyeSky::FillTable(const RgbImage& radiance, const DiscArea& disc) {
+  sky_table_.resize(SkyTable::kCells);
+  std::vector<std::uint32_t> in_disc = disc.pixels;
+  std::sort(in_disc.begin(), in_disc.end());
+  for (std::size_t cell = 0; cell < sky_table_.size(); ++cell) {
+    const std::uint32_t pixel = pixel_of_cell_[cell];
+    if (pixel == kNone || !IsMeasured(radiance.pixels[pixel])) {
+      sky_table_[cell] = glm::vec3(region_radiance_[region_of_cell_[cell]]);
+    } else if (!in_disc.empty() && std::binary_search(in_disc.begin(), in_disc.end(), pixel)) {
+      sky_table_[cell] = disc.background;
+    } else {
+      sky_table_[cell] = radiance.pixels[pixel];
+    }
+  }
+  sky_irradiance_rgb_ = HorizontalIrradiance(sky_table_);
+}
+
+std::shared_ptr<const SkyShape> FisheyeSky::Shape() const {
+  return MakeTableSkyShape("fisheye", sky_table_);
+}
+
+}  // namespace pleinair

@@ -1,0 +1,87 @@
+// What one fish-eye picture of the sky says: the sun's disc, and the sky without it (grosch-2007,
+// section 5.1, with the disc taken out first: averaged into a region it would light the wrong
+// places).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "calib/fisheye_camera.h"
+#include "scene/image.h"
+#include "scene/sky_regions.h"
+#include "scene/sky_shape.h"
+
+namespace pleinair {
+
+// The disc's light above the sky around it.
+struct SunDiscReading {
+  glm::dvec3 irradiance_rgb{0.0};  // Normal to the beam.
+  // From how uneven the sky around it is. Where clipped: without meaning.
+  glm::dvec3 stddev_rgb{0.0};
+  // The picture's brightest value covers more than a sun's disc does: the irradiance is a lower
+  // bound.
+  bool clipped = false;
+};
+
+// Reads picture after picture of one camera; its set-up is done once.
+class FisheyeSky {
+ public:
+  // Throws std::invalid_argument where the camera sees no part of the upper hemisphere, and as
+  // MakeFisheyePixelTable does.
+  FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions);
+
+  // `sun_direction_enu` is where the disc is looked for, 2.5 deg around; a sun below the horizon
+  // has none. Pixels that are not finite or below 0 are left out.
+  // Throws std::invalid_argument for a picture of another size than the camera's.
+  void Read(const RgbImage& radiance,
+            const glm::dvec3& sun_direction_enu,
+            double sun_angular_radius_rad);
+
+  const SunDiscReading& Sun() const { return sun_; }
+  // Mean radiance of each region over solid angle, without the disc. A region that the picture does
+  // not show has that of the nearest one above it, one of the highest band the mean of all.
+  std::span<const glm::dvec3> RegionRadiance() const { return region_radiance_; }
+  // The sky without the disc, as a shape and how strong it is on an unoccluded horizontal plane.
+  // Directions that the picture does not show have their region's radiance.
+  std::shared_ptr<const SkyShape> Shape() const;
+  glm::dvec3 SkyIrradianceRgb() const { return sky_irradiance_rgb_; }
+
+ private:
+  // Neighbouring pixels of a row that lie in one region.
+  struct Run {
+    std::uint32_t begin;
+    std::uint32_t end;
+    std::uint32_t region;
+  };
+
+  SkyRegions regions_;
+  FisheyePixelTable table_;
+  std::vector<Run> runs_;
+  // Per cell of SkyTable the pixel nearest to it; kNone where the picture does not show it.
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  std::vector<std::uint32_t> pixel_of_cell_;
+  std::vector<std::uint32_t> region_of_cell_;
+
+  SunDiscReading sun_;
+  std::vector<glm::dvec3> region_radiance_;
+  std::vector<double> region_weight_sr_;
+  std::vector<glm::vec3> sky_table_;
+  glm::dvec3 sky_irradiance_rgb_{0.0};
+
+  // Pixels around the disc, and what the sky there is without it.
+  struct DiscArea {
+    std::vector<std::uint32_t> pixels;
+    glm::vec3 background{0.0f};
+  };
+  DiscArea ReadDisc(const RgbImage& radiance,
+                    const glm::dvec3& sun_direction_enu,
+                    double sun_angular_radius_rad);
+  void AverageRegions(const RgbImage& radiance, const DiscArea& disc);
+  void FillTable(const RgbImage& radiance, const DiscArea& disc);
+};
+
+}  // namespace pleinair
