@@ -39,7 +39,7 @@ TEST(ResponseFromBrackets, FindsTheCamerasCurve) {
 }
 
 // A tenth of the scene is somewhere else in each picture: medians move by at most a ninth of the
-// pixels' scatter, which is 0.7 of the light in the dark end's last stop.
+// pixels' scatter, which is 0.7 of the light in the dark end: 0.08, and the smoothness as above.
 TEST(ResponseFromBrackets, StandsThingsThatMove) {
   SyntheticBracket bracket = MakeBracket(GammaCamera(2.2), kStops);
   for (std::size_t k = 0; k < bracket.pictures.size(); ++k) {
@@ -50,7 +50,7 @@ TEST(ResponseFromBrackets, StandsThingsThatMove) {
       }
     }
   }
-  ExpectCurve(FitResponseFromBrackets(bracket.pictures), 2.2, 0.08);
+  ExpectCurve(FitResponseFromBrackets(bracket.pictures), 2.2, 0.1);
 }
 
 TEST(ResponseFromBrackets, DoesNotDependOnTheirOrder) {

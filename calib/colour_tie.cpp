@@ -1,0 +1,115 @@
+#include "calib/colour_tie.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Dense>
+#include <glm/geometric.hpp>
+
+namespace pleinair {
+namespace {
+
+// Below this the third colour is noise on the others.
+constexpr double kLeastColourSpread = 0.01;
+
+void RequireColours(std::span<const ColourPair> pairs) {
+  if (pairs.empty()) throw std::invalid_argument("colour pairs: expected one or more");
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (const glm::dvec3& colour : {pairs[i].from_rgb, pairs[i].to_rgb}) {
+      for (int c = 0; c < 3; ++c) {
+        if (colour[c] > 0.0 && std::isfinite(colour[c])) continue;
+        throw std::invalid_argument(std::string("colour pair ") + std::to_string(i + 1) + ": " +
+                                    std::to_string(colour[c]) + ": expected positive numbers");
+      }
+    }
+  }
+}
+
+glm::dmat3 FitScale(std::span<const ColourPair> pairs, const std::vector<double>& weights) {
+  glm::dmat3 matrix(0.0);
+  for (int c = 0; c < 3; ++c) {
+    double from_from = 0.0;
+    double from_to = 0.0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const double weight = weights[i] / (pairs[i].to_rgb[c] * pairs[i].to_rgb[c]);
+      from_from += weight * pairs[i].from_rgb[c] * pairs[i].from_rgb[c];
+      from_to += weight * pairs[i].from_rgb[c] * pairs[i].to_rgb[c];
+    }
+    matrix[c][c] = from_to / from_from;
+  }
+  return matrix;
+}
+
+glm::dmat3 FitMatrix(std::span<const ColourPair> pairs, const std::vector<double>& weights) {
+  Eigen::MatrixXd from(pairs.size(), 3);
+  Eigen::MatrixXd to(pairs.size(), 3);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double weight = std::sqrt(weights[i]) / glm::length(pairs[i].to_rgb);
+    for (int c = 0; c < 3; ++c) {
+      from(static_cast<int>(i), c) = weight * pairs[i].from_rgb[c];
+      to(static_cast<int>(i), c) = weight * pairs[i].to_rgb[c];
+    }
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(from, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const auto& values = svd.singularValues();
+  if (!(values.size() == 3 && values[2] > kLeastColourSpread * values[0])) {
+    throw std::runtime_error(
+        "colour matrix: cannot be determined: expected pairs of three different hues or more (a "
+        "scale "
+        "for each channel needs only one pair)");
+  }
+  const Eigen::Matrix3d solved = svd.solve(to);  // from * solved = to.
+  glm::dmat3 matrix;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) matrix[column][row] = solved(column, row);
+  }
+  return matrix;
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
+  RequireColours(pairs);
+  ColourTie tie;
+  std::vector<double> weights(pairs.size(), 1.0);
+  double limit = 0.0;
+  // Reweighting by 1 / residual goes over to Cauchy's weights at the median residual; 20 rounds are
+  // far more than it takes to settle.
+  for (int round = 0; round < 20; ++round) {
+    tie.to_from_rgb =
+        kind == ColourTieKind::kScale ? FitScale(pairs, weights) : FitMatrix(pairs, weights);
+    tie.residual_relative.clear();
+    for (const ColourPair& pair : pairs) {
+      tie.residual_relative.push_back(glm::length(tie.to_from_rgb * pair.from_rgb - pair.to_rgb) /
+                                      glm::length(pair.to_rgb));
+    }
+    // Rounding of the numbers themselves, where all pairs fit exactly.
+    constexpr double kExact = 1e-9;
+    const double median = std::max(Median(tie.residual_relative), kExact);
+    limit = kOutlierRatio * median;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const double share = tie.residual_relative[i] / (1.5 * median);
+      weights[i] = 1.0 / (1.0 + share * share);
+    }
+  }
+  double sum = 0.0;
+  int count = 0;
+  for (const double residual : tie.residual_relative) {
+    tie.counts.push_back(residual <= limit);
+    if (!tie.counts.back()) continue;
+    sum += residual * residual;
+    ++count;
+  }
+  tie.rms_relative = std::sqrt(sum / count);
+  return tie;
+}
+
+}  // namespace pleinair
