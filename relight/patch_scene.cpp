@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "relight/internal/ground_extension.h"
@@ -49,7 +50,21 @@ void CheckMesh(const Mesh& mesh) {
   }
 }
 
+TargetLength TargetOf(const PatchOptions& options) {
+  return [options](const glm::vec3& midpoint_m) {
+    const glm::dvec3 from_middle = glm::abs(glm::dvec3(midpoint_m) - options.focus_m);
+    const glm::dvec3 outside = glm::max(from_middle - options.focus_half_size_m, glm::dvec3(0.0));
+    return options.patch_size_m + options.growth_per_m * glm::length(outside);
+  };
+}
+
 }  // namespace
+
+bool FitsPatchBudget(const Mesh& mesh, const PatchOptions& options, std::size_t budget) {
+  options.Validate();
+  CheckMesh(mesh);
+  return TryRefineMesh(mesh, TargetOf(options), budget).has_value();
+}
 
 void PatchOptions::Validate() const {
   const auto refuse = [](const char* field, double value, const char* expected) {
@@ -64,6 +79,9 @@ void PatchOptions::Validate() const {
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(focus_m[axis])) refuse("focus_m", focus_m[axis], "finite coordinates");
+    if (!(focus_half_size_m[axis] >= 0.0) || !std::isfinite(focus_half_size_m[axis])) {
+      refuse("focus_half_size_m", focus_half_size_m[axis], "finite lengths >= 0");
+    }
   }
 }
 
@@ -95,11 +113,7 @@ PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options) {
       scene.ground_extended = AddGroundRing(*ground, kGroundRadiusM, whole) > 0;
     }
   }
-  const auto target = [&options](const glm::vec3& midpoint_m) {
-    return options.patch_size_m +
-           options.growth_per_m * glm::distance(glm::dvec3(midpoint_m), options.focus_m);
-  };
-  RefinedMesh refined = RefineMesh(whole, target, kMaxPatches);
+  RefinedMesh refined = RefineMesh(whole, TargetOf(options), kMaxPatches);
   scene.mesh = std::move(refined.mesh);
   scene.source_triangle = std::move(refined.source_triangle);
   for (std::uint32_t& source : scene.source_triangle) {

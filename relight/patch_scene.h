@@ -12,7 +12,9 @@
 namespace pleinair {
 
 struct PatchOptions {
-  glm::dvec3 focus_m{0.0};    // Where light is asked for: patches are finest there.
+  glm::dvec3 focus_m{0.0};  // Where light is asked for: patches are finest there.
+  // The focus may be a box: within it patches are alike.
+  glm::dvec3 focus_half_size_m{0.0};
   double patch_size_m = 0.5;  // Longest edge near the focus.
   double growth_per_m = 0.1;  // Longest edge grows by this for each metre from the focus.
   bool extend_ground = true;  // To the horizon, with the ground's mean albedo, where it ends near.
@@ -46,5 +48,8 @@ struct PatchScene {
 // Throws  std::invalid_argument for options or a mesh that make no sense, naming the field; and
 //         when more than 2^21 patches would come out.
 PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options);
+
+// Whether no more than `budget` patches would come out of the mesh itself, its ground not extended.
+bool FitsPatchBudget(const Mesh& mesh, const PatchOptions& options, std::size_t budget);
 
 }  // namespace pleinair

@@ -13,7 +13,7 @@ namespace {
 using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
-constexpr std::string_view kFormat = "pleinair-prepared-2";
+constexpr std::string_view kFormat = "pleinair-prepared-3";
 
 // Bytes with the hash of their key and themselves in front, so that a damaged part, or another
 // key's, is told from a good one before anything believes the sizes in it.
@@ -81,9 +81,11 @@ std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   }
   for (const std::string& name : site.mesh.group_names) hash.Add(name);
   const PatchOptions& patches = options.patches;
-  hash.AddVector(patches.focus_m).Add(patches.patch_size_m).Add(patches.growth_per_m);
+  hash.AddVector(patches.focus_m).AddVector(patches.focus_half_size_m);
+  hash.Add(patches.patch_size_m).Add(patches.growth_per_m);
   hash.Add(patches.extend_ground);
   hash.Add(options.gather.rays_per_receiver).Add(options.gather.seed);
+  hash.Add(options.gather.from_exposed_parts);
   return hash.Hex();
 }
 

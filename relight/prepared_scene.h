@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "relight/probe_operator.h"
+#include "relight/progress.h"
 #include "relight/survey.h"
 #include "relight/transport.h"
 
@@ -40,9 +41,6 @@ struct PrepareOptions {
   glm::ivec3 probe_counts{8};
   int survey_receiver_block_px = 4;  // As SurfaceViewOptions::receiver_block_px.
 };
-
-// Stage name and share done in [0, 1].
-using Progress = std::function<void(std::string_view stage, double share)>;
 
 struct PreparedScene {
   PrepareOptions options;

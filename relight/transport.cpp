@@ -11,7 +11,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "relight/internal/exposed_gather.h"
 #include "relight/internal/low_discrepancy.h"
+#include "relight/internal/radiosity_solver.h"
 #include "relight/internal/sun_disc.h"
 
 namespace pleinair {
@@ -48,6 +50,21 @@ void CheckFaceCount(std::size_t given, std::size_t expected, const char* what) {
   if (given != expected) {
     throw std::invalid_argument(std::string(what) + " has " + std::to_string(given) +
                                 " faces: expected " + std::to_string(expected));
+  }
+}
+
+// Each face of `hits` once, ascending, with `share` for each of its hits. Sorts `hits`.
+void AppendShares(std::vector<std::int32_t>& hits,
+                  float share,
+                  std::vector<std::int32_t>& face,
+                  std::vector<float>& face_share) {
+  std::sort(hits.begin(), hits.end());
+  for (std::size_t first = 0; first < hits.size();) {
+    std::size_t last = first;
+    while (last < hits.size() && hits[last] == hits[first]) ++last;
+    face.push_back(hits[first]);
+    face_share.push_back(share * static_cast<float>(last - first));
+    first = last;
   }
 }
 
@@ -101,14 +118,7 @@ void GatheredRays::Gather(const PatchScene& scene,
             batch.sky.push_back(PackUpperDirection(direction));
           }
         }
-        std::sort(hits.begin(), hits.end());
-        for (std::size_t first = 0; first < hits.size();) {
-          std::size_t last = first;
-          while (last < hits.size() && hits[last] == hits[first]) ++last;
-          batch.face.push_back(hits[first]);
-          batch.face_share.push_back(share * static_cast<float>(last - first));
-          first = last;
-        }
+        AppendShares(hits, share, batch.face, batch.face_share);
       }
       batch.face_count.push_back(static_cast<std::uint32_t>(batch.face.size() - faces_before));
       batch.sky_count.push_back(static_cast<std::uint32_t>(batch.sky.size() - skies_before));
@@ -167,10 +177,42 @@ GatheredRays GatheredRays::OfFaces(const PatchScene& scene, const GatherOptions&
   return rays;
 }
 
+GatheredRays GatheredRays::OfExposedFaces(const PatchScene& scene,
+                                          const GatherOptions& options,
+                                          FacePoints& points) {
+  options.Validate();
+  internal::ExposedRays exposed = internal::GatherFromExposedFaces(scene, options);
+  const auto per_point = static_cast<std::size_t>(exposed.rays_per_point);
+  GatheredRays rays;
+  rays.rays_per_receiver_ = exposed.rays_per_point * FacePoints::kCells;
+  rays.face_begin_.assign(1, 0);
+  rays.sky_begin_.assign(1, 0);
+  std::vector<std::int32_t> hits;
+  for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+    const std::size_t first = exposed.points.begin[face];
+    const std::size_t last = exposed.points.begin[face + 1];
+    hits.clear();
+    for (std::size_t ray = first * per_point; ray < last * per_point; ++ray) {
+      if (exposed.source[ray] >= 0) hits.push_back(exposed.source[ray]);
+    }
+    // At least 1, so that a face without rays divides nothing by zero.
+    rays.ray_count_.push_back(std::max(1, static_cast<std::int32_t>((last - first) * per_point)));
+    AppendShares(
+        hits, 1.0f / static_cast<float>(rays.ray_count_.back()), rays.face_, rays.face_share_);
+    rays.face_begin_.push_back(rays.face_.size());
+    for (std::uint64_t k = exposed.sky_begin[first]; k < exposed.sky_begin[last]; ++k) {
+      rays.sky_direction_.push_back(PackUpperDirection(exposed.sky_direction[k]));
+    }
+    rays.sky_begin_.push_back(rays.sky_direction_.size());
+  }
+  points = std::move(exposed.points);
+  return rays;
+}
+
 std::vector<glm::vec3> GatheredRays::FromSky(const SkyShape& shape) const {
   std::vector<glm::vec3> irradiance(ReceiverCount(), glm::vec3(0.0f));
-  const double scale = std::numbers::pi / rays_per_receiver_;
   tbb::parallel_for(std::size_t{0}, irradiance.size(), [&](std::size_t i) {
+    const double scale = std::numbers::pi / RayCountOf(i);
     glm::dvec3 sum(0.0);
     for (std::uint64_t k = sky_begin_[i]; k < sky_begin_[i + 1]; ++k) {
       sum += glm::dvec3(shape.Radiance(UnpackUpperDirection(sky_direction_[k])));
@@ -200,6 +242,22 @@ std::vector<glm::vec3> GatheredRays::FromFaces(std::span<const glm::vec3> face_r
   return irradiance;
 }
 
+std::vector<glm::vec3> GatheredRays::FromFaces(std::span<const glm::vec3> face_radiosity,
+                                               std::size_t lights) const {
+  std::vector<glm::vec3> irradiance(ReceiverCount() * lights, glm::vec3(0.0f));
+  tbb::parallel_for(std::size_t{0}, ReceiverCount(), [&](std::size_t i) {
+    glm::vec3* const sum = irradiance.data() + i * lights;
+    for (std::uint64_t k = face_begin_[i]; k < face_begin_[i + 1]; ++k) {
+      const glm::vec3* const source =
+          face_radiosity.data() + static_cast<std::size_t>(face_[k]) * lights;
+      for (std::size_t light = 0; light < lights; ++light) {
+        sum[light] += face_share_[k] * source[light];
+      }
+    }
+  });
+  return irradiance;
+}
+
 std::vector<GatheredRays::FaceShare> GatheredRays::FacesOf(std::size_t receiver) const {
   std::vector<FaceShare> faces;
   for (std::uint64_t k = face_begin_[receiver]; k < face_begin_[receiver + 1]; ++k) {
@@ -209,7 +267,8 @@ std::vector<GatheredRays::FaceShare> GatheredRays::FacesOf(std::size_t receiver)
 }
 
 double GatheredRays::SkyShareOf(std::size_t receiver) const {
-  return static_cast<double>(sky_begin_[receiver + 1] - sky_begin_[receiver]) / rays_per_receiver_;
+  return static_cast<double>(sky_begin_[receiver + 1] - sky_begin_[receiver]) /
+         RayCountOf(receiver);
 }
 
 float SunVisibility(const RayCaster& caster,
@@ -221,38 +280,40 @@ float SunVisibility(const RayCaster& caster,
 }
 
 PatchTransport::PatchTransport(const PatchScene& scene, const GatherOptions& options)
-    : face_rays_(GatheredRays::OfFaces(scene, options)) {}
+    : face_rays_(options.from_exposed_parts
+                     ? GatheredRays::OfExposedFaces(scene, options, face_points_)
+                     : GatheredRays::OfFaces(scene, options)) {}
 
 std::vector<glm::vec3> PatchTransport::DirectFromSun(const PatchScene& scene,
                                                      const glm::dvec3& sun_direction_enu,
                                                      double sun_angular_radius_rad) const {
-  const SunDisc disc(sun_direction_enu, sun_angular_radius_rad, kSunPointsPerPatch);
+  const bool exposed = face_points_.FaceCount() == scene.FaceCount();
+  const SunDisc disc(
+      sun_direction_enu, sun_angular_radius_rad, exposed ? FacePoints::kCells : kSunPointsPerPatch);
   std::vector<glm::vec3> irradiance(scene.FaceCount(), glm::vec3(0.0f));
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, scene.mesh.triangles.size(), 256),
       [&](const tbb::blocked_range<std::size_t>& range) {
-        std::vector<glm::vec3> points(kSunPointsPerPatch);
+        std::vector<glm::vec3> on_patch(kSunPointsPerPatch);
         for (std::size_t patch = range.begin(); patch < range.end(); ++patch) {
           const glm::uvec3& v = scene.mesh.triangles[patch];
           // The same places on every patch: a fixed set has no noise, and a patch half in shadow
           // gets about half.
           for (int i = 0; i < kSunPointsPerPatch; ++i) {
-            points[static_cast<std::size_t>(i)] = TrianglePoint(scene.mesh.positions_m[v[0]],
-                                                                scene.mesh.positions_m[v[1]],
-                                                                scene.mesh.positions_m[v[2]],
-                                                                R2Point(i, {0.5, 0.5}));
+            on_patch[static_cast<std::size_t>(i)] = TrianglePoint(scene.mesh.positions_m[v[0]],
+                                                                  scene.mesh.positions_m[v[1]],
+                                                                  scene.mesh.positions_m[v[2]],
+                                                                  R2Point(i, {0.5, 0.5}));
           }
-          const glm::vec3 normal = scene.FaceNormal(2 * patch);
-          const float towards = glm::dot(normal, disc.Direction());
           // The disc may be cut by the patch's own plane, so the side away from its centre is
           // looked at too, close to grazing.
           const auto margin = static_cast<float>(std::sin(sun_angular_radius_rad));
-          if (towards > -margin) {
-            irradiance[2 * patch] = glm::vec3(disc.MeanIrradiance(scene.caster, points, normal));
-          }
-          if (towards < margin) {
-            irradiance[2 * patch + 1] =
-                glm::vec3(disc.MeanIrradiance(scene.caster, points, -normal));
+          for (std::size_t face = 2 * patch; face < 2 * patch + 2; ++face) {
+            const glm::vec3 normal = scene.FaceNormal(face);
+            if (!(glm::dot(normal, disc.Direction()) > -margin)) continue;
+            const std::span<const glm::vec3> points =
+                exposed ? face_points_.Of(face) : std::span<const glm::vec3>(on_patch);
+            irradiance[face] = glm::vec3(disc.MeanIrradiance(scene.caster, points, normal));
           }
         }
       });
@@ -277,58 +338,116 @@ FaceLight PatchTransport::SolveSun(const PatchScene& scene,
 FaceLight PatchTransport::Solve(const PatchScene& scene,
                                 std::span<const glm::vec3> direct_irradiance,
                                 int bounces) const {
+  SolveOptions options;
+  options.bounces = bounces;
+  FaceLights lights = SolveMany(scene, direct_irradiance, 1, options);
+  return {std::move(lights.radiosity), lights.iterations, lights.residual};
+}
+
+FaceLights PatchTransport::SolveMany(const PatchScene& scene,
+                                     std::span<const glm::vec3> direct_irradiance,
+                                     std::size_t lights,
+                                     const SolveOptions& options) const {
+  options.Validate();
   const std::size_t faces = face_rays_.ReceiverCount();
   CheckFaceCount(scene.FaceCount(), faces, "scene");
-  CheckFaceCount(direct_irradiance.size(), faces, "direct_irradiance");
   CheckFaceCount(scene.face_albedo_rgb.size(), faces, "face_albedo_rgb");
+  if (lights < 1 || direct_irradiance.size() != faces * lights) {
+    throw std::invalid_argument("direct_irradiance has " +
+                                std::to_string(direct_irradiance.size()) + " entries: expected " +
+                                std::to_string(faces) + " faces x " + std::to_string(lights) +
+                                " lights, one light at least");
+  }
+  FaceLights solved;
+  solved.lights = lights;
+  solved.radiosity.assign(faces * lights, glm::vec3(0.0f));
+  if (options.bounces == 0) return solved;
+
+  const internal::FormFactorRows rows{
+      face_rays_.face_begin_, face_rays_.face_, face_rays_.face_share_};
+  for (std::size_t first = 0; first < lights; first += internal::kLightsPerBlock) {
+    const std::size_t count = std::min(internal::kLightsPerBlock, lights - first);
+    if (options.progress) {
+      options.progress("radiosity", static_cast<double>(first) / static_cast<double>(lights));
+    }
+    const internal::BlockSolution block = internal::SolveBlock(rows,
+                                                               scene.face_albedo_rgb,
+                                                               direct_irradiance,
+                                                               lights,
+                                                               first,
+                                                               count,
+                                                               options.bounces,
+                                                               options.tolerance,
+                                                               solved.radiosity);
+    solved.iterations = std::max(solved.iterations, block.iterations);
+    solved.residual = std::max(solved.residual, block.residual);
+  }
+  if (options.progress) options.progress("radiosity", 1.0);
+  solved.energy_error = EnergyError(scene, solved);
+  return solved;
+}
+
+// Arrived at face i: A_i sum_j F_ij B_j; sent by face i: A_i B_i sum_j F_ij.
+double PatchTransport::EnergyError(const PatchScene& scene, const FaceLights& solved) const {
+  const std::size_t lights = solved.lights;
+  std::vector<double> weight(solved.FaceCount(), 0.0);  // By which face j's radiosity arrives.
+  std::vector<double> sent_weight(solved.FaceCount(), 0.0);
+  for (std::size_t i = 0; i < solved.FaceCount(); ++i) {
+    const double share = face_points_.FaceCount() == 0 ? 1.0 : face_points_.ExposedShareOf(i);
+    const double area_m2 = share * scene.PatchAreaM2(i / 2);
+    for (std::uint64_t k = face_rays_.face_begin_[i]; k < face_rays_.face_begin_[i + 1]; ++k) {
+      weight[static_cast<std::size_t>(face_rays_.face_[k])] += area_m2 * face_rays_.face_share_[k];
+      sent_weight[i] += area_m2 * face_rays_.face_share_[k];
+    }
+  }
+  std::vector<glm::dvec2> sums(lights, glm::dvec2(0.0));  // Arrived, sent; of all channels.
+  for (std::size_t i = 0; i < solved.FaceCount(); ++i) {
+    for (std::size_t light = 0; light < lights; ++light) {
+      const glm::vec3& rgb = solved.radiosity[i * lights + light];
+      const double radiosity = double{rgb.x} + double{rgb.y} + double{rgb.z};
+      sums[light] += radiosity * glm::dvec2(weight[i], sent_weight[i]);
+    }
+  }
+  double worst = 0.0;
+  for (const glm::dvec2& sum : sums) {
+    if (sum.y > 0.0) worst = std::max(worst, std::abs(sum.x - sum.y) / sum.y);
+  }
+  return worst;
+}
+
+std::vector<glm::vec3> FaceLights::OfLight(std::size_t light) const {
+  std::vector<glm::vec3> of_light;
+  of_light.reserve(FaceCount());
+  for (std::size_t i = light; i < radiosity.size(); i += lights) of_light.push_back(radiosity[i]);
+  return of_light;
+}
+
+void SolveOptions::Validate() const {
   if (bounces < kAllBounces) {
     throw std::invalid_argument("bounces is " + std::to_string(bounces) +
                                 ": expected a count >= 0, or -1 for all");
   }
-  FaceLight light;
-  light.radiosity.assign(faces, glm::vec3(0.0f));
-  if (bounces == 0) return light;
-
-  const std::vector<glm::vec3>& albedo = scene.face_albedo_rgb;
-  for (std::size_t i = 0; i < faces; ++i) light.radiosity[i] = albedo[i] * direct_irradiance[i];
-  light.iterations = 1;
-
-  // What later iterations would add is change * q / (1 - q), q the ratio of successive changes.
-  // With albedo 0.98 all around, q is 0.98 and 1e-6 takes some 700 iterations.
-  constexpr double kMissing = 1e-6;
-  constexpr int kMaxIterations = 5000;
-  const int last = bounces == kAllBounces ? kMaxIterations : bounces;
-  std::vector<glm::vec3> next(faces);
-  constexpr std::size_t kBlock = 512;
-  const std::size_t blocks = (faces + kBlock - 1) / kBlock;
-  std::vector<glm::vec2> block_maxima(blocks);  // Largest change, largest radiosity.
-  double previous_change = 0.0;
-  while (light.iterations < last) {
-    tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
-      glm::vec2 maxima(0.0f);
-      for (std::size_t i = block * kBlock; i < std::min(faces, (block + 1) * kBlock); ++i) {
-        next[i] = albedo[i] * (direct_irradiance[i] + face_rays_.FromFacesAt(i, light.radiosity));
-        for (int channel = 0; channel < 3; ++channel) {
-          maxima.x = std::max(maxima.x, std::abs(next[i][channel] - light.radiosity[i][channel]));
-          maxima.y = std::max(maxima.y, next[i][channel]);
-        }
-      }
-      block_maxima[block] = maxima;
-    });
-    light.radiosity.swap(next);
-    ++light.iterations;
-    glm::vec2 maxima(0.0f);
-    for (const glm::vec2& block : block_maxima) maxima = glm::max(maxima, block);
-    const double change = maxima.y > 0.0f ? static_cast<double>(maxima.x) / maxima.y : 0.0;
-    if (bounces == kAllBounces) {
-      light.residual = change;
-      const double q = previous_change > 0.0 ? std::min(change / previous_change, 0.999) : 0.5;
-      // Below float's step nothing changes any more.
-      if (change * q / (1.0 - q) < kMissing || change < 1e-7) break;
-    }
-    previous_change = change;
+  if (!(tolerance > 0.0) || !(tolerance < 1.0)) {
+    throw std::invalid_argument("tolerance is " + std::to_string(tolerance) +
+                                ": expected a share in (0, 1)");
   }
-  return light;
+}
+
+std::size_t RadiosityBytes(std::size_t patches,
+                           std::size_t lights,
+                           const GatherOptions& options,
+                           std::size_t sky_directions) {
+  const std::size_t faces = 2 * patches;
+  const auto rays = static_cast<std::size_t>(options.rays_per_receiver + FacePoints::kCells);
+  // While rays are gathered each has a face and a direction; afterwards an entry of 8 bytes, or a
+  // packed direction. Both forms are there for a moment.
+  const std::size_t of_rays = faces * rays * (sizeof(std::int32_t) + sizeof(glm::vec3) + 8);
+  const std::size_t of_sky = faces * (sky_directions / 8 + 8);
+  // The sky's share of each region, direct light and radiosity of all lights, and a block's two.
+  const std::size_t of_lights =
+      faces * (lights * (sizeof(float) + 2 * sizeof(glm::vec3)) +
+               2 * std::min(lights, internal::kLightsPerBlock) * sizeof(glm::vec3));
+  return of_rays + of_sky + of_lights;
 }
 
 }  // namespace pleinair

@@ -9,7 +9,9 @@
 
 #include <glm/vec3.hpp>
 
+#include "relight/face_points.h"
 #include "relight/patch_scene.h"
+#include "relight/progress.h"
 #include "scene/sky_shape.h"
 
 namespace pleinair {
@@ -26,6 +28,10 @@ struct GatherOptions {
   // Cosine-distributed, low-discrepancy. Converged: as many as wished, up to 65536.
   int rays_per_receiver = 256;
   std::uint64_t seed = 1;
+  // Faces alone: rays start from where light can reach, see FacePoints; faces that it can't reach
+  // see nothing and stay dark. Only for light that comes from sky and sun. Rays are rounded up to a
+  // multiple of FacePoints::kCells.
+  bool from_exposed_parts = false;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
@@ -42,14 +48,25 @@ class GatheredRays {
                const GatherOptions& options);
   // One receiver a face, its rays starting all over the patch: face-to-face form factors.
   static GatheredRays OfFaces(const PatchScene& scene, const GatherOptions& options);
+  // The same from the exposed parts of faces, whatever options.from_exposed_parts says; returns
+  // them in `points`.
+  static GatheredRays OfExposedFaces(const PatchScene& scene,
+                                     const GatherOptions& options,
+                                     FacePoints& points);
 
   std::size_t ReceiverCount() const { return face_begin_.empty() ? 0 : face_begin_.size() - 1; }
   int RaysPerReceiver() const { return rays_per_receiver_; }
+  // Entries of all receivers' faces: what a sum over them costs.
+  std::size_t EntryCount() const { return face_.size(); }
   // Irradiance at each receiver straight from the sky (c, for a uniform shape).
   std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
   // Irradiance at each receiver from faces of given radiosity.
   std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity) const;
-  // The same for one receiver, unchecked: for inner loops.
+  // The same for many lights at once.
+  // Shape  face_radiosity [face * lights + light], the result [receiver * lights + light].
+  std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity,
+                                   std::size_t lights) const;
+  // The same for one light and one receiver, unchecked: for inner loops.
   glm::vec3 FromFacesAt(std::size_t receiver, std::span<const glm::vec3> face_radiosity) const;
 
   // The share of a receiver's rays that meet each face (an estimate of its form factors), and that
@@ -76,6 +93,13 @@ class GatheredRays {
   std::vector<std::uint64_t> sky_begin_;
   std::vector<std::uint32_t> sky_direction_;
   std::int32_t rays_per_receiver_ = 1;
+  // Rays of each receiver where they differ; else empty.
+  std::vector<std::int32_t> ray_count_;
+
+  friend class PatchTransport;
+  std::int32_t RayCountOf(std::size_t receiver) const {
+    return ray_count_.empty() ? rays_per_receiver_ : ray_count_[receiver];
+  }
 
   template <class RayOrigin>
   void Gather(const PatchScene& scene,
@@ -92,6 +116,39 @@ struct FaceLight {
   // bounces are finite.
   double residual = 0.0;
 };
+
+// The same for many basis lights at once.
+struct FaceLights {
+  std::size_t lights = 0;
+  std::vector<glm::vec3> radiosity;  // [face * lights + light].
+  int iterations = 0;                // The most that a block of lights took.
+  double residual = 0.0;             // The largest of any light, relative to that light.
+  // |arrived - sent| / sent of the light that faces send to each other, the worst of all lights:
+  // what arrives by the receivers' rays and what leaves by the senders' is one light, and differs
+  // by their noise and the patches' size. 0 where no light is sent.
+  double energy_error = 0.0;
+
+  std::size_t FaceCount() const { return lights == 0 ? 0 : radiosity.size() / lights; }
+  std::vector<glm::vec3> OfLight(std::size_t light) const;
+};
+
+struct SolveOptions {
+  // Reflections on the way to a receiver: 0 leaves every face dark, 1 has faces reflect direct
+  // light only, kAllBounces iterates to convergence.
+  int bounces = kAllBounces;
+  // All bounces: what may be missing of each light, as a share of its largest radiosity.
+  double tolerance = 1e-6;
+  Progress progress;  // May be empty.
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// Memory that working out `patches` patches under `lights` lights takes at its peak: rays, sky
+// visibility of `sky_directions` directions, direct light and radiosities. An upper bound.
+std::size_t RadiosityBytes(std::size_t patches,
+                           std::size_t lights,
+                           const GatherOptions& options,
+                           std::size_t sky_directions);
 
 // Share of the sun's disc that is seen from a point, 0..1, from up to `samples` rays spread over
 // the disc; see SunDisc in internal/sun_disc.h for where fewer are cast. What is below the horizon
@@ -130,13 +187,26 @@ class PatchTransport {
                   std::span<const glm::vec3> direct_irradiance,
                   int bounces) const;
 
+  // All lights in one pass over the form factors: [face * lights + light]. Solve is its case of
+  // one light. Throws std::invalid_argument as Solve.
+  FaceLights SolveMany(const PatchScene& scene,
+                       std::span<const glm::vec3> direct_irradiance,
+                       std::size_t lights,
+                       const SolveOptions& options) const;
+
   const GatheredRays& FaceRays() const { return face_rays_; }
+  // Empty unless made with from_exposed_parts.
+  const FacePoints& Points() const { return face_points_; }
 
   // Defined in internal/serialization.h.
   template <class Archive>
   void serialize(Archive& archive);
 
  private:
+  double EnergyError(const PatchScene& scene, const FaceLights& solved) const;
+
+  // Before face_rays_, whose making fills it.
+  FacePoints face_points_;
   GatheredRays face_rays_;
 };
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -80,7 +81,9 @@ std::vector<glm::uvec3> Split(const glm::uvec3& v, std::array<bool, 3> marked, M
 
 }  // namespace
 
-RefinedMesh RefineMesh(const Mesh& mesh, const TargetLength& target, std::size_t max_triangles) {
+std::optional<RefinedMesh> TryRefineMesh(const Mesh& mesh,
+                                         const TargetLength& target,
+                                         std::size_t max_triangles) {
   RefinedMesh refined;
   refined.mesh.positions_m = mesh.positions_m;
   refined.mesh.normals = mesh.normals;
@@ -121,13 +124,19 @@ RefinedMesh RefineMesh(const Mesh& mesh, const TargetLength& target, std::size_t
         refined.source_triangle.push_back(piece.source);
       }
     }
-    if (refined.mesh.triangles.size() + waiting.size() > max_triangles) {
-      throw std::invalid_argument("patch size: the mesh would be cut into more than " +
-                                  std::to_string(max_triangles) +
-                                  " patches: expected a larger patch_size_m or growth_per_m");
-    }
+    if (refined.mesh.triangles.size() + waiting.size() > max_triangles) return std::nullopt;
   }
   return refined;
+}
+
+RefinedMesh RefineMesh(const Mesh& mesh, const TargetLength& target, std::size_t max_triangles) {
+  std::optional<RefinedMesh> refined = TryRefineMesh(mesh, target, max_triangles);
+  if (!refined) {
+    throw std::invalid_argument("patch size: the mesh would be cut into more than " +
+                                std::to_string(max_triangles) +
+                                " patches: expected a larger patch_size_m or growth_per_m");
+  }
+  return *std::move(refined);
 }
 
 }  // namespace pleinair

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "scene/mesh.h"
@@ -24,5 +25,9 @@ using TargetLength = std::function<double(const glm::vec3& midpoint_m)>;
 //
 // Throws std::invalid_argument when more than `max_triangles` would come out.
 RefinedMesh RefineMesh(const Mesh& mesh, const TargetLength& target, std::size_t max_triangles);
+// The same; nothing when more would come out.
+std::optional<RefinedMesh> TryRefineMesh(const Mesh& mesh,
+                                         const TargetLength& target,
+                                         std::size_t max_triangles);
 
 }  // namespace pleinair

@@ -92,11 +92,14 @@ void GatheredRays::serialize(Archive& archive) {
   internal::ArchiveBlock(archive, face_share_);
   internal::ArchiveBlock(archive, sky_begin_);
   internal::ArchiveBlock(archive, sky_direction_);
+  internal::ArchiveBlock(archive, ray_count_);
   archive(rays_per_receiver_);
 }
 
 template <class Archive>
 void PatchTransport::serialize(Archive& archive) {
+  internal::ArchiveBlock(archive, face_points_.begin);
+  internal::ArchiveBlock(archive, face_points_.position_m);
   archive(face_rays_);
 }
 

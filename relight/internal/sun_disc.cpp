@@ -64,7 +64,7 @@ float SunDisc::Visibility(const RayCaster& caster, const Receiver& receiver) con
 }
 
 float SunDisc::MeanIrradiance(const RayCaster& caster,
-                              const std::vector<glm::vec3>& points,
+                              std::span<const glm::vec3> points,
                               const glm::vec3& normal) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {

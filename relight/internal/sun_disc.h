@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -25,7 +26,7 @@ class SunDisc {
   // Mean over the sample directions of visible * cosine, each cast from another of `points` (on one
   // plane with unit `normal`).
   float MeanIrradiance(const RayCaster& caster,
-                       const std::vector<glm::vec3>& points,
+                       std::span<const glm::vec3> points,
                        const glm::vec3& normal) const;
   const glm::vec3& Direction() const { return centre_; }
 

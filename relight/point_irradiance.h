@@ -1,0 +1,119 @@
+// Daylight at asked-for points, gathered by rays at the points themselves.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/patch_scene.h"
+#include "relight/progress.h"
+#include "scene/sky_regions.h"
+#include "relight/sky_visibility.h"
+#include "relight/transport.h"
+#include "scene/mesh.h"
+#include "scene/spherical_harmonics.h"
+
+namespace pleinair {
+
+// Light straight from sky or sun, light by way of any surface, or both.
+enum class LightPart { kDirect, kIndirect, kTotal };
+
+struct PointIrradianceOptions {
+  int bounces = kAllBounces;  // Reflections on the way to a point; 0 leaves no indirect light.
+  SkyRegions regions{1, 1};
+  // Longest edge of patches around the points; 0: as short as kPatchBudget patches allow. Farther
+  // away patches grow by patch_growth_per_m for each metre.
+  double patch_size_m = 0.0;
+  double patch_growth_per_m = 0.4;
+  // Over the hemisphere of each point and normal, or the sphere of each point. Converged: 65536.
+  int rays_per_point = 16384;
+  // Over the sky as each point and normal sees it, and as each patch does; shared by the regions,
+  // at least one each.
+  int sky_rays_per_point = 65536;
+  int sky_rays_per_patch = 4096;
+  int rays_per_patch = 512;  // Of the form factors.
+  std::uint64_t seed = 1;
+
+  static constexpr std::size_t kPatchBudget = 16000;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// How the radiosity behind an answer ended.
+struct RadiositySummary {
+  std::size_t patches = 0;
+  std::size_t exposed_faces = 0;
+  std::size_t memory_bytes = 0;  // Upper bound, known before the work begins.
+  int iterations = 0;
+  double residual = 0.0;
+  double energy_error = 0.0;
+};
+
+// Every point with every normal, for one mesh, taken as it is: no ground is added, a ray that
+// misses the mesh and rises above the horizon is sky, nothing shines from below it.
+//
+// Accuracy  sharp edges of sunlight on surfaces are resolved at the ray's hit; light that surfaces
+//           get from the sky, and from each other, is even within a patch.
+class PointIrradiance {
+ public:
+  // The incident light at one moment, as a function of direction without the sun's disc.
+  using SkyRadiance = std::function<glm::vec3(const glm::vec3& direction_enu)>;
+
+  // Throws std::invalid_argument for options or a mesh that make no sense, a point that is not
+  // finite or a normal that is not unit, naming it by its index.
+  PointIrradiance(const Mesh& mesh,
+                  std::vector<glm::vec3> points_m,
+                  std::vector<glm::vec3> normals,
+                  const PointIrradianceOptions& options,
+                  Progress progress);
+
+  // Irradiance [(point * normals + normal) * lights + light].
+  // For unit radiance of each of options.regions: as many lights.
+  std::vector<glm::vec3> OfRegions(LightPart part);
+  // For one sky.
+  std::vector<glm::vec3> OfSky(const SkyRadiance& radiance, LightPart part);
+  // For a disc of unit irradiance normal to its beam.
+  std::vector<glm::vec3> OfSun(const glm::dvec3& direction_enu,
+                               double angular_radius_rad,
+                               LightPart part);
+
+  // The same as coefficients of incident radiance: [point * lights + light]. The normals don't
+  // matter.
+  std::vector<ShRgb> ShOfRegions(LightPart part);
+  std::vector<ShRgb> ShOfSky(const SkyRadiance& radiance, LightPart part);
+  std::vector<ShRgb> ShOfSun(const glm::dvec3& direction_enu,
+                             double angular_radius_rad,
+                             LightPart part);
+
+  // Of the radiosity of the last call; without indirect light nothing is worked out.
+  const RadiositySummary& Summary() const { return summary_; }
+
+ private:
+  struct Sky;  // One sky of given radiance, or the regions.
+
+  std::vector<glm::vec3> OfSky(const Sky& sky, LightPart part);
+  std::vector<ShRgb> ShOfSky(const Sky& sky, LightPart part);
+  const PatchTransport& Transport();
+  FaceLights Solve(std::span<const glm::vec3> direct, std::size_t lights);
+  FaceLights SolveSky(const Sky& sky);
+  std::vector<glm::vec3> SunByWayOfOneSurface(const glm::dvec3& direction_enu,
+                                              double angular_radius_rad) const;
+  std::vector<Receiver> Receivers() const;
+  GatherOptions PatchGather() const;
+  GatherOptions PointGather() const;
+  void Report(std::string_view stage, double share) const;
+
+  std::vector<glm::vec3> points_m_;
+  std::vector<glm::vec3> normals_;
+  PointIrradianceOptions options_;
+  Progress progress_;
+  RadiositySummary summary_;
+  PatchScene patches_;
+  std::unique_ptr<PatchTransport> transport_;  // Made when first needed.
+};
+
+}  // namespace pleinair
