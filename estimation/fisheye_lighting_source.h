@@ -10,7 +10,7 @@
 namespace pleinair {
 
 struct FisheyeLightingOptions {
-  SkyRegions regions;  // That the sky's radiance is reported in.
+  SkyRegions regions{};  // That the sky's radiance is reported in.
   // For a clipped disc: samples of the room camera's view that tell the sun. 1 .. 100000.
   int samples = 500;
   std::uint64_t seed = 1;

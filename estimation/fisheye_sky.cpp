@@ -38,6 +38,7 @@ bool IsMeasured(const glm::vec3& radiance) {
 }
 
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
+float Largest(const glm::vec3& rgb) { return std::max({rgb.x, rgb.y, rgb.z}); }
 
 double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
@@ -106,41 +107,52 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   sun_ = {};
   DiscArea disc;
   if (!(sun_direction_enu.z > -std::sin(sun_angular_radius_rad))) return disc;
-  const double search = kSearchRadiusRad + kRingWidthRad + 2.0 * sun_angular_radius_rad;
-  const double search_cosine = std::cos(search);
-  std::vector<std::uint32_t> near;
+  // The disc, as far off as it is looked for, clipped over as much again, and a ring around it.
+  const double reach_cosine = std::cos(2.0 * kSearchRadiusRad + kRingWidthRad);
+  struct Near {
+    std::uint32_t pixel;
+    double from_peak_rad;
+  };
+  std::vector<Near> near;
   std::uint32_t peak = kNone;
-  float peak_luminance = 0.0f;
-  double pixel_sr = 0.0;
   for (const Run& run : runs_) {
     for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
       const glm::dvec3 direction(table_.direction_world.pixels[pixel]);
-      const double cosine = glm::dot(direction, sun_direction_enu);
-      if (!(cosine > search_cosine) || !IsMeasured(radiance.pixels[pixel])) continue;
-      near.push_back(pixel);
-      const float luminance = Luminance(radiance.pixels[pixel]);
-      if (luminance > peak_luminance &&
-          AngleBetween(direction, sun_direction_enu) <= kSearchRadiusRad) {
-        peak_luminance = luminance;
+      if (!(glm::dot(direction, sun_direction_enu) > reach_cosine)) continue;
+      if (!IsMeasured(radiance.pixels[pixel])) continue;
+      near.push_back({pixel, 0.0});
+      if (AngleBetween(direction, sun_direction_enu) <= kSearchRadiusRad &&
+          (peak == kNone || Luminance(radiance.pixels[pixel]) > Luminance(radiance.pixels[peak]))) {
         peak = pixel;
-        pixel_sr = table_.solid_angle_sr.pixels[pixel];
       }
     }
   }
   if (peak == kNone) return disc;
 
-  // A lens, and the picture's own sampling, spread the disc by a pixel or two.
+  const double pixel_sr = table_.solid_angle_sr.pixels[peak];
   const double pixel_rad = std::sqrt(pixel_sr);
-  const double disc_radius = sun_angular_radius_rad + 2.0 * pixel_rad;
+  const float top = kFlatTop * Largest(radiance.pixels[peak]);
   const glm::dvec3 centre(table_.direction_world.pixels[peak]);
+  double flat_sr = 0.0;
+  double flat_radius = 0.0;
+  for (Near& at : near) {
+    at.from_peak_rad = AngleBetween(glm::dvec3(table_.direction_world.pixels[at.pixel]), centre);
+    if (at.from_peak_rad > kSearchRadiusRad || Largest(radiance.pixels[at.pixel]) < top) continue;
+    flat_sr += table_.solid_angle_sr.pixels[at.pixel];
+    flat_radius = std::max(flat_radius, at.from_peak_rad);
+  }
+  const double true_disc_sr = std::numbers::pi * sun_angular_radius_rad * sun_angular_radius_rad;
+  const bool has_flat_top = flat_sr > kWidestFlatTop * true_disc_sr + pixel_sr;
+  // A lens, and the picture's own sampling, spread the disc by a pixel or two.
+  const double disc_radius =
+      (has_flat_top ? flat_radius : sun_angular_radius_rad) + 2.0 * pixel_rad;
   std::array<std::vector<double>, 3> ring;
-  for (const std::uint32_t pixel : near) {
-    const double angle = AngleBetween(glm::dvec3(table_.direction_world.pixels[pixel]), centre);
-    if (angle <= disc_radius) {
-      disc.pixels.push_back(pixel);
-    } else if (angle <= disc_radius + kRingWidthRad) {
+  for (const Near& at : near) {
+    if (at.from_peak_rad <= disc_radius) {
+      disc.pixels.push_back(at.pixel);
+    } else if (at.from_peak_rad <= disc_radius + kRingWidthRad) {
       for (std::size_t c = 0; c < 3; ++c) {
-        ring[c].push_back(radiance.pixels[pixel][static_cast<int>(c)]);
+        ring[c].push_back(radiance.pixels[at.pixel][static_cast<int>(c)]);
       }
     }
   }
@@ -153,23 +165,17 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
     for (double& value : values) value = std::abs(value - background);
     spread[c] = 1.4826 * UpperMedian(values);
   }
-  if (!(peak_luminance > kDiscContrast * Luminance(disc.background))) return {};
+  if (!(Luminance(radiance.pixels[peak]) > kDiscContrast * Luminance(disc.background))) return {};
 
   double disc_sr = 0.0;
-  double flat_sr = 0.0;
-  const float brightest =
-      std::max({radiance.pixels[peak].x, radiance.pixels[peak].y, radiance.pixels[peak].z});
   for (const std::uint32_t pixel : disc.pixels) {
     const double solid_angle = table_.solid_angle_sr.pixels[pixel];
-    const glm::vec3& value = radiance.pixels[pixel];
-    sun_.irradiance_rgb += solid_angle * glm::dvec3(value - disc.background);
+    sun_.irradiance_rgb += solid_angle * glm::dvec3(radiance.pixels[pixel] - disc.background);
     disc_sr += solid_angle;
-    if (std::max({value.x, value.y, value.z}) >= kFlatTop * brightest) flat_sr += solid_angle;
   }
   sun_.irradiance_rgb = glm::max(sun_.irradiance_rgb, glm::dvec3(0.0));
   sun_.stddev_rgb = disc_sr * spread;
-  const double true_disc_sr = std::numbers::pi * sun_angular_radius_rad * sun_angular_radius_rad;
-  sun_.clipped = flat_sr > kWidestFlatTop * true_disc_sr + pixel_sr;
+  sun_.clipped = has_flat_top;
   return disc;
 }
 

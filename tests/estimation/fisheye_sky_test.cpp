@@ -1,0 +1,148 @@
+#include "estimation/fisheye_sky.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tests/estimation/synthetic_fisheye.h"
+
+namespace pleinair {
+namespace {
+
+using testing::FisheyePicture;
+using testing::MakeFisheyePicture;
+using testing::SkyCamera;
+
+constexpr double kSunRadius = kMeanSunAngularRadiusRad;
+
+FisheyeSky ReadPicture(const FisheyePicture& picture, const RgbImage& radiance) {
+  FisheyeSky sky(SkyCamera(picture.side_px), SkyRegions());
+  sky.Read(radiance, picture.sun_direction_enu, kSunRadius);
+  return sky;
+}
+
+// 1 %: pixels on a region's border.
+TEST(FisheyeSky, AveragesEachRegionOverItsSolidAngle) {
+  FisheyePicture picture;
+  picture.sun_radiance = glm::dvec3(0.0);
+  const FisheyeSky sky = ReadPicture(picture, MakeFisheyePicture(picture));
+  const SkyRegions regions;
+  for (std::size_t region = 0; region < regions.Count(); ++region) {
+    glm::dvec3 mean(0.0);
+    constexpr int kSide = 32;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const glm::dvec2 point((i % kSide + 0.5) / kSide, (i / kSide + 0.5) / kSide);
+      mean += picture.Sky(regions.DirectionIn(region, point)) / double{kSide * kSide};
+    }
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(sky.RegionRadiance()[region][c], mean[c], 0.01 * mean[c]) << region;
+    }
+  }
+}
+
+// 2 %: the disc is 1.5 pixels wide, its picture has 16 samples along a pixel's side.
+TEST(FisheyeSky, MeasuresTheDiscAboveTheSkyAroundIt) {
+  for (const double elevation_deg : {12.0, 35.0, 63.0, 88.0}) {
+    FisheyePicture picture;
+    picture.PutSunAt(140.0, elevation_deg);
+    const FisheyeSky sky = ReadPicture(picture, MakeFisheyePicture(picture));
+    const double disc_sr = std::numbers::pi * kSunRadius * kSunRadius;
+    for (int c = 0; c < 3; ++c) {
+      const double expected = disc_sr * picture.sun_radiance[c];
+      EXPECT_NEAR(sky.Sun().irradiance_rgb[c], expected, 0.02 * expected) << elevation_deg;
+    }
+    EXPECT_FALSE(sky.Sun().clipped);
+  }
+}
+
+TEST(FisheyeSky, WithoutADiscTheSunIsZero) {
+  FisheyePicture picture;
+  picture.sun_radiance = glm::dvec3(0.0);
+  const FisheyeSky sky = ReadPicture(picture, MakeFisheyePicture(picture));
+  EXPECT_EQ(sky.Sun().irradiance_rgb, glm::dvec3(0.0));
+  EXPECT_FALSE(sky.Sun().clipped);
+}
+
+// The disc itself would double the sky's irradiance.
+TEST(FisheyeSky, TheDiscIsNotInTheSky) {
+  FisheyePicture with;
+  FisheyePicture without;
+  without.sun_radiance = glm::dvec3(0.0);
+  const FisheyeSky sky = ReadPicture(with, MakeFisheyePicture(with));
+  const FisheyeSky expected = ReadPicture(without, MakeFisheyePicture(without));
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(sky.SkyIrradianceRgb()[c],
+                expected.SkyIrradianceRgb()[c],
+                1e-3 * expected.SkyIrradianceRgb()[c]);
+  }
+  for (std::size_t region = 0; region < sky.RegionRadiance().size(); ++region) {
+    EXPECT_NEAR(sky.RegionRadiance()[region].y,
+                expected.RegionRadiance()[region].y,
+                1e-3 * expected.RegionRadiance()[region].y);
+  }
+}
+
+// An image of the model at the shape's own cells is the model; between cells a few per cent.
+TEST(FisheyeSky, TheShapeIsThePicturesOwn) {
+  FisheyePicture picture;
+  const FisheyeSky sky = ReadPicture(picture, MakeFisheyePicture(picture));
+  const auto shape = sky.Shape();
+  for (double azimuth = 5.0; azimuth < 360.0; azimuth += 40.0) {
+    const glm::dvec3 direction = testing::DirectionEnu(azimuth, 25.0);
+    const glm::dvec3 radiance =
+        glm::dvec3(shape->Radiance(glm::vec3(direction))) * sky.SkyIrradianceRgb();
+    EXPECT_NEAR(radiance.y, picture.Sky(direction).y, 0.03 * picture.Sky(direction).y);
+  }
+}
+
+// Cut off at a level that the disc passes and the sky does not: the flat top is wider than a disc
+// once the lens has spread the light.
+TEST(FisheyeSkyHardCases, SaysThatTheDiscIsClipped) {
+  FisheyePicture picture;
+  picture.spread_px = 2.0;
+  RgbImage radiance = MakeFisheyePicture(picture);
+  for (glm::vec3& pixel : radiance.pixels) pixel = glm::min(pixel, glm::vec3(200.0f));
+  const FisheyeSky sky = ReadPicture(picture, radiance);
+  EXPECT_TRUE(sky.Sun().clipped);
+  const double disc_sr = std::numbers::pi * kSunRadius * kSunRadius;
+  EXPECT_LT(sky.Sun().irradiance_rgb.y, 0.1 * disc_sr * picture.sun_radiance.y);
+}
+
+TEST(FisheyeSkyHardCases, LeavesDefectsOut) {
+  FisheyePicture picture;
+  const RgbImage clean = MakeFisheyePicture(picture);
+  RgbImage dirty = clean;
+  for (std::size_t i = 0; i < dirty.pixels.size(); i += 37) {
+    dirty.pixels[i] = i % 2 == 0 ? glm::vec3(std::numeric_limits<float>::quiet_NaN())
+                                 : glm::vec3(-1.0f, 1.0f, 1.0f);
+  }
+  const FisheyeSky sky = ReadPicture(picture, dirty);
+  const FisheyeSky expected = ReadPicture(picture, clean);
+  for (std::size_t region = 0; region < sky.RegionRadiance().size(); ++region) {
+    const double value = sky.RegionRadiance()[region].y;
+    EXPECT_NEAR(value, expected.RegionRadiance()[region].y, 0.02 * value);
+  }
+}
+
+TEST(FisheyeSkyHardCases, TheSunBelowTheHorizonAndABlackPictureAreZero) {
+  FisheyePicture picture;
+  picture.PutSunAt(100.0, -3.0);
+  picture.sun_radiance = glm::dvec3(0.0);
+  const FisheyeSky set = ReadPicture(picture, MakeFisheyePicture(picture));
+  EXPECT_EQ(set.Sun().irradiance_rgb, glm::dvec3(0.0));
+  const FisheyeSky black =
+      ReadPicture(picture, RgbImage(picture.side_px, picture.side_px, glm::vec3(0.0f)));
+  EXPECT_EQ(black.SkyIrradianceRgb(), glm::dvec3(0.0));
+  EXPECT_EQ(black.Shape()->Radiance({0.0f, 0.0f, 1.0f}), glm::vec3(0.0f));
+}
+
+TEST(FisheyeSkyHardCases, RefusesAPictureOfAnotherSize) {
+  FisheyeSky sky(SkyCamera(64), SkyRegions());
+  EXPECT_THROW(sky.Read(RgbImage(32, 64), {0.0, 0.0, 1.0}, kSunRadius), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair
