@@ -12,6 +12,7 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
+#include "apps/calibrate_command.h"
 #include "apps/doctor_command.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
@@ -181,6 +182,137 @@ void AddScore(CLI::App& app, Work& work) {
       [options, &work] { work = [options] { return Print(RunScoreCommand(*options)); }; });
 }
 
+// The subcommand that `run` does, with its options filled in.
+template <typename Options>
+CLI::App& AddCalibration(CLI::App& calibrate,
+                         Work& work,
+                         const char* name,
+                         const char* what,
+                         const std::shared_ptr<Options>& options,
+                         std::string (*run)(const Options&)) {
+  CLI::App& command = *calibrate.add_subcommand(name, what);
+  command.callback(
+      [options, run, &work] { work = [options, run] { return Print(run(*options)); }; });
+  return command;
+}
+
+void AddExposures(CLI::App& command, std::vector<double>& exposures) {
+  command
+      .add_option("--exposures",
+                  exposures,
+                  "Exposure (seconds, or time x ISO / N^2) of each picture (default: from EXIF)")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+}
+
+void AddCalibrate(CLI::App& app, Work& work) {
+  CLI::App& calibrate = *app.add_subcommand("calibrate", "Make the files that describe cameras");
+  calibrate.require_subcommand(1);
+  calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
+
+  auto fisheye = std::make_shared<pleinair::CalibrateFisheyeOptions>();
+  CLI::App& lens = AddCalibration(calibrate,
+                                  work,
+                                  "fisheye",
+                                  "A fish-eye lens from pictures of a chessboard",
+                                  fisheye,
+                                  pleinair::RunCalibrateFisheye);
+  lens.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
+  lens.add_option("pictures", fisheye->pictures, "Pictures of the board")->required();
+  lens.add_option("--board", fisheye->board, "Inner corners, COLUMNSxROWS")->required();
+  lens.add_option("--fov-deg", fisheye->fov_deg, "Full angle to use (default: the picture's)")
+      ->check(CLI::Range(1.0, 360.0));
+  lens.add_option("--out", fisheye->out, "The fish-eye's file")->required();
+
+  auto response = std::make_shared<pleinair::CalibrateResponseOptions>();
+  CLI::App& curve = AddCalibration(calibrate,
+                                   work,
+                                   "response",
+                                   "A camera's response from brackets or a ColorChecker",
+                                   response,
+                                   pleinair::RunCalibrateResponse);
+  curve.footer("Example: pleinair calibrate response bracket/*.jpg --out response.json");
+  curve.add_option("pictures", response->pictures, "PNG or JPEG")->required();
+  AddExposures(curve, response->exposures);
+  curve.add_flag("--chart", response->chart, "Each picture shows a ColorChecker: use its greys");
+  curve.add_option(
+      "--corners",
+      response->corners,
+      "Of the chart: X,Y of dark skin's, bluish green's, black's, white's outer corner "
+      "(default: found)");
+  curve.add_option("--curve", response->curve, "For the chart: monotone or logarithmic")
+      ->check(CLI::IsMember({"monotone", "logarithmic"}));
+  curve.add_option("--out", response->out, "The response file")->required();
+
+  auto merge = std::make_shared<pleinair::CalibrateMergeOptions>();
+  CLI::App& hdr = AddCalibration(calibrate,
+                                 work,
+                                 "merge",
+                                 "One HDR picture from an exposure bracket",
+                                 merge,
+                                 pleinair::RunCalibrateMerge);
+  hdr.footer("Example: pleinair calibrate merge bracket/*.jpg --response r.json --out sky.exr");
+  hdr.add_option("pictures", merge->pictures, "PNG or JPEG")->required();
+  AddExposures(hdr, merge->exposures);
+  hdr.add_option("--response", merge->response, "srgb8 or a response file");
+  hdr.add_option("--out", merge->out, "EXR or HDR")->required();
+
+  auto average = std::make_shared<pleinair::CalibrateAverageOptions>();
+  CLI::App& mean = AddCalibration(calibrate,
+                                  work,
+                                  "average",
+                                  "The mean of HDR frames of a camera that stands still",
+                                  average,
+                                  pleinair::RunCalibrateAverage);
+  mean.footer("Example: pleinair calibrate average frames/*.exr --out mean.exr");
+  mean.add_option("frames", average->frames, "EXR or HDR")->required();
+  mean.add_option("--out", average->out, "EXR or HDR")->required();
+
+  auto colour = std::make_shared<pleinair::CalibrateColourOptions>();
+  CLI::App& tie = AddCalibration(calibrate,
+                                 work,
+                                 "colour",
+                                 "Tie the fish-eye's colours to the room camera's",
+                                 colour,
+                                 pleinair::RunCalibrateColour);
+  tie.footer("Example: pleinair calibrate colour sky.json --pairs pairs.csv");
+  tie.add_option("calibration", colour->calibration, "The fish-eye's file")->required();
+  CLI::Option* pairs =
+      tie.add_option("--pairs", colour->pairs, "CSV: fish-eye R,G,B, room R,G,B (linear)");
+  CLI::Option* seen = tie.add_option(
+      "--fisheye-picture", colour->fisheye_picture, "With a ColorChecker; EXR, HDR or 8-bit");
+  CLI::Option* room = tie.add_option(
+      "--room-picture", colour->room_picture, "With the same chart in the same light");
+  seen->needs(room)->excludes(pairs);
+  room->needs(seen);
+  tie.add_option("--fisheye-corners", colour->fisheye_corners, "As for response (default: found)");
+  tie.add_option("--room-corners", colour->room_corners, "As for response (default: found)");
+  tie.add_option("--fisheye-response", colour->fisheye_response, "Of an 8-bit picture");
+  tie.add_option("--room-response", colour->room_response, "Of an 8-bit picture");
+  tie.add_flag("--matrix", colour->matrix, "A 3x3 matrix, not a factor for each channel");
+  tie.add_option("--out", colour->out, "Where to write (default: the same file)");
+
+  auto orientation = std::make_shared<pleinair::CalibrateOrientationOptions>();
+  CLI::App& north = AddCalibration(calibrate,
+                                   work,
+                                   "orientation",
+                                   "Up and north of a fish-eye, from marks or the sun's image",
+                                   orientation,
+                                   pleinair::RunCalibrateOrientation);
+  north.footer(
+      "Example: pleinair calibrate orientation sky.json --site 50.36,7.56,75 --levelled"
+      " --sun noon.exr --time 2007-03-20T11:40:00Z");
+  north.add_option("calibration", orientation->calibration, "The fish-eye's file")->required();
+  north.add_option("--marks", orientation->marks, "CSV: X,Y (pixels), EAST,NORTH,UP");
+  north.add_option("--sun", orientation->sun_pictures, "Picture with the sun in it; repeatable");
+  north.add_option("--time", orientation->times, "UTC of each of these");
+  north.add_option("--site", orientation->site, "LAT,LON[,H], for the sun");
+  north.add_flag(
+      "--levelled", orientation->levelled, "The axis points to the zenith: one sun is enough");
+  north.add_flag("--mirrored", orientation->mirrored, "The picture is mirrored, as a map");
+  north.add_option("--out", orientation->out, "Where to write (default: the same file)");
+}
+
 void AddDoctor(CLI::App& app, Work& work) {
   auto json = std::make_shared<bool>(false);
   CLI::App& doctor =
@@ -213,6 +345,7 @@ int main(int argc, char** argv) {
   AddPrepare(app, work);
   AddRun(app, work);
   AddScore(app, work);
+  AddCalibrate(app, work);
   AddDoctor(app, work);
   try {
     app.parse(argc, argv);

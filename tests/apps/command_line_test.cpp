@@ -58,7 +58,18 @@ class CommandLine : public testing::Test {
 };
 
 TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
-  for (const char* command : {"sun", "prepare", "run", "score", "doctor"}) {
+  for (const char* command : {"sun",
+                              "prepare",
+                              "run",
+                              "score",
+                              "doctor",
+                              "calibrate",
+                              "calibrate fisheye",
+                              "calibrate response",
+                              "calibrate merge",
+                              "calibrate average",
+                              "calibrate colour",
+                              "calibrate orientation"}) {
     const Ended ended = Call(std::string(command) + " --help");
     EXPECT_EQ(ended.exit_code, 0);
     EXPECT_THAT(ended.output, HasSubstr(std::string("Example: pleinair ") + command));

@@ -1,0 +1,459 @@
+#include "apps/calibrate_command.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <stdexcept>
+
+#include <glm/geometric.hpp>
+
+#include "apps/number_table.h"
+#include "apps/whole_text.h"
+#include "calib/colour_chart.h"
+#include "calib/colour_tie.h"
+#include "calib/exif_exposure.h"
+#include "calib/exposure_merge.h"
+#include "calib/fisheye_file.h"
+#include "calib/fisheye_fit.h"
+#include "calib/fisheye_orientation.h"
+#include "calib/frame_average.h"
+#include "calib/response_fit.h"
+#include "scene/image_io.h"
+#include "sunmodel/angles.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+[[gnu::format(printf, 1, 2)]] std::string Line(const char* format, ...) {
+  std::array<char, 512> text{};
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text.data(), text.size(), format, arguments);
+  va_end(arguments);
+  return std::string(text.data()) + "\n";
+}
+
+bool IsHdrFile(const std::filesystem::path& file) {
+  const std::string extension = file.extension().string();
+  return extension == ".exr" || extension == ".hdr";
+}
+
+// Before hours of work: only then is it told that the result cannot be named so.
+void RequireHdrName(const std::filesystem::path& file) {
+  if (IsHdrFile(file)) return;
+  throw std::invalid_argument("--out " + file.string() + ": expected a name in .exr or .hdr");
+}
+
+void WriteRadiance(const std::filesystem::path& file, const RgbImage& radiance) {
+  file.extension() == ".exr" ? WriteExr(file, radiance, ExrPrecision::kFloat)
+                             : WriteHdr(file, radiance);
+}
+
+ResponseCurve ResponseFrom(const std::string& name) {
+  return name == "srgb8" ? ResponseCurve::Srgb() : ResponseCurve::FromFile(name);
+}
+
+// The green channel, which most pixels of a sensor measure.
+Gray8Image GreenOf(const Rgb8Image& picture) {
+  Gray8Image green(picture.width, picture.height);
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) green.pixels[i] = picture.pixels[i].y;
+  return green;
+}
+
+std::vector<double> ExposuresOf(const std::vector<std::filesystem::path>& pictures,
+                                const std::vector<double>& stated) {
+  if (!stated.empty()) {
+    if (stated.size() == pictures.size()) return stated;
+    throw std::invalid_argument("--exposures: expected one a picture, " +
+                                std::to_string(pictures.size()) + ", found " +
+                                std::to_string(stated.size()));
+  }
+  std::vector<double> exposures;
+  for (const std::filesystem::path& picture : pictures) {
+    const auto exposure = ReadExifExposure(picture).RelativeExposure();
+    if (!exposure) {
+      throw std::invalid_argument(picture.string() +
+                                  ": expected an exposure time in its EXIF data, or --exposures");
+    }
+    exposures.push_back(*exposure);
+  }
+  return exposures;
+}
+
+std::vector<ExposedPicture> ReadBracket(const std::vector<std::filesystem::path>& files,
+                                        const std::vector<double>& stated_exposures) {
+  const std::vector<double> exposures = ExposuresOf(files, stated_exposures);
+  std::vector<ExposedPicture> pictures;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    pictures.push_back({ReadDisplayImage(files[i]), exposures[i]});
+  }
+  return pictures;
+}
+
+ChartCorners ChartIn(const Rgb8Image& picture,
+                     const std::string& corners,
+                     const std::filesystem::path& file) {
+  if (corners.empty()) {
+    const auto found = FindColourChart(picture);
+    if (found) return *found;
+    throw std::runtime_error(
+        file.string() + ": expected a ColorChecker of 24 patches, found none: tell its corners");
+  }
+  const std::vector<double> numbers = ParseNumbers(corners, "corners");
+  if (numbers.size() != 8) {
+    throw std::invalid_argument("corners " + corners +
+                                ": expected x,y of the outer corners of dark "
+                                "skin, bluish green, black and white: 8 numbers");
+  }
+  ChartCorners chart;
+  for (std::size_t i = 0; i < 4; ++i) chart[i] = {numbers[2 * i], numbers[2 * i + 1]};
+  return chart;
+}
+
+std::string Report(const ResponseFit& fit) {
+  std::string text;
+  constexpr std::array<const char*, 3> kNames{"red", "green", "blue"};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const ResponseChannelFit& channel = fit.channels[c];
+    text += Line("%-6s codes %d to %d seen, rms %.1f %% of the light%s",
+                 kNames[c],
+                 channel.lowest_code,
+                 channel.highest_code,
+                 100.0 * channel.rms_relative,
+                 channel.falls_mended > 0 ? ", falling parts made to rise" : "");
+  }
+  return text;
+}
+
+// The greys of the charts, where they are neither clipped nor lost in noise.
+std::array<std::vector<ResponseSample>, 3> ChartSamples(const CalibrateResponseOptions& options) {
+  std::array<std::vector<ResponseSample>, 3> samples;
+  std::vector<double> exposures(options.pictures.size(), 1.0);
+  if (options.pictures.size() > 1) exposures = ExposuresOf(options.pictures, options.exposures);
+  for (std::size_t i = 0; i < options.pictures.size(); ++i) {
+    const Rgb8Image picture = ReadDisplayImage(options.pictures[i]);
+    const auto patches =
+        MeasureChart(picture, ChartIn(picture, options.corners, options.pictures[i]));
+    for (const int grey : kChartGreys) {
+      const auto index = static_cast<std::size_t>(grey);
+      for (int c = 0; c < 3; ++c) {
+        const double code = patches[index].mean[c];
+        if (code >= kClippedFromCode - 1 || code <= kNoiseFloorUpToCode) continue;
+        samples[static_cast<std::size_t>(c)].push_back(
+            {exposures[i] * kChartReflectance[index], code});
+      }
+    }
+  }
+  return samples;
+}
+
+// A picture as light, whatever its file.
+RgbImage ReadLinear(const std::filesystem::path& file, const std::string& response) {
+  if (IsHdrFile(file)) return ReadRadianceImage(file);
+  return RadianceFromCodes(ReadDisplayImage(file), ResponseFrom(response), 1.0);
+}
+
+// As a screen would show it: the chart finder wants 8 bit.
+Rgb8Image Shown(RgbImage radiance) {
+  RepairRadiance(radiance);
+  std::vector<float> light;
+  for (const glm::vec3& pixel : radiance.pixels) {
+    light.push_back(std::max({pixel.x, pixel.y, pixel.z}));
+  }
+  // All but the brightest hundredth, which may be lamps.
+  const auto white = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 99 / 100);
+  std::nth_element(light.begin(), white, light.end());
+  return CodesFromRadiance(radiance, ResponseCurve::Srgb(), *white > 0.0f ? 1.0 / *white : 1.0);
+}
+
+std::array<ChartPatch, kChartPatches> ChartColours(const std::filesystem::path& file,
+                                                   const std::string& corners,
+                                                   const std::string& response) {
+  const RgbImage radiance = ReadLinear(file, response);
+  return MeasureChart(radiance, ChartIn(Shown(radiance), corners, file));
+}
+
+std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options) {
+  std::vector<ColourPair> pairs;
+  if (!options.pairs.empty()) {
+    for (const std::vector<double>& row : ReadNumberTable(options.pairs, 6)) {
+      pairs.push_back({{row[0], row[1], row[2]}, {row[3], row[4], row[5]}});
+    }
+    return pairs;
+  }
+  const auto from =
+      ChartColours(options.fisheye_picture, options.fisheye_corners, options.fisheye_response);
+  const auto to = ChartColours(options.room_picture, options.room_corners, options.room_response);
+  for (std::size_t i = 0; i < kChartPatches; ++i) pairs.push_back({from[i].mean, to[i].mean});
+  return pairs;
+}
+
+struct NamedMark {
+  std::string name;
+  DirectionPair pair;
+};
+
+DirectionPair SunMark(const std::filesystem::path& file,
+                      const std::string& time,
+                      const Site& site,
+                      const FisheyeLens& lens) {
+  const RgbImage picture = ReadLinear(file, "srgb8");
+  if (picture.width != lens.Intrinsics().width_px ||
+      picture.height != lens.Intrinsics().height_px) {
+    throw std::runtime_error(
+        file.string() + ": expected " + std::to_string(lens.Intrinsics().width_px) + "x" +
+        std::to_string(lens.Intrinsics().height_px) + " pixels, as the calibration says");
+  }
+  const auto sun = FindSunImage(picture, lens);
+  if (!sun) {
+    throw std::runtime_error(file.string() +
+                             ": expected the sun's image: one small spot brighter than all else");
+  }
+  const glm::dvec3 direction = ApparentSunDirectionEnu(site, ParseUtcTime(time));
+  if (!(direction.z > 0.0)) {
+    throw std::runtime_error(file.string() + ": expected a time with the sun up, at " + time +
+                             " it is below the horizon of " + "the site");
+  }
+  return {sun->direction_camera, direction};
+}
+
+std::vector<NamedMark> Marks(const CalibrateOrientationOptions& options, const FisheyeLens& lens) {
+  std::vector<NamedMark> marks;
+  if (!options.marks.empty()) {
+    for (const std::vector<double>& row : ReadNumberTable(options.marks, 5)) {
+      const std::string name = Line("mark %g,%g", row[0], row[1]);
+      const auto direction = lens.DirectionFromPixel({row[0], row[1]});
+      if (!direction) {
+        throw std::runtime_error(options.marks.string() +
+                                 ": expected pixels that the lens sees, found " +
+                                 name.substr(0, name.size() - 1));
+      }
+      marks.push_back({name.substr(0, name.size() - 1), {*direction, {row[2], row[3], row[4]}}});
+    }
+  }
+  if (options.sun_pictures.size() != options.times.size()) {
+    throw std::invalid_argument("--time: expected one a sun picture, " +
+                                std::to_string(options.sun_pictures.size()) + ", found " +
+                                std::to_string(options.times.size()));
+  }
+  if (options.sun_pictures.empty()) return marks;
+  const Site site = ParseSite(options.site);
+  for (std::size_t i = 0; i < options.sun_pictures.size(); ++i) {
+    marks.push_back({options.sun_pictures[i].string(),
+                     SunMark(options.sun_pictures[i], options.times[i], site, lens)});
+  }
+  return marks;
+}
+
+}  // namespace
+
+std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options) {
+  BoardSize board;
+  int length = 0;
+  if (std::sscanf(options.board.c_str(), "%dx%d%n", &board.columns, &board.rows, &length) != 2 ||
+      options.board.size() != static_cast<std::size_t>(length)) {
+    throw std::invalid_argument("--board " + options.board +
+                                ": expected columns and rows of inner corners, such as 8x6");
+  }
+  board.Validate();
+  std::vector<BoardPicture> boards;
+  std::vector<RejectedPicture> unread;
+  int width = 0;
+  int height = 0;
+  for (const std::filesystem::path& file : options.pictures) {
+    Gray8Image picture;
+    try {
+      picture = GreenOf(ReadDisplayImage(file));
+    } catch (const std::exception& error) {
+      unread.push_back({file.string(), error.what()});
+      continue;
+    }
+    if (width == 0) {
+      width = picture.width;
+      height = picture.height;
+    }
+    if (picture.width != width || picture.height != height) {
+      unread.push_back({file.string(),
+                        std::to_string(picture.width) + "x" + std::to_string(picture.height) +
+                            " pixels where the first has " + std::to_string(width) + "x" +
+                            std::to_string(height)});
+      continue;
+    }
+    const auto corners = FindBoardCorners(picture, board);
+    if (!corners) {
+      unread.push_back({file.string(), "no board of " + options.board + " inner corners found"});
+      continue;
+    }
+    boards.push_back({file.string(), *corners});
+  }
+  if (boards.empty()) {
+    throw std::runtime_error(
+        "fish-eye calibration: expected pictures of a board of " + options.board +
+        " inner corners, found none" +
+        (unread.empty() ? "" : "; " + unread[0].name + ": " + unread[0].reason));
+  }
+  FisheyeFit fit = FitFisheyeLens(boards, board, width, height);
+  if (options.fov_deg) fit.lens.max_angle_rad = 0.5 * RadFromDeg(*options.fov_deg);
+  WriteWholeText(options.out, FisheyeCalibrationText({fit.lens, {}, {}, fit.rms_px}));
+
+  const FisheyeIntrinsics& lens = fit.lens;
+  std::string report;
+  for (const FittedPicture& picture : fit.fitted) {
+    report += Line("%s: rms %.2f px", picture.name.c_str(), picture.rms_px);
+  }
+  for (const auto& rejected : {unread, fit.rejected}) {
+    for (const RejectedPicture& picture : rejected) {
+      report += picture.name + ": left out: " + picture.reason + "\n";
+    }
+  }
+  report += Line("fx %.2f fy %.2f cx %.2f cy %.2f px, k %.5f %.5f %.5f %.5f",
+                 lens.fx_px,
+                 lens.fy_px,
+                 lens.cx_px,
+                 lens.cy_px,
+                 lens.distortion[0],
+                 lens.distortion[1],
+                 lens.distortion[2],
+                 lens.distortion[3]);
+  report +=
+      Line("rms %.3f px over %zu pictures; boards reach %.1f deg from the axis, valid to %.1f",
+           fit.rms_px,
+           fit.fitted.size(),
+           DegFromRad(fit.covered_angle_rad),
+           DegFromRad(FisheyeLens(lens).MaxAngleRad()));
+  return report;
+}
+
+std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
+  ResponseFit fit;
+  std::string report;
+  if (!options.chart) {
+    fit = FitResponseFromBrackets(ReadBracket(options.pictures, options.exposures));
+  } else if (options.curve == "logarithmic") {
+    const LogarithmicResponseFit logarithmic = FitLogarithmicResponse(ChartSamples(options));
+    fit = logarithmic.response;
+    for (const LogarithmicCurve& curve : logarithmic.curves) {
+      report += Line("code = %.3f + %.3f ln(%.5g + light), rms %.2f codes",
+                     curve.a,
+                     curve.b,
+                     curve.c,
+                     curve.rms_codes);
+    }
+  } else {
+    fit = FitMonotoneResponse(ChartSamples(options));
+  }
+  WriteWholeText(options.out, ResponseCurve::FromTable(fit.table).FileText());
+  return report + Report(fit);
+}
+
+std::string RunCalibrateMerge(const CalibrateMergeOptions& options) {
+  RequireHdrName(options.out);
+  const MergedExposures merged = MergeExposures(ReadBracket(options.pictures, options.exposures),
+                                                ResponseFrom(options.response));
+  WriteRadiance(options.out, merged.radiance);
+  const auto count = [](const Gray8Image& flags) {
+    return std::count(flags.pixels.begin(), flags.pixels.end(), std::uint8_t{1});
+  };
+  return Line("%zu pictures; clipped in all of them: %td pixels; at the noise floor: %td pixels",
+              options.pictures.size(),
+              count(merged.clipped),
+              count(merged.at_noise_floor));
+}
+
+std::string RunCalibrateAverage(const CalibrateAverageOptions& options) {
+  RequireHdrName(options.out);
+  FrameAverage average;
+  for (const std::filesystem::path& frame : options.frames) {
+    try {
+      average.Add(ReadRadianceImage(frame));
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error(frame.string() + ": " + error.what());
+    }
+  }
+  const RgbImage mean = average.Mean();
+  WriteRadiance(options.out, mean);
+  const RgbImage error = average.StandardError();
+  double light = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < mean.pixels.size(); ++i) {
+    light += mean.pixels[i].y / static_cast<double>(mean.pixels.size());
+    if (!std::isfinite(error.pixels[i].y)) continue;
+    squares += error.pixels[i].y * error.pixels[i].y / static_cast<double>(mean.pixels.size());
+  }
+  return Line(
+      "%d frames; standard error of the mean %.3g (rms, green) at mean %.3g; not finite: %lld "
+      "pixels",
+      average.FrameCount(),
+      std::sqrt(squares),
+      light,
+      static_cast<long long>(average.LeftOutCount()));
+}
+
+std::string RunCalibrateColour(const CalibrateColourOptions& options) {
+  FisheyeCalibration calibration = ReadFisheyeCalibration(options.calibration);
+  const ColourTie tie = FitColourTie(
+      ColourPairs(options), options.matrix ? ColourTieKind::kMatrix : ColourTieKind::kScale);
+  calibration.room_from_fisheye_rgb = tie.to_from_rgb;
+  WriteWholeText(options.out.empty() ? options.calibration : options.out,
+                 FisheyeCalibrationText(calibration));
+  std::string report;
+  for (int row = 0; row < 3; ++row) {
+    report += Line("%10.5f %10.5f %10.5f",
+                   tie.to_from_rgb[0][row],
+                   tie.to_from_rgb[1][row],
+                   tie.to_from_rgb[2][row]);
+  }
+  for (std::size_t i = 0; i < tie.counts.size(); ++i) {
+    if (tie.counts[i]) continue;
+    report += Line("pair %zu left out: off by %.1f %%", i + 1, 100.0 * tie.residual_relative[i]);
+  }
+  return report + Line("rms %.2f %% over %td pairs",
+                       100.0 * tie.rms_relative,
+                       std::count(tie.counts.begin(), tie.counts.end(), true));
+}
+
+std::string RunCalibrateOrientation(const CalibrateOrientationOptions& options) {
+  FisheyeCalibration calibration = ReadFisheyeCalibration(options.calibration);
+  const std::vector<NamedMark> marks = Marks(options, FisheyeLens(calibration.intrinsics));
+  if (marks.empty()) throw std::invalid_argument("expected --marks or --sun");
+  const Handedness handedness = options.mirrored ? Handedness::kMirrored : Handedness::kRightHanded;
+  OrientationFit fit;
+  if (options.levelled) {
+    if (marks.size() != 1) {
+      throw std::invalid_argument("--levelled: expected one sun or mark, found " +
+                                  std::to_string(marks.size()) + " (several need no level)");
+    }
+    fit = OrientationFromUp({0.0, 0.0, 1.0}, marks[0].pair, handedness);
+  } else {
+    if (marks.size() < 2) {
+      throw std::invalid_argument("expected two suns or marks, or one and --levelled");
+    }
+    std::vector<DirectionPair> pairs;
+    for (const NamedMark& mark : marks) pairs.push_back(mark.pair);
+    fit = FitOrientation(pairs, {handedness});
+  }
+  calibration.world_from_camera = fit.world_from_camera;
+  WriteWholeText(options.out.empty() ? options.calibration : options.out,
+                 FisheyeCalibrationText(calibration));
+
+  std::string report;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    report += Line("%s: off by %.3f deg%s",
+                   marks[i].name.c_str(),
+                   DegFromRad(fit.residual_rad[i]),
+                   fit.counts[i] ? "" : ", left out");
+  }
+  const glm::dvec3 axis = fit.world_from_camera[2];
+  const glm::dvec3 up = -fit.world_from_camera[1];
+  return report + Line(
+                      "rms %.3f deg; the axis is %.2f deg from the zenith, the picture's up has "
+                      "azimuth %.2f deg",
+                      DegFromRad(fit.rms_rad),
+                      DegFromRad(std::atan2(std::hypot(axis.x, axis.y), axis.z)),
+                      DegFromRad(std::atan2(up.x, up.y)) + (up.x < 0.0 ? 360.0 : 0.0));
+}
+
+}  // namespace pleinair

@@ -1,0 +1,12 @@
+// Text files that are either whole or not there.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace pleinair {
+
+// Writes beside `file` and renames. Throws std::runtime_error naming it when that fails.
+void WriteWholeText(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace pleinair

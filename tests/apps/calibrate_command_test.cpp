@@ -1,0 +1,255 @@
+#include "apps/calibrate_command.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/fisheye_file.h"
+#include "calib/response.h"
+#include "scene/image_io.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+const std::filesystem::path kShared = PLEINAIR_SHARED_DIR;
+
+class CalibrateCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              (std::string("pleinair_calibrate_") +
+               testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path Write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+  // A levelled sky camera, as a map: north up, east right.
+  std::filesystem::path WriteLens() {
+    return Write(
+        "sky.json",
+        FisheyeCalibrationText(
+            {CentredFisheye(FisheyeModel::kEquidistant, RadFromDeg(180.0), 512, 512), {}, {}, {}}));
+  }
+  // A ramp of 4 decades seen at four exposures by an sRGB camera.
+  std::vector<std::filesystem::path> WriteBracket(const std::vector<double>& exposures) {
+    RgbImage light(256, 64);
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 256; ++x) {
+        light.At(x, y) =
+            glm::vec3(static_cast<float>(std::pow(10.0, 4.0 * (x + y / 64.0) / 256.0 - 3.0)));
+      }
+    }
+    std::vector<std::filesystem::path> files;
+    for (const double exposure : exposures) {
+      files.push_back(folder_ / (std::to_string(exposure) + ".png"));
+      WritePng(files.back(), CodesFromRadiance(light, ResponseCurve::Srgb(), exposure));
+    }
+    return files;
+  }
+
+  template <typename Options>
+  static std::string Refusal(std::string (*run)(const Options&), const Options& options) {
+    try {
+      run(options);
+    } catch (const std::exception& error) {
+      EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(CalibrateCommand, FitsAResponseAndMergesWithIt) {
+  const std::vector<double> exposures{8.0, 2.0, 0.5, 0.125};
+  CalibrateResponseOptions response;
+  response.pictures = WriteBracket(exposures);
+  response.exposures = exposures;
+  response.out = folder_ / "response.json";
+  EXPECT_THAT(RunCalibrateResponse(response), HasSubstr("codes"));
+  const ResponseCurve curve = ResponseCurve::FromFile(response.out);
+  const float at_128 = curve.LinearFromCode(glm::u8vec3(128)).x;
+  for (const int code : {20, 60, 200, 240}) {
+    EXPECT_NEAR(curve.LinearFromCode(glm::u8vec3(static_cast<std::uint8_t>(code))).x / at_128,
+                LinearFromSrgb(code / 255.0) / LinearFromSrgb(128 / 255.0),
+                0.03 * LinearFromSrgb(code / 255.0) / LinearFromSrgb(128 / 255.0));
+  }
+
+  CalibrateMergeOptions merge;
+  merge.pictures = response.pictures;
+  merge.exposures = exposures;
+  merge.out = folder_ / "merged.exr";
+  EXPECT_THAT(RunCalibrateMerge(merge), HasSubstr("clipped in all of them"));
+  const RgbImage merged = ReadRadianceImage(merge.out);
+  // Light 1 at three quarters of the ramp; a code of rounding is 1 %.
+  EXPECT_NEAR(merged.At(192, 0).x, 1.0f, 0.01f);
+
+  merge.out = folder_ / "merged.png";
+  EXPECT_THAT(Refusal(RunCalibrateMerge, merge), HasSubstr(".exr or .hdr"));
+  response.exposures.pop_back();
+  EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("--exposures"));
+  response.exposures.clear();
+  EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("EXIF"));
+}
+
+TEST_F(CalibrateCommand, AveragesFrames) {
+  CalibrateAverageOptions average;
+  for (const float value : {1.0f, 3.0f}) {
+    average.frames.push_back(folder_ / (std::to_string(value) + ".exr"));
+    WriteExr(average.frames.back(), RgbImage(4, 3, glm::vec3(value)), ExrPrecision::kFloat);
+  }
+  average.out = folder_ / "mean.hdr";
+  EXPECT_THAT(RunCalibrateAverage(average), HasSubstr("2 frames"));
+  EXPECT_EQ(ReadRadianceImage(average.out).At(0, 0), glm::vec3(2.0f));
+  average.frames.push_back(folder_ / "5.exr");
+  WriteExr(average.frames.back(), RgbImage(3, 3), ExrPrecision::kFloat);
+  EXPECT_THAT(Refusal(RunCalibrateAverage, average), HasSubstr("5.exr: frame: expected 4x3"));
+}
+
+TEST_F(CalibrateCommand, TiesColoursByPairs) {
+  CalibrateColourOptions colour;
+  colour.calibration = WriteLens();
+  colour.pairs = Write("pairs.csv", "# fish-eye, room\n1,1,1, 2,0.5,1\n0.5,0.2,0.1, 1,0.1,0.1\n");
+  EXPECT_THAT(RunCalibrateColour(colour), HasSubstr("over 2 pairs"));
+  const FisheyeCalibration tied = ReadFisheyeCalibration(colour.calibration);
+  EXPECT_NEAR((*tied.room_from_fisheye_rgb)[0][0], 2.0, 1e-12);
+  EXPECT_NEAR((*tied.room_from_fisheye_rgb)[1][1], 0.5, 1e-12);
+  colour.pairs = Write("bad.csv", "1,1,1,2,0.5\n");
+  EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("line 1: expected 6 numbers"));
+  colour.pairs = Write("bad.csv", "1,1,1,2,red,1\n");
+  EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("found \"red\""));
+}
+
+// The centre is the zenith, the middle of the top side north, of the right side east (as a map).
+TEST_F(CalibrateCommand, OrientsByMarks) {
+  CalibrateOrientationOptions orientation;
+  orientation.calibration = WriteLens();
+  orientation.out = folder_ / "oriented.json";
+  orientation.marks =
+      Write("marks.csv", "255.5,255.5,0,0,1\n255.5,0,0,1,0.003\n511,255.5,1,0,0.003\n");
+  orientation.mirrored = true;
+  EXPECT_THAT(RunCalibrateOrientation(orientation), HasSubstr("rms 0.0"));
+  const auto found = ReadFisheyeCalibration(orientation.out).world_from_camera.value();
+  EXPECT_NEAR(found[0].x, 1.0, 1e-5);
+  EXPECT_NEAR(found[1].y, -1.0, 1e-5);
+  EXPECT_NEAR(found[2].z, 1.0, 1e-5);
+  EXPECT_FALSE(ReadFisheyeCalibration(orientation.calibration).world_from_camera);
+
+  orientation.marks = Write("marks.csv", "0,0,0,0,1\n255.5,0,0,1,0\n");
+  EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation), HasSubstr("mark 0,0"));
+  orientation.marks = Write("marks.csv", "255.5,255.5,0,0,1\n");
+  EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation), HasSubstr("two suns or marks"));
+  orientation.marks.clear();
+  EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation), HasSubstr("--marks or --sun"));
+  orientation.sun_pictures = {folder_ / "a.exr"};
+  EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation), HasSubstr("--time"));
+}
+
+// The recorded room's sky camera is told to be levelled, north up: its suns say the same, to a
+// tenth of a degree (a third of a pixel).
+TEST_F(CalibrateCommand, OrientsByTheSunsOfARecording) {
+  const std::filesystem::path fisheye = kShared / "sequences/room-window/fisheye";
+  if (!std::filesystem::is_directory(fisheye)) GTEST_SKIP() << "no recordings in " << kShared;
+  CalibrateOrientationOptions orientation;
+  orientation.calibration = WriteLens();
+  orientation.site = "50.3569,7.589,70";
+  orientation.mirrored = true;
+  orientation.sun_pictures = {
+      fisheye / "000000.exr", fisheye / "000002.exr", fisheye / "000005.exr"};
+  orientation.times = {"2007-03-20T08:40:00Z", "2007-03-20T10:50:00Z", "2007-03-20T13:20:00Z"};
+  RunCalibrateOrientation(orientation);
+  const auto found = ReadFisheyeCalibration(orientation.calibration).world_from_camera.value();
+  EXPECT_NEAR(found[0].y, 0.0, RadFromDeg(0.1));
+  EXPECT_NEAR(found[0].z, 0.0, RadFromDeg(0.1));
+  EXPECT_NEAR(found[1].z, 0.0, RadFromDeg(0.1));
+  EXPECT_GT(found[0].x, 0.999);
+  EXPECT_LT(found[1].y, -0.999);
+}
+
+TEST_F(CalibrateCommand, CalibratesALensAndNamesWhatIsNoUse) {
+  const std::filesystem::path boards = kShared / "data/lens_calibration/fisheye_board";
+  if (!std::filesystem::is_directory(boards)) GTEST_SKIP() << "no pictures in " << boards;
+  CalibrateFisheyeOptions fisheye;
+  for (const char* name : {"2", "3", "6", "8", "13", "14"}) {
+    fisheye.pictures.push_back(boards / (std::string("Fisheye1_") + name + ".jpg"));
+  }
+  fisheye.pictures.push_back(folder_ / "absent.jpg");
+  fisheye.pictures.push_back(folder_ / "grey.png");
+  WritePng(folder_ / "grey.png", Rgb8Image(1032, 778, glm::u8vec3(90)));
+  fisheye.pictures.push_back(folder_ / "small.png");
+  WritePng(folder_ / "small.png", Rgb8Image(10, 10, glm::u8vec3(90)));
+  fisheye.board = "8x6";
+  fisheye.fov_deg = 186.0;
+  fisheye.out = folder_ / "lens.json";
+  const std::string report = RunCalibrateFisheye(fisheye);
+  for (const char* name : {"absent.jpg", "grey.png", "small.png"}) {
+    EXPECT_THAT(report, HasSubstr(std::string(name) + ": left out"));
+  }
+  const FisheyeCalibration lens = ReadFisheyeCalibration(fisheye.out);
+  EXPECT_NEAR(lens.intrinsics.fx_px, 337.0, 3.0);
+  EXPECT_NEAR(lens.intrinsics.max_angle_rad, RadFromDeg(93.0), 1e-12);
+  EXPECT_LT(lens.rms_px.value(), 0.5);
+
+  fisheye.out = folder_ / "other.json";
+  fisheye.board = "8 by 6";
+  EXPECT_THAT(Refusal(RunCalibrateFisheye, fisheye), HasSubstr("--board"));
+  fisheye.board = "9x6";
+  fisheye.pictures.resize(1);
+  EXPECT_THAT(Refusal(RunCalibrateFisheye, fisheye), HasSubstr("found none"));
+  EXPECT_FALSE(std::filesystem::exists(fisheye.out));
+}
+
+// The photograph's file is sRGB: its green channel follows that curve where the greys are bright,
+// to 10 % (the darker ones are lifted by haze, and the light is not white).
+TEST_F(CalibrateCommand, FitsAResponseToAChart) {
+  const std::filesystem::path photo = kShared / "data/colorchecker/chart_photo_1.jpg";
+  if (!std::filesystem::exists(photo)) GTEST_SKIP() << "no picture " << photo;
+  CalibrateResponseOptions response;
+  response.pictures = {photo};
+  response.chart = true;
+  for (const char* curve : {"monotone", "logarithmic"}) {
+    response.curve = curve;
+    response.out = folder_ / curve;
+    RunCalibrateResponse(response);
+    const ResponseCurve found = ResponseCurve::FromFile(response.out);
+    const ResponseCurve srgb = ResponseCurve::Srgb();
+    const glm::u8vec3 middle(100);
+    for (const int code : {80, 130, 160, 200}) {
+      const glm::u8vec3 codes(static_cast<std::uint8_t>(code));
+      const float ratio = found.LinearFromCode(codes).y / found.LinearFromCode(middle).y;
+      const float expected = srgb.LinearFromCode(codes).y / srgb.LinearFromCode(middle).y;
+      EXPECT_NEAR(ratio / expected, 1.0f, 0.1f) << curve << " " << code;
+    }
+  }
+  response.corners = "0,0,10,0,10,10";
+  EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("8 numbers"));
+
+  CalibrateColourOptions colour;
+  colour.calibration = WriteLens();
+  colour.fisheye_picture = photo;
+  colour.room_picture = photo;
+  colour.matrix = true;
+  RunCalibrateColour(colour);
+  const auto matrix = ReadFisheyeCalibration(colour.calibration).room_from_fisheye_rgb.value();
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) EXPECT_NEAR(matrix[c][r], c == r ? 1.0 : 0.0, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace pleinair
