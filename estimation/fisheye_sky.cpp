@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -11,7 +12,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "calib/fisheye_lens.h"
 #include "estimation/internal/median.h"
 
 namespace pleinair {
@@ -31,10 +31,10 @@ constexpr float kFlatTop = 0.999f;
 constexpr double kWidestFlatTop = 1.5;
 
 bool IsMeasured(const glm::vec3& radiance) {
-  for (int c = 0; c < 3; ++c) {
-    if (!(radiance[c] >= 0.0f) || !std::isfinite(radiance[c])) return false;
-  }
-  return true;
+  // False for NaN, too.
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  return radiance.x >= 0.0f && radiance.x <= kLargest && radiance.y >= 0.0f &&
+         radiance.y <= kLargest && radiance.z >= 0.0f && radiance.z <= kLargest;
 }
 
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
@@ -47,7 +47,10 @@ double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
 }  // namespace
 
 FisheyeSky::FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions)
-    : regions_(regions), table_(MakeFisheyePixelTable(camera)) {
+    : regions_(regions),
+      lens_(camera.intrinsics),
+      camera_from_world_(glm::transpose(camera.world_from_camera)),
+      table_(MakeFisheyePixelTable(camera)) {
   const Image<glm::vec3>& direction = table_.direction_world;
   for (int y = 0; y < direction.height; ++y) {
     for (int x = 0; x < direction.width; ++x) {
@@ -68,13 +71,11 @@ FisheyeSky::FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions)
         "fish-eye camera: it sees no sky; expected some of its pixels to "
         "look above the horizon");
   }
-  const FisheyeLens lens(camera.intrinsics);
-  const glm::dmat3 camera_from_world = glm::transpose(camera.world_from_camera);
   for (std::size_t cell = 0; cell < SkyTable::kCells; ++cell) {
     const glm::dvec3 to_cell = SkyTable::DirectionOfCell(cell);
     region_of_cell_.push_back(static_cast<std::uint32_t>(regions_.RegionOf(to_cell).value_or(0)));
     pixel_of_cell_.push_back(kNone);
-    const auto at = lens.ProjectToPixel(camera_from_world * to_cell);
+    const auto at = lens_.ProjectToPixel(camera_from_world_ * to_cell);
     if (!at) continue;
     const int x = static_cast<int>(std::lround(at->x));
     const int y = static_cast<int>(std::lround(at->y));
@@ -101,6 +102,23 @@ void FisheyeSky::Read(const RgbImage& radiance,
   FillTable(radiance, disc);
 }
 
+FisheyeSky::PixelWindow FisheyeSky::WindowAround(const glm::dvec3& direction_enu,
+                                                 double radius_rad) const {
+  const Image<glm::vec3>& direction = table_.direction_world;
+  PixelWindow window{0, 0, direction.width, direction.height};
+  const auto centre = lens_.ProjectToPixel(camera_from_world_ * direction_enu);
+  if (!centre) return window;
+  const double solid_angle_sr = lens_.PixelSolidAngleSr(*centre);
+  if (!(solid_angle_sr > 0.0)) return window;
+  // Pixels are squeezed towards the rim by less than a half either way.
+  const double reach_px = 2.0 * radius_rad / std::sqrt(solid_angle_sr) + 2.0;
+  window.left = std::max(window.left, static_cast<int>(std::floor(centre->x - reach_px)));
+  window.top = std::max(window.top, static_cast<int>(std::floor(centre->y - reach_px)));
+  window.right = std::min(window.right, static_cast<int>(std::ceil(centre->x + reach_px)) + 1);
+  window.bottom = std::min(window.bottom, static_cast<int>(std::ceil(centre->y + reach_px)) + 1);
+  return window;
+}
+
 FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
                                           const glm::dvec3& sun_direction_enu,
                                           double sun_angular_radius_rad) {
@@ -115,11 +133,16 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   };
   std::vector<Near> near;
   std::uint32_t peak = kNone;
-  for (const Run& run : runs_) {
-    for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
+  const PixelWindow window =
+      WindowAround(sun_direction_enu, 2.0 * kSearchRadiusRad + kRingWidthRad);
+  for (int y = window.top; y < window.bottom; ++y) {
+    for (int x = window.left; x < window.right; ++x) {
+      const auto pixel = static_cast<std::uint32_t>(table_.direction_world.Index(x, y));
       const glm::dvec3 direction(table_.direction_world.pixels[pixel]);
-      if (!(glm::dot(direction, sun_direction_enu) > reach_cosine)) continue;
-      if (!IsMeasured(radiance.pixels[pixel])) continue;
+      if (!(direction.z > 0.0) || !(glm::dot(direction, sun_direction_enu) > reach_cosine) ||
+          !IsMeasured(radiance.pixels[pixel])) {
+        continue;
+      }
       near.push_back({pixel, 0.0});
       if (AngleBetween(direction, sun_direction_enu) <= kSearchRadiusRad &&
           (peak == kNone || Luminance(radiance.pixels[pixel]) > Luminance(radiance.pixels[peak]))) {
@@ -183,19 +206,25 @@ void FisheyeSky::AverageRegions(const RgbImage& radiance, const DiscArea& disc) 
   std::vector<glm::dvec3> sum(regions_.Count(), glm::dvec3(0.0));
   region_weight_sr_.assign(regions_.Count(), 0.0);
   for (const Run& run : runs_) {
+    // Most runs are clean: sum first, look for defects where the sum shows some.
     glm::vec3 run_sum(0.0f);
+    glm::vec3 least(0.0f);
     float run_weight = 0.0f;
     for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
-      const glm::vec3& value = radiance.pixels[pixel];
-      // One comparison finds every NaN; the sum of what is not finite is not, either.
-      const float weight = value.x >= 0.0f && value.y >= 0.0f && value.z >= 0.0f
-                               ? table_.solid_angle_sr.pixels[pixel]
-                               : 0.0f;
-      if (!(weight > 0.0f)) continue;
-      run_sum += weight * value;
+      const float weight = table_.solid_angle_sr.pixels[pixel];
+      run_sum += weight * radiance.pixels[pixel];
+      least = glm::min(least, radiance.pixels[pixel]);
       run_weight += weight;
     }
-    if (!std::isfinite(run_sum.x + run_sum.y + run_sum.z)) continue;
+    if (least != glm::vec3(0.0f) || !IsMeasured(run_sum)) {
+      run_sum = glm::vec3(0.0f);
+      run_weight = 0.0f;
+      for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
+        if (!IsMeasured(radiance.pixels[pixel])) continue;
+        run_sum += table_.solid_angle_sr.pixels[pixel] * radiance.pixels[pixel];
+        run_weight += table_.solid_angle_sr.pixels[pixel];
+      }
+    }
     sum[run.region] += glm::dvec3(run_sum);
     region_weight_sr_[run.region] += double{run_weight};
   }

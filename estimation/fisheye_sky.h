@@ -11,6 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include "calib/fisheye_camera.h"
+#include "calib/fisheye_lens.h"
 #include "scene/image.h"
 #include "scene/sky_regions.h"
 #include "scene/sky_shape.h"
@@ -59,6 +60,8 @@ class FisheyeSky {
   };
 
   SkyRegions regions_;
+  FisheyeLens lens_;
+  glm::dmat3 camera_from_world_;
   FisheyePixelTable table_;
   std::vector<Run> runs_;
   // Per cell of SkyTable the pixel nearest to it; kNone where the picture does not show it.
@@ -71,6 +74,15 @@ class FisheyeSky {
   std::vector<double> region_weight_sr_;
   std::vector<glm::vec3> sky_table_;
   glm::dvec3 sky_irradiance_rgb_{0.0};
+
+  struct PixelWindow {
+    int left;
+    int top;
+    int right;
+    int bottom;
+  };
+  // Holds every pixel within `radius_rad` of a direction.
+  PixelWindow WindowAround(const glm::dvec3& direction_enu, double radius_rad) const;
 
   // Pixels around the disc, and what the sky there is without it.
   struct DiscArea {

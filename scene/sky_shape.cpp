@@ -173,6 +173,13 @@ glm::dvec3 HorizontalIrradiance(std::span<const glm::vec3> table) {
     throw std::invalid_argument(std::string("sky table of ") + std::to_string(table.size()) +
                                 " cells: expected " + std::to_string(SkyTable::kCells));
   }
+  static const std::vector<double> weights = [] {
+    std::vector<double> projected_sr;
+    for (std::size_t cell = 0; cell < SkyTable::kCells; ++cell) {
+      projected_sr.push_back(SkyTable::SolidAngleSr(cell) * SkyTable::DirectionOfCell(cell).z);
+    }
+    return projected_sr;
+  }();
   glm::dvec3 irradiance(0.0);
   for (std::size_t cell = 0; cell < table.size(); ++cell) {
     const glm::vec3& value = table[cell];
@@ -184,10 +191,7 @@ glm::dvec3 HorizontalIrradiance(std::span<const glm::vec3> table) {
                                     ": expected a finite radiance >= 0");
       }
     }
-    const double weight = SkyTable::SolidAngleSr(cell);
-    if (weight > 0.0) {
-      irradiance += weight * SkyTable::DirectionOfCell(cell).z * glm::dvec3(value);
-    }
+    irradiance += weights[cell] * glm::dvec3(value);
   }
   return irradiance;
 }
