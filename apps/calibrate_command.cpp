@@ -10,10 +10,10 @@
 #include <glm/geometric.hpp>
 
 #include "apps/number_table.h"
+#include "apps/picture_files.h"
 #include "apps/whole_text.h"
 #include "calib/colour_chart.h"
 #include "calib/colour_tie.h"
-#include "calib/exif_exposure.h"
 #include "calib/exposure_merge.h"
 #include "calib/fisheye_file.h"
 #include "calib/fisheye_fit.h"
@@ -36,81 +36,11 @@ namespace {
   return std::string(text.data()) + "\n";
 }
 
-bool IsHdrFile(const std::filesystem::path& file) {
-  const std::string extension = file.extension().string();
-  return extension == ".exr" || extension == ".hdr";
-}
-
-// Before hours of work: only then is it told that the result cannot be named so.
-void RequireHdrName(const std::filesystem::path& file) {
-  if (IsHdrFile(file)) return;
-  throw std::invalid_argument("--out " + file.string() + ": expected a name in .exr or .hdr");
-}
-
-void WriteRadiance(const std::filesystem::path& file, const RgbImage& radiance) {
-  file.extension() == ".exr" ? WriteExr(file, radiance, ExrPrecision::kFloat)
-                             : WriteHdr(file, radiance);
-}
-
-ResponseCurve ResponseFrom(const std::string& name) {
-  return name == "srgb8" ? ResponseCurve::Srgb() : ResponseCurve::FromFile(name);
-}
-
 // The green channel, which most pixels of a sensor measure.
 Gray8Image GreenOf(const Rgb8Image& picture) {
   Gray8Image green(picture.width, picture.height);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) green.pixels[i] = picture.pixels[i].y;
   return green;
-}
-
-std::vector<double> ExposuresOf(const std::vector<std::filesystem::path>& pictures,
-                                const std::vector<double>& stated) {
-  if (!stated.empty()) {
-    if (stated.size() == pictures.size()) return stated;
-    throw std::invalid_argument("--exposures: expected one a picture, " +
-                                std::to_string(pictures.size()) + ", found " +
-                                std::to_string(stated.size()));
-  }
-  std::vector<double> exposures;
-  for (const std::filesystem::path& picture : pictures) {
-    const auto exposure = ReadExifExposure(picture).RelativeExposure();
-    if (!exposure) {
-      throw std::invalid_argument(picture.string() +
-                                  ": expected an exposure time in its EXIF data, or --exposures");
-    }
-    exposures.push_back(*exposure);
-  }
-  return exposures;
-}
-
-std::vector<ExposedPicture> ReadBracket(const std::vector<std::filesystem::path>& files,
-                                        const std::vector<double>& stated_exposures) {
-  const std::vector<double> exposures = ExposuresOf(files, stated_exposures);
-  std::vector<ExposedPicture> pictures;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    pictures.push_back({ReadDisplayImage(files[i]), exposures[i]});
-  }
-  return pictures;
-}
-
-ChartCorners ChartIn(const Rgb8Image& picture,
-                     const std::string& corners,
-                     const std::filesystem::path& file) {
-  if (corners.empty()) {
-    const auto found = FindColourChart(picture);
-    if (found) return *found;
-    throw std::runtime_error(
-        file.string() + ": expected a ColorChecker of 24 patches, found none: tell its corners");
-  }
-  const std::vector<double> numbers = ParseNumbers(corners, "corners");
-  if (numbers.size() != 8) {
-    throw std::invalid_argument("corners " + corners +
-                                ": expected x,y of the outer corners of dark "
-                                "skin, bluish green, black and white: 8 numbers");
-  }
-  ChartCorners chart;
-  for (std::size_t i = 0; i < 4; ++i) chart[i] = {numbers[2 * i], numbers[2 * i + 1]};
-  return chart;
 }
 
 std::string Report(const ResponseFit& fit) {
@@ -150,25 +80,6 @@ std::array<std::vector<ResponseSample>, 3> ChartSamples(const CalibrateResponseO
   return samples;
 }
 
-// A picture as light, whatever its file.
-RgbImage ReadLinear(const std::filesystem::path& file, const std::string& response) {
-  if (IsHdrFile(file)) return ReadRadianceImage(file);
-  return RadianceFromCodes(ReadDisplayImage(file), ResponseFrom(response), 1.0);
-}
-
-// As a screen would show it: the chart finder wants 8 bit.
-Rgb8Image Shown(RgbImage radiance) {
-  RepairRadiance(radiance);
-  std::vector<float> light;
-  for (const glm::vec3& pixel : radiance.pixels) {
-    light.push_back(std::max({pixel.x, pixel.y, pixel.z}));
-  }
-  // All but the brightest hundredth, which may be lamps.
-  const auto white = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 99 / 100);
-  std::nth_element(light.begin(), white, light.end());
-  return CodesFromRadiance(radiance, ResponseCurve::Srgb(), *white > 0.0f ? 1.0 / *white : 1.0);
-}
-
 std::array<ChartPatch, kChartPatches> ChartColours(const std::filesystem::path& file,
                                                    const std::string& corners,
                                                    const std::string& response) {
@@ -189,6 +100,12 @@ std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options) {
   const auto to = ChartColours(options.room_picture, options.room_corners, options.room_response);
   for (std::size_t i = 0; i < kChartPatches; ++i) pairs.push_back({from[i].mean, to[i].mean});
   return pairs;
+}
+
+std::string Coordinate(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
 }
 
 struct NamedMark {
@@ -215,7 +132,7 @@ DirectionPair SunMark(const std::filesystem::path& file,
   const glm::dvec3 direction = ApparentSunDirectionEnu(site, ParseUtcTime(time));
   if (!(direction.z > 0.0)) {
     throw std::runtime_error(file.string() + ": expected a time with the sun up, at " + time +
-                             " it is below the horizon of " + "the site");
+                             " it is below the site's horizon");
   }
   return {sun->direction_camera, direction};
 }
@@ -224,14 +141,13 @@ std::vector<NamedMark> Marks(const CalibrateOrientationOptions& options, const F
   std::vector<NamedMark> marks;
   if (!options.marks.empty()) {
     for (const std::vector<double>& row : ReadNumberTable(options.marks, 5)) {
-      const std::string name = Line("mark %g,%g", row[0], row[1]);
+      std::string name = "mark " + Coordinate(row[0]) + "," + Coordinate(row[1]);
       const auto direction = lens.DirectionFromPixel({row[0], row[1]});
       if (!direction) {
         throw std::runtime_error(options.marks.string() +
-                                 ": expected pixels that the lens sees, found " +
-                                 name.substr(0, name.size() - 1));
+                                 ": expected pixels that the lens sees, found " + name);
       }
-      marks.push_back({name.substr(0, name.size() - 1), {*direction, {row[2], row[3], row[4]}}});
+      marks.push_back({std::move(name), {*direction, {row[2], row[3], row[4]}}});
     }
   }
   if (options.sun_pictures.size() != options.times.size()) {

@@ -40,7 +40,7 @@ struct FisheyePixelTable {
   Image<float> solid_angle_sr;
 };
 
-// Some 100 ns a pixel. Throws as FisheyeLens.
+// Cost    0.2 us a pixel (equidistant) to 0.8 us (opencv): once a camera. Throws as FisheyeLens.
 FisheyePixelTable MakeFisheyePixelTable(const FisheyeCamera& camera);
 
 }  // namespace pleinair

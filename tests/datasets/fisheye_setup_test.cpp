@@ -5,6 +5,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "calib/fisheye_file.h"
 #include "datasets/frame_source.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
@@ -49,6 +50,25 @@ TEST_F(FisheyeSetupTest, TakesThemFromTheWordsWithoutACalibration) {
   EXPECT_EQ(setup.camera.world_from_camera[0], glm::dvec3(1.0, 0.0, 0.0));
   EXPECT_EQ(setup.camera.world_from_camera[1], glm::dvec3(0.0, -1.0, 0.0));
   EXPECT_EQ(setup.camera.world_from_camera[2], glm::dvec3(0.0, 0.0, 1.0));
+}
+
+TEST_F(FisheyeSetupTest, TakesACalibratedLens) {
+  FisheyeCalibration calibration;
+  calibration.intrinsics.model = FisheyeModel::kOpenCv;
+  calibration.intrinsics.width_px = 512;
+  calibration.intrinsics.height_px = 500;
+  calibration.intrinsics.fx_px = calibration.intrinsics.fy_px = 160.0;
+  calibration.intrinsics.cx_px = calibration.intrinsics.cy_px = 250.0;
+  calibration.intrinsics.distortion = {-0.01, 0.002, -0.0003, 0.0};
+  Write(folder_ / "fisheye.json", FisheyeCalibrationText(calibration));
+  nlohmann::json document = Everything();
+  document["fisheye"]["model"] = "opencv";
+  document["fisheye"]["fov_deg"] = 190;
+  WriteDocument(document);
+  const FisheyeSetup setup = MakeFisheyeSetup(*ReadSequence(folder_).fisheye, folder_);
+  EXPECT_EQ(setup.camera.intrinsics.distortion, calibration.intrinsics.distortion);
+  EXPECT_NEAR(FisheyeLens(setup.camera.intrinsics).MaxAngleRad(), RadFromDeg(95.0), 1e-12);
+  EXPECT_EQ(setup.camera.world_from_camera[2], glm::dvec3(0.0, 0.0, 1.0)) << "from the words";
 }
 
 TEST_F(FisheyeSetupTest, RefusesWhatDoesNotGoTogether) {

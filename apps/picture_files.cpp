@@ -1,0 +1,98 @@
+#include "apps/picture_files.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "apps/number_table.h"
+#include "calib/exif_exposure.h"
+#include "scene/image_io.h"
+
+namespace pleinair {
+
+bool IsHdrFile(const std::filesystem::path& file) {
+  const std::string extension = file.extension().string();
+  return extension == ".exr" || extension == ".hdr";
+}
+
+void RequireHdrName(const std::filesystem::path& file) {
+  if (IsHdrFile(file)) return;
+  throw std::invalid_argument("--out " + file.string() + ": expected a name in .exr or .hdr");
+}
+
+void WriteRadiance(const std::filesystem::path& file, const RgbImage& radiance) {
+  file.extension() == ".exr" ? WriteExr(file, radiance, ExrPrecision::kFloat)
+                             : WriteHdr(file, radiance);
+}
+
+ResponseCurve ResponseFrom(const std::string& name) {
+  return name == "srgb8" ? ResponseCurve::Srgb() : ResponseCurve::FromFile(name);
+}
+
+std::vector<double> ExposuresOf(const std::vector<std::filesystem::path>& pictures,
+                                const std::vector<double>& stated) {
+  if (!stated.empty()) {
+    if (stated.size() == pictures.size()) return stated;
+    throw std::invalid_argument("--exposures: expected one a picture, " +
+                                std::to_string(pictures.size()) + ", found " +
+                                std::to_string(stated.size()));
+  }
+  std::vector<double> exposures;
+  for (const std::filesystem::path& picture : pictures) {
+    const auto exposure = ReadExifExposure(picture).RelativeExposure();
+    if (!exposure) {
+      throw std::invalid_argument(picture.string() +
+                                  ": expected an exposure time in its EXIF data, or --exposures");
+    }
+    exposures.push_back(*exposure);
+  }
+  return exposures;
+}
+
+std::vector<ExposedPicture> ReadBracket(const std::vector<std::filesystem::path>& files,
+                                        const std::vector<double>& stated_exposures) {
+  const std::vector<double> exposures = ExposuresOf(files, stated_exposures);
+  std::vector<ExposedPicture> pictures;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    pictures.push_back({ReadDisplayImage(files[i]), exposures[i]});
+  }
+  return pictures;
+}
+
+ChartCorners ChartIn(const Rgb8Image& picture,
+                     const std::string& corners,
+                     const std::filesystem::path& file) {
+  if (corners.empty()) {
+    const auto found = FindColourChart(picture);
+    if (found) return *found;
+    throw std::runtime_error(
+        file.string() + ": expected a ColorChecker of 24 patches, found none: tell its corners");
+  }
+  const std::vector<double> numbers = ParseNumbers(corners, "corners");
+  if (numbers.size() != 8) {
+    throw std::invalid_argument("corners " + corners +
+                                ": expected x,y of the outer corners of dark "
+                                "skin, bluish green, black and white: 8 numbers");
+  }
+  ChartCorners chart;
+  for (std::size_t i = 0; i < 4; ++i) chart[i] = {numbers[2 * i], numbers[2 * i + 1]};
+  return chart;
+}
+
+RgbImage ReadLinear(const std::filesystem::path& file, const std::string& response) {
+  if (IsHdrFile(file)) return ReadRadianceImage(file);
+  return RadianceFromCodes(ReadDisplayImage(file), ResponseFrom(response), 1.0);
+}
+
+Rgb8Image Shown(RgbImage radiance) {
+  RepairRadiance(radiance);
+  std::vector<float> light;
+  for (const glm::vec3& pixel : radiance.pixels) {
+    light.push_back(std::max({pixel.x, pixel.y, pixel.z}));
+  }
+  // All but the brightest hundredth, which may be lamps.
+  const auto white = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 99 / 100);
+  std::nth_element(light.begin(), white, light.end());
+  return CodesFromRadiance(radiance, ResponseCurve::Srgb(), *white > 0.0f ? 1.0 / *white : 1.0);
+}
+
+}  // namespace pleinair
