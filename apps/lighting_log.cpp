@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair {
@@ -96,10 +95,6 @@ std::string LightingLine(const Frame& frame, const FrameResult& result) {
                        {"render", ms.render},
                        {"readback", ms.readback},
                        {"write", ms.write}};
-  if (result.shadows) {
-    line["shadow_azimuth_offset_deg"] = DegFromRad(result.shadows->azimuth_offset_rad);
-    line["shadow_azimuth_offset_stddev_deg"] = DegFromRad(result.shadows->stddev_rad);
-  }
   PutLight(estimate.lighting, line["raw"]);
   return line.dump();
 }

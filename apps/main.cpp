@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/calibrate_command.h"
+#include "apps/calibrate_north_command.h"
 #include "apps/doctor_command.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
@@ -205,10 +206,43 @@ void AddExposures(CLI::App& command, std::vector<double>& exposures) {
       ->check(CLI::PositiveNumber);
 }
 
+void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
+  auto options = std::make_shared<pleinair::CalibrateNorthOptions>();
+  CLI::App& north = AddCalibration(calibrate,
+                                   work,
+                                   "north",
+                                   "How far the model's north is off, from the shadows in frames",
+                                   options,
+                                   pleinair::RunCalibrateNorth);
+  north.footer("Example: pleinair calibrate north datasets/samples/courtyard");
+  north.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
+  north
+      .add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
+          {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
+      ->default_str("linear");
+  north
+      .add_option("--model-north",
+                  options->model_north,
+                  "What the model's +Y is said to be: true, grid (UTM) or magnetic")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::NorthKind>{
+          {"true", pleinair::NorthKind::kTrue},
+          {"grid", pleinair::NorthKind::kGrid},
+          {"magnetic", pleinair::NorthKind::kMagnetic}}))
+      ->default_str("true");
+  north.add_option(
+      "--magnetic-model", options->magnetic.name, "Of GeographicLib, for --model-north magnetic");
+  north.add_option("--magnetic-folder",
+                   options->magnetic.folder,
+                   "Folder with the magnetic model (default: GeographicLib's)");
+  north.add_flag("--json", options->json, "Print JSON");
+}
+
 void AddCalibrate(CLI::App& app, Work& work) {
   CLI::App& calibrate = *app.add_subcommand("calibrate", "Make the files that describe cameras");
   calibrate.require_subcommand(1);
   calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
+  AddCalibrateNorth(calibrate, work);
 
   auto fisheye = std::make_shared<pleinair::CalibrateFisheyeOptions>();
   CLI::App& lens = AddCalibration(calibrate,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/calibrate_north_command.h"
 #include "apps/file_blob_store.h"
 #include "apps/frame_writer.h"
 #include "apps/lighting_log.h"
@@ -22,6 +24,7 @@
 #include "datasets/fisheye_setup.h"
 #include "datasets/truth.h"
 #include "estimation/fisheye_lighting_source.h"
+#include "pipeline/shadow_direction.h"
 #include "render/gl_context.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
@@ -143,12 +146,23 @@ void AddTruth(const Sequence& sequence, const FrameWriter& writer, RunReport& re
   }
 }
 
-std::string DescribeShadows(const FrameResult& result) {
-  if (!result.shadows) return "the picture's shadows do not tell where the sun is";
-  return fmt::format(
-      "real and virtual shadows on level ground differ by {:+.2f} deg (sigma {:.2f})",
-      DegFromRad(result.shadows->azimuth_offset_rad),
-      DegFromRad(result.shadows->stddev_rad));
+// What the real shadows say of the sun, into the log and the report.
+void ReportShadows(const ShadowDirectionFinder& finder, RunReport& report) {
+  const ShadowDirectionResult result = finder.Result();
+  for (const FrameShadowDirection& frame : result.frames) {
+    report.notes.push_back(
+        fmt::format("frame {}: {}", frame.frame, DescribeShadowDirection(frame.shadow)));
+  }
+  const std::string all = "all frames: " + DescribeShadowDirection(result.all);
+  report.notes.push_back(all);
+  spdlog::info("{}", all);
+  if (!result.all.ContradictsTheSun()) return;
+  report.notes.push_back(fmt::format(
+      "the shadows speak for a sun {:.1f} deg {} of the computed one: north, place or time may be "
+      "wrong; see `pleinair calibrate north`",
+      std::abs(DegFromRad(result.all.azimuth_offset_rad)),
+      result.all.azimuth_offset_rad > 0.0 ? "clockwise" : "counter-clockwise"));
+  spdlog::warn("{}", report.notes.back());
 }
 
 ReportFrame FailedFrame(const FrameError& error) {
@@ -206,7 +220,6 @@ void RunRunCommand(const RunCommandOptions& options) {
   FramePipelineOptions pipeline_options;
   pipeline_options.probe_route = options.probe_route;
   pipeline_options.effects = options.effects;
-  pipeline_options.measure_shadows = options.measure_shadows;
   FramePipeline pipeline(scene,
                          site.model.mesh,
                          sequence.site,
@@ -214,6 +227,9 @@ void RunRunCommand(const RunCommandOptions& options) {
                          std::move(source),
                          compositor,
                          pipeline_options);
+
+  std::optional<ShadowDirectionFinder> shadows;
+  if (options.measure_shadows) shadows.emplace(site.model.mesh, site.model.diffuse_regions);
 
   RunFolder folder(options.out);
   FrameWriter writer(options.out, response);
@@ -252,9 +268,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     reported.lighting = result->estimate.lighting;
     reported.estimate = result->estimate;
     reported.timing_ms = result->timing_ms;
-    if (options.measure_shadows) {
-      report.notes.push_back(fmt::format("frame {}: {}", reported.index, DescribeShadows(*result)));
-    }
+    if (shadows) shadows->Add(**frame, result->sun.direction_enu);
     report.frames.push_back(std::move(reported));
     ++done;
     const glm::dvec3 sun = result->estimate.lighting.sun.irradiance_rgb;
@@ -267,6 +281,7 @@ void RunRunCommand(const RunCommandOptions& options) {
                  result->estimate.sun_observable ? "" : " (sun not observable)");
   }
   folder.Finish();
+  if (shadows && done > 0) ReportShadows(*shadows, report);
   AddTruth(sequence, writer, report);
   WriteRunReport(options.out / "report.html", report);
   spdlog::info("{} of {} frames done; report: {}",

@@ -124,10 +124,6 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
                                            result.estimate.lighting,
                                            vertex_irradiance_,
                                            options_.effects});
-    if (options_.measure_shadows) {
-      result.shadows =
-          MeasureShadowDirection(frame, view, scene_.patches.caster, result.sun.direction_enu);
-    }
     result.timing_ms.render = result.composite.draw_ms;
     result.timing_ms.readback = result.composite.readback_ms;
     return result;

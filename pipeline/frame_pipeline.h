@@ -10,7 +10,6 @@
 #include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
 #include "pipeline/object_interreflection.h"
-#include "pipeline/shadow_direction.h"
 #include "pipeline/sun_state.h"
 #include "relight/irradiance_volume.h"
 #include "relight/prepared_scene.h"
@@ -35,8 +34,6 @@ struct FramePipelineOptions {
   double sun_step_s = 48.0;
   ProbeRoute probe_route = ProbeRoute::kFolded;
   CompositeEffects effects;
-  bool measure_shadows =
-      false;  // Compare the real shadows with the sun in every frame; about 1 s each.
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };
@@ -58,7 +55,6 @@ struct FrameResult {
   ClearSkyExpectation clear_sky;
   LightingEstimate estimate;
   Composite composite;
-  std::optional<ShadowDirection> shadows;  // Where asked for, and where the picture tells.
   StageTimes timing_ms;
 };
 

@@ -1,178 +1,252 @@
 #include "pipeline/shadow_direction.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <map>
-#include <vector>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <utility>
 
-#include <glm/geometric.hpp>
+#include "pipeline/internal/offset_posterior.h"
+#include "pipeline/internal/shadow_evidence.h"
+#include "pipeline/internal/shadow_pixels.h"
+#include "scene/ray_caster.h"
+#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
 
-// The picture is cut into this many blocks for the uncertainty.
-constexpr int kBlocksX = 4;
-constexpr int kBlocksY = 4;
-constexpr std::size_t kBlocks = kBlocksX * kBlocksY;
-// A pixel counts by its distance from its plane's level in log brightness, up to this: a lit and a
-// shaded level are about 1.2 apart (3.5 : 1), what is farther off than half of that is another
-// thing.
-constexpr double kLargestCost = 0.6;
-// A plane speaks when each of its two states has this many pixels.
-constexpr std::size_t kLeastPixels = 30;
+// A tile is this share of the picture's width: large enough for a shadow's edge and both its
+// sides, small against what a passing car covers.
+constexpr int kTilesAcross = 16;
+constexpr int kTilesPerBlock = 4;
+// The levels of lit and shaded are read under the best candidate, which moves with them.
+constexpr int kMostRounds = 2;
+// Heights of casters are trusted as though the sun's elevation were known to +-4 deg.
+constexpr int kRaisedSteps = 6;
+constexpr double kRaisedStepRad = RadFromDeg(0.6667);
+constexpr double kLeastRaisedElevationRad = RadFromDeg(1.0);
+constexpr double kLargestRaisedElevationRad = RadFromDeg(89.0);
+// Below this the sun's shadows are longer than any mesh is right.
+constexpr double kLeastElevationRad = RadFromDeg(3.0);
+// An answer has to be better than this, and rest on this many tiles.
+constexpr double kLargestStddevRad = RadFromDeg(3.0);
+constexpr std::size_t kLeastTiles = 4;
+// Two ways to know the uncertainty that differ by more than this speak of two different answers.
+constexpr double kLargestStddevRatio = 6.0;
+constexpr double kClearlyOffRad = RadFromDeg(0.5);
+constexpr double kClearlyOffSigmas = 3.0;
 
-struct ShadowPixel {
-  glm::vec3 start_m{0.0f};  // Of the shadow ray.
-  glm::vec3 normal{0.0f};
-  double log_brightness = 0.0;
-  std::size_t block = 0;
-};
-
-// Pixels of one plane: same region, same facing.
-using Planes = std::vector<std::vector<ShadowPixel>>;
+std::vector<std::uint8_t> UsableTriangles(const Mesh& mesh, std::span<const std::string> regions) {
+  if (mesh.Empty()) throw std::invalid_argument("mesh: expected triangles");
+  std::vector<std::uint8_t> usable(mesh.triangles.size(), regions.empty() ? 1 : 0);
+  for (const std::string& name : regions) {
+    bool found = false;
+    for (std::size_t i = 0; i < usable.size(); ++i) {
+      if (mesh.group_names[mesh.triangle_group[i]] != name &&
+          mesh.materials[mesh.triangle_material[i]].name != name) {
+        continue;
+      }
+      usable[i] = 1;
+      found = true;
+    }
+    if (!found) {
+      throw std::invalid_argument("diffuse_regions: \"" + name +
+                                  "\" is no group or material of the mesh");
+    }
+  }
+  return usable;
+}
 
 double Luminance(const glm::vec3& rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
 
-Planes CollectPlanes(const Frame& frame, const SurfaceView& view, int most_pixels) {
-  std::map<std::array<int, 4>, std::vector<ShadowPixel>> planes;
-  const double stride_exact = std::sqrt(double(view.region.pixels.size()) / most_pixels);
-  const int stride = std::max(1, static_cast<int>(std::ceil(stride_exact)));
-  for (int y = 0; y < view.Height(); y += stride) {
-    for (int x = 0; x < view.Width(); x += stride) {
-      const std::size_t i = view.region.Index(x, y);
-      if (view.region.pixels[i] == SurfaceView::kNoRegion || frame.unusable.pixels[i] != 0)
-        continue;
-      const double brightness =
-          Luminance(frame.radiance.pixels[i]) / Luminance(view.albedo_rgb.pixels[i]);
-      if (!(brightness > 0.0) || !std::isfinite(brightness)) continue;
-      const glm::vec3 normal = view.normal_world.pixels[i];
-      ShadowPixel pixel;
-      pixel.start_m = OffsetFromSurface(view.position_world_m.pixels[i], normal);
-      pixel.normal = normal;
-      pixel.log_brightness = std::log(brightness);
-      pixel.block = static_cast<std::size_t>(kBlocksX * (kBlocksY * y / view.Height()) +
-                                             kBlocksX * x / view.Width());
-      planes[{view.region.pixels[i],
-              static_cast<int>(std::lround(10.0f * normal.x)),
-              static_cast<int>(std::lround(10.0f * normal.y)),
-              static_cast<int>(std::lround(10.0f * normal.z))}]
-          .push_back(pixel);
-    }
-  }
-  Planes result;
-  for (auto& [key, pixels] : planes) result.push_back(std::move(pixels));
-  return result;
+// A clipped pixel is at least as bright as it says: surely lit where lit and shaded differ.
+bool MayBeUsed(const Frame& frame, std::size_t pixel) {
+  if (frame.unusable.Empty() || frame.unusable.pixels[pixel] == 0) return true;
+  return !frame.clipped.Empty() && frame.clipped.pixels[pixel] != 0;
 }
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-struct PlaneCost {
-  std::array<double, kBlocks> by_block{};
-  bool both_states = false;
-};
-
-PlaneCost CostOf(const std::vector<ShadowPixel>& plane,
-                 const RayCaster& caster,
-                 const glm::vec3& sun_direction) {
-  std::vector<bool> lit(plane.size());
-  std::vector<double> lit_values;
-  std::vector<double> shaded_values;
-  std::vector<double> all_values;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    lit[i] = glm::dot(plane[i].normal, sun_direction) > 0.0f &&
-             !caster.Occluded(plane[i].start_m, sun_direction);
-    (lit[i] ? lit_values : shaded_values).push_back(plane[i].log_brightness);
-    all_values.push_back(plane[i].log_brightness);
-  }
-  PlaneCost cost;
-  cost.both_states = lit_values.size() >= kLeastPixels && shaded_values.size() >= kLeastPixels;
-  double lit_level = MedianOf(all_values);
-  double shaded_level = lit_level;
-  if (!lit_values.empty() && !shaded_values.empty()) {
-    const double lit_median = MedianOf(lit_values);
-    const double shaded_median = MedianOf(shaded_values);
-    // Shade that is brighter than sun explains nothing: one level serves both.
-    if (lit_median > shaded_median) {
-      lit_level = lit_median;
-      shaded_level = shaded_median;
-    }
-  }
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    const double distance = std::abs(plane[i].log_brightness - (lit[i] ? lit_level : shaded_level));
-    cost.by_block[plane[i].block] += std::min(distance, kLargestCost);
-  }
-  return cost;
-}
-
-glm::vec3 TurnedClockwise(const glm::dvec3& direction_enu, double azimuth_rad) {
-  const double c = std::cos(azimuth_rad);
-  const double s = std::sin(azimuth_rad);
-  return glm::vec3(c * direction_enu.x + s * direction_enu.y,
-                   -s * direction_enu.x + c * direction_enu.y,
-                   direction_enu.z);
-}
-
-// Position of the lowest cost between the candidates, by a parabola; none at an end.
-std::optional<double> Minimum(const std::vector<double>& costs) {
-  const auto lowest = std::min_element(costs.begin(), costs.end());
-  if (lowest == costs.begin() || lowest + 1 == costs.end()) return std::nullopt;
-  const double curvature = lowest[-1] - 2.0 * lowest[0] + lowest[1];
-  const double shift = curvature > 0.0 ? 0.5 * (lowest[-1] - lowest[1]) / curvature : 0.0;
-  return double(lowest - costs.begin()) + shift;
+std::size_t Lowest(const std::vector<double>& values) {
+  return static_cast<std::size_t>(std::min_element(values.begin(), values.end()) - values.begin());
 }
 
 }  // namespace
 
-std::optional<ShadowDirection> MeasureShadowDirection(const Frame& frame,
-                                                      const SurfaceView& view,
-                                                      const RayCaster& caster,
-                                                      const glm::dvec3& sun_direction_enu,
-                                                      const ShadowDirectionOptions& options) {
-  const Planes planes = CollectPlanes(frame, view, options.pixels);
-  const int half = static_cast<int>(std::floor(options.largest_offset_rad / options.step_rad));
-  std::vector<std::array<double, kBlocks>> costs(static_cast<std::size_t>(2 * half + 1));
-  bool both_states = false;
-  for (int k = -half; k <= half; ++k) {
-    const glm::vec3 sun = TurnedClockwise(sun_direction_enu, k * options.step_rad);
-    std::array<double, kBlocks>& cost = costs[static_cast<std::size_t>(k + half)];
-    for (const std::vector<ShadowPixel>& plane : planes) {
-      const PlaneCost plane_cost = CostOf(plane, caster, sun);
-      both_states |= plane_cost.both_states;
-      for (std::size_t block = 0; block < kBlocks; ++block) {
-        cost[block] += plane_cost.by_block[block];
-      }
-    }
+void ShadowDirectionOptions::Validate() const {
+  if (!(largest_offset_rad > 0.0) || !(largest_offset_rad <= std::numbers::pi / 2.0)) {
+    throw std::invalid_argument("largest_offset_rad " + std::to_string(largest_offset_rad) +
+                                ": expected above 0, to pi/2");
   }
-  if (!both_states) return std::nullopt;
+  if (!(step_rad > 0.0) || !(step_rad <= largest_offset_rad)) {
+    throw std::invalid_argument("step_rad " + std::to_string(step_rad) +
+                                ": expected above 0, to largest_offset_rad");
+  }
+  if (pixels < 100) {
+    throw std::invalid_argument("pixels " + std::to_string(pixels) + ": expected 100 or more");
+  }
+}
 
-  const auto minimum_without = [&](std::size_t left_out) {
-    std::vector<double> sums;
-    for (const std::array<double, kBlocks>& cost : costs) {
-      double sum = 0.0;
-      for (std::size_t block = 0; block < kBlocks; ++block) {
-        if (block != left_out) sum += cost[block];
-      }
-      sums.push_back(sum);
-    }
-    return Minimum(sums);
+bool ShadowDirection::ContradictsTheSun() const {
+  const double off_rad = std::abs(azimuth_offset_rad);
+  return determined && off_rad > kClearlyOffSigmas * stddev_rad && off_rad > kClearlyOffRad;
+}
+
+struct ShadowDirectionFinder::Impl {
+  Mesh mesh;
+  std::vector<std::uint8_t> usable;
+  ShadowDirectionOptions options;
+  OffsetGrid grid;
+  RayCaster caster;
+  std::optional<Camera> camera;  // What `surfaces` were found for.
+  std::vector<ShadowPixel> surfaces;
+
+  struct Picture {
+    int frame = 0;
+    glm::dvec3 sun_direction_enu{0.0};
+    ShadowPicture pixels;
   };
-  const std::optional<double> all = minimum_without(kBlocks);
-  if (!all) return std::nullopt;
-  // Jackknife: variance = (n - 1) / n * sum of squared deviations of the leave-one-out estimates.
-  double squares = 0.0;
-  for (std::size_t block = 0; block < kBlocks; ++block) {
-    const std::optional<double> without = minimum_without(block);
-    const double deviation = without ? *without - *all : double(half);
-    squares += deviation * deviation;
+  std::vector<Picture> pictures;
+
+  Impl(Mesh mesh_in, std::span<const std::string> regions, const ShadowDirectionOptions& options_in)
+      : mesh(std::move(mesh_in)),
+        usable(UsableTriangles(mesh, regions)),
+        options(options_in),
+        caster(mesh) {
+    options.Validate();
+    grid.step_rad = options.step_rad;
+    grid.half = static_cast<int>(std::floor(options.largest_offset_rad / options.step_rad + 1e-6));
   }
-  const double steps = std::sqrt(squares * double(kBlocks - 1) / double(kBlocks));
-  return ShadowDirection{(*all - half) * options.step_rad, steps * options.step_rad};
+
+  std::size_t BestByMisfit() const {
+    std::vector<double> misfit(grid.Size(), 0.0);
+    for (const Picture& picture : pictures) {
+      const std::vector<double> one = MisfitByCandidate(picture.pixels);
+      for (std::size_t k = 0; k < misfit.size(); ++k) misfit[k] += one[k];
+    }
+    return Lowest(misfit);
+  }
+
+  PictureEvidence Evidence(const Picture& picture, std::size_t candidate) const {
+    const glm::dvec3& sun = picture.sun_direction_enu;
+    const double elevation_rad = std::atan2(sun.z, std::hypot(sun.x, sun.y));
+    std::vector<std::vector<float>> shares;
+    for (int k = -kRaisedSteps; k <= kRaisedSteps; ++k) {
+      const double raised_rad = elevation_rad + k * kRaisedStepRad;
+      if (raised_rad < kLeastRaisedElevationRad || raised_rad > kLargestRaisedElevationRad)
+        continue;
+      if (k == 0) {
+        shares.push_back(picture.pixels.shares);
+        continue;
+      }
+      const double widen = std::cos(raised_rad) / std::hypot(sun.x, sun.y);
+      shares.push_back(SunShares(picture.pixels.surface,
+                                 caster,
+                                 {sun.x * widen, sun.y * widen, std::sin(raised_rad)},
+                                 grid));
+    }
+    if (shares.empty()) shares.push_back(picture.pixels.shares);
+    return EvidenceNear(picture.pixels, candidate, shares);
+  }
+
+  ShadowDirection Judge(double offset_rad,
+                        double curvature_stddev_rad,
+                        double spread_stddev_rad,
+                        std::size_t tiles) const {
+    ShadowDirection shadow;
+    shadow.azimuth_offset_rad = offset_rad;
+    shadow.curvature_stddev_rad = curvature_stddev_rad;
+    shadow.spread_stddev_rad = spread_stddev_rad;
+    shadow.stddev_rad = std::max(curvature_stddev_rad, spread_stddev_rad);
+    if (tiles < kLeastTiles) {
+      shadow.reason = "hardly any shadow's edge is in view";
+    } else if (shadow.stddev_rad > kLargestStddevRad) {
+      shadow.reason = "several directions explain the pictures alike";
+    } else if (std::abs(offset_rad) + 3.0 * shadow.stddev_rad > options.largest_offset_rad) {
+      shadow.reason = "the best direction is at the end of the range searched";
+    } else if (spread_stddev_rad > kLargestStddevRatio * curvature_stddev_rad) {
+      shadow.reason = "parts of the pictures contradict each other";
+    } else {
+      shadow.determined = true;
+    }
+    return shadow;
+  }
+};
+
+ShadowDirectionFinder::ShadowDirectionFinder(Mesh mesh,
+                                             std::span<const std::string> diffuse_regions,
+                                             const ShadowDirectionOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(mesh), diffuse_regions, options)) {}
+ShadowDirectionFinder::~ShadowDirectionFinder() = default;
+ShadowDirectionFinder::ShadowDirectionFinder(ShadowDirectionFinder&&) noexcept = default;
+ShadowDirectionFinder& ShadowDirectionFinder::operator=(ShadowDirectionFinder&&) noexcept = default;
+
+void ShadowDirectionFinder::Add(const Frame& frame, const glm::dvec3& sun_direction_enu) {
+  Impl& impl = *impl_;
+  if (impl.camera != frame.camera) {
+    impl.surfaces =
+        FindShadowPixels(impl.mesh, impl.usable, impl.caster, frame.camera, impl.options.pixels);
+    impl.camera = frame.camera;
+  }
+  Impl::Picture picture;
+  picture.frame = frame.index;
+  picture.pixels.grid = impl.grid;
+  const double elevation_rad =
+      std::atan2(sun_direction_enu.z, std::hypot(sun_direction_enu.x, sun_direction_enu.y));
+  if (elevation_rad >= kLeastElevationRad) {
+    const int tile_px = std::max(1, frame.radiance.width / kTilesAcross);
+    for (const ShadowPixel& surface : impl.surfaces) {
+      const std::size_t i = frame.radiance.Index(surface.x, surface.y);
+      const double luminance = Luminance(frame.radiance.pixels[i]);
+      if (!MayBeUsed(frame, i) || !(luminance > 0.0) || !std::isfinite(luminance)) continue;
+      picture.pixels.surface.push_back(surface);
+      picture.pixels.log_radiance.push_back(std::log(luminance));
+      picture.pixels.plane.push_back(surface.plane);
+      picture.pixels.tile.push_back(
+          static_cast<std::uint32_t>(1000 * (surface.y / tile_px) + surface.x / tile_px));
+    }
+  }
+  picture.sun_direction_enu = sun_direction_enu;
+  picture.pixels.shares =
+      SunShares(picture.pixels.surface, impl.caster, sun_direction_enu, impl.grid);
+  impl.pictures.push_back(std::move(picture));
+}
+
+ShadowDirectionResult ShadowDirectionFinder::Result() const {
+  const Impl& impl = *impl_;
+  std::size_t best = impl.BestByMisfit();
+  std::vector<PictureEvidence> evidence;
+  OffsetPosterior posterior;
+  std::size_t tiles = 0;
+  for (int round = 0; round < kMostRounds; ++round) {
+    evidence.clear();
+    std::vector<OffsetUnit> units;
+    for (std::size_t f = 0; f < impl.pictures.size(); ++f) {
+      evidence.push_back(impl.Evidence(impl.pictures[f], best));
+      for (TileEvidence& tile : evidence.back().tiles) {
+        const std::size_t row = tile.tile / 1000 / kTilesPerBlock;
+        const std::size_t column = tile.tile % 1000 / kTilesPerBlock;
+        units.push_back({f, 1000 * row + column, std::move(tile.log_likelihood)});
+      }
+    }
+    tiles = units.size();
+    posterior = CombineUnits(units, impl.pictures.size(), impl.grid);
+    if (posterior.peak == best) break;
+    best = posterior.peak;
+  }
+  ShadowDirectionResult result;
+  result.all = impl.Judge(
+      posterior.offset_rad, posterior.curvature_stddev_rad, posterior.spread_stddev_rad, tiles);
+  for (std::size_t f = 0; f < impl.pictures.size(); ++f) {
+    FrameShadowDirection frame;
+    frame.frame = impl.pictures[f].frame;
+    frame.sunlit = evidence[f].sunlit;
+    frame.contrast = evidence[f].contrast;
+    frame.tiles = evidence[f].tiles.size();
+    frame.shadow =
+        impl.Judge(posterior.frame_offset_rad[f], posterior.frame_stddev_rad[f], 0.0, frame.tiles);
+    result.frames.push_back(std::move(frame));
+  }
+  return result;
 }
 
 }  // namespace pleinair

@@ -1,37 +1,90 @@
-// Where the real shadows in a picture say the sun is: a check on north, pose and time.
+// Where the real shadows in pictures say the sun is: a check on north, pose and time.
 #pragma once
 
-#include <optional>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
 #include "datasets/frame_source.h"
-#include "scene/ray_caster.h"
-#include "scene/surface_view.h"
+#include "scene/mesh.h"
 
 namespace pleinair {
 
 struct ShadowDirectionOptions {
-  double largest_offset_rad = 0.26;  // Candidates reach this far to either side (15 deg).
-  double step_rad = 0.00873;         // Between candidates (0.5 deg); the minimum is interpolated.
-  int pixels = 20000;                // At most, evenly over the picture.
+  double largest_offset_rad =
+      0.3491;                  // Candidates reach this far to either side (20 deg); (0, pi/2].
+  double step_rad = 0.008727;  // Between candidates (0.5 deg); (0, largest_offset_rad].
+  int pixels = 8000;           // At most, of one picture; at least 100.
+
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
 };
 
+// How shadows and computed sun agree. Where not determined, `reason` says why and the numbers are
+// what was found, not to be used.
 struct ShadowDirection {
-  // Azimuth of the sun by the real shadows minus the computed one: also the angle on level ground
-  // between the shadow of a real upright thing and that of a virtual one.
+  bool determined = false;
+  std::string reason;
+  // Azimuth of the sun by the real shadows minus the computed one, in the model's frame: also the
+  // angle on level ground between the shadow of a real upright thing and that of a virtual one,
+  // clockwise from virtual to real. A model whose +Y points to true azimuth A sees -A.
   double azimuth_offset_rad = 0.0;
-  double stddev_rad = 0.0;  // By leaving out one block of the picture after the other.
+  double stddev_rad = 0.0;            // The larger of the two.
+  double curvature_stddev_rad = 0.0;  // How sharply the pictures' parts agree.
+  double spread_stddev_rad = 0.0;     // By leaving out frames, and blocks of the picture.
+
+  // 3 standard deviations and half a degree: the picture speaks for another sun.
+  bool ContradictsTheSun() const;
 };
 
-// Turns the sun about the vertical, casts the mesh's shadows for each candidate, and takes the one
-// under which the picture's brightness (over albedo), plane by plane, falls best into a lit and a
-// shaded level. Says none where no plane shows both, or where the best candidate is at the end of
-// the range: then the shadows tell nothing.
-std::optional<ShadowDirection> MeasureShadowDirection(const Frame& frame,
-                                                      const SurfaceView& view,
-                                                      const RayCaster& caster,
-                                                      const glm::dvec3& sun_direction_enu,
-                                                      const ShadowDirectionOptions& options = {});
+struct FrameShadowDirection {
+  int frame = 0;
+  bool sunlit = false;     // Lit and shaded parts of one plane are told apart.
+  double contrast = 1.0;   // Lit over shaded radiance, where sunlit.
+  std::size_t tiles = 0;   // Parts of the picture that tell one offset from another.
+  ShadowDirection shadow;  // By this frame alone.
+};
+
+struct ShadowDirectionResult {
+  ShadowDirection all;  // One offset for all frames together.
+  std::vector<FrameShadowDirection> frames;
+};
+
+// Collects frames, and finds the one turn of the sun about the vertical under which the shadows
+// that the mesh casts explain the pictures best.
+//
+// Method   Candidates are cast at pixels well inside planes (same group, material and facing). Each
+//          plane of each frame has a lit and a shaded level of its own, so that neither albedo nor
+//          light nor exposure need be known. A part of the picture (a tile) then has a likelihood
+//          of each candidate; tiles are combined as internal/offset_posterior.h says.
+// Not      used: that a plane is brighter when it faces the sun. Pictures without sun say nothing.
+// Keeps    `mesh` is copied from; frames are not kept. Not thread-safe.
+class ShadowDirectionFinder {
+ public:
+  // Throws std::invalid_argument for an empty mesh, bad options, or a diffuse region that is
+  // neither a group nor a material of the mesh. No regions: all.
+  ShadowDirectionFinder(Mesh mesh,
+                        std::span<const std::string> diffuse_regions,
+                        const ShadowDirectionOptions& options = {});
+  ~ShadowDirectionFinder();
+  ShadowDirectionFinder(ShadowDirectionFinder&&) noexcept;
+  ShadowDirectionFinder& operator=(ShadowDirectionFinder&&) noexcept;
+
+  // `sun_direction_enu`: the computed sun, in the model's frame. A sun below the horizon adds
+  // nothing.
+  void Add(const Frame& frame, const glm::dvec3& sun_direction_enu);
+
+  // Of all frames added.
+  ShadowDirectionResult Result() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace pleinair

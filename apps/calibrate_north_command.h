@@ -1,0 +1,28 @@
+// `pleinair calibrate north`: how far a model's north is off, from the shadows in recorded frames.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "datasets/frame_source.h"
+#include "pipeline/shadow_direction.h"
+#include "sunmodel/north.h"
+
+namespace pleinair {
+
+struct CalibrateNorthOptions {
+  std::filesystem::path sequence;
+  FrameKind frames = FrameKind::kLinear;
+  NorthKind model_north = NorthKind::kTrue;  // What the model's +Y is said to be.
+  MagneticModelFile magnetic;
+  bool json = false;
+};
+
+// The report to print. Bad frames are left out, and said. Throws std::runtime_error or
+// std::invalid_argument, one line.
+std::string RunCalibrateNorth(const CalibrateNorthOptions& options);
+
+// One line: the angle between real and virtual shadows, or why there is none.
+std::string DescribeShadowDirection(const ShadowDirection& shadow);
+
+}  // namespace pleinair

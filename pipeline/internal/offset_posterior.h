@@ -1,0 +1,39 @@
+// One offset from many tiles that each say something of it, some of them wrongly.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "pipeline/internal/shadow_pixels.h"
+
+namespace pleinair {
+
+// What one tile of one picture says.
+struct OffsetUnit {
+  std::size_t frame = 0;
+  std::size_t block = 0;               // Of the picture: neighbouring tiles err together.
+  std::vector<double> log_likelihood;  // Of each candidate, up to a constant.
+};
+
+struct OffsetPosterior {
+  double offset_rad = 0.0;
+  // Of the posterior: how sharply the tiles agree, their own scatter taken in.
+  double curvature_stddev_rad = 0.0;
+  // By leaving out one frame after the other, and one block of the picture after the other: the
+  // larger. What neighbours and frames get wrong together shows here.
+  double spread_stddev_rad = 0.0;
+  double mass_near_peak = 0.0;  // Of the posterior, within 3 standard deviations of a single peak.
+  std::size_t peak = 0;         // Candidate.
+  std::vector<double> frame_offset_rad;  // Per frame alone; see frame_stddev_rad.
+  std::vector<double> frame_stddev_rad;
+};
+
+// Model: a tile sees offset + e, e normal with an unknown standard deviation that all tiles share
+// (the mesh's errors); an unknown share of the tiles sees anything at all (shadows of what the mesh
+// lacks). Both unknowns are integrated over, as is the offset over the grid.
+OffsetPosterior CombineUnits(std::span<const OffsetUnit> units,
+                             std::size_t frames,
+                             const OffsetGrid& grid);
+
+}  // namespace pleinair

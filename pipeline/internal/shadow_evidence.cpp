@@ -1,0 +1,193 @@
+#include "pipeline/internal/shadow_evidence.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+
+namespace pleinair {
+namespace {
+
+// A pixel counts by its distance from its state's level in log radiance, up to this: lit and shaded
+// are about 1.2 apart (3.5 : 1); what is farther off than half of that is another thing.
+constexpr double kLargestMisfit = 0.6;
+// A plane speaks when each of its states has this many pixels.
+constexpr std::size_t kLeastPixels = 12;
+// Shares of sun beyond which a pixel counts as plainly lit or shaded.
+constexpr float kLitFrom = 0.9f;
+constexpr float kShadedTo = 0.1f;
+// Under an overcast sky a corner's pixels differ by the sky that they see; sun through thin cloud
+// makes this ratio and more.
+constexpr double kLeastContrast = 0.34;  // log 1.4
+// Texture and noise of even the smoothest plane.
+constexpr double kLeastSpread = 0.08;
+// Share of pixels that show what the mesh lacks, and the span of log radiance that they fall in.
+constexpr double kOutlierShare = 0.1;
+constexpr double kOutlierSpan = 3.0;
+// Neighbouring pixels err together (texture, blur, mesh edges): a tile counts for no more than so
+// many independent ones.
+constexpr double kMostIndependentPixels = 16.0;
+// Tiles that prefer no candidate by this much say nothing.
+constexpr double kLeastLogLikelihoodRange = 0.5;
+
+double MedianOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<std::vector<std::size_t>> PixelsByPlane(const ShadowPicture& picture) {
+  std::map<std::uint32_t, std::vector<std::size_t>> planes;
+  for (std::size_t i = 0; i < picture.Size(); ++i) planes[picture.plane[i]].push_back(i);
+  std::vector<std::vector<std::size_t>> result;
+  for (auto& [plane, pixels] : planes) result.push_back(std::move(pixels));
+  return result;
+}
+
+struct Levels {
+  double lit = 0.0;
+  double shaded = 0.0;
+};
+
+// None where a state has too few pixels, or shade is as bright as sun.
+std::optional<Levels> LevelsUnder(const ShadowPicture& picture,
+                                  const std::vector<std::size_t>& plane,
+                                  std::size_t candidate) {
+  std::vector<double> lit;
+  std::vector<double> shaded;
+  for (const std::size_t i : plane) {
+    const float share = picture.shares[i * picture.grid.Size() + candidate];
+    if (share > kLitFrom) lit.push_back(picture.log_radiance[i]);
+    if (share < kShadedTo) shaded.push_back(picture.log_radiance[i]);
+  }
+  if (lit.size() < kLeastPixels || shaded.size() < kLeastPixels) return std::nullopt;
+  const Levels levels{MedianOf(lit), MedianOf(shaded)};
+  if (levels.lit - levels.shaded < kLeastContrast) return std::nullopt;
+  return levels;
+}
+
+double NormalDensity(double distance, double sigma) {
+  const double z = distance / sigma;
+  return std::exp(-0.5 * z * z) / (sigma * std::sqrt(2.0 * std::numbers::pi));
+}
+
+// Spread of the plainly lit and plainly shaded pixels around their levels.
+double SpreadAround(const Levels& levels,
+                    const ShadowPicture& picture,
+                    const std::vector<std::size_t>& plane,
+                    std::size_t candidate) {
+  std::vector<double> distances;
+  for (const std::size_t i : plane) {
+    const float share = picture.shares[i * picture.grid.Size() + candidate];
+    if (share > kLitFrom) distances.push_back(std::abs(picture.log_radiance[i] - levels.lit));
+    if (share < kShadedTo) distances.push_back(std::abs(picture.log_radiance[i] - levels.shaded));
+  }
+  constexpr double kSigmaOfMedianDistance = 1.4826;
+  return std::max(kLeastSpread, kSigmaOfMedianDistance * MedianOf(distances));
+}
+
+// Whether the pixel whose shares start at `first` has sun under some candidates only.
+bool Changes(std::span<const std::vector<float>> raised_shares,
+             std::size_t first,
+             std::size_t candidates) {
+  const float reference = raised_shares.front()[first];
+  for (const std::vector<float>& shares : raised_shares) {
+    for (std::size_t k = 0; k < candidates; ++k) {
+      if (shares[first + k] != reference) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<double> LogMeanOverElevations(const std::vector<double>& log_likelihood,
+                                          std::size_t candidates) {
+  const double top = *std::max_element(log_likelihood.begin(), log_likelihood.end());
+  std::vector<double> result(candidates, 0.0);
+  for (std::size_t i = 0; i < log_likelihood.size(); ++i) {
+    result[i % candidates] += std::exp(log_likelihood[i] - top);
+  }
+  for (double& value : result) {
+    value = std::log(value * double(candidates) / double(log_likelihood.size()) + 1e-30);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
+  const std::size_t candidates = picture.grid.Size();
+  std::vector<double> misfit(candidates, 0.0);
+  for (const std::vector<std::size_t>& plane : PixelsByPlane(picture)) {
+    std::vector<double> values;
+    for (const std::size_t i : plane) values.push_back(picture.log_radiance[i]);
+    const double middle = MedianOf(values);
+    for (std::size_t k = 0; k < candidates; ++k) {
+      const Levels levels = LevelsUnder(picture, plane, k).value_or(Levels{middle, middle});
+      for (const std::size_t i : plane) {
+        const double share = picture.shares[i * candidates + k];
+        const double y = picture.log_radiance[i];
+        misfit[k] += share * std::min(std::abs(y - levels.lit), kLargestMisfit) +
+                     (1.0 - share) * std::min(std::abs(y - levels.shaded), kLargestMisfit);
+      }
+    }
+  }
+  return misfit;
+}
+
+PictureEvidence EvidenceNear(const ShadowPicture& picture,
+                             std::size_t candidate,
+                             std::span<const std::vector<float>> raised_shares) {
+  const std::size_t candidates = picture.grid.Size();
+  const std::size_t raised = raised_shares.size();
+  struct Sum {
+    std::vector<double> log_likelihood;
+    double changing = 0.0;
+  };
+  std::map<std::uint32_t, Sum> tiles;
+  std::vector<double> contrasts;
+  PictureEvidence result;
+  for (const std::vector<std::size_t>& plane : PixelsByPlane(picture)) {
+    const std::optional<Levels> levels = LevelsUnder(picture, plane, candidate);
+    if (!levels) continue;
+    result.sunlit = true;
+    const double spread = SpreadAround(*levels, picture, plane, candidate);
+    for (const std::size_t i : plane) {
+      if (!Changes(raised_shares, i * candidates, candidates)) continue;
+      contrasts.push_back(levels->lit - levels->shaded);
+      const double y = picture.log_radiance[i];
+      const double if_lit = NormalDensity(y - levels->lit, spread);
+      const double if_shaded = NormalDensity(y - levels->shaded, spread);
+      Sum& tile = tiles[picture.tile[i]];
+      tile.log_likelihood.resize(raised * candidates, 0.0);
+      tile.changing += 1.0;
+      // Shares of sun come in quarters: five logarithms serve all.
+      std::array<double, 5> of_share{};
+      for (std::size_t q = 0; q < of_share.size(); ++q) {
+        const double share = 0.25 * double(q);
+        const double seen = share * if_lit + (1.0 - share) * if_shaded;
+        of_share[q] = std::log((1.0 - kOutlierShare) * seen + kOutlierShare / kOutlierSpan);
+      }
+      for (std::size_t e = 0; e < raised; ++e) {
+        const float* share = &raised_shares[e][i * candidates];
+        double* sum = &tile.log_likelihood[e * candidates];
+        for (std::size_t k = 0; k < candidates; ++k) {
+          sum[k] += of_share[static_cast<std::size_t>(4.0f * share[k] + 0.5f)];
+        }
+      }
+    }
+  }
+  if (!contrasts.empty()) result.contrast = std::exp(MedianOf(contrasts));
+  for (auto& [tile, sum] : tiles) {
+    const double weight = std::min(1.0, kMostIndependentPixels / sum.changing);
+    for (double& value : sum.log_likelihood) value *= weight;
+    std::vector<double> of_azimuth = LogMeanOverElevations(sum.log_likelihood, candidates);
+    const auto [low, high] = std::minmax_element(of_azimuth.begin(), of_azimuth.end());
+    if (*high - *low < kLeastLogLikelihoodRange) continue;
+    result.tiles.push_back({tile, std::move(of_azimuth)});
+  }
+  return result;
+}
+
+}  // namespace pleinair

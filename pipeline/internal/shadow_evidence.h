@@ -1,0 +1,49 @@
+// What one picture says of each candidate offset of the sun: how well lit and shaded pixels, as the
+// mesh and the turned sun have them, explain its brightness.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pipeline/internal/shadow_pixels.h"
+
+namespace pleinair {
+
+// One picture's usable pixels. Vectors have one entry a pixel; shares are pixels x grid.Size().
+struct ShadowPicture {
+  OffsetGrid grid;
+  std::vector<ShadowPixel> surface;
+  std::vector<double> log_radiance;
+  std::vector<std::uint32_t> plane;
+  std::vector<std::uint32_t> tile;
+  std::vector<float> shares;
+
+  std::size_t Size() const { return log_radiance.size(); }
+};
+
+// Robust misfit of the whole picture under each candidate: every plane takes the lit and the shaded
+// level that suit it, so that neither light nor albedo need be known. Low is good.
+std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
+
+// One tile's log-likelihood of each candidate, up to a constant.
+struct TileEvidence {
+  std::uint32_t tile = 0;
+  std::vector<double> log_likelihood;
+};
+
+struct PictureEvidence {
+  std::vector<TileEvidence> tiles;  // Those that tell candidates apart.
+  double contrast = 1.0;            // Lit over shaded radiance, median over shadow pixels.
+  bool sunlit = false;              // Some plane has a lit and a shaded part.
+};
+
+// With the planes' levels as found under `candidate`. `raised_shares`: as picture.shares, for suns
+// at other elevations, all as likely a priori: a mesh whose eaves or chimneys are a little too high
+// or too low moves shadows along the sun's azimuth, and such edges must not speak for another one.
+PictureEvidence EvidenceNear(const ShadowPicture& picture,
+                             std::size_t candidate,
+                             std::span<const std::vector<float>> raised_shares);
+
+}  // namespace pleinair

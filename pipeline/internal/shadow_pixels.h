@@ -1,0 +1,56 @@
+// The pixels of a picture that shadows can be read from, and when each of them has sun as the sun
+// is turned about the vertical.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/camera.h"
+#include "scene/image.h"
+#include "scene/mesh.h"
+#include "scene/ray_caster.h"
+
+namespace pleinair {
+
+// Candidate offsets of the sun's azimuth: odd in number, evenly spaced, the middle one is 0.
+struct OffsetGrid {
+  double step_rad = 0.0;
+  int half = 0;  // Candidates to either side.
+
+  std::size_t Size() const { return static_cast<std::size_t>(2 * half + 1); }
+  double OffsetRad(std::size_t candidate) const {
+    return (static_cast<double>(candidate) - half) * step_rad;
+  }
+};
+
+// One pixel's surface, well inside a plane of the mesh.
+struct ShadowPixel {
+  int x = 0;
+  int y = 0;
+  std::uint32_t plane = 0;  // Same group, material and facing, whichever picture it is in.
+  glm::vec3 start_m{0.0f};  // Of the shadow ray.
+  glm::vec3 normal{0.0f};   // Turned to the camera.
+};
+
+// Pixels of `camera` on the triangles marked in `usable`, none nearer to a mesh edge in the picture
+// than mesh and picture may disagree; a regular raster of at most `most` pixels.
+std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
+                                          std::span<const std::uint8_t> usable,
+                                          const RayCaster& caster,
+                                          const Camera& camera,
+                                          int most);
+
+// Share of sun that each pixel gets under each candidate, 0 to 1; a shadow's edge is as wide as the
+// disc. Shape: pixels x grid.Size(), row-major.
+//
+// Not  seen: shadows narrower than kCoarseStepRad that come and go between two candidates of it.
+std::vector<float> SunShares(std::span<const ShadowPixel> pixels,
+                             const RayCaster& caster,
+                             const glm::dvec3& sun_direction_enu,
+                             const OffsetGrid& grid);
+
+}  // namespace pleinair
