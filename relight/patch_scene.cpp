@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -52,9 +53,17 @@ void CheckMesh(const Mesh& mesh) {
 
 TargetLength TargetOf(const PatchOptions& options) {
   return [options](const glm::vec3& midpoint_m) {
-    const glm::dvec3 from_middle = glm::abs(glm::dvec3(midpoint_m) - options.focus_m);
-    const glm::dvec3 outside = glm::max(from_middle - options.focus_half_size_m, glm::dvec3(0.0));
-    return options.patch_size_m + options.growth_per_m * glm::length(outside);
+    const glm::dvec3 middle(midpoint_m);
+    double distance_m = glm::distance(middle, options.focus_m);
+    if (!options.focus_points_m.empty()) {
+      double nearest2 = std::numeric_limits<double>::infinity();
+      for (const glm::dvec3& point : options.focus_points_m) {
+        const glm::dvec3 apart = middle - point;
+        nearest2 = std::min(nearest2, glm::dot(apart, apart));
+      }
+      distance_m = std::sqrt(nearest2);
+    }
+    return options.patch_size_m + options.growth_per_m * distance_m;
   };
 }
 
@@ -79,8 +88,8 @@ void PatchOptions::Validate() const {
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(focus_m[axis])) refuse("focus_m", focus_m[axis], "finite coordinates");
-    if (!(focus_half_size_m[axis] >= 0.0) || !std::isfinite(focus_half_size_m[axis])) {
-      refuse("focus_half_size_m", focus_half_size_m[axis], "finite lengths >= 0");
+    for (const glm::dvec3& point : focus_points_m) {
+      if (!std::isfinite(point[axis])) refuse("focus_points_m", point[axis], "finite coordinates");
     }
   }
 }

@@ -40,20 +40,11 @@ void CheckPoints(std::span<const glm::vec3> points_m, std::span<const glm::vec3>
   }
 }
 
-// The box around the points, as the focus of a patch scene.
 PatchOptions FocusOn(std::span<const glm::vec3> points_m, double growth_per_m) {
   PatchOptions options;
   options.extend_ground = false;
   options.growth_per_m = growth_per_m;
-  if (points_m.empty()) return options;
-  glm::vec3 lower = points_m.front();
-  glm::vec3 upper = points_m.front();
-  for (const glm::vec3& point : points_m) {
-    lower = glm::min(lower, point);
-    upper = glm::max(upper, point);
-  }
-  options.focus_m = 0.5 * (glm::dvec3(lower) + glm::dvec3(upper));
-  options.focus_half_size_m = 0.5 * (glm::dvec3(upper) - glm::dvec3(lower));
+  options.focus_points_m.assign(points_m.begin(), points_m.end());
   return options;
 }
 
@@ -237,6 +228,12 @@ FaceLights PointIrradiance::SolveSky(const Sky& sky) {
   return Solve(direct, sky.Lights());
 }
 
+std::vector<glm::vec3> PointIrradiance::FromSurfaces(std::span<const Receiver> receivers,
+                                                     const FaceLights& lights) const {
+  return GatheredRays(patches_, receivers, PointGather())
+      .FromFaces(lights.radiosity, lights.lights);
+}
+
 std::vector<glm::vec3> PointIrradiance::OfSky(const Sky& sky, LightPart part) {
   const std::vector<Receiver> receivers = Receivers();
   std::vector<glm::vec3> irradiance(receivers.size() * sky.Lights(), glm::vec3(0.0f));
@@ -250,8 +247,7 @@ std::vector<glm::vec3> PointIrradiance::OfSky(const Sky& sky, LightPart part) {
   if (HasIndirect(part) && options_.bounces != 0) {
     const FaceLights lights = SolveSky(sky);
     Report("rays from points", 0.0);
-    const GatheredRays rays(patches_, receivers, PointGather());
-    AddTo(irradiance, rays.FromFaces(lights.radiosity, lights.lights));
+    AddTo(irradiance, FromSurfaces(receivers, lights));
     Report("rays from points", 1.0);
   }
   return irradiance;
@@ -344,7 +340,7 @@ std::vector<glm::vec3> PointIrradiance::OfSun(const glm::dvec3& direction_enu,
       lights.radiosity[face] -= patches_.face_albedo_rgb[face] * direct[face];
     }
     Report("rays from points", 0.0);
-    AddTo(irradiance, GatheredRays(patches_, receivers, PointGather()).FromFaces(lights.radiosity));
+    AddTo(irradiance, FromSurfaces(receivers, lights));
     AddTo(irradiance, SunByWayOfOneSurface(direction_enu, angular_radius_rad));
     Report("rays from points", 1.0);
   }

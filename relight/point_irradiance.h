@@ -11,10 +11,10 @@
 
 #include "relight/patch_scene.h"
 #include "relight/progress.h"
-#include "scene/sky_regions.h"
 #include "relight/sky_visibility.h"
 #include "relight/transport.h"
 #include "scene/mesh.h"
+#include "scene/sky_regions.h"
 #include "scene/spherical_harmonics.h"
 
 namespace pleinair {
@@ -25,8 +25,9 @@ enum class LightPart { kDirect, kIndirect, kTotal };
 struct PointIrradianceOptions {
   int bounces = kAllBounces;  // Reflections on the way to a point; 0 leaves no indirect light.
   SkyRegions regions{1, 1};
-  // Longest edge of patches around the points; 0: as short as kPatchBudget patches allow. Farther
-  // away patches grow by patch_growth_per_m for each metre.
+  // Longest edge of patches at a point; it grows by patch_growth_per_m for each metre from the
+  // nearest point. 0: as short as kPatchBudget patches allow. (Light that is interpolated between
+  // patches' corners is farther from the truth than patches of even light: it smears the edges.)
   double patch_size_m = 0.0;
   double patch_growth_per_m = 0.4;
   // Over the hemisphere of each point and normal, or the sphere of each point. Converged: 65536.
@@ -100,6 +101,8 @@ class PointIrradiance {
   const PatchTransport& Transport();
   FaceLights Solve(std::span<const glm::vec3> direct, std::size_t lights);
   FaceLights SolveSky(const Sky& sky);
+  std::vector<glm::vec3> FromSurfaces(std::span<const Receiver> receivers,
+                                      const FaceLights& lights) const;
   std::vector<glm::vec3> SunByWayOfOneSurface(const glm::dvec3& direction_enu,
                                               double angular_radius_rad) const;
   std::vector<Receiver> Receivers() const;

@@ -81,7 +81,7 @@ std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   }
   for (const std::string& name : site.mesh.group_names) hash.Add(name);
   const PatchOptions& patches = options.patches;
-  hash.AddVector(patches.focus_m).AddVector(patches.focus_half_size_m);
+  hash.AddVector(patches.focus_m).AddAll(patches.focus_points_m);
   hash.Add(patches.patch_size_m).Add(patches.growth_per_m);
   hash.Add(patches.extend_ground);
   hash.Add(options.gather.rays_per_receiver).Add(options.gather.seed);

@@ -68,6 +68,14 @@ void AppendShares(std::vector<std::int32_t>& hits,
   }
 }
 
+struct AtPoint {
+  std::span<const Receiver> receivers;
+  glm::vec3 Normal(std::size_t i) const { return receivers[i].normal; }
+  glm::vec3 Origin(std::size_t i, int, const glm::dvec2&) const {
+    return OffsetFromSurface(receivers[i].position_m, receivers[i].normal);
+  }
+};
+
 bool IsUnit(const glm::vec3& normal) { return std::abs(glm::dot(normal, normal) - 1.0f) < 1e-3f; }
 
 }  // namespace
@@ -149,13 +157,6 @@ void GatheredRays::Gather(const PatchScene& scene,
 GatheredRays::GatheredRays(const PatchScene& scene,
                            std::span<const Receiver> receivers,
                            const GatherOptions& options) {
-  struct AtPoint {
-    std::span<const Receiver> receivers;
-    glm::vec3 Normal(std::size_t i) const { return receivers[i].normal; }
-    glm::vec3 Origin(std::size_t i, int, const glm::dvec2&) const {
-      return OffsetFromSurface(receivers[i].position_m, receivers[i].normal);
-    }
-  };
   Gather(scene, receivers.size(), options, AtPoint{receivers});
 }
 

@@ -138,7 +138,7 @@ struct SolveOptions {
   int bounces = kAllBounces;
   // All bounces: what may be missing of each light, as a share of its largest radiosity.
   double tolerance = 1e-6;
-  Progress progress;  // May be empty.
+  Progress progress{};  // May be empty.
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
