@@ -54,27 +54,6 @@ SourceKind SourceOf(const RunCommandOptions& options, const Sequence& sequence) 
                                                               : SourceKind::kOutdoor);
 }
 
-std::unique_ptr<LightingSource> MakeSource(const RunCommandOptions& options,
-                                           const Sequence& sequence) {
-  if (SourceOf(options, sequence) == SourceKind::kFisheye) {
-    if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
-      throw std::runtime_error((sequence.folder / "sequence.json").string() +
-                               ": --source fisheye: expected the key fisheye, and frames that name "
-                               "a fish-eye picture");
-    }
-    FisheyeLightingOptions fisheye;
-    fisheye.samples = options.samples;
-    fisheye.seed = options.seed;
-    return MakeFisheyeLightingSource(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera,
-                                     fisheye);
-  }
-  OutdoorLightingOptions outdoor;
-  outdoor.samples = options.samples;
-  outdoor.seed = options.seed;
-  outdoor.sky_shapes = options.sky_shapes;
-  return MakeOutdoorLightingSource(outdoor);
-}
-
 // One run's output folder: nothing of an earlier run stays beside the new one's, and lighting.jsonl
 // has its name only when it is whole.
 class RunFolder {
@@ -113,12 +92,14 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
                       sequence.frames.size(),
                       sequence.intrinsics.width_px,
                       sequence.intrinsics.height_px),
-          fmt::format("frames {}, {} samples, seed {}, bounces {}, probe route {}",
+          fmt::format("frames {}, {} samples, seed {}, bounces {}, object light by {}",
                       options.frames == FrameKind::kLinear ? "linear" : "ldr",
                       options.samples,
                       options.seed,
                       options.bounces == kAllBounces ? "all" : std::to_string(options.bounces),
-                      options.probe_route == ProbeRoute::kFolded ? "folded" : "environment"),
+                      options.object_light == ObjectLight::kGather ? "gathering"
+                      : options.probe_route == ProbeRoute::kFolded ? "folded probes"
+                                                                   : "probes from the map"),
           fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
 }
 
@@ -180,6 +161,27 @@ void WarnWhereNothingWasKept(const FileBlobStore& store) {
 
 }  // namespace
 
+std::unique_ptr<LightingSource> MakeSourceFor(const RunCommandOptions& options,
+                                              const Sequence& sequence) {
+  if (SourceOf(options, sequence) == SourceKind::kFisheye) {
+    if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
+      throw std::runtime_error((sequence.folder / "sequence.json").string() +
+                               ": --source fisheye: expected the key fisheye, and frames that name "
+                               "a fish-eye picture");
+    }
+    FisheyeLightingOptions fisheye;
+    fisheye.samples = options.samples;
+    fisheye.seed = options.seed;
+    return MakeFisheyeLightingSource(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera,
+                                     fisheye);
+  }
+  OutdoorLightingOptions outdoor;
+  outdoor.samples = options.samples;
+  outdoor.seed = options.seed;
+  outdoor.sky_shapes = options.sky_shapes;
+  return MakeOutdoorLightingSource(outdoor);
+}
+
 void RunPrepareCommand(const PrepareCommandOptions& options) {
   const Sequence sequence = ReadSequence(options.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
@@ -200,7 +202,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   const Sequence sequence = ReadSequence(options.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   const ResponseCurve response = ResponseOf(sequence);
-  std::unique_ptr<LightingSource> source = MakeSource(options, sequence);
+  std::unique_ptr<LightingSource> source = MakeSourceFor(options, sequence);
   const HeadlessContext context;
 
   RunReport report;
@@ -218,6 +220,7 @@ void RunRunCommand(const RunCommandOptions& options) {
 
   Compositor compositor;
   FramePipelineOptions pipeline_options;
+  pipeline_options.object_light = options.object_light;
   pipeline_options.probe_route = options.probe_route;
   pipeline_options.effects = options.effects;
   FramePipeline pipeline(scene,

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,11 +35,17 @@ struct RunCommandOptions {
   int samples = 500;
   std::uint64_t seed = 1;
   int bounces = kAllBounces;
+  ObjectLight object_light = ObjectLight::kGather;
   ProbeRoute probe_route = ProbeRoute::kFolded;
   CompositeEffects effects;
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;
 };
+
+// The source that `options` asks for, or the sequence calls for. Throws std::runtime_error for one
+// that the sequence has no data for.
+std::unique_ptr<LightingSource> MakeSourceFor(const RunCommandOptions& options,
+                                              const Sequence& sequence);
 
 // Throw std::runtime_error or std::invalid_argument, one line. Progress goes to the log.
 void RunPrepareCommand(const PrepareCommandOptions& options);
