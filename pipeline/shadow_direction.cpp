@@ -27,8 +27,9 @@ constexpr int kRaisedSteps = 6;
 constexpr double kRaisedStepRad = RadFromDeg(0.6667);
 constexpr double kLeastRaisedElevationRad = RadFromDeg(1.0);
 constexpr double kLargestRaisedElevationRad = RadFromDeg(89.0);
-// Below this the sun's shadows are longer than any mesh is right.
+// Below, the sun's shadows are longer than any mesh is right; above, its azimuth hardly turns them.
 constexpr double kLeastElevationRad = RadFromDeg(3.0);
+constexpr double kLargestElevationRad = RadFromDeg(85.0);
 // An answer has to be better than this, and rest on this many tiles.
 constexpr double kLargestStddevRad = RadFromDeg(3.0);
 constexpr std::size_t kLeastTiles = 4;
@@ -148,22 +149,22 @@ struct ShadowDirectionFinder::Impl {
     return EvidenceNear(picture.pixels, candidate, shares);
   }
 
-  ShadowDirection Judge(double offset_rad,
-                        double curvature_stddev_rad,
-                        double spread_stddev_rad,
-                        std::size_t tiles) const {
+  ShadowDirection Judge(const OffsetEstimate& estimate, std::size_t tiles) const {
     ShadowDirection shadow;
-    shadow.azimuth_offset_rad = offset_rad;
-    shadow.curvature_stddev_rad = curvature_stddev_rad;
-    shadow.spread_stddev_rad = spread_stddev_rad;
-    shadow.stddev_rad = std::max(curvature_stddev_rad, spread_stddev_rad);
-    if (tiles < kLeastTiles) {
+    shadow.azimuth_offset_rad = estimate.offset_rad;
+    shadow.curvature_stddev_rad = estimate.curvature_stddev_rad;
+    shadow.spread_stddev_rad = estimate.spread_stddev_rad;
+    shadow.stddev_rad = std::max(shadow.curvature_stddev_rad, shadow.spread_stddev_rad);
+    const double reach_rad = std::abs(shadow.azimuth_offset_rad) + 3.0 * shadow.stddev_rad;
+    if (tiles == 0) {
+      shadow.reason = "no surface shows sun and shade clearly apart";
+    } else if (tiles < kLeastTiles) {
       shadow.reason = "hardly any shadow's edge is in view";
     } else if (shadow.stddev_rad > kLargestStddevRad) {
       shadow.reason = "several directions explain the pictures alike";
-    } else if (std::abs(offset_rad) + 3.0 * shadow.stddev_rad > options.largest_offset_rad) {
+    } else if (reach_rad > options.largest_offset_rad) {
       shadow.reason = "the best direction is at the end of the range searched";
-    } else if (spread_stddev_rad > kLargestStddevRatio * curvature_stddev_rad) {
+    } else if (shadow.spread_stddev_rad > kLargestStddevRatio * shadow.curvature_stddev_rad) {
       shadow.reason = "parts of the pictures contradict each other";
     } else {
       shadow.determined = true;
@@ -192,7 +193,7 @@ void ShadowDirectionFinder::Add(const Frame& frame, const glm::dvec3& sun_direct
   picture.pixels.grid = impl.grid;
   const double elevation_rad =
       std::atan2(sun_direction_enu.z, std::hypot(sun_direction_enu.x, sun_direction_enu.y));
-  if (elevation_rad >= kLeastElevationRad) {
+  if (elevation_rad >= kLeastElevationRad && elevation_rad <= kLargestElevationRad) {
     const int tile_px = std::max(1, frame.radiance.width / kTilesAcross);
     for (const ShadowPixel& surface : impl.surfaces) {
       const std::size_t i = frame.radiance.Index(surface.x, surface.y);
@@ -234,16 +235,14 @@ ShadowDirectionResult ShadowDirectionFinder::Result() const {
     best = posterior.peak;
   }
   ShadowDirectionResult result;
-  result.all = impl.Judge(
-      posterior.offset_rad, posterior.curvature_stddev_rad, posterior.spread_stddev_rad, tiles);
+  result.all = impl.Judge(posterior.all, tiles);
   for (std::size_t f = 0; f < impl.pictures.size(); ++f) {
     FrameShadowDirection frame;
     frame.frame = impl.pictures[f].frame;
     frame.sunlit = evidence[f].sunlit;
     frame.contrast = evidence[f].contrast;
     frame.tiles = evidence[f].tiles.size();
-    frame.shadow =
-        impl.Judge(posterior.frame_offset_rad[f], posterior.frame_stddev_rad[f], 0.0, frame.tiles);
+    frame.shadow = impl.Judge(posterior.frames[f], frame.tiles);
     result.frames.push_back(std::move(frame));
   }
   return result;

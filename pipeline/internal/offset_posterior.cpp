@@ -128,35 +128,39 @@ OffsetPosterior CombineUnits(std::span<const OffsetUnit> units,
     blurs.push_back(BlurMatrix(grid, RadFromDeg(scatter_deg)));
   }
   const LogTerms nothing(kModels * grid.Size(), 0.0);
-  LogTerms all = nothing;
+  const auto add =
+      [&](std::map<std::size_t, LogTerms>& groups, std::size_t group, const LogTerms& terms) {
+        LogTerms& sum = groups.try_emplace(group, nothing).first->second;
+        sum = Sum(sum, terms, 1.0);
+      };
   std::map<std::size_t, LogTerms> by_frame;
   std::map<std::size_t, LogTerms> by_block;
+  std::vector<std::map<std::size_t, LogTerms>> by_block_of_frame(frames);
   for (const OffsetUnit& unit : units) {
     const LogTerms terms = TermsOf(unit, blurs);
-    all = Sum(all, terms, 1.0);
-    LogTerms& frame = by_frame.try_emplace(unit.frame, nothing).first->second;
-    frame = Sum(frame, terms, 1.0);
-    LogTerms& block = by_block.try_emplace(unit.block, nothing).first->second;
-    block = Sum(block, terms, 1.0);
+    add(by_frame, unit.frame, terms);
+    add(by_block, unit.block, terms);
+    add(by_block_of_frame[unit.frame], unit.block, terms);
   }
+  const auto estimate = [&](const LogTerms& terms) {
+    const Moments moments = MomentsOf(Density(terms, grid.Size()), grid);
+    return OffsetEstimate{moments.mean_rad, moments.stddev_rad, 0.0};
+  };
   OffsetPosterior posterior;
+  LogTerms all = nothing;
+  for (const auto& [frame, terms] : by_frame) all = Sum(all, terms, 1.0);
   const std::vector<double> density = Density(all, grid.Size());
   posterior.peak =
       static_cast<std::size_t>(std::max_element(density.begin(), density.end()) - density.begin());
-  const Moments moments = MomentsOf(density, grid);
-  posterior.offset_rad = moments.mean_rad;
-  posterior.curvature_stddev_rad = moments.stddev_rad;
-  posterior.spread_stddev_rad =
+  posterior.all = estimate(all);
+  posterior.all.spread_stddev_rad =
       std::max(LeaveOneOutStddev(by_frame, all, grid), LeaveOneOutStddev(by_block, all, grid));
-  posterior.frame_offset_rad.assign(frames, 0.0);
-  posterior.frame_stddev_rad.assign(frames, 0.0);
-  const Moments flat = MomentsOf(std::vector<double>(grid.Size(), 1.0 / double(grid.Size())), grid);
   for (std::size_t f = 0; f < frames; ++f) {
     const auto found = by_frame.find(f);
-    const Moments alone =
-        found == by_frame.end() ? flat : MomentsOf(Density(found->second, grid.Size()), grid);
-    posterior.frame_offset_rad[f] = alone.mean_rad;
-    posterior.frame_stddev_rad[f] = alone.stddev_rad;
+    const LogTerms& terms = found == by_frame.end() ? nothing : found->second;
+    posterior.frames.push_back(estimate(terms));
+    posterior.frames.back().spread_stddev_rad =
+        LeaveOneOutStddev(by_block_of_frame[f], terms, grid);
   }
   return posterior;
 }

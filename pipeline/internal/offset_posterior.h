@@ -16,17 +16,19 @@ struct OffsetUnit {
   std::vector<double> log_likelihood;  // Of each candidate, up to a constant.
 };
 
-struct OffsetPosterior {
+struct OffsetEstimate {
   double offset_rad = 0.0;
   // Of the posterior: how sharply the tiles agree, their own scatter taken in.
   double curvature_stddev_rad = 0.0;
   // By leaving out one frame after the other, and one block of the picture after the other: the
   // larger. What neighbours and frames get wrong together shows here.
   double spread_stddev_rad = 0.0;
-  double mass_near_peak = 0.0;  // Of the posterior, within 3 standard deviations of a single peak.
-  std::size_t peak = 0;         // Candidate.
-  std::vector<double> frame_offset_rad;  // Per frame alone; see frame_stddev_rad.
-  std::vector<double> frame_stddev_rad;
+};
+
+struct OffsetPosterior {
+  OffsetEstimate all;
+  std::vector<OffsetEstimate> frames;  // By each frame alone.
+  std::size_t peak = 0;                // The likeliest candidate of all frames together.
 };
 
 // Model: a tile sees offset + e, e normal with an unknown standard deviation that all tiles share

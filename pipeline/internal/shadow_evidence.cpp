@@ -21,6 +21,10 @@ constexpr float kShadedTo = 0.1f;
 // Under an overcast sky a corner's pixels differ by the sky that they see; sun through thin cloud
 // makes this ratio and more.
 constexpr double kLeastContrast = 0.34;  // log 1.4
+// Levels stand apart by so many spreads. A plane whose brightness runs evenly from dark to bright,
+// as under an overcast sky, split in the middle: medians half its range apart, spread 0.19 of
+// it: 2.7.
+constexpr double kLeastSeparation = 3.0;
 // Texture and noise of even the smoothest plane.
 constexpr double kLeastSpread = 0.08;
 // Share of pixels that show what the mesh lacks, and the span of log radiance that they fall in.
@@ -151,8 +155,9 @@ PictureEvidence EvidenceNear(const ShadowPicture& picture,
   for (const std::vector<std::size_t>& plane : PixelsByPlane(picture)) {
     const std::optional<Levels> levels = LevelsUnder(picture, plane, candidate);
     if (!levels) continue;
-    result.sunlit = true;
     const double spread = SpreadAround(*levels, picture, plane, candidate);
+    if (levels->lit - levels->shaded < kLeastSeparation * spread) continue;
+    result.sunlit = true;
     for (const std::size_t i : plane) {
       if (!Changes(raised_shares, i * candidates, candidates)) continue;
       contrasts.push_back(levels->lit - levels->shaded);

@@ -1,0 +1,267 @@
+// A made yard with two houses, photographed under a sun that is turned from the one told.
+#include "pipeline/shadow_direction.h"
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "calib/lens.h"
+#include "scene/ray_caster.h"
+#include "sunmodel/angles.h"
+#include "sunmodel/north.h"
+#include "tests/scene/box_mesh.h"
+
+namespace pleinair {
+namespace {
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+constexpr double kLit = 1.0;
+constexpr double kShaded = 0.25;
+const std::vector<std::string> kGround = {"ground"};
+
+void Append(Mesh& mesh, const Mesh& part, const std::string& group) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  mesh.positions_m.insert(mesh.positions_m.end(), part.positions_m.begin(), part.positions_m.end());
+  mesh.normals.insert(mesh.normals.end(), part.normals.begin(), part.normals.end());
+  for (const glm::uvec3& triangle : part.triangles) mesh.triangles.push_back(triangle + first);
+  mesh.materials.resize(1);
+  mesh.triangle_material.resize(mesh.triangles.size(), 0);
+  mesh.triangle_group.resize(mesh.triangles.size(),
+                             static_cast<std::uint32_t>(mesh.group_names.size()));
+  mesh.group_names.push_back(group);
+}
+
+Mesh Ground() {
+  Mesh mesh;
+  Append(mesh, BoxMesh({-40.0f, -40.0f, -0.5f}, {40.0f, 40.0f, 0.0f}), "ground");
+  return mesh;
+}
+
+Mesh Yard(float height_m) {
+  Mesh mesh = Ground();
+  Append(mesh, BoxMesh({-7.0f, 3.0f, 0.0f}, {-3.0f, 6.0f, height_m}), "west");
+  Append(mesh, BoxMesh({2.0f, 4.0f, 0.0f}, {4.0f, 7.0f, 1.3f * height_m}), "east");
+  return mesh;
+}
+
+// 14 m up, 16 m south, looking down at the yard.
+Camera YardCamera() {
+  Camera camera;
+  camera.intrinsics = {kWidth, kHeight, 130.0, 130.0, 79.5, 59.5, {}};
+  const glm::dvec3 centre_m{0.0, -16.0, 14.0};
+  const glm::dvec3 forward = glm::normalize(glm::dvec3(0.0, 4.0, 0.0) - centre_m);
+  const glm::dvec3 right{1.0, 0.0, 0.0};
+  const glm::dvec3 down = glm::cross(forward, right);
+  const glm::dmat3 rotation = glm::transpose(glm::dmat3(right, down, forward));
+  camera.camera_from_world = glm::dmat4(rotation);
+  camera.camera_from_world[3] = glm::dvec4(-(rotation * centre_m), 1.0);
+  return camera;
+}
+
+glm::dvec3 Sun(double azimuth_deg, double elevation_deg) {
+  const double elevation = RadFromDeg(elevation_deg);
+  return TurnedClockwise({0.0, std::cos(elevation), std::sin(elevation)}, RadFromDeg(azimuth_deg));
+}
+
+// What a surface point sends out, given whether it has sun.
+using Shading = std::function<double(const glm::vec3& position_m, bool lit)>;
+
+double TwoLevels(const glm::vec3&, bool lit) { return lit ? kLit : kShaded; }
+
+// 15 % of texture and noise, seeded by the frame's number.
+Frame Photograph(const Mesh& mesh, const glm::dvec3& sun, int index, const Shading& shading) {
+  const RayCaster caster(mesh);
+  Frame frame;
+  frame.index = index;
+  frame.camera = YardCamera();
+  frame.radiance = RgbImage(kWidth, kHeight, glm::vec3(0.0f));
+  frame.unusable = Gray8Image(kWidth, kHeight, 0);
+  frame.clipped = Gray8Image(kWidth, kHeight, 0);
+  const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(frame.camera.camera_from_world));
+  std::mt19937 random(static_cast<std::uint32_t>(index));
+  std::normal_distribution<double> texture(0.0, 0.15);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const glm::vec3 ray(
+          glm::normalize(world_from_camera * *DirectionFromPixel(frame.camera.intrinsics, {x, y})));
+      const auto hit = caster.Intersect(glm::vec3(frame.camera.CentreWorldM()), ray);
+      const double factor = std::exp(texture(random));
+      if (!hit) continue;
+      const glm::vec3 to_sun(sun);
+      const bool lit =
+          glm::dot(hit->geometric_normal, to_sun) > 0.0f &&
+          !caster.Occluded(OffsetFromSurface(hit->position_m, hit->geometric_normal), to_sun);
+      frame.radiance.At(x, y) = glm::vec3(float(factor * shading(hit->position_m, lit)));
+    }
+  }
+  return frame;
+}
+
+ShadowDirectionOptions Quick() {
+  ShadowDirectionOptions options;
+  options.pixels = 2500;
+  return options;
+}
+
+// Two frames, morning and afternoon; the sun told is turned by `turn_deg`.
+ShadowDirectionResult Measure(const Mesh& pictured,
+                              const Mesh& told,
+                              double turn_deg,
+                              const Shading& shading) {
+  ShadowDirectionFinder finder(told, kGround, Quick());
+  int index = 0;
+  for (const double azimuth_deg : {120.0, 215.0}) {
+    const glm::dvec3 sun = Sun(azimuth_deg, 40.0);
+    finder.Add(Photograph(pictured, sun, index++, shading),
+               TurnedClockwise(sun, RadFromDeg(turn_deg)));
+  }
+  return finder.Result();
+}
+
+// Half a degree is what is asked for; the stated uncertainty must own up to the error.
+void ExpectFound(const ShadowDirection& shadow, double offset_deg) {
+  EXPECT_TRUE(shadow.determined) << shadow.reason;
+  EXPECT_NEAR(DegFromRad(shadow.azimuth_offset_rad), offset_deg, 0.5);
+  EXPECT_LE(std::abs(shadow.azimuth_offset_rad - RadFromDeg(offset_deg)), 3.0 * shadow.stddev_rad);
+  EXPECT_LT(shadow.stddev_rad, RadFromDeg(1.5));
+}
+
+TEST(ShadowDirection, FindsTheSunFromWhereItWasTurned) {
+  const Mesh yard = Yard(4.0f);
+  for (const double turn_deg : {-15.0, -5.0, -1.0, 1.3, 5.0, 15.0}) {
+    SCOPED_TRACE(turn_deg);
+    ExpectFound(Measure(yard, yard, turn_deg, TwoLevels).all, -turn_deg);
+  }
+}
+
+TEST(ShadowDirection, SpeaksUpOnlyWhereTheSunIsElsewhere) {
+  const Mesh yard = Yard(4.0f);
+  EXPECT_FALSE(Measure(yard, yard, 0.0, TwoLevels).all.ContradictsTheSun());
+  EXPECT_TRUE(Measure(yard, yard, 6.0, TwoLevels).all.ContradictsTheSun());
+}
+
+// Dark round patches all over the yard, one of them at a shadow's edge.
+TEST(ShadowDirection, IsNotTakenInByShadowsThatTheMeshLacks) {
+  const Mesh yard = Yard(4.0f);
+  const auto with_strangers = [](const glm::vec3& position_m, bool lit) {
+    for (const glm::vec3& stranger : {glm::vec3(-1.0f, 1.0f, 0.0f),
+                                      glm::vec3(4.0f, -3.0f, 0.0f),
+                                      glm::vec3(-5.0f, -4.0f, 0.0f),
+                                      glm::vec3(7.0f, 6.0f, 0.0f),
+                                      glm::vec3(-10.0f, 9.0f, 0.0f)}) {
+      if (glm::distance(position_m, stranger) < 1.2f) return kShaded;
+    }
+    return TwoLevels(position_m, lit);
+  };
+  ExpectFound(Measure(yard, yard, 4.0, with_strangers).all, -4.0);
+}
+
+// Eaves and gutters that a coarse mesh lacks lengthen shadows: by a twelfth here.
+TEST(ShadowDirection, ForgivesHousesThatAreHigherThanTheMesh) {
+  ExpectFound(Measure(Yard(4.33f), Yard(4.0f), -3.0, TwoLevels).all, 3.0);
+}
+
+// Clouds: no sun, but the ground near walls sees less sky.
+TEST(ShadowDirection, TakesNothingFromAnOvercastSky) {
+  const Mesh yard = Yard(4.0f);
+  const auto overcast = [](const glm::vec3& position_m, bool) {
+    const double from_walls_m = std::abs(double(position_m.y) - 3.0);
+    return 0.4 * (0.45 + 0.55 * std::min(1.0, from_walls_m / 8.0));
+  };
+  const ShadowDirectionResult result = Measure(yard, yard, 2.0, overcast);
+  EXPECT_FALSE(result.all.determined);
+  EXPECT_FALSE(result.all.reason.empty());
+  EXPECT_FALSE(result.all.ContradictsTheSun());
+  for (const FrameShadowDirection& frame : result.frames) EXPECT_FALSE(frame.sunlit);
+}
+
+TEST(ShadowDirection, AnOvercastFrameLeavesTheAnswerAlone) {
+  const Mesh yard = Yard(4.0f);
+  const auto overcast = [](const glm::vec3&, bool) { return 0.3; };
+  const glm::dvec3 sun = Sun(150.0, 35.0);
+  ShadowDirectionFinder finder(yard, kGround, Quick());
+  finder.Add(Photograph(yard, sun, 0, TwoLevels), sun);
+  const ShadowDirection alone = finder.Result().all;
+  finder.Add(Photograph(yard, sun, 1, overcast), sun);
+  const ShadowDirectionResult both = finder.Result();
+  EXPECT_EQ(both.all.azimuth_offset_rad, alone.azimuth_offset_rad);
+  EXPECT_EQ(both.all.curvature_stddev_rad, alone.curvature_stddev_rad);
+  EXPECT_FALSE(both.frames[1].sunlit);
+}
+
+TEST(ShadowDirection, SaysSoWhereNoShadowsEdgeIsInView) {
+  const Mesh ground = Ground();
+  const ShadowDirectionResult result = Measure(ground, ground, 0.0, TwoLevels);
+  EXPECT_FALSE(result.all.determined);
+  EXPECT_FALSE(result.all.reason.empty());
+}
+
+// Brightness with neither sun nor edges where the mesh has them: whatever is said, it is not clear.
+TEST(ShadowDirection, IsNotSureOfAPictureOfSomethingElse) {
+  const Mesh yard = Yard(4.0f);
+  const auto stripes = [](const glm::vec3& position_m, bool) {
+    return std::fmod(std::abs(double(position_m.x) + 0.4 * double(position_m.y)), 6.0) < 3.0
+               ? kLit
+               : kShaded;
+  };
+  EXPECT_FALSE(Measure(yard, yard, 0.0, stripes).all.ContradictsTheSun());
+}
+
+TEST(ShadowDirection, DoesNotDependOnTheScaleOfLight) {
+  const Mesh yard = Yard(4.0f);
+  const ShadowDirection plain = Measure(yard, yard, 2.0, TwoLevels).all;
+  const ShadowDirection bright = Measure(yard, yard, 2.0, [](const glm::vec3& p, bool lit) {
+                                   return 1024.0 * TwoLevels(p, lit);
+                                 }).all;
+  // Float's rounding of the pictures.
+  EXPECT_NEAR(plain.azimuth_offset_rad, bright.azimuth_offset_rad, 1e-4);
+  EXPECT_NEAR(plain.stddev_rad, bright.stddev_rad, 1e-4);
+}
+
+TEST(ShadowDirectionHardCases, NightZenithAndSpoiltPixelsAddNothing) {
+  const Mesh yard = Yard(4.0f);
+  const glm::dvec3 sun = Sun(150.0, 35.0);
+  Frame spoilt = Photograph(yard, sun, 2, TwoLevels);
+  for (glm::vec3& pixel : spoilt.radiance.pixels) {
+    pixel = glm::vec3(std::numeric_limits<float>::quiet_NaN());
+  }
+  ShadowDirectionFinder finder(yard, kGround, Quick());
+  finder.Add(Photograph(yard, sun, 0, TwoLevels), Sun(150.0, -10.0));
+  finder.Add(Photograph(yard, sun, 1, TwoLevels), {0.0, 0.0, 1.0});
+  finder.Add(spoilt, sun);
+  const ShadowDirectionResult result = finder.Result();
+  ASSERT_EQ(result.frames.size(), 3u);
+  EXPECT_FALSE(result.all.determined);
+  EXPECT_TRUE(std::isfinite(result.all.azimuth_offset_rad));
+  EXPECT_TRUE(std::isfinite(result.all.stddev_rad));
+}
+
+TEST(ShadowDirectionHardCases, NoFramesIsNoAnswer) {
+  const ShadowDirectionResult result = ShadowDirectionFinder(Yard(4.0f), kGround, Quick()).Result();
+  EXPECT_FALSE(result.all.determined);
+  EXPECT_TRUE(result.frames.empty());
+}
+
+TEST(ShadowDirectionHardCases, RefusesWhatMakesNoSense) {
+  EXPECT_THROW(ShadowDirectionFinder(Mesh{}, {}), std::invalid_argument);
+  const std::vector<std::string> unknown = {"lawn"};
+  EXPECT_THROW(ShadowDirectionFinder(Yard(4.0f), unknown), std::invalid_argument);
+  ShadowDirectionOptions options;
+  options.step_rad = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(ShadowDirectionFinder(Yard(4.0f), kGround, options), std::invalid_argument);
+  options = {};
+  options.pixels = 0;
+  EXPECT_THROW(ShadowDirectionFinder(Yard(4.0f), kGround, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair
