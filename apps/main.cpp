@@ -15,6 +15,7 @@
 #include "apps/calibrate_command.h"
 #include "apps/calibrate_north_command.h"
 #include "apps/doctor_command.h"
+#include "apps/irradiance_command.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
 #include "apps/sun_command.h"
@@ -347,6 +348,65 @@ void AddCalibrate(CLI::App& app, Work& work) {
   north.add_option("--out", orientation->out, "Where to write (default: the same file)");
 }
 
+void AddIrradiance(CLI::App& app, Work& work) {
+  auto options = std::make_shared<pleinair::IrradianceCommandOptions>();
+  CLI::App& irradiance = *app.add_subcommand(
+      "irradiance", "Irradiance at given points and normals, to check against other programs");
+  irradiance.footer(
+      "Example: pleinair irradiance --scene room.obj --points points.json --out out.json "
+      "--sky-regions 4x16 --light indirect");
+  irradiance.add_option("--scene", options->scene, "Mesh, taken as it is; what misses it is sky");
+  irradiance
+      .add_option("--points", options->points, R"({"points": [[x,y,z],...], "normals": ...})")
+      ->required();
+  irradiance.add_option("--out", options->out, "JSON to write")->required();
+  irradiance.add_option("--sky-regions",
+                        options->sky_regions,
+                        "BANDSxSECTORS: unit radiance of each region (default 4x16)");
+  irradiance
+      .add_option_function<std::string>(
+          "--sky",
+          [options](const std::string&) { options->uniform_sky = true; },
+          "uniform: unit radiance of the whole sky")
+      ->check(CLI::IsMember({"uniform"}));
+  irradiance.add_option(
+      "--sun", options->sun, "AZ,EL in degrees, azimuth from north clockwise: unit irradiance");
+  irradiance.add_option("--sequence",
+                        options->sequence,
+                        "In place of scene and light: a frame's own estimated light");
+  irradiance.add_option("--frame", options->frame, "Which frame of the sequence, from 0");
+  irradiance
+      .add_option("--light", options->light, "direct, indirect (by way of surfaces) or total")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, pleinair::LightPart>{{"direct", pleinair::LightPart::kDirect},
+                                                     {"indirect", pleinair::LightPart::kIndirect},
+                                                     {"total", pleinair::LightPart::kTotal}}))
+      ->default_str("total");
+  AddBounces(irradiance, options->gather.bounces);
+  irradiance.add_flag("--sh",
+                      options->spherical_harmonics,
+                      "Write 9 coefficients of incident radiance a point instead");
+  irradiance.add_option("--patch-size",
+                        options->gather.patch_size_m,
+                        "Longest edge of patches at a point, in metres; 0: as short as 16000 "
+                        "patches allow");
+  irradiance.add_option("--rays", options->gather.rays_per_point, "Gathering, a point and normal")
+      ->check(CLI::Range(1, 65536));
+  irradiance.add_option("--sky-rays", options->gather.sky_rays_per_point, "To the sky, likewise");
+  irradiance.add_option("--patch-rays", options->gather.rays_per_patch, "Of form factors, a patch")
+      ->check(CLI::Range(1, 65536));
+  irradiance.add_option(
+      "--patch-sky-rays", options->gather.sky_rays_per_patch, "To the sky, a patch");
+  irradiance.add_option("--seed", options->gather.seed, "Of all rays");
+  AddCache(irradiance, options->cache);
+  irradiance.callback([options, &work] {
+    work = [options] {
+      pleinair::RunIrradianceCommand(*options);
+      return 0;
+    };
+  });
+}
+
 void AddDoctor(CLI::App& app, Work& work) {
   auto json = std::make_shared<bool>(false);
   CLI::App& doctor =
@@ -380,6 +440,7 @@ int main(int argc, char** argv) {
   AddRun(app, work);
   AddScore(app, work);
   AddCalibrate(app, work);
+  AddIrradiance(app, work);
   AddDoctor(app, work);
   try {
     app.parse(argc, argv);

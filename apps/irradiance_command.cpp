@@ -1,0 +1,307 @@
+#include "apps/irradiance_command.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/file_blob_store.h"
+#include "apps/irradiance_file.h"
+#include "apps/progress.h"
+#include "apps/run_command.h"
+#include "apps/sequence_site.h"
+#include "apps/whole_text.h"
+#include "pipeline/sun_state.h"
+#include "relight/surface_view_builder.h"
+#include "scene/mesh_io.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+constexpr double kMiB = 1024.0 * 1024.0;
+
+// Two numbers with `separator` between them, and nothing else.
+template <class Number>
+std::array<Number, 2> ParsePair(const std::string& text, char separator, const char* option) {
+  std::array<Number, 2> pair{};
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, pair[0]);
+  const bool separated = first.ec == std::errc() && first.ptr != end && *first.ptr == separator;
+  const auto second =
+      separated ? std::from_chars(first.ptr + 1, end, pair[1]) : std::from_chars_result{end, {}};
+  if (!separated || second.ec != std::errc() || second.ptr != end) {
+    throw std::invalid_argument(fmt::format(
+        "{} '{}': expected two numbers with '{}' between them", option, text, separator));
+  }
+  return pair;
+}
+
+SkyRegions RegionsOf(const IrradianceCommandOptions& options) {
+  if (options.uniform_sky || !options.sequence.empty()) return SkyRegions(1, 1);
+  if (options.sky_regions.empty()) return SkyRegions();
+  const auto [bands, sectors] = ParsePair<int>(options.sky_regions, 'x', "--sky-regions");
+  return SkyRegions(bands, sectors);
+}
+
+struct SunAngles {
+  double azimuth_deg;
+  double elevation_deg;
+
+  glm::dvec3 DirectionEnu() const {
+    const double azimuth = RadFromDeg(azimuth_deg);
+    const double elevation = RadFromDeg(elevation_deg);
+    return {std::cos(elevation) * std::sin(azimuth),
+            std::cos(elevation) * std::cos(azimuth),
+            std::sin(elevation)};
+  }
+};
+
+SunAngles ParseSun(const std::string& text) {
+  const auto [azimuth_deg, elevation_deg] = ParsePair<double>(text, ',', "--sun");
+  if (!(std::abs(azimuth_deg) <= 360.0) || !(std::abs(elevation_deg) <= 90.0)) {
+    throw std::invalid_argument(fmt::format(
+        "--sun '{}': expected an azimuth of -360..360 and an elevation of -90..90 degrees", text));
+  }
+  return {azimuth_deg, elevation_deg};
+}
+
+// What the irradiance is asked under. A part that is missing is dark.
+struct FrameLight {
+  Lighting lighting;
+  std::vector<std::shared_ptr<const SkyShape>> sky_shapes;  // Of lighting.sky.
+
+  glm::vec3 SkyRadiance(const glm::vec3& direction_enu) const {
+    glm::vec3 radiance(0.0f);
+    for (std::size_t k = 0; k < sky_shapes.size(); ++k) {
+      radiance +=
+          glm::vec3(lighting.sky[k].irradiance_rgb) * sky_shapes[k]->Radiance(direction_enu);
+    }
+    return radiance;
+  }
+};
+
+// The site's mesh with the albedos that its survey found: a material of its own for each patch.
+Mesh MeshAsSurveyed(const PreparedScene& scene) {
+  const Mesh& patches = scene.patches.mesh;
+  Mesh mesh = patches;
+  mesh.materials.clear();
+  mesh.triangles.clear();
+  mesh.triangle_group.clear();
+  mesh.triangle_material.clear();
+  for (std::size_t patch = 0; patch < patches.triangles.size(); ++patch) {
+    if (scene.patches.source_triangle[patch] == PatchScene::kExtension) continue;
+    Material material = patches.materials[patches.triangle_material[patch]];
+    material.diffuse_albedo = scene.patches.face_albedo_rgb[2 * patch];
+    mesh.triangles.push_back(patches.triangles[patch]);
+    mesh.triangle_group.push_back(patches.triangle_group[patch]);
+    mesh.triangle_material.push_back(static_cast<std::uint32_t>(mesh.materials.size()));
+    mesh.materials.push_back(material);
+  }
+  return mesh;
+}
+
+struct EstimatedFrame {
+  Mesh mesh;
+  FrameLight light;
+};
+
+// The light of frame `index` by itself: nothing is carried over from frames before it.
+EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
+  Sequence sequence = ReadSequence(options.sequence);
+  const auto index = static_cast<std::size_t>(options.frame);
+  if (options.frame < 0 || index >= sequence.frames.size()) {
+    throw std::invalid_argument(fmt::format("--frame {}: {} has frames 0 to {}",
+                                            options.frame,
+                                            (options.sequence / "sequence.json").string(),
+                                            sequence.frames.size() - 1));
+  }
+  RunCommandOptions run;
+  run.seed = options.gather.seed;
+  const std::unique_ptr<LightingSource> source = MakeSourceFor(run, sequence);
+  const SequenceSite site = LoadSequenceSite(sequence);
+  for (const std::string& note : site.notes) spdlog::warn("{}", note);
+  FileBlobStore store(options.cache);
+  const PreparedScene scene = PrepareScene(
+      site.model, PrepareOptionsFor(site, kAllBounces), store, ProgressOnStandardError());
+
+  sequence.frames = {sequence.frames[index]};
+  const auto frame = MakeRecordedFrameSource(sequence, FrameKind::kLinear)->Next();
+  const auto failed = [&](const std::string& reason) {
+    return std::runtime_error(
+        fmt::format("{}: frame {}: {}", options.sequence.string(), options.frame, reason));
+  };
+  if (!frame) throw failed("is not there");
+  if (!*frame) throw failed((*frame).error().reason);
+
+  const SunState sun = SunOfFrame(sequence.site, **frame);
+  const ScaledClearSky clear_sky(sequence.site, scene.survey ? &scene.survey->light : nullptr);
+  const auto basis = source->BasisFor(**frame, sun);
+  if (!basis) throw failed(basis.error().reason);
+  EstimatedFrame estimated;
+  estimated.light.sky_shapes.assign(basis->begin(), basis->end());
+  std::vector<SampleRegionPolygon> polygons;
+  for (const SamplePolygon& polygon : (*frame)->sample_polygons) {
+    polygons.push_back({polygon.group, polygon.polygon_px});
+  }
+  SurfaceViewBuilder views(scene, {});
+  const SurfaceView& view = views.Update((*frame)->camera,
+                                         sun.direction_enu,
+                                         sun.angular_radius_rad,
+                                         estimated.light.sky_shapes,
+                                         polygons);
+  auto estimate = source->Estimate({**frame, view, sun, clear_sky.At(sun.direction_enu)});
+  if (!estimate) throw failed(estimate.error().reason);
+  estimated.light.lighting = std::move(estimate->lighting);
+  estimated.mesh = scene.survey ? MeshAsSurveyed(scene) : site.model.mesh;
+  return estimated;
+}
+
+std::vector<glm::vec3> IrradianceUnder(const FrameLight& light,
+                                       LightPart part,
+                                       PointIrradiance& points) {
+  std::vector<glm::vec3> irradiance =
+      points.OfSky([&](const glm::vec3& direction) { return light.SkyRadiance(direction); }, part);
+  const DirectionalLight& sun = light.lighting.sun;
+  if (sun.irradiance_rgb == glm::dvec3(0.0)) return irradiance;
+  const std::vector<glm::vec3> of_sun =
+      points.OfSun(sun.direction_enu, sun.angular_radius_rad, part);
+  for (std::size_t i = 0; i < irradiance.size(); ++i) {
+    irradiance[i] += glm::vec3(sun.irradiance_rgb) * of_sun[i];
+  }
+  return irradiance;
+}
+
+std::vector<ShRgb> CoefficientsUnder(const FrameLight& light,
+                                     LightPart part,
+                                     PointIrradiance& points) {
+  std::vector<ShRgb> coefficients = points.ShOfSky(
+      [&](const glm::vec3& direction) { return light.SkyRadiance(direction); }, part);
+  const DirectionalLight& sun = light.lighting.sun;
+  if (sun.irradiance_rgb == glm::dvec3(0.0)) return coefficients;
+  const std::vector<ShRgb> of_sun = points.ShOfSun(sun.direction_enu, sun.angular_radius_rad, part);
+  for (std::size_t i = 0; i < coefficients.size(); ++i) {
+    for (std::size_t k = 0; k < of_sun[i].size(); ++k) {
+      coefficients[i][k] += glm::vec3(sun.irradiance_rgb) * of_sun[i][k];
+    }
+  }
+  return coefficients;
+}
+
+std::string DescribeRegions(const SkyRegions& regions, bool uniform) {
+  if (uniform) return R"({"sky": "uniform", "of": "unit radiance of the whole sky"})";
+  return fmt::format(
+      R"({{"sky_regions": {{"bands": {}, "sectors": {}}}, "of": "unit radiance of each region; )"
+      R"(bands equal in sin(elevation), band 0 at the horizon, sector 0 from north clockwise, )"
+      R"(region = sectors * band + sector"}})",
+      regions.Bands(),
+      regions.Sectors());
+}
+
+std::string DescribeSun(const SunAngles& sun) {
+  return fmt::format(R"({{"sun": {{"azimuth_deg": {}, "elevation_deg": {}, "angular_radius_deg": )"
+                     R"({:.4f}}}, "of": "unit irradiance normal to the beam"}})",
+                     sun.azimuth_deg,
+                     sun.elevation_deg,
+                     DegFromRad(kMeanSunAngularRadiusRad));
+}
+
+std::string DescribeFrame(int frame, const Lighting& lighting) {
+  const auto vector = [](const glm::dvec3& v) {
+    return fmt::format("[{}, {}, {}]", v.x, v.y, v.z);
+  };
+  return fmt::format(
+      R"({{"frame": {}, "of": "the frame's estimated light, in the units of its pictures", )"
+      R"("sun_direction_enu": {}, "sun_irradiance_rgb": {}, "sky_irradiance_rgb": {}}})",
+      frame,
+      vector(lighting.sun.direction_enu),
+      vector(lighting.sun.irradiance_rgb),
+      vector(lighting.SkyIrradianceRgb()));
+}
+
+void CheckOptions(const IrradianceCommandOptions& options) {
+  const int lights = (options.sky_regions.empty() ? 0 : 1) + (options.uniform_sky ? 1 : 0) +
+                     (options.sun.empty() ? 0 : 1);
+  if (options.scene.empty() == options.sequence.empty()) {
+    throw std::invalid_argument("expected either --scene or --sequence");
+  }
+  if (lights > 1) {
+    throw std::invalid_argument("expected one of --sky-regions, --sky and --sun");
+  }
+  if (lights > 0 && !options.sequence.empty()) {
+    throw std::invalid_argument(
+        "--sequence brings its own light: expected none of --sky-regions, --sky and --sun");
+  }
+}
+
+}  // namespace
+
+void RunIrradianceCommand(const IrradianceCommandOptions& options) {
+  CheckOptions(options);
+  PointIrradianceOptions gather = options.gather;
+  gather.regions = RegionsOf(options);
+  const bool coefficients = options.spherical_harmonics;
+  const PointsFile asked = ReadPointsFile(options.points, !coefficients);
+
+  FrameLight light;
+  Mesh mesh;
+  IrradianceHeading heading;
+  heading.part = options.light;
+  heading.bounces = gather.bounces;
+  std::optional<SunAngles> sun;
+  if (!options.sequence.empty()) {
+    EstimatedFrame estimated = EstimateFrame(options);
+    mesh = std::move(estimated.mesh);
+    light = std::move(estimated.light);
+    heading.light_json = DescribeFrame(options.frame, light.lighting);
+  } else {
+    if (!options.sun.empty()) sun = ParseSun(options.sun);
+    heading.light_json =
+        sun ? DescribeSun(*sun) : DescribeRegions(gather.regions, options.uniform_sky);
+    LoadedMesh loaded = LoadMesh(options.scene);
+    for (const std::string& note : loaded.report.notes) spdlog::warn("{}", note);
+    mesh = std::move(loaded.mesh);
+  }
+
+  PointIrradiance points(mesh, asked.points_m, asked.normals, gather, ProgressOnStandardError());
+  if (options.light != LightPart::kDirect && gather.bounces != 0) {
+    spdlog::info("{} patches, at most {:.0f} MiB for the radiosity",
+                 points.Summary().patches,
+                 static_cast<double>(points.Summary().memory_bytes) / kMiB);
+  }
+  const std::size_t lights = gather.regions.Count();
+  std::string text;
+  if (coefficients) {
+    std::vector<ShRgb> values;
+    if (!options.sequence.empty()) {
+      values = CoefficientsUnder(light, options.light, points);
+    } else if (sun) {
+      values = points.ShOfSun(sun->DirectionEnu(), kMeanSunAngularRadiusRad, options.light);
+    } else {
+      values = points.ShOfRegions(options.light);
+    }
+    heading.radiosity = points.Summary();
+    text = CoefficientsText(heading, asked, values, sun ? 1 : lights);
+  } else {
+    std::vector<glm::vec3> values;
+    if (!options.sequence.empty()) {
+      values = IrradianceUnder(light, options.light, points);
+    } else if (sun) {
+      values = points.OfSun(sun->DirectionEnu(), kMeanSunAngularRadiusRad, options.light);
+    } else {
+      values = points.OfRegions(options.light);
+    }
+    heading.radiosity = points.Summary();
+    text = IrradianceText(heading, asked, values, sun ? 1 : lights);
+  }
+  WriteWholeText(options.out, text);
+}
+
+}  // namespace pleinair
