@@ -94,12 +94,14 @@ void AddPrepare(CLI::App& app, Work& work) {
 
 // Effects by name; `plan` and `all` switch every effect on.
 void ChooseEffects(const std::vector<std::string>& names, pleinair::CompositeEffects& effects) {
-  effects = {false, false, false};
+  effects = {false, false, false, false, false};
   for (const std::string& name : names) {
     const bool all = name == "plan" || name == "all";
     effects.sun_shading |= all || name == "sun-shading";
     effects.sun_shadow |= all || name == "sun-shadow";
     effects.probe_shading |= all || name == "probe-shading";
+    effects.sky_occlusion |= all || name == "sky-occlusion";
+    effects.colour_bleeding |= all || name == "colour-bleeding";
   }
 }
 
@@ -139,19 +141,30 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_option("--seed", options->seed, "Of the choice of samples");
   AddSkyShapes(run, options->sky_shapes);
   AddBounces(run, options->bounces);
-  run.add_option("--probe-route", options->probe_route, "folded (fast) or environment (by the map)")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::ProbeRoute>{
-          {"folded", pleinair::ProbeRoute::kFolded},
-          {"environment", pleinair::ProbeRoute::kEnvironment}}))
-      ->default_str("folded");
+  run.add_option("--object-light",
+                 options->object_light,
+                 "Light on the objects: gather (rays at their vertices), volume (of probes) or "
+                 "map (the same volume by way of an environment map)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::ObjectLight>{
+          {"gather", pleinair::ObjectLight::kGather},
+          {"volume", pleinair::ObjectLight::kVolume},
+          {"map", pleinair::ObjectLight::kVolumeByMap}}))
+      ->default_str("gather");
   run.add_option_function<std::vector<std::string>>(
          "--effects",
          [options](const std::vector<std::string>& names) {
            ChooseEffects(names, options->effects);
          },
-         "plan, all, or some of sun-shading,sun-shadow,probe-shading")
+         "plan, all, or some of "
+         "sun-shading,sun-shadow,probe-shading,sky-occlusion,colour-bleeding")
       ->delimiter(',')
-      ->check(CLI::IsMember({"plan", "all", "sun-shading", "sun-shadow", "probe-shading"}))
+      ->check(CLI::IsMember({"plan",
+                             "all",
+                             "sun-shading",
+                             "sun-shadow",
+                             "probe-shading",
+                             "sky-occlusion",
+                             "colour-bleeding"}))
       ->default_str("all");
   // The estimate isn't filtered over time as yet: `raw` and the reported light are the same.
   run.add_flag_function(
@@ -217,8 +230,7 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
                                    pleinair::RunCalibrateNorth);
   north.footer("Example: pleinair calibrate north datasets/samples/courtyard");
   north.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
-  north
-      .add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
+  north.add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
       ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
           {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
       ->default_str("linear");
@@ -226,10 +238,10 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
       .add_option("--model-north",
                   options->model_north,
                   "What the model's +Y is said to be: true, grid (UTM) or magnetic")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::NorthKind>{
-          {"true", pleinair::NorthKind::kTrue},
-          {"grid", pleinair::NorthKind::kGrid},
-          {"magnetic", pleinair::NorthKind::kMagnetic}}))
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, pleinair::NorthKind>{{"true", pleinair::NorthKind::kTrue},
+                                                     {"grid", pleinair::NorthKind::kGrid},
+                                                     {"magnetic", pleinair::NorthKind::kMagnetic}}))
       ->default_str("true");
   north.add_option(
       "--magnetic-model", options->magnetic.name, "Of GeographicLib, for --model-north magnetic");

@@ -97,9 +97,9 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
                       options.samples,
                       options.seed,
                       options.bounces == kAllBounces ? "all" : std::to_string(options.bounces),
-                      options.object_light == ObjectLight::kGather ? "gathering"
-                      : options.probe_route == ProbeRoute::kFolded ? "folded probes"
-                                                                   : "probes from the map"),
+                      options.object_light == ObjectLight::kGather   ? "rays at vertices"
+                      : options.object_light == ObjectLight::kVolume ? "folded probes"
+                                                                     : "probes from the map"),
           fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
 }
 
@@ -221,7 +221,6 @@ void RunRunCommand(const RunCommandOptions& options) {
   Compositor compositor;
   FramePipelineOptions pipeline_options;
   pipeline_options.object_light = options.object_light;
-  pipeline_options.probe_route = options.probe_route;
   pipeline_options.effects = options.effects;
   FramePipeline pipeline(scene,
                          site.model.mesh,

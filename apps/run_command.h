@@ -36,7 +36,6 @@ struct RunCommandOptions {
   std::uint64_t seed = 1;
   int bounces = kAllBounces;
   ObjectLight object_light = ObjectLight::kGather;
-  ProbeRoute probe_route = ProbeRoute::kFolded;
   CompositeEffects effects;
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "pipeline/sun_state.h"
+#include "relight/shading_mesh.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/mesh_io.h"
@@ -144,7 +145,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
       site.notes.push_back(entry.mesh.filename().string() + ": " + std::to_string(turned) +
                            " closed parts were inside out and have been turned");
     }
-    site.objects.push_back({TransformMesh(entry.world_from_object, object.mesh)});
+    site.objects.push_back({MakeShadingMesh(TransformMesh(entry.world_from_object, object.mesh))});
   }
   site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), site.model.mesh);
   if (site.is_indoors) {

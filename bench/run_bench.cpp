@@ -28,7 +28,9 @@ struct BenchArguments {
   int frame = 0;
 };
 
-void RunRepeatedFrame(benchmark::State& state, const BenchArguments& arguments, ProbeRoute route) {
+void RunRepeatedFrame(benchmark::State& state,
+                      const BenchArguments& arguments,
+                      ObjectLight object_light) {
   const Sequence sequence = ReadSequence(arguments.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   FileBlobStore store;
@@ -37,7 +39,7 @@ void RunRepeatedFrame(benchmark::State& state, const BenchArguments& arguments, 
   const HeadlessContext context;
   Compositor compositor;
   FramePipelineOptions options;
-  options.probe_route = route;
+  options.object_light = object_light;
   FramePipeline pipeline(scene,
                          site.model.mesh,
                          sequence.site,
@@ -99,12 +101,13 @@ int main(int argc, char** argv) {
     }
   }
   int rest_count = static_cast<int>(rest.size());
-  for (const auto& [name, route] :
-       {std::pair{"run/folded", pleinair::ProbeRoute::kFolded},
-        std::pair{"run/environment", pleinair::ProbeRoute::kEnvironment}}) {
+  for (const auto& [name, object_light] :
+       {std::pair{"run/gather", pleinair::ObjectLight::kGather},
+        std::pair{"run/volume", pleinair::ObjectLight::kVolume},
+        std::pair{"run/volume_by_map", pleinair::ObjectLight::kVolumeByMap}}) {
     benchmark::RegisterBenchmark(name,
-                                 [arguments, route = route](benchmark::State& state) {
-                                   pleinair::RunRepeatedFrame(state, arguments, route);
+                                 [arguments, object_light = object_light](benchmark::State& state) {
+                                   pleinair::RunRepeatedFrame(state, arguments, object_light);
                                  })
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime()

@@ -1,5 +1,6 @@
 #include "pipeline/frame_pipeline.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -106,7 +107,9 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
         basis_sun_version_ != view.sun_version || basis_shapes_ != sky_shapes_;
     if (basis_changed && !objects_.empty()) {
       UpdateBasis();
+      if (options_.object_light != ObjectLight::kGather) UpdateVolume();
       interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
+      UpdateObjects(view);
       basis_sun_version_ = view.sun_version;
     }
     result.timing_ms.transport = watch.LapMs();
@@ -123,7 +126,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
                                            view,
                                            result.estimate.lighting,
                                            vertex_irradiance_,
-                                           options_.effects});
+                                           options_.effects,
+                                           &irradiance_change_});
     result.timing_ms.render = result.composite.draw_ms;
     result.timing_ms.readback = result.composite.readback_ms;
     return result;
@@ -133,57 +137,148 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
 }
 
 void FramePipeline::UpdateBasis() {
-  const Survey* survey = view_builder_.SurveyUnderCurrentSun();
-  const std::vector<glm::vec3>& directions = scene_.probes.SkyDirections();
-  const bool first = !basis_sun_version_.has_value();
-  const std::size_t lights = 1 + sky_shapes_.size();
-  basis_.environment.resize(lights);
-  basis_.face_radiosity.resize(lights);
-  basis_.sky_radiance.resize(lights);
-  basis_.sky_radiance[0].assign(directions.size(), glm::vec3(0.0f));
-  std::vector<std::size_t> changed{0};
-  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
-    if (k < basis_shapes_.size() && basis_shapes_[k] == sky_shapes_[k]) continue;
-    changed.push_back(1 + k);
-    if (survey != nullptr) {
-      basis_.environment[1 + k] = EnvironmentOfSky(*survey, k, *sky_shapes_[k]);
-    }
-    basis_.face_radiosity[1 + k] = view_builder_.SkyFaces(k).radiosity;
-    basis_.sky_radiance[1 + k].clear();
-    for (const glm::vec3& direction : directions) {
-      basis_.sky_radiance[1 + k].push_back(sky_shapes_[k]->Radiance(direction));
-    }
-  }
-  if (survey != nullptr) {
-    basis_.environment[0] = EnvironmentOfSun(*survey, survey->view.sun_direction_enu);
-  }
+  basis_.face_radiosity.resize(1 + sky_shapes_.size());
   basis_.face_radiosity[0] = view_builder_.SunFaces().radiosity;
-  if (first) {
-    folded_ = FoldedVolume(scene_.probes, basis_);
-  } else {
-    for (const std::size_t light : changed) folded_.Refold(scene_.probes, basis_, light);
+  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
+    basis_.face_radiosity[1 + k] = view_builder_.SkyFaces(k).radiosity;
+  }
+  changed_lights_.assign(1, 0);
+  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
+    if (k >= basis_shapes_.size() || basis_shapes_[k] != sky_shapes_[k]) {
+      changed_lights_.push_back(1 + k);
+    }
   }
   basis_shapes_ = sky_shapes_;
 }
 
-void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
-  Stopwatch watch;
-  if (options_.probe_route == ProbeRoute::kEnvironment) {
-    SynthesiseEnvironment(basis_.environment, lighting, environment_);
-    times.relight = watch.LapMs();
-    volume_ = VolumeFromEnvironment(scene_.probes, basis_, environment_, lighting);
-  } else {
-    folded_.Combine(lighting, volume_);
+// Map, sky directions and fold of what has changed.
+void FramePipeline::UpdateVolume() {
+  const Survey* survey = view_builder_.SurveyUnderCurrentSun();
+  const std::vector<glm::vec3>& directions = scene_.probes.SkyDirections();
+  const bool first = basis_.sky_radiance.empty();
+  basis_.environment.resize(basis_.face_radiosity.size());
+  basis_.sky_radiance.resize(basis_.face_radiosity.size());
+  basis_.sky_radiance[0].assign(directions.size(), glm::vec3(0.0f));
+  for (const std::size_t light : changed_lights_) {
+    if (survey != nullptr) {
+      basis_.environment[light] =
+          light == 0 ? EnvironmentOfSun(*survey, survey->view.sun_direction_enu)
+                     : EnvironmentOfSky(*survey, light - 1, *sky_shapes_[light - 1]);
+    }
+    if (light == 0) continue;
+    basis_.sky_radiance[light].clear();
+    for (const glm::vec3& direction : directions) {
+      basis_.sky_radiance[light].push_back(sky_shapes_[light - 1]->Radiance(direction));
+    }
   }
+  if (first) {
+    folded_ = FoldedVolume(scene_.probes, basis_);
+  } else {
+    for (const std::size_t light : changed_lights_) folded_.Refold(scene_.probes, basis_, light);
+  }
+}
+
+// What a unit of each light that has changed makes of the objects, and they of the real scene.
+void FramePipeline::UpdateObjects(const SurfaceView& view) {
+  const bool has_influence = options_.effects.sky_occlusion || options_.effects.colour_bleeding;
+  const bool new_view = has_influence && influence_geometry_version_ != view.geometry_version;
+  if (new_view) {
+    influence_ = ObjectInfluence(scene_.patches, interreflection_.Objects(), view);
+    influence_geometry_version_ = view.geometry_version;
+  }
+  vertex_response_.resize(basis_.face_radiosity.size());
+  for (std::size_t light = 0; light < basis_.face_radiosity.size(); ++light) {
+    const bool changed =
+        std::find(changed_lights_.begin(), changed_lights_.end(), light) != changed_lights_.end();
+    if (!changed && !new_view) continue;
+    Lighting unit;
+    unit.sky.resize(sky_shapes_.size());
+    (light == 0 ? unit.sun.irradiance_rgb : unit.sky[light - 1].irradiance_rgb) = glm::dvec3(1.0);
+    if (options_.object_light != ObjectLight::kGather) {
+      folded_.Combine(unit, volume_);
+      LightVertices(volume_, unit.sun);
+    } else {
+      if (changed) vertex_response_[light] = GatherAtVertices(light);
+      SumVertexResponses(unit);
+    }
+    if (!has_influence) continue;
+    influence_.Fold(light,
+                    light == 0 ? nullptr : sky_shapes_[light - 1].get(),
+                    view,
+                    basis_.face_radiosity[light],
+                    interreflection_.FaceRadiosity(unit.sun, vertex_irradiance_));
+  }
+}
+
+// Under a unit of one light, one reflection off the objects included.
+std::vector<glm::vec3> FramePipeline::GatherAtVertices(std::size_t light) {
+  const PatchScene& objects = interreflection_.Objects();
+  if (gather_.VertexCount() == 0) {
+    gather_ = ObjectGather(objects, scene_.patches, options_.object_gather);
+  }
+  const SkyShape* sky = light == 0 ? nullptr : sky_shapes_[light - 1].get();
+  const std::vector<glm::vec3> dark_objects(objects.FaceCount(), glm::vec3(0.0f));
+  std::vector<glm::vec3> irradiance =
+      gather_.Irradiance(sky, dark_objects, basis_.face_radiosity[light]);
+
+  vertex_response_[light] = irradiance;
+  Lighting unit;
+  unit.sky.resize(sky_shapes_.size());
+  (light == 0 ? unit.sun.irradiance_rgb : unit.sky[light - 1].irradiance_rgb) = glm::dvec3(1.0);
+  SumVertexResponses(unit);
+  const std::vector<glm::vec3> dark_scene(scene_.patches.FaceCount(), glm::vec3(0.0f));
+  const std::vector<glm::vec3> reflected = gather_.Irradiance(
+      nullptr, interreflection_.FaceRadiosity(unit.sun, vertex_irradiance_), dark_scene);
+  for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += reflected[v];
+  return irradiance;
+}
+
+void FramePipeline::SumVertexResponses(const Lighting& lighting) {
+  std::size_t first = 0;
+  for (std::vector<glm::vec3>& irradiance : vertex_irradiance_) {
+    std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));
+    for (std::size_t light = 0; light < vertex_response_.size(); ++light) {
+      const glm::vec3 intensity(light == 0 ? lighting.sun.irradiance_rgb
+                                           : lighting.sky[light - 1].irradiance_rgb);
+      if (vertex_response_[light].empty() || intensity == glm::vec3(0.0f)) continue;
+      const std::span<const glm::vec3> response =
+          std::span(vertex_response_[light]).subspan(first, irradiance.size());
+      for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += intensity * response[v];
+    }
+    first += irradiance.size();
+  }
+}
+
+void FramePipeline::LightVertices(const IrradianceVolume& volume, const DirectionalLight& sun) {
   if (vertices_.empty()) {
     for (const VirtualObject& object : objects_) {
-      vertices_.emplace_back(volume_, object.mesh.positions_m, object.mesh.normals);
+      vertices_.emplace_back(volume, object.mesh.positions_m, object.mesh.normals);
     }
   }
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    vertices_[i].Evaluate(volume_, vertex_irradiance_[i]);
+    vertices_[i].Evaluate(volume, vertex_irradiance_[i]);
   }
-  interreflection_.Apply(lighting.sun, vertex_irradiance_);
+  interreflection_.Apply(sun, vertex_irradiance_);
+}
+
+void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
+  Stopwatch watch;
+  if (options_.object_light == ObjectLight::kGather) {
+    SumVertexResponses(lighting);
+  } else {
+    if (options_.object_light == ObjectLight::kVolumeByMap) {
+      SynthesiseEnvironment(basis_.environment, lighting, environment_);
+      times.relight = watch.LapMs();
+      volume_ = VolumeFromEnvironment(scene_.probes, basis_, environment_, lighting);
+    } else {
+      folded_.Combine(lighting, volume_);
+    }
+    LightVertices(volume_, lighting.sun);
+  }
+  influence_.Evaluate(lighting,
+                      {.hidden_light = options_.effects.sky_occlusion,
+                       .object_light = options_.effects.colour_bleeding},
+                      irradiance_change_);
   times.probes = watch.LapMs();
 }
 

@@ -9,9 +9,11 @@
 
 #include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
+#include "pipeline/object_gather.h"
 #include "pipeline/object_interreflection.h"
 #include "pipeline/sun_state.h"
 #include "relight/irradiance_volume.h"
+#include "relight/object_influence.h"
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
 #include "relight/vertex_irradiance.h"
@@ -20,10 +22,11 @@
 
 namespace pleinair {
 
-// How the irradiance volume gets its light; both give the same probes.
-enum class ProbeRoute {
-  kFolded,       // Operator and maps folded once per sun direction.
-  kEnvironment,  // The environment map is synthesised and pushed through the operator.
+// Where virtual objects get the light from that is not the sun's own.
+enum class ObjectLight {
+  kGather,       // Rays at their vertices: the accurate one, for objects that stand still.
+  kVolume,       // The irradiance volume, operator and maps folded once per sun direction.
+  kVolumeByMap,  // The same volume, by an environment map made and pushed through for each frame.
 };
 
 struct FramePipelineOptions {
@@ -32,7 +35,8 @@ struct FramePipelineOptions {
   // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
   // every frame.
   double sun_step_s = 48.0;
-  ProbeRoute probe_route = ProbeRoute::kFolded;
+  ObjectLight object_light = ObjectLight::kGather;
+  GatherOptions object_gather;
   CompositeEffects effects;
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
@@ -74,11 +78,17 @@ class FramePipeline {
   // A frame that can't be done is an error of its own; the next one may succeed.
   tl::expected<FrameResult, FrameError> Process(const Frame& frame);
 
-  // Of the last frame that succeeded.
+  // Of the last frame that succeeded; empty unless objects get their light from it.
   const IrradianceVolume& Volume() const { return volume_; }
 
  private:
   void UpdateBasis();
+  void UpdateVolume();
+  void UpdateObjects(const SurfaceView& view);
+  std::vector<glm::vec3> GatherAtVertices(std::size_t light);
+  // Irradiance at the objects' vertices, with what they hide and send each other.
+  void SumVertexResponses(const Lighting& lighting);
+  void LightVertices(const IrradianceVolume& volume, const DirectionalLight& sun);
   void Shade(const Lighting& lighting, StageTimes& times);
 
   const PreparedScene& scene_;
@@ -94,6 +104,7 @@ class FramePipeline {
   // What basis_ and folded_ were made for.
   std::optional<std::uint64_t> basis_sun_version_;
   std::vector<std::shared_ptr<const SkyShape>> basis_shapes_;
+  std::vector<std::size_t> changed_lights_;  // By the last UpdateBasis; 0 is the sun.
   BasisLights basis_;
   FoldedVolume folded_;
   RgbImage environment_;
@@ -101,6 +112,11 @@ class FramePipeline {
   std::vector<VertexIrradiance> vertices_;  // Per object; set up with the first volume.
   ObjectInterreflection interreflection_;
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
+  ObjectGather gather_;                                  // Set up with the first frame.
+  std::vector<std::vector<glm::vec3>> vertex_response_;  // Per basis light, all objects' vertices.
+  ObjectInfluence influence_;
+  std::optional<std::uint64_t> influence_geometry_version_;
+  IrradianceChange irradiance_change_;
 };
 
 }  // namespace pleinair

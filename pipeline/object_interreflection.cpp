@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string>
 
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
@@ -13,7 +14,10 @@ namespace {
 // With stratified directions a share is good to about 1 / rays: half a code value.
 constexpr int kRaysPerVertex = 128;
 
+// As a group of its own.
 void Append(const Mesh& mesh, Mesh& joined) {
+  const auto group = static_cast<std::uint32_t>(joined.group_names.size());
+  joined.group_names.push_back("object " + std::to_string(group));
   const auto first_vertex = static_cast<std::uint32_t>(joined.positions_m.size());
   const auto first_material = static_cast<std::uint32_t>(joined.materials.size());
   joined.positions_m.insert(
@@ -22,7 +26,7 @@ void Append(const Mesh& mesh, Mesh& joined) {
   joined.materials.insert(joined.materials.end(), mesh.materials.begin(), mesh.materials.end());
   for (const glm::uvec3& triangle : mesh.triangles) {
     joined.triangles.push_back(triangle + first_vertex);
-    joined.triangle_group.push_back(0);
+    joined.triangle_group.push_back(group);
   }
   for (const std::uint32_t material : mesh.triangle_material) {
     joined.triangle_material.push_back(first_material + material);
@@ -32,7 +36,6 @@ void Append(const Mesh& mesh, Mesh& joined) {
 }  // namespace
 
 ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& objects) {
-  scene_.mesh.group_names = {"objects"};
   for (const VirtualObject& object : objects) Append(object.mesh, scene_.mesh);
   const Mesh& mesh = scene_.mesh;
   scene_.caster = RayCaster(mesh);
@@ -41,6 +44,7 @@ ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& o
   }
   for (std::size_t face = 0; face < scene_.FaceCount(); ++face) {
     const Material& material = mesh.materials[mesh.triangle_material[face / 2]];
+    face_diffuse_albedo_.push_back(material.diffuse_albedo);
     scene_.face_albedo_rgb.push_back(
         glm::min(material.diffuse_albedo + material.specular_reflectance, glm::vec3(1.0f)));
   }
@@ -49,7 +53,6 @@ ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& o
   rays_ = GatheredRays(scene_, vertices_, options);
   hidden_ = rays_.FromFaces(std::vector<glm::vec3>(scene_.FaceCount(), glm::vec3(1.0f)));
   face_sun_.assign(scene_.FaceCount(), 0.0f);
-  face_radiosity_.resize(scene_.FaceCount());
 }
 
 void ObjectInterreflection::UpdateSun(const RayCaster& real, const glm::dvec3& sun_direction_enu) {
@@ -71,29 +74,38 @@ void ObjectInterreflection::UpdateSun(const RayCaster& real, const glm::dvec3& s
   });
 }
 
-void ObjectInterreflection::Apply(const DirectionalLight& sun,
-                                  std::span<std::vector<glm::vec3>> vertex_irradiance) {
+std::vector<glm::vec3> ObjectInterreflection::FaceRadiosity(
+    const DirectionalLight& sun, std::span<const std::vector<glm::vec3>> vertex_irradiance) const {
+  std::vector<glm::vec3> radiosity(scene_.FaceCount());
   const glm::vec3 sun_rgb(sun.irradiance_rgb);
   std::size_t first_vertex = 0;
   std::size_t face = 0;
   for (const std::vector<glm::vec3>& irradiance : vertex_irradiance) {
     const std::size_t end = first_vertex + irradiance.size();
-    for (; face < face_radiosity_.size(); ++face) {
+    for (; face < radiosity.size(); ++face) {
       const glm::uvec3& corners = scene_.mesh.triangles[face / 2];
       if (corners.x >= end) break;
       const glm::vec3 mean =
           (irradiance[corners.x - first_vertex] + irradiance[corners.y - first_vertex] +
            irradiance[corners.z - first_vertex]) /
           3.0f;
-      face_radiosity_[face] = scene_.face_albedo_rgb[face] * (mean + face_sun_[face] * sun_rgb);
+      radiosity[face] = scene_.face_albedo_rgb[face] * mean +
+                        face_diffuse_albedo_[face] * face_sun_[face] * sun_rgb;
     }
     first_vertex = end;
   }
-  first_vertex = 0;
+  return radiosity;
+}
+
+void ObjectInterreflection::Apply(const DirectionalLight& sun,
+                                  std::span<std::vector<glm::vec3>> vertex_irradiance) {
+  const std::vector<glm::vec3> radiosity =
+      FaceRadiosity(sun, {vertex_irradiance.data(), vertex_irradiance.size()});
+  std::size_t first_vertex = 0;
   for (std::vector<glm::vec3>& irradiance : vertex_irradiance) {
     tbb::parallel_for(std::size_t{0}, irradiance.size(), [&](std::size_t v) {
       irradiance[v] = irradiance[v] * (1.0f - hidden_[first_vertex + v]) +
-                      rays_.FromFacesAt(first_vertex + v, face_radiosity_);
+                      rays_.FromFacesAt(first_vertex + v, radiosity);
     });
     first_vertex += irradiance.size();
   }

@@ -30,13 +30,22 @@ class ObjectInterreflection {
   // Turns the volume's irradiance at the vertices, one list an object, into what reaches them.
   void Apply(const DirectionalLight& sun, std::span<std::vector<glm::vec3>> vertex_irradiance);
 
+  // All objects' triangles in the world, a group an object.
+  const PatchScene& Objects() const { return scene_; }
+  // Radiosity of the faces of Objects() under the sun and the irradiance that Apply made. What they
+  // mirror of sky and surfaces is taken for diffuse; what they mirror of the sun is left out: it
+  // lands in a spot, and spread all around it would light what it misses.
+  // Shape  one entry a face; `vertex_irradiance` as for Apply.
+  std::vector<glm::vec3> FaceRadiosity(
+      const DirectionalLight& sun, std::span<const std::vector<glm::vec3>> vertex_irradiance) const;
+
  private:
-  PatchScene scene_;  // All objects' triangles.
+  PatchScene scene_;
   std::vector<Receiver> vertices_;
   GatheredRays rays_;
-  std::vector<glm::vec3> hidden_;          // Per vertex: share of its hemisphere.
-  std::vector<float> face_sun_;            // Per face: irradiance for a unit beam.
-  std::vector<glm::vec3> face_radiosity_;  // Scratch.
+  std::vector<glm::vec3> hidden_;  // Per vertex: share of its hemisphere.
+  std::vector<glm::vec3> face_diffuse_albedo_;
+  std::vector<float> face_sun_;  // Per face: irradiance for a unit beam.
 };
 
 }  // namespace pleinair

@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/packing.hpp>
 
+#include "render/internal/change_texture.h"
 #include "render/internal/composite_pass.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
@@ -101,6 +102,17 @@ void Validate(const CompositeInput& input, std::span<const VirtualObject> object
     throw std::invalid_argument(
         "view.sky_response has " + std::to_string(view.sky_response.size()) +
         " shapes, expected at most " + std::to_string(CompositePass::kMaxSkyShapes));
+  }
+  if (input.irradiance_change != nullptr) {
+    const IrradianceChange& change = *input.irradiance_change;
+    const RgbImage& image = change.irradiance_rgb;
+    if (change.x_px < 0 || change.y_px < 0 || change.x_px + image.width > view.Width() ||
+        change.y_px + image.height > view.Height()) {
+      throw std::invalid_argument("irradiance_change of " + SizeText(image.width, image.height) +
+                                  " at (" + std::to_string(change.x_px) + ", " +
+                                  std::to_string(change.y_px) + "): expected inside the picture, " +
+                                  SizeText(view.Width(), view.Height()));
+    }
   }
   if (!input.effects.probe_shading) return;
   if (input.vertex_irradiance.size() != objects.size()) {
@@ -217,6 +229,7 @@ struct Compositor::Impl {
   CompositePass composite;
   ShadowMaskPass shadow_mask;
   SurfaceTextures surface;
+  ChangeTexture change;
   LayerLookup lookup;
   HalfReader reader;
 
@@ -276,7 +289,8 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
                                  layer_view.camera_from_local);
   }
   const PixelRect& object_rect = layer_view.object_rect;
-  if (object_rect.Empty() && shadow_rect.Empty()) return {};
+  change.Update(input.irradiance_change);
+  if (object_rect.Empty() && shadow_rect.Empty() && change.Rect().Empty()) return {};
 
   if (has_shadows) UpdateVolumes(to_sun);
   const bool shades_objects = has_shadows && sun.is_shining && !object_rect.Empty();
@@ -307,10 +321,11 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
                                lookup,
                                object_layer.Layer(),
                                real_shadow.Mask(),
+                               change,
                                lookup.CameraRectOf(object_rect),
                                lookup.CameraRectOf(shadow_rect)};
   composite.Draw(layers, light, gain, input.view.Width(), input.view.Height());
-  return UnionOf(layers.object_rect, layers.shadow_rect);
+  return layers.Rect();
 }
 
 void Compositor::Impl::ReadBack(const RgbImage& camera,

@@ -11,6 +11,7 @@
 
 #include "scene/camera.h"
 #include "scene/image.h"
+#include "scene/irradiance_change.h"
 #include "scene/lighting.h"
 #include "scene/mesh.h"
 #include "scene/surface_view.h"
@@ -22,6 +23,9 @@ struct CompositeEffects {
   bool sun_shading = true;    // Phong under the sun on virtual objects.
   bool sun_shadow = true;     // Real on virtual, virtual on real, and each on itself.
   bool probe_shading = true;  // Irradiance volume on virtual objects.
+  // Parts of CompositeInput's irradiance_change, chosen where that is made.
+  bool sky_occlusion = true;    // What virtual objects hide of the light on real surfaces.
+  bool colour_bleeding = true;  // What they send instead.
 };
 
 // Materials are drawn with their diffuse albedo and the sun's GGX highlight; what a glossy surface
@@ -41,6 +45,8 @@ struct CompositeInput {
   // Per object: irradiance at each vertex, sun's disc excluded (from the irradiance volume).
   std::span<const std::vector<glm::vec3>> vertex_irradiance;
   CompositeEffects effects;
+  // Beside the sun's shadow; inside the picture. Null: nothing changes.
+  const IrradianceChange* irradiance_change = nullptr;
 };
 
 // What the composite did to each pixel.
@@ -56,12 +62,14 @@ struct Composite {
 };
 
 // Draws into its own framebuffers of the context that was current at construction and has to be
-// current at each call. A real pixel in a new shadow is scaled by
-//   (sky C + sun (s_with n.l + s_bounce)) / (sky C + sun (s_without n.l + s_bounce))
+// current at each call. A real pixel in a new shadow, or whose other light changes by dE, is scaled
+// by
+//   (sky C + sun (s_with n.l + s_bounce) + dE) / (sky C + sun (s_without n.l + s_bounce))
 // with s_with the disc seen past real and virtual casters together. Where a pixel's own radiance is
 // nearer to the shaded prediction than to the lit one there is no sun to take away; the nearer the
 // two predictions are to each other, and the farther the pixel is from the model's edges, the more
-// the view's sun_visibility decides instead. A clipped pixel takes the model's radiance.
+// the view's sun_visibility decides instead. What a clipped pixel clipped is the model's radiance,
+// where that is the brighter.
 //
 // Edges    An object's edge pixels blend with the camera's (four samples); shadows on real surfaces
 //          are hard.

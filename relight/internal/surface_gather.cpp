@@ -1,140 +1,12 @@
 #include "relight/internal/surface_gather.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <string>
 
 #include <tbb/parallel_for.h>
-#include <glm/geometric.hpp>
 
-#include "relight/internal/same_plane.h"
+#include "relight/internal/plane_blocks.h"
 
 namespace pleinair {
-namespace {
-
-// What a block shows of one plane: its receiver stands at `pixel`.
-struct BlockPlane {
-  std::size_t pixel = 0;
-  std::uint32_t receiver = 0;
-};
-
-class BlockPlanes {
- public:
-  BlockPlanes(const ViewRays& rays, const SurfaceView& view, int block_px)
-      : rays_(rays),
-        view_(view),
-        block_px_(block_px),
-        columns_((rays.width + block_px - 1) / block_px),
-        rows_((rays.height + block_px - 1) / block_px),
-        planes_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {
-    tbb::parallel_for(0, rows_, [this](int row) {
-      for (int column = 0; column < columns_; ++column) Collect(column, row);
-    });
-    for (std::vector<BlockPlane>& block : planes_) {
-      for (BlockPlane& plane : block) {
-        plane.receiver = static_cast<std::uint32_t>(receivers_.size());
-        receivers_.push_back(
-            {view_.position_world_m.pixels[plane.pixel], view_.normal_world.pixels[plane.pixel]});
-      }
-    }
-  }
-
-  const std::vector<Receiver>& Receivers() const { return receivers_; }
-
-  template <class Visit>  // visit(receiver, weight)
-  void ForPixel(int x, int y, const Visit& visit) const {
-    const double u = (x + 0.5) / block_px_ - 0.5;
-    const double v = (y + 0.5) / block_px_ - 0.5;
-    const int left = static_cast<int>(std::floor(u));
-    const int top = static_cast<int>(std::floor(v));
-    for (int dy = 0; dy < 2; ++dy) {
-      for (int dx = 0; dx < 2; ++dx) {
-        const double weight =
-            (dx == 0 ? 1.0 - (u - left) : u - left) * (dy == 0 ? 1.0 - (v - top) : v - top);
-        if (!(weight > 0.0)) continue;
-        const int row = top + dy;
-        int column = left + dx;
-        if (row < 0 || row >= rows_) continue;
-        if (rays_.wraps_x) column = (column + columns_) % columns_;
-        if (column < 0 || column >= columns_) continue;
-        if (const BlockPlane* plane = Find(view_.region.Index(x, y), Block(column, row))) {
-          visit(plane->receiver, weight);
-        }
-      }
-    }
-  }
-
- private:
-  const std::vector<BlockPlane>& Block(int column, int row) const {
-    return planes_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                   static_cast<std::size_t>(column)];
-  }
-
-  const BlockPlane* Find(std::size_t pixel, const std::vector<BlockPlane>& block) const {
-    const glm::vec3& position = view_.position_world_m.pixels[pixel];
-    const float range_m = glm::distance(position, rays_.origin_m);
-    for (const BlockPlane& plane : block) {
-      if (SamePlane(position,
-                    view_.normal_world.pixels[pixel],
-                    view_.position_world_m.pixels[plane.pixel],
-                    view_.normal_world.pixels[plane.pixel],
-                    range_m)) {
-        return &plane;
-      }
-    }
-    return nullptr;
-  }
-
-  void Collect(int column, int row) {
-    struct Cluster {
-      BlockPlane plane;
-      std::vector<glm::ivec2> pixels;
-    };
-    std::vector<Cluster> clusters;
-    std::vector<BlockPlane> block;
-    for (int y = row * block_px_; y < std::min((row + 1) * block_px_, rays_.height); ++y) {
-      for (int x = column * block_px_; x < std::min((column + 1) * block_px_, rays_.width); ++x) {
-        const std::size_t pixel = view_.region.Index(x, y);
-        if (view_.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
-        const BlockPlane* found = Find(pixel, block);
-        if (found == nullptr) {
-          block.push_back({pixel, 0});
-          clusters.push_back({{pixel, 0}, {{x, y}}});
-        } else {
-          clusters[static_cast<std::size_t>(found - block.data())].pixels.emplace_back(x, y);
-        }
-      }
-    }
-    for (std::size_t i = 0; i < clusters.size(); ++i) {
-      glm::dvec2 middle(0.0);
-      for (const glm::ivec2& pixel : clusters[i].pixels) middle += glm::dvec2(pixel);
-      middle /= static_cast<double>(clusters[i].pixels.size());
-      double nearest = std::numeric_limits<double>::infinity();
-      for (const glm::ivec2& pixel : clusters[i].pixels) {
-        const glm::dvec2 apart = glm::dvec2(pixel) - middle;
-        if (glm::dot(apart, apart) < nearest) {
-          nearest = glm::dot(apart, apart);
-          block[i].pixel = view_.region.Index(pixel.x, pixel.y);
-        }
-      }
-    }
-    planes_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-            static_cast<std::size_t>(column)] = std::move(block);
-  }
-
-  const ViewRays& rays_;
-  const SurfaceView& view_;
-  int block_px_;
-  int columns_;
-  int rows_;
-  std::vector<std::vector<BlockPlane>> planes_;  // Per block, row-major.
-  std::vector<Receiver> receivers_;
-};
-
-}  // namespace
-
 Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, SurfaceView& view) {
   view.region_names = scene.mesh.group_names;
   view.region = Image<std::int32_t>(rays.width, rays.height, SurfaceView::kNoRegion);
@@ -164,11 +36,8 @@ SurfaceGather::SurfaceGather(const PatchScene& scene,
                              const SurfaceView& view,
                              int block_px,
                              const GatherOptions& options) {
-  if (block_px < 1) {
-    throw std::invalid_argument("receiver_block_px is " + std::to_string(block_px) +
-                                ": expected at least 1");
-  }
-  const BlockPlanes planes(rays, view, block_px);
+  const PlaneBlocks planes(
+      view, rays.origin_m, {.block_px = block_px, .wraps_x = rays.wraps_x, .candidates = nullptr});
   rays_ = GatheredRays(scene, planes.Receivers(), options);
 
   entry_begin_.assign(1, 0);

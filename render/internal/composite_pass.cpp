@@ -9,8 +9,9 @@
 namespace pleinair {
 namespace {
 
-// Finds pixels in a new shadow, for the stencil. Relighting costs some ten times a texture fetch,
-// in software for every pixel that is drawn, so that only these are relit.
+// Find pixels in a new shadow, and those whose other light changes, for the stencil. Relighting
+// costs some ten times a texture fetch, in software for every pixel that is drawn, so that only
+// these are relit.
 constexpr std::string_view kLookupShader = R"(
 uniform sampler2D u_lookup;
 uniform int u_has_lookup;
@@ -18,6 +19,23 @@ uniform int u_has_lookup;
 constexpr std::string_view kShadowedShader = R"(
 void main() {
   if (!(ShadowAt(ivec2(gl_FragCoord.xy)) > 0.0)) discard;
+}
+)";
+constexpr std::string_view kChangedShader = R"(
+void main() {
+  if (ChangeAt(ivec2(gl_FragCoord.xy)) == vec3(0.0)) discard;
+}
+)";
+
+// Change of a pixel's irradiance beside the sun's shadow.
+constexpr std::string_view kChangeShader = R"(
+uniform sampler2D u_change;
+uniform ivec4 u_change_rect;  // Lower corner and size.
+vec3 ChangeAt(ivec2 pixel) {
+  ivec2 place = pixel - u_change_rect.xy;
+  bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
+                   all(lessThan(place, u_change_rect.zw));
+  return is_inside ? texelFetch(u_change, place, 0).rgb : vec3(0.0);
 }
 )";
 
@@ -110,6 +128,8 @@ const float kSigmaGuessed = 0.5;
 // roof edges), and its edges are good to some pixels.
 const float kMeshLogOdds = 2.944;
 const float kTrustedEdgeDistancePx = 6.0;
+// What a half float would round off is no change.
+const float kLeastChange = 1.0 / 2048.0;
 
 float Median(vec3 v) { return max(min(v.r, v.g), min(max(v.r, v.g), v.b)); }
 
@@ -151,17 +171,22 @@ void main() {
                                albedo.a > 0.0);
   float s_with = (1.0 - in_shadow) * s_without;
   vec3 before = indirect + s_without * direct;
-  vec3 after = indirect + s_with * direct;
-  bvec3 darkens = lessThan(after, before);
-  vec3 ratio = vec3(darkens.r ? after.r / before.r : 1.0,
-                    darkens.g ? after.g / before.g : 1.0,
-                    darkens.b ? after.b / before.b : 1.0);
-  bool is_changed = any(darkens) && is_known;
-  vec3 real = !is_changed ? camera : clipped ? to_radiance * after : camera * ratio;
+  // Hidden light is gathered with other rays than all of it: the difference may fall below zero.
+  vec3 after = max(indirect + u_gain * ChangeAt(pixel), vec3(0.0)) + s_with * direct;
+  bvec3 is_changed = greaterThan(abs(after - before), kLeastChange * before);
+  bvec3 is_scaled = bvec3(is_changed.r && before.r > 0.0, is_changed.g && before.g > 0.0,
+                          is_changed.b && before.b > 0.0);
+  vec3 ratio = vec3(is_scaled.r ? after.r / before.r : 1.0,
+                    is_scaled.g ? after.g / before.g : 1.0,
+                    is_scaled.b ? after.b / before.b : 1.0);
+  bool is_relit = any(is_scaled) && is_known;
+  // A clipped value is a lower bound.
+  vec3 without = clipped ? max(camera, to_radiance * before) : camera;
+  vec3 real = is_relit ? without * ratio : camera;
   if (object.a > 0.0) {
     o_colour = Covered(object, real, is_known);
   } else {
-    o_colour = is_changed ? vec4(min(real, vec3(kHalfMax)), kScaled) : vec4(0.0);
+    o_colour = is_relit ? vec4(min(real, vec3(kHalfMax)), kScaled) : vec4(0.0);
   }
 }
 )";
@@ -203,6 +228,12 @@ void AddLookup(const LayerLookup& lookup, const ShaderProgram& program, BoundTex
   program.Set("u_has_lookup", lookup.IsIdentity() ? 0 : 1);
 }
 
+void AddChange(const ChangeTexture& change, const ShaderProgram& program, BoundTextures& textures) {
+  const PixelRect& rect = change.Rect();
+  textures.Add("u_change", change.Texture());
+  program.Set("u_change_rect", glm::ivec4(rect.lower, rect.upper - rect.lower));
+}
+
 }  // namespace
 
 CompositePass::CompositePass()
@@ -210,74 +241,97 @@ CompositePass::CompositePass()
       shadowed_program_("composite: shadowed",
                         kScreenVertexShader,
                         Joined({kLookupShader, kShadowShareShader, kShadowedShader})),
+      changed_program_(
+          "composite: changed", kScreenVertexShader, Joined({kChangeShader, kChangedShader})),
       cover_program_("composite: cover",
                      kScreenVertexShader,
                      Joined({kLookupShader, kCommonShader, kCoverShader})),
-      relight_program_("composite: relight",
-                       kScreenVertexShader,
-                       Joined({kLookupShader, kShadowShareShader, kCommonShader, kRelightShader})),
+      relight_program_(
+          "composite: relight",
+          kScreenVertexShader,
+          Joined(
+              {kLookupShader, kShadowShareShader, kChangeShader, kCommonShader, kRelightShader})),
       no_vertices_(MakeVertexArray()) {}
+
+// Sets the stencil to 1 where a real pixel may have to be relit.
+void CompositePass::MarkRelit(const CompositeLayers& layers) {
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_ALWAYS, 1, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  if (!layers.shadow_rect.Empty()) {
+    ScissorTo(layers.shadow_rect);
+    shadowed_program_.Use();
+    BoundTextures textures(shadowed_program_);
+    textures.Add("u_shadow_mask", layers.shadow_mask);
+    AddLookup(layers.lookup, shadowed_program_, textures);
+    DrawScreen();
+  }
+  if (!layers.change.Rect().Empty()) {
+    ScissorTo(layers.change.Rect());
+    changed_program_.Use();
+    BoundTextures textures(changed_program_);
+    AddChange(layers.change, changed_program_, textures);
+    DrawScreen();
+  }
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glDisable(GL_STENCIL_TEST);
+}
+
+void CompositePass::Relight(const CompositeLayers& layers,
+                            const CompositeLight& light,
+                            float gain) {
+  const SurfaceTextures& surface = layers.surface;
+  ScissorTo(UnionOf(layers.shadow_rect, layers.change.Rect()));
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_EQUAL, 1, 0xff);
+  relight_program_.Use();
+  BoundTextures textures(relight_program_);
+  textures.Add("u_camera_radiance", surface.Camera());
+  textures.Add("u_clipped", surface.Clipped());
+  textures.Add("u_object_layer", layers.object_layer);
+  textures.Add("u_shadow_mask", layers.shadow_mask);
+  textures.Add("u_albedo", surface.Albedo());
+  textures.Add("u_normal", surface.Normal());
+  textures.Add("u_sky_response", surface.SkyResponse(), GL_TEXTURE_2D_ARRAY);
+  textures.Add("u_sun_bounce", surface.SunBounce());
+  textures.Add("u_sun_visibility", surface.SunVisibility());
+  AddChange(layers.change, relight_program_, textures);
+  AddLookup(layers.lookup, relight_program_, textures);
+  relight_program_.Set("u_to_sun", glm::vec3(light.to_sun));
+  relight_program_.Set("u_sun_irradiance", light.sun_irradiance);
+  relight_program_.Set("u_sky_shapes", static_cast<int>(light.sky_irradiance.size()));
+  if (!light.sky_irradiance.empty()) {
+    relight_program_.SetArray("u_sky_irradiance",
+                              light.sky_irradiance.data(),
+                              static_cast<int>(light.sky_irradiance.size()));
+  }
+  relight_program_.Set("u_gain", gain);
+  DrawScreen();
+}
 
 void CompositePass::Draw(
     const CompositeLayers& layers, const CompositeLight& light, float gain, int width, int height) {
   ResetPassState();
   target_.Resize(width, height);
   target_.Bind();
-  ScissorTo(UnionOf(layers.object_rect, layers.shadow_rect));
+  ScissorTo(layers.Rect());
   glClear(GL_COLOR_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   glBindVertexArray(no_vertices_.Name());
-  const SurfaceTextures& surface = layers.surface;
-
-  if (!layers.shadow_rect.Empty()) {
-    ScissorTo(layers.shadow_rect);
-    glEnable(GL_STENCIL_TEST);
-    glStencilFunc(GL_ALWAYS, 1, 0xff);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    shadowed_program_.Use();
-    BoundTextures textures(shadowed_program_);
-    textures.Add("u_shadow_mask", layers.shadow_mask);
-    AddLookup(layers.lookup, shadowed_program_, textures);
-    DrawScreen();
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-  }
+  const bool has_relit = !layers.shadow_rect.Empty() || !layers.change.Rect().Empty();
+  if (has_relit) MarkRelit(layers);
   if (!layers.object_rect.Empty()) {
     ScissorTo(layers.object_rect);
     cover_program_.Use();
     BoundTextures textures(cover_program_);
-    textures.Add("u_camera_radiance", surface.Camera());
+    textures.Add("u_camera_radiance", layers.surface.Camera());
     textures.Add("u_object_layer", layers.object_layer);
     AddLookup(layers.lookup, cover_program_, textures);
     cover_program_.Set("u_gain", gain);
     DrawScreen();
   }
-  if (!layers.shadow_rect.Empty()) {
-    ScissorTo(layers.shadow_rect);
-    glStencilFunc(GL_EQUAL, 1, 0xff);
-    relight_program_.Use();
-    BoundTextures textures(relight_program_);
-    textures.Add("u_camera_radiance", surface.Camera());
-    textures.Add("u_clipped", surface.Clipped());
-    textures.Add("u_object_layer", layers.object_layer);
-    textures.Add("u_shadow_mask", layers.shadow_mask);
-    textures.Add("u_albedo", surface.Albedo());
-    textures.Add("u_normal", surface.Normal());
-    textures.Add("u_sky_response", surface.SkyResponse(), GL_TEXTURE_2D_ARRAY);
-    textures.Add("u_sun_bounce", surface.SunBounce());
-    textures.Add("u_sun_visibility", surface.SunVisibility());
-    AddLookup(layers.lookup, relight_program_, textures);
-    relight_program_.Set("u_to_sun", glm::vec3(light.to_sun));
-    relight_program_.Set("u_sun_irradiance", light.sun_irradiance);
-    relight_program_.Set("u_sky_shapes", static_cast<int>(light.sky_irradiance.size()));
-    if (!light.sky_irradiance.empty()) {
-      relight_program_.SetArray("u_sky_irradiance",
-                                light.sky_irradiance.data(),
-                                static_cast<int>(light.sky_irradiance.size()));
-    }
-    relight_program_.Set("u_gain", gain);
-    DrawScreen();
-  }
+  if (has_relit) Relight(layers, light, gain);
 }
 
 }  // namespace pleinair

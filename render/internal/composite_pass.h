@@ -5,6 +5,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "render/internal/change_texture.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
 #include "render/internal/shader_program.h"
@@ -25,8 +26,11 @@ struct CompositeLayers {
   const LayerLookup& lookup;
   GLuint object_layer = 0;
   GLuint shadow_mask = 0;
+  const ChangeTexture& change;
   PixelRect object_rect;
   PixelRect shadow_rect;
+
+  PixelRect Rect() const { return UnionOf(UnionOf(object_rect, shadow_rect), change.Rect()); }
 };
 
 class CompositePass {
@@ -36,8 +40,8 @@ class CompositePass {
 
   CompositePass();
 
-  // Draws into Target(): radiance in the layers' units, alpha the PixelChange / 255. Only the union
-  // of the two rectangles is defined. `gain` takes camera radiance to the layers' units.
+  // Draws into Target(): radiance in the layers' units, alpha the PixelChange / 255. Only
+  // layers.Rect() is defined. `gain` takes camera radiance to the layers' units.
   void Draw(const CompositeLayers& layers,
             const CompositeLight& light,
             float gain,
@@ -47,8 +51,12 @@ class CompositePass {
   const FrameBuffer& Target() const { return target_; }
 
  private:
+  void MarkRelit(const CompositeLayers& layers);
+  void Relight(const CompositeLayers& layers, const CompositeLight& light, float gain);
+
   FrameBuffer target_;
   ShaderProgram shadowed_program_;
+  ShaderProgram changed_program_;
   ShaderProgram cover_program_;
   ShaderProgram relight_program_;
   GlObject no_vertices_;

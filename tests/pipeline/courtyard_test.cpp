@@ -43,12 +43,12 @@ class Courtyard : public testing::Test {
     sequence_.reset();
   }
 
-  static std::vector<FrameResult> RunAll(ProbeRoute route,
+  static std::vector<FrameResult> RunAll(ObjectLight object_light,
                                          std::vector<IrradianceVolume>* volumes = nullptr) {
     const HeadlessContext context;
     Compositor compositor;
     FramePipelineOptions options;
-    options.probe_route = route;
+    options.object_light = object_light;
     FramePipeline pipeline(*scene_,
                            site_->model.mesh,
                            sequence_->site,
@@ -82,7 +82,7 @@ std::unique_ptr<PreparedScene> Courtyard::scene_;
 double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 TEST_F(Courtyard, LightFollowsTheClouds) {
-  const std::vector<FrameResult> results = RunAll(ProbeRoute::kFolded);
+  const std::vector<FrameResult> results = RunAll(ObjectLight::kGather);
   ASSERT_EQ(results.size(), sequence_->frames.size());
   const std::vector<TruthFrame> truth = ReadTruth(*sequence_);
   ASSERT_EQ(truth.size(), results.size());
@@ -106,8 +106,8 @@ TEST_F(Courtyard, LightFollowsTheClouds) {
 TEST_F(Courtyard, BothProbeRoutesGiveTheSameProbes) {
   std::vector<IrradianceVolume> folded;
   std::vector<IrradianceVolume> by_map;
-  RunAll(ProbeRoute::kFolded, &folded);
-  RunAll(ProbeRoute::kEnvironment, &by_map);
+  RunAll(ObjectLight::kVolume, &folded);
+  RunAll(ObjectLight::kVolumeByMap, &by_map);
   ASSERT_EQ(folded.size(), by_map.size());
   for (std::size_t i = 0; i < folded.size(); ++i) {
     double difference = 0.0;
@@ -126,8 +126,8 @@ TEST_F(Courtyard, BothProbeRoutesGiveTheSameProbes) {
 }
 
 TEST_F(Courtyard, ASecondRunGivesTheSameBits) {
-  const std::vector<FrameResult> once = RunAll(ProbeRoute::kFolded);
-  const std::vector<FrameResult> again = RunAll(ProbeRoute::kFolded);
+  const std::vector<FrameResult> once = RunAll(ObjectLight::kGather);
+  const std::vector<FrameResult> again = RunAll(ObjectLight::kGather);
   ASSERT_EQ(once.size(), again.size());
   for (std::size_t i = 0; i < once.size(); ++i) {
     EXPECT_EQ(once[i].estimate.lighting.sun.irradiance_rgb,
@@ -137,7 +137,7 @@ TEST_F(Courtyard, ASecondRunGivesTheSameBits) {
 }
 
 TEST_F(Courtyard, PixelsThatNothingChangesAreTheCamerasOwn) {
-  const std::vector<FrameResult> results = RunAll(ProbeRoute::kFolded);
+  const std::vector<FrameResult> results = RunAll(ObjectLight::kGather);
   const auto frames = MakeRecordedFrameSource(*sequence_, FrameKind::kLinear);
   for (const FrameResult& result : results) {
     const Frame frame = frames->Next()->value();

@@ -1,0 +1,117 @@
+// What virtual objects do to the light of real surfaces beside the sun's own shadow: they hide sky
+// and real faces that a surface saw, and shine in their place.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/patch_scene.h"
+#include "scene/sky_shape.h"
+#include "scene/irradiance_change.h"
+#include "scene/lighting.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+struct ObjectInfluenceOptions {
+  // Over each object's bounding sphere, low-discrepancy. Converged: as many as wished, up to 65536.
+  int rays_per_receiver = 256;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// Which parts of the influence are wanted.
+struct InfluenceParts {
+  bool hidden_light = true;  // Of the sky and of real faces behind the objects.
+  bool object_light = true;  // What the objects send instead.
+};
+
+// For one view and one pose of the objects: where rays from the real surfaces meet an object, and
+// what they met before it stood there,
+//   change of irradiance = sum over rays of weight * pi * (L_object - L_behind).
+// A ray that meets the real scene first changes nothing, so nothing darkens twice. Light between
+// the surfaces that change is left out: real faces shine as without the objects.
+//
+// Receivers stand where the objects' bounding spheres fill more than 1/1024 of a surface's view:
+// under a clear sun, eight times the sky, a white object brings a shaded surface half a code value
+// there. They are two pixels apart near the objects and up to eight where the distance from them
+// is large; see surface_view_builder.h for how the pixels between are blended.
+//
+// Threads  The result does not depend on their number.
+class ObjectInfluence {
+ public:
+  // Nothing is changed.
+  ObjectInfluence() = default;
+  // The objects are the groups of `objects`. Keeps no reference.
+  ObjectInfluence(const PatchScene& real,
+                  const PatchScene& objects,
+                  const SurfaceView& view,
+                  const ObjectInfluenceOptions& options = {});
+
+  std::size_t ReceiverCount() const { return receivers_.size(); }
+
+  // Works out the response to a unit of basis light `light`: 0 is the sun, 1 + k the view's sky
+  // shape k. `sky` is null for the sun, whose disc is not in it. `view` is that of construction,
+  // with its present responses; radiosities are of the faces of `real` and `objects` per unit of
+  // the light.
+  // Throws  std::invalid_argument where a number of faces is another, or the view's size.
+  void Fold(std::size_t light,
+            const SkyShape* sky,
+            const SurfaceView& view,
+            std::span<const glm::vec3> real_radiosity,
+            std::span<const glm::vec3> object_radiosity);
+
+  // The change under `lighting`, which has the sky components that were folded; 0 where it is less
+  // than 1/512 of what the surface gets, a quarter of a code value in white. `change` keeps its
+  // memory from frame to frame.
+  // Throws  std::invalid_argument where `lighting` has other sky components than were folded.
+  void Evaluate(const Lighting& lighting,
+                const InfluenceParts& parts,
+                IrradianceChange& change) const;
+
+ private:
+  struct Hit {
+    float share = 0.0f;  // Of the receiver's cosine-weighted hemisphere.
+    std::int32_t object_face = 0;
+    std::int32_t behind = PatchScene::kSky;  // Real face.
+    glm::vec3 direction{0.0f};
+  };
+  struct ReceiverHits {
+    std::size_t pixel = 0;
+    std::vector<Hit> hits;
+  };
+  struct Entry {
+    std::uint32_t receiver;
+    float weight;
+  };
+  struct Response {
+    glm::vec3 hidden{0.0f};
+    glm::vec3 gained{0.0f};
+    glm::vec3 before{0.0f};  // What the surface gets in all.
+  };
+
+  void Gather(const PatchScene& real,
+              const PatchScene& objects,
+              const SurfaceView& view,
+              int rays_per_receiver);
+  std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
+
+  std::size_t real_faces_ = 0;
+  std::size_t object_faces_ = 0;
+  int picture_width_px_ = 0;
+  int picture_height_px_ = 0;
+  // The pixels that can change lie in this part of the picture.
+  int x_px_ = 0;
+  int y_px_ = 0;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  std::vector<std::uint32_t> entry_begin_;  // Per pixel of that part, entries [begin, next begin).
+  std::vector<Entry> entries_;
+  std::vector<ReceiverHits> receivers_;
+  std::vector<std::vector<Response>> responses_;  // Per basis light and receiver.
+};
+
+}  // namespace pleinair

@@ -1,0 +1,82 @@
+#include "relight/shading_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+namespace pleinair {
+namespace {
+
+Mesh Square(float side_m) {
+  Mesh mesh;
+  mesh.positions_m = {{0, 0, 0}, {side_m, 0, 0}, {side_m, side_m, 0}, {0, side_m, 0}};
+  mesh.normals.assign(4, {0.0f, 0.0f, 1.0f});
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.triangle_group = {0, 0};
+  mesh.triangle_material = {0, 0};
+  mesh.group_names = {"square"};
+  mesh.materials.resize(1);
+  return mesh;
+}
+
+float LongestEdge(const Mesh& mesh) {
+  float longest = 0.0f;
+  for (const glm::uvec3& t : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      longest = std::max(longest,
+                         glm::distance(mesh.positions_m[t[i]], mesh.positions_m[t[(i + 1) % 3]]));
+    }
+  }
+  return longest;
+}
+
+double Area(const Mesh& mesh) {
+  double area = 0.0;
+  for (const glm::uvec3& t : mesh.triangles) {
+    area += 0.5 * glm::length(glm::cross(mesh.positions_m[t.y] - mesh.positions_m[t.x],
+                                         mesh.positions_m[t.z] - mesh.positions_m[t.x]));
+  }
+  return area;
+}
+
+TEST(ShadingMesh, CutsLongEdgesAndKeepsTheSurface) {
+  for (const float side_m : {1e-3f, 2.0f, 1e3f}) {
+    const Mesh fine = MakeShadingMesh(Square(side_m));
+    EXPECT_LE(LongestEdge(fine), 0.04f * std::sqrt(2.0f) * side_m);
+    EXPECT_NEAR(Area(fine), side_m * side_m, 1e-5 * side_m * side_m);
+    EXPECT_EQ(fine.normals.size(), fine.positions_m.size());
+    EXPECT_EQ(fine.triangle_material.size(), fine.triangles.size());
+    for (const glm::vec3& normal : fine.normals) EXPECT_EQ(normal, glm::vec3(0.0f, 0.0f, 1.0f));
+  }
+}
+
+TEST(ShadingMesh, StaysWithinItsTriangles) {
+  ShadingMeshOptions options;
+  options.longest_edge = 1e-4;
+  const Mesh fine = MakeShadingMesh(Square(1.0f), options);
+  EXPECT_LE(fine.triangles.size(), ShadingMeshOptions::kFewTriangles);
+  EXPECT_GT(fine.triangles.size(), ShadingMeshOptions::kFewTriangles / 8);
+}
+
+TEST(ShadingMesh, LeavesAFineMeshAndAnEmptyOneAsTheyAre) {
+  ShadingMeshOptions options;
+  options.longest_edge = 1.0;
+  EXPECT_EQ(MakeShadingMesh(Square(1.0f), options).positions_m, Square(1.0f).positions_m);
+  EXPECT_TRUE(MakeShadingMesh(Mesh{}).triangles.empty());
+}
+
+TEST(ShadingMesh, RefusesOptionsThatMakeNoSense) {
+  ShadingMeshOptions options;
+  options.longest_edge = 0.0;
+  EXPECT_THROW(MakeShadingMesh(Square(1.0f), options), std::invalid_argument);
+  options.longest_edge = 0.1;
+  options.most_growth = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(MakeShadingMesh(Square(1.0f), options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair
