@@ -13,7 +13,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/mesh_io.h"
-#include "tests/relight/room_scenes.h"
+#include "tests/relight/window_rooms.h"
 
 namespace pleinair {
 namespace {
