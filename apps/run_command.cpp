@@ -146,6 +146,13 @@ void ReportShadows(const ShadowDirectionFinder& finder, RunReport& report) {
   spdlog::warn("{}", report.notes.back());
 }
 
+bool CameraMoves(const Sequence& sequence) {
+  for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
+    if (!(sequence.CameraOfFrame(i) == sequence.CameraOfFrame(0))) return true;
+  }
+  return false;
+}
+
 ReportFrame FailedFrame(const FrameError& error) {
   ReportFrame reported;
   reported.index = error.index;
@@ -221,6 +228,11 @@ void RunRunCommand(const RunCommandOptions& options) {
   Compositor compositor;
   FramePipelineOptions pipeline_options;
   pipeline_options.object_light = options.object_light;
+  // A source that samples the picture is worth receivers of its own for each new view; another one
+  // is not.
+  if (SourceOf(options, sequence) == SourceKind::kFisheye && CameraMoves(sequence)) {
+    pipeline_options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  }
   pipeline_options.effects = options.effects;
   FramePipeline pipeline(scene,
                          site.model.mesh,

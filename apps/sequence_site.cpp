@@ -25,6 +25,9 @@ constexpr float kProbeFootShare = 0.03f;
 constexpr float kDefaultViewDistanceM = 10.0f;
 constexpr float kDefaultProbeBoxM = 2.0f;
 
+// Windows throw patches of light some decimetres wide.
+constexpr double kIndoorPatchSizeM = 0.25;
+
 void NoteLoading(const std::filesystem::path& file,
                  const MeshReport& report,
                  std::vector<std::string>& notes) {
@@ -163,6 +166,7 @@ PrepareOptions PrepareOptionsFor(const SequenceSite& site, int bounces) {
   options.bounces = bounces;
   options.probe_box = site.probe_box;
   options.patches.extend_ground = !site.is_indoors;
+  if (site.is_indoors) options.patches.patch_size_m = kIndoorPatchSizeM;
   return options;
 }
 

@@ -69,6 +69,7 @@ struct SurfaceViewBuilder::Impl {
   SurfaceView view;
   std::vector<SampleRegionPolygon> polygons;
   std::optional<SunKey> sun;
+  std::optional<CornerGather> corners;
   SurfaceGather gather;
   Gray8Image mesh_edges;
   GrayImage survey_edge_distance_px;  // In view pixels; infinite where the survey says nothing.
@@ -91,8 +92,13 @@ struct SurfaceViewBuilder::Impl {
     const Image<std::int32_t> face = CastGeometry(scene.patches, rays, view);
     mesh_edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
     FillAlbedo(face, pixels);
-    gather =
-        SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
+    if (options.receivers_at == SurfaceViewOptions::ReceiversAt::kPatchCorners) {
+      if (!corners) corners.emplace(scene.patches, scene.options.gather);
+      gather = SurfaceGather(*corners, scene.patches, face, view);
+    } else {
+      gather =
+          SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
+    }
     ++view.geometry_version;
   }
 

@@ -13,8 +13,12 @@
 namespace pleinair {
 
 struct SurfaceViewOptions {
-  // Response to sky and bounces is gathered at one receiver in a block of this side and blended
-  // over pixels of the same plane. 1 is exact: every pixel gathers.
+  // Where response to sky and bounces is gathered. Pixels' receivers are new with every new camera;
+  // patches' corners stay while it moves, and are as fine as the patches.
+  enum class ReceiversAt { kPixels, kPatchCorners };
+  ReceiversAt receivers_at = ReceiversAt::kPixels;
+  // At pixels: one receiver in a block of this side, blended over pixels of the same plane. 1 is
+  // exact: every pixel gathers.
   int receiver_block_px = 4;
   int sun_disc_samples = 16;
 };

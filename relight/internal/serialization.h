@@ -105,7 +105,14 @@ void PatchTransport::serialize(Archive& archive) {
 
 template <class Archive>
 void SurfaceGather::serialize(Archive& archive) {
-  archive(rays_);
+  // Only the loading side may write through the pointer: it has just made what it points to.
+  if constexpr (Archive::is_loading::value) {
+    const auto rays = std::make_shared<GatheredRays>();
+    archive(*rays);
+    rays_ = rays;
+  } else {
+    archive(*rays_);
+  }
   internal::ArchiveBlock(archive, entry_begin_);
   internal::ArchiveBlock(archive, entries_);
 }

@@ -3,10 +3,32 @@
 #include <algorithm>
 
 #include <tbb/parallel_for.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "relight/internal/plane_blocks.h"
 
 namespace pleinair {
+namespace {
+
+// Of a point in a triangle; one a hair outside counts as on the edge. Patches have an area.
+glm::vec3 BarycentricOf(const glm::vec3& point_m,
+                        const glm::vec3& a_m,
+                        const glm::vec3& b_m,
+                        const glm::vec3& c_m) {
+  const glm::vec3 normal = glm::cross(b_m - a_m, c_m - a_m);
+  const float twice_area_squared = glm::dot(normal, normal);
+  glm::vec3 weights(1.0f / 3.0f);
+  if (!(twice_area_squared > 0.0f)) return weights;
+  weights.x = glm::dot(normal, glm::cross(c_m - b_m, point_m - b_m)) / twice_area_squared;
+  weights.y = glm::dot(normal, glm::cross(a_m - c_m, point_m - c_m)) / twice_area_squared;
+  weights.z = 1.0f - weights.x - weights.y;
+  weights = glm::max(weights, glm::vec3(0.0f));
+  return weights / (weights.x + weights.y + weights.z);
+}
+
+}  // namespace
+
 Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, SurfaceView& view) {
   view.region_names = scene.mesh.group_names;
   view.region = Image<std::int32_t>(rays.width, rays.height, SurfaceView::kNoRegion);
@@ -38,7 +60,7 @@ SurfaceGather::SurfaceGather(const PatchScene& scene,
                              const GatherOptions& options) {
   const PlaneBlocks planes(
       view, rays.origin_m, {.block_px = block_px, .wraps_x = rays.wraps_x, .candidates = nullptr});
-  rays_ = GatheredRays(scene, planes.Receivers(), options);
+  rays_ = std::make_shared<const GatheredRays>(scene, planes.Receivers(), options);
 
   entry_begin_.assign(1, 0);
   entry_begin_.reserve(view.region.pixels.size() + 1);
@@ -58,6 +80,30 @@ SurfaceGather::SurfaceGather(const PatchScene& scene,
       }
       entry_begin_.push_back(static_cast<std::uint32_t>(entries_.size()));
     }
+  }
+}
+
+SurfaceGather::SurfaceGather(const CornerGather& corners,
+                             const PatchScene& scene,
+                             const Image<std::int32_t>& face,
+                             const SurfaceView& view)
+    : rays_(corners.Rays()) {
+  entry_begin_.assign(1, 0);
+  entry_begin_.reserve(face.pixels.size() + 1);
+  for (std::size_t pixel = 0; pixel < face.pixels.size(); ++pixel) {
+    if (face.pixels[pixel] != PatchScene::kSky) {
+      const auto pixel_face = static_cast<std::size_t>(face.pixels[pixel]);
+      const glm::uvec3& vertices = scene.mesh.triangles[pixel_face / 2];
+      const glm::vec3 weights = BarycentricOf(view.position_world_m.pixels[pixel],
+                                              scene.mesh.positions_m[vertices.x],
+                                              scene.mesh.positions_m[vertices.y],
+                                              scene.mesh.positions_m[vertices.z]);
+      for (int i = 0; i < 3; ++i) {
+        entries_.push_back(
+            {corners.ReceiversOf(pixel_face)[static_cast<std::size_t>(i)], weights[i]});
+      }
+    }
+    entry_begin_.push_back(static_cast<std::uint32_t>(entries_.size()));
   }
 }
 

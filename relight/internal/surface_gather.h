@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "relight/internal/corner_gather.h"
 #include "relight/internal/sun_disc.h"
 #include "relight/patch_scene.h"
 #include "relight/transport.h"
@@ -44,7 +46,13 @@ class SurfaceGather {
                 int block_px,
                 const GatherOptions& options);
 
-  const GatheredRays& Rays() const { return rays_; }
+  // Keeps the corners' receivers; a pixel blends those of its face, `face` being CastGeometry's.
+  SurfaceGather(const CornerGather& corners,
+                const PatchScene& scene,
+                const Image<std::int32_t>& face,
+                const SurfaceView& view);
+
+  const GatheredRays& Rays() const { return *rays_; }
   std::size_t PixelCount() const { return entry_begin_.empty() ? 0 : entry_begin_.size() - 1; }
   // Spreads values of the receivers over the pixels; zero where no surface is. Shape: PixelCount().
   void Blend(std::span<const glm::vec3> at_receivers, std::vector<glm::vec3>& at_pixels) const;
@@ -58,7 +66,7 @@ class SurfaceGather {
     std::uint32_t receiver;
     float weight;
   };
-  GatheredRays rays_;
+  std::shared_ptr<const GatheredRays> rays_ = std::make_shared<const GatheredRays>();
   std::vector<std::uint32_t> entry_begin_;  // Per pixel, entries [begin, next begin).
   std::vector<Entry> entries_;
 };
