@@ -63,7 +63,7 @@ std::string Advice(const ShadowDirection& shadow) {
 }
 
 std::string DescribeFrame(const FrameShadowDirection& frame) {
-  if (!frame.sunlit) return fmt::format("{:>5}  no sun, or no shadow's edge in view", frame.frame);
+  if (!frame.sunlit) return fmt::format("{:>5}  {}", frame.frame, frame.shadow.reason);
   const std::string light = fmt::format(
       "{:>5}  lit : shaded {:>5.1f}, {:>3} parts", frame.frame, frame.contrast, frame.tiles);
   if (!frame.shadow.determined) return light + "  cannot tell: " + frame.shadow.reason;

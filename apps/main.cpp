@@ -173,7 +173,7 @@ void AddRun(CLI::App& app, Work& work) {
       "Report each frame's own estimate, not filtered over time");
   run.add_flag("--measure-shadows",
                options->measure_shadows,
-               "Compare the real shadows' direction with the sun's; about 1 s a frame");
+               "Compare the real shadows' direction with the sun's; about 0.5 s a frame");
   run.add_flag(
       "--strict", options->stop_on_bad_frame, "Stop at the first frame that can't be done");
   AddCache(run, options->cache);

@@ -71,6 +71,21 @@ std::size_t Lowest(const std::vector<double>& values) {
   return static_cast<std::size_t>(std::min_element(values.begin(), values.end()) - values.begin());
 }
 
+// The factor by which frames scatter around their common offset more than each of them thinks (the
+// Birge ratio); at least 1.
+double FrameDisagreement(const ShadowDirectionResult& result) {
+  double chi_squared = 0.0;
+  int count = 0;
+  for (const FrameShadowDirection& frame : result.frames) {
+    if (!frame.shadow.determined) continue;
+    const double z =
+        (frame.shadow.azimuth_offset_rad - result.all.azimuth_offset_rad) / frame.shadow.stddev_rad;
+    chi_squared += z * z;
+    ++count;
+  }
+  return count < 2 ? 1.0 : std::sqrt(std::max(1.0, chi_squared / (count - 1)));
+}
+
 }  // namespace
 
 void ShadowDirectionOptions::Validate() const {
@@ -84,6 +99,9 @@ void ShadowDirectionOptions::Validate() const {
   }
   if (pixels < 100) {
     throw std::invalid_argument("pixels " + std::to_string(pixels) + ": expected 100 or more");
+  }
+  if (frames < 1) {
+    throw std::invalid_argument("frames " + std::to_string(frames) + ": expected 1 or more");
   }
 }
 
@@ -107,6 +125,8 @@ struct ShadowDirectionFinder::Impl {
     ShadowPicture pixels;
   };
   std::vector<Picture> pictures;
+  std::size_t added = 0;
+  std::size_t every = 1;  // Of the frames added, so many to one that is kept.
 
   Impl(Mesh mesh_in, std::span<const std::string> regions, const ShadowDirectionOptions& options_in)
       : mesh(std::move(mesh_in)),
@@ -116,6 +136,13 @@ struct ShadowDirectionFinder::Impl {
     options.Validate();
     grid.step_rad = options.step_rad;
     grid.half = static_cast<int>(std::floor(options.largest_offset_rad / options.step_rad + 1e-6));
+  }
+
+  void KeepEveryOther() {
+    std::vector<Picture> kept;
+    for (std::size_t i = 0; i < pictures.size(); i += 2) kept.push_back(std::move(pictures[i]));
+    pictures = std::move(kept);
+    every *= 2;
   }
 
   std::size_t BestByMisfit() const {
@@ -130,7 +157,7 @@ struct ShadowDirectionFinder::Impl {
   PictureEvidence Evidence(const Picture& picture, std::size_t candidate) const {
     const glm::dvec3& sun = picture.sun_direction_enu;
     const double elevation_rad = std::atan2(sun.z, std::hypot(sun.x, sun.y));
-    std::vector<std::vector<float>> shares;
+    std::vector<std::vector<std::uint8_t>> shares;
     for (int k = -kRaisedSteps; k <= kRaisedSteps; ++k) {
       const double raised_rad = elevation_rad + k * kRaisedStepRad;
       if (raised_rad < kLeastRaisedElevationRad || raised_rad > kLargestRaisedElevationRad)
@@ -183,6 +210,7 @@ ShadowDirectionFinder& ShadowDirectionFinder::operator=(ShadowDirectionFinder&&)
 
 void ShadowDirectionFinder::Add(const Frame& frame, const glm::dvec3& sun_direction_enu) {
   Impl& impl = *impl_;
+  if (impl.added++ % impl.every != 0) return;
   if (impl.camera != frame.camera) {
     impl.surfaces =
         FindShadowPixels(impl.mesh, impl.usable, impl.caster, frame.camera, impl.options.pixels);
@@ -210,6 +238,7 @@ void ShadowDirectionFinder::Add(const Frame& frame, const glm::dvec3& sun_direct
   picture.pixels.shares =
       SunShares(picture.pixels.surface, impl.caster, sun_direction_enu, impl.grid);
   impl.pictures.push_back(std::move(picture));
+  if (impl.pictures.size() > static_cast<std::size_t>(impl.options.frames)) impl.KeepEveryOther();
 }
 
 ShadowDirectionResult ShadowDirectionFinder::Result() const {
@@ -244,6 +273,11 @@ ShadowDirectionResult ShadowDirectionFinder::Result() const {
     frame.tiles = evidence[f].tiles.size();
     frame.shadow = impl.Judge(posterior.frames[f], frame.tiles);
     result.frames.push_back(std::move(frame));
+  }
+  result.all.stddev_rad *= FrameDisagreement(result);
+  if (result.all.determined && result.all.stddev_rad > kLargestStddevRad) {
+    result.all.determined = false;
+    result.all.reason = "the frames contradict each other";
   }
   return result;
 }

@@ -18,8 +18,11 @@ namespace pleinair {
 struct ShadowDirectionOptions {
   double largest_offset_rad =
       0.3491;                  // Candidates reach this far to either side (20 deg); (0, pi/2].
-  double step_rad = 0.008727;  // Between candidates (0.5 deg); (0, largest_offset_rad].
-  int pixels = 8000;           // At most, of one picture; at least 100.
+  double step_rad = 0.004363;  // Between candidates (0.25 deg); (0, largest_offset_rad].
+  // At most, of one picture; at least 100. With few, the corners of shadows go unseen, and what is
+  // left may speak for another sun.
+  int pixels = 8000;
+  int frames = 64;  // At most; of more, an even choice is kept. At least 1.
 
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
@@ -34,7 +37,8 @@ struct ShadowDirection {
   // angle on level ground between the shadow of a real upright thing and that of a virtual one,
   // clockwise from virtual to real. A model whose +Y points to true azimuth A sees -A.
   double azimuth_offset_rad = 0.0;
-  double stddev_rad = 0.0;            // The larger of the two.
+  // The larger of the two that follow; times what the frames disagree by more than they should.
+  double stddev_rad = 0.0;
   double curvature_stddev_rad = 0.0;  // How sharply the pictures' parts agree.
   double spread_stddev_rad = 0.0;     // By leaving out frames, and blocks of the picture.
 
@@ -51,8 +55,8 @@ struct FrameShadowDirection {
 };
 
 struct ShadowDirectionResult {
-  ShadowDirection all;  // One offset for all frames together.
-  std::vector<FrameShadowDirection> frames;
+  ShadowDirection all;                       // One offset for all frames together.
+  std::vector<FrameShadowDirection> frames;  // Those that were kept.
 };
 
 // Collects frames, and finds the one turn of the sun about the vertical under which the shadows
@@ -63,7 +67,7 @@ struct ShadowDirectionResult {
 //          light nor exposure need be known. A part of the picture (a tile) then has a likelihood
 //          of each candidate; tiles are combined as internal/offset_posterior.h says.
 // Not      used: that a plane is brighter when it faces the sun. Pictures without sun say nothing.
-// Keeps    `mesh` is copied from; frames are not kept. Not thread-safe.
+// Keeps    of a frame what its pixels say: 1.4 MB. Not thread-safe.
 class ShadowDirectionFinder {
  public:
   // Throws std::invalid_argument for an empty mesh, bad options, or a diffuse region that is

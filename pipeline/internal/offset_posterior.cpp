@@ -10,9 +10,8 @@
 namespace pleinair {
 namespace {
 
-// Scatter of the tiles, from a fraction of the sun's disc to a useless mesh; evenly in its
-// logarithm.
-constexpr std::array<double, 8> kScattersDeg = {0.1, 0.18, 0.32, 0.56, 1.0, 1.8, 3.2, 5.6};
+// Scatter of the tiles, from the sun's angular radius to a useless mesh; evenly in its logarithm.
+constexpr std::array<double, 8> kScattersDeg = {0.3, 0.5, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0};
 // Share of the tiles that show what the mesh lacks.
 constexpr std::array<double, 5> kOutlierShares = {0.05, 0.15, 0.3, 0.5, 0.7};
 constexpr std::size_t kModels = kScattersDeg.size() * kOutlierShares.size();
@@ -90,8 +89,20 @@ Moments MomentsOf(const std::vector<double>& density, const OffsetGrid& grid) {
     const double distance = grid.OffsetRad(k) - moments.mean_rad;
     variance += density[k] * distance * distance;
   }
-  // The grid itself cannot be told apart finer than this.
-  moments.stddev_rad = std::sqrt(variance + grid.step_rad * grid.step_rad / 12.0);
+  moments.stddev_rad = std::sqrt(variance);
+  const auto peak = std::max_element(density.begin(), density.end());
+  if (moments.stddev_rad >= grid.step_rad || peak == density.begin() || peak + 1 == density.end()) {
+    return moments;
+  }
+  // Narrower than the grid: the normal distribution through the logarithms at the peak and beside.
+  const auto log_of = [](double value) { return std::log(std::max(value, 1e-300)); };
+  const double before = log_of(peak[-1]) - log_of(peak[0]);
+  const double after = log_of(peak[1]) - log_of(peak[0]);
+  const double curvature = before + after;
+  if (!(curvature < 0.0)) return moments;
+  moments.mean_rad = grid.OffsetRad(static_cast<std::size_t>(peak - density.begin())) +
+                     0.5 * grid.step_rad * (before - after) / curvature;
+  moments.stddev_rad = grid.step_rad / std::sqrt(-curvature);
   return moments;
 }
 

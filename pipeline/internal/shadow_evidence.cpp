@@ -15,9 +15,9 @@ namespace {
 constexpr double kLargestMisfit = 0.6;
 // A plane speaks when each of its states has this many pixels.
 constexpr std::size_t kLeastPixels = 12;
-// Shares of sun beyond which a pixel counts as plainly lit or shaded.
-constexpr float kLitFrom = 0.9f;
-constexpr float kShadedTo = 0.1f;
+// Quarters of sun with which a pixel counts as plainly lit or shaded.
+constexpr int kLit = 4;
+constexpr int kShaded = 0;
 // Under an overcast sky a corner's pixels differ by the sky that they see; sun through thin cloud
 // makes this ratio and more.
 constexpr double kLeastContrast = 0.34;  // log 1.4
@@ -62,9 +62,9 @@ std::optional<Levels> LevelsUnder(const ShadowPicture& picture,
   std::vector<double> lit;
   std::vector<double> shaded;
   for (const std::size_t i : plane) {
-    const float share = picture.shares[i * picture.grid.Size() + candidate];
-    if (share > kLitFrom) lit.push_back(picture.log_radiance[i]);
-    if (share < kShadedTo) shaded.push_back(picture.log_radiance[i]);
+    const int quarters = picture.shares[i * picture.grid.Size() + candidate];
+    if (quarters == kLit) lit.push_back(picture.log_radiance[i]);
+    if (quarters == kShaded) shaded.push_back(picture.log_radiance[i]);
   }
   if (lit.size() < kLeastPixels || shaded.size() < kLeastPixels) return std::nullopt;
   const Levels levels{MedianOf(lit), MedianOf(shaded)};
@@ -84,20 +84,20 @@ double SpreadAround(const Levels& levels,
                     std::size_t candidate) {
   std::vector<double> distances;
   for (const std::size_t i : plane) {
-    const float share = picture.shares[i * picture.grid.Size() + candidate];
-    if (share > kLitFrom) distances.push_back(std::abs(picture.log_radiance[i] - levels.lit));
-    if (share < kShadedTo) distances.push_back(std::abs(picture.log_radiance[i] - levels.shaded));
+    const int quarters = picture.shares[i * picture.grid.Size() + candidate];
+    if (quarters == kLit) distances.push_back(std::abs(picture.log_radiance[i] - levels.lit));
+    if (quarters == kShaded) distances.push_back(std::abs(picture.log_radiance[i] - levels.shaded));
   }
   constexpr double kSigmaOfMedianDistance = 1.4826;
   return std::max(kLeastSpread, kSigmaOfMedianDistance * MedianOf(distances));
 }
 
 // Whether the pixel whose shares start at `first` has sun under some candidates only.
-bool Changes(std::span<const std::vector<float>> raised_shares,
+bool Changes(std::span<const std::vector<std::uint8_t>> raised_shares,
              std::size_t first,
              std::size_t candidates) {
-  const float reference = raised_shares.front()[first];
-  for (const std::vector<float>& shares : raised_shares) {
+  const std::uint8_t reference = raised_shares.front()[first];
+  for (const std::vector<std::uint8_t>& shares : raised_shares) {
     for (std::size_t k = 0; k < candidates; ++k) {
       if (shares[first + k] != reference) return true;
     }
@@ -130,7 +130,7 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
     for (std::size_t k = 0; k < candidates; ++k) {
       const Levels levels = LevelsUnder(picture, plane, k).value_or(Levels{middle, middle});
       for (const std::size_t i : plane) {
-        const double share = picture.shares[i * candidates + k];
+        const double share = 0.25 * picture.shares[i * candidates + k];
         const double y = picture.log_radiance[i];
         misfit[k] += share * std::min(std::abs(y - levels.lit), kLargestMisfit) +
                      (1.0 - share) * std::min(std::abs(y - levels.shaded), kLargestMisfit);
@@ -142,7 +142,7 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
 
 PictureEvidence EvidenceNear(const ShadowPicture& picture,
                              std::size_t candidate,
-                             std::span<const std::vector<float>> raised_shares) {
+                             std::span<const std::vector<std::uint8_t>> raised_shares) {
   const std::size_t candidates = picture.grid.Size();
   const std::size_t raised = raised_shares.size();
   struct Sum {
@@ -175,10 +175,10 @@ PictureEvidence EvidenceNear(const ShadowPicture& picture,
         of_share[q] = std::log((1.0 - kOutlierShare) * seen + kOutlierShare / kOutlierSpan);
       }
       for (std::size_t e = 0; e < raised; ++e) {
-        const float* share = &raised_shares[e][i * candidates];
+        const std::uint8_t* quarters = &raised_shares[e][i * candidates];
         double* sum = &tile.log_likelihood[e * candidates];
         for (std::size_t k = 0; k < candidates; ++k) {
-          sum[k] += of_share[static_cast<std::size_t>(4.0f * share[k] + 0.5f)];
+          sum[k] += of_share[quarters[k]];
         }
       }
     }

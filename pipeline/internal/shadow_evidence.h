@@ -18,7 +18,7 @@ struct ShadowPicture {
   std::vector<double> log_radiance;
   std::vector<std::uint32_t> plane;
   std::vector<std::uint32_t> tile;
-  std::vector<float> shares;
+  std::vector<std::uint8_t> shares;  // In quarters, as SunShares gives them.
 
   std::size_t Size() const { return log_radiance.size(); }
 };
@@ -44,6 +44,6 @@ struct PictureEvidence {
 // or too low moves shadows along the sun's azimuth, and such edges must not speak for another one.
 PictureEvidence EvidenceNear(const ShadowPicture& picture,
                              std::size_t candidate,
-                             std::span<const std::vector<float>> raised_shares);
+                             std::span<const std::vector<std::uint8_t>> raised_shares);
 
 }  // namespace pleinair

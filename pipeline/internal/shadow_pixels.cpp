@@ -18,7 +18,7 @@ namespace {
 constexpr double kEdgeShareOfWidth = 1.0 / 160.0;
 constexpr std::uint32_t kNoPlane = 0xffffffffu;
 // States are cast at every so many candidates; between two that agree nothing changes.
-constexpr int kCoarseStep = 2;
+constexpr int kCoarseStep = 4;
 // Facings are told apart to about 6 deg.
 constexpr float kFacingSteps = 10.0f;
 
@@ -124,16 +124,16 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
   return result;
 }
 
-std::vector<float> SunShares(std::span<const ShadowPixel> pixels,
-                             const RayCaster& caster,
-                             const glm::dvec3& sun_direction_enu,
-                             const OffsetGrid& grid) {
+std::vector<std::uint8_t> SunShares(std::span<const ShadowPixel> pixels,
+                                    const RayCaster& caster,
+                                    const glm::dvec3& sun_direction_enu,
+                                    const OffsetGrid& grid) {
   const std::size_t candidates = grid.Size();
   std::vector<glm::vec3> suns;
   for (std::size_t k = 0; k < candidates; ++k) {
     suns.emplace_back(TurnedClockwise(sun_direction_enu, grid.OffsetRad(k)));
   }
-  std::vector<float> shares(pixels.size() * candidates);
+  std::vector<std::uint8_t> shares(pixels.size() * candidates);
   std::vector<std::uint8_t> lit(candidates);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const auto cast = [&](std::size_t k) {
@@ -153,12 +153,11 @@ std::vector<float> SunShares(std::span<const ShadowPixel> pixels,
       }
       from = to;
     }
-    // The disc hides behind an edge over about two steps of the grid.
-    float* share = &shares[i * candidates];
+    std::uint8_t* share = &shares[i * candidates];
     for (std::size_t k = 0; k < candidates; ++k) {
       const std::size_t before = k > 0 ? k - 1 : k;
       const std::size_t after = std::min(k + 1, candidates - 1);
-      share[k] = 0.25f * float(lit[before]) + 0.5f * float(lit[k]) + 0.25f * float(lit[after]);
+      share[k] = static_cast<std::uint8_t>(lit[before] + 2 * lit[k] + lit[after]);
     }
   }
   return shares;

@@ -44,13 +44,13 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
                                           const Camera& camera,
                                           int most);
 
-// Share of sun that each pixel gets under each candidate, 0 to 1; a shadow's edge is as wide as the
-// disc. Shape: pixels x grid.Size(), row-major.
+// Share of sun that each pixel gets under each candidate, in quarters, 0 to 4; a shadow's edge is
+// as wide as the disc where the grid's step is its radius. Shape: pixels x grid.Size(), row-major.
 //
-// Not  seen: shadows narrower than kCoarseStepRad that come and go between two candidates of it.
-std::vector<float> SunShares(std::span<const ShadowPixel> pixels,
-                             const RayCaster& caster,
-                             const glm::dvec3& sun_direction_enu,
-                             const OffsetGrid& grid);
+// Not  seen: shadows so narrow that they come and go within four candidates.
+std::vector<std::uint8_t> SunShares(std::span<const ShadowPixel> pixels,
+                                    const RayCaster& caster,
+                                    const glm::dvec3& sun_direction_enu,
+                                    const OffsetGrid& grid);
 
 }  // namespace pleinair
