@@ -25,7 +25,8 @@ struct Frame {
 
   // Scene-linear. Relative units where the exposure is unknown. A linear frame's defects are kept.
   RgbImage radiance;
-  // 1 where a channel is clipped, at the noise floor or not finite: not to be measured from.
+  // 1 where a channel is clipped, at the noise floor or not finite, or outside the diffuse mask of
+  // a sequence whose mask is over its first frame (frames of that camera): not to be measured from.
   Gray8Image unusable;
   Gray8Image clipped;  // 1 where a channel is clipped: its true value is at least that.
   // The camera's own code values, where the frame came as 8 bit: what stays untouched in the
@@ -62,9 +63,9 @@ enum class FrameKind { kLinear, kLdr };
 // Linear frames are clipped nowhere; 8-bit ones give `exposure`-divided light, or with an unknown
 // exposure light in [0, 1]. Fish-eye pictures are EXR or HDR. A file that is missing, truncated,
 // empty, no file, of another size than its camera's, or outside the sequence's folder is that
-// frame's error alone. Throws  std::runtime_error where the sequence's response or fish-eye
-// calibration file cannot be
-//         read.
+// frame's error alone.
+// Throws  std::runtime_error where the sequence's response, fish-eye calibration or first frame's
+//         mask cannot be read.
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence, FrameKind preferred);
 
 }  // namespace pleinair

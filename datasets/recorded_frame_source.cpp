@@ -25,6 +25,9 @@ void RequireCameraSize(const Image<Pixel>& image,
                            std::to_string(image.width) + "x" + std::to_string(image.height));
 }
 
+// Of a diffuse mask.
+constexpr std::uint8_t kMaySample = 255;
+
 bool IsUsable(const glm::vec3& radiance) {
   for (int c = 0; c < 3; ++c) {
     if (!std::isfinite(radiance[c]) || radiance[c] < 0.0f) return false;
@@ -40,6 +43,11 @@ class RecordedFrameSource final : public FrameSource {
         response_(sequence.response_ldr == "srgb8"
                       ? ResponseCurve::Srgb()
                       : ResponseCurve::FromFile(FileInside(sequence.response_ldr))) {
+    if (sequence.diffuse_mask && !sequence.environment) {
+      const std::filesystem::path file = FileInside(*sequence.diffuse_mask);
+      first_frame_mask_ = ReadMaskImage(file);
+      RequireCameraSize(*first_frame_mask_, sequence.intrinsics, file);
+    }
     if (sequence.fisheye) fisheye_ = MakeFisheyeSetup(*sequence.fisheye, sequence.folder);
   }
 
@@ -86,6 +94,11 @@ class RecordedFrameSource final : public FrameSource {
         preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
     linear ? ReadLinear(FileInside(*entry.image), frame)
            : ReadCodes(FileInside(*entry.image_ldr), frame);
+    if (first_frame_mask_ && frame.camera == sequence_.CameraOfFrame(0)) {
+      for (std::size_t i = 0; i < frame.unusable.pixels.size(); ++i) {
+        if (first_frame_mask_->pixels[i] != kMaySample) frame.unusable.pixels[i] = 1;
+      }
+    }
     if (entry.fisheye) frame.fisheye_radiance = ReadFisheye(FileInside(*entry.fisheye));
     return frame;
   }
@@ -128,6 +141,8 @@ class RecordedFrameSource final : public FrameSource {
   Sequence sequence_;
   FrameKind preferred_;
   ResponseCurve response_;
+  // Over the first frame, where the mask is not one over an environment map.
+  std::optional<Gray8Image> first_frame_mask_;
   std::optional<FisheyeSetup> fisheye_;
   std::size_t next_ = 0;
 };

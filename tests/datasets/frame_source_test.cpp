@@ -61,6 +61,28 @@ TEST_F(FrameSourceTest, PlaysLinearFramesWithTheirDefectsMarked) {
   }
 }
 
+// Without an environment map the mask is over the first frame, and says nothing of another view.
+TEST_F(FrameSourceTest, AppliesAMaskOverTheFirstFrameToFramesOfThatCamera) {
+  Rgb8Image mask(8, 6, glm::u8vec3(255));
+  mask.At(6, 2) = glm::u8vec3(0);
+  WritePng(folder_ / "mask.png", mask);
+  WritePng(folder_ / "frames/1.png", codes_);
+  document_.erase("environment");
+  for (auto& frame : document_["frames"]) frame.erase("camera_from_world");
+  const auto source = MakeRecordedFrameSource(Read(), FrameKind::kLdr);
+  for (int i = 0; i < 2; ++i) {
+    const auto next = source->Next();
+    ASSERT_TRUE(next && next->has_value());
+    EXPECT_EQ((*next)->unusable.At(6, 2), 1) << i;
+    EXPECT_EQ((*next)->unusable.At(5, 2), 0) << i;
+  }
+  Sequence moved = Read();
+  moved.frames[1].camera_from_world = glm::dmat4(1.0);
+  const auto moving = MakeRecordedFrameSource(moved, FrameKind::kLdr);
+  moving->Next();
+  EXPECT_EQ((*moving->Next())->unusable.At(6, 2), 0);
+}
+
 TEST_F(FrameSourceTest, PlaysEightBitFramesAsRadiance) {
   const auto source = MakeRecordedFrameSource(Read(), FrameKind::kLdr);
   const auto next = source->Next();
