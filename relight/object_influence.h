@@ -6,18 +6,21 @@
 #include <span>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/patch_scene.h"
-#include "scene/sky_shape.h"
 #include "scene/irradiance_change.h"
 #include "scene/lighting.h"
+#include "scene/sky_shape.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
 
 struct ObjectInfluenceOptions {
-  // Over each object's bounding sphere, low-discrepancy. Converged: as many as wished, up to 65536.
+  // Over each object's bounding sphere, low-discrepancy, where that fills more than 1/16 of a
+  // surface's view; fewer in proportion where it fills less, down to an eighth. Converged: as many
+  // as wished, up to 65536.
   int rays_per_receiver = 256;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
@@ -37,8 +40,8 @@ struct InfluenceParts {
 //
 // Receivers stand where the objects' bounding spheres fill more than 1/1024 of a surface's view:
 // under a clear sun, eight times the sky, a white object brings a shaded surface half a code value
-// there. They are two pixels apart near the objects and up to eight where the distance from them
-// is large; see surface_view_builder.h for how the pixels between are blended.
+// there. Each pixel near an object has its own; farther off, blocks of up to 7 x 7 pixels share one
+// a plane, and pixels blend those around them.
 //
 // Threads  The result does not depend on their number.
 class ObjectInfluence {
@@ -81,6 +84,9 @@ class ObjectInfluence {
   };
   struct ReceiverHits {
     std::size_t pixel = 0;
+    // Of the pixels that blend it, counted from (x_px_, y_px_).
+    glm::ivec2 lower_px{0};
+    glm::ivec2 upper_px{0};
     std::vector<Hit> hits;
   };
   struct Entry {

@@ -144,6 +144,75 @@ TEST_F(CompositorTest, ObjectsFollowTheShadingFormula) {
   EXPECT_GT(dark, 300);
 }
 
+// Darker, brighter in one channel alone, and beyond black; in the shadow of the object and beside.
+TEST_F(CompositorTest, AChangeOfIrradianceScalesRealPixels) {
+  const glm::vec3 changes[] = {{-30.0f, -20.0f, -10.0f}, {0.0f, 40.0f, 0.0f}, glm::vec3(-1e6f)};
+  IrradianceChange change{20, 10, RgbImage(150, 120, glm::vec3(0.0f))};
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 150; ++x) change.irradiance_rgb.At(x, y) = changes[(x / 10) % 3];
+  }
+  compositor_.SetObjects({{sphere_}});
+  vertex_irradiance_ = {std::vector<glm::vec3>(sphere_.positions_m.size(), glm::vec3(kIrradiance))};
+  const Composite without = compositor_.Render(scene_.Input(vertex_irradiance_));
+  CompositeInput input = scene_.Input(vertex_irradiance_);
+  input.irradiance_change = &change;
+  const Composite with = compositor_.Render(input);
+  int lit = 0;
+  int shaded = 0;
+  for (int y = 0; y < scene_.view.Height(); ++y) {
+    for (int x = 0; x < scene_.view.Width(); ++x) {
+      const std::size_t i = scene_.view.region.Index(x, y);
+      const bool is_inside = x >= 20 && x < 170 && y >= 10 && y < 130;
+      if (!is_inside || scene_.view.region.pixels[i] == SurfaceView::kNoRegion) {
+        ASSERT_EQ(with.radiance.pixels[i], without.radiance.pixels[i]);
+        ASSERT_EQ(with.change.pixels[i], without.change.pixels[i]);
+        continue;
+      }
+      // Its edge and the shadow's blend.
+      if (without.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kCovered)) continue;
+      const bool is_lit = without.radiance.pixels[i] == scene_.radiance.pixels[i];
+      const glm::dvec3 shade = scene_.ModelRadiance(i, 0.0);
+      const glm::dvec3 before(without.radiance.pixels[i]);
+      if (!is_lit && std::abs(before.x / shade.x - 1.0) > kHalfRounding) continue;
+      ASSERT_EQ(with.change.pixels[i], static_cast<std::uint8_t>(PixelChange::kScaled));
+      const glm::dvec3 to_radiance =
+          glm::dvec3(scene_.view.albedo_rgb.pixels[i]) / std::numbers::pi;
+      const glm::dvec3 change_of_radiance =
+          to_radiance * glm::dvec3(change.irradiance_rgb.At(x - 20, y - 10));
+      for (int c = 0; c < 3; ++c) {
+        const double direct = before[c] - shade[c];
+        const double expected =
+            std::max(shade[c] + change_of_radiance[c], 0.0) + (is_lit ? direct : 0.0);
+        EXPECT_NEAR(with.radiance.pixels[i][c], expected, kHalfRounding * before[c]);
+      }
+      (is_lit ? lit : shaded) += 1;
+    }
+  }
+  EXPECT_GT(lit, 1000);
+  EXPECT_GT(shaded, 100);
+}
+
+TEST_F(CompositorTest, AChangeThatRoundingWouldLoseIsNone) {
+  compositor_.SetObjects({{sphere_}});
+  vertex_irradiance_ = {std::vector<glm::vec3>(sphere_.positions_m.size(), glm::vec3(kIrradiance))};
+  const Composite without = compositor_.Render(scene_.Input(vertex_irradiance_));
+  // Less than 2^-11 of what any surface here gets, its share of the sky alone being 80.
+  const IrradianceChange change{
+      0, 0, RgbImage(scene_.view.Width(), scene_.view.Height(), glm::vec3(0.03f))};
+  CompositeInput input = scene_.Input(vertex_irradiance_);
+  input.irradiance_change = &change;
+  const Composite with = compositor_.Render(input);
+  EXPECT_EQ(with.change.pixels, without.change.pixels);
+}
+
+TEST_F(CompositorTest, RefusesAChangeBeyondThePicture) {
+  compositor_.SetObjects({});
+  CompositeInput input = scene_.Input({});
+  const IrradianceChange change{200, 0, RgbImage(41, 10)};
+  input.irradiance_change = &change;
+  EXPECT_THROW(compositor_.Render(input), std::invalid_argument);
+}
+
 TEST_F(CompositorTest, AnObjectsEdgeBlendsWithTheCamera) {
   // Before a black picture, coverage can be read off.
   scene_.lighting.sun.irradiance_rgb = glm::dvec3(0.0);
