@@ -129,8 +129,8 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   const SequenceSite site = LoadSequenceSite(sequence);
   for (const std::string& note : site.notes) spdlog::warn("{}", note);
   FileBlobStore store(options.cache);
-  const PreparedScene scene = PrepareScene(
-      site.model, PrepareOptionsFor(site, kAllBounces), store, ProgressOnStandardError());
+  const PreparedScene scene =
+      PrepareScene(site.model, PrepareOptionsFor(site), store, ProgressOnStandardError());
 
   sequence.frames = {sequence.frames[index]};
   const auto frame = MakeRecordedFrameSource(sequence, FrameKind::kLinear)->Next();

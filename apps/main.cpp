@@ -5,6 +5,7 @@
 #include <exception>
 #include <functional>
 #include <map>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,8 @@ int Print(const std::string& text) {
   return 0;
 }
 
-CLI::Option* AddBounces(CLI::App& command, int& bounces) {
-  return command
+void AddBounces(CLI::App& command, int& bounces) {
+  command
       .add_option_function<std::string>(
           "--bounces",
           [&bounces](const std::string& text) {
@@ -43,6 +44,42 @@ CLI::Option* AddBounces(CLI::App& command, int& bounces) {
       ->check(CLI::IsMember({"all"}) | CLI::Range(0, 100))
       ->type_name("N|all")
       ->default_str("all");
+}
+
+// "8x8x8", or a spacing in metres.
+void ReadProbes(const std::string& text, pleinair::PrepareSettings& settings) {
+  static const std::regex kCounts("([0-9]{1,3})x([0-9]{1,3})x([0-9]{1,3})");
+  std::smatch counts;
+  if (std::regex_match(text, counts, kCounts)) {
+    settings.probe_counts =
+        glm::ivec3(std::stoi(counts[1]), std::stoi(counts[2]), std::stoi(counts[3]));
+    return;
+  }
+  try {
+    std::size_t end = 0;
+    settings.probe_spacing_m = std::stod(text, &end);
+    if (end == text.size()) return;
+  } catch (const std::exception&) {
+  }
+  throw CLI::ValidationError("--probes", text + ": expected XxYxZ or a spacing in metres");
+}
+
+// Of the offline part.
+void AddPrepareSettings(CLI::App& command, pleinair::PrepareSettings& settings) {
+  AddBounces(command, settings.bounces);
+  command
+      .add_option(
+          "--patch-size", settings.patch_size_m, "Longest edge of patches near the objects, metres")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--rays", settings.rays, "Rays that each receiver of light casts")
+      ->check(CLI::Range(1, 65536));
+  command
+      .add_option_function<std::string>(
+          "--probes",
+          [&settings](const std::string& text) { ReadProbes(text, settings); },
+          "Grid of the irradiance volume: XxYxZ probes, or their spacing in metres")
+      ->type_name("XxYxZ|M")
+      ->default_str("8x8x8");
 }
 
 void AddCache(CLI::App& command, std::filesystem::path& cache) {
@@ -82,7 +119,7 @@ void AddPrepare(CLI::App& app, Work& work) {
   prepare.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
   prepare.add_option(
       "--maps", options->maps, "Write albedo, normal, ambient weight, ... as EXR and PNG");
-  AddBounces(prepare, options->bounces);
+  AddPrepareSettings(prepare, options->prepare);
   AddCache(prepare, options->cache);
   prepare.callback([options, &work] {
     work = [options] {
@@ -140,7 +177,7 @@ void AddRun(CLI::App& app, Work& work) {
       ->check(CLI::Range(1, 100000));
   run.add_option("--seed", options->seed, "Of the choice of samples");
   AddSkyShapes(run, options->sky_shapes);
-  AddBounces(run, options->bounces);
+  AddPrepareSettings(run, options->prepare);
   run.add_option("--object-light",
                  options->object_light,
                  "Light on the objects: gather (rays at their vertices), volume (of probes) or "

@@ -88,19 +88,21 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
                                           const Sequence& sequence,
                                           const HeadlessContext& context) {
   const GlDescription gl = context.Describe();
-  return {fmt::format("{} frames, {}x{}",
-                      sequence.frames.size(),
-                      sequence.intrinsics.width_px,
-                      sequence.intrinsics.height_px),
-          fmt::format("frames {}, {} samples, seed {}, bounces {}, object light by {}",
-                      options.frames == FrameKind::kLinear ? "linear" : "ldr",
-                      options.samples,
-                      options.seed,
-                      options.bounces == kAllBounces ? "all" : std::to_string(options.bounces),
-                      options.object_light == ObjectLight::kGather   ? "rays at vertices"
-                      : options.object_light == ObjectLight::kVolume ? "folded probes"
-                                                                     : "probes from the map"),
-          fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
+  return {
+      fmt::format("{} frames, {}x{}",
+                  sequence.frames.size(),
+                  sequence.intrinsics.width_px,
+                  sequence.intrinsics.height_px),
+      fmt::format(
+          "frames {}, {} samples, seed {}, bounces {}, object light by {}",
+          options.frames == FrameKind::kLinear ? "linear" : "ldr",
+          options.samples,
+          options.seed,
+          options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),
+          options.object_light == ObjectLight::kGather   ? "rays at vertices"
+          : options.object_light == ObjectLight::kVolume ? "folded probes"
+                                                         : "probes from the map"),
+      fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
 }
 
 // By frame; empty where the sequence has no truth. For the report alone: it is read when the run is
@@ -195,7 +197,7 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
   for (const std::string& note : site.notes) spdlog::warn("{}", note);
   FileBlobStore store(options.cache);
   const PreparedScene scene = PrepareScene(
-      site.model, PrepareOptionsFor(site, options.bounces), store, ProgressOnStandardError());
+      site.model, PrepareOptionsFor(site, options.prepare), store, ProgressOnStandardError());
   WarnWhereNothingWasKept(store);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   spdlog::info("{} patches, {} probes{}",
@@ -220,7 +222,7 @@ void RunRunCommand(const RunCommandOptions& options) {
 
   FileBlobStore store(options.cache);
   const PreparedScene scene = PrepareScene(
-      site.model, PrepareOptionsFor(site, options.bounces), store, ProgressOnStandardError());
+      site.model, PrepareOptionsFor(site, options.prepare), store, ProgressOnStandardError());
   WarnWhereNothingWasKept(store);
   report.notes.insert(report.notes.end(), scene.notes.begin(), scene.notes.end());
   for (const std::string& note : report.notes) spdlog::warn("{}", note);

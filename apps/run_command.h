@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/sequence_site.h"
 #include "datasets/frame_source.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
@@ -17,7 +18,7 @@ namespace pleinair {
 struct PrepareCommandOptions {
   std::filesystem::path sequence;
   std::filesystem::path cache;  // Empty: the user's cache folder.
-  int bounces = kAllBounces;
+  PrepareSettings prepare;
   std::optional<std::filesystem::path> maps;  // Where to write the survey's maps.
 };
 
@@ -34,7 +35,7 @@ struct RunCommandOptions {
   std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
   int samples = 500;
   std::uint64_t seed = 1;
-  int bounces = kAllBounces;
+  PrepareSettings prepare;
   ObjectLight object_light = ObjectLight::kGather;
   CompositeEffects effects;
   bool measure_shadows = false;

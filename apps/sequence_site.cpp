@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -106,6 +107,18 @@ BoundingBox BoxInView(const Sequence& sequence, const Mesh& mesh) {
   return {middle_m - 0.5f * kDefaultProbeBoxM, middle_m + 0.5f * kDefaultProbeBoxM};
 }
 
+glm::ivec3 ProbeCountsFor(const BoundingBox& box, double spacing_m) {
+  constexpr double kMostProbes = 64.0;
+  const glm::dvec3 gaps = glm::ceil(glm::dvec3(box.upper_m - box.lower_m) / spacing_m);
+  if (!(spacing_m > 0.0) || !(std::max({gaps.x, gaps.y, gaps.z}) < kMostProbes)) {
+    throw std::invalid_argument(fmt::format(
+        "probe spacing {} m: expected a positive one, with at most 64 probes along each side of "
+        "the objects' box",
+        spacing_m));
+  }
+  return glm::ivec3(gaps) + 1;
+}
+
 // A room's windows show a camera a few per cent of the sky, a porch half of it.
 bool IsIndoors(const Camera& camera, const Mesh& mesh) {
   constexpr double kLeastSkyOutdoors = 0.15;
@@ -161,12 +174,18 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   return site;
 }
 
-PrepareOptions PrepareOptionsFor(const SequenceSite& site, int bounces) {
+PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings& settings) {
   PrepareOptions options;
-  options.bounces = bounces;
+  options.bounces = settings.bounces;
   options.probe_box = site.probe_box;
   options.patches.extend_ground = !site.is_indoors;
   if (site.is_indoors) options.patches.patch_size_m = kIndoorPatchSizeM;
+  if (settings.patch_size_m) options.patches.patch_size_m = *settings.patch_size_m;
+  if (settings.rays) options.gather.rays_per_receiver = *settings.rays;
+  if (settings.probe_counts) options.probe_counts = *settings.probe_counts;
+  if (settings.probe_spacing_m) {
+    options.probe_counts = ProbeCountsFor(site.probe_box, *settings.probe_spacing_m);
+  }
   return options;
 }
 

@@ -1,6 +1,7 @@
 // A recorded sequence's files as what relight and render work on.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,19 @@ struct SequenceSite {
 // Throws std::runtime_error, one line with the file and what was expected.
 SequenceSite LoadSequenceSite(const Sequence& sequence);
 
+// What may be asked of the offline part; what is unset is as PrepareOptions has it.
+struct PrepareSettings {
+  int bounces = kAllBounces;
+  std::optional<double> patch_size_m;  // Longest edge of patches near the objects.
+  std::optional<int> rays;             // A receiver of light.
+  // Of the probe grid: how many along x, y, z, or how far apart; not both.
+  std::optional<glm::ivec3> probe_counts;
+  std::optional<double> probe_spacing_m;
+};
+
 // The options that `prepare` and `run` share, so that one finds what the other has stored.
-PrepareOptions PrepareOptionsFor(const SequenceSite& site, int bounces);
+// Throws std::invalid_argument for a spacing that is not positive, or needs more than 64 probes
+// along an axis.
+PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings& settings = {});
 
 }  // namespace pleinair

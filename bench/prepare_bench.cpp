@@ -50,14 +50,13 @@ const Recorded& TheRecording() {
 }
 
 const PreparedScene& ThePreparedScene() {
-  static const PreparedScene scene =
-      TheRecording().Prepare(PrepareOptionsFor(TheRecording().site, kAllBounces));
+  static const PreparedScene scene = TheRecording().Prepare(PrepareOptionsFor(TheRecording().site));
   return scene;
 }
 
 void Prepare(benchmark::State& state) {
   const Recorded& recorded = TheRecording();
-  const PrepareOptions options = PrepareOptionsFor(recorded.site, kAllBounces);
+  const PrepareOptions options = PrepareOptionsFor(recorded.site);
   std::size_t patches = 0;
   for (auto _ : state) patches = recorded.Prepare(options).patches.mesh.triangles.size();
   state.counters["patches"] = static_cast<double>(patches);
@@ -111,7 +110,7 @@ void MovedSunWithSurveyMap(benchmark::State& state) {
 void PrepareAt(benchmark::State& state) {
   const Recorded& recorded = TheRecording();
   const auto response = [&](int rays, int block_px, double patch_size_m) {
-    PrepareOptions options = PrepareOptionsFor(recorded.site, kAllBounces);
+    PrepareOptions options = PrepareOptionsFor(recorded.site);
     options.gather.rays_per_receiver = rays;
     options.survey_receiver_block_px = block_px;
     options.patches.patch_size_m = patch_size_m;

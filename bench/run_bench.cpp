@@ -35,7 +35,7 @@ void RunRepeatedFrame(benchmark::State& state,
   const SequenceSite site = LoadSequenceSite(sequence);
   FileBlobStore store;
   const PreparedScene scene =
-      PrepareScene(site.model, PrepareOptionsFor(site, kAllBounces), store, [](auto, auto) {});
+      PrepareScene(site.model, PrepareOptionsFor(site), store, [](auto, auto) {});
   const HeadlessContext context;
   Compositor compositor;
   FramePipelineOptions options;

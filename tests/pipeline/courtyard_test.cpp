@@ -34,8 +34,8 @@ class Courtyard : public testing::Test {
     sequence_ = ReadSequence(kCourtyard);
     site_ = LoadSequenceSite(*sequence_);
     NoStore store;
-    scene_ = std::make_unique<PreparedScene>(PrepareScene(
-        site_->model, PrepareOptionsFor(*site_, kAllBounces), store, [](auto, auto) {}));
+    scene_ = std::make_unique<PreparedScene>(
+        PrepareScene(site_->model, PrepareOptionsFor(*site_), store, [](auto, auto) {}));
   }
   static void TearDownTestSuite() {
     scene_.reset();
