@@ -1,0 +1,525 @@
+#include "calib/camera_pose.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <opencv2/calib3d.hpp>
+
+#include "calib/internal/pose_refinement.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+constexpr std::size_t kFewestMatches = 4;
+// Points whose spread across a line is this share of that along it are on the line: less than what
+// single-precision coordinates hold.
+constexpr double kOnALine = 1e-6;
+// Poses this close in rotation are one.
+constexpr double kSamePoseRad = 0.02;
+// 5 standard deviations: see the header.
+constexpr double kChoosesFrom = 25.0;
+
+std::string Number(const char* format, double value) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+std::string Pixels(double value) { return Number("%.2f px", value); }
+std::string Degrees(double rad) { return Number("%.1f deg", DegFromRad(rad)); }
+
+UndeterminedPose Undetermined(const std::string& why, std::vector<PoseCandidate> candidates = {}) {
+  return {"the camera's pose cannot be determined: " + why, std::move(candidates)};
+}
+
+glm::dmat4 FromOpenCv(const cv::Mat& rotation_vector, const cv::Mat& translation) {
+  cv::Matx33d rotation;
+  cv::Rodrigues(rotation_vector, rotation);
+  glm::dmat4 pose(1.0);
+  for (int column = 0; column < 3; ++column) {
+    for (int row = 0; row < 3; ++row) pose[column][row] = rotation(row, column);
+    pose[3][column] = translation.at<double>(column);
+  }
+  return pose;
+}
+
+glm::dvec3 CentreOf(const glm::dmat4& camera_from_world) {
+  return glm::dvec3(glm::inverse(camera_from_world)[3]);
+}
+
+bool IsFinite(const glm::dmat4& pose) {
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 4; ++row) {
+      if (!std::isfinite(pose[column][row])) return false;
+    }
+  }
+  return true;
+}
+
+struct Scored {
+  glm::dmat4 pose{1.0};
+  double cost = std::numeric_limits<double>::infinity();
+  std::size_t inliers = 0;
+};
+
+// One picture's matches, and how poses fit them.
+class PoseSearch {
+ public:
+  PoseSearch(const Lens& lens,
+             std::span<const PointMatch> matches,
+             const CameraPoseOptions& options)
+      : lens_(lens), matches_(matches), options_(options) {
+    for (const PointMatch& match : matches) {
+      const auto direction = lens.DirectionFromPixel(match.pixel);
+      // A pixel that the lens cannot see is a wrong match.
+      if (!direction || !(direction->z > 0.0)) continue;
+      points_.emplace_back(match.point_world_m.x, match.point_world_m.y, match.point_world_m.z);
+      rays_.emplace_back(direction->x / direction->z, direction->y / direction->z);
+    }
+  }
+
+  std::optional<glm::dvec2> Project(const glm::dmat4& pose, const PointMatch& match) const {
+    return lens_.ProjectToPixel(glm::dvec3(pose * glm::dvec4(match.point_world_m, 1)));
+  }
+
+  double ResidualPx(const glm::dmat4& pose, const PointMatch& match) const {
+    const auto pixel = Project(pose, match);
+    return pixel ? glm::distance(*pixel, match.pixel) : std::numeric_limits<double>::infinity();
+  }
+
+  // Squared residuals, those of wrong matches cut off.
+  Scored Score(const glm::dmat4& pose) const {
+    Scored scored{pose, 0.0, 0};
+    const double limit = options_.inlier_px * options_.inlier_px;
+    for (const PointMatch& match : matches_) {
+      const double residual = ResidualPx(pose, match);
+      if (residual <= options_.inlier_px) ++scored.inliers;
+      scored.cost += std::min(limit, residual * residual);
+    }
+    return scored;
+  }
+
+  std::vector<PointMatch> InliersOf(const glm::dmat4& pose) const {
+    std::vector<PointMatch> inliers;
+    for (const PointMatch& match : matches_) {
+      if (ResidualPx(pose, match) <= options_.inlier_px) inliers.push_back(match);
+    }
+    return inliers;
+  }
+
+  // Up to four poses that three matches allow.
+  void AddFromTriple(const std::array<std::size_t, 3>& triple,
+                     std::vector<glm::dmat4>& poses) const {
+    std::vector<cv::Point3d> points;
+    std::vector<cv::Point2d> rays;
+    for (const std::size_t i : triple) {
+      points.push_back(points_[i]);
+      rays.push_back(rays_[i]);
+    }
+    const cv::Point3d along = points[1] - points[0];
+    const cv::Point3d across = points[2] - points[0];
+    if (!(cv::norm(along.cross(across)) > kOnALine * cv::norm(along) * cv::norm(across))) return;
+    std::vector<cv::Mat> rotations;
+    std::vector<cv::Mat> translations;
+    cv::solveP3P(points,
+                 rays,
+                 cv::Matx33d::eye(),
+                 cv::noArray(),
+                 rotations,
+                 translations,
+                 cv::SOLVEPNP_AP3P);
+    for (std::size_t i = 0; i < rotations.size(); ++i) {
+      const glm::dmat4 pose = FromOpenCv(rotations[i], translations[i]);
+      if (IsFinite(pose)) poses.push_back(pose);
+    }
+  }
+
+  // Hypotheses from triples of matches: of all, or where there are too many of as many as it takes
+  // to have met one without a wrong match for all but certain. Best first.
+  std::vector<Scored> Hypotheses() const {
+    constexpr std::size_t kMostTriples = 1000;
+    constexpr std::size_t kFewestTriples = 60;
+    constexpr double kMissed = 1e-5;
+    std::vector<Scored> found;
+    std::size_t best = 0;
+    const auto add = [&](const std::array<std::size_t, 3>& triple) {
+      std::vector<glm::dmat4> poses;
+      AddFromTriple(triple, poses);
+      for (const glm::dmat4& pose : poses) {
+        found.push_back(Score(pose));
+        best = std::max(best, found.back().inliers);
+      }
+    };
+    const std::size_t n = points_.size();
+    if (n * (n - 1) * (n - 2) / 6 <= kMostTriples) {
+      for (std::size_t a = 0; a < n; ++a) {
+        for (std::size_t b = a + 1; b < n; ++b) {
+          for (std::size_t c = b + 1; c < n; ++c) add({a, b, c});
+        }
+      }
+    } else {
+      std::mt19937_64 random(options_.seed);
+      // The standard's distributions differ between libraries.
+      const auto draw = [&] { return static_cast<std::size_t>(random() % n); };
+      for (std::size_t tried = 0; tried < kMostTriples; ++tried) {
+        const double share = static_cast<double>(best) / static_cast<double>(matches_.size());
+        const double missed = std::pow(1.0 - share * share * share, static_cast<double>(tried));
+        if (tried >= kFewestTriples && missed < kMissed) break;
+        const std::array<std::size_t, 3> triple{draw(), draw(), draw()};
+        if (triple[0] != triple[1] && triple[1] != triple[2] && triple[0] != triple[2]) add(triple);
+      }
+    }
+    for (const glm::dmat4& pose : FlatPoses(points_, rays_)) found.push_back(Score(pose));
+    std::stable_sort(found.begin(), found.end(), [](const Scored& a, const Scored& b) {
+      return a.cost < b.cost;
+    });
+    return found;
+  }
+
+  // The two poses of these matches with their points moved onto the plane that is nearest to them.
+  std::vector<glm::dmat4> FlatPosesOf(std::span<const PointMatch> matches) const {
+    std::vector<cv::Point3d> points;
+    std::vector<cv::Point2d> rays;
+    for (const PointMatch& match : matches) {
+      const auto direction = lens_.DirectionFromPixel(match.pixel);
+      if (!direction) continue;
+      points.emplace_back(match.point_world_m.x, match.point_world_m.y, match.point_world_m.z);
+      rays.emplace_back(direction->x / direction->z, direction->y / direction->z);
+    }
+    return FlatPoses(points, rays);
+  }
+
+  const CameraIntrinsics& Intrinsics() const { return lens_.Intrinsics(); }
+
+ private:
+  static std::vector<glm::dmat4> FlatPoses(const std::vector<cv::Point3d>& points,
+                                           const std::vector<cv::Point2d>& rays) {
+    if (points.size() < kFewestMatches) return {};
+    Eigen::Matrix3Xd world(3, static_cast<Eigen::Index>(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      world.col(static_cast<Eigen::Index>(i)) << points[i].x, points[i].y, points[i].z;
+    }
+    const Eigen::Vector3d centre = world.rowwise().mean();
+    world.colwise() -= centre;
+    const Eigen::JacobiSVD<Eigen::Matrix3Xd> svd(world, Eigen::ComputeFullU);
+    if (!(svd.singularValues()[1] > kOnALine * svd.singularValues()[0])) return {};
+    Eigen::Matrix3d plane_from_world = svd.matrixU().transpose();
+    if (plane_from_world.determinant() < 0.0) plane_from_world.row(2) *= -1.0;
+    std::vector<cv::Point3d> flat;
+    for (Eigen::Index i = 0; i < world.cols(); ++i) {
+      const Eigen::Vector3d at = plane_from_world * world.col(i);
+      flat.emplace_back(at.x(), at.y(), 0.0);
+    }
+    std::vector<cv::Mat> rotations;
+    std::vector<cv::Mat> translations;
+    try {
+      cv::solvePnPGeneric(flat,
+                          rays,
+                          cv::Matx33d::eye(),
+                          cv::noArray(),
+                          rotations,
+                          translations,
+                          false,
+                          cv::SOLVEPNP_IPPE);
+    } catch (const cv::Exception&) {
+      return {};  // No homography fits: wrong matches among them.
+    }
+    glm::dmat4 to_plane(1.0);
+    const Eigen::Vector3d shift = -plane_from_world * centre;
+    for (int column = 0; column < 3; ++column) {
+      for (int row = 0; row < 3; ++row) to_plane[column][row] = plane_from_world(row, column);
+      to_plane[3][column] = shift[column];
+    }
+    std::vector<glm::dmat4> poses;
+    for (std::size_t i = 0; i < rotations.size(); ++i) {
+      const glm::dmat4 pose = FromOpenCv(rotations[i], translations[i]) * to_plane;
+      if (IsFinite(pose)) poses.push_back(pose);
+    }
+    return poses;
+  }
+
+  const Lens& lens_;
+  std::span<const PointMatch> matches_;
+  const CameraPoseOptions& options_;
+  std::vector<cv::Point3d> points_;
+  std::vector<cv::Point2d> rays_;  // At distance 1, undistorted.
+};
+
+bool OnALine(std::span<const PointMatch> matches) {
+  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(matches.size()));
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const glm::dvec3& point = matches[i].point_world_m;
+    points.col(static_cast<Eigen::Index>(i)) << point.x, point.y, point.z;
+  }
+  points.colwise() -= Eigen::Vector3d(points.rowwise().mean());
+  const auto spread = Eigen::JacobiSVD<Eigen::Matrix3Xd>(points).singularValues();
+  return !(spread[1] > kOnALine * spread[0]);
+}
+
+double RmsPx(double sum_squares, std::size_t count) {
+  return std::sqrt(sum_squares / static_cast<double>(count));
+}
+
+// A hypothesis with its own matches fitted, counted again, and so on.
+struct Fitted {
+  RefinedPose refined;
+  std::vector<PointMatch> inliers;
+  Scored scored;
+};
+
+std::optional<Fitted> Fit(const PoseSearch& search, const glm::dmat4& start) {
+  constexpr int kRounds = 4;
+  std::optional<Fitted> fitted;
+  glm::dmat4 pose = start;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<PointMatch> inliers = search.InliersOf(pose);
+    if (inliers.size() < kFewestMatches) break;
+    const auto refined = RefinePose(search.Intrinsics(), inliers, pose);
+    if (!refined) break;
+    const Scored scored = search.Score(refined->camera_from_world);
+    if (fitted && !(scored.cost < fitted->scored.cost)) break;
+    pose = refined->camera_from_world;
+    fitted = Fitted{*refined, std::move(inliers), scored};
+  }
+  return fitted;
+}
+
+std::optional<Fitted> BestFit(const PoseSearch& search, const std::vector<Scored>& hypotheses) {
+  constexpr std::size_t kTried = 6;
+  std::optional<Fitted> best;
+  std::vector<glm::dmat4> tried;
+  for (const Scored& hypothesis : hypotheses) {
+    if (tried.size() >= kTried) break;
+    if (std::any_of(tried.begin(), tried.end(), [&](const glm::dmat4& other) {
+          return RotationBetweenRad(other, hypothesis.pose) < kSamePoseRad;
+        })) {
+      continue;
+    }
+    tried.push_back(hypothesis.pose);
+    auto fitted = Fit(search, hypothesis.pose);
+    if (fitted && (!best || fitted->scored.cost < best->scored.cost)) best = std::move(fitted);
+  }
+  return best;
+}
+
+// The best pose of the same matches that is another one.
+std::optional<RefinedPose> RivalOf(const Fitted& best,
+                                   const PoseSearch& search,
+                                   const std::vector<Scored>& hypotheses) {
+  constexpr std::size_t kTried = 8;
+  std::vector<glm::dmat4> starts = search.FlatPosesOf(best.inliers);
+  for (const Scored& hypothesis : hypotheses) {
+    if (starts.size() >= kTried) break;
+    if (std::none_of(starts.begin(), starts.end(), [&](const glm::dmat4& other) {
+          return RotationBetweenRad(other, hypothesis.pose) < kSamePoseRad;
+        })) {
+      starts.push_back(hypothesis.pose);
+    }
+  }
+  std::optional<RefinedPose> rival;
+  for (const glm::dmat4& start : starts) {
+    const auto refined = RefinePose(search.Intrinsics(), best.inliers, start);
+    if (!refined || RotationBetweenRad(refined->camera_from_world, best.refined.camera_from_world) <
+                        kSamePoseRad) {
+      continue;
+    }
+    // Before the camera, as far as the lens is good.
+    if (!std::isfinite(search.ResidualPx(refined->camera_from_world, best.inliers[0]))) continue;
+    if (!rival || refined->sum_squares_px < rival->sum_squares_px) rival = refined;
+  }
+  return rival;
+}
+
+// A flat board seen nearly from the front tilts either way with little to choose between: the
+// pose's own mirrored one, where the matches leave it open.
+std::optional<glm::dmat4> OpenTwinOf(const Fitted& best,
+                                     const PoseSearch& search,
+                                     double variance) {
+  std::vector<PointMatch> exact = best.inliers;
+  for (PointMatch& match : exact) {
+    const auto pixel = search.Project(best.refined.camera_from_world, match);
+    if (!pixel) return std::nullopt;
+    match.pixel = *pixel;
+  }
+  for (const glm::dmat4& twin : search.FlatPosesOf(exact)) {
+    if (RotationBetweenRad(twin, best.refined.camera_from_world) < kSamePoseRad) continue;
+    double sum_squares = 0.0;
+    for (const PointMatch& match : best.inliers) {
+      sum_squares += std::pow(search.ResidualPx(twin, match), 2.0);
+    }
+    if (sum_squares - best.refined.sum_squares_px < kChoosesFrom * variance) return twin;
+  }
+  return std::nullopt;
+}
+
+UndeterminedPose TooFew(const PoseSearch& search, std::size_t count, bool on_a_line) {
+  std::string why = std::to_string(count) + (count == 1 ? " point" : " points");
+  std::vector<PoseCandidate> candidates;
+  if (count == 3 && !on_a_line) {
+    std::vector<glm::dmat4> poses;
+    search.AddFromTriple({0, 1, 2}, poses);
+    for (const glm::dmat4& pose : poses) {
+      const Scored scored = search.Score(pose);
+      if (scored.inliers == 3) candidates.push_back({pose, RmsPx(scored.cost, 3)});
+    }
+    std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+      return a.rms_px < b.rms_px;
+    });
+    why += " leave " + std::to_string(candidates.size()) + " poses open";
+    if (!candidates.empty()) why += " (reprojection error " + Pixels(candidates[0].rms_px) + ")";
+  }
+  return Undetermined(why + ", expected 4 or more", std::move(candidates));
+}
+
+}  // namespace
+
+void CameraPoseOptions::Validate() const {
+  const auto require = [](bool good, const char* field, double value, const char* expected) {
+    if (good) return;
+    throw std::invalid_argument(std::string(field) + ": expected " + expected + ", found " +
+                                Number("%g", value));
+  };
+  require(inlier_px > 0.0 && std::isfinite(inlier_px), "inlier_px", inlier_px, "above 0");
+  require(point_sigma_px > 0.0 && std::isfinite(point_sigma_px),
+          "point_sigma_px",
+          point_sigma_px,
+          "above 0");
+  require(least_share >= 0.0 && least_share <= 1.0, "least_share", least_share, "0 to 1");
+  require(largest_rotation_sigma_rad > 0.0,
+          "largest_rotation_sigma_rad",
+          largest_rotation_sigma_rad,
+          "above 0");
+}
+
+double RotationBetweenRad(const glm::dmat4& a, const glm::dmat4& b) {
+  const glm::dmat3 turn = glm::dmat3(a) * glm::transpose(glm::dmat3(b));
+  const glm::dvec3 axis_times_2_sin(
+      turn[1][2] - turn[2][1], turn[2][0] - turn[0][2], turn[0][1] - turn[1][0]);
+  return std::atan2(glm::length(axis_times_2_sin), turn[0][0] + turn[1][1] + turn[2][2] - 1.0);
+}
+
+tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
+    const Lens& lens,
+    std::span<const PointMatch> matches,
+    const CameraPoseOptions& options,
+    const std::optional<glm::dmat4>& expected_camera_from_world) {
+  options.Validate();
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const PointMatch& match = matches[i];
+    for (const double value : {match.point_world_m.x,
+                               match.point_world_m.y,
+                               match.point_world_m.z,
+                               match.pixel.x,
+                               match.pixel.y}) {
+      if (std::isfinite(value)) continue;
+      throw std::invalid_argument("match " + std::to_string(i) +
+                                  ": expected finite coordinates, found " + Number("%g", value));
+    }
+  }
+  const PoseSearch search(lens, matches, options);
+  const bool on_a_line = matches.size() >= 2 && OnALine(matches);
+  if (matches.size() < kFewestMatches) {
+    return tl::unexpected(TooFew(search, matches.size(), on_a_line));
+  }
+  const std::string on_one_line = "the points lie on one line, expected some beside it";
+  if (on_a_line) return tl::unexpected(Undetermined(on_one_line));
+
+  const std::vector<Scored> hypotheses = search.Hypotheses();
+  const auto best = BestFit(search, hypotheses);
+  const auto needed = std::max(static_cast<double>(kFewestMatches),
+                               options.least_share * static_cast<double>(matches.size()));
+  if (!best || static_cast<double>(best->scored.inliers) < needed) {
+    std::vector<PoseCandidate> nearest;
+    std::string error;
+    if (!hypotheses.empty()) {
+      nearest.push_back({hypotheses[0].pose, RmsPx(hypotheses[0].cost, matches.size())});
+      error = " (reprojection error " + Pixels(nearest[0].rms_px) + " or more)";
+    }
+    return tl::unexpected(Undetermined(
+        std::string("no pose fits more than ") +
+            std::to_string(best                 ? best->scored.inliers
+                           : hypotheses.empty() ? 0
+                                                : hypotheses[0].inliers) +
+            " of " + std::to_string(matches.size()) + " points to " + Pixels(options.inlier_px) +
+            ", expected " + Number("%.0f", std::ceil(needed)) + error,
+        std::move(nearest)));
+  }
+  if (OnALine(best->inliers)) return tl::unexpected(Undetermined(on_one_line));
+
+  const RefinedPose* chosen = &best->refined;
+  const auto rival = RivalOf(*best, search, hypotheses);
+  const std::size_t count = best->inliers.size();
+  // 2 count residuals, 6 of them spent on the pose.
+  const double variance =
+      std::max(options.point_sigma_px * options.point_sigma_px,
+               best->refined.sum_squares_px / static_cast<double>(2 * count - 6));
+  const auto candidate = [&](const RefinedPose& pose) {
+    return PoseCandidate{pose.camera_from_world, RmsPx(pose.sum_squares_px, count)};
+  };
+  const bool two_fit =
+      rival && rival->sum_squares_px - best->refined.sum_squares_px < kChoosesFrom * variance;
+  if (two_fit) {
+    if (!expected_camera_from_world) {
+      const PoseCandidate first = candidate(best->refined);
+      const PoseCandidate second = candidate(*rival);
+      return tl::unexpected(Undetermined(
+          "two poses " +
+              Degrees(RotationBetweenRad(first.camera_from_world, second.camera_from_world)) +
+              " apart fit the points (reprojection errors " + Pixels(first.rms_px) + " and " +
+              Pixels(second.rms_px) + "), expected points off one plane, or a larger picture",
+          {first, second}));
+    }
+    if (RotationBetweenRad(rival->camera_from_world, *expected_camera_from_world) <
+        RotationBetweenRad(best->refined.camera_from_world, *expected_camera_from_world)) {
+      chosen = &*rival;
+    }
+  }
+
+  CameraPose pose;
+  pose.camera_from_world = chosen->camera_from_world;
+  pose.rms_px = RmsPx(chosen->sum_squares_px, count);
+  const Eigen::Matrix<double, 6, 6> covariance =
+      variance * Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>>(chosen->normal).inverse();
+  const double largest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
+                             covariance.topLeftCorner<3, 3>(), Eigen::EigenvaluesOnly)
+                             .eigenvalues()[2];
+  pose.rotation_sigma_rad = std::sqrt(largest);
+  pose.position_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  if (!two_fit) {
+    if (const auto twin = OpenTwinOf(*best, search, variance)) {
+      const double apart_rad = RotationBetweenRad(*twin, pose.camera_from_world);
+      const double apart_m = glm::distance(CentreOf(*twin), CentreOf(pose.camera_from_world));
+      pose.rotation_sigma_rad = std::max(pose.rotation_sigma_rad, 0.5 * apart_rad);
+      pose.position_sigma_m = std::max(pose.position_sigma_m, 0.5 * apart_m);
+    }
+  }
+  if (!(pose.rotation_sigma_rad <= options.largest_rotation_sigma_rad) ||
+      !std::isfinite(pose.position_sigma_m)) {
+    return tl::unexpected(
+        Undetermined("the points leave its rotation open to " +
+                         (std::isfinite(pose.rotation_sigma_rad) ? Degrees(pose.rotation_sigma_rad)
+                                                                 : std::string("any angle")) +
+                         " (reprojection error " + Pixels(pose.rms_px) + "), expected " +
+                         Degrees(options.largest_rotation_sigma_rad) + " or less",
+                     {candidate(*chosen)}));
+  }
+  for (const PointMatch& match : matches) {
+    pose.residual_px.push_back(search.ResidualPx(pose.camera_from_world, match));
+    pose.counts.push_back(pose.residual_px.back() <= options.inlier_px);
+  }
+  if (rival) pose.rival = candidate(chosen == &best->refined ? *rival : best->refined);
+  return pose;
+}
+
+}  // namespace pleinair

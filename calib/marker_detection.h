@@ -1,0 +1,55 @@
+// ArUco and AprilTag markers in a picture.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// OpenCV's predefined dictionaries, by their names in lower case without "DICT_": "apriltag_36h11",
+// "4x4_50", "aruco_original".
+struct MarkerDictionary {
+  std::string name;
+  int marker_count = 0;  // Ids are 0 to marker_count - 1.
+  int cells = 0;         // A side, the black border of one cell included.
+};
+// None for a name that is not known.
+std::optional<MarkerDictionary> FindMarkerDictionary(std::string_view name);
+std::vector<std::string> MarkerDictionaryNames();
+
+struct DetectedMarker {
+  int id = 0;
+  // Outer corners of the black border, integer coordinates at pixel centres: the marker's own top
+  // left (as DrawMarker draws it), top right, bottom right, bottom left.
+  std::array<glm::dvec2, 4> corners_px{};
+};
+
+// All markers found, by id and then from left to right. A marker needs a white rim of a cell, and
+// some 3 pixels a cell. Pictures of up to a megapixel are searched at twice their size, too.
+//
+// Accuracy  corners where lines along the sides cross: 0.1 px rms on sharp synthetic pictures;
+// within
+//           0.5 px of another program's (median of 31) on tags of 12 to 34 px in photographs.
+// Source    Garrido-Jurado et al., Pattern Recognition 47(6), 2014 (cv::aruco), the corners apart.
+// Throws    std::invalid_argument for a dictionary that FindMarkerDictionary does not know.
+std::vector<DetectedMarker> DetectMarkers(const Gray8Image& picture, const std::string& dictionary);
+
+// A picture as DetectMarkers takes it: the mean of its code values.
+Gray8Image MarkerPicture(const Rgb8Image& codes);
+// From light: white is the 98th percentile of it, and codes go as sRGB's, so that markers in shade
+// keep their contrast. What is not finite or negative is black.
+Gray8Image MarkerPicture(const RgbImage& radiance);
+
+// The marker to print: `pixels_per_cell` to a cell, a white rim of one cell around it.
+// Throws  std::invalid_argument naming the value: a dictionary or id that is not there, a size
+//         below 1.
+Gray8Image DrawMarker(const std::string& dictionary, int id, int pixels_per_cell);
+
+}  // namespace pleinair
