@@ -14,7 +14,7 @@ namespace pleinair {
 // opening, has none. So the mean over a face's points is that over its exposed part, and a floor
 // that goes on under a wall is as bright as it is in the room.
 struct FacePoints {
-  static constexpr int kCells = 16;
+  static constexpr int kCells = 64;
 
   std::vector<std::uint32_t> begin;  // Of face i: points [begin[i], begin[i + 1]).
   std::vector<glm::vec3> position_m;

@@ -102,14 +102,18 @@ struct PointIrradiance::Sky {
   std::size_t Lights() const { return radiance == nullptr ? regions.Count() : 1; }
 
   std::shared_ptr<const SkyDirections> Directions(int rays, std::uint64_t seed) const {
-    const auto count = static_cast<int>(regions.Count());
-    return std::make_shared<SkyDirections>(regions, std::max(1, rays / count), seed);
+    // A sky that is one light is cut into regions all the same, for its rays to be spread well.
+    const SkyRegions cut = radiance == nullptr && regions.Count() > 1 ? regions : SkyRegions();
+    const auto count = static_cast<int>(cut.Count());
+    return std::make_shared<SkyDirections>(cut, std::max(1, rays / count), seed);
   }
 
   std::vector<glm::vec3> Irradiance(const SkyVisibility& visibility,
                                     const SkyDirections& directions) const {
-    if (radiance == nullptr) return Grey(visibility.FromRegions());
+    if (radiance == nullptr && regions.Count() > 1) return Grey(visibility.FromRegions());
     std::vector<glm::vec3> values;
+    if (radiance == nullptr) values.assign(directions.Directions().size(), glm::vec3(1.0f));
+    if (radiance == nullptr) return visibility.FromRadiance(values);
     values.reserve(directions.Directions().size());
     for (const glm::vec3& direction : directions.Directions()) {
       values.push_back((*radiance)(direction));

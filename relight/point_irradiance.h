@@ -35,7 +35,7 @@ struct PointIrradianceOptions {
   // Over the sky as each point and normal sees it, and as each patch does; shared by the regions,
   // at least one each.
   int sky_rays_per_point = 65536;
-  int sky_rays_per_patch = 4096;
+  int sky_rays_per_patch = 8192;
   int rays_per_patch = 512;  // Of the form factors.
   std::uint64_t seed = 1;
 

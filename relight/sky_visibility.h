@@ -10,9 +10,9 @@
 
 #include "relight/face_points.h"
 #include "relight/patch_scene.h"
+#include "relight/transport.h"
 #include "scene/sky_regions.h"
 #include "scene/sky_shape.h"
-#include "relight/transport.h"
 
 namespace pleinair {
 
@@ -54,7 +54,9 @@ class SkyVisibility {
   SkyVisibility(const PatchScene& scene,
                 std::span<const Receiver> receivers,
                 std::shared_ptr<const SkyDirections> directions);
-  // One receiver a face: its points take the directions in turn.
+  // One receiver a face, seen from all over it where all of it is exposed, else from its points.
+  // With many regions most rays go where a few first ones say that a region, or one beside it, is
+  // seen in part.
   static SkyVisibility OfFaces(const PatchScene& scene,
                                const FacePoints& points,
                                std::shared_ptr<const SkyDirections> directions);
@@ -67,8 +69,20 @@ class SkyVisibility {
   std::vector<glm::vec3> FromRadiance(std::span<const glm::vec3> radiance_of_directions) const;
 
  private:
+  void Reserve();
+  bool IsSeen(std::size_t receiver, std::size_t direction) const {
+    return (seen_[receiver * words_per_receiver_ + direction / 64] >> (direction % 64)) & 1u;
+  }
+  void MarkSeen(std::size_t receiver, std::size_t direction) {
+    seen_[receiver * words_per_receiver_ + direction / 64] |= std::uint64_t{1} << (direction % 64);
+  }
   template <class RayOrigin>
-  void Cast(const PatchScene& scene, const RayOrigin& ray_origin);
+  void Cast(const PatchScene& scene,
+            std::size_t receiver,
+            std::size_t direction,
+            const RayOrigin& ray_origin);
+  template <class RayOrigin>
+  void CastGroup(const PatchScene& scene, std::size_t group, const RayOrigin& ray_origin);
 
   std::shared_ptr<const SkyDirections> directions_;
   std::vector<glm::vec3> normals_;

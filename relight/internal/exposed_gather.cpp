@@ -13,11 +13,11 @@ namespace pleinair::internal {
 namespace {
 
 constexpr std::size_t kCells = FacePoints::kCells;
-constexpr int kCellRows = 4;
+constexpr int kCellRows = 8;
 static_assert(kCellRows * kCellRows == FacePoints::kCells);
 // Rays that a cell tries for the sky. A cell that has open sky over a sixth of its hemisphere is
 // missed by one in four; its neighbours' rays find it.
-constexpr int kTriesForSky = 8;
+constexpr int kTriesForSky = 2;
 // Share of a ray by which its end is stepped back: off the surface, and from a wall that stands on
 // it, by more than rounding.
 constexpr float kStepBack = 1e-4f;

@@ -1,0 +1,31 @@
+// Radiosity of a scene for each region of the sky (grosch-2007, section 5.1).
+#pragma once
+
+#include <cstddef>
+
+#include "relight/patch_scene.h"
+#include "relight/transport.h"
+#include "scene/sky_regions.h"
+
+namespace pleinair {
+
+struct RegionRadiosityOptions {
+  SkyRegions regions;
+  // Over the sky as each patch sees it, shared by the regions, at least one each. Converged: many.
+  int sky_rays_per_patch = 16384;
+  std::uint64_t seed = 1;
+  // What is missing of a thousandth is far below the noise of the rays.
+  SolveOptions solve{.tolerance = 1e-4};
+};
+
+// Light of the faces for unit radiance of each region. `transport` is made from_exposed_parts.
+//
+// Accuracy  2000 patches of a room with a window, 64 regions: 0.9 % rms from 16 times the rays.
+// Memory    see RadiosityBytes.
+// Throws    std::invalid_argument for a transport without exposed parts or of another scene, or
+//           options that make no sense, naming the field.
+FaceLights SolveRegions(const PatchScene& scene,
+                        const PatchTransport& transport,
+                        const RegionRadiosityOptions& options);
+
+}  // namespace pleinair
