@@ -25,8 +25,7 @@ struct Setting {
   explicit Setting(const std::filesystem::path& folder)
       : sequence(ReadSequence(folder)), site(LoadSequenceSite(sequence)) {
     FileBlobStore store;
-    scene =
-        PrepareScene(site.model, PrepareOptionsFor(site, kAllBounces), store, [](auto, auto) {});
+    scene = PrepareScene(site.model, PrepareOptionsFor(site), store, [](auto, auto) {});
     const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
     const Frame frame = frames->Next()->value();
     const SunState sun = SunOfFrame(sequence.site, frame);
