@@ -148,6 +148,7 @@ class PoseSearch {
   // Hypotheses from triples of matches: of all, or where there are too many of as many as it takes
   // to have met one without a wrong match for all but certain. Best first.
   std::vector<Scored> Hypotheses() const {
+    constexpr std::size_t kAllTriplesUpTo = 150;  // Of ten matches or fewer.
     constexpr std::size_t kMostTriples = 1000;
     constexpr std::size_t kFewestTriples = 60;
     constexpr double kMissed = 1e-5;
@@ -162,7 +163,7 @@ class PoseSearch {
       }
     };
     const std::size_t n = points_.size();
-    if (n * (n - 1) * (n - 2) / 6 <= kMostTriples) {
+    if (n * (n - 1) * (n - 2) / 6 <= kAllTriplesUpTo) {
       for (std::size_t a = 0; a < n; ++a) {
         for (std::size_t b = a + 1; b < n; ++b) {
           for (std::size_t c = b + 1; c < n; ++c) add({a, b, c});

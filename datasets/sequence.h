@@ -100,6 +100,10 @@ struct Sequence {
   std::optional<glm::dvec3> StatedSunDirectionEnu(std::size_t frame) const;
 };
 
+// Whether each frame has to have a pose, its own or the camera's: none is needed where markers in
+// the picture give it.
+enum class SequencePoses { kRequired, kMayBeAbsent };
+
 // Reads and checks `folder`/sequence.json: every key, type and range, every referenced file's
 // presence except the frames' (a missing frame is that frame's failure, not the sequence's).
 //
@@ -108,7 +112,8 @@ struct Sequence {
 //         camera.pixel_centers may be left out, and must be "integer" otherwise.
 // Throws  std::runtime_error, one line with file, key and what was expected. Nothing outside the
 //         folder is read: a path that leaves it (symbolic links included) is refused.
-Sequence ReadSequence(const std::filesystem::path& folder);
+Sequence ReadSequence(const std::filesystem::path& folder,
+                      SequencePoses poses = SequencePoses::kRequired);
 
 // Writes sequence.json, whole or not at all, so that ReadSequence gives the same back (angles to
 // the last bit of a double). The referenced files are the caller's, and so is the folder. Throws

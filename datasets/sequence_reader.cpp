@@ -106,7 +106,8 @@ double ReadCameraSetting(const JsonCursor& at) { return at.NumberIn(1e-9, 1e9); 
 
 class SequenceReader {
  public:
-  explicit SequenceReader(const std::filesystem::path& folder) : folder_(folder) {}
+  SequenceReader(const std::filesystem::path& folder, SequencePoses poses)
+      : folder_(folder), poses_(poses) {}
 
   Sequence Read(const JsonCursor& root) {
     root.Required("format").OneOf({"pleinair-sequence"});
@@ -370,7 +371,9 @@ class SequenceReader {
     entry.iso = ReadOptional(at, "iso", ReadCameraSetting);
     entry.f_number = ReadOptional(at, "f_number", ReadCameraSetting);
     entry.camera_from_world = ReadOptional(at, "camera_from_world", ReadRigid);
-    if (!sequence_.camera_from_world) at.Required("camera_from_world");
+    if (!sequence_.camera_from_world && poses_ == SequencePoses::kRequired) {
+      at.Required("camera_from_world");
+    }
     entry.sun_direction_enu = ReadOptional(at, "sun_direction_enu", ReadDirection);
     if (const auto polygons = at.Optional("sample_polygons")) {
       for (const JsonCursor& polygon : polygons->List(0, kAnyCount)) {
@@ -395,12 +398,13 @@ class SequenceReader {
   }
 
   std::filesystem::path folder_;
+  SequencePoses poses_;
   Sequence sequence_;
 };
 
 }  // namespace
 
-Sequence ReadSequence(const std::filesystem::path& folder) {
+Sequence ReadSequence(const std::filesystem::path& folder, SequencePoses poses) {
   namespace fs = std::filesystem;
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
@@ -426,7 +430,7 @@ Sequence ReadSequence(const std::filesystem::path& folder) {
   if (format && (format->Value() == "pleinair-panorama" || format->Value() == "pleinair-relight")) {
     format->Fail("\"pleinair-sequence\" (stills are not handled by this version)");
   }
-  return SequenceReader(folder).Read(root);
+  return SequenceReader(folder, poses).Read(root);
 }
 
 }  // namespace pleinair

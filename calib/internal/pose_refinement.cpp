@@ -95,8 +95,8 @@ std::optional<RefinedPose> RefinePose(const CameraIntrinsics& intrinsics,
                                       std::span<const PointMatch> matches,
                                       const glm::dmat4& start) {
   constexpr int kMostSteps = 50;
-  // A relative gain below this is rounding.
-  constexpr double kLeastGain = 1e-13;
+  // The descent is quadratic at its end: what follows a smaller relative gain is rounding.
+  constexpr double kLeastGain = 1e-10;
   glm::dmat4 pose = start;
   auto now = Linearise(intrinsics, matches, pose);
   if (!now) return std::nullopt;

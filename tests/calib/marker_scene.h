@@ -37,7 +37,7 @@ inline glm::dmat4 LookAt(const glm::dvec3& eye, const glm::dvec3& target) {
   return pose;
 }
 
-inline BoardMarker PlacedMarker(int id, double size_m, const glm::dmat4& world_from_marker) {
+inline BoardMarker MarkerAt(int id, double size_m, const glm::dmat4& world_from_marker) {
   BoardMarker marker{id, MarkerSquare(size_m)};
   for (glm::dvec3& corner : marker.corners_world_m) {
     corner = glm::dvec3(world_from_marker * glm::dvec4(corner, 1.0));
@@ -52,13 +52,13 @@ inline MarkerBoard RoomBoard() {
     return glm::rotate(
         glm::translate(glm::dmat4(1.0), glm::dvec3(x, y, z)), turn_rad, glm::dvec3(0, 0, 1));
   };
-  board.markers.push_back(PlacedMarker(3, 0.2, at(0.0, 0.0, 0.0, 0.0)));
-  board.markers.push_back(PlacedMarker(7, 0.2, at(0.5, 0.1, 0.0, 0.7)));
-  board.markers.push_back(PlacedMarker(11, 0.2, at(-0.45, 0.25, 0.2, -0.3)));
+  board.markers.push_back(MarkerAt(3, 0.2, at(0.0, 0.0, 0.0, 0.0)));
+  board.markers.push_back(MarkerAt(7, 0.2, at(0.5, 0.1, 0.0, 0.7)));
+  board.markers.push_back(MarkerAt(11, 0.2, at(-0.45, 0.25, 0.2, -0.3)));
   // Stands upright, looks to -y.
   const glm::dmat4 wall =
       glm::rotate(at(0.1, 0.6, 0.25, 0.0), 0.5 * 3.14159265358979, glm::dvec3(1, 0, 0));
-  board.markers.push_back(PlacedMarker(20, 0.2, wall));
+  board.markers.push_back(MarkerAt(20, 0.2, wall));
   return board;
 }
 
