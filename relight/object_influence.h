@@ -21,7 +21,7 @@ struct ObjectInfluenceOptions {
   // Over each object's bounding sphere, low-discrepancy, where that fills more than 1/16 of a
   // surface's view; fewer in proportion where it fills less, down to an eighth. Converged: as many
   // as wished, up to 65536.
-  int rays_per_receiver = 256;
+  int rays_per_receiver = 192;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
