@@ -30,8 +30,8 @@ constexpr std::array<int, 3> kBlocksPx{1, 3, 7};
 // a block of three is found.
 constexpr std::size_t kCoveredSize = 1;
 // A block's side on the surface is at most this share of the distance to the object, over which
-// the object's share of the view changes by about as much of itself. Against a twentieth of it, no
-// pixel of the recordings moves by more than with twice the rays.
+// the object's share of the view changes by about as much of itself. Two fifths or a quarter: no
+// pixel of the recordings differs by more than one code value.
 constexpr float kBlockPerDistance = 0.4f;
 
 // How the pixels of a view are served.
