@@ -14,12 +14,14 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/calibrate_command.h"
+#include "apps/calibrate_markers_command.h"
 #include "apps/calibrate_north_command.h"
 #include "apps/doctor_command.h"
 #include "apps/irradiance_command.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
 #include "apps/sun_command.h"
+#include "calib/marker_detection.h"
 
 namespace {
 
@@ -173,6 +175,10 @@ void AddRun(CLI::App& app, Work& work) {
           std::map<std::string, pleinair::SourceKind>{{"outdoor", pleinair::SourceKind::kOutdoor},
                                                       {"fisheye", pleinair::SourceKind::kFisheye}}))
       ->default_str("fisheye where frames have such a picture");
+  run.add_option("--markers",
+                 options->markers,
+                 "Board file of `calibrate markers`: camera poses come from the markers in the "
+                 "frames, not from the sequence");
   run.add_option("--samples", options->samples, "Pixels to measure from")
       ->check(CLI::Range(1, 100000));
   run.add_option("--seed", options->seed, "Of the choice of samples");
@@ -288,11 +294,62 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
   north.add_flag("--json", options->json, "Print JSON");
 }
 
+void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
+  auto markers = std::make_shared<pleinair::CalibrateMarkersOptions>();
+  CLI::App& board = AddCalibration(calibrate,
+                                   work,
+                                   "markers",
+                                   "Where ArUco or AprilTag markers stand, from pictures of them",
+                                   markers,
+                                   pleinair::RunCalibrateMarkers);
+  board.footer(
+      "Example: pleinair calibrate markers tags/*.jpg --camera courtyard --size 0.2 --out "
+      "board.json");
+  board.add_option("pictures", markers->pictures, "Each shows two markers or more")->required();
+  board
+      .add_option(
+          "--camera", markers->camera, "Folder with sequence.json: the camera's lens is there")
+      ->required();
+  board.add_option("--size", markers->size_m, "Side of the black border, in metres")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  board.add_option("--dictionary", markers->dictionary, "OpenCV's: apriltag_36h11, 4x4_50, ...")
+      ->check(CLI::IsMember(pleinair::MarkerDictionaryNames()));
+  board.add_option("--reference",
+                   markers->reference,
+                   "Id of the marker that is the origin (default: the one most pictures show)");
+  board.add_option("--anchor",
+                   markers->anchor,
+                   "Board file that says where some of the markers stand in the world");
+  board.add_option("--out", markers->out, "The board file")->required();
+
+  auto pose = std::make_shared<pleinair::CalibratePoseOptions>();
+  CLI::App& poses = AddCalibration(calibrate,
+                                   work,
+                                   "pose",
+                                   "Camera poses of a sequence's frames, from markers in them",
+                                   pose,
+                                   pleinair::RunCalibratePose);
+  poses.footer(
+      "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
+  poses.add_option("sequence", pose->sequence, "Folder with sequence.json")->required();
+  poses.add_option("--markers", pose->markers, "Board file of `calibrate markers`")->required();
+  poses.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
+          {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
+      ->default_str("linear");
+  poses.add_option("--out",
+                   pose->out,
+                   "Copy of sequence.json with the poses in it; its paths stay relative to the "
+                   "sequence's folder");
+}
+
 void AddCalibrate(CLI::App& app, Work& work) {
   CLI::App& calibrate = *app.add_subcommand("calibrate", "Make the files that describe cameras");
   calibrate.require_subcommand(1);
   calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
   AddCalibrateNorth(calibrate, work);
+  AddCalibrateMarkers(calibrate, work);
 
   auto fisheye = std::make_shared<pleinair::CalibrateFisheyeOptions>();
   CLI::App& lens = AddCalibration(calibrate,

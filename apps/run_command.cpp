@@ -21,7 +21,9 @@
 #include "apps/run_report.h"
 #include "apps/sequence_site.h"
 #include "apps/survey_maps_writer.h"
+#include "calib/marker_board.h"
 #include "datasets/fisheye_setup.h"
+#include "datasets/marker_frame_source.h"
 #include "datasets/truth.h"
 #include "estimation/fisheye_lighting_source.h"
 #include "pipeline/shadow_direction.h"
@@ -163,6 +165,31 @@ ReportFrame FailedFrame(const FrameError& error) {
   return reported;
 }
 
+// With --markers the sequence's own poses are not used, and may be absent.
+Sequence ReadRunSequence(const RunCommandOptions& options,
+                         const std::optional<MarkerBoard>& board) {
+  if (!board) return ReadSequence(options.sequence);
+  return WithFirstMarkerPose(
+      ReadSequence(options.sequence, SequencePoses::kMayBeAbsent), options.frames, *board);
+}
+
+std::unique_ptr<FrameSource> FramesOfRun(const RunCommandOptions& options,
+                                         const Sequence& sequence,
+                                         const std::optional<MarkerBoard>& board,
+                                         RunReport& report) {
+  if (!board) return MakeRecordedFrameSource(sequence, options.frames);
+  MarkerFrameOptions markers;
+  markers.on_frame = [&report](const MarkerFrameReport& frame) {
+    if (!frame.used || frame.used->origin == PoseOrigin::kFound) return;
+    report.notes.push_back(fmt::format("frame {}: the camera pose of {} frame(s) before: {}",
+                                       frame.index,
+                                       frame.used->carried_frames,
+                                       frame.reason));
+    spdlog::warn("{}", report.notes.back());
+  };
+  return MakeRecordedMarkerFrameSource(sequence, options.frames, *board, std::move(markers));
+}
+
 void WarnWhereNothingWasKept(const FileBlobStore& store) {
   if (store.SaveFailure().empty()) return;
   spdlog::warn("the next run will prepare this site anew: {}", store.SaveFailure());
@@ -208,7 +235,9 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
 }
 
 void RunRunCommand(const RunCommandOptions& options) {
-  const Sequence sequence = ReadSequence(options.sequence);
+  std::optional<MarkerBoard> board;
+  if (!options.markers.empty()) board = ReadMarkerBoard(options.markers);
+  const Sequence sequence = ReadRunSequence(options, board);
   const SequenceSite site = LoadSequenceSite(sequence);
   const ResponseCurve response = ResponseOf(sequence);
   std::unique_ptr<LightingSource> source = MakeSourceFor(options, sequence);
@@ -218,6 +247,8 @@ void RunRunCommand(const RunCommandOptions& options) {
   report.title =
       "pleinair: " + (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
   report.settings = DescribeSettings(options, sequence, context);
+  if (board)
+    report.settings.push_back("camera poses from the markers of " + options.markers.string());
   report.notes = site.notes;
 
   FileBlobStore store(options.cache);
@@ -232,7 +263,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   pipeline_options.object_light = options.object_light;
   // A source that samples the picture is worth receivers of its own for each new view; another one
   // is not.
-  if (SourceOf(options, sequence) == SourceKind::kFisheye && CameraMoves(sequence)) {
+  if (SourceOf(options, sequence) == SourceKind::kFisheye && (board || CameraMoves(sequence))) {
     pipeline_options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
   }
   pipeline_options.effects = options.effects;
@@ -249,7 +280,7 @@ void RunRunCommand(const RunCommandOptions& options) {
 
   RunFolder folder(options.out);
   FrameWriter writer(options.out, response);
-  const auto frames = MakeRecordedFrameSource(sequence, options.frames);
+  const auto frames = FramesOfRun(options, sequence, board, report);
   int done = 0;
   for (;;) {
     const auto read_start = std::chrono::steady_clock::now();

@@ -30,6 +30,7 @@ struct RunCommandOptions {
   std::filesystem::path out;
   std::filesystem::path cache;  // Empty: the user's cache folder.
   FrameKind frames = FrameKind::kLinear;
+  std::filesystem::path markers;  // Board file that camera poses come from; empty: the sequence's.
   std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
   // What an outdoor sky is a mix of.
   std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
