@@ -176,7 +176,7 @@ class Placing {
       for (const glm::dmat4& camera_from_world : PossiblePoses(lens_, shared[i].placed)) {
         for (const glm::dmat4& camera_from_marker : from_marker) {
           const glm::dmat4 placed = glm::inverse(camera_from_world) * camera_from_marker;
-          const double cost = CostOf(shared, placed);
+          const double cost = CostOf(shared, placed, best_cost);
           if (cost < best_cost) {
             best_cost = cost;
             best = placed;
@@ -190,9 +190,11 @@ class Placing {
     return true;
   }
 
-  double CostOf(const std::vector<Shared>& shared, const glm::dmat4& placed) const {
+  // Over all views; or, once it is more than `limit`, over the first of them.
+  double CostOf(const std::vector<Shared>& shared, const glm::dmat4& placed, double limit) const {
     double sum = 0.0;
     for (const Shared& view : shared) {
+      if (sum > limit) break;
       std::vector<PointMatch> matches = MatchesOf(view.marker, placed);
       matches.insert(matches.end(), view.placed.begin(), view.placed.end());
       double cost = 0.0;

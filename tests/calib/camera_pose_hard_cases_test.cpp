@@ -177,14 +177,15 @@ TEST(CameraPoseHardCases, AThirdOfTheMatchesMayBeWrong) {
 TEST(CameraPoseHardCases, NothingIsFoundInNoise) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> where(-1.0, 1.0);
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < 12; ++i) {
     std::vector<PointMatch> matches;
     for (int k = 0; k < 14; ++k) {
       matches.push_back({{where(random), where(random), where(random)},
                          {320.0 + 320.0 * where(random), 240.0 + 240.0 * where(random)}});
     }
-    EXPECT_THAT(Reason(matches), HasSubstr("no pose fits more than"));
-    EXPECT_THAT(Reason(matches), HasSubstr("reprojection error"));
+    const std::string reason = Reason(matches);
+    EXPECT_THAT(reason, HasSubstr("no pose fits more than"));
+    EXPECT_THAT(reason, HasSubstr("reprojection error"));
   }
 }
 
