@@ -11,9 +11,11 @@
 
 #include "relight/environment.h"
 #include "relight/irradiance_volume.h"
-#include "scene/sky_shape.h"
+#include "relight/region_radiosity.h"
 #include "relight/vertex_irradiance.h"
+#include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
+#include "tests/relight/window_room.h"
 
 namespace pleinair {
 namespace {
@@ -128,6 +130,48 @@ void VerticesOfANewPose(benchmark::State& state) {
   }
 }
 
+// The indoor precomputation: a room with a window, 64 regions, 8^3 probes.
+struct Room {
+  PatchScene scene = CutRoom(RoomWithWindow({0.7f, 0.6f, 0.5f}), 0.8);
+  ProbeGrid grid = MakeProbeGrid({{0.5f, 0.5f, 0.3f}, {3.5f, 3.5f, 2.7f}}, glm::ivec3(8));
+
+  FoldedVolume Fold() const {
+    GatherOptions gather;
+    gather.rays_per_receiver = 512;
+    gather.from_exposed_parts = true;
+    const PatchTransport transport(scene, gather);
+    const RegionRadiosityOptions options;
+    const FaceLights regions = SolveRegions(scene, transport, options);
+    const ProbeOperator probes(scene, nullptr, grid, {.rays_per_probe = 4096});
+    BasisLights basis;
+    basis.environment.resize(1 + regions.lights);
+    basis.sky_radiance.resize(1 + regions.lights);
+    basis.face_radiosity.resize(1);  // No sun.
+    for (std::size_t region = 0; region < regions.lights; ++region) {
+      basis.face_radiosity.push_back(regions.OfLight(region));
+    }
+    return {probes, basis};
+  }
+};
+
+void PrecomputeSixtyFourRegions(benchmark::State& state) {
+  const Room room;
+  for (auto _ : state) benchmark::DoNotOptimize(room.Fold());
+  state.counters["patches"] = static_cast<double>(room.scene.mesh.triangles.size());
+}
+
+void CombineSixtyFourRegions(benchmark::State& state) {
+  const FoldedVolume folded = Room().Fold();
+  Lighting lighting;
+  lighting.sky.resize(64);
+  for (SkyComponent& region : lighting.sky) region.irradiance_rgb = {100.0, 120.0, 160.0};
+  IrradianceVolume volume;
+  for (auto _ : state) {
+    folded.Combine(lighting, volume);
+    benchmark::DoNotOptimize(volume.probes.data());
+  }
+}
+
 void MakeTheOperator(benchmark::State& state) {
   const Site& site = TheSite();
   for (auto _ : state) {
@@ -147,6 +191,8 @@ BENCHMARK(EnvironmentOfAMovedSun)->Apply(Configure);
 BENCHMARK(VerticesOfAKeptPose)->Arg(7500)->Arg(15000)->Apply(Configure);
 BENCHMARK(VerticesOfANewPose)->Arg(7500)->Arg(15000)->Apply(Configure);
 BENCHMARK(MakeTheOperator)->Apply(Configure);
+BENCHMARK(PrecomputeSixtyFourRegions)->Apply(Configure);
+BENCHMARK(CombineSixtyFourRegions)->Apply(Configure);
 
 }  // namespace
 }  // namespace pleinair

@@ -18,6 +18,8 @@ struct FacePoints {
 
   std::vector<std::uint32_t> begin;  // Of face i: points [begin[i], begin[i + 1]).
   std::vector<glm::vec3> position_m;
+  // Per face: 1 where all of it is exposed, also between its points: nothing stands on it.
+  std::vector<std::uint8_t> whole;
 
   std::size_t FaceCount() const { return begin.empty() ? 0 : begin.size() - 1; }
   std::span<const glm::vec3> Of(std::size_t face) const {

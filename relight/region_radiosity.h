@@ -10,7 +10,7 @@
 namespace pleinair {
 
 struct RegionRadiosityOptions {
-  SkyRegions regions;
+  SkyRegions regions{};
   // Over the sky as each patch sees it, shared by the regions, at least one each. Converged: many.
   int sky_rays_per_patch = 16384;
   std::uint64_t seed = 1;

@@ -201,7 +201,7 @@ SkyVisibility SkyVisibility::OfFaces(const PatchScene& scene,
     const auto k = static_cast<double>(direction);
     const glm::dvec2 unit(Fraction(k * kLattice[1] + turn.x), Fraction(k * kLattice[2] + turn.y));
     const std::span<const glm::vec3> of_face = points.Of(face);
-    if (of_face.size() < FacePoints::kCells) {
+    if (points.whole[face] == 0) {
       return of_face[static_cast<std::size_t>(unit.x * static_cast<double>(of_face.size()))];
     }
     const glm::uvec3& v = scene.mesh.triangles[face / 2];

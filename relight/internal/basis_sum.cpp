@@ -60,18 +60,43 @@ struct Term {
   Pattern pattern;
 };
 
+// The same for four terms at `offset`, added one after the other: the sum is read and written once
+// for all of them, and no bit of it is another.
+void AddFour(const Term* terms, std::size_t offset, std::size_t count, float* __restrict sum) {
+  const float* const __restrict a = terms[0].values + offset;
+  const float* const __restrict b = terms[1].values + offset;
+  const float* const __restrict c = terms[2].values + offset;
+  const float* const __restrict d = terms[3].values + offset;
+  const Pattern pa = terms[0].pattern;
+  const Pattern pb = terms[1].pattern;
+  const Pattern pc = terms[2].pattern;
+  const Pattern pd = terms[3].pattern;
+  std::size_t i = 0;
+  for (; i + kPatternFloats <= count; i += kPatternFloats) {
+    for (std::size_t j = 0; j < kPatternFloats; ++j) {
+      const float first = (sum[i + j] + pa[j] * a[i + j]) + pb[j] * b[i + j];
+      sum[i + j] = (first + pc[j] * c[i + j]) + pd[j] * d[i + j];
+    }
+  }
+  for (std::size_t j = 0; i + j < count; ++j) {
+    const float first = (sum[i + j] + pa[j] * a[i + j]) + pb[j] * b[i + j];
+    sum[i + j] = (first + pc[j] * c[i + j]) + pd[j] * d[i + j];
+  }
+}
+
 void SumPixels(std::span<const Term> terms, std::size_t begin, std::size_t end, float* sum) {
   for (std::size_t pixel = begin; pixel < end; pixel += kBlockPixels) {
     const std::size_t count = 3 * std::min(kBlockPixels, end - pixel);
     float* const block = sum + 3 * pixel;
-    if (terms.empty()) std::fill_n(block, count, 0.0f);
-    for (std::size_t k = 0; k < terms.size(); ++k) {
-      const float* const values = terms[k].values + 3 * pixel;
-      if (k == 0) {
-        Scale(values, terms[k].pattern, count, block);
-      } else {
-        AddScaled(values, terms[k].pattern, count, block);
-      }
+    if (terms.empty()) {
+      std::fill_n(block, count, 0.0f);
+      continue;
+    }
+    Scale(terms[0].values + 3 * pixel, terms[0].pattern, count, block);
+    std::size_t k = 1;
+    for (; k + 4 <= terms.size(); k += 4) AddFour(&terms[k], 3 * pixel, count, block);
+    for (; k < terms.size(); ++k) {
+      AddScaled(terms[k].values + 3 * pixel, terms[k].pattern, count, block);
     }
   }
 }

@@ -21,6 +21,7 @@ constexpr int kTriesForSky = 2;
 // Share of a ray by which its end is stepped back: off the surface, and from a wall that stands on
 // it, by more than rounding.
 constexpr float kStepBack = 1e-4f;
+constexpr float kShortOfCorner = 0.99f;
 
 // The triangle cut into kCellRows rows along its barycentric axes: an upright and, but for the
 // last of each row, a turned triangle at each step.
@@ -128,9 +129,12 @@ class Search {
       const std::size_t cell = wave[w].cell % kCells;
       const NormalFrame frame(scene_.FaceNormal(face));
       const glm::dvec2 rotation = RotationOf(seed_, face);
+      // Which of the face's directions are the cell's: neighbours' lie far apart, and no part of
+      // all faces looks one way. (Odd times anything, modulo a power of two, is a permutation.)
+      const int turn = static_cast<int>((cell * 37 + HashBits(face)) % kCells);
       for (int k = 0; k < rays_; ++k) {
-        const glm::vec3 direction = frame.CosineDirection(FibonacciPoint(
-            static_cast<int>(cell) + FacePoints::kCells * k, FacePoints::kCells * rays_, rotation));
+        const glm::vec3 direction = frame.CosineDirection(
+            FibonacciPoint(turn + FacePoints::kCells * k, FacePoints::kCells * rays_, rotation));
         const std::size_t ray = (first_slot + w) * rays + static_cast<std::size_t>(k);
         direction_[ray] = direction;
         const auto hit = scene_.caster.Intersect(wave[w].point_m, direction);
@@ -153,10 +157,40 @@ class Search {
     return next;
   }
 
+  // Whether each cell's corners can be seen from its point. Where a wall crosses a cell, the part
+  // of it behind the wall can't.
+  bool IsWhole(std::size_t face) const {
+    const glm::uvec3& v = scene_.mesh.triangles[face / 2];
+    const glm::vec3 a = scene_.mesh.positions_m[v[0]];
+    const glm::vec3 ab = scene_.mesh.positions_m[v[1]] - a;
+    const glm::vec3 ac = scene_.mesh.positions_m[v[2]] - a;
+    const glm::vec3 normal = scene_.FaceNormal(face);
+    for (std::size_t cell = 0; cell < kCells; ++cell) {
+      if (slot_[face * kCells + cell] == kNone) return false;
+      const glm::vec3 point = points_[slot_[face * kCells + cell]];
+      for (const glm::dvec2& corner :
+           {glm::dvec2(0.0), glm::dvec2(1.0, 0.0), glm::dvec2(0.0, 1.0)}) {
+        const glm::vec2 weights = PointInCell(cell, corner);
+        const glm::vec3 end = OffsetFromSurface(a + weights.x * ab + weights.y * ac, normal);
+        const float length = glm::distance(point, end);
+        // A wall that begins at the corner is none of the cell's.
+        if (length > 0.0f &&
+            scene_.caster.Occluded(point, (end - point) / length, kShortOfCorner * length)) {
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
   ExposedRays InFaceOrder() const {
     const auto rays = static_cast<std::size_t>(rays_);
     ExposedRays exposed;
     exposed.rays_per_point = rays_;
+    exposed.points.whole.resize(scene_.FaceCount());
+    tbb::parallel_for(std::size_t{0}, scene_.FaceCount(), [&](std::size_t face) {
+      exposed.points.whole[face] = IsWhole(face) ? 1 : 0;
+    });
     exposed.points.begin.assign(1, 0);
     exposed.sky_begin.assign(1, 0);
     exposed.source.reserve(source_.size());

@@ -100,6 +100,7 @@ template <class Archive>
 void PatchTransport::serialize(Archive& archive) {
   internal::ArchiveBlock(archive, face_points_.begin);
   internal::ArchiveBlock(archive, face_points_.position_m);
+  internal::ArchiveBlock(archive, face_points_.whole);
   archive(face_rays_);
 }
 

@@ -80,15 +80,21 @@ std::vector<ShRgb> SphereGather::FromSky(
   }
   std::vector<ShRgb> coefficients(points_ * lights);
   tbb::parallel_for(std::size_t{0}, points_, [&](std::size_t i) {
-    ShRgb* const of_point = coefficients.data() + i * lights;
-    std::fill_n(of_point, lights, ShRgb{});
+    // Thousands of terms: double, to keep single precision's digits.
+    std::vector<std::array<glm::dvec3, kProbeShCoefficients>> sums(lights);
+    for (auto& sum : sums) sum.fill(glm::dvec3(0.0));
     const auto sources = std::span(sources_).subspan(i * directions_.size(), directions_.size());
     for (const Source& source : sources) {
       if (source.face != PatchScene::kSky) continue;
       const SkyRay& ray = rays[source.direction];
       const auto& weights = weights_[source.direction];
       for (std::size_t k = 0; k < weights.size(); ++k) {
-        of_point[ray.light][k] += weights[k] * ray.radiance;
+        sums[ray.light][k] += double{weights[k]} * glm::dvec3(ray.radiance);
+      }
+    }
+    for (std::size_t light = 0; light < lights; ++light) {
+      for (std::size_t k = 0; k < kProbeShCoefficients; ++k) {
+        coefficients[i * lights + light][k] = glm::vec3(sums[light][k]);
       }
     }
   });

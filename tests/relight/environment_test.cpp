@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/sky_shape.h"
 #include "scene/lat_long.h"
+#include "scene/sky_shape.h"
 
 namespace pleinair {
 namespace {

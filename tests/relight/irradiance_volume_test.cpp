@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/sky_shape.h"
 #include "relight/vertex_irradiance.h"
+#include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair {

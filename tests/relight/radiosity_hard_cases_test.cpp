@@ -1,0 +1,204 @@
+// Radiosity of closed rooms, of slivers, of one patch and of thousands, under one light and many.
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "relight/region_radiosity.h"
+#include "relight/sky_visibility.h"
+#include "tests/relight/window_room.h"
+
+namespace pleinair {
+namespace {
+
+constexpr GatherOptions kExposed{.rays_per_receiver = 256, .from_exposed_parts = true};
+
+PatchScene ClosedRoom(double patch_size_m, float albedo) {
+  Mesh mesh;
+  AddBox(mesh, {0.0f, 0.0f, 0.0f}, {4.0f, 3.0f, 2.5f}, true);
+  mesh.materials.assign(1, {.name = "all", .diffuse_albedo = glm::vec3(albedo)});
+  mesh.group_names = {"room"};
+  return CutRoom(mesh, patch_size_m);
+}
+
+SolveOptions Solve(int bounces = kAllBounces, double tolerance = 1e-6) {
+  SolveOptions options;
+  options.bounces = bounces;
+  options.tolerance = tolerance;
+  return options;
+}
+
+// Every emission settles at E / (1 - albedo), whatever the others are; 70 lights are three blocks,
+// one of them not full. What is missing is 1e-6, what rounding adds over 700 iterations 1e-4.
+TEST(RadiosityHardCases, AFurnaceOfManyLightsIsManyFurnaces) {
+  constexpr std::size_t kLights = 70;
+  for (const float albedo : {0.3f, 0.98f}) {
+    const PatchScene scene = ClosedRoom(1.0, albedo);
+    const PatchTransport transport(scene, {.rays_per_receiver = 64});
+    std::vector<glm::vec3> emission(scene.FaceCount() * kLights);
+    for (std::size_t i = 0; i < emission.size(); ++i) {
+      emission[i] = glm::vec3(static_cast<float>(1 + i % kLights) / albedo);
+    }
+    const FaceLights lights = transport.SolveMany(scene, emission, kLights, Solve());
+    EXPECT_LT(lights.residual, 1e-5);
+    for (std::size_t face = 0; face < scene.FaceCount(); face += 2) {
+      for (std::size_t light = 0; light < kLights; ++light) {
+        const double expected = static_cast<double>(1 + light) / (1.0 - albedo);
+        EXPECT_NEAR(lights.radiosity[face * kLights + light].y / expected, 1.0, 2e-4);
+      }
+    }
+  }
+}
+
+TEST(RadiosityHardCases, ManyLightsAreWhatEachIsAlone) {
+  const PatchScene scene = CutRoom(RoomWithWindow({0.7f, 0.5f, 0.2f}), 1.0);
+  const PatchTransport transport(scene, kExposed);
+  RegionRadiosityOptions options;
+  options.sky_rays_per_patch = 1024;
+  options.solve = Solve(4);
+  const FaceLights all = SolveRegions(scene, transport, options);
+  const auto directions = std::make_shared<SkyDirections>(SkyRegions(), 16);
+  const std::vector<float> direct =
+      SkyVisibility::OfFaces(scene, transport.Points(), directions).FromRegions();
+  for (const std::size_t light : {std::size_t{7}, std::size_t{40}}) {
+    std::vector<glm::vec3> of_light;
+    for (std::size_t i = light; i < direct.size(); i += 64) of_light.emplace_back(direct[i]);
+    const FaceLight alone = transport.Solve(scene, of_light, 4);
+    const std::vector<glm::vec3> of_all = all.OfLight(light);
+    for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+      EXPECT_NEAR(of_all[face].x, alone.radiosity[face].x, 1e-6 * (1.0 + alone.radiosity[face].x));
+    }
+  }
+}
+
+// Rows sum to 1 with the sky's share; what arrives is what was sent. Rays of a face leave it for
+// the outside of a room through its window alone.
+TEST(RadiosityHardCases, LightBetweenExposedFacesIsConserved) {
+  const PatchScene scene = CutRoom(RoomWithWindow(glm::vec3(0.7f)), 0.8);
+  const PatchTransport transport(scene, {.rays_per_receiver = 512, .from_exposed_parts = true});
+  std::size_t exposed = 0;
+  for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+    if (transport.Points().Of(face).empty()) continue;
+    ++exposed;
+    double sum = transport.FaceRays().SkyShareOf(face);
+    for (const GatheredRays::FaceShare& share : transport.FaceRays().FacesOf(face)) {
+      sum += share.share;
+    }
+    // What is missing looks below the horizon: there is no ground. Half of a wall's rays at most.
+    EXPECT_LE(sum, 1.0 + 1e-5);
+    EXPECT_GE(sum, scene.FaceNormal(face).z < -0.5f ? 0.0 : 0.45);
+  }
+  // Of all faces less than half: not those within the walls.
+  EXPECT_LT(exposed, scene.FaceCount() / 2);
+  EXPECT_GT(exposed, scene.FaceCount() / 4);
+  RegionRadiosityOptions options;
+  options.sky_rays_per_patch = 2048;
+  const FaceLights lights = SolveRegions(scene, transport, options);
+  // The worst of 64 lights: some of them come through the window as a narrow beam onto few patches.
+  EXPECT_LT(lights.energy_error, 0.05);
+}
+
+// A floor that goes on under a wall is as bright at the wall as one that ends there.
+TEST(RadiosityHardCases, WhatLiesUnderAWallTakesNoLight) {
+  const auto floor_light = [](float beyond_m) {
+    Mesh mesh;
+    AddBox(
+        mesh, {-3.0f - beyond_m, -3.0f - beyond_m, -0.2f}, {3.0f + beyond_m, 3.0f + beyond_m, 0});
+    AddBox(mesh, {-3.5f, -3.5f, 0.0f}, {-3.0f, 3.5f, 2.0f});
+    AddBox(mesh, {3.0f, -3.5f, 0.0f}, {3.5f, 3.5f, 2.0f});
+    mesh.materials.assign(1, {.name = "all", .diffuse_albedo = glm::vec3(0.6f)});
+    mesh.group_names = {"yard"};
+    const PatchScene scene = CutRoom(mesh, 1.5);
+    const PatchTransport transport(scene, {.rays_per_receiver = 512, .from_exposed_parts = true});
+    RegionRadiosityOptions options;
+    options.regions = SkyRegions(1, 1);
+    const FaceLights light = SolveRegions(scene, transport, options);
+    const std::array at_wall{Receiver{{2.9f, 0.0f, 0.3f}, {0.0f, 0.0f, -1.0f}}};
+    return GatheredRays(scene, at_wall, {.rays_per_receiver = 4096})
+        .FromFaces(light.radiosity)[0]
+        .x;
+  };
+  // 4 %: the patches' borders lie elsewhere. Counting the buried half would take a fifth away.
+  EXPECT_NEAR(floor_light(0.45f) / floor_light(0.0f), 1.0, 0.04);
+}
+
+TEST(RadiosityHardCases, OneToTenThousandPatchesConverge) {
+  Mesh one;
+  AddQuad(one, {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  one.triangles.pop_back();
+  one.triangle_group.pop_back();
+  one.triangle_material.pop_back();
+  const PatchScene single = SceneOf(std::move(one), glm::vec3(0.25f));
+  RegionRadiosityOptions options;
+  options.sky_rays_per_patch = 1024;
+  const PatchTransport lone(single, kExposed);
+  const FaceLights lights = SolveRegions(single, lone, options);
+  double sum = 0.0;
+  for (std::size_t region = 0; region < 64; ++region) sum += lights.radiosity[region].x;
+  EXPECT_NEAR(sum, 0.25 * std::numbers::pi, 0.005);
+  for (std::size_t region = 0; region < 64; ++region) {
+    EXPECT_EQ(lights.radiosity[64 + region], glm::vec3(0.0f));  // Its lower side.
+  }
+
+  const PatchScene many = CutRoom(RoomWithWindow(glm::vec3(0.5f)), 0.4);
+  ASSERT_GT(many.mesh.triangles.size(), 8000u);
+  options.sky_rays_per_patch = 256;
+  options.solve = Solve();
+  const PatchTransport transport(many, {.rays_per_receiver = 64, .from_exposed_parts = true});
+  const FaceLights solved = SolveRegions(many, transport, options);
+  EXPECT_LT(solved.residual, 1e-4);
+  for (const glm::vec3& radiosity : solved.radiosity) {
+    ASSERT_TRUE(radiosity.x >= 0.0f && radiosity.x < 10.0f);
+  }
+}
+
+// 10^4:1, side by side: an open plane, whose upper faces get the whole sky and no light from each
+// other.
+TEST(RadiosityHardCases, SliversAreAPlane) {
+  Mesh mesh;
+  for (int i = 0; i < 20; ++i) {
+    const float y = 0.001f * static_cast<float>(i);
+    AddQuad(mesh, {-5, y, 0}, {5, y, 0}, {5, y + 0.001f, 0}, {-5, y + 0.001f, 0});
+  }
+  const PatchScene scene = SceneOf(std::move(mesh));
+  RegionRadiosityOptions options;
+  options.regions = SkyRegions(1, 1);
+  options.sky_rays_per_patch = 1024;
+  const FaceLights light = SolveRegions(scene, PatchTransport(scene, kExposed), options);
+  for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+    EXPECT_NEAR(light.radiosity[face].x, face % 2 == 0 ? 0.5 * std::numbers::pi : 0.0, 0.005);
+  }
+}
+
+TEST(RadiosityHardCases, SameBitsForAnyNumberOfThreads) {
+  const PatchScene scene = CutRoom(RoomWithWindow(glm::vec3(0.5f)), 1.5);
+  const auto solve = [&] {
+    RegionRadiosityOptions options;
+    options.sky_rays_per_patch = 1024;
+    return SolveRegions(scene, PatchTransport(scene, kExposed), options).radiosity;
+  };
+  const std::vector<glm::vec3> many = solve();
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(solve(), many);
+}
+
+TEST(RadiosityHardCases, SaysItsMemoryAndRefusesWhatMakesNoSense) {
+  EXPECT_LT(RadiosityBytes(10000, 500, {.rays_per_receiver = 512}, 16384), std::size_t{16} << 30);
+  const PatchScene scene = ClosedRoom(4.0, 0.5f);
+  const PatchTransport transport(scene, {.rays_per_receiver = 16});
+  const std::vector<glm::vec3> direct(scene.FaceCount() * 2);
+  EXPECT_THROW(transport.SolveMany(scene, direct, 3, Solve()), std::invalid_argument);
+  EXPECT_THROW(transport.SolveMany(scene, {}, 0, Solve()), std::invalid_argument);
+  EXPECT_THROW(transport.SolveMany(scene, direct, 2, Solve(-2)), std::invalid_argument);
+  EXPECT_THROW(transport.SolveMany(scene, direct, 2, Solve(-1, 0.0)), std::invalid_argument);
+  EXPECT_THROW(SolveRegions(scene, transport, RegionRadiosityOptions()),
+               std::invalid_argument);  // Without points.
+}
+
+}  // namespace
+}  // namespace pleinair
