@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <random>
 #include <stdexcept>
 
 #include <Eigen/Eigenvalues>
@@ -14,18 +13,14 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <opencv2/calib3d.hpp>
 
 #include "calib/internal/pose_refinement.h"
+#include "calib/internal/pose_search.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
 
-constexpr std::size_t kFewestMatches = 4;
-// Points whose spread across a line is this share of that along it are on the line: less than what
-// single-precision coordinates hold.
-constexpr double kOnALine = 1e-6;
 // Poses this close in rotation are one.
 constexpr double kSamePoseRad = 0.02;
 // 5 standard deviations: see the header.
@@ -43,219 +38,9 @@ UndeterminedPose Undetermined(const std::string& why, std::vector<PoseCandidate>
   return {"the camera's pose cannot be determined: " + why, std::move(candidates)};
 }
 
-glm::dmat4 FromOpenCv(const cv::Mat& rotation_vector, const cv::Mat& translation) {
-  cv::Matx33d rotation;
-  cv::Rodrigues(rotation_vector, rotation);
-  glm::dmat4 pose(1.0);
-  for (int column = 0; column < 3; ++column) {
-    for (int row = 0; row < 3; ++row) pose[column][row] = rotation(row, column);
-    pose[3][column] = translation.at<double>(column);
-  }
-  return pose;
-}
-
 glm::dvec3 CentreOf(const glm::dmat4& camera_from_world) {
   return glm::dvec3(glm::inverse(camera_from_world)[3]);
 }
-
-bool IsFinite(const glm::dmat4& pose) {
-  for (int column = 0; column < 4; ++column) {
-    for (int row = 0; row < 4; ++row) {
-      if (!std::isfinite(pose[column][row])) return false;
-    }
-  }
-  return true;
-}
-
-struct Scored {
-  glm::dmat4 pose{1.0};
-  double cost = std::numeric_limits<double>::infinity();
-  std::size_t inliers = 0;
-};
-
-// One picture's matches, and how poses fit them.
-class PoseSearch {
- public:
-  PoseSearch(const Lens& lens,
-             std::span<const PointMatch> matches,
-             const CameraPoseOptions& options)
-      : lens_(lens), matches_(matches), options_(options) {
-    for (const PointMatch& match : matches) {
-      const auto direction = lens.DirectionFromPixel(match.pixel);
-      // A pixel that the lens cannot see is a wrong match.
-      if (!direction || !(direction->z > 0.0)) continue;
-      points_.emplace_back(match.point_world_m.x, match.point_world_m.y, match.point_world_m.z);
-      rays_.emplace_back(direction->x / direction->z, direction->y / direction->z);
-    }
-  }
-
-  std::optional<glm::dvec2> Project(const glm::dmat4& pose, const PointMatch& match) const {
-    return lens_.ProjectToPixel(glm::dvec3(pose * glm::dvec4(match.point_world_m, 1)));
-  }
-
-  double ResidualPx(const glm::dmat4& pose, const PointMatch& match) const {
-    const auto pixel = Project(pose, match);
-    return pixel ? glm::distance(*pixel, match.pixel) : std::numeric_limits<double>::infinity();
-  }
-
-  // Squared residuals, those of wrong matches cut off.
-  Scored Score(const glm::dmat4& pose) const {
-    Scored scored{pose, 0.0, 0};
-    const double limit = options_.inlier_px * options_.inlier_px;
-    for (const PointMatch& match : matches_) {
-      const double residual = ResidualPx(pose, match);
-      if (residual <= options_.inlier_px) ++scored.inliers;
-      scored.cost += std::min(limit, residual * residual);
-    }
-    return scored;
-  }
-
-  std::vector<PointMatch> InliersOf(const glm::dmat4& pose) const {
-    std::vector<PointMatch> inliers;
-    for (const PointMatch& match : matches_) {
-      if (ResidualPx(pose, match) <= options_.inlier_px) inliers.push_back(match);
-    }
-    return inliers;
-  }
-
-  // Up to four poses that three matches allow.
-  void AddFromTriple(const std::array<std::size_t, 3>& triple,
-                     std::vector<glm::dmat4>& poses) const {
-    std::vector<cv::Point3d> points;
-    std::vector<cv::Point2d> rays;
-    for (const std::size_t i : triple) {
-      points.push_back(points_[i]);
-      rays.push_back(rays_[i]);
-    }
-    const cv::Point3d along = points[1] - points[0];
-    const cv::Point3d across = points[2] - points[0];
-    if (!(cv::norm(along.cross(across)) > kOnALine * cv::norm(along) * cv::norm(across))) return;
-    std::vector<cv::Mat> rotations;
-    std::vector<cv::Mat> translations;
-    cv::solveP3P(points,
-                 rays,
-                 cv::Matx33d::eye(),
-                 cv::noArray(),
-                 rotations,
-                 translations,
-                 cv::SOLVEPNP_AP3P);
-    for (std::size_t i = 0; i < rotations.size(); ++i) {
-      const glm::dmat4 pose = FromOpenCv(rotations[i], translations[i]);
-      if (IsFinite(pose)) poses.push_back(pose);
-    }
-  }
-
-  // Hypotheses from triples of matches: of all, or where there are too many of as many as it takes
-  // to have met one without a wrong match for all but certain. Best first.
-  std::vector<Scored> Hypotheses() const {
-    constexpr std::size_t kAllTriplesUpTo = 150;  // Of ten matches or fewer.
-    constexpr std::size_t kMostTriples = 1000;
-    constexpr std::size_t kFewestTriples = 60;
-    constexpr double kMissed = 1e-5;
-    std::vector<Scored> found;
-    std::size_t best = 0;
-    const auto add = [&](const std::array<std::size_t, 3>& triple) {
-      std::vector<glm::dmat4> poses;
-      AddFromTriple(triple, poses);
-      for (const glm::dmat4& pose : poses) {
-        found.push_back(Score(pose));
-        best = std::max(best, found.back().inliers);
-      }
-    };
-    const std::size_t n = points_.size();
-    if (n * (n - 1) * (n - 2) / 6 <= kAllTriplesUpTo) {
-      for (std::size_t a = 0; a < n; ++a) {
-        for (std::size_t b = a + 1; b < n; ++b) {
-          for (std::size_t c = b + 1; c < n; ++c) add({a, b, c});
-        }
-      }
-    } else {
-      std::mt19937_64 random(options_.seed);
-      // The standard's distributions differ between libraries.
-      const auto draw = [&] { return static_cast<std::size_t>(random() % n); };
-      for (std::size_t tried = 0; tried < kMostTriples; ++tried) {
-        const double share = static_cast<double>(best) / static_cast<double>(matches_.size());
-        const double missed = std::pow(1.0 - share * share * share, static_cast<double>(tried));
-        if (tried >= kFewestTriples && missed < kMissed) break;
-        const std::array<std::size_t, 3> triple{draw(), draw(), draw()};
-        if (triple[0] != triple[1] && triple[1] != triple[2] && triple[0] != triple[2]) add(triple);
-      }
-    }
-    for (const glm::dmat4& pose : FlatPoses(points_, rays_)) found.push_back(Score(pose));
-    std::stable_sort(found.begin(), found.end(), [](const Scored& a, const Scored& b) {
-      return a.cost < b.cost;
-    });
-    return found;
-  }
-
-  // The two poses of these matches with their points moved onto the plane that is nearest to them.
-  std::vector<glm::dmat4> FlatPosesOf(std::span<const PointMatch> matches) const {
-    std::vector<cv::Point3d> points;
-    std::vector<cv::Point2d> rays;
-    for (const PointMatch& match : matches) {
-      const auto direction = lens_.DirectionFromPixel(match.pixel);
-      if (!direction) continue;
-      points.emplace_back(match.point_world_m.x, match.point_world_m.y, match.point_world_m.z);
-      rays.emplace_back(direction->x / direction->z, direction->y / direction->z);
-    }
-    return FlatPoses(points, rays);
-  }
-
-  const CameraIntrinsics& Intrinsics() const { return lens_.Intrinsics(); }
-
- private:
-  static std::vector<glm::dmat4> FlatPoses(const std::vector<cv::Point3d>& points,
-                                           const std::vector<cv::Point2d>& rays) {
-    if (points.size() < kFewestMatches) return {};
-    Eigen::Matrix3Xd world(3, static_cast<Eigen::Index>(points.size()));
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      world.col(static_cast<Eigen::Index>(i)) << points[i].x, points[i].y, points[i].z;
-    }
-    const Eigen::Vector3d centre = world.rowwise().mean();
-    world.colwise() -= centre;
-    const Eigen::JacobiSVD<Eigen::Matrix3Xd> svd(world, Eigen::ComputeFullU);
-    if (!(svd.singularValues()[1] > kOnALine * svd.singularValues()[0])) return {};
-    Eigen::Matrix3d plane_from_world = svd.matrixU().transpose();
-    if (plane_from_world.determinant() < 0.0) plane_from_world.row(2) *= -1.0;
-    std::vector<cv::Point3d> flat;
-    for (Eigen::Index i = 0; i < world.cols(); ++i) {
-      const Eigen::Vector3d at = plane_from_world * world.col(i);
-      flat.emplace_back(at.x(), at.y(), 0.0);
-    }
-    std::vector<cv::Mat> rotations;
-    std::vector<cv::Mat> translations;
-    try {
-      cv::solvePnPGeneric(flat,
-                          rays,
-                          cv::Matx33d::eye(),
-                          cv::noArray(),
-                          rotations,
-                          translations,
-                          false,
-                          cv::SOLVEPNP_IPPE);
-    } catch (const cv::Exception&) {
-      return {};  // No homography fits: wrong matches among them.
-    }
-    glm::dmat4 to_plane(1.0);
-    const Eigen::Vector3d shift = -plane_from_world * centre;
-    for (int column = 0; column < 3; ++column) {
-      for (int row = 0; row < 3; ++row) to_plane[column][row] = plane_from_world(row, column);
-      to_plane[3][column] = shift[column];
-    }
-    std::vector<glm::dmat4> poses;
-    for (std::size_t i = 0; i < rotations.size(); ++i) {
-      const glm::dmat4 pose = FromOpenCv(rotations[i], translations[i]) * to_plane;
-      if (IsFinite(pose)) poses.push_back(pose);
-    }
-    return poses;
-  }
-
-  const Lens& lens_;
-  std::span<const PointMatch> matches_;
-  const CameraPoseOptions& options_;
-  std::vector<cv::Point3d> points_;
-  std::vector<cv::Point2d> rays_;  // At distance 1, undistorted.
-};
 
 bool OnALine(std::span<const PointMatch> matches) {
   Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(matches.size()));
@@ -276,7 +61,7 @@ double RmsPx(double sum_squares, std::size_t count) {
 struct Fitted {
   RefinedPose refined;
   std::vector<PointMatch> inliers;
-  Scored scored;
+  ScoredPose scored;
 };
 
 std::optional<Fitted> Fit(const PoseSearch& search, const glm::dmat4& start) {
@@ -288,7 +73,7 @@ std::optional<Fitted> Fit(const PoseSearch& search, const glm::dmat4& start) {
     if (inliers.size() < kFewestMatches) break;
     const auto refined = RefinePose(search.Intrinsics(), inliers, pose);
     if (!refined) break;
-    const Scored scored = search.Score(refined->camera_from_world);
+    const ScoredPose scored = search.Score(refined->camera_from_world);
     if (fitted && !(scored.cost < fitted->scored.cost)) break;
     pose = refined->camera_from_world;
     fitted = Fitted{*refined, std::move(inliers), scored};
@@ -296,11 +81,11 @@ std::optional<Fitted> Fit(const PoseSearch& search, const glm::dmat4& start) {
   return fitted;
 }
 
-std::optional<Fitted> BestFit(const PoseSearch& search, const std::vector<Scored>& hypotheses) {
+std::optional<Fitted> BestFit(const PoseSearch& search, const std::vector<ScoredPose>& hypotheses) {
   constexpr std::size_t kTried = 6;
   std::optional<Fitted> best;
   std::vector<glm::dmat4> tried;
-  for (const Scored& hypothesis : hypotheses) {
+  for (const ScoredPose& hypothesis : hypotheses) {
     if (tried.size() >= kTried) break;
     if (std::any_of(tried.begin(), tried.end(), [&](const glm::dmat4& other) {
           return RotationBetweenRad(other, hypothesis.pose) < kSamePoseRad;
@@ -317,10 +102,10 @@ std::optional<Fitted> BestFit(const PoseSearch& search, const std::vector<Scored
 // The best pose of the same matches that is another one.
 std::optional<RefinedPose> RivalOf(const Fitted& best,
                                    const PoseSearch& search,
-                                   const std::vector<Scored>& hypotheses) {
+                                   const std::vector<ScoredPose>& hypotheses) {
   constexpr std::size_t kTried = 8;
   std::vector<glm::dmat4> starts = search.FlatPosesOf(best.inliers);
-  for (const Scored& hypothesis : hypotheses) {
+  for (const ScoredPose& hypothesis : hypotheses) {
     if (starts.size() >= kTried) break;
     if (std::none_of(starts.begin(), starts.end(), [&](const glm::dmat4& other) {
           return RotationBetweenRad(other, hypothesis.pose) < kSamePoseRad;
@@ -371,7 +156,7 @@ UndeterminedPose TooFew(const PoseSearch& search, std::size_t count, bool on_a_l
     std::vector<glm::dmat4> poses;
     search.AddFromTriple({0, 1, 2}, poses);
     for (const glm::dmat4& pose : poses) {
-      const Scored scored = search.Score(pose);
+      const ScoredPose scored = search.Score(pose);
       if (scored.inliers == 3) candidates.push_back({pose, RmsPx(scored.cost, 3)});
     }
     std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
@@ -436,7 +221,7 @@ tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
   const std::string on_one_line = "the points lie on one line, expected some beside it";
   if (on_a_line) return tl::unexpected(Undetermined(on_one_line));
 
-  const std::vector<Scored> hypotheses = search.Hypotheses();
+  const std::vector<ScoredPose> hypotheses = search.Hypotheses();
   const auto best = BestFit(search, hypotheses);
   const auto needed = std::max(static_cast<double>(kFewestMatches),
                                options.least_share * static_cast<double>(matches.size()));

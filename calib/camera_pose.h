@@ -57,12 +57,12 @@ struct UndeterminedPose {
   std::vector<PoseCandidate> candidates;  // What comes closest, best first.
 };
 
-// The pose that most matches agree on, least squares over these (OpenCV's lens model, left out
-// matches beyond inlier_px), or why there is none: fewer than 4 matches, points on a line, no pose
-// that least_share of them agree on, a rotation left open, two poses between which the points do
-// not choose. They choose where the summed squares of the second differ by more than 25 variances
-// of a point's coordinate; else `expected_camera_from_world`, where it is given, does: the pose
-// with the nearer rotation is taken.
+// The pose that most matches agree on, least squares over those within inlier_px of it; or why
+// there is none: fewer than 4 matches, points on a line, no pose that least_share of them agree on,
+// a rotation left open, two poses between which the points do not choose. They choose where the
+// summed squares of the second are larger by 25 variances of a point's coordinate; else
+// `expected_camera_from_world`, where it is given, does: the pose with the nearer rotation is
+// taken.
 //
 // Source   Triples by Ke and Roumeliotis, CVPR 2017 (cv::SOLVEPNP_AP3P); the two poses of a flat
 //          board by Collins and Bartoli, IJCV 109(3), 2014 (cv::SOLVEPNP_IPPE), of the points moved

@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../calib/marker_scene.h"
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
+#include "tests/calib/marker_scene.h"
 
 namespace pleinair {
 namespace {

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "calib/camera_pose.h"
-#include "marker_scene.h"
 #include "sunmodel/angles.h"
+#include "tests/calib/marker_scene.h"
 
 namespace pleinair {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "marker_scene.h"
 #include "sunmodel/angles.h"
+#include "tests/calib/marker_scene.h"
 
 namespace pleinair {
 namespace {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/json_cursor.h"
-#include "marker_scene.h"
+#include "tests/calib/marker_scene.h"
 
 namespace pleinair {
 namespace {

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "marker_scene.h"
+#include "tests/calib/marker_scene.h"
 
 namespace pleinair {
 namespace {

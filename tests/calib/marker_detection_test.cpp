@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "calib/response.h"
-#include "marker_scene.h"
 #include "scene/image_io.h"
+#include "tests/calib/marker_scene.h"
 
 namespace pleinair {
 namespace {

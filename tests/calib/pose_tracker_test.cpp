@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/camera_pose.h"
-#include "marker_scene.h"
+#include "tests/calib/marker_scene.h"
 
 namespace pleinair {
 namespace {
