@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "scene/sky_shape.h"
 #include "relight/survey.h"
 #include "scene/image.h"
 #include "scene/lighting.h"
+#include "scene/sky_shape.h"
 
 namespace pleinair {
 

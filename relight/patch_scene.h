@@ -12,9 +12,9 @@
 namespace pleinair {
 
 struct PatchOptions {
-  glm::dvec3 focus_m{0.0};                 // Where light is asked for: patches are finest there.
+  glm::dvec3 focus_m{0.0};                   // Where light is asked for: patches are finest there.
   std::vector<glm::dvec3> focus_points_m{};  // Several places in its stead: the nearest counts.
-  double patch_size_m = 0.5;               // Longest edge near the focus.
+  double patch_size_m = 0.5;                 // Longest edge near the focus.
   double growth_per_m = 0.1;  // Longest edge grows by this for each metre from the focus.
   bool extend_ground = true;  // To the horizon, with the ground's mean albedo, where it ends near.
   // Throws std::invalid_argument naming the field and its value.

@@ -10,8 +10,8 @@
 #include <glm/vec3.hpp>
 
 #include "relight/patch_scene.h"
-#include "scene/sky_shape.h"
 #include "relight/survey.h"
+#include "scene/sky_shape.h"
 #include "scene/spherical_harmonics.h"
 
 namespace pleinair {

@@ -12,8 +12,8 @@
 #include <glm/geometric.hpp>
 
 #include "relight/internal/sky_completion.h"
-#include "scene/sky_shape.h"
 #include "scene/lat_long.h"
+#include "scene/sky_shape.h"
 
 namespace pleinair {
 namespace {

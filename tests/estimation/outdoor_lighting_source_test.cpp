@@ -148,10 +148,7 @@ TEST(OutdoorLightingSource, WithoutASurveyTheRatioOfTheClearSkyHelps) {
   for (const double scale : {1.0, 1e-3, 1e3}) {
     Frame scaled = frame;
     for (glm::vec3& pixel : scaled.radiance.pixels) pixel *= static_cast<float>(scale);
-    const LightingObservation relative{scaled,
-                                       view,
-                                       observation.sun,
-                                       observation.clear_sky};
+    const LightingObservation relative{scaled, view, observation.sun, observation.clear_sky};
     const auto estimate = MakeOutdoorLightingSource({})->Estimate(relative);
     ASSERT_TRUE(estimate.has_value());
     const Lighting& lighting = estimate->lighting;
