@@ -13,7 +13,7 @@ namespace {
 using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
-constexpr std::string_view kFormat = "pleinair-prepared-3";
+constexpr std::string_view kFormat = "pleinair-prepared-4";
 
 // Bytes with the hash of their key and themselves in front, so that a damaged part, or another
 // key's, is told from a good one before anything believes the sizes in it.
