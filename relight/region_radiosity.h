@@ -20,7 +20,8 @@ struct RegionRadiosityOptions {
 
 // Light of the faces for unit radiance of each region. `transport` is made from_exposed_parts.
 //
-// Accuracy  2000 patches of a room with a window, 64 regions: 0.9 % rms from 16 times the rays.
+// Accuracy  2400 patches of a room with a window, 64 regions, against more rays: 0.4 % rms over all
+//           faces, 3.6 % over those inside the room.
 // Memory    see RadiosityBytes.
 // Throws    std::invalid_argument for a transport without exposed parts or of another scene, or
 //           options that make no sense, naming the field.
