@@ -3,39 +3,44 @@
 #include <algorithm>
 
 #include <ceres/ceres.h>
+#include <Eigen/QR>
 
 namespace pleinair::estimation_internal {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// residual = rows x - target, Jacobian = rows: all samples of one channel.
+// A channel's rows and target, turned by their QR decomposition: |rows x - target|^2 is
+// |r x - target|^2 and a constant, with as many rows as there are unknowns. So an iteration does
+// not read all samples again.
+struct ReducedChannel {
+  BasisMatrix r;
+  BasisVector target;
+};
+
+// residual = r x - target, Jacobian = r: all samples of one channel.
 class ChannelCost : public ceres::CostFunction {
  public:
-  ChannelCost(int samples, int bases) {
-    set_num_residuals(samples);
+  explicit ChannelCost(int bases) {
+    set_num_residuals(bases);
     mutable_parameter_block_sizes()->push_back(bases);
   }
-  void Point(const WhitenedChannel& channel) { channel_ = &channel; }
+  void Point(const ReducedChannel& channel) { channel_ = &channel; }
 
   bool Evaluate(const double* const* parameters,
                 double* residuals,
                 double** jacobians) const override {
     const int bases = parameter_block_sizes()[0];
-    const double* row = channel_->rows.data();
-    for (int i = 0; i < num_residuals(); ++i, row += bases) {
-      double predicted = 0.0;
-      for (int j = 0; j < bases; ++j) predicted += row[j] * parameters[0][j];
-      residuals[i] = predicted - channel_->target[static_cast<std::size_t>(i)];
-    }
+    Eigen::Map<Eigen::VectorXd>(residuals, bases) =
+        channel_->r * Eigen::Map<const Eigen::VectorXd>(parameters[0], bases) - channel_->target;
     if (jacobians != nullptr && jacobians[0] != nullptr) {
-      std::copy(channel_->rows.begin(), channel_->rows.end(), jacobians[0]);
+      Eigen::Map<RowMajor>(jacobians[0], bases, bases) = channel_->r;
     }
     return true;
   }
 
  private:
-  const WhitenedChannel* channel_ = nullptr;
+  const ReducedChannel* channel_ = nullptr;
 };
 
 // residual = root' x - target over the three channels' unknowns.
@@ -74,9 +79,10 @@ class PriorCost : public ceres::CostFunction {
 }  // namespace
 
 struct CeresSolver::Impl {
-  int samples = -1;
   int bases = -1;
   std::array<std::array<double, kMaxBasis>, 3> unknowns{};
+  std::array<ReducedChannel, 3> channels;
+  Eigen::MatrixXd rows_and_target;              // Of one channel, in the making.
   std::array<ChannelCost*, 3> channel_costs{};  // Owned by the problem.
   PriorCost* prior_cost = nullptr;              // Likewise.
   std::unique_ptr<ceres::Problem> problem;
@@ -95,18 +101,32 @@ struct CeresSolver::Impl {
     options.jacobi_scaling = false;  // FitProblem's units make the unknowns alike.
   }
 
-  void Build(int sample_count, int basis_count) {
-    samples = sample_count;
+  void Reduce(const WhitenedChannel& channel, int basis_count, ReducedChannel& reduced) {
+    const auto count = static_cast<Eigen::Index>(channel.target.size());
+    rows_and_target.resize(count, basis_count + 1);
+    rows_and_target.leftCols(basis_count) =
+        Eigen::Map<const RowMajor>(channel.rows.data(), count, basis_count);
+    rows_and_target.col(basis_count) =
+        Eigen::Map<const Eigen::VectorXd>(channel.target.data(), count);
+    reduced.r = BasisMatrix::Zero(basis_count, basis_count);
+    reduced.target = BasisVector::Zero(basis_count);
+    if (count == 0) return;
+    const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(rows_and_target);
+    const Eigen::Index kept = std::min<Eigen::Index>(count, basis_count);
+    reduced.r.topRows(kept) =
+        rows_and_target.topLeftCorner(kept, basis_count).triangularView<Eigen::Upper>();
+    reduced.target.head(kept) = rows_and_target.col(basis_count).head(kept);
+  }
+
+  void Build(int basis_count) {
     bases = basis_count;
     problem = std::make_unique<ceres::Problem>();
     prior_cost = new PriorCost(bases);
     problem->AddResidualBlock(
         prior_cost, nullptr, unknowns[0].data(), unknowns[1].data(), unknowns[2].data());
     for (std::size_t c = 0; c < 3; ++c) {
-      if (samples > 0) {
-        channel_costs[c] = new ChannelCost(samples, bases);
-        problem->AddResidualBlock(channel_costs[c], nullptr, unknowns[c].data());
-      }
+      channel_costs[c] = new ChannelCost(bases);
+      problem->AddResidualBlock(channel_costs[c], nullptr, unknowns[c].data());
       for (int j = 0; j < bases; ++j) {
         problem->SetParameterLowerBound(unknowns[c].data(), j, 0.0);
       }
@@ -121,15 +141,13 @@ bool CeresSolver::Solve(const Reweighting& samples,
                         const LightMatrix& prior_root,
                         const LightVector& prior_target,
                         LightVector& x) {
-  const int sample_count = static_cast<int>(samples.Channel(0).target.size());
   const int basis_count = static_cast<int>(x.size()) / 3;
-  if (sample_count != impl_->samples || basis_count != impl_->bases) {
-    impl_->Build(sample_count, basis_count);
-  }
+  if (basis_count != impl_->bases) impl_->Build(basis_count);
   impl_->prior_cost->Point(prior_root, prior_target);
   for (int c = 0; c < 3; ++c) {
     const auto channel = static_cast<std::size_t>(c);
-    if (sample_count > 0) impl_->channel_costs[channel]->Point(samples.Channel(c));
+    impl_->Reduce(samples.Channel(c), basis_count, impl_->channels[channel]);
+    impl_->channel_costs[channel]->Point(impl_->channels[channel]);
     for (int j = 0; j < basis_count; ++j) {
       impl_->unknowns[channel][static_cast<std::size_t>(j)] = std::max(0.0, x[c * basis_count + j]);
     }

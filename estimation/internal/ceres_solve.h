@@ -9,9 +9,10 @@
 
 namespace pleinair::estimation_internal {
 
-// Four residual blocks, whatever the number of samples: one per channel with all its samples as
-// rows, and the prior. A block per sample would cost ten times as much
-// (bench/estimation_bench.cpp). Kept from call to call while the sizes stay the same.
+// Four residual blocks of a few rows, whatever the number of samples: one per channel, its samples
+// turned by QR to as many rows as there are unknowns, and the prior. A block per sample would cost
+// ten times as much (bench/estimation_bench.cpp). Kept from call to call while the number of basis
+// lights stays the same.
 class CeresSolver {
  public:
   CeresSolver();
