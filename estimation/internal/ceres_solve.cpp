@@ -1,6 +1,8 @@
 #include "estimation/internal/ceres_solve.h"
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include <ceres/ceres.h>
 #include <Eigen/QR>
@@ -18,23 +20,25 @@ struct ReducedChannel {
   BasisVector target;
 };
 
-// residual = r x - target, Jacobian = r: all samples of one channel.
+// residual = r x - target: all samples of one channel, whose unknowns are a block each.
 class ChannelCost : public ceres::CostFunction {
  public:
   explicit ChannelCost(int bases) {
     set_num_residuals(bases);
-    mutable_parameter_block_sizes()->push_back(bases);
+    mutable_parameter_block_sizes()->assign(static_cast<std::size_t>(bases), 1);
   }
   void Point(const ReducedChannel& channel) { channel_ = &channel; }
 
   bool Evaluate(const double* const* parameters,
                 double* residuals,
                 double** jacobians) const override {
-    const int bases = parameter_block_sizes()[0];
-    Eigen::Map<Eigen::VectorXd>(residuals, bases) =
-        channel_->r * Eigen::Map<const Eigen::VectorXd>(parameters[0], bases) - channel_->target;
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<RowMajor>(jacobians[0], bases, bases) = channel_->r;
+    Eigen::Map<Eigen::VectorXd> residual(residuals, num_residuals());
+    residual = -channel_->target;
+    for (int j = 0; j < num_residuals(); ++j) {
+      residual += parameters[j][0] * channel_->r.col(j);
+      if (jacobians != nullptr && jacobians[j] != nullptr) {
+        Eigen::Map<Eigen::VectorXd>(jacobians[j], num_residuals()) = channel_->r.col(j);
+      }
     }
     return true;
   }
@@ -46,9 +50,9 @@ class ChannelCost : public ceres::CostFunction {
 // residual = root' x - target over the three channels' unknowns.
 class PriorCost : public ceres::CostFunction {
  public:
-  explicit PriorCost(int bases) {
-    set_num_residuals(3 * bases);
-    mutable_parameter_block_sizes()->assign(3, bases);
+  explicit PriorCost(int unknowns) {
+    set_num_residuals(unknowns);
+    mutable_parameter_block_sizes()->assign(static_cast<std::size_t>(unknowns), 1);
   }
   void Point(const LightMatrix& root, const LightVector& target) {
     root_ = &root;
@@ -58,14 +62,12 @@ class PriorCost : public ceres::CostFunction {
   bool Evaluate(const double* const* parameters,
                 double* residuals,
                 double** jacobians) const override {
-    const int bases = parameter_block_sizes()[0];
     Eigen::Map<Eigen::VectorXd> residual(residuals, num_residuals());
     residual = -*target_;
-    for (int c = 0; c < 3; ++c) {
-      const auto block = root_->middleRows(c * bases, bases).transpose();
-      residual += block * Eigen::Map<const Eigen::VectorXd>(parameters[c], bases);
-      if (jacobians != nullptr && jacobians[c] != nullptr) {
-        Eigen::Map<RowMajor>(jacobians[c], num_residuals(), bases) = block;
+    for (int u = 0; u < num_residuals(); ++u) {
+      residual += parameters[u][0] * root_->row(u).transpose();
+      if (jacobians != nullptr && jacobians[u] != nullptr) {
+        Eigen::Map<Eigen::VectorXd>(jacobians[u], num_residuals()) = root_->row(u).transpose();
       }
     }
     return true;
@@ -80,7 +82,7 @@ class PriorCost : public ceres::CostFunction {
 
 struct CeresSolver::Impl {
   int bases = -1;
-  std::array<std::array<double, kMaxBasis>, 3> unknowns{};
+  std::array<double, kMaxLightUnknowns> unknowns{};
   std::array<ReducedChannel, 3> channels;
   Eigen::MatrixXd rows_and_target;              // Of one channel, in the making.
   std::array<ChannelCost*, 3> channel_costs{};  // Owned by the problem.
@@ -92,45 +94,60 @@ struct CeresSolver::Impl {
     options.num_threads = 1;
     options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
     options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 50;
-    // The problem is linear but for its bounds: Gauss-Newton steps are exact.
+    options.max_num_iterations = 10;
+    // The problem is linear: Gauss-Newton steps are exact.
     options.initial_trust_region_radius = 1e16;
-    options.function_tolerance = 1e-14;
-    options.gradient_tolerance = 1e-12;
-    options.parameter_tolerance = 1e-12;
     options.jacobi_scaling = false;  // FitProblem's units make the unknowns alike.
   }
 
-  void Reduce(const WhitenedChannel& channel, int basis_count, ReducedChannel& reduced) {
+  void Reduce(const WhitenedChannel& channel, ReducedChannel& reduced) {
     const auto count = static_cast<Eigen::Index>(channel.target.size());
-    rows_and_target.resize(count, basis_count + 1);
-    rows_and_target.leftCols(basis_count) =
-        Eigen::Map<const RowMajor>(channel.rows.data(), count, basis_count);
-    rows_and_target.col(basis_count) =
-        Eigen::Map<const Eigen::VectorXd>(channel.target.data(), count);
-    reduced.r = BasisMatrix::Zero(basis_count, basis_count);
-    reduced.target = BasisVector::Zero(basis_count);
+    rows_and_target.resize(count, bases + 1);
+    rows_and_target.leftCols(bases) = Eigen::Map<const RowMajor>(channel.rows.data(), count, bases);
+    rows_and_target.col(bases) = Eigen::Map<const Eigen::VectorXd>(channel.target.data(), count);
+    reduced.r = BasisMatrix::Zero(bases, bases);
+    reduced.target = BasisVector::Zero(bases);
     if (count == 0) return;
     const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(rows_and_target);
-    const Eigen::Index kept = std::min<Eigen::Index>(count, basis_count);
+    const Eigen::Index kept = std::min<Eigen::Index>(count, bases);
     reduced.r.topRows(kept) =
-        rows_and_target.topLeftCorner(kept, basis_count).triangularView<Eigen::Upper>();
-    reduced.target.head(kept) = rows_and_target.col(basis_count).head(kept);
+        rows_and_target.topLeftCorner(kept, bases).triangularView<Eigen::Upper>();
+    reduced.target.head(kept) = rows_and_target.col(bases).head(kept);
   }
 
   void Build(int basis_count) {
     bases = basis_count;
     problem = std::make_unique<ceres::Problem>();
-    prior_cost = new PriorCost(bases);
-    problem->AddResidualBlock(
-        prior_cost, nullptr, unknowns[0].data(), unknowns[1].data(), unknowns[2].data());
-    for (std::size_t c = 0; c < 3; ++c) {
-      channel_costs[c] = new ChannelCost(bases);
-      problem->AddResidualBlock(channel_costs[c], nullptr, unknowns[c].data());
-      for (int j = 0; j < bases; ++j) {
-        problem->SetParameterLowerBound(unknowns[c].data(), j, 0.0);
+    std::vector<double*> blocks;
+    for (int u = 0; u < 3 * bases; ++u) blocks.push_back(&unknowns[static_cast<std::size_t>(u)]);
+    prior_cost = new PriorCost(3 * bases);
+    problem->AddResidualBlock(prior_cost, nullptr, blocks);
+    for (int c = 0; c < 3; ++c) {
+      auto& cost = channel_costs[static_cast<std::size_t>(c)];
+      cost = new ChannelCost(bases);
+      const auto first = blocks.begin() + c * bases;
+      problem->AddResidualBlock(cost, nullptr, std::vector<double*>(first, first + bases));
+    }
+  }
+
+  // The unknowns that are `held` stay at 0; the others start at one unit each, not where the closed
+  // solve ended: there Ceres would agree without having worked.
+  bool SolveFree(const std::array<bool, kMaxLightUnknowns>& held) {
+    bool any = false;
+    for (int u = 0; u < 3 * bases; ++u) {
+      const auto index = static_cast<std::size_t>(u);
+      unknowns[index] = held[index] ? 0.0 : 1.0;
+      any = any || !held[index];
+      if (held[index]) {
+        problem->SetParameterBlockConstant(&unknowns[index]);
+      } else {
+        problem->SetParameterBlockVariable(&unknowns[index]);
       }
     }
+    if (!any) return true;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, problem.get(), &summary);
+    return summary.IsSolutionUsable();
   }
 };
 
@@ -141,30 +158,43 @@ bool CeresSolver::Solve(const Reweighting& samples,
                         const LightMatrix& prior_root,
                         const LightVector& prior_target,
                         LightVector& x) {
-  const int basis_count = static_cast<int>(x.size()) / 3;
-  if (basis_count != impl_->bases) impl_->Build(basis_count);
+  const Eigen::Index count = x.size();
+  const int bases = static_cast<int>(count) / 3;
+  if (bases != impl_->bases) impl_->Build(bases);
   impl_->prior_cost->Point(prior_root, prior_target);
+  LightMatrix normal = prior_root * prior_root.transpose();
+  LightVector gradient = prior_root * prior_target;
   for (int c = 0; c < 3; ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    impl_->Reduce(samples.Channel(c), basis_count, impl_->channels[channel]);
-    impl_->channel_costs[channel]->Point(impl_->channels[channel]);
-    for (int j = 0; j < basis_count; ++j) {
-      impl_->unknowns[channel][static_cast<std::size_t>(j)] = std::max(0.0, x[c * basis_count + j]);
+    ReducedChannel& channel = impl_->channels[static_cast<std::size_t>(c)];
+    impl_->Reduce(samples.Channel(c), channel);
+    impl_->channel_costs[static_cast<std::size_t>(c)]->Point(channel);
+    normal.block(c * bases, c * bases, bases, bases) += channel.r.transpose() * channel.r;
+    gradient.segment(c * bases, bases) += channel.r.transpose() * channel.target;
+  }
+
+  std::array<bool, kMaxLightUnknowns> held{};
+  for (Eigen::Index u = 0; u < count; ++u) held[static_cast<std::size_t>(u)] = !(x[u] > 0.0);
+  // One round where the active set of `x` is right.
+  for (Eigen::Index round = 0; round < 2 * count; ++round) {
+    if (!impl_->SolveFree(held)) return false;
+    const Eigen::Map<const Eigen::VectorXd> solved(impl_->unknowns.data(), count);
+    if (!solved.allFinite()) return false;
+    const LightVector descent = gradient - normal * solved;
+    bool settled = true;
+    for (Eigen::Index u = 0; u < count; ++u) {
+      bool& is_held = held[static_cast<std::size_t>(u)];
+      const double rounding = 1e-12 * std::sqrt(normal(u, u)) * gradient.norm();
+      if (is_held ? descent[u] > rounding : solved[u] < 0.0) {
+        is_held = !is_held;
+        settled = false;
+      }
+    }
+    if (settled) {
+      x = solved;
+      return true;
     }
   }
-  ceres::Solver::Summary summary;
-  ceres::Solve(impl_->options, impl_->problem.get(), &summary);
-  if (!summary.IsSolutionUsable()) return false;
-  LightVector solved(x.size());
-  for (int c = 0; c < 3; ++c) {
-    for (int j = 0; j < basis_count; ++j) {
-      solved[c * basis_count + j] =
-          impl_->unknowns[static_cast<std::size_t>(c)][static_cast<std::size_t>(j)];
-    }
-  }
-  if (!solved.allFinite()) return false;
-  x = solved;
-  return true;
+  return false;
 }
 
 }  // namespace pleinair::estimation_internal

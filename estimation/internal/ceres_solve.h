@@ -18,9 +18,12 @@ class CeresSolver {
   CeresSolver();
   ~CeresSolver();
 
-  // argmin over x >= 0 of sum_c |rows_c x_c - target_c|^2 + |prior_root' (x) - prior_target|^2,
-  // starting at x; prior_root is the lower Cholesky factor of the prior's information. Returns
-  // false when Ceres did not converge; x is then as it was.
+  // argmin over x >= 0 of sum_c |rows_c x_c - target_c|^2 + |prior_root' x - prior_target|^2;
+  // prior_root is the lower Cholesky factor of the prior's information. Ceres solves for the
+  // unknowns that are not held at 0, which at first are those above 0 in `x`; then those that want
+  // to leave their bound, or went past it, change sides, and it solves again. (Ceres' own bounds
+  // bring a line search that does not end at an unknown's bound: 126 steps for one frame.)
+  // Returns false when that does not settle; x is then as it was.
   bool Solve(const Reweighting& samples,
              const LightMatrix& prior_root,
              const LightVector& prior_target,
