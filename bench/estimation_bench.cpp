@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -25,7 +26,7 @@ using testing::SyntheticPicture;
 using testing::SyntheticPrior;
 using testing::SyntheticScene;
 
-// In the order of their pixels, as SampleSet gives them.
+// In an order as SampleSet gives them.
 std::vector<DiffuseSample> OrderedSamples(int count) {
   SyntheticScene scene;
   scene.samples = count;
@@ -104,20 +105,45 @@ SyntheticPicture CameraPicture() {
   return picture;
 }
 
-// From pixels to covariance, with the sample set kept.
+// As a clear and an overcast sky light the ground and a wall, beside the view's uniform one.
+void AddSkyShapes(SurfaceView& view) {
+  const Image<glm::vec3> uniform = view.sky_response[0];
+  for (const auto& [name, on_wall] : {std::pair("overcast", 0.8f), std::pair("clear", 1.4f)}) {
+    view.sky_shape_names.push_back(name);
+    Image<glm::vec3>& response = view.sky_response.emplace_back(uniform);
+    for (std::size_t i = 0; i < response.pixels.size(); ++i) {
+      if (view.normal_world.pixels[i].z < 0.5f) response.pixels[i] *= on_wall;
+    }
+  }
+}
+
+// From pixels to covariance, with the sample set kept. Arguments: samples, sky shapes. The frames
+// differ by their noise, and after every 8th the light changes as behind a cloud.
 void EstimateFrame(benchmark::State& state) {
-  const SyntheticPicture picture = CameraPicture();
-  const SurfaceView view = MakeView(picture);
-  Frame frame = MakeFrame(picture, view);
+  SyntheticPicture picture = CameraPicture();
+  SurfaceView view = MakeView(picture);
+  if (state.range(1) > 1) AddSkyShapes(view);
+  std::vector<Frame> frames;
+  for (int i = 0; i < 16; ++i) {
+    picture.seed = static_cast<std::uint64_t>(i);
+    if (i == 8) picture.sun *= 0.3;
+    frames.push_back(MakeFrame(picture, view));
+  }
   OutdoorLightingOptions options;
   options.samples = static_cast<int>(state.range(0));
   const auto source = MakeOutdoorLightingSource(options);
+  std::size_t next = 0;
   for (auto _ : state) {
-    frame.time += std::chrono::seconds(1);
+    Frame& frame = frames[next++ % frames.size()];
+    frame.time = frames[0].time + std::chrono::seconds(next);
     benchmark::DoNotOptimize(source->Estimate(Observe(frame, view)));
   }
 }
-BENCHMARK(EstimateFrame)->Arg(500)->Unit(benchmark::kMicrosecond);
+BENCHMARK(EstimateFrame)
+    ->ArgNames({"samples", "shapes"})
+    ->Args({500, 1})
+    ->Args({500, 3})
+    ->Unit(benchmark::kMicrosecond);
 
 void DrawSampleSet(benchmark::State& state) {
   const SyntheticPicture picture = CameraPicture();

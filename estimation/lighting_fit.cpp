@@ -26,7 +26,7 @@ using namespace estimation_internal;  // The folder's own.
 constexpr double kScalesHaveSettled = 1e-3;
 constexpr int kMostPassesThatRescale = 8;
 // Far below any noise, far above rounding.
-constexpr double kConverged = 1e-8;
+constexpr double kConverged = 1e-6;
 
 // The weak prior: an unknown of 0, give or take a hundred times the light that explains the median
 // sample. It keeps every matrix regular, and costs a fit that 10 samples with 5 % of noise carry
@@ -83,6 +83,9 @@ struct LightingFitter::Impl {
   LightVector prior_gradient;
   LightMatrix fixed_prior_information;  // Without the rows that are relative to the light found.
 
+  // What the last call found, in the prior's units and order; empty before.
+  LightVector last_irradiance_rgb;
+
   explicit Impl(const LightingFitOptions& fit_options) : options(fit_options) {
     options.Validate();
   }
@@ -91,6 +94,7 @@ struct LightingFitter::Impl {
   void UpdateRelativePriors(const LightingPrior& prior, const LightVector& x);
   void AddRatioPrior(const LightingPrior& prior, const LightVector& x);
   void AddShapePrior(const LightVector& x);
+  LightVector Begin();
   LightMatrix DataNormal() const;
   LightVector SolveClosed() const;
   LightVector Iterate(const LightingPrior& prior, LightingFit& fit);
@@ -198,10 +202,26 @@ LightVector LightingFitter::Impl::SolveClosed() const {
   return MinimiseNonNegative(DataNormal() + prior_information, gradient);
 }
 
-// Reweighted least squares from the robust start. The early passes are closed solves (they only
+// The last frame's light where it still holds: then a few passes do. Otherwise the robust start, so
+// that a light that is gone cannot keep what it explains.
+LightVector LightingFitter::Impl::Begin() {
+  const int unknowns = problem.UnknownCount();
+  if (last_irradiance_rgb.size() == 3 + unknowns - (problem.has_sun ? 3 : 0)) {
+    LightVector x(unknowns);
+    for (int u = 0; u < unknowns; ++u) {
+      const int c = u / problem.basis_count;
+      x[u] = last_irradiance_rgb[problem.LightIndex(c, u % problem.basis_count)] /
+             problem.irradiance_unit[c];
+    }
+    if (reweighting.Explains(problem, x, options)) return x;
+  }
+  return start.Find(problem, NoiseUnits(options), options.seed);
+}
+
+// Reweighted least squares from a good start. The early passes are closed solves (they only
 // bring the weights near); the last one, whose answer is given, is the chosen solver's.
 LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFit& fit) {
-  LightVector x = start.Find(problem, NoiseUnits(options), options.seed);
+  LightVector x = Begin();
   bool rescale = true;
   for (int pass = 0; pass < options.max_passes; ++pass) {
     reweighting.Update(problem, x, options, rescale);
@@ -326,6 +346,7 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   impl_->LoadPrior(prior);
   const LightVector x = impl_->Iterate(prior, fit);
   impl_->Describe(x, fit);
+  impl_->last_irradiance_rgb = fit.irradiance_rgb;
   return fit;
 }
 

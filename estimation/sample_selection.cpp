@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include <glm/geometric.hpp>
 
@@ -85,7 +86,7 @@ class SampleDraw {
     DropAlbedoOutliers();
     std::vector<SampleSet::Footprint> footprints = PickBalanced();
     std::sort(footprints.begin(), footprints.end(), [](const auto& a, const auto& b) {
-      return a.y != b.y ? a.y < b.y : a.x < b.x;
+      return std::tie(a.plane, a.y, a.x) < std::tie(b.plane, b.y, b.x);
     });
     return footprints;
   }
@@ -354,20 +355,23 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
   samples.clear();
   for (const Footprint& footprint : footprints_) {
     glm::dvec3 sum(0.0);
-    int count = 0;
-    bool usable = true;
-    for (int dy = -footprint.radius; usable && dy <= footprint.radius; dy += footprint.stride) {
-      std::size_t pixel = radiance.Index(footprint.x - footprint.radius, footprint.y + dy);
-      for (int dx = -footprint.radius; dx <= footprint.radius; dx += footprint.stride) {
-        usable = usable && unusable.pixels[pixel] == 0;
-        sum += glm::dvec3(radiance.pixels[pixel]);
-        ++count;
-        pixel += static_cast<std::size_t>(footprint.stride);
+    unsigned any_unusable = 0;
+    const int across = 2 * footprint.radius / footprint.stride + 1;
+    const auto stride = static_cast<std::size_t>(footprint.stride);
+    for (int row = 0; row < across; ++row) {
+      std::size_t pixel = radiance.Index(footprint.x - footprint.radius,
+                                         footprint.y - footprint.radius + row * footprint.stride);
+      // At most kReadsAcross + 1 values: their sum is as good in float.
+      glm::vec3 row_sum(0.0f);
+      for (int column = 0; column < across; ++column, pixel += stride) {
+        any_unusable |= unusable.pixels[pixel];
+        row_sum += radiance.pixels[pixel];
       }
+      sum += glm::dvec3(row_sum);
     }
-    if (!usable || !IsFinite(glm::vec3(sum))) continue;
+    if (any_unusable != 0 || !IsFinite(glm::vec3(sum))) continue;
     DiffuseSample& sample = samples.emplace_back();
-    sample.radiance_rgb = sum / static_cast<double>(count);
+    sample.radiance_rgb = sum / static_cast<double>(across * across);
     for (int c = 0; c < 3; ++c) {
       const double direct =
           std::max(0.0, glm::dot(footprint.direct[static_cast<std::size_t>(c)], sun_direction_enu));

@@ -46,8 +46,9 @@ class SampleSet {
             const SampleSelectionOptions& options);
 
   // Writes a sample for each footprint that is usable as a whole, keeping the memory of `samples`;
-  // in row-major order of their pixels. Returns how many footprints had to be left out.
-  // Throws std::invalid_argument when the images' sizes differ from those that were drawn from.
+  // plane by plane and there in row-major order of their pixels. Returns how many footprints had to
+  // be left out. Throws std::invalid_argument when the images' sizes differ from those that were
+  // drawn from.
   int Measure(const glm::dvec3& sun_direction_enu,
               const RgbImage& radiance,
               const Gray8Image& unusable,

@@ -54,8 +54,7 @@ double Ordered(double value) { return std::isnan(value) ? 0.0 : value; }
 
 auto ValueKey(const DiffuseSample& s) {
   const auto& sky = s.sky_transport_rgb;
-  return std::tuple(s.plane,
-                    s.weight,
+  return std::tuple(s.weight,
                     Ordered(s.radiance_rgb.x),
                     Ordered(s.radiance_rgb.y),
                     Ordered(s.radiance_rgb.z),
@@ -68,6 +67,7 @@ auto ValueKey(const DiffuseSample& s) {
 }
 
 bool ComesBefore(const DiffuseSample* a, const DiffuseSample* b) {
+  if (a->plane != b->plane) return a->plane < b->plane;
   if (a->pixel.y != b->pixel.y) return a->pixel.y < b->pixel.y;
   if (a->pixel.x != b->pixel.x) return a->pixel.x < b->pixel.x;
   return ValueKey(*a) < ValueKey(*b);
@@ -91,12 +91,6 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
     std::sort(order_.begin(), order_.end(), ComesBefore);
   }
 
-  planes_.clear();
-  for (const DiffuseSample* sample : order_) planes_.push_back(sample->plane);
-  std::sort(planes_.begin(), planes_.end());
-  planes_.erase(std::unique(planes_.begin(), planes_.end()), planes_.end());
-  plane_count = static_cast<int>(planes_.size());
-
   const std::size_t values = order_.size() * 3;
   radiance.resize(values);
   noise.resize(values);
@@ -104,10 +98,11 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   transport.resize(values * static_cast<std::size_t>(basis_count));
   plane.resize(order_.size());
   double* row = transport.data();
+  plane_count = 0;
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const DiffuseSample& sample = *order_[i];
-    plane[i] = static_cast<std::int32_t>(
-        std::lower_bound(planes_.begin(), planes_.end(), sample.plane) - planes_.begin());
+    if (i == 0 || sample.plane != order_[i - 1]->plane) ++plane_count;
+    plane[i] = plane_count - 1;
     for (int c = 0; c < 3; ++c) {
       const bool usable = ChannelIsUsable(sample, sky_shapes, has_sun, c);
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);

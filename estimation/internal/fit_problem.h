@@ -35,10 +35,10 @@ struct FitProblem {
   std::vector<double> noise;   // Camera noise.
   std::vector<double> weight;  // 0 where the channel cannot be used.
   std::vector<double> transport;
-  std::vector<std::int32_t> plane;  // Per sample, 0 .. plane_count - 1.
+  std::vector<std::int32_t> plane;  // Per sample, 0 .. plane_count - 1; ascending.
 
-  // Takes over the usable samples in canonical order: by pixel, then by value, so that the order in
-  // which they come does not change a bit of any sum.
+  // Takes over the usable samples in canonical order: by plane, pixel, then value, so that the
+  // order in which they come does not change a bit of any sum.
   void Load(std::span<const DiffuseSample> samples,
             int sky_shapes,
             bool sun_is_up,
@@ -53,7 +53,6 @@ struct FitProblem {
 
  private:
   std::vector<const DiffuseSample*> order_;
-  std::vector<std::int32_t> planes_;
   std::vector<double> scratch_;
 
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);

@@ -23,40 +23,64 @@ constexpr double kSharedPriorCount = 4.0;
 
 double Square(double value) { return value * value; }
 
+// Calls `loops` with the number of basis lights as its template argument.
+template <class Loops>
+void WithBases(const FitProblem& problem, Loops&& loops) {
+  switch (problem.basis_count) {
+    case 1:
+      return loops.template operator()<1>();
+    case 2:
+      return loops.template operator()<2>();
+    case 3:
+      return loops.template operator()<3>();
+    case 4:
+      return loops.template operator()<4>();
+    case 5:
+      return loops.template operator()<5>();
+    default:
+      static_assert(kMaxBasis == 6);
+      return loops.template operator()<6>();
+  }
+}
+
 }  // namespace
 
 void Reweighting::Update(const FitProblem& problem,
                          const LightVector& x,
                          const LightingFitOptions& options,
                          bool rescale) {
-  const auto with_bases = [&](auto&& loops) {
-    switch (problem.basis_count) {
-      case 1:
-        return loops.template operator()<1>();
-      case 2:
-        return loops.template operator()<2>();
-      case 3:
-        return loops.template operator()<3>();
-      case 4:
-        return loops.template operator()<4>();
-      case 5:
-        return loops.template operator()<5>();
-      default:
-        static_assert(kMaxBasis == 6);
-        return loops.template operator()<6>();
-    }
-  };
   rescale = rescale && problem.sample_count > 0;
-  with_bases([&]<int kBases>() { Standardise<kBases>(problem, x, options); });
+  Standardise(problem, x, options);
   if (rescale) EstimateScale(problem, options);
   Weigh(options);
-  with_bases([&]<int kBases>() { Accumulate<kBases>(problem); });
+  WithBases(problem, [&]<int kBases>() { Accumulate<kBases>(problem); });
   if (rescale) {
     EstimateSlope(options);
     EstimateNoise(problem, options);
     EstimateSharedErrors(problem, options);
   }
   FinishNormal(problem);
+}
+
+bool Reweighting::Explains(const FitProblem& problem,
+                           const LightVector& x,
+                           const LightingFitOptions& options) {
+  if (weight_.empty() || problem.sample_count == 0) return false;
+  // What noise moves across the cut from one frame of a still scene to the next. A new sun takes
+  // more: all lit samples.
+  constexpr double kFewer = 0.01;
+  const double last = InlierFraction();
+  Standardise(problem, x, options);
+  const double cut = options.tukey_width * scale_;
+  const auto inliers = std::count_if(
+      deviation_.begin(), deviation_.end(), [cut](double deviation) { return deviation < cut; });
+  return static_cast<double>(inliers) >= (last - kFewer) * static_cast<double>(deviation_.size());
+}
+
+void Reweighting::Standardise(const FitProblem& problem,
+                              const LightVector& x,
+                              const LightingFitOptions& options) {
+  WithBases(problem, [&]<int kBases>() { Standardise<kBases>(problem, x, options); });
 }
 
 template <int kBases>
@@ -121,63 +145,83 @@ void Reweighting::Weigh(const LightingFitOptions& options) {
   if (!weight_.empty()) mean_weight_ /= static_cast<double>(weight_.size());
 }
 
+// Samples of one plane follow each other, so that its sums stay in registers.
 template <int kBases>
 void Reweighting::Accumulate(const FitProblem& problem) {
+  using Row = Eigen::Matrix<double, kBases, 1>;
   const auto cells = static_cast<std::size_t>(problem.plane_count) * 3;
-  plane_weight_.assign(cells, 0.0);
-  plane_residual_.assign(cells, 0.0);
-  plane_target_.assign(cells, 0.0);
-  plane_row_.assign(cells * kBases, 0.0);
-  sky_mean_.assign(cells, 0.0);
-  sky_sky_.assign(cells, 0.0);
-  sky_residual_.assign(cells, 0.0);
-  sky_target_.assign(cells, 0.0);
-  sky_row_.assign(cells * kBases, 0.0);
-  double normal[3][kBases][kBases] = {};
-  double gradient[3][kBases] = {};
-  const double* row = problem.transport.data();
-  for (std::size_t i = 0; i < weight_.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c, row += kBases) {
-      const std::size_t v = i * 3 + c;
-      const double unit = inverse_unit_[v];
-      const double weight = unit > 0.0 ? weight_[i] : 0.0;
-      const std::size_t cell = static_cast<std::size_t>(problem.plane[i]) * 3 + c;
-      const double target = unit * problem.radiance[v];
-      plane_weight_[cell] += weight;
-      plane_residual_[cell] += weight * residual_[v];
-      plane_target_[cell] += weight * target;
-      const double sky = weight * sky_share_[v];
-      sky_mean_[cell] += sky;
-      sky_sky_[cell] += sky * sky_share_[v];
-      sky_residual_[cell] += sky * residual_[v];
-      sky_target_[cell] += sky * target;
-      double* plane_row = plane_row_.data() + cell * kBases;
-      double* sky_row = sky_row_.data() + cell * kBases;
-      for (int j = 0; j < kBases; ++j) {
-        const double weighted = weight * unit * row[j];
-        plane_row[j] += weighted;
-        sky_row[j] += sky * unit * row[j];
-        gradient[c][j] += weighted * target;
-        for (int k = 0; k <= j; ++k) normal[c][j][k] += weighted * unit * row[k];
-      }
-    }
+  for (std::vector<double>* sums : {&plane_weight_,
+                                    &plane_residual_,
+                                    &plane_target_,
+                                    &sky_mean_,
+                                    &sky_sky_,
+                                    &sky_residual_,
+                                    &sky_target_}) {
+    sums->assign(cells, 0.0);
   }
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (!(plane_weight_[cell] > 0.0)) continue;
-    const double inverse = 1.0 / plane_weight_[cell];
-    plane_residual_[cell] *= inverse;
-    plane_target_[cell] *= inverse;
-    sky_mean_[cell] *= inverse;
-    for (int j = 0; j < kBases; ++j)
-      plane_row_[cell * kBases + static_cast<std::size_t>(j)] *= inverse;
+  plane_row_.assign(cells * kBases, 0.0);
+  sky_row_.assign(cells * kBases, 0.0);
+  std::array<Eigen::Matrix<double, kBases, kBases>, 3> normal;
+  normal.fill(Eigen::Matrix<double, kBases, kBases>::Zero());
+  std::array<Row, 3> gradient;
+  gradient.fill(Row::Zero());
+  for (std::size_t first = 0; first < weight_.size();) {
+    const std::int32_t plane = problem.plane[first];
+    std::size_t last = first + 1;
+    while (last < weight_.size() && problem.plane[last] == plane) ++last;
+    for (std::size_t c = 0; c < 3; ++c) {
+      double sum_weight = 0.0;
+      double sum_residual = 0.0;
+      double sum_target = 0.0;
+      double sum_sky = 0.0;
+      double sum_sky_sky = 0.0;
+      double sum_sky_residual = 0.0;
+      double sum_sky_target = 0.0;
+      Row sum_row = Row::Zero();
+      Row sum_sky_row = Row::Zero();
+      Row sum_target_row = Row::Zero();
+      Eigen::Matrix<double, kBases, kBases> sum_normal =
+          Eigen::Matrix<double, kBases, kBases>::Zero();
+      for (std::size_t i = first; i < last; ++i) {
+        const std::size_t v = i * 3 + c;
+        const double unit = inverse_unit_[v];
+        const double weight = unit > 0.0 ? weight_[i] : 0.0;
+        const double target = unit * problem.radiance[v];
+        const double sky = weight * sky_share_[v];
+        const Row row = unit * Eigen::Map<const Row>(problem.transport.data() + v * kBases);
+        const Row weighted = weight * row;
+        sum_weight += weight;
+        sum_residual += weight * residual_[v];
+        sum_target += weight * target;
+        sum_sky += sky;
+        sum_sky_sky += sky * sky_share_[v];
+        sum_sky_residual += sky * residual_[v];
+        sum_sky_target += sky * target;
+        sum_row += weighted;
+        sum_sky_row += sky * row;
+        sum_target_row += target * weighted;
+        sum_normal.noalias() += weighted * row.transpose();
+      }
+      normal[c] += sum_normal;
+      gradient[c] += sum_target_row;
+      if (!(sum_weight > 0.0)) continue;
+      const std::size_t cell = static_cast<std::size_t>(plane) * 3 + c;
+      const double inverse = 1.0 / sum_weight;
+      plane_weight_[cell] = sum_weight;
+      plane_residual_[cell] = sum_residual * inverse;
+      plane_target_[cell] = sum_target * inverse;
+      sky_mean_[cell] = sum_sky * inverse;
+      sky_sky_[cell] = sum_sky_sky;
+      sky_residual_[cell] = sum_sky_residual;
+      sky_target_[cell] = sum_sky_target;
+      Eigen::Map<Row>(plane_row_.data() + cell * kBases) = inverse * sum_row;
+      Eigen::Map<Row>(sky_row_.data() + cell * kBases) = sum_sky_row;
+    }
+    first = last;
   }
   for (std::size_t c = 0; c < 3; ++c) {
-    normal_[c].resize(kBases, kBases);
-    gradient_[c].resize(kBases);
-    for (int j = 0; j < kBases; ++j) {
-      gradient_[c][j] = gradient[c][j];
-      for (int k = 0; k <= j; ++k) normal_[c](j, k) = normal_[c](k, j) = normal[c][j][k];
-    }
+    normal_[c] = normal[c];
+    gradient_[c] = gradient[c];
   }
 }
 

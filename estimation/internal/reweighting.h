@@ -44,6 +44,10 @@ class Reweighting {
               const LightingFitOptions& options,
               bool rescale);
 
+  // Whether `x` explains as many samples as the light that was found last did, to within that fit's
+  // scale: then it is a start as good as any. False before the first Update.
+  bool Explains(const FitProblem& problem, const LightVector& x, const LightingFitOptions& options);
+
   // Normal equations of the whitened problem of channel c: rows' rows and rows' target.
   const BasisMatrix& Normal(int c) const { return normal_[static_cast<std::size_t>(c)]; }
   const BasisVector& Gradient(int c) const { return gradient_[static_cast<std::size_t>(c)]; }
@@ -95,6 +99,9 @@ class Reweighting {
   std::vector<double> scratch_;
 
   // The loops over the samples, with the number of basis lights known to the compiler.
+  void Standardise(const FitProblem& problem,
+                   const LightVector& x,
+                   const LightingFitOptions& options);
   template <int kBases>
   void Standardise(const FitProblem& problem,
                    const LightVector& x,
