@@ -3,6 +3,7 @@
 //
 //   pleinair_relight_bench [Google Benchmark's options]
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -160,15 +161,52 @@ void PrecomputeSixtyFourRegions(benchmark::State& state) {
   state.counters["patches"] = static_cast<double>(room.scene.mesh.triangles.size());
 }
 
-void CombineSixtyFourRegions(benchmark::State& state) {
-  const FoldedVolume folded = Room().Fold();
+Lighting SixtyFourRegions() {
   Lighting lighting;
   lighting.sky.resize(64);
   for (SkyComponent& region : lighting.sky) region.irradiance_rgb = {100.0, 120.0, 160.0};
+  return lighting;
+}
+
+void CombineSixtyFourRegions(benchmark::State& state) {
+  const FoldedVolume folded = Room().Fold();
+  const Lighting lighting = SixtyFourRegions();
   IrradianceVolume volume;
   for (auto _ : state) {
     folded.Combine(lighting, volume);
     benchmark::DoNotOptimize(volume.probes.data());
+  }
+}
+
+// For an object of 0.5 m in the middle of the room.
+void CombineWhatAnObjectNeeds(benchmark::State& state) {
+  const Room room;
+  const FoldedVolume folded = room.Fold();
+  const Lighting lighting = SixtyFourRegions();
+  IrradianceVolume volume;
+  folded.Combine(lighting, volume);
+  const std::array boxes{BoundingBox{{1.7f, 1.8f, 1.0f}, {2.2f, 2.3f, 1.5f}}};
+  const std::vector<std::uint8_t> needed = ProbesNeededIn(room.grid, volume.valid, boxes);
+  for (auto _ : state) {
+    folded.Combine(lighting, needed, volume);
+    benchmark::DoNotOptimize(volume.probes.data());
+  }
+}
+
+// The most that there can be: a place that every region lights.
+void SumSixtyFourLights(benchmark::State& state) {
+  constexpr std::size_t kProbes = 512;
+  BasisProbes basis(64, kProbes);
+  ShRgb lit;
+  lit.fill(glm::vec3(0.1f, 0.2f, 0.3f));
+  for (std::size_t light = 0; light < 64; ++light) {
+    basis.Set(light, std::vector<ShRgb>(kProbes, lit));
+  }
+  const std::vector<glm::vec3> weights(64, glm::vec3(1.0f, 2.0f, 3.0f));
+  std::vector<ShRgb> sum(kProbes);
+  for (auto _ : state) {
+    basis.Sum(weights, {}, sum);
+    benchmark::DoNotOptimize(sum.data());
   }
 }
 
@@ -193,6 +231,8 @@ BENCHMARK(VerticesOfANewPose)->Arg(7500)->Arg(15000)->Apply(Configure);
 BENCHMARK(MakeTheOperator)->Apply(Configure);
 BENCHMARK(PrecomputeSixtyFourRegions)->Apply(Configure);
 BENCHMARK(CombineSixtyFourRegions)->Apply(Configure);
+BENCHMARK(CombineWhatAnObjectNeeds)->Apply(Configure);
+BENCHMARK(SumSixtyFourLights)->Apply(Configure);
 
 }  // namespace
 }  // namespace pleinair

@@ -173,6 +173,9 @@ void FramePipeline::UpdateVolume() {
   }
   if (first) {
     folded_ = FoldedVolume(scene_.probes, basis_);
+    std::vector<BoundingBox> boxes;
+    for (const VirtualObject& object : objects_) boxes.push_back(BoundingBoxOf(object.mesh));
+    needed_probes_ = ProbesNeededIn(scene_.probes.Grid(), scene_.probes.Valid(), boxes);
   } else {
     for (const std::size_t light : changed_lights_) folded_.Refold(scene_.probes, basis_, light);
   }
@@ -195,7 +198,7 @@ void FramePipeline::UpdateObjects(const SurfaceView& view) {
     unit.sky.resize(sky_shapes_.size());
     (light == 0 ? unit.sun.irradiance_rgb : unit.sky[light - 1].irradiance_rgb) = glm::dvec3(1.0);
     if (options_.object_light != ObjectLight::kGather) {
-      folded_.Combine(unit, volume_);
+      folded_.Combine(unit, needed_probes_, volume_);
       LightVertices(volume_, unit.sun);
     } else {
       if (changed) vertex_response_[light] = GatherAtVertices(light);
@@ -271,7 +274,7 @@ void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
       times.relight = watch.LapMs();
       volume_ = VolumeFromEnvironment(scene_.probes, basis_, environment_, lighting);
     } else {
-      folded_.Combine(lighting, volume_);
+      folded_.Combine(lighting, needed_probes_, volume_);
     }
     LightVertices(volume_, lighting.sun);
   }

@@ -78,7 +78,8 @@ class FramePipeline {
   // A frame that can't be done is an error of its own; the next one may succeed.
   tl::expected<FrameResult, FrameError> Process(const Frame& frame);
 
-  // Of the last frame that succeeded; empty unless objects get their light from it.
+  // Of the last frame that succeeded; empty unless objects get their light from it. Folded, it
+  // holds the probes that objects need alone; the others are not valid.
   const IrradianceVolume& Volume() const { return volume_; }
 
  private:
@@ -107,6 +108,7 @@ class FramePipeline {
   std::vector<std::size_t> changed_lights_;  // By the last UpdateBasis; 0 is the sun.
   BasisLights basis_;
   FoldedVolume folded_;
+  std::vector<std::uint8_t> needed_probes_;  // By the objects' bounding boxes.
   RgbImage environment_;
   IrradianceVolume volume_;
   std::vector<VertexIrradiance> vertices_;  // Per object; set up with the first volume.

@@ -1,5 +1,6 @@
 #include "relight/irradiance_volume.h"
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -44,10 +45,14 @@ std::vector<glm::vec3> SumOfLights(const std::vector<std::vector<glm::vec3>>& of
   return sum;
 }
 
-std::span<const glm::vec3> Flat(const std::vector<ShRgb>& probes) {
-  static_assert(sizeof(ShRgb) == kProbeShCoefficients * sizeof(glm::vec3));
-  if (probes.empty()) return {};
-  return {probes.front().data(), probes.size() * kProbeShCoefficients};
+bool IsBox(const BoundingBox& box) {
+  for (glm::length_t axis = 0; axis < 3; ++axis) {
+    if (!(box.lower_m[axis] <= box.upper_m[axis]) || !std::isfinite(box.lower_m[axis]) ||
+        !std::isfinite(box.upper_m[axis])) {
+      return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -77,41 +82,70 @@ IrradianceVolume VolumeFromEnvironment(const ProbeOperator& probes,
           probes.Valid()};
 }
 
+std::vector<std::uint8_t> ProbesNeededIn(const ProbeGrid& grid,
+                                         std::span<const std::uint8_t> valid,
+                                         std::span<const BoundingBox> boxes) {
+  grid.Validate();
+  if (valid.size() != grid.ProbeCount()) {
+    throw std::invalid_argument("probes needed: " + std::to_string(valid.size()) +
+                                " valid flags, expected the grid's " +
+                                std::to_string(grid.ProbeCount()));
+  }
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (IsBox(boxes[i])) continue;
+    throw std::invalid_argument("probes needed: boxes[" + std::to_string(i) +
+                                "] is not finite with lower <= upper");
+  }
+  return internal::ProbesReadIn(grid, valid, boxes);
+}
+
 FoldedVolume::FoldedVolume(const ProbeOperator& probes, const BasisLights& basis)
     : grid_(probes.Grid()), valid_(probes.Valid()) {
   const std::size_t lights = LightCount(basis);
+  probes_of_basis_ = BasisProbes(lights, valid_.size());
   for (std::size_t light = 0; light < lights; ++light) {
-    probes_of_basis_.push_back(Fold(probes, basis, light));
+    probes_of_basis_.Set(light, Fold(probes, basis, light));
   }
 }
 
 void FoldedVolume::Refold(const ProbeOperator& probes,
                           const BasisLights& basis,
                           std::size_t light) {
-  if (probes_of_basis_.empty()) {
+  if (probes_of_basis_.Lights() == 0) {
     throw std::logic_error("folded volume: Refold before anything was folded");
   }
-  if (LightCount(basis) != probes_of_basis_.size() || probes.Valid() != valid_ ||
-      light >= probes_of_basis_.size()) {
+  if (LightCount(basis) != probes_of_basis_.Lights() || probes.Valid() != valid_ ||
+      light >= probes_of_basis_.Lights()) {
     throw std::invalid_argument(
         "folded volume: Refold with another operator, another number of basis lights, or a light "
         "past the last");
   }
-  probes_of_basis_[light] = Fold(probes, basis, light);
+  probes_of_basis_.Set(light, Fold(probes, basis, light));
 }
 
 void FoldedVolume::Combine(const Lighting& lighting, IrradianceVolume& volume) const {
-  const std::vector<glm::vec3> weights = BasisWeights(lighting, probes_of_basis_.size(), kWhat);
-  std::vector<std::span<const glm::vec3>> terms;
-  for (const std::vector<ShRgb>& probes : probes_of_basis_) terms.push_back(Flat(probes));
+  const std::vector<glm::vec3> weights = BasisWeights(lighting, probes_of_basis_.Lights(), kWhat);
   volume.grid = grid_;
   volume.valid = valid_;
-  volume.probes.resize(probes_of_basis_.front().size());
-  if (volume.probes.empty()) return;
-  WeightedSum(terms,
-              weights,
-              {volume.probes.front().data(), volume.probes.size() * kProbeShCoefficients},
-              kWhat);
+  volume.probes.resize(valid_.size());
+  probes_of_basis_.Sum(weights, {}, volume.probes);
+}
+
+void FoldedVolume::Combine(const Lighting& lighting,
+                           std::span<const std::uint8_t> needed,
+                           IrradianceVolume& volume) const {
+  const std::vector<glm::vec3> weights = BasisWeights(lighting, probes_of_basis_.Lights(), kWhat);
+  if (needed.size() != valid_.size()) {
+    throw std::invalid_argument("irradiance volume: marks of " + std::to_string(needed.size()) +
+                                " probes, expected " + std::to_string(valid_.size()));
+  }
+  volume.grid = grid_;
+  volume.valid.resize(valid_.size());
+  for (std::size_t probe = 0; probe < valid_.size(); ++probe) {
+    volume.valid[probe] = valid_[probe] != 0 && needed[probe] != 0 ? 1 : 0;
+  }
+  volume.probes.resize(valid_.size());
+  probes_of_basis_.Sum(weights, volume.valid, volume.probes);
 }
 
 }  // namespace pleinair

@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "relight/basis_probes.h"
 #include "relight/environment.h"
 #include "relight/probe_operator.h"
 #include "scene/lighting.h"
@@ -41,6 +42,13 @@ void IrradianceAt(const IrradianceVolume& volume,
                   std::span<const glm::vec3> normals,
                   std::span<glm::vec3> irradiance);
 
+// The probes, 1 for each, that irradiance at points within `boxes` is made of: what a volume has to
+// hold for objects with these bounding boxes.
+// Throws std::invalid_argument for a box that is not finite or turned inside out.
+std::vector<std::uint8_t> ProbesNeededIn(const ProbeGrid& grid,
+                                         std::span<const std::uint8_t> valid,
+                                         std::span<const BoundingBox> boxes);
+
 // Per basis light (sun first, then the sky shapes): what a unit of it makes of map, faces and sky.
 // Sky shapes are the transport's, in its order. An empty image or array is black.
 struct BasisLights {
@@ -58,6 +66,7 @@ IrradianceVolume VolumeFromEnvironment(const ProbeOperator& probes,
 
 // The fast route: operator and basis folded once per sun direction, so that a frame costs
 // (1 + shapes) x 9 x 3 multiplications a probe.
+// Memory  108 bytes a probe and basis light.
 class FoldedVolume {
  public:
   FoldedVolume() = default;
@@ -68,11 +77,17 @@ class FoldedVolume {
   // Writes into `volume`, which keeps its memory from frame to frame.
   // Throws std::invalid_argument when `lighting` has other sky components than were folded.
   void Combine(const Lighting& lighting, IrradianceVolume& volume) const;
+  // The same for the probes that `needed` marks alone (ProbesNeededIn): the others are not valid in
+  // `volume`, so that points elsewhere take the nearest of these. Throws also for another number of
+  // marks than probes.
+  void Combine(const Lighting& lighting,
+               std::span<const std::uint8_t> needed,
+               IrradianceVolume& volume) const;
 
  private:
   ProbeGrid grid_;
   std::vector<std::uint8_t> valid_;
-  std::vector<std::vector<ShRgb>> probes_of_basis_;  // [basis light][probe], RGB response.
+  BasisProbes probes_of_basis_;  // RGB response.
 };
 
 }  // namespace pleinair

@@ -2,25 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "relight/internal/float4.h"
+
 namespace pleinair::internal {
 namespace {
-
-// RGB and a lane that is not used: a register of every 64-bit processor. Left to itself the
-// compiler packs the 27 numbers otherwise, and spends twice the time on sorting them out again.
-using Float4 = float __attribute__((vector_size(16)));
-
-Float4 LoadFour(const float* values) {
-  Float4 four;
-  std::memcpy(&four, values, sizeof(four));
-  return four;
-}
 
 // The last coefficient is read with the number before it: behind it another array may begin.
 constexpr std::size_t kLast = kProbeShCoefficients - 1;
@@ -67,15 +58,45 @@ std::uint32_t NearestValid(const ProbeGrid& grid,
   return nearest;
 }
 
+// In cells, the border's for a point outside.
+glm::vec3 PlaceInGrid(const ProbeGrid& grid, const glm::vec3& position_m) {
+  return glm::clamp(
+      (position_m - grid.lower_m) / grid.spacing_m, glm::vec3(0.0f), glm::vec3(grid.counts - 1));
+}
+
+// The cell's lowest probe; along an axis with one probe there is but cell 0.
+glm::ivec3 CellAt(const ProbeGrid& grid, const glm::vec3& at) {
+  return glm::max(glm::min(glm::ivec3(at), grid.counts - 2), glm::ivec3(0));
+}
+
+// Marks every valid probe that is the nearest one of some point of the cell. A point lies within
+// half the diagonal of the middle, so its nearest probe is no farther from the middle than the
+// middle's own nearest one and the diagonal.
+void MarkStandIns(const ProbeGrid& grid,
+                  std::span<const std::uint8_t> valid,
+                  const glm::vec3& lower,
+                  const glm::vec3& upper,
+                  std::span<std::uint8_t> marks) {
+  const glm::vec3 middle = 0.5f * (lower + upper);
+  const std::uint32_t nearest = NearestValid(grid, valid, middle);
+  if (nearest == kNoProbe) return;
+  const glm::vec3 middle_m = grid.lower_m + grid.spacing_m * middle;
+  constexpr float kRounding = 1.0001f;
+  const float reach_m = kRounding * (glm::distance(grid.PositionM(nearest), middle_m) +
+                                     glm::length(grid.spacing_m * (upper - lower)));
+  for (std::size_t probe = 0; probe < valid.size(); ++probe) {
+    if (valid[probe] == 0 || glm::distance(grid.PositionM(probe), middle_m) > reach_m) continue;
+    marks[probe] = 1;
+  }
+}
+
 }  // namespace
 
 ProbeBlend BlendAt(const ProbeGrid& grid,
                    std::span<const std::uint8_t> valid,
                    const glm::vec3& position_m) {
-  const glm::vec3 last(grid.counts - 1);
-  const glm::vec3 at =
-      glm::clamp((position_m - grid.lower_m) / grid.spacing_m, glm::vec3(0.0f), last);
-  const glm::ivec3 cell = glm::max(glm::min(glm::ivec3(at), grid.counts - 2), glm::ivec3(0));
+  const glm::vec3 at = PlaceInGrid(grid, position_m);
+  const glm::ivec3 cell = CellAt(grid, at);
   const glm::vec3 share = at - glm::vec3(cell);
 
   ProbeBlend blend;
@@ -108,6 +129,33 @@ ProbeBlend BlendAt(const ProbeGrid& grid,
   return blend;
 }
 
+std::vector<std::uint8_t> ProbesReadIn(const ProbeGrid& grid,
+                                       std::span<const std::uint8_t> valid,
+                                       std::span<const BoundingBox> boxes) {
+  std::vector<std::uint8_t> marks(valid.size(), 0);
+  for (const BoundingBox& box : boxes) {
+    const glm::ivec3 first = CellAt(grid, PlaceInGrid(grid, box.lower_m));
+    const glm::ivec3 last = CellAt(grid, PlaceInGrid(grid, box.upper_m));
+    for (int z = first.z; z <= last.z; ++z) {
+      for (int y = first.y; y <= last.y; ++y) {
+        for (int x = first.x; x <= last.x; ++x) {
+          const glm::ivec3 lower(x, y, z);
+          const glm::ivec3 upper = glm::min(lower + 1, grid.counts - 1);
+          bool all_valid = true;
+          for (unsigned corner = 0; corner < 8; ++corner) {
+            const glm::ivec3 step(corner & 1u, (corner >> 1) & 1u, corner >> 2);
+            const std::uint32_t probe = ProbeIndex(grid, glm::min(lower + step, upper));
+            marks[probe] |= valid[probe];
+            all_valid = all_valid && valid[probe] != 0;
+          }
+          if (!all_valid) MarkStandIns(grid, valid, glm::vec3(lower), glm::vec3(upper), marks);
+        }
+      }
+    }
+  }
+  return marks;
+}
+
 IrradianceBasis IrradianceBasisOf(const glm::vec3& normal) {
   static const IrradianceBasis factors = [] {
     IrradianceBasis of_coefficient;
@@ -127,6 +175,8 @@ glm::vec3 BlendedIrradiance(std::span<const ShRgb> probes,
                             const std::array<float, 8>& weight,
                             const IrradianceBasis& basis) {
   if (probe[0] == kNoProbe) return glm::vec3(0.0f);
+  // RGB and a lane that is not used. Left to itself the compiler packs the 27 numbers otherwise,
+  // and spends twice the time on sorting them out again.
   std::array<Float4, kProbeShCoefficients> sum;
   for (std::size_t corner = 0; corner < 8; ++corner) {
     const float share = weight[corner];

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -27,6 +28,12 @@ struct ProbeBlend {
 ProbeBlend BlendAt(const ProbeGrid& grid,
                    std::span<const std::uint8_t> valid,
                    const glm::vec3& position_m);
+
+// 1 for each probe that BlendAt may name for some point within one of `boxes`; all of them valid.
+// A valid probe that is left out could be marked as not valid without a change of any such blend.
+std::vector<std::uint8_t> ProbesReadIn(const ProbeGrid& grid,
+                                       std::span<const std::uint8_t> valid,
+                                       std::span<const BoundingBox> boxes);
 
 // A_l Y_lm(normal): what SH coefficients of incident radiance are multiplied with to give the
 // irradiance on a surface (Ramamoorthi and Hanrahan 2001, equation 8).

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -139,6 +141,70 @@ TEST(IrradianceVolumeHardCases, NeverNegative) {
     }
   }
   EXPECT_GT(cut, 0);
+}
+
+// Grids with most, some and hardly any valid probes, flat ones too; boxes inside, across the border
+// and outside. Marking all other probes as not valid changes no bit at any point of the boxes.
+TEST(IrradianceVolumeHardCases, PointsInABoxNeedNoProbeButThoseNamed) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> unit(0.0f, 1.0f);
+  int left_out = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    IrradianceVolume volume = GrayVolume(
+        std::array{glm::ivec3(5, 4, 6), glm::ivec3(7, 1, 3), glm::ivec3(2, 9, 2)}[trial % 3]);
+    const unsigned valid_of_50 = std::array{48u, 25u, 2u, 0u}[trial % 4];
+    for (std::size_t probe = 0; probe < volume.probes.size(); ++probe) {
+      volume.probes[probe][0] *= static_cast<float>(probe + 1);
+      if (random() % 50 >= valid_of_50) MarkInvalid(volume, probe);
+    }
+    const auto random_point = [&] {
+      return glm::vec3(10.0f, 8.0f, 16.0f) * glm::vec3(unit(random), unit(random), unit(random)) -
+             2.0f;
+    };
+    std::vector<BoundingBox> boxes;
+    for (int i = 0; i < 2; ++i) {
+      const glm::vec3 lower = random_point();
+      boxes.push_back({lower, glm::min(lower + 0.3f * (random_point() + 2.0f), glm::vec3(20.0f))});
+    }
+    const std::vector<std::uint8_t> needed = ProbesNeededIn(volume.grid, volume.valid, boxes);
+    IrradianceVolume pruned = volume;
+    for (std::size_t probe = 0; probe < needed.size(); ++probe) {
+      if (needed[probe] != 0) continue;
+      left_out += volume.valid[probe];
+      MarkInvalid(pruned, probe);
+    }
+    for (int i = 0; i < 200; ++i) {
+      const BoundingBox& box = boxes[static_cast<std::size_t>(i % 2)];
+      glm::vec3 share(unit(random), unit(random), unit(random));
+      if (i < 16) share = glm::vec3((i >> 1) & 1, (i >> 2) & 1, (i >> 3) & 1);
+      const glm::vec3 point = glm::mix(box.lower_m, box.upper_m, share);
+      ASSERT_EQ(pruned.Irradiance(point, kUp), volume.Irradiance(point, kUp)) << trial;
+    }
+  }
+  EXPECT_GT(left_out, 1000);
+}
+
+TEST(IrradianceVolumeHardCases, CombinesTheNeededProbesAlone) {
+  const PatchScene yard = Yard();
+  const ProbeGrid grid = MakeProbeGrid({{-1, -1, 0}, {3, 1, 2}}, {9, 9, 9});
+  const ProbeOperator probes(yard, nullptr, grid, {16, 1});
+  const std::vector<glm::vec3> sky(probes.SkyDirections().size(), glm::vec3(0.3f));
+  const BasisLights basis{
+      std::vector<EnvironmentBasis>(2), std::vector<std::vector<glm::vec3>>(2), {{}, sky}};
+  Lighting lighting;
+  lighting.sky = {{"uniform", {100.0, 110.0, 120.0}}};
+  const FoldedVolume folded(probes, basis);
+  IrradianceVolume all, some;
+  folded.Combine(lighting, all);
+  const std::array boxes{BoundingBox{{0.1f, 0.0f, 0.2f}, {0.6f, 0.3f, 0.9f}}};
+  folded.Combine(lighting, ProbesNeededIn(grid, probes.Valid(), boxes), some);
+  const glm::vec3 inside(0.3f, 0.2f, 0.5f);
+  EXPECT_EQ(some.Irradiance(inside, kUp), all.Irradiance(inside, kUp));
+  EXPECT_GT(all.Irradiance(inside, kUp).x, 0.0f);
+  EXPECT_LT(std::count(some.valid.begin(), some.valid.end(), 1), 100);
+  EXPECT_THROW(folded.Combine(lighting, std::vector<std::uint8_t>(3), some), std::invalid_argument);
+  const std::array inside_out{BoundingBox{{1, 0, 0}, {0, 0, 0}}};
+  EXPECT_THROW(ProbesNeededIn(grid, probes.Valid(), inside_out), std::invalid_argument);
 }
 
 TEST(IrradianceVolumeHardCases, SameBitsForAnyNumberOfThreads) {
