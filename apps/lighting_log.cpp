@@ -86,6 +86,11 @@ std::string LightingLine(const Frame& frame, const FrameResult& result) {
       regions.push_back(ToJson(radiance));
     }
   }
+  if (result.daylight) {
+    line["daylight"] = {{"samples", result.daylight->samples},
+                        {"sky_share", result.daylight->sky_share},
+                        {"maps_drawn", result.daylight->maps_drawn}};
+  }
   const StageTimes& ms = result.timing_ms;
   line["timing_ms"] = {{"read", ms.read},
                        {"transport", ms.transport},

@@ -157,6 +157,35 @@ void AddSkyShapes(CLI::App& command, std::vector<pleinair::SkyShapeKind>& shapes
       ->default_str("uniform,overcast,clear");
 }
 
+void AddDaylight(CLI::App& run, pleinair::RunCommandOptions& options) {
+  using pleinair::Daylight;
+  using pleinair::DaylightRestriction;
+  run.add_option("--daylight",
+                 options.daylight,
+                 "Light straight from the sky on the objects, and taken by them from real "
+                 "surfaces: gather (as --object-light) or samples (of the sky, for rooms with "
+                 "windows)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Daylight>{
+          {"gather", Daylight::kGather}, {"samples", Daylight::kSamples}}))
+      ->default_str("gather; samples with volume or map indoors");
+  pleinair::DaylightSamplingOptions& sampling = options.direct_daylight.sampling;
+  run.add_option("--daylight-samples", sampling.samples, "Of each shape of the sky")
+      ->check(CLI::Range(1, 65536));
+  run.add_option("--daylight-sampling",
+                 sampling.restriction,
+                 "Where samples are drawn: windows (what they let through to the objects), "
+                 "rejection (the whole sky, until enough come through) or whole-sky")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, DaylightRestriction>{
+          {"windows", DaylightRestriction::kWindows},
+          {"rejection", DaylightRestriction::kRejection},
+          {"whole-sky", DaylightRestriction::kWholeSky}}))
+      ->default_str("windows");
+  run.add_option("--daylight-map-size",
+                 options.direct_daylight.shadows.map_size_px,
+                 "Side of a sample's shadow map in pixels; 0: rays in place of maps")
+      ->check(CLI::Range(0, 1024));
+}
+
 void AddRun(CLI::App& app, Work& work) {
   auto options = std::make_shared<pleinair::RunCommandOptions>();
   CLI::App& run = *app.add_subcommand("run", "The main job: light and composite, frame by frame");
@@ -193,6 +222,7 @@ void AddRun(CLI::App& app, Work& work) {
           {"volume", pleinair::ObjectLight::kVolume},
           {"map", pleinair::ObjectLight::kVolumeByMap}}))
       ->default_str("gather");
+  AddDaylight(run, *options);
   run.add_option_function<std::vector<std::string>>(
          "--effects",
          [options](const std::vector<std::string>& names) {

@@ -86,8 +86,23 @@ class RunFolder {
   std::ofstream log_;
 };
 
+Daylight DaylightOf(const RunCommandOptions& options, const SequenceSite& site) {
+  const bool smooth = options.object_light != ObjectLight::kGather;
+  return options.daylight.value_or(site.is_indoors && smooth ? Daylight::kSamples
+                                                             : Daylight::kGather);
+}
+
+std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSite& site) {
+  if (DaylightOf(options, site) == Daylight::kGather) return "with the rest";
+  const DirectDaylightOptions& direct = options.direct_daylight;
+  return fmt::format("by {} samples a shape of the sky, shadow maps of {} px",
+                     direct.sampling.samples,
+                     direct.shadows.map_size_px);
+}
+
 std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
                                           const Sequence& sequence,
+                                          const SequenceSite& site,
                                           const HeadlessContext& context) {
   const GlDescription gl = context.Describe();
   return {
@@ -96,14 +111,15 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
                   sequence.intrinsics.width_px,
                   sequence.intrinsics.height_px),
       fmt::format(
-          "frames {}, {} samples, seed {}, bounces {}, object light by {}",
+          "frames {}, {} samples, seed {}, bounces {}, object light by {}, direct daylight {}",
           options.frames == FrameKind::kLinear ? "linear" : "ldr",
           options.samples,
           options.seed,
           options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),
           options.object_light == ObjectLight::kGather   ? "rays at vertices"
           : options.object_light == ObjectLight::kVolume ? "folded probes"
-                                                         : "probes from the map"),
+                                                         : "probes from the map",
+          DescribeDaylight(options, site)),
       fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
 }
 
@@ -246,7 +262,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   RunReport report;
   report.title =
       "pleinair: " + (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
-  report.settings = DescribeSettings(options, sequence, context);
+  report.settings = DescribeSettings(options, sequence, site, context);
   if (board)
     report.settings.push_back("camera poses from the markers of " + options.markers.string());
   report.notes = site.notes;
@@ -267,6 +283,11 @@ void RunRunCommand(const RunCommandOptions& options) {
     pipeline_options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
   }
   pipeline_options.effects = options.effects;
+  pipeline_options.daylight = DaylightOf(options, site);
+  pipeline_options.direct_daylight = options.direct_daylight;
+  for (const WindowEntry& window : sequence.windows) {
+    pipeline_options.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
+  }
   FramePipeline pipeline(scene,
                          site.model.mesh,
                          sequence.site,
@@ -274,6 +295,10 @@ void RunRunCommand(const RunCommandOptions& options) {
                          std::move(source),
                          compositor,
                          pipeline_options);
+  if (!pipeline.DaylightNote().empty()) {
+    report.notes.push_back(pipeline.DaylightNote());
+    spdlog::info("{}", report.notes.back());
+  }
 
   std::optional<ShadowDirectionFinder> shadows;
   if (options.measure_shadows) shadows.emplace(site.model.mesh, site.model.diffuse_regions);

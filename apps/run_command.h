@@ -38,6 +38,9 @@ struct RunCommandOptions {
   std::uint64_t seed = 1;
   PrepareSettings prepare;
   ObjectLight object_light = ObjectLight::kGather;
+  // None: gathered, but for the irradiance volume indoors, which is too smooth for windows.
+  std::optional<Daylight> daylight;
+  DirectDaylightOptions direct_daylight;  // Its windows are the sequence's.
   CompositeEffects effects;
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;

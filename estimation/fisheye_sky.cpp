@@ -253,24 +253,23 @@ void FisheyeSky::AverageRegions(const RgbImage& radiance, const DiscArea& disc) 
 }
 
 void FisheyeSky::FillTable(const RgbImage& radiance, const DiscArea& disc) {
-  sky_table_.resize(SkyTable::kCells);
+  std::vector<glm::vec3> sky_table(SkyTable::kCells);
   std::vector<std::uint32_t> in_disc = disc.pixels;
   std::sort(in_disc.begin(), in_disc.end());
-  for (std::size_t cell = 0; cell < sky_table_.size(); ++cell) {
+  for (std::size_t cell = 0; cell < sky_table.size(); ++cell) {
     const std::uint32_t pixel = pixel_of_cell_[cell];
     if (pixel == kNone || !IsMeasured(radiance.pixels[pixel])) {
-      sky_table_[cell] = glm::vec3(region_radiance_[region_of_cell_[cell]]);
+      sky_table[cell] = glm::vec3(region_radiance_[region_of_cell_[cell]]);
     } else if (!in_disc.empty() && std::binary_search(in_disc.begin(), in_disc.end(), pixel)) {
-      sky_table_[cell] = disc.background;
+      sky_table[cell] = disc.background;
     } else {
-      sky_table_[cell] = radiance.pixels[pixel];
+      sky_table[cell] = radiance.pixels[pixel];
     }
   }
+  if (shape_ != nullptr && sky_table == sky_table_) return;
+  sky_table_ = std::move(sky_table);
   sky_irradiance_rgb_ = HorizontalIrradiance(sky_table_);
-}
-
-std::shared_ptr<const SkyShape> FisheyeSky::Shape() const {
-  return MakeTableSkyShape("fisheye", sky_table_);
+  shape_ = MakeTableSkyShape("fisheye", sky_table_);
 }
 
 }  // namespace pleinair

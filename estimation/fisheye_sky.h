@@ -47,8 +47,9 @@ class FisheyeSky {
   // not show has that of the nearest one above it, one of the highest band the mean of all.
   std::span<const glm::dvec3> RegionRadiance() const { return region_radiance_; }
   // The sky without the disc, as a shape and how strong it is on an unoccluded horizontal plane.
-  // Directions that the picture does not show have their region's radiance.
-  std::shared_ptr<const SkyShape> Shape() const;
+  // Directions that the picture does not show have their region's radiance. The same object while
+  // pictures show the same sky.
+  std::shared_ptr<const SkyShape> Shape() const { return shape_; }
   glm::dvec3 SkyIrradianceRgb() const { return sky_irradiance_rgb_; }
 
  private:
@@ -73,6 +74,7 @@ class FisheyeSky {
   std::vector<glm::dvec3> region_radiance_;
   std::vector<double> region_weight_sr_;
   std::vector<glm::vec3> sky_table_;
+  std::shared_ptr<const SkyShape> shape_;
   glm::dvec3 sky_irradiance_rgb_{0.0};
 
   struct PixelWindow {

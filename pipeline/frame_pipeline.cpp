@@ -55,6 +55,7 @@ void FramePipelineOptions::Validate() const {
     throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
                                 ": expected 0 or more seconds");
   }
+  direct_daylight.Validate();
 }
 
 FramePipeline::FramePipeline(const PreparedScene& scene,
@@ -74,6 +75,10 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
       view_builder_(scene, options.view),
       interreflection_(objects_) {
   options_.Validate();
+  if (options_.daylight == Daylight::kSamples && !objects_.empty()) {
+    daylight_ = std::make_unique<DirectDaylight>(
+        phantom, scene_.patches.caster, interreflection_.Objects(), options_.direct_daylight);
+  }
   compositor_.SetPhantom(phantom);
   compositor_.SetObjects(objects_);
   for (const VirtualObject& object : objects_) {
@@ -107,6 +112,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
         basis_sun_version_ != view.sun_version || basis_shapes_ != sky_shapes_;
     if (basis_changed && !objects_.empty()) {
       UpdateBasis();
+      if (daylight_ != nullptr) daylight_->Update(sky_shapes_);
       if (options_.object_light != ObjectLight::kGather) UpdateVolume();
       interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
       UpdateObjects(view);
@@ -119,6 +125,11 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     result.estimate = std::move(*estimate);
     result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
     result.timing_ms.transport += result.estimate.new_sample_set_ms;
+
+    if (daylight_ != nullptr) {
+      result.daylight = daylight_->Summary();
+      if (!basis_changed) result.daylight->maps_drawn = 0;
+    }
 
     if (!objects_.empty()) Shade(result.estimate.lighting, result.timing_ms);
     result.composite = compositor_.Render({frame.radiance,
@@ -134,6 +145,10 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
   } catch (const std::exception& error) {
     return failed(error.what());
   }
+}
+
+std::string FramePipeline::DaylightNote() const {
+  return daylight_ != nullptr ? daylight_->Note() : std::string();
 }
 
 void FramePipeline::UpdateBasis() {
@@ -163,12 +178,12 @@ void FramePipeline::UpdateVolume() {
     if (survey != nullptr) {
       basis_.environment[light] =
           light == 0 ? EnvironmentOfSun(*survey, survey->view.sun_direction_enu)
-                     : EnvironmentOfSky(*survey, light - 1, *sky_shapes_[light - 1]);
+                     : EnvironmentOfSky(*survey, light - 1, GatheredSky(light - 1));
     }
     if (light == 0) continue;
     basis_.sky_radiance[light].clear();
     for (const glm::vec3& direction : directions) {
-      basis_.sky_radiance[light].push_back(sky_shapes_[light - 1]->Radiance(direction));
+      basis_.sky_radiance[light].push_back(GatheredSky(light - 1).Radiance(direction));
     }
   }
   if (first) {
@@ -189,6 +204,8 @@ void FramePipeline::UpdateObjects(const SurfaceView& view) {
     influence_ = ObjectInfluence(scene_.patches, interreflection_.Objects(), view);
     influence_geometry_version_ = view.geometry_version;
   }
+  const std::vector<Receiver> receivers =
+      has_influence && daylight_ != nullptr ? influence_.Receivers() : std::vector<Receiver>();
   vertex_response_.resize(basis_.face_radiosity.size());
   for (std::size_t light = 0; light < basis_.face_radiosity.size(); ++light) {
     const bool changed =
@@ -199,17 +216,20 @@ void FramePipeline::UpdateObjects(const SurfaceView& view) {
     (light == 0 ? unit.sun.irradiance_rgb : unit.sky[light - 1].irradiance_rgb) = glm::dvec3(1.0);
     if (options_.object_light != ObjectLight::kGather) {
       folded_.Combine(unit, needed_probes_, volume_);
-      LightVertices(volume_, unit.sun);
+      LightVertices(volume_, unit);
     } else {
       if (changed) vertex_response_[light] = GatherAtVertices(light);
       SumVertexResponses(unit);
     }
     if (!has_influence) continue;
-    influence_.Fold(light,
-                    light == 0 ? nullptr : sky_shapes_[light - 1].get(),
-                    view,
-                    basis_.face_radiosity[light],
-                    interreflection_.FaceRadiosity(unit.sun, vertex_irradiance_));
+    const bool sampled = light > 0 && daylight_ != nullptr;
+    influence_.Fold(
+        light,
+        light == 0 || sampled ? nullptr : sky_shapes_[light - 1].get(),
+        view,
+        basis_.face_radiosity[light],
+        interreflection_.FaceRadiosity(unit.sun, vertex_irradiance_),
+        sampled ? daylight_->HiddenFrom(light - 1, receivers) : std::vector<glm::vec3>());
   }
 }
 
@@ -219,10 +239,15 @@ std::vector<glm::vec3> FramePipeline::GatherAtVertices(std::size_t light) {
   if (gather_.VertexCount() == 0) {
     gather_ = ObjectGather(objects, scene_.patches, options_.object_gather);
   }
-  const SkyShape* sky = light == 0 ? nullptr : sky_shapes_[light - 1].get();
+  const bool sampled = light > 0 && daylight_ != nullptr;
+  const SkyShape* sky = light == 0 || sampled ? nullptr : sky_shapes_[light - 1].get();
   const std::vector<glm::vec3> dark_objects(objects.FaceCount(), glm::vec3(0.0f));
   std::vector<glm::vec3> irradiance =
       gather_.Irradiance(sky, dark_objects, basis_.face_radiosity[light]);
+  if (sampled) {
+    const std::vector<glm::vec3>& direct = daylight_->OnObjects(light - 1);
+    for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += direct[v];
+  }
 
   vertex_response_[light] = irradiance;
   Lighting unit;
@@ -252,7 +277,26 @@ void FramePipeline::SumVertexResponses(const Lighting& lighting) {
   }
 }
 
-void FramePipeline::LightVertices(const IrradianceVolume& volume, const DirectionalLight& sun) {
+const SkyShape& FramePipeline::GatheredSky(std::size_t k) const {
+  static const std::shared_ptr<const SkyShape> black =
+      MakeTableSkyShape("black", std::vector<glm::vec3>(SkyTable::kCells, glm::vec3(0.0f)));
+  return daylight_ != nullptr ? *black : *sky_shapes_[k];
+}
+
+std::vector<glm::vec3> FramePipeline::DirectAtVertices(const Lighting& lighting) const {
+  std::vector<glm::vec3> direct;
+  if (daylight_ == nullptr) return direct;
+  direct.assign(interreflection_.Objects().mesh.positions_m.size(), glm::vec3(0.0f));
+  for (std::size_t k = 0; k < lighting.sky.size(); ++k) {
+    const glm::vec3 intensity(lighting.sky[k].irradiance_rgb);
+    if (intensity == glm::vec3(0.0f)) continue;
+    const std::vector<glm::vec3>& of_unit = daylight_->OnObjects(k);
+    for (std::size_t v = 0; v < direct.size(); ++v) direct[v] += intensity * of_unit[v];
+  }
+  return direct;
+}
+
+void FramePipeline::LightVertices(const IrradianceVolume& volume, const Lighting& lighting) {
   if (vertices_.empty()) {
     for (const VirtualObject& object : objects_) {
       vertices_.emplace_back(volume, object.mesh.positions_m, object.mesh.normals);
@@ -261,7 +305,7 @@ void FramePipeline::LightVertices(const IrradianceVolume& volume, const Directio
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     vertices_[i].Evaluate(volume, vertex_irradiance_[i]);
   }
-  interreflection_.Apply(sun, vertex_irradiance_);
+  interreflection_.Apply(lighting.sun, vertex_irradiance_, DirectAtVertices(lighting));
 }
 
 void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
@@ -276,7 +320,7 @@ void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
     } else {
       folded_.Combine(lighting, needed_probes_, volume_);
     }
-    LightVertices(volume_, lighting.sun);
+    LightVertices(volume_, lighting);
   }
   influence_.Evaluate(lighting,
                       {.hidden_light = options_.effects.sky_occlusion,

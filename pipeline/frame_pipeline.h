@@ -3,12 +3,14 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <tl/expected.hpp>
 
 #include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
+#include "pipeline/direct_daylight.h"
 #include "pipeline/object_gather.h"
 #include "pipeline/object_interreflection.h"
 #include "pipeline/sun_state.h"
@@ -29,6 +31,12 @@ enum class ObjectLight {
   kVolumeByMap,  // The same volume, by an environment map made and pushed through for each frame.
 };
 
+// How light straight from the sky reaches virtual objects, and is taken by them from real surfaces.
+enum class Daylight {
+  kGather,   // As all other light: by the rays, probes or map that ObjectLight says.
+  kSamples,  // By samples of the sky: sharp shadows through windows.
+};
+
 struct FramePipelineOptions {
   SurfaceViewOptions view;
   // The sun's transport is made for times on this raster, so that it is a pure function of a
@@ -37,6 +45,8 @@ struct FramePipelineOptions {
   double sun_step_s = 48.0;
   ObjectLight object_light = ObjectLight::kGather;
   GatherOptions object_gather;
+  Daylight daylight = Daylight::kGather;
+  DirectDaylightOptions direct_daylight;  // For samples.
   CompositeEffects effects;
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
@@ -59,6 +69,9 @@ struct FrameResult {
   ClearSkyExpectation clear_sky;
   LightingEstimate estimate;
   Composite composite;
+  // Where daylight comes by samples: of the frame's own sky. Its maps_drawn is 0 where those of the
+  // last frame could stay.
+  std::optional<DirectDaylightSummary> daylight;
   StageTimes timing_ms;
 };
 
@@ -82,14 +95,21 @@ class FramePipeline {
   // holds the probes that objects need alone; the others are not valid.
   const IrradianceVolume& Volume() const { return volume_; }
 
+  // What daylight samples are restricted to, in a line; empty without such.
+  std::string DaylightNote() const;
+
  private:
   void UpdateBasis();
   void UpdateVolume();
   void UpdateObjects(const SurfaceView& view);
+  // What rays and probes take sky shape `k` for: black where it is sampled.
+  const SkyShape& GatheredSky(std::size_t k) const;
   std::vector<glm::vec3> GatherAtVertices(std::size_t light);
   // Irradiance at the objects' vertices, with what they hide and send each other.
   void SumVertexResponses(const Lighting& lighting);
-  void LightVertices(const IrradianceVolume& volume, const DirectionalLight& sun);
+  // Of the sampled daylight; empty without.
+  std::vector<glm::vec3> DirectAtVertices(const Lighting& lighting) const;
+  void LightVertices(const IrradianceVolume& volume, const Lighting& lighting);
   void Shade(const Lighting& lighting, StageTimes& times);
 
   const PreparedScene& scene_;
@@ -113,9 +133,11 @@ class FramePipeline {
   IrradianceVolume volume_;
   std::vector<VertexIrradiance> vertices_;  // Per object; set up with the first volume.
   ObjectInterreflection interreflection_;
+  std::unique_ptr<DirectDaylight> daylight_;  // Null where daylight is gathered.
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
-  ObjectGather gather_;                                  // Set up with the first frame.
-  std::vector<std::vector<glm::vec3>> vertex_response_;  // Per basis light, all objects' vertices.
+  ObjectGather gather_;  // Set up with the first frame.
+  // Per basis light, all objects' vertices; for gathered light.
+  std::vector<std::vector<glm::vec3>> vertex_response_;
   ObjectInfluence influence_;
   std::optional<std::uint64_t> influence_geometry_version_;
   IrradianceChange irradiance_change_;

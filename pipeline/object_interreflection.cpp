@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 
 #include <tbb/parallel_for.h>
@@ -98,14 +99,32 @@ std::vector<glm::vec3> ObjectInterreflection::FaceRadiosity(
 }
 
 void ObjectInterreflection::Apply(const DirectionalLight& sun,
-                                  std::span<std::vector<glm::vec3>> vertex_irradiance) {
-  const std::vector<glm::vec3> radiosity =
-      FaceRadiosity(sun, {vertex_irradiance.data(), vertex_irradiance.size()});
+                                  std::span<std::vector<glm::vec3>> vertex_irradiance,
+                                  std::span<const glm::vec3> direct) {
+  if (!direct.empty() && direct.size() != vertices_.size()) {
+    throw std::invalid_argument(std::string("object interreflection: direct has ") +
+                                std::to_string(direct.size()) + " entries, expected " +
+                                std::to_string(vertices_.size()) + ", one a vertex");
+  }
+  const auto direct_at = [&](std::size_t vertex) {
+    return direct.empty() ? glm::vec3(0.0f) : direct[vertex];
+  };
   std::size_t first_vertex = 0;
   for (std::vector<glm::vec3>& irradiance : vertex_irradiance) {
+    for (std::size_t v = 0; v < irradiance.size(); ++v) {
+      irradiance[v] += direct_at(first_vertex + v);
+    }
+    first_vertex += irradiance.size();
+  }
+  const std::vector<glm::vec3> radiosity =
+      FaceRadiosity(sun, {vertex_irradiance.data(), vertex_irradiance.size()});
+  first_vertex = 0;
+  for (std::vector<glm::vec3>& irradiance : vertex_irradiance) {
     tbb::parallel_for(std::size_t{0}, irradiance.size(), [&](std::size_t v) {
-      irradiance[v] = irradiance[v] * (1.0f - hidden_[first_vertex + v]) +
-                      rays_.FromFacesAt(first_vertex + v, radiosity);
+      const std::size_t vertex = first_vertex + v;
+      const glm::vec3 of_volume = irradiance[v] - direct_at(vertex);
+      irradiance[v] = of_volume * (1.0f - hidden_[vertex]) + direct_at(vertex) +
+                      rays_.FromFacesAt(vertex, radiosity);
     });
     first_vertex += irradiance.size();
   }

@@ -28,7 +28,11 @@ class ObjectInterreflection {
   void UpdateSun(const RayCaster& real, const glm::dvec3& sun_direction_enu);
 
   // Turns the volume's irradiance at the vertices, one list an object, into what reaches them.
-  void Apply(const DirectionalLight& sun, std::span<std::vector<glm::vec3>> vertex_irradiance);
+  // `direct` is what reaches them besides, past objects already, and is reflected alike: all
+  // objects' vertices in one list, or empty.
+  void Apply(const DirectionalLight& sun,
+             std::span<std::vector<glm::vec3>> vertex_irradiance,
+             std::span<const glm::vec3> direct = {});
 
   // All objects' triangles in the world, a group an object.
   const PatchScene& Objects() const { return scene_; }

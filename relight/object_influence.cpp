@@ -168,7 +168,11 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
     first_receiver.push_back(static_cast<std::uint32_t>(receivers_.size()));
     for (const std::size_t pixel : blocks.back().ReceiverPixels()) {
       receivers_.push_back(
-          {.pixel = pixel, .lower_px = {width_px_, height_px_}, .upper_px = {}, .hits = {}});
+          {.pixel = pixel,
+           .place = {view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]},
+           .lower_px = {width_px_, height_px_},
+           .upper_px = {},
+           .hits = {}});
     }
   }
   entry_begin_.assign(1, 0);
@@ -193,12 +197,18 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
       entry_begin_.push_back(static_cast<std::uint32_t>(entries_.size()));
     }
   }
-  Gather(real, objects, view, options.rays_per_receiver);
+  Gather(real, objects, options.rays_per_receiver);
+}
+
+std::vector<Receiver> ObjectInfluence::Receivers() const {
+  std::vector<Receiver> receivers;
+  receivers.reserve(receivers_.size());
+  for (const ReceiverHits& receiver : receivers_) receivers.push_back(receiver.place);
+  return receivers;
 }
 
 void ObjectInfluence::Gather(const PatchScene& real,
                              const PatchScene& objects,
-                             const SurfaceView& view,
                              int rays_per_receiver) {
   const std::vector<std::optional<ObjectBounds>> bounds = BoundsOfObjects(objects.mesh);
   // What is a small share of a surface's view bears a larger error in itself: half the rays for
@@ -210,8 +220,7 @@ void ObjectInfluence::Gather(const PatchScene& real,
                                            ConeDirections((rays_per_receiver + 7) / 8)};
   tbb::parallel_for(std::size_t{0}, receivers_.size(), [&](std::size_t i) {
     ReceiverHits& receiver = receivers_[i];
-    const glm::vec3& position_m = view.position_world_m.pixels[receiver.pixel];
-    const glm::vec3& normal = view.normal_world.pixels[receiver.pixel];
+    const auto& [position_m, normal] = receiver.place;
     const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
     for (std::size_t group = 0; group < bounds.size(); ++group) {
       if (!bounds[group]) continue;
@@ -244,7 +253,13 @@ void ObjectInfluence::Fold(std::size_t light,
                            const SkyShape* sky,
                            const SurfaceView& view,
                            std::span<const glm::vec3> real_radiosity,
-                           std::span<const glm::vec3> object_radiosity) {
+                           std::span<const glm::vec3> object_radiosity,
+                           std::span<const glm::vec3> hidden_sky) {
+  if (!hidden_sky.empty() && hidden_sky.size() != receivers_.size()) {
+    throw std::invalid_argument(std::string("object influence: hidden_sky has ") +
+                                std::to_string(hidden_sky.size()) + " entries, expected " +
+                                std::to_string(receivers_.size()) + ", one a receiver");
+  }
   RequireFaces(real_radiosity.size(), real_faces_, "the real scene's radiosity");
   RequireFaces(object_radiosity.size(), object_faces_, "the objects' radiosity");
   if (view.Width() != picture_width_px_ || view.Height() != picture_height_px_ ||
@@ -260,6 +275,7 @@ void ObjectInfluence::Fold(std::size_t light,
   responses.resize(receivers_.size());
   tbb::parallel_for(std::size_t{0}, receivers_.size(), [&](std::size_t i) {
     Response response;
+    if (!hidden_sky.empty()) response.hidden = hidden_sky[i];
     for (const Hit& hit : receivers_[i].hits) {
       if (hit.behind != PatchScene::kSky) {
         response.hidden += hit.share * real_radiosity[static_cast<std::size_t>(hit.behind)];

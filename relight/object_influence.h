@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "relight/patch_scene.h"
+#include "relight/transport.h"
 #include "scene/irradiance_change.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
@@ -55,17 +56,21 @@ class ObjectInfluence {
                   const ObjectInfluenceOptions& options = {});
 
   std::size_t ReceiverCount() const { return receivers_.size(); }
+  std::vector<Receiver> Receivers() const;
 
   // Works out the response to a unit of basis light `light`: 0 is the sun, 1 + k the view's sky
   // shape k. `sky` is null for the sun, whose disc is not in it. `view` is that of construction,
   // with its present responses; radiosities are of the faces of `real` and `objects` per unit of
-  // the light.
-  // Throws  std::invalid_argument where a number of faces is another, or the view's size.
+  // the light. Where it is known by other means what the objects take of the sky's own light at
+  // each of Receivers(), `sky` is null and `hidden_sky` says it; else that is empty.
+  // Throws  std::invalid_argument where a number of faces or receivers is another, or the view's
+  //         size.
   void Fold(std::size_t light,
             const SkyShape* sky,
             const SurfaceView& view,
             std::span<const glm::vec3> real_radiosity,
-            std::span<const glm::vec3> object_radiosity);
+            std::span<const glm::vec3> object_radiosity,
+            std::span<const glm::vec3> hidden_sky = {});
 
   // The change under `lighting`, which has the sky components that were folded; 0 where it is less
   // than 1/512 of what the surface gets, a quarter of a code value in white. `change` keeps its
@@ -84,6 +89,7 @@ class ObjectInfluence {
   };
   struct ReceiverHits {
     std::size_t pixel = 0;
+    Receiver place;
     // Of the pixels that blend it, counted from (x_px_, y_px_).
     glm::ivec2 lower_px{0};
     glm::ivec2 upper_px{0};
@@ -99,10 +105,7 @@ class ObjectInfluence {
     glm::vec3 before{0.0f};  // What the surface gets in all.
   };
 
-  void Gather(const PatchScene& real,
-              const PatchScene& objects,
-              const SurfaceView& view,
-              int rays_per_receiver);
+  void Gather(const PatchScene& real, const PatchScene& objects, int rays_per_receiver);
   std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
 
   std::size_t real_faces_ = 0;

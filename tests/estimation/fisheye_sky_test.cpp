@@ -98,6 +98,20 @@ TEST(FisheyeSky, TheShapeIsThePicturesOwn) {
   }
 }
 
+// So that nothing is worked out anew for it.
+TEST(FisheyeSky, KeepsItsShapeWhileTheSkyStaysTheSame) {
+  FisheyePicture picture;
+  const RgbImage radiance = MakeFisheyePicture(picture);
+  FisheyeSky sky = ReadPicture(picture, radiance);
+  const auto shape = sky.Shape();
+  sky.Read(radiance, picture.sun_direction_enu, kSunRadius);
+  EXPECT_EQ(sky.Shape(), shape);
+  RgbImage brighter = radiance;
+  for (glm::vec3& pixel : brighter.pixels) pixel *= 1.5f;
+  sky.Read(brighter, picture.sun_direction_enu, kSunRadius);
+  EXPECT_NE(sky.Shape(), shape);
+}
+
 // Cut off at a level that the disc passes and the sky does not: the flat top is wider than a disc
 // once the lens has spread the light.
 TEST(FisheyeSkyHardCases, SaysThatTheDiscIsClipped) {

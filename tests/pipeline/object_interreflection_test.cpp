@@ -2,6 +2,7 @@
 #include "pipeline/object_interreflection.h"
 
 #include <cmath>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -138,6 +139,25 @@ TEST(ObjectInterreflection, OnlyTheDiffusePartReflectsTheSun) {
   const std::vector<glm::vec3> radiosity = light.FaceRadiosity(sun, irradiance);
   EXPECT_NEAR(radiosity[0].x, 0.7f + 2.0f, 1e-5f) << "the side to the sun";
   EXPECT_NEAR(radiosity[1].x, 0.7f, 1e-5f) << "the other side";
+}
+
+// Light that is past the objects already is hidden no second time, and reflected once.
+TEST(ObjectInterreflection, DirectLightIsAddedWholeAndReflected) {
+  Mesh room;
+  AddBox(room, {-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 1.0f}, true);
+  const std::vector<VirtualObject> objects{ObjectOf(room, glm::vec3(0.4f)),
+                                           ObjectOf(Tile({0.2f, 0.1f, 0.3f}), glm::vec3(0.5f))};
+  ObjectInterreflection light(objects);
+  const std::size_t vertices = light.Objects().mesh.positions_m.size();
+  std::vector<std::vector<glm::vec3>> irradiance;
+  for (const VirtualObject& object : objects) {
+    irradiance.emplace_back(object.mesh.positions_m.size(), glm::vec3(0.0f));
+  }
+  light.Apply(NoSun(), irradiance, std::vector<glm::vec3>(vertices, glm::vec3(3.0f)));
+  // All that the tile sees are the room's faces.
+  for (const glm::vec3& value : irradiance[1]) EXPECT_NEAR(value.x, 3.0f + 0.4f * 3.0f, 1e-5f);
+  EXPECT_THROW(light.Apply(NoSun(), irradiance, std::vector<glm::vec3>(vertices + 1)),
+               std::invalid_argument);
 }
 
 TEST(ObjectInterreflection, TellsItsObjectsApart) {

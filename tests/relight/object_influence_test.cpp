@@ -408,6 +408,36 @@ TEST(ObjectInfluence, AnObjectAroundTheCameraChangesNothing) {
   EXPECT_EQ(setting.influence.ReceiverCount(), 0u);
 }
 
+// In place of what rays to the sky would find.
+TEST(ObjectInfluence, TakesWhatIsKnownToBeHiddenOfTheSky) {
+  Setting setting(Ground(), Disc({0.0f, 0.0f, 1.0f}, 1.0f, 256), LookingEast({-5.0, 0.0, 0.8}));
+  setting.FoldNoSun();
+  const std::vector<Receiver> receivers = setting.influence.Receivers();
+  ASSERT_EQ(receivers.size(), setting.influence.ReceiverCount());
+  for (const Receiver& receiver : receivers) {
+    EXPECT_NEAR(receiver.position_m.z, 0.0f, 1e-3f);
+    EXPECT_EQ(receiver.normal, glm::vec3(0.0f, 0.0f, 1.0f));
+  }
+  const auto fold = [&](const std::vector<glm::vec3>& hidden_sky) {
+    setting.influence.Fold(1,
+                           nullptr,
+                           setting.view,
+                           setting.RealGlow(glm::vec3(0.0f)),
+                           setting.ObjectGlow(glm::vec3(0.0f)),
+                           hidden_sky);
+  };
+  fold(std::vector<glm::vec3>(receivers.size(), glm::vec3(0.25f)));
+  int changed = 0;
+  for (const glm::vec3& pixel : setting.Change(OneSky(glm::dvec3(2.0))).pixels) {
+    // Bilinear weights add up to 1.
+    if (pixel.x == 0.0f) continue;
+    EXPECT_NEAR(pixel.x, -0.5f, 1e-5f);
+    ++changed;
+  }
+  EXPECT_GT(changed, 1000);
+  EXPECT_THROW(fold(std::vector<glm::vec3>(receivers.size() + 1)), std::invalid_argument);
+}
+
 TEST(ObjectInfluence, RefusesWhatDoesNotFit) {
   Mesh object;
   AddBox(object, {-0.5f, -0.5f, 0.0f}, {0.5f, 0.5f, 1.5f});
