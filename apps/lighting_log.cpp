@@ -91,6 +91,10 @@ std::string LightingLine(const Frame& frame, const FrameResult& result) {
                         {"sky_share", result.daylight->sky_share},
                         {"maps_drawn", result.daylight->maps_drawn}};
   }
+  line["filter"] = {{"sun_frames", result.sun_filter.frames},
+                    {"sun_held", result.sun_filter.held},
+                    {"sky_frames", result.sky_filter.frames},
+                    {"sky_held", result.sky_filter.held}};
   const StageTimes& ms = result.timing_ms;
   line["timing_ms"] = {{"read", ms.read},
                        {"transport", ms.transport},
@@ -100,7 +104,7 @@ std::string LightingLine(const Frame& frame, const FrameResult& result) {
                        {"render", ms.render},
                        {"readback", ms.readback},
                        {"write", ms.write}};
-  PutLight(estimate.lighting, line["raw"]);
+  PutLight(result.raw_lighting, line["raw"]);
   return line.dump();
 }
 

@@ -239,10 +239,9 @@ void AddRun(CLI::App& app, Work& work) {
                              "sky-occlusion",
                              "colour-bleeding"}))
       ->default_str("all");
-  // The estimate isn't filtered over time as yet: `raw` and the reported light are the same.
   run.add_flag_function(
       "--no-filter",
-      [](std::int64_t) {},
+      [options](std::int64_t) { options->filter = false; },
       "Report each frame's own estimate, not filtered over time");
   run.add_flag("--measure-shadows",
                options->measure_shadows,

@@ -111,7 +111,8 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
                   sequence.intrinsics.width_px,
                   sequence.intrinsics.height_px),
       fmt::format(
-          "frames {}, {} samples, seed {}, bounces {}, object light by {}, direct daylight {}",
+          "frames {}, {} samples, seed {}, bounces {}, object light by {}, direct daylight {}, "
+          "light {}",
           options.frames == FrameKind::kLinear ? "linear" : "ldr",
           options.samples,
           options.seed,
@@ -119,7 +120,8 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
           options.object_light == ObjectLight::kGather   ? "rays at vertices"
           : options.object_light == ObjectLight::kVolume ? "folded probes"
                                                          : "probes from the map",
-          DescribeDaylight(options, site)),
+          DescribeDaylight(options, site),
+          options.filter ? "filtered over time" : "of each frame by itself"),
       fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
 }
 
@@ -288,6 +290,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   for (const WindowEntry& window : sequence.windows) {
     pipeline_options.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
   }
+  if (!options.filter) pipeline_options.filter.reset();
   FramePipeline pipeline(scene,
                          site.model.mesh,
                          sequence.site,

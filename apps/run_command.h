@@ -42,6 +42,7 @@ struct RunCommandOptions {
   std::optional<Daylight> daylight;
   DirectDaylightOptions direct_daylight;  // Its windows are the sequence's.
   CompositeEffects effects;
+  bool filter = true;  // The light over time.
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;
 };

@@ -39,6 +39,7 @@ struct LightingObservation {
 
 struct LightingEstimate {
   Lighting lighting;
+  LightUnits units = LightUnits::kSameForAllFrames;
   bool sun_observable = false;
   int samples_used = 0;
   double inlier_fraction = 0.0;

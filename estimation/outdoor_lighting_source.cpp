@@ -74,7 +74,10 @@ class OutdoorLightingSource final : public LightingSource {
     const int sky_shapes = static_cast<int>(observation.view.sky_response.size());
     const bool sun_is_up = AnyOfTheDiscIsUp(observation);
     const bool comparable = HasKnownExposure(observation.frame);
-    if (!comparable) carried_.reset();
+    if (!comparable) {
+      estimate.units = LightUnits::kUnknownPerFrame;
+      carried_.reset();
+    }
     const LightingPrior prior =
         MakeLightingPrior(observation.clear_sky, carried_, observation.frame.time, sky_shapes);
     const LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);

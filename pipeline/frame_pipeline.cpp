@@ -79,6 +79,7 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
     daylight_ = std::make_unique<DirectDaylight>(
         phantom, scene_.patches.caster, interreflection_.Objects(), options_.direct_daylight);
   }
+  if (options_.filter) filter_.emplace(*options_.filter);
   compositor_.SetPhantom(phantom);
   compositor_.SetObjects(objects_);
   for (const VirtualObject& object : objects_) {
@@ -123,6 +124,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     auto estimate = source_->Estimate({frame, view, result.sun, result.clear_sky});
     if (!estimate) return failed(estimate.error().reason);
     result.estimate = std::move(*estimate);
+    FilterEstimate(result);
     result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
     result.timing_ms.transport += result.estimate.new_sample_set_ms;
 
@@ -149,6 +151,20 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
 
 std::string FramePipeline::DaylightNote() const {
   return daylight_ != nullptr ? daylight_->Note() : std::string();
+}
+
+void FramePipeline::FilterEstimate(FrameResult& result) {
+  result.raw_lighting = result.estimate.lighting;
+  if (!filter_) return;
+  FilteredLighting filtered = filter_->Apply(result.raw_lighting, result.estimate.units);
+  const glm::dvec3 raw_sky = result.raw_lighting.SkyIrradianceRgb();
+  const glm::dvec3 sky = filtered.lighting.SkyIrradianceRgb();
+  for (glm::dvec3& region : result.estimate.sky_radiance_rgb) {
+    for (int c = 0; c < 3; ++c) region[c] *= raw_sky[c] > 0.0 ? sky[c] / raw_sky[c] : 1.0;
+  }
+  result.estimate.lighting = std::move(filtered.lighting);
+  result.sun_filter = filtered.sun;
+  result.sky_filter = filtered.sky;
 }
 
 void FramePipeline::UpdateBasis() {

@@ -9,6 +9,7 @@
 #include <tl/expected.hpp>
 
 #include "datasets/frame_source.h"
+#include "estimation/lighting_filter.h"
 #include "estimation/lighting_source.h"
 #include "pipeline/direct_daylight.h"
 #include "pipeline/object_gather.h"
@@ -48,6 +49,8 @@ struct FramePipelineOptions {
   Daylight daylight = Daylight::kGather;
   DirectDaylightOptions direct_daylight;  // For samples.
   CompositeEffects effects;
+  // None: each frame's own estimate is reported.
+  std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };
@@ -67,7 +70,10 @@ struct StageTimes {
 struct FrameResult {
   SunState sun;
   ClearSkyExpectation clear_sky;
-  LightingEstimate estimate;
+  LightingEstimate estimate;  // Its lighting is the filter's.
+  Lighting raw_lighting;      // The frame's own.
+  FilterSpan sun_filter;
+  FilterSpan sky_filter;
   Composite composite;
   // Where daylight comes by samples: of the frame's own sky. Its maps_drawn is 0 where those of the
   // last frame could stay.
@@ -99,6 +105,7 @@ class FramePipeline {
   std::string DaylightNote() const;
 
  private:
+  void FilterEstimate(FrameResult& result);
   void UpdateBasis();
   void UpdateVolume();
   void UpdateObjects(const SurfaceView& view);
@@ -116,6 +123,7 @@ class FramePipeline {
   std::optional<Site> site_;
   std::vector<VirtualObject> objects_;
   std::unique_ptr<LightingSource> source_;
+  std::optional<LightingFilter> filter_;
   Compositor& compositor_;
   FramePipelineOptions options_;
   ScaledClearSky clear_sky_;

@@ -27,6 +27,12 @@ struct SkyComponent {
   glm::dvec3 irradiance_rgb{0.0};
 };
 
+// Whether one frame's light can be compared with the next one's.
+enum class LightUnits {
+  kSameForAllFrames,
+  kUnknownPerFrame,  // Exposure and white balance unknown: a factor for each channel and frame.
+};
+
 struct Lighting {
   UtcTime time{};
   DirectionalLight sun;           // Irradiance 0 where there is none.

@@ -1,0 +1,389 @@
+#include "estimation/lighting_filter.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace pleinair {
+namespace {
+
+constexpr int kLateFramesToStartAnew = 3;
+// A run this short has not yet shown that it is more than noise or a ramp's passing value: it holds
+// nothing back.
+constexpr int kFramesThatHold = 3;
+
+// Of second differences that are remembered: a step spoils two of them, a glitch three.
+constexpr std::size_t kMostRoughness = 32;
+// The median of chi^2 over its degrees of freedom: 0.455 for one, 0.79 for three. Channels err
+// partly together.
+constexpr double kMedianRoughness = 0.6;
+// Before the data have spoken, counting as some of them: of a stated deviation a third is noise.
+constexpr double kExpectedNoiseShare = 0.3;
+constexpr int kExpectedNoiseCount = 4;
+// Steadier than that is a made-up stream, whose every rounding would be a change.
+constexpr double kLeastNoiseShare = 0.02;
+
+// Of the whole light: differences that nobody sees, and the deviation of a light of which none is
+// stated.
+constexpr double kNegligible = 1e-4;
+constexpr double kUnstatedDeviation = 0.05;
+
+double SecondsBetween(UtcTime from, UtcTime to) {
+  // In double before the difference: three centuries of nanoseconds overflow their 64 bits.
+  using Seconds = std::chrono::duration<double>;
+  return (Seconds(to.time_since_epoch()) - Seconds(from.time_since_epoch())).count();
+}
+
+bool IsFinite(const glm::dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool IsFinite(const Lighting& lighting) {
+  if (!IsFinite(lighting.sun.irradiance_rgb)) return false;
+  for (const SkyComponent& component : lighting.sky) {
+    if (!IsFinite(component.irradiance_rgb)) return false;
+  }
+  return std::all_of(lighting.covariance.begin(), lighting.covariance.end(), [](double value) {
+    return std::isfinite(value);
+  });
+}
+
+double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+
+std::size_t SideOf(const Lighting& lighting) { return 3 * (1 + lighting.sky.size()); }
+
+// Of basis light u / 3, channel u % 3: Lighting::covariance's order.
+template <typename MaybeConstLighting>
+auto& Component(MaybeConstLighting& lighting, std::size_t u) {
+  const auto channel = static_cast<int>(u % 3);
+  return u < 3 ? lighting.sun.irradiance_rgb[channel]
+               : lighting.sky[u / 3 - 1].irradiance_rgb[channel];
+}
+
+bool HasCovariance(const Lighting& lighting) {
+  return lighting.covariance.size() == SideOf(lighting) * SideOf(lighting);
+}
+
+// Of the sum over its basis lights of factor * irradiance, the sun's factor being `sun`, the sky's
+// shapes' all `sky`.
+double VarianceOf(const Lighting& lighting, int channel, double sun, double sky) {
+  const std::size_t side = SideOf(lighting);
+  double variance = 0.0;
+  for (auto u = static_cast<std::size_t>(channel); u < side; u += 3) {
+    for (auto v = static_cast<std::size_t>(channel); v < side; v += 3) {
+      variance += (u < 3 ? sun : sky) * (v < 3 ? sun : sky) * lighting.covariance[u * side + v];
+    }
+  }
+  return std::max(0.0, variance);
+}
+
+// What one unit of the sun brings to horizontal ground.
+double SunToHorizontal(const Lighting& lighting) {
+  return std::max(0.0, lighting.sun.direction_enu.z);
+}
+
+bool SameShapes(const Lighting& a, const Lighting& b) {
+  return std::equal(
+      a.sky.begin(),
+      a.sky.end(),
+      b.sky.begin(),
+      b.sky.end(),
+      [](const SkyComponent& x, const SkyComponent& y) { return x.shape == y.shape; });
+}
+
+// Scales each channel to the horizontal irradiance that `raw` has.
+void GiveTotalOf(const Lighting& raw, Lighting& lighting) {
+  const auto total = [](const Lighting& light) {
+    return SunToHorizontal(light) * light.sun.irradiance_rgb + light.SkyIrradianceRgb();
+  };
+  const glm::dvec3 wanted = total(raw);
+  const glm::dvec3 found = total(lighting);
+  for (std::size_t u = 0; u < SideOf(lighting); ++u) {
+    const auto c = static_cast<int>(u % 3);
+    if (found[c] > 0.0) Component(lighting, u) *= wanted[c] / found[c];
+  }
+}
+
+// What is held may turn out to have changed: the difference is a deviation.
+void AddDoubt(const Lighting& raw, FilteredLighting& result) {
+  Lighting& lighting = result.lighting;
+  if (!HasCovariance(lighting)) return;
+  const std::size_t side = SideOf(lighting);
+  const auto add = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t u = begin; u < end; ++u) {
+      for (std::size_t v = begin; v < end; ++v) {
+        lighting.covariance[u * side + v] += (Component(raw, u) - Component(lighting, u)) *
+                                             (Component(raw, v) - Component(lighting, v));
+      }
+    }
+  };
+  if (result.sun.held) add(0, 3);
+  if (result.sky.held) add(3, side);
+}
+
+}  // namespace
+
+void LightingFilterOptions::Validate() const {
+  const auto refuse = [](const char* field, double value, const char* expected) {
+    throw std::invalid_argument(std::string("LightingFilterOptions::") + field + " is " +
+                                std::to_string(value) + ": expected " + expected);
+  };
+  if (!(memory_s > 0.0) || !std::isfinite(memory_s)) {
+    refuse("memory_s", memory_s, "a number above 0");
+  }
+  if (most_frames < 1) refuse("most_frames", most_frames, "at least 1");
+  if (!(change_sigmas > 0.0) || !std::isfinite(change_sigmas)) {
+    refuse("change_sigmas", change_sigmas, "a number above 0");
+  }
+}
+
+LightingFilter::LightingFilter(const LightingFilterOptions& options) : options_(options) {
+  options_.Validate();
+}
+
+FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units) {
+  if (!IsFinite(raw)) return {raw, {}, {}};
+  if (!entries_.empty() && Continues(raw, units)) {
+    const double elapsed_s = SecondsBetween(entries_.back().lighting.time, raw.time);
+    if (elapsed_s < 0.0 && ++late_frames_ < kLateFramesToStartAnew) return {raw, {}, {}};
+    if (elapsed_s < 0.0) Restart(units);
+  } else {
+    Restart(units);
+  }
+  late_frames_ = 0;
+  Forget(raw.time);
+  Add(raw);
+  for (const std::size_t light : {kSun, kSky}) {
+    UpdateNoise(light);
+    UpdateRun(light);
+  }
+  return Report();
+}
+
+bool LightingFilter::Continues(const Lighting& raw, LightUnits units) const {
+  const Lighting& last = entries_.back().lighting;
+  return units == units_ && SameShapes(raw, last) && HasCovariance(raw) == HasCovariance(last) &&
+         std::abs(SecondsBetween(last.time, raw.time)) <= options_.memory_s;
+}
+
+void LightingFilter::Restart(LightUnits units) {
+  units_ = units;
+  late_frames_ = 0;
+  entries_.clear();
+  tracks_ = {};
+}
+
+void LightingFilter::Forget(UtcTime now) {
+  while (!entries_.empty() &&
+         (SecondsBetween(entries_.front().lighting.time, now) > options_.memory_s ||
+          entries_.size() >= static_cast<std::size_t>(options_.most_frames))) {
+    entries_.pop_front();
+    for (Track& track : tracks_) track.begin -= track.begin > 0 ? 1 : 0;
+  }
+}
+
+void LightingFilter::Add(const Lighting& raw) {
+  Entry& entry = entries_.emplace_back();
+  entry.lighting = raw;
+  const glm::dvec3 sun = raw.sun.irradiance_rgb;
+  const glm::dvec3 sky = raw.SkyIrradianceRgb();
+  const double sun_to_horizontal = SunToHorizontal(raw);
+  const glm::dvec3 total = sun_to_horizontal * sun + sky;
+  const double level = MeanOf(sun) + MeanOf(sky);
+  for (int c = 0; c < 3; ++c) {
+    if (units_ == LightUnits::kUnknownPerFrame && total[c] > 0.0) entry.unit[c] = total[c];
+    const double unit = entry.unit[c];
+    const double share_of_sun = units_ == LightUnits::kUnknownPerFrame ? sun[c] / unit : 0.0;
+    const double share_of_sky = units_ == LightUnits::kUnknownPerFrame ? sky[c] / unit : 0.0;
+    const double least = kNegligible * level / unit;
+    for (const std::size_t light : {kSun, kSky}) {
+      Reading& reading = entry.readings[light];
+      reading.value[c] = (light == kSun ? sun[c] : sky[c]) / unit;
+      double variance =
+          kUnstatedDeviation * kUnstatedDeviation * reading.value[c] * reading.value[c];
+      if (HasCovariance(raw)) {
+        // d(share) = (d(light) - share d(total)) / total.
+        variance = light == kSun
+                       ? VarianceOf(raw, c, 1.0 - share_of_sun * sun_to_horizontal, -share_of_sun)
+                       : VarianceOf(raw, c, -share_of_sky * sun_to_horizontal, 1.0 - share_of_sky);
+        variance /= unit * unit;
+      }
+      reading.variance[c] = variance + least * least;
+    }
+  }
+}
+
+void LightingFilter::UpdateNoise(std::size_t light) {
+  const std::size_t count = entries_.size();
+  if (count < 3) return;
+  const Reading& first = entries_[count - 3].readings[light];
+  const Reading& second = entries_[count - 2].readings[light];
+  const Reading& third = entries_[count - 1].readings[light];
+  double sum = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double difference = first.value[c] - 2.0 * second.value[c] + third.value[c];
+    const double stated = first.variance[c] + 4.0 * second.variance[c] + third.variance[c];
+    if (stated > 0.0) sum += difference * difference / stated;
+  }
+  std::deque<double>& roughness = tracks_[light].roughness;
+  roughness.push_back(sum / 3.0);
+  if (roughness.size() > kMostRoughness) roughness.pop_front();
+}
+
+double LightingFilter::NoiseShare(std::size_t light) const {
+  const std::deque<double>& roughness = tracks_[light].roughness;
+  std::vector<double> values(roughness.begin(), roughness.end());
+  values.insert(values.end(),
+                kExpectedNoiseCount,
+                kMedianRoughness * kExpectedNoiseShare * kExpectedNoiseShare);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  // The stated deviation is that of the whole error: what exceeds it is light.
+  return std::clamp(std::sqrt(*middle / kMedianRoughness), kLeastNoiseShare, 1.0);
+}
+
+double LightingFilter::WeightOf(std::size_t light, std::size_t entry) const {
+  const Reading& reading = entries_[entry].readings[light];
+  const double variance = MeanOf(reading.variance);
+  // Without any light all frames are alike.
+  return reading.left_out ? 0.0 : variance > 0.0 ? 1.0 / variance : 1.0;
+}
+
+LightingFilter::Mean LightingFilter::MeanOver(std::size_t light,
+                                              std::size_t begin,
+                                              std::size_t end) const {
+  Mean mean;
+  double weights = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const Reading& reading = entries_[i].readings[light];
+    const double weight = WeightOf(light, i);
+    if (!(weight > 0.0)) continue;
+    mean.value += weight * reading.value;
+    mean.variance += weight * weight * reading.variance;
+    weights += weight;
+    ++mean.frames;
+  }
+  if (weights > 0.0) {
+    mean.value /= weights;
+    mean.variance /= weights * weights;
+  }
+  return mean;
+}
+
+bool LightingFilter::Differ(std::size_t light, const Mean& a, const Mean& b, double* sigmas) const {
+  const double share = NoiseShare(light);
+  double sum = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double difference = a.value[c] - b.value[c];
+    const double variance = share * share * (a.variance[c] + b.variance[c]);
+    if (variance > 0.0) sum += difference * difference / variance;
+  }
+  const double in_sigmas = std::sqrt(sum / 3.0);
+  if (sigmas != nullptr) *sigmas = in_sigmas;
+  return in_sigmas > options_.change_sigmas;
+}
+
+void LightingFilter::UpdateRun(std::size_t light) {
+  Track& track = tracks_[light];
+  const std::size_t newest = entries_.size() - 1;
+  if (newest == 0) {
+    track.begin = 0;
+    track.pending = false;
+    return;
+  }
+  const std::size_t run_end = track.pending ? newest - 1 : newest;
+  // All that the run had may have been forgotten.
+  const Mean run = MeanOver(light, track.begin, run_end);
+  const Mean own = MeanOver(light, newest, newest + 1);
+  if (run.frames > 0 && !Differ(light, run, own)) {
+    if (track.pending) entries_[newest - 1].readings[light].left_out = true;
+    track.pending = false;
+    CutWhereItChanged(light);
+    return;
+  }
+  const bool as_before = !Differ(light, MeanOver(light, newest - 1, newest), own);
+  if (track.pending || as_before || run.frames < kFramesThatHold) {
+    track.begin = as_before ? newest - 1 : newest;
+    track.pending = false;
+    return;
+  }
+  track.pending = true;
+}
+
+// Where the newest frames of a run differ from the ones before, these are dropped.
+void LightingFilter::CutWhereItChanged(std::size_t light) {
+  Track& track = tracks_[light];
+  const std::size_t end = entries_.size();
+  double most = options_.change_sigmas;
+  std::size_t cut = track.begin;
+  // Of 2, 3, 4, 5, 6, 8, 10, 13, ... frames: a change between two of them shows in both.
+  for (std::size_t tail = 2; track.begin + tail < end; tail += std::max<std::size_t>(1, tail / 3)) {
+    double sigmas = 0.0;
+    const Mean before = MeanOver(light, track.begin, end - tail);
+    const Mean after = MeanOver(light, end - tail, end);
+    if (before.frames == 0 || after.frames == 0) continue;
+    Differ(light, before, after, &sigmas);
+    if (sigmas > most) {
+      most = sigmas;
+      cut = end - tail;
+    }
+  }
+  track.begin = cut;
+}
+
+bool LightingFilter::IsInRun(std::size_t light, std::size_t entry) const {
+  const Track& track = tracks_[light];
+  const std::size_t end = entries_.size() - (track.pending ? 1 : 0);
+  return entry >= track.begin && entry < end && !entries_[entry].readings[light].left_out;
+}
+
+FilteredLighting LightingFilter::Report() const {
+  const Entry& newest = entries_.back();
+  FilteredLighting result{newest.lighting, {}, {}};
+  Lighting& lighting = result.lighting;
+  const std::size_t side = SideOf(lighting);
+  for (std::size_t u = 0; u < side; ++u) Component(lighting, u) = 0.0;
+  std::fill(lighting.covariance.begin(), lighting.covariance.end(), 0.0);
+
+  std::array<double, 2> weights{};
+  for (const std::size_t light : {kSun, kSky}) {
+    FilterSpan& span = light == kSun ? result.sun : result.sky;
+    span = {0, tracks_[light].pending};
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      if (!IsInRun(light, i)) continue;
+      weights[light] += WeightOf(light, i);
+      ++span.frames;
+    }
+  }
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Entry& entry = entries_[i];
+    std::array<double, 2> share{};
+    for (const std::size_t light : {kSun, kSky}) {
+      if (IsInRun(light, i)) share[light] = WeightOf(light, i) / weights[light];
+    }
+    if (share[kSun] + share[kSky] <= 0.0) continue;
+    const std::array<double, 2> root{std::sqrt(share[kSun]), std::sqrt(share[kSky])};
+    const glm::dvec3 unit = newest.unit / entry.unit;
+    for (std::size_t u = 0; u < side; ++u) {
+      const std::size_t light_u = u < 3 ? kSun : kSky;
+      const double unit_u = unit[static_cast<int>(u % 3)];
+      Component(lighting, u) += share[light_u] * unit_u * Component(entry.lighting, u);
+      if (!HasCovariance(lighting)) continue;
+      // D R D with D the roots of the shares: the shares themselves on the sun's and the sky's own
+      // parts, and never indefinite.
+      for (std::size_t v = 0; v < side; ++v) {
+        lighting.covariance[u * side + v] += root[light_u] * root[v < 3 ? kSun : kSky] * unit_u *
+                                             unit[static_cast<int>(v % 3)] *
+                                             entry.lighting.covariance[u * side + v];
+      }
+    }
+  }
+  if (units_ == LightUnits::kUnknownPerFrame) GiveTotalOf(newest.lighting, lighting);
+  AddDoubt(newest.lighting, result);
+  return result;
+}
+
+}  // namespace pleinair
