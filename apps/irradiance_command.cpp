@@ -129,8 +129,10 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   const SequenceSite site = LoadSequenceSite(sequence);
   for (const std::string& note : site.notes) spdlog::warn("{}", note);
   FileBlobStore store(options.cache);
+  PrepareSettings prepare;
+  prepare.ground_albedo = options.gather.ground_albedo;
   const PreparedScene scene =
-      PrepareScene(site.model, PrepareOptionsFor(site), store, ProgressOnStandardError());
+      PrepareScene(site.model, PrepareOptionsFor(site, prepare), store, ProgressOnStandardError());
 
   sequence.frames = {sequence.frames[index]};
   const auto frame = MakeRecordedFrameSource(sequence, FrameKind::kLinear)->Next();

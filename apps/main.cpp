@@ -66,6 +66,16 @@ void ReadProbes(const std::string& text, pleinair::PrepareSettings& settings) {
   throw CLI::ValidationError("--probes", text + ": expected XxYxZ or a spacing in metres");
 }
 
+void AddGroundAlbedo(CLI::App& command, double& albedo) {
+  command
+      .add_option("--ground-albedo",
+                  albedo,
+                  "Lay a ground of this albedo at the mesh's foot, out to the horizon: light from "
+                  "below the horizon; 0: none")
+      ->check(CLI::Range(0.0, 0.99))
+      ->capture_default_str();
+}
+
 // Of the offline part.
 void AddPrepareSettings(CLI::App& command, pleinair::PrepareSettings& settings) {
   AddBounces(command, settings.bounces);
@@ -75,6 +85,7 @@ void AddPrepareSettings(CLI::App& command, pleinair::PrepareSettings& settings) 
       ->check(CLI::PositiveNumber);
   command.add_option("--rays", settings.rays, "Rays that each receiver of light casts")
       ->check(CLI::Range(1, 65536));
+  AddGroundAlbedo(command, settings.ground_albedo);
   command
       .add_option_function<std::string>(
           "--probes",
@@ -532,6 +543,7 @@ void AddIrradiance(CLI::App& app, Work& work) {
       ->check(CLI::Range(1, 65536));
   irradiance.add_option(
       "--patch-sky-rays", options->gather.sky_rays_per_patch, "To the sky, a patch");
+  AddGroundAlbedo(irradiance, options->gather.ground_albedo);
   irradiance.add_option("--seed", options->gather.seed, "Of all rays");
   AddCache(irradiance, options->cache);
   irradiance.callback([options, &work] {

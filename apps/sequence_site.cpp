@@ -166,8 +166,8 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), site.model.mesh);
   if (site.is_indoors) {
     site.notes.emplace_back(
-        "the camera stands indoors: no ground is added outside, nothing shines from below the "
-        "horizon");
+        "the camera stands indoors: the mesh's ground is not carried on outside; without "
+        "--ground-albedo nothing shines from below the horizon");
   }
   site.probe_box =
       site.objects.empty() ? BoxInView(sequence, site.model.mesh) : BoxOfObjects(site.objects);
@@ -179,6 +179,7 @@ PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings
   options.bounces = settings.bounces;
   options.probe_box = site.probe_box;
   options.patches.extend_ground = !site.is_indoors;
+  options.patches.ground_albedo = settings.ground_albedo;
   if (site.is_indoors) options.patches.patch_size_m = kIndoorPatchSizeM;
   if (settings.patch_size_m) options.patches.patch_size_m = *settings.patch_size_m;
   if (settings.rays) options.gather.rays_per_receiver = *settings.rays;

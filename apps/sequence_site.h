@@ -28,6 +28,7 @@ struct PrepareSettings {
   int bounces = kAllBounces;
   std::optional<double> patch_size_m;  // Longest edge of patches near the objects.
   std::optional<int> rays;             // A receiver of light.
+  double ground_albedo = 0.0;          // As PatchOptions has it.
   // Of the probe grid: how many along x, y, z, or how far apart; not both.
   std::optional<glm::ivec3> probe_counts;
   std::optional<double> probe_spacing_m;

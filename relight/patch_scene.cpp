@@ -21,6 +21,10 @@ constexpr std::size_t kMaxPatches = std::size_t{1} << 21;
 // within 0.1 deg of it.
 constexpr double kNearHorizonM = 1000.0;
 constexpr double kGroundRadiusM = 2000.0;
+// Of a plane that is laid under the mesh: few patches, for an albedo that is but assumed.
+constexpr double kLaidGroundGrowthPerM = 0.4;
+
+constexpr float kNoLaidGround = std::numeric_limits<float>::quiet_NaN();
 
 void CheckMesh(const Mesh& mesh) {
   const std::size_t count = mesh.triangles.size();
@@ -51,8 +55,9 @@ void CheckMesh(const Mesh& mesh) {
   }
 }
 
-TargetLength TargetOf(const PatchOptions& options) {
-  return [options](const glm::vec3& midpoint_m) {
+// `laid_ground_z_m`: height of the laid ground, below all else; NaN where there is none.
+TargetLength TargetOf(const PatchOptions& options, float laid_ground_z_m) {
+  return [options, laid_ground_z_m](const glm::vec3& midpoint_m) {
     const glm::dvec3 middle(midpoint_m);
     double distance_m = glm::distance(middle, options.focus_m);
     if (!options.focus_points_m.empty()) {
@@ -63,7 +68,10 @@ TargetLength TargetOf(const PatchOptions& options) {
       }
       distance_m = std::sqrt(nearest2);
     }
-    return options.patch_size_m + options.growth_per_m * distance_m;
+    const double growth_per_m = midpoint_m.z == laid_ground_z_m
+                                    ? std::max(options.growth_per_m, kLaidGroundGrowthPerM)
+                                    : options.growth_per_m;
+    return options.patch_size_m + growth_per_m * distance_m;
   };
 }
 
@@ -72,7 +80,7 @@ TargetLength TargetOf(const PatchOptions& options) {
 bool FitsPatchBudget(const Mesh& mesh, const PatchOptions& options, std::size_t budget) {
   options.Validate();
   CheckMesh(mesh);
-  return TryRefineMesh(mesh, TargetOf(options), budget).has_value();
+  return TryRefineMesh(mesh, TargetOf(options, kNoLaidGround), budget).has_value();
 }
 
 void PatchOptions::Validate() const {
@@ -80,6 +88,9 @@ void PatchOptions::Validate() const {
     throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
                                 ": expected " + expected);
   };
+  if (!(ground_albedo >= 0.0) || !(ground_albedo < 1.0)) {
+    refuse("ground_albedo", ground_albedo, "an albedo in [0, 1), 0 for none");
+  }
   if (!(patch_size_m > 0.0) || !std::isfinite(patch_size_m)) {
     refuse("patch_size_m", patch_size_m, "a length > 0");
   }
@@ -116,13 +127,18 @@ PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options) {
   CheckMesh(mesh);
   Mesh whole = mesh;
   PatchScene scene;
-  if (options.extend_ground) {
+  float laid_ground_z_m = kNoLaidGround;
+  if (options.ground_albedo > 0.0 && !mesh.Empty()) {
+    laid_ground_z_m =
+        LayGround(kGroundRadiusM, glm::vec3(static_cast<float>(options.ground_albedo)), whole);
+    scene.ground_laid = true;
+  } else if (options.extend_ground) {
     const std::optional<Ground> ground = FindGround(mesh);
     if (ground && EndsNear(*ground, glm::dvec2(options.focus_m), kNearHorizonM)) {
       scene.ground_extended = AddGroundRing(*ground, kGroundRadiusM, whole) > 0;
     }
   }
-  RefinedMesh refined = RefineMesh(whole, TargetOf(options), kMaxPatches);
+  RefinedMesh refined = RefineMesh(whole, TargetOf(options, laid_ground_z_m), kMaxPatches);
   scene.mesh = std::move(refined.mesh);
   scene.source_triangle = std::move(refined.source_triangle);
   for (std::uint32_t& source : scene.source_triangle) {

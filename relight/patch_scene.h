@@ -17,6 +17,9 @@ struct PatchOptions {
   double patch_size_m = 0.5;                 // Longest edge near the focus.
   double growth_per_m = 0.1;  // Longest edge grows by this for each metre from the focus.
   bool extend_ground = true;  // To the horizon, with the ground's mean albedo, where it ends near.
+  // In [0, 1). Above 0 a plane of this albedo, at the mesh's foot, goes to the horizon in place of
+  // that: what comes from below the horizon is then estimated from what comes from above it.
+  double ground_albedo = 0.0;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
@@ -32,6 +35,7 @@ struct PatchScene {
                                                // extension's patches have kExtension.
   static constexpr std::uint32_t kExtension = 0xffffffffu;
   bool ground_extended = false;
+  bool ground_laid = false;  // By PatchOptions::ground_albedo.
   RayCaster caster{Mesh{}};  // Over `mesh`: a hit's triangle is the patch.
 
   std::size_t FaceCount() const { return 2 * mesh.triangles.size(); }

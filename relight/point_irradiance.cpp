@@ -166,6 +166,7 @@ PointIrradiance::PointIrradiance(const Mesh& mesh,
       options_.patch_size_m > 0.0
           ? options_.patch_size_m
           : ShortestPatchSizeM(mesh, patches, PointIrradianceOptions::kPatchBudget);
+  patches.ground_albedo = options_.ground_albedo;
   patches_ = BuildPatchScene(mesh, patches);
 
   summary_.patches = patches_.mesh.triangles.size();

@@ -36,7 +36,8 @@ struct PointIrradianceOptions {
   // at least one each.
   int sky_rays_per_point = 65536;
   int sky_rays_per_patch = 8192;
-  int rays_per_patch = 512;  // Of the form factors.
+  int rays_per_patch = 512;    // Of the form factors.
+  double ground_albedo = 0.0;  // As PatchOptions has it; 0: no ground is added.
   std::uint64_t seed = 1;
 
   static constexpr std::size_t kPatchBudget = 16000;
@@ -54,8 +55,8 @@ struct RadiositySummary {
   double energy_error = 0.0;
 };
 
-// Every point with every normal, for one mesh, taken as it is: no ground is added, a ray that
-// misses the mesh and rises above the horizon is sky, nothing shines from below it.
+// Every point with every normal, for one mesh, taken as it is: no ground is added unless asked for,
+// a ray that misses the mesh and rises above the horizon is sky, nothing shines from below it.
 //
 // Accuracy  sharp edges of sunlight on surfaces are resolved at the ray's hit; light that surfaces
 //           get from the sky, and from each other, is even within a patch.

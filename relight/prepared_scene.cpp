@@ -83,7 +83,7 @@ std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   const PatchOptions& patches = options.patches;
   hash.AddVector(patches.focus_m).AddAll(patches.focus_points_m);
   hash.Add(patches.patch_size_m).Add(patches.growth_per_m);
-  hash.Add(patches.extend_ground);
+  hash.Add(patches.extend_ground).Add(patches.ground_albedo);
   hash.Add(options.gather.rays_per_receiver).Add(options.gather.seed);
   hash.Add(options.gather.from_exposed_parts);
   return hash.Hex();
@@ -183,6 +183,10 @@ PreparedScene PrepareScene(const SiteModel& site,
   if (prepared.patches.ground_extended) {
     prepared.notes.emplace_back(
         "the ground ends near: it is continued to the horizon with its mean albedo");
+  }
+  if (prepared.patches.ground_laid) {
+    prepared.notes.push_back("a ground of albedo " + std::to_string(options.patches.ground_albedo) +
+                             " is laid at the mesh's foot, out to the horizon");
   }
 
   Stages stages(store, progress);

@@ -121,6 +121,34 @@ bool EndsNear(const Ground& ground, const glm::dvec2& focus_m, double horizon_m)
   return false;
 }
 
+float LayGround(double radius_m, const glm::vec3& albedo, Mesh& mesh) {
+  // Of the mesh's height, or of a room's: far more than rounding, far less than anything seen.
+  constexpr float kHair = 1e-3f;
+  constexpr float kLeastHeightM = 1.0f;
+  const BoundingBox box = BoundingBoxOf(mesh);
+  const float z_m = box.lower_m.z - kHair * std::max(kLeastHeightM, box.upper_m.z - box.lower_m.z);
+  const glm::vec2 middle = 0.5f * (glm::vec2(box.lower_m) + glm::vec2(box.upper_m));
+  const auto reach = static_cast<float>(radius_m);
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  for (const glm::vec2& corner : {glm::vec2(-reach, -reach),
+                                  glm::vec2(reach, -reach),
+                                  glm::vec2(reach, reach),
+                                  glm::vec2(-reach, reach)}) {
+    mesh.positions_m.emplace_back(middle + corner, z_m);
+    if (!mesh.normals.empty()) mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
+  }
+  const auto group = static_cast<std::uint32_t>(mesh.group_names.size());
+  mesh.group_names.emplace_back(kGroundExtensionGroup);
+  const auto material = static_cast<std::uint32_t>(mesh.materials.size());
+  mesh.materials.push_back({.name = kGroundExtensionGroup, .diffuse_albedo = albedo});
+  for (const glm::uvec3& triangle : {glm::uvec3(0, 1, 2), glm::uvec3(0, 2, 3)}) {
+    mesh.triangles.push_back(triangle + first);
+    mesh.triangle_material.push_back(material);
+    mesh.triangle_group.push_back(group);
+  }
+  return z_m;
+}
+
 std::size_t AddGroundRing(const Ground& ground, double radius_m, Mesh& mesh) {
   const std::vector<glm::dvec2>& outline = ground.outline_m;
   if (outline.size() < 3) return 0;

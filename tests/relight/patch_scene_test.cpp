@@ -154,6 +154,30 @@ TEST(PatchScene, TheGroundGoesOnToTheHorizonAllAround) {
   }
 }
 
+// Under a room, whose own floor is not carried on.
+TEST(PatchScene, AGroundOfGivenAlbedoIsLaidAroundTheFoot) {
+  Mesh mesh;
+  AddBox(mesh, {2.0f, 2.0f, 0.5f}, {6.0f, 4.0f, 3.0f});
+  PatchOptions options;
+  options.ground_albedo = 0.2;
+  const PatchScene scene = BuildPatchScene(WithNames(std::move(mesh)), options);
+  EXPECT_TRUE(scene.ground_laid);
+  EXPECT_FALSE(scene.ground_extended);
+  EXPECT_EQ(scene.face_albedo_rgb.back(), glm::vec3(0.2f));
+  EXPECT_LT(scene.mesh.triangles.size(), 5000u);
+  std::size_t laid = 0;
+  for (const std::uint32_t source : scene.source_triangle) laid += source >= 12 ? 1 : 0;
+  EXPECT_GT(laid, 200u);
+  for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 15) {
+    const double azimuth = azimuth_deg * std::numbers::pi / 180.0;
+    const glm::vec3 direction(std::cos(azimuth), std::sin(azimuth), -0.002f);
+    const auto hit = scene.caster.Intersect({4.0f, 5.0f, 2.0f}, glm::normalize(direction));
+    EXPECT_TRUE(hit) << azimuth_deg;
+  }
+  options.ground_albedo = 1.0;
+  EXPECT_THROW(BuildPatchScene(WithNames({}), options), std::invalid_argument);
+}
+
 TEST(PatchScene, AGroundThatReachesFarIsLeftAsItIs) {
   Mesh mesh;
   AddGround(mesh, 1500.0f);

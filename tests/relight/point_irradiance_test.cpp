@@ -192,5 +192,37 @@ TEST(PointIrradiance, RefusesWhatMakesNoSense) {
   EXPECT_THROW(PointIrradiance(mesh, {{0, 0, 0}}, kSixWays, options, {}), std::invalid_argument);
 }
 
+// Over a laid ground that nothing shades but a slab of 0.2 m, 5 m below: what looks down gets the
+// albedo's share of the horizontal irradiance, what stands half of it. 1 % for the rays, the slab
+// and the ground's end.
+TEST(PointIrradiance, ALaidGroundSendsBackItsShareOfSunAndSky) {
+  Mesh mesh;
+  AddBox(mesh, {0.0f, 0.0f, 0.0f}, {0.2f, 0.2f, 0.2f});
+  mesh.materials.assign(1, {.name = "slab", .diffuse_albedo = glm::vec3(0.5f)});
+  mesh.group_names = {"slab"};
+  PointIrradianceOptions options = Quick();
+  options.patch_size_m = 1.0;
+  const std::vector<glm::vec3> points{{0.1f, 0.1f, 5.0f}};
+  const std::vector<glm::vec3> normals{{0, 0, -1}, {1, 0, 0}, {0, 0, 1}};
+  const glm::dvec3 sun(0.6, 0.0, 0.8);
+  const auto gather = [&](double albedo) {
+    options.ground_albedo = albedo;
+    PointIrradiance irradiance(mesh, points, normals, options, {});
+    std::vector<glm::vec3> values = irradiance.OfRegions(LightPart::kIndirect);
+    const std::vector<glm::vec3> of_sun = irradiance.OfSun(sun, 0.0046, LightPart::kIndirect);
+    values.insert(values.end(), of_sun.begin(), of_sun.end());
+    return values;
+  };
+  const std::vector<glm::vec3> lit = gather(0.3);
+  const double sky = 0.3 * std::numbers::pi;
+  EXPECT_NEAR(lit[0].x, sky, 0.01 * sky);
+  EXPECT_NEAR(lit[1].x, 0.5 * sky, 0.01 * sky);
+  EXPECT_EQ(lit[2].x, 0.0f);
+  EXPECT_NEAR(lit[3].x, 0.3 * 0.8, 0.01 * 0.3 * 0.8);
+  EXPECT_NEAR(lit[4].x, 0.15 * 0.8, 0.01 * 0.15 * 0.8);
+  // Without it there is but the slab: 0.04 m2 in 25.
+  for (const glm::vec3& value : gather(0.0)) EXPECT_LT(value.x, 2e-3f);
+}
+
 }  // namespace
 }  // namespace pleinair
