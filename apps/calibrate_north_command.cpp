@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/shadow_edges_report.h"
 #include "datasets/sequence.h"
 #include "pipeline/sun_state.h"
 #include "scene/mesh_io.h"
@@ -142,6 +143,10 @@ std::string AsJson(const ShadowDirectionResult& result,
 std::string RunCalibrateNorth(const CalibrateNorthOptions& options) {
   const Sequence sequence = ReadSequence(options.sequence);
   const double stated_rad = StatedNorthAzimuthRad(options, sequence);
+  if (!options.shadow_edges.empty()) {
+    return ReportShadowEdges(
+        sequence, options.frames, options.shadow_edges, stated_rad, options.json);
+  }
   ShadowDirectionFinder finder(LoadMesh(sequence.folder / sequence.scene_mesh).mesh,
                                sequence.diffuse_regions);
   const auto frames = MakeRecordedFrameSource(sequence, options.frames);

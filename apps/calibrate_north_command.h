@@ -15,6 +15,9 @@ struct CalibrateNorthOptions {
   FrameKind frames = FrameKind::kLinear;
   NorthKind model_north = NorthKind::kTrue;  // What the model's +Y is said to be.
   MagneticModelFile magnetic;
+  // CSV of frame, x and y in pixels: places on shadows' edges that a person has marked. Empty: the
+  // pictures are searched.
+  std::filesystem::path shadow_edges;
   bool json = false;
 };
 

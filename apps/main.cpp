@@ -331,6 +331,10 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
   north.add_option("--magnetic-folder",
                    options->magnetic.folder,
                    "Folder with the magnetic model (default: GeographicLib's)");
+  north.add_option("--shadow-edges",
+                   options->shadow_edges,
+                   "CSV: FRAME,X,Y (pixels), places on the edges of shadows that the mesh casts; "
+                   "then only they are used");
   north.add_flag("--json", options->json, "Print JSON");
 }
 
