@@ -25,12 +25,20 @@ function(pleinair_add_library folder)
   set_property(GLOBAL APPEND PROPERTY PLEINAIR_LIBRARIES pleinair_${folder})
 endfunction()
 
-# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...]): one test program a folder,
-# tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that share a
-# costly beginning.
+# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...] [PRECOMPILE ...]): one test program a
+# folder, tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that
+# share a costly beginning. PRECOMPILE are headers to read once for all sources, beside GoogleTest's:
+# reading took half of the time to build the tests. Sources still include what they use.
 function(pleinair_add_test folder)
-  cmake_parse_arguments(ARG "WHOLE" "" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "WHOLE" "" "SOURCES;LIBS;PRECOMPILE" ${ARGN})
   add_executable(pleinair_${folder}_tests ${ARG_SOURCES})
+  target_precompile_headers(pleinair_${folder}_tests PRIVATE
+    <algorithm> <array> <cmath> <filesystem> <fstream> <random> <string> <vector>
+    <glm/geometric.hpp> <glm/mat4x4.hpp> <glm/vec3.hpp>
+    <gmock/gmock.h> <gtest/gtest.h>
+    ${ARG_PRECOMPILE})
+  # Most of a test's own code runs once.
+  target_compile_options(pleinair_${folder}_tests PRIVATE $<$<CONFIG:Release>:-O1>)
   target_link_libraries(pleinair_${folder}_tests PRIVATE
     ${ARG_LIBS} GTest::gmock GTest::gtest_main pleinair_flags)
   # Where the recordings and reference data stand, when they are there; tests skip when they aren't.
