@@ -13,6 +13,7 @@
 #include "calib/response.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
+#include "tests/apps/command_folder.h"
 
 namespace pleinair {
 namespace {
@@ -22,21 +23,8 @@ using testing::Not;
 
 const std::filesystem::path kShared = PLEINAIR_SHARED_DIR;
 
-class CalibrateCommand : public testing::Test {
+class CalibrateCommand : public CommandFolder {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("pleinair_calibrate_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
-  }
   // A levelled sky camera, as a map: north up, east right.
   std::filesystem::path WriteLens() {
     return Write(
@@ -60,19 +48,6 @@ class CalibrateCommand : public testing::Test {
     }
     return files;
   }
-
-  template <typename Options>
-  static std::string Refusal(std::string (*run)(const Options&), const Options& options) {
-    try {
-      run(options);
-    } catch (const std::exception& error) {
-      EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
-      return error.what();
-    }
-    return "accepted";
-  }
-
-  std::filesystem::path folder_;
 };
 
 TEST_F(CalibrateCommand, FitsAResponseAndMergesWithIt) {

@@ -1,7 +1,6 @@
 #include "apps/calibrate_markers_command.h"
 
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -11,6 +10,7 @@
 
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
+#include "tests/apps/command_folder.h"
 #include "tests/calib/marker_scene.h"
 
 namespace pleinair {
@@ -24,14 +24,10 @@ constexpr int kFrames = 5;
 
 // Pictures from an arc about the board, which are the frames of a sequence as well; the third shows
 // no marker.
-class CalibrateMarkers : public testing::Test {
+class CalibrateMarkers : public CommandFolder {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("pleinair_calibrate_markers_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+    CommandFolder::SetUp();
     Write("scene.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     const CameraIntrinsics camera = MarkerCamera();
     nlohmann::json document = nlohmann::json::parse(R"json({
@@ -60,28 +56,12 @@ class CalibrateMarkers : public testing::Test {
     }
     Write("sequence.json", document.dump());
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   static glm::dmat4 TruePose(int i) {
     const double azimuth = 0.3 * (i - 2);
     return LookAt({1.6 * std::sin(azimuth), -1.6 * std::cos(azimuth), 1.0}, {0.05, 0.2, 0.1});
   }
-  std::filesystem::path Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
-  }
-  template <typename Options>
-  static std::string Refusal(std::string (*run)(const Options&), const Options& options) {
-    try {
-      run(options);
-    } catch (const std::exception& error) {
-      EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
-      return error.what();
-    }
-    return "accepted";
-  }
 
-  std::filesystem::path folder_;
   std::vector<std::filesystem::path> pictures_;
 };
 

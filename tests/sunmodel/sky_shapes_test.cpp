@@ -7,22 +7,12 @@
 #include <glm/geometric.hpp>
 
 #include "sunmodel/sky_luminance.h"
+#include "tests/scene/irradiance_by_points.h"
 
 namespace pleinair {
 namespace {
 
-// Irradiance on a horizontal plane by points of equal projected area: a second way to the integral.
-glm::dvec3 IrradianceByPoints(const SkyShape& shape, int points) {
-  glm::dvec3 sum(0.0);
-  for (int i = 0; i < points; ++i) {
-    const double radius = std::sqrt((i + 0.5) / points);
-    const double azimuth = 2.0 * std::numbers::pi * i * (std::numbers::phi - 1.0);
-    sum += glm::dvec3(shape.Radiance(glm::normalize(glm::vec3(radius * std::cos(azimuth),
-                                                              radius * std::sin(azimuth),
-                                                              std::sqrt(1.0 - radius * radius)))));
-  }
-  return std::numbers::pi / points * sum;
-}
+using testing::IrradianceByPoints;
 
 // 2e-3: the clear sky's table has cells of half a degree, whose means its centres stand for.
 TEST(SkyShapes, EveryKindBringsIrradianceOneInEveryChannel) {
