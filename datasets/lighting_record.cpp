@@ -41,6 +41,15 @@ RecordedLight Light(const JsonCursor& at) {
           Vector(at, "sky_irradiance_stddev_rgb")};
 }
 
+std::map<std::string, glm::dvec3> Shares(const JsonCursor& at) {
+  if (!at.Value().is_object()) at.Fail("an object of shares by shape");
+  std::map<std::string, glm::dvec3> shares;
+  for (const auto& [name, value] : at.Value().items()) {
+    if (const auto share = Vector(at, name.c_str())) shares.emplace(name, *share);
+  }
+  return shares;
+}
+
 }  // namespace
 
 std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& file) {
@@ -68,6 +77,10 @@ std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& fil
     }
     record.light = Light(at);
     if (const auto raw = Known(at, "raw")) record.raw = Light(*raw);
+    if (const auto shape = Known(at, "sky_shape")) record.sky_shape = Shares(*shape);
+    if (const auto image = Known(at, "sky_image")) {
+      record.sky_image = file.parent_path() / image->Text();
+    }
     records.push_back(std::move(record));
   }
   return records;
