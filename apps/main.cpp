@@ -234,6 +234,18 @@ void AddRun(CLI::App& app, Work& work) {
           {"map", pleinair::ObjectLight::kVolumeByMap}}))
       ->default_str("gather");
   AddDaylight(run, *options);
+  run.add_option("--influence",
+                 options->influence_at,
+                 "Where it is worked out what objects hide and send on real surfaces: pixels (anew "
+                 "for each view) or faces (of the surfaces, kept while the camera moves)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::InfluenceAt>{
+          {"pixels", pleinair::InfluenceAt::kPixels}, {"faces", pleinair::InfluenceAt::kFaces}}))
+      ->default_str("faces where a fish-eye lights a moving camera, else pixels");
+  run.add_option("--sun-block",
+                 options->sun_block_px,
+                 "Side in pixels of blocks that are lit alike when their corners are; 1: each "
+                 "pixel looks for the sun itself")
+      ->check(CLI::Range(1, 64));
   run.add_option_function<std::vector<std::string>>(
          "--effects",
          [options](const std::vector<std::string>& names) {

@@ -283,8 +283,11 @@ void RunRunCommand(const RunCommandOptions& options) {
   // is not.
   if (SourceOf(options, sequence) == SourceKind::kFisheye && (board || CameraMoves(sequence))) {
     pipeline_options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+    pipeline_options.influence_at = InfluenceAt::kFaces;
   }
+  pipeline_options.view.sun_block_px = options.sun_block_px;
   pipeline_options.effects = options.effects;
+  if (options.influence_at) pipeline_options.influence_at = *options.influence_at;
   pipeline_options.daylight = DaylightOf(options, site);
   pipeline_options.direct_daylight = options.direct_daylight;
   for (const WindowEntry& window : sequence.windows) {

@@ -40,7 +40,9 @@ struct RunCommandOptions {
   ObjectLight object_light = ObjectLight::kGather;
   // None: gathered, but for the irradiance volume indoors, which is too smooth for windows.
   std::optional<Daylight> daylight;
-  DirectDaylightOptions direct_daylight;  // Its windows are the sequence's.
+  DirectDaylightOptions direct_daylight;    // Its windows are the sequence's.
+  std::optional<InfluenceAt> influence_at;  // None: faces where a fish-eye lights a moving camera.
+  int sun_block_px = SurfaceViewOptions{}.sun_block_px;
   CompositeEffects effects;
   bool filter = true;  // The light over time.
   bool measure_shadows = false;

@@ -56,6 +56,7 @@ void FramePipelineOptions::Validate() const {
                                 ": expected 0 or more seconds");
   }
   direct_daylight.Validate();
+  influence.Validate();
 }
 
 FramePipeline::FramePipeline(const PreparedScene& scene,
@@ -109,15 +110,20 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
                                                    transport_sun.angular_radius_rad,
                                                    sky_shapes_,
                                                    SampleRegions(frame));
-    const bool basis_changed =
-        basis_sun_version_ != view.sun_version || basis_shapes_ != sky_shapes_;
-    if (basis_changed && !objects_.empty()) {
-      UpdateBasis();
-      if (daylight_ != nullptr) daylight_->Update(sky_shapes_);
-      if (options_.object_light != ObjectLight::kGather) UpdateVolume();
-      interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
+    const bool new_sun = basis_sun_version_ != view_builder_.SunFacesVersion();
+    const bool new_light = new_sun || basis_shapes_ != sky_shapes_;
+    if (!objects_.empty()) {
+      if (new_light) {
+        UpdateBasis(new_sun);
+        if (daylight_ != nullptr) daylight_->Update(sky_shapes_);
+        if (options_.object_light != ObjectLight::kGather) UpdateVolume();
+      } else {
+        changed_lights_.clear();
+      }
+      if (new_sun) {
+        interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
+      }
       UpdateObjects(view);
-      basis_sun_version_ = view.sun_version;
     }
     result.timing_ms.transport = watch.LapMs();
 
@@ -130,7 +136,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
 
     if (daylight_ != nullptr) {
       result.daylight = daylight_->Summary();
-      if (!basis_changed) result.daylight->maps_drawn = 0;
+      if (!new_light) result.daylight->maps_drawn = 0;
     }
 
     if (!objects_.empty()) Shade(result.estimate.lighting, result.timing_ms);
@@ -145,6 +151,10 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     result.timing_ms.readback = result.composite.readback_ms;
     return result;
   } catch (const std::exception& error) {
+    // What was half done is done anew.
+    basis_sun_version_.reset();
+    basis_shapes_.clear();
+    influence_geometry_version_.reset();
     return failed(error.what());
   }
 }
@@ -167,18 +177,20 @@ void FramePipeline::FilterEstimate(FrameResult& result) {
   result.sky_filter = filtered.sky;
 }
 
-void FramePipeline::UpdateBasis() {
-  basis_.face_radiosity.resize(1 + sky_shapes_.size());
-  basis_.face_radiosity[0] = view_builder_.SunFaces().radiosity;
-  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
-    basis_.face_radiosity[1 + k] = view_builder_.SkyFaces(k).radiosity;
-  }
-  changed_lights_.assign(1, 0);
+void FramePipeline::UpdateBasis(bool new_sun) {
+  changed_lights_.clear();
+  if (new_sun) changed_lights_.push_back(0);
   for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
     if (k >= basis_shapes_.size() || basis_shapes_[k] != sky_shapes_[k]) {
       changed_lights_.push_back(1 + k);
     }
   }
+  basis_.face_radiosity.resize(1 + sky_shapes_.size());
+  for (const std::size_t light : changed_lights_) {
+    basis_.face_radiosity[light] = light == 0 ? view_builder_.SunFaces().radiosity
+                                              : view_builder_.SkyFaces(light - 1).radiosity;
+  }
+  basis_sun_version_ = view_builder_.SunFacesVersion();
   basis_shapes_ = sky_shapes_;
 }
 
@@ -216,17 +228,24 @@ void FramePipeline::UpdateVolume() {
 void FramePipeline::UpdateObjects(const SurfaceView& view) {
   const bool has_influence = options_.effects.sky_occlusion || options_.effects.colour_bleeding;
   const bool new_view = has_influence && influence_geometry_version_ != view.geometry_version;
-  if (new_view) {
-    influence_ = ObjectInfluence(scene_.patches, interreflection_.Objects(), view);
-    influence_geometry_version_ = view.geometry_version;
+  const bool on_faces = options_.influence_at == InfluenceAt::kFaces;
+  const bool new_influence = new_view && (!on_faces || !influence_geometry_version_);
+  if (new_influence) {
+    influence_ =
+        on_faces
+            ? ObjectInfluence(scene_.patches, interreflection_.Objects(), options_.influence)
+            : ObjectInfluence(scene_.patches, interreflection_.Objects(), view, options_.influence);
   }
+  if (new_view && on_faces) influence_.See(scene_.patches, view, view_builder_.PixelFaces());
+  if (new_view) influence_geometry_version_ = view.geometry_version;
+  if (!new_influence && changed_lights_.empty()) return;
   const std::vector<Receiver> receivers =
       has_influence && daylight_ != nullptr ? influence_.Receivers() : std::vector<Receiver>();
   vertex_response_.resize(basis_.face_radiosity.size());
   for (std::size_t light = 0; light < basis_.face_radiosity.size(); ++light) {
     const bool changed =
         std::find(changed_lights_.begin(), changed_lights_.end(), light) != changed_lights_.end();
-    if (!changed && !new_view) continue;
+    if (!changed && !new_influence) continue;
     Lighting unit;
     unit.sky.resize(sky_shapes_.size());
     (light == 0 ? unit.sun.irradiance_rgb : unit.sky[light - 1].irradiance_rgb) = glm::dvec3(1.0);

@@ -38,6 +38,12 @@ enum class Daylight {
   kSamples,  // By samples of the sky: sharp shadows through windows.
 };
 
+// Where it is worked out what objects hide and send on real surfaces.
+enum class InfluenceAt {
+  kPixels,  // Anew for each view.
+  kFaces,   // On a lattice over the surfaces, kept while the camera moves.
+};
+
 struct FramePipelineOptions {
   SurfaceViewOptions view;
   // The sun's transport is made for times on this raster, so that it is a pure function of a
@@ -48,6 +54,8 @@ struct FramePipelineOptions {
   GatherOptions object_gather;
   Daylight daylight = Daylight::kGather;
   DirectDaylightOptions direct_daylight;  // For samples.
+  InfluenceAt influence_at = InfluenceAt::kPixels;
+  ObjectInfluenceOptions influence;
   CompositeEffects effects;
   // None: each frame's own estimate is reported.
   std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
@@ -106,7 +114,7 @@ class FramePipeline {
 
  private:
   void FilterEstimate(FrameResult& result);
-  void UpdateBasis();
+  void UpdateBasis(bool new_sun);
   void UpdateVolume();
   void UpdateObjects(const SurfaceView& view);
   // What rays and probes take sky shape `k` for: black where it is sampled.
@@ -133,7 +141,7 @@ class FramePipeline {
   // What basis_ and folded_ were made for.
   std::optional<std::uint64_t> basis_sun_version_;
   std::vector<std::shared_ptr<const SkyShape>> basis_shapes_;
-  std::vector<std::size_t> changed_lights_;  // By the last UpdateBasis; 0 is the sun.
+  std::vector<std::size_t> changed_lights_;  // In this frame; 0 is the sun.
   BasisLights basis_;
   FoldedVolume folded_;
   std::vector<std::uint8_t> needed_probes_;  // By the objects' bounding boxes.

@@ -1,8 +1,10 @@
 #include "relight/daylight_shadows.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -73,16 +75,24 @@ void DaylightShadows::DrawMap(std::size_t index) {
   float* reach = reach_m_.data() + index * static_cast<std::size_t>(map_size_px_) *
                                        static_cast<std::size_t>(map_size_px_);
   const float cell_m = 2.0f * radius_m_ / static_cast<float>(map_size_px_);
-  for (int row = 0; row < map_size_px_; ++row) {
+  const std::vector<glm::vec3> directions(static_cast<std::size_t>(map_size_px_), -direction);
+  std::vector<std::optional<RayHit>> hits(directions.size());
+  std::vector<glm::vec3> starts_m;
+  std::vector<int> columns;
+  for (int row = 0; row < map_size_px_; ++row, reach += map_size_px_) {
+    const float y_m = (static_cast<float>(row) + 0.5f) * cell_m - radius_m_;
+    starts_m.clear();
+    columns.clear();
     for (int column = 0; column < map_size_px_; ++column) {
       const float x_m = (static_cast<float>(column) + 0.5f) * cell_m - radius_m_;
-      const float y_m = (static_cast<float>(row) + 0.5f) * cell_m - radius_m_;
-      *reach = kNothing;
-      if (x_m * x_m + y_m * y_m < radius_m_ * radius_m_) {
-        const auto hit = objects_.Intersect(front_m + x_m * view.right + y_m * view.up, -direction);
-        if (hit) *reach = radius_m_ - hit->distance_m;
-      }
-      ++reach;
+      if (!(x_m * x_m + y_m * y_m < radius_m_ * radius_m_)) continue;
+      starts_m.push_back(front_m + x_m * view.right + y_m * view.up);
+      columns.push_back(column);
+    }
+    objects_.Intersect(starts_m.data(), directions.data(), starts_m.size(), hits.data());
+    std::fill_n(reach, map_size_px_, kNothing);
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (hits[i]) reach[columns[i]] = radius_m_ - hits[i]->distance_m;
     }
   }
 }
@@ -107,18 +117,42 @@ bool DaylightShadows::InObjectsShadow(std::size_t index, const glm::vec3& positi
 
 std::vector<glm::vec3> DaylightShadows::OnObjects(std::span<const Receiver> receivers) const {
   std::vector<glm::vec3> irradiance(receivers.size(), glm::vec3(0.0f));
-  tbb::parallel_for(std::size_t{0}, receivers.size(), [&](std::size_t i) {
-    const glm::vec3 start_m = OffsetFromSurface(receivers[i].position_m, receivers[i].normal);
-    for (const View& view : views_) {
-      const glm::vec3& direction = view.sample.direction_enu;
-      const float cosine = glm::dot(receivers[i].normal, direction);
-      if (!(cosine > 0.0f) || objects_.Occluded(start_m, direction) ||
-          real_.Occluded(start_m, direction)) {
-        continue;
-      }
-      irradiance[i] += cosine * view.sample.irradiance_rgb;
-    }
-  });
+  // Rays of one sample from a stretch of neighbours are parallel: they go together.
+  constexpr std::size_t kTogether = 256;
+  tbb::parallel_for(
+      std::size_t{0}, (receivers.size() + kTogether - 1) / kTogether, [&](auto block) {
+        const std::size_t begin = block * kTogether;
+        const std::size_t end = std::min(receivers.size(), begin + kTogether);
+        std::array<std::size_t, kTogether> lit;
+        std::array<glm::vec3, kTogether> starts_m;
+        std::array<glm::vec3, kTogether> directions;
+        std::array<bool, kTogether> occluded;
+        for (const View& view : views_) {
+          std::size_t count = 0;
+          for (std::size_t i = begin; i < end; ++i) {
+            if (!(glm::dot(receivers[i].normal, view.sample.direction_enu) > 0.0f)) continue;
+            lit[count] = i;
+            starts_m[count] = OffsetFromSurface(receivers[i].position_m, receivers[i].normal);
+            ++count;
+          }
+          directions.fill(view.sample.direction_enu);
+          for (const RayCaster* caster : {&objects_, &real_}) {
+            caster->Occluded(starts_m.data(), directions.data(), count, occluded.data());
+            std::size_t left = 0;
+            for (std::size_t k = 0; k < count; ++k) {
+              if (occluded[k]) continue;
+              lit[left] = lit[k];
+              starts_m[left] = starts_m[k];
+              ++left;
+            }
+            count = left;
+          }
+          for (std::size_t k = 0; k < count; ++k) {
+            const float cosine = glm::dot(receivers[lit[k]].normal, view.sample.direction_enu);
+            irradiance[lit[k]] += cosine * view.sample.irradiance_rgb;
+          }
+        }
+      });
   return irradiance;
 }
 

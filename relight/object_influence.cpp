@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -15,6 +14,8 @@
 #include <glm/vector_relational.hpp>
 
 #include "relight/internal/basis_sum.h"
+#include "relight/internal/face_lattice.h"
+#include "relight/internal/influence_plan.h"
 #include "relight/internal/object_cone.h"
 #include "relight/internal/plane_blocks.h"
 
@@ -22,96 +23,11 @@ namespace pleinair {
 namespace {
 
 // See the header.
-constexpr float kLeastShare = 1.0f / 1024.0f;
 constexpr float kLeastChange = 1.0f / 512.0f;
-// Sides of the blocks that share a receiver, in pixels: odd, so that a pixel is in the middle.
-constexpr std::array<int, 3> kBlocksPx{1, 3, 7};
-// What an object covers has no receiver. Where its edge lets the surface shine through, one within
-// a block of three is found.
-constexpr std::size_t kCoveredSize = 1;
-// A block's side on the surface is at most this share of the distance to the object, over which
-// the object's share of the view changes by about as much of itself. Two fifths or a quarter: no
-// pixel of the recordings differs by more than one code value.
-constexpr float kBlockPerDistance = 0.4f;
-
-// How the pixels of a view are served.
-struct PixelPlan {
-  Gray8Image size;     // 0 where no object can matter, else 1 + the index of its block's side.
-  Gray8Image covered;  // Where a size is: an object hides the surface that the view speaks of.
-};
-
-PixelPlan PlanPixels(const PatchScene& objects,
-                     const std::vector<std::optional<ObjectBounds>>& bounds,
-                     const SurfaceView& view) {
-  PixelPlan plan{Gray8Image(view.Width(), view.Height(), 0),
-                 Gray8Image(view.Width(), view.Height(), 0)};
-  const glm::vec3 eye_m(view.camera.CentreWorldM());
-  const auto focal_px =
-      static_cast<float>(std::sqrt(view.camera.intrinsics.fx_px * view.camera.intrinsics.fy_px));
-  tbb::parallel_for(0, view.Height(), [&](int y) {
-    for (int x = 0; x < view.Width(); ++x) {
-      const std::size_t pixel = view.region.Index(x, y);
-      if (view.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
-      const glm::vec3& position_m = view.position_world_m.pixels[pixel];
-      const glm::vec3& normal = view.normal_world.pixels[pixel];
-      float share = 0.0f;
-      float distance_m = std::numeric_limits<float>::infinity();
-      for (const std::optional<ObjectBounds>& object : bounds) {
-        if (!object) continue;
-        share += ObjectCone(*object, position_m).LargestShare(normal);
-        distance_m = std::min(distance_m, DistanceTo(object->box, position_m));
-      }
-      if (!(share > kLeastShare)) continue;
-      // The longer side of a pixel on the surface.
-      const float range_m = glm::distance(eye_m, position_m);
-      const float cosine = std::abs(glm::dot(normal, position_m - eye_m)) / range_m;
-      const float pixel_m = range_m / (focal_px * std::max(cosine, 1e-3f));
-      std::size_t size = 0;
-      while (size + 1 < kBlocksPx.size() &&
-             static_cast<float>(kBlocksPx[size + 1]) * pixel_m < kBlockPerDistance * distance_m) {
-        ++size;
-      }
-      const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
-      const glm::vec3 to_eye_m = eye_m - start_m;
-      const float start_range_m = glm::length(to_eye_m);
-      if (objects.caster.Occluded(start_m, to_eye_m / start_range_m, start_range_m)) {
-        plan.covered.pixels[pixel] = 1;
-        size = std::max(size, kCoveredSize);
-      }
-      plan.size.pixels[pixel] = static_cast<std::uint8_t>(1 + size);
-    }
-  });
-  return plan;
-}
-
-// Pixels that may hold a receiver for blocks of size `size`: those of the blocks around any pixel
-// that has that size.
-Gray8Image Candidates(const PixelPlan& plan, std::size_t size) {
-  const int block_px = kBlocksPx[size];
-  const int width = plan.size.width;
-  const int height = plan.size.height;
-  Gray8Image around((width + block_px - 1) / block_px, (height + block_px - 1) / block_px, 0);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (plan.size.At(x, y) != 1 + size) continue;
-      // A block of one pixel serves that pixel alone.
-      const int margin = block_px > 1 ? 1 : 0;
-      for (int row = y / block_px - margin; row <= y / block_px + margin; ++row) {
-        for (int column = x / block_px - margin; column <= x / block_px + margin; ++column) {
-          if (around.Contains(column, row)) around.At(column, row) = 1;
-        }
-      }
-    }
-  }
-  Gray8Image candidates(width, height, 0);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (around.At(x / block_px, y / block_px) == 0) continue;
-      candidates.At(x, y) = plan.size.At(x, y) != 0 && plan.covered.At(x, y) == 0 ? 1 : 0;
-    }
-  }
-  return candidates;
-}
+// A receiver whose view objects fill to this share stands under or in one.
+constexpr float kShareInside = 0.95f;
+// Below that what a pixel shows is all within an object.
+constexpr float kLeastOpen = 0.01f;
 
 void RequireFaces(std::size_t given, std::size_t expected, const char* what) {
   if (given != expected) {
@@ -127,6 +43,10 @@ void ObjectInfluenceOptions::Validate() const {
   if (rays_per_receiver < 1 || rays_per_receiver > 65536) {
     throw std::invalid_argument("rays_per_receiver is " + std::to_string(rays_per_receiver) +
                                 ": expected 1 to 65536");
+  }
+  if (!(least_spacing > 0.0) || !std::isfinite(least_spacing)) {
+    throw std::invalid_argument("least_spacing is " + std::to_string(least_spacing) +
+                                ": expected more than 0, of an object's radius");
   }
 }
 
@@ -158,20 +78,19 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
   const glm::vec3 eye_m(view.camera.CentreWorldM());
   std::vector<PlaneBlocks> blocks;
   std::vector<std::uint32_t> first_receiver;
-  for (std::size_t size = 0; size < kBlocksPx.size(); ++size) {
+  for (std::size_t size = 0; size < kInfluenceBlocksPx.size(); ++size) {
     const Gray8Image candidates = Candidates(plan, size);
     blocks.emplace_back(
         view,
         eye_m,
         PlaneBlocks::Options{
-            .block_px = kBlocksPx[size], .wraps_x = false, .candidates = &candidates});
+            .block_px = kInfluenceBlocksPx[size], .wraps_x = false, .candidates = &candidates});
     first_receiver.push_back(static_cast<std::uint32_t>(receivers_.size()));
     for (const std::size_t pixel : blocks.back().ReceiverPixels()) {
       receivers_.push_back(
           {.pixel = pixel,
+           .face = 0,
            .place = {view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]},
-           .lower_px = {width_px_, height_px_},
-           .upper_px = {},
            .hits = {}});
     }
   }
@@ -186,18 +105,77 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
           entries_.push_back({first_receiver[size] + receiver, static_cast<float>(weight)});
           sum += weight;
         });
-        const glm::ivec2 place(x - x_px_, y - y_px_);
         for (std::size_t i = first; i < entries_.size(); ++i) {
           entries_[i].weight = static_cast<float>(entries_[i].weight / sum);
-          ReceiverHits& receiver = receivers_[entries_[i].receiver];
-          receiver.lower_px = glm::min(receiver.lower_px, place);
-          receiver.upper_px = glm::max(receiver.upper_px, place + 1);
         }
       }
       entry_begin_.push_back(static_cast<std::uint32_t>(entries_.size()));
     }
   }
   Gather(real, objects, options.rays_per_receiver);
+}
+
+ObjectInfluence::ObjectInfluence(const PatchScene& real,
+                                 const PatchScene& objects,
+                                 const ObjectInfluenceOptions& options)
+    : real_faces_(real.FaceCount()),
+      object_faces_(objects.FaceCount()),
+      face_albedo_rgb_(real.face_albedo_rgb) {
+  options.Validate();
+  lattice_ = std::make_shared<const FaceLattice>(
+      real, PartsOfFaces(real, BoundsOfObjects(objects.mesh), options.least_spacing));
+  const std::vector<Receiver>& places = lattice_->Receivers();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    receivers_.push_back(
+        {.pixel = 0, .face = lattice_->FaceOfReceiver()[i], .place = places[i], .hits = {}});
+  }
+  Gather(real, objects, options.rays_per_receiver);
+  for (const ReceiverHits& receiver : receivers_) {
+    float share = 0.0f;
+    for (const Hit& hit : receiver.hits) share += hit.share;
+    is_open_.push_back(share > kShareInside ? 0.0f : 1.0f);
+  }
+}
+
+void ObjectInfluence::See(const PatchScene& real,
+                          const SurfaceView& view,
+                          const Image<std::int32_t>& faces) {
+  if (lattice_ == nullptr) {
+    throw std::logic_error("object influence: See is for receivers on faces");
+  }
+  RequireFaces(real.FaceCount(), real_faces_, "the real scene");
+  if (faces.width != view.Width() || faces.height != view.Height()) {
+    throw std::invalid_argument(std::string("object influence: faces of a picture of ") +
+                                std::to_string(faces.width) + "x" + std::to_string(faces.height) +
+                                ", expected the view's " + std::to_string(view.Width()) + "x" +
+                                std::to_string(view.Height()));
+  }
+  picture_width_px_ = width_px_ = faces.width;
+  picture_height_px_ = height_px_ = faces.height;
+  // Three a pixel, of no weight where nothing changes.
+  entries_.assign(3 * faces.pixels.size(), Entry{0, 0.0f});
+  entry_begin_.resize(faces.pixels.size() + 1);
+  for (std::size_t i = 0; i < entry_begin_.size(); ++i) {
+    entry_begin_[i] = static_cast<std::uint32_t>(3 * i);
+  }
+  tbb::parallel_for(0, faces.height, [&](int y) {
+    for (int x = 0; x < faces.width; ++x) {
+      const std::size_t pixel = faces.Index(x, y);
+      if (faces.pixels[pixel] == PatchScene::kSky) continue;
+      const auto face = static_cast<std::size_t>(faces.pixels[pixel]);
+      if (!lattice_->HasReceivers(face)) continue;
+      const auto around = lattice_->Around(real, face, view.position_world_m.pixels[pixel]);
+      // What an object stands on is not to darken what lies beside it.
+      float open = 0.0f;
+      for (const FaceLattice::Weighted& at : around) open += at.weight * is_open_[at.receiver];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float weight = open > kLeastOpen
+                                 ? around[k].weight * is_open_[around[k].receiver] / open
+                                 : around[k].weight;
+        entries_[3 * pixel + k] = {around[k].receiver, weight};
+      }
+    }
+  });
 }
 
 std::vector<Receiver> ObjectInfluence::Receivers() const {
@@ -262,8 +240,9 @@ void ObjectInfluence::Fold(std::size_t light,
   }
   RequireFaces(real_radiosity.size(), real_faces_, "the real scene's radiosity");
   RequireFaces(object_radiosity.size(), object_faces_, "the objects' radiosity");
-  if (view.Width() != picture_width_px_ || view.Height() != picture_height_px_ ||
-      (light > 0 && view.sky_response.size() < light)) {
+  if (lattice_ == nullptr &&
+      (view.Width() != picture_width_px_ || view.Height() != picture_height_px_ ||
+       (light > 0 && view.sky_response.size() < light))) {
     throw std::invalid_argument("object influence: basis light " + std::to_string(light) +
                                 " of a view of " + std::to_string(view.Width()) + "x" +
                                 std::to_string(view.Height()) + " with " +
@@ -284,10 +263,26 @@ void ObjectInfluence::Fold(std::size_t light,
       }
       response.gained += hit.share * object_radiosity[static_cast<std::size_t>(hit.object_face)];
     }
-    response.before = light == 0 ? SunResponse(view, receivers_[i].pixel, view.sun_direction_enu)
-                                 : view.sky_response[light - 1].pixels[receivers_[i].pixel];
+    response.before = Before(light, receivers_[i], view, real_radiosity);
     responses[i] = response;
   });
+}
+
+glm::vec3 ObjectInfluence::Before(std::size_t light,
+                                  const ReceiverHits& receiver,
+                                  const SurfaceView& view,
+                                  std::span<const glm::vec3> real_radiosity) const {
+  if (lattice_ == nullptr) {
+    return light == 0 ? SunResponse(view, receiver.pixel, view.sun_direction_enu)
+                      : view.sky_response[light - 1].pixels[receiver.pixel];
+  }
+  // What the face reflects, by what it reflects of it. What is black changes nothing in a picture.
+  glm::vec3 irradiance(0.0f);
+  for (int channel = 0; channel < 3; ++channel) {
+    const float albedo = face_albedo_rgb_[receiver.face][channel];
+    if (albedo > 0.0f) irradiance[channel] = real_radiosity[receiver.face][channel] / albedo;
+  }
+  return irradiance;
 }
 
 std::vector<glm::vec3> ObjectInfluence::AtReceivers(const Lighting& lighting,
@@ -325,12 +320,25 @@ void ObjectInfluence::Evaluate(const Lighting& lighting,
                           static_cast<std::size_t>(x);
     return std::span(entries_).subspan(entry_begin_[i], entry_begin_[i + 1] - entry_begin_[i]);
   };
+  // Per row the first pixel that changes and the one after the last.
+  std::vector<std::array<int, 2>> extents(static_cast<std::size_t>(height_px_), {width_px_, 0});
+  tbb::parallel_for(0, height_px_, [&](int y) {
+    std::array<int, 2>& extent = extents[static_cast<std::size_t>(y)];
+    for (int x = 0; x < width_px_; ++x) {
+      for (const Entry& entry : entries_of(x, y)) {
+        if (entry.weight == 0.0f || at_receivers[entry.receiver] == glm::vec3(0.0f)) continue;
+        extent = {std::min(extent[0], x), x + 1};
+        break;
+      }
+    }
+  });
   glm::ivec2 lower(width_px_, height_px_);
   glm::ivec2 upper(0);
-  for (std::size_t i = 0; i < receivers_.size(); ++i) {
-    if (at_receivers[i] == glm::vec3(0.0f)) continue;
-    lower = glm::min(lower, receivers_[i].lower_px);
-    upper = glm::max(upper, receivers_[i].upper_px);
+  for (int y = 0; y < height_px_; ++y) {
+    const auto [begin, end] = extents[static_cast<std::size_t>(y)];
+    if (end == 0) continue;
+    lower = glm::min(lower, glm::ivec2(begin, y));
+    upper = glm::max(upper, glm::ivec2(end, y + 1));
   }
   if (upper.x <= lower.x) return;
   change.x_px = x_px_ + lower.x;

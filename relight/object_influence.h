@@ -3,14 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/patch_scene.h"
 #include "relight/transport.h"
+#include "scene/image.h"
 #include "scene/irradiance_change.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
@@ -18,11 +19,17 @@
 
 namespace pleinair {
 
+class FaceLattice;
+
 struct ObjectInfluenceOptions {
   // Over each object's bounding sphere, low-discrepancy, where that fills more than 1/16 of a
   // surface's view; fewer in proportion where it fills less, down to an eighth. Converged: as many
   // as wished, up to 65536.
   int rays_per_receiver = 192;
+  // On faces alone: how far apart receivers stand at least, as a share of the radius of the nearest
+  // object's bounding sphere. Farther off it is a quarter of the distance to the object. Converged:
+  // a tenth of that.
+  double least_spacing = 0.06;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
@@ -41,29 +48,41 @@ struct InfluenceParts {
 //
 // Receivers stand where the objects' bounding spheres fill more than 1/1024 of a surface's view:
 // under a clear sun, eight times the sky, a white object brings a shaded surface half a code value
-// there. Each pixel near an object has its own; farther off, blocks of up to 7 x 7 pixels share one
-// a plane, and pixels blend those around them.
+// there.
+// At pixels  each near an object has its own; farther off, blocks of up to 7 x 7 pixels share one a
+//            plane, and pixels blend those around them. For that view alone.
+// On faces   on a lattice over the real faces, which pixels blend: they stay while the camera
+//            moves, and what changes in the picture is the look-up.
 //
 // Threads  The result does not depend on their number.
 class ObjectInfluence {
  public:
   // Nothing is changed.
   ObjectInfluence() = default;
-  // The objects are the groups of `objects`. Keeps no reference.
+  // At pixels. The objects are the groups of `objects`. Keeps no reference.
   ObjectInfluence(const PatchScene& real,
                   const PatchScene& objects,
                   const SurfaceView& view,
                   const ObjectInfluenceOptions& options = {});
+  // On faces.
+  ObjectInfluence(const PatchScene& real,
+                  const PatchScene& objects,
+                  const ObjectInfluenceOptions& options = {});
+
+  // On faces: what Evaluate is for. `faces` are those of `real`, as of construction, that the
+  // pixels show, PatchScene::kSky where none.
+  void See(const PatchScene& real, const SurfaceView& view, const Image<std::int32_t>& faces);
 
   std::size_t ReceiverCount() const { return receivers_.size(); }
   std::vector<Receiver> Receivers() const;
 
   // Works out the response to a unit of basis light `light`: 0 is the sun, 1 + k the view's sky
   // shape k. `sky` is null for the sun, whose disc is not in it. `view` is that of construction,
-  // with its present responses; radiosities are of the faces of `real` and `objects` per unit of
-  // the light. Where it is known by other means what the objects take of the sky's own light at
-  // each of Receivers(), `sky` is null and `hidden_sky` says it; else that is empty.
-  // Throws  std::invalid_argument where a number of faces or receivers is another, or the view's
+  // with its present responses, and not looked at for receivers on faces; radiosities are of the
+  // faces of `real` and `objects` per unit of the light. Where it is known by other means what the
+  // objects take of the sky's own light at each of Receivers(), `sky` is null and `hidden_sky` says
+  // it; else that is empty. Throws  std::invalid_argument where a number of faces or receivers is
+  // another, or the view's
   //         size.
   void Fold(std::size_t light,
             const SkyShape* sky,
@@ -88,11 +107,9 @@ class ObjectInfluence {
     glm::vec3 direction{0.0f};
   };
   struct ReceiverHits {
-    std::size_t pixel = 0;
+    std::size_t pixel = 0;  // Where it stands; on faces: without meaning.
+    std::size_t face = 0;   // On faces: a face that it stands on.
     Receiver place;
-    // Of the pixels that blend it, counted from (x_px_, y_px_).
-    glm::ivec2 lower_px{0};
-    glm::ivec2 upper_px{0};
     std::vector<Hit> hits;
   };
   struct Entry {
@@ -106,6 +123,10 @@ class ObjectInfluence {
   };
 
   void Gather(const PatchScene& real, const PatchScene& objects, int rays_per_receiver);
+  glm::vec3 Before(std::size_t light,
+                   const ReceiverHits& receiver,
+                   const SurfaceView& view,
+                   std::span<const glm::vec3> real_radiosity) const;
   std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
 
   std::size_t real_faces_ = 0;
@@ -119,6 +140,9 @@ class ObjectInfluence {
   int height_px_ = 0;
   std::vector<std::uint32_t> entry_begin_;  // Per pixel of that part, entries [begin, next begin).
   std::vector<Entry> entries_;
+  std::shared_ptr<const FaceLattice> lattice_;  // Null at pixels.
+  std::vector<float> is_open_;              // On faces, per receiver: 0 inside an object, else 1.
+  std::vector<glm::vec3> face_albedo_rgb_;  // On faces.
   std::vector<ReceiverHits> receivers_;
   std::vector<std::vector<Response>> responses_;  // Per basis light and receiver.
 };

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -67,6 +68,7 @@ struct SurfaceViewBuilder::Impl {
   SurfaceViewOptions options;
 
   SurfaceView view;
+  Image<std::int32_t> face;  // That each pixel shows.
   std::vector<SampleRegionPolygon> polygons;
   std::optional<SunKey> sun;
   std::optional<CornerGather> corners;
@@ -77,6 +79,7 @@ struct SurfaceViewBuilder::Impl {
   std::vector<std::shared_ptr<const SkyShape>> shapes;
   std::vector<FaceLight> sky_faces;  // Per shape.
   FaceLight sun_faces;
+  std::uint64_t sun_faces_version = 0;
 
   std::optional<Survey> survey_now;
   std::vector<std::shared_ptr<const SkyShape>> survey_shapes;
@@ -89,9 +92,9 @@ struct SurfaceViewBuilder::Impl {
     view.camera = camera;
     const CameraPixels pixels(camera);
     const ViewRays rays = pixels.Rays();
-    const Image<std::int32_t> face = CastGeometry(scene.patches, rays, view);
+    face = CastGeometry(scene.patches, rays, view);
     mesh_edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
-    FillAlbedo(face, pixels);
+    FillAlbedo(pixels);
     if (options.receivers_at == SurfaceViewOptions::ReceiversAt::kPatchCorners) {
       if (!corners) corners.emplace(scene.patches, scene.options.gather);
       gather = SurfaceGather(*corners, scene.patches, face, view);
@@ -148,7 +151,7 @@ struct SurfaceViewBuilder::Impl {
     }
   }
 
-  void FillAlbedo(const Image<std::int32_t>& face, const CameraPixels& pixels) {
+  void FillAlbedo(const CameraPixels& pixels) {
     const int width = view.Width();
     const int height = view.Height();
     view.albedo_rgb = RgbImage(width, height, glm::vec3(0.0f));
@@ -234,10 +237,11 @@ struct SurfaceViewBuilder::Impl {
   void BuildSun(const SunKey& key) {
     const SunDisc disc(key.direction_enu, key.angular_radius_rad, options.sun_disc_samples);
     view.sun_direction_enu = key.direction_enu;
-    CastSunVisibility(scene.patches.caster, disc, view);
+    CastSunVisibility(scene.patches.caster, disc, options.sun_block_px, view);
     if (sun != key) {
       sun_faces = scene.transport.SolveSun(
           scene.patches, key.direction_enu, key.angular_radius_rad, scene.options.bounces);
+      ++sun_faces_version;
       sun = key;
     }
     view.sun_bounce.width = view.Width();
@@ -257,7 +261,12 @@ struct SurfaceViewBuilder::Impl {
 
 SurfaceViewBuilder::SurfaceViewBuilder(const PreparedScene& scene,
                                        const SurfaceViewOptions& options)
-    : impl_(std::make_unique<Impl>(scene, options)) {}
+    : impl_(std::make_unique<Impl>(scene, options)) {
+  if (options.sun_block_px < 1) {
+    throw std::invalid_argument("sun_block_px is " + std::to_string(options.sun_block_px) +
+                                ": expected 1 or more");
+  }
+}
 
 SurfaceViewBuilder::~SurfaceViewBuilder() = default;
 
@@ -291,7 +300,7 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
   const SunDisc disc(
       impl.sun->direction_enu, impl.sun->angular_radius_rad, impl.options.sun_disc_samples);
   survey.view.sun_direction_enu = impl.sun->direction_enu;
-  CastSunVisibility(impl.scene.patches.caster, disc, survey.view);
+  CastSunVisibility(impl.scene.patches.caster, disc, 1, survey.view);
   survey.gather->Blend(survey.gather->Rays().FromFaces(impl.sun_faces.radiosity),
                        survey.view.sun_bounce.pixels);
   ++survey.view.sun_version;
@@ -300,6 +309,10 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
 }
 
 const FaceLight& SurfaceViewBuilder::SunFaces() const { return impl_->sun_faces; }
+
+std::uint64_t SurfaceViewBuilder::SunFacesVersion() const { return impl_->sun_faces_version; }
+
+const Image<std::int32_t>& SurfaceViewBuilder::PixelFaces() const { return impl_->face; }
 
 const FaceLight& SurfaceViewBuilder::SkyFaces(std::size_t k) const {
   return impl_->sky_faces.at(k);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "relight/prepared_scene.h"
+#include "scene/image.h"
 #include "scene/sky_shape.h"
 #include "scene/surface_view.h"
 
@@ -21,6 +22,9 @@ struct SurfaceViewOptions {
   // exact: every pixel gathers.
   int receiver_block_px = 4;
   int sun_disc_samples = 16;
+  // Blocks whose corners all see the sun, or all don't, are taken to do alike: what is smaller may
+  // be missed. 1 is exact: every pixel casts.
+  int sun_block_px = 1;
 };
 
 // Where in a picture the estimate may sample, beside the survey's own regions.
@@ -53,6 +57,11 @@ class SurfaceViewBuilder {
   // Radiosity of the faces for the unit sun that the last Update stands for; and for sky shape k.
   const FaceLight& SunFaces() const;
   const FaceLight& SkyFaces(std::size_t k) const;
+  // Changes when SunFaces() does; the view's sun_version also changes with the camera.
+  std::uint64_t SunFacesVersion() const;
+
+  // The scene's face that each pixel of the view shows, PatchScene::kSky where none.
+  const Image<std::int32_t>& PixelFaces() const;
 
  private:
   struct Impl;

@@ -125,7 +125,7 @@ Survey MakeSurvey(const SurveyMap& map,
 
   const SunDisc disc(
       survey.light.sun_direction_enu, map.sun_angular_radius_rad, options.sun_disc_samples);
-  CastSunVisibility(scene.caster, disc, view);
+  CastSunVisibility(scene.caster, disc, 1, view);
   Gray8Image edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
   AddShadowEdges(view, rays.wraps_x, edges);
   view.edge_distance_px = DistanceTo(edges, rays.wraps_x, false);

@@ -152,6 +152,19 @@ void GatheredRays::Gather(const PatchScene& scene,
     sky_direction_.insert(sky_direction_.end(), batch.sky.begin(), batch.sky.end());
     batch = Batch{};
   }
+  FindSkyCells();
+}
+
+void GatheredRays::FindSkyCells() {
+  static_assert(SkyTable::kCells <= 65536);
+  sky_cell_.resize(sky_direction_.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sky_cell_.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t k = range.begin(); k < range.end(); ++k) {
+                        sky_cell_[k] = static_cast<std::uint16_t>(
+                            SkyTable::CellOf(UnpackUpperDirection(sky_direction_[k])));
+                      }
+                    });
 }
 
 GatheredRays::GatheredRays(const PatchScene& scene,
@@ -206,17 +219,20 @@ GatheredRays GatheredRays::OfExposedFaces(const PatchScene& scene,
     }
     rays.sky_begin_.push_back(rays.sky_direction_.size());
   }
+  rays.FindSkyCells();
   points = std::move(exposed.points);
   return rays;
 }
 
 std::vector<glm::vec3> GatheredRays::FromSky(const SkyShape& shape) const {
   std::vector<glm::vec3> irradiance(ReceiverCount(), glm::vec3(0.0f));
+  const std::vector<glm::vec3>* const table = shape.Table();
   tbb::parallel_for(std::size_t{0}, irradiance.size(), [&](std::size_t i) {
     const double scale = std::numbers::pi / RayCountOf(i);
     glm::dvec3 sum(0.0);
     for (std::uint64_t k = sky_begin_[i]; k < sky_begin_[i + 1]; ++k) {
-      sum += glm::dvec3(shape.Radiance(UnpackUpperDirection(sky_direction_[k])));
+      sum += glm::dvec3(table != nullptr ? (*table)[sky_cell_[k]]
+                                         : shape.Radiance(UnpackUpperDirection(sky_direction_[k])));
     }
     irradiance[i] = glm::vec3(scale * sum);
   });
@@ -341,7 +357,7 @@ FaceLight PatchTransport::Solve(const PatchScene& scene,
                                 int bounces) const {
   SolveOptions options;
   options.bounces = bounces;
-  FaceLights lights = SolveMany(scene, direct_irradiance, 1, options);
+  FaceLights lights = SolveBlocks(scene, direct_irradiance, 1, options);
   return {std::move(lights.radiosity), lights.iterations, lights.residual};
 }
 
@@ -349,6 +365,15 @@ FaceLights PatchTransport::SolveMany(const PatchScene& scene,
                                      std::span<const glm::vec3> direct_irradiance,
                                      std::size_t lights,
                                      const SolveOptions& options) const {
+  FaceLights solved = SolveBlocks(scene, direct_irradiance, lights, options);
+  if (options.bounces != 0) solved.energy_error = EnergyError(scene, solved);
+  return solved;
+}
+
+FaceLights PatchTransport::SolveBlocks(const PatchScene& scene,
+                                       std::span<const glm::vec3> direct_irradiance,
+                                       std::size_t lights,
+                                       const SolveOptions& options) const {
   options.Validate();
   const std::size_t faces = face_rays_.ReceiverCount();
   CheckFaceCount(scene.FaceCount(), faces, "scene");
@@ -384,7 +409,6 @@ FaceLights PatchTransport::SolveMany(const PatchScene& scene,
     solved.residual = std::max(solved.residual, block.residual);
   }
   if (options.progress) options.progress("radiosity", 1.0);
-  solved.energy_error = EnergyError(scene, solved);
   return solved;
 }
 

@@ -92,6 +92,7 @@ class GatheredRays {
   // 1 / rays_per_receiver.
   std::vector<std::uint64_t> sky_begin_;
   std::vector<std::uint32_t> sky_direction_;
+  std::vector<std::uint16_t> sky_cell_;  // Of SkyTable, that each lies in.
   std::int32_t rays_per_receiver_ = 1;
   // Rays of each receiver where they differ; else empty.
   std::vector<std::int32_t> ray_count_;
@@ -101,6 +102,7 @@ class GatheredRays {
     return ray_count_.empty() ? rays_per_receiver_ : ray_count_[receiver];
   }
 
+  void FindSkyCells();
   template <class RayOrigin>
   void Gather(const PatchScene& scene,
               std::size_t receiver_count,
@@ -203,6 +205,10 @@ class PatchTransport {
   void serialize(Archive& archive);
 
  private:
+  FaceLights SolveBlocks(const PatchScene& scene,
+                         std::span<const glm::vec3> direct_irradiance,
+                         std::size_t lights,
+                         const SolveOptions& options) const;
   double EnergyError(const PatchScene& scene, const FaceLights& solved) const;
 
   // Before face_rays_, whose making fills it.

@@ -114,6 +114,31 @@ RTCRay NewRay(const glm::vec3& origin_m, const glm::vec3& direction, float max_d
   return ray;
 }
 
+// Embree's mask of the lanes that are rays.
+struct alignas(32) PacketMask : std::array<int, kPacket> {};
+
+PacketMask FillPacket(const glm::vec3* origins_m,
+                      const glm::vec3* directions,
+                      std::size_t lanes,
+                      RTCRay8& packet) {
+  PacketMask valid{};
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const glm::vec3& origin_m = origins_m[lane];
+    const glm::vec3& direction = directions[lane];
+    if (!IsCastable(origin_m) || !IsCastable(direction)) continue;
+    valid[lane] = -1;
+    packet.org_x[lane] = origin_m.x;
+    packet.org_y[lane] = origin_m.y;
+    packet.org_z[lane] = origin_m.z;
+    packet.dir_x[lane] = direction.x;
+    packet.dir_y[lane] = direction.y;
+    packet.dir_z[lane] = direction.z;
+    packet.tfar[lane] = kInfinity;
+    packet.mask[lane] = ~0u;
+  }
+  return valid;
+}
+
 }  // namespace
 
 struct RayCaster::Impl {
@@ -125,6 +150,12 @@ struct RayCaster::Impl {
   ~Impl() {
     if (scene != nullptr) rtcReleaseScene(scene);
   }
+
+  RayHit HitAt(const Query& query,
+               std::uint32_t triangle,
+               const glm::vec2& barycentric,
+               const glm::vec3& origin_m,
+               const glm::vec3& direction) const;
 
   Query NewQuery(float max_distance_m) const {
     Query query{};
@@ -194,6 +225,29 @@ RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
+RayHit RayCaster::Impl::HitAt(const Query& query,
+                              std::uint32_t triangle,
+                              const glm::vec2& barycentric,
+                              const glm::vec3& origin_m,
+                              const glm::vec3& direction) const {
+  RayHit hit;
+  hit.triangle = triangle;
+  hit.barycentric = barycentric;
+  const glm::uvec3 corners = triangles[triangle];
+  const glm::dvec3 a(vertices[corners.x]);
+  const glm::dvec3 ab = glm::dvec3(vertices[corners.y]) - a;
+  const glm::dvec3 ac = glm::dvec3(vertices[corners.z]) - a;
+  const glm::dvec3 position_m = a + double{barycentric.x} * ab + double{barycentric.y} * ac;
+  hit.position_m = glm::vec3(position_m);
+  hit.geometric_normal = glm::vec3(glm::normalize(glm::cross(ab, ac)));
+  const double distance_m =
+      PlaneDistance(query, triangle, glm::dvec3(origin_m), glm::dvec3(direction));
+  hit.distance_m = std::clamp(static_cast<float>(distance_m),
+                              std::numeric_limits<float>::min(),
+                              std::nextafter(query.max_distance_m, 0.0f));
+  return hit;
+}
+
 std::optional<RayHit> RayCaster::Intersect(const glm::vec3& origin_m,
                                            const glm::vec3& direction,
                                            float max_distance_m) const {
@@ -206,23 +260,31 @@ std::optional<RayHit> RayCaster::Intersect(const glm::vec3& origin_m,
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(impl_->scene, &query.context, &found);
   if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return impl_->HitAt(query, found.hit.primID, {found.hit.u, found.hit.v}, origin_m, direction);
+}
 
-  RayHit hit;
-  hit.triangle = found.hit.primID;
-  hit.barycentric = {found.hit.u, found.hit.v};
-  const glm::uvec3 corners = impl_->triangles[hit.triangle];
-  const glm::dvec3 a(impl_->vertices[corners.x]);
-  const glm::dvec3 ab = glm::dvec3(impl_->vertices[corners.y]) - a;
-  const glm::dvec3 ac = glm::dvec3(impl_->vertices[corners.z]) - a;
-  const glm::dvec3 position_m = a + double{found.hit.u} * ab + double{found.hit.v} * ac;
-  hit.position_m = glm::vec3(position_m);
-  hit.geometric_normal = glm::vec3(glm::normalize(glm::cross(ab, ac)));
-  const double distance_m =
-      PlaneDistance(query, hit.triangle, glm::dvec3(origin_m), glm::dvec3(direction));
-  hit.distance_m = std::clamp(static_cast<float>(distance_m),
-                              std::numeric_limits<float>::min(),
-                              std::nextafter(max_distance_m, 0.0f));
-  return hit;
+void RayCaster::Intersect(const glm::vec3* origins_m,
+                          const glm::vec3* directions,
+                          std::size_t count,
+                          std::optional<RayHit>* hits) const {
+  Query query = impl_->NewQuery(kInfinity);
+  query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  for (std::size_t begin = 0; begin < count; begin += kPacket) {
+    const std::size_t lanes = std::min(kPacket, count - begin);
+    RTCRayHit8 packet{};
+    const auto valid = FillPacket(origins_m + begin, directions + begin, lanes, packet.ray);
+    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      hits[begin + lane].reset();
+      if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+      hits[begin + lane] = impl_->HitAt(query,
+                                        packet.hit.primID[lane],
+                                        {packet.hit.u[lane], packet.hit.v[lane]},
+                                        origins_m[begin + lane],
+                                        directions[begin + lane]);
+    }
+  }
 }
 
 bool RayCaster::Occluded(const glm::vec3& origin_m,
@@ -244,21 +306,7 @@ void RayCaster::Occluded(const glm::vec3* origins_m,
   for (std::size_t begin = 0; begin < count; begin += kPacket) {
     const std::size_t lanes = std::min(kPacket, count - begin);
     RTCRay8 packet{};
-    alignas(32) std::array<int, kPacket> valid{};
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      const glm::vec3& origin_m = origins_m[begin + lane];
-      const glm::vec3& direction = directions[begin + lane];
-      if (!IsCastable(origin_m) || !IsCastable(direction)) continue;
-      valid[lane] = -1;
-      packet.org_x[lane] = origin_m.x;
-      packet.org_y[lane] = origin_m.y;
-      packet.org_z[lane] = origin_m.z;
-      packet.dir_x[lane] = direction.x;
-      packet.dir_y[lane] = direction.y;
-      packet.dir_z[lane] = direction.z;
-      packet.tfar[lane] = kInfinity;
-      packet.mask[lane] = ~0u;
-    }
+    const auto valid = FillPacket(origins_m + begin, directions + begin, lanes, packet);
     rtcOccluded8(valid.data(), impl_->scene, &query.context, &packet);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       occluded[begin + lane] = packet.tfar[lane] < 0.0f;

@@ -31,6 +31,7 @@ class TableSkyShape final : public SkyShape {
     if (!(direction_enu.z > 0.0f)) return glm::vec3(0.0f);
     return table_[SkyTable::CellOf(direction_enu)];
   }
+  const std::vector<glm::vec3>* Table() const override { return &table_; }
 
  private:
   std::string name_;

@@ -21,6 +21,9 @@ class SkyShape {
   virtual std::string Name() const = 0;  // As in lighting.jsonl's sky_shape.
   // Zero on and below the horizon. `direction_enu` is unit.
   virtual glm::vec3 Radiance(const glm::vec3& direction_enu) const = 0;
+  // For who knows the cells of many directions: radiance of each of SkyTable's cells, where that is
+  // what Radiance looks up; else null.
+  virtual const std::vector<glm::vec3>* Table() const { return nullptr; }
 };
 
 std::shared_ptr<const SkyShape> MakeUniformSkyShape();

@@ -94,6 +94,7 @@ void GatheredRays::serialize(Archive& archive) {
   internal::ArchiveBlock(archive, sky_direction_);
   internal::ArchiveBlock(archive, ray_count_);
   archive(rays_per_receiver_);
+  if constexpr (Archive::is_loading::value) FindSkyCells();
 }
 
 template <class Archive>

@@ -1,7 +1,10 @@
 #include "relight/internal/sun_disc.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -48,18 +51,69 @@ SunDisc::SunDisc(const glm::dvec3& direction_enu, double angular_radius_rad, int
 }
 
 float SunDisc::Visibility(const RayCaster& caster, const Receiver& receiver) const {
-  const glm::vec3 origin = OffsetFromSurface(receiver.position_m, receiver.normal);
+  const glm::vec3 origin_m = OffsetFromSurface(receiver.position_m, receiver.normal);
   const auto sees = [&](const glm::vec3& direction) {
     return direction.z > 0.0f && glm::dot(direction, receiver.normal) > 0.0f &&
-           !caster.Occluded(origin, direction);
+           !caster.Occluded(origin_m, direction);
   };
   const bool centre_seen = sees(centre_);
-  if (samples_.size() == 1) return centre_seen ? 1.0f : 0.0f;
-  bool agree = true;
-  for (std::size_t i = 0; i < rim_.size() && agree; ++i) agree = sees(rim_[i]) == centre_seen;
-  if (agree) return centre_seen ? 1.0f : 0.0f;
+  const bool agree =
+      samples_.size() == 1 || std::all_of(rim_.begin(), rim_.end(), [&](const glm::vec3& rim) {
+        return sees(rim) == centre_seen;
+      });
+  return agree ? (centre_seen ? 1.0f : 0.0f) : ShareOfSamples(caster, receiver);
+}
+
+std::vector<float> SunDisc::Visibility(const RayCaster& caster,
+                                       std::span<const Receiver> receivers) const {
+  std::vector<glm::vec3> origins_m;
+  std::vector<glm::vec3> directions;
+  std::vector<std::size_t> asked;
+  const auto occluded = std::make_unique<bool[]>(receivers.size());
+  // Which of `of` see a direction.
+  const auto see = [&](const glm::vec3& direction, std::span<const std::size_t> of) {
+    origins_m.clear();
+    asked.clear();
+    for (const std::size_t i : of) {
+      const Receiver& receiver = receivers[i];
+      if (!(direction.z > 0.0f) || !(glm::dot(direction, receiver.normal) > 0.0f)) continue;
+      origins_m.push_back(OffsetFromSurface(receiver.position_m, receiver.normal));
+      asked.push_back(i);
+    }
+    directions.assign(origins_m.size(), direction);
+    caster.Occluded(origins_m.data(), directions.data(), origins_m.size(), occluded.get());
+    std::vector<bool> sees(receivers.size(), false);
+    for (std::size_t k = 0; k < asked.size(); ++k) sees[asked[k]] = !occluded[k];
+    return sees;
+  };
+  std::vector<std::size_t> agreeing(receivers.size());
+  std::iota(agreeing.begin(), agreeing.end(), std::size_t{0});
+  const std::vector<bool> centre_seen = see(centre_, agreeing);
+  std::vector<float> visibility(receivers.size());
+  for (std::size_t i = 0; i < receivers.size(); ++i) visibility[i] = centre_seen[i] ? 1.0f : 0.0f;
+  if (samples_.size() == 1) return visibility;
+  std::vector<std::size_t> partly;
+  for (const glm::vec3& rim : rim_) {
+    const std::vector<bool> seen = see(rim, agreeing);
+    std::erase_if(agreeing, [&](std::size_t i) {
+      if (seen[i] == centre_seen[i]) return false;
+      partly.push_back(i);
+      return true;
+    });
+  }
+  for (const std::size_t i : partly) visibility[i] = ShareOfSamples(caster, receivers[i]);
+  return visibility;
+}
+
+float SunDisc::ShareOfSamples(const RayCaster& caster, const Receiver& receiver) const {
+  const glm::vec3 origin_m = OffsetFromSurface(receiver.position_m, receiver.normal);
   int seen = 0;
-  for (const glm::vec3& direction : samples_) seen += sees(direction);
+  for (const glm::vec3& direction : samples_) {
+    seen += direction.z > 0.0f && glm::dot(direction, receiver.normal) > 0.0f &&
+                    !caster.Occluded(origin_m, direction)
+                ? 1
+                : 0;
+  }
   return static_cast<float>(seen) / static_cast<float>(samples_.size());
 }
 

@@ -23,6 +23,8 @@ class SunDisc {
   // straight edge may then still hide 9 % of the disc); else all samples are cast. With one sample
   // the centre decides alone. What is below the horizon, or behind the surface, is not seen.
   float Visibility(const RayCaster& caster, const Receiver& receiver) const;
+  // The same for many at once, faster where neighbours in the list are neighbours in the scene.
+  std::vector<float> Visibility(const RayCaster& caster, std::span<const Receiver> receivers) const;
   // Mean over the sample directions of visible * cosine, each cast from another of `points` (on one
   // plane with unit `normal`).
   float MeanIrradiance(const RayCaster& caster,
@@ -31,6 +33,8 @@ class SunDisc {
   const glm::vec3& Direction() const { return centre_; }
 
  private:
+  float ShareOfSamples(const RayCaster& caster, const Receiver& receiver) const;
+
   glm::vec3 centre_;
   std::array<glm::vec3, 4> rim_;
   std::vector<glm::vec3> samples_;

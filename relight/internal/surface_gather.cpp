@@ -1,33 +1,16 @@
 #include "relight/internal/surface_gather.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "relight/internal/plane_blocks.h"
+#include "relight/internal/same_plane.h"
 
 namespace pleinair {
-namespace {
-
-// Of a point in a triangle; one a hair outside counts as on the edge. Patches have an area.
-glm::vec3 BarycentricOf(const glm::vec3& point_m,
-                        const glm::vec3& a_m,
-                        const glm::vec3& b_m,
-                        const glm::vec3& c_m) {
-  const glm::vec3 normal = glm::cross(b_m - a_m, c_m - a_m);
-  const float twice_area_squared = glm::dot(normal, normal);
-  glm::vec3 weights(1.0f / 3.0f);
-  if (!(twice_area_squared > 0.0f)) return weights;
-  weights.x = glm::dot(normal, glm::cross(c_m - b_m, point_m - b_m)) / twice_area_squared;
-  weights.y = glm::dot(normal, glm::cross(a_m - c_m, point_m - c_m)) / twice_area_squared;
-  weights.z = 1.0f - weights.x - weights.y;
-  weights = glm::max(weights, glm::vec3(0.0f));
-  return weights / (weights.x + weights.y + weights.z);
-}
-
-}  // namespace
 
 Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, SurfaceView& view) {
   view.region_names = scene.mesh.group_names;
@@ -35,19 +18,28 @@ Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, 
   view.position_world_m = RgbImage(rays.width, rays.height, glm::vec3(0.0f));
   view.normal_world = RgbImage(rays.width, rays.height, glm::vec3(0.0f));
   Image<std::int32_t> face(rays.width, rays.height, PatchScene::kSky);
+  const auto width = static_cast<std::size_t>(rays.width);
+  const std::vector<glm::vec3> origins_m(width, rays.origin_m);
   tbb::parallel_for(0, rays.height, [&](int y) {
+    std::vector<glm::vec3> directions;
+    std::vector<int> columns;
     for (int x = 0; x < rays.width; ++x) {
       const std::optional<glm::vec3> direction = rays.direction(x, y);
       if (!direction) continue;
-      const auto hit = scene.caster.Intersect(rays.origin_m, *direction);
-      if (!hit) continue;
-      const std::size_t pixel = view.region.Index(x, y);
-      face.pixels[pixel] = PatchScene::FaceOfHit(*hit, *direction);
+      directions.push_back(*direction);
+      columns.push_back(x);
+    }
+    std::vector<std::optional<RayHit>> hits(directions.size());
+    scene.caster.Intersect(origins_m.data(), directions.data(), directions.size(), hits.data());
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      if (!hits[i]) continue;
+      const std::size_t pixel = view.region.Index(columns[i], y);
+      face.pixels[pixel] = PatchScene::FaceOfHit(*hits[i], directions[i]);
       view.region.pixels[pixel] =
-          static_cast<std::int32_t>(scene.mesh.triangle_group[hit->triangle]);
-      view.position_world_m.pixels[pixel] = hit->position_m;
+          static_cast<std::int32_t>(scene.mesh.triangle_group[hits[i]->triangle]);
+      view.position_world_m.pixels[pixel] = hits[i]->position_m;
       view.normal_world.pixels[pixel] =
-          face.pixels[pixel] % 2 == 0 ? hit->geometric_normal : -hit->geometric_normal;
+          face.pixels[pixel] % 2 == 0 ? hits[i]->geometric_normal : -hits[i]->geometric_normal;
     }
   });
   return face;
@@ -87,24 +79,24 @@ SurfaceGather::SurfaceGather(const CornerGather& corners,
                              const PatchScene& scene,
                              const Image<std::int32_t>& face,
                              const SurfaceView& view)
-    : rays_(corners.Rays()) {
-  entry_begin_.assign(1, 0);
-  entry_begin_.reserve(face.pixels.size() + 1);
-  for (std::size_t pixel = 0; pixel < face.pixels.size(); ++pixel) {
-    if (face.pixels[pixel] != PatchScene::kSky) {
-      const auto pixel_face = static_cast<std::size_t>(face.pixels[pixel]);
-      const glm::uvec3& vertices = scene.mesh.triangles[pixel_face / 2];
-      const glm::vec3 weights = BarycentricOf(view.position_world_m.pixels[pixel],
-                                              scene.mesh.positions_m[vertices.x],
-                                              scene.mesh.positions_m[vertices.y],
-                                              scene.mesh.positions_m[vertices.z]);
-      for (int i = 0; i < 3; ++i) {
-        entries_.push_back(
-            {corners.ReceiversOf(pixel_face)[static_cast<std::size_t>(i)], weights[i]});
+    : rays_(corners.Rays()),
+      entry_begin_(face.pixels.size() + 1),
+      entries_(3 * face.pixels.size(), Entry{0, 0.0f}) {
+  // Three a pixel, of no weight where it shows no surface.
+  for (std::size_t i = 0; i < entry_begin_.size(); ++i) {
+    entry_begin_[i] = static_cast<std::uint32_t>(3 * i);
+  }
+  tbb::parallel_for(0, face.height, [&](int y) {
+    for (int x = 0; x < face.width; ++x) {
+      const std::size_t pixel = face.Index(x, y);
+      if (face.pixels[pixel] == PatchScene::kSky) continue;
+      const auto around = corners.Lattice().Around(
+          scene, static_cast<std::size_t>(face.pixels[pixel]), view.position_world_m.pixels[pixel]);
+      for (std::size_t k = 0; k < 3; ++k) {
+        entries_[3 * pixel + k] = {around[k].receiver, around[k].weight};
       }
     }
-    entry_begin_.push_back(static_cast<std::uint32_t>(entries_.size()));
-  }
+  });
 }
 
 void SurfaceGather::Blend(std::span<const glm::vec3> at_receivers,
@@ -122,15 +114,73 @@ void SurfaceGather::Blend(std::span<const glm::vec3> at_receivers,
   });
 }
 
-void CastSunVisibility(const RayCaster& caster, const SunDisc& disc, SurfaceView& view) {
+void CastSunVisibility(const RayCaster& caster,
+                       const SunDisc& disc,
+                       int block_px,
+                       SurfaceView& view) {
   view.sun_visibility = GrayImage(view.Width(), view.Height(), 0.0f);
-  tbb::parallel_for(0, view.Height(), [&](int y) {
+  // Casts the pixels of row y that `wanted` says.
+  const auto cast_row = [&](int y, const auto& wanted) {
+    std::vector<Receiver> receivers;
+    std::vector<std::size_t> pixels;
     for (int x = 0; x < view.Width(); ++x) {
       const std::size_t pixel = view.region.Index(x, y);
-      if (view.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
-      view.sun_visibility.pixels[pixel] = disc.Visibility(
-          caster, {view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]});
+      if (view.region.pixels[pixel] == SurfaceView::kNoRegion || !wanted(x)) continue;
+      receivers.push_back({view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]});
+      pixels.push_back(pixel);
     }
+    const std::vector<float> visibility = disc.Visibility(caster, receivers);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      view.sun_visibility.pixels[pixels[i]] = visibility[i];
+    }
+  };
+  if (block_px <= 1) {
+    tbb::parallel_for(0, view.Height(), [&](int y) { cast_row(y, [](int) { return true; }); });
+    return;
+  }
+  // The corners of blocks first, the last row and column among them.
+  const auto at_corner = [block_px](int at, int size) {
+    return at % block_px == 0 || at == size - 1;
+  };
+  tbb::parallel_for(0, view.Height(), [&](int y) {
+    if (!at_corner(y, view.Height())) return;
+    cast_row(y, [&](int x) { return at_corner(x, view.Width()); });
+  });
+  // Then what lies on the plane of a block's four corners that agree, and the rest by rays.
+  const glm::vec3 eye_m(view.camera.CentreWorldM());
+  const auto on_plane_of = [&](std::size_t pixel, std::size_t corner) {
+    return view.region.pixels[pixel] == view.region.pixels[corner] &&
+           SamePlane(view.position_world_m.pixels[pixel],
+                     view.normal_world.pixels[pixel],
+                     view.position_world_m.pixels[corner],
+                     view.normal_world.pixels[corner],
+                     glm::distance(eye_m, view.position_world_m.pixels[corner]));
+  };
+  const GrayImage corners = view.sun_visibility;
+  tbb::parallel_for(0, view.Height(), [&](int y) {
+    const int top = y / block_px * block_px;
+    const int bottom = std::min(top + block_px, view.Height() - 1);
+    std::vector<std::uint8_t> wanted(static_cast<std::size_t>(view.Width()), 0);
+    for (int left = 0; left < view.Width(); left += block_px) {
+      const int right = std::min(left + block_px, view.Width() - 1);
+      const std::size_t first = view.region.Index(left, top);
+      const float visibility = corners.pixels[first];
+      bool agree = visibility == 0.0f || visibility == 1.0f;
+      for (const auto& [x, row] : {std::pair{right, top}, {left, bottom}, {right, bottom}}) {
+        const std::size_t corner = view.region.Index(x, row);
+        agree = agree && corners.pixels[corner] == visibility && on_plane_of(corner, first);
+      }
+      for (int x = left; x < std::min(left + block_px, view.Width()); ++x) {
+        if (at_corner(x, view.Width()) && at_corner(y, view.Height())) continue;
+        const std::size_t pixel = view.region.Index(x, y);
+        if (agree && on_plane_of(pixel, first)) {
+          view.sun_visibility.pixels[pixel] = visibility;
+        } else {
+          wanted[static_cast<std::size_t>(x)] = 1;
+        }
+      }
+    }
+    cast_row(y, [&](int x) { return wanted[static_cast<std::size_t>(x)] != 0; });
   });
 }
 

@@ -71,7 +71,11 @@ class SurfaceGather {
   std::vector<Entry> entries_;
 };
 
-// Share of the disc seen at each pixel; 0 where no surface is.
-void CastSunVisibility(const RayCaster& caster, const SunDisc& disc, SurfaceView& view);
+// Share of the disc seen at each pixel; 0 where no surface is. In blocks of `block_px` (1: none)
+// pixels on one plane whose four corners all see the disc, or all don't, are taken to do alike.
+void CastSunVisibility(const RayCaster& caster,
+                       const SunDisc& disc,
+                       int block_px,
+                       SurfaceView& view);
 
 }  // namespace pleinair

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -133,6 +134,47 @@ TEST(SurfaceViewBuilder, BlendedReceiversComeCloseToExactOnes) {
   }
   ASSERT_GT(count, 1000);
   EXPECT_LT(std::sqrt(squares / count), 0.02);
+}
+
+// What is off lies in penumbrae and slivers that no block's corner sees.
+TEST(SurfaceViewBuilder, BlocksOfSunComeCloseToPixels) {
+  SurfaceViewBuilder blocks(SiteWithoutAMap(), {.sun_block_px = 4});
+  SurfaceViewBuilder exact(SiteWithoutAMap(), {});
+  // From behind the house: its shadow falls towards the camera.
+  const glm::dvec3 sun = glm::normalize(glm::dvec3(0.3, 0.7, 0.5));
+  const SurfaceView& a = blocks.Update(kCamera, sun, kRadius, kUniform, {});
+  const SurfaceView& b = exact.Update(kCamera, sun, kRadius, kUniform, {});
+  int lit = 0;
+  int shaded = 0;
+  int off = 0;
+  for (std::size_t i = 0; i < a.sun_visibility.pixels.size(); ++i) {
+    if (b.region.pixels[i] == SurfaceView::kNoRegion) continue;
+    lit += b.sun_visibility.pixels[i] == 1.0f ? 1 : 0;
+    shaded += b.sun_visibility.pixels[i] == 0.0f ? 1 : 0;
+    off += a.sun_visibility.pixels[i] != b.sun_visibility.pixels[i] ? 1 : 0;
+  }
+  EXPECT_GT(lit, 300);
+  EXPECT_GT(shaded, 300);
+  EXPECT_LE(off, (lit + shaded) / 200);
+  EXPECT_THROW(SurfaceViewBuilder(SiteWithoutAMap(), {.sun_block_px = 0}), std::invalid_argument);
+}
+
+// The sun's faces are told apart from the sun's view: with a new camera the first stay.
+TEST(SurfaceViewBuilder, ANewCameraKeepsTheSunsFaces) {
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  builder.Update(kCamera, sun, kRadius, kUniform, {});
+  const std::uint64_t before = builder.SunFacesVersion();
+  const SurfaceView& view =
+      builder.Update(LookingNorth({2.0, -6.0, 2.0}), sun, kRadius, kUniform, {});
+  EXPECT_EQ(builder.SunFacesVersion(), before);
+  ASSERT_EQ(builder.PixelFaces().pixels.size(), view.region.pixels.size());
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    EXPECT_EQ(builder.PixelFaces().pixels[i] == PatchScene::kSky,
+              view.region.pixels[i] == SurfaceView::kNoRegion);
+  }
+  builder.Update(kCamera, glm::normalize(sun + glm::dvec3(0.02, 0.0, 0.0)), kRadius, kUniform, {});
+  EXPECT_NE(builder.SunFacesVersion(), before);
 }
 
 TEST(SurfaceViewBuilder, IsAPureFunctionOfItsArguments) {

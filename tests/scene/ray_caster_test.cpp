@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -108,9 +109,18 @@ TEST(RayCaster, ManyRaysAtOnceSayTheSame) {
     }
     const auto occluded = std::make_unique<bool[]>(count);
     caster.Occluded(origins.data(), directions.data(), count, occluded.get());
+    std::vector<std::optional<RayHit>> hits(count);
+    caster.Intersect(origins.data(), directions.data(), count, hits.data());
     for (std::size_t i = 0; i < count; ++i) {
       EXPECT_EQ(occluded[i], caster.Occluded(origins[i], directions[i]));
-      EXPECT_EQ(occluded[i], caster.Intersect(origins[i], directions[i]).has_value());
+      const auto hit = caster.Intersect(origins[i], directions[i]);
+      EXPECT_EQ(occluded[i], hit.has_value());
+      ASSERT_EQ(hits[i].has_value(), hit.has_value());
+      if (!hit) continue;
+      EXPECT_EQ(hits[i]->triangle, hit->triangle);
+      // A few roundings of the distance, in packets' own order.
+      EXPECT_LT(glm::distance(hits[i]->position_m, hit->position_m), 1e-5f);
+      EXPECT_NEAR(hits[i]->distance_m, hit->distance_m, 1e-5f);
     }
   }
 }
