@@ -185,6 +185,59 @@ TEST_F(Courtyard, SamplesOfTheSkyGiveTheGatheredPicture) {
   EXPECT_EQ(sampled.daylight->sky_share, 1.0) << "a courtyard has no windows";
 }
 
+// The same sun and sky in every frame.
+class StillLight : public LightingSource {
+ public:
+  tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame&, const SunState&) override {
+    return SkyBasis(shapes_);
+  }
+  tl::expected<LightingEstimate, LightingFailure> Estimate(
+      const LightingObservation& observation) override {
+    LightingEstimate estimate;
+    estimate.lighting.sun.direction_enu = observation.sun.direction_enu;
+    estimate.lighting.sun.irradiance_rgb = glm::dvec3(400.0);
+    estimate.lighting.sky = {{"uniform", glm::dvec3(100.0)}};
+    return estimate;
+  }
+
+ private:
+  std::vector<std::shared_ptr<const SkyShape>> shapes_{MakeUniformSkyShape()};
+};
+
+// What is kept while the camera moves is what would be made anew: light, samples, maps, and on
+// faces what objects change. The sky stands still, so no map is drawn.
+TEST_F(Courtyard, AMovedCameraSeesWhatAFreshPipelineSees) {
+  FramePipelineOptions options = BySamples(ObjectLight::kGather, 16);
+  options.influence_at = InfluenceAt::kFaces;
+  options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  options.filter.reset();
+  const Frame first = MakeRecordedFrameSource(*sequence_, FrameKind::kLinear)->Next()->value();
+  Frame second = first;
+  second.camera.camera_from_world[3] += glm::dvec4(0.1, 0.05, 0.0, 0.0);
+  const auto process = [&](const std::vector<const Frame*>& frames) {
+    const HeadlessContext context;
+    Compositor compositor;
+    FramePipeline pipeline(*scene_,
+                           site_->model.mesh,
+                           sequence_->site,
+                           site_->objects,
+                           std::make_unique<StillLight>(),
+                           compositor,
+                           options);
+    std::vector<FrameResult> results;
+    for (const Frame* frame : frames) results.push_back(pipeline.Process(*frame).value());
+    return results;
+  };
+  const std::vector<FrameResult> moved = process({&first, &second, &second});
+  const FrameResult fresh = std::move(process({&second}).front());
+  EXPECT_GT(moved[0].daylight->maps_drawn, 0u);
+  EXPECT_EQ(moved[1].daylight->maps_drawn, 0u);
+  EXPECT_EQ(moved[2].daylight->maps_drawn, 0u);
+  EXPECT_NE(moved[0].composite.radiance.pixels, moved[1].composite.radiance.pixels);
+  EXPECT_EQ(moved[1].composite.radiance.pixels, fresh.composite.radiance.pixels);
+  EXPECT_EQ(moved[2].composite.radiance.pixels, fresh.composite.radiance.pixels);
+}
+
 TEST_F(Courtyard, ASecondRunGivesTheSameBits) {
   const std::vector<FrameResult> once = RunAll(ObjectLight::kGather);
   const std::vector<FrameResult> again = RunAll(ObjectLight::kGather);
