@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/available_memory.h"
 #include "apps/file_blob_store.h"
 #include "apps/irradiance_file.h"
 #include "apps/progress.h"
@@ -272,11 +273,17 @@ void RunIrradianceCommand(const IrradianceCommandOptions& options) {
     mesh = std::move(loaded.mesh);
   }
 
-  PointIrradiance points(mesh, asked.points_m, asked.normals, gather, ProgressOnStandardError());
+  FileBlobStore store(options.cache);
+  PointIrradiance points(
+      mesh, asked.points_m, asked.normals, gather, ProgressOnStandardError(), &store);
   if (options.light != LightPart::kDirect && gather.bounces != 0) {
-    spdlog::info("{} patches, at most {:.0f} MiB for the radiosity",
+    spdlog::info("{} patches, {} lights, at most {:.0f} MiB for the radiosity",
                  points.Summary().patches,
+                 sun ? 1 : gather.regions.Count(),
                  static_cast<double>(points.Summary().memory_bytes) / kMiB);
+    RequireMemory(points.Summary().memory_bytes,
+                  "the radiosity",
+                  "expected fewer --sky-regions, a larger --patch-size or fewer --patch-rays");
   }
   const std::size_t lights = gather.regions.Count();
   std::string text;

@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "apps/available_memory.h"
 #include "pipeline/sun_state.h"
 #include "relight/shading_mesh.h"
 #include "scene/image_io.h"
@@ -177,6 +178,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
 PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings& settings) {
   PrepareOptions options;
   options.bounces = settings.bounces;
+  options.memory_limit_bytes = AvailableMemoryBytes();
   options.probe_box = site.probe_box;
   options.patches.extend_ground = !site.is_indoors;
   options.patches.ground_albedo = settings.ground_albedo;

@@ -10,9 +10,12 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "relight/internal/content_hash.h"
 #include "relight/internal/low_discrepancy.h"
 #include "relight/internal/patch_refinement.h"
+#include "relight/internal/serialization.h"
 #include "relight/internal/sphere_gather.h"
+#include "relight/internal/stored_stages.h"
 #include "relight/internal/sun_disc.h"
 
 namespace pleinair {
@@ -21,6 +24,10 @@ namespace {
 // Rays over the disc: from a point that asks, and from a ray's hit, of which there are thousands.
 constexpr int kSunSamplesAtPoint = 256;
 constexpr int kSunSamplesAtHit = 1;
+
+constexpr double kTolerance = 1e-5;
+// Part of every key: to be raised when what a radiosity is made of, or its stored form, changes.
+constexpr std::string_view kFormat = "pleinair-radiosity-1";
 
 bool IsFinite(const glm::vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -154,11 +161,13 @@ PointIrradiance::PointIrradiance(const Mesh& mesh,
                                  std::vector<glm::vec3> points_m,
                                  std::vector<glm::vec3> normals,
                                  const PointIrradianceOptions& options,
-                                 Progress progress)
+                                 Progress progress,
+                                 BlobStore* store)
     : points_m_(std::move(points_m)),
       normals_(std::move(normals)),
       options_(options),
-      progress_(std::move(progress)) {
+      progress_(std::move(progress)),
+      store_(store) {
   options_.Validate();
   CheckPoints(points_m_, normals_);
   PatchOptions patches = FocusOn(points_m_, options_.patch_growth_per_m);
@@ -214,7 +223,7 @@ const PatchTransport& PointIrradiance::Transport() {
 FaceLights PointIrradiance::Solve(std::span<const glm::vec3> direct, std::size_t lights) {
   SolveOptions options;
   options.bounces = options_.bounces;
-  options.tolerance = 1e-5;
+  options.tolerance = kTolerance;
   options.progress = progress_;
   FaceLights solved = Transport().SolveMany(patches_, direct, lights, options);
   summary_.iterations = solved.iterations;
@@ -223,14 +232,41 @@ FaceLights PointIrradiance::Solve(std::span<const glm::vec3> direct, std::size_t
   return solved;
 }
 
+// All that the radiosity of a sky follows from.
+std::string PointIrradiance::KeyOf(const Sky& sky) const {
+  internal::ContentHash hash;
+  hash.Add(kFormat).AddAll(patches_.mesh.positions_m).AddAll(patches_.mesh.triangles);
+  hash.AddAll(patches_.face_albedo_rgb);
+  hash.Add(options_.rays_per_patch).Add(options_.sky_rays_per_patch).Add(options_.seed);
+  hash.Add(sky.regions.Bands()).Add(sky.regions.Sectors());
+  hash.Add(options_.bounces).Add(kTolerance);
+  return hash.Hex();
+}
+
 FaceLights PointIrradiance::SolveSky(const Sky& sky) {
-  const PatchTransport& transport = Transport();
-  Report("sky over patches", 0.0);
-  const auto directions = sky.Directions(options_.sky_rays_per_patch, options_.seed);
-  const auto visibility = SkyVisibility::OfFaces(patches_, transport.Points(), directions);
-  const std::vector<glm::vec3> direct = sky.Irradiance(visibility, *directions);
-  Report("sky over patches", 1.0);
-  return Solve(direct, sky.Lights());
+  FaceLights lights;
+  const auto solve = [&] {
+    const PatchTransport& transport = Transport();
+    Report("sky over patches", 0.0);
+    const auto directions = sky.Directions(options_.sky_rays_per_patch, options_.seed);
+    const auto visibility = SkyVisibility::OfFaces(patches_, transport.Points(), directions);
+    const std::vector<glm::vec3> direct = sky.Irradiance(visibility, *directions);
+    Report("sky over patches", 1.0);
+    lights = Solve(direct, sky.Lights());
+  };
+  // A sky that is a function has no content that a key could be made of.
+  if (store_ == nullptr || sky.radiance != nullptr) {
+    solve();
+    return lights;
+  }
+  const auto parts = [&](auto& archive) {
+    archive(lights.lights, summary_.exposed_faces);
+    archive(summary_.iterations, summary_.residual, summary_.energy_error);
+    internal::ArchiveBlock(archive, lights.radiosity);
+  };
+  const Progress silent;
+  internal::StoredStages(*store_, silent).Run("radiosity", KeyOf(sky), solve, parts);
+  return lights;
 }
 
 std::vector<glm::vec3> PointIrradiance::FromSurfaces(std::span<const Receiver> receivers,

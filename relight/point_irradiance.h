@@ -5,10 +5,13 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
+#include "relight/blob_store.h"
 #include "relight/patch_scene.h"
 #include "relight/progress.h"
 #include "relight/sky_visibility.h"
@@ -65,13 +68,15 @@ class PointIrradiance {
   // The incident light at one moment, as a function of direction without the sun's disc.
   using SkyRadiance = std::function<glm::vec3(const glm::vec3& direction_enu)>;
 
+  // Radiosities of the regions are kept in `store`, which outlives this; null: not kept.
   // Throws std::invalid_argument for options or a mesh that make no sense, a point that is not
   // finite or a normal that is not unit, naming it by its index.
   PointIrradiance(const Mesh& mesh,
                   std::vector<glm::vec3> points_m,
                   std::vector<glm::vec3> normals,
                   const PointIrradianceOptions& options,
-                  Progress progress);
+                  Progress progress,
+                  BlobStore* store = nullptr);
 
   // Irradiance [(point * normals + normal) * lights + light].
   // For unit radiance of each of options.regions: as many lights.
@@ -102,6 +107,7 @@ class PointIrradiance {
   const PatchTransport& Transport();
   FaceLights Solve(std::span<const glm::vec3> direct, std::size_t lights);
   FaceLights SolveSky(const Sky& sky);
+  std::string KeyOf(const Sky& sky) const;
   std::vector<glm::vec3> FromSurfaces(std::span<const Receiver> receivers,
                                       const FaceLights& lights) const;
   std::vector<glm::vec3> SunByWayOfOneSurface(const glm::dvec3& direction_enu,
@@ -115,6 +121,7 @@ class PointIrradiance {
   std::vector<glm::vec3> normals_;
   PointIrradianceOptions options_;
   Progress progress_;
+  BlobStore* store_;
   RadiositySummary summary_;
   PatchScene patches_;
   std::unique_ptr<PatchTransport> transport_;  // Made when first needed.

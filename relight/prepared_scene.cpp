@@ -1,11 +1,13 @@
 #include "relight/prepared_scene.h"
 
-#include <sstream>
+#include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "relight/internal/content_hash.h"
 #include "relight/internal/serialization.h"
+#include "relight/internal/stored_stages.h"
 
 namespace pleinair {
 namespace {
@@ -14,62 +16,6 @@ using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
 constexpr std::string_view kFormat = "pleinair-prepared-4";
-
-// Bytes with the hash of their key and themselves in front, so that a damaged part, or another
-// key's, is told from a good one before anything believes the sizes in it.
-std::string Seal(std::string_view key, std::string_view bytes) {
-  return ContentHash().Add(key).Add(bytes).Hex();
-}
-
-std::optional<std::string> Unsealed(std::string_view key, std::optional<std::string> sealed) {
-  constexpr std::size_t kSealSize = 32;
-  if (!sealed || sealed->size() < kSealSize) return std::nullopt;
-  const std::string_view whole = *sealed;
-  if (Seal(key, whole.substr(kSealSize)) != whole.substr(0, kSealSize)) return std::nullopt;
-  return sealed->substr(kSealSize);
-}
-
-template <class ArchiveParts>
-std::string ToBytes(const ArchiveParts& archive_parts) {
-  std::ostringstream out(std::ios::binary);
-  cereal::BinaryOutputArchive archive(out);
-  archive_parts(archive);
-  return std::move(out).str();
-}
-
-// One stage: loaded, or made and saved.
-class Stages {
- public:
-  Stages(BlobStore& store, const Progress& progress) : store_(store), progress_(progress) {}
-
-  // `parts(archive)` reads or writes what `make()` makes.
-  template <class Make, class Parts>
-  void Run(std::string_view name, const std::string& key, const Make& make, const Parts& parts) {
-    if (const std::optional<std::string> bytes = Unsealed(key, store_.Load(key))) {
-      std::istringstream in(*bytes, std::ios::binary);
-      cereal::BinaryInputArchive archive(in);
-      parts(archive);
-      return;
-    }
-    all_loaded_ = false;
-    Report(name, 0.0);
-    make();
-    const std::string bytes = ToBytes(parts);
-    store_.Save(key, Seal(key, bytes) + bytes);
-    Report(name, 1.0);
-  }
-
-  bool AllLoaded() const { return all_loaded_; }
-
- private:
-  void Report(std::string_view name, double share) const {
-    if (progress_) progress_(name, share);
-  }
-
-  BlobStore& store_;
-  const Progress& progress_;
-  bool all_loaded_ = true;
-};
 
 std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   ContentHash hash;
@@ -167,6 +113,30 @@ void Check(const SiteModel& site, const PrepareOptions& options) {
   }
 }
 
+constexpr double kMiB = 1024.0 * 1024.0;
+
+// Sun and sky, one after the other; the sky's rays are the patches' own.
+std::size_t TransportBytes(const PreparedScene& prepared) {
+  return RadiosityBytes(prepared.patches.mesh.triangles.size(), 1, prepared.options.gather, 0);
+}
+
+std::string MiBText(std::size_t bytes) {
+  return std::to_string(std::llround(static_cast<double>(bytes) / kMiB)) + " MiB";
+}
+
+std::string LightBetweenPatches(const PreparedScene& prepared) {
+  return "light between " + std::to_string(prepared.patches.mesh.triangles.size()) +
+         " patches, at most " + MiBText(TransportBytes(prepared));
+}
+
+void RequireMemoryFor(const PreparedScene& prepared) {
+  const std::size_t limit = prepared.options.memory_limit_bytes;
+  if (limit == 0 || TransportBytes(prepared) <= limit) return;
+  throw std::runtime_error(LightBetweenPatches(prepared) + ", but " + MiBText(limit) +
+                           " are there: expected a larger patch_size_m or fewer "
+                           "rays_per_receiver (--patch-size, --rays)");
+}
+
 }  // namespace
 
 PreparedScene PrepareScene(const SiteModel& site,
@@ -189,12 +159,15 @@ PreparedScene PrepareScene(const SiteModel& site,
                              " is laid at the mesh's foot, out to the horizon");
   }
 
-  Stages stages(store, progress);
+  internal::StoredStages stages(store, progress);
   const std::string patch_key = PatchKey(site, prepared.options);
   stages.Run(
-      "light between patches",
+      LightBetweenPatches(prepared),
       patch_key,
-      [&] { prepared.transport = PatchTransport(prepared.patches, options.gather); },
+      [&] {
+        RequireMemoryFor(prepared);
+        prepared.transport = PatchTransport(prepared.patches, options.gather);
+      },
       [&](auto& archive) { archive(prepared.transport); });
 
   std::string scene_key = patch_key;

@@ -7,21 +7,13 @@
 #include <string_view>
 #include <vector>
 
+#include "relight/blob_store.h"
 #include "relight/probe_operator.h"
 #include "relight/progress.h"
 #include "relight/survey.h"
 #include "relight/transport.h"
 
 namespace pleinair {
-
-// Where prepared parts are kept, by content key. An implementation may keep nothing.
-class BlobStore {
- public:
-  virtual ~BlobStore() = default;
-  virtual std::optional<std::string> Load(std::string_view key) = 0;
-  // Whole or not at all; a failure to keep is not an error of the caller's work.
-  virtual void Save(std::string_view key, std::string_view bytes) = 0;
-};
 
 // What was measured on the site.
 struct SiteModel {
@@ -40,6 +32,8 @@ struct PrepareOptions {
   BoundingBox probe_box;  // Where virtual objects stand.
   glm::ivec3 probe_counts{8};
   int survey_receiver_block_px = 4;  // As SurfaceViewOptions::receiver_block_px.
+  // What light between patches may take; more is refused before the work begins. 0: no limit.
+  std::size_t memory_limit_bytes = 0;
 };
 
 struct PreparedScene {
@@ -59,6 +53,7 @@ struct PreparedScene {
 //
 // Throws  std::invalid_argument for options or data that make no sense, naming the field; a
 //         diffuse region that is neither a group nor a material of the mesh, naming it.
+//         std::runtime_error where the patches would take more memory than allowed.
 PreparedScene PrepareScene(const SiteModel& site,
                            const PrepareOptions& options,
                            BlobStore& store,

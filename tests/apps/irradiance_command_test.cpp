@@ -36,6 +36,7 @@ class IrradianceCommand : public ::testing::Test {
     options_.scene = folder_ / "ground.obj";
     options_.points = folder_ / "points.json";
     options_.out = folder_ / "out.json";
+    options_.cache = folder_ / "cache";
     options_.gather.rays_per_point = 1024;
     options_.gather.sky_rays_per_point = 8192;
     options_.gather.sky_rays_per_patch = 1024;

@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <optional>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -190,6 +193,53 @@ TEST(PointIrradiance, RefusesWhatMakesNoSense) {
   options = Quick();
   options.patch_size_m = -1.0;
   EXPECT_THROW(PointIrradiance(mesh, {{0, 0, 0}}, kSixWays, options, {}), std::invalid_argument);
+}
+
+class MemoryStore : public BlobStore {
+ public:
+  std::optional<std::string> Load(std::string_view key) override {
+    const auto found = blobs.find(std::string(key));
+    if (found == blobs.end()) return std::nullopt;
+    return found->second;
+  }
+  void Save(std::string_view key, std::string_view bytes) override {
+    blobs[std::string(key)] = std::string(bytes);
+  }
+  std::map<std::string, std::string> blobs;
+};
+
+TEST(PointIrradiance, RadiositiesOfRegionsAreKeptByContent) {
+  Mesh mesh = RoomWithWindow({0.7f, 0.6f, 0.3f});
+  PointIrradianceOptions options = Quick();
+  options.patch_size_m = 1.0;
+  options.regions = SkyRegions(2, 8);
+  const std::vector<glm::vec3> points{{2.0f, 2.0f, 1.0f}};
+  MemoryStore store;
+  int solves = 0;
+  const auto gather = [&] {
+    const auto count = [&](std::string_view stage, double share) {
+      if (stage == "sky over patches" && share == 0.0) ++solves;
+    };
+    PointIrradiance irradiance(mesh, points, kSixWays, options, count, &store);
+    std::vector<glm::vec3> values = irradiance.OfRegions(LightPart::kIndirect);
+    EXPECT_GT(irradiance.Summary().iterations, 0);
+    EXPECT_GT(irradiance.Summary().exposed_faces, 0u);
+    return values;
+  };
+  const std::vector<glm::vec3> made = gather();
+  EXPECT_EQ(gather(), made);
+  EXPECT_EQ(solves, 1);
+  // More of the points' own rays need no other radiosity; another albedo does, and a damaged part.
+  options.rays_per_point = 1024;
+  gather();
+  EXPECT_EQ(solves, 1);
+  mesh.materials[0].diffuse_albedo = glm::vec3(0.5f);
+  EXPECT_NE(gather(), made);
+  EXPECT_EQ(solves, 2);
+  store.blobs.begin()->second[100] ^= 1;
+  (++store.blobs.begin())->second[100] ^= 1;
+  gather();
+  EXPECT_EQ(solves, 3);
 }
 
 // Over a laid ground that nothing shades but a slab of 0.2 m, 5 m below: what looks down gets the

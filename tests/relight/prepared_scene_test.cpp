@@ -45,6 +45,14 @@ SiteModel Site() {
   return TheKnownSite().Model(std::move(map));
 }
 
+TEST(PreparedScene, RefusesMoreMemoryThanThereIs) {
+  PrepareOptions options = Quick();
+  options.memory_limit_bytes = 1000;
+  MemoryStore store;
+  EXPECT_THROW(PrepareScene(Site(), options, store, {}), std::runtime_error);
+  EXPECT_TRUE(store.blobs.empty());
+}
+
 void ExpectSame(const PreparedScene& a, const PreparedScene& b) {
   EXPECT_EQ(a.patches.face_albedo_rgb, b.patches.face_albedo_rgb);
   EXPECT_EQ(a.notes, b.notes);

@@ -1,0 +1,19 @@
+// Where prepared parts are kept between runs.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace pleinair {
+
+// By content key. An implementation may keep nothing.
+class BlobStore {
+ public:
+  virtual ~BlobStore() = default;
+  virtual std::optional<std::string> Load(std::string_view key) = 0;
+  // Whole or not at all; a failure to keep is not an error of the caller's work.
+  virtual void Save(std::string_view key, std::string_view bytes) = 0;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,70 @@
+// Long work in stages, each loaded from a store by its key, or made and saved.
+#pragma once
+
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <cereal/archives/binary.hpp>
+
+#include "relight/blob_store.h"
+#include "relight/internal/content_hash.h"
+#include "relight/progress.h"
+
+namespace pleinair::internal {
+
+class StoredStages {
+ public:
+  // Both outlive this.
+  StoredStages(BlobStore& store, const Progress& progress) : store_(store), progress_(progress) {}
+
+  // `parts(archive)` reads or writes what `make()` makes.
+  template <class Make, class Parts>
+  void Run(std::string_view name, const std::string& key, const Make& make, const Parts& parts) {
+    if (const std::optional<std::string> bytes = Unsealed(key, store_.Load(key))) {
+      std::istringstream in(*bytes, std::ios::binary);
+      cereal::BinaryInputArchive archive(in);
+      parts(archive);
+      return;
+    }
+    all_loaded_ = false;
+    Report(name, 0.0);
+    make();
+    std::ostringstream out(std::ios::binary);
+    cereal::BinaryOutputArchive archive(out);
+    parts(archive);
+    const std::string bytes = std::move(out).str();
+    store_.Save(key, Seal(key, bytes) + bytes);
+    Report(name, 1.0);
+  }
+
+  bool AllLoaded() const { return all_loaded_; }
+
+ private:
+  // Hash of key and bytes, put in front of the bytes, so that a damaged part, or another key's, is
+  // told from a good one before anything believes the sizes in it.
+  static std::string Seal(std::string_view key, std::string_view bytes) {
+    return ContentHash().Add(key).Add(bytes).Hex();
+  }
+
+  static std::optional<std::string> Unsealed(std::string_view key,
+                                             std::optional<std::string> sealed) {
+    constexpr std::size_t kSealSize = 32;
+    if (!sealed || sealed->size() < kSealSize) return std::nullopt;
+    const std::string_view whole = *sealed;
+    if (Seal(key, whole.substr(kSealSize)) != whole.substr(0, kSealSize)) return std::nullopt;
+    return sealed->substr(kSealSize);
+  }
+
+  void Report(std::string_view name, double share) const {
+    if (progress_) progress_(name, share);
+  }
+
+  BlobStore& store_;
+  const Progress& progress_;
+  bool all_loaded_ = true;
+};
+
+}  // namespace pleinair::internal
