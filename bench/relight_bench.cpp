@@ -138,7 +138,7 @@ struct Room {
 
   FoldedVolume Fold() const {
     GatherOptions gather;
-    gather.rays_per_receiver = 512;
+    gather.rays_per_receiver = 2048;
     gather.from_exposed_parts = true;
     const PatchTransport transport(scene, gather);
     const RegionRadiosityOptions options;

@@ -13,6 +13,7 @@
 #include "relight/internal/content_hash.h"
 #include "relight/internal/low_discrepancy.h"
 #include "relight/internal/patch_refinement.h"
+#include "relight/internal/region_irradiance.h"
 #include "relight/internal/serialization.h"
 #include "relight/internal/sphere_gather.h"
 #include "relight/internal/stored_stages.h"
@@ -243,17 +244,30 @@ std::string PointIrradiance::KeyOf(const Sky& sky) const {
   return hash.Hex();
 }
 
+// [face * lights + light].
+std::vector<glm::vec3> PointIrradiance::SkyOverPatches(const Sky& sky) {
+  const PatchTransport& transport = Transport();
+  if (sky.radiance == nullptr && sky.regions.Count() > 1) {
+    return Grey(internal::RegionIrradiance(patches_,
+                                           transport.Points(),
+                                           sky.regions,
+                                           options_.sky_rays_per_patch,
+                                           options_.seed,
+                                           0,
+                                           patches_.FaceCount(),
+                                           progress_));
+  }
+  Report("sky over patches", 0.0);
+  const auto directions = sky.Directions(options_.sky_rays_per_patch, options_.seed);
+  const auto visibility = SkyVisibility::OfFaces(patches_, transport.Points(), directions);
+  std::vector<glm::vec3> direct = sky.Irradiance(visibility, *directions);
+  Report("sky over patches", 1.0);
+  return direct;
+}
+
 FaceLights PointIrradiance::SolveSky(const Sky& sky) {
   FaceLights lights;
-  const auto solve = [&] {
-    const PatchTransport& transport = Transport();
-    Report("sky over patches", 0.0);
-    const auto directions = sky.Directions(options_.sky_rays_per_patch, options_.seed);
-    const auto visibility = SkyVisibility::OfFaces(patches_, transport.Points(), directions);
-    const std::vector<glm::vec3> direct = sky.Irradiance(visibility, *directions);
-    Report("sky over patches", 1.0);
-    lights = Solve(direct, sky.Lights());
-  };
+  const auto solve = [&] { lights = Solve(SkyOverPatches(sky), sky.Lights()); };
   // A sky that is a function has no content that a key could be made of.
   if (store_ == nullptr || sky.radiance != nullptr) {
     solve();

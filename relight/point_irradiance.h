@@ -38,7 +38,7 @@ struct PointIrradianceOptions {
   // Over the sky as each point and normal sees it, and as each patch does; shared by the regions,
   // at least one each.
   int sky_rays_per_point = 65536;
-  int sky_rays_per_patch = 8192;
+  int sky_rays_per_patch = 32768;
   int rays_per_patch = 512;    // Of the form factors.
   double ground_albedo = 0.0;  // As PatchOptions has it; 0: no ground is added.
   std::uint64_t seed = 1;
@@ -106,6 +106,7 @@ class PointIrradiance {
   std::vector<ShRgb> ShOfSky(const Sky& sky, LightPart part);
   const PatchTransport& Transport();
   FaceLights Solve(std::span<const glm::vec3> direct, std::size_t lights);
+  std::vector<glm::vec3> SkyOverPatches(const Sky& sky);
   FaceLights SolveSky(const Sky& sky);
   std::string KeyOf(const Sky& sky) const;
   std::vector<glm::vec3> FromSurfaces(std::span<const Receiver> receivers,

@@ -2,15 +2,14 @@
 
 #include <array>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "relight/internal/region_irradiance.h"
 #include "relight/region_radiosity.h"
-#include "relight/sky_visibility.h"
 #include "tests/relight/window_room.h"
 
 namespace pleinair {
@@ -62,9 +61,14 @@ TEST(RadiosityHardCases, ManyLightsAreWhatEachIsAlone) {
   options.sky_rays_per_patch = 1024;
   options.solve = Solve(4);
   const FaceLights all = SolveRegions(scene, transport, options);
-  const auto directions = std::make_shared<SkyDirections>(SkyRegions(), 16);
-  const std::vector<float> direct =
-      SkyVisibility::OfFaces(scene, transport.Points(), directions).FromRegions();
+  const std::vector<float> direct = internal::RegionIrradiance(scene,
+                                                               transport.Points(),
+                                                               SkyRegions(),
+                                                               options.sky_rays_per_patch,
+                                                               options.seed,
+                                                               0,
+                                                               scene.FaceCount(),
+                                                               {});
   for (const std::size_t light : {std::size_t{7}, std::size_t{40}}) {
     std::vector<glm::vec3> of_light;
     for (std::size_t i = light; i < direct.size(); i += 64) of_light.emplace_back(direct[i]);
@@ -117,6 +121,7 @@ TEST(RadiosityHardCases, WhatLiesUnderAWallTakesNoLight) {
     const PatchTransport transport(scene, {.rays_per_receiver = 512, .from_exposed_parts = true});
     RegionRadiosityOptions options;
     options.regions = SkyRegions(1, 1);
+    options.sky_rays_per_patch = 16384;
     const FaceLights light = SolveRegions(scene, transport, options);
     const std::array at_wall{Receiver{{2.9f, 0.0f, 0.3f}, {0.0f, 0.0f, -1.0f}}};
     return GatheredRays(scene, at_wall, {.rays_per_receiver = 4096})
