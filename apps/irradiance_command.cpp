@@ -18,6 +18,7 @@
 #include "apps/progress.h"
 #include "apps/run_command.h"
 #include "apps/sequence_site.h"
+#include "apps/shared_ranks.h"
 #include "apps/whole_text.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
@@ -249,6 +250,7 @@ void CheckOptions(const IrradianceCommandOptions& options) {
 void RunIrradianceCommand(const IrradianceCommandOptions& options) {
   CheckOptions(options);
   PointIrradianceOptions gather = options.gather;
+  gather.ranks = SharedRanks();
   gather.regions = RegionsOf(options);
   const bool coefficients = options.spherical_harmonics;
   const PointsFile asked = ReadPointsFile(options.points, !coefficients);
@@ -310,7 +312,7 @@ void RunIrradianceCommand(const IrradianceCommandOptions& options) {
     heading.radiosity = points.Summary();
     text = IrradianceText(heading, asked, values, sun ? 1 : lights);
   }
-  WriteWholeText(options.out, text);
+  if (gather.ranks == nullptr || gather.ranks->Rank() == 0) WriteWholeText(options.out, text);
 }
 
 }  // namespace pleinair

@@ -16,10 +16,12 @@
 #include "apps/calibrate_command.h"
 #include "apps/calibrate_markers_command.h"
 #include "apps/calibrate_north_command.h"
+#include "apps/command_line.h"
 #include "apps/doctor_command.h"
 #include "apps/irradiance_command.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
+#include "apps/shared_ranks.h"
 #include "apps/sun_command.h"
 #include "calib/marker_detection.h"
 
@@ -587,9 +589,11 @@ void AddDoctor(CLI::App& app, Work& work) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int pleinair::RunCommandLine(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("pleinair"));
   spdlog::set_pattern("%^%l%$ %v");
+  const bool shared = SharedRanks() != nullptr;
+  if (shared && SharedRanks()->Rank() != 0) spdlog::set_level(spdlog::level::off);
 
   CLI::App app(
       "Virtual objects in the picture of an ordinary camera, lit by the light that is there.");
@@ -614,6 +618,10 @@ int main(int argc, char** argv) {
     const std::vector<std::string> unknown = app.remaining(true);
     const std::string reason = unknown.empty() ? error.what() : unknown.front() + ": unknown here";
     std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", reason.c_str());
+    return kBadInput;
+  }
+  if (shared && SharedRanks()->Count() > 1 && !app.got_subcommand("irradiance")) {
+    std::fprintf(stderr, "pleinair: ranks can share the command irradiance alone\n");
     return kBadInput;
   }
   try {

@@ -23,6 +23,7 @@ pkg_check_modules(epoxy REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(egl REQUIRED IMPORTED_TARGET egl)
 pkg_check_modules(exif REQUIRED IMPORTED_TARGET libexif)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+find_package(MPI QUIET COMPONENTS CXX)  # Without it there is no pleinair-mpi.
 if(PLEINAIR_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)
 endif()

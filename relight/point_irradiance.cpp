@@ -13,11 +13,11 @@
 #include "relight/internal/content_hash.h"
 #include "relight/internal/low_discrepancy.h"
 #include "relight/internal/patch_refinement.h"
-#include "relight/internal/region_irradiance.h"
 #include "relight/internal/serialization.h"
 #include "relight/internal/sphere_gather.h"
 #include "relight/internal/stored_stages.h"
 #include "relight/internal/sun_disc.h"
+#include "relight/region_radiosity.h"
 
 namespace pleinair {
 namespace {
@@ -221,15 +221,23 @@ const PatchTransport& PointIrradiance::Transport() {
   return *transport_;
 }
 
-FaceLights PointIrradiance::Solve(std::span<const glm::vec3> direct, std::size_t lights) {
+SolveOptions PointIrradiance::SolveSettings() const {
   SolveOptions options;
   options.bounces = options_.bounces;
   options.tolerance = kTolerance;
   options.progress = progress_;
-  FaceLights solved = Transport().SolveMany(patches_, direct, lights, options);
+  return options;
+}
+
+void PointIrradiance::Summarise(const FaceLights& solved) {
   summary_.iterations = solved.iterations;
   summary_.residual = solved.residual;
   summary_.energy_error = solved.energy_error;
+}
+
+FaceLights PointIrradiance::Solve(std::span<const glm::vec3> direct, std::size_t lights) {
+  FaceLights solved = Transport().SolveMany(patches_, direct, lights, SolveSettings());
+  Summarise(solved);
   return solved;
 }
 
@@ -244,32 +252,37 @@ std::string PointIrradiance::KeyOf(const Sky& sky) const {
   return hash.Hex();
 }
 
-// [face * lights + light].
-std::vector<glm::vec3> PointIrradiance::SkyOverPatches(const Sky& sky) {
+FaceLights PointIrradiance::SolveRegions() {
+  RegionRadiosityOptions options;
+  options.regions = options_.regions;
+  options.sky_rays_per_patch = options_.sky_rays_per_patch;
+  options.seed = options_.seed;
+  options.solve = SolveSettings();
+  options.ranks = options_.ranks;
   const PatchTransport& transport = Transport();
-  if (sky.radiance == nullptr && sky.regions.Count() > 1) {
-    return Grey(internal::RegionIrradiance(patches_,
-                                           transport.Points(),
-                                           sky.regions,
-                                           options_.sky_rays_per_patch,
-                                           options_.seed,
-                                           0,
-                                           patches_.FaceCount(),
-                                           progress_));
-  }
-  Report("sky over patches", 0.0);
-  const auto directions = sky.Directions(options_.sky_rays_per_patch, options_.seed);
-  const auto visibility = SkyVisibility::OfFaces(patches_, transport.Points(), directions);
-  std::vector<glm::vec3> direct = sky.Irradiance(visibility, *directions);
-  Report("sky over patches", 1.0);
-  return direct;
+  FaceLights solved = pleinair::SolveRegions(patches_, transport, options);
+  Summarise(solved);
+  return solved;
 }
 
 FaceLights PointIrradiance::SolveSky(const Sky& sky) {
   FaceLights lights;
-  const auto solve = [&] { lights = Solve(SkyOverPatches(sky), sky.Lights()); };
-  // A sky that is a function has no content that a key could be made of.
-  if (store_ == nullptr || sky.radiance != nullptr) {
+  const auto solve = [&] {
+    if (sky.radiance == nullptr && sky.regions.Count() > 1) {
+      lights = SolveRegions();
+      return;
+    }
+    const PatchTransport& transport = Transport();
+    Report("sky over patches", 0.0);
+    const auto directions = sky.Directions(options_.sky_rays_per_patch, options_.seed);
+    const auto visibility = SkyVisibility::OfFaces(patches_, transport.Points(), directions);
+    const std::vector<glm::vec3> direct = sky.Irradiance(visibility, *directions);
+    Report("sky over patches", 1.0);
+    lights = Solve(direct, sky.Lights());
+  };
+  // A sky that is a function has no content that a key could be made of; ranks that find a part in
+  // their stores, or don't, would no longer make the same calls.
+  if (store_ == nullptr || sky.radiance != nullptr || options_.ranks != nullptr) {
     solve();
     return lights;
   }

@@ -14,6 +14,7 @@
 #include "relight/blob_store.h"
 #include "relight/patch_scene.h"
 #include "relight/progress.h"
+#include "relight/rank_group.h"
 #include "relight/sky_visibility.h"
 #include "relight/transport.h"
 #include "scene/mesh.h"
@@ -42,6 +43,9 @@ struct PointIrradianceOptions {
   int rays_per_patch = 512;    // Of the form factors.
   double ground_albedo = 0.0;  // As PatchOptions has it; 0: no ground is added.
   std::uint64_t seed = 1;
+
+  // That share the regions' radiosity; see RegionRadiosityOptions. Nothing is stored then.
+  RankGroup* ranks = nullptr;
 
   static constexpr std::size_t kPatchBudget = 16000;
   // Throws std::invalid_argument naming the field and its value.
@@ -106,7 +110,9 @@ class PointIrradiance {
   std::vector<ShRgb> ShOfSky(const Sky& sky, LightPart part);
   const PatchTransport& Transport();
   FaceLights Solve(std::span<const glm::vec3> direct, std::size_t lights);
-  std::vector<glm::vec3> SkyOverPatches(const Sky& sky);
+  FaceLights SolveRegions();
+  SolveOptions SolveSettings() const;
+  void Summarise(const FaceLights& solved);
   FaceLights SolveSky(const Sky& sky);
   std::string KeyOf(const Sky& sky) const;
   std::vector<glm::vec3> FromSurfaces(std::span<const Receiver> receivers,

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "relight/patch_scene.h"
+#include "relight/rank_group.h"
 #include "relight/transport.h"
 #include "scene/sky_regions.h"
 
@@ -17,6 +18,9 @@ struct RegionRadiosityOptions {
   std::uint64_t seed = 1;
   // What is missing of a thousandth is far below the noise of the rays.
   SolveOptions solve{.tolerance = 1e-4};
+  // That share the work: each looks at the sky from some of the faces, and solves for some blocks
+  // of lights. Null: this process does all. The result is the same, bit for bit.
+  RankGroup* ranks = nullptr;
 };
 
 // Light of the faces for unit radiance of each region. `transport` is made from_exposed_parts.

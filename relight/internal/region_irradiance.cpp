@@ -19,8 +19,7 @@ namespace {
 constexpr std::array<double, 3> kLattice = {
     0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
 
-// Neighbouring patches, both sides; those of one facing are looked at together.
-constexpr std::size_t kFacesPerGroup = 32;
+// Of those, the ones of one facing learn from each other.
 constexpr float kSameFacing = 0.99f;
 // With fewer regions than this there is nothing to gain from passing over some.
 constexpr std::size_t kLeastRegionsToSkip = 32;

@@ -11,6 +11,10 @@
 
 namespace pleinair::internal {
 
+// Neighbouring patches, both sides, that are looked at together: dealing faces out in multiples of
+// it wastes nothing.
+inline constexpr std::size_t kFacesPerGroup = 32;
+
 // Irradiance of the faces [first, last) from unit radiance of each region: [face - first][region].
 //
 // `rays_per_face` are shared by the regions, at least one each, evenly over region and face. Most

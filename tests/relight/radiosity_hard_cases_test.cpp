@@ -1,8 +1,12 @@
 // Radiosity of closed rooms, of slivers, of one patch and of thousands, under one light and many.
 
 #include <array>
+#include <barrier>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <span>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -190,6 +194,66 @@ TEST(RadiosityHardCases, SameBitsForAnyNumberOfThreads) {
   const std::vector<glm::vec3> many = solve();
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   EXPECT_EQ(solve(), many);
+}
+
+// Three ranks as three threads that hand each other their parts.
+class ThreadRanks {
+ public:
+  explicit ThreadRanks(std::size_t count)
+      : parts_(count), barrier_(static_cast<std::ptrdiff_t>(count)) {}
+
+  class Member : public RankGroup {
+   public:
+    Member(ThreadRanks& group, std::size_t rank) : group_(group), rank_(rank) {}
+    std::size_t Rank() const override { return rank_; }
+    std::size_t Count() const override { return group_.parts_.size(); }
+    std::vector<std::byte> Join(std::span<const std::byte> mine) override {
+      group_.parts_[rank_].assign(mine.begin(), mine.end());
+      group_.barrier_.arrive_and_wait();
+      std::vector<std::byte> all;
+      for (const auto& part : group_.parts_) all.insert(all.end(), part.begin(), part.end());
+      group_.barrier_.arrive_and_wait();
+      return all;
+    }
+
+   private:
+    ThreadRanks& group_;
+    std::size_t rank_;
+  };
+
+ private:
+  std::vector<std::vector<std::byte>> parts_;
+  std::barrier<> barrier_;
+};
+
+// 70 regions are three blocks of lights; four ranks leave one without any.
+TEST(RadiosityHardCases, RanksShareTheWorkAndNotABitChanges) {
+  const PatchScene scene = CutRoom(RoomWithWindow(glm::vec3(0.5f)), 1.5);
+  const PatchTransport transport(scene, kExposed);
+  RegionRadiosityOptions options;
+  options.regions = SkyRegions(5, 14);
+  options.sky_rays_per_patch = 1120;
+  const FaceLights alone = SolveRegions(scene, transport, options);
+  for (const std::size_t count : {1u, 4u}) {
+    ThreadRanks ranks(count);
+    std::vector<FaceLights> solved(count);
+    std::vector<std::thread> threads;
+    for (std::size_t rank = 0; rank < count; ++rank) {
+      threads.emplace_back([&, rank] {
+        ThreadRanks::Member member(ranks, rank);
+        RegionRadiosityOptions shared = options;
+        shared.ranks = &member;
+        solved[rank] = SolveRegions(scene, transport, shared);
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    for (const FaceLights& of_rank : solved) {
+      EXPECT_EQ(of_rank.radiosity, alone.radiosity);
+      EXPECT_EQ(of_rank.iterations, alone.iterations);
+      EXPECT_EQ(of_rank.residual, alone.residual);
+      EXPECT_EQ(of_rank.energy_error, alone.energy_error);
+    }
+  }
 }
 
 TEST(RadiosityHardCases, SaysItsMemoryAndRefusesWhatMakesNoSense) {
