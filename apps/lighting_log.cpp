@@ -66,6 +66,35 @@ void PutLight(const Lighting& lighting, Json& line) {
   line["sky_irradiance_stddev_rgb"] = SkyStddevRgb(lighting);
 }
 
+const char* NameOf(LightUnits units) {
+  switch (units) {
+    case LightUnits::kAbsolute:
+      return "absolute";
+    case LightUnits::kRelative:
+      return "relative";
+    case LightUnits::kRelativePerFrame:
+      return "relative per frame";
+  }
+  return "";
+}
+
+Json ToJson(const ExposureChange& change) {
+  const auto with_factor = [&](const char* kind) {
+    return Json{{"kind", kind}, {"factor_rgb", ToJson(change.factor_rgb)}};
+  };
+  switch (change.kind) {
+    case ExposureChange::Kind::kNone:
+      return with_factor("none");
+    case ExposureChange::Kind::kExposure:
+      return with_factor("exposure");
+    case ExposureChange::Kind::kLight:
+      return {{"kind", "light"}, {"factor_rgb", nullptr}};
+    case ExposureChange::Kind::kUnknown:
+      break;
+  }
+  return {{"kind", "unknown"}, {"factor_rgb", nullptr}};
+}
+
 }  // namespace
 
 std::string LightingLine(const Frame& frame, const FrameResult& result) {
@@ -74,6 +103,10 @@ std::string LightingLine(const Frame& frame, const FrameResult& result) {
   line["frame"] = frame.index;
   line["time_utc"] = FormatUtcTime(frame.time);
   PutLight(estimate.lighting, line);
+  line["units"] = NameOf(estimate.units);
+  if (estimate.units == LightUnits::kRelativePerFrame) {
+    line["exposure_change"] = ToJson(estimate.exposure_change);
+  }
   line["sun_observable"] = estimate.sun_observable;
   line["samples_used"] = estimate.samples_used;
   line["inlier_fraction"] = estimate.inlier_fraction;

@@ -210,6 +210,17 @@ void AddRun(CLI::App& app, Work& work) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
           {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
       ->default_str("linear");
+  run.add_flag("--ignore-exposure",
+               options->ignore_exposure,
+               "Take the exposure of 8-bit frames for unknown: light is then relative");
+  run.add_option("--full-well",
+                 options->camera_noise.full_well_electrons,
+                 "Electrons of the 8-bit camera's brightest signal, for its shot noise")
+      ->check(CLI::PositiveNumber);
+  run.add_option("--read-noise",
+                 options->camera_noise.read_noise_electrons,
+                 "Electrons of the 8-bit camera's read noise")
+      ->check(CLI::PositiveNumber);
   run.add_option("--source",
                  options->source,
                  "What the light is measured from: outdoor (diffuse walls and paving) or fisheye")

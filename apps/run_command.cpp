@@ -168,6 +168,21 @@ void ReportShadows(const ShadowDirectionFinder& finder, RunReport& report) {
   spdlog::warn("{}", report.notes.back());
 }
 
+// Once a run: what the light's numbers stand for.
+void NoteUnits(LightUnits units, RunReport& report) {
+  static const std::string kAll =
+      "the exposure of 8-bit frames is known up to one factor: light is relative, not in the "
+      "survey's units";
+  static const std::string kEach =
+      "the exposure of 8-bit frames is not known: light is relative, each frame's in the units of "
+      "its own picture";
+  if (units == LightUnits::kAbsolute) return;
+  const std::string& note = units == LightUnits::kRelative ? kAll : kEach;
+  if (std::find(report.notes.begin(), report.notes.end(), note) != report.notes.end()) return;
+  report.notes.push_back(note);
+  spdlog::warn("{}", note);
+}
+
 bool CameraMoves(const Sequence& sequence) {
   for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
     if (!(sequence.CameraOfFrame(i) == sequence.CameraOfFrame(0))) return true;
@@ -186,17 +201,27 @@ ReportFrame FailedFrame(const FrameError& error) {
 // With --markers the sequence's own poses are not used, and may be absent.
 Sequence ReadRunSequence(const RunCommandOptions& options,
                          const std::optional<MarkerBoard>& board) {
-  if (!board) return ReadSequence(options.sequence);
-  return WithFirstMarkerPose(
-      ReadSequence(options.sequence, SequencePoses::kMayBeAbsent), options.frames, *board);
+  Sequence sequence =
+      board
+          ? WithFirstMarkerPose(
+                ReadSequence(options.sequence, SequencePoses::kMayBeAbsent), options.frames, *board)
+          : ReadSequence(options.sequence);
+  if (options.ignore_exposure) {
+    for (FrameEntry& frame : sequence.frames) {
+      frame.exposure.reset();
+      frame.exposure_s.reset();
+    }
+  }
+  return sequence;
 }
 
 std::unique_ptr<FrameSource> FramesOfRun(const RunCommandOptions& options,
                                          const Sequence& sequence,
                                          const std::optional<MarkerBoard>& board,
                                          RunReport& report) {
-  if (!board) return MakeRecordedFrameSource(sequence, options.frames);
+  if (!board) return MakeRecordedFrameSource(sequence, options.frames, options.camera_noise);
   MarkerFrameOptions markers;
+  markers.camera_noise = options.camera_noise;
   markers.on_frame = [&report](const MarkerFrameReport& frame) {
     if (!frame.used || frame.used->origin == PoseOrigin::kFound) return;
     report.notes.push_back(fmt::format("frame {}: the camera pose of {} frame(s) before: {}",
@@ -346,6 +371,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     reported.lighting = result->estimate.lighting;
     reported.estimate = result->estimate;
     reported.timing_ms = result->timing_ms;
+    NoteUnits(result->estimate.units, report);
     if (shadows) shadows->Add(**frame, result->sun.direction_enu);
     report.frames.push_back(std::move(reported));
     ++done;

@@ -45,6 +45,8 @@ struct RunCommandOptions {
   int sun_block_px = SurfaceViewOptions{}.sun_block_px;
   CompositeEffects effects;
   bool filter = true;  // The light over time.
+  bool ignore_exposure = false;
+  CameraNoise camera_noise;
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;
 };

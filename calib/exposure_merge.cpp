@@ -113,23 +113,6 @@ MergedValue Merge(const ChannelModel& channel,
 
 }  // namespace
 
-void CameraNoise::Validate() const {
-  if (!(full_well_electrons > 0.0) || !std::isfinite(full_well_electrons)) {
-    throw std::invalid_argument("full_well_electrons " + std::to_string(full_well_electrons) +
-                                ": expected a positive number");
-  }
-  // Without any noise a measurement of 0 would have an infinite weight.
-  if (!(read_noise_electrons > 0.0) || !std::isfinite(read_noise_electrons)) {
-    throw std::invalid_argument("read_noise_electrons " + std::to_string(read_noise_electrons) +
-                                ": expected a positive number");
-  }
-}
-
-double CameraNoise::Variance(double linear) const {
-  return (linear * full_well_electrons + read_noise_electrons * read_noise_electrons) /
-         (full_well_electrons * full_well_electrons);
-}
-
 MergedExposures MergeExposures(std::span<const ExposedPicture> pictures,
                                const ResponseCurve& response,
                                const CameraNoise& noise) {

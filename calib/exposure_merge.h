@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "calib/camera_noise.h"
 #include "calib/response.h"
 #include "scene/image.h"
 
@@ -13,17 +14,6 @@ namespace pleinair {
 struct ExposedPicture {
   Rgb8Image codes;
   double exposure = 0.0;
-};
-
-// What a pixel's value wavers by, as a share of a full well, which is what 1 stands for.
-struct CameraNoise {
-  double full_well_electrons = 16000.0;
-  double read_noise_electrons = 7.0;
-
-  // Throws std::invalid_argument naming the field and its value.
-  void Validate() const;
-  // Variance of a measurement whose true value is `linear`, without the rounding to a code.
-  double Variance(double linear) const;
 };
 
 struct MergedExposures {

@@ -13,6 +13,9 @@ namespace {
 constexpr double kMaxErrorSigmas = 3.0;
 constexpr double kMaxStddevOfClearBeam = 0.4;
 
+// Of the largest true sun, below which its ratio to the sky is noise.
+constexpr double kLeastSunOfARatio = 0.05;
+
 double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 // Well conditioned for small angles too.
@@ -33,6 +36,22 @@ glm::dvec3 InSigmas(const glm::dvec3& error, const glm::dvec3& stddev) {
                                  : 0.0;
   }
   return sigmas;
+}
+
+std::optional<double> SunToSkyError(const RecordedLight& estimate,
+                                    const TruthFrame& truth,
+                                    double largest_true_sun) {
+  if (!estimate.sun_irradiance_rgb || !estimate.sky_irradiance_rgb) return std::nullopt;
+  if (!(Mean(truth.sun_irradiance_rgb) >= kLeastSunOfARatio * largest_true_sun)) {
+    return std::nullopt;
+  }
+  double error = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double sky = (*estimate.sky_irradiance_rgb)[c] * truth.sun_irradiance_rgb[c];
+    if (!(sky > 0.0)) return std::nullopt;
+    error += std::abs((*estimate.sun_irradiance_rgb)[c] * truth.sky_irradiance_rgb[c] / sky - 1.0);
+  }
+  return error / 3.0;
 }
 
 double Largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
@@ -111,6 +130,7 @@ std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
       if (clear_beam > 0.0) score.sky_stddev_of_clear_beam = Mean(*stddev) / clear_beam;
     }
   }
+  score.sun_to_sky_error = SunToSkyError(estimate, truth, largest_true_sun);
   if (estimate.sun_direction_enu) {
     score.sun_direction_error_rad = AngleRad(*estimate.sun_direction_enu, truth.sun_direction_enu);
   }
@@ -122,6 +142,7 @@ LightSummary SummariseLight(const std::vector<LightScore>& scores) {
   summary.frames = static_cast<int>(scores.size());
   summary.sun_error = DistributionOf(Known(scores, &LightScore::sun_error));
   summary.sky_error = DistributionOf(Known(scores, &LightScore::sky_error));
+  summary.sun_to_sky_error = DistributionOf(Known(scores, &LightScore::sun_to_sky_error));
   summary.sun_colour_angle_rad = DistributionOf(Known(scores, &LightScore::sun_colour_angle_rad));
   summary.sky_colour_angle_rad = DistributionOf(Known(scores, &LightScore::sky_colour_angle_rad));
   summary.sun_direction_error_rad =

@@ -19,6 +19,9 @@ struct LightScore {
   std::optional<double> sun_error;
   // Mean over RGB of |error|, over the mean over RGB of this frame's true sky.
   std::optional<double> sky_error;
+  // Mean over RGB of |sun / sky over the true sun / sky - 1|: what relative light can be held to.
+  // None where the true sun is below 5 % of the sequence's largest.
+  std::optional<double> sun_to_sky_error;
   // Angles between the RGB vectors, estimated and true: an error of colour, whatever the strength.
   std::optional<double> sun_colour_angle_rad;
   std::optional<double> sky_colour_angle_rad;
@@ -58,6 +61,7 @@ struct LightSummary {
   int frames = 0;
   std::optional<Distribution> sun_error;
   std::optional<Distribution> sky_error;
+  std::optional<Distribution> sun_to_sky_error;
   std::optional<Distribution> sun_colour_angle_rad;
   std::optional<Distribution> sky_colour_angle_rad;
   std::optional<Distribution> sun_direction_error_rad;

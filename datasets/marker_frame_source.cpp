@@ -94,7 +94,8 @@ std::unique_ptr<FrameSource> MakeRecordedMarkerFrameSource(const Sequence& seque
   read.camera_from_world = glm::dmat4(1.0);
   for (FrameEntry& frame : read.frames) frame.camera_from_world.reset();
   if (!read.environment) read.diffuse_mask.reset();
-  return MakeMarkerFrameSource(MakeRecordedFrameSource(read, preferred), board, std::move(options));
+  auto frames = MakeRecordedFrameSource(read, preferred, options.camera_noise);
+  return MakeMarkerFrameSource(std::move(frames), board, std::move(options));
 }
 
 Sequence WithFirstMarkerPose(Sequence sequence,

@@ -28,6 +28,7 @@ struct MarkerFrameReport {
 struct MarkerFrameOptions {
   CameraPoseOptions pose;
   PoseTrackerOptions tracker;
+  CameraNoise camera_noise;                                // Of a recorded sequence's 8-bit frames.
   std::function<void(const MarkerFrameReport&)> on_frame;  // May be empty.
 };
 

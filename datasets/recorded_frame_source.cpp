@@ -37,12 +37,13 @@ bool IsUsable(const glm::vec3& radiance) {
 
 class RecordedFrameSource final : public FrameSource {
  public:
-  RecordedFrameSource(const Sequence& sequence, FrameKind preferred)
+  RecordedFrameSource(const Sequence& sequence, FrameKind preferred, const CameraNoise& noise)
       : sequence_(sequence),
         preferred_(preferred),
         response_(sequence.response_ldr == "srgb8"
                       ? ResponseCurve::Srgb()
-                      : ResponseCurve::FromFile(FileInside(sequence.response_ldr))) {
+                      : ResponseCurve::FromFile(FileInside(sequence.response_ldr))),
+        noise_(std::make_shared<SignalNoise>(response_, noise)) {
     if (sequence.diffuse_mask && !sequence.environment) {
       const std::filesystem::path file = FileInside(*sequence.diffuse_mask);
       first_frame_mask_ = ReadMaskImage(file);
@@ -94,9 +95,12 @@ class RecordedFrameSource final : public FrameSource {
         preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
     linear ? ReadLinear(FileInside(*entry.image), frame)
            : ReadCodes(FileInside(*entry.image_ldr), frame);
+    if (!linear && !entry.exposure) {
+      frame.units = frame.exposure ? LightUnits::kRelative : LightUnits::kRelativePerFrame;
+    }
     if (first_frame_mask_ && frame.camera == sequence_.CameraOfFrame(0)) {
       for (std::size_t i = 0; i < frame.unusable.pixels.size(); ++i) {
-        if (first_frame_mask_->pixels[i] != kMaySample) frame.unusable.pixels[i] = 1;
+        if (first_frame_mask_->pixels[i] != kMaySample) frame.unusable.pixels[i] = kUnusable;
       }
     }
     if (entry.fisheye) frame.fisheye_radiance = ReadFisheye(FileInside(*entry.fisheye));
@@ -109,7 +113,7 @@ class RecordedFrameSource final : public FrameSource {
     frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
     frame.unusable = frame.clipped;
     for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
-      frame.unusable.pixels[i] = IsUsable(frame.radiance.pixels[i]) ? 0 : 1;
+      frame.unusable.pixels[i] = IsUsable(frame.radiance.pixels[i]) ? 0 : kUnusable;
     }
   }
 
@@ -117,6 +121,7 @@ class RecordedFrameSource final : public FrameSource {
     frame.codes = ReadDisplayImage(file);
     RequireCameraSize(*frame.codes, frame.camera.intrinsics, file);
     frame.radiance = RadianceFromCodes(*frame.codes, response_, frame.exposure.value_or(1.0));
+    frame.noise = noise_;
     frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
     frame.unusable = frame.clipped;
     for (std::size_t i = 0; i < frame.codes->pixels.size(); ++i) {
@@ -124,8 +129,9 @@ class RecordedFrameSource final : public FrameSource {
       const int brightest = std::max({code.x, code.y, code.z});
       const int darkest = std::min({code.x, code.y, code.z});
       frame.clipped.pixels[i] = brightest >= kClippedFromCode ? 1 : 0;
-      frame.unusable.pixels[i] =
-          brightest >= kClippedFromCode || darkest <= kNoiseFloorUpToCode ? 1 : 0;
+      frame.unusable.pixels[i] = brightest >= kClippedFromCode    ? kUnusable
+                                 : darkest <= kNoiseFloorUpToCode ? kNearBlack
+                                                                  : 0;
     }
   }
 
@@ -141,6 +147,7 @@ class RecordedFrameSource final : public FrameSource {
   Sequence sequence_;
   FrameKind preferred_;
   ResponseCurve response_;
+  std::shared_ptr<const SignalNoise> noise_;
   // Over the first frame, where the mask is not one over an environment map.
   std::optional<Gray8Image> first_frame_mask_;
   std::optional<FisheyeSetup> fisheye_;
@@ -150,8 +157,9 @@ class RecordedFrameSource final : public FrameSource {
 }  // namespace
 
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence,
-                                                     FrameKind preferred) {
-  return std::make_unique<RecordedFrameSource>(sequence, preferred);
+                                                     FrameKind preferred,
+                                                     const CameraNoise& noise) {
+  return std::make_unique<RecordedFrameSource>(sequence, preferred, noise);
 }
 
 }  // namespace pleinair

@@ -44,6 +44,7 @@ Json FromLight(const std::optional<LightScore>& light) {
   const std::optional<bool> says = light->SaysWhatItDoesNotKnow();
   return {{"sun_error", Number(light->sun_error)},
           {"sky_error", Number(light->sky_error)},
+          {"sun_to_sky_error", Number(light->sun_to_sky_error)},
           {"sun_colour_angle_deg", AngleDeg(light->sun_colour_angle_rad)},
           {"sky_colour_angle_deg", AngleDeg(light->sky_colour_angle_rad)},
           {"sun_direction_error_deg", AngleDeg(light->sun_direction_error_rad)},
@@ -92,6 +93,7 @@ Json FromSummary(const LightSummary& summary) {
   return {{"frames", summary.frames},
           {"sun_error", FromDistribution(summary.sun_error)},
           {"sky_error", FromDistribution(summary.sky_error)},
+          {"sun_to_sky_error", FromDistribution(summary.sun_to_sky_error)},
           {"sun_colour_angle_deg", FromDistribution(summary.sun_colour_angle_rad, deg)},
           {"sky_colour_angle_deg", FromDistribution(summary.sky_colour_angle_rad, deg)},
           {"sun_direction_error_deg", FromDistribution(summary.sun_direction_error_rad, deg)},
@@ -177,6 +179,7 @@ std::string SummaryRow(const char* name, const LightSummary& summary) {
               {std::to_string(summary.frames), 7},
               {DistributionText(summary.sun_error), 17},
               {DistributionText(summary.sky_error), 17},
+              {DistributionText(summary.sun_to_sky_error), 17},
               {CoverageText(summary.sun_sigma), 13},
               {CoverageText(summary.sky_sigma), 13},
               {std::to_string(summary.says_what_it_does_not_know) + " of " +
@@ -229,10 +232,11 @@ std::string ToTable(const Score& score) {
   for (const FrameScore& frame : score.frames) table += FrameRow(frame);
 
   table +=
-      "\nlight                  frames     sun error, %     sky error, %   sun in 1/2   sky in 1/2 "
-      "in 3, and\n"
-      "                                 median / 95th    median / 95th     sigma, %     sigma, % "
-      "sigma <= 40 %\n";
+      "\nlight                  frames     sun error, %     sky error, %    sun over sky, %   sun "
+      "in "
+      "1/2   sky in 1/2 in 3, and\n"
+      "                                 median / 95th    median / 95th    median / 95th     sigma, "
+      "%     sigma, % sigma <= 40 %\n";
   table += SummaryRow("unfiltered", score.raw.all);
   table += SummaryRow("  well posed", score.raw.well_posed);
   table += SummaryRow("  others", score.raw.others);

@@ -24,6 +24,7 @@ struct DiffuseSample {
   // Samples of one plane (region and facing; lit and shaded) share a part of their model's error.
   std::int32_t plane = 0;
   glm::ivec2 pixel{0};
+  int pixels = 1;  // That radiance_rgb is the mean of.
 };
 
 }  // namespace pleinair

@@ -7,6 +7,7 @@
 #include "estimation/fisheye_sky.h"
 #include "estimation/lighting_fit.h"
 #include "estimation/lighting_prior.h"
+#include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
 
 namespace pleinair {
@@ -75,15 +76,16 @@ class FisheyeLightingSource final : public LightingSource {
   // The sun from what the frame's camera sees, the sky held at what the fish-eye says and the sun
   // not below what of the disc it shows. Returns the sun's standard deviation.
   glm::dvec3 FitClippedSun(const LightingObservation& observation, LightingEstimate& estimate) {
+    const Frame& frame = observation.frame;
     set_.Draw(observation.view,
               observation.sun.direction_enu,
-              observation.frame.radiance,
-              observation.frame.unusable,
+              frame.radiance,
+              frame.unusable,
               {options_.samples, options_.seed});
-    set_.Measure(observation.sun.direction_enu,
-                 observation.frame.radiance,
-                 observation.frame.unusable,
-                 samples_);
+    set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
+    if (frame.noise != nullptr) {
+      ApplySignalNoise(*frame.noise, frame.exposure.value_or(1.0), samples_);
+    }
     LightingPrior prior =
         MakeLightingPrior(observation.clear_sky, std::nullopt, observation.frame.time, 1);
     Lighting& lighting = estimate.lighting;

@@ -194,10 +194,10 @@ void LightingFilter::Add(const Lighting& raw) {
   const glm::dvec3 total = sun_to_horizontal * sun + sky;
   const double level = MeanOf(sun) + MeanOf(sky);
   for (int c = 0; c < 3; ++c) {
-    if (units_ == LightUnits::kUnknownPerFrame && total[c] > 0.0) entry.unit[c] = total[c];
+    if (units_ == LightUnits::kRelativePerFrame && total[c] > 0.0) entry.unit[c] = total[c];
     const double unit = entry.unit[c];
-    const double share_of_sun = units_ == LightUnits::kUnknownPerFrame ? sun[c] / unit : 0.0;
-    const double share_of_sky = units_ == LightUnits::kUnknownPerFrame ? sky[c] / unit : 0.0;
+    const double share_of_sun = units_ == LightUnits::kRelativePerFrame ? sun[c] / unit : 0.0;
+    const double share_of_sky = units_ == LightUnits::kRelativePerFrame ? sky[c] / unit : 0.0;
     const double least = kNegligible * level / unit;
     for (const std::size_t light : {kSun, kSky}) {
       Reading& reading = entry.readings[light];
@@ -381,7 +381,7 @@ FilteredLighting LightingFilter::Report() const {
       }
     }
   }
-  if (units_ == LightUnits::kUnknownPerFrame) GiveTotalOf(newest.lighting, lighting);
+  if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(newest.lighting, lighting);
   AddDoubt(newest.lighting, result);
   return result;
 }

@@ -47,7 +47,7 @@ struct FilteredLighting {
 //   gap     After more than memory_s a frame stands alone: its estimate is left as it is.
 //   order   A frame from before the last one is reported as it is and changes nothing. After three
 //           in a row, or one by more than memory_s, the clock was set back: it starts anew.
-//   units   With kUnknownPerFrame the shares of the horizontal irradiance are filtered, and given
+//   units   With kRelativePerFrame the shares of the horizontal irradiance are filtered, and given
 //           the frame's own total: the light stays that of the frame's picture, and a change of
 //           exposure is none of light. A change of units or of sky shapes starts anew.
 //
@@ -62,7 +62,7 @@ class LightingFilter {
 
   // `raw` is the next frame's own estimate. One with a value that is not finite is given back as it
   // is.
-  FilteredLighting Apply(const Lighting& raw, LightUnits units = LightUnits::kSameForAllFrames);
+  FilteredLighting Apply(const Lighting& raw, LightUnits units = LightUnits::kAbsolute);
 
  private:
   static constexpr std::size_t kSun = 0;
@@ -92,7 +92,7 @@ class LightingFilter {
   };
 
   LightingFilterOptions options_;
-  LightUnits units_ = LightUnits::kSameForAllFrames;
+  LightUnits units_ = LightUnits::kAbsolute;
   int late_frames_ = 0;
   std::deque<Entry> entries_;
   std::array<Track, 2> tracks_;

@@ -9,6 +9,7 @@
 #include <tl/expected.hpp>
 
 #include "datasets/frame_source.h"
+#include "estimation/exposure_change.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
 #include "scene/surface_view.h"
@@ -39,7 +40,9 @@ struct LightingObservation {
 
 struct LightingEstimate {
   Lighting lighting;
-  LightUnits units = LightUnits::kSameForAllFrames;
+  LightUnits units = LightUnits::kAbsolute;
+  // Since the last frame; of light that is relative per frame alone.
+  ExposureChange exposure_change;
   bool sun_observable = false;
   int samples_used = 0;
   double inlier_fraction = 0.0;

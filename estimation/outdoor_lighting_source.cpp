@@ -8,8 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "estimation/exposure_change.h"
 #include "estimation/lighting_fit.h"
 #include "estimation/lighting_prior.h"
+#include "estimation/relative_prior.h"
+#include "estimation/rough_light.h"
+#include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
 
 namespace pleinair {
@@ -22,8 +26,16 @@ bool AnyOfTheDiscIsUp(const LightingObservation& observation) {
   return observation.sun.direction_enu.z > -std::sin(observation.sun.angular_radius_rad);
 }
 
-// Light whose units are unknown cannot be compared with the last frame's.
-bool HasKnownExposure(const Frame& frame) { return !frame.codes || frame.exposure.has_value(); }
+// An earlier answer in the units of a picture that is brighter by `factor_rgb`.
+void Rescale(const glm::dvec3& factor_rgb, CarriedLighting& carried) {
+  for (Eigen::Index u = 0; u < carried.mean.size(); ++u) {
+    carried.mean[u] *= factor_rgb[static_cast<int>(u % 3)];
+    for (Eigen::Index v = 0; v < carried.mean.size(); ++v) {
+      carried.covariance(u, v) *=
+          factor_rgb[static_cast<int>(u % 3)] * factor_rgb[static_cast<int>(v % 3)];
+    }
+  }
+}
 
 double SkyOf(const LightVector& irradiance_rgb, int channel) {
   double sum = 0.0;
@@ -70,16 +82,23 @@ class OutdoorLightingSource final : public LightingSource {
       const LightingObservation& observation) override {
     LightingEstimate estimate;
     estimate.new_sample_set_ms = UpdateSamples(observation);
+    if (const Frame& frame = observation.frame; frame.noise != nullptr) {
+      ApplySignalNoise(*frame.noise, frame.exposure.value_or(1.0), samples_);
+    }
 
     const int sky_shapes = static_cast<int>(observation.view.sky_response.size());
     const bool sun_is_up = AnyOfTheDiscIsUp(observation);
-    const bool comparable = HasKnownExposure(observation.frame);
-    if (!comparable) {
-      estimate.units = LightUnits::kUnknownPerFrame;
-      carried_.reset();
+    ClearSkyExpectation clear_sky = observation.clear_sky;
+    estimate.units = observation.frame.units;
+    // The survey's units are not the picture's: only the clear sky's sun-to-sky ratio holds.
+    if (estimate.units != LightUnits::kAbsolute) clear_sky.absolute = false;
+    if (estimate.units == LightUnits::kRelativePerFrame) {
+      estimate.exposure_change = exposure_watch_.Compare(observation.frame, observation.view);
+      CarryOverExposureChange(estimate.exposure_change);
     }
-    const LightingPrior prior =
-        MakeLightingPrior(observation.clear_sky, carried_, observation.frame.time, sky_shapes);
+    LightingPrior prior =
+        MakeLightingPrior(clear_sky, carried_, observation.frame.time, sky_shapes);
+    if (!clear_sky.absolute) UseRelativeClearSky(FindRoughLight(samples_), prior);
     const LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
     if (fit.samples_used == 0 && !prior.SaysSomething()) {
       return tl::unexpected(LightingFailure{
@@ -88,13 +107,10 @@ class OutdoorLightingSource final : public LightingSource {
           " of them unusable in this frame; expected at least one, or a clear-sky light with a "
           "survey's units to fall back on"});
     }
-    Describe(observation, fit, sun_is_up, estimate);
-    if (comparable && sun_is_up) {
-      carried_ = CarryForward(observation.clear_sky,
-                              carried_,
-                              observation.frame.time,
-                              fit.irradiance_rgb,
-                              fit.data_information);
+    Describe(observation, clear_sky, fit, sun_is_up, estimate);
+    if (sun_is_up) {
+      carried_ = CarryForward(
+          clear_sky, carried_, observation.frame.time, fit.irradiance_rgb, fit.data_information);
     } else {
       carried_.reset();
     }
@@ -109,6 +125,7 @@ class OutdoorLightingSource final : public LightingSource {
   std::vector<DiffuseSample> samples_;
   LightingFitter fitter_{LightingFitOptions{}};
   std::optional<CarriedLighting> carried_;
+  ExposureWatch exposure_watch_;
   // What the set was drawn for.
   bool drawn_ = false;
   std::uint64_t geometry_version_ = 0;
@@ -147,7 +164,19 @@ class OutdoorLightingSource final : public LightingSource {
     return spent.count();
   }
 
+  // Where the picture tells what the exposure has done, the last answer goes on in its new units.
+  void CarryOverExposureChange(const ExposureChange& change) {
+    if (!carried_) return;
+    if (change.kind == ExposureChange::Kind::kNone ||
+        change.kind == ExposureChange::Kind::kExposure) {
+      Rescale(change.factor_rgb, *carried_);
+    } else {
+      carried_.reset();
+    }
+  }
+
   static void Describe(const LightingObservation& observation,
+                       const ClearSkyExpectation& clear_sky,
                        const LightingFit& fit,
                        bool sun_is_up,
                        LightingEstimate& estimate) {
@@ -168,7 +197,7 @@ class OutdoorLightingSource final : public LightingSource {
         lighting.covariance.push_back(fit.covariance(u, v));
       }
     }
-    const double beam = BeamOf(observation.clear_sky, light);
+    const double beam = BeamOf(clear_sky, light);
     estimate.sun_observable =
         sun_is_up && observation.sun.direction_enu.z > 0.0 && TellsTheSun(fit, beam);
     estimate.samples_used = fit.samples_used;

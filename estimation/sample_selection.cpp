@@ -11,6 +11,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "datasets/frame_source.h"  // kUnusable
 #include "estimation/internal/median.h"
 #include "estimation/internal/random.h"
 
@@ -300,7 +301,7 @@ class SampleDraw {
             !(glm::dot(view_.normal_world.pixels[pixel], normal) >= kSamePlaneCosine)) {
           return false;
         }
-        if (unusable_.pixels[pixel] != 0 || !IsFinite(radiance_.pixels[pixel])) {
+        if ((unusable_.pixels[pixel] & kUnusable) != 0 || !IsFinite(radiance_.pixels[pixel])) {
           refused_unusable_ = true;
           return false;
         }
@@ -369,9 +370,10 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
       }
       sum += glm::dvec3(row_sum);
     }
-    if (any_unusable != 0 || !IsFinite(glm::vec3(sum))) continue;
+    if ((any_unusable & kUnusable) != 0 || !IsFinite(glm::vec3(sum))) continue;
     DiffuseSample& sample = samples.emplace_back();
-    sample.radiance_rgb = sum / static_cast<double>(across * across);
+    sample.pixels = across * across;
+    sample.radiance_rgb = sum / static_cast<double>(sample.pixels);
     for (int c = 0; c < 3; ++c) {
       const double direct =
           std::max(0.0, glm::dot(footprint.direct[static_cast<std::size_t>(c)], sun_direction_enu));

@@ -27,10 +27,11 @@ struct SkyComponent {
   glm::dvec3 irradiance_rgb{0.0};
 };
 
-// Whether one frame's light can be compared with the next one's.
+// What light is measured in.
 enum class LightUnits {
-  kSameForAllFrames,
-  kUnknownPerFrame,  // Exposure and white balance unknown: a factor for each channel and frame.
+  kAbsolute,          // The survey's units; W m^-2 where these are.
+  kRelative,          // One unknown factor for all frames.
+  kRelativePerFrame,  // Exposure and white balance unknown: a factor for each channel and frame.
 };
 
 struct Lighting {

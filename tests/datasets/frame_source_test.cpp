@@ -92,11 +92,36 @@ TEST_F(FrameSourceTest, PlaysEightBitFramesAsRadiance) {
   EXPECT_EQ(frame.codes->pixels, codes_.pixels);
   EXPECT_NEAR(frame.radiance.At(0, 0).y, LinearFromSrgb(120.0 / 255.0) / 0.0125, 1e-4);
   const int clipped[8] = {0, 1, 0, 0, 0, 0, 0, 0};
-  const int unusable[8] = {0, 1, 0, 1, 0, 0, 0, 0};
+  const int unusable[8] = {0, kUnusable, 0, kNearBlack, 0, 0, 0, 0};
+  EXPECT_EQ(frame.units, LightUnits::kAbsolute);
+  ASSERT_NE(frame.noise, nullptr);
+  EXPECT_GT(frame.noise->Variance(0, 0.5), 0.0);
   for (int x = 0; x < 8; ++x) {
     EXPECT_EQ(frame.clipped.At(x, 0), clipped[x]) << x;
     EXPECT_EQ(frame.unusable.At(x, 0), unusable[x]) << x;
   }
+}
+
+// Of the exposure, of a camera's metadata alone, and of neither.
+TEST_F(FrameSourceTest, SaysWhatEightBitLightIsMeasuredIn) {
+  Sequence sequence = Read();
+  FrameEntry& entry = sequence.frames.front();
+  const auto units_of = [&] {
+    const auto source = MakeRecordedFrameSource(sequence, FrameKind::kLdr);
+    return source->Next()->value().units;
+  };
+  EXPECT_EQ(units_of(), LightUnits::kAbsolute);
+  entry.exposure.reset();
+  entry.exposure_s.reset();
+  EXPECT_EQ(units_of(), LightUnits::kRelativePerFrame);
+  entry.exposure_s = 0.01;
+  entry.iso = 100.0;
+  entry.f_number = 8.0;
+  EXPECT_EQ(units_of(), LightUnits::kRelative);
+  const auto linear = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
+  const Frame frame = linear->Next()->value();
+  EXPECT_EQ(frame.units, LightUnits::kAbsolute);
+  EXPECT_EQ(frame.noise, nullptr);
 }
 
 TEST_F(FrameSourceTest, PlaysTheOneKindThereIsAndEnds) {

@@ -180,8 +180,7 @@ TEST(LightingFilterHardCases, NeverNegativeAndNeverIndefinite) {
       }
       const Eigen::Matrix<double, 9, 9> covariance = root * root.transpose();
       raw.covariance.assign(covariance.data(), covariance.data() + 81);
-      const auto units =
-          run % 2 == 0 ? LightUnits::kSameForAllFrames : LightUnits::kUnknownPerFrame;
+      const auto units = run % 2 == 0 ? LightUnits::kAbsolute : LightUnits::kRelativePerFrame;
       const Lighting filtered = filter.Apply(raw, units).lighting;
       double largest = 0.0;
       for (int c = 0; c < 3; ++c) {
@@ -238,7 +237,7 @@ TEST(LightingFilterHardCases, AnUnknownExposureIsNoChangeOfLight) {
             gain[static_cast<int>(u % 3)] * gain[static_cast<int>(v % 3)];
       }
     }
-    const FilteredLighting filtered = filter.Apply(raw[i], LightUnits::kUnknownPerFrame);
+    const FilteredLighting filtered = filter.Apply(raw[i], LightUnits::kRelativePerFrame);
     EXPECT_FALSE(filtered.sun.held || filtered.sky.held) << i;
     EXPECT_EQ(filtered.sun.frames, static_cast<int>(std::min<std::size_t>(i + 1, 61))) << i;
     const double up = raw[i].sun.direction_enu.z;
@@ -270,7 +269,7 @@ TEST(LightingFilterHardCases, ACloudIsSeenWhateverTheExposureDoes) {
     raw[i].sun.irradiance_rgb *= gain;
     for (SkyComponent& sky : raw[i].sky) sky.irradiance_rgb *= gain;
     for (double& value : raw[i].covariance) value *= gain * gain;
-    const Lighting filtered = filter.Apply(raw[i], LightUnits::kUnknownPerFrame).lighting;
+    const Lighting filtered = filter.Apply(raw[i], LightUnits::kRelativePerFrame).lighting;
     if (i >= 32) {
       EXPECT_NEAR(filtered.sun.irradiance_rgb.x / raw[i].sun.irradiance_rgb.x, 1.0, 0.02);
     }
@@ -283,12 +282,12 @@ TEST(LightingFilterHardCases, OtherSkyShapesOrUnitsStartItAnew) {
   auto raw = stream.Make(40, [](int) { return TrueLight(); });
   LightingFilter filter;
   for (std::size_t i = 0; i < 20; ++i) filter.Apply(raw[i]);
-  EXPECT_EQ(filter.Apply(raw[20], LightUnits::kUnknownPerFrame).sun.frames, 1);
+  EXPECT_EQ(filter.Apply(raw[20], LightUnits::kRelativePerFrame).sun.frames, 1);
   raw[21].sky[1].shape = "clear";
-  EXPECT_EQ(filter.Apply(raw[21], LightUnits::kUnknownPerFrame).sun.frames, 1);
+  EXPECT_EQ(filter.Apply(raw[21], LightUnits::kRelativePerFrame).sun.frames, 1);
   raw[22].sky.pop_back();
   raw[22].covariance.clear();  // Cannot know.
-  const FilteredLighting alone = filter.Apply(raw[22], LightUnits::kUnknownPerFrame);
+  const FilteredLighting alone = filter.Apply(raw[22], LightUnits::kRelativePerFrame);
   EXPECT_EQ(alone.sun.frames, 1);
   EXPECT_TRUE(alone.lighting.covariance.empty());
 }
@@ -310,7 +309,7 @@ TEST(LightingFilterHardCases, DarknessIsADefinedAnswer) {
   TrueLight dark;
   dark.sun = dark.sky = glm::dvec3(0.0);
   const auto raw = stream.Make(20, [&](int) { return dark; });
-  for (const auto units : {LightUnits::kSameForAllFrames, LightUnits::kUnknownPerFrame}) {
+  for (const auto units : {LightUnits::kAbsolute, LightUnits::kRelativePerFrame}) {
     LightingFilter filter;
     for (const Lighting& lighting : raw) {
       const FilteredLighting filtered = filter.Apply(lighting, units);

@@ -65,28 +65,37 @@ struct EstimateStream {
 
 // The 8-bit camera of the recorded sequences: shot noise of a full well of 16000 electrons, 7
 // electrons of read noise, the sRGB curve.
-inline Frame SeenByCamera(const Frame& scene, double exposure, std::mt19937_64& random) {
-  constexpr double kFullWell = 16000.0;
-  constexpr double kReadNoise = 7.0;
+inline Frame SeenByCamera(const Frame& scene,
+                          double exposure,
+                          std::mt19937_64& random,
+                          bool exposure_is_known = true) {
+  const CameraNoise camera{16000.0, 7.0};
   static const ResponseCurve kResponse = ResponseCurve::Srgb();
+  static const auto kNoise = std::make_shared<SignalNoise>(kResponse, CameraNoise{16000.0, 7.0});
   std::normal_distribution<double> gauss;
   Frame frame = scene;
-  frame.exposure = exposure;
+  if (exposure_is_known) {
+    frame.exposure = exposure;
+  } else {
+    frame.units = LightUnits::kRelativePerFrame;
+  }
+  frame.noise = kNoise;
   frame.codes = Rgb8Image(scene.radiance.width, scene.radiance.height);
   for (std::size_t i = 0; i < scene.radiance.pixels.size(); ++i) {
     glm::vec3 signal;
     for (int c = 0; c < 3; ++c) {
-      const double electrons = kFullWell * exposure * scene.radiance.pixels[i][c];
-      signal[c] = static_cast<float>(
-          (electrons + std::sqrt(electrons + kReadNoise * kReadNoise) * gauss(random)) / kFullWell);
+      const double mean = exposure * scene.radiance.pixels[i][c];
+      signal[c] = static_cast<float>(mean + std::sqrt(camera.Variance(mean)) * gauss(random));
     }
     frame.codes->pixels[i] = kResponse.CodeFromLinear(signal);
     const glm::u8vec3& code = frame.codes->pixels[i];
     frame.clipped.pixels[i] = std::max({code.x, code.y, code.z}) >= kClippedFromCode ? 1 : 0;
     const bool near_black = std::min({code.x, code.y, code.z}) <= kNoiseFloorUpToCode;
-    frame.unusable.pixels[i] = frame.clipped.pixels[i] != 0 || near_black ? 1 : 0;
+    frame.unusable.pixels[i] = frame.clipped.pixels[i] != 0 ? kUnusable
+                               : near_black                 ? kNearBlack
+                                                            : 0;
   }
-  frame.radiance = RadianceFromCodes(*frame.codes, kResponse, exposure);
+  frame.radiance = RadianceFromCodes(*frame.codes, kResponse, frame.exposure.value_or(1.0));
   return frame;
 }
 

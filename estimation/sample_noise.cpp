@@ -1,0 +1,68 @@
+#include "estimation/sample_noise.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "estimation/rough_light.h"
+
+namespace pleinair {
+namespace {
+
+// Below so many standard deviations of a pixel, black cuts some of its noise off.
+constexpr double kReachOfNoise = 3.0;
+// What a sample can be brighter than it should be for its albedo and the model: three times the
+// error that the fit expects.
+constexpr double kReachOfModel = 0.15;
+
+// What samples should show on average, of one plane in the sun or in the shade.
+struct Group {
+  glm::dvec3 signal{0.0};
+  int samples = 0;
+};
+
+}  // namespace
+
+int ApplySignalNoise(const SignalNoise& noise,
+                     double exposure,
+                     std::vector<DiffuseSample>& samples) {
+  const RoughLight light = FindRoughLight(samples);
+  const glm::dvec3 sun = exposure * light.sun_rgb;
+  const glm::dvec3 sky = exposure * light.sky_rgb;
+  const auto signal_of = [&](const DiffuseSample& sample) {
+    glm::dvec3 signal = sun * sample.sun_transport_rgb;
+    for (int c = 0; c < 3; ++c) signal[c] += sky[c] * MeanSkyTransport(sample, c);
+    return signal;
+  };
+  std::map<std::pair<std::int32_t, bool>, Group> groups;
+  const auto group_of = [&](const DiffuseSample& sample) -> Group& {
+    return groups[{sample.plane, SunShare(sample, 1) > light.sunlit_from_share}];
+  };
+  for (const DiffuseSample& sample : samples) {
+    Group& group = group_of(sample);
+    group.signal += signal_of(sample);
+    ++group.samples;
+  }
+  return static_cast<int>(std::erase_if(samples, [&](DiffuseSample& sample) {
+    const glm::dvec3 signal = signal_of(sample);
+    const Group& group = group_of(sample);
+    for (int c = 0; c < 3; ++c) {
+      if (signal[c] * (1.0 + kReachOfModel) +
+              kReachOfNoise * std::sqrt(noise.Variance(c, signal[c])) >=
+          noise.ClippedFrom(c)) {
+        return true;
+      }
+      const double mean = group.signal[c] / group.samples;
+      const double of_pixel = std::sqrt(noise.Variance(c, mean));
+      sample.radiance_stddev_rgb[c] =
+          mean > kReachOfNoise * of_pixel
+              ? of_pixel / mean * signal[c] /
+                    (exposure * std::sqrt(static_cast<double>(sample.pixels)))
+              : std::numeric_limits<double>::infinity();
+    }
+    return false;
+  }));
+}
+
+}  // namespace pleinair

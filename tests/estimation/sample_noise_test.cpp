@@ -1,0 +1,166 @@
+#include "estimation/sample_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "estimation/lighting_fit.h"
+#include "estimation/rough_light.h"
+#include "tests/estimation/synthetic_scene.h"
+
+namespace pleinair {
+namespace {
+
+using testing::MakeSamples;
+using testing::SyntheticScene;
+
+const SignalNoise& Noise() {
+  static const SignalNoise kNoise(ResponseCurve::Srgb());
+  return kNoise;
+}
+
+// Outliers and noise leave medians alone; lit and shaded samples tell sun and sky apart.
+TEST(RoughLight, IsNearTheLightOfASoundScene) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  scene.outliers = SyntheticScene::Outliers::kRandom;
+  scene.outlier_share = 0.2;
+  const auto samples = MakeSamples(scene);
+  const RoughLight light = FindRoughLight(samples);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(light.sun_rgb[c], scene.sun[c], 0.1 * scene.sun[c]);
+    EXPECT_NEAR(light.sky_rgb[c], scene.sky[c], 0.1 * scene.sky[c]);
+  }
+}
+
+TEST(RoughLight, IsDefinedWhereSamplesAreAlikeOrNone) {
+  SyntheticScene scene;
+  scene.one_plane = true;
+  scene.lit_share = 1.0;
+  const RoughLight alike = FindRoughLight(MakeSamples(scene));
+  EXPECT_EQ(alike.sun_rgb, alike.sky_rgb);
+  // (820 * 0.6 + 95 * 0.8) / (0.6 + 0.8): the samples' own brightness is met.
+  EXPECT_NEAR(alike.sun_rgb.x, 405.7, 1.0);
+  EXPECT_EQ(FindRoughLight({}).sun_rgb, glm::dvec3(0.0));
+}
+
+// Samples of 25 pixels at a signal of about a tenth: shot noise of 1600 electrons, a fifth of it
+// in the mean.
+TEST(SampleNoise, IsThatOfTheCameraOverTheSamplesPixels) {
+  SyntheticScene scene;
+  auto samples = MakeSamples(scene);
+  for (DiffuseSample& sample : samples) sample.pixels = 25;
+  const double exposure = 0.1 / 60.0;
+  EXPECT_EQ(ApplySignalNoise(Noise(), exposure, samples), 0);
+  double mean = 0.0;
+  for (const DiffuseSample& sample : samples) {
+    for (int c = 0; c < 3; ++c) {
+      const double signal = exposure * sample.radiance_rgb[c];
+      const double of_mean = std::sqrt(Noise().Variance(c, signal) / 25.0) / exposure;
+      // A plane's samples have one relative noise, where each one's own goes with the root of its
+      // radiance: within a factor of two of its own, and right on average.
+      EXPECT_GT(sample.radiance_stddev_rgb[c], of_mean / 2.0);
+      EXPECT_LT(sample.radiance_stddev_rgb[c], of_mean * 2.0);
+      mean += sample.radiance_stddev_rgb[c] / of_mean / (3.0 * double(samples.size()));
+    }
+  }
+  EXPECT_NEAR(mean, 1.0, 0.1);
+}
+
+TEST(SampleNoise, LeavesOutWhatWhiteOrBlackMayCutOff) {
+  SyntheticScene scene;
+  auto samples = MakeSamples(scene);
+  const std::size_t all = samples.size();
+  double brightest = 0.0;
+  for (const DiffuseSample& sample : samples) {
+    brightest = std::max(brightest, sample.radiance_rgb.x);
+  }
+  auto bright = samples;
+  const int left_out = ApplySignalNoise(Noise(), 1.0 / brightest, bright);
+  EXPECT_GT(left_out, 0);
+  EXPECT_EQ(bright.size() + static_cast<std::size_t>(left_out), all);
+  for (const DiffuseSample& sample : bright) EXPECT_LT(sample.radiance_rgb.x, 0.9 * brightest);
+
+  auto dark = samples;
+  EXPECT_EQ(ApplySignalNoise(Noise(), 1e-7, dark), 0);
+  for (const DiffuseSample& sample : dark) {
+    EXPECT_TRUE(std::isinf(sample.radiance_stddev_rgb.x));
+  }
+}
+
+TEST(SampleNoise, IsDefinedForNoSamplesAndBlackOnes) {
+  std::vector<DiffuseSample> none;
+  EXPECT_EQ(ApplySignalNoise(Noise(), 1.0, none), 0);
+  std::vector<DiffuseSample> black(10);
+  EXPECT_EQ(ApplySignalNoise(Noise(), 1.0, black), 0);
+  for (const DiffuseSample& sample : black) {
+    EXPECT_TRUE(std::isinf(sample.radiance_stddev_rgb.y));
+  }
+}
+
+// Albedos are 10 % off and a part of the samples is clipped: leaving out just those that are, as
+// they come, keeps the darker ones of the bright planes.
+TEST(SampleNoise, ClippingLeavesNoBias) {
+  double sun_by_prediction = 0.0;
+  double sun_as_they_come = 0.0;
+  constexpr int kScenes = 30;
+  for (int run = 0; run < kScenes; ++run) {
+    SyntheticScene scene;
+    scene.seed = static_cast<std::uint64_t>(run + 1);
+    scene.albedo_noise = 0.1;
+    scene.sky = glm::dvec3(300.0);
+    auto samples = MakeSamples(scene);
+    std::vector<double> radiances;
+    for (const DiffuseSample& sample : samples) radiances.push_back(sample.radiance_rgb.x);
+    std::sort(radiances.begin(), radiances.end());
+    const double exposure = 0.95 / radiances[radiances.size() * 8 / 10];
+    std::erase_if(samples, [&](const DiffuseSample& sample) {
+      return sample.radiance_rgb.x * exposure >= Noise().ClippedFrom(0);
+    });
+    const auto sun_of = [](const std::vector<DiffuseSample>& set) {
+      return FitLighting(set, LightingPrior::Nothing(1), true).irradiance_rgb[0];
+    };
+    sun_as_they_come += sun_of(samples) / scene.sun.x / kScenes;
+    ApplySignalNoise(Noise(), exposure, samples);
+    sun_by_prediction += sun_of(samples) / scene.sun.x / kScenes;
+  }
+
+  EXPECT_NEAR(sun_by_prediction, 1.0, 0.015);
+  EXPECT_LT(std::abs(sun_by_prediction - 1.0), std::abs(sun_as_they_come - 1.0));
+}
+
+// The relative noise of dark samples must not be taken for light: an overcast scene of uneven
+// albedos, at a signal of some per cent.
+TEST(SampleNoise, NoiseOfDarkFramesLeavesNoBias) {
+  double sky = 0.0;
+  constexpr int kScenes = 30;
+  for (int run = 0; run < kScenes; ++run) {
+    SyntheticScene scene;
+    scene.seed = static_cast<std::uint64_t>(run + 1);
+    scene.albedo_noise = 0.1;
+    scene.sun = glm::dvec3(0.0);
+    auto samples = MakeSamples(scene);
+    for (DiffuseSample& sample : samples) sample.pixels = 9;
+    const double exposure = 0.05 / 10.0;
+    std::mt19937_64 random(scene.seed);
+    std::normal_distribution<double> gauss;
+    for (DiffuseSample& sample : samples) {
+      for (int c = 0; c < 3; ++c) {
+        const double variance = Noise().Variance(c, exposure * sample.radiance_rgb[c]) / 9.0;
+        sample.radiance_rgb[c] += std::sqrt(variance) / exposure * gauss(random);
+      }
+    }
+    ApplySignalNoise(Noise(), exposure, samples);
+    const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true);
+    sky += fit.irradiance_rgb[3] / scene.sky.x / kScenes;
+  }
+
+  // Six planes with albedo errors of each sample alone: 0.1 / sqrt(500 * 30), and as much again
+  // for the sun that may not be below 0.
+  EXPECT_NEAR(sky, 1.0, 0.01);
+}
+
+}  // namespace
+}  // namespace pleinair
