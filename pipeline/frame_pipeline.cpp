@@ -55,7 +55,7 @@ void FramePipelineOptions::Validate() const {
     throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
                                 ": expected 0 or more seconds");
   }
-  direct_daylight.Validate();
+  if (daylight == Daylight::kSamples) direct_daylight.Validate();
   influence.Validate();
 }
 

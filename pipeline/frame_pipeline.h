@@ -53,7 +53,7 @@ struct FramePipelineOptions {
   ObjectLight object_light = ObjectLight::kGather;
   GatherOptions object_gather;
   Daylight daylight = Daylight::kGather;
-  DirectDaylightOptions direct_daylight;  // For samples.
+  DirectDaylightOptions direct_daylight;  // For samples, and looked at for them alone.
   InfluenceAt influence_at = InfluenceAt::kPixels;
   ObjectInfluenceOptions influence;
   CompositeEffects effects;
