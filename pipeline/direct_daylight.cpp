@@ -56,7 +56,8 @@ DirectDaylight::DirectDaylight(const Mesh& room,
     note_ = "direct daylight: samples of the whole sky";
   } else {
     const std::vector<glm::dvec3> middles_m = MiddlesOf(objects.mesh);
-    std::string origin = std::to_string(windows.size()) + " windows given";
+    std::string origin = windows.size() == 1 ? std::string("1 window given")
+                                             : std::to_string(windows.size()) + " windows given";
     if (windows.empty()) {
       const FoundWindows found = FindWindows(room, middles_m);
       windows = found.windows;
