@@ -275,6 +275,10 @@ void AddRun(CLI::App& app, Work& work) {
                              "sky-occlusion",
                              "colour-bleeding"}))
       ->default_str("all");
+  run.add_option("--lighting",
+                 options->lighting,
+                 "A lighting.jsonl whose light to use instead of estimating it; a line may name "
+                 "sky_shape or sky_image, or leave the shape to be fitted");
   run.add_flag_function(
       "--no-filter",
       [options](std::int64_t) { options->filter = false; },

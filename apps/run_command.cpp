@@ -16,6 +16,7 @@
 #include "apps/calibrate_north_command.h"
 #include "apps/file_blob_store.h"
 #include "apps/frame_writer.h"
+#include "apps/given_lighting.h"
 #include "apps/lighting_log.h"
 #include "apps/progress.h"
 #include "apps/run_report.h"
@@ -233,6 +234,21 @@ std::unique_ptr<FrameSource> FramesOfRun(const RunCommandOptions& options,
   return MakeRecordedMarkerFrameSource(sequence, options.frames, *board, std::move(markers));
 }
 
+// Directions that --lighting gives, by frame.
+std::map<int, glm::dvec3> GivenSuns(const RunCommandOptions& options) {
+  std::map<int, glm::dvec3> suns;
+  if (options.lighting.empty()) return suns;
+  for (const auto& [frame, light] : ReadGivenLighting(options.lighting)) {
+    if (light.sun_direction_enu) suns.emplace(frame, *light.sun_direction_enu);
+  }
+  return suns;
+}
+
+void UseGivenSun(const std::map<int, glm::dvec3>& given_suns, Frame& frame) {
+  const auto found = given_suns.find(frame.index);
+  if (found != given_suns.end()) frame.sun_direction_enu = found->second;
+}
+
 void WarnWhereNothingWasKept(const FileBlobStore& store) {
   if (store.SaveFailure().empty()) return;
   spdlog::warn("the next run will prepare this site anew: {}", store.SaveFailure());
@@ -242,6 +258,14 @@ void WarnWhereNothingWasKept(const FileBlobStore& store) {
 
 std::unique_ptr<LightingSource> MakeSourceFor(const RunCommandOptions& options,
                                               const Sequence& sequence) {
+  if (!options.lighting.empty()) {
+    OutdoorLightingOptions shapes;
+    shapes.samples = options.samples;
+    shapes.seed = options.seed;
+    shapes.sky_shapes = options.sky_shapes;
+    return MakeGivenLightingSource(ReadGivenLighting(options.lighting),
+                                   MakeOutdoorLightingSource(shapes));
+  }
   if (SourceOf(options, sequence) == SourceKind::kFisheye) {
     if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
       throw std::runtime_error((sequence.folder / "sequence.json").string() +
@@ -318,7 +342,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   for (const WindowEntry& window : sequence.windows) {
     pipeline_options.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
   }
-  if (!options.filter) pipeline_options.filter.reset();
+  if (!options.filter || !options.lighting.empty()) pipeline_options.filter.reset();
   FramePipeline pipeline(scene,
                          site.model.mesh,
                          sequence.site,
@@ -331,6 +355,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     spdlog::info("{}", report.notes.back());
   }
 
+  const std::map<int, glm::dvec3> given_suns = GivenSuns(options);
   std::optional<ShadowDirectionFinder> shadows;
   if (options.measure_shadows) shadows.emplace(site.model.mesh, site.model.diffuse_regions);
 
@@ -340,8 +365,9 @@ void RunRunCommand(const RunCommandOptions& options) {
   int done = 0;
   for (;;) {
     const auto read_start = std::chrono::steady_clock::now();
-    const auto frame = frames->Next();
+    auto frame = frames->Next();
     if (!frame) break;
+    if (*frame) UseGivenSun(given_suns, **frame);
     const double read_ms = MsSince(read_start);
     tl::expected<FrameResult, FrameError> result =
         *frame ? pipeline.Process(**frame) : tl::unexpected((*frame).error());

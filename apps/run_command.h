@@ -32,6 +32,8 @@ struct RunCommandOptions {
   FrameKind frames = FrameKind::kLinear;
   std::filesystem::path markers;  // Board file that camera poses come from; empty: the sequence's.
   std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
+  // A lighting.jsonl to use instead of estimating; empty: estimate.
+  std::filesystem::path lighting;
   // What an outdoor sky is a mix of.
   std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
   int samples = 500;

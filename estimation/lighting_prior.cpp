@@ -161,6 +161,24 @@ LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
   return PriorOf(clear_sky, earlier, time, sky_shapes, /*widened=*/true);
 }
 
+void HoldIrradiance(const glm::dvec3& sun_rgb, const glm::dvec3& sky_rgb, LightingPrior& prior) {
+  constexpr double kTightness = 1e-4;
+  for (int c = 0; c < 3; ++c) {
+    const double size = std::max(sun_rgb[c], sky_rgb[c]);
+    // A black channel's size is the usual one, or any.
+    const double scale = size > 0.0 ? size : prior.scale_rgb[c] > 0.0 ? prior.scale_rgb[c] : 1.0;
+    const double weight = 1.0 / (kTightness * scale * kTightness * scale);
+    prior.information(c, c) += weight;
+    prior.information_times_mean[c] += weight * sun_rgb[c];
+    for (int k = 0; k < prior.sky_shapes; ++k) {
+      for (int l = 0; l < prior.sky_shapes; ++l) {
+        prior.information(3 * (1 + k) + c, 3 * (1 + l) + c) += weight;
+      }
+      prior.information_times_mean[3 * (1 + k) + c] += weight * sky_rgb[c];
+    }
+  }
+}
+
 CarriedLighting CarryForward(const ClearSkyExpectation& clear_sky,
                              const std::optional<CarriedLighting>& earlier,
                              UtcTime time,

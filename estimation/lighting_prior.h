@@ -64,6 +64,10 @@ LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
                                 UtcTime time,
                                 int sky_shapes);
 
+// Holds sun and whole sky to within 10^-4 of the larger, so that the samples decide the sky's shape
+// alone.
+void HoldIrradiance(const glm::dvec3& sun_rgb, const glm::dvec3& sky_rgb, LightingPrior& prior);
+
 // The answer to carry on from this frame: `mean` is the frame's, its covariance what the frame's
 // samples and the earlier answer (not widened) know together.
 CarriedLighting CarryForward(const ClearSkyExpectation& clear_sky,

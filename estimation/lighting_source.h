@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,12 +31,19 @@ struct SunState {
   double angular_radius_rad = kMeanSunAngularRadiusRad;
 };
 
+// Light that is known, so that only the sky's shape is left to find.
+struct HeldIrradiance {
+  glm::dvec3 sun_rgb{0.0};  // Normal to the beam.
+  glm::dvec3 sky_rgb{0.0};  // Horizontal, without the disc.
+};
+
 // What a source may look at for one frame. References live for the call only.
 struct LightingObservation {
   const Frame& frame;
   const SurfaceView& view;  // Of frame.camera, for `sun` and the source's own sky basis.
   SunState sun;
   ClearSkyExpectation clear_sky;
+  std::optional<HeldIrradiance> held = std::nullopt;
 };
 
 struct LightingEstimate {

@@ -99,6 +99,9 @@ class OutdoorLightingSource final : public LightingSource {
     LightingPrior prior =
         MakeLightingPrior(clear_sky, carried_, observation.frame.time, sky_shapes);
     if (!clear_sky.absolute) UseRelativeClearSky(FindRoughLight(samples_), prior);
+    if (observation.held) {
+      HoldIrradiance(observation.held->sun_rgb, observation.held->sky_rgb, prior);
+    }
     const LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
     if (fit.samples_used == 0 && !prior.SaysSomething()) {
       return tl::unexpected(LightingFailure{

@@ -1,0 +1,40 @@
+// Light that is known beforehand: replayed from an earlier run, measured otherwise, or made up.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "estimation/lighting_source.h"
+
+namespace pleinair {
+
+// The light of one frame, in the frame's radiance units.
+struct GivenLight {
+  // For the frame's own: a source is told where the sun is.
+  std::optional<glm::dvec3> sun_direction_enu;
+  glm::dvec3 sun_irradiance_rgb{0.0};  // Normal to the beam.
+  glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, without the disc.
+  // At most one of the two; with neither, the sky's shape is fitted to the frame, its horizontal
+  // irradiance held.
+  std::map<std::string, glm::dvec3> sky_shares;    // By the shape's name; add up to 1 per channel.
+  std::optional<std::filesystem::path> sky_image;  // Lat-long radiance, without the disc; its
+                                                   // scale does not matter.
+  bool sun_observable = false;                     // As whoever measured it said.
+
+  // Throws std::invalid_argument, without naming the frame: a value below 0 or not finite, shares
+  // of an unknown shape or that do not add up to 1 within 1 %, both a shape and an image.
+  void Validate() const;
+};
+
+// Gives the light of `by_frame`; a frame that is not there fails, saying so. `shape_source` fits
+// the shapes of skies that have none: it must respect LightingObservation::held.
+std::unique_ptr<LightingSource> MakeGivenLightingSource(
+    std::map<int, GivenLight> by_frame, std::unique_ptr<LightingSource> shape_source);
+
+}  // namespace pleinair
