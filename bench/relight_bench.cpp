@@ -10,13 +10,13 @@
 #include <benchmark/benchmark.h>
 #include <glm/geometric.hpp>
 
+#include "bench/bench_room.h"
 #include "relight/environment.h"
 #include "relight/irradiance_volume.h"
 #include "relight/region_radiosity.h"
 #include "relight/vertex_irradiance.h"
 #include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
-#include "tests/relight/window_room.h"
 
 namespace pleinair {
 namespace {
@@ -133,17 +133,18 @@ void VerticesOfANewPose(benchmark::State& state) {
 
 // The indoor precomputation: a room with a window, 64 regions, 8^3 probes.
 struct Room {
-  PatchScene scene = CutRoom(RoomWithWindow({0.7f, 0.6f, 0.5f}), 0.8);
+  PatchScene scene = CutRoom(BenchRoom(), kBenchPatchSizeM);
   ProbeGrid grid = MakeProbeGrid({{0.5f, 0.5f, 0.3f}, {3.5f, 3.5f, 2.7f}}, glm::ivec3(8));
 
   FoldedVolume Fold() const {
     GatherOptions gather;
-    gather.rays_per_receiver = 2048;
+    gather.rays_per_receiver = kBenchFormFactorRays;
     gather.from_exposed_parts = true;
     const PatchTransport transport(scene, gather);
-    const RegionRadiosityOptions options;
+    RegionRadiosityOptions options;
+    options.sky_rays_per_patch = kBenchSkyRays;
     const FaceLights regions = SolveRegions(scene, transport, options);
-    const ProbeOperator probes(scene, nullptr, grid, {.rays_per_probe = 4096});
+    const ProbeOperator probes(scene, nullptr, grid, {.rays_per_probe = kBenchProbeRays});
     BasisLights basis;
     basis.environment.resize(1 + regions.lights);
     basis.sky_radiance.resize(1 + regions.lights);

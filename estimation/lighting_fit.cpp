@@ -8,7 +8,7 @@
 #include <string>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 
 #include "estimation/internal/bounded_quadratic.h"
 #include "estimation/internal/ceres_solve.h"
@@ -273,8 +273,9 @@ double LightingFitter::Impl::ConditionNumber() const {
   double smallest = std::numeric_limits<double>::infinity();
   for (int c = 0; c < 3; ++c) {
     const BasisMatrix& normal = reweighting.Normal(c);
-    // Of a symmetric, non-negative matrix: its eigenvalues, the Jacobian's singular values squared.
-    const BasisVector values = Eigen::JacobiSVD<BasisMatrix>(normal).singularValues();
+    // The Jacobian's singular values squared.
+    const BasisVector values =
+        Eigen::SelfAdjointEigenSolver<BasisMatrix>(normal, Eigen::EigenvaluesOnly).eigenvalues();
     largest = std::max(largest, values.maxCoeff());
     smallest = std::min(smallest, values.minCoeff());
   }
