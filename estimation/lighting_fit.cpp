@@ -351,6 +351,8 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   return fit;
 }
 
+void LightingFitter::Forget() { impl_->last_irradiance_rgb.resize(0); }
+
 LightingFit FitLighting(std::span<const DiffuseSample> samples,
                         const LightingPrior& prior,
                         bool sun_is_up,

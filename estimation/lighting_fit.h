@@ -104,6 +104,9 @@ class LightingFitter {
                   const LightingPrior& prior,
                   bool sun_is_up);
 
+  // The next fit does not start at the last one's light: for a frame of another time or place.
+  void Forget();
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -22,6 +22,9 @@ namespace {
 // Of a set that was drawn for an earlier frame; with fewer left, the frame gets its own.
 constexpr double kLeastShareOfKeptSet = 0.8;
 
+// A frame as much later is likely to show the same light.
+constexpr auto kStartsAtTheLast = std::chrono::seconds(10);
+
 bool AnyOfTheDiscIsUp(const LightingObservation& observation) {
   return observation.sun.direction_enu.z > -std::sin(observation.sun.angular_radius_rad);
 }
@@ -102,6 +105,11 @@ class OutdoorLightingSource final : public LightingSource {
     if (observation.held) {
       HoldIrradiance(observation.held->sun_rgb, observation.held->sky_rgb, prior);
     }
+    // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each
+    // found by themselves.
+    const auto since = last_time_ ? observation.frame.time - *last_time_ : UtcTime::duration::max();
+    if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
+    last_time_ = observation.frame.time;
     const LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
     if (fit.samples_used == 0 && !prior.SaysSomething()) {
       return tl::unexpected(LightingFailure{
@@ -128,6 +136,7 @@ class OutdoorLightingSource final : public LightingSource {
   std::vector<DiffuseSample> samples_;
   LightingFitter fitter_{LightingFitOptions{}};
   std::optional<CarriedLighting> carried_;
+  std::optional<UtcTime> last_time_;
   ExposureWatch exposure_watch_;
   // What the set was drawn for.
   bool drawn_ = false;

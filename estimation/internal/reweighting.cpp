@@ -74,7 +74,14 @@ bool Reweighting::Explains(const FitProblem& problem,
   const double cut = options.tukey_width * scale_;
   const auto inliers = std::count_if(
       deviation_.begin(), deviation_.end(), [cut](double deviation) { return deviation < cut; });
-  return static_cast<double>(inliers) >= (last - kFewer) * static_cast<double>(deviation_.size());
+  if (static_cast<double>(inliers) < (last - kFewer) * static_cast<double>(deviation_.size())) {
+    return false;
+  }
+  // Where the model errs much the cut is wide, and many a light is inside it.
+  constexpr double kWider = 1.1;
+  const double last_scale = scale_;
+  EstimateScale(problem, options);
+  return scale_ <= kWider * last_scale;
 }
 
 void Reweighting::Standardise(const FitProblem& problem,

@@ -44,8 +44,8 @@ class Reweighting {
               const LightingFitOptions& options,
               bool rescale);
 
-  // Whether `x` explains as many samples as the light that was found last did, to within that fit's
-  // scale: then it is a start as good as any. False before the first Update.
+  // Whether `x` explains as many samples as the light that was found last did, and as well: then it
+  // is a start as good as any. False before the first Update.
   bool Explains(const FitProblem& problem, const LightVector& x, const LightingFitOptions& options);
 
   // Normal equations of the whitened problem of channel c: rows' rows and rows' target.
