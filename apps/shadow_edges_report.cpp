@@ -133,6 +133,7 @@ std::string ReportShadowEdges(const Sequence& sequence,
   const std::vector<NumberedMark> marks = ReadMarks(sequence, frames, marks_file, stated_north_rad);
   const RayCaster mesh(LoadMesh(sequence.folder / sequence.scene_mesh).mesh);
   std::vector<ShadowEdgeMark> plain;
+  plain.reserve(marks.size());
   for (const NumberedMark& mark : marks) plain.push_back(mark.mark);
   const ShadowEdgeFit fit = FitShadowEdges(mesh, plain);
   return json ? AsJson(marks, fit) : AsText(marks, fit);

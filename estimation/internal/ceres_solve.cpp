@@ -119,6 +119,7 @@ struct CeresSolver::Impl {
     bases = basis_count;
     problem = std::make_unique<ceres::Problem>();
     std::vector<double*> blocks;
+    blocks.reserve(static_cast<std::size_t>(3 * bases));
     for (int u = 0; u < 3 * bases; ++u) blocks.push_back(&unknowns[static_cast<std::size_t>(u)]);
     prior_cost = new PriorCost(3 * bases);
     problem->AddResidualBlock(prior_cost, nullptr, blocks);
