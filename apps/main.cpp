@@ -3,7 +3,6 @@
 
 #include <cstdio>
 #include <exception>
-#include <functional>
 #include <map>
 #include <regex>
 #include <string>
@@ -13,9 +12,8 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
-#include "apps/calibrate_command.h"
-#include "apps/calibrate_markers_command.h"
-#include "apps/calibrate_north_command.h"
+#include "apps/arguments.h"
+#include "apps/calibrate_arguments.h"
 #include "apps/command_line.h"
 #include "apps/doctor_command.h"
 #include "apps/irradiance_command.h"
@@ -23,19 +21,13 @@
 #include "apps/score_command.h"
 #include "apps/shared_ranks.h"
 #include "apps/sun_command.h"
-#include "calib/marker_detection.h"
 
 namespace {
 
+using pleinair::Print;
+using pleinair::Work;
+
 constexpr int kBadInput = 2;
-
-using Work = std::function<int()>;
-
-int Print(const std::string& text) {
-  std::fputs(text.c_str(), stdout);
-  if (!text.empty() && text.back() != '\n') std::fputc('\n', stdout);
-  return 0;
-}
 
 void AddBounces(CLI::App& command, int& bounces) {
   command
@@ -84,7 +76,7 @@ void AddPrepareSettings(CLI::App& command, pleinair::PrepareSettings& settings) 
   command
       .add_option(
           "--patch-size", settings.patch_size_m, "Longest edge of patches near the objects, metres")
-      ->check(CLI::PositiveNumber);
+      ->check(pleinair::Positive());
   command.add_option("--rays", settings.rays, "Rays that each receiver of light casts")
       ->check(CLI::Range(1, 65536));
   AddGroundAlbedo(command, settings.ground_albedo);
@@ -216,11 +208,11 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_option("--full-well",
                  options->camera_noise.full_well_electrons,
                  "Electrons of the 8-bit camera's brightest signal, for its shot noise")
-      ->check(CLI::PositiveNumber);
+      ->check(pleinair::Positive());
   run.add_option("--read-noise",
                  options->camera_noise.read_noise_electrons,
                  "Electrons of the 8-bit camera's read noise")
-      ->check(CLI::PositiveNumber);
+      ->check(pleinair::Positive());
   run.add_option("--source",
                  options->source,
                  "What the light is measured from: outdoor (diffuse walls and paving) or fisheye")
@@ -278,7 +270,8 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_option("--lighting",
                  options->lighting,
                  "A lighting.jsonl whose light to use instead of estimating it; a line may name "
-                 "sky_shape or sky_image, or leave the shape to be fitted");
+                 "sky_shape or sky_image, or leave the shape to be fitted")
+      ->excludes("--source");
   run.add_flag_function(
       "--no-filter",
       [options](std::int64_t) { options->filter = false; },
@@ -307,224 +300,6 @@ void AddScore(CLI::App& app, Work& work) {
   score.add_flag("--json", options->json, "Print JSON in place of the table");
   score.callback(
       [options, &work] { work = [options] { return Print(RunScoreCommand(*options)); }; });
-}
-
-// The subcommand that `run` does, with its options filled in.
-template <typename Options>
-CLI::App& AddCalibration(CLI::App& calibrate,
-                         Work& work,
-                         const char* name,
-                         const char* what,
-                         const std::shared_ptr<Options>& options,
-                         std::string (*run)(const Options&)) {
-  CLI::App& command = *calibrate.add_subcommand(name, what);
-  command.callback(
-      [options, run, &work] { work = [options, run] { return Print(run(*options)); }; });
-  return command;
-}
-
-void AddExposures(CLI::App& command, std::vector<double>& exposures) {
-  command
-      .add_option("--exposures",
-                  exposures,
-                  "Exposure (seconds, or time x ISO / N^2) of each picture (default: from EXIF)")
-      ->delimiter(',')
-      ->check(CLI::PositiveNumber);
-}
-
-void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
-  auto options = std::make_shared<pleinair::CalibrateNorthOptions>();
-  CLI::App& north = AddCalibration(calibrate,
-                                   work,
-                                   "north",
-                                   "How far the model's north is off, from the shadows in frames",
-                                   options,
-                                   pleinair::RunCalibrateNorth);
-  north.footer("Example: pleinair calibrate north datasets/samples/courtyard");
-  north.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
-  north.add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
-          {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
-      ->default_str("linear");
-  north
-      .add_option("--model-north",
-                  options->model_north,
-                  "What the model's +Y is said to be: true, grid (UTM) or magnetic")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, pleinair::NorthKind>{{"true", pleinair::NorthKind::kTrue},
-                                                     {"grid", pleinair::NorthKind::kGrid},
-                                                     {"magnetic", pleinair::NorthKind::kMagnetic}}))
-      ->default_str("true");
-  north.add_option(
-      "--magnetic-model", options->magnetic.name, "Of GeographicLib, for --model-north magnetic");
-  north.add_option("--magnetic-folder",
-                   options->magnetic.folder,
-                   "Folder with the magnetic model (default: GeographicLib's)");
-  north.add_option("--shadow-edges",
-                   options->shadow_edges,
-                   "CSV: FRAME,X,Y (pixels), places on the edges of shadows that the mesh casts; "
-                   "then only they are used");
-  north.add_flag("--json", options->json, "Print JSON");
-}
-
-void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
-  auto markers = std::make_shared<pleinair::CalibrateMarkersOptions>();
-  CLI::App& board = AddCalibration(calibrate,
-                                   work,
-                                   "markers",
-                                   "Where ArUco or AprilTag markers stand, from pictures of them",
-                                   markers,
-                                   pleinair::RunCalibrateMarkers);
-  board.footer(
-      "Example: pleinair calibrate markers tags/*.jpg --camera courtyard --size 0.2 --out "
-      "board.json");
-  board.add_option("pictures", markers->pictures, "Each shows two markers or more")->required();
-  board
-      .add_option(
-          "--camera", markers->camera, "Folder with sequence.json: the camera's lens is there")
-      ->required();
-  board.add_option("--size", markers->size_m, "Side of the black border, in metres")
-      ->required()
-      ->check(CLI::PositiveNumber);
-  board.add_option("--dictionary", markers->dictionary, "OpenCV's: apriltag_36h11, 4x4_50, ...")
-      ->check(CLI::IsMember(pleinair::MarkerDictionaryNames()));
-  board.add_option("--reference",
-                   markers->reference,
-                   "Id of the marker that is the origin (default: the one most pictures show)");
-  board.add_option("--anchor",
-                   markers->anchor,
-                   "Board file that says where some of the markers stand in the world");
-  board.add_option("--out", markers->out, "The board file")->required();
-
-  auto pose = std::make_shared<pleinair::CalibratePoseOptions>();
-  CLI::App& poses = AddCalibration(calibrate,
-                                   work,
-                                   "pose",
-                                   "Camera poses of a sequence's frames, from markers in them",
-                                   pose,
-                                   pleinair::RunCalibratePose);
-  poses.footer(
-      "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
-  poses.add_option("sequence", pose->sequence, "Folder with sequence.json")->required();
-  poses.add_option("--markers", pose->markers, "Board file of `calibrate markers`")->required();
-  poses.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::FrameKind>{
-          {"linear", pleinair::FrameKind::kLinear}, {"ldr", pleinair::FrameKind::kLdr}}))
-      ->default_str("linear");
-  poses.add_option("--out",
-                   pose->out,
-                   "Copy of sequence.json with the poses in it; its paths stay relative to the "
-                   "sequence's folder");
-}
-
-void AddCalibrate(CLI::App& app, Work& work) {
-  CLI::App& calibrate = *app.add_subcommand("calibrate", "Make the files that describe cameras");
-  calibrate.require_subcommand(1);
-  calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
-  AddCalibrateNorth(calibrate, work);
-  AddCalibrateMarkers(calibrate, work);
-
-  auto fisheye = std::make_shared<pleinair::CalibrateFisheyeOptions>();
-  CLI::App& lens = AddCalibration(calibrate,
-                                  work,
-                                  "fisheye",
-                                  "A fish-eye lens from pictures of a chessboard",
-                                  fisheye,
-                                  pleinair::RunCalibrateFisheye);
-  lens.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
-  lens.add_option("pictures", fisheye->pictures, "Pictures of the board")->required();
-  lens.add_option("--board", fisheye->board, "Inner corners, COLUMNSxROWS")->required();
-  lens.add_option("--fov-deg", fisheye->fov_deg, "Full angle to use (default: the picture's)")
-      ->check(CLI::Range(1.0, 360.0));
-  lens.add_option("--out", fisheye->out, "The fish-eye's file")->required();
-
-  auto response = std::make_shared<pleinair::CalibrateResponseOptions>();
-  CLI::App& curve = AddCalibration(calibrate,
-                                   work,
-                                   "response",
-                                   "A camera's response from brackets or a ColorChecker",
-                                   response,
-                                   pleinair::RunCalibrateResponse);
-  curve.footer("Example: pleinair calibrate response bracket/*.jpg --out response.json");
-  curve.add_option("pictures", response->pictures, "PNG or JPEG")->required();
-  AddExposures(curve, response->exposures);
-  curve.add_flag("--chart", response->chart, "Each picture shows a ColorChecker: use its greys");
-  curve.add_option(
-      "--corners",
-      response->corners,
-      "Of the chart: X,Y of dark skin's, bluish green's, black's, white's outer corner "
-      "(default: found)");
-  curve.add_option("--curve", response->curve, "For the chart: monotone or logarithmic")
-      ->check(CLI::IsMember({"monotone", "logarithmic"}));
-  curve.add_option("--out", response->out, "The response file")->required();
-
-  auto merge = std::make_shared<pleinair::CalibrateMergeOptions>();
-  CLI::App& hdr = AddCalibration(calibrate,
-                                 work,
-                                 "merge",
-                                 "One HDR picture from an exposure bracket",
-                                 merge,
-                                 pleinair::RunCalibrateMerge);
-  hdr.footer("Example: pleinair calibrate merge bracket/*.jpg --response r.json --out sky.exr");
-  hdr.add_option("pictures", merge->pictures, "PNG or JPEG")->required();
-  AddExposures(hdr, merge->exposures);
-  hdr.add_option("--response", merge->response, "srgb8 or a response file");
-  hdr.add_option("--out", merge->out, "EXR or HDR")->required();
-
-  auto average = std::make_shared<pleinair::CalibrateAverageOptions>();
-  CLI::App& mean = AddCalibration(calibrate,
-                                  work,
-                                  "average",
-                                  "The mean of HDR frames of a camera that stands still",
-                                  average,
-                                  pleinair::RunCalibrateAverage);
-  mean.footer("Example: pleinair calibrate average frames/*.exr --out mean.exr");
-  mean.add_option("frames", average->frames, "EXR or HDR")->required();
-  mean.add_option("--out", average->out, "EXR or HDR")->required();
-
-  auto colour = std::make_shared<pleinair::CalibrateColourOptions>();
-  CLI::App& tie = AddCalibration(calibrate,
-                                 work,
-                                 "colour",
-                                 "Tie the fish-eye's colours to the room camera's",
-                                 colour,
-                                 pleinair::RunCalibrateColour);
-  tie.footer("Example: pleinair calibrate colour sky.json --pairs pairs.csv");
-  tie.add_option("calibration", colour->calibration, "The fish-eye's file")->required();
-  CLI::Option* pairs =
-      tie.add_option("--pairs", colour->pairs, "CSV: fish-eye R,G,B, room R,G,B (linear)");
-  CLI::Option* seen = tie.add_option(
-      "--fisheye-picture", colour->fisheye_picture, "With a ColorChecker; EXR, HDR or 8-bit");
-  CLI::Option* room = tie.add_option(
-      "--room-picture", colour->room_picture, "With the same chart in the same light");
-  seen->needs(room)->excludes(pairs);
-  room->needs(seen);
-  tie.add_option("--fisheye-corners", colour->fisheye_corners, "As for response (default: found)");
-  tie.add_option("--room-corners", colour->room_corners, "As for response (default: found)");
-  tie.add_option("--fisheye-response", colour->fisheye_response, "Of an 8-bit picture");
-  tie.add_option("--room-response", colour->room_response, "Of an 8-bit picture");
-  tie.add_flag("--matrix", colour->matrix, "A 3x3 matrix, not a factor for each channel");
-  tie.add_option("--out", colour->out, "Where to write (default: the same file)");
-
-  auto orientation = std::make_shared<pleinair::CalibrateOrientationOptions>();
-  CLI::App& north = AddCalibration(calibrate,
-                                   work,
-                                   "orientation",
-                                   "Up and north of a fish-eye, from marks or the sun's image",
-                                   orientation,
-                                   pleinair::RunCalibrateOrientation);
-  north.footer(
-      "Example: pleinair calibrate orientation sky.json --site 50.36,7.56,75 --levelled"
-      " --sun noon.exr --time 2007-03-20T11:40:00Z");
-  north.add_option("calibration", orientation->calibration, "The fish-eye's file")->required();
-  north.add_option("--marks", orientation->marks, "CSV: X,Y (pixels), EAST,NORTH,UP");
-  north.add_option("--sun", orientation->sun_pictures, "Picture with the sun in it; repeatable");
-  north.add_option("--time", orientation->times, "UTC of each of these");
-  north.add_option("--site", orientation->site, "LAT,LON[,H], for the sun");
-  north.add_flag(
-      "--levelled", orientation->levelled, "The axis points to the zenith: one sun is enough");
-  north.add_flag("--mirrored", orientation->mirrored, "The picture is mirrored, as a map");
-  north.add_option("--out", orientation->out, "Where to write (default: the same file)");
 }
 
 void AddIrradiance(CLI::App& app, Work& work) {
@@ -621,7 +396,7 @@ int pleinair::RunCommandLine(int argc, char** argv) {
   AddPrepare(app, work);
   AddRun(app, work);
   AddScore(app, work);
-  AddCalibrate(app, work);
+  pleinair::AddCalibrate(app, work);
   AddIrradiance(app, work);
   AddDoctor(app, work);
   try {

@@ -1,0 +1,23 @@
+// What the descriptions of commands' arguments share.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace CLI {
+class App;
+class Validator;
+}  // namespace CLI
+
+namespace pleinair {
+
+// What the command line asks for, once it is read; returns the exit code.
+using Work = std::function<int()>;
+
+// To standard output, ending with a new line; returns 0.
+int Print(const std::string& text);
+
+// A finite number above 0.
+CLI::Validator Positive();
+
+}  // namespace pleinair

@@ -1,0 +1,238 @@
+#include "apps/calibrate_arguments.h"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/calibrate_command.h"
+#include "apps/calibrate_markers_command.h"
+#include "apps/calibrate_north_command.h"
+#include "calib/marker_detection.h"
+
+namespace pleinair {
+namespace {
+
+// The subcommand that `run` does, with its options filled in.
+template <typename Options>
+CLI::App& AddCalibration(CLI::App& calibrate,
+                         Work& work,
+                         const char* name,
+                         const char* what,
+                         const std::shared_ptr<Options>& options,
+                         std::string (*run)(const Options&)) {
+  CLI::App& command = *calibrate.add_subcommand(name, what);
+  command.callback(
+      [options, run, &work] { work = [options, run] { return Print(run(*options)); }; });
+  return command;
+}
+
+void AddExposures(CLI::App& command, std::vector<double>& exposures) {
+  command
+      .add_option("--exposures",
+                  exposures,
+                  "Exposure (seconds, or time x ISO / N^2) of each picture (default: from EXIF)")
+      ->delimiter(',')
+      ->check(Positive());
+}
+
+void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
+  auto options = std::make_shared<CalibrateNorthOptions>();
+  CLI::App& north = AddCalibration(calibrate,
+                                   work,
+                                   "north",
+                                   "How far the model's north is off, from the shadows in frames",
+                                   options,
+                                   RunCalibrateNorth);
+  north.footer("Example: pleinair calibrate north datasets/samples/courtyard");
+  north.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
+  north.add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
+          {"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
+      ->default_str("linear");
+  north
+      .add_option("--model-north",
+                  options->model_north,
+                  "What the model's +Y is said to be: true, grid (UTM) or magnetic")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, NorthKind>{{"true", NorthKind::kTrue},
+                                           {"grid", NorthKind::kGrid},
+                                           {"magnetic", NorthKind::kMagnetic}}))
+      ->default_str("true");
+  north.add_option(
+      "--magnetic-model", options->magnetic.name, "Of GeographicLib, for --model-north magnetic");
+  north.add_option("--magnetic-folder",
+                   options->magnetic.folder,
+                   "Folder with the magnetic model (default: GeographicLib's)");
+  north.add_option("--shadow-edges",
+                   options->shadow_edges,
+                   "CSV: FRAME,X,Y (pixels), places on the edges of shadows that the mesh casts; "
+                   "then only they are used");
+  north.add_flag("--json", options->json, "Print JSON");
+}
+
+void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
+  auto markers = std::make_shared<CalibrateMarkersOptions>();
+  CLI::App& board = AddCalibration(calibrate,
+                                   work,
+                                   "markers",
+                                   "Where ArUco or AprilTag markers stand, from pictures of them",
+                                   markers,
+                                   RunCalibrateMarkers);
+  board.footer(
+      "Example: pleinair calibrate markers tags/*.jpg --camera courtyard --size 0.2 --out "
+      "board.json");
+  board.add_option("pictures", markers->pictures, "Each shows two markers or more")->required();
+  board
+      .add_option(
+          "--camera", markers->camera, "Folder with sequence.json: the camera's lens is there")
+      ->required();
+  board.add_option("--size", markers->size_m, "Side of the black border, in metres")
+      ->required()
+      ->check(Positive());
+  board.add_option("--dictionary", markers->dictionary, "OpenCV's: apriltag_36h11, 4x4_50, ...")
+      ->check(CLI::IsMember(MarkerDictionaryNames()));
+  board.add_option("--reference",
+                   markers->reference,
+                   "Id of the marker that is the origin (default: the one most pictures show)");
+  board.add_option("--anchor",
+                   markers->anchor,
+                   "Board file that says where some of the markers stand in the world");
+  board.add_option("--out", markers->out, "The board file")->required();
+
+  auto pose = std::make_shared<CalibratePoseOptions>();
+  CLI::App& poses = AddCalibration(calibrate,
+                                   work,
+                                   "pose",
+                                   "Camera poses of a sequence's frames, from markers in them",
+                                   pose,
+                                   RunCalibratePose);
+  poses.footer(
+      "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
+  poses.add_option("sequence", pose->sequence, "Folder with sequence.json")->required();
+  poses.add_option("--markers", pose->markers, "Board file of `calibrate markers`")->required();
+  poses.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
+          {"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
+      ->default_str("linear");
+  poses.add_option("--out",
+                   pose->out,
+                   "Copy of sequence.json with the poses in it; its paths stay relative to the "
+                   "sequence's folder");
+}
+
+}  // namespace
+
+void AddCalibrate(CLI::App& app, Work& work) {
+  CLI::App& calibrate = *app.add_subcommand("calibrate", "Make the files that describe cameras");
+  calibrate.require_subcommand(1);
+  calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
+  AddCalibrateNorth(calibrate, work);
+  AddCalibrateMarkers(calibrate, work);
+
+  auto fisheye = std::make_shared<CalibrateFisheyeOptions>();
+  CLI::App& lens = AddCalibration(calibrate,
+                                  work,
+                                  "fisheye",
+                                  "A fish-eye lens from pictures of a chessboard",
+                                  fisheye,
+                                  RunCalibrateFisheye);
+  lens.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
+  lens.add_option("pictures", fisheye->pictures, "Pictures of the board")->required();
+  lens.add_option("--board", fisheye->board, "Inner corners, COLUMNSxROWS")->required();
+  lens.add_option("--fov-deg", fisheye->fov_deg, "Full angle to use (default: the picture's)")
+      ->check(CLI::Range(1.0, 360.0));
+  lens.add_option("--out", fisheye->out, "The fish-eye's file")->required();
+
+  auto response = std::make_shared<CalibrateResponseOptions>();
+  CLI::App& curve = AddCalibration(calibrate,
+                                   work,
+                                   "response",
+                                   "A camera's response from brackets or a ColorChecker",
+                                   response,
+                                   RunCalibrateResponse);
+  curve.footer("Example: pleinair calibrate response bracket/*.jpg --out response.json");
+  curve.add_option("pictures", response->pictures, "PNG or JPEG")->required();
+  AddExposures(curve, response->exposures);
+  curve.add_flag("--chart", response->chart, "Each picture shows a ColorChecker: use its greys");
+  curve.add_option(
+      "--corners",
+      response->corners,
+      "Of the chart: X,Y of dark skin's, bluish green's, black's, white's outer corner "
+      "(default: found)");
+  curve.add_option("--curve", response->curve, "For the chart: monotone or logarithmic")
+      ->check(CLI::IsMember({"monotone", "logarithmic"}));
+  curve.add_option("--out", response->out, "The response file")->required();
+
+  auto merge = std::make_shared<CalibrateMergeOptions>();
+  CLI::App& hdr = AddCalibration(calibrate,
+                                 work,
+                                 "merge",
+                                 "One HDR picture from an exposure bracket",
+                                 merge,
+                                 RunCalibrateMerge);
+  hdr.footer("Example: pleinair calibrate merge bracket/*.jpg --response r.json --out sky.exr");
+  hdr.add_option("pictures", merge->pictures, "PNG or JPEG")->required();
+  AddExposures(hdr, merge->exposures);
+  hdr.add_option("--response", merge->response, "srgb8 or a response file");
+  hdr.add_option("--out", merge->out, "EXR or HDR")->required();
+
+  auto average = std::make_shared<CalibrateAverageOptions>();
+  CLI::App& mean = AddCalibration(calibrate,
+                                  work,
+                                  "average",
+                                  "The mean of HDR frames of a camera that stands still",
+                                  average,
+                                  RunCalibrateAverage);
+  mean.footer("Example: pleinair calibrate average frames/*.exr --out mean.exr");
+  mean.add_option("frames", average->frames, "EXR or HDR")->required();
+  mean.add_option("--out", average->out, "EXR or HDR")->required();
+
+  auto colour = std::make_shared<CalibrateColourOptions>();
+  CLI::App& tie = AddCalibration(calibrate,
+                                 work,
+                                 "colour",
+                                 "Tie the fish-eye's colours to the room camera's",
+                                 colour,
+                                 RunCalibrateColour);
+  tie.footer("Example: pleinair calibrate colour sky.json --pairs pairs.csv");
+  tie.add_option("calibration", colour->calibration, "The fish-eye's file")->required();
+  CLI::Option* pairs =
+      tie.add_option("--pairs", colour->pairs, "CSV: fish-eye R,G,B, room R,G,B (linear)");
+  CLI::Option* seen = tie.add_option(
+      "--fisheye-picture", colour->fisheye_picture, "With a ColorChecker; EXR, HDR or 8-bit");
+  CLI::Option* room = tie.add_option(
+      "--room-picture", colour->room_picture, "With the same chart in the same light");
+  seen->needs(room)->excludes(pairs);
+  room->needs(seen);
+  tie.add_option("--fisheye-corners", colour->fisheye_corners, "As for response (default: found)");
+  tie.add_option("--room-corners", colour->room_corners, "As for response (default: found)");
+  tie.add_option("--fisheye-response", colour->fisheye_response, "Of an 8-bit picture");
+  tie.add_option("--room-response", colour->room_response, "Of an 8-bit picture");
+  tie.add_flag("--matrix", colour->matrix, "A 3x3 matrix, not a factor for each channel");
+  tie.add_option("--out", colour->out, "Where to write (default: the same file)");
+
+  auto orientation = std::make_shared<CalibrateOrientationOptions>();
+  CLI::App& north = AddCalibration(calibrate,
+                                   work,
+                                   "orientation",
+                                   "Up and north of a fish-eye, from marks or the sun's image",
+                                   orientation,
+                                   RunCalibrateOrientation);
+  north.footer(
+      "Example: pleinair calibrate orientation sky.json --site 50.36,7.56,75 --levelled"
+      " --sun noon.exr --time 2007-03-20T11:40:00Z");
+  north.add_option("calibration", orientation->calibration, "The fish-eye's file")->required();
+  north.add_option("--marks", orientation->marks, "CSV: X,Y (pixels), EAST,NORTH,UP");
+  north.add_option("--sun", orientation->sun_pictures, "Picture with the sun in it; repeatable");
+  north.add_option("--time", orientation->times, "UTC of each of these");
+  north.add_option("--site", orientation->site, "LAT,LON[,H], for the sun");
+  north.add_flag(
+      "--levelled", orientation->levelled, "The axis points to the zenith: one sun is enough");
+  north.add_flag("--mirrored", orientation->mirrored, "The picture is mirrored, as a map");
+  north.add_option("--out", orientation->out, "Where to write (default: the same file)");
+}
+
+}  // namespace pleinair
