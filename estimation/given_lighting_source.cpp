@@ -35,7 +35,7 @@ std::string KnownShapes() {
   return names;
 }
 
-// What is left of a share after its channel's sum has been brought to the given irradiance.
+// Keeps each channel's shares; a channel that has none gets equal ones.
 void ScaleTo(const glm::dvec3& sky_irradiance_rgb, Lighting& lighting) {
   const glm::dvec3 sum = lighting.SkyIrradianceRgb();
   const auto shapes = static_cast<double>(lighting.sky.size());
