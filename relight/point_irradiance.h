@@ -31,7 +31,7 @@ struct PointIrradianceOptions {
   SkyRegions regions{1, 1};
   // Longest edge of patches at a point; it grows by patch_growth_per_m for each metre from the
   // nearest point. 0: as short as kPatchBudget patches allow. (Light that is interpolated between
-  // patches' corners is farther from the truth than patches of even light: it smears the edges.)
+  // patches' corners errs more than patches of even light: it smears the edges.)
   double patch_size_m = 0.0;
   double patch_growth_per_m = 0.4;
   // Over the hemisphere of each point and normal, or the sphere of each point. Converged: 65536.

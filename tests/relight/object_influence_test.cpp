@@ -122,6 +122,11 @@ struct Setting {
   void FoldNoSun() {
     influence.Fold(0, nullptr, view, RealGlow(glm::vec3(0.0f)), ObjectGlow(glm::vec3(0.0f)));
   }
+  // Light 1 is a uniform sky, whose light real and virtual faces have the given radiosity of.
+  void FoldUniformSky(const glm::vec3& real_glow, const glm::vec3& object_glow) {
+    influence.Fold(
+        1, MakeUniformSkyShape().get(), view, RealGlow(real_glow), ObjectGlow(object_glow));
+  }
   // In picture size.
   RgbImage Change(const Lighting& lighting, const InfluenceParts& parts = {}) const {
     IrradianceChange change;
@@ -154,11 +159,7 @@ Lighting OneSky(const glm::dvec3& irradiance_rgb) {
 TEST(ObjectInfluence, ADiscOverAPlaneHidesItsFormFactorOfSky) {
   Setting setting(Ground(), Disc({0.0f, 0.0f, 1.0f}, 1.0f, 256), LookingEast({-5.0, 0.0, 0.8}));
   setting.FoldNoSun();
-  setting.influence.Fold(1,
-                         MakeUniformSkyShape().get(),
-                         setting.view,
-                         setting.RealGlow(glm::vec3(0.0f)),
-                         setting.ObjectGlow(glm::vec3(0.0f)));
+  setting.FoldUniformSky(glm::vec3(0.0f), glm::vec3(0.0f));
   const RgbImage change = setting.Change(OneSky({1.0, 2.0, 3.0}));
   int strong = 0;
   double sum = 0.0;
@@ -188,11 +189,7 @@ TEST(ObjectInfluence, AWhiteObjectInAWhiteFurnaceChangesNothing) {
   Setting setting(std::move(real), std::move(object), LookingEast({-4.0, 1.0, 1.5}));
   setting.FoldNoSun();
   // A uniform sky's radiance is 1 / pi of its irradiance, as that of a face of radiosity 1.
-  setting.influence.Fold(1,
-                         MakeUniformSkyShape().get(),
-                         setting.view,
-                         setting.RealGlow(glm::vec3(1.0f)),
-                         setting.ObjectGlow(glm::vec3(1.0f)));
+  setting.FoldUniformSky(glm::vec3(1.0f), glm::vec3(1.0f));
   EXPECT_GT(setting.influence.ReceiverCount(), 100u);
   for (const glm::vec3& change : setting.Change(OneSky(glm::dvec3(1.0))).pixels) {
     // A ray 4e-5 below the horizon passes the ground's end and meets nothing; its share is 2e-4.
@@ -213,11 +210,7 @@ TEST(ObjectInfluence, IsLinearInTheLight) {
                          setting.view,
                          setting.RealGlow({0.2f, 0.1f, 0.3f}),
                          setting.ObjectGlow({0.5f, 0.6f, 0.4f}));
-  setting.influence.Fold(1,
-                         MakeUniformSkyShape().get(),
-                         setting.view,
-                         setting.RealGlow({0.3f, 0.3f, 0.2f}),
-                         setting.ObjectGlow({0.1f, 0.2f, 0.1f}));
+  setting.FoldUniformSky({0.3f, 0.3f, 0.2f}, {0.1f, 0.2f, 0.1f});
   setting.influence.Fold(2,
                          MakeImageSkyShape("half", half_sky).get(),
                          setting.view,
@@ -263,11 +256,7 @@ TEST(ObjectInfluence, WhatARealSurfaceHidesChangesNothing) {
   AddBox(object, {0.5f, -0.5f, 0.0f}, {1.5f, 0.5f, 1.0f});
   Setting setting(std::move(real), std::move(object), LookingEast({-6.0, 0.0, 1.5}));
   setting.FoldNoSun();
-  setting.influence.Fold(1,
-                         MakeUniformSkyShape().get(),
-                         setting.view,
-                         setting.RealGlow(glm::vec3(0.0f)),
-                         setting.ObjectGlow(glm::vec3(0.0f)));
+  setting.FoldUniformSky(glm::vec3(0.0f), glm::vec3(0.0f));
   const RgbImage change = setting.Change(OneSky(glm::dvec3(1.0)));
   for (std::size_t i = 0; i < change.pixels.size(); ++i) {
     if (setting.view.position_world_m.pixels[i].x < 0.01f &&
@@ -284,11 +273,7 @@ TEST(ObjectInfluence, TheGroundUnderAnObjectDoesNotDarkenTheGroundBesideIt) {
   AddBox(object, {-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 0.002f});
   Setting setting(Ground(), std::move(object), LookingEast({-4.0, 0.0, 2.0}));
   setting.FoldNoSun();
-  setting.influence.Fold(1,
-                         MakeUniformSkyShape().get(),
-                         setting.view,
-                         setting.RealGlow(glm::vec3(0.0f)),
-                         setting.ObjectGlow(glm::vec3(0.0f)));
+  setting.FoldUniformSky(glm::vec3(0.0f), glm::vec3(0.0f));
   const RgbImage change = setting.Change(OneSky(glm::dvec3(1.0)));
   int beside = 0;
   for (std::size_t i = 0; i < change.pixels.size(); ++i) {
@@ -355,11 +340,7 @@ TEST(ObjectInfluence, DoesNotDependOnTheNumberOfThreads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     Setting setting(Ground(), object, LookingEast({-4.0, 1.0, 1.5}));
     setting.FoldNoSun();
-    setting.influence.Fold(1,
-                           MakeUniformSkyShape().get(),
-                           setting.view,
-                           setting.RealGlow(glm::vec3(0.2f)),
-                           setting.ObjectGlow(glm::vec3(0.4f)));
+    setting.FoldUniformSky(glm::vec3(0.2f), glm::vec3(0.4f));
     const RgbImage change = setting.Change(OneSky({1.0, 2.0, 3.0}));
     if (!expected) expected = change;
     EXPECT_EQ(expected->pixels, change.pixels) << threads << " threads";
@@ -374,11 +355,7 @@ TEST(ObjectInfluence, LeavesOutWhatNoOneCouldSee) {
     response.pixels.assign(response.pixels.size(), glm::vec3(1.0f));
   }
   setting.FoldNoSun();
-  setting.influence.Fold(1,
-                         MakeUniformSkyShape().get(),
-                         setting.view,
-                         setting.RealGlow(glm::vec3(0.0f)),
-                         setting.ObjectGlow(glm::vec3(0.0f)));
+  setting.FoldUniformSky(glm::vec3(0.0f), glm::vec3(0.0f));
   const RgbImage dim = setting.Change(OneSky(glm::dvec3(1.0)));
   int changed = 0;
   int untouched = 0;
