@@ -16,7 +16,7 @@
 #include "apps/file_blob_store.h"
 #include "apps/irradiance_file.h"
 #include "apps/progress.h"
-#include "apps/run_command.h"
+#include "apps/sequence_run.h"
 #include "apps/sequence_site.h"
 #include "apps/shared_ranks.h"
 #include "apps/whole_text.h"
@@ -125,7 +125,7 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
                                             (options.sequence / "sequence.json").string(),
                                             sequence.frames.size() - 1));
   }
-  RunCommandOptions run;
+  SequenceRunOptions run;
   run.seed = options.gather.seed;
   const std::unique_ptr<LightingSource> source = MakeSourceFor(run, sequence);
   const SequenceSite site = LoadSequenceSite(sequence);

@@ -1,6 +1,7 @@
 #include "apps/lighting_log.h"
 
 #include <cmath>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
@@ -13,33 +14,32 @@ using Json = nlohmann::ordered_json;
 
 Json ToJson(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-// Standard deviations of basis light `light` (the sun is 0), or null where the source can't know.
-Json StddevRgb(const Lighting& lighting, std::size_t light) {
+Json ToJson(const std::optional<glm::dvec3>& v) { return v ? ToJson(*v) : Json(nullptr); }
+
+// Standard deviations of the sum of the basis lights from `first` to `last` (the sun is 0), or none
+// where the source can't know.
+std::optional<glm::dvec3> StddevRgb(const Lighting& lighting, std::size_t first, std::size_t last) {
   const std::size_t side = 3 * (1 + lighting.sky.size());
-  if (lighting.covariance.size() != side * side) return nullptr;
-  Json rgb = Json::array();
-  for (std::size_t i = 3 * light; i < 3 * light + 3; ++i) {
-    rgb.push_back(std::sqrt(std::max(0.0, lighting.covariance[i * side + i])));
+  if (lighting.covariance.size() != side * side) return std::nullopt;
+  glm::dvec3 rgb(0.0);
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    double variance = 0.0;
+    for (std::size_t a = first; a <= last; ++a) {
+      for (std::size_t b = first; b <= last; ++b) {
+        variance += lighting.covariance[(3 * a + channel) * side + 3 * b + channel];
+      }
+    }
+    rgb[static_cast<int>(channel)] = std::sqrt(std::max(0.0, variance));
   }
   return rgb;
 }
 
-// Of the sum over the sky's shapes.
-Json SkyStddevRgb(const Lighting& lighting) {
-  const std::size_t shapes = lighting.sky.size();
-  const std::size_t side = 3 * (1 + shapes);
-  if (lighting.covariance.size() != side * side) return nullptr;
-  Json rgb = Json::array();
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    double variance = 0.0;
-    for (std::size_t a = 1; a <= shapes; ++a) {
-      for (std::size_t b = 1; b <= shapes; ++b) {
-        variance += lighting.covariance[(3 * a + channel) * side + 3 * b + channel];
-      }
-    }
-    rgb.push_back(std::sqrt(std::max(0.0, variance)));
-  }
-  return rgb;
+RecordedLight RecordOf(const Lighting& lighting) {
+  return {lighting.sun.direction_enu,
+          lighting.sun.irradiance_rgb,
+          lighting.SkyIrradianceRgb(),
+          StddevRgb(lighting, 0, 0),
+          StddevRgb(lighting, 1, lighting.sky.size())};
 }
 
 Json SkyShapeShares(const Lighting& lighting) {
@@ -58,12 +58,13 @@ Json SkyShapeShares(const Lighting& lighting) {
 }
 
 void PutLight(const Lighting& lighting, Json& line) {
-  line["sun_direction_enu"] = ToJson(lighting.sun.direction_enu);
-  line["sun_irradiance_rgb"] = ToJson(lighting.sun.irradiance_rgb);
-  line["sky_irradiance_rgb"] = ToJson(lighting.SkyIrradianceRgb());
+  const RecordedLight light = RecordOf(lighting);
+  line["sun_direction_enu"] = ToJson(light.sun_direction_enu);
+  line["sun_irradiance_rgb"] = ToJson(light.sun_irradiance_rgb);
+  line["sky_irradiance_rgb"] = ToJson(light.sky_irradiance_rgb);
   line["sky_shape"] = SkyShapeShares(lighting);
-  line["sun_irradiance_stddev_rgb"] = StddevRgb(lighting, 0);
-  line["sky_irradiance_stddev_rgb"] = SkyStddevRgb(lighting);
+  line["sun_irradiance_stddev_rgb"] = ToJson(light.sun_irradiance_stddev_rgb);
+  line["sky_irradiance_stddev_rgb"] = ToJson(light.sky_irradiance_stddev_rgb);
 }
 
 const char* NameOf(LightUnits units) {
@@ -96,6 +97,19 @@ Json ToJson(const ExposureChange& change) {
 }
 
 }  // namespace
+
+LightingRecord RecordOf(int frame, const tl::expected<FrameResult, FrameError>& result) {
+  LightingRecord record;
+  record.frame = frame;
+  if (!result) {
+    record.error = result.error().reason;
+    return record;
+  }
+  record.light = RecordOf(result->estimate.lighting);
+  record.raw = RecordOf(result->raw_lighting);
+  record.sun_observable = result->estimate.sun_observable;
+  return record;
+}
 
 std::string LightingLine(const Frame& frame, const FrameResult& result) {
   const LightingEstimate& estimate = result.estimate;

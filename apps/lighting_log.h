@@ -3,7 +3,10 @@
 
 #include <string>
 
+#include <tl/expected.hpp>
+
 #include "datasets/frame_source.h"
+#include "datasets/lighting_record.h"
 #include "pipeline/frame_pipeline.h"
 
 namespace pleinair {
@@ -13,5 +16,8 @@ std::string LightingLine(const Frame& frame, const FrameResult& result);
 
 // The line of a frame that was not.
 std::string FailureLine(const FrameError& error);
+
+// What scoring would read back of a frame's line; the sky's shape is left out.
+LightingRecord RecordOf(int frame, const tl::expected<FrameResult, FrameError>& result);
 
 }  // namespace pleinair

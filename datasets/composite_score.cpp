@@ -86,6 +86,13 @@ void RequireValid(const CompositePictures& pictures) {
 
 }  // namespace
 
+RgbImage RoundToHalf(RgbImage image) {
+  for (glm::vec3& rgb : image.pixels) {
+    for (int c = 0; c < 3; ++c) rgb[c] = static_cast<float>(Imath::half(rgb[c]));
+  }
+  return image;
+}
+
 int CountIdenticalPixels(const RgbImage& input, const RgbImage& composite) {
   RequireSize("composite", composite, input);
   int identical = 0;

@@ -48,6 +48,9 @@ struct CompositeScore {
 // Throws std::invalid_argument where sizes differ or the exposure is not positive.
 CompositeScore ScoreComposite(const CompositePictures& pictures);
 
+// As a composite is written: each value the nearest in half precision.
+RgbImage RoundToHalf(RgbImage image);
+
 // How many pixels of the composite are the input's, rounded to half precision.
 int CountIdenticalPixels(const RgbImage& input, const RgbImage& composite);
 

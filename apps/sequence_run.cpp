@@ -1,0 +1,209 @@
+#include "apps/sequence_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/file_blob_store.h"
+#include "apps/given_lighting.h"
+#include "datasets/fisheye_setup.h"
+#include "datasets/marker_frame_source.h"
+#include "estimation/fisheye_lighting_source.h"
+
+namespace pleinair {
+namespace {
+
+double MsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+bool HasFisheyePictures(const Sequence& sequence) {
+  return std::any_of(sequence.frames.begin(), sequence.frames.end(), [](const FrameEntry& frame) {
+    return frame.fisheye.has_value();
+  });
+}
+
+bool CameraMoves(const Sequence& sequence) {
+  for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
+    if (!(sequence.CameraOfFrame(i) == sequence.CameraOfFrame(0))) return true;
+  }
+  return false;
+}
+
+// With --markers the sequence's own poses are not used, and may be absent.
+Sequence ReadRunSequence(const SequenceRunOptions& options,
+                         const std::optional<MarkerBoard>& board) {
+  Sequence sequence =
+      board
+          ? WithFirstMarkerPose(
+                ReadSequence(options.sequence, SequencePoses::kMayBeAbsent), options.frames, *board)
+          : ReadSequence(options.sequence);
+  if (options.ignore_exposure) {
+    for (FrameEntry& frame : sequence.frames) {
+      frame.exposure.reset();
+      frame.exposure_s.reset();
+    }
+  }
+  return sequence;
+}
+
+std::unique_ptr<FrameSource> FramesOfRun(const SequenceRunOptions& options,
+                                         const LoadedSequence& loaded,
+                                         std::vector<std::string>& notes) {
+  if (!loaded.board) {
+    return MakeRecordedFrameSource(loaded.sequence, options.frames, options.camera_noise);
+  }
+  MarkerFrameOptions markers;
+  markers.camera_noise = options.camera_noise;
+  markers.on_frame = [&notes](const MarkerFrameReport& frame) {
+    if (!frame.used || frame.used->origin == PoseOrigin::kFound) return;
+    notes.push_back(fmt::format("frame {}: the camera pose of {} frame(s) before: {}",
+                                frame.index,
+                                frame.used->carried_frames,
+                                frame.reason));
+  };
+  return MakeRecordedMarkerFrameSource(
+      loaded.sequence, options.frames, *loaded.board, std::move(markers));
+}
+
+// Directions that --lighting gives, by frame.
+std::map<int, glm::dvec3> GivenSuns(const SequenceRunOptions& options) {
+  std::map<int, glm::dvec3> suns;
+  if (options.lighting.empty()) return suns;
+  for (const auto& [frame, light] : ReadGivenLighting(options.lighting)) {
+    if (light.sun_direction_enu) suns.emplace(frame, *light.sun_direction_enu);
+  }
+  return suns;
+}
+
+void WarnWhereNothingWasKept(const FileBlobStore& store) {
+  if (store.SaveFailure().empty()) return;
+  spdlog::warn("the next run will prepare this site anew: {}", store.SaveFailure());
+}
+
+FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
+                                        const LoadedSequence& loaded) {
+  const Sequence& sequence = loaded.sequence;
+  FramePipelineOptions pipeline;
+  pipeline.object_light = options.object_light;
+  // A source that samples the picture is worth receivers of its own for each new view; another one
+  // is not.
+  if (SourceOf(options, sequence) == SourceKind::kFisheye &&
+      (loaded.board || CameraMoves(sequence))) {
+    pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+    pipeline.influence_at = InfluenceAt::kFaces;
+  }
+  pipeline.view.sun_block_px = options.sun_block_px;
+  pipeline.effects = options.effects;
+  if (options.influence_at) pipeline.influence_at = *options.influence_at;
+  pipeline.daylight = DaylightOf(options, loaded.site);
+  pipeline.direct_daylight = options.direct_daylight;
+  for (const WindowEntry& window : sequence.windows) {
+    pipeline.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
+  }
+  if (!options.filter || !options.lighting.empty()) pipeline.filter.reset();
+  return pipeline;
+}
+
+}  // namespace
+
+SourceKind SourceOf(const SequenceRunOptions& options, const Sequence& sequence) {
+  return options.source.value_or(HasFisheyePictures(sequence) ? SourceKind::kFisheye
+                                                              : SourceKind::kOutdoor);
+}
+
+Daylight DaylightOf(const SequenceRunOptions& options, const SequenceSite& site) {
+  const bool smooth = options.object_light != ObjectLight::kGather;
+  return options.daylight.value_or(site.is_indoors && smooth ? Daylight::kSamples
+                                                             : Daylight::kGather);
+}
+
+std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
+                                              const Sequence& sequence) {
+  if (!options.lighting.empty()) {
+    OutdoorLightingOptions shapes;
+    shapes.samples = options.samples;
+    shapes.seed = options.seed;
+    shapes.sky_shapes = options.sky_shapes;
+    return MakeGivenLightingSource(ReadGivenLighting(options.lighting),
+                                   MakeOutdoorLightingSource(shapes));
+  }
+  if (SourceOf(options, sequence) == SourceKind::kFisheye) {
+    if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
+      throw std::runtime_error((sequence.folder / "sequence.json").string() +
+                               ": --source fisheye: expected the key fisheye, and frames that name "
+                               "a fish-eye picture");
+    }
+    FisheyeLightingOptions fisheye;
+    fisheye.samples = options.samples;
+    fisheye.seed = options.seed;
+    return MakeFisheyeLightingSource(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera,
+                                     fisheye);
+  }
+  OutdoorLightingOptions outdoor;
+  outdoor.samples = options.samples;
+  outdoor.seed = options.seed;
+  outdoor.sky_shapes = options.sky_shapes;
+  return MakeOutdoorLightingSource(outdoor);
+}
+
+std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& options,
+                                                 const Progress& progress) {
+  auto loaded = std::make_shared<LoadedSequence>();
+  if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
+  loaded->sequence = ReadRunSequence(options, loaded->board);
+  loaded->site = LoadSequenceSite(loaded->sequence);
+  // A source that there are no data for is told before the work begins.
+  MakeSourceFor(options, loaded->sequence);
+  FileBlobStore store(options.cache);
+  loaded->scene = PrepareScene(
+      loaded->site.model, PrepareOptionsFor(loaded->site, options.prepare), store, progress);
+  WarnWhereNothingWasKept(store);
+  return loaded;
+}
+
+SequenceRun::SequenceRun(std::shared_ptr<const LoadedSequence> loaded,
+                         const SequenceRunOptions& options)
+    : loaded_(std::move(loaded)), notes_(loaded_->site.notes), given_suns_(GivenSuns(options)) {
+  const std::vector<std::string>& of_scene = loaded_->scene.notes;
+  notes_.insert(notes_.end(), of_scene.begin(), of_scene.end());
+  pipeline_ = std::make_unique<FramePipeline>(
+      loaded_->scene,
+      loaded_->site.model.mesh,
+      loaded_->sequence.site,
+      options.with_objects ? loaded_->site.objects : std::vector<VirtualObject>(),
+      MakeSourceFor(options, loaded_->sequence),
+      compositor_,
+      PipelineOptionsFor(options, *loaded_));
+  frames_ = FramesOfRun(options, *loaded_, notes_);
+}
+
+SequenceRun::~SequenceRun() = default;
+
+std::optional<RunStep> SequenceRun::Next() {
+  return Next([](int) { return true; });
+}
+
+std::optional<RunStep> SequenceRun::Next(const std::function<bool(int)>& wanted) {
+  for (;;) {
+    const auto read_start = std::chrono::steady_clock::now();
+    auto frame = frames_->Next();
+    if (!frame) return std::nullopt;
+    if (!wanted(*frame ? (*frame)->index : frame->error().index)) continue;
+    if (!*frame) return RunStep{std::nullopt, tl::unexpected(frame->error())};
+    const auto given = given_suns_.find((*frame)->index);
+    if (given != given_suns_.end()) (*frame)->sun_direction_enu = given->second;
+    const double read_ms = MsSince(read_start);
+    RunStep step{std::move(**frame), {}};
+    step.result = pipeline_->Process(*step.frame);
+    if (step.result) step.result->timing_ms.read = read_ms;
+    return step;
+  }
+}
+
+}  // namespace pleinair

@@ -1,0 +1,107 @@
+// A recorded sequence set up to be run, and done frame by frame: what `run`, `regress` and
+// `tradeoff` share. Nothing is written but the cache.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <glm/vec3.hpp>
+#include <tl/expected.hpp>
+
+#include "apps/sequence_site.h"
+#include "calib/marker_board.h"
+#include "datasets/frame_source.h"
+#include "estimation/outdoor_lighting_source.h"
+#include "pipeline/frame_pipeline.h"
+#include "relight/progress.h"
+
+namespace pleinair {
+
+// What the light is measured from.
+enum class SourceKind { kOutdoor, kFisheye };
+
+struct SequenceRunOptions {
+  std::filesystem::path sequence;
+  std::filesystem::path cache;  // Empty: the user's cache folder.
+  FrameKind frames = FrameKind::kLinear;
+  std::filesystem::path markers;  // Board file that camera poses come from; empty: the sequence's.
+  std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
+  // A lighting.jsonl to use instead of estimating; empty: estimate.
+  std::filesystem::path lighting;
+  // What an outdoor sky is a mix of.
+  std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
+  int samples = 500;
+  std::uint64_t seed = 1;
+  PrepareSettings prepare;
+  ObjectLight object_light = ObjectLight::kGather;
+  // None: gathered, but for the irradiance volume indoors, which is too smooth for windows.
+  std::optional<Daylight> daylight;
+  DirectDaylightOptions direct_daylight;    // Its windows are the sequence's.
+  std::optional<InfluenceAt> influence_at;  // None: faces where a fish-eye lights a moving camera.
+  int sun_block_px = SurfaceViewOptions{}.sun_block_px;
+  CompositeEffects effects;
+  bool filter = true;  // The light over time.
+  bool ignore_exposure = false;
+  CameraNoise camera_noise;
+  bool with_objects = true;  // False: the light alone, composites are the frames.
+};
+
+SourceKind SourceOf(const SequenceRunOptions& options, const Sequence& sequence);
+Daylight DaylightOf(const SequenceRunOptions& options, const SequenceSite& site);
+
+// The source that `options` asks for, or the sequence calls for. Throws std::runtime_error for one
+// that the sequence has no data for.
+std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
+                                              const Sequence& sequence);
+
+// What runs of one sequence share while their offline settings are the same.
+struct LoadedSequence {
+  Sequence sequence;
+  SequenceSite site;
+  PreparedScene scene;
+  std::optional<MarkerBoard> board;
+};
+
+// Reads and prepares, or loads what is prepared. Throws as ReadSequence, LoadSequenceSite and
+// PrepareScene.
+std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& options,
+                                                 const Progress& progress);
+
+struct RunStep {
+  std::optional<Frame> frame;  // None where it could not be read.
+  tl::expected<FrameResult, FrameError> result;
+};
+
+// Needs a current GL context while it lives.
+class SequenceRun {
+ public:
+  // Of loaded data only what `options` says of the offline part, markers and exposure has to agree.
+  SequenceRun(std::shared_ptr<const LoadedSequence> loaded, const SequenceRunOptions& options);
+  ~SequenceRun();
+
+  // None at the end. Frames for which `wanted` is false are passed over.
+  std::optional<RunStep> Next();
+  std::optional<RunStep> Next(const std::function<bool(int)>& wanted);
+
+  // What was assumed, mended or left out since the last call, marker poses included.
+  std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
+  // See FramePipeline.
+  std::string DaylightNote() const { return pipeline_->DaylightNote(); }
+
+ private:
+  std::shared_ptr<const LoadedSequence> loaded_;
+  std::vector<std::string> notes_;
+  std::map<int, glm::dvec3> given_suns_;  // Directions that a lighting file gives, by frame.
+  Compositor compositor_;
+  std::unique_ptr<FramePipeline> pipeline_;
+  std::unique_ptr<FrameSource> frames_;
+};
+
+}  // namespace pleinair
