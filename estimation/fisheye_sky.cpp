@@ -12,11 +12,13 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "estimation/internal/measured_pixel.h"
 #include "estimation/internal/median.h"
 
 namespace pleinair {
 namespace {
 
+using estimation_internal::IsMeasured;
 using estimation_internal::UpperMedian;
 
 // What orientation and refraction may be off by.
@@ -30,13 +32,6 @@ constexpr float kFlatTop = 0.999f;
 // A disc that a lens spreads has no flat top wider than itself; half again for pixels on its rim.
 constexpr double kWidestFlatTop = 1.5;
 
-bool IsMeasured(const glm::vec3& radiance) {
-  // False for NaN, too.
-  constexpr float kLargest = std::numeric_limits<float>::max();
-  return radiance.x >= 0.0f && radiance.x <= kLargest && radiance.y >= 0.0f &&
-         radiance.y <= kLargest && radiance.z >= 0.0f && radiance.z <= kLargest;
-}
-
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
 float Largest(const glm::vec3& rgb) { return std::max({rgb.x, rgb.y, rgb.z}); }
 
@@ -47,33 +42,19 @@ double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
 }  // namespace
 
 FisheyeSky::FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions)
-    : regions_(regions),
-      lens_(camera.intrinsics),
+    : lens_(camera.intrinsics),
       camera_from_world_(glm::transpose(camera.world_from_camera)),
-      table_(MakeFisheyePixelTable(camera)) {
-  const Image<glm::vec3>& direction = table_.direction_world;
-  for (int y = 0; y < direction.height; ++y) {
-    for (int x = 0; x < direction.width; ++x) {
-      const std::size_t pixel = direction.Index(x, y);
-      if (!(table_.solid_angle_sr.pixels[pixel] > 0.0f)) continue;
-      const auto region = regions_.RegionOf(glm::dvec3(direction.pixels[pixel]));
-      if (!region) continue;
-      const auto index = static_cast<std::uint32_t>(pixel);
-      if (x > 0 && !runs_.empty() && runs_.back().end == index && runs_.back().region == *region) {
-        ++runs_.back().end;
-      } else {
-        runs_.push_back({index, index + 1, static_cast<std::uint32_t>(*region)});
-      }
-    }
-  }
-  if (runs_.empty()) {
+      table_(MakeFisheyePixelTable(camera)),
+      region_averages_(table_, regions) {
+  if (!region_averages_.SeesSky()) {
     throw std::invalid_argument(
         "fish-eye camera: it sees no sky; expected some of its pixels to "
         "look above the horizon");
   }
+  const Image<glm::vec3>& direction = table_.direction_world;
   for (std::size_t cell = 0; cell < SkyTable::kCells; ++cell) {
     const glm::dvec3 to_cell = SkyTable::DirectionOfCell(cell);
-    region_of_cell_.push_back(static_cast<std::uint32_t>(regions_.RegionOf(to_cell).value_or(0)));
+    region_of_cell_.push_back(static_cast<std::uint32_t>(regions.RegionOf(to_cell).value_or(0)));
     pixel_of_cell_.push_back(kNone);
     const auto at = lens_.ProjectToPixel(camera_from_world_ * to_cell);
     if (!at) continue;
@@ -98,7 +79,7 @@ void FisheyeSky::Read(const RgbImage& radiance,
         std::to_string(direction.width) + "x" + std::to_string(direction.height));
   }
   const DiscArea disc = ReadDisc(radiance, sun_direction_enu, sun_angular_radius_rad);
-  AverageRegions(radiance, disc);
+  region_averages_.Average(radiance, disc.pixels, disc.background);
   FillTable(radiance, disc);
 }
 
@@ -202,64 +183,15 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   return disc;
 }
 
-void FisheyeSky::AverageRegions(const RgbImage& radiance, const DiscArea& disc) {
-  std::vector<glm::dvec3> sum(regions_.Count(), glm::dvec3(0.0));
-  region_weight_sr_.assign(regions_.Count(), 0.0);
-  for (const Run& run : runs_) {
-    // Most runs are clean: sum first, look for defects where the sum shows some.
-    glm::vec3 run_sum(0.0f);
-    glm::vec3 least(0.0f);
-    float run_weight = 0.0f;
-    for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
-      const float weight = table_.solid_angle_sr.pixels[pixel];
-      run_sum += weight * radiance.pixels[pixel];
-      least = glm::min(least, radiance.pixels[pixel]);
-      run_weight += weight;
-    }
-    if (least != glm::vec3(0.0f) || !IsMeasured(run_sum)) {
-      run_sum = glm::vec3(0.0f);
-      run_weight = 0.0f;
-      for (std::uint32_t pixel = run.begin; pixel < run.end; ++pixel) {
-        if (!IsMeasured(radiance.pixels[pixel])) continue;
-        run_sum += table_.solid_angle_sr.pixels[pixel] * radiance.pixels[pixel];
-        run_weight += table_.solid_angle_sr.pixels[pixel];
-      }
-    }
-    sum[run.region] += glm::dvec3(run_sum);
-    region_weight_sr_[run.region] += double{run_weight};
-  }
-  for (const std::uint32_t pixel : disc.pixels) {
-    const auto region = regions_.RegionOf(glm::dvec3(table_.direction_world.pixels[pixel]));
-    sum[*region] += double{table_.solid_angle_sr.pixels[pixel]} *
-                    glm::dvec3(disc.background - radiance.pixels[pixel]);
-  }
-  glm::dvec3 all(0.0);
-  double all_sr = 0.0;
-  for (std::size_t region = 0; region < sum.size(); ++region) {
-    all += sum[region];
-    all_sr += region_weight_sr_[region];
-  }
-  region_radiance_.assign(regions_.Count(), glm::dvec3(0.0));
-  const auto sectors = static_cast<std::size_t>(regions_.Sectors());
-  for (std::size_t region = regions_.Count(); region-- > 0;) {
-    if (region_weight_sr_[region] > 0.0) {
-      region_radiance_[region] = sum[region] / region_weight_sr_[region];
-    } else if (region + sectors < regions_.Count()) {
-      region_radiance_[region] = region_radiance_[region + sectors];
-    } else if (all_sr > 0.0) {
-      region_radiance_[region] = all / all_sr;
-    }
-  }
-}
-
 void FisheyeSky::FillTable(const RgbImage& radiance, const DiscArea& disc) {
   std::vector<glm::vec3> sky_table(SkyTable::kCells);
   std::vector<std::uint32_t> in_disc = disc.pixels;
   std::sort(in_disc.begin(), in_disc.end());
+  const std::span<const glm::dvec3> region_radiance = region_averages_.Radiance();
   for (std::size_t cell = 0; cell < sky_table.size(); ++cell) {
     const std::uint32_t pixel = pixel_of_cell_[cell];
     if (pixel == kNone || !IsMeasured(radiance.pixels[pixel])) {
-      sky_table[cell] = glm::vec3(region_radiance_[region_of_cell_[cell]]);
+      sky_table[cell] = glm::vec3(region_radiance[region_of_cell_[cell]]);
     } else if (!in_disc.empty() && std::binary_search(in_disc.begin(), in_disc.end(), pixel)) {
       sky_table[cell] = disc.background;
     } else {

@@ -12,6 +12,7 @@
 
 #include "calib/fisheye_camera.h"
 #include "calib/fisheye_lens.h"
+#include "estimation/region_averages.h"
 #include "scene/image.h"
 #include "scene/sky_regions.h"
 #include "scene/sky_shape.h"
@@ -45,7 +46,7 @@ class FisheyeSky {
   const SunDiscReading& Sun() const { return sun_; }
   // Mean radiance of each region over solid angle, without the disc. A region that the picture does
   // not show has that of the nearest one above it, one of the highest band the mean of all.
-  std::span<const glm::dvec3> RegionRadiance() const { return region_radiance_; }
+  std::span<const glm::dvec3> RegionRadiance() const { return region_averages_.Radiance(); }
   // The sky without the disc, as a shape and how strong it is on an unoccluded horizontal plane.
   // Directions that the picture does not show have their region's radiance. The same object while
   // pictures show the same sky.
@@ -53,26 +54,16 @@ class FisheyeSky {
   glm::dvec3 SkyIrradianceRgb() const { return sky_irradiance_rgb_; }
 
  private:
-  // Neighbouring pixels of a row that lie in one region.
-  struct Run {
-    std::uint32_t begin;
-    std::uint32_t end;
-    std::uint32_t region;
-  };
-
-  SkyRegions regions_;
   FisheyeLens lens_;
   glm::dmat3 camera_from_world_;
   FisheyePixelTable table_;
-  std::vector<Run> runs_;
+  RegionAverages region_averages_;
   // Per cell of SkyTable the pixel nearest to it; kNone where the picture does not show it.
   static constexpr std::uint32_t kNone = 0xffffffffu;
   std::vector<std::uint32_t> pixel_of_cell_;
   std::vector<std::uint32_t> region_of_cell_;
 
   SunDiscReading sun_;
-  std::vector<glm::dvec3> region_radiance_;
-  std::vector<double> region_weight_sr_;
   std::vector<glm::vec3> sky_table_;
   std::shared_ptr<const SkyShape> shape_;
   glm::dvec3 sky_irradiance_rgb_{0.0};
@@ -94,7 +85,6 @@ class FisheyeSky {
   DiscArea ReadDisc(const RgbImage& radiance,
                     const glm::dvec3& sun_direction_enu,
                     double sun_angular_radius_rad);
-  void AverageRegions(const RgbImage& radiance, const DiscArea& disc);
   void FillTable(const RgbImage& radiance, const DiscArea& disc);
 };
 

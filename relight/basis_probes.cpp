@@ -9,13 +9,10 @@
 #include <tbb/parallel_for.h>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "relight/internal/float4.h"
+#include "scene/float4.h"
 
 namespace pleinair {
 namespace {
-
-using internal::Float4;
-using internal::LoadFour;
 
 // Below this a sum is done sooner than a second thread wakes up (some 10 us), or not much later.
 constexpr std::size_t kParallelProbes = 4096;

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "relight/internal/float4.h"
+#include "scene/float4.h"
 
 namespace pleinair::internal {
 namespace {

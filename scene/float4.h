@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-namespace pleinair::internal {
+namespace pleinair {
 
 using Float4 = float __attribute__((vector_size(16)));
 
@@ -14,4 +14,4 @@ inline Float4 LoadFour(const float* values) {
   return four;
 }
 
-}  // namespace pleinair::internal
+}  // namespace pleinair
