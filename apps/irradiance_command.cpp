@@ -1,7 +1,5 @@
 #include "apps/irradiance_command.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -15,6 +13,7 @@
 #include "apps/available_memory.h"
 #include "apps/file_blob_store.h"
 #include "apps/irradiance_file.h"
+#include "apps/number_pair.h"
 #include "apps/progress.h"
 #include "apps/sequence_run.h"
 #include "apps/sequence_site.h"
@@ -29,22 +28,6 @@ namespace pleinair {
 namespace {
 
 constexpr double kMiB = 1024.0 * 1024.0;
-
-// Two numbers with `separator` between them, and nothing else.
-template <class Number>
-std::array<Number, 2> ParsePair(const std::string& text, char separator, const char* option) {
-  std::array<Number, 2> pair{};
-  const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, pair[0]);
-  const bool separated = first.ec == std::errc() && first.ptr != end && *first.ptr == separator;
-  const auto second =
-      separated ? std::from_chars(first.ptr + 1, end, pair[1]) : std::from_chars_result{end, {}};
-  if (!separated || second.ec != std::errc() || second.ptr != end) {
-    throw std::invalid_argument(fmt::format(
-        "{} '{}': expected two numbers with '{}' between them", option, text, separator));
-  }
-  return pair;
-}
 
 SkyRegions RegionsOf(const IrradianceCommandOptions& options) {
   if (options.uniform_sky || !options.sequence.empty()) return SkyRegions(1, 1);

@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 #include <regex>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "apps/command_line.h"
 #include "apps/doctor_command.h"
 #include "apps/irradiance_command.h"
+#include "apps/number_pair.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
 #include "apps/shared_ranks.h"
@@ -228,6 +230,15 @@ void AddRun(CLI::App& app, Work& work) {
       ->check(CLI::Range(1, 100000));
   run.add_option("--seed", options->seed, "Of the choice of samples");
   AddSkyShapes(run, options->sky_shapes);
+  run.add_option_function<std::string>(
+         "--sky-regions",
+         [options](const std::string& text) {
+           const auto [bands, sectors] = pleinair::ParsePair<int>(text, 'x', "--sky-regions");
+           options->sky_regions.emplace(bands, sectors);
+         },
+         "Average a fish-eye's sky over regions before it lights the scene (default: its picture "
+         "does)")
+      ->type_name("BANDSxSECTORS");
   AddPrepareSettings(run, options->prepare);
   run.add_option("--object-light",
                  options->object_light,
@@ -408,6 +419,10 @@ int pleinair::RunCommandLine(int argc, char** argv) {
     const std::vector<std::string> unknown = app.remaining(true);
     const std::string reason = unknown.empty() ? error.what() : unknown.front() + ": unknown here";
     std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", reason.c_str());
+    return kBadInput;
+  } catch (
+      const std::invalid_argument& error) {  // An argument that reads well, and makes no sense.
+    std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", error.what());
     return kBadInput;
   }
   if (shared && SharedRanks()->Count() > 1 && !app.got_subcommand("irradiance")) {

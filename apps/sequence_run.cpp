@@ -142,6 +142,10 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
     FisheyeLightingOptions fisheye;
     fisheye.samples = options.samples;
     fisheye.seed = options.seed;
+    if (options.sky_regions) {
+      fisheye.regions = *options.sky_regions;
+      fisheye.detail = SkyDetail::kRegions;
+    }
     return MakeFisheyeLightingSource(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera,
                                      fisheye);
   }

@@ -21,6 +21,7 @@
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 #include "relight/progress.h"
+#include "scene/sky_regions.h"
 
 namespace pleinair {
 
@@ -37,6 +38,8 @@ struct SequenceRunOptions {
   std::filesystem::path lighting;
   // What an outdoor sky is a mix of.
   std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
+  // That a fish-eye's sky is averaged over before it lights the scene. None: its picture lights it.
+  std::optional<SkyRegions> sky_regions;
   int samples = 500;
   std::uint64_t seed = 1;
   PrepareSettings prepare;

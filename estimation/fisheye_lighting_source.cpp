@@ -20,7 +20,7 @@ constexpr double kPhotometricError = 0.02;
 class FisheyeLightingSource final : public LightingSource {
  public:
   FisheyeLightingSource(const FisheyeCamera& camera, const FisheyeLightingOptions& options)
-      : options_(options), sky_(camera, options.regions) {}
+      : options_(options), sky_(camera, options.regions, options.detail) {}
 
   tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
                                                    const SunState& sun) override {

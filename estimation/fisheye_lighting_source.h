@@ -4,13 +4,15 @@
 #include <memory>
 
 #include "calib/fisheye_camera.h"
+#include "estimation/fisheye_sky.h"
 #include "estimation/lighting_source.h"
 #include "scene/sky_regions.h"
 
 namespace pleinair {
 
 struct FisheyeLightingOptions {
-  SkyRegions regions{};  // That the sky's radiance is reported in.
+  SkyRegions regions{};                    // That the sky's radiance is reported in.
+  SkyDetail detail = SkyDetail::kPicture;  // Of the sky that lights the scene.
   // For a clipped disc: samples of the room camera's view that tell the sun. 1 .. 100000.
   int samples = 500;
   std::uint64_t seed = 1;

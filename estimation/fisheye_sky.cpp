@@ -41,8 +41,9 @@ double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
 
 }  // namespace
 
-FisheyeSky::FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions)
-    : lens_(camera.intrinsics),
+FisheyeSky::FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions, SkyDetail detail)
+    : detail_(detail),
+      lens_(camera.intrinsics),
       camera_from_world_(glm::transpose(camera.world_from_camera)),
       table_(MakeFisheyePixelTable(camera)),
       region_averages_(table_, regions) {
@@ -190,7 +191,7 @@ void FisheyeSky::FillTable(const RgbImage& radiance, const DiscArea& disc) {
   const std::span<const glm::dvec3> region_radiance = region_averages_.Radiance();
   for (std::size_t cell = 0; cell < sky_table.size(); ++cell) {
     const std::uint32_t pixel = pixel_of_cell_[cell];
-    if (pixel == kNone || !IsMeasured(radiance.pixels[pixel])) {
+    if (detail_ == SkyDetail::kRegions || pixel == kNone || !IsMeasured(radiance.pixels[pixel])) {
       sky_table[cell] = glm::vec3(region_radiance[region_of_cell_[cell]]);
     } else if (!in_disc.empty() && std::binary_search(in_disc.begin(), in_disc.end(), pixel)) {
       sky_table[cell] = disc.background;

@@ -29,12 +29,20 @@ struct SunDiscReading {
   bool clipped = false;
 };
 
+// How finely a picture's sky is kept as a shape.
+enum class SkyDetail {
+  kPicture,  // Pixel by pixel.
+  kRegions,  // One radiance a region, as in grosch-2007.
+};
+
 // Reads picture after picture of one camera; its set-up is done once.
 class FisheyeSky {
  public:
   // Throws std::invalid_argument where the camera sees no part of the upper hemisphere, and as
   // MakeFisheyePixelTable does.
-  FisheyeSky(const FisheyeCamera& camera, const SkyRegions& regions);
+  FisheyeSky(const FisheyeCamera& camera,
+             const SkyRegions& regions,
+             SkyDetail detail = SkyDetail::kPicture);
 
   // `sun_direction_enu` is where the disc is looked for, 2.5 deg around; a sun below the horizon
   // has none. Pixels that are not finite or below 0 are left out.
@@ -54,6 +62,7 @@ class FisheyeSky {
   glm::dvec3 SkyIrradianceRgb() const { return sky_irradiance_rgb_; }
 
  private:
+  SkyDetail detail_;
   FisheyeLens lens_;
   glm::dmat3 camera_from_world_;
   FisheyePixelTable table_;

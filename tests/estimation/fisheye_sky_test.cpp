@@ -98,6 +98,30 @@ TEST(FisheyeSky, TheShapeIsThePicturesOwn) {
   }
 }
 
+// grosch-2007's sky: within a region every direction is alike, and the regions' light adds up.
+TEST(FisheyeSky, TheShapeMayBeThatOfTheRegionsAlone) {
+  FisheyePicture picture;
+  const SkyRegions regions;
+  FisheyeSky sky(testing::SkyCamera(picture.side_px), regions, SkyDetail::kRegions);
+  sky.Read(MakeFisheyePicture(picture), picture.sun_direction_enu, kSunRadius);
+  glm::dvec3 horizontal(0.0);
+  for (std::size_t region = 0; region < regions.Count(); ++region) {
+    const glm::dvec3& mean = sky.RegionRadiance()[region];
+    horizontal += regions.HorizontalIrradiance(region) * mean;
+    for (const glm::dvec2 point : {glm::dvec2(0.2, 0.5), glm::dvec2(0.8, 0.7)}) {
+      const glm::dvec3 radiance =
+          glm::dvec3(sky.Shape()->Radiance(glm::vec3(regions.DirectionIn(region, point)))) *
+          sky.SkyIrradianceRgb();
+      // Single precision of the shape's scale.
+      EXPECT_NEAR(radiance.y, mean.y, 1e-5 * mean.y) << "region " << region;
+    }
+  }
+  // A cell of the shape's table at a region's edge belongs to one of the two.
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(sky.SkyIrradianceRgb()[c], horizontal[c], 2e-3 * horizontal[c]);
+  }
+}
+
 // So that nothing is worked out anew for it.
 TEST(FisheyeSky, KeepsItsShapeWhileTheSkyStaysTheSame) {
   FisheyePicture picture;
