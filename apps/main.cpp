@@ -17,6 +17,7 @@
 #include "apps/calibrate_arguments.h"
 #include "apps/command_line.h"
 #include "apps/doctor_command.h"
+#include "apps/evaluation_arguments.h"
 #include "apps/irradiance_command.h"
 #include "apps/number_pair.h"
 #include "apps/run_command.h"
@@ -407,6 +408,7 @@ int pleinair::RunCommandLine(int argc, char** argv) {
   AddPrepare(app, work);
   AddRun(app, work);
   AddScore(app, work);
+  pleinair::AddRegress(app, work);
   pleinair::AddCalibrate(app, work);
   AddIrradiance(app, work);
   AddDoctor(app, work);

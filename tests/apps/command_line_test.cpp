@@ -62,6 +62,7 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
                               "prepare",
                               "run",
                               "score",
+                              "regress",
                               "doctor",
                               "calibrate",
                               "calibrate fisheye",
@@ -105,6 +106,21 @@ TEST_F(CommandLine, NamesTheFileThatIsNotThere) {
                         "sequence.json");
   ExpectOneLineAndCode2("score " + folder_.string() + " " + folder_.string(), "sequence.json");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+// 1 is for figures that got worse, 2 for bad input.
+TEST_F(CommandLine, RegressEndsWith1WhereAFigureGotWorse) {
+  std::ofstream(folder_ / "baseline.json")
+      << R"({"format": "pleinair-baseline-1", "sequences": {"courtyard": {"settings":
+             {"frames_limit": 1, "pictures": false, "patch_size_m": 4, "rays": 16},
+             "figures": {"frames_done": [2]}}}})";
+  const std::string regress =
+      "regress " PLEINAIR_SOURCE_DIR "/datasets/samples --cache " + (folder_ / "cache").string();
+  const Ended ended = Call(regress + " --baseline " + (folder_ / "baseline.json").string());
+  EXPECT_EQ(ended.exit_code, 1) << ended.output;
+  EXPECT_THAT(ended.output, HasSubstr("pleinair: courtyard: frames done: 1, in the baseline 2"));
+  ExpectOneLineAndCode2(regress + " --frames-limit 3", "--write-baseline");
+  ExpectOneLineAndCode2("regress " + folder_.string(), "sequence.json");
 }
 
 TEST_F(CommandLine, KeepsAnEarlierResultWhenTheNewInputIsBad) {

@@ -1,0 +1,76 @@
+#include "apps/evaluation_arguments.h"
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/regress_command.h"
+
+namespace pleinair {
+namespace {
+
+constexpr int kGotWorse = 1;
+
+int PrintRegression(const RegressResult& result) {
+  Print(result.table);
+  std::fflush(stdout);
+  for (const std::string& reason : result.reasons) {
+    std::fprintf(stderr, "pleinair: %s\n", reason.c_str());
+  }
+  return result.reasons.empty() ? 0 : kGotWorse;
+}
+
+}  // namespace
+
+void AddRegress(CLI::App& app, Work& work) {
+  auto options = std::make_shared<RegressCommandOptions>();
+  CLI::App& regress = *app.add_subcommand(
+      "regress", "Runs and scores sequences; exit code 1 where a figure got worse");
+  regress.footer("Example: pleinair regress datasets/samples");
+  regress.add_option("folder", options->folder, "A sequence, or a folder of sequences")->required();
+  regress.add_option("--baseline",
+                     options->baseline,
+                     "The figures to hold them against (default: baseline.json in the folder)");
+  regress.add_option("--out", options->out, "JSON to write");
+  regress
+      .add_option("--seeds",
+                  options->seeds,
+                  "Draws of samples: a figure is the median over them (default 1; 5 for a "
+                  "baseline, whose spread over them is the noise)")
+      ->check(CLI::Range(1, 1000));
+  CLI::Option* write = regress.add_flag(
+      "--write-baseline",
+      options->write_baseline,
+      "Write the baseline in place of checking against it; what it has of other sequences stays");
+  FigureSettings& settings = options->settings;
+  regress
+      .add_option("--frames-limit",
+                  settings.frames_limit,
+                  "Of the baseline: so many frames, spread over each sequence; 0: all")
+      ->check(CLI::Range(0, 1000000))
+      ->needs(write);
+  regress
+      .add_flag_function(
+          "--light-alone",
+          [&settings](std::int64_t) { settings.pictures = false; },
+          "Of the baseline: no composites, which take most of the time")
+      ->needs(write);
+  regress
+      .add_option(
+          "--patch-size", settings.patch_size_m, "Of the baseline: as run has it, to be quick")
+      ->check(Positive())
+      ->needs(write);
+  regress.add_option("--rays", settings.rays, "Of the baseline: likewise")
+      ->check(CLI::Range(1, 65536))
+      ->needs(write);
+  regress.add_option("--cache",
+                     options->cache,
+                     "Folder for prepared data (default: pleinair in the user's cache folder)");
+  regress.callback([options, &work] {
+    work = [options] { return PrintRegression(RunRegressCommand(*options)); };
+  });
+}
+
+}  // namespace pleinair

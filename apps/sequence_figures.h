@@ -1,0 +1,33 @@
+// The figures by which `pleinair regress` judges a sequence: run and scored in memory.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "pipeline/regression.h"
+
+namespace pleinair {
+
+// How a sequence's figures are measured; what is unset is as `run` has it.
+struct FigureSettings {
+  int frames_limit = 0;  // So many, spread over the sequence; 0: all.
+  bool pictures = true;  // False: the light alone, in a fraction of the time.
+  std::optional<double> patch_size_m;
+  std::optional<int> rays;
+
+  bool operator==(const FigureSettings&) const = default;
+};
+
+// Which of `count` frames are taken where at most `limit` are (0: all): first, last and others
+// evenly between.
+std::vector<bool> SpreadOver(int count, int limit);
+
+// Runs the sequence with the seeds 1 .. `seeds` of the sample draw; what is prepared and loaded is
+// so once. Where there is a truth/, figures against it are among the result.
+// Throws  as LoadForRun and RunScorer.
+SeededFigures MeasureFigures(const std::filesystem::path& sequence,
+                             const FigureSettings& settings,
+                             int seeds,
+                             const std::filesystem::path& cache);
+
+}  // namespace pleinair

@@ -1,0 +1,73 @@
+// Whether a sequence's figures got worse than a stored baseline: `pleinair regress`.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "datasets/scoring.h"
+
+namespace pleinair {
+
+// One figure of merit of a run.
+struct FigureKind {
+  std::string name;   // As files have it: sun_error_median, ...
+  std::string words;  // For people, with its unit.
+  bool higher_is_better = false;
+  // Up to this it moves by what another compiler, processor or GL driver rounds otherwise.
+  double rounding = 0.0;
+};
+
+// In the order in which they are shown.
+const std::vector<FigureKind>& AllFigureKinds();
+
+// What can be said of a run without any truth.
+struct RunFacts {
+  int frames_done = 0;
+  // Of the frames that were measured from samples; none of other frames.
+  std::vector<double> inlier_fraction;
+  std::vector<double> relative_residual;
+  // Share of the pixels outside the composite's own mask that are the camera's, a frame.
+  std::vector<double> untouched_pixels;
+};
+
+// By name; a figure that the run does not have is left out. `score` may be null: no truth.
+std::map<std::string, double> FiguresOf(const RunFacts& facts, const Score* score);
+
+// Values of each figure, one for each seed of the sample draw.
+using SeededFigures = std::map<std::string, std::vector<double>>;
+
+// Appends one seed's.
+void AddSeed(const std::map<std::string, double>& figures, SeededFigures& all);
+
+struct FigureComparison {
+  enum class Outcome {
+    kSame,    // Within the noise.
+    kBetter,  // Beyond the best of the baseline's seeds by more than the noise.
+    kWorse,   // Beyond the worst of them by more than the noise.
+    kNew,     // The baseline does not have it.
+    kGone,    // The run does not have it any more; counts as worse.
+  };
+  FigureKind kind;
+  Outcome outcome = Outcome::kSame;
+  std::optional<double> now;       // Median over the seeds.
+  std::optional<double> baseline;  // Likewise.
+  // How far apart the best and the worst of the baseline's seeds are, kind.rounding at least.
+  double noise = 0.0;
+  double limit = 0.0;  // What would still not be worse. Without a baseline: no meaning.
+
+  bool GotWorse() const { return outcome == Outcome::kWorse || outcome == Outcome::kGone; }
+  // One line; empty where the figure has not got worse.
+  std::string Reason() const;
+};
+
+// All figures that either has, in the order of AllFigureKinds; names that it does not know are
+// passed over.
+//
+// Rule  A figure got worse when it is beyond the worst of the baseline's seeds by more than these
+//       differ among themselves: for five normal draws 3.5 standard deviations off the mean.
+std::vector<FigureComparison> CompareFigures(const SeededFigures& baseline,
+                                             const SeededFigures& now);
+
+}  // namespace pleinair
