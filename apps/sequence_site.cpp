@@ -27,6 +27,11 @@ constexpr float kProbeFootShare = 0.03f;
 constexpr float kDefaultViewDistanceM = 10.0f;
 constexpr float kDefaultProbeBoxM = 2.0f;
 
+// Of materials' albedos that somebody guessed, and of defaults that nobody did: what surfaces
+// outdoors have is 0.1 to 0.6.
+constexpr double kAssumedAlbedoStddev = 0.25;
+constexpr double kUnknownAlbedoStddev = 0.5;
+
 // Windows throw patches of light some decimetres wide.
 constexpr double kIndoorPatchSizeM = 0.25;
 
@@ -145,10 +150,16 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   if (sequence.environment) {
     site.model.environment = LoadEnvironment(sequence, site.notes);
   } else if (sequence.albedos_assumed) {
-    site.notes.emplace_back("no environment map: the materials' assumed albedo is used");
+    site.model.material_albedo_stddev = kAssumedAlbedoStddev;
+    site.notes.push_back(fmt::format(
+        "no environment map: the materials' assumed albedo is used, give or take {:.0f} %",
+        100.0 * kAssumedAlbedoStddev));
   } else if (!sequence.albedos_known) {
-    site.notes.emplace_back(
-        "no environment map, and the materials' albedo is neither known nor assumed: Kd is used");
+    site.model.material_albedo_stddev = kUnknownAlbedoStddev;
+    site.notes.push_back(
+        fmt::format("no environment map, and the materials' albedo is neither known nor assumed: "
+                    "Kd is used, give or take {:.0f} %",
+                    100.0 * kUnknownAlbedoStddev));
   }
   site.model.diffuse_regions = sequence.diffuse_regions;
   if (sequence.diffuse_mask && sequence.environment) {

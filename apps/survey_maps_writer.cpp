@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include "apps/whole_text.h"
 #include "calib/response.h"
 #include "relight/environment.h"
 #include "relight/survey_maps.h"
@@ -40,6 +43,37 @@ void WriteBoth(const std::filesystem::path& folder,
   WritePng(folder / (name + ".png"), CodesFromRadiance(shown, ResponseCurve::Srgb(), exposure));
 }
 
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+const char* NameOf(SunOrigin origin) {
+  switch (origin) {
+    case SunOrigin::kNone:
+      return "none: it was below the horizon";
+    case SunOrigin::kDisc:
+      return "disc";
+    case SunOrigin::kShadows:
+      return "shadows";
+    case SunOrigin::kClearSky:
+      return "clear-sky model";
+  }
+  return "";
+}
+
+std::string Describe(const SurveyLight& light) {
+  Json json;
+  json["sun_direction_enu"] = ToJson(light.sun_direction_enu);
+  json["sun_from"] = NameOf(light.sun_origin);
+  json["sun_clipped"] = light.sun_clipped;
+  json["sun_irradiance_rgb"] = ToJson(light.sun_irradiance_rgb);
+  json["sun_irradiance_stddev_rgb"] = ToJson(light.sun_irradiance_stddev_rgb);
+  json["sky_irradiance_rgb"] = ToJson(light.sky_irradiance_rgb);
+  json["albedo_stddev_rgb"] = ToJson(light.albedo_stddev_rgb);
+  json["notes"] = light.notes;
+  return json.dump(2) + "\n";
+}
+
 }  // namespace
 
 void WriteSurveyMaps(const PreparedScene& scene, const std::filesystem::path& folder) {
@@ -57,6 +91,7 @@ void WriteSurveyMaps(const PreparedScene& scene, const std::filesystem::path& fo
   WriteBoth(folder, "ambient_weight", maps.ambient_weight, maps.ambient_weight, 1.0);
   WriteBoth(folder, "sun_visibility", maps.sun_visibility, maps.sun_visibility, 1.0);
   WriteBoth(folder, "sky", maps.sky_radiance, maps.sky_radiance, ExposureFor(maps.sky_radiance));
+  WriteWholeText(folder / "survey.json", Describe(scene.survey->light));
   WriteBoth(folder, "relit", maps.relit, maps.relit, ExposureFor(maps.relit));
 }
 

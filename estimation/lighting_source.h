@@ -44,6 +44,8 @@ struct LightingObservation {
   SunState sun;
   ClearSkyExpectation clear_sky;
   std::optional<HeldIrradiance> held = std::nullopt;
+  // Of the view's albedo, relative: an error that all samples share.
+  glm::dvec3 albedo_stddev_rgb{0.0};
 };
 
 struct LightingEstimate {

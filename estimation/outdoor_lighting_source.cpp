@@ -203,10 +203,14 @@ class OutdoorLightingSource final : public LightingSource {
       lighting.sky.push_back({observation.view.sky_shape_names.at(k),
                               {light[first], light[first + 1], light[first + 2]}});
     }
+    // Light is what is seen over albedo: where all albedos are too high, all lights are too weak.
+    const glm::dvec3& scale = observation.albedo_stddev_rgb;
     const Eigen::Index unknowns = light.size();
     for (Eigen::Index u = 0; u < unknowns; ++u) {
       for (Eigen::Index v = 0; v < unknowns; ++v) {
-        lighting.covariance.push_back(fit.covariance(u, v));
+        const double shared =
+            scale[static_cast<int>(u % 3)] * light[u] * scale[static_cast<int>(v % 3)] * light[v];
+        lighting.covariance.push_back(fit.covariance(u, v) + shared);
       }
     }
     const double beam = BeamOf(clear_sky, light);

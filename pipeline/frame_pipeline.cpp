@@ -127,7 +127,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     }
     result.timing_ms.transport = watch.LapMs();
 
-    auto estimate = source_->Estimate({frame, view, result.sun, result.clear_sky});
+    auto estimate = source_->Estimate(
+        {frame, view, result.sun, result.clear_sky, std::nullopt, scene_.albedo_stddev_rgb});
     if (!estimate) return failed(estimate.error().reason);
     result.estimate = std::move(*estimate);
     FilterEstimate(result);

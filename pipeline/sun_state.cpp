@@ -41,7 +41,7 @@ SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame) {
 
 ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLight* survey)
     : site_(site.value_or(Site{})) {
-  if (survey == nullptr || survey->sun_clipped) return;
+  if (survey == nullptr || survey->sun_origin == SunOrigin::kClearSky) return;
   const ClearSkyIrradiance model = Model(survey->sun_direction_enu);
   if (std::min({model.beam_rgb.x, model.beam_rgb.y, model.beam_rgb.z}) <= 0.0) return;
   const glm::dvec3 diffuse_scale = survey->sky_irradiance_rgb / model.diffuse_rgb;

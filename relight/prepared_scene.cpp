@@ -15,7 +15,7 @@ namespace {
 using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
-constexpr std::string_view kFormat = "pleinair-prepared-4";
+constexpr std::string_view kFormat = "pleinair-prepared-5";
 
 std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   ContentHash hash;
@@ -102,6 +102,10 @@ void Check(const SiteModel& site, const PrepareOptions& options) {
            ": expected at least 1");
   }
   MakeProbeGrid(options.probe_box, options.probe_counts).Validate();
+  if (!(site.material_albedo_stddev >= 0.0) || !std::isfinite(site.material_albedo_stddev)) {
+    refuse("material_albedo_stddev is " + std::to_string(site.material_albedo_stddev) +
+           ": expected 0 or more");
+  }
   if (!site.environment) return;
   site.environment->Validate();
   if (!site.diffuse_mask) return;
@@ -170,6 +174,7 @@ PreparedScene PrepareScene(const SiteModel& site,
       },
       [&](auto& archive) { archive(prepared.transport); });
 
+  prepared.albedo_stddev_rgb = glm::dvec3(site.material_albedo_stddev);
   std::string scene_key = patch_key;
   if (site.environment) {
     scene_key = SurveyKey(patch_key, site, prepared.options);
@@ -195,6 +200,7 @@ PreparedScene PrepareScene(const SiteModel& site,
         });
     prepared.notes.insert(
         prepared.notes.end(), survey.light.notes.begin(), survey.light.notes.end());
+    prepared.albedo_stddev_rgb = survey.light.albedo_stddev_rgb;
     prepared.survey = std::move(survey);
   }
 

@@ -20,6 +20,8 @@ struct SiteModel {
   Mesh mesh;
   // Absent where a site has only its mesh and given albedos.
   std::optional<SurveyMap> environment;
+  // Of the materials' albedo, relative and shared by all; where there is no environment.
+  double material_albedo_stddev = 0.0;
   std::vector<std::string> diffuse_regions;  // Groups or materials; empty means all.
   std::optional<Gray8Image> diffuse_mask;    // Over the map; 255 = may be sampled.
 };
@@ -42,6 +44,8 @@ struct PreparedScene {
   PatchTransport transport;
   std::vector<std::uint8_t> patch_is_diffuse;  // Per patch: in a region that may be sampled.
   std::optional<Survey> survey;
+  // How far all albedos may be off together, relative.
+  glm::dvec3 albedo_stddev_rgb{0.0};
   ProbeOperator probes;
   std::vector<std::string> notes;  // For the report: ground extended, disc clipped, ...
   bool from_store = false;         // Every stage was loaded, none computed.

@@ -1,15 +1,20 @@
 #include "relight/survey.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
 #include "relight/internal/edge_distance.h"
 #include "relight/internal/map_rays.h"
+#include "relight/internal/shadow_pairs.h"
 #include "relight/internal/sun_disc.h"
 #include "relight/internal/surface_gather.h"
 #include "relight/internal/survey_albedo.h"
@@ -31,6 +36,57 @@ double SunSeenFrom(const SurveyMap& map, const PatchScene& scene, int samples) {
                        map.sun_direction_enu,
                        map.sun_angular_radius_rad,
                        samples);
+}
+
+double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+
+// Whether the sun is to be that of the shadows.
+bool SunIsTheShadows(const SurveyLight& light, const SunFromShadows& shadows) {
+  constexpr double kSignificant = 3.0;
+  const double sun = Mean(shadows.irradiance_rgb);
+  const double stddev = Mean(shadows.stddev_rgb);
+  if (light.sun_origin == SunOrigin::kClearSky)
+    return stddev < Mean(light.sun_irradiance_stddev_rgb);
+  return Mean(light.sun_irradiance_rgb) < 0.5 * (sun - kSignificant * stddev);
+}
+
+void NoteSun(const std::optional<SunFromShadows>& shadows, SurveyLight& light) {
+  if (light.sun_origin == SunOrigin::kShadows) {
+    light.notes.push_back(
+        "survey map: the sun is the one under which surfaces have one albedo in "
+        "sun and shade (" +
+        std::to_string(shadows->shaded_pixels) + " shaded pixels in " +
+        std::to_string(shadows->comparisons) + " comparisons)");
+  } else if (light.sun_origin == SunOrigin::kClearSky) {
+    light.notes.emplace_back(
+        "survey map: the sun is taken as the map's sky times the clear-sky beam over diffuse");
+  } else {
+    return;
+  }
+  const double relative =
+      Mean(light.sun_irradiance_stddev_rgb) / std::max(Mean(light.sun_irradiance_rgb), 1e-300);
+  light.notes.back() += ", give or take " + std::to_string(std::lround(100.0 * relative)) +
+                        " %; albedos of what it lit, " +
+                        std::to_string(std::lround(100.0 * Mean(light.albedo_stddev_rgb))) + " %";
+}
+
+// Root mean square over what may be sampled and saw the whole disc, by solid angle.
+glm::dvec3 AlbedoStddev(const SurveyLight& light, const SurfaceView& view) {
+  glm::dvec3 sum(0.0);
+  double weights = 0.0;
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    if (view.may_be_sampled.pixels[i] == 0 || !(view.sun_visibility.pixels[i] >= 1.0f)) continue;
+    const glm::dvec3 response(SunResponse(view, i, view.sun_direction_enu));
+    const glm::dvec3 irradiance =
+        light.sky_irradiance_rgb * glm::dvec3(view.sky_response[0].pixels[i]) +
+        light.sun_irradiance_rgb * response;
+    const glm::dvec3 relative = light.sun_irradiance_stddev_rgb * response / irradiance;
+    const int row = static_cast<int>(i) / view.Width();
+    const double weight = LatLongPixelSolidAngleSr(row, {view.Width(), view.Height()});
+    sum += weight * relative * relative;
+    weights += weight;
+  }
+  return weights > 0.0 ? glm::sqrt(sum / weights) : glm::dvec3(0.0);
 }
 
 void MarkSampleable(const PatchScene& scene,
@@ -134,15 +190,50 @@ Survey MakeSurvey(const SurveyMap& map,
   const auto gather =
       std::make_shared<SurfaceGather>(scene, rays, view, options.receiver_block_px, options.gather);
   survey.gather = gather;
-  const AlbedoResult solved = SolveAlbedo({.radiance = map.radiance,
-                                           .light = survey.light,
-                                           .sun_angular_radius_rad = map.sun_angular_radius_rad,
-                                           .face = face,
-                                           .gather = *gather,
-                                           .transport = transport,
-                                           .bounces = options.bounces},
-                                          scene,
-                                          view);
+  const auto solve = [&] {
+    return SolveAlbedo({.radiance = map.radiance,
+                        .light = survey.light,
+                        .sun_angular_radius_rad = map.sun_angular_radius_rad,
+                        .face = face,
+                        .gather = *gather,
+                        .transport = transport,
+                        .bounces = options.bounces},
+                       scene,
+                       view);
+  };
+  AlbedoResult solved = solve();
+  // Albedo, and with it the bounces in the shadows, hang on the sun: the two are found in turn.
+  // A stronger sun brightens the shadows, which then ask for a weaker one: part of the way is less
+  // than that swings.
+  constexpr int kMostTurns = 5;
+  constexpr double kPartOfTheWay = 0.65;
+  constexpr double kSettled = 5e-3;
+  std::optional<SunFromShadows> shadows;
+  for (int turn = 0; turn < kMostTurns && survey.light.sun_origin != SunOrigin::kNone; ++turn) {
+    shadows = MeasureSunFromShadows({.radiance = map.radiance,
+                                     .view = view,
+                                     .face = face,
+                                     .scene = scene,
+                                     .patch_is_diffuse = patch_is_diffuse,
+                                     .mask = mask,
+                                     .sky_irradiance_rgb = survey.light.sky_irradiance_rgb});
+    if (!shadows) break;
+    SurveyLight& light = survey.light;
+    if (turn == 0) {
+      if (!SunIsTheShadows(light, *shadows)) break;
+      if (light.sun_origin == SunOrigin::kDisc) {
+        light.notes.emplace_back(
+            "survey map: the sun's disc holds less than half of what shadows say: clipped");
+      }
+      light.sun_clipped = true;
+      light.sun_origin = SunOrigin::kShadows;
+    }
+    const glm::dvec3 move = shadows->irradiance_rgb - light.sun_irradiance_rgb;
+    light.sun_irradiance_rgb += (turn == 0 ? 1.0 : kPartOfTheWay) * move;
+    light.sun_irradiance_stddev_rgb = shadows->stddev_rgb;
+    if (!(Mean(glm::abs(move)) > kSettled * Mean(light.sun_irradiance_rgb))) break;
+    solved = solve();
+  }
   constexpr double kWorthANote = 1e-3;
   if (solved.last_change > kWorthANote) {
     survey.light.notes.push_back("survey albedo: still moved by " +
@@ -150,6 +241,8 @@ Survey MakeSurvey(const SurveyMap& map,
                                  std::to_string(solved.iterations) + " iterations");
   }
   MarkSampleable(scene, face, patch_is_diffuse, mask, view);
+  survey.light.albedo_stddev_rgb = AlbedoStddev(survey.light, view);
+  NoteSun(shadows, survey.light);
   view.geometry_version = 1;
   view.sun_version = 1;
   return survey;

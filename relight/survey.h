@@ -28,13 +28,25 @@ struct SurveyMap {
   void Validate() const;
 };
 
+// What the survey's sun was measured from.
+enum class SunOrigin {
+  kNone,      // It was below the horizon.
+  kDisc,      // The map's own disc.
+  kShadows,   // Pairs of lit and shaded surfaces.
+  kClearSky,  // The map's sky and the clear-sky model.
+};
+
 // Sun and sky at the time of the survey, from the map itself.
 struct SurveyLight {
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent.
   glm::dvec3 sun_irradiance_rgb{0.0};           // Of the disc, normal to the beam.
   glm::dvec3 sun_irradiance_stddev_rgb{0.0};
+  SunOrigin sun_origin = SunOrigin::kDisc;
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, unoccluded, without the disc.
   bool sun_clipped = false;            // The disc could not be measured in the map.
+  // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
+  // relative. The same error for all of them.
+  glm::dvec3 albedo_stddev_rgb{0.0};
   // Lat-long, without the disc, what buildings hide filled in, black below the horizon.
   RgbImage sky_radiance;
   std::vector<std::string> notes;  // What was assumed; for the report.
@@ -64,6 +76,10 @@ struct SurveyOptions {
 // sky, its sun and what the faces reflect, face albedos being means over the map's pixels and
 // iterated to convergence (as in grosch-2005). Faces that the map does not see get their material's
 // mean, or its diffuse albedo where the map sees none of it. Sets scene.face_albedo_rgb.
+//
+// Where the disc is clipped or hidden, or holds less than half of what shadows say, the sun is that
+// of the shadows (lit and shaded points of one surface), found together with the albedo; where
+// there are none, the clear-sky model's for the map's sky.
 //
 // `patch_is_diffuse`  per patch: may be sampled.
 // `mask`              null, or of the map's size: 255 may be sampled.

@@ -68,6 +68,8 @@ void ArchiveSurvey(Archive& archive, Survey& survey) {
   ArchivePlain(archive, light.sun_irradiance_rgb);
   ArchivePlain(archive, light.sun_irradiance_stddev_rgb);
   ArchivePlain(archive, light.sky_irradiance_rgb);
+  ArchivePlain(archive, light.sun_origin);
+  ArchivePlain(archive, light.albedo_stddev_rgb);
   archive(light.sun_clipped, light.notes);
   ArchiveImage(archive, light.sky_radiance);
   ArchiveView(archive, survey.view);

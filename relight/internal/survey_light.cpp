@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "relight/internal/sky_completion.h"
@@ -111,15 +112,16 @@ int MostFullyCovered(double radius_rad, double elevation_rad, LatLongSize size) 
   return most;
 }
 
+constexpr double kEqual = 1e-5;       // Above float's step, below any noise.
+constexpr double kAboveTheSky = 1.5;  // An evenly white sky has equal maxima, too.
+
 // A disc that the camera could not hold has a flat top wider than the disc itself: a whole disc's
 // pixels are equal only where it covers them fully.
-bool IsClipped(const RgbImage& map,
-               const std::vector<MapPixel>& window,
-               const glm::dvec3& whole_sky_median,
-               int most_fully_covered) {
+bool HasFlatTop(const RgbImage& map,
+                const std::vector<MapPixel>& window,
+                const glm::dvec3& whole_sky_median,
+                int most_fully_covered) {
   constexpr float kHalfMax = 65504.0f;  // Largest half float.
-  constexpr double kEqual = 1e-5;       // Above float's step, below any noise.
-  constexpr double kAboveTheSky = 1.5;  // An evenly white sky has equal maxima, too.
   for (int channel = 0; channel < 3; ++channel) {
     float peak = 0.0f;
     for (const MapPixel& pixel : window) peak = std::max(peak, map.At(pixel.x, pixel.y)[channel]);
@@ -131,6 +133,23 @@ bool IsClipped(const RgbImage& map,
     if (peak == kHalfMax || equal > std::max(1, most_fully_covered)) return true;
   }
   return false;
+}
+
+// Where a disc is within one pixel, its top is a single one: cut at one limit it is as bright in
+// all channels. So is a white sun, which holds the light of one, though.
+bool IsCutToOneLevel(const RgbImage& map,
+                     const std::vector<MapPixel>& window,
+                     const glm::dvec3& whole_sky_median,
+                     const glm::dvec3& disc_rgb,
+                     const glm::dvec3& clear_beam_rgb) {
+  if (!(Mean(disc_rgb) < 0.5 * Mean(clear_beam_rgb))) return false;
+  glm::vec3 peak(0.0f);
+  for (const MapPixel& pixel : window) peak = glm::max(peak, map.At(pixel.x, pixel.y));
+  const float largest = std::max({peak.x, peak.y, peak.z});
+  const float smallest = std::min({peak.x, peak.y, peak.z});
+  return smallest >= largest * (1.0 - kEqual) &&
+         largest >
+             kAboveTheSky * std::max({whole_sky_median.x, whole_sky_median.y, whole_sky_median.z});
 }
 
 struct DiscPlace {
@@ -188,6 +207,61 @@ std::string TwoDecimals(double value) {
   return text.data();
 }
 
+// Measures the disc at light.sun_direction_enu over the sky around it, and fills the sky there with
+// that. Returns the pixels that may hold it.
+std::vector<MapPixel> TakeOutDisc(const SurveyMap& map,
+                                  const Gray8Image& shows_sky,
+                                  double window_rad,
+                                  SurveyLight& light) {
+  const LatLongSize size = SizeOf(map.radiance);
+  std::vector<MapPixel> window;
+  std::vector<MapPixel> ring;
+  std::vector<MapPixel> ring_of_all;
+  for (const MapPixel& pixel : PixelsAround(light.sun_direction_enu, 2.0 * window_rad, size)) {
+    if (pixel.angle_rad <= window_rad) {
+      window.push_back(pixel);
+    } else {
+      ring_of_all.push_back(pixel);
+      if (shows_sky.At(pixel.x, pixel.y) != 0) ring.push_back(pixel);
+    }
+  }
+  // Where surfaces are all around, the disc would still have to outshine them.
+  const Background background = BackgroundOf(map.radiance, ring.empty() ? ring_of_all : ring);
+  glm::dvec3 disc(0.0);
+  double window_sr = 0.0;
+  for (const MapPixel& pixel : window) {
+    const double solid_angle_sr = LatLongPixelSolidAngleSr(pixel.y, size);
+    // The scene's surfaces are not sky: only what outshines the sky there counts.
+    const glm::dvec3 excess = glm::dvec3(map.radiance.At(pixel.x, pixel.y)) - background.median;
+    const bool sky = shows_sky.At(pixel.x, pixel.y) != 0;
+    disc += solid_angle_sr * (sky ? excess : glm::max(excess, glm::dvec3(0.0)));
+    window_sr += solid_angle_sr;
+    if (sky) light.sky_radiance.At(pixel.x, pixel.y) = glm::vec3(background.median);
+  }
+  light.sun_irradiance_rgb = glm::max(disc, glm::dvec3(0.0));
+  // The sky behind the disc may differ from the ring's median by the ring's own spread.
+  light.sun_irradiance_stddev_rgb =
+      kDiscRelativeStddev * light.sun_irradiance_rgb + window_sr * background.stddev;
+  return window;
+}
+
+bool IsClipped(const SurveyMap& map,
+               const Gray8Image& shows_sky,
+               const std::vector<MapPixel>& window,
+               const SurveyLight& light,
+               const glm::dvec3& clear_beam_rgb) {
+  glm::dvec3 whole_sky_median(0.0);
+  for (int channel = 0; channel < 3; ++channel) {
+    whole_sky_median[channel] = Median(SkyValues(map.radiance, shows_sky, channel));
+  }
+  const double elevation_rad = std::asin(std::clamp(light.sun_direction_enu.z, -1.0, 1.0));
+  const int most_fully_covered =
+      MostFullyCovered(map.sun_angular_radius_rad, elevation_rad, SizeOf(map.radiance));
+  return HasFlatTop(map.radiance, window, whole_sky_median, most_fully_covered) ||
+         IsCutToOneLevel(
+             map.radiance, window, whole_sky_median, light.sun_irradiance_rgb, clear_beam_rgb);
+}
+
 }  // namespace
 
 SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky, double sun_seen) {
@@ -200,8 +274,10 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
   const glm::dvec3 computed = glm::normalize(map.sun_direction_enu);
   light.sun_direction_enu = computed;
   const bool sun_up = computed.z > -std::sin(map.sun_angular_radius_rad);
+  std::vector<MapPixel> window;
   bool measured = true;
   if (!sun_up) {
+    light.sun_origin = SunOrigin::kNone;
     light.notes.emplace_back("survey map: the sun was below the horizon");
   } else {
     const DiscPlace place = FindDisc(map.radiance, shows_sky, computed, window_rad);
@@ -211,45 +287,15 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
                             TwoDecimals(Degrees(place.moved_rad)) +
                             " deg from its computed place; the map's place is used");
     }
-    std::vector<MapPixel> window;
-    std::vector<MapPixel> ring;
-    std::vector<MapPixel> ring_of_all;
-    for (const MapPixel& pixel : PixelsAround(place.direction, 2.0 * window_rad, size)) {
-      if (pixel.angle_rad <= window_rad) {
-        window.push_back(pixel);
-      } else {
-        ring_of_all.push_back(pixel);
-        if (shows_sky.At(pixel.x, pixel.y) != 0) ring.push_back(pixel);
-      }
-    }
-    // Where surfaces are all around, the disc would still have to outshine them.
-    const Background background = BackgroundOf(map.radiance, ring.empty() ? ring_of_all : ring);
-    glm::dvec3 disc(0.0);
-    double window_sr = 0.0;
-    for (const MapPixel& pixel : window) {
-      const double solid_angle_sr = LatLongPixelSolidAngleSr(pixel.y, size);
-      // The scene's surfaces are not sky: only what outshines the sky there counts.
-      const glm::dvec3 excess = glm::dvec3(map.radiance.At(pixel.x, pixel.y)) - background.median;
-      const bool sky = shows_sky.At(pixel.x, pixel.y) != 0;
-      disc += solid_angle_sr * (sky ? excess : glm::max(excess, glm::dvec3(0.0)));
-      window_sr += solid_angle_sr;
-      if (sky) light.sky_radiance.At(pixel.x, pixel.y) = glm::vec3(background.median);
-    }
-    light.sun_irradiance_rgb = glm::max(disc, glm::dvec3(0.0));
-    // The sky behind the disc may differ from the ring's median by the ring's own spread.
-    light.sun_irradiance_stddev_rgb =
-        kDiscRelativeStddev * light.sun_irradiance_rgb + window_sr * background.stddev;
+    window = TakeOutDisc(map, shows_sky, window_rad, light);
+  }
 
-    glm::dvec3 whole_sky_median(0.0);
-    for (int channel = 0; channel < 3; ++channel) {
-      whole_sky_median[channel] = Median(SkyValues(map.radiance, shows_sky, channel));
-    }
-    const double elevation_rad = std::asin(std::clamp(place.direction.z, -1.0, 1.0));
+  CompleteSky(shows_sky, light.sky_radiance);
+  light.sky_irradiance_rgb = HorizontalIrradiance(light.sky_radiance);
+  const glm::dvec3 clear_beam_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
+  if (sun_up) {
     constexpr double kSignificant = 5.0;
-    if (IsClipped(map.radiance,
-                  window,
-                  whole_sky_median,
-                  MostFullyCovered(map.sun_angular_radius_rad, elevation_rad, size))) {
+    if (IsClipped(map, shows_sky, window, light, clear_beam_rgb)) {
       measured = false;
       light.notes.emplace_back("survey map: the sun's disc is clipped");
     } else if (sun_seen < 0.5 && !(Mean(light.sun_irradiance_rgb) >
@@ -258,16 +304,11 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
       light.notes.emplace_back("survey map: the sun's disc is not in view");
     }
   }
-
-  CompleteSky(shows_sky, light.sky_radiance);
-  light.sky_irradiance_rgb = HorizontalIrradiance(light.sky_radiance);
-
   if (!measured) {
     light.sun_clipped = true;
-    light.sun_irradiance_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
-    light.sun_irradiance_stddev_rgb = kModelRelativeStddev * light.sun_irradiance_rgb;
-    light.notes.emplace_back(
-        "survey map: the sun is taken as the map's sky times the clear-sky beam over diffuse");
+    light.sun_origin = SunOrigin::kClearSky;
+    light.sun_irradiance_rgb = clear_beam_rgb;
+    light.sun_irradiance_stddev_rgb = kModelRelativeStddev * clear_beam_rgb;
   }
   if (!(Mean(light.sky_irradiance_rgb) > 0.0)) {
     light.notes.emplace_back("survey map: it shows no light from the sky");

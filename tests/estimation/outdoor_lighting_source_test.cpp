@@ -164,5 +164,29 @@ TEST(OutdoorLightingSource, RefusesImpossibleOptions) {
   EXPECT_THROW(MakeOutdoorLightingSource({100001, 1}), std::invalid_argument);
 }
 
+// Light goes as one over albedo: with all albedos off by a tenth, all lights are.
+TEST(OutdoorLightingSource, AlbedoErrorsThatAllSamplesShareWidenTheLight) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  const Frame frame = MakeFrame(picture, view);
+  LightingObservation observation = Observe(frame, view);
+  const auto estimate = [&] {
+    return MakeOutdoorLightingSource({})->Estimate(observation).value().lighting;
+  };
+  const Lighting exact = estimate();
+  observation.albedo_stddev_rgb = {0.1, 0.2, 0.0};
+  const Lighting scaled = estimate();
+  EXPECT_EQ(exact.sun.irradiance_rgb, scaled.sun.irradiance_rgb);
+  const std::size_t side = 3 * (1 + exact.sky.size());
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto channel = static_cast<int>(c);
+    const double shared =
+        observation.albedo_stddev_rgb[channel] * exact.sun.irradiance_rgb[channel];
+    EXPECT_NEAR(scaled.covariance[c * (side + 1)],
+                exact.covariance[c * (side + 1)] + shared * shared,
+                1e-9 * shared * shared + 1e-12 * exact.covariance[c * (side + 1)]);
+  }
+}
+
 }  // namespace
 }  // namespace pleinair

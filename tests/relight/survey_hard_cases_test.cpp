@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -74,20 +76,26 @@ struct OpenSky {
   }
 };
 
+void AddBoxOfMaterial(Mesh& mesh,
+                      const glm::vec3& lower_m,
+                      const glm::vec3& upper_m,
+                      std::uint32_t material) {
+  Mesh box;
+  AddBox(box, lower_m, upper_m);
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  for (const glm::uvec3& triangle : box.triangles) {
+    mesh.triangles.push_back(triangle + first);
+    mesh.triangle_material.push_back(material);
+    mesh.triangle_group.push_back(material);
+  }
+  mesh.positions_m.insert(mesh.positions_m.end(), box.positions_m.begin(), box.positions_m.end());
+  mesh.normals.insert(mesh.normals.end(), box.normals.begin(), box.normals.end());
+}
+
 // Under a wide low roof: what a few rays see of the light is no ground for an albedo.
 TEST(SurveyHardCases, DeepShadowIsUnknownAndFilledFromItsMaterial) {
   KnownSite site;
-  Mesh roof;
-  AddBox(roof, {-29.0f, -29.0f, 0.45f}, {29.0f, -2.0f, 0.5f});
-  const auto first = static_cast<std::uint32_t>(site.mesh.positions_m.size());
-  for (const glm::uvec3& triangle : roof.triangles) {
-    site.mesh.triangles.push_back(triangle + first);
-    site.mesh.triangle_material.push_back(2);
-    site.mesh.triangle_group.push_back(2);
-  }
-  site.mesh.positions_m.insert(
-      site.mesh.positions_m.end(), roof.positions_m.begin(), roof.positions_m.end());
-  site.mesh.normals.insert(site.mesh.normals.end(), roof.normals.begin(), roof.normals.end());
+  AddBoxOfMaterial(site.mesh, {-29.0f, -29.0f, 0.45f}, {29.0f, -2.0f, 0.5f}, 2);
   site.position_m.z = 0.3;
   site.position_m.y = -1.0;
   const PreparedScene prepared = Prepare(site.Model(site.Map()));
@@ -152,6 +160,83 @@ TEST(SurveyHardCases, AnOvercastMapHasNoSunAndIsNotTakenForClipped) {
   EXPECT_FALSE(light.sun_clipped);
   // The window of 5 deg over a sky with a slope: some 2 % of 30 W m^-2 sr^-1 over 0.02 sr.
   for (int c = 0; c < 3; ++c) EXPECT_LT(light.sun_irradiance_rgb[c], 0.1);
+}
+
+float BrightestOf(const RgbImage& image) {
+  float brightest = 0.0f;
+  for (const glm::vec3& pixel : image.pixels) {
+    brightest = std::max({brightest, pixel.x, pixel.y, pixel.z});
+  }
+  return brightest;
+}
+
+RgbImage Clipped(RgbImage map, float limit) {
+  for (glm::vec3& pixel : map.pixels) pixel = glm::min(pixel, glm::vec3(limit));
+  return map;
+}
+
+// Median over the region's measured pixels of the albedo over the other's, mean of RGB.
+double AlbedoOver(const PreparedScene& a, const PreparedScene& b, std::int32_t region) {
+  std::vector<double> ratios;
+  const SurfaceView& view = a.survey->view;
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    if (view.region.pixels[i] != region || view.albedo_measured.pixels[i] == 0) continue;
+    const glm::vec3 ratio = view.albedo_rgb.pixels[i] / b.survey->view.albedo_rgb.pixels[i];
+    ratios.push_back((ratio.x + ratio.y + ratio.z) / 3.0);
+  }
+  std::nth_element(
+      ratios.begin(), ratios.begin() + std::ptrdiff_t(ratios.size() / 2), ratios.end());
+  return ratios[ratios.size() / 2];
+}
+
+// 3 % of the unclipped map's albedo is the catalogue's. The disc is one pixel of this map: nothing
+// but the light on the surfaces tells that it was cut.
+TEST(SurveyHardCases, AClippedSunIsFoundFromShadows) {
+  KnownSite site;
+  AddBoxOfMaterial(site.mesh, {-5.0f, -4.0f, 0.0f}, {-4.0f, -1.0f, 3.0f}, 2);
+  AddBoxOfMaterial(site.mesh, {-1.0f, -4.0f, 0.0f}, {0.0f, -2.5f, 3.0f}, 2);
+  const RgbImage map = site.Map();
+  const PreparedScene whole = Prepare(site.Model(map));
+  EXPECT_EQ(whole.survey->light.sun_origin, SunOrigin::kDisc);
+  for (const float limit : {1e4f, 1e3f, 4.0f * BrightestOf(site.sky)}) {
+    const PreparedScene clipped = Prepare(site.Model(Clipped(map, limit)));
+    const SurveyLight& light = clipped.survey->light;
+    EXPECT_TRUE(light.sun_clipped);
+    EXPECT_EQ(light.sun_origin, SunOrigin::kShadows) << limit;
+    for (int c = 0; c < 3; ++c) {
+      const double error = light.sun_irradiance_rgb[c] - site.sun_irradiance_rgb[c];
+      EXPECT_LT(std::abs(error), 2.0 * light.sun_irradiance_stddev_rgb[c]) << limit;
+      EXPECT_LT(light.albedo_stddev_rgb[c], 0.12) << limit;
+    }
+    for (const std::int32_t region : {0, 1, 2}) {
+      EXPECT_NEAR(AlbedoOver(clipped, whole, region), 1.0, 0.03) << limit << " region " << region;
+    }
+  }
+}
+
+TEST(SurveyHardCases, AClippedSunWithoutShadowsIsTheClearSkysWithAnErrorThatCoversIt) {
+  KnownSite site;
+  const auto is_ground = [&](std::size_t triangle) {
+    return site.mesh.triangle_group[triangle] == 0;
+  };
+  std::size_t kept = 0;
+  while (kept < site.mesh.triangles.size() && is_ground(kept)) ++kept;
+  site.mesh.triangles.resize(kept);
+  site.mesh.triangle_group.resize(kept);
+  site.mesh.triangle_material.resize(kept);
+  const RgbImage map = site.Map();
+  const PreparedScene whole = Prepare(site.Model(map));
+  EXPECT_LT(whole.survey->light.albedo_stddev_rgb.x, 0.02);
+  for (const float limit : {1e4f, 1e3f, 4.0f * BrightestOf(site.sky)}) {
+    const PreparedScene clipped = Prepare(site.Model(Clipped(map, limit)));
+    const SurveyLight& light = clipped.survey->light;
+    EXPECT_EQ(light.sun_origin, SunOrigin::kClearSky) << limit;
+    for (int c = 0; c < 3; ++c) {
+      const double error = light.sun_irradiance_rgb[c] - site.sun_irradiance_rgb[c];
+      EXPECT_LT(std::abs(error), 2.0 * light.sun_irradiance_stddev_rgb[c]) << limit;
+    }
+    EXPECT_LT(std::abs(AlbedoOver(clipped, whole, 0) - 1.0), 2.0 * light.albedo_stddev_rgb.y);
+  }
 }
 
 // 1 %: 1024 points a pixel and the tangent plane's area of the disc.

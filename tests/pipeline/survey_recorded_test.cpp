@@ -1,0 +1,112 @@
+// The recordings' surveys with their sun cut off.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <glm/common.hpp>
+
+#include "apps/sequence_site.h"
+#include "datasets/sequence.h"
+#include "relight/survey.h"
+
+namespace pleinair {
+namespace {
+
+// What surveys of one map under several limits have in common.
+constexpr GatherOptions kRays{.rays_per_receiver = 64};
+
+struct SurveySite {
+  explicit SurveySite(const std::filesystem::path& folder)
+      : site(LoadSequenceSite(ReadSequence(folder))),
+        patches(BuildPatchScene(site.model.mesh, {.patch_size_m = 1.5, .growth_per_m = 0.3})),
+        transport(patches, kRays) {}
+
+  SequenceSite site;
+  PatchScene patches;
+  PatchTransport transport;
+
+  Survey Make(const SurveyMap& map) {
+    const std::vector<std::uint8_t> diffuse(patches.mesh.triangles.size(), 1);
+    for (std::size_t face = 0; face < patches.FaceCount(); ++face) {
+      patches.face_albedo_rgb[face] = glm::vec3(0.5f);
+    }
+    return MakeSurvey(map, transport, diffuse, nullptr, {kRays, kAllBounces, 8, 4}, patches);
+  }
+};
+
+float BrightestSky(const Survey& survey) {
+  float brightest = 0.0f;
+  for (const glm::vec3& pixel : survey.light.sky_radiance.pixels) {
+    brightest = std::max({brightest, pixel.x, pixel.y, pixel.z});
+  }
+  return brightest;
+}
+
+double MedianRatio(const Survey& clipped, const Survey& whole) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < whole.view.region.pixels.size(); ++i) {
+    if (whole.view.albedo_measured.pixels[i] == 0 || whole.view.sun_visibility.pixels[i] < 1.0f) {
+      continue;
+    }
+    ratios.push_back(double{clipped.view.albedo_rgb.pixels[i].y} /
+                     double{whole.view.albedo_rgb.pixels[i].y});
+  }
+  std::nth_element(
+      ratios.begin(), ratios.begin() + std::ptrdiff_t(ratios.size() / 2), ratios.end());
+  return ratios[ratios.size() / 2];
+}
+
+SurveyMap Cut(SurveyMap map, float limit) {
+  for (glm::vec3& pixel : map.radiance.pixels) pixel = glm::min(pixel, glm::vec3(limit));
+  return map;
+}
+
+std::filesystem::path Recording(const char* name) {
+  return std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences" / name;
+}
+
+// 3 % of the unclipped map's albedo is the catalogue's.
+TEST(RecordedSurvey, ShadowsTellTheSunOfACourtyard) {
+  const std::filesystem::path folder = Recording("courtyard-clouds");
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  SurveySite site(folder);
+  const SurveyMap& map = *site.site.model.environment;
+  const Survey whole = site.Make(map);
+  EXPECT_EQ(whole.light.sun_origin, SunOrigin::kDisc);
+  // A limit of 10^3 cuts the same pixels as one of 10^4.
+  for (const float limit : {1e4f, 4.0f * BrightestSky(whole)}) {
+    const Survey clipped = site.Make(Cut(map, limit));
+    EXPECT_EQ(clipped.light.sun_origin, SunOrigin::kShadows) << limit;
+    const double ratio = MedianRatio(clipped, whole);
+    EXPECT_NEAR(ratio, 1.0, 0.03) << limit;
+    EXPECT_LT(std::abs(ratio - 1.0), clipped.light.albedo_stddev_rgb.y) << limit;
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(clipped.light.sun_irradiance_rgb[c],
+                  whole.light.sun_irradiance_rgb[c],
+                  2.0 * clipped.light.sun_irradiance_stddev_rgb[c]);
+    }
+  }
+}
+
+// Its map shows some hundred shaded pixels of one material: too few to be better than a clear sky.
+TEST(RecordedSurvey, TheClearSkyCoversASunWithoutShadows) {
+  const std::filesystem::path folder = Recording("parking-shadow");
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  SurveySite site(folder);
+  const SurveyMap& map = *site.site.model.environment;
+  const Survey whole = site.Make(map);
+  const Survey clipped = site.Make(Cut(map, 1e4f));
+  EXPECT_EQ(clipped.light.sun_origin, SunOrigin::kClearSky);
+  EXPECT_LT(std::abs(MedianRatio(clipped, whole) - 1.0), clipped.light.albedo_stddev_rgb.y);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(clipped.light.sun_irradiance_rgb[c],
+                whole.light.sun_irradiance_rgb[c],
+                2.0 * clipped.light.sun_irradiance_stddev_rgb[c]);
+  }
+}
+
+}  // namespace
+}  // namespace pleinair
