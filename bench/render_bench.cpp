@@ -1,6 +1,6 @@
-// Time of one composite in software OpenGL: the courtyard's statue (3602 triangles) under a moving
-// sun, effect by effect, in two picture sizes. The view's responses are constants: they cost the
-// same.
+// Time of one composite in software OpenGL: the courtyard's statue (3602 triangles, or cut to four
+// times as many) under a moving sun, effect by effect, in two picture sizes. The view's responses
+// are constants: they cost the same.
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -9,6 +9,8 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "relight/object_view.h"
+#include "relight/soft_sun.h"
 #include "render/compositor.h"
 #include "render/gl_context.h"
 #include "scene/mesh_io.h"
@@ -17,7 +19,15 @@
 namespace pleinair {
 namespace {
 
-enum Effects : int { kProbesOnly = 0, kSunWithoutShadow = 1, kAll = 2, kAllSunUnmoved = 3 };
+enum Effects : int {
+  kProbesOnly = 0,
+  kSunWithoutShadow = 1,
+  kVolumes = 2,
+  kVolumesSunUnmoved = 3,
+  kPenumbra = 4,         // Rays for each frame's sun, from a camera that stands still.
+  kPenumbraNewView = 5,  // And for each frame's view of the objects.
+  kPenumbraSunUnmoved = 6
+};
 
 struct Courtyard {
   Mesh scene;
@@ -36,7 +46,35 @@ glm::dvec3 SunAt(double seconds) {
           std::sin(elevation)};
 }
 
-Courtyard MakeCourtyard(const std::filesystem::path& sequence, double scale) {
+// Each triangle becomes four.
+Mesh CutInFour(const Mesh& mesh) {
+  Mesh cut = mesh;
+  cut.triangles.clear();
+  cut.triangle_material.clear();
+  cut.triangle_group.clear();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const glm::uvec3& v = mesh.triangles[t];
+    const auto first = static_cast<std::uint32_t>(cut.positions_m.size());
+    for (int edge = 0; edge < 3; ++edge) {
+      const std::uint32_t a = v[edge];
+      const std::uint32_t b = v[(edge + 1) % 3];
+      cut.positions_m.push_back(0.5f * (mesh.positions_m[a] + mesh.positions_m[b]));
+      cut.normals.push_back(glm::normalize(mesh.normals[a] + mesh.normals[b]));
+    }
+    cut.triangles.insert(cut.triangles.end(),
+                         {{v.x, first, first + 2},
+                          {first, v.y, first + 1},
+                          {first + 2, first + 1, v.z},
+                          {first, first + 1, first + 2}});
+    for (int part = 0; part < 4; ++part) {
+      cut.triangle_material.push_back(mesh.triangle_material[t]);
+      cut.triangle_group.push_back(mesh.triangle_group[t]);
+    }
+  }
+  return cut;
+}
+
+Courtyard MakeCourtyard(const std::filesystem::path& sequence, double scale, bool fine) {
   Courtyard yard;
   yard.scene = LoadMesh(sequence / "scene.obj").mesh;
   // Columns; as sequence.json says.
@@ -45,6 +83,7 @@ Courtyard MakeCourtyard(const std::filesystem::path& sequence, double scale) {
                                      glm::dvec4(0.0, 0.0, 1.0, 0.0),
                                      glm::dvec4(-1.916210651397705, -1.6906025409698486, 0.0, 1.0));
   yard.object = TransformMesh(world_from_object, LoadMesh(sequence / "object.obj").mesh);
+  if (fine) yard.object = CutInFour(yard.object);
   Camera& camera = yard.view.camera;
   const auto width = static_cast<int>(480 * scale);
   const auto height = static_cast<int>(360 * scale);
@@ -82,6 +121,7 @@ Courtyard MakeCourtyard(const std::filesystem::path& sequence, double scale) {
       if (!hit) continue;
       const std::size_t pixel = view.region.Index(x, y);
       view.region.pixels[pixel] = 0;
+      view.position_world_m.pixels[pixel] = hit->position_m;
       view.normal_world.pixels[pixel] = hit->geometric_normal;
       view.albedo_rgb.pixels[pixel] = glm::vec3(0.4f);
       view.sky_response[0].pixels[pixel] = glm::vec3(0.8f);
@@ -94,13 +134,15 @@ Courtyard MakeCourtyard(const std::filesystem::path& sequence, double scale) {
 }
 
 void BM_Composite(benchmark::State& state) {
+  const auto effects = static_cast<Effects>(state.range(1));
   const std::filesystem::path sequence =
       std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
   if (!std::filesystem::exists(sequence)) {
     state.SkipWithError("the recorded sequences are not here");
     return;
   }
-  const Courtyard yard = MakeCourtyard(sequence, static_cast<double>(state.range(0)) / 480.0);
+  const Courtyard yard =
+      MakeCourtyard(sequence, static_cast<double>(state.range(0)) / 480.0, state.range(2) != 0);
   const HeadlessContext context;
   Compositor compositor;
   compositor.SetPhantom(yard.scene);
@@ -109,13 +151,27 @@ void BM_Composite(benchmark::State& state) {
   lighting.sky = {{"uniform", glm::dvec3(120.0)}};
   CompositeInput input{
       yard.radiance, yard.clipped, yard.view, lighting, yard.vertex_irradiance, {}};
-  const auto effects = static_cast<Effects>(state.range(1));
-  input.effects.sun_shadow = effects >= kAll;
+  input.effects.sun_shadow = effects >= kVolumes;
+  PatchScene objects;
+  objects.mesh = yard.object;
+  objects.caster = RayCaster(objects.mesh);
+  const RayCaster real(yard.scene);
+  const SoftSun soft_sun(real, objects);
+  ObjectView object_view = SeeObjects(objects, yard.view.camera);
+  SunShares shares;
+  const auto cast_shares = [&] {
+    if (effects < kPenumbra) return;
+    if (effects == kPenumbraNewView) object_view = SeeObjects(objects, yard.view.camera);
+    shares = {soft_sun.OnReal(yard.view, lighting.sun),
+              soft_sun.OnObjects(object_view, lighting.sun)};
+    input.sun_shares = &shares;
+  };
   input.effects.sun_shading = effects >= kSunWithoutShadow;
   lighting.sun.irradiance_rgb = effects == kProbesOnly ? glm::dvec3(0.0) : glm::dvec3(800.0);
   // Software OpenGL compiles on first use.
   for (int i = 0; i < 3; ++i) {
     lighting.sun.direction_enu = SunAt(-1.0 - i);
+    cast_shares();
     compositor.Render(input);
   }
   double seconds = 0.0;
@@ -125,7 +181,11 @@ void BM_Composite(benchmark::State& state) {
   std::size_t covered = 0;
   for (auto _ : state) {
     lighting.sun.direction_enu = SunAt(seconds);
-    if (effects != kAllSunUnmoved) seconds += 1.0;
+    const bool sun_moves = effects != kVolumesSunUnmoved && effects != kPenumbraSunUnmoved;
+    if (sun_moves) {
+      seconds += 1.0;
+      cast_shares();
+    }
     const Composite composite = compositor.Render(input);
     draw_ms += composite.draw_ms;
     readback_ms += composite.readback_ms;
@@ -141,10 +201,56 @@ void BM_Composite(benchmark::State& state) {
   state.counters["covered_px"] = static_cast<double>(covered);
 }
 
-// Picture width (480x360, 640x480), effects.
+enum RayCastPart : int { kObjectView = 0, kOnObjects = 1, kOnReal = 2 };
+
+// The parts of a penumbra by rays.
+void BM_SoftSun(benchmark::State& state) {
+  const std::filesystem::path sequence =
+      std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
+  if (!std::filesystem::exists(sequence)) {
+    state.SkipWithError("the recorded sequences are not here");
+    return;
+  }
+  const Courtyard yard = MakeCourtyard(sequence, 640.0 / 480.0, state.range(1) != 0);
+  PatchScene objects;
+  objects.mesh = yard.object;
+  objects.caster = RayCaster(objects.mesh);
+  const RayCaster real(yard.scene);
+  const SoftSun soft_sun(real, objects);
+  const ObjectView object_view = SeeObjects(objects, yard.view.camera);
+  double seconds = 0.0;
+  for (auto _ : state) {
+    seconds += 1.0;
+    const DirectionalLight sun{SunAt(seconds), {}, kMeanSunAngularRadiusRad};
+    if (state.range(0) == kObjectView) {
+      benchmark::DoNotOptimize(SeeObjects(objects, yard.view.camera));
+    } else if (state.range(0) == kOnObjects) {
+      benchmark::DoNotOptimize(soft_sun.OnObjects(object_view, sun));
+    } else {
+      benchmark::DoNotOptimize(soft_sun.OnReal(yard.view, sun));
+    }
+  }
+}
+
+BENCHMARK(BM_SoftSun)
+    ->ArgNames({"part", "fine"})
+    ->ArgsProduct({{kObjectView, kOnObjects, kOnReal}, {0, 1}})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+// Picture width (480x360, 640x480), effects, whether the object has four times the faces.
 BENCHMARK(BM_Composite)
-    ->ArgNames({"width", "effects"})
-    ->ArgsProduct({{480, 640}, {kProbesOnly, kSunWithoutShadow, kAll, kAllSunUnmoved}})
+    ->ArgNames({"width", "effects", "fine"})
+    ->ArgsProduct({{480, 640},
+                   {kProbesOnly,
+                    kSunWithoutShadow,
+                    kVolumes,
+                    kVolumesSunUnmoved,
+                    kPenumbra,
+                    kPenumbraNewView,
+                    kPenumbraSunUnmoved},
+                   {0, 1}})
     ->Unit(benchmark::kMillisecond)
     ->MeasureProcessCPUTime()
     ->UseRealTime();

@@ -57,6 +57,7 @@ void FramePipelineOptions::Validate() const {
   }
   if (daylight == Daylight::kSamples) direct_daylight.Validate();
   influence.Validate();
+  soft_sun.Validate();
 }
 
 FramePipeline::FramePipeline(const PreparedScene& scene,
@@ -74,11 +75,15 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
       options_(options),
       clear_sky_(site_, LightOf(scene)),
       view_builder_(scene, options.view),
-      interreflection_(objects_) {
+      interreflection_(objects_),
+      real_caster_(phantom) {
   options_.Validate();
   if (options_.daylight == Daylight::kSamples && !objects_.empty()) {
     daylight_ = std::make_unique<DirectDaylight>(
         phantom, scene_.patches.caster, interreflection_.Objects(), options_.direct_daylight);
+  }
+  if (options_.effects.sun_shadow && options_.effects.penumbra && !objects_.empty()) {
+    soft_sun_.emplace(real_caster_, interreflection_.Objects(), options_.soft_sun);
   }
   if (options_.filter) filter_.emplace(*options_.filter);
   compositor_.SetPhantom(phantom);
@@ -124,6 +129,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
         interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
       }
       UpdateObjects(view);
+      UpdateSunShares(view, transport_sun);
     }
     result.timing_ms.transport = watch.LapMs();
 
@@ -147,7 +153,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
                                            result.estimate.lighting,
                                            vertex_irradiance_,
                                            options_.effects,
-                                           &irradiance_change_});
+                                           &irradiance_change_,
+                                           soft_sun_ ? &sun_shares_ : nullptr});
     result.timing_ms.render = result.composite.draw_ms;
     result.timing_ms.readback = result.composite.readback_ms;
     return result;
@@ -156,6 +163,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     basis_sun_version_.reset();
     basis_shapes_.clear();
     influence_geometry_version_.reset();
+    object_view_version_.reset();
+    sun_shares_version_.reset();
     return failed(error.what());
   }
 }
@@ -267,6 +276,18 @@ void FramePipeline::UpdateObjects(const SurfaceView& view) {
         interreflection_.FaceRadiosity(unit.sun, vertex_irradiance_),
         sampled ? daylight_->HiddenFrom(light - 1, receivers) : std::vector<glm::vec3>());
   }
+}
+
+void FramePipeline::UpdateSunShares(const SurfaceView& view, const SunState& sun) {
+  if (!soft_sun_) return;
+  if (object_view_version_ != view.geometry_version) {
+    object_view_ = SeeObjects(interreflection_.Objects(), view.camera);
+    object_view_version_ = view.geometry_version;
+  }
+  if (sun_shares_version_ == view.sun_version) return;
+  const DirectionalLight disc{sun.direction_enu, {}, sun.angular_radius_rad};
+  sun_shares_ = {soft_sun_->OnReal(view, disc), soft_sun_->OnObjects(object_view_, disc)};
+  sun_shares_version_ = view.sun_version;
 }
 
 // Under a unit of one light, one reflection off the objects included.

@@ -17,7 +17,9 @@
 #include "pipeline/sun_state.h"
 #include "relight/irradiance_volume.h"
 #include "relight/object_influence.h"
+#include "relight/object_view.h"
 #include "relight/prepared_scene.h"
+#include "relight/soft_sun.h"
 #include "relight/surface_view_builder.h"
 #include "relight/vertex_irradiance.h"
 #include "render/compositor.h"
@@ -56,6 +58,7 @@ struct FramePipelineOptions {
   DirectDaylightOptions direct_daylight;  // For samples, and looked at for them alone.
   InfluenceAt influence_at = InfluenceAt::kPixels;
   ObjectInfluenceOptions influence;
+  SoftSunOptions soft_sun;
   CompositeEffects effects;
   // None: each frame's own estimate is reported.
   std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
@@ -117,6 +120,8 @@ class FramePipeline {
   void UpdateBasis(bool new_sun);
   void UpdateVolume();
   void UpdateObjects(const SurfaceView& view);
+  // What ray casting says of the sun's shadows: anew where the view or the sun is.
+  void UpdateSunShares(const SurfaceView& view, const SunState& sun);
   // What rays and probes take sky shape `k` for: black where it is sampled.
   const SkyShape& GatheredSky(std::size_t k) const;
   std::vector<glm::vec3> GatherAtVertices(std::size_t light);
@@ -157,6 +162,12 @@ class FramePipeline {
   ObjectInfluence influence_;
   std::optional<std::uint64_t> influence_geometry_version_;
   IrradianceChange irradiance_change_;
+  RayCaster real_caster_;  // Over the mesh as given: its triangles are fewer than the patches.
+  std::optional<SoftSun> soft_sun_;
+  ObjectView object_view_;
+  std::optional<std::uint64_t> object_view_version_;  // The view's, of its geometry.
+  SunShares sun_shares_;
+  std::optional<std::uint64_t> sun_shares_version_;  // The view's, of its sun.
 };
 
 }  // namespace pleinair

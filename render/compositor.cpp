@@ -13,12 +13,12 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/packing.hpp>
 
-#include "render/internal/change_texture.h"
 #include "render/internal/composite_pass.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
 #include "render/internal/object_layer_pass.h"
 #include "render/internal/real_shadow_pass.h"
+#include "render/internal/rect_texture.h"
 #include "render/internal/scene_geometry.h"
 #include "render/internal/shadow_mask_pass.h"
 #include "render/internal/surface_textures.h"
@@ -48,6 +48,21 @@ void RequireSize(const Image<Pixel>& image, const SurfaceView& view, const char*
   throw std::invalid_argument(std::string(name) + " is " + SizeText(image.width, image.height) +
                               ", expected " + SizeText(view.Width(), view.Height()) +
                               ", the size of view.region");
+}
+
+template <typename Pixel>
+void RequireInside(const Image<Pixel>& image,
+                   const glm::ivec2& lower,
+                   const SurfaceView& view,
+                   const char* name) {
+  if (lower.x >= 0 && lower.y >= 0 && lower.x + image.width <= view.Width() &&
+      lower.y + image.height <= view.Height()) {
+    return;
+  }
+  throw std::invalid_argument(std::string(name) + " of " + SizeText(image.width, image.height) +
+                              " at (" + std::to_string(lower.x) + ", " + std::to_string(lower.y) +
+                              "): expected inside the picture, " +
+                              SizeText(view.Width(), view.Height()));
 }
 
 void ValidateCamera(const Camera& camera) {
@@ -105,14 +120,11 @@ void Validate(const CompositeInput& input, std::span<const VirtualObject> object
   }
   if (input.irradiance_change != nullptr) {
     const IrradianceChange& change = *input.irradiance_change;
-    const RgbImage& image = change.irradiance_rgb;
-    if (change.x_px < 0 || change.y_px < 0 || change.x_px + image.width > view.Width() ||
-        change.y_px + image.height > view.Height()) {
-      throw std::invalid_argument("irradiance_change of " + SizeText(image.width, image.height) +
-                                  " at (" + std::to_string(change.x_px) + ", " +
-                                  std::to_string(change.y_px) + "): expected inside the picture, " +
-                                  SizeText(view.Width(), view.Height()));
-    }
+    RequireInside(change.irradiance_rgb, {change.x_px, change.y_px}, view, "irradiance_change");
+  }
+  if (input.sun_shares != nullptr) {
+    const RealSunShare& real = input.sun_shares->real;
+    RequireInside(real.hidden, {real.x_px, real.y_px}, view, "sun_shares.real");
   }
   if (!input.effects.probe_shading) return;
   if (input.vertex_irradiance.size() != objects.size()) {
@@ -229,7 +241,10 @@ struct Compositor::Impl {
   CompositePass composite;
   ShadowMaskPass shadow_mask;
   SurfaceTextures surface;
-  ChangeTexture change;
+  RectTexture change;
+  RectTexture hidden_sun;
+  RectTexture seen_sun;  // In the objects' samples.
+  RectTexture mirrored;
   LayerLookup lookup;
   HalfReader reader;
 
@@ -244,6 +259,7 @@ struct Compositor::Impl {
   ShadowVolumes real_volumes;
 
   void UpdateLayerView(const Camera& camera);
+  void UpdateRects(const CompositeInput& input, bool has_shadows);
   void UpdateVolumes(const glm::dvec3& to_sun);
   PixelRect DrawLayers(const CompositeInput& input, float gain);
   void ReadBack(const RgbImage& camera, const PixelRect& rect, float gain, Composite& result);
@@ -268,6 +284,27 @@ void Compositor::Impl::UpdateVolumes(const glm::dvec3& to_sun) {
   volumes_version = scene.Version();
 }
 
+void Compositor::Impl::UpdateRects(const CompositeInput& input, bool has_shadows) {
+  change.Clear();
+  hidden_sun.Clear();
+  seen_sun.Clear();
+  mirrored.Clear();
+  if (input.irradiance_change != nullptr) {
+    const IrradianceChange& of_light = *input.irradiance_change;
+    change.Update({of_light.x_px, of_light.y_px}, of_light.irradiance_rgb);
+  }
+  if (has_shadows && input.sun_shares != nullptr) {
+    const RealSunShare& real = input.sun_shares->real;
+    hidden_sun.Update({real.x_px, real.y_px}, real.hidden);
+    const ObjectSunShare& objects = input.sun_shares->objects;
+    seen_sun.Update(ObjectSunShare::kSamplesPerSide * glm::ivec2(objects.x_px, objects.y_px),
+                    objects.seen);
+  }
+  if (input.mirrored != nullptr) {
+    mirrored.Update({input.mirrored->x_px, input.mirrored->y_px}, input.mirrored->radiance);
+  }
+}
+
 // Draws all layers and the composite; returns the part of the picture that may have changed.
 PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) {
   const glm::dvec3 to_sun = ValidatedDirection(input.lighting.sun.direction_enu);
@@ -280,8 +317,9 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
   sun.is_shining = has_sun && effects.sun_shading;
   const bool has_shadows = has_sun && effects.sun_shadow && scene.ObjectBoxLocal().has_value();
 
-  PixelRect shadow_rect;
-  if (has_shadows && scene.PhantomBoxLocal()) {
+  const bool by_volumes = has_shadows && input.sun_shares == nullptr;
+  PixelRect shadow_rect;  // In the layers, by volumes.
+  if (by_volumes && scene.PhantomBoxLocal()) {
     shadow_rect = ShadowExtentOf(*scene.ObjectBoxLocal(),
                                  *scene.PhantomBoxLocal(),
                                  to_sun,
@@ -289,11 +327,14 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
                                  layer_view.camera_from_local);
   }
   const PixelRect& object_rect = layer_view.object_rect;
-  change.Update(input.irradiance_change);
-  if (object_rect.Empty() && shadow_rect.Empty() && change.Rect().Empty()) return {};
+  UpdateRects(input, has_shadows);
+  if (object_rect.Empty() && shadow_rect.Empty() && change.Rect().Empty() &&
+      hidden_sun.Rect().Empty()) {
+    return {};
+  }
 
-  if (has_shadows) UpdateVolumes(to_sun);
-  const bool shades_objects = has_shadows && sun.is_shining && !object_rect.Empty();
+  if (by_volumes) UpdateVolumes(to_sun);
+  const bool shades_objects = by_volumes && sun.is_shining && !object_rect.Empty();
   if (shadow_rect.Empty()) {
     real_shadow.Clear(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
   } else {
@@ -307,6 +348,7 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
                     sun,
                     shades_objects ? &object_volumes : nullptr,
                     shades_objects ? &real_volumes : nullptr,
+                    {seen_sun, mirrored, input.mirrored != nullptr, gain},
                     stencil);
 
   surface.Update(input.view);
@@ -322,6 +364,7 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
                                object_layer.Layer(),
                                real_shadow.Mask(),
                                change,
+                               hidden_sun,
                                lookup.CameraRectOf(object_rect),
                                lookup.CameraRectOf(shadow_rect)};
   composite.Draw(layers, light, gain, input.view.Width(), input.view.Height());

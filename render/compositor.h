@@ -14,6 +14,8 @@
 #include "scene/irradiance_change.h"
 #include "scene/lighting.h"
 #include "scene/mesh.h"
+#include "scene/mirrored_light.h"
+#include "scene/sun_shares.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
@@ -23,14 +25,16 @@ struct CompositeEffects {
   bool sun_shading = true;    // Phong under the sun on virtual objects.
   bool sun_shadow = true;     // Real on virtual, virtual on real, and each on itself.
   bool probe_shading = true;  // Irradiance volume on virtual objects.
+  // CompositeInput's sun_shares, chosen where they are made.
+  bool penumbra = true;  // Of the sun's disc, in sun_shadow.
   // Parts of CompositeInput's irradiance_change, chosen where that is made.
   bool sky_occlusion = true;    // What virtual objects hide of the light on real surfaces.
   bool colour_bleeding = true;  // What they send instead.
 };
 
-// Materials are drawn with their diffuse albedo and the sun's GGX highlight; what a glossy surface
-// would mirror of its surroundings is drawn as if it were diffuse, with albedo plus specular
-// reflectance.
+// Materials are drawn with their diffuse albedo and the sun's GGX highlight, and what a glossy
+// surface mirrors of its surroundings as CompositeInput's mirrored says; without that as if it were
+// diffuse, with albedo plus specular reflectance.
 struct VirtualObject {
   Mesh mesh;  // In world coordinates. Needs normals.
 };
@@ -47,6 +51,11 @@ struct CompositeInput {
   CompositeEffects effects;
   // Beside the sun's shadow; inside the picture. Null: nothing changes.
   const IrradianceChange* irradiance_change = nullptr;
+  // Shares of the sun's disc for effects.sun_shadow, for lighting.sun's direction. Null: hard
+  // shadows, by volumes.
+  const SunShares* sun_shares = nullptr;
+  // Null: drawn as diffuse.
+  const MirroredLight* mirrored = nullptr;
 };
 
 // What the composite did to each pixel.
@@ -71,8 +80,8 @@ struct Composite {
 // the view's sun_visibility decides instead. What a clipped pixel clipped is the model's radiance,
 // where that is the brighter.
 //
-// Edges    An object's edge pixels blend with the camera's (four samples); shadows on real surfaces
-//          are hard.
+// Edges    An object's edge pixels blend with the camera's (four samples). Shadows by volumes are
+//          hard; on real surfaces they are blurred over a pixel.
 // Lens     Where the camera distorts, layers are drawn without and looked up per camera pixel.
 // Context  Leaves the application's framebuffer and viewport bound, and all tests switched off.
 class Compositor {

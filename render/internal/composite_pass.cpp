@@ -39,11 +39,20 @@ vec3 ChangeAt(ivec2 pixel) {
 }
 )";
 
-// The mask says lit or shaded at a pixel's centre. A pixel's share of shadow is its mean over the
-// pixel and half of each neighbour (a tent filter): what a lens and the sun's disc make of an edge.
+// A pixel's share of new shadow: the share of the disc that is hidden, where that is given. Else
+// the mask says lit or shaded at a pixel's centre, and its mean over the pixel and half of each
+// neighbour is taken (a tent filter): what a lens and the sun's disc make of an edge.
 constexpr std::string_view kShadowShareShader = R"(
 uniform sampler2D u_shadow_mask;
+uniform sampler2D u_hidden_sun;
+uniform ivec4 u_hidden_sun_rect;  // Lower corner and size.
 float ShadowAt(ivec2 pixel) {
+  if (u_hidden_sun_rect.z > 0) {
+    ivec2 place = pixel - u_hidden_sun_rect.xy;
+    bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
+                     all(lessThan(place, u_hidden_sun_rect.zw));
+    return is_inside ? texelFetch(u_hidden_sun, place, 0).r : 0.0;
+  }
   vec2 size = vec2(textureSize(u_shadow_mask, 0));
   vec2 place = u_has_lookup != 0 ? texelFetch(u_lookup, pixel, 0).xy : vec2(pixel) + 0.5;
   float sum = 0.0;
@@ -228,10 +237,19 @@ void AddLookup(const LayerLookup& lookup, const ShaderProgram& program, BoundTex
   program.Set("u_has_lookup", lookup.IsIdentity() ? 0 : 1);
 }
 
-void AddChange(const ChangeTexture& change, const ShaderProgram& program, BoundTextures& textures) {
+void AddChange(const RectTexture& change, const ShaderProgram& program, BoundTextures& textures) {
   const PixelRect& rect = change.Rect();
   textures.Add("u_change", change.Texture());
   program.Set("u_change_rect", glm::ivec4(rect.lower, rect.upper - rect.lower));
+}
+
+void AddShadow(const CompositeLayers& layers,
+               const ShaderProgram& program,
+               BoundTextures& textures) {
+  const PixelRect& rect = layers.hidden_sun.Rect();
+  textures.Add("u_shadow_mask", layers.shadow_mask);
+  textures.Add("u_hidden_sun", layers.hidden_sun.Texture());
+  program.Set("u_hidden_sun_rect", glm::ivec4(rect.lower, rect.upper - rect.lower));
 }
 
 }  // namespace
@@ -259,11 +277,11 @@ void CompositePass::MarkRelit(const CompositeLayers& layers) {
   glStencilFunc(GL_ALWAYS, 1, 0xff);
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  if (!layers.shadow_rect.Empty()) {
-    ScissorTo(layers.shadow_rect);
+  if (!layers.ShadowRect().Empty()) {
+    ScissorTo(layers.ShadowRect());
     shadowed_program_.Use();
     BoundTextures textures(shadowed_program_);
-    textures.Add("u_shadow_mask", layers.shadow_mask);
+    AddShadow(layers, shadowed_program_, textures);
     AddLookup(layers.lookup, shadowed_program_, textures);
     DrawScreen();
   }
@@ -283,7 +301,7 @@ void CompositePass::Relight(const CompositeLayers& layers,
                             const CompositeLight& light,
                             float gain) {
   const SurfaceTextures& surface = layers.surface;
-  ScissorTo(UnionOf(layers.shadow_rect, layers.change.Rect()));
+  ScissorTo(layers.RelitRect());
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_EQUAL, 1, 0xff);
   relight_program_.Use();
@@ -291,7 +309,7 @@ void CompositePass::Relight(const CompositeLayers& layers,
   textures.Add("u_camera_radiance", surface.Camera());
   textures.Add("u_clipped", surface.Clipped());
   textures.Add("u_object_layer", layers.object_layer);
-  textures.Add("u_shadow_mask", layers.shadow_mask);
+  AddShadow(layers, relight_program_, textures);
   textures.Add("u_albedo", surface.Albedo());
   textures.Add("u_normal", surface.Normal());
   textures.Add("u_sky_response", surface.SkyResponse(), GL_TEXTURE_2D_ARRAY);
@@ -319,7 +337,7 @@ void CompositePass::Draw(
   ScissorTo(layers.Rect());
   glClear(GL_COLOR_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   glBindVertexArray(no_vertices_.Name());
-  const bool has_relit = !layers.shadow_rect.Empty() || !layers.change.Rect().Empty();
+  const bool has_relit = !layers.RelitRect().Empty();
   if (has_relit) MarkRelit(layers);
   if (!layers.object_rect.Empty()) {
     ScissorTo(layers.object_rect);

@@ -5,9 +5,9 @@
 
 #include <glm/vec3.hpp>
 
-#include "render/internal/change_texture.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
+#include "render/internal/rect_texture.h"
 #include "render/internal/shader_program.h"
 #include "render/internal/surface_textures.h"
 
@@ -26,11 +26,14 @@ struct CompositeLayers {
   const LayerLookup& lookup;
   GLuint object_layer = 0;
   GLuint shadow_mask = 0;
-  const ChangeTexture& change;
+  const RectTexture& change;
+  const RectTexture& hidden_sun;  // Shares of the sun's disc; where it is not empty, no mask is.
   PixelRect object_rect;
-  PixelRect shadow_rect;
+  PixelRect mask_rect;
 
-  PixelRect Rect() const { return UnionOf(UnionOf(object_rect, shadow_rect), change.Rect()); }
+  PixelRect ShadowRect() const { return UnionOf(mask_rect, hidden_sun.Rect()); }
+  PixelRect RelitRect() const { return UnionOf(ShadowRect(), change.Rect()); }
+  PixelRect Rect() const { return UnionOf(object_rect, RelitRect()); }
 };
 
 class CompositePass {

@@ -13,18 +13,37 @@ layout(location = 2) in vec3 a_diffuse;
 layout(location = 3) in vec4 a_specular_alpha;
 layout(location = 4) in vec3 a_irradiance;
 uniform mat4 u_clip_from_local;
+uniform int u_mirrors;
 invariant gl_Position;
 out vec3 v_radiance;
+flat out int v_mirrors;
 void main() {
-  v_radiance = min(a_diffuse + a_specular_alpha.rgb, vec3(1.0)) * a_irradiance * 0.318309886;
+  bool is_glossy = any(greaterThan(a_specular_alpha.rgb, vec3(0.0)));
+  v_mirrors = is_glossy ? u_mirrors : 0;
+  vec3 albedo = v_mirrors != 0 ? a_diffuse : min(a_diffuse + a_specular_alpha.rgb, vec3(1.0));
+  v_radiance = albedo * a_irradiance * 0.318309886;
   gl_Position = u_clip_from_local * a_position;
 }
 )";
 
 constexpr std::string_view kAmbientFragmentShader = R"(
 in vec3 v_radiance;
+flat in int v_mirrors;
+uniform sampler2D u_mirrored;
+uniform ivec4 u_mirrored_rect;  // Lower corner, from this picture's, and size.
+uniform int u_samples_per_side;
+uniform float u_gain;
 out vec4 o_colour;
-void main() { o_colour = vec4(min(v_radiance, vec3(65504.0)), 1.0); }
+void main() {
+  vec3 radiance = v_radiance;
+  if (v_mirrors != 0) {
+    ivec2 place = ivec2(gl_FragCoord.xy) / u_samples_per_side - u_mirrored_rect.xy;
+    bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
+                     all(lessThan(place, u_mirrored_rect.zw));
+    if (is_inside) radiance += u_gain * texelFetch(u_mirrored, place, 0).rgb;
+  }
+  o_colour = vec4(min(radiance, vec3(65504.0)), 1.0);
+}
 )";
 
 constexpr std::string_view kSunVertexShader = R"(
@@ -62,6 +81,8 @@ uniform vec3 u_camera;
 uniform vec3 u_to_sun;
 uniform vec3 u_irradiance;
 uniform float u_angular_radius;
+uniform sampler2D u_seen_sun;
+uniform ivec4 u_seen_sun_rect;  // Lower corner, from this picture's, and size.
 out vec4 o_colour;
 
 const float kInvPi = 0.318309886;
@@ -82,17 +103,24 @@ vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l) {
   return density * visibility * fresnel;
 }
 
+float SeenSun() {
+  ivec2 place = ivec2(gl_FragCoord.xy) - u_seen_sun_rect.xy;
+  bool is_inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, u_seen_sun_rect.zw));
+  return is_inside ? texelFetch(u_seen_sun, place, 0).r : 1.0;
+}
+
 void main() {
   vec3 n = normalize(v_normal);
   if (!gl_FrontFacing) n = -n;
   float n_dot_l = dot(n, u_to_sun);
+  float seen = SeenSun();
   vec3 radiance = vec3(0.0);
-  if (n_dot_l > 0.0) {
+  if (n_dot_l > 0.0 && seen > 0.0) {
     vec3 reflectance = v_diffuse * kInvPi;
     if (any(greaterThan(v_specular_alpha.rgb, vec3(0.0)))) {
       reflectance += Ggx(n, normalize(u_camera - v_position), u_to_sun, n_dot_l);
     }
-    radiance = u_irradiance * n_dot_l * reflectance;
+    radiance = seen * u_irradiance * n_dot_l * reflectance;
   }
   o_colour = vec4(min(radiance, vec3(65504.0)), 0.0);
 }
@@ -115,7 +143,22 @@ void main() {
 }
 )";
 
+// Binds a texture over part of a picture whose own part starts at `first`.
+void BindRect(const ShaderProgram& program,
+              const char* texture_uniform,
+              const char* rect_uniform,
+              const RectTexture& texture,
+              const glm::ivec2& first) {
+  const PixelRect& rect = texture.Rect();
+  program.Set(texture_uniform, 0);
+  program.Set(rect_uniform, glm::ivec4(rect.lower - first, rect.upper - rect.lower));
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, texture.Texture());
+}
+
 }  // namespace
+
+static_assert(ObjectLayerPass::kSamplesPerSide == ObjectSunShare::kSamplesPerSide);
 
 ObjectLayerPass::ObjectLayerPass()
     : samples_("object samples", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8),
@@ -130,6 +173,7 @@ void ObjectLayerPass::Draw(const LayerView& view,
                            const LayerSun& sun,
                            const ShadowVolumes* object_volumes,
                            const ShadowVolumes* real_volumes,
+                           const LayerLight& light,
                            VolumeStencil& stencil) {
   const PixelRect& rect = view.object_rect;
   ResetPassState();
@@ -140,7 +184,7 @@ void ObjectLayerPass::Draw(const LayerView& view,
     drawn_rect_ = rect;
   }
   if (rect.Empty()) return;
-  DrawSamples(view, scene, sun, object_volumes, real_volumes, stencil);
+  DrawSamples(view, scene, sun, object_volumes, real_volumes, light, stencil);
 
   ResetPassState();
   layer_.Bind();
@@ -161,6 +205,7 @@ void ObjectLayerPass::DrawSamples(const LayerView& view,
                                   const LayerSun& sun,
                                   const ShadowVolumes* object_volumes,
                                   const ShadowVolumes* real_volumes,
+                                  const LayerLight& light,
                                   VolumeStencil& stencil) {
   const PixelRect& rect = view.object_rect;
   const PixelRect sample_rect{{0, 0},
@@ -183,6 +228,10 @@ void ObjectLayerPass::DrawSamples(const LayerView& view,
   glDepthFunc(GL_LEQUAL);  // On a real surface of the same depth the object wins.
   ambient_program_.Use();
   ambient_program_.Set("u_clip_from_local", clip_from_local);
+  ambient_program_.Set("u_mirrors", light.mirrors ? 1 : 0);
+  ambient_program_.Set("u_samples_per_side", kSamplesPerSide);
+  ambient_program_.Set("u_gain", light.gain);
+  BindRect(ambient_program_, "u_mirrored", "u_mirrored_rect", light.mirrored, rect.lower);
   scene.ShadedObjects().Draw();
 
   if (!sun.is_shining) return;
@@ -210,10 +259,13 @@ void ObjectLayerPass::DrawSamples(const LayerView& view,
   sun_program_.Set("u_to_sun", glm::vec3(sun.to_sun));
   sun_program_.Set("u_irradiance", sun.irradiance);
   sun_program_.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
+  BindRect(
+      sun_program_, "u_seen_sun", "u_seen_sun_rect", light.seen_sun, kSamplesPerSide * rect.lower);
   glCullFace(GL_BACK);
   scene.ShadedObjects().DrawTrianglesWithFrontInSun();
   glCullFace(GL_FRONT);
   scene.ShadedObjects().DrawTrianglesWithBackInSun();
+  glBindTexture(GL_TEXTURE_2D, 0);
 }
 
 }  // namespace pleinair

@@ -4,9 +4,11 @@
 #include <glm/vec3.hpp>
 
 #include "render/internal/frame_buffer.h"
+#include "render/internal/rect_texture.h"
 #include "render/internal/scene_geometry.h"
 #include "render/internal/volume_stencil.h"
 #include "scene/lighting.h"
+#include "scene/sun_shares.h"
 
 namespace pleinair {
 
@@ -18,12 +20,21 @@ struct LayerSun {
   double angular_radius_rad = kMeanSunAngularRadiusRad;
 };
 
+// What ray casting says of the layer; either may be empty.
+struct LayerLight {
+  const RectTexture& seen_sun;  // Share of the disc, a sample at a time.
+  const RectTexture& mirrored;  // Radiance, a pixel at a time.
+  bool mirrors = false;         // Glossy surfaces send what `mirrored` holds, or nothing.
+  float gain = 1.0f;            // From `mirrored` to the layer's units.
+};
+
 // Radiance of a point with diffuse albedo d, specular reflectance k and GGX width alpha, under
 // irradiance E (from the vertices) and sun irradiance P from direction l:
-//   L = min(d + k, 1)/pi E + s P max(0, n.l) (d/pi + GGX(k, alpha)) ,
-// n the shading normal, turned to the viewer; s is 0 in the shadow of any caster, and where the
-// triangle's visible side faces away. What a glossy surface mirrors of its surroundings is drawn as
-// if it were diffuse.
+//   L = d/pi E + M + s P max(0, n.l) (d/pi + GGX(k, alpha)) ,
+// n the shading normal, turned to the viewer; s is the share of the disc seen, or 0 in the shadow
+// of any caster, and 0 where the triangle's visible side faces away. M is what a glossy surface
+// mirrors of its surroundings; where that is not known, the surface is taken for diffuse, with
+// min(d + k, 1).
 //
 // Edges  Four samples a pixel, each shaded and shadowed by itself: drawn at twice the size, but
 // only
@@ -40,6 +51,7 @@ class ObjectLayerPass {
             const LayerSun& sun,
             const ShadowVolumes* object_volumes,
             const ShadowVolumes* real_volumes,
+            const LayerLight& light,
             VolumeStencil& stencil);
 
   // RGBA16F, zero where no object is.
@@ -51,6 +63,7 @@ class ObjectLayerPass {
                    const LayerSun& sun,
                    const ShadowVolumes* object_volumes,
                    const ShadowVolumes* real_volumes,
+                   const LayerLight& light,
                    VolumeStencil& stencil);
 
   FrameBuffer samples_;

@@ -1,0 +1,63 @@
+// Penumbrae: the share of the sun's disc that is seen past real and virtual casters together, where
+// objects change it or stand in it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/object_view.h"
+#include "relight/patch_scene.h"
+#include "scene/lighting.h"
+#include "scene/sun_shares.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+class CameraPixels;  // internal/camera_pixels.h
+
+struct SoftSunOptions {
+  // Points of the disc, each cast to from another place in the pixel, for a pixel near an edge of
+  // shadow; on objects its samples have a quarter of them each. The others are told by 4 (objects)
+  // or 5 points alone. Converged: as many as wished. At least 4.
+  int disc_samples = 32;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// Accuracy  Steps of 1 / disc_samples. A caster that leaves less than a pixel of shadow may be
+//           missed.
+// Threads   The results do not depend on their number.
+class SoftSun {
+ public:
+  // `objects` has a group an object. Keeps references to `real` and `objects`.
+  SoftSun(const RayCaster& real, const PatchScene& objects, const SoftSunOptions& options = {});
+
+  // On the real surfaces of `view`, whose sun_visibility stands for `sun`.
+  RealSunShare OnReal(const SurfaceView& view, const DirectionalLight& sun) const;
+  // On the objects: 0 on faces turned away from the sun. Samples beside an object have their
+  // neighbours' mean, as a renderer may place its edge a little differently.
+  ObjectSunShare OnObjects(const ObjectView& view, const DirectionalLight& sun) const;
+
+ private:
+  // Box around an object, in coordinates of the sun's beam.
+  struct Silhouette {
+    glm::vec3 lower{0.0f};
+    glm::vec3 upper{0.0f};
+  };
+  class Disc;
+
+  std::vector<Silhouette> SilhouettesFrom(const Disc& disc) const;
+  std::vector<std::uint32_t> PixelsNearShadow(const SurfaceView& view, const Disc& disc) const;
+  float HiddenOver(const SurfaceView& view,
+                   const CameraPixels& pixels,
+                   std::size_t pixel,
+                   const Disc& disc) const;
+
+  const RayCaster& real_;
+  const PatchScene& objects_;
+  SoftSunOptions options_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,33 @@
+// How much of the sun's disc is seen past real and virtual casters together, over parts of a
+// picture: plain data from relight to render.
+#pragma once
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// On real surfaces, a camera pixel at a time. Pixels outside the image lose nothing.
+struct RealSunShare {
+  int x_px = 0;  // Of the image's first pixel in the picture.
+  int y_px = 0;
+  // What virtual objects hide of the part of the disc that the pixel sees without them, 0..1: a
+  // mean over the pixel's square. May be empty.
+  GrayImage hidden;
+};
+
+// On virtual objects, at samples of the undistorted picture that covers the camera's (see
+// UndistortedCover).
+struct ObjectSunShare {
+  static constexpr int kSamplesPerSide = 2;  // Of a pixel.
+  int x_px = 0;                              // Of the image's first pixel in that picture.
+  int y_px = 0;
+  // Share of the disc seen, 0..1: kSamplesPerSide samples for each side of a pixel. May be empty.
+  GrayImage seen;
+};
+
+struct SunShares {
+  RealSunShare real;
+  ObjectSunShare objects;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,172 @@
+// What ray casting says of the sun's disc and of mirror images, as the compositor takes it.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "composite_scene.h"
+#include "render/compositor.h"
+#include "render/gl_context.h"
+#include "test_scenes.h"
+
+namespace pleinair::test {
+namespace {
+
+// Half float keeps 11 bits, and drivers may cut off instead of rounding: 2^-10.
+constexpr double kHalfRounding = 1e-3;
+constexpr float kIrradiance = 90.0f;
+
+Material Glossy() {
+  Material glossy;
+  glossy.diffuse_albedo = {0.3f, 0.2f, 0.1f};
+  glossy.specular_reflectance = {0.2f, 0.3f, 0.5f};
+  glossy.roughness = 0.5f;
+  return glossy;
+}
+
+class RayCastLightTest : public testing::Test {
+ protected:
+  RayCastLightTest() { compositor_.SetPhantom(scene_.phantom); }
+
+  Composite Render(const Mesh& object, const SunShares* shares, const MirroredLight* mirrored) {
+    compositor_.SetObjects({{object}});
+    vertex_irradiance_ = {
+        std::vector<glm::vec3>(object.positions_m.size(), glm::vec3(kIrradiance))};
+    CompositeInput input = scene_.Input(vertex_irradiance_);
+    input.sun_shares = shares;
+    input.mirrored = mirrored;
+    return compositor_.Render(input);
+  }
+  // The same share on all samples, of the whole picture.
+  ObjectSunShare Everywhere(float seen) const {
+    return {0,
+            0,
+            GrayImage(ObjectSunShare::kSamplesPerSide * scene_.view.Width(),
+                      ObjectSunShare::kSamplesPerSide * scene_.view.Height(),
+                      seen)};
+  }
+
+  HeadlessContext context_;
+  Compositor compositor_;
+  CompositeScene scene_{DirectionOf(215.0, 40.0)};
+  std::vector<std::vector<glm::vec3>> vertex_irradiance_;
+  const Mesh sphere_ = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24);
+};
+
+TEST_F(RayCastLightTest, RealPixelsLoseTheShareOfTheDiscThatIsHidden) {
+  SunShares shares{{60, 100, GrayImage(80, 70, 0.0f)}, Everywhere(1.0f)};
+  for (int y = 0; y < 70; ++y) {
+    for (int x = 0; x < 80; ++x) shares.real.hidden.At(x, y) = static_cast<float>(x % 5) / 4.0f;
+  }
+  const Composite composite = Render(sphere_, &shares, nullptr);
+  int scaled = 0;
+  for (int y = 0; y < scene_.view.Height(); ++y) {
+    for (int x = 0; x < scene_.view.Width(); ++x) {
+      const std::size_t i = scene_.view.region.Index(x, y);
+      if (composite.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kCovered)) continue;
+      const bool is_inside = x >= 60 && x < 140 && y >= 100 && y < 170;
+      const double hidden =
+          is_inside ? static_cast<double>(shares.real.hidden.At(x - 60, y - 100)) : 0.0;
+      const bool is_relit = hidden > 0.0 && scene_.view.sun_visibility.pixels[i] > 0.0f;
+      ASSERT_EQ(composite.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kScaled),
+                is_relit);
+      if (!is_relit) {
+        ASSERT_EQ(composite.radiance.pixels[i], scene_.radiance.pixels[i]);
+        continue;
+      }
+      ++scaled;
+      const glm::dvec3 expected = scene_.ModelRadiance(i, 1.0 - hidden);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(composite.radiance.pixels[i][c] / expected[c], 1.0, kHalfRounding);
+      }
+    }
+  }
+  EXPECT_GT(scaled, 1000);
+}
+
+// Sunlight on the object is the share's multiple of the whole: sky and sun add up.
+TEST_F(RayCastLightTest, AnObjectsSunIsTheShareThatItSees) {
+  const SunShares dark{{}, Everywhere(0.0f)};
+  const SunShares half{{}, Everywhere(0.5f)};
+  const SunShares whole{{}, Everywhere(1.0f)};
+  const Mesh object = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24, Glossy());
+  const Composite without = Render(object, &dark, nullptr);
+  const Composite with_half = Render(object, &half, nullptr);
+  const Composite with_all = Render(object, &whole, nullptr);
+  int lit = 0;
+  for (std::size_t i = 0; i < without.change.pixels.size(); ++i) {
+    if (without.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kCovered)) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double low = without.radiance.pixels[i][c];
+      const double high = with_all.radiance.pixels[i][c];
+      EXPECT_NEAR(with_half.radiance.pixels[i][c], 0.5 * (low + high), kHalfRounding * high);
+    }
+    lit += with_all.radiance.pixels[i].g > 1.5f * without.radiance.pixels[i].g ? 1 : 0;
+  }
+  EXPECT_GT(lit, 300);
+}
+
+// A glossy object in the dark: a diffuse part by its irradiance, and the mirror image as it is.
+TEST_F(RayCastLightTest, AGlossyObjectShowsWhatItMirrors) {
+  scene_.lighting.sun.irradiance_rgb = glm::dvec3(0.0);
+  const Material material = Glossy();
+  const Mesh object = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24, material);
+  MirroredLight mirrored{0, 0, RgbImage(scene_.view.Width(), scene_.view.Height())};
+  for (int y = 0; y < mirrored.radiance.height; ++y) {
+    for (int x = 0; x < mirrored.radiance.width; ++x) {
+      mirrored.radiance.At(x, y) = glm::vec3(x % 7, y % 5, 3.0f);
+    }
+  }
+  const Composite composite = Render(object, nullptr, &mirrored);
+  int inside = 0;
+  for (int y = 1; y + 1 < scene_.view.Height(); ++y) {
+    for (int x = 1; x + 1 < scene_.view.Width(); ++x) {
+      bool is_covered = true;
+      for (int k = 0; k < 9; ++k) {
+        is_covered &= composite.change.At(x + k % 3 - 1, y + k / 3 - 1) ==
+                      static_cast<std::uint8_t>(PixelChange::kCovered);
+      }
+      if (!is_covered) continue;
+      ++inside;
+      const glm::vec3 expected = material.diffuse_albedo * kIrradiance / std::numbers::pi_v<float> +
+                                 mirrored.radiance.At(x, y);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(composite.radiance.At(x, y)[c], expected[c], kHalfRounding * expected[c]);
+      }
+    }
+  }
+  EXPECT_GT(inside, 500);
+}
+
+TEST_F(RayCastLightTest, AMattObjectMirrorsNothing) {
+  const MirroredLight mirrored{
+      0, 0, RgbImage(scene_.view.Width(), scene_.view.Height(), glm::vec3(1e4f))};
+  const Composite with = Render(sphere_, nullptr, &mirrored);
+  const Composite without = Render(sphere_, nullptr, nullptr);
+  EXPECT_EQ(with.radiance.pixels, without.radiance.pixels);
+}
+
+// 10^7 is a sun's disc in a mirror: shown as the format's largest value in the frame's units, and
+// no neighbour of it is spoilt.
+TEST_F(RayCastLightTest, AMirroredSunStaysFinite) {
+  const Mesh object = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24, Glossy());
+  const MirroredLight mirrored{
+      0, 0, RgbImage(scene_.view.Width(), scene_.view.Height(), glm::vec3(1e7f))};
+  const Composite composite = Render(object, nullptr, &mirrored);
+  for (const glm::vec3& pixel : composite.radiance.pixels) {
+    for (int c = 0; c < 3; ++c) {
+      ASSERT_TRUE(std::isfinite(pixel[c]));
+      EXPECT_LE(pixel[c], 65504.0f);
+    }
+  }
+}
+
+TEST_F(RayCastLightTest, RefusesSharesBeyondThePicture) {
+  const SunShares shares{{200, 0, GrayImage(41, 10)}, {}};
+  EXPECT_THROW(Render(sphere_, &shares, nullptr), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair::test
