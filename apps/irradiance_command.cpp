@@ -110,7 +110,6 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   }
   SequenceRunOptions run;
   run.seed = options.gather.seed;
-  const std::unique_ptr<LightingSource> source = MakeSourceFor(run, sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   for (const std::string& note : site.notes) spdlog::warn("{}", note);
   FileBlobStore store(options.cache);
@@ -119,6 +118,8 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   const PreparedScene scene =
       PrepareScene(site.model, PrepareOptionsFor(site, prepare), store, ProgressOnStandardError());
 
+  const std::unique_ptr<LightingSource> source =
+      MakeSourceFor(run, sequence, scene.aerosol_optical_depth);
   sequence.frames = {sequence.frames[index]};
   const auto frame = MakeRecordedFrameSource(sequence, FrameKind::kLinear)->Next();
   const auto failed = [&](const std::string& reason) {

@@ -124,14 +124,17 @@ Daylight DaylightOf(const SequenceRunOptions& options, const SequenceSite& site)
 }
 
 std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
-                                              const Sequence& sequence) {
+                                              const Sequence& sequence,
+                                              double aerosol_optical_depth_500nm) {
   if (!options.lighting.empty()) {
     OutdoorLightingOptions shapes;
     shapes.samples = options.samples;
     shapes.seed = options.seed;
     shapes.sky_shapes = options.sky_shapes;
+    shapes.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
     return MakeGivenLightingSource(ReadGivenLighting(options.lighting),
-                                   MakeOutdoorLightingSource(shapes));
+                                   MakeOutdoorLightingSource(shapes),
+                                   aerosol_optical_depth_500nm);
   }
   if (SourceOf(options, sequence) == SourceKind::kFisheye) {
     if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
@@ -153,6 +156,7 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
   outdoor.samples = options.samples;
   outdoor.seed = options.seed;
   outdoor.sky_shapes = options.sky_shapes;
+  outdoor.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
   return MakeOutdoorLightingSource(outdoor);
 }
 
@@ -163,7 +167,7 @@ std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& optio
   loaded->sequence = ReadRunSequence(options, loaded->board);
   loaded->site = LoadSequenceSite(loaded->sequence);
   // A source that there are no data for is told before the work begins.
-  MakeSourceFor(options, loaded->sequence);
+  MakeSourceFor(options, loaded->sequence, kStandardAerosolDepth500nm);
   FileBlobStore store(options.cache);
   loaded->scene = PrepareScene(
       loaded->site.model, PrepareOptionsFor(loaded->site, options.prepare), store, progress);
@@ -181,7 +185,7 @@ SequenceRun::SequenceRun(std::shared_ptr<const LoadedSequence> loaded,
       loaded_->site.model.mesh,
       loaded_->sequence.site,
       options.with_objects ? loaded_->site.objects : std::vector<VirtualObject>(),
-      MakeSourceFor(options, loaded_->sequence),
+      MakeSourceFor(options, loaded_->sequence, loaded_->scene.aerosol_optical_depth),
       compositor_,
       PipelineOptionsFor(options, *loaded_));
   frames_ = FramesOfRun(options, *loaded_, notes_);

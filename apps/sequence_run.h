@@ -62,7 +62,8 @@ Daylight DaylightOf(const SequenceRunOptions& options, const SequenceSite& site)
 // The source that `options` asks for, or the sequence calls for. Throws std::runtime_error for one
 // that the sequence has no data for.
 std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
-                                              const Sequence& sequence);
+                                              const Sequence& sequence,
+                                              double aerosol_optical_depth_500nm);
 
 // What runs of one sequence share while their offline settings are the same.
 struct LoadedSequence {

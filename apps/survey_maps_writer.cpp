@@ -69,6 +69,8 @@ std::string Describe(const SurveyLight& light) {
   json["sun_irradiance_rgb"] = ToJson(light.sun_irradiance_rgb);
   json["sun_irradiance_stddev_rgb"] = ToJson(light.sun_irradiance_stddev_rgb);
   json["sky_irradiance_rgb"] = ToJson(light.sky_irradiance_rgb);
+  json["aerosol_optical_depth_500nm"] =
+      light.aerosol_optical_depth ? Json(*light.aerosol_optical_depth) : Json(nullptr);
   json["albedo_stddev_rgb"] = ToJson(light.albedo_stddev_rgb);
   json["notes"] = light.notes;
   return json.dump(2) + "\n";

@@ -51,8 +51,11 @@ void ScaleTo(const glm::dvec3& sky_irradiance_rgb, Lighting& lighting) {
 class GivenLightingSource final : public LightingSource {
  public:
   GivenLightingSource(std::map<int, GivenLight> by_frame,
-                      std::unique_ptr<LightingSource> shape_source)
-      : by_frame_(std::move(by_frame)), shape_source_(std::move(shape_source)) {}
+                      std::unique_ptr<LightingSource> shape_source,
+                      double aerosol_optical_depth_500nm)
+      : by_frame_(std::move(by_frame)),
+        shape_source_(std::move(shape_source)),
+        aerosol_optical_depth_500nm_(aerosol_optical_depth_500nm) {}
 
   tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
                                                    const SunState& sun) override {
@@ -98,6 +101,7 @@ class GivenLightingSource final : public LightingSource {
  private:
   std::map<int, GivenLight> by_frame_;
   std::unique_ptr<LightingSource> shape_source_;
+  double aerosol_optical_depth_500nm_;
   std::vector<std::shared_ptr<const SkyShape>> basis_;
   // What basis_ was made for.
   std::filesystem::path image_;
@@ -125,7 +129,9 @@ class GivenLightingSource final : public LightingSource {
     basis_.resize(names.size());
     for (std::size_t k = 0; k < names.size(); ++k) {
       const SkyShapeKind kind = *KindOf(names[k]);  // Validate has seen to it.
-      if (!same_names || TurnsWithTheSun(kind)) basis_[k] = MakeSkyShape(kind, sun.direction_enu);
+      if (!same_names || TurnsWithTheSun(kind)) {
+        basis_[k] = MakeSkyShape(kind, sun.direction_enu, aerosol_optical_depth_500nm_);
+      }
     }
     names_ = std::move(names);
     sun_enu_ = sun.direction_enu;
@@ -165,9 +171,12 @@ void GivenLight::Validate() const {
 }
 
 std::unique_ptr<LightingSource> MakeGivenLightingSource(
-    std::map<int, GivenLight> by_frame, std::unique_ptr<LightingSource> shape_source) {
+    std::map<int, GivenLight> by_frame,
+    std::unique_ptr<LightingSource> shape_source,
+    double aerosol_optical_depth_500nm) {
   for (const auto& [frame, light] : by_frame) light.Validate();
-  return std::make_unique<GivenLightingSource>(std::move(by_frame), std::move(shape_source));
+  return std::make_unique<GivenLightingSource>(
+      std::move(by_frame), std::move(shape_source), aerosol_optical_depth_500nm);
 }
 
 }  // namespace pleinair

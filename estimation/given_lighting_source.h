@@ -11,6 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include "estimation/lighting_source.h"
+#include "sunmodel/clear_sky.h"
 
 namespace pleinair {
 
@@ -33,8 +34,11 @@ struct GivenLight {
 };
 
 // Gives the light of `by_frame`; a frame that is not there fails, saying so. `shape_source` fits
-// the shapes of skies that have none: it must respect LightingObservation::held.
+// the shapes of skies that have none: it must respect LightingObservation::held. The haze is that
+// of clear skies among the given shares.
 std::unique_ptr<LightingSource> MakeGivenLightingSource(
-    std::map<int, GivenLight> by_frame, std::unique_ptr<LightingSource> shape_source);
+    std::map<int, GivenLight> by_frame,
+    std::unique_ptr<LightingSource> shape_source,
+    double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm);
 
 }  // namespace pleinair

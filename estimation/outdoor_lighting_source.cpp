@@ -75,7 +75,9 @@ class OutdoorLightingSource final : public LightingSource {
     basis_.resize(options_.sky_shapes.size());
     for (std::size_t k = 0; k < basis_.size(); ++k) {
       const SkyShapeKind kind = options_.sky_shapes[k];
-      if (first || TurnsWithTheSun(kind)) basis_[k] = MakeSkyShape(kind, sun.direction_enu);
+      if (first || TurnsWithTheSun(kind)) {
+        basis_[k] = MakeSkyShape(kind, sun.direction_enu, options_.aerosol_optical_depth_500nm);
+      }
     }
     basis_sun_enu_ = sun.direction_enu;
     return SkyBasis(basis_);

@@ -17,6 +17,8 @@ struct OutdoorLightingOptions {
   // What the sky's light is a mix of: at least one, each at most once. Uniform alone is
   // jensen-2006's model.
   std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
+  // Of a clear sky's haze, as the survey shows it (see SurveyLight). 0 .. 5.
+  double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm;
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };

@@ -15,7 +15,7 @@ namespace {
 using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
-constexpr std::string_view kFormat = "pleinair-prepared-5";
+constexpr std::string_view kFormat = "pleinair-prepared-6";
 
 std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   ContentHash hash;
@@ -201,6 +201,8 @@ PreparedScene PrepareScene(const SiteModel& site,
     prepared.notes.insert(
         prepared.notes.end(), survey.light.notes.begin(), survey.light.notes.end());
     prepared.albedo_stddev_rgb = survey.light.albedo_stddev_rgb;
+    prepared.aerosol_optical_depth =
+        survey.light.aerosol_optical_depth.value_or(kStandardAerosolDepth500nm);
     prepared.survey = std::move(survey);
   }
 

@@ -12,6 +12,7 @@
 #include "relight/progress.h"
 #include "relight/survey.h"
 #include "relight/transport.h"
+#include "sunmodel/clear_sky.h"
 
 namespace pleinair {
 
@@ -46,6 +47,7 @@ struct PreparedScene {
   std::optional<Survey> survey;
   // How far all albedos may be off together, relative.
   glm::dvec3 albedo_stddev_rgb{0.0};
+  double aerosol_optical_depth = kStandardAerosolDepth500nm;  // At 500 nm, of clear skies there.
   ProbeOperator probes;
   std::vector<std::string> notes;  // For the report: ground extended, disc clipped, ...
   bool from_store = false;         // Every stage was loaded, none computed.

@@ -18,6 +18,7 @@
 #include "relight/internal/sun_disc.h"
 #include "relight/internal/surface_gather.h"
 #include "relight/internal/survey_albedo.h"
+#include "relight/internal/survey_haze.h"
 #include "relight/internal/survey_light.h"
 #include "scene/lat_long.h"
 
@@ -178,6 +179,17 @@ Survey MakeSurvey(const SurveyMap& map,
   }
   survey.light =
       MeasureSurveyLight(map, shows_sky, SunSeenFrom(map, scene, options.sun_disc_samples));
+
+  survey.light.aerosol_optical_depth =
+      MeasureAerosolDepth(map.radiance, shows_sky, survey.light.sun_direction_enu);
+  if (survey.light.aerosol_optical_depth) {
+    char text[96];
+    std::snprintf(text,
+                  sizeof(text),
+                  "survey map: clear skies are taken to be as hazy as its own: %.2f at 500 nm",
+                  *survey.light.aerosol_optical_depth);
+    survey.light.notes.emplace_back(text);
+  }
 
   const SunDisc disc(
       survey.light.sun_direction_enu, map.sun_angular_radius_rad, options.sun_disc_samples);

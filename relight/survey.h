@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,8 @@ struct SurveyLight {
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};
+  // At 500 nm: how hazy the map's sky is. None where it does not tell.
+  std::optional<double> aerosol_optical_depth;
   // Lat-long, without the disc, what buildings hide filled in, black below the horizon.
   RgbImage sky_radiance;
   std::vector<std::string> notes;  // What was assumed; for the report.

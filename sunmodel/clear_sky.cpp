@@ -8,6 +8,7 @@
 
 #include "sunmodel/angles.h"
 #include "sunmodel/internal/number_text.h"
+#include "sunmodel/internal/optical_depth.h"
 #include "sunmodel/refraction.h"
 
 namespace pleinair {
@@ -24,13 +25,12 @@ struct Band {
   double wavelength_um;
   double ozone_per_atm_cm;  // Absorption coefficient, the source's table.
 };
-constexpr std::array<Band, 3> kBands{{{0.610, 0.120}, {0.550, 0.085}, {0.460, 0.006}}};
+constexpr std::array<Band, 3> kBands{
+    {{kBandWavelengthUm[0], 0.120}, {kBandWavelengthUm[1], 0.085}, {kBandWavelengthUm[2], 0.006}}};
 
 // Rural aerosol as the source has it.
-constexpr double kAngstromExponent = 1.14;
 constexpr double kScatteringAlbedoAt400nm = 0.945;
 constexpr double kScatteringAlbedoVariation = 0.095;
-constexpr double kAerosolAsymmetry = 0.65;
 // Where the source evaluates the light that the ground sends up: sky reflectance is that at this
 // air mass.
 constexpr double kUpwardAirMass = 1.8;
@@ -49,10 +49,8 @@ Transmittances TransmittancesAt(const Band& band,
                                 double pressure_hpa,
                                 const ClearSkyConditions& conditions) {
   const double um = band.wavelength_um;
-  const double um2 = um * um;
-  const double rayleigh_depth = 1.0 / (um2 * um2 * (115.6406 - 1.335 / um2));
-  const double aerosol_depth =
-      conditions.aerosol_optical_depth_500nm * std::pow(um / 0.5, -kAngstromExponent);
+  const double rayleigh_depth = RayleighOpticalDepth(um);
+  const double aerosol_depth = AerosolOpticalDepth(conditions.aerosol_optical_depth_500nm, um);
   const double log_um = std::log(um / 0.4);
   const double scattering_albedo =
       kScatteringAlbedoAt400nm * std::exp(-kScatteringAlbedoVariation * log_um * log_um);

@@ -7,6 +7,9 @@
 
 namespace pleinair {
 
+// Haze of the standard spectrum ASTM G173-03: a clear day.
+inline constexpr double kStandardAerosolDepth500nm = 0.084;
+
 struct ClearSkyIrradiance {
   glm::dvec3 beam_rgb{0.0};     // Normal to the beam, W m^-2 per channel; 0 below the horizon.
   glm::dvec3 diffuse_rgb{0.0};  // On a horizontal plane, from the sky without the disc.
@@ -15,10 +18,10 @@ struct ClearSkyIrradiance {
 // The air, the ground around and the sun's distance. Defaults: the conditions of the standard
 // spectrum ASTM G173-03 (rural aerosol), and ground of albedo 0.2.
 struct ClearSkyConditions {
-  double aerosol_optical_depth_500nm = 0.084;  // [0, 5].
-  double ozone_atm_cm = 0.3438;                // [0, 1].
-  double ground_albedo = 0.2;                  // [0, 1); the sky scatters back what it reflects.
-  double sun_distance_au = 1.0;                // [0.9, 1.1].
+  double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm;  // [0, 5].
+  double ozone_atm_cm = 0.3438;                                     // [0, 1].
+  double ground_albedo = 0.2;    // [0, 1); the sky scatters back what it reflects.
+  double sun_distance_au = 1.0;  // [0.9, 1.1].
 
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;

@@ -28,8 +28,9 @@ std::shared_ptr<const SkyShape> MakeOvercastSkyShape() {
   return std::make_shared<OvercastSkyShape>();
 }
 
-std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu) {
-  const ClearSkyDistribution sky(sun_direction_enu);
+std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu,
+                                                  double aerosol_optical_depth_500nm) {
+  const ClearSkyDistribution sky(sun_direction_enu, aerosol_optical_depth_500nm);
   std::vector<glm::vec3> table(SkyTable::kCells);
   for (std::size_t cell = 0; cell < table.size(); ++cell) {
     table[cell] = glm::vec3(sky.Radiance(SkyTable::DirectionOfCell(cell)));
@@ -52,14 +53,15 @@ std::string_view NameOf(SkyShapeKind kind) {
 bool TurnsWithTheSun(SkyShapeKind kind) { return kind == SkyShapeKind::kClear; }
 
 std::shared_ptr<const SkyShape> MakeSkyShape(SkyShapeKind kind,
-                                             const glm::dvec3& sun_direction_enu) {
+                                             const glm::dvec3& sun_direction_enu,
+                                             double aerosol_optical_depth_500nm) {
   switch (kind) {
     case SkyShapeKind::kUniform:
       return MakeUniformSkyShape();
     case SkyShapeKind::kOvercast:
       return MakeOvercastSkyShape();
     case SkyShapeKind::kClear:
-      return MakeClearSkyShape(sun_direction_enu);
+      return MakeClearSkyShape(sun_direction_enu, aerosol_optical_depth_500nm);
   }
   throw std::invalid_argument("sky shape: no such kind");
 }

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "scene/sky_shape.h"
+#include "sunmodel/clear_sky.h"
 
 namespace pleinair {
 
@@ -14,7 +15,9 @@ namespace pleinair {
 std::shared_ptr<const SkyShape> MakeOvercastSkyShape();
 // ClearSkyDistribution's for the sun at `sun_direction_enu`: "clear". Looked up in cells of half a
 // degree. Throws std::invalid_argument as ClearSkyDistribution does.
-std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_direction_enu);
+std::shared_ptr<const SkyShape> MakeClearSkyShape(
+    const glm::dvec3& sun_direction_enu,
+    double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm);
 
 // The shapes above by name: what the sky's light is fitted as a mix of.
 enum class SkyShapeKind { kUniform, kOvercast, kClear };
@@ -24,7 +27,9 @@ inline constexpr SkyShapeKind kAllSkyShapeKinds[] = {
 std::string_view NameOf(SkyShapeKind kind);
 // Whether the shape is another one for another sun.
 bool TurnsWithTheSun(SkyShapeKind kind);
-std::shared_ptr<const SkyShape> MakeSkyShape(SkyShapeKind kind,
-                                             const glm::dvec3& sun_direction_enu);
+std::shared_ptr<const SkyShape> MakeSkyShape(
+    SkyShapeKind kind,
+    const glm::dvec3& sun_direction_enu,
+    double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm);
 
 }  // namespace pleinair
