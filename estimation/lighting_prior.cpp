@@ -118,10 +118,11 @@ LightingPrior PriorOf(const ClearSkyExpectation& clear_sky,
                       const std::optional<CarriedLighting>& earlier,
                       UtcTime time,
                       int sky_shapes,
+                      double kept,
                       bool widened) {
   LightingPrior prior = LightingPrior::Nothing(sky_shapes);
   const bool fits = earlier && earlier->mean.size() == prior.information.rows();
-  const double memory = fits ? Memory(earlier, time) : 0.0;
+  const double memory = fits ? kept * Memory(earlier, time) : 0.0;
   AddClearSky(clear_sky, 1.0 - memory * memory, prior);
   if (memory <= 0.0) return prior;
 
@@ -157,8 +158,34 @@ bool LightingPrior::SaysSomething() const { return information.trace() > 0.0; }
 LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
                                 const std::optional<CarriedLighting>& earlier,
                                 UtcTime time,
-                                int sky_shapes) {
-  return PriorOf(clear_sky, earlier, time, sky_shapes, /*widened=*/true);
+                                int sky_shapes,
+                                double kept) {
+  return PriorOf(clear_sky, earlier, time, sky_shapes, kept, /*widened=*/true);
+}
+
+double KeptMemory(const ClearSkyExpectation& clear_sky,
+                  const CarriedLighting& earlier,
+                  const LightVector& found) {
+  if (earlier.mean.size() != found.size()) return 1.0;
+  const UsualLight usual = UsualLightOf(clear_sky, earlier);
+  const LightVector moved = found - earlier.mean;
+  double sun = 0.0;
+  double sky = 0.0;
+  double usual_sun = 0.0;
+  double usual_sky = 0.0;
+  for (int channel = 0; channel < 3; ++channel) {
+    sun += moved[channel];
+    for (Eigen::Index u = 3 + channel; u < moved.size(); u += 3) sky += moved[u];
+    usual_sun += usual.beam[channel];
+    usual_sky += usual.sky[channel];
+  }
+  double deviations = 0.0;
+  if (usual_sun > 0.0) deviations = std::abs(sun) / (kCarriedSunSigma * usual_sun);
+  if (usual_sky > 0.0) {
+    deviations = std::max(deviations, std::abs(sky) / (kCarriedSkySigma * usual_sky));
+  }
+  const double beyond = std::max(0.0, deviations - 1.0);
+  return 1.0 / (1.0 + beyond * beyond);
 }
 
 void HoldIrradiance(const glm::dvec3& sun_rgb, const glm::dvec3& sky_rgb, LightingPrior& prior) {
@@ -183,9 +210,11 @@ CarriedLighting CarryForward(const ClearSkyExpectation& clear_sky,
                              const std::optional<CarriedLighting>& earlier,
                              UtcTime time,
                              const LightVector& mean,
-                             const LightMatrix& data_information) {
+                             const LightMatrix& data_information,
+                             double kept) {
   const int sky_shapes = static_cast<int>(mean.size()) / 3 - 1;
-  const LightingPrior prior = PriorOf(clear_sky, earlier, time, sky_shapes, /*widened=*/false);
+  const LightingPrior prior =
+      PriorOf(clear_sky, earlier, time, sky_shapes, kept, /*widened=*/false);
   return {time, mean, Inverse(data_information + prior.information)};
 }
 

@@ -58,11 +58,19 @@ inline constexpr double kSunPriorSigma = 0.35;  // Of the beam.
 //
 // An earlier answer is widened so far that a frame which can tell sun from sky by itself does not
 // feel it: 15 % of the beam, half the sky. So a cloud's step is followed in the frame that shows
-// it.
+// it. `kept` is the share of the memory that is left: see KeptMemory.
 LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
                                 const std::optional<CarriedLighting>& earlier,
                                 UtcTime time,
-                                int sky_shapes);
+                                int sky_shapes,
+                                double kept = 1.0);
+
+// How much of an earlier answer is still to be kept, once a fit under it has found `found`: 1 while
+// sun and sky are within its widened deviation, and the less the farther they have moved in spite
+// of it. Continuous.
+double KeptMemory(const ClearSkyExpectation& clear_sky,
+                  const CarriedLighting& earlier,
+                  const LightVector& found);
 
 // Holds sun and whole sky to within 10^-4 of the larger, so that the samples decide the sky's shape
 // alone.
@@ -74,6 +82,7 @@ CarriedLighting CarryForward(const ClearSkyExpectation& clear_sky,
                              const std::optional<CarriedLighting>& earlier,
                              UtcTime time,
                              const LightVector& mean,
-                             const LightMatrix& data_information);
+                             const LightMatrix& data_information,
+                             double kept = 1.0);
 
 }  // namespace pleinair

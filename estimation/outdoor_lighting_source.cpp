@@ -63,9 +63,16 @@ double BeamOf(const ClearSkyExpectation& clear_sky, const LightVector& irradianc
   return beam / 3.0;
 }
 
+LightingFitOptions FitOptionsFor(const OutdoorLightingOptions& options) {
+  LightingFitOptions fit;
+  if (options.sky_shapes.size() == 1) fit.sky_shape_error = kLoneSkyShapeError;
+  return fit;
+}
+
 class OutdoorLightingSource final : public LightingSource {
  public:
-  explicit OutdoorLightingSource(const OutdoorLightingOptions& options) : options_(options) {
+  explicit OutdoorLightingSource(const OutdoorLightingOptions& options)
+      : options_(options), fitter_(FitOptionsFor(options)) {
     options.Validate();
   }
 
@@ -101,18 +108,25 @@ class OutdoorLightingSource final : public LightingSource {
       estimate.exposure_change = exposure_watch_.Compare(observation.frame, observation.view);
       CarryOverExposureChange(estimate.exposure_change);
     }
-    LightingPrior prior =
-        MakeLightingPrior(clear_sky, carried_, observation.frame.time, sky_shapes);
-    if (!clear_sky.absolute) UseRelativeClearSky(FindRoughLight(samples_), prior);
-    if (observation.held) {
-      HoldIrradiance(observation.held->sun_rgb, observation.held->sky_rgb, prior);
-    }
+    const auto prior_with = [&](double kept) {
+      LightingPrior prior =
+          MakeLightingPrior(clear_sky, carried_, observation.frame.time, sky_shapes, kept);
+      if (!clear_sky.absolute) UseRelativeClearSky(FindRoughLight(samples_), prior);
+      if (observation.held) {
+        HoldIrradiance(observation.held->sun_rgb, observation.held->sky_rgb, prior);
+      }
+      return prior;
+    };
+    const LightingPrior prior = prior_with(1.0);
     // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each
     // found by themselves.
     const auto since = last_time_ ? observation.frame.time - *last_time_ : UtcTime::duration::max();
     if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
     last_time_ = observation.frame.time;
-    const LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
+    LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
+    // A cloud that moves the light in spite of the carried answer would move it all the way.
+    const double kept = carried_ ? KeptMemory(clear_sky, *carried_, fit.irradiance_rgb) : 1.0;
+    if (kept < 1.0) fit = fitter_.Fit(samples_, prior_with(kept), sun_is_up);
     if (fit.samples_used == 0 && !prior.SaysSomething()) {
       return tl::unexpected(LightingFailure{
           "no usable sample: " + std::to_string(set_.Size()) + " footprints drawn, " +
@@ -122,8 +136,12 @@ class OutdoorLightingSource final : public LightingSource {
     }
     Describe(observation, clear_sky, fit, sun_is_up, estimate);
     if (sun_is_up) {
-      carried_ = CarryForward(
-          clear_sky, carried_, observation.frame.time, fit.irradiance_rgb, fit.data_information);
+      carried_ = CarryForward(clear_sky,
+                              carried_,
+                              observation.frame.time,
+                              fit.irradiance_rgb,
+                              fit.data_information,
+                              kept);
     } else {
       carried_.reset();
     }
@@ -136,7 +154,7 @@ class OutdoorLightingSource final : public LightingSource {
   glm::dvec3 basis_sun_enu_{0.0};  // What those that turn were made for.
   SampleSet set_;
   std::vector<DiffuseSample> samples_;
-  LightingFitter fitter_{LightingFitOptions{}};
+  LightingFitter fitter_;
   std::optional<CarriedLighting> carried_;
   std::optional<UtcTime> last_time_;
   ExposureWatch exposure_watch_;
