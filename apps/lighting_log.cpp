@@ -127,6 +127,7 @@ std::string LightingLine(const Frame& frame, const FrameResult& result) {
   line["condition_number"] =
       std::isfinite(estimate.condition_number) ? Json(estimate.condition_number) : Json(nullptr);
   line["relative_residual"] = estimate.relative_residual;
+  line["model_mismatch"] = ModelMismatch(estimate);
   if (!estimate.sky_radiance_rgb.empty()) {
     Json& regions = line["sky_radiance_rgb"] = Json::array();
     for (const glm::dvec3& radiance : estimate.sky_radiance_rgb) {

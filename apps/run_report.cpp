@@ -167,7 +167,7 @@ std::string FrameSection(const ReportFrame& frame) {
   const glm::dvec3 sky = frame.lighting.SkyIrradianceRgb();
   html += fmt::format(
       "<p><b>{}</b> {} &mdash; sun {:.4g} {:.4g} {:.4g}{}, sky {:.4g} {:.4g} {:.4g}; "
-      "{} samples, {:.0f} % inliers, residual {:.1f} %</p>\n",
+      "{} samples, {:.0f} % inliers, residual {:.1f} %{}</p>\n",
       frame.index,
       FormatUtcTime(frame.time),
       sun.x,
@@ -179,7 +179,8 @@ std::string FrameSection(const ReportFrame& frame) {
       sky.z,
       frame.estimate.samples_used,
       100.0 * frame.estimate.inlier_fraction,
-      100.0 * frame.estimate.relative_residual);
+      100.0 * frame.estimate.relative_residual,
+      ModelMismatch(frame.estimate) ? " (picture and model do not fit)" : "");
   html += Figure("input", frame.input) + Figure("composite", frame.composite);
   if (frame.truth) html += Figure("truth", *frame.truth);
   return html + "</div>\n";

@@ -1,5 +1,7 @@
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <random>
 #include <thread>
 #include <vector>
 
@@ -61,6 +63,134 @@ TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReas
   const auto failure = MakeOutdoorLightingSource({})->Estimate(unknown);
   ASSERT_FALSE(failure.has_value());
   EXPECT_NE(failure.error().reason.find("no usable sample"), std::string::npos);
+}
+
+double SunError(const LightingEstimate& estimate, const SyntheticPicture& picture) {
+  return std::abs(estimate.lighting.sun.irradiance_rgb.y / picture.sun.y - 1.0);
+}
+
+// The model's sun turned about the vertical: n.l of the wall is off by as much, lit or not, and n.l
+// of the ground is not.
+TEST(OutdoorLightingSourceHardCases, ASunInTheWrongPlaceErrsInProportionAndLeavesAResidual) {
+  const SyntheticPicture picture;
+  const SurfaceView truth = MakeView(picture);
+  const Frame frame = MakeFrame(picture, truth);
+  double last_residual = 0.0;
+  double last_inliers = 1.1;
+  double exact = 0.0;
+  for (const double degrees : {0.0, 1.0, 2.0, 4.0}) {
+    LightingObservation observation = Observe(frame, truth);
+    const double turn = degrees * std::numbers::pi / 180.0;
+    const glm::dvec3 sun = truth.sun_direction_enu;
+    observation.sun.direction_enu = {std::cos(turn) * sun.x - std::sin(turn) * sun.y,
+                                     std::sin(turn) * sun.x + std::cos(turn) * sun.y,
+                                     sun.z};
+    const auto estimate = MakeOutdoorLightingSource({})->Estimate(observation);
+    ASSERT_TRUE(estimate.has_value());
+    if (degrees == 0.0) exact = SunError(*estimate, picture);
+    // On a wall 45 deg from the sun a degree is 1.7 % of n.l.
+    EXPECT_LE(SunError(*estimate, picture), exact + 0.02 * degrees) << degrees;
+    // Where the rest fits well, a wall that does not is left out.
+    EXPECT_TRUE(estimate->relative_residual > last_residual ||
+                estimate->inlier_fraction < last_inliers)
+        << degrees;
+    last_residual = estimate->relative_residual;
+    last_inliers = estimate->inlier_fraction;
+  }
+}
+
+// A mesh or a pose a little off moves the model's shadow edge over the picture: what it gets wrong
+// are outliers, as many as the strip is wide.
+TEST(OutdoorLightingSourceHardCases, AShadowEdgeInTheWrongPlaceIsLeftOut) {
+  SyntheticPicture picture;
+  const Frame frame = MakeFrame(picture, MakeView(picture));
+  double inliers = 1.1;
+  for (const double off : {0.0, 0.05, 0.1}) {
+    SyntheticPicture model = picture;
+    model.shadow_share += off;
+    const SurfaceView view = MakeView(model);
+    const auto estimate = MakeOutdoorLightingSource({})->Estimate(Observe(frame, view));
+    ASSERT_TRUE(estimate.has_value());
+    EXPECT_LT(SunError(*estimate, picture), 0.01) << off;
+    EXPECT_LT(estimate->inlier_fraction, inliers) << off;
+    inliers = estimate->inlier_fraction;
+  }
+}
+
+TEST(OutdoorLightingSourceHardCases, APictureThatTheModelDoesNotExplainIsSaid) {
+  const SyntheticPicture picture;
+  const SurfaceView truth = MakeView(picture);
+  Frame frame = MakeFrame(picture, truth);
+  const auto fits = MakeOutdoorLightingSource({})->Estimate(Observe(frame, truth));
+  ASSERT_TRUE(fits.has_value());
+  EXPECT_FALSE(ModelMismatch(*fits));
+  // Bands of another colour, wider than a footprint.
+  for (int y = 0; y < frame.radiance.height; ++y) {
+    const float band = y / 9 % 3 == 0 ? 0.4f : y / 9 % 3 == 1 ? 1.0f : 1.9f;
+    for (int x = 0; x < frame.radiance.width; ++x) frame.radiance.At(x, y) *= band;
+  }
+  const auto does_not = MakeOutdoorLightingSource({})->Estimate(Observe(frame, truth));
+  ASSERT_TRUE(does_not.has_value());
+  ExpectSane(*does_not);
+  EXPECT_TRUE(ModelMismatch(*does_not));
+}
+
+// Water halves what paving sends back; a half of the paving is wet.
+TEST(OutdoorLightingSourceHardCases, WetGroundIsLeftOutCoveredOrSaid) {
+  SyntheticPicture picture;
+  picture.noise = 0.03;
+  const SurfaceView view = MakeView(picture);
+  Frame frame = MakeFrame(picture, view);
+  for (int y = frame.radiance.height / 2; y < frame.radiance.height; ++y) {
+    for (int x = 0; x < frame.radiance.width; ++x) {
+      if (x / 20 % 2 == 0) frame.radiance.At(x, y) *= 0.5f;
+    }
+  }
+  const auto estimate = MakeOutdoorLightingSource({})->Estimate(Observe(frame, view));
+  ASSERT_TRUE(estimate.has_value());
+  ExpectSane(*estimate);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const int channel = static_cast<int>(c);
+    const double off = estimate->lighting.sun.irradiance_rgb[channel] - picture.sun[channel];
+    EXPECT_TRUE(std::abs(off) < 3.0 * std::sqrt(estimate->lighting.covariance[7 * c]) ||
+                ModelMismatch(*estimate));
+  }
+}
+
+// A hundred-thousandth of the day's light, and no beam in it; the sun just above the horizon, where
+// the clear sky would have one, and below.
+TEST(OutdoorLightingSourceHardCases, DuskAndNightHaveNoConfidentSun) {
+  for (const double sun_elevation_deg : {1.0, -3.0}) {
+    SyntheticPicture picture;
+    picture.sun = glm::dvec3(0.0);
+    picture.sky *= 1e-5;
+    picture.noise = 0.05;
+    SurfaceView view = MakeView(picture);
+    const double elevation = sun_elevation_deg * std::numbers::pi / 180.0;
+    view.sun_direction_enu = {-std::cos(elevation), 0.0, std::sin(elevation)};
+    const Frame frame = MakeFrame(picture, view);
+    LightingObservation observation = Observe(frame, view);
+    const double beam = sun_elevation_deg > 0.0 ? 10.0 : 0.0;
+    observation.clear_sky.beam_rgb = glm::dvec3(beam);
+    observation.clear_sky.diffuse_rgb = glm::dvec3(5.0);
+    const auto estimate = MakeOutdoorLightingSource({})->Estimate(observation);
+    ASSERT_TRUE(estimate.has_value());
+    ExpectSane(*estimate);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int channel = static_cast<int>(c);
+      const double sun = estimate->lighting.sun.irradiance_rgb[channel];
+      const double sigma = std::sqrt(estimate->lighting.covariance[7 * c]);
+      EXPECT_LE(sun, 3.0 * sigma) << sun_elevation_deg;
+      // No more than what would still be darker than the sky.
+      if (estimate->sun_observable) {
+        EXPECT_LT(sun, 0.05 * beam);
+      }
+    }
+    if (sun_elevation_deg < 0.0) {
+      EXPECT_EQ(estimate->lighting.sun.irradiance_rgb, glm::dvec3(0.0));
+      EXPECT_FALSE(estimate->sun_observable);
+    }
+  }
 }
 
 TEST(OutdoorLightingSourceHardCases, AllInShadowAndAllInSunAreSaidOrSolved) {
