@@ -7,13 +7,12 @@
 #include <limits>
 #include <stdexcept>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <opencv2/core.hpp>
 
+#include "calib/internal/point_spread.h"
 #include "calib/internal/pose_refinement.h"
 #include "calib/internal/pose_search.h"
 #include "sunmodel/angles.h"
@@ -43,14 +42,9 @@ glm::dvec3 CentreOf(const glm::dmat4& camera_from_world) {
 }
 
 bool OnALine(std::span<const PointMatch> matches) {
-  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(matches.size()));
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const glm::dvec3& point = matches[i].point_world_m;
-    points.col(static_cast<Eigen::Index>(i)) << point.x, point.y, point.z;
-  }
-  points.colwise() -= Eigen::Vector3d(points.rowwise().mean());
-  const auto spread = Eigen::JacobiSVD<Eigen::Matrix3Xd>(points).singularValues();
-  return !(spread[1] > kOnALine * spread[0]);
+  std::vector<glm::dvec3> points;
+  for (const PointMatch& match : matches) points.push_back(match.point_world_m);
+  return SpreadOf(points).IsALine();
 }
 
 double RmsPx(double sum_squares, std::size_t count) {
@@ -275,13 +269,15 @@ tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
   CameraPose pose;
   pose.camera_from_world = chosen->camera_from_world;
   pose.rms_px = RmsPx(chosen->sum_squares_px, count);
-  const Eigen::Matrix<double, 6, 6> covariance =
-      variance * Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>>(chosen->normal).inverse();
-  const double largest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
-                             covariance.topLeftCorner<3, 3>(), Eigen::EigenvaluesOnly)
-                             .eigenvalues()[2];
-  pose.rotation_sigma_rad = std::sqrt(largest);
-  pose.position_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  cv::Matx<double, 6, 6> normal;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) normal(row, column) = chosen->normal(row, column);
+  }
+  const cv::Matx<double, 6, 6> covariance = variance * normal.inv(cv::DECOMP_LU);
+  cv::Vec3d of_rotation;  // Largest first.
+  cv::eigen(covariance.get_minor<3, 3>(0, 0), of_rotation);
+  pose.rotation_sigma_rad = std::sqrt(of_rotation[0]);
+  pose.position_sigma_m = std::sqrt(cv::trace(covariance.get_minor<3, 3>(3, 3)));
   if (!two_fit) {
     if (const auto twin = OpenTwinOf(*best, search, variance)) {
       const double apart_rad = RotationBetweenRad(*twin, pose.camera_from_world);

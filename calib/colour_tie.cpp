@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include <Eigen/Dense>
 #include <glm/geometric.hpp>
+#include <opencv2/core.hpp>
 
 namespace pleinair {
 namespace {
@@ -43,27 +43,29 @@ glm::dmat3 FitScale(std::span<const ColourPair> pairs, const std::vector<double>
 }
 
 glm::dmat3 FitMatrix(std::span<const ColourPair> pairs, const std::vector<double>& weights) {
-  Eigen::MatrixXd from(pairs.size(), 3);
-  Eigen::MatrixXd to(pairs.size(), 3);
+  // Never fewer rows than colours, so that three singular values are there.
+  const int rows = std::max(3, static_cast<int>(pairs.size()));
+  cv::Mat from = cv::Mat::zeros(rows, 3, CV_64F);
+  cv::Mat to = cv::Mat::zeros(rows, 3, CV_64F);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double weight = std::sqrt(weights[i]) / glm::length(pairs[i].to_rgb);
     for (int c = 0; c < 3; ++c) {
-      from(static_cast<int>(i), c) = weight * pairs[i].from_rgb[c];
-      to(static_cast<int>(i), c) = weight * pairs[i].to_rgb[c];
+      from.at<double>(static_cast<int>(i), c) = weight * pairs[i].from_rgb[c];
+      to.at<double>(static_cast<int>(i), c) = weight * pairs[i].to_rgb[c];
     }
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(from, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const auto& values = svd.singularValues();
-  if (!(values.size() == 3 && values[2] > kLeastColourSpread * values[0])) {
+  const cv::SVD svd(from);
+  if (!(svd.w.at<double>(2) > kLeastColourSpread * svd.w.at<double>(0))) {
     throw std::runtime_error(
         "colour matrix: cannot be determined: expected pairs of three different hues or more (a "
         "scale "
         "for each channel needs only one pair)");
   }
-  const Eigen::Matrix3d solved = svd.solve(to);  // from * solved = to.
+  cv::Mat solved;  // from * solved = to.
+  svd.backSubst(to, solved);
   glm::dmat3 matrix;
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) matrix[column][row] = solved(column, row);
+    for (int column = 0; column < 3; ++column) matrix[column][row] = solved.at<double>(column, row);
   }
   return matrix;
 }

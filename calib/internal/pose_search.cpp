@@ -4,10 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <glm/geometric.hpp>
 #include <opencv2/calib3d.hpp>
+
+#include "calib/internal/point_spread.h"
 
 namespace pleinair {
 namespace {
@@ -44,20 +44,14 @@ std::optional<glm::dvec2> RayOf(const Lens& lens, const glm::dvec2& pixel) {
 std::vector<glm::dmat4> FlatPoses(const std::vector<cv::Point3d>& points,
                                   const std::vector<cv::Point2d>& rays) {
   if (points.size() < kFewestMatches) return {};
-  Eigen::Matrix3Xd world(3, static_cast<Eigen::Index>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    world.col(static_cast<Eigen::Index>(i)) << points[i].x, points[i].y, points[i].z;
-  }
-  const Eigen::Vector3d centre = world.rowwise().mean();
-  world.colwise() -= centre;
-  const Eigen::JacobiSVD<Eigen::Matrix3Xd> svd(world, Eigen::ComputeFullU);
-  if (!(svd.singularValues()[1] > kOnALine * svd.singularValues()[0])) return {};
-  Eigen::Matrix3d plane_from_world = svd.matrixU().transpose();
-  if (plane_from_world.determinant() < 0.0) plane_from_world.row(2) *= -1.0;
+  std::vector<glm::dvec3> world;
+  for (const cv::Point3d& point : points) world.emplace_back(point.x, point.y, point.z);
+  const PointSpread spread = SpreadOf(world);
+  if (spread.IsALine()) return {};
   std::vector<cv::Point3d> flat;
-  for (Eigen::Index i = 0; i < world.cols(); ++i) {
-    const Eigen::Vector3d at = plane_from_world * world.col(i);
-    flat.emplace_back(at.x(), at.y(), 0.0);
+  for (const glm::dvec3& point : world) {
+    const glm::dvec3 at = spread.axes_from_world * (point - spread.centre);
+    flat.emplace_back(at.x, at.y, 0.0);
   }
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
@@ -73,12 +67,8 @@ std::vector<glm::dmat4> FlatPoses(const std::vector<cv::Point3d>& points,
   } catch (const cv::Exception&) {
     return {};  // No homography fits: wrong matches among them.
   }
-  glm::dmat4 to_plane(1.0);
-  const Eigen::Vector3d shift = -plane_from_world * centre;
-  for (int column = 0; column < 3; ++column) {
-    for (int row = 0; row < 3; ++row) to_plane[column][row] = plane_from_world(row, column);
-    to_plane[3][column] = shift[column];
-  }
+  glm::dmat4 to_plane(spread.axes_from_world);
+  to_plane[3] = glm::dvec4(-spread.axes_from_world * spread.centre, 1.0);
   std::vector<glm::dmat4> poses;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
     const glm::dmat4 pose = FromOpenCv(rotations[i], translations[i]) * to_plane;

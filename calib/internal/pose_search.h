@@ -16,9 +16,6 @@
 
 namespace pleinair {
 
-// Points whose spread across a line is this share of that along it are on the line: less than what
-// single-precision coordinates hold.
-inline constexpr double kOnALine = 1e-6;
 inline constexpr std::size_t kFewestMatches = 4;
 
 struct ScoredPose {
