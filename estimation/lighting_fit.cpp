@@ -7,14 +7,12 @@
 #include <stdexcept>
 #include <string>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
 #include "estimation/internal/bounded_quadratic.h"
 #include "estimation/internal/ceres_solve.h"
 #include "estimation/internal/fit_problem.h"
 #include "estimation/internal/reweighting.h"
 #include "estimation/internal/robust_start.h"
+#include "estimation/internal/symmetric_algebra.h"
 
 namespace pleinair {
 namespace {
@@ -237,9 +235,8 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
   }
   reweighting.Whiten(problem);
   if (options.solver == LightingFitOptions::Solver::kCeres) {
-    const Eigen::LLT<LightMatrix> factor(prior_information);
-    const LightMatrix root = factor.matrixL();
-    const LightVector target = factor.matrixL().solve(prior_gradient);
+    const LightMatrix root = LowerRootOf(prior_information);
+    const LightVector target = SolveLower(root, prior_gradient);
     fit.converged = ceres.Solve(reweighting, root, target, x) && fit.converged;
   }
   return x;
@@ -274,8 +271,7 @@ double LightingFitter::Impl::ConditionNumber() const {
   for (int c = 0; c < 3; ++c) {
     const BasisMatrix& normal = reweighting.Normal(c);
     // The Jacobian's singular values squared.
-    const BasisVector values =
-        Eigen::SelfAdjointEigenSolver<BasisMatrix>(normal, Eigen::EigenvaluesOnly).eigenvalues();
+    const LightVector values = EigenvaluesOf(normal);
     largest = std::max(largest, values.maxCoeff());
     smallest = std::min(smallest, values.minCoeff());
   }
@@ -290,7 +286,7 @@ void LightingFitter::Impl::Describe(const LightVector& x, LightingFit& fit) cons
   const int unknowns = problem.UnknownCount();
   const LightMatrix identity = LightMatrix::Identity(unknowns, unknowns);
 
-  const LightMatrix inverse = (DataNormal() + prior_information).ldlt().solve(identity);
+  const LightMatrix inverse = InverseOf(DataNormal() + prior_information);
   LightMatrix covariance = inverse * (CrossChannelNormal() + prior_information) * inverse;
   covariance = (0.5 * (covariance + covariance.transpose())).eval();
   const LightMatrix data = DataNormal() + kWeakInformation * identity;
@@ -312,8 +308,7 @@ void LightingFitter::Impl::Describe(const LightVector& x, LightingFit& fit) cons
   }
   for (int c = 0; c < 3 && problem.has_sun; ++c) {
     const BasisMatrix block = data.block(c * bases, c * bases, bases, bases);
-    const BasisMatrix block_inverse = block.ldlt().solve(BasisMatrix::Identity(bases, bases));
-    fit.sun_stddev_data_rgb[c] = std::sqrt(block_inverse(0, 0)) * problem.irradiance_unit[c];
+    fit.sun_stddev_data_rgb[c] = std::sqrt(InverseOf(block)(0, 0)) * problem.irradiance_unit[c];
   }
   fit.condition_number = ConditionNumber();
   fit.inlier_fraction = reweighting.InlierFraction();

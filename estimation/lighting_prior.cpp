@@ -6,10 +6,12 @@
 #include <stdexcept>
 #include <string>
 
-#include <Eigen/Cholesky>
+#include "estimation/internal/symmetric_algebra.h"
 
 namespace pleinair {
 namespace {
+
+using estimation_internal::InverseOf;
 
 // The sky's part is told well by almost any picture, so its prior only has to be sane: between an
 // eighth (rain cloud) and five times (bright broken cloud) a clear sky's at two sigma.
@@ -88,10 +90,6 @@ void AddClearSky(const ClearSkyExpectation& clear_sky, double weight, LightingPr
   }
 }
 
-LightMatrix Inverse(const LightMatrix& symmetric) {
-  return symmetric.ldlt().solve(LightMatrix::Identity(symmetric.rows(), symmetric.cols()));
-}
-
 // Covariance of a carried answer now: its own, and what the weather may have done since. The growth
 // is the one that leaves the clear-sky prior as it is when nothing at all was known.
 LightMatrix CarriedCovariance(const CarriedLighting& earlier,
@@ -127,7 +125,7 @@ LightingPrior PriorOf(const ClearSkyExpectation& clear_sky,
   if (memory <= 0.0) return prior;
 
   const UsualLight usual = UsualLightOf(clear_sky, *earlier);
-  const LightMatrix information = Inverse(CarriedCovariance(*earlier, usual, memory, widened));
+  const LightMatrix information = InverseOf(CarriedCovariance(*earlier, usual, memory, widened));
   if (!information.allFinite()) return prior;
   prior.information += information;
   prior.information_times_mean += information * earlier->mean;
@@ -215,7 +213,7 @@ CarriedLighting CarryForward(const ClearSkyExpectation& clear_sky,
   const int sky_shapes = static_cast<int>(mean.size()) / 3 - 1;
   const LightingPrior prior =
       PriorOf(clear_sky, earlier, time, sky_shapes, kept, /*widened=*/false);
-  return {time, mean, Inverse(data_information + prior.information)};
+  return {time, mean, InverseOf(data_information + prior.information)};
 }
 
 }  // namespace pleinair

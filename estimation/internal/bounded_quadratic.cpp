@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
+#include "estimation/internal/symmetric_algebra.h"
 
 namespace pleinair::estimation_internal {
 namespace {
@@ -30,7 +30,7 @@ LightVector SolveFree(const LightMatrix& normal,
       part(a, b) = normal(index[static_cast<std::size_t>(a)], index[static_cast<std::size_t>(b)]);
     }
   }
-  const LightVector solved = part.llt().solve(right);
+  const LightVector solved = SolvePositive(part, right);
   for (Eigen::Index a = 0; a < count; ++a) x[index[static_cast<std::size_t>(a)]] = solved[a];
   return x;
 }

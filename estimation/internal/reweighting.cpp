@@ -4,10 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-
 #include "estimation/internal/median.h"
+#include "estimation/internal/symmetric_algebra.h"
 
 namespace pleinair::estimation_internal {
 namespace {
@@ -244,10 +242,7 @@ void Reweighting::EstimateSlope(const LightingFitOptions& options) {
   const Eigen::Matrix3d slope = mean_weight_ * Eigen::Matrix3d::Identity() + outer;
   // A slope near 0 or below comes from a handful of samples beside the cut; it would claim an
   // infinite variance, a quarter claims a sixteenfold one.
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(slope);
-  const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(0.25 * mean_weight_);
-  inverse_slope_ =
-      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  inverse_slope_ = InverseOfAtLeast(slope, 0.25 * mean_weight_);
 }
 
 void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOptions& options) {

@@ -1,0 +1,26 @@
+// The decompositions that the estimate needs, in one place: their templates take long to compile.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "estimation/lighting_prior.h"
+
+namespace pleinair::estimation_internal {
+
+// Of a symmetric matrix; not finite where it is singular.
+LightMatrix InverseOf(const LightMatrix& symmetric);
+
+// The lower triangular root of a positive definite matrix: root root' = positive.
+LightMatrix LowerRootOf(const LightMatrix& positive);
+// root^-1 right, for a lower triangular root.
+LightVector SolveLower(const LightMatrix& root, const LightVector& right);
+// positive^-1 right.
+LightVector SolvePositive(const LightMatrix& positive, const LightVector& right);
+
+// Of a symmetric matrix whose eigenvalues below `least` are raised to it.
+Eigen::Matrix3d InverseOfAtLeast(const Eigen::Matrix3d& symmetric, double least);
+
+// Of a symmetric matrix, ascending.
+LightVector EigenvaluesOf(const LightMatrix& symmetric);
+
+}  // namespace pleinair::estimation_internal
