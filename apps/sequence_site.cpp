@@ -47,11 +47,13 @@ void NoteLoading(const std::filesystem::path& file,
   }
 }
 
-// The brightest pixel, for a map that comes without place and time.
+// The brightest pixel above the horizon, for a map that comes without place and time.
 glm::dvec3 BrightestDirection(const RgbImage& image) {
   const auto luminance = [](const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; };
-  const auto brightest = std::max_element(
-      image.pixels.begin(), image.pixels.end(), [&](const glm::vec3& a, const glm::vec3& b) {
+  const auto horizon =
+      image.pixels.begin() + static_cast<std::ptrdiff_t>(image.height / 2) * image.width;
+  const auto brightest =
+      std::max_element(image.pixels.begin(), horizon, [&](const glm::vec3& a, const glm::vec3& b) {
         return luminance(a) < luminance(b);
       });
   const auto index = static_cast<int>(brightest - image.pixels.begin());
@@ -71,6 +73,7 @@ SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
                     " negative were mended");
   }
   map.position_m = entry.position_m;
+  map.time = entry.time;
   if (entry.sun_direction_enu) {
     map.sun_direction_enu = glm::normalize(*entry.sun_direction_enu);
   } else if (sequence.site) {

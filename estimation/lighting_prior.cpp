@@ -153,6 +153,36 @@ LightingPrior LightingPrior::Nothing(int sky_shapes) {
 
 bool LightingPrior::SaysSomething() const { return information.trace() > 0.0; }
 
+std::optional<CarriedLighting> CarryFromSurvey(const SurveyedLight& survey,
+                                               UtcTime time,
+                                               int sky_shapes) {
+  constexpr double kSkySigma = 0.05;   // Of the survey's sky, as a whole.
+  constexpr double kShareSigma = 0.5;  // Of each shape's share.
+  CarriedLighting carried;
+  carried.time = std::min(survey.time, time - (survey.time - time));
+  if (!(Memory(carried, time) > 0.0)) return std::nullopt;
+  const Eigen::Index unknowns = 3 * (1 + sky_shapes);
+  carried.mean = LightVector::Zero(unknowns);
+  carried.covariance = LightMatrix::Zero(unknowns, unknowns);
+  const double share = 1.0 / sky_shapes;
+  for (int c = 0; c < 3; ++c) {
+    // A sun that was not there is known to a part of the sky.
+    const double sun_sigma = std::max(survey.sun_stddev_rgb[c], kSkySigma * survey.sky_rgb[c]);
+    carried.mean[c] = survey.sun_rgb[c];
+    carried.covariance(c, c) = sun_sigma * sun_sigma;
+    const double sum = kSkySigma * share * survey.sky_rgb[c];
+    const double apart = kShareSigma * survey.sky_rgb[c];
+    for (int a = 3 + c; a < unknowns; a += 3) {
+      carried.mean[a] = share * survey.sky_rgb[c];
+      carried.covariance(a, a) += apart * apart;
+      for (int b = 3 + c; b < unknowns; b += 3) {
+        carried.covariance(a, b) += sum * sum - share * apart * apart;
+      }
+    }
+  }
+  return carried;
+}
+
 LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
                                 const std::optional<CarriedLighting>& earlier,
                                 UtcTime time,

@@ -47,6 +47,12 @@ struct CarriedLighting {
   LightMatrix covariance;
 };
 
+// The survey's light as such an answer for a frame at `time`, before it or after; nothing is known
+// of the shapes' shares. None where it is too far off in time to say anything.
+std::optional<CarriedLighting> CarryFromSurvey(const SurveyedLight& survey,
+                                               UtcTime time,
+                                               int sky_shapes);
+
 // Before the picture the sun is taken to be half the clear-sky beam, give or take this share of it:
 // the first two moments of "anything from fully covered to fully free", a little widened.
 inline constexpr double kSunPriorMean = 0.5;    // Of the beam.

@@ -37,6 +37,14 @@ struct HeldIrradiance {
   glm::dvec3 sky_rgb{0.0};  // Horizontal, without the disc.
 };
 
+// Light that was measured at another time, by the survey.
+struct SurveyedLight {
+  UtcTime time{};
+  glm::dvec3 sun_rgb{0.0};  // Normal to the beam.
+  glm::dvec3 sun_stddev_rgb{0.0};
+  glm::dvec3 sky_rgb{0.0};  // Horizontal, without the disc.
+};
+
 // What a source may look at for one frame. References live for the call only.
 struct LightingObservation {
   const Frame& frame;
@@ -46,6 +54,7 @@ struct LightingObservation {
   std::optional<HeldIrradiance> held = std::nullopt;
   // Of the view's albedo, relative: an error that all samples share.
   glm::dvec3 albedo_stddev_rgb{0.0};
+  std::optional<SurveyedLight> surveyed = std::nullopt;
 };
 
 struct LightingEstimate {

@@ -108,9 +108,10 @@ class OutdoorLightingSource final : public LightingSource {
       estimate.exposure_change = exposure_watch_.Compare(observation.frame, observation.view);
       CarryOverExposureChange(estimate.exposure_change);
     }
+    const std::optional<CarriedLighting> earlier = LastAnswer(observation, sky_shapes);
     const auto prior_with = [&](double kept) {
       LightingPrior prior =
-          MakeLightingPrior(clear_sky, carried_, observation.frame.time, sky_shapes, kept);
+          MakeLightingPrior(clear_sky, earlier, observation.frame.time, sky_shapes, kept);
       if (!clear_sky.absolute) UseRelativeClearSky(FindRoughLight(samples_), prior);
       if (observation.held) {
         HoldIrradiance(observation.held->sun_rgb, observation.held->sky_rgb, prior);
@@ -125,7 +126,7 @@ class OutdoorLightingSource final : public LightingSource {
     last_time_ = observation.frame.time;
     LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
     // A cloud that moves the light in spite of the carried answer would move it all the way.
-    const double kept = carried_ ? KeptMemory(clear_sky, *carried_, fit.irradiance_rgb) : 1.0;
+    const double kept = earlier ? KeptMemory(clear_sky, *earlier, fit.irradiance_rgb) : 1.0;
     if (kept < 1.0) fit = fitter_.Fit(samples_, prior_with(kept), sun_is_up);
     if (fit.samples_used == 0 && !prior.SaysSomething()) {
       return tl::unexpected(LightingFailure{
@@ -137,7 +138,7 @@ class OutdoorLightingSource final : public LightingSource {
     Describe(observation, clear_sky, fit, sun_is_up, estimate);
     if (sun_is_up) {
       carried_ = CarryForward(clear_sky,
-                              carried_,
+                              earlier,
                               observation.frame.time,
                               fit.irradiance_rgb,
                               fit.data_information,
@@ -194,6 +195,18 @@ class OutdoorLightingSource final : public LightingSource {
         std::chrono::steady_clock::now() - start;
     set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
     return spent.count();
+  }
+
+  // The last frame's, or the survey's where that is nearer in time.
+  std::optional<CarriedLighting> LastAnswer(const LightingObservation& observation,
+                                            int sky_shapes) const {
+    const Frame& frame = observation.frame;
+    if (!observation.surveyed || frame.units != LightUnits::kAbsolute) return carried_;
+    std::optional<CarriedLighting> survey =
+        CarryFromSurvey(*observation.surveyed, frame.time, sky_shapes);
+    if (!survey) return carried_;
+    if (carried_ && carried_->time <= frame.time && carried_->time >= survey->time) return carried_;
+    return survey;
   }
 
   // Where the picture tells what the exposure has done, the last answer goes on in its new units.

@@ -48,6 +48,15 @@ const SurveyLight* LightOf(const PreparedScene& scene) {
   return scene.survey ? &scene.survey->light : nullptr;
 }
 
+std::optional<SurveyedLight> SurveyedLightOf(const PreparedScene& scene) {
+  if (!scene.survey || !scene.survey_time) return std::nullopt;
+  const SurveyLight& light = scene.survey->light;
+  return SurveyedLight{*scene.survey_time,
+                       light.sun_irradiance_rgb,
+                       light.sun_irradiance_stddev_rgb,
+                       light.sky_irradiance_rgb};
+}
+
 }  // namespace
 
 void FramePipelineOptions::Validate() const {
@@ -133,8 +142,13 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     }
     result.timing_ms.transport = watch.LapMs();
 
-    auto estimate = source_->Estimate(
-        {frame, view, result.sun, result.clear_sky, std::nullopt, scene_.albedo_stddev_rgb});
+    auto estimate = source_->Estimate({frame,
+                                       view,
+                                       result.sun,
+                                       result.clear_sky,
+                                       std::nullopt,
+                                       scene_.albedo_stddev_rgb,
+                                       SurveyedLightOf(scene_)});
     if (!estimate) return failed(estimate.error().reason);
     result.estimate = std::move(*estimate);
     FilterEstimate(result);

@@ -203,6 +203,7 @@ PreparedScene PrepareScene(const SiteModel& site,
     prepared.albedo_stddev_rgb = survey.light.albedo_stddev_rgb;
     prepared.aerosol_optical_depth =
         survey.light.aerosol_optical_depth.value_or(kStandardAerosolDepth500nm);
+    prepared.survey_time = site.environment->time;
     prepared.survey = std::move(survey);
   }
 

@@ -45,6 +45,7 @@ struct PreparedScene {
   PatchTransport transport;
   std::vector<std::uint8_t> patch_is_diffuse;  // Per patch: in a region that may be sampled.
   std::optional<Survey> survey;
+  std::optional<UtcTime> survey_time;
   // How far all albedos may be off together, relative.
   glm::dvec3 albedo_stddev_rgb{0.0};
   double aerosol_optical_depth = kStandardAerosolDepth500nm;  // At 500 nm, of clear skies there.

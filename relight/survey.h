@@ -11,6 +11,7 @@
 #include "relight/transport.h"
 #include "scene/lighting.h"
 #include "scene/surface_view.h"
+#include "scene/utc_time.h"
 
 namespace pleinair {
 
@@ -22,6 +23,7 @@ struct SurveyMap {
   glm::dvec3 position_m{0.0};
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
   double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
+  std::optional<UtcTime> time = std::nullopt;  // For who compares its light with a frame's.
   // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
   // the whole disc.
   glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};

@@ -29,6 +29,14 @@ constexpr double kDiscRelativeStddev = 0.01;
 // Of the clear-sky model where the disc could not be measured: from thin cloud to clear.
 constexpr double kModelRelativeStddev = 0.5;
 
+// Of a spot over the sky around it.
+constexpr double kMuchBrighter = 10.0;
+// Lenses spread a disc of 10^4 times the sky over some degrees. What is there above twice the sky
+// farther off, up to 10 deg, is the disc's light.
+constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
+constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
+constexpr double kMostAureole = 2.0;
+
 struct MapPixel {
   int x = 0;
   int y = 0;
@@ -122,15 +130,22 @@ bool HasFlatTop(const RgbImage& map,
                 const glm::dvec3& whole_sky_median,
                 int most_fully_covered) {
   constexpr float kHalfMax = 65504.0f;  // Largest half float.
+  // Of shared-exponent files, 0.4 to 0.8 % each: a bright cloud's smooth top has some pixels equal,
+  // and as many a step below.
+  constexpr double kFewSteps = 0.025;
   for (int channel = 0; channel < 3; ++channel) {
     float peak = 0.0f;
     for (const MapPixel& pixel : window) peak = std::max(peak, map.At(pixel.x, pixel.y)[channel]);
     int equal = 0;
+    int almost = 0;
     for (const MapPixel& pixel : window) {
-      equal += map.At(pixel.x, pixel.y)[channel] >= peak * (1.0 - kEqual);
+      const float value = map.At(pixel.x, pixel.y)[channel];
+      equal += value >= peak * (1.0 - kEqual);
+      almost += value >= peak * (1.0 - kFewSteps);
     }
     if (!(peak > kAboveTheSky * whole_sky_median[channel])) continue;
-    if (peak == kHalfMax || equal > std::max(1, most_fully_covered)) return true;
+    if (peak == kHalfMax) return true;
+    if (equal > std::max(1, most_fully_covered) && almost < 2 * equal) return true;
   }
   return false;
 }
@@ -147,7 +162,11 @@ bool IsCutToOneLevel(const RgbImage& map,
   for (const MapPixel& pixel : window) peak = glm::max(peak, map.At(pixel.x, pixel.y));
   const float largest = std::max({peak.x, peak.y, peak.z});
   const float smallest = std::min({peak.x, peak.y, peak.z});
-  return smallest >= largest * (1.0 - kEqual) &&
+  const auto bright = std::count_if(window.begin(), window.end(), [&](const MapPixel& pixel) {
+    return map.At(pixel.x, pixel.y).y > 0.5f * peak.y;
+  });
+  constexpr int kMostTouched = 4;
+  return bright <= kMostTouched && smallest >= largest * (1.0 - kEqual) &&
          largest >
              kAboveTheSky * std::max({whole_sky_median.x, whole_sky_median.y, whole_sky_median.z});
 }
@@ -157,38 +176,47 @@ struct DiscPlace {
   double moved_rad = 0.0;
 };
 
-// The computed direction, or the centre of a much brighter spot near it.
+// The computed direction; the centre of a much brighter spot around or near it where that is
+// farther off than the map's pixels can tell.
 DiscPlace FindDisc(const RgbImage& map,
                    const Gray8Image& shows_sky,
                    const glm::dvec3& computed,
                    double window_rad) {
-  constexpr double kMuchBrighter = 10.0;
   const LatLongSize size = SizeOf(map);
   double inside = 0.0;
   double outside = 0.0;
+  double peak = 0.0;
   MapPixel brightest;
+  std::vector<double> around;
   for (const MapPixel& pixel : PixelsAround(computed, std::max(kFollowRad, window_rad), size)) {
     const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
-    if (pixel.angle_rad <= window_rad) {
-      inside = std::max(inside, value);
-    } else if (value > outside && shows_sky.At(pixel.x, pixel.y) != 0) {
-      outside = value;
+    const bool sky = shows_sky.At(pixel.x, pixel.y) != 0;
+    (pixel.angle_rad <= window_rad ? inside : outside) =
+        std::max(pixel.angle_rad <= window_rad ? inside : outside, sky ? value : 0.0);
+    if (sky) around.push_back(value);
+    if (sky && value > peak) {
+      peak = value;
       brightest = pixel;
     }
   }
-  if (!(outside > kMuchBrighter * inside)) return {computed, 0.0};
-  const glm::dvec3 spot = PixelDirection(brightest.x, brightest.y, size);
+  if (!(peak > kMuchBrighter * Median(around))) return {computed, 0.0};
+  const bool inside_is_it = !(outside > kMuchBrighter * inside);
+  const glm::dvec3 spot = inside_is_it ? computed : PixelDirection(brightest.x, brightest.y, size);
+  const double top = inside_is_it ? inside : outside;
   glm::dvec3 centre(0.0);
   for (const MapPixel& pixel : PixelsAround(spot, window_rad, size)) {
     const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
-    if (value > 0.01 * outside) {
+    if (value > 0.01 * top) {
       centre +=
           value * LatLongPixelSolidAngleSr(pixel.y, size) * PixelDirection(pixel.x, pixel.y, size);
     }
   }
+  if (!(glm::length(centre) > 0.0)) return {computed, 0.0};
   centre = glm::normalize(centre);
-  return {centre,
-          std::atan2(glm::length(glm::cross(computed, centre)), glm::dot(computed, centre))};
+  const double moved_rad =
+      std::atan2(glm::length(glm::cross(computed, centre)), glm::dot(computed, centre));
+  if (moved_rad < std::numbers::pi / size.height) return {computed, 0.0};
+  return {centre, moved_rad};
 }
 
 std::vector<double> SkyValues(const RgbImage& map, const Gray8Image& shows_sky, int channel) {
@@ -205,6 +233,36 @@ std::string TwoDecimals(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2f", value);
   return text.data();
+}
+
+// Cuts the sky around a disc that outshines it down to what is farther off; returns what was above.
+glm::dvec3 TakeOutGlare(const RgbImage& map,
+                        const Gray8Image& shows_sky,
+                        const std::vector<MapPixel>& window,
+                        const Background& background,
+                        SurveyLight& light) {
+  double peak = 0.0;
+  for (const MapPixel& pixel : window) {
+    peak = std::max(peak, Mean(glm::dvec3(map.At(pixel.x, pixel.y))));
+  }
+  glm::dvec3 glare(0.0);
+  if (!(peak > kMuchBrighter * Mean(background.median))) return glare;
+  std::vector<MapPixel> near;
+  std::vector<MapPixel> far;
+  for (const MapPixel& pixel :
+       PixelsAround(light.sun_direction_enu, kAroundGlareRad, SizeOf(map))) {
+    if (shows_sky.At(pixel.x, pixel.y) == 0) continue;
+    (pixel.angle_rad <= kGlareRad ? near : far).push_back(pixel);
+  }
+  if (far.empty()) return glare;
+  const glm::dvec3 most = kMostAureole * BackgroundOf(map, far).median;
+  for (const MapPixel& pixel : near) {
+    glm::vec3& sky = light.sky_radiance.At(pixel.x, pixel.y);
+    glare += LatLongPixelSolidAngleSr(pixel.y, SizeOf(map)) *
+             glm::max(glm::dvec3(sky) - most, glm::dvec3(0.0));
+    sky = glm::min(sky, glm::vec3(most));
+  }
+  return glare;
 }
 
 // Measures the disc at light.sun_direction_enu over the sky around it, and fills the sky there with
@@ -238,10 +296,12 @@ std::vector<MapPixel> TakeOutDisc(const SurveyMap& map,
     window_sr += solid_angle_sr;
     if (sky) light.sky_radiance.At(pixel.x, pixel.y) = glm::vec3(background.median);
   }
-  light.sun_irradiance_rgb = glm::max(disc, glm::dvec3(0.0));
-  // The sky behind the disc may differ from the ring's median by the ring's own spread.
+  const glm::dvec3 glare = TakeOutGlare(map.radiance, shows_sky, window, background, light);
+  light.sun_irradiance_rgb = glm::max(disc + glare, glm::dvec3(0.0));
+  // Half the glare may be a bright aureole. The sky behind the disc may differ from the ring's
+  // median by the ring's own spread.
   light.sun_irradiance_stddev_rgb =
-      kDiscRelativeStddev * light.sun_irradiance_rgb + window_sr * background.stddev;
+      kDiscRelativeStddev * light.sun_irradiance_rgb + 0.5 * glare + window_sr * background.stddev;
   return window;
 }
 

@@ -110,5 +110,35 @@ TEST(LightingPrior, RefusesAnImpossibleNumberOfSkyShapes) {
   EXPECT_THROW(LightingPrior::Nothing(kMaxSkyShapes + 1), std::invalid_argument);
 }
 
+// The survey counts as an answer at its time and fades into the clear sky, before it and after.
+TEST(LightingPrior, TheSurveyIsAnEarlierAnswer) {
+  const SurveyedLight survey{.time = UtcTime{std::chrono::hours(10)},
+                             .sun_rgb = {3.0, 2.0, 1.0},
+                             .sun_stddev_rgb = {0.3, 0.2, 0.1},
+                             .sky_rgb = {90.0, 100.0, 110.0}};
+  ClearSkyExpectation clear_sky;
+  clear_sky.beam_rgb = glm::dvec3(800.0);
+  clear_sky.diffuse_rgb = glm::dvec3(80.0);
+  clear_sky.absolute = true;
+  const auto mean_at = [&](std::chrono::seconds after) {
+    const UtcTime time = survey.time + after;
+    const LightingPrior prior =
+        MakeLightingPrior(clear_sky, CarryFromSurvey(survey, time, 3), time, 3);
+    // Tells the shares apart, too, so that it has a mean.
+    EXPECT_TRUE(prior.information.ldlt().isPositive());
+    return LightVector(prior.information.ldlt().solve(prior.information_times_mean));
+  };
+  const LightVector now = mean_at(std::chrono::seconds(0));
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(now[c], survey.sun_rgb[c], 1e-6 * 800.0);
+    EXPECT_NEAR(now[3 + c] + now[6 + c] + now[9 + c], survey.sky_rgb[c], 1e-6 * 800.0);
+  }
+  const double before = mean_at(std::chrono::seconds(-60))[0];
+  const double after = mean_at(std::chrono::seconds(60))[0];
+  EXPECT_NEAR(before, after, 1e-6 * 800.0);
+  EXPECT_GT(after, 100.0);
+  EXPECT_LT(after, kSunPriorMean * 800.0);
+}
+
 }  // namespace
 }  // namespace pleinair

@@ -265,6 +265,60 @@ TEST(SurveyLightHardCases, AClippedDiscIsTheClearSkysWithAnErrorThatCoversIt) {
   }
 }
 
+// A lens spreads some of the disc over degrees: 4 % of it here, which is the disc's light. 3 times
+// the sky farther off is what a sky may keep.
+TEST(SurveyLightHardCases, GlareAroundTheDiscIsTheDiscs) {
+  OpenSky sky;
+  sky.AddDisc(sky.map.sun_direction_enu, 800.0);
+  double glare = 0.0;
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 512; ++x) {
+      const double angle = glm::distance(DirectionFromLatLong({x + 0.5, y + 0.5}, OpenSky::kSize),
+                                         sky.map.sun_direction_enu);
+      if (angle > 0.1) continue;
+      const double value = 5.0 / std::max(angle * angle, 4e-4);
+      sky.map.radiance.At(x, y) += glm::vec3(static_cast<float>(value));
+      glare += value * LatLongPixelSolidAngleSr(y, OpenSky::kSize);
+    }
+  }
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 512; ++x) {
+      const double angle = glm::distance(DirectionFromLatLong({x + 0.5, y + 0.5}, OpenSky::kSize),
+                                         sky.map.sun_direction_enu);
+      if (angle > 0.087) continue;
+      ASSERT_LT(light.sky_radiance.At(x, y).y, 3.0f * 30.0f) << x << " " << y;
+    }
+  }
+  EXPECT_NEAR(light.sun_irradiance_rgb.y, 800.0 + glare, 2.0 * light.sun_irradiance_stddev_rgb.y);
+  EXPECT_GT(light.sun_irradiance_rgb.y, 800.0 + 0.3 * glare);
+}
+
+// Two pixels of a cloud's smooth top have the same code in a file that holds 8 bits of each.
+TEST(SurveyLightHardCases, ASmoothBrightCloudIsNotClipped) {
+  OpenSky sky;
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 512; ++x) {
+      const double angle = glm::distance(DirectionFromLatLong({x + 0.5, y + 0.5}, OpenSky::kSize),
+                                         sky.map.sun_direction_enu);
+      const double value = 30.0 + 220.0 * std::exp(-angle * angle / 0.005);
+      sky.map.radiance.At(x, y) = glm::vec3(static_cast<float>(std::round(value)));
+    }
+  }
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+  EXPECT_FALSE(light.sun_clipped);
+  EXPECT_LT(light.sun_irradiance_rgb.y, 0.02 * light.sky_irradiance_rgb.y);
+}
+
+// The computed place is trusted to a pixel of the map (0.7 deg here), the map beyond it.
+TEST(SurveyLightHardCases, ADiscWithinTheWindowIsFollowedToItsCentroid) {
+  OpenSky sky;
+  const glm::dvec3 there = glm::normalize(sky.map.sun_direction_enu + glm::dvec3(0.015, 0.0, 0.0));
+  sky.AddDisc(there, 800.0);
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+  EXPECT_LT(glm::distance(light.sun_direction_enu, there), 0.002);
+}
+
 TEST(SurveyLightHardCases, AnEvenlyWhiteSkyIsNotClipped) {
   OpenSky sky;
   const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);

@@ -1,0 +1,351 @@
+// Real HDR panoramas as surveys, over a plane of ground: made into sequences and run.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "apps/sequence_site.h"
+#include "datasets/sequence.h"
+#include "estimation/outdoor_lighting_source.h"
+#include "pipeline/sun_state.h"
+#include "relight/surface_view_builder.h"
+#include "relight/survey_maps.h"
+#include "scene/image_io.h"
+#include "scene/lat_long.h"
+#include "sunmodel/time_text.h"
+#include "tests/scene/temporary_folder.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kPanoramas = fs::path(PLEINAIR_SHARED_DIR) / "data/hdr_panoramas";
+
+double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+
+double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+constexpr double kEyeHeightM = 1.6;
+
+LatLongSize SizeOf(const RgbImage& map) { return {map.width, map.height}; }
+
+glm::dvec3 PixelDirection(const RgbImage& map, int x, int y) {
+  return DirectionFromLatLong({x + 0.5, y + 0.5}, SizeOf(map));
+}
+
+// The brightest pixel above the horizon, and the centroid of what is above a tenth of it within
+// 1 deg.
+struct BrightestSpot {
+  glm::dvec3 pixel{0.0, 0.0, 1.0};
+  glm::dvec3 centroid{0.0, 0.0, 1.0};
+};
+
+BrightestSpot BrightestOf(const RgbImage& map) {
+  double peak = 0.0;
+  BrightestSpot spot;
+  for (int y = 0; y < map.height / 2; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const double value = Mean(glm::dvec3(map.At(x, y)));
+      if (value <= peak) continue;
+      peak = value;
+      spot.pixel = PixelDirection(map, x, y);
+    }
+  }
+  glm::dvec3 sum(0.0);
+  for (int y = 0; y < map.height / 2; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const glm::dvec3 there = PixelDirection(map, x, y);
+      const double value = Mean(glm::dvec3(map.At(x, y)));
+      if (AngleBetween(there, spot.pixel) < 1.0 * kDeg && value > 0.1 * peak) {
+        sum += value * LatLongPixelSolidAngleSr(y, SizeOf(map)) * there;
+      }
+    }
+  }
+  spot.centroid = glm::normalize(sum);
+  return spot;
+}
+
+// A camera in the panorama's place that looks down on the ground, away from the sun.
+Camera LookingDown(const glm::dvec3& sun) {
+  Camera camera;
+  camera.intrinsics = {.width_px = 160,
+                       .height_px = 120,
+                       .fx_px = 110.0,
+                       .fy_px = 110.0,
+                       .cx_px = 79.5,
+                       .cy_px = 59.5};
+  const glm::dvec3 away = -glm::normalize(glm::dvec3(sun.x, sun.y, 0.0));
+  const glm::dvec3 forward = glm::normalize(away + glm::dvec3(0.0, 0.0, -0.8));
+  const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(0.0, 0.0, 1.0)));
+  const glm::dvec3 down = glm::cross(forward, right);
+  const glm::dvec3 position(0.0, 0.0, kEyeHeightM);
+  const glm::dmat3 world_from_camera(right, down, forward);
+  const glm::dmat3 camera_from_world = glm::transpose(world_from_camera);
+  camera.camera_from_world = glm::dmat4(camera_from_world);
+  camera.camera_from_world[3] = glm::dvec4(-(camera_from_world * position), 1.0);
+  return camera;
+}
+
+// The picture that it would take: the map's own pixels.
+RgbImage CutOut(const RgbImage& map, const Camera& camera) {
+  const CameraIntrinsics& k = camera.intrinsics;
+  RgbImage picture(k.width_px, k.height_px);
+  const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(camera.camera_from_world));
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      const glm::dvec3 ray =
+          world_from_camera * glm::dvec3((x - k.cx_px) / k.fx_px, (y - k.cy_px) / k.fy_px, 1.0);
+      const glm::ivec2 pixel = LatLongPixelFromDirection(ray, SizeOf(map));
+      picture.At(x, y) = map.At(pixel.x, pixel.y);
+    }
+  }
+  return picture;
+}
+
+// A sequence of one frame, on disc. The sun is stated as the brightest pixel: no place and time say
+// better.
+class PanoramaSequence {
+ public:
+  explicit PanoramaSequence(const std::string& name) {
+    const fs::path panorama = kPanoramas / (name + ".hdr");
+    fs::copy_file(panorama, folder_.Path() / "environment.hdr");
+    map_ = ReadRadianceImage(panorama);
+    brightest_ = BrightestOf(map_);
+    std::ofstream(folder_.Path() / "ground.obj")
+        << "o ground\nv -40 -40 0\nv 40 -40 0\nv 40 40 0\nv -40 40 0\nf 1 2 3 4\n";
+    Sequence sequence;
+    sequence.folder = folder_.Path();
+    sequence.name = name;
+    sequence.scene_mesh = "ground.obj";
+    const Camera camera = LookingDown(brightest_.pixel);
+    sequence.intrinsics = camera.intrinsics;
+    sequence.camera_from_world = camera.camera_from_world;
+    sequence.environment = EnvironmentEntry{.image = "environment.hdr",
+                                            .position_m = {0.0, 0.0, kEyeHeightM},
+                                            .time = ParseUtcTime("2020-06-21T10:00:00Z"),
+                                            .sun_direction_enu = brightest_.pixel};
+    FrameEntry frame;
+    frame.image = "frame.exr";
+    frame.time = sequence.environment->time;
+    sequence.frames.push_back(frame);
+    WriteExr(folder_.Path() / "frame.exr", CutOut(map_, camera), ExrPrecision::kFloat);
+    WriteSequence(sequence, folder_.Path());
+  }
+
+  const fs::path& Folder() const { return folder_.Path(); }
+  const RgbImage& Map() const { return map_; }
+  const BrightestSpot& Brightest() const { return brightest_; }
+
+ private:
+  TemporaryFolder folder_;
+  RgbImage map_;
+  BrightestSpot brightest_;
+};
+
+PreparedScene PrepareCoarsely(const SequenceSite& site) {
+  class NoStore : public BlobStore {
+   public:
+    std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
+    void Save(std::string_view, std::string_view) override {}
+  } store;
+  PrepareOptions options = PrepareOptionsFor(site);
+  options.patches.patch_size_m = 4.0;
+  options.patches.growth_per_m = 0.5;
+  options.gather.rays_per_receiver = 64;
+  options.survey_receiver_block_px = 16;
+  options.probe_counts = {2, 2, 2};
+  options.probes.rays_per_probe = 16;
+  return PrepareScene(site.model, options, store, {});
+}
+
+// The brightest sky within 5 deg of the sun over the median of the ring outside, up to 8 deg; mean
+// of RGB.
+double BrightestLeftOverRing(const SurveyLight& light) {
+  const RgbImage& sky = light.sky_radiance;
+  std::vector<double> ring;
+  double brightest = 0.0;
+  for (int y = 0; y < sky.height / 2; ++y) {
+    for (int x = 0; x < sky.width; ++x) {
+      const double angle = AngleBetween(PixelDirection(sky, x, y), light.sun_direction_enu);
+      const double value = Mean(glm::dvec3(sky.At(x, y)));
+      if (angle < 5.0 * kDeg) {
+        brightest = std::max(brightest, value);
+      } else if (angle < 8.0 * kDeg) {
+        ring.push_back(value);
+      }
+    }
+  }
+  std::nth_element(ring.begin(), ring.begin() + std::ptrdiff_t(ring.size() / 2), ring.end());
+  return brightest / ring[ring.size() / 2];
+}
+
+// Median over the ground of |relit / seen - 1|, and the share of pixels beyond 10 %.
+struct Difference {
+  double median = 0.0;
+  double beyond_share = 0.0;
+};
+
+Difference Compare(const std::vector<double>& ratios) {
+  std::vector<double> off;
+  int beyond = 0;
+  for (const double ratio : ratios) {
+    off.push_back(std::abs(ratio - 1.0));
+    beyond += off.back() > 0.10 ? 1 : 0;
+  }
+  std::nth_element(off.begin(), off.begin() + std::ptrdiff_t(off.size() / 2), off.end());
+  return {off[off.size() / 2], double(beyond) / double(off.size())};
+}
+
+Difference RelitMap(const PreparedScene& scene, const RgbImage& map) {
+  const SurveyMaps maps = MakeSurveyMaps(*scene.survey);
+  const SurfaceView& view = scene.survey->view;
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < map.pixels.size(); ++i) {
+    if (view.region.pixels[i] != 0) continue;
+    ratios.push_back(Mean(glm::dvec3(maps.relit.pixels[i])) / Mean(glm::dvec3(map.pixels[i])));
+  }
+  return Compare(ratios);
+}
+
+struct FrameLight {
+  LightingEstimate estimate;
+  Difference relit;  // The frame's ground under the light found.
+};
+
+FrameLight EstimateFrame(const Sequence& sequence, const PreparedScene& scene) {
+  const Frame frame = MakeRecordedFrameSource(sequence, FrameKind::kLinear)->Next()->value();
+  const SunState sun = SunOfFrame(sequence.site, frame);
+  const auto source = MakeOutdoorLightingSource({});
+  const auto basis = source->BasisFor(frame, sun).value();
+  SurfaceViewBuilder builder(scene, {});
+  const SurfaceView& view =
+      builder.Update(frame.camera, sun.direction_enu, sun.angular_radius_rad, basis, {});
+  const ScaledClearSky clear_sky(sequence.site, &scene.survey->light);
+  FrameLight found;
+  found.estimate = source
+                       ->Estimate({frame,
+                                   view,
+                                   sun,
+                                   clear_sky.At(sun.direction_enu),
+                                   std::nullopt,
+                                   scene.albedo_stddev_rgb,
+                                   SurveyedLight{scene.survey_time.value(),
+                                                 scene.survey->light.sun_irradiance_rgb,
+                                                 scene.survey->light.sun_irradiance_stddev_rgb,
+                                                 scene.survey->light.sky_irradiance_rgb}})
+                       .value();
+  const Lighting& light = found.estimate.lighting;
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
+    if (view.region.pixels[i] != 0) continue;
+    glm::dvec3 irradiance =
+        light.sun.irradiance_rgb * glm::dvec3(SunResponse(view, i, sun.direction_enu));
+    for (std::size_t k = 0; k < light.sky.size(); ++k) {
+      irradiance += light.sky[k].irradiance_rgb * glm::dvec3(view.sky_response[k].pixels[i]);
+    }
+    const glm::dvec3 relit = glm::dvec3(view.albedo_rgb.pixels[i]) / std::numbers::pi * irradiance;
+    ratios.push_back(Mean(relit) / Mean(glm::dvec3(frame.radiance.pixels[i])));
+  }
+  found.relit = Compare(ratios);
+  return found;
+}
+
+struct SurveyedPanorama {
+  PanoramaSequence files;
+  Sequence sequence;
+  SequenceSite site;
+  PreparedScene scene;
+
+  explicit SurveyedPanorama(const std::string& name)
+      : files(name),
+        sequence(ReadSequence(files.Folder())),
+        site(LoadSequenceSite(sequence)),
+        scene(PrepareCoarsely(site)) {}
+  const SurveyLight& Light() const { return scene.survey->light; }
+};
+
+class RecordedPanorama : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kPanoramas)) GTEST_SKIP() << kPanoramas << " is absent";
+  }
+};
+
+const auto kName = [](const auto& instance) { return std::string(instance.param); };
+
+class SunnyPanorama : public RecordedPanorama {};
+
+TEST_P(SunnyPanorama, IsSplitIntoSunAndSkyAndGivesItsGroundBack) {
+  const SurveyedPanorama panorama(GetParam());
+  const SurveyLight& light = panorama.Light();
+  EXPECT_EQ(light.sun_origin, SunOrigin::kDisc);
+  EXPECT_LT(AngleBetween(light.sun_direction_enu, panorama.files.Brightest().centroid), 0.5 * kDeg);
+  EXPECT_LE(BrightestLeftOverRing(light), 3.0);
+  // A disc and its glare outshine any sky.
+  EXPECT_GT(Mean(light.sun_irradiance_rgb), Mean(light.sky_irradiance_rgb));
+  EXPECT_LT(Mean(light.sun_irradiance_stddev_rgb), 0.05 * Mean(light.sun_irradiance_rgb));
+
+  // Of the ground's own pixels some are too bright for any albedo (1 %).
+  EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).beyond_share, 0.01);
+  // The frame's pixels are the map's nearest, their albedo is blended between the map's: grass has
+  // its own scatter, the plain ground hardly any.
+  const FrameLight frame = EstimateFrame(panorama.sequence, panorama.scene);
+  EXPECT_LT(frame.relit.median, 0.10);
+  if (GetParam() == std::string("modern_buildings_2_1k")) {
+    EXPECT_LT(frame.relit.beyond_share, 0.10);
+  }
+  // A plane of ground cannot tell sun from sky; the survey, taken at that moment, can.
+  EXPECT_FALSE(frame.estimate.sun_observable);
+  EXPECT_NEAR(
+      Mean(frame.estimate.lighting.sun.irradiance_rgb) / Mean(light.sun_irradiance_rgb), 1.0, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Recorded,
+                         SunnyPanorama,
+                         testing::Values("modern_buildings_2_1k",
+                                         "kloofendal_48d_partly_cloudy_1k",
+                                         "kloppenheim_05_1k",
+                                         "spruit_sunrise_1k"),
+                         kName);
+
+// An overcast square, a low sun behind clouds, two rooms.
+class SunlessPanorama : public RecordedPanorama {};
+
+TEST_P(SunlessPanorama, HasNoSunInvented) {
+  const SurveyedPanorama panorama(GetParam());
+  const SurveyLight& light = panorama.Light();
+  EXPECT_EQ(light.sun_origin, SunOrigin::kDisc);
+  // A lamp has some per cent of a room's light.
+  EXPECT_LT(Mean(light.sun_irradiance_rgb), 0.08 * Mean(light.sky_irradiance_rgb));
+  EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).median, 0.10);
+  // Furniture is no plane of ground: what it shows is explained by a sun in part, and rooms have
+  // lamps.
+  const FrameLight frame = EstimateFrame(panorama.sequence, panorama.scene);
+  const Lighting& found = frame.estimate.lighting;
+  EXPECT_FALSE(frame.estimate.sun_observable);
+  EXPECT_LT(Mean(found.sun.irradiance_rgb) * found.sun.direction_enu.z,
+            0.15 * Mean(found.SkyIrradianceRgb()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Recorded,
+                         SunlessPanorama,
+                         testing::Values("potsdamer_platz_1k",
+                                         "blouberg_sunrise_2_1k",
+                                         "lebombo_1k",
+                                         "st_fagans_interior_1k"),
+                         kName);
+
+}  // namespace
+}  // namespace pleinair
