@@ -112,6 +112,7 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   run.seed = options.gather.seed;
   const SequenceSite site = LoadSequenceSite(sequence);
   for (const std::string& note : site.notes) spdlog::warn("{}", note);
+  if (!site.materials_note.empty()) spdlog::warn("{}", site.materials_note);
   FileBlobStore store(options.cache);
   PrepareSettings prepare;
   prepare.ground_albedo = options.gather.ground_albedo;

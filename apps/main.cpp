@@ -232,6 +232,17 @@ void AddRun(CLI::App& app, Work& work) {
       ->check(CLI::Range(1, 100000));
   run.add_option("--seed", options->seed, "Of the choice of samples");
   AddSkyShapes(run, options->sky_shapes);
+  run.add_option("--albedo",
+                 options->albedo,
+                 "Of real surfaces: survey (the environment map), materials (the mesh's Kd) or "
+                 "self-calibrated (found together with the light of the frames)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::AlbedoSource>{
+          {"survey", pleinair::AlbedoSource::kSurvey},
+          {"materials", pleinair::AlbedoSource::kMaterials},
+          {"self-calibrated", pleinair::AlbedoSource::kSelfCalibrated}}))
+      ->default_str(
+          "survey where there is a map; else materials where albedos_known, or the light "
+          "is not measured from them; else self-calibrated");
   run.add_option_function<std::string>(
          "--sky-regions",
          [options](const std::string& text) {

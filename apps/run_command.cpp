@@ -183,6 +183,8 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
   run.sequence = options.sequence;
   run.cache = options.cache;
   run.prepare = options.prepare;
+  // What `run` finds from the frames is not kept.
+  if (!ReadSequence(options.sequence).environment) run.albedo = AlbedoSource::kMaterials;
   const auto loaded = LoadForRun(run, ProgressOnStandardError());
   for (const std::string& note : loaded->site.notes) spdlog::warn("{}", note);
   const PreparedScene& scene = loaded->scene;

@@ -13,6 +13,7 @@
 #include "datasets/fisheye_setup.h"
 #include "datasets/marker_frame_source.h"
 #include "estimation/fisheye_lighting_source.h"
+#include "pipeline/self_calibration.h"
 
 namespace pleinair {
 namespace {
@@ -86,6 +87,34 @@ void WarnWhereNothingWasKept(const FileBlobStore& store) {
   spdlog::warn("the next run will prepare this site anew: {}", store.SaveFailure());
 }
 
+// As though it had no map; what the map says of the sun stays.
+void LeaveOutEnvironment(Sequence& sequence) {
+  if (!sequence.environment) return;
+  sequence.sun_direction_enu = sequence.environment->sun_direction_enu;
+  sequence.environment.reset();
+}
+
+void CalibrateAlbedo(const SequenceRunOptions& options, LoadedSequence& loaded) {
+  SelfCalibrationOptions calibration;
+  calibration.seed = options.seed;
+  calibration.sky_shapes = options.sky_shapes;
+  calibration.joint.expected_stddev = loaded.site.model.material_albedo_stddev;
+  // Ground and walls, from asphalt to bright plaster (Oke, Boundary Layer Climates, 1987,
+  // table 8.1: 0.05 to 0.5). Kd that nobody has guessed says less.
+  constexpr double kUsualAlbedo = 0.3;
+  if (!loaded.site.albedo_is_a_guess && !loaded.sequence.albedos_known) {
+    calibration.mean_albedo = kUsualAlbedo;
+  }
+  // Of the scale, where Kd is measured but asked to be found anew.
+  constexpr double kKnownAlbedoStddev = 0.05;
+  if (loaded.sequence.albedos_known) calibration.joint.expected_stddev = kKnownAlbedoStddev;
+  std::vector<std::string> unused_notes;
+  SelfCalibrateAlbedo([&] { return FramesOfRun(options, loaded, unused_notes); },
+                      loaded.sequence.site,
+                      calibration,
+                      loaded.scene);
+}
+
 FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
                                         const LoadedSequence& loaded) {
   const Sequence& sequence = loaded.sequence;
@@ -115,6 +144,15 @@ FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
 SourceKind SourceOf(const SequenceRunOptions& options, const Sequence& sequence) {
   return options.source.value_or(HasFisheyePictures(sequence) ? SourceKind::kFisheye
                                                               : SourceKind::kOutdoor);
+}
+
+AlbedoSource AlbedoSourceOf(const SequenceRunOptions& options, const Sequence& sequence) {
+  if (options.albedo) return *options.albedo;
+  if (sequence.environment) return AlbedoSource::kSurvey;
+  const bool estimated =
+      SourceOf(options, sequence) == SourceKind::kOutdoor && options.lighting.empty();
+  const bool told = sequence.albedos_known || sequence.albedos_assumed;
+  return told || !estimated ? AlbedoSource::kMaterials : AlbedoSource::kSelfCalibrated;
 }
 
 Daylight DaylightOf(const SequenceRunOptions& options, const SequenceSite& site) {
@@ -165,13 +203,23 @@ std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& optio
   auto loaded = std::make_shared<LoadedSequence>();
   if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
   loaded->sequence = ReadRunSequence(options, loaded->board);
+  const AlbedoSource albedo = AlbedoSourceOf(options, loaded->sequence);
+  if (albedo == AlbedoSource::kSurvey && !loaded->sequence.environment) {
+    throw std::runtime_error((loaded->sequence.folder / "sequence.json").string() +
+                             ": --albedo survey: expected the key environment, with an image");
+  }
+  if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded->sequence);
   loaded->site = LoadSequenceSite(loaded->sequence);
+  if (albedo == AlbedoSource::kMaterials && !loaded->site.materials_note.empty()) {
+    loaded->site.notes.push_back(loaded->site.materials_note);
+  }
   // A source that there are no data for is told before the work begins.
   MakeSourceFor(options, loaded->sequence, kStandardAerosolDepth500nm);
   FileBlobStore store(options.cache);
   loaded->scene = PrepareScene(
       loaded->site.model, PrepareOptionsFor(loaded->site, options.prepare), store, progress);
   WarnWhereNothingWasKept(store);
+  if (albedo == AlbedoSource::kSelfCalibrated) CalibrateAlbedo(options, *loaded);
   return loaded;
 }
 

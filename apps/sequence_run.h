@@ -28,6 +28,13 @@ namespace pleinair {
 // What the light is measured from.
 enum class SourceKind { kOutdoor, kFisheye };
 
+// Where the albedo of real surfaces comes from.
+enum class AlbedoSource {
+  kSurvey,          // The environment map.
+  kMaterials,       // The mesh's materials.
+  kSelfCalibrated,  // Found together with the light of the sequence's frames.
+};
+
 struct SequenceRunOptions {
   std::filesystem::path sequence;
   std::filesystem::path cache;  // Empty: the user's cache folder.
@@ -36,6 +43,7 @@ struct SequenceRunOptions {
   std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
   // A lighting.jsonl to use instead of estimating; empty: estimate.
   std::filesystem::path lighting;
+  std::optional<AlbedoSource> albedo;  // None: as AlbedoSourceOf has it.
   // What an outdoor sky is a mix of.
   std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
   // That a fish-eye's sky is averaged over before it lights the scene. None: its picture lights it.
@@ -57,6 +65,9 @@ struct SequenceRunOptions {
 };
 
 SourceKind SourceOf(const SequenceRunOptions& options, const Sequence& sequence);
+// The survey where there is one; else the materials where their albedo is known or assumed, or no
+// light is estimated from them; else self-calibration.
+AlbedoSource AlbedoSourceOf(const SequenceRunOptions& options, const Sequence& sequence);
 Daylight DaylightOf(const SequenceRunOptions& options, const SequenceSite& site);
 
 // The source that `options` asks for, or the sequence calls for. Throws std::runtime_error for one
@@ -73,7 +84,8 @@ struct LoadedSequence {
   std::optional<MarkerBoard> board;
 };
 
-// Reads and prepares, or loads what is prepared. Throws as ReadSequence, LoadSequenceSite and
+// Reads and prepares, or loads what is prepared; finds albedos from the frames where
+// AlbedoSourceOf says so. Throws as ReadSequence, LoadSequenceSite and
 // PrepareScene.
 std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& options,
                                                  const Progress& progress);

@@ -30,7 +30,7 @@ constexpr float kDefaultProbeBoxM = 2.0f;
 // Of materials' albedos that somebody guessed, and of defaults that nobody did: what surfaces
 // outdoors have is 0.1 to 0.6.
 constexpr double kAssumedAlbedoStddev = 0.25;
-constexpr double kUnknownAlbedoStddev = 0.5;
+constexpr double kUnknownAlbedoStddev = 0.4;
 
 // Windows throw patches of light some decimetres wide.
 constexpr double kIndoorPatchSizeM = 0.25;
@@ -152,17 +152,14 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   site.model.mesh = std::move(scene.mesh);
   if (sequence.environment) {
     site.model.environment = LoadEnvironment(sequence, site.notes);
-  } else if (sequence.albedos_assumed) {
-    site.model.material_albedo_stddev = kAssumedAlbedoStddev;
-    site.notes.push_back(fmt::format(
-        "no environment map: the materials' assumed albedo is used, give or take {:.0f} %",
-        100.0 * kAssumedAlbedoStddev));
   } else if (!sequence.albedos_known) {
-    site.model.material_albedo_stddev = kUnknownAlbedoStddev;
-    site.notes.push_back(
-        fmt::format("no environment map, and the materials' albedo is neither known nor assumed: "
-                    "Kd is used, give or take {:.0f} %",
-                    100.0 * kUnknownAlbedoStddev));
+    site.albedo_is_a_guess = sequence.albedos_assumed;
+    site.model.material_albedo_stddev =
+        sequence.albedos_assumed ? kAssumedAlbedoStddev : kUnknownAlbedoStddev;
+    site.materials_note = fmt::format(
+        "no environment map: the materials' {} is used, give or take {:.0f} %",
+        sequence.albedos_assumed ? "assumed albedo" : "Kd, which is neither known nor assumed,",
+        100.0 * site.model.material_albedo_stddev);
   }
   site.model.diffuse_regions = sequence.diffuse_regions;
   if (sequence.diffuse_mask && sequence.environment) {

@@ -17,6 +17,9 @@ struct SequenceSite {
   BoundingBox probe_box;               // Around the objects, or around what the cameras look at.
   bool is_indoors = false;             // The first camera sees little of the sky.
   std::vector<std::string> notes;      // What was mended or assumed in loading.
+  // What there is to say where the materials' albedo is used: without an environment map.
+  std::string materials_note;
+  bool albedo_is_a_guess = false;  // The materials'.
 };
 
 // Loads mesh, environment map, mask and objects.

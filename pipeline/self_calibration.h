@@ -1,0 +1,60 @@
+// Albedos of a site without a survey, from the recorded frames themselves.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "datasets/frame_source.h"
+#include "estimation/joint_albedo.h"
+#include "relight/prepared_scene.h"
+#include "sunmodel/site.h"
+#include "sunmodel/sky_shapes.h"
+
+namespace pleinair {
+
+struct SelfCalibrationOptions {
+  int frames = 16;     // At most, spread evenly over the recording. >= 1.
+  int samples = 1000;  // A frame. 1 .. 100000.
+  std::uint64_t seed = 1;
+  // Of the sky, as the light is estimated with.
+  std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
+  // How often light between surfaces is worked out anew with the albedos found. >= 1.
+  int rounds = 3;
+  // What the mean albedo is taken to be, in (0, 1]; none: the materials' own.
+  std::optional<double> mean_albedo;
+  int receiver_block_px = 4;  // As SurfaceViewOptions has it.
+  // expected_stddev is that of the scale, too.
+  JointAlbedoOptions joint;
+  // Throws std::invalid_argument naming field and value.
+  void Validate() const;
+};
+
+struct SelfCalibration {
+  int frames = 0;
+  int surfaces = 0;
+  // Of the albedos of surfaces against each other, relative, median over surfaces and RGB.
+  double surface_stddev = 0.0;
+  bool colour_from_sun = false;
+  bool converged = false;
+};
+
+// Finds the albedos of what the frames show (FitAlbedoAndLight; surfaces are what one material of a
+// group shows to one side, spots the scene's patches), and sets scene.patches.face_albedo_rgb: what
+// no frame shows takes its group's mean, or its material's. Sets scene.albedo_stddev_rgb to the
+// scale's, which no picture tells, and adds a note.
+//
+// `open_frames`  gives the recording from its start, at each call.
+// Throws std::invalid_argument for a scene with a survey, std::runtime_error where no frame could
+// be used.
+SelfCalibration SelfCalibrateAlbedo(
+    const std::function<std::unique_ptr<FrameSource>()>& open_frames,
+    const std::optional<Site>& site,
+    const SelfCalibrationOptions& options,
+    PreparedScene& scene);
+
+}  // namespace pleinair
