@@ -305,6 +305,11 @@ void AddRun(CLI::App& app, Work& work) {
                options->measure_shadows,
                "Compare the real shadows' direction with the sun's; about 0.5 s a frame");
   run.add_flag(
+         "--video{10}",
+         options->video_frames_per_second,
+         "Write composite.mp4 as well, shown at so many frames a second (--video=25; default 10)")
+      ->check(CLI::Range(0.1, 240.0));
+  run.add_flag(
       "--strict", options->stop_on_bad_frame, "Stop at the first frame that can't be done");
   AddCache(run, options->cache);
   run.callback([options, &work] {

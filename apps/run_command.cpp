@@ -19,6 +19,7 @@
 #include "apps/progress.h"
 #include "apps/run_report.h"
 #include "apps/survey_maps_writer.h"
+#include "apps/video_file.h"
 #include "datasets/truth.h"
 #include "pipeline/shadow_direction.h"
 #include "render/gl_context.h"
@@ -45,7 +46,8 @@ class RunFolder {
  public:
   explicit RunFolder(std::filesystem::path out) : out_(std::move(out)) {
     std::filesystem::create_directories(out_);
-    for (const char* name : {"lighting.jsonl", "report.html", "score.json", "composite", "mask"}) {
+    for (const char* name :
+         {"lighting.jsonl", "report.html", "score.json", "composite", "mask", "composite.mp4"}) {
       std::filesystem::remove_all(out_ / name);
     }
     log_.open(PartialLog(), std::ios::trunc);
@@ -221,6 +223,10 @@ void RunRunCommand(const RunCommandOptions& options) {
 
   RunFolder folder(options.out);
   FrameWriter writer(options.out, response);
+  std::optional<VideoFile> video;
+  if (const auto rate = options.video_frames_per_second) {
+    video.emplace(options.out / "composite.mp4", *rate);
+  }
   int done = 0;
   while (std::optional<RunStep> step = run.Next()) {
     TakeNotes(run, report);
@@ -238,6 +244,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     FrameResult& result = *step->result;
     const auto write_start = std::chrono::steady_clock::now();
     const Rgb8Image shown = writer.Write(frame, result.composite);
+    if (video) video->Add(shown);
     result.timing_ms.write = MsSince(write_start);
     folder.AddLine(LightingLine(frame, result));
 
@@ -264,6 +271,7 @@ void RunRunCommand(const RunCommandOptions& options) {
                  result.estimate.sun_observable ? "" : " (sun not observable)");
   }
   folder.Finish();
+  if (video) video->Finish();
   if (shadows && done > 0) ReportShadows(*shadows, report);
   AddTruth(sequence, writer, report);
   WriteRunReport(options.out / "report.html", report);

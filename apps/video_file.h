@@ -1,0 +1,30 @@
+// An MP4 of the frames that `run` made.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// Written beside its final name and moved there whole by Finish; without that nothing is left.
+class VideoFile {
+ public:
+  // `frames_per_second` > 0, the speed at which it is shown. An older file stays until Finish.
+  VideoFile(std::filesystem::path path, double frames_per_second);
+  ~VideoFile();
+
+  // All pictures have the first one's size; sides of an odd number of pixels get one more, as video
+  // has to be even. Throws std::runtime_error naming the file: no encoder, a picture of another
+  // size.
+  void Add(const Rgb8Image& picture);
+  // Writes nothing where nothing was added. Throws std::runtime_error where it can't be moved.
+  void Finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,68 @@
+#include "apps/video_file.h"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+#include <opencv2/videoio.hpp>
+
+namespace pleinair {
+namespace {
+
+class VideoFileTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path folder_;
+};
+
+Rgb8Image Plain(int width, int height, int grey) {
+  return {width, height, glm::u8vec3(static_cast<glm::uint8>(grey))};
+}
+
+TEST_F(VideoFileTest, HoldsTheFramesInTheirOrder) {
+  const std::filesystem::path path = folder_ / "composite.mp4";
+  VideoFile video(path, 5.0);
+  for (int i = 0; i < 10; ++i) video.Add(Plain(65, 48, 20 + 20 * i));
+  EXPECT_FALSE(std::filesystem::exists(path));  // Not before it is whole.
+  video.Finish();
+
+  cv::VideoCapture read(path.string());
+  ASSERT_TRUE(read.isOpened());
+  EXPECT_NEAR(read.get(cv::CAP_PROP_FPS), 5.0, 1e-3);
+  cv::Mat frame;
+  int count = 0;
+  for (; read.read(frame); ++count) {
+    EXPECT_EQ(frame.size(), cv::Size(66, 48));  // 65 made even.
+    // A lossy codec of plain frames: a few code values.
+    EXPECT_NEAR(cv::mean(frame)[1], 20 + 20 * count, 4.0);
+  }
+  EXPECT_EQ(count, 10);
+}
+
+TEST_F(VideoFileTest, LeavesNothingUnlessFinished) {
+  {
+    VideoFile video(folder_ / "composite.mp4", 10.0);
+    video.Add(Plain(32, 32, 100));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+  VideoFile empty(folder_ / "composite.mp4", 10.0);
+  empty.Finish();
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(VideoFileTest, RefusesAPictureOfAnotherSize) {
+  VideoFile video(folder_ / "composite.mp4", 10.0);
+  video.Add(Plain(32, 32, 100));
+  EXPECT_THROW(video.Add(Plain(32, 34, 100)), std::runtime_error);
+  VideoFile nowhere(folder_ / "missing" / "composite.mp4", 10.0);
+  EXPECT_THROW(nowhere.Add(Plain(32, 32, 100)), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace pleinair
