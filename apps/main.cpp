@@ -241,8 +241,8 @@ void AddRun(CLI::App& app, Work& work) {
           {"materials", pleinair::AlbedoSource::kMaterials},
           {"self-calibrated", pleinair::AlbedoSource::kSelfCalibrated}}))
       ->default_str(
-          "survey where there is a map; else materials where albedos_known, or the light "
-          "is not measured from them; else self-calibrated");
+          "survey where there is a map; else materials where their albedo is known or assumed, or "
+          "light is not measured from it; else self-calibrated");
   run.add_option_function<std::string>(
          "--sky-regions",
          [options](const std::string& text) {
