@@ -193,8 +193,9 @@ LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
 
 double KeptMemory(const ClearSkyExpectation& clear_sky,
                   const CarriedLighting& earlier,
+                  UtcTime time,
                   const LightVector& found) {
-  if (earlier.mean.size() != found.size()) return 1.0;
+  if (earlier.mean.size() != found.size() || !(Memory(earlier, time) > 0.0)) return 1.0;
   const UsualLight usual = UsualLightOf(clear_sky, earlier);
   const LightVector moved = found - earlier.mean;
   double sun = 0.0;

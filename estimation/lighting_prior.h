@@ -73,9 +73,10 @@ LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
 
 // How much of an earlier answer is still to be kept, once a fit under it has found `found`: 1 while
 // sun and sky are within its widened deviation, and the less the farther they have moved in spite
-// of it. Continuous.
+// of it. 1, too, for an answer that is too old to count. Continuous in `found`.
 double KeptMemory(const ClearSkyExpectation& clear_sky,
                   const CarriedLighting& earlier,
+                  UtcTime time,
                   const LightVector& found);
 
 // Holds sun and whole sky to within 10^-4 of the larger, so that the samples decide the sky's shape

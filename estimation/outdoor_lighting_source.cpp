@@ -126,7 +126,8 @@ class OutdoorLightingSource final : public LightingSource {
     last_time_ = observation.frame.time;
     LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
     // A cloud that moves the light in spite of the carried answer would move it all the way.
-    const double kept = earlier ? KeptMemory(clear_sky, *earlier, fit.irradiance_rgb) : 1.0;
+    const double kept =
+        earlier ? KeptMemory(clear_sky, *earlier, observation.frame.time, fit.irradiance_rgb) : 1.0;
     if (kept < 1.0) fit = fitter_.Fit(samples_, prior_with(kept), sun_is_up);
     if (fit.samples_used == 0 && !prior.SaysSomething()) {
       return tl::unexpected(LightingFailure{
