@@ -304,11 +304,10 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_flag("--measure-shadows",
                options->measure_shadows,
                "Compare the real shadows' direction with the sun's; about 0.5 s a frame");
-  run.add_flag(
-         "--video{10}",
-         options->video_frames_per_second,
-         "Write composite.mp4 as well, shown at so many frames a second (--video=25; default 10)")
-      ->check(CLI::Range(0.1, 240.0));
+  run.add_flag("--video", options->video, "Write composite.mp4 as well");
+  run.add_option("--video-rate", options->video_frames_per_second, "Frames a second of the video")
+      ->check(CLI::Range(0.1, 240.0))
+      ->capture_default_str();
   run.add_flag(
       "--strict", options->stop_on_bad_frame, "Stop at the first frame that can't be done");
   AddCache(run, options->cache);

@@ -224,8 +224,8 @@ void RunRunCommand(const RunCommandOptions& options) {
   RunFolder folder(options.out);
   FrameWriter writer(options.out, response);
   std::optional<VideoFile> video;
-  if (const auto rate = options.video_frames_per_second) {
-    video.emplace(options.out / "composite.mp4", *rate);
+  if (options.video) {
+    video.emplace(options.out / "composite.mp4", options.video_frames_per_second);
   }
   int done = 0;
   while (std::optional<RunStep> step = run.Next()) {

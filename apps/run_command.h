@@ -19,7 +19,8 @@ struct RunCommandOptions : SequenceRunOptions {
   std::filesystem::path out;
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;
-  std::optional<double> video_frames_per_second;  // None: no video.
+  bool video = false;
+  double video_frames_per_second = 10.0;
 };
 
 // Throw std::runtime_error or std::invalid_argument, one line. Progress goes to the log.
