@@ -141,13 +141,14 @@ void AddPrepare(CLI::App& app, Work& work) {
 
 // Effects by name; `plan` and `all` switch every effect on.
 void ChooseEffects(const std::vector<std::string>& names, pleinair::CompositeEffects& effects) {
-  effects = {false, false, false, false, false, false};
+  effects = {false, false, false, false, false, false, false};
   for (const std::string& name : names) {
     const bool all = name == "plan" || name == "all";
     effects.sun_shading |= all || name == "sun-shading";
     effects.sun_shadow |= all || name == "sun-shadow";
     effects.probe_shading |= all || name == "probe-shading";
     effects.penumbra |= all || name == "penumbra";
+    effects.glossy_reflection |= all || name == "glossy-reflection";
     effects.sky_occlusion |= all || name == "sky-occlusion";
     effects.colour_bleeding |= all || name == "colour-bleeding";
   }
@@ -281,13 +282,15 @@ void AddRun(CLI::App& app, Work& work) {
            ChooseEffects(names, options->effects);
          },
          "plan, all, or some of "
-         "sun-shading,sun-shadow,penumbra,probe-shading,sky-occlusion,colour-bleeding")
+         "sun-shading,sun-shadow,penumbra,probe-shading,glossy-reflection,sky-occlusion,colour-"
+         "bleeding")
       ->delimiter(',')
       ->check(CLI::IsMember({"plan",
                              "all",
                              "sun-shading",
                              "sun-shadow",
                              "penumbra",
+                             "glossy-reflection",
                              "probe-shading",
                              "sky-occlusion",
                              "colour-bleeding"}))

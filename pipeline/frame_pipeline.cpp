@@ -67,6 +67,7 @@ void FramePipelineOptions::Validate() const {
   if (daylight == Daylight::kSamples) direct_daylight.Validate();
   influence.Validate();
   soft_sun.Validate();
+  mirror.Validate();
 }
 
 FramePipeline::FramePipeline(const PreparedScene& scene,
@@ -94,6 +95,7 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
   if (options_.effects.sun_shadow && options_.effects.penumbra && !objects_.empty()) {
     soft_sun_.emplace(real_caster_, interreflection_.Objects(), options_.soft_sun);
   }
+  has_mirrors_ = options_.effects.glossy_reflection && IsGlossy(interreflection_.Objects().mesh);
   if (options_.filter) filter_.emplace(*options_.filter);
   compositor_.SetPhantom(phantom);
   compositor_.SetObjects(objects_);
@@ -114,6 +116,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
         frame.sun_direction_enu || !site_
             ? result.sun
             : SunOverSite(*site_, SnapToRaster(frame.time, options_.sun_step_s));
+
+    transport_sun_ = {transport_sun.direction_enu, {}, transport_sun.angular_radius_rad};
 
     Stopwatch watch;
     const auto basis = source_->BasisFor(frame, transport_sun);
@@ -138,7 +142,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
         interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
       }
       UpdateObjects(view);
-      UpdateSunShares(view, transport_sun);
+      UpdateSunShares(view);
     }
     result.timing_ms.transport = watch.LapMs();
 
@@ -168,7 +172,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
                                            vertex_irradiance_,
                                            options_.effects,
                                            &irradiance_change_,
-                                           soft_sun_ ? &sun_shares_ : nullptr});
+                                           soft_sun_ ? &sun_shares_ : nullptr,
+                                           has_mirrors_ ? &mirrored_ : nullptr});
     result.timing_ms.render = result.composite.draw_ms;
     result.timing_ms.readback = result.composite.readback_ms;
     return result;
@@ -179,6 +184,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     influence_geometry_version_.reset();
     object_view_version_.reset();
     sun_shares_version_.reset();
+    mirror_version_.reset();
     return failed(error.what());
   }
 }
@@ -262,14 +268,24 @@ void FramePipeline::UpdateObjects(const SurfaceView& view) {
   }
   if (new_view && on_faces) influence_.See(scene_.patches, view, view_builder_.PixelFaces());
   if (new_view) influence_geometry_version_ = view.geometry_version;
-  if (!new_influence && changed_lights_.empty()) return;
+  const bool new_mirror = has_mirrors_ && mirror_version_ != view.geometry_version;
+  if (new_mirror) {
+    UpdateObjectView(view);
+    mirror_ = MirrorImage(scene_.patches,
+                          interreflection_.Objects(),
+                          object_view_,
+                          scene_.survey ? &*scene_.survey : nullptr,
+                          options_.mirror);
+    mirror_version_ = view.geometry_version;
+  }
+  if (!new_influence && !new_mirror && changed_lights_.empty()) return;
   const std::vector<Receiver> receivers =
       has_influence && daylight_ != nullptr ? influence_.Receivers() : std::vector<Receiver>();
   vertex_response_.resize(basis_.face_radiosity.size());
   for (std::size_t light = 0; light < basis_.face_radiosity.size(); ++light) {
     const bool changed =
         std::find(changed_lights_.begin(), changed_lights_.end(), light) != changed_lights_.end();
-    if (!changed && !new_influence) continue;
+    if (!changed && !new_influence && !new_mirror) continue;
     Lighting unit;
     unit.sky.resize(sky_shapes_.size());
     (light == 0 ? unit.sun.irradiance_rgb : unit.sky[light - 1].irradiance_rgb) = glm::dvec3(1.0);
@@ -280,27 +296,43 @@ void FramePipeline::UpdateObjects(const SurfaceView& view) {
       if (changed) vertex_response_[light] = GatherAtVertices(light);
       SumVertexResponses(unit);
     }
-    if (!has_influence) continue;
+    const std::vector<glm::vec3> object_radiosity =
+        interreflection_.FaceRadiosity(unit.sun, vertex_irradiance_);
+    if (has_mirrors_ && (changed || new_mirror)) FoldMirror(light, object_radiosity);
+    if (!has_influence || (!changed && !new_influence)) continue;
     const bool sampled = light > 0 && daylight_ != nullptr;
     influence_.Fold(
         light,
         light == 0 || sampled ? nullptr : sky_shapes_[light - 1].get(),
         view,
         basis_.face_radiosity[light],
-        interreflection_.FaceRadiosity(unit.sun, vertex_irradiance_),
+        object_radiosity,
         sampled ? daylight_->HiddenFrom(light - 1, receivers) : std::vector<glm::vec3>());
   }
 }
 
-void FramePipeline::UpdateSunShares(const SurfaceView& view, const SunState& sun) {
+void FramePipeline::UpdateObjectView(const SurfaceView& view) {
+  if (object_view_version_ == view.geometry_version) return;
+  object_view_ = SeeObjects(interreflection_.Objects(), view.camera);
+  object_view_version_ = view.geometry_version;
+}
+
+void FramePipeline::FoldMirror(std::size_t light, std::span<const glm::vec3> object_radiosity) {
+  MirroredBasis basis;
+  basis.sky = light == 0 ? nullptr : sky_shapes_[light - 1].get();
+  basis.real_radiosity = basis_.face_radiosity[light];
+  basis.object_radiosity = object_radiosity;
+  if (light == 0) basis.real_direct = view_builder_.SunFaces().direct_irradiance;
+  basis.sun = transport_sun_;
+  mirror_.Fold(light, basis, scene_.patches, interreflection_.Objects());
+}
+
+void FramePipeline::UpdateSunShares(const SurfaceView& view) {
   if (!soft_sun_) return;
-  if (object_view_version_ != view.geometry_version) {
-    object_view_ = SeeObjects(interreflection_.Objects(), view.camera);
-    object_view_version_ = view.geometry_version;
-  }
+  UpdateObjectView(view);
   if (sun_shares_version_ == view.sun_version) return;
-  const DirectionalLight disc{sun.direction_enu, {}, sun.angular_radius_rad};
-  sun_shares_ = {soft_sun_->OnReal(view, disc), soft_sun_->OnObjects(object_view_, disc)};
+  sun_shares_ = {soft_sun_->OnReal(view, transport_sun_),
+                 soft_sun_->OnObjects(object_view_, transport_sun_)};
   sun_shares_version_ = view.sun_version;
 }
 
@@ -318,6 +350,14 @@ std::vector<glm::vec3> FramePipeline::GatherAtVertices(std::size_t light) {
   if (sampled) {
     const std::vector<glm::vec3>& direct = daylight_->OnObjects(light - 1);
     for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += direct[v];
+  }
+  if (light == 0 && scene_.options.bounces != 0) {
+    const std::vector<glm::vec3> change = gather_.NearSunlightChange(
+        objects, scene_.patches, transport_sun_, view_builder_.SunFaces().direct_irradiance);
+    for (std::size_t v = 0; v < irradiance.size(); ++v) {
+      // Both are estimates by few rays: their sum may fall below zero.
+      irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));
+    }
   }
 
   vertex_response_[light] = irradiance;
@@ -393,6 +433,7 @@ void FramePipeline::Shade(const Lighting& lighting, StageTimes& times) {
     }
     LightVertices(volume_, lighting);
   }
+  if (has_mirrors_) mirror_.Evaluate(lighting, mirrored_);
   influence_.Evaluate(lighting,
                       {.hidden_light = options_.effects.sky_occlusion,
                        .object_light = options_.effects.colour_bleeding},

@@ -16,6 +16,7 @@
 #include "pipeline/object_interreflection.h"
 #include "pipeline/sun_state.h"
 #include "relight/irradiance_volume.h"
+#include "relight/mirror_image.h"
 #include "relight/object_influence.h"
 #include "relight/object_view.h"
 #include "relight/prepared_scene.h"
@@ -59,6 +60,7 @@ struct FramePipelineOptions {
   InfluenceAt influence_at = InfluenceAt::kPixels;
   ObjectInfluenceOptions influence;
   SoftSunOptions soft_sun;
+  MirrorImageOptions mirror;
   CompositeEffects effects;
   // None: each frame's own estimate is reported.
   std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
@@ -120,8 +122,10 @@ class FramePipeline {
   void UpdateBasis(bool new_sun);
   void UpdateVolume();
   void UpdateObjects(const SurfaceView& view);
+  void UpdateObjectView(const SurfaceView& view);
+  void FoldMirror(std::size_t light, std::span<const glm::vec3> object_radiosity);
   // What ray casting says of the sun's shadows: anew where the view or the sun is.
-  void UpdateSunShares(const SurfaceView& view, const SunState& sun);
+  void UpdateSunShares(const SurfaceView& view);
   // What rays and probes take sky shape `k` for: black where it is sampled.
   const SkyShape& GatheredSky(std::size_t k) const;
   std::vector<glm::vec3> GatherAtVertices(std::size_t light);
@@ -143,6 +147,7 @@ class FramePipeline {
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;  // The source's basis.
   SurfaceViewBuilder view_builder_;
 
+  DirectionalLight transport_sun_;  // Without an intensity: what the sun's part is made for.
   // What basis_ and folded_ were made for.
   std::optional<std::uint64_t> basis_sun_version_;
   std::vector<std::shared_ptr<const SkyShape>> basis_shapes_;
@@ -167,6 +172,10 @@ class FramePipeline {
   ObjectView object_view_;
   std::optional<std::uint64_t> object_view_version_;  // The view's, of its geometry.
   SunShares sun_shares_;
+  bool has_mirrors_ = false;
+  MirrorImage mirror_;
+  std::optional<std::uint64_t> mirror_version_;  // The view's, of its geometry.
+  MirroredLight mirrored_;
   std::optional<std::uint64_t> sun_shares_version_;  // The view's, of its sun.
 };
 

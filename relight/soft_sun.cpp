@@ -348,6 +348,7 @@ ObjectSunShare SoftSun::OnObjects(const ObjectView& view, const DirectionalLight
     return Start{OffsetFromSurface(position_m, normal), normal};
   };
 
+  Gray8Image is_asked(width, height, 0);
   // Each of a pixel's samples asks for another point of the rim.
   Image<Verdict> verdicts(view.width_px, view.height_px, Verdict::kNothing);
   tbb::parallel_for(0, view.height_px, [&](int row) {
@@ -357,8 +358,12 @@ ObjectSunShare SoftSun::OnObjects(const ObjectView& view, const DirectionalLight
     for (int corner = 0; corner < kSamplesPerPixel; ++corner) {
       rays.Clear();
       for (int x = 0; x < view.width_px; ++x) {
-        const auto start =
-            start_of(view.samples.At(kSide * x + corner % kSide, kSide * row + corner / kSide));
+        const int sample_x = kSide * x + corner % kSide;
+        const int sample_y = kSide * row + corner / kSide;
+        const auto start = start_of(view.samples.At(sample_x, sample_y));
+        if (start && glm::dot(start->normal, disc.Centre()) > 0.0f) {
+          is_asked.At(sample_x, sample_y) = 1;
+        }
         const glm::vec3& direction = disc.Rim()[static_cast<std::size_t>(corner)];
         if (!start || !(glm::dot(start->normal, direction) > 0.0f)) continue;
         ++asked[static_cast<std::size_t>(x)];
@@ -414,18 +419,17 @@ ObjectSunShare SoftSun::OnObjects(const ObjectView& view, const DirectionalLight
     }
   });
 
-  // Beside the objects.
-  const GrayImage on_objects = share.seen;
+  // Where nothing was asked.
+  const GrayImage asked = share.seen;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      if (view.samples.At(x, y).triangle != ObjectView::kNothing) continue;
+      if (is_asked.At(x, y) != 0) continue;
       float sum = 0.0f;
       int count = 0;
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
-          if (!view.samples.Contains(x + dx, y + dy)) continue;
-          if (view.samples.At(x + dx, y + dy).triangle == ObjectView::kNothing) continue;
-          sum += on_objects.At(x + dx, y + dy);
+          if (!is_asked.Contains(x + dx, y + dy) || is_asked.At(x + dx, y + dy) == 0) continue;
+          sum += asked.At(x + dx, y + dy);
           ++count;
         }
       }

@@ -36,8 +36,8 @@ class SoftSun {
 
   // On the real surfaces of `view`, whose sun_visibility stands for `sun`.
   RealSunShare OnReal(const SurfaceView& view, const DirectionalLight& sun) const;
-  // On the objects: 0 on faces turned away from the sun. Samples beside an object have their
-  // neighbours' mean, as a renderer may place its edge a little differently.
+  // On the objects. Samples of faces that are turned away from the sun, and beside an object, have
+  // their neighbours' mean: a renderer may look finer, or place an edge a little differently.
   ObjectSunShare OnObjects(const ObjectView& view, const DirectionalLight& sun) const;
 
  private:

@@ -349,7 +349,10 @@ FaceLight PatchTransport::SolveSun(const PatchScene& scene,
                                    double sun_angular_radius_rad,
                                    int bounces) const {
   CheckFaceCount(scene.FaceCount(), face_rays_.ReceiverCount(), "scene");
-  return Solve(scene, DirectFromSun(scene, sun_direction_enu, sun_angular_radius_rad), bounces);
+  std::vector<glm::vec3> direct = DirectFromSun(scene, sun_direction_enu, sun_angular_radius_rad);
+  FaceLight light = Solve(scene, direct, bounces);
+  light.direct_irradiance = std::move(direct);
+  return light;
 }
 
 FaceLight PatchTransport::Solve(const PatchScene& scene,
@@ -358,7 +361,7 @@ FaceLight PatchTransport::Solve(const PatchScene& scene,
   SolveOptions options;
   options.bounces = bounces;
   FaceLights lights = SolveBlocks(scene, direct_irradiance, 1, options);
-  return {std::move(lights.radiosity), lights.iterations, lights.residual};
+  return {std::move(lights.radiosity), lights.iterations, lights.residual, {}};
 }
 
 FaceLights PatchTransport::SolveMany(const PatchScene& scene,

@@ -117,6 +117,8 @@ struct FaceLight {
   // Largest change in the last iteration, relative to the largest radiosity. 0 where the asked-for
   // bounces are finite.
   double residual = 0.0;
+  // Irradiance of every face straight from the light, where SolveSun made it; else empty.
+  std::vector<glm::vec3> direct_irradiance{};
 };
 
 // The same for many basis lights at once.

@@ -143,7 +143,8 @@ void Validate(const CompositeInput& input, std::span<const VirtualObject> object
 }
 
 // The layers are half floats, with full precision from 6e-5 to 65504. A power of two brings the
-// frame's brightest value near 2^10, so that radiances in any unit keep their digits, exactly.
+// frame's brightest value near 2^4, so that radiances in any unit keep their digits, exactly, down
+// to a quarter of a millionth of it; and a glint of the sun may be four thousand times as bright.
 float LayerGain(const RgbImage& radiance, const Lighting& lighting) {
   // Bits of positive floats are ordered as the floats are, negative ones are below and what is not
   // finite is above, so that one integer maximum, which the compiler can vectorise, finds it.
@@ -160,7 +161,7 @@ float LayerGain(const RgbImage& radiance, const Lighting& lighting) {
   const double from_light = std::max({irradiance.x, irradiance.y, irradiance.z}) / 3.14159265;
   const double peak = std::max(static_cast<double>(brightest), from_light);
   if (!(peak > 0.0) || !std::isfinite(peak)) return 1.0f;
-  const int exponent = std::clamp(10 - std::ilogb(peak), -100, 100);
+  const int exponent = std::clamp(4 - std::ilogb(peak), -100, 100);
   return std::ldexp(1.0f, exponent);
 }
 
@@ -233,6 +234,8 @@ struct CheckedContext {
 }  // namespace
 
 struct Compositor::Impl {
+  explicit Impl(const CompositorOptions& options) : object_layer(options.object_samples_per_side) {}
+
   CheckedContext context;
   SceneGeometry scene;
   VolumeStencil stencil;
@@ -395,7 +398,16 @@ void Compositor::Impl::ReadBack(const RgbImage& camera,
   }
 }
 
-Compositor::Compositor() : impl_(std::make_unique<Impl>()) {}
+void CompositorOptions::Validate() const {
+  if (object_samples_per_side >= 2 && object_samples_per_side <= 8) return;
+  throw std::invalid_argument("CompositorOptions::object_samples_per_side is " +
+                              std::to_string(object_samples_per_side) + ": expected 2 to 8");
+}
+
+Compositor::Compositor(const CompositorOptions& options) {
+  options.Validate();
+  impl_ = std::make_unique<Impl>(options);
+}
 
 Compositor::~Compositor() = default;
 

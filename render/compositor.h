@@ -27,6 +27,8 @@ struct CompositeEffects {
   bool probe_shading = true;  // Irradiance volume on virtual objects.
   // CompositeInput's sun_shares, chosen where they are made.
   bool penumbra = true;  // Of the sun's disc, in sun_shadow.
+  // CompositeInput's mirrored, likewise.
+  bool glossy_reflection = true;
   // Parts of CompositeInput's irradiance_change, chosen where that is made.
   bool sky_occlusion = true;    // What virtual objects hide of the light on real surfaces.
   bool colour_bleeding = true;  // What they send instead.
@@ -70,6 +72,15 @@ struct Composite {
   double readback_ms = 0.0;
 };
 
+struct CompositorOptions {
+  // Samples of virtual objects for each side of a pixel, 2 to 8: how smooth edges on and of them
+  // are. Two are enough for who looks from afar; where an object fills a large picture fewer than
+  // asked for are taken.
+  int object_samples_per_side = 4;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
 // Draws into its own framebuffers of the context that was current at construction and has to be
 // current at each call. A real pixel in a new shadow, or whose other light changes by dE, is scaled
 // by
@@ -80,14 +91,14 @@ struct Composite {
 // the view's sun_visibility decides instead. What a clipped pixel clipped is the model's radiance,
 // where that is the brighter.
 //
-// Edges    An object's edge pixels blend with the camera's (four samples). Shadows by volumes are
+// Edges    An object's edge pixels blend with the camera's. Shadows by volumes are
 //          hard; on real surfaces they are blurred over a pixel.
 // Lens     Where the camera distorts, layers are drawn without and looked up per camera pixel.
 // Context  Leaves the application's framebuffer and viewport bound, and all tests switched off.
 class Compositor {
  public:
   // Throws std::runtime_error when the context lacks something, naming it.
-  Compositor();
+  explicit Compositor(const CompositorOptions& options = {});
   ~Compositor();
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;

@@ -31,6 +31,8 @@ class SunDisc {
                        std::span<const glm::vec3> points,
                        const glm::vec3& normal) const;
   const glm::vec3& Direction() const { return centre_; }
+  // Equal parts of the disc, a direction each.
+  const std::vector<glm::vec3>& Samples() const { return samples_; }
 
  private:
   float ShareOfSamples(const RayCaster& caster, const Receiver& receiver) const;

@@ -1,5 +1,7 @@
 #include "render/internal/object_layer_pass.h"
 
+#include <cstdint>
+
 #include <glm/vec4.hpp>
 
 #include "render/internal/view_projection.h"
@@ -71,7 +73,10 @@ void main() {
 // real surfaces have (above 2 %), so that k = 0 means none.
 //
 // The disc widens the lobe by half its radius, in half vectors: a perfect mirror then shows the
-// sun's own mean radiance, P / (pi radius^2), and nothing overflows but the format.
+// sun's own mean radiance, P / (pi radius^2), and nothing overflows but the format. So does the
+// turn of the normal over a sample (Tokuyoshi and Kaplanyan 2019, "Improved geometric specular
+// antialiasing", a Gaussian of variance 1 / (2 pi) samples, at most 0.18): a glint smaller than a
+// sample keeps its energy, and does not flicker where it moves between samples.
 constexpr std::string_view kSunFragmentShader = R"(
 in vec3 v_position;
 in vec3 v_normal;
@@ -83,12 +88,15 @@ uniform vec3 u_irradiance;
 uniform float u_angular_radius;
 uniform sampler2D u_seen_sun;
 uniform ivec4 u_seen_sun_rect;  // Lower corner, from this picture's, and size.
+uniform int u_samples_per_side;
+uniform int u_shares_per_side;
 out vec4 o_colour;
 
 const float kInvPi = 0.318309886;
 
-vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l) {
-  float alpha2 = v_specular_alpha.a * v_specular_alpha.a + 0.25 * u_angular_radius * u_angular_radius;
+vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l, float turn2) {
+  float alpha2 = v_specular_alpha.a * v_specular_alpha.a +
+                 0.25 * u_angular_radius * u_angular_radius + min(kInvPi * turn2, 0.18);
   float n_dot_v = max(dot(n, v), 1e-4);
   vec3 h = normalize(v + l);
   float n_dot_h = max(dot(n, h), 0.0);
@@ -104,7 +112,7 @@ vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l) {
 }
 
 float SeenSun() {
-  ivec2 place = ivec2(gl_FragCoord.xy) - u_seen_sun_rect.xy;
+  ivec2 place = ivec2(gl_FragCoord.xy) * u_shares_per_side / u_samples_per_side - u_seen_sun_rect.xy;
   bool is_inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, u_seen_sun_rect.zw));
   return is_inside ? texelFetch(u_seen_sun, place, 0).r : 1.0;
 }
@@ -113,12 +121,15 @@ void main() {
   vec3 n = normalize(v_normal);
   if (!gl_FrontFacing) n = -n;
   float n_dot_l = dot(n, u_to_sun);
+  vec3 turn_x = dFdx(n);
+  vec3 turn_y = dFdy(n);
+  float turn2 = dot(turn_x, turn_x) + dot(turn_y, turn_y);
   float seen = SeenSun();
   vec3 radiance = vec3(0.0);
   if (n_dot_l > 0.0 && seen > 0.0) {
     vec3 reflectance = v_diffuse * kInvPi;
     if (any(greaterThan(v_specular_alpha.rgb, vec3(0.0)))) {
-      reflectance += Ggx(n, normalize(u_camera - v_position), u_to_sun, n_dot_l);
+      reflectance += Ggx(n, normalize(u_camera - v_position), u_to_sun, n_dot_l, turn2);
     }
     radiance = seen * u_irradiance * n_dot_l * reflectance;
   }
@@ -158,10 +169,17 @@ void BindRect(const ShaderProgram& program,
 
 }  // namespace
 
-static_assert(ObjectLayerPass::kSamplesPerSide == ObjectSunShare::kSamplesPerSide);
+int ObjectLayerPass::SamplesPerSide(const PixelRect& rect, int wanted) {
+  constexpr std::int64_t kMostSamples = std::int64_t{1} << 22;
+  const std::int64_t pixels = std::int64_t{rect.Width()} * rect.Height();
+  int side = wanted;
+  while (side > 2 && pixels * side * side > kMostSamples) --side;
+  return side;
+}
 
-ObjectLayerPass::ObjectLayerPass()
-    : samples_("object samples", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8),
+ObjectLayerPass::ObjectLayerPass(int samples_per_side)
+    : wanted_samples_per_side_(samples_per_side),
+      samples_("object samples", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8),
       layer_("object layer", GL_RGBA16F, FrameBuffer::DepthStencil::kNone),
       ambient_program_("object ambient", kAmbientVertexShader, kAmbientFragmentShader),
       sun_program_("object sun", kSunVertexShader, kSunFragmentShader),
@@ -192,7 +210,7 @@ void ObjectLayerPass::Draw(const LayerView& view,
   mean_program_.Use();
   mean_program_.Set("u_samples", 0);
   mean_program_.Set("u_lower", rect.lower);
-  mean_program_.Set("u_samples_per_side", kSamplesPerSide);
+  mean_program_.Set("u_samples_per_side", SamplesPerSide(rect, wanted_samples_per_side_));
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, samples_.ColourTexture());
   glBindVertexArray(no_vertices_.Name());
@@ -208,8 +226,8 @@ void ObjectLayerPass::DrawSamples(const LayerView& view,
                                   const LayerLight& light,
                                   VolumeStencil& stencil) {
   const PixelRect& rect = view.object_rect;
-  const PixelRect sample_rect{{0, 0},
-                              {kSamplesPerSide * rect.Width(), kSamplesPerSide * rect.Height()}};
+  const int side = SamplesPerSide(rect, wanted_samples_per_side_);
+  const PixelRect sample_rect{{0, 0}, {side * rect.Width(), side * rect.Height()}};
   samples_.Reserve(sample_rect.Width(), sample_rect.Height());
   samples_.Bind();
   glViewport(0, 0, sample_rect.Width(), sample_rect.Height());
@@ -229,7 +247,7 @@ void ObjectLayerPass::DrawSamples(const LayerView& view,
   ambient_program_.Use();
   ambient_program_.Set("u_clip_from_local", clip_from_local);
   ambient_program_.Set("u_mirrors", light.mirrors ? 1 : 0);
-  ambient_program_.Set("u_samples_per_side", kSamplesPerSide);
+  ambient_program_.Set("u_samples_per_side", side);
   ambient_program_.Set("u_gain", light.gain);
   BindRect(ambient_program_, "u_mirrored", "u_mirrored_rect", light.mirrored, rect.lower);
   scene.ShadedObjects().Draw();
@@ -259,8 +277,10 @@ void ObjectLayerPass::DrawSamples(const LayerView& view,
   sun_program_.Set("u_to_sun", glm::vec3(sun.to_sun));
   sun_program_.Set("u_irradiance", sun.irradiance);
   sun_program_.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
-  BindRect(
-      sun_program_, "u_seen_sun", "u_seen_sun_rect", light.seen_sun, kSamplesPerSide * rect.lower);
+  constexpr int kShareSide = ObjectSunShare::kSamplesPerSide;
+  BindRect(sun_program_, "u_seen_sun", "u_seen_sun_rect", light.seen_sun, kShareSide * rect.lower);
+  sun_program_.Set("u_samples_per_side", side);
+  sun_program_.Set("u_shares_per_side", kShareSide);
   glCullFace(GL_BACK);
   scene.ShadedObjects().DrawTrianglesWithFrontInSun();
   glCullFace(GL_FRONT);

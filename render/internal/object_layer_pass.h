@@ -36,14 +36,15 @@ struct LayerLight {
 // mirrors of its surroundings; where that is not known, the surface is taken for diffuse, with
 // min(d + k, 1).
 //
-// Edges  Four samples a pixel, each shaded and shadowed by itself: drawn at twice the size, but
-// only
-//        the rectangle that holds objects. In software that costs half of what multisampling does.
+// Edges  Several samples a pixel, each shaded and shadowed by itself: drawn larger, but only the
+//        rectangle that holds objects. In software that costs half of what multisampling does.
 class ObjectLayerPass {
  public:
-  static constexpr int kSamplesPerSide = 2;
+  // Samples of a side of each pixel of `rect`: as many as asked for, fewer where an object fills
+  // that much of a large picture that more than 2^22 samples would come out, but two at least.
+  static int SamplesPerSide(const PixelRect& rect, int wanted);
 
-  ObjectLayerPass();
+  explicit ObjectLayerPass(int samples_per_side);
 
   // `casters_on_objects`: volumes of the real scene; both sets may be null: no shadows.
   void Draw(const LayerView& view,
@@ -66,6 +67,7 @@ class ObjectLayerPass {
                    const LayerLight& light,
                    VolumeStencil& stencil);
 
+  int wanted_samples_per_side_;
   FrameBuffer samples_;
   FrameBuffer layer_;
   ShaderProgram ambient_program_;

@@ -101,5 +101,72 @@ TEST(ObjectGather, RefusesRadiositiesOfAnotherScene) {
   EXPECT_THROW(gather.Irradiance(nullptr, {}, std::vector<glm::vec3>(4)), std::invalid_argument);
 }
 
+// A box with faces of its own vertices, outward.
+void AddBox(const glm::vec3& lower, const glm::vec3& upper, Mesh& mesh) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float side : {-1.0f, 1.0f}) {
+      glm::vec3 normal(0.0f);
+      normal[axis] = side;
+      const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+      for (int corner = 0; corner < 4; ++corner) {
+        // Around the normal, counter-clockwise.
+        const bool u = corner == 1 || corner == 2;
+        const bool v = corner >= 2;
+        glm::vec3 position_m;
+        position_m[axis] = side > 0.0f ? upper[axis] : lower[axis];
+        const int across = (axis + (side > 0.0f ? 1 : 2)) % 3;
+        const int up = (axis + (side > 0.0f ? 2 : 1)) % 3;
+        position_m[across] = u ? upper[across] : lower[across];
+        position_m[up] = v ? upper[up] : lower[up];
+        mesh.positions_m.push_back(position_m);
+        mesh.normals.push_back(normal);
+      }
+      mesh.triangles.push_back(glm::uvec3(0, 1, 2) + first);
+      mesh.triangles.push_back(glm::uvec3(0, 2, 3) + first);
+    }
+  }
+}
+
+// Two boxes put together in a furnace, dark inside: what shows outside is white to the joint. Of
+// the upper box the corners below, which lie in the lower one's top, and of that top its corners.
+// 0.03: 64 rays a point.
+TEST(ObjectGather, JointsOfPartsAreNotDark) {
+  Mesh mesh;
+  AddBox({-0.5f, -0.5f, 0.1f}, {0.5f, 0.5f, 1.0f}, mesh);
+  AddBox({-0.3f, -0.3f, 1.0f}, {0.3f, 0.3f, 2.0f}, mesh);
+  const PatchScene objects = SceneOf(mesh);
+  const ObjectGather gather(objects, SceneOf(Square(5000.0f, 0.0f)), {.rays_per_receiver = 256});
+  const auto sky = MakeUniformSkyShape();
+  std::vector<glm::vec3> white_outside(objects.FaceCount(), glm::vec3(0.0f));
+  for (std::size_t face = 0; face < white_outside.size(); face += 2) {
+    white_outside[face] = glm::vec3(1.0f);
+  }
+  const std::vector<glm::vec3> ground(4, glm::vec3(1.0f));
+  const std::vector<glm::vec3> irradiance = gather.Irradiance(sky.get(), white_outside, ground);
+  int at_joint = 0;
+  for (std::size_t v = 0; v < irradiance.size(); ++v) {
+    const bool upper_boxs_side = v >= 24 && std::abs(mesh.normals[v].z) < 0.5f;
+    const bool lower_boxs_top = v < 24 && mesh.normals[v].z > 0.5f;
+    if (!upper_boxs_side && !lower_boxs_top) continue;
+    at_joint += mesh.positions_m[v].z == 1.0f ? 1 : 0;
+    EXPECT_NEAR(irradiance[v].y, 1.0, 0.03) << "vertex " << v;
+  }
+  EXPECT_EQ(at_joint, 12);
+}
+
+// A lid a metre over sunlit ground sees its own shadow there: the change of NearSunlight.
+TEST(ObjectGather, TakesThePlacesSunForThePatchs) {
+  const PatchScene objects = SceneOf(PointAbove({0.0f, 0.0f, -1.0f}));
+  PatchScene ground = SceneOf(Square(50.0f, 0.0f));
+  ground.face_albedo_rgb.assign(4, glm::vec3(0.5f));
+  const ObjectGather gather(objects, ground, kManyRays);
+  const DirectionalLight sun{{0.0, 0.0, 1.0}, {}, 0.0};
+  const std::vector<glm::vec3> lit(4, glm::vec3(1.0f));
+  for (const glm::vec3& change : gather.NearSunlightChange(objects, ground, sun, lit)) {
+    EXPECT_NEAR(change.y, 0.0, 0.01) << "it hides next to nothing";
+  }
+  EXPECT_THROW(gather.NearSunlightChange(objects, ground, sun, {}), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace pleinair
