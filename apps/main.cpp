@@ -90,6 +90,8 @@ void AddPrepareSettings(CLI::App& command, pleinair::PrepareSettings& settings) 
           "Grid of the irradiance volume: XxYxZ probes, or their spacing in metres")
       ->type_name("XxYxZ|M")
       ->default_str("8x8x8");
+  command.add_option("--probe-rays", settings.probe_rays, "Rays that each probe casts")
+      ->check(CLI::Range(1, 1 << 20));
 }
 
 void AddCache(CLI::App& command, std::filesystem::path& cache) {
@@ -167,6 +169,32 @@ void AddSkyShapes(CLI::App& command, std::vector<pleinair::SkyShapeKind>& shapes
       ->default_str("uniform,overcast,clear");
 }
 
+void AddFit(CLI::App& run, pleinair::RunCommandOptions& options) {
+  using pleinair::SampleChoice;
+  using Loss = pleinair::LightingFitOptions::Loss;
+  using Solver = pleinair::LightingFitOptions::Solver;
+  run.add_option("--sample-choice",
+                 options.sample_choice,
+                 "Which pixels: balanced (as many lit as shaded, of each region and facing), "
+                 "proportional (evenly over what is seen) or random")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, SampleChoice>{{"balanced", SampleChoice::kBalanced},
+                                              {"proportional", SampleChoice::kProportional},
+                                              {"random", SampleChoice::kRandom}}))
+      ->default_str("balanced");
+  run.add_option("--loss",
+                 options.loss,
+                 "What a sample far from the model counts: tukey (nothing), huber (less) or "
+                 "squares (as much as any)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Loss>{
+          {"tukey", Loss::kTukey}, {"huber", Loss::kHuber}, {"squares", Loss::kSquares}}))
+      ->default_str("tukey");
+  run.add_option("--solver", options.solver, "Of the fit: ceres or closed (an independent check)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, Solver>{{"ceres", Solver::kCeres}, {"closed", Solver::kClosed}}))
+      ->default_str("ceres");
+}
+
 void AddDaylight(CLI::App& run, pleinair::RunCommandOptions& options) {
   using pleinair::Daylight;
   using pleinair::DaylightRestriction;
@@ -232,6 +260,7 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_option("--samples", options->samples, "Pixels to measure from")
       ->check(CLI::Range(1, 100000));
   run.add_option("--seed", options->seed, "Of the choice of samples");
+  AddFit(run, *options);
   AddSkyShapes(run, options->sky_shapes);
   run.add_option("--albedo",
                  options->albedo,
@@ -263,6 +292,8 @@ void AddRun(CLI::App& app, Work& work) {
           {"volume", pleinair::ObjectLight::kVolume},
           {"map", pleinair::ObjectLight::kVolumeByMap}}))
       ->default_str("gather");
+  run.add_option("--object-rays", options->object_rays, "Of gather: rays that a vertex casts")
+      ->check(CLI::Range(1, 65536));
   AddDaylight(run, *options);
   run.add_option("--influence",
                  options->influence_at,

@@ -115,28 +115,17 @@ void CalibrateAlbedo(const SequenceRunOptions& options, LoadedSequence& loaded) 
                       loaded.scene);
 }
 
-FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
-                                        const LoadedSequence& loaded) {
-  const Sequence& sequence = loaded.sequence;
-  FramePipelineOptions pipeline;
-  pipeline.object_light = options.object_light;
-  // A source that samples the picture is worth receivers of its own for each new view; another one
-  // is not.
-  if (SourceOf(options, sequence) == SourceKind::kFisheye &&
-      (loaded.board || CameraMoves(sequence))) {
-    pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
-    pipeline.influence_at = InfluenceAt::kFaces;
-  }
-  pipeline.view.sun_block_px = options.sun_block_px;
-  pipeline.effects = options.effects;
-  if (options.influence_at) pipeline.influence_at = *options.influence_at;
-  pipeline.daylight = DaylightOf(options, loaded.site);
-  pipeline.direct_daylight = options.direct_daylight;
-  for (const WindowEntry& window : sequence.windows) {
-    pipeline.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
-  }
-  if (!options.filter || !options.lighting.empty()) pipeline.filter.reset();
-  return pipeline;
+OutdoorLightingOptions OutdoorOptionsFor(const SequenceRunOptions& options,
+                                         double aerosol_optical_depth_500nm) {
+  OutdoorLightingOptions outdoor;
+  outdoor.samples = options.samples;
+  outdoor.seed = options.seed;
+  outdoor.choice = options.sample_choice;
+  outdoor.fit.loss = options.loss;
+  outdoor.fit.solver = options.solver;
+  outdoor.sky_shapes = options.sky_shapes;
+  outdoor.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
+  return outdoor;
 }
 
 }  // namespace
@@ -165,13 +154,9 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
                                               const Sequence& sequence,
                                               double aerosol_optical_depth_500nm) {
   if (!options.lighting.empty()) {
-    OutdoorLightingOptions shapes;
-    shapes.samples = options.samples;
-    shapes.seed = options.seed;
-    shapes.sky_shapes = options.sky_shapes;
-    shapes.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
+    const OutdoorLightingOptions outdoor = OutdoorOptionsFor(options, aerosol_optical_depth_500nm);
     return MakeGivenLightingSource(ReadGivenLighting(options.lighting),
-                                   MakeOutdoorLightingSource(shapes),
+                                   MakeOutdoorLightingSource(outdoor),
                                    aerosol_optical_depth_500nm);
   }
   if (SourceOf(options, sequence) == SourceKind::kFisheye) {
@@ -190,12 +175,33 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SequenceRunOptions& options,
     return MakeFisheyeLightingSource(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera,
                                      fisheye);
   }
-  OutdoorLightingOptions outdoor;
-  outdoor.samples = options.samples;
-  outdoor.seed = options.seed;
-  outdoor.sky_shapes = options.sky_shapes;
-  outdoor.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
-  return MakeOutdoorLightingSource(outdoor);
+  return MakeOutdoorLightingSource(OutdoorOptionsFor(options, aerosol_optical_depth_500nm));
+}
+
+FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
+                                        const LoadedSequence& loaded) {
+  const Sequence& sequence = loaded.sequence;
+  FramePipelineOptions pipeline;
+  pipeline.object_light = options.object_light;
+  pipeline.object_gather.rays_per_receiver = options.object_rays;
+  pipeline.object_gather.seed = options.object_ray_seed;
+  // A source that samples the picture is worth receivers of its own for each new view; another one
+  // is not.
+  if (SourceOf(options, sequence) == SourceKind::kFisheye &&
+      (loaded.board || CameraMoves(sequence))) {
+    pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+    pipeline.influence_at = InfluenceAt::kFaces;
+  }
+  pipeline.view.sun_block_px = options.sun_block_px;
+  pipeline.effects = options.effects;
+  if (options.influence_at) pipeline.influence_at = *options.influence_at;
+  pipeline.daylight = DaylightOf(options, loaded.site);
+  pipeline.direct_daylight = options.direct_daylight;
+  for (const WindowEntry& window : sequence.windows) {
+    pipeline.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
+  }
+  if (!options.filter || !options.lighting.empty()) pipeline.filter.reset();
+  return pipeline;
 }
 
 std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& options,

@@ -50,8 +50,13 @@ struct SequenceRunOptions {
   std::optional<SkyRegions> sky_regions;
   int samples = 500;
   std::uint64_t seed = 1;
+  SampleChoice sample_choice = SampleChoice::kBalanced;
+  LightingFitOptions::Loss loss = LightingFitOptions::Loss::kTukey;
+  LightingFitOptions::Solver solver = LightingFitOptions::Solver::kCeres;
   PrepareSettings prepare;
   ObjectLight object_light = ObjectLight::kGather;
+  int object_rays = GatherOptions{}.rays_per_receiver;  // At their vertices.
+  std::uint64_t object_ray_seed = GatherOptions{}.seed;
   // None: gathered, but for the irradiance volume indoors, which is too smooth for windows.
   std::optional<Daylight> daylight;
   DirectDaylightOptions direct_daylight;    // Its windows are the sequence's.
@@ -83,6 +88,10 @@ struct LoadedSequence {
   PreparedScene scene;
   std::optional<MarkerBoard> board;
 };
+
+// What `options` and the sequence call for.
+FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
+                                        const LoadedSequence& loaded);
 
 // Reads and prepares, or loads what is prepared; finds albedos from the frames where
 // AlbedoSourceOf says so. Throws as ReadSequence, LoadSequenceSite and

@@ -195,6 +195,9 @@ PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings
   options.patches.ground_albedo = settings.ground_albedo;
   if (site.is_indoors) options.patches.patch_size_m = kIndoorPatchSizeM;
   if (settings.patch_size_m) options.patches.patch_size_m = *settings.patch_size_m;
+  options.gather.seed = settings.seed;
+  options.probes.seed = settings.seed;
+  if (settings.probe_rays) options.probes.rays_per_probe = *settings.probe_rays;
   if (settings.rays) options.gather.rays_per_receiver = *settings.rays;
   if (settings.probe_counts) options.probe_counts = *settings.probe_counts;
   if (settings.probe_spacing_m) {

@@ -1,6 +1,7 @@
 // A recorded sequence's files as what relight and render work on.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,10 @@ struct PrepareSettings {
   // Of the probe grid: how many along x, y, z, or how far apart; not both.
   std::optional<glm::ivec3> probe_counts;
   std::optional<double> probe_spacing_m;
+  std::optional<int> probe_rays;
+  std::uint64_t seed = 1;  // Of all rays.
+
+  bool operator==(const PrepareSettings&) const = default;
 };
 
 // The options that `prepare` and `run` share, so that one finds what the other has stored.

@@ -49,6 +49,7 @@ void LightingFitOptions::Validate() const {
     if (!(value > 0.0) || !std::isfinite(value)) refuse(field, value, "a number above 0");
   };
   positive("tukey_width", tukey_width);
+  positive("huber_width", huber_width);
   positive("expected_noise", expected_noise);
   positive("noise_floor", noise_floor);
   if (!(shared_error >= 0.0) || !std::isfinite(shared_error)) {

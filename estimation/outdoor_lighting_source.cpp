@@ -64,8 +64,10 @@ double BeamOf(const ClearSkyExpectation& clear_sky, const LightVector& irradianc
 }
 
 LightingFitOptions FitOptionsFor(const OutdoorLightingOptions& options) {
-  LightingFitOptions fit;
-  if (options.sky_shapes.size() == 1) fit.sky_shape_error = kLoneSkyShapeError;
+  LightingFitOptions fit = options.fit;
+  if (options.sky_shapes.size() == 1) {
+    fit.sky_shape_error = std::max(fit.sky_shape_error, kLoneSkyShapeError);
+  }
   return fit;
 }
 
@@ -186,7 +188,7 @@ class OutdoorLightingSource final : public LightingSource {
               observation.sun.direction_enu,
               frame.radiance,
               frame.unusable,
-              {options_.samples, options_.seed});
+              {options_.samples, options_.seed, options_.choice});
     drawn_ = true;
     geometry_version_ = observation.view.geometry_version;
     sky_version_ = observation.view.sky_version;
@@ -260,7 +262,8 @@ class OutdoorLightingSource final : public LightingSource {
 }  // namespace
 
 void OutdoorLightingOptions::Validate() const {
-  SampleSelectionOptions{samples, seed}.Validate();
+  SampleSelectionOptions{samples, seed, choice}.Validate();
+  fit.Validate();
   if (sky_shapes.empty()) throw std::invalid_argument("sky_shapes: expected at least one");
   for (const SkyShapeKind kind : sky_shapes) {
     if (std::count(sky_shapes.begin(), sky_shapes.end(), kind) > 1) {

@@ -6,7 +6,9 @@
 #include <memory>
 #include <vector>
 
+#include "estimation/lighting_fit_options.h"
 #include "estimation/lighting_source.h"
+#include "estimation/sample_selection.h"
 #include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
@@ -14,6 +16,8 @@ namespace pleinair {
 struct OutdoorLightingOptions {
   int samples = 500;  // Asked for; fewer where the view does not hold them. 1 .. 100000.
   std::uint64_t seed = 1;
+  SampleChoice choice = SampleChoice::kBalanced;
+  LightingFitOptions fit{};
   // What the sky's light is a mix of: at least one, each at most once. Uniform alone is
   // jensen-2006's model.
   std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};

@@ -85,7 +85,7 @@ class SampleDraw {
   std::vector<SampleSet::Footprint> Run() {
     CollectCandidates();
     DropAlbedoOutliers();
-    std::vector<SampleSet::Footprint> footprints = PickBalanced();
+    std::vector<SampleSet::Footprint> footprints = PickShares();
     std::sort(footprints.begin(), footprints.end(), [](const auto& a, const auto& b) {
       return std::tie(a.plane, a.y, a.x) < std::tie(b.plane, b.y, b.x);
     });
@@ -164,7 +164,9 @@ class SampleDraw {
         const int facing = FacingOf(view_.normal_world.pixels[pixel]);
         const std::size_t cell =
             region * per_region + static_cast<std::size_t>(2 * facing + (IsLit(pixel) ? 1 : 0));
-        const double rank = phase[cell] + x * kStepX + y * kStepY;
+        const double rank = options_.choice == SampleChoice::kRandom
+                                ? SplitMix64(options_.seed + pixel * 0x2545f4914f6cdd1du).Uniform()
+                                : phase[cell] + x * kStepX + y * kStepY;
         const bool measured = view_.albedo_measured.pixels[pixel] != 0;
         some_measured_ = some_measured_ || measured;
         all[cell].candidates.push_back(
@@ -227,21 +229,38 @@ class SampleDraw {
     }
   }
 
-  // Gives every stratum an equal share; what one cannot fill goes round again.
-  std::vector<SampleSet::Footprint> PickBalanced() {
+  // Of `wanted` footprints, for the strata `open`; they add up to it.
+  std::vector<std::size_t> Quotas(std::size_t wanted, std::span<const std::size_t> open) const {
+    std::vector<std::size_t> quotas(open.size(), wanted / open.size());
+    if (options_.choice == SampleChoice::kBalanced) {
+      for (std::size_t i = 0; i < wanted % open.size(); ++i) ++quotas[i];
+      return quotas;
+    }
+    std::size_t total = 0;
+    for (const std::size_t s : open) total += strata_[s].candidates.size();
+    std::size_t sum = 0;
+    std::size_t given = 0;
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      sum += strata_[open[i]].candidates.size();
+      quotas[i] = wanted * sum / total - given;
+      given += quotas[i];
+    }
+    return quotas;
+  }
+
+  // Gives every stratum its share; what one cannot fill goes round again.
+  std::vector<SampleSet::Footprint> PickShares() {
     std::vector<SampleSet::Footprint> picked;
     std::vector<std::size_t> open(strata_.size());
     for (std::size_t s = 0; s < open.size(); ++s) open[s] = s;
     auto wanted = static_cast<std::size_t>(options_.samples);
     while (wanted > 0 && !open.empty()) {
       std::vector<std::size_t> still_open;
-      const std::size_t share = wanted / open.size();
-      const std::size_t rest = wanted % open.size();
+      const std::vector<std::size_t> quotas = Quotas(wanted, open);
       for (std::size_t i = 0; i < open.size(); ++i) {
-        const std::size_t quota = share + (i < rest ? 1 : 0);
-        const std::size_t got = Pick(open[i], quota, picked);
+        const std::size_t got = Pick(open[i], quotas[i], picked);
         wanted -= got;
-        if (got == quota) still_open.push_back(open[i]);
+        if (got == quotas[i]) still_open.push_back(open[i]);
       }
       open = std::move(still_open);
     }

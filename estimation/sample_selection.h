@@ -15,9 +15,17 @@
 
 namespace pleinair {
 
+// How footprints are picked among the strata of a SampleSet, and inside them.
+enum class SampleChoice {
+  kBalanced,      // Each stratum an equal share, spread evenly over it.
+  kProportional,  // Each as its size has it: spread evenly over what is seen.
+  kRandom,        // As proportional, but by chance inside a stratum.
+};
+
 struct SampleSelectionOptions {
   int samples = 500;  // Asked for; fewer where the view does not hold them. 1 .. 100000.
   std::uint64_t seed = 1;
+  SampleChoice choice = SampleChoice::kBalanced;
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };
@@ -30,9 +38,9 @@ struct SampleSelectionOptions {
 // sixth), that lie in a half shadow, and whose albedo is an outlier of its region (windows, doors,
 // plants).
 //
-// Balanced: strata are region x lit or shaded x facing (the nearest of the six axes); each gets an
-// equal share, what a small one cannot use goes to the others. Within a stratum the footprints are
-// spread over the picture by the R2 sequence's ordered dither.
+// Strata are region x lit or shaded x facing (the nearest of the six axes); each gets an equal
+// share, or as the choice says, and what a small one cannot use goes to the others. Within a
+// stratum the footprints are spread over the picture by the R2 sequence's ordered dither.
 class SampleSet {
  public:
   // Draws a new set. Pixels that are kUnusable, or not finite in `radiance`, are passed over now;

@@ -141,12 +141,26 @@ void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOpti
 
 void Reweighting::Weigh(const LightingFitOptions& options) {
   weight_.resize(deviation_.size());
-  const double inverse_cut = 1.0 / (options.tukey_width * scale_);
-  mean_weight_ = 0.0;
-  for (std::size_t i = 0; i < weight_.size(); ++i) {
-    weight_[i] = Square(std::max(0.0, 1.0 - Square(deviation_[i] * inverse_cut)));
-    mean_weight_ += weight_[i];
+  const auto weigh = [&](const auto& weight_of) {
+    for (std::size_t i = 0; i < weight_.size(); ++i) weight_[i] = weight_of(deviation_[i]);
+  };
+  switch (options.loss) {
+    case LightingFitOptions::Loss::kTukey:
+      weigh([inverse_cut = 1.0 / (options.tukey_width * scale_)](double deviation) {
+        return Square(std::max(0.0, 1.0 - Square(deviation * inverse_cut)));
+      });
+      break;
+    case LightingFitOptions::Loss::kHuber:
+      weigh([bend = options.huber_width * scale_](double deviation) {
+        return deviation > bend ? bend / deviation : 1.0;
+      });
+      break;
+    case LightingFitOptions::Loss::kSquares:
+      weigh([](double) { return 1.0; });
+      break;
   }
+  mean_weight_ = 0.0;
+  for (const double weight : weight_) mean_weight_ += weight;
   if (!weight_.empty()) mean_weight_ /= static_cast<double>(weight_.size());
 }
 
@@ -232,13 +246,27 @@ void Reweighting::Accumulate(const FitProblem& problem) {
 
 // psi' of the residual vector r of a sample is w I + (dw/dd) / (3 d) r r'.
 void Reweighting::EstimateSlope(const LightingFitOptions& options) {
-  const double inverse_cut = 1.0 / (options.tukey_width * scale_);
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < weight_.size(); ++i) {
-    const Eigen::Map<const Eigen::Vector3d> r(residual_.data() + i * 3);
-    outer += std::sqrt(weight_[i]) * r * r.transpose();
+  const auto add = [&](const auto& share_of) {
+    for (std::size_t i = 0; i < weight_.size(); ++i) {
+      const Eigen::Map<const Eigen::Vector3d> r(residual_.data() + i * 3);
+      outer += share_of(i) * r * r.transpose();
+    }
+    outer /= static_cast<double>(weight_.size());
+  };
+  switch (options.loss) {
+    case LightingFitOptions::Loss::kTukey:
+      add([&](std::size_t i) { return std::sqrt(weight_[i]); });
+      outer *= -(4.0 / 3.0) * Square(1.0 / (options.tukey_width * scale_));
+      break;
+    case LightingFitOptions::Loss::kHuber:  // dw/dd = -w / d past the bend.
+      add([&](std::size_t i) {
+        return weight_[i] < 1.0 ? -weight_[i] / (3.0 * Square(deviation_[i])) : 0.0;
+      });
+      break;
+    case LightingFitOptions::Loss::kSquares:
+      break;
   }
-  outer *= -(4.0 / 3.0) * Square(inverse_cut) / static_cast<double>(weight_.size());
   const Eigen::Matrix3d slope = mean_weight_ * Eigen::Matrix3d::Identity() + outer;
   // A slope near 0 or below comes from a handful of samples beside the cut; it would claim an
   // infinite variance, a quarter claims a sixteenfold one.

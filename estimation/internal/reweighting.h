@@ -21,6 +21,7 @@ struct WhitenedChannel {
 
 // The robust weights
 //   w = (1 - (d / (width * scale))^2)^2 for d inside width * scale, 0 outside (Tukey),
+//   w = min(1, width * scale / d) (Huber), or w = 1 (least squares),
 // with d the sample's combined residual over RGB and scale 1.4826 times its median, far ones left
 // out.
 //

@@ -260,8 +260,12 @@ TEST(LightingFitHardCases, APictureOfDarknessHasNoLight) {
   }
 }
 
-double RmsSunError(SyntheticScene scene, int draws) {
-  LightingFitter fitter(ClosedOptions());
+double RmsSunError(SyntheticScene scene,
+                   int draws,
+                   LightingFitOptions::Loss loss = LightingFitOptions::Loss::kTukey) {
+  LightingFitOptions options = ClosedOptions();
+  options.loss = loss;
+  LightingFitter fitter(options);
   double sum = 0.0;
   for (int i = 0; i < draws; ++i) {
     scene.seed = static_cast<std::uint64_t>(500 + i);
@@ -292,6 +296,19 @@ TEST(LightingFitHardCases, TwoFifthsOfRandomOutliersStayWithinSixTimes) {
   scene.outliers = Outliers::kRandom;
   scene.outlier_share = 0.4;
   EXPECT_LT(RmsSunError(scene, 200), 6.0 * clean);
+}
+
+// What the default loss is there for.
+TEST(LightingFitHardCases, AFifthOfBrightOutliersCostsMilderLossesMore) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  scene.outlier_share = 0.2;
+  scene.outliers = Outliers::kBrightObject;
+  const double tukey = RmsSunError(scene, 100, LightingFitOptions::Loss::kTukey);
+  const double huber = RmsSunError(scene, 100, LightingFitOptions::Loss::kHuber);
+  const double squares = RmsSunError(scene, 100, LightingFitOptions::Loss::kSquares);
+  EXPECT_LT(1.5 * tukey, huber);
+  EXPECT_LT(1.5 * huber, squares);
 }
 
 TEST(LightingFitHardCases, OutliersThatFillOneRegionAreSaidOrCovered) {

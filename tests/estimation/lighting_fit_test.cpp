@@ -209,6 +209,19 @@ TEST(LightingFit, StandardDeviationsHoldForErrorsOfGreyAlbedo) {
   EXPECT_NEAR(coverage.within_95, 0.95, 0.03);
 }
 
+TEST(LightingFit, StandardDeviationsHoldForEveryLoss) {
+  SyntheticScene scene;
+  scene.samples = 100;
+  scene.channel_noise = 0.1;
+  for (const auto loss : {LightingFitOptions::Loss::kHuber, LightingFitOptions::Loss::kSquares}) {
+    LightingFitOptions options = AloneOptions();
+    options.loss = loss;
+    const Coverage coverage = CoverageOver(scene, 4000, options);
+    EXPECT_NEAR(coverage.within_68, 0.68, 0.05) << static_cast<int>(loss);
+    EXPECT_NEAR(coverage.within_95, 0.95, 0.03) << static_cast<int>(loss);
+  }
+}
+
 // Walls whose albedo is off as a whole: a fit that takes 400 pixels for 400 witnesses holds a
 // quarter of the truths in its 68 %. Two dozen strata estimate their own spread to 15 %, so the
 // interval is a little off, too.

@@ -61,6 +61,31 @@ TEST(SampleSelection, GivesEveryStratumAnEqualShare) {
   }
 }
 
+// A shaded strip of three tenths: its share of the samples is that of its area, less the edges.
+TEST(SampleSelection, ProportionalSharesAreThoseOfTheArea) {
+  SyntheticPicture picture;
+  picture.shadow_share = 0.3;
+  const SurfaceView view = MakeView(picture);
+  std::set<std::pair<int, int>> dithered;
+  for (const SampleChoice choice : {SampleChoice::kProportional, SampleChoice::kRandom}) {
+    const std::vector<DiffuseSample> samples =
+        DrawAndMeasure(view, MakeFrame(picture, view), {500, 1, choice});
+    ASSERT_EQ(samples.size(), 500u);
+    int lit = 0;
+    int repeated = 0;
+    for (const DiffuseSample& sample : samples) {
+      lit += sample.sun_transport_rgb.y > 0.3 * sample.sky_transport_rgb[0].y ? 1 : 0;
+      if (choice == SampleChoice::kProportional) {
+        dithered.insert({sample.pixel.x, sample.pixel.y});
+      } else {
+        repeated += dithered.contains({sample.pixel.x, sample.pixel.y}) ? 1 : 0;
+      }
+    }
+    EXPECT_NEAR(lit, 0.7 * 500, 0.05 * 500);
+    EXPECT_LT(repeated, 100) << "other pixels";
+  }
+}
+
 TEST(SampleSelection, HandsOnWhatASmallStratumCannotUse) {
   SyntheticPicture picture;
   picture.shadow_share = 0.08;  // Some 12 columns, of which the edges take most.
