@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/regress_command.h"
+#include "apps/tradeoff_command.h"
 
 namespace pleinair {
 namespace {
@@ -71,6 +72,42 @@ void AddRegress(CLI::App& app, Work& work) {
   regress.callback([options, &work] {
     work = [options] { return PrintRegression(RunRegressCommand(*options)); };
   });
+}
+
+void AddTradeoff(CLI::App& app, Work& work) {
+  auto options = std::make_shared<TradeoffCommandOptions>();
+  options->out = "pleinair-tradeoff";
+  CLI::App& tradeoff = *app.add_subcommand(
+      "tradeoff", "Error against time for the settings, on a recorded sequence with truth");
+  tradeoff.footer(
+      "Example: pleinair tradeoff datasets/samples/courtyard --sweep samples,loss --out tradeoff");
+  TrialSettings& trials = options->trials;
+  tradeoff.add_option("sequence", trials.sequence, "Folder with sequence.json and truth/")
+      ->required();
+  tradeoff.add_option("--out", options->out, "Folder for tradeoff.csv and tradeoff.html")
+      ->default_str("pleinair-tradeoff");
+  tradeoff
+      .add_option("--sweep",
+                  options->sweep,
+                  "Settings to sweep: outdoors samples,choice,loss,solver,sky-shapes,bounces; "
+                  "rays,patch-size; with pictures object-light,object-rays,probes,probe-rays,"
+                  "influence,sun-block; indoors regions,light-samples,shadow-map,windows "
+                  "(default: all that mean something)")
+      ->delimiter(',');
+  tradeoff.add_option("--seeds", trials.seeds, "Of settings that only the estimate hangs on")
+      ->check(CLI::Range(1, 1000));
+  tradeoff
+      .add_option("--costly-seeds",
+                  trials.costly_seeds,
+                  "Of settings for which rays or pictures are made anew")
+      ->check(CLI::Range(1, 1000));
+  tradeoff.add_option("--frames-limit", trials.frames_limit, "So many, spread over the sequence")
+      ->check(CLI::Range(1, 100000));
+  tradeoff.add_option("--cache",
+                      trials.cache,
+                      "Folder for prepared data (default: pleinair in the user's cache folder)");
+  tradeoff.callback(
+      [options, &work] { work = [options] { return Print(RunTradeoffCommand(*options)); }; });
 }
 
 }  // namespace pleinair

@@ -1,11 +1,12 @@
-// The arguments of `pleinair regress`.
+// The arguments of `pleinair regress` and `pleinair tradeoff`.
 #pragma once
 
 #include "apps/arguments.h"
 
 namespace pleinair {
 
-// Adds the command to `app`; `work` is set when it is called for.
+// Add the command to `app`; `work` is set when it is called for.
 void AddRegress(CLI::App& app, Work& work);
+void AddTradeoff(CLI::App& app, Work& work);
 
 }  // namespace pleinair

@@ -460,6 +460,7 @@ int pleinair::RunCommandLine(int argc, char** argv) {
   AddRun(app, work);
   AddScore(app, work);
   pleinair::AddRegress(app, work);
+  pleinair::AddTradeoff(app, work);
   pleinair::AddCalibrate(app, work);
   AddIrradiance(app, work);
   AddDoctor(app, work);

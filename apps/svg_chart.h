@@ -1,4 +1,4 @@
-// Line charts as SVG, drawn by gnuplot.
+// Charts as SVG, drawn by gnuplot.
 #pragma once
 
 #include <string>
@@ -25,5 +25,26 @@ struct Chart {
 
 // One <svg> element. Throws std::runtime_error when gnuplot is missing or refuses.
 std::string DrawChart(const Chart& chart);
+
+// Points with the spread of both their values, some of them joined to a front.
+struct ScatterPoint {
+  std::string label;
+  double x = 0.0;
+  double x_smallest = 0.0;
+  double x_largest = 0.0;
+  double y = 0.0;
+  double y_smallest = 0.0;
+  double y_largest = 0.0;
+  bool on_front = false;
+  bool is_marked = false;
+};
+
+struct ScatterChart {
+  std::string x_label;  // Its axis is logarithmic: all x above 0.
+  std::string y_label;
+  std::vector<ScatterPoint> points;  // At least one.
+};
+
+std::string DrawScatter(const ScatterChart& chart);
 
 }  // namespace pleinair

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "pipeline/frame_view.h"
+
 namespace pleinair {
 namespace {
 
@@ -24,25 +26,6 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
-
-// The middle of the raster cell that holds `time`.
-UtcTime SnapToRaster(UtcTime time, double step_s) {
-  if (step_s <= 0.0) return time;
-  const auto step_ns = static_cast<std::int64_t>(std::llround(step_s * 1e9));
-  const std::int64_t ticks_ns = time.time_since_epoch().count();
-  std::int64_t cell = ticks_ns / step_ns;
-  if (ticks_ns % step_ns < 0) --cell;
-  return UtcTime(std::chrono::nanoseconds(cell * step_ns + step_ns / 2));
-}
-
-std::vector<SampleRegionPolygon> SampleRegions(const Frame& frame) {
-  std::vector<SampleRegionPolygon> regions;
-  regions.reserve(frame.sample_polygons.size());
-  for (const SamplePolygon& polygon : frame.sample_polygons) {
-    regions.push_back({polygon.group, polygon.polygon_px});
-  }
-  return regions;
-}
 
 const SurveyLight* LightOf(const PreparedScene& scene) {
   return scene.survey ? &scene.survey->light : nullptr;
@@ -112,10 +95,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     FrameResult result;
     result.sun = SunOfFrame(site_, frame);
     result.clear_sky = clear_sky_.At(result.sun.direction_enu);
-    const SunState transport_sun =
-        frame.sun_direction_enu || !site_
-            ? result.sun
-            : SunOverSite(*site_, SnapToRaster(frame.time, options_.sun_step_s));
+    const SunState transport_sun = TransportSun(site_, frame, result.sun, options_.sun_step_s);
 
     transport_sun_ = {transport_sun.direction_enu, {}, transport_sun.angular_radius_rad};
 
@@ -127,7 +107,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
                                                    transport_sun.direction_enu,
                                                    transport_sun.angular_radius_rad,
                                                    sky_shapes_,
-                                                   SampleRegions(frame));
+                                                   SampleRegionsOf(frame));
     const bool new_sun = basis_sun_version_ != view_builder_.SunFacesVersion();
     const bool new_light = new_sun || basis_shapes_ != sky_shapes_;
     if (!objects_.empty()) {

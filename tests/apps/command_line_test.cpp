@@ -63,6 +63,7 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
                               "run",
                               "score",
                               "regress",
+                              "tradeoff",
                               "doctor",
                               "calibrate",
                               "calibrate fisheye",

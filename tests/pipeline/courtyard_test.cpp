@@ -15,6 +15,7 @@
 #include "datasets/truth.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
+#include "pipeline/light_trials.h"
 #include "render/gl_context.h"
 
 namespace pleinair {
@@ -108,6 +109,28 @@ TEST_F(Courtyard, LightFollowsTheClouds) {
     EXPECT_NEAR(MeanOf(found.SkyIrradianceRgb()) / MeanOf(truth[i].sky_irradiance_rgb), 1.0, 0.35)
         << "frame " << i;
     EXPECT_TRUE(results[i].estimate.sun_observable) << "frame " << i;
+  }
+}
+
+// One view for two sources, of whom the first is the pipeline's.
+TEST_F(Courtyard, LightTrialsFindTheLightOfTheWholePipeline) {
+  FramePipelineOptions options;
+  options.filter.reset();
+  const std::vector<FrameResult> whole = Run(options, 2);
+  LightTrials trials(*scene_, sequence_->site, options.view);
+  std::vector<std::unique_ptr<LightingSource>> sources;
+  sources.push_back(MakeOutdoorLightingSource({}));
+  sources.push_back(MakeOutdoorLightingSource({.samples = 50, .seed = 2}));
+  const auto frames = MakeRecordedFrameSource(*sequence_, FrameKind::kLinear);
+  for (const FrameResult& expected : whole) {
+    const auto found = trials.Process(frames->Next()->value(), sources);
+    ASSERT_TRUE(found);
+    ASSERT_EQ(found->size(), 2u);
+    EXPECT_EQ((*found)[0]->estimate.lighting.sun.irradiance_rgb,
+              expected.estimate.lighting.sun.irradiance_rgb);
+    EXPECT_EQ((*found)[0]->estimate.samples_used, 500);
+    EXPECT_EQ((*found)[1]->estimate.samples_used, 50);
+    EXPECT_GT(trials.ViewMs(), 0.0);
   }
 }
 

@@ -1,0 +1,247 @@
+#include "apps/tradeoff_axes.h"
+
+#include <string_view>
+#include <utility>
+
+namespace pleinair {
+namespace {
+
+using Judge = SweepAxis::Judge;
+using Options = SequenceRunOptions;
+
+// Values that are numbers, each put where `set` says.
+template <typename Number, typename Set>
+std::vector<SweepValue> Numbers(std::initializer_list<Number> numbers, const Set& set) {
+  std::vector<SweepValue> values;
+  for (const Number number : numbers) {
+    std::string text = std::to_string(number);
+    if constexpr (std::is_floating_point_v<Number>) {
+      text.erase(text.find_last_not_of('0') + 1);
+      if (text.back() == '.') text.pop_back();
+    }
+    values.push_back({text, [set, number](Options& options) { set(options, number); }});
+  }
+  return values;
+}
+
+SweepValue Shapes(std::string text, std::vector<SkyShapeKind> kinds) {
+  return {std::move(text), [kinds = std::move(kinds)](Options& o) { o.sky_shapes = kinds; }};
+}
+
+void AddFitAxes(std::vector<SweepAxis>& axes) {
+  using Loss = LightingFitOptions::Loss;
+  using Solver = LightingFitOptions::Solver;
+  axes.push_back({"samples",
+                  "Pixels to measure from (--samples)",
+                  Judge::kEstimate,
+                  false,
+                  Numbers<int>({25, 50, 100, 200, 500, 1000, 2000, 4000, 8000},
+                               [](Options& o, int samples) { o.samples = samples; }),
+                  "500"});
+  axes.push_back(
+      {"choice",
+       "How they are chosen (--sample-choice)",
+       Judge::kEstimate,
+       false,
+       {{"balanced", [](Options& o) { o.sample_choice = SampleChoice::kBalanced; }},
+        {"proportional", [](Options& o) { o.sample_choice = SampleChoice::kProportional; }},
+        {"random", [](Options& o) { o.sample_choice = SampleChoice::kRandom; }}},
+       "balanced"});
+  axes.push_back({"loss",
+                  "What a sample far from the model counts (--loss)",
+                  Judge::kEstimate,
+                  false,
+                  {{"tukey", [](Options& o) { o.loss = Loss::kTukey; }},
+                   {"huber", [](Options& o) { o.loss = Loss::kHuber; }},
+                   {"squares", [](Options& o) { o.loss = Loss::kSquares; }}},
+                  "tukey"});
+  axes.push_back({"solver",
+                  "Of the fit (--solver)",
+                  Judge::kEstimate,
+                  false,
+                  {{"ceres", [](Options& o) { o.solver = Solver::kCeres; }},
+                   {"closed", [](Options& o) { o.solver = Solver::kClosed; }}},
+                  "ceres"});
+}
+
+void AddModelAxes(std::vector<SweepAxis>& axes) {
+  using Kind = SkyShapeKind;
+  axes.push_back({"sky-shapes",
+                  "What the sky is a mix of (--sky-shapes)",
+                  Judge::kTransport,
+                  false,
+                  {Shapes("uniform", {Kind::kUniform}),
+                   Shapes("overcast", {Kind::kOvercast}),
+                   Shapes("clear", {Kind::kClear}),
+                   Shapes("uniform+overcast", {Kind::kUniform, Kind::kOvercast}),
+                   Shapes("uniform+clear", {Kind::kUniform, Kind::kClear}),
+                   Shapes("overcast+clear", {Kind::kOvercast, Kind::kClear}),
+                   Shapes("all three", {Kind::kUniform, Kind::kOvercast, Kind::kClear})},
+                  "all three"});
+  axes.push_back({"bounces",
+                  "Reflections between surfaces (--bounces)",
+                  Judge::kTransport,
+                  false,
+                  {{"0", [](Options& o) { o.prepare.bounces = 0; }},
+                   {"1", [](Options& o) { o.prepare.bounces = 1; }},
+                   {"2", [](Options& o) { o.prepare.bounces = 2; }},
+                   {"all", [](Options& o) { o.prepare.bounces = kAllBounces; }}},
+                  "all"});
+}
+
+void AddOfflineAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
+  const Judge judge = sweep_case.light_is_fitted ? Judge::kTransport : Judge::kPicture;
+  axes.push_back({"rays",
+                  "Rays that each receiver of light casts (--rays)",
+                  judge,
+                  true,
+                  Numbers<int>({16, 64, 256, 512}, [](Options& o, int n) { o.prepare.rays = n; }),
+                  "256"});
+  const auto set_patches = [](Options& o, double m) { o.prepare.patch_size_m = m; };
+  axes.push_back({"patch-size",
+                  "Longest edge of patches near the objects, in metres (--patch-size)",
+                  judge,
+                  true,
+                  sweep_case.is_indoors ? Numbers<double>({2.0, 1.0, 0.5, 0.25, 0.125}, set_patches)
+                                        : Numbers<double>({4.0, 2.0, 1.0, 0.5}, set_patches),
+                  sweep_case.is_indoors ? "0.25" : "0.5"});
+}
+
+void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
+  const auto volume = [](Options& o) { o.object_light = ObjectLight::kVolume; };
+  axes.push_back({"object-light",
+                  "Where objects get their light from (--object-light)",
+                  Judge::kPicture,
+                  false,
+                  {{"gather", [](Options& o) { o.object_light = ObjectLight::kGather; }},
+                   {"volume", volume},
+                   {"map", [](Options& o) { o.object_light = ObjectLight::kVolumeByMap; }}},
+                  "gather"});
+  axes.push_back({"object-rays",
+                  "Rays at an object's vertices (--object-rays)",
+                  Judge::kPicture,
+                  false,
+                  Numbers<int>({16, 64, 256, 1024}, [](Options& o, int n) { o.object_rays = n; }),
+                  "256"});
+  SweepAxis probes{"probes",
+                   "Probe grid (--probes), with --object-light volume",
+                   Judge::kPicture,
+                   false,
+                   {},
+                   "8x8x8",
+                   true};
+  for (const int side : {1, 2, 4, 8, 16}) {
+    const std::string text = std::to_string(side);
+    probes.values.push_back({text + "x" + text + "x" + text, [volume, side](Options& o) {
+                               volume(o);
+                               o.prepare.probe_counts = glm::ivec3(side);
+                             }});
+  }
+  axes.push_back(std::move(probes));
+  axes.push_back({"probe-rays",
+                  "Rays a probe (--probe-rays), with --object-light volume",
+                  Judge::kPicture,
+                  true,
+                  Numbers<int>({64, 256, 1024, 4096},
+                               [volume](Options& o, int n) {
+                                 volume(o);
+                                 o.prepare.probe_rays = n;
+                               }),
+                  "1024",
+                  true});
+  axes.push_back({"influence",
+                  "Where it is worked out what objects hide and send (--influence)",
+                  Judge::kPicture,
+                  false,
+                  {{"pixels", [](Options& o) { o.influence_at = InfluenceAt::kPixels; }},
+                   {"faces", [](Options& o) { o.influence_at = InfluenceAt::kFaces; }}},
+                  sweep_case.influence_at == InfluenceAt::kFaces ? "faces" : "pixels"});
+  axes.push_back({"sun-block",
+                  "Side in pixels of blocks that are lit alike (--sun-block)",
+                  Judge::kPicture,
+                  false,
+                  Numbers<int>({1, 2, 4, 8}, [](Options& o, int px) { o.sun_block_px = px; }),
+                  "1"});
+}
+
+void AddDaylightAxes(std::vector<SweepAxis>& axes) {
+  const auto sampled = [](Options& o) { o.daylight = Daylight::kSamples; };
+  SweepAxis light{"light-samples",
+                  "Direct daylight (--daylight): gathered, or so many samples (--daylight-samples)",
+                  Judge::kPicture,
+                  false,
+                  {{"gather", [](Options& o) { o.daylight = Daylight::kGather; }}},
+                  "gather"};
+  for (SweepValue& value : Numbers<int>({16, 64, 256, 1024}, [sampled](Options&o, int samples) {
+         sampled(o);
+         o.direct_daylight.sampling.samples = samples;
+       })) {
+    light.values.push_back(std::move(value));
+  }
+  axes.push_back(std::move(light));
+  axes.push_back({"shadow-map",
+                  "Side of a sample's shadow map in pixels, 0: rays (--daylight-map-size), with "
+                  "--daylight samples",
+                  Judge::kPicture,
+                  false,
+                  Numbers<int>({16, 32, 64, 128, 0},
+                               [sampled](Options& o, int px) {
+                                 sampled(o);
+                                 o.direct_daylight.shadows.map_size_px = px;
+                               }),
+                  "64",
+                  true});
+  SweepAxis windows{"windows",
+                    "Where samples are drawn (--daylight-sampling), with --daylight samples and 64 "
+                    "of them",
+                    Judge::kPicture,
+                    false,
+                    {},
+                    "windows",
+                    true};
+  for (const auto& [text, restriction] : {std::pair{"windows", DaylightRestriction::kWindows},
+                                          std::pair{"rejection", DaylightRestriction::kRejection},
+                                          std::pair{"whole-sky", DaylightRestriction::kWholeSky}}) {
+    windows.values.push_back({text, [sampled, restriction = restriction](Options& o) {
+                                sampled(o);
+                                o.direct_daylight.sampling.samples = 64;
+                                o.direct_daylight.sampling.restriction = restriction;
+                              }});
+  }
+  axes.push_back(std::move(windows));
+}
+
+void AddRegionAxis(std::vector<SweepAxis>& axes) {
+  SweepAxis regions{"regions",
+                    "Regions that the fish-eye's sky is averaged over (--sky-regions)",
+                    Judge::kPicture,
+                    false,
+                    {},
+                    "picture"};
+  for (const auto& [bands, sectors] :
+       {std::pair{1, 1}, std::pair{2, 8}, std::pair{4, 16}, std::pair{8, 32}}) {
+    regions.values.push_back(
+        {std::to_string(bands) + "x" + std::to_string(sectors),
+         [cut = SkyRegions(bands, sectors)](Options& o) { o.sky_regions = cut; }});
+  }
+  regions.values.push_back({"picture", [](Options& o) { o.sky_regions.reset(); }});
+  axes.push_back(std::move(regions));
+}
+
+}  // namespace
+
+std::vector<SweepAxis> SweepAxesFor(const SweepCase& sweep_case) {
+  std::vector<SweepAxis> axes;
+  if (sweep_case.light_is_fitted) {
+    AddFitAxes(axes);
+    AddModelAxes(axes);
+  }
+  if (sweep_case.light_is_fitted || sweep_case.has_pictures) AddOfflineAxes(sweep_case, axes);
+  if (!sweep_case.has_pictures) return axes;
+  if (!sweep_case.light_is_fitted) AddRegionAxis(axes);
+  AddPictureAxes(sweep_case, axes);
+  if (sweep_case.is_indoors) AddDaylightAxes(axes);
+  return axes;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,45 @@
+// What `pleinair tradeoff` sweeps: settings, their values, and what they are judged by.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/sequence_run.h"
+
+namespace pleinair {
+
+struct SweepValue {
+  std::string text;
+  std::function<void(SequenceRunOptions&)> apply;
+};
+
+struct SweepAxis {
+  // By which error and which time.
+  enum class Judge {
+    kEstimate,  // Error of the light; what each frame pays, from the samples' pixels to covariance.
+    kTransport,  // Error of the light; what a new sun costs, too: the view, drawing the samples.
+    kPicture,    // Error of the composite; all of a frame but files.
+  };
+  std::string name;   // As --sweep has it.
+  std::string words;  // What it is, and the option that sets it.
+  Judge judge = Judge::kEstimate;
+  bool rays_by_seed = false;  // What is prepared is so anew for each seed: its rays are the noise.
+  std::vector<SweepValue> values;
+  std::string default_text;    // Among the values'.
+  bool needs_another = false;  // Another setting is not as run has it, and is named in the words.
+
+  bool JudgesLight() const { return judge != Judge::kPicture; }
+};
+
+// What decides which settings mean something for a sequence.
+struct SweepCase {
+  bool light_is_fitted = true;  // From samples; false: a fish-eye measures it.
+  bool has_pictures = true;     // Its truth has pictures with the object.
+  bool is_indoors = false;
+  InfluenceAt influence_at = InfluenceAt::kPixels;  // By default.
+};
+
+std::vector<SweepAxis> SweepAxesFor(const SweepCase& sweep_case);
+
+}  // namespace pleinair

@@ -1,0 +1,92 @@
+// Measures the settings of a sweep: each of its axes' values, with many seeds.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/tradeoff_axes.h"
+#include "datasets/run_scorer.h"
+#include "pipeline/tradeoff.h"
+#include "relight/progress.h"
+#include "render/gl_context.h"
+
+namespace pleinair {
+
+struct TrialSettings {
+  std::filesystem::path sequence;
+  std::filesystem::path cache;  // Empty: the user's cache folder.
+  int seeds = 20;               // Of settings that the light is judged by.
+  int costly_seeds = 3;         // Of those that pictures or rays are made anew for.
+  int frames_limit = 24;        // Spread over the sequence.
+  PrepareSettings prepare;      // Where they are not swept.
+};
+
+// With one seed; medians over frames. None where it was not measured.
+struct TrialFigures {
+  double error = 0.0;    // What the axis is judged by.
+  double time_ms = 0.0;  // Likewise.
+  std::optional<double> sun_error;
+  std::optional<double> sky_error;
+  std::optional<double> object_psnr_db;
+  std::optional<double> effect_psnr_db;
+  std::optional<double> transport_ms;  // View, sun's part.
+  std::optional<double> draw_ms;       // Of the sample set.
+  std::optional<double> estimate_ms;   // Reading the samples to covariance.
+  std::optional<double> objects_ms;    // Light on objects, and what they change.
+  std::optional<double> render_ms;     // And read back.
+};
+
+struct SweepResult {
+  std::string value;
+  bool is_default = false;
+  std::vector<TrialFigures> trials;  // One a seed; the same seeds for all of an axis.
+  std::string failure;               // Why there are none, or fewer.
+  std::optional<double> prepare_s;   // None where all of it came from the cache.
+};
+
+struct SweptAxis {
+  SweepAxis axis;
+  std::vector<SweepResult> results;  // One a value.
+};
+
+// The light's error is the mean of its sun's and its sky's, as scores have them, over well-posed
+// frames where there are some. The picture's is the root mean square over object pixels and that
+// over what the object changes elsewhere, in display code values; the mean of both.
+class TradeoffTrials {
+ public:
+  // Reads the sequence and its truth. Throws as LoadForRun and RunScorer; std::runtime_error where
+  // there is no truth.
+  TradeoffTrials(const TrialSettings& settings, const Progress& progress);
+  ~TradeoffTrials();
+
+  SweepCase Case() const;
+  int LightFrames() const;
+  int PictureFrames() const;
+  const LoadedSequence& Loaded() const { return *default_; }
+
+  // What is prepared or seen alike is so once for all axes.
+  std::vector<SweptAxis> Measure(const std::vector<SweepAxis>& axes);
+
+ private:
+  struct Job;
+
+  std::shared_ptr<const LoadedSequence> Load(const SequenceRunOptions& options, double& prepare_s);
+  void MeasureLight(const std::vector<Job*>& alike);
+  void MeasurePicture(Job& job);
+
+  TrialSettings settings_;
+  Progress progress_;
+  std::shared_ptr<const LoadedSequence> default_;
+  // The last that had other offline settings.
+  PrepareSettings other_settings_;
+  std::shared_ptr<const LoadedSequence> other_;
+  RunScorer scorer_;
+  std::vector<Frame> frames_;          // That the light is measured on.
+  std::vector<bool> wanted_pictures_;  // Which frames composites are measured on.
+  HeadlessContext context_;
+};
+
+}  // namespace pleinair

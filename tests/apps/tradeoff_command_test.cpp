@@ -1,0 +1,122 @@
+// `pleinair tradeoff`, coarse enough to be quick.
+#include "apps/tradeoff_command.h"
+
+#include <set>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/apps/command_folder.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const fs::path kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+
+class TradeoffCommand : public CommandFolder {
+ protected:
+  TradeoffCommandOptions Quick(std::vector<std::string> sweep) const {
+    TradeoffCommandOptions options;
+    options.trials.sequence = kCourtyard;
+    options.trials.cache = folder_ / "cache";
+    options.trials.seeds = 3;
+    options.trials.costly_seeds = 1;
+    options.trials.frames_limit = 1;
+    options.trials.prepare.patch_size_m = 4.0;
+    options.trials.prepare.rays = 16;
+    options.out = folder_ / "out";
+    options.sweep = std::move(sweep);
+    return options;
+  }
+  std::string Read(const char* name) const {
+    std::ifstream stream(folder_ / "out" / name);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+  }
+};
+
+TEST_F(TradeoffCommand, TellsErrorAndTimeOfEachSetting) {
+  const std::string said = RunTradeoffCommand(Quick({"solver", "samples", "influence"}));
+  EXPECT_THAT(said,
+              AllOf(HasSubstr("solver: the default, ceres, "),
+                    HasSubstr("samples: the default, 500, "),
+                    HasSubstr("influence: the default, pixels, ")));
+  const std::string csv = Read("tradeoff.csv");
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  const auto commas = std::count(line.begin(), line.end(), ',');
+  int rows = 0;
+  int on_front = 0;
+  std::set<std::string> errors_of_solvers;
+  for (; std::getline(lines, line); ++rows) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas) << line;
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    EXPECT_GT(std::stod(cells.at(6)), 0.0) << "error in " << line;
+    EXPECT_GT(std::stod(cells.at(9)), 0.0) << "time in " << line;
+    EXPECT_EQ(cells.at(5), cells.at(0) == "influence" ? "1" : "3") << "seeds in " << line;
+    on_front += cells.at(3) == "1" ? 1 : 0;
+    if (cells.at(0) == "solver") errors_of_solvers.insert(cells.at(6));
+  }
+  EXPECT_EQ(rows, 9 + 2 + 2);
+  EXPECT_GE(on_front, 3) << "every axis has a front";
+  EXPECT_EQ(errors_of_solvers.size(), 1u) << "two ways to one optimum";
+
+  const std::string html = Read("tradeoff.html");
+  EXPECT_THAT(html, AllOf(HasSubstr("<svg"), HasSubstr("Pareto front"), HasSubstr("</html>")));
+  EXPECT_THAT(html, AllOf(Not(HasSubstr("src=\"http")), Not(HasSubstr("href=\"http"))))
+      << "one file that needs nothing else";
+}
+
+TEST_F(TradeoffCommand, RefusesWhatItCannotSweep) {
+  const auto refusal = [](const TradeoffCommandOptions& options) {
+    return Refusal(RunTradeoffCommand, options);
+  };
+  EXPECT_THAT(refusal(Quick({"samples", "colour"})),
+              AllOf(HasSubstr("--sweep colour: "), HasSubstr("samples,choice,loss")));
+  EXPECT_THAT(refusal(Quick({"regions"})), HasSubstr("--sweep regions"))
+      << "there is no fish-eye outdoors";
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+
+  TradeoffCommandOptions blind = Quick({"samples"});
+  blind.trials.sequence = folder_ / "blind";
+  fs::create_directories(blind.trials.sequence);
+  for (const fs::directory_entry& entry : fs::directory_iterator(kCourtyard)) {
+    if (entry.path().filename() == "truth") continue;
+    fs::copy(
+        entry.path(), blind.trials.sequence / entry.path().filename(), fs::copy_options::recursive);
+  }
+  EXPECT_THAT(refusal(blind), HasSubstr("truth.json: expected the truth"));
+}
+
+TEST(SweepAxes, EveryAxisHasItsDefaultAmongItsValues) {
+  for (const bool fitted : {false, true}) {
+    for (const bool indoors : {false, true}) {
+      std::set<std::string> names;
+      for (const SweepAxis& axis : SweepAxesFor({fitted, true, indoors, InfluenceAt::kFaces})) {
+        EXPECT_TRUE(names.insert(axis.name).second) << axis.name << " is there twice";
+        const auto defaults =
+            std::count_if(axis.values.begin(), axis.values.end(), [&](const SweepValue& value) {
+              return value.text == axis.default_text;
+            });
+        EXPECT_EQ(defaults, 1) << axis.name;
+      }
+      EXPECT_EQ(names.contains("samples"), fitted);
+      EXPECT_EQ(names.contains("regions"), !fitted);
+      EXPECT_EQ(names.contains("windows"), indoors);
+    }
+  }
+  EXPECT_TRUE(SweepAxesFor({false, false, true, InfluenceAt::kFaces}).empty());
+}
+
+}  // namespace
+}  // namespace pleinair
