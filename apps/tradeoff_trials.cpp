@@ -228,7 +228,8 @@ void TradeoffTrials::MeasureLight(const std::vector<Job*>& alike) {
     for (const std::uint64_t seed : job->seeds) {
       SequenceRunOptions options = job->options;
       options.seed = seed;
-      sources.push_back(MakeSourceFor(options, loaded->sequence));
+      sources.push_back(
+          MakeSourceFor(options, loaded->sequence, loaded->scene.aerosol_optical_depth));
       trials.push_back({job, {}, {}, {}, ""});
     }
   }

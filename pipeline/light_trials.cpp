@@ -21,7 +21,8 @@ double MsSince(Clock::time_point start) {
 LightTrials::LightTrials(const PreparedScene& scene,
                          std::optional<Site> site,
                          const SurfaceViewOptions& options)
-    : site_(site),
+    : scene_(scene),
+      site_(site),
       clear_sky_(site_, scene.survey ? &scene.survey->light : nullptr),
       view_builder_(scene, options) {}
 
@@ -53,7 +54,8 @@ LightTrials::Process(const Frame& frame, std::span<const std::unique_ptr<Lightin
         view_ms_ = MsSince(start);
       }
       const auto start = Clock::now();
-      auto estimate = source->Estimate({frame, *view, sun, clear_sky});
+      auto estimate =
+          source->Estimate({frame, *view, sun, clear_sky, std::nullopt, scene_.albedo_stddev_rgb});
       const double spent_ms = MsSince(start);
       if (!estimate) {
         trials.push_back(tl::unexpected(estimate.error()));

@@ -38,6 +38,7 @@ class LightTrials {
   double ViewMs() const { return view_ms_; }
 
  private:
+  const PreparedScene& scene_;
   std::optional<Site> site_;
   ScaledClearSky clear_sky_;
   SurfaceViewBuilder view_builder_;
