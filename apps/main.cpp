@@ -326,6 +326,10 @@ void AddRun(CLI::App& app, Work& work) {
                              "sky-occlusion",
                              "colour-bleeding"}))
       ->default_str("all");
+  run.add_option("--penumbra-samples",
+                 options->penumbra_samples,
+                 "Points of the sun's disc for a pixel near the edge of a virtual shadow")
+      ->check(CLI::Range(4, 65536));
   run.add_option("--lighting",
                  options->lighting,
                  "A lighting.jsonl whose light to use instead of estimating it; a line may name "

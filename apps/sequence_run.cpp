@@ -194,6 +194,7 @@ FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
   }
   pipeline.view.sun_block_px = options.sun_block_px;
   pipeline.effects = options.effects;
+  pipeline.soft_sun.disc_samples = options.penumbra_samples;
   if (options.influence_at) pipeline.influence_at = *options.influence_at;
   pipeline.daylight = DaylightOf(options, loaded.site);
   pipeline.direct_daylight = options.direct_daylight;

@@ -63,6 +63,7 @@ struct SequenceRunOptions {
   std::optional<InfluenceAt> influence_at;  // None: faces where a fish-eye lights a moving camera.
   int sun_block_px = SurfaceViewOptions{}.sun_block_px;
   CompositeEffects effects;
+  int penumbra_samples = SoftSunOptions{}.disc_samples;
   bool filter = true;  // The light over time.
   bool ignore_exposure = false;
   CameraNoise camera_noise;

@@ -149,6 +149,18 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                                }),
                   "1024",
                   true});
+  SweepAxis shadow{"shadow",
+                   "Virtual shadows of the sun: hard (--effects without penumbra, shadow volumes), "
+                   "or soft with so many points of its disc (--penumbra-samples)",
+                   Judge::kPicture,
+                   false,
+                   {{"hard", [](Options& o) { o.effects.penumbra = false; }}},
+                   "32"};
+  for (SweepValue& value :
+       Numbers<int>({4, 8, 32, 128}, [](Options&o, int n) { o.penumbra_samples = n; })) {
+    shadow.values.push_back(std::move(value));
+  }
+  axes.push_back(std::move(shadow));
   axes.push_back({"influence",
                   "Where it is worked out what objects hide and send (--influence)",
                   Judge::kPicture,
