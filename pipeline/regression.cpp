@@ -52,6 +52,8 @@ void AddTruth(const Score& score, Figures& figures) {
   if (all.sky_sigma) figures.Add("sky_within_2_stddev", all.sky_sigma->within_2);
   const CompositeSummary& composite = score.composite;
   figures.AddMedian("object_psnr_median_db", composite.object_psnr_db);
+  figures.AddMedian("object_psnr_without_mirrors_median_db",
+                    composite.object_psnr_without_specular_db);
   figures.AddMedian("effect_psnr_median_db", composite.effect_psnr_db);
   figures.AddMedian("wrongly_changed_median", composite.changed_of_unchanged);
 }
@@ -87,6 +89,10 @@ const std::vector<FigureKind>& AllFigureKinds() {
       {"sun_within_2_stddev", "sun values within 2 standard deviations", true, 0.02},
       {"sky_within_2_stddev", "sky values within 2 standard deviations", true, 0.02},
       {"object_psnr_median_db", "PSNR on the object, median, dB", true, 0.1},
+      {"object_psnr_without_mirrors_median_db",
+       "PSNR on the object without mirroring materials, median, dB",
+       true,
+       0.1},
       {"effect_psnr_median_db", "PSNR where it changes what it does not cover, dB", true, 0.1},
       {"wrongly_changed_median",
        "pixels changed though unchanged in truth, median",
