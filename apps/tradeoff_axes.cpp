@@ -128,8 +128,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                    Judge::kPicture,
                    false,
                    {},
-                   "8x8x8",
-                   true};
+                   "8x8x8"};
   for (const int side : {1, 2, 4, 8, 16}) {
     const std::string text = std::to_string(side);
     probes.values.push_back({text + "x" + text + "x" + text, [volume, side](Options& o) {
@@ -147,8 +146,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                                  volume(o);
                                  o.prepare.probe_rays = n;
                                }),
-                  "1024",
-                  true});
+                  "1024"});
   SweepAxis shadow{"shadow",
                    "Virtual shadows of the sun: hard (--effects without penumbra, shadow volumes), "
                    "or soft with so many points of its disc (--penumbra-samples)",
@@ -201,16 +199,14 @@ void AddDaylightAxes(std::vector<SweepAxis>& axes) {
                                  sampled(o);
                                  o.direct_daylight.shadows.map_size_px = px;
                                }),
-                  "64",
-                  true});
+                  "64"});
   SweepAxis windows{"windows",
                     "Where samples are drawn (--daylight-sampling), with --daylight samples and 64 "
                     "of them",
                     Judge::kPicture,
                     false,
                     {},
-                    "windows",
-                    true};
+                    "windows"};
   for (const auto& [text, restriction] : {std::pair{"windows", DaylightRestriction::kWindows},
                                           std::pair{"rejection", DaylightRestriction::kRejection},
                                           std::pair{"whole-sky", DaylightRestriction::kWholeSky}}) {

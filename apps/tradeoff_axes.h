@@ -26,8 +26,7 @@ struct SweepAxis {
   Judge judge = Judge::kEstimate;
   bool rays_by_seed = false;  // What is prepared is so anew for each seed: its rays are the noise.
   std::vector<SweepValue> values;
-  std::string default_text;    // Among the values'.
-  bool needs_another = false;  // Another setting is not as run has it, and is named in the words.
+  std::string default_text;  // Among the values'.
 
   bool JudgesLight() const { return judge != Judge::kPicture; }
 };

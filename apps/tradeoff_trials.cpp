@@ -146,34 +146,28 @@ std::vector<SweptAxis> TradeoffTrials::Measure(const std::vector<SweepAxis>& axe
     const SweepAxis& axis = of_axis.axis;
     const bool is_costly = axis.rays_by_seed || !axis.JudgesLight();
     const int seeds = is_costly ? settings_.costly_seeds : settings_.seeds;
-    for (std::size_t v = 0; v < axis.values.size(); ++v) {
-      Job job{&axis, &of_axis.results[v], OptionsFor(settings_), {}, false};
+    const auto add = [&](std::size_t v, const std::vector<std::uint64_t>& with) {
+      Job job{&axis, &of_axis.results[v], OptionsFor(settings_), with, false};
       axis.values[v].apply(job.options);
-      for (int seed = 1; seed <= seeds; ++seed) {
-        job.seeds.push_back(static_cast<std::uint64_t>(seed));
-        if (!axis.rays_by_seed) continue;
-        job.options.prepare.seed = job.seeds.back();
-        jobs.push_back(job);
-        job.seeds.clear();
-      }
-      if (!job.seeds.empty()) jobs.push_back(std::move(job));
+      if (axis.rays_by_seed) job.options.prepare.seed = with.front();
+      jobs.push_back(std::move(job));
+    };
+    std::vector<std::uint64_t> all;
+    for (int seed = 1; seed <= seeds; ++seed) all.push_back(static_cast<std::uint64_t>(seed));
+    if (!is_costly) {
+      for (std::size_t v = 0; v < axis.values.size(); ++v) add(v, all);
+      continue;
+    }
+    // Seed by seed, so that what else the machine does meanwhile falls on all values alike.
+    for (const std::uint64_t seed : all) {
+      for (std::size_t v = 0; v < axis.values.size(); ++v) add(v, {seed});
     }
   }
 
   std::size_t done = 0;
-  const SweepResult* as_run_has_it = nullptr;  // Measured with all settings at their defaults.
   for (Job& job : jobs) {
     if (job.done) continue;
     progress_("settings", static_cast<double>(done) / static_cast<double>(jobs.size()));
-    const bool is_plain = !job.axis->JudgesLight() && !job.axis->rays_by_seed &&
-                          !job.axis->needs_another && job.result->is_default;
-    if (is_plain && as_run_has_it != nullptr) {
-      job.result->trials = as_run_has_it->trials;
-      job.result->failure = as_run_has_it->failure;
-      ++done;
-      continue;
-    }
-    if (is_plain) as_run_has_it = job.result;
     std::vector<Job*> alike;
     for (Job& other : jobs) {
       const bool goes_along = job.axis->JudgesLight() && other.axis->JudgesLight() && !other.done &&
