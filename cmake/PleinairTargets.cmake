@@ -4,6 +4,9 @@ add_library(pleinair_flags INTERFACE)
 target_compile_options(pleinair_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor
   -Woverloaded-virtual -Werror)
+# The compiler else stops to collect its own garbage every few seconds: a tenth of the build.
+target_compile_options(pleinair_flags INTERFACE
+  $<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-heapsize=1048576>)
 if(PLEINAIR_SANITIZE)
   target_compile_options(pleinair_flags INTERFACE
     -fsanitize=${PLEINAIR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
@@ -25,22 +28,36 @@ function(pleinair_add_library folder)
   set_property(GLOBAL APPEND PROPERTY PLEINAIR_LIBRARIES pleinair_${folder})
 endfunction()
 
-# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...] [PRECOMPILE ...]): one test program a
-# folder, tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that
-# share a costly beginning. PRECOMPILE are headers to read once for all sources, beside GoogleTest's:
-# reading took half of the time to build the tests. Sources still include what they use.
-function(pleinair_add_test folder)
-  cmake_parse_arguments(ARG "WHOLE" "" "SOURCES;LIBS;PRECOMPILE" ${ARGN})
-  add_executable(pleinair_${folder}_tests ${ARG_SOURCES})
-  target_precompile_headers(pleinair_${folder}_tests PRIVATE
+# Most of a test's own code runs once.
+add_library(pleinair_test_flags INTERFACE)
+target_compile_options(pleinair_test_flags INTERFACE $<$<CONFIG:Release>:-O1>)
+target_link_libraries(pleinair_test_flags INTERFACE pleinair_flags)
+
+# Headers that are read once for all tests: reading took half of the time to build them. Sources
+# still include what they use.
+function(pleinair_add_test_headers)
+  # A program as the tests are: what is read must be compiled as they are.
+  add_executable(pleinair_test_headers test_headers.cpp)
+  target_precompile_headers(pleinair_test_headers PRIVATE
     <algorithm> <array> <cmath> <filesystem> <fstream> <random> <string> <vector>
+    <Eigen/Core>
     <glm/geometric.hpp> <glm/mat4x4.hpp> <glm/vec3.hpp>
     <gmock/gmock.h> <gtest/gtest.h>
-    ${ARG_PRECOMPILE})
-  # Most of a test's own code runs once.
-  target_compile_options(pleinair_${folder}_tests PRIVATE $<$<CONFIG:Release>:-O1>)
+    <nlohmann/json.hpp>)
+  target_link_libraries(pleinair_test_headers PRIVATE
+    pleinair::scene Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock pleinair_test_flags)
+endfunction()
+
+# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...]): one test program a folder,
+# tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that share a
+# costly beginning.
+function(pleinair_add_test folder)
+  cmake_parse_arguments(ARG "WHOLE" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(pleinair_${folder}_tests ${ARG_SOURCES})
+  target_precompile_headers(pleinair_${folder}_tests REUSE_FROM pleinair_test_headers)
   target_link_libraries(pleinair_${folder}_tests PRIVATE
-    ${ARG_LIBS} GTest::gmock GTest::gtest_main pleinair_flags)
+    ${ARG_LIBS} Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock GTest::gtest_main
+    pleinair_test_flags)
   # Where the recordings and reference data stand, when they are there; tests skip when they aren't.
   target_compile_definitions(pleinair_${folder}_tests PRIVATE
     PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
