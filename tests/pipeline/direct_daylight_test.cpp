@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "pipeline/object_gather.h"
+#include "relight/shading_mesh.h"
 #include "tests/relight/window_rooms.h"
 
 namespace pleinair {
@@ -18,12 +19,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
+// In edges of a decimetre: rays gather around a vertex, samples stand at it.
 Mesh BoxObject(const glm::vec3& lower, const glm::vec3& upper) {
   Mesh mesh;
   mesh.materials.resize(1);
   mesh.group_names = {"object"};
   AddBox(mesh, lower, upper);
-  return mesh;
+  return MakeShadingMesh(mesh, {.longest_edge = 0.15, .most_growth = 100.0});
 }
 
 // The brighter the lower: a window shows the sky's lower part.
