@@ -112,10 +112,10 @@ TEST(ClearSky, TurnsWithTheSun) {
   }
 }
 
-// The sun a hundredth of a degree on: the sky against its zenith, too, by less than five thousandths.
-// Its steepest slope, beside the sun, is some 10 % a degree; on the horizon the sun's light dims by
-// 2 % in a hundredth of a degree, and where it is scattered low by a few thousandths less than
-// overhead. Through the zenith and the horizon.
+// The sun a hundredth of a degree on: the sky against its zenith, too, by less than five
+// thousandths. Its steepest slope, beside the sun, is some 10 % a degree; on the horizon the sun's
+// light dims by 2 % in a hundredth of a degree, and where it is scattered low by a few thousandths
+// less than overhead. Through the zenith and the horizon.
 TEST(ClearSkyHardCases, IsContinuousInTheSunThroughZenithAndHorizon) {
   const glm::dvec3 kZenith(0.0, 0.0, 1.0);
   const auto expect_close = [&](const glm::dvec3& sun, const glm::dvec3& next) {
