@@ -68,26 +68,28 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
       options_(options),
       clear_sky_(site_, LightOf(scene)),
       view_builder_(scene, options.view),
-      interreflection_(objects_),
+      interreflection_(objects_.Objects()),
       real_caster_(phantom) {
   options_.Validate();
-  if (options_.daylight == Daylight::kSamples && !objects_.empty()) {
-    daylight_ = std::make_unique<DirectDaylight>(
-        phantom, scene_.patches.caster, interreflection_.Objects(), options_.direct_daylight);
+  const bool has_objects = !objects_.Objects().empty();
+  if (options_.daylight == Daylight::kSamples && has_objects) {
+    room_ = phantom;
+    SampleDaylight();
   }
-  if (options_.effects.sun_shadow && options_.effects.penumbra && !objects_.empty()) {
+  if (options_.effects.sun_shadow && options_.effects.penumbra && has_objects) {
     soft_sun_.emplace(real_caster_, interreflection_.Objects(), options_.soft_sun);
   }
   has_mirrors_ = options_.effects.glossy_reflection && IsGlossy(interreflection_.Objects().mesh);
   if (options_.filter) filter_.emplace(*options_.filter);
   compositor_.SetPhantom(phantom);
-  compositor_.SetObjects(objects_);
-  for (const VirtualObject& object : objects_) {
+  compositor_.SetObjects(objects_.Objects());
+  for (const VirtualObject& object : objects_.Objects()) {
     vertex_irradiance_.emplace_back(object.mesh.positions_m.size(), glm::vec3(0.0f));
   }
 }
 
-tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame) {
+tl::expected<FrameResult, FrameError> FramePipeline::Process(
+    const Frame& frame, std::span<const glm::dmat4> object_poses) {
   const auto failed = [&](std::string reason) {
     return tl::unexpected(FrameError{frame.index, frame.time, std::move(reason)});
   };
@@ -110,20 +112,22 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
                                                    SampleRegionsOf(frame));
     const bool new_sun = basis_sun_version_ != view_builder_.SunFacesVersion();
     const bool new_light = new_sun || basis_shapes_ != sky_shapes_;
-    if (!objects_.empty()) {
+    if (!objects_.Objects().empty()) {
+      PoseObjects(object_poses);
       if (new_light) {
         UpdateBasis(new_sun);
-        if (daylight_ != nullptr) daylight_->Update(sky_shapes_);
         if (options_.object_light != ObjectLight::kGather) UpdateVolume();
       } else {
         changed_lights_.clear();
       }
-      if (new_sun) {
+      if (daylight_ != nullptr && (new_light || objects_moved_)) daylight_->Update(sky_shapes_);
+      if (new_sun || objects_moved_) {
         interreflection_.UpdateSun(scene_.patches.caster, transport_sun.direction_enu);
       }
       UpdateObjects(view);
       UpdateSunShares(view);
     }
+    const bool moved = std::exchange(objects_moved_, false);
     result.timing_ms.transport = watch.LapMs();
 
     auto estimate = source_->Estimate({frame,
@@ -141,10 +145,10 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
 
     if (daylight_ != nullptr) {
       result.daylight = daylight_->Summary();
-      if (!new_light) result.daylight->maps_drawn = 0;
+      if (!new_light && !moved) result.daylight->maps_drawn = 0;
     }
 
-    if (!objects_.empty()) Shade(result.estimate.lighting, result.timing_ms);
+    if (!objects_.Objects().empty()) Shade(result.estimate.lighting, result.timing_ms);
     result.composite = compositor_.Render({frame.radiance,
                                            frame.clipped,
                                            view,
@@ -167,6 +171,26 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(const Frame& frame)
     mirror_version_.reset();
     return failed(error.what());
   }
+}
+
+void FramePipeline::SampleDaylight() {
+  daylight_ = std::make_unique<DirectDaylight>(
+      room_, scene_.patches.caster, interreflection_.Objects(), options_.direct_daylight);
+}
+
+void FramePipeline::PoseObjects(std::span<const glm::dmat4> world_from_given) {
+  if (!objects_.Pose(world_from_given)) return;
+  objects_moved_ = true;
+  compositor_.SetObjects(objects_.Objects());
+  interreflection_ = ObjectInterreflection(objects_.Objects());
+  if (daylight_ != nullptr) SampleDaylight();
+  gather_ = ObjectGather();
+  vertices_.clear();
+  needed_probes_.clear();
+  influence_geometry_version_.reset();
+  object_view_version_.reset();
+  sun_shares_version_.reset();
+  mirror_version_.reset();
 }
 
 std::string FramePipeline::DaylightNote() const {
@@ -226,9 +250,6 @@ void FramePipeline::UpdateVolume() {
   }
   if (first) {
     folded_ = FoldedVolume(scene_.probes, basis_);
-    std::vector<BoundingBox> boxes;
-    for (const VirtualObject& object : objects_) boxes.push_back(BoundingBoxOf(object.mesh));
-    needed_probes_ = ProbesNeededIn(scene_.probes.Grid(), scene_.probes.Valid(), boxes);
   } else {
     for (const std::size_t light : changed_lights_) folded_.Refold(scene_.probes, basis_, light);
   }
@@ -236,6 +257,13 @@ void FramePipeline::UpdateVolume() {
 
 // What a unit of each light that has changed makes of the objects, and they of the real scene.
 void FramePipeline::UpdateObjects(const SurfaceView& view) {
+  if (options_.object_light != ObjectLight::kGather && needed_probes_.empty()) {
+    std::vector<BoundingBox> boxes;
+    for (const VirtualObject& object : objects_.Objects()) {
+      boxes.push_back(BoundingBoxOf(object.mesh));
+    }
+    needed_probes_ = ProbesNeededIn(scene_.probes.Grid(), scene_.probes.Valid(), boxes);
+  }
   const bool has_influence = options_.effects.sky_occlusion || options_.effects.colour_bleeding;
   const bool new_view = has_influence && influence_geometry_version_ != view.geometry_version;
   const bool on_faces = options_.influence_at == InfluenceAt::kFaces;
@@ -258,12 +286,13 @@ void FramePipeline::UpdateObjects(const SurfaceView& view) {
                           options_.mirror);
     mirror_version_ = view.geometry_version;
   }
-  if (!new_influence && !new_mirror && changed_lights_.empty()) return;
+  if (!new_influence && !new_mirror && !objects_moved_ && changed_lights_.empty()) return;
   const std::vector<Receiver> receivers =
       has_influence && daylight_ != nullptr ? influence_.Receivers() : std::vector<Receiver>();
   vertex_response_.resize(basis_.face_radiosity.size());
   for (std::size_t light = 0; light < basis_.face_radiosity.size(); ++light) {
     const bool changed =
+        objects_moved_ ||
         std::find(changed_lights_.begin(), changed_lights_.end(), light) != changed_lights_.end();
     if (!changed && !new_influence && !new_mirror) continue;
     Lighting unit;
@@ -389,11 +418,11 @@ std::vector<glm::vec3> FramePipeline::DirectAtVertices(const Lighting& lighting)
 
 void FramePipeline::LightVertices(const IrradianceVolume& volume, const Lighting& lighting) {
   if (vertices_.empty()) {
-    for (const VirtualObject& object : objects_) {
+    for (const VirtualObject& object : objects_.Objects()) {
       vertices_.emplace_back(volume, object.mesh.positions_m, object.mesh.normals);
     }
   }
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
     vertices_[i].Evaluate(volume, vertex_irradiance_[i]);
   }
   interreflection_.Apply(lighting.sun, vertex_irradiance_, DirectAtVertices(lighting));

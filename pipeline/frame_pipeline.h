@@ -14,6 +14,7 @@
 #include "pipeline/direct_daylight.h"
 #include "pipeline/object_gather.h"
 #include "pipeline/object_interreflection.h"
+#include "pipeline/posed_objects.h"
 #include "pipeline/sun_state.h"
 #include "relight/irradiance_volume.h"
 #include "relight/mirror_image.h"
@@ -107,8 +108,10 @@ class FramePipeline {
                 Compositor& compositor,
                 const FramePipelineOptions& options);
 
-  // A frame that can't be done is an error of its own; the next one may succeed.
-  tl::expected<FrameResult, FrameError> Process(const Frame& frame);
+  // A frame that can't be done is an error of its own; the next one may succeed. `object_poses` as
+  // PosedObjects has them: what hangs on where objects are is made anew where one has moved.
+  tl::expected<FrameResult, FrameError> Process(const Frame& frame,
+                                                std::span<const glm::dmat4> object_poses = {});
 
   // Of the last frame that succeeded; empty unless objects get their light from it. Folded, it
   // holds the probes that objects need alone; the others are not valid.
@@ -119,6 +122,8 @@ class FramePipeline {
 
  private:
   void FilterEstimate(FrameResult& result);
+  void SampleDaylight();
+  void PoseObjects(std::span<const glm::dmat4> world_from_given);
   void UpdateBasis(bool new_sun);
   void UpdateVolume();
   void UpdateObjects(const SurfaceView& view);
@@ -138,7 +143,9 @@ class FramePipeline {
 
   const PreparedScene& scene_;
   std::optional<Site> site_;
-  std::vector<VirtualObject> objects_;
+  PosedObjects objects_;
+  // Since their light was last worked out.
+  bool objects_moved_ = true;
   std::unique_ptr<LightingSource> source_;
   std::optional<LightingFilter> filter_;
   Compositor& compositor_;
@@ -157,16 +164,17 @@ class FramePipeline {
   std::vector<std::uint8_t> needed_probes_;  // By the objects' bounding boxes.
   RgbImage environment_;
   IrradianceVolume volume_;
-  std::vector<VertexIrradiance> vertices_;  // Per object; set up with the first volume.
+  std::vector<VertexIrradiance> vertices_;  // Per object; set up with its first volume.
   ObjectInterreflection interreflection_;
   std::unique_ptr<DirectDaylight> daylight_;  // Null where daylight is gathered.
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
-  ObjectGather gather_;  // Set up with the first frame.
+  ObjectGather gather_;  // Set up with the first frame of a pose.
   // Per basis light, all objects' vertices; for gathered light.
   std::vector<std::vector<glm::vec3>> vertex_response_;
   ObjectInfluence influence_;
   std::optional<std::uint64_t> influence_geometry_version_;
   IrradianceChange irradiance_change_;
+  Mesh room_;              // As given, where daylight is sampled.
   RayCaster real_caster_;  // Over the mesh as given: its triangles are fewer than the patches.
   std::optional<SoftSun> soft_sun_;
   ObjectView object_view_;

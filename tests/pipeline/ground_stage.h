@@ -1,0 +1,136 @@
+// A level ground under a given sun and an even sky, for objects to stand on: quick to prepare.
+#pragma once
+
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "pipeline/frame_pipeline.h"
+#include "render/gl_context.h"
+#include "tests/relight/probe_test_scenes.h"
+
+namespace pleinair {
+
+// The same sun and sky in every frame.
+class StillLight : public LightingSource {
+ public:
+  static constexpr double kSun = 400.0;
+  static constexpr double kSky = 100.0;
+
+  tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame&, const SunState&) override {
+    return SkyBasis(shapes_);
+  }
+  tl::expected<LightingEstimate, LightingFailure> Estimate(
+      const LightingObservation& observation) override {
+    LightingEstimate estimate;
+    estimate.lighting.sun.direction_enu = observation.sun.direction_enu;
+    estimate.lighting.sun.irradiance_rgb = glm::dvec3(kSun);
+    estimate.lighting.sky = {{"uniform", glm::dvec3(kSky)}};
+    return estimate;
+  }
+
+ private:
+  std::vector<std::shared_ptr<const SkyShape>> shapes_{MakeUniformSkyShape()};
+};
+
+class GroundStage {
+ public:
+  static constexpr double kAlbedo = 0.4;
+
+  GroundStage() {
+    AddGround(site_.mesh, 8.0f);
+    site_.mesh.materials = {
+        {.name = "ground", .diffuse_albedo = glm::vec3(static_cast<float>(kAlbedo))}};
+    site_.mesh.group_names = {"ground"};
+    PrepareOptions options;
+    options.gather.rays_per_receiver = 16;
+    options.patches.patch_size_m = 2.0;
+    options.probes.rays_per_probe = 64;
+    options.probe_box = {{-2.0f, -2.0f, 0.1f}, {2.0f, 2.0f, 2.0f}};
+    options.probe_counts = {3, 3, 2};
+    NoStore store;
+    scene_ = PrepareScene(site_, options, store, [](auto, auto) {});
+  }
+
+  // From the south, 30 degrees down on the origin; the sun stands 45 degrees high in the east.
+  Frame MakeFrame() const {
+    Frame frame;
+    frame.camera.intrinsics = {96, 72, 100.0, 100.0, 47.5, 35.5, {}};
+    const glm::dvec3 eye(0.0, -5.2, 3.0);
+    const glm::dvec3 forward = glm::normalize(-eye);
+    const glm::dvec3 right(1.0, 0.0, 0.0);
+    const glm::dvec3 down = glm::cross(forward, right);
+    const glm::dmat3 world_from_camera(right, down, forward);
+    frame.camera.camera_from_world =
+        glm::dmat4(glm::transpose(world_from_camera)) * glm::translate(glm::dmat4(1.0), -eye);
+    frame.sun_direction_enu = glm::normalize(glm::dvec3(1.0, 0.0, 1.0));
+    // Open ground in the sun.
+    const double ground = kAlbedo * std::numbers::inv_pi *
+                          (StillLight::kSky + StillLight::kSun * frame.sun_direction_enu->z);
+    frame.radiance = RgbImage(96, 72, glm::vec3(static_cast<float>(ground)));
+    frame.unusable = Gray8Image(96, 72, 0);
+    frame.clipped = Gray8Image(96, 72, 0);
+    return frame;
+  }
+
+  // Of one frame for each list of poses, through one pipeline.
+  std::vector<FrameResult> Run(const std::vector<VirtualObject>& objects,
+                               const FramePipelineOptions& options,
+                               const std::vector<std::vector<glm::dmat4>>& poses = {{}}) const {
+    const HeadlessContext context;
+    Compositor compositor;
+    FramePipeline pipeline(scene_,
+                           site_.mesh,
+                           std::nullopt,
+                           objects,
+                           std::make_unique<StillLight>(),
+                           compositor,
+                           options);
+    std::vector<FrameResult> results;
+    for (const std::vector<glm::dmat4>& of_frame : poses) {
+      results.push_back(pipeline.Process(MakeFrame(), of_frame).value());
+    }
+    return results;
+  }
+
+  // Few rays and no filter.
+  static FramePipelineOptions QuickOptions() {
+    FramePipelineOptions options;
+    options.object_gather.rays_per_receiver = 32;
+    options.influence.rays_per_receiver = 64;
+    options.influence.least_spacing = 0.2;
+    options.filter.reset();
+    return options;
+  }
+
+  const PreparedScene& Scene() const { return scene_; }
+  const Mesh& Phantom() const { return site_.mesh; }
+
+ private:
+  class NoStore : public BlobStore {
+   public:
+    std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
+    void Save(std::string_view, std::string_view) override {}
+  };
+
+  SiteModel site_;
+  PreparedScene scene_;
+};
+
+inline VirtualObject BoxObject(const glm::vec3& lower_m,
+                               const glm::vec3& upper_m,
+                               const Material& material) {
+  Mesh mesh;
+  AddBox(mesh, lower_m, upper_m);
+  mesh.materials = {material};
+  mesh.group_names = {"box"};
+  return {std::move(mesh)};
+}
+
+}  // namespace pleinair

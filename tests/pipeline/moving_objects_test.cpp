@@ -1,0 +1,192 @@
+// Several virtual objects, and moving ones.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "ground_stage.h"
+
+namespace pleinair {
+namespace {
+
+using testing::HasSubstr;
+
+const Material kRed{
+    .name = "red", .diffuse_albedo = {0.6f, 0.1f, 0.1f}, .specular_reflectance = {}};
+const Material kMirror{.name = "mirror",
+                       .diffuse_albedo = glm::vec3(0.0f),
+                       .specular_reflectance = glm::vec3(0.8f),
+                       .roughness = 0.1f};
+
+class MovingObjects : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { stage_ = std::make_unique<GroundStage>(); }
+  static void TearDownTestSuite() { stage_.reset(); }
+  static std::unique_ptr<GroundStage> stage_;
+};
+
+std::unique_ptr<GroundStage> MovingObjects::stage_;
+
+// A red box and a mirror beside it.
+std::vector<VirtualObject> TwoBoxes() {
+  return {BoxObject({-0.9f, -0.3f, 0.0f}, {-0.3f, 0.3f, 0.8f}, kRed),
+          BoxObject({0.2f, -0.2f, 0.0f}, {0.7f, 0.3f, 0.6f}, kMirror)};
+}
+
+glm::dmat4 Turned() {
+  return glm::rotate(
+      glm::translate(glm::dmat4(1.0), glm::dvec3(0.3, 0.2, 0.1)), 0.4, glm::dvec3(0.0, 0.0, 1.0));
+}
+
+std::vector<FramePipelineOptions> EveryRoute() {
+  std::vector<FramePipelineOptions> routes(4, GroundStage::QuickOptions());
+  routes[1].object_light = ObjectLight::kVolume;
+  routes[1].effects.penumbra = false;
+  routes[2].daylight = Daylight::kSamples;
+  routes[2].direct_daylight.sampling.samples = 16;
+  routes[3].object_light = ObjectLight::kVolumeByMap;
+  routes[3].influence_at = InfluenceAt::kFaces;
+  routes[3].view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  return routes;
+}
+
+std::size_t ChangedPixels(const Composite& composite) {
+  std::size_t changed = 0;
+  for (const std::uint8_t change : composite.change.pixels) changed += change != 0 ? 1 : 0;
+  return changed;
+}
+
+TEST_F(MovingObjects, AMovedObjectIsAsOneThatStandsThereByEveryRoute) {
+  const std::vector<VirtualObject> objects = TwoBoxes();
+  std::vector<VirtualObject> there = objects;
+  there[0].mesh = TransformMesh(Turned(), there[0].mesh);
+  for (const FramePipelineOptions& options : EveryRoute()) {
+    const std::vector<FrameResult> moved =
+        stage_->Run(objects, options, {{}, {Turned(), glm::dmat4(1.0)}, {}});
+    const FrameResult expected = std::move(stage_->Run(there, options).front());
+    EXPECT_EQ(moved[1].composite.radiance.pixels, expected.composite.radiance.pixels);
+    EXPECT_EQ(moved[1].composite.change.pixels, expected.composite.change.pixels);
+    EXPECT_NE(moved[0].composite.radiance.pixels, moved[1].composite.radiance.pixels);
+    EXPECT_EQ(moved[0].composite.radiance.pixels, moved[2].composite.radiance.pixels);
+  }
+}
+
+TEST_F(MovingObjects, WhatStandsStillIsNotMadeAnew) {
+  FramePipelineOptions options = GroundStage::QuickOptions();
+  options.daylight = Daylight::kSamples;
+  options.direct_daylight.sampling.samples = 16;
+  const std::vector<glm::dmat4> poses{Turned(), glm::dmat4(1.0)};
+  const std::vector<FrameResult> results = stage_->Run(TwoBoxes(), options, {{}, {}, poses, poses});
+  EXPECT_GT(results[0].daylight->maps_drawn, 0u);
+  EXPECT_EQ(results[1].daylight->maps_drawn, 0u);
+  EXPECT_GT(results[2].daylight->maps_drawn, 0u);
+  EXPECT_EQ(results[3].daylight->maps_drawn, 0u);
+  EXPECT_EQ(results[2].composite.radiance.pixels, results[3].composite.radiance.pixels);
+}
+
+// The sun stands in the east: a box that goes 1 m to the east takes its shadow along, 100 px/m over
+// a distance of 6 m.
+TEST_F(MovingObjects, TheShadowGoesAlong) {
+  const auto shadow_x = [](const Composite& composite) {
+    double sum = 0.0;
+    int count = 0;
+    for (int y = 0; y < composite.change.height; ++y) {
+      for (int x = 0; x < composite.change.width; ++x) {
+        if (composite.change.At(x, y) != static_cast<std::uint8_t>(PixelChange::kScaled)) continue;
+        // Ground that has lost most of its light, and not what the sky alone loses.
+        if (composite.radiance.At(x, y).g > 25.0f) continue;
+        sum += x;
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 30);
+    return sum / count;
+  };
+  const std::vector<VirtualObject> objects{
+      BoxObject({-0.2f, -0.2f, 0.0f}, {0.2f, 0.2f, 1.0f}, kRed)};
+  const glm::dmat4 to_the_east = glm::translate(glm::dmat4(1.0), glm::dvec3(1.0, 0.0, 0.0));
+  const std::vector<FrameResult> results =
+      stage_->Run(objects, GroundStage::QuickOptions(), {{}, {to_the_east}});
+  EXPECT_NEAR(shadow_x(results[1].composite) - shadow_x(results[0].composite), 100.0 / 6.0, 2.0);
+}
+
+// What objects do to each other is what parts of one do: shade, hide, light and mirror.
+TEST_F(MovingObjects, TwoObjectsAreAsOneOfBoth) {
+  std::vector<VirtualObject> two = TwoBoxes();
+  Mesh whole = two[0].mesh;
+  const auto first = static_cast<std::uint32_t>(whole.positions_m.size());
+  for (std::size_t v = 0; v < two[1].mesh.positions_m.size(); ++v) {
+    whole.positions_m.push_back(two[1].mesh.positions_m[v]);
+    whole.normals.push_back(two[1].mesh.normals[v]);
+  }
+  for (const glm::uvec3& triangle : two[1].mesh.triangles) {
+    whole.triangles.push_back(triangle + first);
+    whole.triangle_material.push_back(1);
+    whole.triangle_group.push_back(0);
+  }
+  whole.materials.push_back(kMirror);
+  for (const FramePipelineOptions& options : EveryRoute()) {
+    const Composite of_two = std::move(stage_->Run(two, options).front().composite);
+    const Composite of_one = std::move(stage_->Run({{whole}}, options).front().composite);
+    // Light on the ground is worked out around each object: where the places differ, by as much as
+    // their rays are noisy.
+    std::size_t apart = 0;
+    for (std::size_t i = 0; i < of_one.radiance.pixels.size(); ++i) {
+      const float difference = std::abs(of_two.radiance.pixels[i].r - of_one.radiance.pixels[i].r);
+      apart += difference > 0.03f * of_one.radiance.pixels[i].r ? 1 : 0;
+    }
+    EXPECT_LE(apart, ChangedPixels(of_one) / 50);
+  }
+}
+
+// A plate over a box, and nothing else that could take its sun; by penumbrae and by volumes.
+TEST_F(MovingObjects, OneObjectShadesTheOther) {
+  const VirtualObject box = BoxObject({-0.4f, -0.4f, 0.0f}, {0.4f, 0.4f, 0.4f}, kRed);
+  const VirtualObject plate = BoxObject({0.6f, -1.5f, 1.2f}, {2.2f, 1.5f, 1.25f}, kRed);
+  for (const bool penumbra : {true, false}) {
+    FramePipelineOptions options = GroundStage::QuickOptions();
+    options.effects.penumbra = penumbra;
+    const Composite alone = std::move(stage_->Run({box}, options).front().composite);
+    const Composite shaded = std::move(stage_->Run({box, plate}, options).front().composite);
+    // The middle of the box's top: 0.4 m over the origin.
+    const glm::vec3 in_sun = alone.radiance.At(48, 29);
+    const glm::vec3 in_shade = shaded.radiance.At(48, 29);
+    const double of_sun = 0.6 * std::numbers::inv_pi * StillLight::kSun * std::sqrt(0.5);
+    // Beside the sun the plate takes some of the sky, at most all of it.
+    EXPECT_GT(in_sun.r - in_shade.r, 0.98 * of_sun) << "penumbra " << penumbra;
+    EXPECT_LT(in_sun.r - in_shade.r, of_sun + 0.6 * std::numbers::inv_pi * StillLight::kSky);
+    EXPECT_GT(in_shade.r, 0.0f);
+  }
+}
+
+TEST_F(MovingObjects, RefusesPosesThatMakeNoSenseAndGoesOn) {
+  const HeadlessContext context;
+  Compositor compositor;
+  FramePipeline pipeline(stage_->Scene(),
+                         stage_->Phantom(),
+                         std::nullopt,
+                         TwoBoxes(),
+                         std::make_unique<StillLight>(),
+                         compositor,
+                         GroundStage::QuickOptions());
+  const Frame frame = stage_->MakeFrame();
+  const std::vector<glm::dmat4> one(1, glm::dmat4(1.0));
+  const auto too_few = pipeline.Process(frame, one);
+  ASSERT_FALSE(too_few);
+  EXPECT_THAT(too_few.error().reason, HasSubstr("object poses: 1 for 2 objects"));
+  const std::vector<glm::dmat4> flat{glm::dmat4(1.0),
+                                     glm::scale(glm::dmat4(1.0), glm::dvec3(1.0, 1.0, 0.0))};
+  const auto singular = pipeline.Process(frame, flat);
+  ASSERT_FALSE(singular);
+  EXPECT_THAT(singular.error().reason, HasSubstr("object 1: mesh transform"));
+  const auto sound = pipeline.Process(frame);
+  ASSERT_TRUE(sound);
+  EXPECT_EQ(sound->composite.radiance.pixels,
+            stage_->Run(TwoBoxes(), GroundStage::QuickOptions()).front().composite.radiance.pixels);
+}
+
+}  // namespace
+}  // namespace pleinair
