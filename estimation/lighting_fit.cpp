@@ -60,6 +60,7 @@ void LightingFitOptions::Validate() const {
   }
   positive("shape_share_spread", shape_share_spread);
   positive("shape_share_colour_spread", shape_share_colour_spread);
+  if (independent_samples < 1) refuse("independent_samples", independent_samples, "at least 1");
   if (max_passes < 1) refuse("max_passes", max_passes, "at least 1");
 }
 

@@ -32,6 +32,10 @@ struct LightingFitOptions {
   // Expected error of the whole prediction that the samples of one plane share, relative: a wall's
   // albedo. >= 0; 0 says that samples err alone.
   double shared_error = 0.05;
+  // Samples that share errors share them most with their neighbours: textures, the dark of a
+  // corner. More than so many of one view count as so many; the deviations were checked with as
+  // many. >= 1.
+  int independent_samples = 500;
   // Expected error of the sky's part of the prediction that the samples of one plane share,
   // relative: a real sky is not of the fitted shape. The data correct it where there are planes
   // enough. Lit and shaded samples of a plane err alike, so that their contrast tells the sun

@@ -306,6 +306,9 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   noise_ = (degrees * from_data +
             kNoisePriorCount * Square(options.expected_noise) * Eigen::Matrix3d::Identity()) /
            (degrees + kNoisePriorCount);
+  if (options.shared_error > 0.0) {
+    noise_ *= std::max(1.0, static_cast<double>(count) / options.independent_samples);
+  }
   const Eigen::Vector3d inverse_sigma = noise_.diagonal().cwiseSqrt().cwiseInverse();
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
 }

@@ -10,7 +10,7 @@
 
 #include "tests/estimation/synthetic_scene.h"
 
-namespace pleinair {
+namespace pleinair::lighting_fit_test {
 namespace {
 
 using testing::MakeSamples;
@@ -240,6 +240,31 @@ TEST(LightingFit, StandardDeviationsHoldForErrorsThatAWallShares) {
   EXPECT_LT(CoverageOver(scene, 500, AloneOptions()).within_68, 0.5);
 }
 
+// The same picture looked at eight times over says no more than once.
+TEST(LightingFit, NeighboursOfTheSamplesAreNoNewWitnesses) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  LightingFitOptions options;
+  options.shared_error = 0.005;  // So that the samples' own error is most of it.
+  options.sky_shape_error = 0.0;
+  options.solver = LightingFitOptions::Solver::kClosed;
+  const std::vector<DiffuseSample> once = MakeSamples(scene);
+  std::vector<DiffuseSample> often;
+  for (int i = 0; i < 8; ++i) often.insert(often.end(), once.begin(), once.end());
+  const LightingPrior nothing = LightingPrior::Nothing(1);
+  const LightingFit few = FitLighting(once, nothing, true, options);
+  const LightingFit many = FitLighting(often, nothing, true, options);
+  options.independent_samples = static_cast<int>(often.size());
+  const LightingFit believed = FitLighting(often, nothing, true, options);
+  for (int u = 0; u < 6; ++u) {
+    const double stddev = std::sqrt(few.covariance(u, u));
+    // What shrinks a measured noise towards the expected one weighs less with more samples.
+    EXPECT_NEAR(many.irradiance_rgb[u], few.irradiance_rgb[u], 0.1 * stddev) << u;
+    EXPECT_NEAR(std::sqrt(many.covariance(u, u)), stddev, 0.05 * stddev) << u;
+    EXPECT_LT(std::sqrt(believed.covariance(u, u)), 0.9 * stddev) << u;
+  }
+}
+
 // What the covariance promises of small noise, the fit keeps: e in the input moves the output by
 // e / noise of a standard deviation, and no more than four of them.
 TEST(LightingFit, MovesWithNoiseAsItsCovarianceSays) {
@@ -352,4 +377,4 @@ TEST(LightingFit, RefusesOptionsThatMakeNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lighting_fit_test
