@@ -8,6 +8,7 @@
 #include <Imath/half.h>
 
 #include "calib/response.h"
+#include "datasets/structural_similarity.h"
 
 namespace pleinair {
 namespace {
@@ -63,6 +64,25 @@ class PsnrSum {
   int pixels_ = 0;
 };
 
+// Around the pixels that were added.
+class BoxAround {
+ public:
+  void Add(int x, int y) {
+    if (box_.Empty()) {
+      box_ = {x, y, x + 1, y + 1};
+      return;
+    }
+    box_ = {std::min(box_.left, x),
+            std::min(box_.top, y),
+            std::max(box_.right, x + 1),
+            std::max(box_.bottom, y + 1)};
+  }
+  const PixelBox& Box() const { return box_; }
+
+ private:
+  PixelBox box_;
+};
+
 template <typename Pixel>
 void RequireSize(const char* name, const Image<Pixel>& image, const RgbImage& input) {
   if (image.width == input.width && image.height == input.height) return;
@@ -112,6 +132,7 @@ CompositeScore ScoreComposite(const CompositePictures& pictures) {
   PsnrSum object;
   PsnrSum object_without_specular;
   PsnrSum effect;
+  BoxAround touched;
   int outside_mask = 0;
   int identical_outside_mask = 0;
   int unchanged = 0;
@@ -128,9 +149,13 @@ CompositeScore ScoreComposite(const CompositePictures& pictures) {
         object_without_specular.Add(composite.pixels[i], with_object.pixels[i]);
       }
     }
+    const double true_change = LargestDifference(without_object.pixels[i], with_object.pixels[i]);
+    if (pictures.coverage.pixels[i] != 0 || true_change > kEffectCodes) {
+      const auto width = static_cast<std::size_t>(pictures.input.width);
+      touched.Add(static_cast<int>(i % width), static_cast<int>(i / width));
+    }
     // The object's edge is in neither set: half a pixel of geometry would decide there.
     if (pictures.coverage.pixels[i] != 0) continue;
-    const double true_change = LargestDifference(without_object.pixels[i], with_object.pixels[i]);
     if (true_change > kEffectCodes) effect.Add(composite.pixels[i], with_object.pixels[i]);
     if (true_change <= kUnchangedCodes) {
       ++unchanged;
@@ -143,6 +168,9 @@ CompositeScore ScoreComposite(const CompositePictures& pictures) {
   score.object_psnr_db = object.Psnr();
   score.object_psnr_without_specular_db = object_without_specular.Psnr();
   score.effect_psnr_db = effect.Psnr();
+  if (!touched.Box().Empty()) {
+    score.similarity = StructuralSimilarity(composite, with_object, touched.Box());
+  }
   if (outside_mask > 0) {
     score.identical_outside_mask = static_cast<double>(identical_outside_mask) / outside_mask;
   }

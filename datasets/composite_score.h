@@ -36,6 +36,9 @@ struct CompositeScore {
   std::optional<double> object_psnr_without_specular_db;
   // Over pixels that the object changes by more than kEffectCodes without touching them.
   std::optional<double> effect_psnr_db;
+  // Structural similarity over the box around the pixels that the object covers or, by more than
+  // kEffectCodes, changes. None where there is no such pixel.
+  std::optional<double> similarity;
   // Share of the pixels outside the composite's own mask that are the input's, rounded to half
   // precision, bit for bit. None without a mask.
   std::optional<double> identical_outside_mask;

@@ -119,6 +119,7 @@ CompositeSummary SummariseComposites(const std::vector<FrameScore>& frames) {
   return {Summarise(frames, &CompositeScore::object_psnr_db),
           Summarise(frames, &CompositeScore::object_psnr_without_specular_db),
           Summarise(frames, &CompositeScore::effect_psnr_db),
+          Summarise(frames, &CompositeScore::similarity),
           Summarise(frames, &CompositeScore::identical_outside_mask),
           Summarise(frames, &CompositeScore::changed_of_unchanged)};
 }

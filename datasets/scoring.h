@@ -29,6 +29,7 @@ struct CompositeSummary {
   std::optional<Distribution> object_psnr_db;
   std::optional<Distribution> object_psnr_without_specular_db;
   std::optional<Distribution> effect_psnr_db;
+  std::optional<Distribution> similarity;
   std::optional<Distribution> identical_outside_mask;
   std::optional<Distribution> changed_of_unchanged;
 };

@@ -60,6 +60,7 @@ Json FromComposite(const std::optional<CompositeScore>& composite) {
   return {{"object_psnr_db", Number(composite->object_psnr_db)},
           {"object_psnr_without_specular_db", Number(composite->object_psnr_without_specular_db)},
           {"effect_psnr_db", Number(composite->effect_psnr_db)},
+          {"similarity", Number(composite->similarity)},
           {"identical_outside_mask", Number(composite->identical_outside_mask)},
           {"changed_of_unchanged", Number(composite->changed_of_unchanged)},
           {"object_pixels", composite->object_pixels},
@@ -160,6 +161,7 @@ std::string FrameRow(const FrameScore& frame) {
               {Decibel(composite.object_psnr_db), 7},
               {Decibel(composite.object_psnr_without_specular_db), 7},
               {Decibel(composite.effect_psnr_db), 7},
+              {Cell(composite.similarity, 1.0, 4), 8},
               {Percent(composite.identical_outside_mask), 9},
               {Percent(composite.changed_of_unchanged), 8}});
 }
@@ -214,6 +216,7 @@ std::string ToJson(const Score& score) {
       {"object_psnr_without_specular_db",
        FromDistribution(score.composite.object_psnr_without_specular_db)},
       {"effect_psnr_db", FromDistribution(score.composite.effect_psnr_db)},
+      {"similarity", FromDistribution(score.composite.similarity)},
       {"identical_outside_mask", FromDistribution(score.composite.identical_outside_mask)},
       {"changed_of_unchanged", FromDistribution(score.composite.changed_of_unchanged)}};
   json["frames"] = Json::array();
@@ -225,10 +228,9 @@ std::string ToTable(const Score& score) {
   std::string table = score.sequence + "\n\n";
   table +=
       "       sunlit  well | unfiltered: error, colour   | filtered      |     sun | on the  less  "
-      " "
-      "effect     same   wrong\n"
+      " effect  struct.     same   wrong\n"
       "frame       % posed |  sun %  sky %  sun d  sky d |  sun %  sky % | dir deg | obj dB  mirr. "
-      "    dB        %       %\n";
+      "    dB   simil.        %       %\n";
   for (const FrameScore& frame : score.frames) table += FrameRow(frame);
 
   table +=
@@ -251,6 +253,8 @@ std::string ToTable(const Score& score) {
       "  without mirroring materials, dB", composite.object_psnr_without_specular_db, 1.0, true);
   table += CompositeRow(
       "PSNR where it changes what it does not cover, dB", composite.effect_psnr_db, 1.0, true);
+  table +=
+      CompositeRow("structural similarity (SSIM) around both", composite.similarity, 1.0, true);
   table += CompositeRow("outside its mask the camera's own, % of pixels",
                         composite.identical_outside_mask,
                         100.0,

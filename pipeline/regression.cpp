@@ -55,6 +55,7 @@ void AddTruth(const Score& score, Figures& figures) {
   figures.AddMedian("object_psnr_without_mirrors_median_db",
                     composite.object_psnr_without_specular_db);
   figures.AddMedian("effect_psnr_median_db", composite.effect_psnr_db);
+  figures.AddMedian("similarity_median", composite.similarity);
   figures.AddMedian("wrongly_changed_median", composite.changed_of_unchanged);
 }
 
@@ -94,6 +95,7 @@ const std::vector<FigureKind>& AllFigureKinds() {
        true,
        0.1},
       {"effect_psnr_median_db", "PSNR where it changes what it does not cover, dB", true, 0.1},
+      {"similarity_median", "SSIM around the object and its effects, median", true, 0.001},
       {"wrongly_changed_median",
        "pixels changed though unchanged in truth, median",
        false,

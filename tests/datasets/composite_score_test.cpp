@@ -1,13 +1,15 @@
 #include "datasets/composite_score.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
 #include "calib/response.h"
 
-namespace pleinair {
+namespace pleinair::composite_score_test {
 namespace {
 
 // Radiance that a display shows as this code value at exposure 1, rounded to half precision as a
@@ -47,6 +49,42 @@ TEST(CompositeScore, IsPerfectWhereNothingIsToBeDone) {
   EXPECT_FALSE(score.effect_psnr_db);
   EXPECT_EQ(score.identical_outside_mask, 1.0);
   EXPECT_EQ(score.changed_of_unchanged, 0.0);
+}
+
+// Two flat pictures differ by their means alone: SSIM is (2 a b + c) / (a^2 + b^2 + c), c the
+// constant of the means, 2.55^2.
+TEST(CompositeScore, SimilarityOfFlatPicturesIsThatOfTheirMeans) {
+  Scene scene;
+  scene.input = RgbImage(32, 20, glm::vec3(RadianceOfCode(100.0)));
+  scene.with_object = scene.input;
+  scene.composite = RgbImage(32, 20, glm::vec3(RadianceOfCode(120.0)));
+  scene.coverage = Gray8Image(32, 20);
+  scene.change = Gray8Image(32, 20);
+  EXPECT_FALSE(scene.Score().similarity);
+  scene.coverage.At(7, 5) = scene.coverage.At(20, 15) = 1;
+  const double expected =
+      (2.0 * 100.0 * 120.0 + 2.55 * 2.55) / (100.0 * 100.0 + 120.0 * 120.0 + 2.55 * 2.55);
+  EXPECT_NEAR(*scene.Score().similarity, expected, 1e-5);  // Float radiances.
+  scene.composite = scene.with_object;
+  EXPECT_NEAR(*scene.Score().similarity, 1.0, 1e-12);
+}
+
+// Noise of variance v on a flat reference: a window has no covariance with it, so that SSIM is
+// about c / (v + c), c the constant of the variances, 7.65^2.
+TEST(CompositeScore, NoiseIsNotStructure) {
+  Scene scene;
+  scene.input = RgbImage(64, 64, glm::vec3(RadianceOfCode(100.0)));
+  scene.with_object = scene.composite = scene.input;
+  std::mt19937 random(3);
+  std::normal_distribution<double> gauss(100.0, 15.0);
+  for (glm::vec3& pixel : scene.composite.pixels) {
+    pixel = glm::vec3(RadianceOfCode(std::clamp(gauss(random), 1.0, 254.0)));
+  }
+  scene.coverage = Gray8Image(64, 64, 255);
+  scene.change = Gray8Image(64, 64);
+  // A window of about 28 independent pixels estimates the variance to a quarter, and 1 / v is skew.
+  const double expected = 7.65 * 7.65 / (15.0 * 15.0 + 7.65 * 7.65);
+  EXPECT_NEAR(*scene.Score().similarity, expected, 0.15 * expected);
 }
 
 // Off by 10 codes in every channel of every object pixel: 20 log10(255 / 10) = 28.13 dB.
@@ -129,4 +167,4 @@ TEST(CompositeScore, RefusesPicturesOfOtherSizes) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::composite_score_test

@@ -1,0 +1,28 @@
+// How alike two pictures look (Wang, Bovik, Sheikh and Simoncelli, Image Quality Assessment: From
+// Error Visibility to Structural Similarity, 2004).
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// Pixels [left, right) x [top, bottom).
+struct PixelBox {
+  int left = 0;
+  int top = 0;
+  int right = 0;
+  int bottom = 0;
+  bool Empty() const { return left >= right || top >= bottom; }
+};
+
+// The mean of the SSIM over the box's pixels, of the luma (ITU-R BT.601) of code values 0 .. 255: a
+// Gaussian window of standard deviation 1.5 over 11 pixels a side, which looks beyond the box where
+// there is picture and mirrors it at the picture's border; constants 0.01 and 0.03. 1 for equal
+// pictures. Both pictures are of one size and hold the box, which is not empty.
+double StructuralSimilarity(const Image<glm::dvec3>& codes,
+                            const Image<glm::dvec3>& reference_codes,
+                            const PixelBox& box);
+
+}  // namespace pleinair
