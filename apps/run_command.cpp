@@ -14,6 +14,7 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/calibrate_north_command.h"
+#include "apps/elapsed.h"
 #include "apps/frame_writer.h"
 #include "apps/lighting_log.h"
 #include "apps/progress.h"
@@ -28,11 +29,6 @@
 
 namespace pleinair {
 namespace {
-
-double MsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
 
 ResponseCurve ResponseOf(const Sequence& sequence) {
   return sequence.response_ldr == "srgb8"

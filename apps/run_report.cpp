@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "apps/html_text.h"
 #include "apps/svg_chart.h"
 #include "sunmodel/time_text.h"
 
@@ -28,26 +29,6 @@ td:first-child, th:first-child { text-align: left }
 .frame p { grid-column: 1 / -1; margin: 0 } .frame img { width: 100%; display: block }
 figure { margin: 0 } figcaption { color: #666; font-size: .85em } .bad { color: #a00 } svg { max-width: 100%; height: auto }
 )css";
-
-std::string Escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '&':
-        escaped += "&amp;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
 
 std::string Base64(const std::string& bytes) {
   static const char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -151,7 +132,7 @@ std::string TimingTable(const RunReport& report) {
 
 std::string List(const std::vector<std::string>& lines) {
   std::string html = "<ul>\n";
-  for (const std::string& line : lines) html += "<li>" + Escape(line) + "</li>\n";
+  for (const std::string& line : lines) html += "<li>" + EscapeHtml(line) + "</li>\n";
   return html + "</ul>\n";
 }
 
@@ -161,7 +142,7 @@ std::string FrameSection(const ReportFrame& frame) {
     return html + fmt::format("<p class=\"bad\"><b>{}</b> {}: {}</p></div>\n",
                               frame.index,
                               FormatUtcTime(frame.time),
-                              Escape(frame.error));
+                              EscapeHtml(frame.error));
   }
   const glm::dvec3 sun = frame.lighting.sun.irradiance_rgb;
   const glm::dvec3 sky = frame.lighting.SkyIrradianceRgb();
@@ -208,7 +189,7 @@ void WriteRunReport(const std::filesystem::path& file, const RunReport& report) 
   std::string html = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>"
       "<style>{1}</style></head>\n<body><h1>{0}</h1>\n",
-      Escape(report.title),
+      EscapeHtml(report.title),
       kStyle);
   html += List(report.settings);
   if (!report.notes.empty()) html += "<h2>Notes</h2>\n" + List(report.notes);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/elapsed.h"
 #include "apps/file_blob_store.h"
 #include "apps/given_lighting.h"
 #include "datasets/fisheye_setup.h"
@@ -17,11 +18,6 @@
 
 namespace pleinair {
 namespace {
-
-double MsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
 
 bool HasFisheyePictures(const Sequence& sequence) {
   return std::any_of(sequence.frames.begin(), sequence.frames.end(), [](const FrameEntry& frame) {

@@ -45,7 +45,7 @@ void WriteBoth(const std::filesystem::path& folder,
 
 using Json = nlohmann::ordered_json;
 
-Json ToJson(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+Json JsonOf(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 const char* NameOf(SunOrigin origin) {
   switch (origin) {
@@ -63,15 +63,15 @@ const char* NameOf(SunOrigin origin) {
 
 std::string Describe(const SurveyLight& light) {
   Json json;
-  json["sun_direction_enu"] = ToJson(light.sun_direction_enu);
+  json["sun_direction_enu"] = JsonOf(light.sun_direction_enu);
   json["sun_from"] = NameOf(light.sun_origin);
   json["sun_clipped"] = light.sun_clipped;
-  json["sun_irradiance_rgb"] = ToJson(light.sun_irradiance_rgb);
-  json["sun_irradiance_stddev_rgb"] = ToJson(light.sun_irradiance_stddev_rgb);
-  json["sky_irradiance_rgb"] = ToJson(light.sky_irradiance_rgb);
+  json["sun_irradiance_rgb"] = JsonOf(light.sun_irradiance_rgb);
+  json["sun_irradiance_stddev_rgb"] = JsonOf(light.sun_irradiance_stddev_rgb);
+  json["sky_irradiance_rgb"] = JsonOf(light.sky_irradiance_rgb);
   json["aerosol_optical_depth_500nm"] =
       light.aerosol_optical_depth ? Json(*light.aerosol_optical_depth) : Json(nullptr);
-  json["albedo_stddev_rgb"] = ToJson(light.albedo_stddev_rgb);
+  json["albedo_stddev_rgb"] = JsonOf(light.albedo_stddev_rgb);
   json["notes"] = light.notes;
   return json.dump(2) + "\n";
 }

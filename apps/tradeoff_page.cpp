@@ -4,13 +4,14 @@
 
 #include <fmt/format.h>
 
+#include "apps/html_text.h"
 #include "apps/svg_chart.h"
 #include "pipeline/tradeoff.h"
 
 namespace pleinair {
 namespace {
 
-const char* const kStyle = R"css(
+const char* const kPageStyle = R"css(
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 900px; padding: 0 1em; color: #222 }
 h1 { font-size: 1.5em } h2 { font-size: 1.15em; margin-top: 2em }
 table { border-collapse: collapse; font-size: .9em } td, th { padding: .1em .7em; text-align: right; border-bottom: 1px solid #ddd }
@@ -54,17 +55,6 @@ const char* TimeWords(const SweepAxis& axis) {
       return "frame under a new sun, without files, ms";
   }
   return "";
-}
-
-std::string Escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    escaped += c == '<'   ? std::string("&lt;")
-               : c == '>' ? std::string("&gt;")
-               : c == '&' ? std::string("&amp;")
-                          : std::string(1, c);
-  }
-  return escaped;
 }
 
 std::optional<double> MedianOf(const SweepResult& result,
@@ -168,8 +158,8 @@ std::string TableOf(const SweptAxis& swept, const AxisView& view) {
     const std::optional<Spread> error = SpreadOf(view.points[i].error);
     if (!error) {
       html += fmt::format("<tr><td>{}</td><td colspan=\"7\" class=\"bad\">{}</td></tr>\n",
-                          Escape(result.value),
-                          Escape(result.failure.empty() ? "not measured" : result.failure));
+                          EscapeHtml(result.value),
+                          EscapeHtml(result.failure.empty() ? "not measured" : result.failure));
       continue;
     }
     const Spread time_ms = *SpreadOf(view.points[i].time_ms);
@@ -177,7 +167,7 @@ std::string TableOf(const SweptAxis& swept, const AxisView& view) {
         "<tr><td{}>{}</td><td>{:.3g}</td><td>{:.3g} to {:.3g}</td><td>{:.3g}</td>"
         "<td>{:.3g} to {:.3g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
         result.is_default ? " class=\"default\"" : "",
-        Escape(result.value),
+        EscapeHtml(result.value),
         unit * error->median,
         unit * error->smallest,
         unit * error->largest,
@@ -262,9 +252,9 @@ std::string TradeoffHtml(const TradeoffPage& page) {
   std::string html = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>"
       "<style>{1}</style></head>\n<body><h1>{0}</h1>\n<ul>\n",
-      Escape(page.title),
-      kStyle);
-  for (const std::string& line : page.settings) html += "<li>" + Escape(line) + "</li>\n";
+      EscapeHtml(page.title),
+      kPageStyle);
+  for (const std::string& line : page.settings) html += "<li>" + EscapeHtml(line) + "</li>\n";
   html +=
       "</ul>\n<p>Points are medians over seeds, bars their smallest and largest. The blue stairs "
       "are the Pareto front: no other value has less error for no more time. The default is "
@@ -272,14 +262,14 @@ std::string TradeoffHtml(const TradeoffPage& page) {
   for (const SweptAxis& swept : page.axes) {
     html += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n",
                         swept.axis.name,
-                        Escape(DefaultSentence(swept, ViewOf(swept))));
+                        EscapeHtml(DefaultSentence(swept, ViewOf(swept))));
   }
   html += "</ul>\n";
   bool has_definitions = false;
   for (const SweptAxis& swept : page.axes) {
     const AxisView view = ViewOf(swept);
     html += fmt::format(
-        "<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n", swept.axis.name, Escape(swept.axis.words));
+        "<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n", swept.axis.name, EscapeHtml(swept.axis.words));
     const std::string svg = ChartOf(swept, view);
     html += (has_definitions ? WithoutDefinitions(svg) : svg) + "\n";
     has_definitions = has_definitions || !svg.empty();

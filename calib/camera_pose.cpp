@@ -15,6 +15,7 @@
 #include "calib/internal/point_spread.h"
 #include "calib/internal/pose_refinement.h"
 #include "calib/internal/pose_search.h"
+#include "calib/internal/residual_text.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -30,7 +31,6 @@ std::string Number(const char* format, double value) {
   std::snprintf(text.data(), text.size(), format, value);
   return text.data();
 }
-std::string Pixels(double value) { return Number("%.2f px", value); }
 std::string Degrees(double rad) { return Number("%.1f deg", DegFromRad(rad)); }
 
 UndeterminedPose Undetermined(const std::string& why, std::vector<PoseCandidate> candidates = {}) {
@@ -157,7 +157,7 @@ UndeterminedPose TooFew(const PoseSearch& search, std::size_t count, bool on_a_l
       return a.rms_px < b.rms_px;
     });
     why += " leave " + std::to_string(candidates.size()) + " poses open";
-    if (!candidates.empty()) why += " (reprojection error " + Pixels(candidates[0].rms_px) + ")";
+    if (!candidates.empty()) why += " (reprojection error " + PixelText(candidates[0].rms_px) + ")";
   }
   return Undetermined(why + ", expected 4 or more", std::move(candidates));
 }
@@ -224,14 +224,14 @@ tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
     std::string error;
     if (!hypotheses.empty()) {
       nearest.push_back({hypotheses[0].pose, RmsPx(hypotheses[0].cost, matches.size())});
-      error = " (reprojection error " + Pixels(nearest[0].rms_px) + " or more)";
+      error = " (reprojection error " + PixelText(nearest[0].rms_px) + " or more)";
     }
     return tl::unexpected(Undetermined(
         std::string("no pose fits more than ") +
             std::to_string(best                 ? best->scored.inliers
                            : hypotheses.empty() ? 0
                                                 : hypotheses[0].inliers) +
-            " of " + std::to_string(matches.size()) + " points to " + Pixels(options.inlier_px) +
+            " of " + std::to_string(matches.size()) + " points to " + PixelText(options.inlier_px) +
             ", expected " + Number("%.0f", std::ceil(needed)) + error,
         std::move(nearest)));
   }
@@ -256,8 +256,8 @@ tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
       return tl::unexpected(Undetermined(
           "two poses " +
               Degrees(RotationBetweenRad(first.camera_from_world, second.camera_from_world)) +
-              " apart fit the points (reprojection errors " + Pixels(first.rms_px) + " and " +
-              Pixels(second.rms_px) + "), expected points off one plane, or a larger picture",
+              " apart fit the points (reprojection errors " + PixelText(first.rms_px) + " and " +
+              PixelText(second.rms_px) + "), expected points off one plane, or a larger picture",
           {first, second}));
     }
     if (RotationBetweenRad(rival->camera_from_world, *expected_camera_from_world) <
@@ -292,7 +292,7 @@ tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
         Undetermined("the points leave its rotation open to " +
                          (std::isfinite(pose.rotation_sigma_rad) ? Degrees(pose.rotation_sigma_rad)
                                                                  : std::string("any angle")) +
-                         " (reprojection error " + Pixels(pose.rms_px) + "), expected " +
+                         " (reprojection error " + PixelText(pose.rms_px) + "), expected " +
                          Degrees(options.largest_rotation_sigma_rad) + " or less",
                      {candidate(*chosen)}));
   }

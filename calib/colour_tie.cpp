@@ -8,6 +8,8 @@
 #include <glm/geometric.hpp>
 #include <opencv2/core.hpp>
 
+#include "calib/internal/median.h"
+
 namespace pleinair {
 namespace {
 
@@ -70,12 +72,6 @@ glm::dmat3 FitMatrix(std::span<const ColourPair> pairs, const std::vector<double
   return matrix;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
@@ -95,7 +91,7 @@ ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
     }
     // Rounding of the numbers themselves, where all pairs fit exactly.
     constexpr double kExact = 1e-9;
-    const double median = std::max(Median(tie.residual_relative), kExact);
+    const double median = std::max(UpperMedian(tie.residual_relative), kExact);
     limit = kOutlierRatio * median;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const double share = tie.residual_relative[i] / (1.5 * median);

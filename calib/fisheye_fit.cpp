@@ -10,6 +10,9 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/internal/median.h"
+#include "calib/internal/residual_text.h"
+
 namespace pleinair {
 namespace {
 
@@ -21,12 +24,6 @@ constexpr double kWorstShare = 2.5;
 constexpr double kWorstPx = 0.75;
 // Beyond, it is not this model or not one camera.
 constexpr double kHopelessPx = 5.0;
-
-std::string Pixels(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2f px", value);
-  return text.data();
-}
 
 struct Solution {
   FisheyeIntrinsics lens;
@@ -120,12 +117,6 @@ class Calibration {
   std::vector<cv::Vec3d> board_;
 };
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double MeanSquareRoot(const std::vector<double>& rms) {
   double sum = 0.0;
   for (const double value : rms) sum += value * value;
@@ -134,7 +125,7 @@ double MeanSquareRoot(const std::vector<double>& rms) {
 
 // What a picture may be off by among these.
 double Limit(const Solution& solution) {
-  return std::max(kWorstPx, kWorstShare * Median(solution.rms_px));
+  return std::max(kWorstPx, kWorstShare * UpperMedian(solution.rms_px));
 }
 
 // Which picture the others do best without; -1 where the rest cannot be solved without any.
@@ -265,8 +256,9 @@ FisheyeFit FitFisheyeLens(std::span<const BoardPicture> pictures,
     const auto worst = std::max_element(solution->rms_px.begin(), solution->rms_px.end());
     if (*worst <= Limit(*solution)) break;
     reject(static_cast<std::size_t>(worst - solution->rms_px.begin()),
-           std::string("off by ") + Pixels(*worst) + " (rms) where the median picture is off by " +
-               Pixels(Median(solution->rms_px)));
+           std::string("off by ") + PixelText(*worst) +
+               " (rms) where the median picture is off by " +
+               PixelText(UpperMedian(solution->rms_px)));
   }
   // While a bad picture bent the lens, good ones may have looked bad.
   for (std::size_t i = left_out.size(); i-- > 0;) {
@@ -286,7 +278,7 @@ FisheyeFit FitFisheyeLens(std::span<const BoardPicture> pictures,
     GiveUp(
         fit.rejected,
         std::string("expected pictures of one board by one fish-eye lens, but they miss it by ") +
-            Pixels(fit.rms_px));
+            PixelText(fit.rms_px));
   }
   fit.lens = solution->lens;
   fit.covered_angle_rad = solution->covered_angle_rad;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "calib/internal/check_number.h"
 #include "calib/internal/polynomial.h"
 
 namespace pleinair {
@@ -15,20 +16,6 @@ constexpr std::array<const char*, 4> kModelNames{
 // So that the rounding of a direction on its way back does not carry it over the rim; far below a
 // millionth of a pixel for any picture.
 constexpr double kRimSlack = 1e-12;
-
-void RequirePositive(const char* field, double value) {
-  if (!(value > 0.0) || !std::isfinite(value)) {
-    throw std::invalid_argument(std::string(field) + " " + std::to_string(value) +
-                                ": expected a positive number");
-  }
-}
-
-void RequireFinite(const char* field, double value) {
-  if (!std::isfinite(value)) {
-    throw std::invalid_argument(std::string(field) + " " + std::to_string(value) +
-                                ": expected a finite number");
-  }
-}
 
 // r(theta) / f of an ideal lens.
 double IdealRadius(FisheyeModel model, double angle_rad) {

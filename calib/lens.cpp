@@ -8,6 +8,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "calib/internal/check_number.h"
 #include "calib/internal/polynomial.h"
 
 namespace pleinair {
@@ -84,20 +85,6 @@ double UndistortRadius(const std::array<double, 5>& distortion,
     radius = newton > low && newton < high ? newton : 0.5 * (low + high);
   }
   return radius;
-}
-
-void RequirePositive(const char* field, double value) {
-  if (!(value > 0.0) || !std::isfinite(value)) {
-    throw std::invalid_argument(std::string(field) + " " + std::to_string(value) +
-                                ": expected a positive number");
-  }
-}
-
-void RequireFinite(const char* field, double value) {
-  if (!std::isfinite(value)) {
-    throw std::invalid_argument(std::string(field) + " " + std::to_string(value) +
-                                ": expected a finite number");
-  }
 }
 
 // Only distortion makes the set-up worth keeping; a caller that goes back and forth between a

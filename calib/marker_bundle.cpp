@@ -14,15 +14,10 @@
 #include <glm/matrix.hpp>
 
 #include "calib/internal/marker_adjustment.h"
+#include "calib/internal/residual_text.h"
 
 namespace pleinair {
 namespace {
-
-std::string Pixels(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2f px", value);
-  return text.data();
-}
 
 // While markers are being placed, a pose need not be good: the adjustment comes later.
 CameraPoseOptions Loose() {
@@ -308,13 +303,14 @@ MarkerBoardFit FitMarkerBoard(const Lens& lens,
     if (*worst > std::max(kWorstViewPx, kWorstViewShare * median) && rms.size() > 2) {
       const std::size_t out = indices[static_cast<std::size_t>(worst - rms.begin())];
       fit.rejected.push_back({used[out]->name,
-                              "off by " + Pixels(*worst) +
-                                  " (rms) where the median picture is off by " + Pixels(median)});
+                              "off by " + PixelText(*worst) +
+                                  " (rms) where the median picture is off by " +
+                                  PixelText(median)});
       used.erase(used.begin() + static_cast<std::ptrdiff_t>(out));
       continue;
     }
     if (!(fit.rms_px <= kHopelessViewPx)) {
-      GiveUp("the pictures miss one board by " + Pixels(fit.rms_px) +
+      GiveUp("the pictures miss one board by " + PixelText(fit.rms_px) +
                  ": expected markers that stand still, and this camera's lens",
              fit.rejected);
     }

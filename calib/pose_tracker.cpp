@@ -16,7 +16,7 @@ double SecondsBetween(UtcTime a, UtcTime b) {
   return std::abs(std::chrono::duration<double>(b - a).count());
 }
 
-glm::dvec3 CentreOf(const glm::dmat4& camera_from_world) {
+glm::dvec3 PositionOf(const glm::dmat4& camera_from_world) {
   return -(glm::transpose(glm::dmat3(camera_from_world)) * glm::dvec3(camera_from_world[3]));
 }
 
@@ -42,7 +42,7 @@ PoseTracker::PoseTracker(const PoseTrackerOptions& options) : options_(options) 
 
 bool PoseTracker::IsBelievable(const Known& from, UtcTime time, const glm::dmat4& to) const {
   const double elapsed_s = SecondsBetween(from.time, time);
-  return glm::distance(CentreOf(from.camera_from_world), CentreOf(to)) <=
+  return glm::distance(PositionOf(from.camera_from_world), PositionOf(to)) <=
              options_.noise_m + options_.believable_speed_m_s * elapsed_s &&
          RotationBetweenRad(from.camera_from_world, to) <=
              options_.noise_rad + options_.believable_turn_rad_s * elapsed_s;

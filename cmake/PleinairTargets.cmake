@@ -7,6 +7,9 @@ target_compile_options(pleinair_flags INTERFACE
 # The compiler else stops to collect its own garbage every few seconds: a tenth of the build.
 target_compile_options(pleinair_flags INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-heapsize=1048576>)
+# It takes sources that are built together for one header.
+target_compile_options(pleinair_flags INTERFACE
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 if(PLEINAIR_SANITIZE)
   target_compile_options(pleinair_flags INTERFACE
     -fsanitize=${PLEINAIR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

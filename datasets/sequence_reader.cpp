@@ -8,6 +8,7 @@
 
 #include "calib/json_cursor.h"
 #include "datasets/fisheye_setup.h"
+#include "datasets/internal/json_vectors.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/sequence.h"
 #include "sunmodel/angles.h"
@@ -20,23 +21,10 @@ constexpr std::size_t kAnyCount = static_cast<std::size_t>(-1);
 constexpr int kMaxImageSidePx = 65536;
 // Poses are written with six digits or more.
 constexpr double kRigidTolerance = 1e-5;
-constexpr double kUnitTolerance = 1e-3;
 
 glm::dvec2 ReadVector2(const JsonCursor& at) {
   const auto entries = at.List(2, 2);
   return {entries[0].Number(), entries[1].Number()};
-}
-
-glm::dvec3 ReadVector3(const JsonCursor& at) {
-  const auto entries = at.List(3, 3);
-  return {entries[0].Number(), entries[1].Number(), entries[2].Number()};
-}
-
-glm::dvec3 ReadDirection(const JsonCursor& at) {
-  const glm::dvec3 direction = ReadVector3(at);
-  const double length = glm::length(direction);
-  if (!(std::abs(length - 1.0) <= kUnitTolerance)) at.Fail("a direction of length 1");
-  return direction / length;
 }
 
 // Row-major in the file, columns in glm.

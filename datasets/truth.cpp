@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "calib/json_cursor.h"
+#include "datasets/internal/json_vectors.h"
 #include "datasets/internal/sequence_folder.h"
 
 namespace pleinair {
@@ -18,14 +19,6 @@ glm::dvec3 ReadRgb(const JsonCursor& at) {
   glm::dvec3 rgb;
   for (int c = 0; c < 3; ++c) rgb[c] = channels[c].NumberIn(0.0, 1e30);
   return rgb;
-}
-
-glm::dvec3 ReadDirection(const JsonCursor& at) {
-  const auto entries = at.List(3, 3);
-  const glm::dvec3 direction(entries[0].Number(), entries[1].Number(), entries[2].Number());
-  const double length = glm::length(direction);
-  if (!(std::abs(length - 1.0) <= 1e-3)) at.Fail("a direction of length 1");
-  return direction / length;
 }
 
 // As `key` names it, or else under its usual name where that is there.

@@ -8,18 +8,19 @@
 
 #include <glm/geometric.hpp>
 
+#include "estimation/internal/lit_limits.h"
 #include "estimation/internal/median.h"
 
 namespace pleinair {
 namespace {
 
+using estimation_internal::kFullyLit;
+using estimation_internal::kFullyShaded;
+using estimation_internal::kLeastSunCosine;
 using estimation_internal::UpperMedian;
 
 constexpr int kPatchesAcross = 60;  // A picture is cut into so many columns, of square patches.
 constexpr int kPatchRadiusPx = 1;
-constexpr float kFullyShaded = 0.02f;
-constexpr float kFullyLit = 0.98f;
-constexpr float kLeastSunCosine = 0.1f;
 constexpr std::size_t kLeastPatches = 20;
 constexpr std::chrono::seconds kLongestGap{2};
 

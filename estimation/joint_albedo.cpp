@@ -16,7 +16,7 @@ namespace {
 using estimation_internal::UpperMedian;
 
 constexpr double kHuber = 1.5;
-constexpr double kConverged = 1e-3;  // Of an albedo, relative: far below any of its errors.
+constexpr double kAlbedoConverged = 1e-3;  // Of an albedo, relative: far below any of its errors.
 // The suns whose colour counts, as a share of the strongest.
 constexpr double kStrongSun = 0.5;
 // Below this share of a frame's usual light a sample's own error is glare and bounces.
@@ -69,7 +69,7 @@ class JointFit {
         }
       }
       ++found_.iterations;
-      found_.converged = change < kConverged;
+      found_.converged = change < kAlbedoConverged;
     }
     FitLights();
     return std::move(found_);

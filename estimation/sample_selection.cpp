@@ -12,19 +12,19 @@
 #include <glm/geometric.hpp>
 
 #include "datasets/frame_source.h"  // kUnusable
+#include "estimation/internal/lit_limits.h"
 #include "estimation/internal/median.h"
 #include "estimation/internal/random.h"
 
 namespace pleinair {
 namespace {
 
+using estimation_internal::kFullyLit;
+using estimation_internal::kFullyShaded;
+using estimation_internal::kLeastSunCosine;
 using estimation_internal::SplitMix64;
 using estimation_internal::UpperMedian;
 
-constexpr double kLeastSunCosine = 0.1;
-// Inside these the disc is neither seen nor hidden as a whole.
-constexpr float kFullyShaded = 0.02f;
-constexpr float kFullyLit = 0.98f;
 // Pixels between a footprint and the nearest edge, for what pose and mesh are off by.
 constexpr float kEdgeMarginPx = 1.5f;
 // Along one side of a footprint; large ones are read sparsely.

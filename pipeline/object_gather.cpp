@@ -6,7 +6,7 @@
 namespace pleinair {
 namespace {
 
-void Append(const Mesh& mesh, Mesh& joined) {
+void AppendTriangles(const Mesh& mesh, Mesh& joined) {
   const auto first_vertex = static_cast<std::uint32_t>(joined.positions_m.size());
   joined.positions_m.insert(
       joined.positions_m.end(), mesh.positions_m.begin(), mesh.positions_m.end());
@@ -53,8 +53,8 @@ ObjectGather::ObjectGather(const PatchScene& objects,
                            const GatherOptions& options)
     : object_faces_(objects.FaceCount()), real_faces_(real.FaceCount()) {
   PatchScene joined;
-  Append(objects.mesh, joined.mesh);
-  Append(real.mesh, joined.mesh);
+  AppendTriangles(objects.mesh, joined.mesh);
+  AppendTriangles(real.mesh, joined.mesh);
   joined.caster = RayCaster(joined.mesh);
   const std::vector<Receiver> points = PointsAround(objects.mesh, kPointsPerVertex);
   GatherOptions of_point = options;

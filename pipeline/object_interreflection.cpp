@@ -16,7 +16,7 @@ namespace {
 constexpr int kRaysPerVertex = 128;
 
 // As a group of its own.
-void Append(const Mesh& mesh, Mesh& joined) {
+void AppendAsGroup(const Mesh& mesh, Mesh& joined) {
   const auto group = static_cast<std::uint32_t>(joined.group_names.size());
   joined.group_names.push_back("object " + std::to_string(group));
   const auto first_vertex = static_cast<std::uint32_t>(joined.positions_m.size());
@@ -37,7 +37,7 @@ void Append(const Mesh& mesh, Mesh& joined) {
 }  // namespace
 
 ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& objects) {
-  for (const VirtualObject& object : objects) Append(object.mesh, scene_.mesh);
+  for (const VirtualObject& object : objects) AppendAsGroup(object.mesh, scene_.mesh);
   const Mesh& mesh = scene_.mesh;
   scene_.caster = RayCaster(mesh);
   for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {

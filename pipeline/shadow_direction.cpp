@@ -167,10 +167,10 @@ struct ShadowDirectionFinder::Impl {
         continue;
       }
       const double widen = std::cos(raised_rad) / std::hypot(sun.x, sun.y);
-      shares.push_back(SunShares(picture.pixels.surface,
-                                 caster,
-                                 {sun.x * widen, sun.y * widen, std::sin(raised_rad)},
-                                 grid));
+      shares.push_back(SharesOfSun(picture.pixels.surface,
+                                   caster,
+                                   {sun.x * widen, sun.y * widen, std::sin(raised_rad)},
+                                   grid));
     }
     if (shares.empty()) shares.push_back(picture.pixels.shares);
     return EvidenceNear(picture.pixels, candidate, shares);
@@ -236,7 +236,7 @@ void ShadowDirectionFinder::Add(const Frame& frame, const glm::dvec3& sun_direct
   }
   picture.sun_direction_enu = sun_direction_enu;
   picture.pixels.shares =
-      SunShares(picture.pixels.surface, impl.caster, sun_direction_enu, impl.grid);
+      SharesOfSun(picture.pixels.surface, impl.caster, sun_direction_enu, impl.grid);
   impl.pictures.push_back(std::move(picture));
   if (impl.pictures.size() > static_cast<std::size_t>(impl.options.frames)) impl.KeepEveryOther();
 }

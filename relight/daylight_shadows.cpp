@@ -17,7 +17,7 @@
 namespace pleinair {
 namespace {
 
-constexpr float kNothing = -std::numeric_limits<float>::infinity();
+constexpr float kReachesNothing = -std::numeric_limits<float>::infinity();
 
 }  // namespace
 
@@ -90,7 +90,7 @@ void DaylightShadows::DrawMap(std::size_t index) {
       columns.push_back(column);
     }
     objects_.Intersect(starts_m.data(), directions.data(), starts_m.size(), hits.data());
-    std::fill_n(reach, map_size_px_, kNothing);
+    std::fill_n(reach, map_size_px_, kReachesNothing);
     for (std::size_t i = 0; i < columns.size(); ++i) {
       if (hits[i]) reach[columns[i]] = radius_m_ - hits[i]->distance_m;
     }

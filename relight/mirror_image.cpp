@@ -19,9 +19,9 @@
 namespace pleinair {
 namespace {
 
-constexpr int kSide = ObjectView::kSamplesPerSide;
+constexpr int kViewSide = ObjectView::kSamplesPerSide;
 // Places see one point of the disc each, in turn: pixels see many places.
-constexpr int kDiscPoints = 16;
+constexpr int kMirroredDiscPoints = 16;
 // Below this a face's albedo says nothing about how much brighter a place on it is.
 constexpr float kLeastAlbedo = 1e-3f;
 
@@ -153,11 +153,11 @@ MirrorImage::MirrorImage(const PatchScene& real,
     Row& row = rows[static_cast<std::size_t>(y)];
     for (int x = 0; x < width_px_; ++x) {
       std::vector<GlossyPoint> points;
-      for (int corner = 0; corner < kSide * kSide; ++corner) {
-        const auto point =
-            GlossyPointOf(mesh,
-                          view.samples.At(kSide * x + corner % kSide, kSide * y + corner / kSide),
-                          view.eye_m);
+      for (int corner = 0; corner < kViewSide * kViewSide; ++corner) {
+        const auto point = GlossyPointOf(
+            mesh,
+            view.samples.At(kViewSide * x + corner % kViewSide, kViewSide * y + corner / kViewSide),
+            view.eye_m);
         if (point) points.push_back(*point);
       }
       const std::size_t before = row.entries.size();
@@ -256,7 +256,8 @@ void MirrorImage::Fold(std::size_t light,
   if (Empty()) return;
   std::vector<glm::vec3> to_sun;
   if (!basis.real_direct.empty()) {
-    to_sun = SunDisc(basis.sun.direction_enu, basis.sun.angular_radius_rad, kDiscPoints).Samples();
+    to_sun = SunDisc(basis.sun.direction_enu, basis.sun.angular_radius_rad, kMirroredDiscPoints)
+                 .Samples();
   }
   if (responses_.size() <= light) responses_.resize(light + 1);
   std::vector<glm::vec3>& response = responses_[light];

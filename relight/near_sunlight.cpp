@@ -14,7 +14,7 @@ namespace pleinair {
 namespace {
 
 // Places of one receiver see as many points of the disc between them: it is seen whole by all.
-constexpr int kDiscPoints = 16;
+constexpr int kNearDiscPoints = 16;
 
 }  // namespace
 
@@ -76,7 +76,7 @@ std::vector<glm::vec3> NearSunlight::Change(const PatchScene& real,
         " entries, expected one a face, " + std::to_string(real.FaceCount()));
   }
   std::vector<glm::vec3> change(ReceiverCount(), glm::vec3(0.0f));
-  const SunDisc disc(sun.direction_enu, sun.angular_radius_rad, kDiscPoints);
+  const SunDisc disc(sun.direction_enu, sun.angular_radius_rad, kNearDiscPoints);
   const std::vector<glm::vec3>& to_sun = disc.Samples();
   tbb::parallel_for(std::size_t{0}, change.size(), [&](std::size_t i) {
     glm::vec3 sum(0.0f);

@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "relight/internal/content_hash.h"
+#include "relight/internal/is_finite.h"
 #include "relight/internal/low_discrepancy.h"
 #include "relight/internal/patch_refinement.h"
 #include "relight/internal/serialization.h"
@@ -28,11 +29,7 @@ constexpr int kSunSamplesAtHit = 1;
 
 constexpr double kTolerance = 1e-5;
 // Part of every key: to be raised when what a radiosity is made of, or its stored form, changes.
-constexpr std::string_view kFormat = "pleinair-radiosity-1";
-
-bool IsFinite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
+constexpr std::string_view kRadiosityFormat = "pleinair-radiosity-1";
 
 void CheckPoints(std::span<const glm::vec3> points_m, std::span<const glm::vec3> normals) {
   for (std::size_t i = 0; i < points_m.size(); ++i) {
@@ -244,7 +241,7 @@ FaceLights PointIrradiance::Solve(std::span<const glm::vec3> direct, std::size_t
 // All that the radiosity of a sky follows from.
 std::string PointIrradiance::KeyOf(const Sky& sky) const {
   internal::ContentHash hash;
-  hash.Add(kFormat).AddAll(patches_.mesh.positions_m).AddAll(patches_.mesh.triangles);
+  hash.Add(kRadiosityFormat).AddAll(patches_.mesh.positions_m).AddAll(patches_.mesh.triangles);
   hash.AddAll(patches_.face_albedo_rgb);
   hash.Add(options_.rays_per_patch).Add(options_.sky_rays_per_patch).Add(options_.seed);
   hash.Add(sky.regions.Bands()).Add(sky.regions.Sectors());

@@ -14,6 +14,7 @@
 #include <cereal/archives/portable_binary.hpp>
 #include <cereal/types/vector.hpp>
 
+#include "relight/internal/is_finite.h"
 #include "relight/internal/probe_rays.h"
 #include "relight/internal/probe_stand.h"
 #include "relight/internal/sphere_directions.h"
@@ -27,10 +28,6 @@ using internal::SourceLayout;
 
 constexpr int kMostRaysPerProbe = 1 << 24;
 constexpr char kAxisNames[] = "xyz";
-
-bool IsFinite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 std::size_t MapPixels(const Survey* survey) {
   if (survey == nullptr) return 0;

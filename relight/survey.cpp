@@ -39,16 +39,16 @@ double SunSeenFrom(const SurveyMap& map, const PatchScene& scene, int samples) {
                        samples);
 }
 
-double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 // Whether the sun is to be that of the shadows.
 bool SunIsTheShadows(const SurveyLight& light, const SunFromShadows& shadows) {
   constexpr double kSignificant = 3.0;
-  const double sun = Mean(shadows.irradiance_rgb);
-  const double stddev = Mean(shadows.stddev_rgb);
+  const double sun = MeanOf(shadows.irradiance_rgb);
+  const double stddev = MeanOf(shadows.stddev_rgb);
   if (light.sun_origin == SunOrigin::kClearSky)
-    return stddev < Mean(light.sun_irradiance_stddev_rgb);
-  return Mean(light.sun_irradiance_rgb) < 0.5 * (sun - kSignificant * stddev);
+    return stddev < MeanOf(light.sun_irradiance_stddev_rgb);
+  return MeanOf(light.sun_irradiance_rgb) < 0.5 * (sun - kSignificant * stddev);
 }
 
 void NoteSun(const std::optional<SunFromShadows>& shadows, SurveyLight& light) {
@@ -65,10 +65,10 @@ void NoteSun(const std::optional<SunFromShadows>& shadows, SurveyLight& light) {
     return;
   }
   const double relative =
-      Mean(light.sun_irradiance_stddev_rgb) / std::max(Mean(light.sun_irradiance_rgb), 1e-300);
+      MeanOf(light.sun_irradiance_stddev_rgb) / std::max(MeanOf(light.sun_irradiance_rgb), 1e-300);
   light.notes.back() += ", give or take " + std::to_string(std::lround(100.0 * relative)) +
                         " %; albedos of what it lit, " +
-                        std::to_string(std::lround(100.0 * Mean(light.albedo_stddev_rgb))) + " %";
+                        std::to_string(std::lround(100.0 * MeanOf(light.albedo_stddev_rgb))) + " %";
 }
 
 // Root mean square over what may be sampled and saw the whole disc, by solid angle.
@@ -243,7 +243,7 @@ Survey MakeSurvey(const SurveyMap& map,
     const glm::dvec3 move = shadows->irradiance_rgb - light.sun_irradiance_rgb;
     light.sun_irradiance_rgb += (turn == 0 ? 1.0 : kPartOfTheWay) * move;
     light.sun_irradiance_stddev_rgb = shadows->stddev_rgb;
-    if (!(Mean(glm::abs(move)) > kSettled * Mean(light.sun_irradiance_rgb))) break;
+    if (!(MeanOf(glm::abs(move)) > kSettled * MeanOf(light.sun_irradiance_rgb))) break;
     solved = solve();
   }
   constexpr double kWorthANote = 1e-3;

@@ -7,6 +7,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "relight/internal/is_finite.h"
 #include "relight/internal/probe_blend.h"
 
 namespace pleinair {
@@ -14,10 +15,6 @@ namespace {
 
 // Points a task: some 50 us of work, against some 1 us to hand it to a thread.
 constexpr std::size_t kPointsPerTask = 1024;
-
-bool IsFinite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 template <typename Body>
 void ForPoints(std::size_t count, const Body& body) {

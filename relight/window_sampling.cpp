@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
+#include "relight/internal/convex_hull.h"
 #include "relight/internal/low_discrepancy.h"
 #include "relight/internal/wall_openings.h"
 
@@ -70,28 +71,6 @@ glm::vec3 DirectionInCell(std::uint32_t cell, const glm::dvec2& at) {
 }
 
 double Cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
-
-// Counter-clockwise (Andrew's monotone chain).
-std::vector<glm::dvec2> ConvexHull(std::vector<glm::dvec2> points) {
-  std::sort(points.begin(), points.end(), [](const glm::dvec2& a, const glm::dvec2& b) {
-    return a.x < b.x || (a.x == b.x && a.y < b.y);
-  });
-  std::vector<glm::dvec2> hull;
-  const auto add_chain = [&hull](auto begin, auto end) {
-    const std::size_t first = hull.size();
-    for (auto point = begin; point != end; ++point) {
-      while (hull.size() >= first + 2 &&
-             Cross(hull.back() - hull[hull.size() - 2], *point - hull.back()) <= 0.0) {
-        hull.pop_back();
-      }
-      hull.push_back(*point);
-    }
-    hull.pop_back();
-  };
-  add_chain(points.begin(), points.end());
-  add_chain(points.rbegin(), points.rend());
-  return hull;
-}
 
 // The convex hull of a window as one object sees it.
 class Opening {

@@ -24,6 +24,16 @@ BoundingBox BoundingBoxOf(const Mesh& mesh) {
   return box;
 }
 
+std::array<glm::vec3, 8> CornersOf(const BoundingBox& box) {
+  std::array<glm::vec3, 8> corners;
+  for (std::size_t i = 0; i < 8; ++i) {
+    corners[i] = {(i & 1) != 0 ? box.upper_m.x : box.lower_m.x,
+                  (i & 2) != 0 ? box.upper_m.y : box.lower_m.y,
+                  (i & 4) != 0 ? box.upper_m.z : box.lower_m.z};
+  }
+  return corners;
+}
+
 Mesh TransformMesh(const glm::dmat4& target_from_mesh, const Mesh& mesh) {
   const glm::dmat3 linear(target_from_mesh);
   const double determinant = glm::determinant(linear);

@@ -1,6 +1,7 @@
 // Triangle meshes with materials, as plain data. Files are mesh_io.h's business.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -38,6 +39,8 @@ struct BoundingBox {
 
 // Tight around the vertices that triangles use; throws std::invalid_argument for an empty mesh.
 BoundingBox BoundingBoxOf(const Mesh& mesh);
+// Bits of the index say upper: 1 along x, 2 along y, 4 along z.
+std::array<glm::vec3, 8> CornersOf(const BoundingBox& box);
 
 // The mesh moved by an affine transform; normals go by the inverse transpose, and winding is turned
 // where the transform mirrors.

@@ -13,8 +13,6 @@
 namespace pleinair {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 struct QuadratureNode {
   double position = 0.0;
   double weight = 0.0;
@@ -25,7 +23,7 @@ struct QuadratureNode {
 std::vector<QuadratureNode> GaussLegendre(int count) {
   std::vector<QuadratureNode> nodes(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
-    double z = std::cos(kPi * (i + 0.75) / (count + 0.5));
+    double z = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5));
     double derivative = 1.0;
     for (int iteration = 0; iteration < 100; ++iteration) {
       double before = 1.0;
@@ -61,7 +59,7 @@ void RequireSize(const char* what, int bands, std::size_t size) {
 void EvaluateShBasis(int bands, const glm::dvec3& direction, std::span<double> values) {
   RequireSize("spherical harmonics", bands, values.size());
   const double z = direction.z;
-  double sectoral = std::sqrt(1.0 / (4.0 * kPi));
+  double sectoral = std::sqrt(1.0 / (4.0 * std::numbers::pi));
   double cosine = 1.0;  // sin^m(theta) cos(m phi)
   double sine = 0.0;    // sin^m(theta) sin(m phi)
   for (int m = 0; m < bands; ++m) {
@@ -117,20 +115,20 @@ double CosineLobeFactor(int band) {
   if (band < 0) {
     throw std::invalid_argument("cosine lobe band " + std::to_string(band) + ": must be >= 0");
   }
-  if (band == 1) return 2.0 * kPi / 3.0;
+  if (band == 1) return 2.0 * std::numbers::pi / 3.0;
   if (band % 2 == 1) return 0.0;
   // The closed form 2 pi (-1)^(l/2-1) / ((l+2)(l-1)) * l! / (2^l (l/2)!^2), its last factor as a
   // product that neither overflows nor cancels.
   double central = 1.0;
   for (int i = 1; i <= band / 2; ++i) central *= (2.0 * i - 1.0) / (2.0 * i);
   const double sign = (band / 2) % 2 == 1 ? 1.0 : -1.0;
-  return 2.0 * kPi * sign * central / ((band + 2.0) * (band - 1.0));
+  return 2.0 * std::numbers::pi * sign * central / ((band + 2.0) * (band - 1.0));
 }
 
 glm::vec3 IrradianceFromSh(const ShRgb& radiance_sh, const glm::vec3& normal) {
-  constexpr float kA0 = static_cast<float>(kPi);
-  constexpr float kA1 = static_cast<float>(2.0 * kPi / 3.0);
-  constexpr float kA2 = static_cast<float>(kPi / 4.0);
+  constexpr float kA0 = static_cast<float>(std::numbers::pi);
+  constexpr float kA1 = static_cast<float>(2.0 * std::numbers::pi / 3.0);
+  constexpr float kA2 = static_cast<float>(std::numbers::pi / 4.0);
   const std::array<float, kProbeShCoefficients> basis = EvaluateShBasis9(normal);
   glm::vec3 irradiance = kA0 * basis[0] * radiance_sh[0];
   for (std::size_t i = 1; i < 4; ++i) irradiance += kA1 * basis[i] * radiance_sh[i];
@@ -163,14 +161,14 @@ std::vector<double> RotateSh(int bands,
   for (const QuadratureNode& height : GaussLegendre(bands)) {
     const double radius = std::sqrt(1.0 - height.position * height.position);
     for (int i = 0; i < azimuths; ++i) {
-      const double azimuth = 2.0 * kPi * i / azimuths;
+      const double azimuth = 2.0 * std::numbers::pi * i / azimuths;
       const glm::dvec3 direction(
           radius * std::cos(azimuth), radius * std::sin(azimuth), height.position);
       EvaluateShBasis(bands, glm::normalize(source_from_target * direction), source);
       EvaluateShBasis(bands, direction, target);
       double radiance = 0.0;
       for (std::size_t k = 0; k < source.size(); ++k) radiance += coefficients[k] * source[k];
-      const double weight = height.weight * 2.0 * kPi / azimuths;
+      const double weight = height.weight * 2.0 * std::numbers::pi / azimuths;
       for (std::size_t k = 0; k < target.size(); ++k) turned[k] += weight * radiance * target[k];
     }
   }

@@ -86,20 +86,13 @@ double BeamFade(double elevation_deg) {
   return t * t * (3.0 - 2.0 * t);
 }
 
-void CheckField(const char* field, double value, double least, double most) {
-  if (!(value >= least && value <= most)) {
-    throw std::invalid_argument("clear sky: " + std::string(field) + " is " + NumberText(value) +
-                                ", expected " + NumberText(least) + " to " + NumberText(most));
-  }
-}
-
 }  // namespace
 
 void ClearSkyConditions::Validate() const {
-  CheckField("aerosol_optical_depth_500nm", aerosol_optical_depth_500nm, 0.0, 5.0);
-  CheckField("ozone_atm_cm", ozone_atm_cm, 0.0, 1.0);
-  CheckField("ground_albedo", ground_albedo, 0.0, 1.0);
-  CheckField("sun_distance_au", sun_distance_au, 0.9, 1.1);
+  CheckRange("clear sky: aerosol_optical_depth_500nm", aerosol_optical_depth_500nm, 0.0, 5.0);
+  CheckRange("clear sky: ozone_atm_cm", ozone_atm_cm, 0.0, 1.0);
+  CheckRange("clear sky: ground_albedo", ground_albedo, 0.0, 1.0);
+  CheckRange("clear sky: sun_distance_au", sun_distance_au, 0.9, 1.1);
 }
 
 ClearSkyIrradiance ComputeClearSky(const Site& site,

@@ -17,15 +17,8 @@ namespace {
 constexpr double kFadeStartDeg = -1.0;
 constexpr double kFadeEndDeg = -2.0;
 
-void CheckField(const char* field, double value, double least, double most) {
-  if (!(value >= least && value <= most)) {
-    throw std::invalid_argument(std::string(field) + " is " + NumberText(value) + ", expected " +
-                                NumberText(least) + " to " + NumberText(most));
-  }
-}
-
 void CheckElevation(const char* field, double elevation_rad) {
-  CheckField(field, elevation_rad, -std::numbers::pi / 2.0, std::numbers::pi / 2.0);
+  CheckRange(field, elevation_rad, -std::numbers::pi / 2.0, std::numbers::pi / 2.0);
 }
 
 // In degrees, at 1010 hPa and 10 C.
@@ -41,8 +34,8 @@ double SmoothStep(double from, double to, double x) {
 }  // namespace
 
 void Atmosphere::Validate() const {
-  CheckField("atmosphere: pressure_hpa", pressure_hpa, 0.0, 1200.0);
-  CheckField("atmosphere: temperature_c", temperature_c, -150.0, 100.0);
+  CheckRange("atmosphere: pressure_hpa", pressure_hpa, 0.0, 1200.0);
+  CheckRange("atmosphere: temperature_c", temperature_c, -150.0, 100.0);
 }
 
 Atmosphere StandardAtmosphere(double height_m) {

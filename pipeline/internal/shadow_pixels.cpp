@@ -124,10 +124,10 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
   return result;
 }
 
-std::vector<std::uint8_t> SunShares(std::span<const ShadowPixel> pixels,
-                                    const RayCaster& caster,
-                                    const glm::dvec3& sun_direction_enu,
-                                    const OffsetGrid& grid) {
+std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
+                                      const RayCaster& caster,
+                                      const glm::dvec3& sun_direction_enu,
+                                      const OffsetGrid& grid) {
   const std::size_t candidates = grid.Size();
   std::vector<glm::vec3> suns;
   for (std::size_t k = 0; k < candidates; ++k) {

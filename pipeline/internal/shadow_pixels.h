@@ -48,9 +48,9 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
 // as wide as the disc where the grid's step is its radius. Shape: pixels x grid.Size(), row-major.
 //
 // Not  seen: shadows so narrow that they come and go within four candidates.
-std::vector<std::uint8_t> SunShares(std::span<const ShadowPixel> pixels,
-                                    const RayCaster& caster,
-                                    const glm::dvec3& sun_direction_enu,
-                                    const OffsetGrid& grid);
+std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
+                                      const RayCaster& caster,
+                                      const glm::dvec3& sun_direction_enu,
+                                      const OffsetGrid& grid);
 
 }  // namespace pleinair

@@ -10,6 +10,8 @@
 #include <tbb/parallel_for.h>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "relight/internal/is_finite.h"
+
 namespace pleinair::internal {
 namespace {
 
@@ -99,10 +101,6 @@ void SumPixels(std::span<const Term> terms, std::size_t begin, std::size_t end, 
       AddScaled(terms[k].values + 3 * pixel, terms[k].pattern, count, block);
     }
   }
-}
-
-bool IsFinite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "relight/internal/convex_hull.h"
+
 namespace pleinair {
 namespace {
 
@@ -38,31 +40,6 @@ std::vector<FlatTriangle> FlatTriangles(const Mesh& mesh) {
     return p.height_m < q.height_m;
   });
   return flat;
-}
-
-double Cross(const glm::dvec2& o, const glm::dvec2& a, const glm::dvec2& b) {
-  return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
-}
-
-// Andrew's monotone chain; counter-clockwise, no collinear points.
-std::vector<glm::dvec2> ConvexHull(std::vector<glm::dvec2> points) {
-  std::sort(points.begin(), points.end(), [](const glm::dvec2& p, const glm::dvec2& q) {
-    return p.x != q.x ? p.x < q.x : p.y < q.y;
-  });
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  std::vector<glm::dvec2> hull;
-  for (int pass = 0; pass < 2; ++pass) {
-    const std::size_t first = hull.size();
-    for (const glm::dvec2& point : points) {
-      while (hull.size() >= first + 2 && Cross(hull[hull.size() - 2], hull.back(), point) <= 0.0) {
-        hull.pop_back();
-      }
-      hull.push_back(point);
-    }
-    if (!hull.empty()) hull.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return hull;
 }
 
 }  // namespace
@@ -116,7 +93,7 @@ bool EndsNear(const Ground& ground, const glm::dvec2& focus_m, double horizon_m)
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const glm::dvec2& from = outline[i];
     const glm::dvec2& to = outline[(i + 1) % outline.size()];
-    if (Cross(from, to, focus_m) < horizon_m * glm::distance(from, to)) return true;
+    if (TurnOf(from, to, focus_m) < horizon_m * glm::distance(from, to)) return true;
   }
   return false;
 }

@@ -12,6 +12,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "relight/internal/median.h"
 #include "scene/lat_long.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/sky_luminance.h"
@@ -80,12 +81,6 @@ std::vector<Reading> ReadSky(const RgbImage& radiance,
   return readings;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // argmin over x >= 0 of x' normal x - 2 x' target, among all choices of what is above 0.
 glm::dvec3 NonNegativeMinimum(const glm::dmat3& normal, const glm::dvec3& target) {
   glm::dvec3 best(0.0);
@@ -115,7 +110,7 @@ glm::dvec3 NonNegativeMinimum(const glm::dmat3& normal, const glm::dvec3& target
 
 // Robust standard deviation of the relative difference between `radiance` and the best mix.
 double SpreadAroundBestMix(std::span<const glm::dvec3> shapes, std::span<const double> radiance) {
-  const double floor = kNoiseFloor * Median({radiance.begin(), radiance.end()});
+  const double floor = kNoiseFloor * UpperMedian({radiance.begin(), radiance.end()});
   std::vector<double> weight(radiance.size(), 1.0);
   std::vector<double> off(radiance.size());
   double spread = 0.0;
@@ -134,7 +129,7 @@ double SpreadAroundBestMix(std::span<const glm::dvec3> shapes, std::span<const d
       off[i] = (glm::dot(mix, shapes[i]) - radiance[i]) / std::max(radiance[i], floor);
       size[i] = std::abs(off[i]);
     }
-    spread = std::max(1.4826 * Median(std::move(size)), kLeastSpread);
+    spread = std::max(1.4826 * UpperMedian(std::move(size)), kLeastSpread);
     for (std::size_t i = 0; i < radiance.size(); ++i) {
       const double t = off[i] / (kTukeyWidth * spread);
       weight[i] = t * t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;
@@ -156,7 +151,7 @@ std::optional<double> MeasureAerosolDepth(const RgbImage& radiance,
   for (int c = 0; c < 3; ++c) {
     std::vector<double>& values = of_channel[static_cast<std::size_t>(c)];
     for (const Reading& reading : readings) values.push_back(reading.radiance[c]);
-    if (!(Median(values) > 0.0)) return std::nullopt;  // Night, or a dead channel.
+    if (!(UpperMedian(values) > 0.0)) return std::nullopt;  // Night, or a dead channel.
   }
   std::optional<double> best;
   double least_cost = std::numeric_limits<double>::infinity();

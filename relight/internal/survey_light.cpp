@@ -12,6 +12,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "relight/internal/median.h"
 #include "relight/internal/sky_completion.h"
 #include "scene/lat_long.h"
 #include "scene/sky_shape.h"
@@ -71,13 +72,6 @@ std::vector<MapPixel> PixelsAround(const glm::dvec3& direction,
   return pixels;
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Median and its robust spread, per channel.
 struct Background {
   glm::dvec3 median{0.0};
@@ -89,9 +83,9 @@ Background BackgroundOf(const RgbImage& map, const std::vector<MapPixel>& pixels
   for (int channel = 0; channel < 3; ++channel) {
     std::vector<double> values;
     for (const MapPixel& pixel : pixels) values.push_back(map.At(pixel.x, pixel.y)[channel]);
-    background.median[channel] = Median(values);
+    background.median[channel] = UpperMedian(values);
     for (double& value : values) value = std::abs(value - background.median[channel]);
-    background.stddev[channel] = 1.4826 * Median(values);  // Of a normal distribution.
+    background.stddev[channel] = 1.4826 * UpperMedian(values);  // Of a normal distribution.
   }
   return background;
 }
@@ -199,7 +193,7 @@ DiscPlace FindDisc(const RgbImage& map,
       brightest = pixel;
     }
   }
-  if (!(peak > kMuchBrighter * Median(around))) return {computed, 0.0};
+  if (!(peak > kMuchBrighter * UpperMedian(around))) return {computed, 0.0};
   const bool inside_is_it = !(outside > kMuchBrighter * inside);
   const glm::dvec3 spot = inside_is_it ? computed : PixelDirection(brightest.x, brightest.y, size);
   const double top = inside_is_it ? inside : outside;
@@ -312,7 +306,7 @@ bool IsClipped(const SurveyMap& map,
                const glm::dvec3& clear_beam_rgb) {
   glm::dvec3 whole_sky_median(0.0);
   for (int channel = 0; channel < 3; ++channel) {
-    whole_sky_median[channel] = Median(SkyValues(map.radiance, shows_sky, channel));
+    whole_sky_median[channel] = UpperMedian(SkyValues(map.radiance, shows_sky, channel));
   }
   const double elevation_rad = std::asin(std::clamp(light.sun_direction_enu.z, -1.0, 1.0));
   const int most_fully_covered =

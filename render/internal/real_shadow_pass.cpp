@@ -3,7 +3,7 @@
 namespace pleinair {
 namespace {
 
-constexpr std::string_view kOneFragmentShader = R"(
+constexpr std::string_view kMaskFragmentShader = R"(
 out float o_value;
 void main() { o_value = 1.0; }
 )";
@@ -12,7 +12,7 @@ void main() { o_value = 1.0; }
 
 RealShadowPass::RealShadowPass()
     : target_("real shadow", GL_R8, FrameBuffer::DepthStencil::kDepth24Stencil8),
-      one_program_("mask", kScreenVertexShader, kOneFragmentShader),
+      one_program_("mask", kScreenVertexShader, kMaskFragmentShader),
       no_vertices_(MakeVertexArray()) {}
 
 void RealShadowPass::Clear(int width, int height) {

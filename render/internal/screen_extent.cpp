@@ -93,16 +93,6 @@ class RectBuilder {
   glm::dvec2 upper_{-std::numeric_limits<double>::infinity()};
 };
 
-std::array<glm::vec3, 8> CornersOf(const BoundingBox& box) {
-  std::array<glm::vec3, 8> corners;
-  for (std::size_t i = 0; i < 8; ++i) {
-    corners[i] = {(i & 1) != 0 ? box.upper_m.x : box.lower_m.x,
-                  (i & 2) != 0 ? box.upper_m.y : box.lower_m.y,
-                  (i & 4) != 0 ? box.upper_m.z : box.lower_m.z};
-  }
-  return corners;
-}
-
 // A box's faces, counter-clockwise from outside, over the corners of CornersOf.
 constexpr std::array<std::array<std::uint32_t, 4>, 6> kBoxFaces{
     {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};

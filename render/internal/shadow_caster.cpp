@@ -60,16 +60,6 @@ struct BeamBox {
   }
 };
 
-std::array<glm::dvec3, 8> CornersOf(const BoundingBox& box) {
-  std::array<glm::dvec3, 8> corners;
-  for (int i = 0; i < 8; ++i) {
-    corners[static_cast<std::size_t>(i)] = {(i & 1) != 0 ? box.upper_m.x : box.lower_m.x,
-                                            (i & 2) != 0 ? box.upper_m.y : box.lower_m.y,
-                                            (i & 4) != 0 ? box.upper_m.z : box.lower_m.z};
-  }
-  return corners;
-}
-
 // How many triangles overlap each cell of a grid across the beam: a bound on how many prisms hold a
 // point.
 class OverlapGrid {
@@ -348,10 +338,11 @@ std::vector<std::int8_t> ShadowCaster::Weights(const BeamView& beam,
   };
 
   BeamBox receiver_box;
-  std::array<glm::dvec3, 8> receiver_corners{};
+  std::array<glm::vec3, 8> receiver_corners{};
   if (receivers) {
     receiver_corners = CornersOf(*receivers);
-    for (const glm::dvec3& corner : receiver_corners) receiver_box.Add(beam.Transform(corner));
+    for (const glm::vec3& corner : receiver_corners)
+      receiver_box.Add(beam.Transform(glm::dvec3(corner)));
   }
   const auto may_shade_receivers = [&](std::size_t t, int facing) {
     const BeamBox box = beam.BoxOf(t);

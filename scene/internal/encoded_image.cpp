@@ -4,12 +4,10 @@
 #include <array>
 #include <stdexcept>
 
+#include "scene/internal/whole_file.h"
+
 namespace pleinair {
 namespace {
-
-[[noreturn]] void Refuse(const std::filesystem::path& file, const std::string& why) {
-  throw std::runtime_error(file.string() + ": " + why);
-}
 
 // Big-endian number of `count` bytes.
 std::uint32_t NumberAt(std::span<const std::byte> bytes, std::size_t offset, std::size_t count) {
@@ -50,9 +48,9 @@ constexpr std::uint32_t ChunkType(const char (&name)[5]) {
 
 void RequireImageSize(const std::filesystem::path& file, std::int64_t width, std::int64_t height) {
   if (width < 1 || height < 1 || width > kMaxImagePixels / height) {
-    Refuse(file,
-           "image size " + std::to_string(width) + "x" + std::to_string(height) +
-               ": expected at least 1x1 and at most 2^28 pixels");
+    RefuseFile(file,
+               "image size " + std::to_string(width) + "x" + std::to_string(height) +
+                   ": expected at least 1x1 and at most 2^28 pixels");
   }
 }
 
@@ -71,24 +69,25 @@ void CheckPng(const std::filesystem::path& file, std::span<const std::byte> byte
       std::equal(kSignature.begin(), kSignature.end(), bytes.begin(), [](auto a, std::byte b) {
         return std::byte{a} == b;
       });
-  if (!signed_as_png) Refuse(file, "not a PNG image");
+  if (!signed_as_png) RefuseFile(file, "not a PNG image");
 
   bool first = true;
   for (std::size_t offset = kSignature.size();;) {
     // length (4), type (4), data, check sum (4)
-    if (bytes.size() - offset < 12) Refuse(file, "the PNG image is truncated");
+    if (bytes.size() - offset < 12) RefuseFile(file, "the PNG image is truncated");
     const std::size_t length = NumberAt(bytes, offset, 4);
-    if (bytes.size() - offset - 12 < length) Refuse(file, "the PNG image is truncated");
+    if (bytes.size() - offset - 12 < length) RefuseFile(file, "the PNG image is truncated");
     const std::uint32_t type = NumberAt(bytes, offset + 4, 4);
     if (Crc32(bytes.subspan(offset + 4, length + 4)) != NumberAt(bytes, offset + 8 + length, 4)) {
-      Refuse(file, "the PNG image is damaged (check sum at byte " + std::to_string(offset) + ")");
+      RefuseFile(file,
+                 "the PNG image is damaged (check sum at byte " + std::to_string(offset) + ")");
     }
     if (first) {
-      if (type != ChunkType("IHDR") || length < 13) Refuse(file, "not a PNG image");
+      if (type != ChunkType("IHDR") || length < 13) RefuseFile(file, "not a PNG image");
       RequireImageSize(file, NumberAt(bytes, offset + 8, 4), NumberAt(bytes, offset + 12, 4));
       const std::uint32_t depth = NumberAt(bytes, offset + 16, 1);
       if (depth > 8) {
-        Refuse(file, std::to_string(depth) + " bits a channel: expected 8");
+        RefuseFile(file, std::to_string(depth) + " bits a channel: expected 8");
       }
       first = false;
     }
@@ -98,8 +97,8 @@ void CheckPng(const std::filesystem::path& file, std::span<const std::byte> byte
 }
 
 void CheckJpeg(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-  if (bytes.size() < 4 || NumberAt(bytes, 0, 2) != 0xffd8u) Refuse(file, "not a JPEG image");
-  const auto truncated = [&]() { Refuse(file, "the JPEG image is truncated"); };
+  if (bytes.size() < 4 || NumberAt(bytes, 0, 2) != 0xffd8u) RefuseFile(file, "not a JPEG image");
+  const auto truncated = [&]() { RefuseFile(file, "the JPEG image is truncated"); };
   std::size_t offset = 2;
   while (true) {
     // To the next marker: over a scan's data, in which 0xff is followed by 0 or a restart marker.
@@ -123,7 +122,7 @@ void CheckJpeg(const std::filesystem::path& file, std::span<const std::byte> byt
     if (frame && length >= 8) {
       RequireImageSize(file, NumberAt(bytes, offset + 5, 2), NumberAt(bytes, offset + 3, 2));
       const std::uint32_t depth = NumberAt(bytes, offset + 2, 1);
-      if (depth != 8) Refuse(file, std::to_string(depth) + " bits a channel: expected 8");
+      if (depth != 8) RefuseFile(file, std::to_string(depth) + " bits a channel: expected 8");
     }
     offset += length;
   }

@@ -17,24 +17,22 @@
 #include <half.h>
 
 #include "scene/internal/encoded_image.h"
+#include "scene/internal/whole_file.h"
 
 namespace pleinair {
 namespace {
 
 constexpr const char* kChannels[3] = {"R", "G", "B"};
 
-[[noreturn]] void Refuse(const std::filesystem::path& file, const std::string& why) {
-  throw std::runtime_error(file.string() + ": " + why);
-}
-
 void RequireRgb(const std::filesystem::path& file, const Imf::Header& header) {
   for (const char* name : kChannels) {
     const Imf::Channel* channel = header.channels().findChannel(name);
     if (channel == nullptr) {
-      Refuse(file, std::string("no channel ") + name + ": expected an image with R, G and B");
+      RefuseFile(file, std::string("no channel ") + name + ": expected an image with R, G and B");
     }
     if (channel->xSampling != 1 || channel->ySampling != 1) {
-      Refuse(file, std::string("channel ") + name + " is sub-sampled: expected full resolution");
+      RefuseFile(file,
+                 std::string("channel ") + name + " is sub-sampled: expected full resolution");
     }
   }
 }
@@ -78,10 +76,10 @@ RgbImage ReadPixels(const std::filesystem::path& file) {
   if (display.width < 1 || display.height < 1 || display.x < data.x || display.y < data.y ||
       display.x + display.width > data.x + data.width ||
       display.y + display.height > data.y + data.height) {
-    Refuse(file,
-           "data window " + Text(data) + " does not cover the display window " + Text(display));
+    RefuseFile(file,
+               "data window " + Text(data) + " does not cover the display window " + Text(display));
   }
-  if (!input.isComplete()) Refuse(file, "the OpenEXR file is truncated");
+  if (!input.isComplete()) RefuseFile(file, "the OpenEXR file is truncated");
 
   RgbImage image(static_cast<int>(data.width), static_cast<int>(data.height));
   const std::size_t pixel_stride = sizeof(glm::vec3);
@@ -111,7 +109,7 @@ RgbImage ReadExr(const std::filesystem::path& file) {
     // Ours begin with the file's name, OpenEXR's with whatever its parts had to say.
     const std::string message = OneLine(error.what());
     if (message.starts_with(file.string() + ": ")) throw;
-    Refuse(file, "not a readable OpenEXR image (" + message + ")");
+    RefuseFile(file, "not a readable OpenEXR image (" + message + ")");
   }
 }
 

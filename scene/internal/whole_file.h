@@ -4,9 +4,13 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace pleinair {
+
+// Throws std::runtime_error: the file and why.
+[[noreturn]] void RefuseFile(const std::filesystem::path& file, const std::string& why);
 
 // Throws std::runtime_error naming it unless `file` is a regular file with something in it.
 void RequireFile(const std::filesystem::path& file);

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::available_memory_test {
 namespace {
 
 TEST(AvailableMemory, SaysWhatIsMissingAndWhatToDo) {
@@ -22,4 +22,4 @@ TEST(AvailableMemory, SaysWhatIsMissingAndWhatToDo) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::available_memory_test

@@ -15,7 +15,7 @@
 #include "sunmodel/angles.h"
 #include "tests/apps/command_folder.h"
 
-namespace pleinair {
+namespace pleinair::calibrate_command_test {
 namespace {
 
 using testing::HasSubstr;
@@ -227,4 +227,4 @@ TEST_F(CalibrateCommand, FitsAResponseToAChart) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::calibrate_command_test

@@ -13,7 +13,7 @@
 #include "tests/apps/command_folder.h"
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::calibrate_markers_command_test {
 namespace {
 
 using testing::HasSubstr;
@@ -172,4 +172,4 @@ TEST_F(CalibrateMarkers, RepeatedIdsMakeNoBoard) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::calibrate_markers_command_test

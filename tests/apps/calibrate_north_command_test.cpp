@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace pleinair {
+namespace pleinair::calibrate_north_command_test {
 namespace {
 
 CalibrateNorthOptions Courtyard() {
@@ -49,4 +49,4 @@ TEST(DescribeShadowDirection, SaysWhyThereIsNone) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::calibrate_north_command_test

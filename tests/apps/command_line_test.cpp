@@ -11,7 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::command_line_test {
 namespace {
 
 using testing::AllOf;
@@ -148,4 +148,4 @@ TEST_F(CommandLine, TellsTheSunAsJson) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::command_line_test

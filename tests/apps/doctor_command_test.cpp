@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace pleinair {
+namespace pleinair::doctor_command_test {
 namespace {
 
 using ::testing::Contains;
@@ -65,4 +65,4 @@ TEST(DoctorCommand, WritesOneJudgedLineForEachThing) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::doctor_command_test

@@ -12,7 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::file_blob_store_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -195,4 +195,4 @@ TEST(DefaultCacheFolder, FollowsTheUsersCacheVariable) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::file_blob_store_test

@@ -10,7 +10,7 @@
 
 #include "tests/apps/command_folder.h"
 
-namespace pleinair {
+namespace pleinair::given_lighting_test {
 namespace {
 
 using testing::HasSubstr;
@@ -63,4 +63,4 @@ TEST_F(GivenLightingFile, IsRefusedWithFrameAndKey) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::given_lighting_test

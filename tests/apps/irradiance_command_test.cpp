@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace pleinair {
+namespace pleinair::irradiance_command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,4 +135,4 @@ TEST_F(IrradianceCommand, RefusesInOneLineAndWritesNothing) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::irradiance_command_test

@@ -11,7 +11,7 @@
 
 #include "tests/scene/temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::mpi_program_test {
 namespace {
 
 std::string ContentOf(const std::filesystem::path& file) {
@@ -58,4 +58,4 @@ TEST(MpiProgram, FourRanksGiveOnesBits) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::mpi_program_test

@@ -8,7 +8,7 @@
 #include "apps/regression_baseline.h"
 #include "tests/apps/command_folder.h"
 
-namespace pleinair {
+namespace pleinair::regress_command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -155,4 +155,4 @@ TEST(SpreadOver, TakesFirstAndLastAndWhatIsEvenlyBetween) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::regress_command_test

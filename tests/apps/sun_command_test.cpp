@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace pleinair {
+namespace pleinair::sun_command_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -128,4 +128,4 @@ TEST(SunCommand, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sun_command_test

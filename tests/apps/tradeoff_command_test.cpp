@@ -9,7 +9,7 @@
 
 #include "tests/apps/command_folder.h"
 
-namespace pleinair {
+namespace pleinair::tradeoff_command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -119,4 +119,4 @@ TEST(SweepAxes, EveryAxisHasItsDefaultAmongItsValues) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::tradeoff_command_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/videoio.hpp>
 
-namespace pleinair {
+namespace pleinair::video_file_test {
 namespace {
 
 class VideoFileTest : public testing::Test {
@@ -65,4 +65,4 @@ TEST_F(VideoFileTest, RefusesAPictureOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::video_file_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::camera_noise_test {
 namespace {
 
 // Half the well: 8000 electrons of light have a deviation of 89.4, with 7 of reading 89.7.
@@ -78,4 +78,4 @@ TEST(SignalNoise, RefusesImpossibleCameras) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::camera_noise_test

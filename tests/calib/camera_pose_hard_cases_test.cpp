@@ -9,7 +9,7 @@
 #include "sunmodel/angles.h"
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::camera_pose_hard_cases_test {
 namespace {
 
 using testing::HasSubstr;
@@ -224,4 +224,4 @@ TEST(CameraPoseHardCases, RefusesWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::camera_pose_hard_cases_test

@@ -8,7 +8,7 @@
 #include "sunmodel/angles.h"
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::camera_pose_test {
 namespace {
 
 // Points in a box of 2 x 2 x 1 m, seen by `pose` with normal noise a coordinate.
@@ -86,4 +86,4 @@ TEST(CameraPose, DoesNotDependOnTheWorldsFrame) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::camera_pose_test

@@ -15,7 +15,7 @@
 #include "calib/response.h"
 #include "scene/image_io.h"
 
-namespace pleinair {
+namespace pleinair::colour_test {
 namespace {
 
 const std::filesystem::path kData = std::filesystem::path(PLEINAIR_SHARED_DIR) / "data";
@@ -168,4 +168,4 @@ TEST(ExifExposure, IsReadFromPhotographs) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::colour_test

@@ -10,7 +10,7 @@
 #include "calib/frame_average.h"
 #include "tests/calib/synthetic_bracket.h"
 
-namespace pleinair {
+namespace pleinair::exposure_merge_test {
 namespace {
 
 const std::vector<double> kStops{4.0, 1.0, 0.25, 0.0625};
@@ -139,4 +139,4 @@ TEST(FrameAverage, LeavesOutWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::exposure_merge_test

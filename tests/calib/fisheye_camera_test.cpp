@@ -12,7 +12,7 @@
 #include "calib/fisheye_file.h"
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_camera_test {
 namespace {
 
 const glm::dvec3 kEast{1.0, 0.0, 0.0};
@@ -129,4 +129,4 @@ TEST_F(FisheyeFile, IsRefusedByKey) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_camera_test

@@ -14,7 +14,7 @@
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_fit_test {
 namespace {
 
 constexpr BoardSize kBoard{8, 6};
@@ -169,4 +169,4 @@ TEST(FisheyeFit, CalibratesARealLens) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_fit_test

@@ -11,7 +11,7 @@
 #include "calib/fisheye_lens.h"
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_lens_hard_cases_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -158,4 +158,4 @@ TEST(FisheyeLensHardCases, RefuseImpossibleLensesByFieldName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_lens_hard_cases_test

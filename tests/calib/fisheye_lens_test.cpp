@@ -13,7 +13,7 @@
 
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_lens_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -163,4 +163,4 @@ TEST(FisheyeLens, KnowsItsModelsByName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_lens_test

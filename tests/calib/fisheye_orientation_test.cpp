@@ -11,7 +11,7 @@
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_orientation_test {
 namespace {
 
 glm::dmat3 SomeOrientation(bool mirrored) {
@@ -200,4 +200,4 @@ TEST(FisheyeOrientation, IsFoundFromTheSunsOfADay) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_orientation_test

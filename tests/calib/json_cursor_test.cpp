@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::json_cursor_test {
 namespace {
 
 std::string Refusal(const std::function<void()>& action) {
@@ -99,4 +99,4 @@ TEST(JsonCursor, QuotesWhatItFoundInOneShortLine) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::json_cursor_test

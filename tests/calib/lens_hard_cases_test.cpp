@@ -7,7 +7,7 @@
 
 #include "calib/lens.h"
 
-namespace pleinair {
+namespace pleinair::lens_hard_cases_test {
 namespace {
 
 // What the catalogue of hard cases promises inside the stated validity.
@@ -147,4 +147,4 @@ TEST(LensHardCases, RefusesACoverThatNoMemoryHolds) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lens_hard_cases_test

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <opencv2/calib3d.hpp>
 
-namespace pleinair {
+namespace pleinair::lens_test {
 namespace {
 
 constexpr CameraIntrinsics kPinhole{640, 480, 500.0, 510.0, 319.5, 239.5, {}};
@@ -126,4 +126,4 @@ TEST(UndistortedCover, HoldsEveryDirectionAndLittleMore) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lens_test

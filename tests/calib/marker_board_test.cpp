@@ -10,7 +10,7 @@
 #include "calib/json_cursor.h"
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::marker_board_test {
 namespace {
 
 using testing::ElementsAre;
@@ -120,4 +120,4 @@ TEST(MarkerBoardPose, SaysWhyThereIsNone) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::marker_board_test

@@ -9,7 +9,7 @@
 
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::marker_bundle_test {
 namespace {
 
 using testing::ElementsAre;
@@ -158,4 +158,4 @@ TEST(MarkerBundleHardCases, GivesUpInWords) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::marker_bundle_test

@@ -12,7 +12,7 @@
 #include "scene/image_io.h"
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::marker_detection_test {
 namespace {
 
 const glm::dmat4 kPose = LookAt({0.2, -1.6, 1.1}, {0.05, 0.2, 0.1});
@@ -142,4 +142,4 @@ TEST(MarkerDetection, AgreesWithAnotherProgramOnPhotographs) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::marker_detection_test

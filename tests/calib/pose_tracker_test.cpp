@@ -8,7 +8,7 @@
 #include "calib/camera_pose.h"
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::pose_tracker_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -163,4 +163,4 @@ TEST(PoseTracker, FollowsACameraThroughAStreamOfPictures) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::pose_tracker_test

@@ -9,7 +9,7 @@
 #include "calib/response_fit.h"
 #include "tests/calib/synthetic_bracket.h"
 
-namespace pleinair {
+namespace pleinair::response_fit_hard_cases_test {
 namespace {
 
 const std::vector<double> kStops{8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125};
@@ -160,4 +160,4 @@ TEST(ResponseHardCases, SamplesThatAreNoCurveAreMendedOrRefused) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::response_fit_hard_cases_test

@@ -9,7 +9,7 @@
 #include "scene/image_io.h"
 #include "tests/calib/synthetic_bracket.h"
 
-namespace pleinair {
+namespace pleinair::response_fit_test {
 namespace {
 
 const std::vector<double> kStops{8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625};
@@ -150,4 +150,4 @@ TEST(MonotoneResponse, GoesThroughItsSamplesByPowerLaws) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::response_fit_test

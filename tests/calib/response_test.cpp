@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace pleinair {
+namespace pleinair::response_test {
 namespace {
 
 class ResponseFile : public testing::Test {
@@ -170,4 +170,4 @@ TEST(ResponseTables, AreRefusedByChannelAndCode) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::response_test

@@ -9,7 +9,7 @@
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 
-namespace pleinair {
+namespace pleinair::bundled_sequence_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -69,4 +69,4 @@ TEST(BundledSequence, HasTheRecordingsSurveyMap) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::bundled_sequence_test

@@ -13,7 +13,7 @@
 #include "sunmodel/sun_position.h"
 #include "tests/datasets/sequence_fixture.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_setup_test {
 namespace {
 
 class FisheyeSetupTest : public SequenceFolder {
@@ -203,4 +203,4 @@ TEST(RecordedFisheye, SeesTheSunWhereItIs) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_setup_test

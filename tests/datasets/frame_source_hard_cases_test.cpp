@@ -6,7 +6,7 @@
 #include "scene/image_io.h"
 #include "tests/datasets/sequence_fixture.h"
 
-namespace pleinair {
+namespace pleinair::frame_source_hard_cases_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -118,4 +118,4 @@ TEST_F(FrameSourceHardCases, ALinkLaidAfterTheSequenceWasReadIsNotFollowedOut) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::frame_source_hard_cases_test

@@ -7,7 +7,7 @@
 #include "scene/image_io.h"
 #include "tests/datasets/sequence_fixture.h"
 
-namespace pleinair {
+namespace pleinair::frame_source_test {
 namespace {
 
 class FrameSourceTest : public SequenceFolder {
@@ -165,4 +165,4 @@ TEST_F(FrameSourceTest, PlaysTheRecordedOnes) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::frame_source_test

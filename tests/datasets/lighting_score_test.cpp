@@ -9,7 +9,7 @@
 
 #include "datasets/statistics.h"
 
-namespace pleinair {
+namespace pleinair::lighting_score_test {
 namespace {
 
 TruthFrame Truth(glm::dvec3 sun, glm::dvec3 sky) {
@@ -137,4 +137,4 @@ TEST(LargestTrueSun, IsTheMeanOfTheBrightestFrame) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lighting_score_test

@@ -11,7 +11,7 @@
 #include "scene/image_io.h"
 #include "tests/calib/marker_scene.h"
 
-namespace pleinair {
+namespace pleinair::marker_frame_source_test {
 namespace {
 
 using testing::HasSubstr;
@@ -134,4 +134,4 @@ TEST_F(MarkerFrames, TheFirstPoseStandsForTheSequence) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::marker_frame_source_test

@@ -11,7 +11,7 @@
 #include "datasets/lighting_record.h"
 #include "scene/image_io.h"
 
-namespace pleinair {
+namespace pleinair::scoring_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -183,4 +183,4 @@ TEST(LightingRecords, PassOverWhatASourceCannotKnow) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::scoring_test

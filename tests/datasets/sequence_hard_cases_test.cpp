@@ -8,7 +8,7 @@
 #include "datasets/sequence.h"
 #include "tests/datasets/sequence_fixture.h"
 
-namespace pleinair {
+namespace pleinair::sequence_hard_cases_test {
 namespace {
 
 using SequenceHardCases = SequenceFolder;
@@ -355,4 +355,4 @@ TEST_F(SequenceHardCases, ReadNothingOutsideTheFolderThroughLinks) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sequence_hard_cases_test

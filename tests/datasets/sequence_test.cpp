@@ -3,7 +3,7 @@
 #include "sunmodel/time_text.h"
 #include "tests/datasets/sequence_fixture.h"
 
-namespace pleinair {
+namespace pleinair::sequence_test {
 namespace {
 
 using SequenceTest = SequenceFolder;
@@ -172,4 +172,4 @@ TEST_F(SequenceTest, ReadsTheRecordedOnes) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sequence_test

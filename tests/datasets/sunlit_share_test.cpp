@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::sunlit_share_test {
 namespace {
 
 // Two triangles, counter-clockwise as the corners go round.
@@ -129,4 +129,4 @@ TEST_F(SunlitShareTest, FindsMirroringPixelsThatAreSeen) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sunlit_share_test

@@ -9,7 +9,7 @@
 #include "estimation/outdoor_lighting_source.h"
 #include "tests/estimation/synthetic_stream.h"
 
-namespace pleinair {
+namespace pleinair::exposure_change_test {
 namespace {
 
 using Kind = ExposureChange::Kind;
@@ -151,4 +151,4 @@ TEST(ExposureChange, AnUnknownStepIsRecognisedAndKeepsSunToSky) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::exposure_change_test

@@ -9,7 +9,7 @@
 #include "tests/estimation/synthetic_fisheye.h"
 #include "tests/estimation/synthetic_view.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_lighting_source_test {
 namespace {
 
 using testing::FisheyePicture;
@@ -119,4 +119,4 @@ TEST(FisheyeLightingSource, RefusesNoSamples) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_lighting_source_test

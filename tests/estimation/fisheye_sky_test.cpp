@@ -9,7 +9,7 @@
 
 #include "tests/estimation/synthetic_fisheye.h"
 
-namespace pleinair {
+namespace pleinair::fisheye_sky_test {
 namespace {
 
 using testing::FisheyePicture;
@@ -183,4 +183,4 @@ TEST(FisheyeSkyHardCases, RefusesAPictureOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::fisheye_sky_test

@@ -7,7 +7,7 @@
 #include "estimation/outdoor_lighting_source.h"
 #include "tests/estimation/synthetic_view.h"
 
-namespace pleinair {
+namespace pleinair::given_lighting_source_test {
 namespace {
 
 using testing::MakeFrame;
@@ -105,4 +105,4 @@ TEST(GivenLighting, RefusesWhatIsNoLight) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::given_lighting_source_test

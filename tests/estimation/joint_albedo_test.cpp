@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::joint_albedo_test {
 namespace {
 
 const std::vector<glm::dvec3> kAlbedos{
@@ -145,4 +145,4 @@ TEST(JointAlbedo, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::joint_albedo_test

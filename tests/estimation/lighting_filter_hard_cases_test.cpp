@@ -9,7 +9,7 @@
 #include "estimation/lighting_filter.h"
 #include "tests/estimation/synthetic_stream.h"
 
-namespace pleinair {
+namespace pleinair::lighting_filter_hard_cases_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -320,4 +320,4 @@ TEST(LightingFilterHardCases, DarknessIsADefinedAnswer) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lighting_filter_hard_cases_test

@@ -11,7 +11,7 @@
 #include "estimation/outdoor_lighting_source.h"
 #include "tests/estimation/synthetic_stream.h"
 
-namespace pleinair {
+namespace pleinair::lighting_filter_test {
 namespace {
 
 using testing::EstimateStream;
@@ -228,4 +228,4 @@ TEST(LightingFilter, RefusesImpossibleOptions) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lighting_filter_test

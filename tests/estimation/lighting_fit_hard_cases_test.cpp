@@ -8,7 +8,7 @@
 #include "estimation/lighting_fit.h"
 #include "tests/estimation/synthetic_scene.h"
 
-namespace pleinair {
+namespace pleinair::lighting_fit_hard_cases_test {
 namespace {
 
 using testing::MakeSamples;
@@ -327,4 +327,4 @@ TEST(LightingFitHardCases, OutliersThatFillOneRegionAreSaidOrCovered) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lighting_fit_hard_cases_test

@@ -10,7 +10,7 @@
 
 #include "tests/estimation/synthetic_scene.h"
 
-namespace pleinair {
+namespace pleinair::lighting_prior_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -141,4 +141,4 @@ TEST(LightingPrior, TheSurveyIsAnEarlierAnswer) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lighting_prior_test

@@ -11,7 +11,7 @@
 #include "estimation/outdoor_lighting_source.h"
 #include "tests/estimation/synthetic_view.h"
 
-namespace pleinair {
+namespace pleinair::outdoor_lighting_source_hard_cases_test {
 namespace {
 
 using testing::MakeFrame;
@@ -283,4 +283,4 @@ TEST(OutdoorLightingSourceHardCases, ThreadsDoNotChangeABit) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::outdoor_lighting_source_hard_cases_test

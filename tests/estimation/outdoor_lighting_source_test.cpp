@@ -8,7 +8,7 @@
 
 #include "tests/estimation/synthetic_view.h"
 
-namespace pleinair {
+namespace pleinair::outdoor_lighting_source_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -189,4 +189,4 @@ TEST(OutdoorLightingSource, AlbedoErrorsThatAllSamplesShareWidenTheLight) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::outdoor_lighting_source_test

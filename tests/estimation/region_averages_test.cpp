@@ -9,7 +9,7 @@
 
 #include "tests/estimation/synthetic_fisheye.h"
 
-namespace pleinair {
+namespace pleinair::region_averages_test {
 namespace {
 
 constexpr int kSidePx = 101;  // Odd: runs of every length, multiples of four and others.
@@ -99,4 +99,4 @@ TEST(RegionAverages, IsBlackWhereNoPixelIsMeasured) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::region_averages_test

@@ -5,7 +5,7 @@
 #include "estimation/lighting_fit.h"
 #include "tests/estimation/synthetic_scene.h"
 
-namespace pleinair {
+namespace pleinair::relative_prior_test {
 namespace {
 
 LightingPrior RatioOf(double ratio, int shapes) {
@@ -74,4 +74,4 @@ TEST(RelativePrior, IsDefinedWithoutLight) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::relative_prior_test

@@ -10,7 +10,7 @@
 #include "estimation/rough_light.h"
 #include "tests/estimation/synthetic_scene.h"
 
-namespace pleinair {
+namespace pleinair::sample_noise_test {
 namespace {
 
 using testing::MakeSamples;
@@ -163,4 +163,4 @@ TEST(SampleNoise, NoiseOfDarkFramesLeavesNoBias) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sample_noise_test

@@ -12,7 +12,7 @@
 
 #include "tests/estimation/synthetic_view.h"
 
-namespace pleinair {
+namespace pleinair::sample_selection_test {
 namespace {
 
 using testing::MakeFrame;
@@ -259,4 +259,4 @@ TEST(SampleSelection, RefusesImagesOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sample_selection_test

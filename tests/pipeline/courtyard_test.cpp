@@ -18,7 +18,7 @@
 #include "pipeline/light_trials.h"
 #include "render/gl_context.h"
 
-namespace pleinair {
+namespace pleinair::courtyard_test {
 namespace {
 
 const std::filesystem::path kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
@@ -291,4 +291,4 @@ TEST_F(Courtyard, PixelsThatNothingChangesAreTheCamerasOwn) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::courtyard_test

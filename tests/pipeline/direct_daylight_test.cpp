@@ -14,7 +14,7 @@
 #include "relight/shading_mesh.h"
 #include "tests/relight/window_rooms.h"
 
-namespace pleinair {
+namespace pleinair::direct_daylight_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -186,4 +186,4 @@ TEST_F(DirectDaylightInARoom, RefusesBadOptionsByName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::direct_daylight_test

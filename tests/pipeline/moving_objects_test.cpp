@@ -9,7 +9,7 @@
 
 #include "ground_stage.h"
 
-namespace pleinair {
+namespace pleinair::moving_objects_test {
 namespace {
 
 using testing::HasSubstr;
@@ -189,4 +189,4 @@ TEST_F(MovingObjects, RefusesPosesThatMakeNoSenseAndGoesOn) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::moving_objects_test

@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::object_gather_test {
 namespace {
 
-PatchScene SceneOf(Mesh mesh) {
+PatchScene PatchesOf(Mesh mesh) {
   PatchScene scene;
   scene.mesh = std::move(mesh);
   scene.caster = RayCaster(scene.mesh);
@@ -44,7 +44,7 @@ const std::vector<glm::vec3> kDarkPair(2, glm::vec3(0.0f));
 // 1e-5: nothing but rounding, since each ray that leaves upwards reaches the sky.
 TEST(ObjectGather, AnOpenLevelVertexGetsTheWholeSky) {
   const ObjectGather gather(
-      SceneOf(PointAbove({0.0f, 0.0f, 1.0f})), SceneOf(Square(50.0f, 0.0f)), kManyRays);
+      PatchesOf(PointAbove({0.0f, 0.0f, 1.0f})), PatchesOf(Square(50.0f, 0.0f)), kManyRays);
   ASSERT_EQ(gather.VertexCount(), 3u);
   const auto sky = MakeUniformSkyShape();
   const std::vector<glm::vec3> dark(4, glm::vec3(0.0f));
@@ -57,7 +57,7 @@ TEST(ObjectGather, AnOpenLevelVertexGetsTheWholeSky) {
 // A wall's vertex sees half sky, half ground. 4096 stratified rays: 1 / sqrt(4096) at the worst.
 TEST(ObjectGather, AVerticalVertexGetsHalfOfSkyAndGround) {
   const ObjectGather gather(
-      SceneOf(PointAbove({1.0f, 0.0f, 0.0f})), SceneOf(Square(5000.0f, 0.0f)), kManyRays);
+      PatchesOf(PointAbove({1.0f, 0.0f, 0.0f})), PatchesOf(Square(5000.0f, 0.0f)), kManyRays);
   const auto sky = MakeUniformSkyShape();
   const std::vector<glm::vec3> ground(4, glm::vec3(0.3f, 0.2f, 0.1f));
   const glm::vec3 irradiance = gather.Irradiance(sky.get(), kDarkPair, ground)[0];
@@ -74,7 +74,7 @@ TEST(ObjectGather, WhatObjectsHideOfTheSkyIsReplacedByTheirOwnRadiosity) {
   objects.positions_m.insert(
       objects.positions_m.end(), lid.positions_m.begin(), lid.positions_m.end());
   objects.normals.insert(objects.normals.end(), lid.normals.begin(), lid.normals.end());
-  const ObjectGather gather(SceneOf(objects), SceneOf(Square(50.0f, 0.0f)), kManyRays);
+  const ObjectGather gather(PatchesOf(objects), PatchesOf(Square(50.0f, 0.0f)), kManyRays);
   const double b = 1.0 / std::sqrt(2.0);
   const double factor = 4.0 / std::numbers::pi * b * std::atan(b);
   const auto sky = MakeUniformSkyShape();
@@ -86,7 +86,7 @@ TEST(ObjectGather, WhatObjectsHideOfTheSkyIsReplacedByTheirOwnRadiosity) {
 // A furnace: light of one strength from everywhere is that strength at every vertex.
 TEST(ObjectGather, IsOneInAFurnace) {
   const ObjectGather gather(
-      SceneOf(PointAbove({0.6f, 0.0f, -0.8f})), SceneOf(Square(5000.0f, 0.0f)), kManyRays);
+      PatchesOf(PointAbove({0.6f, 0.0f, -0.8f})), PatchesOf(Square(5000.0f, 0.0f)), kManyRays);
   const auto sky = MakeUniformSkyShape();
   const std::vector<glm::vec3> white(4, glm::vec3(1.0f));
   const std::vector<glm::vec3> white_object(2, glm::vec3(1.0f));
@@ -96,7 +96,7 @@ TEST(ObjectGather, IsOneInAFurnace) {
 
 TEST(ObjectGather, RefusesRadiositiesOfAnotherScene) {
   const ObjectGather gather(
-      SceneOf(PointAbove({0.0f, 0.0f, 1.0f})), SceneOf(Square(50.0f, 0.0f)), kManyRays);
+      PatchesOf(PointAbove({0.0f, 0.0f, 1.0f})), PatchesOf(Square(50.0f, 0.0f)), kManyRays);
   EXPECT_THROW(gather.Irradiance(nullptr, kDarkPair, kDarkPair), std::invalid_argument);
   EXPECT_THROW(gather.Irradiance(nullptr, {}, std::vector<glm::vec3>(4)), std::invalid_argument);
 }
@@ -134,8 +134,8 @@ TEST(ObjectGather, JointsOfPartsAreNotDark) {
   Mesh mesh;
   AddBox({-0.5f, -0.5f, 0.1f}, {0.5f, 0.5f, 1.0f}, mesh);
   AddBox({-0.3f, -0.3f, 1.0f}, {0.3f, 0.3f, 2.0f}, mesh);
-  const PatchScene objects = SceneOf(mesh);
-  const ObjectGather gather(objects, SceneOf(Square(5000.0f, 0.0f)), {.rays_per_receiver = 256});
+  const PatchScene objects = PatchesOf(mesh);
+  const ObjectGather gather(objects, PatchesOf(Square(5000.0f, 0.0f)), {.rays_per_receiver = 256});
   const auto sky = MakeUniformSkyShape();
   std::vector<glm::vec3> white_outside(objects.FaceCount(), glm::vec3(0.0f));
   for (std::size_t face = 0; face < white_outside.size(); face += 2) {
@@ -156,8 +156,8 @@ TEST(ObjectGather, JointsOfPartsAreNotDark) {
 
 // A lid a metre over sunlit ground sees its own shadow there: the change of NearSunlight.
 TEST(ObjectGather, TakesThePlacesSunForThePatchs) {
-  const PatchScene objects = SceneOf(PointAbove({0.0f, 0.0f, -1.0f}));
-  PatchScene ground = SceneOf(Square(50.0f, 0.0f));
+  const PatchScene objects = PatchesOf(PointAbove({0.0f, 0.0f, -1.0f}));
+  PatchScene ground = PatchesOf(Square(50.0f, 0.0f));
   ground.face_albedo_rgb.assign(4, glm::vec3(0.5f));
   const ObjectGather gather(objects, ground, kManyRays);
   const DirectionalLight sun{{0.0, 0.0, 1.0}, {}, 0.0};
@@ -169,4 +169,4 @@ TEST(ObjectGather, TakesThePlacesSunForThePatchs) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::object_gather_test

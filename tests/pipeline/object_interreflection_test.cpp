@@ -9,7 +9,7 @@
 
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::object_interreflection_test {
 namespace {
 
 // One in 128 rays, the number that a vertex casts.
@@ -184,4 +184,4 @@ TEST(ObjectInterreflection, NoObjectsAreNoError) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::object_interreflection_test

@@ -23,7 +23,7 @@
 #include "sunmodel/time_text.h"
 #include "tests/scene/temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::panorama_survey_recorded_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -348,4 +348,4 @@ INSTANTIATE_TEST_SUITE_P(Recorded,
                          kName);
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::panorama_survey_recorded_test

@@ -14,7 +14,7 @@
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
 
-namespace pleinair {
+namespace pleinair::photo_light_recorded_test {
 namespace {
 
 class NoStore : public BlobStore {
@@ -107,4 +107,4 @@ TEST(RecordedPhotographs, LightsOfOneMomentAgreeWithinTheirDeviations) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::photo_light_recorded_test

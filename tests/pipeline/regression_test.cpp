@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::regression_test {
 namespace {
 
 using Outcome = FigureComparison::Outcome;
@@ -105,4 +105,4 @@ TEST(Regression, EveryFigureHasANameOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::regression_test

@@ -20,7 +20,7 @@
 #include "pipeline/self_calibration.h"
 #include "relight/surface_view_builder.h"
 
-namespace pleinair {
+namespace pleinair::self_calibration_test {
 namespace {
 
 class NoStore : public BlobStore {
@@ -182,4 +182,4 @@ TEST(RecordedSelfCalibration, AgreesWithTheSurveyUpToOneScale) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::self_calibration_test

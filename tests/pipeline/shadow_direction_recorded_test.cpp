@@ -14,7 +14,7 @@
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
 
-namespace pleinair {
+namespace pleinair::shadow_direction_recorded_test {
 namespace {
 
 // Four sunlit frames over the day, and one under cloud where there is one.
@@ -51,4 +51,4 @@ TEST(ShadowDirectionOfRecordings, FindsTheTurnAtTheParking) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::shadow_direction_recorded_test

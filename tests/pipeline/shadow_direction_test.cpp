@@ -19,7 +19,7 @@
 #include "sunmodel/north.h"
 #include "tests/scene/box_mesh.h"
 
-namespace pleinair {
+namespace pleinair::shadow_direction_test {
 namespace {
 
 constexpr int kWidth = 160;
@@ -264,4 +264,4 @@ TEST(ShadowDirectionHardCases, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::shadow_direction_test

@@ -11,7 +11,7 @@
 #include "scene/mesh_io.h"
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::shadow_edge_marks_recorded_test {
 namespace {
 
 TEST(ShadowEdgeMarksOfPhotographs, BerlinsArchCastsItsShadowWhereTheSunPutsIt) {
@@ -42,4 +42,4 @@ TEST(ShadowEdgeMarksOfPhotographs, BerlinsArchCastsItsShadowWhereTheSunPutsIt) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::shadow_edge_marks_recorded_test

@@ -9,7 +9,7 @@
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
 
-namespace pleinair {
+namespace pleinair::shadow_edge_marks_test {
 namespace {
 
 constexpr double kWallHeightM = 4.0;
@@ -109,4 +109,4 @@ TEST(ShadowEdgeMarks, RefuseASunBelowTheHorizon) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::shadow_edge_marks_test

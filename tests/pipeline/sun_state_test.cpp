@@ -8,7 +8,7 @@
 
 #include "sunmodel/time_text.h"
 
-namespace pleinair {
+namespace pleinair::sun_state_test {
 namespace {
 
 const Site kAalborg{0.99569, 0.17317, 15.0};
@@ -65,4 +65,4 @@ TEST(SunOfFrame, RefusesAFrameWithNeitherSiteNorDirection) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sun_state_test

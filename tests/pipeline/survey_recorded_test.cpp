@@ -12,7 +12,7 @@
 #include "datasets/sequence.h"
 #include "relight/survey.h"
 
-namespace pleinair {
+namespace pleinair::survey_recorded_test {
 namespace {
 
 // What surveys of one map under several limits have in common.
@@ -109,4 +109,4 @@ TEST(RecordedSurvey, TheClearSkyCoversASunWithoutShadows) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::survey_recorded_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::tradeoff_test {
 namespace {
 
 TEST(Tradeoff, SpreadIsMedianSmallestAndLargest) {
@@ -57,4 +57,4 @@ TEST(Tradeoff, APointWithoutValuesIsPassedOver) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::tradeoff_test

@@ -18,7 +18,7 @@
 #include "relight/window_sampling.h"
 #include "scene/mesh_io.h"
 
-namespace pleinair {
+namespace pleinair::window_sampling_recorded_test {
 namespace {
 
 const std::filesystem::path kRoom =
@@ -110,4 +110,4 @@ TEST(WindowSamplingRecorded, HasAQuarterOfTheVarianceUnderTheRecordedSkies) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::window_sampling_recorded_test

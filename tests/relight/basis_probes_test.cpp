@@ -8,7 +8,7 @@
 
 #include "relight/basis_probes.h"
 
-namespace pleinair {
+namespace pleinair::basis_probes_test {
 namespace {
 
 using Probes = std::vector<ShRgb>;
@@ -88,4 +88,4 @@ TEST(BasisProbes, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::basis_probes_test

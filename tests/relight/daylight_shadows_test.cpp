@@ -12,7 +12,7 @@
 
 #include "tests/relight/window_rooms.h"
 
-namespace pleinair {
+namespace pleinair::daylight_shadows_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -185,4 +185,4 @@ TEST_F(DaylightShadowsInARoom, RefuseBadSizesByName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::daylight_shadows_test

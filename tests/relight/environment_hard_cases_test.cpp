@@ -9,7 +9,7 @@
 #include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::environment_hard_cases_test {
 namespace {
 
 const glm::dvec3 kSun = glm::normalize(glm::dvec3(-0.5, 0.3, 0.6));
@@ -106,4 +106,4 @@ TEST(EnvironmentHardCases, RefusesASurveyWhoseMapsDifferInSize) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::environment_hard_cases_test

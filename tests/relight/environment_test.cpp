@@ -9,7 +9,7 @@
 #include "scene/lat_long.h"
 #include "scene/sky_shape.h"
 
-namespace pleinair {
+namespace pleinair::environment_test {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -127,4 +127,4 @@ TEST(Environment, SynthesisKeepsTheMapsMemory) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::environment_test

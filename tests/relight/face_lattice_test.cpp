@@ -8,7 +8,7 @@
 
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::face_lattice_test {
 namespace {
 
 // A square of 1 m, two patches that share a diagonal; face 0 and 2 look up.
@@ -79,4 +79,4 @@ TEST(FaceLattice, RefusesAnotherNumberOfFaces) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::face_lattice_test

@@ -12,7 +12,7 @@
 #include "relight/vertex_irradiance.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::irradiance_volume_hard_cases_test {
 namespace {
 
 const glm::vec3 kUp(0.0f, 0.0f, 1.0f);
@@ -272,4 +272,4 @@ TEST(IrradianceVolumeHardCases, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::irradiance_volume_hard_cases_test

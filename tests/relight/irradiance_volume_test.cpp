@@ -10,7 +10,7 @@
 #include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::irradiance_volume_test {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -284,4 +284,4 @@ TEST(IrradianceVolume, ManyPointsAreAsOneByOne) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::irradiance_volume_test

@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::mirror_image_test {
 namespace {
 
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
@@ -67,7 +67,7 @@ Material Mirror(float roughness) {
   return material;
 }
 
-PatchScene SceneOf(const Mesh& mesh, float albedo = 0.5f) {
+PatchScene PatchesOf(const Mesh& mesh, float albedo = 0.5f) {
   PatchScene scene;
   scene.mesh = mesh;
   scene.caster = RayCaster(scene.mesh);
@@ -150,8 +150,8 @@ MirroredLight UnderSky(MirrorImage& image,
 // Seen from above, a level mirror shows the zenith: a uniform sky's 1 / pi, times its reflectance
 // at normal incidence. Schlick's term at 6 deg, the picture's corner, is below 1e-10.
 TEST(MirrorImage, ALevelMirrorShowsTheSky) {
-  const PatchScene objects = SceneOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(0.0f)));
-  const PatchScene real = SceneOf(Mesh{});
+  const PatchScene objects = PatchesOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(0.0f)));
+  const PatchScene real = PatchesOf(Mesh{});
   const ObjectView view = SeeObjects(objects, FromAbove());
   MirrorImage image(real, objects, view, nullptr);
   ASSERT_FALSE(image.Empty());
@@ -172,8 +172,8 @@ TEST(MirrorImage, ALevelMirrorShowsTheSky) {
 // A ceiling 20 m up, over x > 0: from the eye 10 m up the mirror's point x shows the ceiling at 3
 // x, and what is seen of it is what it looks like from the mirror, not from the eye.
 TEST(MirrorImage, ShowsNearSurfacesFromTheMirrorsOwnPlace) {
-  const PatchScene objects = SceneOf(Plate(-0.9f, 0.9f, 0.9f, 0.0f, Mirror(0.0f)));
-  const PatchScene real = SceneOf(Plate(0.3f, 50.0f, 50.0f, 20.0f, Material{}));
+  const PatchScene objects = PatchesOf(Plate(-0.9f, 0.9f, 0.9f, 0.0f, Mirror(0.0f)));
+  const PatchScene real = PatchesOf(Plate(0.3f, 50.0f, 50.0f, 20.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromAbove());
   MirrorImage image(real, objects, view, nullptr, {.rays_per_place = 0});  // The plate hides some.
   Radiosities radiosities = Dark(real, objects);
@@ -196,8 +196,8 @@ TEST(MirrorImage, AFurnaceComesBackAsTheReflectance) {
   for (const float roughness : {0.0f, 0.1f, 0.3f}) {
     Material white = Mirror(roughness);
     white.specular_reflectance = glm::vec3(1.0f);
-    const PatchScene objects = SceneOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, white));
-    const PatchScene real = SceneOf(Plate(-5000.0f, 5000.0f, 5000.0f, 0.0f, Material{}), 1.0f);
+    const PatchScene objects = PatchesOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, white));
+    const PatchScene real = PatchesOf(Plate(-5000.0f, 5000.0f, 5000.0f, 0.0f, Material{}), 1.0f);
     const ObjectView view = SeeObjects(objects, FromBeside(1.0));
     MirrorImage image(real, objects, view, nullptr);
     const auto sky = MakeUniformSkyShape();
@@ -220,8 +220,8 @@ TEST(MirrorImage, AFurnaceComesBackAsTheReflectance) {
 // The ground around a ball is lit all over but for the ball's own shadow: in the mirror both are
 // seen, whatever its patches say, with nothing between.
 TEST(MirrorImage, ShowsTheObjectsOwnShadow) {
-  const PatchScene objects = SceneOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, Mirror(0.0f)));
-  const PatchScene real = SceneOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
+  const PatchScene objects = PatchesOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, Mirror(0.0f)));
+  const PatchScene real = PatchesOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromBeside(1.0));
   MirrorImage image(real, objects, view, nullptr, {.rays_per_pixel = 1, .rays_per_place = 0});
   const glm::dvec3 to_sun = glm::normalize(glm::dvec3(0.6, 0.0, 1.0));  // Shadow before the ball.
@@ -260,8 +260,8 @@ TEST(MirrorImage, ShowsTheObjectsOwnShadow) {
 
 // Where a ball stands, it hides the sky from the ground.
 TEST(MirrorImage, TheGroundBesideAnObjectIsDarkerUnderTheSky) {
-  const PatchScene objects = SceneOf(Ball({0.0f, 0.0f, 0.8f}, 0.8f, Mirror(0.0f)));
-  const PatchScene real = SceneOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
+  const PatchScene objects = PatchesOf(Ball({0.0f, 0.0f, 0.8f}, 0.8f, Mirror(0.0f)));
+  const PatchScene real = PatchesOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromBeside(0.8));
   MirrorImage image(real, objects, view, nullptr);
   const auto sky = MakeUniformSkyShape();
@@ -278,8 +278,8 @@ TEST(MirrorImage, TheGroundBesideAnObjectIsDarkerUnderTheSky) {
 }
 
 TEST(MirrorImage, DoesNotDependOnThreads) {
-  const PatchScene objects = SceneOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, Mirror(0.2f)));
-  const PatchScene real = SceneOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
+  const PatchScene objects = PatchesOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, Mirror(0.2f)));
+  const PatchScene real = PatchesOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromBeside(1.0));
   const auto sky = MakeUniformSkyShape();
   Radiosities lit = Dark(real, objects);
@@ -294,12 +294,12 @@ TEST(MirrorImage, DoesNotDependOnThreads) {
 }
 
 TEST(MirrorImageHardCases, WithoutGlossInViewThereIsNone) {
-  const PatchScene matt = SceneOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Material{}));
-  const PatchScene real = SceneOf(Mesh{});
+  const PatchScene matt = PatchesOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Material{}));
+  const PatchScene real = PatchesOf(Mesh{});
   EXPECT_FALSE(IsGlossy(matt.mesh));
   EXPECT_TRUE(IsGlossy(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(1.0f))));
   EXPECT_TRUE(MirrorImage(real, matt, SeeObjects(matt, FromAbove()), nullptr).Empty());
-  const PatchScene behind = SceneOf(Plate(-0.5f, 0.5f, 0.5f, 20.0f, Mirror(0.0f)));
+  const PatchScene behind = PatchesOf(Plate(-0.5f, 0.5f, 0.5f, 20.0f, Mirror(0.0f)));
   MirrorImage image(real, behind, SeeObjects(behind, FromAbove()), nullptr);
   EXPECT_TRUE(image.Empty());
   MirroredLight light;
@@ -312,8 +312,8 @@ TEST(MirrorImageHardCases, BadNormalsAndFullRoughnessStayFinite) {
   Mesh ball = Ball({0.0f, 0.0f, 1.0f}, 0.8f, Mirror(1.0f));
   for (std::size_t v = 0; v < ball.normals.size(); v += 3) ball.normals[v] = glm::vec3(0.0f);
   for (std::size_t v = 1; v < ball.normals.size(); v += 3) ball.normals[v] = -ball.normals[v];
-  const PatchScene objects = SceneOf(ball);
-  const PatchScene real = SceneOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
+  const PatchScene objects = PatchesOf(ball);
+  const PatchScene real = PatchesOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
   MirrorImage image(real, objects, SeeObjects(objects, FromBeside(1.0)), nullptr);
   const auto sky = MakeUniformSkyShape();
   const MirroredLight light = UnderSky(image, sky.get(), Dark(real, objects), real, objects);
@@ -326,8 +326,8 @@ TEST(MirrorImageHardCases, BadNormalsAndFullRoughnessStayFinite) {
 }
 
 TEST(MirrorImageHardCases, RefusesAnotherScenesLight) {
-  const PatchScene objects = SceneOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(0.0f)));
-  const PatchScene real = SceneOf(Plate(-5.0f, 5.0f, 5.0f, -1.0f, Material{}));
+  const PatchScene objects = PatchesOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(0.0f)));
+  const PatchScene real = PatchesOf(Plate(-5.0f, 5.0f, 5.0f, -1.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromAbove());
   MirrorImage image(real, objects, view, nullptr);
   const std::vector<glm::vec3> wrong(3);
@@ -345,4 +345,4 @@ TEST(MirrorImageHardCases, RefusesAnotherScenesLight) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::mirror_image_test

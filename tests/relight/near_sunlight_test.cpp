@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::near_sunlight_test {
 namespace {
 
 const DirectionalLight kZenith{{0.0, 0.0, 1.0}, {}, 0.0};
@@ -107,4 +107,4 @@ TEST(NearSunlightHardCases, NoObjectsNoNormalsAndNoSunAreHarmless) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::near_sunlight_test

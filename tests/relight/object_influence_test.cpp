@@ -17,7 +17,7 @@
 #include "calib/lens.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::object_influence_test {
 namespace {
 
 // From `eye_m` to the horizon in the direction of x, a little down.
@@ -543,4 +543,4 @@ TEST(ObjectInfluence, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::object_influence_test

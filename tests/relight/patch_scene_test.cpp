@@ -12,7 +12,7 @@
 #include "relight/internal/patch_refinement.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::patch_scene_test {
 namespace {
 
 Mesh WithNames(Mesh mesh) {
@@ -222,4 +222,4 @@ TEST(PatchSceneHardCases, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::patch_scene_test

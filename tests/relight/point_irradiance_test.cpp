@@ -14,7 +14,7 @@
 #include "tests/relight/reference_path_tracer.h"
 #include "tests/relight/window_room.h"
 
-namespace pleinair {
+namespace pleinair::point_irradiance_test {
 namespace {
 
 const std::vector<glm::vec3> kSixWays = {
@@ -275,4 +275,4 @@ TEST(PointIrradiance, ALaidGroundSendsBackItsShareOfSunAndSky) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::point_irradiance_test

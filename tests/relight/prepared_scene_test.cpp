@@ -9,7 +9,7 @@
 
 #include "tests/relight/survey_test_site.h"
 
-namespace pleinair {
+namespace pleinair::prepared_scene_test {
 namespace {
 
 class MemoryStore : public BlobStore {
@@ -173,4 +173,4 @@ TEST(PreparedSceneHardCases, RefusesOptionsThatMakeNoSenseBeforeAnyWork) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::prepared_scene_test

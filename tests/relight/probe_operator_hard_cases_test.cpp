@@ -9,7 +9,7 @@
 #include "relight/probe_operator.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::probe_operator_hard_cases_test {
 namespace {
 
 ProbeGrid OneProbe(const glm::vec3& position_m) { return {position_m, glm::vec3(1.0f), {1, 1, 1}}; }
@@ -191,4 +191,4 @@ TEST(ProbeOperatorHardCases, RefusesLightThatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::probe_operator_hard_cases_test

@@ -10,7 +10,7 @@
 #include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::probe_operator_test {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -214,4 +214,4 @@ TEST(ProbeOperator, ComesBackFromBytesAsItWas) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::probe_operator_test

@@ -16,7 +16,7 @@
 #include "relight/region_radiosity.h"
 #include "tests/relight/window_room.h"
 
-namespace pleinair {
+namespace pleinair::radiosity_hard_cases_test {
 namespace {
 
 constexpr GatherOptions kExposed{.rays_per_receiver = 256, .from_exposed_parts = true};
@@ -308,4 +308,4 @@ TEST(RadiosityHardCases, SaysItsMemoryAndRefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::radiosity_hard_cases_test

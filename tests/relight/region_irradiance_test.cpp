@@ -11,7 +11,7 @@
 #include "relight/transport.h"
 #include "tests/relight/window_room.h"
 
-namespace pleinair {
+namespace pleinair::region_irradiance_test {
 namespace {
 
 using internal::RegionIrradiance;
@@ -104,4 +104,4 @@ TEST(RegionIrradiance, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::region_irradiance_test

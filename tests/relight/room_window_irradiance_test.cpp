@@ -19,7 +19,7 @@
 #include "scene/lighting.h"
 #include "scene/mesh_io.h"
 
-namespace pleinair {
+namespace pleinair::room_window_irradiance_test {
 namespace {
 
 const std::filesystem::path kRoom =
@@ -137,4 +137,4 @@ TEST(PointIrradiance, GivesTheIndirectLightOfARenderedRoom) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::room_window_irradiance_test

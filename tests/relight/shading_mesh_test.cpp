@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::shading_mesh_test {
 namespace {
 
 Mesh Square(float side_m) {
@@ -79,4 +79,4 @@ TEST(ShadingMesh, RefusesOptionsThatMakeNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::shading_mesh_test

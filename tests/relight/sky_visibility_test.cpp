@@ -11,7 +11,7 @@
 
 #include "tests/relight/window_room.h"
 
-namespace pleinair {
+namespace pleinair::sky_visibility_test {
 namespace {
 
 const glm::vec3 kUp(0.0f, 0.0f, 1.0f);
@@ -109,4 +109,4 @@ TEST(SkyVisibility, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sky_visibility_test

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::soft_sun_test {
 namespace {
 
 constexpr double kRadius = 0.02;  // Wide enough for its penumbra to span many pixels.
@@ -30,7 +30,7 @@ void AddPlate(float x0, float y0, float x1, float y1, float z, Mesh& mesh) {
   mesh.group_names = {"object"};
 }
 
-PatchScene SceneOf(const Mesh& mesh) {
+PatchScene PatchesOf(const Mesh& mesh) {
   PatchScene scene;
   scene.mesh = mesh;
   scene.caster = RayCaster(scene.mesh);
@@ -99,7 +99,7 @@ double HiddenAt(const RealSunShare& share, int x, int y) {
 TEST(SoftSun, AStraightEdgesPenumbraFollowsTheDisc) {
   Mesh plate;
   AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, plate);
-  const PatchScene objects = SceneOf(plate);
+  const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
   const RealSunShare share = SoftSun(nothing, objects).OnReal(view, kZenith);
@@ -118,7 +118,7 @@ TEST(SoftSun, AStraightEdgesPenumbraFollowsTheDisc) {
 TEST(SoftSun, ManyDiscSamplesConverge) {
   Mesh plate;
   AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, plate);
-  const PatchScene objects = SceneOf(plate);
+  const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
   const RealSunShare share =
@@ -144,8 +144,8 @@ TEST(SoftSun, RealAndVirtualCastersHideThePartsThatTheyHideTogether) {
   const RayCaster real(left);
   Mesh left_object;
   AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.001f, left_object);
-  const PatchScene same = SceneOf(left_object);
-  const PatchScene other = SceneOf(right);
+  const PatchScene same = PatchesOf(left_object);
+  const PatchScene other = PatchesOf(right);
   const RealSunShare by_same = SoftSun(real, same).OnReal(view, kZenith);
   const RealSunShare by_other = SoftSun(real, other).OnReal(view, kZenith);
   int in_penumbra = 0;
@@ -166,7 +166,7 @@ TEST(SoftSun, AnObjectSeesTheDiscPastARealEdge) {
   const RayCaster real(plate);
   Mesh table;
   AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.0f, table);
-  const PatchScene objects = SceneOf(table);
+  const PatchScene objects = PatchesOf(table);
   const ObjectView view = SeeObjects(objects, FromAbove());
   const ObjectSunShare share = SoftSun(real, objects).OnObjects(view, kZenith);
   ASSERT_EQ(share.seen.width, 2 * view.width_px);
@@ -188,7 +188,7 @@ TEST(SoftSun, AnObjectShadowsItself) {
   Mesh mesh;
   AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.0f, mesh);
   AddPlate(-0.2f, -0.2f, 0.2f, 0.2f, 5.0f, mesh);
-  const PatchScene objects = SceneOf(mesh);
+  const PatchScene objects = PatchesOf(mesh);
   const RayCaster nothing{Mesh{}};
   Camera beside = FromAbove();
   beside.camera_from_world[3] = {1.0, 0.0, 10.0, 1.0};  // Sees the table beneath the lid.
@@ -211,7 +211,7 @@ TEST(SoftSun, DoesNotDependOnThreads) {
   Mesh plate;
   AddPlate(-0.4f, -0.3f, 0.3f, 0.2f, 5.0f, plate);
   AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.5f, plate);
-  const PatchScene objects = SceneOf(plate);
+  const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
   const SoftSun soft_sun(nothing, objects);
@@ -227,7 +227,7 @@ TEST(SoftSun, DoesNotDependOnThreads) {
 TEST(SoftSun, ASunWithoutSizeCastsHardShadows) {
   Mesh plate;
   AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, plate);
-  const PatchScene objects = SceneOf(plate);
+  const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
   const RealSunShare share = SoftSun(nothing, objects).OnReal(view, {{0.0, 0.0, 1.0}, {}, 0.0});
@@ -237,8 +237,8 @@ TEST(SoftSun, ASunWithoutSizeCastsHardShadows) {
 TEST(SoftSunHardCases, NothingInViewGivesNothing) {
   Mesh plate;
   AddPlate(-1.0f, -1.0f, 1.0f, 1.0f, 20.0f, plate);  // Behind the camera.
-  const PatchScene objects = SceneOf(plate);
-  const PatchScene none = SceneOf(Mesh{});
+  const PatchScene objects = PatchesOf(plate);
+  const PatchScene none = PatchesOf(Mesh{});
   const RayCaster nothing{Mesh{}};
   EXPECT_TRUE(SeeObjects(objects, FromAbove()).Empty());
   EXPECT_TRUE(SeeObjects(none, FromAbove()).Empty());
@@ -255,7 +255,7 @@ TEST(SoftSunHardCases, AnObjectAroundTheCameraIsSeen) {
   Mesh floor;
   AddPlate(-50.0f, -50.0f, 50.0f, 50.0f, 1.0f, floor);
   AddPlate(-50.0f, -50.0f, 50.0f, 50.0f, 12.0f, floor);
-  const PatchScene objects = SceneOf(floor);
+  const PatchScene objects = PatchesOf(floor);
   const ObjectView view = SeeObjects(objects, FromAbove());
   ASSERT_EQ(view.width_px, 64);
   ASSERT_EQ(view.height_px, 64);
@@ -265,7 +265,7 @@ TEST(SoftSunHardCases, AnObjectAroundTheCameraIsSeen) {
 }
 
 TEST(SoftSunHardCases, RefusesWhatIsNoDiscAndTooFewSamples) {
-  const PatchScene none = SceneOf(Mesh{});
+  const PatchScene none = PatchesOf(Mesh{});
   const RayCaster nothing{Mesh{}};
   EXPECT_THROW(SoftSun(nothing, none, {.disc_samples = 3}), std::invalid_argument);
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
@@ -275,4 +275,4 @@ TEST(SoftSunHardCases, RefusesWhatIsNoDiscAndTooFewSamples) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::soft_sun_test

@@ -9,7 +9,7 @@
 
 #include "tests/relight/survey_test_site.h"
 
-namespace pleinair {
+namespace pleinair::surface_view_builder_test {
 namespace {
 
 constexpr double kRadius = kMeanSunAngularRadiusRad;
@@ -274,4 +274,4 @@ TEST(SurfaceViewBuilderHardCases, APictureOfOnePixelAndOneOfSkyAlone) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::surface_view_builder_test

@@ -11,7 +11,7 @@
 #include "relight/survey.h"
 #include "tests/relight/survey_test_site.h"
 
-namespace pleinair {
+namespace pleinair::survey_hard_cases_test {
 namespace {
 
 PrepareOptions Coarse() {
@@ -410,4 +410,4 @@ TEST(SurveyHardCases, RefusesMapsThatMakeNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::survey_hard_cases_test

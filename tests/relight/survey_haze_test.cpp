@@ -9,7 +9,7 @@
 #include "scene/lat_long.h"
 #include "sunmodel/sky_luminance.h"
 
-namespace pleinair {
+namespace pleinair::survey_haze_test {
 namespace {
 
 const glm::dvec3 kSunEnu = glm::normalize(glm::dvec3(0.5, -0.6, 0.7));
@@ -97,4 +97,4 @@ TEST(SurveyHazeHardCases, IsUnknownWithoutSkyWithoutSunAndAtNight) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::survey_haze_test

@@ -12,7 +12,7 @@
 #include "relight/survey_maps.h"
 #include "tests/relight/survey_test_site.h"
 
-namespace pleinair {
+namespace pleinair::survey_test {
 namespace {
 
 // Measured over true albedo of the pixels of a region, sorted; the channel with the largest spread.
@@ -155,4 +155,4 @@ TEST(SurveyMaps, ShowTheAmbientWeight) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::survey_test

@@ -11,7 +11,7 @@
 #include "scene/lighting.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::transport_hard_cases_test {
 namespace {
 
 const glm::vec3 kUp(0.0f, 0.0f, 1.0f);
@@ -191,4 +191,4 @@ TEST(TransportHardCases, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::transport_hard_cases_test

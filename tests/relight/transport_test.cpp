@@ -12,7 +12,7 @@
 #include "scene/lighting.h"
 #include "tests/relight/probe_test_scenes.h"
 
-namespace pleinair {
+namespace pleinair::transport_test {
 namespace {
 
 const glm::vec3 kUp(0.0f, 0.0f, 1.0f);
@@ -288,4 +288,4 @@ TEST(SunVisibility, FollowsTheDiscBehindAnEdge) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::transport_test

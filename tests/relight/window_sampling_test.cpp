@@ -17,7 +17,7 @@
 #include "scene/ray_caster.h"
 #include "tests/relight/window_rooms.h"
 
-namespace pleinair {
+namespace pleinair::window_sampling_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -435,4 +435,4 @@ TEST(SkyRadianceTable, AddsUpTheLightingsSky) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::window_sampling_test

@@ -15,7 +15,7 @@
 #include "scene/mesh_io.h"
 #include "tests/relight/window_rooms.h"
 
-namespace pleinair {
+namespace pleinair::windows_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -171,4 +171,4 @@ TEST(Windows, RefusesBadSearchesByName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::windows_test

@@ -8,7 +8,7 @@
 #include "render/gl_context.h"
 #include "test_scenes.h"
 
-namespace pleinair::test {
+namespace pleinair::test::compositor_hard_cases_test {
 namespace {
 
 class CompositorHardCase : public testing::Test {
@@ -182,4 +182,4 @@ TEST_F(CompositorHardCase, AModelWithoutLightOrAlbedoTouchesNothing) {
 }
 
 }  // namespace
-}  // namespace pleinair::test
+}  // namespace pleinair::test::compositor_hard_cases_test

@@ -17,7 +17,7 @@
 #include "render/gl_context.h"
 #include "test_scenes.h"
 
-namespace pleinair::test {
+namespace pleinair::test::compositor_test {
 namespace {
 
 // Half float keeps 11 bits, and drivers may cut off instead of rounding: 2^-10.
@@ -452,4 +452,4 @@ TEST_F(CompositorTest, NamesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pleinair::test
+}  // namespace pleinair::test::compositor_test

@@ -7,7 +7,7 @@
 
 #include "render/compositor.h"
 
-namespace pleinair {
+namespace pleinair::gl_context_test {
 namespace {
 
 TEST(HeadlessContext, GivesBothKindsOfOpenGlWithoutADisplay) {
@@ -30,4 +30,4 @@ TEST(HeadlessContext, MayGoBeforeTheCompositorThatDrewInIt) {
 TEST(Compositor, RefusesToStartWithoutAContext) { EXPECT_THROW(Compositor(), std::runtime_error); }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::gl_context_test

@@ -11,7 +11,7 @@
 #include "render/gl_context.h"
 #include "test_scenes.h"
 
-namespace pleinair::test {
+namespace pleinair::test::ray_cast_light_test {
 namespace {
 
 // Half float keeps 11 bits, and drivers may cut off instead of rounding: 2^-10.
@@ -241,4 +241,4 @@ TEST(CompositorOptionsTest, NamesTheFieldThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace pleinair::test
+}  // namespace pleinair::test::ray_cast_light_test

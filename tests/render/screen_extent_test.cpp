@@ -9,7 +9,7 @@
 #include "scene/ray_caster.h"
 #include "test_scenes.h"
 
-namespace pleinair::test {
+namespace pleinair::test::screen_extent_test {
 namespace {
 
 TEST(ScreenExtent, HoldsEveryPixelThatAMeshShowsIn) {
@@ -89,4 +89,4 @@ TEST(ShadowExtent, IsAllOfThePictureInsideTheShadowAndNothingAboveIt) {
 }
 
 }  // namespace
-}  // namespace pleinair::test
+}  // namespace pleinair::test::screen_extent_test

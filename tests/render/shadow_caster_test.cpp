@@ -9,7 +9,7 @@
 #include "scene/ray_caster.h"
 #include "test_scenes.h"
 
-namespace pleinair::test {
+namespace pleinair::test::shadow_caster_test {
 namespace {
 
 ShadowCaster CasterOf(const Mesh& mesh) { return {mesh.positions_m, mesh.triangles}; }
@@ -158,4 +158,4 @@ TEST(ShadowCaster, TakesMeshesWithoutAnythingInThem) {
 }
 
 }  // namespace
-}  // namespace pleinair::test
+}  // namespace pleinair::test::shadow_caster_test

@@ -9,7 +9,7 @@
 #include "scene/mesh_io.h"
 #include "test_scenes.h"
 
-namespace pleinair::test {
+namespace pleinair::test::shadow_mask_hard_cases_test {
 namespace {
 
 // At most 0.01 % of pixels farther than one pixel from an edge; at least one pixel may differ.
@@ -249,4 +249,4 @@ TEST_F(ShadowMaskHardCase, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair::test
+}  // namespace pleinair::test::shadow_mask_hard_cases_test

@@ -11,7 +11,7 @@
 #include "scene/mesh_io.h"
 #include "test_scenes.h"
 
-namespace pleinair::test {
+namespace pleinair::test::shadow_mask_test {
 namespace {
 
 constexpr double kMaxDifferentShare = 1e-4;
@@ -118,4 +118,4 @@ TEST_P(ClosedMesh, CastsTheShadowThatRayCastingSays) {
 }
 
 }  // namespace
-}  // namespace pleinair::test
+}  // namespace pleinair::test::shadow_mask_test

@@ -16,7 +16,7 @@
 
 #include "tests/scene/temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::image_io_hard_cases_test {
 namespace {
 
 using testing::HasSubstr;
@@ -240,4 +240,4 @@ TEST(ImageIoHardCases, RefusesSubSampledChannels) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::image_io_hard_cases_test

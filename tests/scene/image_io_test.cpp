@@ -17,7 +17,7 @@
 
 #include "tests/scene/temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::image_io_test {
 namespace {
 
 using testing::HasSubstr;
@@ -218,4 +218,4 @@ TEST(ImageIo, ReadsTheRecordedFrames) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::image_io_test

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::lat_long_hard_cases_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -106,4 +106,4 @@ TEST(LatLongHardCases, RefusesSizesWithoutPixels) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lat_long_hard_cases_test

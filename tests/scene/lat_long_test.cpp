@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::lat_long_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -118,4 +118,4 @@ TEST(LatLong, RefusesSizesThatDoNotDivide) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::lat_long_test

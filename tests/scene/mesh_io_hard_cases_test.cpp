@@ -13,7 +13,7 @@
 
 #include "tests/scene/temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::mesh_io_hard_cases_test {
 namespace {
 
 using testing::Contains;
@@ -380,4 +380,4 @@ TEST(MeshIoHardCases, AgreesWithWhatIsKnownOfTheTestMeshes) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::mesh_io_hard_cases_test

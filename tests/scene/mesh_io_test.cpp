@@ -11,7 +11,7 @@
 #include "scene/image_io.h"
 #include "tests/scene/temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::mesh_io_test {
 namespace {
 
 using testing::Contains;
@@ -172,4 +172,4 @@ TEST(MeshIo, ReadsTheRecordedScenes) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::mesh_io_test

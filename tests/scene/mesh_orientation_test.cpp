@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::mesh_orientation_test {
 namespace {
 
 // A closed tetrahedron around `centre`, normals pointing away from it.
@@ -80,4 +80,4 @@ TEST(TurnClosedPartsOutward, GivesATurnedPartItsOwnVertices) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::mesh_orientation_test

@@ -10,7 +10,7 @@
 
 #include "tests/scene/box_mesh.h"
 
-namespace pleinair {
+namespace pleinair::mesh_test {
 namespace {
 
 double SignedVolume(const Mesh& mesh) {
@@ -81,4 +81,4 @@ TEST(Mesh, TriangleWithoutAreaHasNoNormal) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::mesh_test

@@ -13,7 +13,7 @@
 
 #include "tests/scene/box_mesh.h"
 
-namespace pleinair {
+namespace pleinair::ray_caster_hard_cases_test {
 namespace {
 
 constexpr double kScales[] = {1e-3, 1.0, 1e3, 1e6};
@@ -302,4 +302,4 @@ TEST(RayCasterHardCases, AnswersAreRepeatable) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::ray_caster_hard_cases_test

@@ -13,7 +13,7 @@
 
 #include "tests/scene/box_mesh.h"
 
-namespace pleinair {
+namespace pleinair::ray_caster_test {
 namespace {
 
 Mesh UnitTriangle() {
@@ -144,4 +144,4 @@ TEST(RayCaster, OffsetMovesToTheSideAskedFor) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::ray_caster_test

@@ -10,7 +10,7 @@
 
 #include "scene/sky_shape.h"
 
-namespace pleinair {
+namespace pleinair::sky_regions_test {
 namespace {
 
 glm::dvec3 Direction(double azimuth_deg, double elevation_deg) {
@@ -100,4 +100,4 @@ TEST(SkyRegionsHardCases, RefusesNoneAndTooMany) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sky_regions_test

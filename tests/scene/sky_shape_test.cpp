@@ -10,7 +10,7 @@
 #include "scene/lat_long.h"
 #include "tests/scene/irradiance_by_points.h"
 
-namespace pleinair {
+namespace pleinair::sky_shape_test {
 namespace {
 
 using testing::IrradianceByPoints;
@@ -94,4 +94,4 @@ TEST(SkyShapeHardCases, RefusesImagesWithDefects) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sky_shape_test

@@ -10,7 +10,7 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 
-namespace pleinair {
+namespace pleinair::spherical_harmonics_hard_cases_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -157,4 +157,4 @@ TEST(SphericalHarmonicsHardCases, WindowLeavesAConstantSkyAlone) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::spherical_harmonics_hard_cases_test

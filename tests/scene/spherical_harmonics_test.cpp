@@ -11,7 +11,7 @@
 
 #include "scene/lat_long.h"
 
-namespace pleinair {
+namespace pleinair::spherical_harmonics_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -126,4 +126,4 @@ TEST(SphericalHarmonics, RefuseOtherSizes) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::spherical_harmonics_test

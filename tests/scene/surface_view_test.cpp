@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::surface_view_test {
 namespace {
 
 SurfaceView OnePixel(const glm::vec3& normal, float visibility, const glm::vec3& bounce) {
@@ -27,4 +27,4 @@ TEST(SurfaceView, ASurfaceTurnedAwayGetsTheBounceOnly) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::surface_view_test

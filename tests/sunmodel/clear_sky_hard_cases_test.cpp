@@ -11,7 +11,7 @@
 #include "sunmodel/angles.h"
 #include "sunmodel/clear_sky.h"
 
-namespace pleinair {
+namespace pleinair::clear_sky_hard_cases_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -118,4 +118,4 @@ TEST(ClearSkyHardCases, RefusesBadInputByName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::clear_sky_hard_cases_test

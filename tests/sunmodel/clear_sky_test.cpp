@@ -12,7 +12,7 @@
 #include "sunmodel/angles.h"
 #include "sunmodel/sun_position.h"
 
-namespace pleinair {
+namespace pleinair::clear_sky_test {
 namespace {
 
 constexpr double kSolarConstantWm2 = 1361.0;
@@ -182,4 +182,4 @@ TEST(ClearSky, AgreesWithAMeasuredClearDay) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::clear_sky_test

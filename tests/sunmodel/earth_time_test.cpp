@@ -5,7 +5,7 @@
 #include "sunmodel/internal/leap_seconds.h"
 #include "sunmodel/time_text.h"
 
-namespace pleinair {
+namespace pleinair::earth_time_test {
 namespace {
 
 using std::chrono::sys_days;
@@ -81,4 +81,4 @@ TEST(EarthTime, TakesWhatIsGiven) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::earth_time_test

@@ -10,7 +10,7 @@
 
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::north_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -64,4 +64,4 @@ TEST(TurnedClockwise, TurnsNorthToEastAndKeepsHeight) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::north_test

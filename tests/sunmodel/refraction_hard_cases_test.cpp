@@ -10,7 +10,7 @@
 #include "sunmodel/refraction.h"
 #include "tests/sunmodel/directions.h"
 
-namespace pleinair {
+namespace pleinair::refraction_hard_cases_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -144,4 +144,4 @@ TEST(RefractionHardCases, RefusesBadInputByName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::refraction_hard_cases_test

@@ -8,7 +8,7 @@
 #include "sunmodel/angles.h"
 #include "tests/sunmodel/directions.h"
 
-namespace pleinair {
+namespace pleinair::refraction_test {
 namespace {
 
 double RefractionArcMin(double airless_deg, const Atmosphere& air) {
@@ -100,4 +100,4 @@ TEST(AirMass, IsThatOfAFlatEarthHighUp) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::refraction_test

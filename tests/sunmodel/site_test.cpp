@@ -11,7 +11,7 @@
 
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::site_test {
 namespace {
 
 using ::testing::AllOf;
@@ -89,4 +89,4 @@ TEST(Site, NamesFieldAndValueOnBadNumbers) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::site_test

@@ -9,7 +9,7 @@
 
 #include "sunmodel/angles.h"
 
-namespace pleinair {
+namespace pleinair::sky_luminance_test {
 namespace {
 
 glm::dvec3 Direction(double azimuth_deg, double elevation_deg) {
@@ -161,4 +161,4 @@ TEST(ClearSkyHardCases, RefusesWhatIsNoDirectionAndNoDepth) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sky_luminance_test

@@ -9,7 +9,7 @@
 #include "sunmodel/sky_luminance.h"
 #include "tests/scene/irradiance_by_points.h"
 
-namespace pleinair {
+namespace pleinair::sky_shapes_test {
 namespace {
 
 using testing::IrradianceByPoints;
@@ -48,4 +48,4 @@ TEST(SkyShapes, TheClearShapeFollowsItsModelClosely) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sky_shapes_test

@@ -13,7 +13,7 @@
 #include "sunmodel/time_text.h"
 #include "tests/sunmodel/directions.h"
 
-namespace pleinair {
+namespace pleinair::sun_position_hard_cases_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -230,4 +230,4 @@ TEST(SunPositionHardCases, RefusesBadInputByName) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sun_position_hard_cases_test

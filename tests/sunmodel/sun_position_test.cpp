@@ -14,7 +14,7 @@
 #include "sunmodel/time_text.h"
 #include "tests/sunmodel/directions.h"
 
-namespace pleinair {
+namespace pleinair::sun_position_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -281,4 +281,4 @@ TEST(SunPosition, AgreesWithTheNavalObservatoryTable) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sun_position_test

@@ -9,7 +9,7 @@
 #include "sunmodel/sunrise_sunset.h"
 #include "sunmodel/time_text.h"
 
-namespace pleinair {
+namespace pleinair::sunrise_sunset_hard_cases_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -71,4 +71,4 @@ TEST(SolarDayHardCases, RefusesWhatItCannotAnswer) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sunrise_sunset_hard_cases_test

@@ -7,7 +7,7 @@
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
-namespace pleinair {
+namespace pleinair::sunrise_sunset_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -95,4 +95,4 @@ TEST(SolarDay, HoldsItsTimeAtEveryLongitude) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::sunrise_sunset_test

@@ -7,7 +7,7 @@
 
 #include "sunmodel/time_text.h"
 
-namespace pleinair {
+namespace pleinair::time_text_hard_cases_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -100,4 +100,4 @@ TEST(TimeTextHardCases, NamesTextAndField) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::time_text_hard_cases_test

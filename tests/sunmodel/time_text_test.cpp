@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pleinair {
+namespace pleinair::time_text_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -43,4 +43,4 @@ TEST(TimeText, RoundTripsEveryTick) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::time_text_test

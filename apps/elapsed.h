@@ -1,0 +1,13 @@
+// Wall time.
+#pragma once
+
+#include <chrono>
+
+namespace pleinair {
+
+inline double MsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+}  // namespace pleinair

@@ -1,0 +1,18 @@
+// The convex hull of points in a plane.
+#pragma once
+
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+namespace pleinair {
+
+// Twice the signed area of the triangle o, a, b: above 0 where it turns left.
+inline double TurnOf(const glm::dvec2& o, const glm::dvec2& a, const glm::dvec2& b) {
+  return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
+}
+
+// Counter-clockwise, no point on a line between its neighbours (Andrew's monotone chain).
+std::vector<glm::dvec2> ConvexHull(std::vector<glm::dvec2> points);
+
+}  // namespace pleinair
