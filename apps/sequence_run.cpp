@@ -228,14 +228,17 @@ std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& optio
 
 SequenceRun::SequenceRun(std::shared_ptr<const LoadedSequence> loaded,
                          const SequenceRunOptions& options)
-    : loaded_(std::move(loaded)), notes_(loaded_->site.notes), given_suns_(GivenSuns(options)) {
+    : loaded_(std::move(loaded)),
+      with_objects_(options.with_objects),
+      notes_(loaded_->site.notes),
+      given_suns_(GivenSuns(options)) {
   const std::vector<std::string>& of_scene = loaded_->scene.notes;
   notes_.insert(notes_.end(), of_scene.begin(), of_scene.end());
   pipeline_ = std::make_unique<FramePipeline>(
       loaded_->scene,
       loaded_->site.model.mesh,
       loaded_->sequence.site,
-      options.with_objects ? loaded_->site.objects : std::vector<VirtualObject>(),
+      with_objects_ ? loaded_->site.objects : std::vector<VirtualObject>(),
       MakeSourceFor(options, loaded_->sequence, loaded_->scene.aerosol_optical_depth),
       compositor_,
       PipelineOptionsFor(options, *loaded_));
@@ -259,10 +262,15 @@ std::optional<RunStep> SequenceRun::Next(const std::function<bool(int)>& wanted)
     if (given != given_suns_.end()) (*frame)->sun_direction_enu = given->second;
     const double read_ms = MsSince(read_start);
     RunStep step{std::move(**frame), {}};
-    step.result = pipeline_->Process(*step.frame);
+    step.result = pipeline_->Process(*step.frame, PosesAt(step.frame->time));
     if (step.result) step.result->timing_ms.read = read_ms;
     return step;
   }
+}
+
+std::vector<glm::dmat4> SequenceRun::PosesAt(UtcTime time) const {
+  if (!with_objects_) return {};
+  return ObjectPosesAt(loaded_->site, SecondsSinceFirstFrame(loaded_->sequence, time));
 }
 
 }  // namespace pleinair

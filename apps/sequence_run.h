@@ -122,7 +122,10 @@ class SequenceRun {
   std::string DaylightNote() const { return pipeline_->DaylightNote(); }
 
  private:
+  std::vector<glm::dmat4> PosesAt(UtcTime time) const;
+
   std::shared_ptr<const LoadedSequence> loaded_;
+  bool with_objects_;
   std::vector<std::string> notes_;
   std::map<int, glm::dvec3> given_suns_;  // Directions that a lighting file gives, by frame.
   Compositor compositor_;

@@ -1,11 +1,14 @@
 #include "apps/sequence_site.h"
 
 #include <algorithm>
+#include <chrono>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include "apps/available_memory.h"
 #include "pipeline/sun_state.h"
@@ -94,12 +97,35 @@ SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
   return map;
 }
 
-BoundingBox BoxOfObjects(const std::vector<VirtualObject>& objects) {
-  BoundingBox box = BoundingBoxOf(objects.front().mesh);
-  for (const VirtualObject& object : objects) {
-    const BoundingBox other = BoundingBoxOf(object.mesh);
-    box.lower_m = glm::min(box.lower_m, other.lower_m);
-    box.upper_m = glm::max(box.upper_m, other.upper_m);
+void Include(const BoundingBox& other, BoundingBox& box) {
+  box.lower_m = glm::min(box.lower_m, other.lower_m);
+  box.upper_m = glm::max(box.upper_m, other.upper_m);
+}
+
+// Around the corners of `box`, moved.
+BoundingBox MovedBox(const glm::dmat4& target_from_box, const BoundingBox& box) {
+  BoundingBox moved;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec4 at((corner & 1) != 0 ? box.upper_m.x : box.lower_m.x,
+                        (corner & 2) != 0 ? box.upper_m.y : box.lower_m.y,
+                        (corner & 4) != 0 ? box.upper_m.z : box.lower_m.z,
+                        1.0);
+    const glm::vec3 point_m(glm::dvec3(target_from_box * at));
+    corner == 0 ? void(moved = {point_m, point_m}) : Include({point_m, point_m}, moved);
+  }
+  return moved;
+}
+
+BoundingBox BoxOfObjects(const SequenceSite& site, const Sequence& sequence) {
+  BoundingBox box = BoundingBoxOf(site.objects.front().mesh);
+  for (std::size_t i = 0; i < site.objects.size(); ++i) {
+    const BoundingBox at_start = BoundingBoxOf(site.objects[i].mesh);
+    Include(at_start, box);
+    if (!site.motions[i].of_part.Moves()) continue;
+    for (const FrameEntry& frame : sequence.frames) {
+      const double time_s = SecondsSinceFirstFrame(sequence, frame.time);
+      Include(MovedBox(site.motions[i].WorldFromStart(time_s), at_start), box);
+    }
   }
   box.lower_m.z += kProbeFootShare * (box.upper_m.z - box.lower_m.z);
   return box;
@@ -143,7 +169,45 @@ bool IsIndoors(const Camera& camera, const Mesh& mesh) {
   return seen < kLeastSkyOutdoors * cells;
 }
 
+void LoadObject(const Sequence& sequence, const VirtualObjectEntry& entry, SequenceSite& site) {
+  LoadedParts loaded = LoadMeshParts(sequence.folder / entry.mesh, MeshColours::kFaces);
+  NoteLoading(entry.mesh, loaded.report, site.notes);
+  std::int64_t turned = 0;
+  for (MeshPart& part : loaded.parts) {
+    turned += TurnClosedPartsOutward(part.mesh);
+    site.objects.push_back({MakeShadingMesh(TransformMesh(entry.world_from_object, part.mesh))});
+    site.motions.push_back({entry.world_from_object, std::move(part.motion)});
+  }
+  if (turned > 0) {
+    site.notes.push_back(entry.mesh.filename().string() + ": " + std::to_string(turned) +
+                         " closed parts were inside out and have been turned");
+  }
+}
+
 }  // namespace
+
+glm::dmat4 ObjectMotion::WorldFromStart(double time_s) const {
+  const glm::dmat4 file_from_start = of_part.FileFromStart(time_s);
+  if (file_from_start == glm::dmat4(1.0)) return file_from_start;
+  glm::dmat4 world_from_start = world_from_file * file_from_start * glm::inverse(world_from_file);
+  // Affine to the bit: the product's last row has rounding errors.
+  for (int column = 0; column < 4; ++column) world_from_start[column].w = column == 3 ? 1.0 : 0.0;
+  return world_from_start;
+}
+
+std::vector<glm::dmat4> ObjectPosesAt(const SequenceSite& site, double time_s) {
+  const bool moves = std::any_of(site.motions.begin(), site.motions.end(), [](const auto& motion) {
+    return motion.of_part.Moves();
+  });
+  std::vector<glm::dmat4> poses;
+  if (!moves) return poses;
+  for (const ObjectMotion& motion : site.motions) poses.push_back(motion.WorldFromStart(time_s));
+  return poses;
+}
+
+double SecondsSinceFirstFrame(const Sequence& sequence, UtcTime time) {
+  return std::chrono::duration<double>(time - sequence.frames.front().time).count();
+}
 
 SequenceSite LoadSequenceSite(const Sequence& sequence) {
   SequenceSite site;
@@ -165,16 +229,8 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   if (sequence.diffuse_mask && sequence.environment) {
     site.model.diffuse_mask = ReadMaskImage(sequence.folder / *sequence.diffuse_mask);
   }
-  for (const VirtualObjectEntry& entry : sequence.virtual_objects) {
-    LoadedMesh object = LoadMesh(sequence.folder / entry.mesh);
-    NoteLoading(entry.mesh, object.report, site.notes);
-    const std::int64_t turned = TurnClosedPartsOutward(object.mesh);
-    if (turned > 0) {
-      site.notes.push_back(entry.mesh.filename().string() + ": " + std::to_string(turned) +
-                           " closed parts were inside out and have been turned");
-    }
-    site.objects.push_back({MakeShadingMesh(TransformMesh(entry.world_from_object, object.mesh))});
-  }
+  for (const VirtualObjectEntry& entry : sequence.virtual_objects)
+    LoadObject(sequence, entry, site);
   site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), site.model.mesh);
   if (site.is_indoors) {
     site.notes.emplace_back(
@@ -182,7 +238,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
         "--ground-albedo nothing shines from below the horizon");
   }
   site.probe_box =
-      site.objects.empty() ? BoxInView(sequence, site.model.mesh) : BoxOfObjects(site.objects);
+      site.objects.empty() ? BoxInView(sequence, site.model.mesh) : BoxOfObjects(site, sequence);
   return site;
 }
 

@@ -9,15 +9,27 @@
 #include "datasets/sequence.h"
 #include "relight/prepared_scene.h"
 #include "render/compositor.h"
+#include "scene/part_motion.h"
 
 namespace pleinair {
 
+// Of one virtual object, as its mesh file animates it.
+struct ObjectMotion {
+  glm::dmat4 world_from_file{1.0};
+  PartMotion of_part;
+
+  // Takes the object from where it is at the first frame to where it is `time_s` later.
+  glm::dmat4 WorldFromStart(double time_s) const;
+};
+
 struct SequenceSite {
   SiteModel model;
-  std::vector<VirtualObject> objects;  // In world coordinates.
-  BoundingBox probe_box;               // Around the objects, or around what the cameras look at.
-  bool is_indoors = false;             // The first camera sees little of the sky.
-  std::vector<std::string> notes;      // What was mended or assumed in loading.
+  std::vector<VirtualObject> objects;  // In world coordinates, as in the first frame.
+  std::vector<ObjectMotion> motions;   // One an object.
+  // Around the objects in all frames, or around what the cameras look at.
+  BoundingBox probe_box;
+  bool is_indoors = false;         // The first camera sees little of the sky.
+  std::vector<std::string> notes;  // What was mended or assumed in loading.
   // What there is to say where the materials' albedo is used: without an environment map.
   std::string materials_note;
   bool albedo_is_a_guess = false;  // The materials'.
@@ -26,6 +38,11 @@ struct SequenceSite {
 // Loads mesh, environment map, mask and objects.
 // Throws std::runtime_error, one line with the file and what was expected.
 SequenceSite LoadSequenceSite(const Sequence& sequence);
+
+double SecondsSinceFirstFrame(const Sequence& sequence, UtcTime time);
+
+// Poses for FramePipeline::Process, so long after the first frame; empty where nothing moves.
+std::vector<glm::dmat4> ObjectPosesAt(const SequenceSite& site, double time_s);
 
 // What may be asked of the offline part; what is unset is as PrepareOptions has it.
 struct PrepareSettings {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scene/mesh.h"
+#include "scene/part_motion.h"
 
 namespace pleinair {
 
@@ -33,6 +34,16 @@ struct LoadedMesh {
   MeshReport report;
 };
 
+// How textures, and the vertex colours of glTF, count.
+enum class MeshColours {
+  // By a material's mean: for a scene, whose materials are measured as one.
+  kMaterials,
+  // By the mean over each face, which makes a material of its own, of the same name. Where a face
+  // shows much of a texture all are cut into four, as often as kMostColouredTriangles allows.
+  kFaces,
+};
+inline constexpr std::size_t kMostColouredTriangles = 8192;
+
 // Loads a mesh; n-gons are cut into triangles (concave ones too), corners of equal position and
 // normal welded, node transforms applied, glTF's Y-up turned to Z-up. The winding is kept.
 //
@@ -41,12 +52,29 @@ struct LoadedMesh {
 // Normals     the file's. Missing ones, and those of STL (which has none for shading), are the mean
 //             of the triangles around the corner that meet at less than 60 deg.
 // Materials   as the sequence format says: Kd, Ks linear; Pr, else Ns (alpha^2 = 2 / (Ns + 2));
-//             glTF metal-rough. Textures count with their mean, Kd is limited to 0.98; each such
-//             case is a note. An OBJ whose material libraries are all missing gets Kd 0.5, noted.
+//             glTF metallic-roughness. Kd is limited to 0.98; that, textures and what is left out
+//             are notes. An OBJ whose material libraries are all missing gets Kd 0.5, noted.
+// Animation   left out: nodes are where they rest.
 // Throws      std::runtime_error naming the file and what was expected: unreadable, no triangle
 //             left, a coordinate beyond 1e5 m of the origin (float would lose the millimetres:
 //             georeferenced models are to be moved to a local origin), a material name that the
 //             libraries don't define, a file outside the mesh's folder.
-LoadedMesh LoadMesh(const std::filesystem::path& file);
+LoadedMesh LoadMesh(const std::filesystem::path& file,
+                    MeshColours colours = MeshColours::kMaterials);
+
+// What moves together, where it is at the beginning of the animation.
+struct MeshPart {
+  Mesh mesh;
+  PartMotion motion;  // In the mesh's axes.
+};
+
+struct LoadedParts {
+  std::vector<MeshPart> parts;  // At least one; the part that stands still first, if there is one.
+  MeshReport report;            // Of all.
+};
+
+// As LoadMesh, but for the first animation of a glTF, which takes its nodes along. Skins and morph
+// targets stay as they rest, noted. Throws as well for animations that make no sense.
+LoadedParts LoadMeshParts(const std::filesystem::path& file, MeshColours colours);
 
 }  // namespace pleinair

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "scene/mesh.h"
@@ -15,6 +16,9 @@ namespace pleinair {
 struct LooseCorner {
   glm::dvec3 position_m{0.0};
   glm::vec3 normal{0.0f};  // Zero or not finite: missing. Any length.
+  // What its colour is made of, until it is in the triangle's material.
+  glm::vec3 colour{1.0f};
+  glm::dvec2 texture_uv{0.0};
 };
 
 struct LooseTriangle {

@@ -5,20 +5,17 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
-#include <glm/common.hpp>
-
-#include "scene/internal/texture_mean.h"
 #include "scene/internal/whole_file.h"
 
 namespace pleinair {
 namespace {
-
-constexpr float kMaxAlbedo = 0.98f;
 
 std::string_view Trim(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
@@ -69,18 +66,22 @@ glm::vec3 Colour(const Place& place, std::string_view key, std::string_view rest
 
 // What a library says of one material; roughness is settled when all of it is known.
 struct Definition {
-  Material material;
-  bool has_diffuse_albedo = false;      // Kd
-  std::optional<float> roughness;       // Pr
-  std::optional<float> phong_exponent;  // Ns
-  std::string diffuse_texture;          // map_Kd
+  std::string name;
+  std::optional<glm::vec3> diffuse_albedo;  // Kd
+  glm::vec3 specular_reflectance{0.0f};     // Ks
+  std::optional<float> roughness;           // Pr
+  std::optional<float> phong_exponent;      // Ns
+  std::string diffuse_texture;              // map_Kd
 };
 
-Material Finish(const std::filesystem::path& library,
-                const Definition& definition,
-                std::vector<std::string>& notes) {
-  Material material = definition.material;
-  const std::string name = library.filename().string() + ": material '" + material.name + "': ";
+TexturedMaterial Finish(const std::filesystem::path& library,
+                        const Definition& definition,
+                        std::vector<std::string>& notes) {
+  TexturedMaterial material;
+  material.name = definition.name;
+  material.dielectric_reflectance = definition.specular_reflectance;
+  if (definition.diffuse_albedo) material.base_colour = *definition.diffuse_albedo;
+  const std::string label = library.filename().string() + ": material '" + material.name + "': ";
   if (definition.roughness) {
     material.roughness = *definition.roughness;
   } else if (definition.phong_exponent) {
@@ -89,22 +90,20 @@ Material Finish(const std::filesystem::path& library,
   }
   if (!definition.diffuse_texture.empty()) {
     const std::filesystem::path image = library.parent_path() / definition.diffuse_texture;
-    std::optional<glm::vec3> mean;
+    std::optional<Texture> texture;
     std::error_code error;
     if (IsInside(image, library.parent_path()) && std::filesystem::is_regular_file(image, error)) {
-      mean = MeanLinearColour(ReadWholeFile(image));
+      texture = Texture::Decode(ReadWholeFile(image));
     }
-    if (mean) {
+    if (texture) {
       // A texture alone is the albedo; with Kd, Kd scales it.
-      material.diffuse_albedo =
-          definition.has_diffuse_albedo ? material.diffuse_albedo * *mean : *mean;
-      notes.push_back(name + "texture " + definition.diffuse_texture +
-                      " replaced by its mean colour");
+      if (!definition.diffuse_albedo) material.base_colour = glm::vec3(1.0f);
+      material.texture = std::make_shared<const Texture>(std::move(*texture));
     } else {
-      notes.push_back(name + "texture " + definition.diffuse_texture + " cannot be read, left out");
+      notes.push_back(label + "texture " + definition.diffuse_texture +
+                      " cannot be read, left out");
     }
   }
-  if (LimitMaterial(material)) notes.push_back(name + "reflectance limited to below 1");
   return material;
 }
 
@@ -116,7 +115,7 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
   const auto finish = [&]() {
     if (!current) return;
     // A name defined twice: the first one counts, as for assimp.
-    materials.by_name.emplace(current->material.name, Finish(library, *current, materials.notes));
+    materials.by_name.emplace(current->name, Finish(library, *current, materials.notes));
   };
   for (std::string line; std::getline(stream, line);) {
     ++place.line;
@@ -126,17 +125,16 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
     if (key == "newmtl") {
       finish();
       current.emplace();
-      current->material.name = std::string(rest);
+      current->name = std::string(rest);
       continue;
     }
     const bool known = key == "Kd" || key == "Ks" || key == "Pr" || key == "Ns" || key == "map_Kd";
     if (!known) continue;
     if (!current) place.Refuse(std::string(key) + " before the first newmtl");
     if (key == "Kd") {
-      current->material.diffuse_albedo = Colour(place, key, rest);
-      current->has_diffuse_albedo = true;
+      current->diffuse_albedo = Colour(place, key, rest);
     } else if (key == "Ks") {
-      current->material.specular_reflectance = Colour(place, key, rest);
+      current->specular_reflectance = Colour(place, key, rest);
     } else if (key == "Pr") {
       current->roughness = Number(place, key, rest);
       if (*current->roughness > 1.0f) place.Refuse("Pr '" + std::string(rest) + "': expected 0..1");
@@ -173,16 +171,6 @@ bool IsInside(const std::filesystem::path& file, const std::filesystem::path& fo
   const std::filesystem::path relative =
       std::filesystem::absolute(file).lexically_normal().lexically_relative(base);
   return !relative.empty() && *relative.begin() != "..";
-}
-
-bool LimitMaterial(Material& material) {
-  const Material before = material;
-  material.diffuse_albedo =
-      glm::clamp(material.diffuse_albedo, glm::vec3(0.0f), glm::vec3(kMaxAlbedo));
-  material.specular_reflectance =
-      glm::clamp(material.specular_reflectance, glm::vec3(0.0f), glm::vec3(1.0f));
-  return before.diffuse_albedo != material.diffuse_albedo ||
-         before.specular_reflectance != material.specular_reflectance;
 }
 
 ObjMaterials ReadObjMaterials(const std::filesystem::path& obj) {

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "scene/mesh.h"
+#include "scene/internal/textured_material.h"
 
 namespace pleinair {
 
 struct ObjMaterials {
-  std::map<std::string, Material> by_name;
+  std::map<std::string, TexturedMaterial> by_name;
   std::vector<std::string> missing_libraries;
   int libraries_read = 0;
   std::vector<std::string> notes;
@@ -23,9 +23,6 @@ struct ObjMaterials {
 // was expected for a malformed value, or a library outside the OBJ's folder; a library that doesn't
 // exist is listed.
 ObjMaterials ReadObjMaterials(const std::filesystem::path& obj);
-
-// Albedo limited to what an interreflection that is to converge allows; tells whether it had to.
-bool LimitMaterial(Material& material);
 
 // Whether `file` lies in `folder` or below, by name.
 bool IsInside(const std::filesystem::path& file, const std::filesystem::path& folder);

@@ -1,0 +1,30 @@
+// The nodes of a glTF file and how its first animation moves them. Read here and not taken from
+// assimp, which takes every track for a LINEAR one.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/part_motion.h"
+
+namespace pleinair {
+
+struct GltfMotion {
+  std::vector<MovingNode> nodes;           // In the file's order.
+  std::vector<std::vector<int>> children;  // Per node, into nodes.
+  std::vector<int> roots;                  // Of the file's scene.
+  double duration_s = 0.0;                 // Of the last key; 0: nothing moves.
+  std::vector<std::string> notes;
+};
+
+// What assimp crashes on: throws as ReadGltfMotion for sparse accessors without indices or values.
+// Of a file that is no glTF at all it says nothing.
+void RequireSoundAccessors(const std::filesystem::path& file);
+
+// Reads a .gltf or .glb file that assimp has read. Throws std::runtime_error, one line with the
+// file, the key and what was expected, for nodes and animations that make no sense, sparse
+// accessors, or buffers outside the file's folder.
+GltfMotion ReadGltfMotion(const std::filesystem::path& file);
+
+}  // namespace pleinair

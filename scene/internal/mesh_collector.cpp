@@ -1,0 +1,342 @@
+#include "scene/internal/mesh_collector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "scene/internal/coloured_faces.h"
+#include "scene/internal/gltf_materials.h"
+
+namespace pleinair {
+namespace {
+
+// Float keeps 8 mm there; below 1e4 m a millimetre.
+constexpr double kMaxCoordinateM = 1e5;
+
+glm::dmat4 MatrixOf(const aiMatrix4x4& m) {
+  // assimp's members are rows, GLM's arguments columns.
+  return {m.a1,
+          m.b1,
+          m.c1,
+          m.d1,
+          m.a2,
+          m.b2,
+          m.c2,
+          m.d2,
+          m.a3,
+          m.b3,
+          m.c3,
+          m.d3,
+          m.a4,
+          m.b4,
+          m.c4,
+          m.d4};
+}
+
+glm::dvec3 VectorOf(const aiVector3D& v) { return {v.x, v.y, v.z}; }
+
+// glTF has +Y up and +Z to the front; ours has +Z up, and the front towards -Y.
+glm::dmat4 ZUpFromYUp() {
+  return {1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0};
+}
+
+// Whether assimp made the name up for a part that has none.
+bool IsMadeUp(const std::string& name) {
+  return name.empty() || name == "defaultobject" || name.starts_with("<STL") ||
+         name.starts_with("nodes[") || name.starts_with("meshes[");
+}
+
+void AddCounts(const MeshReport& of_part, MeshReport& report) {
+  report.degenerate_triangles_removed += of_part.degenerate_triangles_removed;
+  report.duplicate_triangles_removed += of_part.duplicate_triangles_removed;
+  report.non_finite_triangles_removed += of_part.non_finite_triangles_removed;
+  report.normals_computed += of_part.normals_computed;
+  report.open_edges += of_part.open_edges;
+  report.non_manifold_edges += of_part.non_manifold_edges;
+  report.misoriented_edges += of_part.misoriented_edges;
+  report.notes.insert(report.notes.end(), of_part.notes.begin(), of_part.notes.end());
+}
+
+double AreaOf(const LooseTriangle& triangle) {
+  const glm::dvec3 a = triangle.corners[0].position_m;
+  const double area = 0.5 * glm::length(glm::cross(triangle.corners[1].position_m - a,
+                                                   triangle.corners[2].position_m - a));
+  return std::isfinite(area) ? area : 0.0;
+}
+
+}  // namespace
+
+MeshCollector::MeshCollector(const std::filesystem::path& file,
+                             MeshFormat format,
+                             MeshColours colours,
+                             const aiScene& scene,
+                             const ObjMaterials& obj_materials)
+    : file_(file),
+      format_(format),
+      colours_(colours),
+      scene_(scene),
+      obj_materials_(obj_materials) {}
+
+void MeshCollector::Collect(const GltfMotion* motion) {
+  parts_.resize(1);
+  Place root;
+  if (format_ == MeshFormat::kGltf) root.root_from_node = ZUpFromYUp();
+  if (motion == nullptr) {
+    CollectNode(*scene_.mRootNode, 0, root, nullptr);
+    return;
+  }
+  MovingNode upright;
+  upright.rest = root.root_from_node;
+  root.chain.push_back(upright);
+  // assimp puts a node of its own over several roots.
+  if (motion->roots.size() == 1) {
+    CollectNode(*scene_.mRootNode, motion->roots[0], root, motion);
+    return;
+  }
+  for (std::size_t i = 0; i < motion->roots.size() && i < scene_.mRootNode->mNumChildren; ++i) {
+    CollectNode(*scene_.mRootNode->mChildren[i], motion->roots[i], root, motion);
+  }
+}
+
+void MeshCollector::CollectNode(const aiNode& node,
+                                int gltf_node,
+                                Place place,
+                                const GltfMotion* motion) {
+  place.root_from_node = place.root_from_node * MatrixOf(node.mTransformation);
+  if (motion != nullptr) {
+    const auto index = static_cast<std::size_t>(gltf_node);
+    if (motion->children[index].size() != node.mNumChildren) {
+      throw std::runtime_error(file_.string() + ": nodes[" + std::to_string(gltf_node) +
+                               "]: expected " + std::to_string(node.mNumChildren) +
+                               " children, as the mesh has them");
+    }
+    place.chain.push_back(motion->nodes[index]);
+    if (motion->nodes[index].Moves()) {
+      place.part = parts_.size();
+      parts_.push_back({{}, PartMotion(place.chain, motion->duration_s)});
+      place.root_from_node = parts_.back().motion.FileFromPart(0.0);
+    }
+  }
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+    CollectMesh(node, *scene_.mMeshes[node.mMeshes[i]], place);
+  }
+  for (unsigned i = 0; i < node.mNumChildren; ++i) {
+    const int child =
+        motion != nullptr ? motion->children[static_cast<std::size_t>(gltf_node)][i] : 0;
+    CollectNode(*node.mChildren[i], child, place, motion);
+  }
+}
+
+void MeshCollector::CollectMesh(const aiNode& node, const aiMesh& mesh, const Place& place) {
+  const bool has_polygons = std::any_of(mesh.mFaces,
+                                        mesh.mFaces + mesh.mNumFaces,
+                                        [](const aiFace& face) { return face.mNumIndices >= 3; });
+  if (!has_polygons) {
+    lines_and_points_ += mesh.mNumFaces;
+    return;
+  }
+  if (mesh.HasBones() || mesh.mNumAnimMeshes > 0) ++skins_and_morphs_;
+  const std::uint32_t material = SourceIndex(mesh.mMaterialIndex);
+  const std::uint32_t group = GroupIndex(node, mesh);
+  const TexturedMaterial& source = materials_.Source(material);
+  const aiVector3D* texture_uv =
+      source.texture && source.texture_set < AI_MAX_NUMBER_OF_TEXTURECOORDS
+          ? mesh.mTextureCoords[source.texture_set]
+          : nullptr;
+  // Other formats do not say what scale their colours are in.
+  const aiColor4D* colours = format_ == MeshFormat::kGltf ? mesh.mColors[0] : nullptr;
+  const glm::dmat3 linear(place.root_from_node);
+  const double determinant = glm::determinant(linear);
+  const bool mirrors = determinant < 0.0;
+  const bool has_normals = mesh.HasNormals() && format_ != MeshFormat::kStl && determinant != 0.0;
+  const glm::dmat3 root_from_normal =
+      has_normals ? glm::transpose(glm::inverse(linear)) : glm::dmat3(1.0);
+
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    if (face.mNumIndices != 3) {
+      ++lines_and_points_;
+      continue;
+    }
+    LooseTriangle triangle;
+    triangle.material = material;
+    triangle.group = group;
+    for (unsigned c = 0; c < 3; ++c) {
+      const unsigned index = face.mIndices[c];
+      if (index >= mesh.mNumVertices) {
+        throw std::runtime_error(file_.string() + ": corner " + std::to_string(index) +
+                                 " of a mesh with " + std::to_string(mesh.mNumVertices) +
+                                 " vertices");
+      }
+      LooseCorner& corner = triangle.corners[mirrors ? 2 - c : c];
+      corner.position_m =
+          glm::dvec3(place.root_from_node * glm::dvec4(VectorOf(mesh.mVertices[index]), 1.0));
+      RequireNear(corner.position_m);
+      if (has_normals) {
+        corner.normal = glm::vec3(root_from_normal * VectorOf(mesh.mNormals[index]));
+      }
+      if (texture_uv != nullptr) corner.texture_uv = glm::dvec2(VectorOf(texture_uv[index]));
+      if (colours != nullptr) {
+        corner.colour = glm::vec3(colours[index].r, colours[index].g, colours[index].b);
+      }
+    }
+    parts_[place.part].triangles.push_back(triangle);
+  }
+}
+
+void MeshCollector::RequireNear(const glm::dvec3& position_m) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    // Not finite is another matter: such triangles are left out and counted.
+    if (std::isfinite(position_m[axis]) && std::abs(position_m[axis]) > kMaxCoordinateM) {
+      throw std::runtime_error(
+          file_.string() + ": coordinate " + std::to_string(position_m[axis]) +
+          " m: expected at most 1e5 m from the origin; move the model to a local origin");
+    }
+  }
+}
+
+std::uint32_t MeshCollector::SourceIndex(unsigned assimp_index) {
+  const auto known = source_of_.find(assimp_index);
+  if (known != source_of_.end()) return known->second;
+  TexturedMaterial material = MakeMaterial(assimp_index);
+  if (material.ExceedsLimits()) {
+    report_.notes.push_back("material '" + material.name + "': reflectance limited to below 1");
+  }
+  if (material.texture) {
+    report_.notes.push_back("material '" + material.name +
+                            "': texture replaced by its mean colour" +
+                            (colours_ == MeshColours::kFaces ? " over each face" : ""));
+  }
+  const std::uint32_t source = materials_.Add(std::move(material));
+  source_of_.emplace(assimp_index, source);
+  return source;
+}
+
+TexturedMaterial MeshCollector::MakeMaterial(unsigned assimp_index) {
+  TexturedMaterial fallback;
+  fallback.name = "default";
+  if (assimp_index >= scene_.mNumMaterials) return fallback;
+  const aiMaterial& source = *scene_.mMaterials[assimp_index];
+  const std::string name = source.GetName().C_Str();
+  if (format_ == MeshFormat::kGltf) {
+    // assimp gives primitives without a material a nameless one that it puts last.
+    const bool made_up = name.empty() && assimp_index + 1 == scene_.mNumMaterials;
+    return made_up ? fallback : GltfMaterial(file_, scene_, source, report_.notes);
+  }
+  if (format_ != MeshFormat::kObj || name.empty() || name == AI_DEFAULT_MATERIAL_NAME) {
+    return fallback;
+  }
+  const auto defined = obj_materials_.by_name.find(name);
+  if (defined != obj_materials_.by_name.end()) return defined->second;
+  if (obj_materials_.libraries_read > 0) {
+    throw std::runtime_error(file_.string() + ": usemtl '" + name +
+                             "': no material library defines it");
+  }
+  fallback.name = name;
+  report_.notes.push_back("material '" + name + "': no material library, taken as grey 0.5");
+  return fallback;
+}
+
+std::uint32_t MeshCollector::GroupIndex(const aiNode& node, const aiMesh& mesh) {
+  std::string name = node.mName.C_Str();
+  if (IsMadeUp(name)) name = mesh.mName.C_Str();
+  if (IsMadeUp(name) || format_ == MeshFormat::kPly) name = file_.stem().string();
+  const auto index = static_cast<std::uint32_t>(group_names_.size());
+  const auto [entry, is_new] = group_of_.emplace(name, index);
+  if (is_new) group_names_.push_back(name);
+  return entry->second;
+}
+
+glm::vec3 MeshCollector::ColourOf(const LooseTriangle& triangle) const {
+  const auto& [a, b, c] = triangle.corners;
+  const glm::vec3 of_vertices = a.colour == b.colour && b.colour == c.colour
+                                    ? a.colour
+                                    : (a.colour + b.colour + c.colour) / 3.0f;
+  const TexturedMaterial& material = materials_.Source(triangle.material);
+  if (!material.texture) return of_vertices;
+  return of_vertices *
+         (colours_ == MeshColours::kMaterials
+              ? material.texture->Mean()
+              : material.texture->MeanOver({a.texture_uv, b.texture_uv, c.texture_uv}));
+}
+
+void MeshCollector::CutColoured() {
+  std::vector<LooseTriangle> all;
+  for (const Part& part : parts_) {
+    all.insert(all.end(), part.triangles.begin(), part.triangles.end());
+  }
+  const int cuts = WorthwhileCuts(all, materials_, kMostColouredTriangles);
+  for (Part& part : parts_) {
+    for (int i = 0; i < cuts; ++i) part.triangles = CutIntoFour(part.triangles);
+  }
+}
+
+void MeshCollector::SettleMaterials(std::vector<LooseTriangle>& triangles) {
+  if (colours_ == MeshColours::kFaces) {
+    for (LooseTriangle& triangle : triangles) {
+      triangle.material = materials_.Index(triangle.material, ColourOf(triangle));
+    }
+    return;
+  }
+  struct Sum {
+    glm::dvec3 colour{0.0};
+    double area_m2 = 0.0;
+    glm::vec3 first{0.0f};
+    bool is_one = true;  // All faces have the first one's colour, which then stands to the bit.
+  };
+  std::map<std::uint32_t, Sum> of_source;
+  for (const LooseTriangle& triangle : triangles) {
+    const glm::vec3 colour = ColourOf(triangle);
+    const auto [entry, is_new] = of_source.try_emplace(triangle.material);
+    Sum& sum = entry->second;
+    if (is_new) sum.first = colour;
+    sum.is_one = sum.is_one && colour == sum.first;
+    const double area_m2 = AreaOf(triangle);
+    sum.colour += area_m2 * glm::dvec3(colour);
+    sum.area_m2 += area_m2;
+  }
+  for (LooseTriangle& triangle : triangles) {
+    const Sum& sum = of_source.at(triangle.material);
+    const glm::vec3 colour =
+        sum.is_one || !(sum.area_m2 > 0.0) ? sum.first : glm::vec3(sum.colour / sum.area_m2);
+    triangle.material = materials_.Index(triangle.material, colour);
+  }
+}
+
+LoadedParts MeshCollector::Finish() {
+  if (lines_and_points_ > 0) {
+    report_.notes.push_back(std::to_string(lines_and_points_) + " points or lines left out");
+  }
+  if (skins_and_morphs_ > 0) {
+    report_.notes.emplace_back("skins and morph targets left out");
+  }
+  if (colours_ == MeshColours::kFaces) CutColoured();
+  LoadedParts loaded;
+  for (Part& part : parts_) {
+    SettleMaterials(part.triangles);
+    MeshPart mended;
+    MeshReport of_part;
+    MendTriangles(part.triangles, mended.mesh, of_part);
+    AddCounts(of_part, report_);
+    if (mended.mesh.Empty()) continue;
+    mended.motion = std::move(part.motion);
+    loaded.parts.push_back(std::move(mended));
+  }
+  if (loaded.parts.empty()) {
+    throw std::runtime_error(file_.string() + ": no triangle with an area: expected a mesh");
+  }
+  for (MeshPart& part : loaded.parts) {
+    part.mesh.materials = materials_.Materials();
+    part.mesh.group_names = group_names_;
+  }
+  loaded.report = std::move(report_);
+  return loaded;
+}
+
+}  // namespace pleinair

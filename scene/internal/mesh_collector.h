@@ -1,0 +1,77 @@
+// What an assimp scene holds, part by part, materials and groups by name.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <assimp/scene.h>
+#include <glm/mat4x4.hpp>
+
+#include "scene/internal/gltf_motion.h"
+#include "scene/internal/mesh_mending.h"
+#include "scene/internal/obj_materials.h"
+#include "scene/internal/textured_material.h"
+#include "scene/mesh_io.h"
+
+namespace pleinair {
+
+enum class MeshFormat { kObj, kGltf, kPly, kStl };
+
+class MeshCollector {
+ public:
+  // All outlive this.
+  MeshCollector(const std::filesystem::path& file,
+                MeshFormat format,
+                MeshColours colours,
+                const aiScene& scene,
+                const ObjMaterials& obj_materials);
+
+  // `motion` of the same file, or null: everything stands still. Throws std::runtime_error, one
+  // line with the file and what was expected.
+  void Collect(const GltfMotion* motion);
+
+  // Call once.
+  LoadedParts Finish();
+
+ private:
+  struct Part {
+    std::vector<LooseTriangle> triangles;  // Their material is a source of materials_.
+    PartMotion motion;
+  };
+  // Where the walk is in the tree of nodes.
+  struct Place {
+    glm::dmat4 root_from_node{1.0};
+    std::size_t part = 0;
+    std::vector<MovingNode> chain;  // To here; empty where nothing can move.
+  };
+
+  void CollectNode(const aiNode& node, int gltf_node, Place place, const GltfMotion* motion);
+  void CollectMesh(const aiNode& node, const aiMesh& mesh, const Place& place);
+  void RequireNear(const glm::dvec3& position_m) const;
+  std::uint32_t SourceIndex(unsigned assimp_index);
+  TexturedMaterial MakeMaterial(unsigned assimp_index);
+  std::uint32_t GroupIndex(const aiNode& node, const aiMesh& mesh);
+  // What the material is times over a triangle.
+  glm::vec3 ColourOf(const LooseTriangle& triangle) const;
+  void SettleMaterials(std::vector<LooseTriangle>& triangles);
+  void CutColoured();
+
+  const std::filesystem::path& file_;
+  const MeshFormat format_;
+  const MeshColours colours_;
+  const aiScene& scene_;
+  const ObjMaterials& obj_materials_;
+  std::vector<Part> parts_;
+  MaterialList materials_;
+  std::vector<std::string> group_names_;
+  MeshReport report_;
+  std::map<unsigned, std::uint32_t> source_of_;
+  std::map<std::string, std::uint32_t> group_of_;
+  std::int64_t lines_and_points_ = 0;
+  std::int64_t skins_and_morphs_ = 0;
+};
+
+}  // namespace pleinair
