@@ -251,15 +251,7 @@ LightMatrix LightingFitter::Impl::CrossChannelNormal() const {
   LightMatrix normal = DataNormal();
   for (int c = 0; c < 3; ++c) {
     for (int d = 0; d < c; ++d) {
-      BasisMatrix cross = BasisMatrix::Zero(bases, bases);
-      const double* row_c = reweighting.Channel(c).rows.data();
-      const double* row_d = reweighting.Channel(d).rows.data();
-      for (int i = 0; i < problem.sample_count; ++i, row_c += bases, row_d += bases) {
-        for (int j = 0; j < bases; ++j) {
-          for (int k = 0; k < bases; ++k) cross(j, k) += row_c[j] * row_d[k];
-        }
-      }
-      cross *= reweighting.ChannelCorrelation()(c, d);
+      const BasisMatrix cross = reweighting.CrossNormal(c, d);
       normal.block(c * bases, d * bases, bases, bases) = cross;
       normal.block(d * bases, c * bases, bases, bases) = cross.transpose();
     }

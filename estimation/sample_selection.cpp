@@ -29,6 +29,8 @@ using estimation_internal::UpperMedian;
 constexpr float kEdgeMarginPx = 1.5f;
 // Along one side of a footprint; large ones are read sparsely.
 constexpr int kReadsAcross = 7;
+// Footprints between asking for one's pixels and reading them.
+constexpr std::size_t kReadsAhead = 4;
 constexpr float kSamePlaneCosine = 0.99f;  // 8 degrees.
 // Robust standard deviations of log albedo inside its region, and the least one of them can be: a
 // measured albedo's own error.
@@ -366,6 +368,21 @@ void SampleSet::Draw(const SurfaceView& view,
   short_of_usable_pixels_ = Size() < options.samples && draw.RefusedUnusablePixels();
 }
 
+// Footprints are strewn over the picture: reading them is waiting for memory.
+void SampleSet::Prefetch(const Footprint& footprint,
+                         const RgbImage& radiance,
+                         const Gray8Image& unusable) {
+  const int left = footprint.x - footprint.radius;
+  const int right = footprint.x + footprint.radius;
+  for (int dy = -footprint.radius; dy <= footprint.radius; dy += footprint.stride) {
+    const std::size_t first = radiance.Index(left, footprint.y + dy);
+    const std::size_t last = radiance.Index(right, footprint.y + dy);
+    __builtin_prefetch(&radiance.pixels[first]);
+    __builtin_prefetch(&radiance.pixels[last]);
+    __builtin_prefetch(&unusable.pixels[first]);
+  }
+}
+
 int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
                        const RgbImage& radiance,
                        const Gray8Image& unusable,
@@ -373,7 +390,12 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
   CheckSize("frame radiance", radiance.width, radiance.height, width_, height_);
   CheckSize("frame unusable mask", unusable.width, unusable.height, width_, height_);
   samples.clear();
-  for (const Footprint& footprint : footprints_) {
+  samples.reserve(footprints_.size());
+  for (std::size_t i = 0; i < footprints_.size(); ++i) {
+    if (i + kReadsAhead < footprints_.size()) {
+      Prefetch(footprints_[i + kReadsAhead], radiance, unusable);
+    }
+    const Footprint& footprint = footprints_[i];
     glm::dvec3 sum(0.0);
     unsigned any_unusable = 0;
     const int across = 2 * footprint.radius / footprint.stride + 1;

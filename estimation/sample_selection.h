@@ -82,6 +82,10 @@ class SampleSet {
     std::array<glm::dvec3, kMaxSkyShapes> sky{};
   };
 
+  static void Prefetch(const Footprint& footprint,
+                       const RgbImage& radiance,
+                       const Gray8Image& unusable);
+
   int width_ = 0;
   int height_ = 0;
   bool short_of_usable_pixels_ = false;

@@ -41,12 +41,14 @@ bool ChannelIsUsable(const DiffuseSample& sample, int sky_shapes, bool has_sun, 
   return response > 0.0 && least >= 0.0;
 }
 
-bool IsUsable(const DiffuseSample& sample, int sky_shapes, bool has_sun) {
-  if (!HasModel(sample, sky_shapes)) return false;
+// Bit c says that channel c is.
+unsigned UsableChannels(const DiffuseSample& sample, int sky_shapes, bool has_sun) {
+  unsigned usable = 0;
+  if (!HasModel(sample, sky_shapes)) return usable;
   for (int channel = 0; channel < 3; ++channel) {
-    if (ChannelIsUsable(sample, sky_shapes, has_sun, channel)) return true;
+    if (ChannelIsUsable(sample, sky_shapes, has_sun, channel)) usable |= 1u << channel;
   }
-  return false;
+  return usable;
 }
 
 // NaN would break the ordering; those few values decide nothing, so they count as 0.
@@ -66,11 +68,11 @@ auto ValueKey(const DiffuseSample& s) {
                     sky[0].z);
 }
 
-bool ComesBefore(const DiffuseSample* a, const DiffuseSample* b) {
-  if (a->plane != b->plane) return a->plane < b->plane;
-  if (a->pixel.y != b->pixel.y) return a->pixel.y < b->pixel.y;
-  if (a->pixel.x != b->pixel.x) return a->pixel.x < b->pixel.x;
-  return ValueKey(*a) < ValueKey(*b);
+bool ComesBefore(const DiffuseSample& a, const DiffuseSample& b) {
+  if (a.plane != b.plane) return a.plane < b.plane;
+  if (a.pixel.y != b.pixel.y) return a.pixel.y < b.pixel.y;
+  if (a.pixel.x != b.pixel.x) return a.pixel.x < b.pixel.x;
+  return ValueKey(a) < ValueKey(b);
 }
 
 }  // namespace
@@ -83,12 +85,16 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   basis_count = sky_shapes + (has_sun ? 1 : 0);
   order_.clear();
   for (const DiffuseSample& sample : samples) {
-    if (IsUsable(sample, sky_shapes, has_sun)) order_.push_back(&sample);
+    const unsigned channels = UsableChannels(sample, sky_shapes, has_sun);
+    if (channels != 0) order_.push_back({&sample, channels});
   }
   sample_count = static_cast<int>(order_.size());
   ignored = static_cast<int>(samples.size()) - sample_count;
-  if (!std::is_sorted(order_.begin(), order_.end(), ComesBefore)) {
-    std::sort(order_.begin(), order_.end(), ComesBefore);
+  const auto before = [](const Usable& a, const Usable& b) {
+    return ComesBefore(*a.sample, *b.sample);
+  };
+  if (!std::is_sorted(order_.begin(), order_.end(), before)) {
+    std::sort(order_.begin(), order_.end(), before);
   }
 
   const std::size_t values = order_.size() * 3;
@@ -100,11 +106,11 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   double* row = transport.data();
   plane_count = 0;
   for (std::size_t i = 0; i < order_.size(); ++i) {
-    const DiffuseSample& sample = *order_[i];
-    if (i == 0 || sample.plane != order_[i - 1]->plane) ++plane_count;
+    const DiffuseSample& sample = *order_[i].sample;
+    if (i == 0 || sample.plane != order_[i - 1].sample->plane) ++plane_count;
     plane[i] = plane_count - 1;
     for (int c = 0; c < 3; ++c) {
-      const bool usable = ChannelIsUsable(sample, sky_shapes, has_sun, c);
+      const bool usable = (order_[i].channels >> c & 1u) != 0;
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);
       radiance[v] = usable ? sample.radiance_rgb[c] : 0.0;
       noise[v] = usable ? sample.radiance_stddev_rgb[c] : 0.0;
@@ -119,10 +125,13 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
 }
 
 void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {
+  // A unit need not be exact.
+  constexpr int kEnough = 100;
+  const int stride = std::max(1, sample_count / kEnough);
   for (int c = 0; c < 3; ++c) {
     const auto median_over_samples = [&](auto&& value) {
       scratch_.clear();
-      for (int i = 0; i < sample_count; ++i) {
+      for (int i = 0; i < sample_count; i += stride) {
         if (weight[static_cast<std::size_t>(i * 3 + c)] > 0.0) scratch_.push_back(value(i));
       }
       return scratch_.empty() ? 0.0 : UpperMedian(scratch_);
@@ -151,10 +160,11 @@ void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {
     radiance_unit[c] = light;
     irradiance_unit[c] = irradiance;
     const double transport_scale = irradiance / light;
+    const double per_light = 1.0 / light;
     for (int i = 0; i < sample_count; ++i) {
       const std::size_t v = static_cast<std::size_t>(i * 3 + c);
-      radiance[v] /= light;
-      noise[v] /= light;
+      radiance[v] *= per_light;
+      noise[v] *= per_light;
       for (int j = 0; j < basis_count; ++j) {
         transport[v * static_cast<std::size_t>(basis_count) + static_cast<std::size_t>(j)] *=
             transport_scale;

@@ -52,7 +52,11 @@ struct FitProblem {
   int LightIndex(int channel, int basis) const { return 3 * (basis + (has_sun ? 0 : 1)) + channel; }
 
  private:
-  std::vector<const DiffuseSample*> order_;
+  struct Usable {
+    const DiffuseSample* sample = nullptr;
+    unsigned channels = 0;  // Bit c says that channel c is usable.
+  };
+  std::vector<Usable> order_;
   std::vector<double> scratch_;
 
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);

@@ -23,8 +23,8 @@ double Square(double value) { return value * value; }
 
 // Calls `loops` with the number of basis lights as its template argument.
 template <class Loops>
-void WithBases(const FitProblem& problem, Loops&& loops) {
-  switch (problem.basis_count) {
+void WithBases(int basis_count, Loops&& loops) {
+  switch (basis_count) {
     case 1:
       return loops.template operator()<1>();
     case 2:
@@ -48,10 +48,12 @@ void Reweighting::Update(const FitProblem& problem,
                          const LightingFitOptions& options,
                          bool rescale) {
   rescale = rescale && problem.sample_count > 0;
-  Standardise(problem, x, options);
-  if (rescale) EstimateScale(problem, options);
+  const bool just_explained = explained_.size() == x.size() && explained_ == x;
+  explained_.resize(0);
+  if (!just_explained) Standardise(problem, x, options);
+  if (rescale && !just_explained) EstimateScale(problem, options);
   Weigh(options);
-  WithBases(problem, [&]<int kBases>() { Accumulate<kBases>(problem); });
+  WithBases(problem.basis_count, [&]<int kBases>() { Accumulate<kBases>(problem); });
   if (rescale) {
     EstimateSlope(options);
     EstimateNoise(problem, options);
@@ -79,13 +81,14 @@ bool Reweighting::Explains(const FitProblem& problem,
   constexpr double kWider = 1.1;
   const double last_scale = scale_;
   EstimateScale(problem, options);
+  explained_ = x;
   return scale_ <= kWider * last_scale;
 }
 
 void Reweighting::Standardise(const FitProblem& problem,
                               const LightVector& x,
                               const LightingFitOptions& options) {
-  WithBases(problem, [&]<int kBases>() { Standardise<kBases>(problem, x, options); });
+  WithBases(problem.basis_count, [&]<int kBases>() { Standardise<kBases>(problem, x, options); });
 }
 
 template <int kBases>
@@ -100,22 +103,29 @@ void Reweighting::Standardise(const FitProblem& problem,
   deviation_.resize(count);
   const double* row = problem.transport.data();
   for (std::size_t i = 0; i < count; ++i) {
-    double sum = 0.0;
-    int channels = 0;
     for (std::size_t c = 0; c < 3; ++c, row += kBases) {
-      const std::size_t v = i * 3 + c;
+      const double* light = x.data() + c * kBases;
       double predicted = 0.0;
-      for (int j = 0; j < kBases; ++j) {
-        predicted += row[j] * x[static_cast<Eigen::Index>(c) * kBases + j];
-      }
-      inverse_unit_[v] =
-          std::sqrt(noise.InverseSquare(predicted, problem.noise[v], problem.weight[v]));
-      residual_[v] = (problem.radiance[v] - predicted) * inverse_unit_[v];
-      const double sun_part =
-          problem.has_sun ? row[0] * x[static_cast<Eigen::Index>(c) * kBases] : 0.0;
-      sky_share_[v] = (predicted - sun_part) * inverse_unit_[v];
+      for (int j = 0; j < kBases; ++j) predicted += row[j] * light[j];
+      residual_[i * 3 + c] = predicted;
+      sky_share_[i * 3 + c] = problem.has_sun ? predicted - row[0] * light[0] : predicted;
+    }
+  }
+  // Roots and quotients cost the most: several at a time.
+  for (std::size_t v = 0; v < 3 * count; ++v) {
+    const double predicted = residual_[v];
+    const double inverse_unit =
+        std::sqrt(noise.InverseSquare(predicted, problem.noise[v], problem.weight[v]));
+    inverse_unit_[v] = inverse_unit;
+    residual_[v] = (problem.radiance[v] - predicted) * inverse_unit;
+    sky_share_[v] *= inverse_unit;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    double sum = 0.0;
+    double channels = 0.0;
+    for (std::size_t v = i * 3; v < i * 3 + 3; ++v) {
       sum += Square(residual_[v]);
-      channels += problem.weight[v] > 0.0 ? 1 : 0;
+      channels += problem.weight[v] > 0.0 ? 1.0 : 0.0;
     }
     deviation_[i] = std::sqrt(sum / channels);
   }
@@ -126,14 +136,22 @@ void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOpti
   const double unknowns = problem.basis_count;
   const double lost = std::sqrt(samples / std::max(1.0, samples - unknowns));
   scratch_.assign(deviation_.begin(), deviation_.end());
-  double scale = kSigmaOfMedian * lost * UpperMedian(scratch_);
+  // nth_element leaves nothing before it that is above it, and nothing behind it that is below.
+  auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
+  std::nth_element(scratch_.begin(), middle, scratch_.end());
+  double scale = kSigmaOfMedian * lost * *middle;
   // 40 % of wrong samples double that median. Once more without what is far off by it (Rousseeuw
   // and Leroy, Robust Regression and Outlier Detection, chapter 5), twice, so that a scale that was
-  // drawn out lets go.
+  // drawn out lets go. All that is far off is above the median, and so is no lower one.
   for (int round = 0; round < 2; ++round) {
-    std::erase_if(scratch_, [&](double deviation) { return deviation > kFarOff * scale; });
-    if (scratch_.empty()) break;
-    scale = kSigmaOfMedianWithoutFarOff * lost * UpperMedian(scratch_);
+    const auto near = static_cast<std::ptrdiff_t>(scratch_.size()) -
+                      std::count_if(middle, scratch_.end(), [&](double deviation) {
+                        return deviation > kFarOff * scale;
+                      });
+    const auto next = scratch_.begin() + near / 2;
+    if (next < middle) std::nth_element(scratch_.begin(), next, middle);
+    middle = next;
+    scale = kSigmaOfMedianWithoutFarOff * lost * *middle;
   }
   // Few samples are fitted too well for their median to mean anything.
   scale_ = std::sqrt(Square(scale) + Square(options.expected_noise) * unknowns / samples);
@@ -290,15 +308,13 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
 
   Eigen::Matrix3d psi = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < count; ++i) {
-    if (!(weight_[i] > 0.0)) continue;
-    Eigen::Vector3d r(residual_[i * 3], residual_[i * 3 + 1], residual_[i * 3 + 2]);
-    if (within) {
-      const double* mean = plane_residual_.data() + problem.plane[i] * 3;
-      for (int c = 0; c < 3; ++c) {
-        if (inverse_unit_[i * 3 + static_cast<std::size_t>(c)] > 0.0) r[c] -= mean[c];
-      }
+    const double* mean = plane_residual_.data() + problem.plane[i] * 3;
+    Eigen::Vector3d r;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double of_plane = within && inverse_unit_[i * 3 + c] > 0.0 ? mean[c] : 0.0;
+      r[static_cast<Eigen::Index>(c)] = weight_[i] * (residual_[i * 3 + c] - of_plane);
     }
-    psi += Square(weight_[i]) * r * r.transpose();
+    psi.noalias() += r * r.transpose();
   }
   // mean(psi psi') over all samples; lost degrees of freedom are those of the inliers.
   if (degrees > 0.0) psi *= inliers / (degrees * static_cast<double>(count));
@@ -443,6 +459,22 @@ void Reweighting::Whiten(const FitProblem& problem) {
                     by_sky * sky_target_[cell]);
     }
   }
+}
+
+BasisMatrix Reweighting::CrossNormal(int c, int d) const {
+  BasisMatrix cross;
+  const auto add = [&]<int kBases>() {
+    using Row = Eigen::Matrix<double, kBases, 1>;
+    Eigen::Matrix<double, kBases, kBases> sum = Eigen::Matrix<double, kBases, kBases>::Zero();
+    const double* row_c = Channel(c).rows.data();
+    const double* row_d = Channel(d).rows.data();
+    for (std::size_t i = 0; i < weight_.size(); ++i, row_c += kBases, row_d += kBases) {
+      sum.noalias() += Eigen::Map<const Row>(row_c) * Eigen::Map<const Row>(row_d).transpose();
+    }
+    cross = correlation_(c, d) * sum;
+  };
+  WithBases(static_cast<int>(normal_[0].rows()), add);
+  return cross;
 }
 
 double Reweighting::InlierFraction() const {

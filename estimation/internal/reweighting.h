@@ -57,8 +57,9 @@ class Reweighting {
   void Whiten(const FitProblem& problem);
   const WhitenedChannel& Channel(int c) const { return channels_[static_cast<std::size_t>(c)]; }
 
-  // Of the noise of two channels in one sample.
-  const Eigen::Matrix3d& ChannelCorrelation() const { return correlation_; }
+  // The whitened rows of one channel times another's, summed over the samples, times the
+  // correlation of the two channels' noise in one sample.
+  BasisMatrix CrossNormal(int c, int d) const;
   double SharedError() const { return shared_error_; }
   double SkyShapeError() const { return sky_shape_error_; }
   double InlierFraction() const;
@@ -75,6 +76,7 @@ class Reweighting {
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
+  LightVector explained_;  // What Explains has just looked at; else empty.
   double shared_error_ = 0.0;
   double sky_shape_error_ = 0.0;
 
