@@ -142,8 +142,11 @@ void AddPrepare(CLI::App& app, Work& work) {
 }
 
 // Effects by name; `plan` and `all` switch every effect on.
-void ChooseEffects(const std::vector<std::string>& names, pleinair::CompositeEffects& effects) {
+void ChooseEffects(const std::vector<std::string>& names, pleinair::SequenceRunOptions& options) {
+  pleinair::CompositeEffects& effects = options.effects;
   effects = {false, false, false, false, false, false, false};
+  options.match_noise = false;
+  options.match_blur = false;
   for (const std::string& name : names) {
     const bool all = name == "plan" || name == "all";
     effects.sun_shading |= all || name == "sun-shading";
@@ -153,6 +156,8 @@ void ChooseEffects(const std::vector<std::string>& names, pleinair::CompositeEff
     effects.glossy_reflection |= all || name == "glossy-reflection";
     effects.sky_occlusion |= all || name == "sky-occlusion";
     effects.colour_bleeding |= all || name == "colour-bleeding";
+    options.match_noise |= all || name == "camera-noise";
+    options.match_blur |= all || name == "camera-blur";
   }
 }
 
@@ -238,13 +243,17 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_flag("--ignore-exposure",
                options->ignore_exposure,
                "Take the exposure of 8-bit frames for unknown: light is then relative");
-  run.add_option("--full-well",
-                 options->camera_noise.full_well_electrons,
-                 "Electrons of the 8-bit camera's brightest signal, for its shot noise")
+  run.add_option(
+         "--full-well",
+         options->camera_noise.full_well_electrons,
+         "Electrons of the 8-bit camera's brightest signal, for its shot noise; with this "
+         "or --read-noise virtual objects get noise by both, else as measured in each frame")
+      ->each([options](const std::string&) { options->camera_noise_is_known = true; })
       ->check(pleinair::Positive());
   run.add_option("--read-noise",
                  options->camera_noise.read_noise_electrons,
                  "Electrons of the 8-bit camera's read noise")
+      ->each([options](const std::string&) { options->camera_noise_is_known = true; })
       ->check(pleinair::Positive());
   run.add_option("--source",
                  options->source,
@@ -309,12 +318,10 @@ void AddRun(CLI::App& app, Work& work) {
       ->check(CLI::Range(1, 64));
   run.add_option_function<std::vector<std::string>>(
          "--effects",
-         [options](const std::vector<std::string>& names) {
-           ChooseEffects(names, options->effects);
-         },
+         [options](const std::vector<std::string>& names) { ChooseEffects(names, *options); },
          "plan, all, or some of "
          "sun-shading,sun-shadow,penumbra,probe-shading,glossy-reflection,sky-occlusion,colour-"
-         "bleeding")
+         "bleeding, and of 8-bit frames camera-noise,camera-blur")
       ->delimiter(',')
       ->check(CLI::IsMember({"plan",
                              "all",
@@ -324,7 +331,9 @@ void AddRun(CLI::App& app, Work& work) {
                              "glossy-reflection",
                              "probe-shading",
                              "sky-occlusion",
-                             "colour-bleeding"}))
+                             "colour-bleeding",
+                             "camera-noise",
+                             "camera-blur"}))
       ->default_str("all");
   run.add_option("--penumbra-samples",
                  options->penumbra_samples,

@@ -30,12 +30,6 @@
 namespace pleinair {
 namespace {
 
-ResponseCurve ResponseOf(const Sequence& sequence) {
-  return sequence.response_ldr == "srgb8"
-             ? ResponseCurve::Srgb()
-             : ResponseCurve::FromFile(sequence.folder / sequence.response_ldr);
-}
-
 // One run's output folder: nothing of an earlier run stays beside the new one's, and lighting.jsonl
 // has its name only when it is whole.
 class RunFolder {

@@ -126,6 +126,12 @@ OutdoorLightingOptions OutdoorOptionsFor(const SequenceRunOptions& options,
 
 }  // namespace
 
+ResponseCurve ResponseOf(const Sequence& sequence) {
+  return sequence.response_ldr == "srgb8"
+             ? ResponseCurve::Srgb()
+             : ResponseCurve::FromFile(sequence.folder / sequence.response_ldr);
+}
+
 SourceKind SourceOf(const SequenceRunOptions& options, const Sequence& sequence) {
   return options.source.value_or(HasFisheyePictures(sequence) ? SourceKind::kFisheye
                                                               : SourceKind::kOutdoor);
@@ -190,6 +196,10 @@ FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
   }
   pipeline.view.sun_block_px = options.sun_block_px;
   pipeline.effects = options.effects;
+  pipeline.camera_matching.noise = options.match_noise;
+  pipeline.camera_matching.blur = options.match_blur;
+  if (options.camera_noise_is_known) pipeline.camera_matching.camera_noise = options.camera_noise;
+  pipeline.display_response = ResponseOf(sequence);
   pipeline.soft_sun.disc_samples = options.penumbra_samples;
   if (options.influence_at) pipeline.influence_at = *options.influence_at;
   pipeline.daylight = DaylightOf(options, loaded.site);

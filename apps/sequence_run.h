@@ -67,6 +67,10 @@ struct SequenceRunOptions {
   bool filter = true;  // The light over time.
   bool ignore_exposure = false;
   CameraNoise camera_noise;
+  // That camera_noise is not the default but this camera's: virtual objects get it, too.
+  bool camera_noise_is_known = false;
+  bool match_noise = true;  // Of virtual objects to the camera's; of 8-bit frames.
+  bool match_blur = true;
   bool with_objects = true;  // False: the light alone, composites are the frames.
 };
 
@@ -89,6 +93,9 @@ struct LoadedSequence {
   PreparedScene scene;
   std::optional<MarkerBoard> board;
 };
+
+// The 8-bit camera's. Throws as ResponseCurve::FromFile.
+ResponseCurve ResponseOf(const Sequence& sequence);
 
 // What `options` and the sequence call for.
 FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,

@@ -66,6 +66,7 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
       source_(std::move(source)),
       compositor_(compositor),
       options_(options),
+      camera_matching_(options.camera_matching),
       clear_sky_(site_, LightOf(scene)),
       view_builder_(scene, options.view),
       interreflection_(objects_.Objects()),
@@ -157,7 +158,9 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
                                            options_.effects,
                                            &irradiance_change_,
                                            soft_sun_ ? &sun_shares_ : nullptr,
-                                           has_mirrors_ ? &mirrored_ : nullptr});
+                                           has_mirrors_ ? &mirrored_ : nullptr,
+                                           camera_matching_.ObjectBlurPx(frame, view)});
+    camera_matching_.AddNoise(frame, options_.display_response, result.composite);
     result.timing_ms.render = result.composite.draw_ms;
     result.timing_ms.readback = result.composite.readback_ms;
     return result;

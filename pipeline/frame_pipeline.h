@@ -11,6 +11,7 @@
 #include "datasets/frame_source.h"
 #include "estimation/lighting_filter.h"
 #include "estimation/lighting_source.h"
+#include "pipeline/camera_matching.h"
 #include "pipeline/direct_daylight.h"
 #include "pipeline/object_gather.h"
 #include "pipeline/object_interreflection.h"
@@ -63,6 +64,9 @@ struct FramePipelineOptions {
   SoftSunOptions soft_sun;
   MirrorImageOptions mirror;
   CompositeEffects effects;
+  CameraMatchingOptions camera_matching;
+  // Of the camera that gives code values.
+  ResponseCurve display_response = ResponseCurve::Srgb();
   // None: each frame's own estimate is reported.
   std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
   // Throws std::invalid_argument naming field and value.
@@ -150,6 +154,7 @@ class FramePipeline {
   std::optional<LightingFilter> filter_;
   Compositor& compositor_;
   FramePipelineOptions options_;
+  CameraMatching camera_matching_;
   ScaledClearSky clear_sky_;
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;  // The source's basis.
   SurfaceViewBuilder view_builder_;

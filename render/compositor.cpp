@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/packing.hpp>
 
+#include "render/internal/blur_pass.h"
 #include "render/internal/composite_pass.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
@@ -106,6 +107,10 @@ void Validate(const CompositeInput& input, std::span<const VirtualObject> object
   RequireSize(view.edge_distance_px, view, "view.edge_distance_px");
   for (const Image<glm::vec3>& response : view.sky_response) {
     RequireSize(response, view, "view.sky_response");
+  }
+  if (!(input.object_blur_px >= 0.0f && input.object_blur_px <= BlurPass::kMostPx)) {
+    throw std::invalid_argument("object_blur_px is " + std::to_string(input.object_blur_px) +
+                                ": expected 0 to 8 pixels");
   }
   if (view.sky_response.size() != input.lighting.sky.size()) {
     throw std::invalid_argument("lighting.sky has " + std::to_string(input.lighting.sky.size()) +
@@ -240,6 +245,7 @@ struct Compositor::Impl {
   SceneGeometry scene;
   VolumeStencil stencil;
   ObjectLayerPass object_layer;
+  std::optional<BlurPass> blur;  // Made when it is first wanted.
   RealShadowPass real_shadow;
   CompositePass composite;
   ShadowMaskPass shadow_mask;
@@ -354,6 +360,17 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
                     {seen_sun, mirrored, input.mirrored != nullptr, gain},
                     stencil);
 
+  const float blur_px = input.object_blur_px;
+  const int layer_width = layer_view.intrinsics.width_px;
+  const int layer_height = layer_view.intrinsics.height_px;
+  const bool is_blurred = blur_px > 0.0f && !object_rect.Empty();
+  const PixelRect blurred_rect =
+      is_blurred ? BlurPass::Spread(object_rect, blur_px, layer_width, layer_height) : object_rect;
+  if (is_blurred) {
+    if (!blur) blur.emplace();
+    blur->Draw(object_layer.Layer(), object_rect, blur_px, layer_width, layer_height);
+  }
+
   surface.Update(input.view);
   surface.UpdateCamera(input.camera_radiance, input.clipped);
   CompositeLight light;
@@ -364,11 +381,11 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
   }
   const CompositeLayers layers{surface,
                                lookup,
-                               object_layer.Layer(),
+                               is_blurred ? blur->Layer() : object_layer.Layer(),
                                real_shadow.Mask(),
                                change,
                                hidden_sun,
-                               lookup.CameraRectOf(object_rect),
+                               lookup.CameraRectOf(blurred_rect),
                                lookup.CameraRectOf(shadow_rect)};
   composite.Draw(layers, light, gain, input.view.Width(), input.view.Height());
   return layers.Rect();

@@ -12,7 +12,7 @@
 #include "tests/scene/gltf_file.h"
 #include "tests/scene/temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::gltf_objects_test {
 namespace {
 
 // A box on the ground, in numbers that text keeps.
@@ -154,4 +154,4 @@ TEST_F(GltfObjects, NothingThatMovesNeedsNoPoses) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::gltf_objects_test

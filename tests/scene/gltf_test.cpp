@@ -15,7 +15,7 @@
 #include "scene/mesh_io.h"
 #include "temporary_folder.h"
 
-namespace pleinair {
+namespace pleinair::gltf_test {
 namespace {
 
 using nlohmann::json;
@@ -334,4 +334,4 @@ TEST(GltfHardCases, DamagedFilesNeverCrash) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::gltf_test

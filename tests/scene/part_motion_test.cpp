@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-namespace pleinair {
+namespace pleinair::part_motion_test {
 namespace {
 
 using Interpolation = KeyTrack::Interpolation;
@@ -103,4 +103,4 @@ TEST(PartMotion, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace pleinair
+}  // namespace pleinair::part_motion_test

@@ -1,0 +1,112 @@
+#include "calib/edge_blur.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <glm/vec2.hpp>
+
+namespace pleinair::edge_blur_test {
+namespace {
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+
+// A straight edge through the middle of the picture, slanted by `slant_rad`: 4 to its left, 1 to
+// its right, as a pixel's square and a Gaussian of sigma_px make it. The model has the edge
+// `misplaced_px` farther right.
+struct Edge {
+  explicit Edge(double slant_rad,
+                double sigma_px,
+                double noise = 0.0,
+                double misplaced_px = 0.0,
+                bool is_upright = true) {
+    view.region = Image<std::int32_t>(kWidth, kHeight, 0);
+    view.normal_world = RgbImage(kWidth, kHeight, {0.0f, 0.0f, 1.0f});
+    view.position_world_m = RgbImage(kWidth, kHeight);
+    view.sun_visibility = GrayImage(kWidth, kHeight, 1.0f);
+    picture = RgbImage(kWidth, kHeight);
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> normal;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const double across = is_upright ? x - kWidth / 2.0 : y - kHeight / 2.0;
+        const double along = is_upright ? y - kHeight / 2.0 : x - kWidth / 2.0;
+        double step = 0.0;
+        for (int i = 0; i < 8; ++i) {
+          for (int j = 0; j < 8; ++j) {
+            const double a = across + (i - 3.5) / 8.0;
+            const double b = along + (j - 3.5) / 8.0;
+            const double distance = a * std::cos(slant_rad) + b * std::sin(slant_rad);
+            step += sigma_px > 0.0
+                        ? 0.5 * std::erfc(distance / sigma_px / std::numbers::sqrt2) / 64.0
+                        : (distance < 0.0 ? 1.0 / 64.0 : 0.0);
+          }
+        }
+        const double light = (1.0 + 3.0 * step) * (1.0 + noise * normal(random));
+        picture.At(x, y) = glm::vec3(static_cast<float>(light));
+        const double model =
+            (across - misplaced_px) * std::cos(slant_rad) + along * std::sin(slant_rad);
+        view.region.At(x, y) = model < 0.0 ? 0 : 1;
+      }
+    }
+  }
+  SurfaceView view;
+  RgbImage picture;
+};
+
+TEST(EdgeBlur, IsTheLenss) {
+  for (const double slant_rad : {0.0, 0.15, -0.5}) {
+    for (const double sigma_px : {0.5, 1.0, 1.8}) {
+      for (const bool is_upright : {true, false}) {
+        const Edge edge(slant_rad, sigma_px, 0.01, 0.7, is_upright);
+        const EdgeBlur blur = MeasureEdgeBlur(edge.picture, {}, edge.view);
+        EXPECT_GE(blur.edges, 20);
+        // 5 % for the grid of widths and its parabola, as much for noise.
+        EXPECT_NEAR(blur.sigma_px, sigma_px, 0.1 * sigma_px)
+            << "slant " << slant_rad << " upright " << is_upright;
+      }
+    }
+  }
+}
+
+TEST(EdgeBlur, ASharpPictureHasNone) {
+  for (const double slant_rad : {0.1, 0.5}) {
+    const Edge edge(slant_rad, 0.0, 0.005);
+    const EdgeBlur blur = MeasureEdgeBlur(edge.picture, {}, edge.view);
+    EXPECT_EQ(blur.sigma_px, 0.0);
+    EXPECT_TRUE(blur.is_measured);
+  }
+}
+
+TEST(EdgeBlur, WhereNothingTellsThereIsNone) {
+  Edge edge(0.1, 1.0);
+  const RgbImage even(kWidth, kHeight, glm::vec3(1.0f));
+  EXPECT_EQ(MeasureEdgeBlur(even, {}, edge.view).edges, 0) << "no contrast";
+  EXPECT_EQ(
+      MeasureEdgeBlur(Edge(0.1, 1.0, 0.0, 5.0).picture, {}, Edge(0.1, 1.0, 0.0, 5.0).view).sigma_px,
+      0.0)
+      << "the model is elsewhere";
+  const Gray8Image clipped(kWidth, kHeight, 1);
+  EXPECT_EQ(MeasureEdgeBlur(edge.picture, clipped, edge.view).edges, 0) << "clipped";
+  const RgbImage broken(kWidth, kHeight, glm::vec3(NAN));
+  EXPECT_EQ(MeasureEdgeBlur(broken, {}, edge.view).edges, 0) << "not finite";
+  // Under a penumbra beside the edge.
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      edge.view.sun_visibility.At(x, y) = static_cast<float>(x % 5) / 5.0f;
+    }
+  }
+  EXPECT_EQ(MeasureEdgeBlur(edge.picture, {}, edge.view).edges, 0) << "shadows";
+  EXPECT_FALSE(MeasureEdgeBlur(RgbImage(), {}, SurfaceView()).is_measured) << "empty";
+}
+
+TEST(EdgeBlur, RefusesAPictureOfAnotherSize) {
+  const Edge edge(0.1, 1.0);
+  EXPECT_THROW(MeasureEdgeBlur(RgbImage(3, 3), {}, edge.view), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace pleinair::edge_blur_test
