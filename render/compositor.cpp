@@ -15,6 +15,7 @@
 
 #include "render/internal/blur_pass.h"
 #include "render/internal/composite_pass.h"
+#include "render/internal/current_context.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
 #include "render/internal/object_layer_pass.h"
@@ -234,6 +235,24 @@ void RequireContext() {
 // First member of Impl, so that it speaks before any shader is compiled.
 struct CheckedContext {
   CheckedContext() { RequireContext(); }
+
+  // Calls without a context would go nowhere, or end the program.
+  void RequireCurrent() const {
+    if (CurrentContext() == made_in) return;
+    throw std::runtime_error(
+        "compositor: the OpenGL context that it was made in is not current on this thread");
+  }
+  // A device that was reset or taken away draws nothing any more, and reads back anything.
+  void RequireNotLost() const {
+    if (tells_loss && glGetGraphicsResetStatus() != GL_NO_ERROR) {
+      throw std::runtime_error(
+          "compositor: the OpenGL context has been lost (the device was reset or taken away): "
+          "expected to be made anew in another context");
+    }
+  }
+
+  const void* made_in = CurrentContext();
+  bool tells_loss = epoxy_gl_version() >= (epoxy_is_desktop_gl() ? 45 : 32);
 };
 
 }  // namespace
@@ -428,13 +447,18 @@ Compositor::Compositor(const CompositorOptions& options) {
 
 Compositor::~Compositor() = default;
 
-void Compositor::SetPhantom(const Mesh& mesh_world) { impl_->scene.SetPhantom(mesh_world); }
+void Compositor::SetPhantom(const Mesh& mesh_world) {
+  impl_->context.RequireCurrent();
+  impl_->scene.SetPhantom(mesh_world);
+}
 
 void Compositor::SetObjects(std::vector<VirtualObject> objects) {
+  impl_->context.RequireCurrent();
   impl_->scene.SetObjects(std::move(objects));
 }
 
 Composite Compositor::Render(const CompositeInput& input) {
+  impl_->context.RequireCurrent();
   Validate(input, impl_->scene.Objects());
   const ApplicationState application_state;
   Composite result;
@@ -446,11 +470,13 @@ Composite Compositor::Render(const CompositeInput& input) {
   result.draw_ms = MillisecondsSince(start);
   const Clock::time_point drawn = Clock::now();
   impl_->ReadBack(input.camera_radiance, rect, gain, result);
+  impl_->context.RequireNotLost();
   result.readback_ms = MillisecondsSince(drawn);
   return result;
 }
 
 Gray8Image Compositor::RenderShadowMask(const Camera& camera, const glm::dvec3& sun_direction_enu) {
+  impl_->context.RequireCurrent();
   ValidateCamera(camera);
   if (camera.intrinsics.HasDistortion()) {
     throw std::invalid_argument(

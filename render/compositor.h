@@ -114,7 +114,8 @@ class Compositor {
   void SetObjects(std::vector<VirtualObject> objects);
 
   // Throws std::invalid_argument when sizes do not agree, naming them; std::runtime_error for a
-  // picture that the device cannot draw.
+  // picture that the device cannot draw, and where the context is not current or has been lost:
+  // then a new context and a new compositor are what helps.
   Composite Render(const CompositeInput& input);
 
   // The hard sun shadow on whatever is nearest in each pixel of an undistorted camera, phantom and

@@ -12,6 +12,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "object_test_scenes.h"
+
 namespace pleinair::mirror_image_test {
 namespace {
 
@@ -65,37 +67,6 @@ Material Mirror(float roughness) {
   material.specular_reflectance = kReflectance;
   material.roughness = roughness;
   return material;
-}
-
-PatchScene PatchesOf(const Mesh& mesh, float albedo = 0.5f) {
-  PatchScene scene;
-  scene.mesh = mesh;
-  scene.caster = RayCaster(scene.mesh);
-  scene.face_albedo_rgb.assign(scene.FaceCount(), glm::vec3(albedo));
-  return scene;
-}
-
-// Looks straight down from 10 m at a square of 2 m around the origin: 64 px, 3.1 cm each.
-Camera FromAbove() {
-  Camera camera;
-  camera.intrinsics = {64, 64, 320.0, 320.0, 31.5, 31.5, {}};
-  camera.camera_from_world = glm::dmat4(1.0,
-                                        0.0,
-                                        0.0,
-                                        0.0,  //
-                                        0.0,
-                                        -1.0,
-                                        0.0,
-                                        0.0,  //
-                                        0.0,
-                                        0.0,
-                                        -1.0,
-                                        0.0,  //
-                                        0.0,
-                                        0.0,
-                                        10.0,
-                                        1.0);  // Columns.
-  return camera;
 }
 
 // Level, from (-5, 0, height) along +x.

@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "object_test_scenes.h"
+
 namespace pleinair::soft_sun_test {
 namespace {
 
@@ -28,36 +30,6 @@ void AddPlate(float x0, float y0, float x1, float y1, float z, Mesh& mesh) {
   mesh.triangles.push_back(glm::uvec3(0, 2, 3) + first);
   mesh.triangle_group.resize(mesh.triangles.size(), 0);
   mesh.group_names = {"object"};
-}
-
-PatchScene PatchesOf(const Mesh& mesh) {
-  PatchScene scene;
-  scene.mesh = mesh;
-  scene.caster = RayCaster(scene.mesh);
-  return scene;
-}
-
-// Looks straight down from 10 m at a square of 2 m around the origin: 64 px, 3.1 cm each.
-Camera FromAbove() {
-  Camera camera;
-  camera.intrinsics = {64, 64, 320.0, 320.0, 31.5, 31.5, {}};
-  camera.camera_from_world = glm::dmat4(1.0,
-                                        0.0,
-                                        0.0,
-                                        0.0,  //
-                                        0.0,
-                                        -1.0,
-                                        0.0,
-                                        0.0,  //
-                                        0.0,
-                                        0.0,
-                                        -1.0,
-                                        0.0,  //
-                                        0.0,
-                                        0.0,
-                                        10.0,
-                                        1.0);  // Columns.
-  return camera;
 }
 
 // Of the ground z = 0; `visibility` where x is.

@@ -95,6 +95,14 @@ TEST_F(CompositorHardCase, PicturesOfEverySize) {
   }
 }
 
+// As wide as pictures get; a strip of it, for the sake of the test's memory.
+TEST_F(CompositorHardCase, AStripOf4096Pixels) {
+  const CompositeScene scene(to_sun_, 4096, 216);
+  const Composite composite = Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24));
+  ExpectSound(scene, composite, "4096x216");
+  EXPECT_GT(CountChanged(composite), 1000u);
+}
+
 TEST_F(CompositorHardCase, ObjectsThatAreNotThereChangeNothing) {
   const CompositeScene scene(to_sun_);
   EXPECT_EQ(CountChanged(Render(scene, Mesh{})), 0u);

@@ -1,11 +1,14 @@
 #include "render/gl_context.h"
 
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "render/compositor.h"
+#include "test_scenes.h"
 
 namespace pleinair::gl_context_test {
 namespace {
@@ -25,6 +28,29 @@ TEST(HeadlessContext, MayGoBeforeTheCompositorThatDrewInIt) {
   auto compositor = std::make_unique<Compositor>();
   context.reset();
   compositor.reset();
+}
+
+// The rest of a run goes on with an error, not with a crash, and a new compositor works.
+TEST(Compositor, SaysSoWhereItsContextIsGoneOrAnotherIsCurrent) {
+  auto context = std::make_unique<HeadlessContext>();
+  Compositor compositor;
+  const Camera camera = test::LookAt({4.0, -5.0, 2.5}, {0.0, 0.0, 0.8}, 32, 24, 24.0);
+  const auto message = [&] {
+    try {
+      compositor.RenderShadowMask(camera, {0.0, 0.0, 1.0});
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message(), "");
+  const auto other = std::make_unique<HeadlessContext>();
+  EXPECT_THAT(message(), testing::HasSubstr("not current"));
+  EXPECT_THROW(compositor.SetObjects({}), std::runtime_error);
+  Compositor anew;
+  EXPECT_NO_THROW(anew.RenderShadowMask(camera, {0.0, 0.0, 1.0}));
+  context.reset();
+  EXPECT_THAT(message(), testing::HasSubstr("not current"));
 }
 
 TEST(Compositor, RefusesToStartWithoutAContext) { EXPECT_THROW(Compositor(), std::runtime_error); }

@@ -123,6 +123,17 @@ TEST_F(ShadowMaskHardCase, OpenAndNonManifoldCasters) {
   ExpectLikeRayCasting(ground_, bowl, camera_, to_sun, "part of a sphere");
   ExpectLikeRayCasting(
       ground_, Join(sphere_, Box({0, -0.5f, 0}, {2, 0.5f, 1.5f})), camera_, to_sun, "through");
+  // Three leaves on one edge, wound as it comes.
+  const Mesh book = MeshOf({{0, 0, 0}, {0, 0, 2}, {1.2f, 0, 1}, {-0.8f, 0.9f, 1}, {-0.7f, -1, 1}},
+                           {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}},
+                           Material{});
+  ExpectLikeRayCasting(ground_, book, camera_, to_sun, "three triangles at an edge");
+  // A sphere that goes through itself: a cap of it is pulled back through the rest.
+  Mesh crossed = sphere_;
+  for (glm::vec3& p : crossed.positions_m) {
+    if (p.x > 0.4f) p.x = 0.8f - 2.0f * p.x;
+  }
+  ExpectLikeRayCasting(ground_, crossed, camera_, to_sun, "self-intersecting");
 }
 
 TEST_F(ShadowMaskHardCase, HardMeshesOfTheCollection) {
@@ -223,6 +234,40 @@ TEST_F(ShadowMaskHardCase, PicturesOfEverySize) {
     const Camera camera = LookAt({4.0, -5.0, 2.5}, {0.0, 0.0, 0.8}, width, height, 0.75 * height);
     ExpectLikeRayCasting(ground_, sphere_, camera, to_sun, std::to_string(width), 0);
   }
+}
+
+// Each 32nd pixel of each 32nd row is held against ray casting: those that a camera of fewer pixels
+// sees through the same points.
+TEST_F(ShadowMaskHardCase, APictureOf4096x2160) {
+  constexpr int kStep = 32;
+  const glm::dvec3 to_sun = DirectionOf(215.0, 40.0);
+  const Camera large = LookAt({4.0, -5.0, 2.5}, {0.0, 0.0, 0.8}, 4096, 2160, 2000.0);
+  Compositor compositor;
+  compositor.SetPhantom(ground_);
+  compositor.SetObjects({{sphere_}});
+  const Gray8Image mask = compositor.RenderShadowMask(large, to_sun);
+  ASSERT_EQ(mask.width, 4096);
+  ASSERT_EQ(mask.height, 2160);
+  Camera coarse = large;
+  coarse.intrinsics.width_px /= kStep;
+  coarse.intrinsics.height_px /= kStep;
+  coarse.intrinsics.fx_px /= kStep;
+  coarse.intrinsics.fy_px /= kStep;
+  coarse.intrinsics.cx_px /= kStep;  // Pixel i is the large one's 32 i.
+  coarse.intrinsics.cy_px /= kStep;
+  const RayCaster caster(Join(ground_, sphere_));
+  const Image<VisiblePoint> points = CastPicture(caster, coarse);
+  const Gray8Image expected = ReferenceShadowMask(caster, points, to_sun);
+  const Gray8Image at_edge = EdgeNeighbourhood(points, expected, coarse);
+  int shadowed = 0;
+  for (int y = 0; y < expected.height; ++y) {
+    for (int x = 0; x < expected.width; ++x) {
+      shadowed += expected.At(x, y) != 0 ? 1 : 0;
+      if (at_edge.At(x, y) != 0) continue;
+      ASSERT_EQ(mask.At(kStep * x, kStep * y), expected.At(x, y)) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(shadowed, 100);
 }
 
 TEST_F(ShadowMaskHardCase, RefusesWhatMakesNoSense) {
