@@ -40,6 +40,16 @@ Rgb8Image FrameWriter::Display(const RgbImage& radiance, std::optional<double> e
   return CodesFromRadiance(radiance, response_, exposure.value_or(chosen_exposure_.value_or(1.0)));
 }
 
+void FrameWriter::WriteEnvironment(int frame,
+                                   const RgbImage& with_sun,
+                                   const RgbImage& without_sun) const {
+  const std::filesystem::path folder = out_ / "environment";
+  std::filesystem::create_directories(folder);
+  const std::string number = fmt::format("{:06}", frame);
+  WriteExr(folder / (number + ".exr"), with_sun, ExrPrecision::kFloat);
+  WriteExr(folder / (number + "_without_sun.exr"), without_sun, ExrPrecision::kFloat);
+}
+
 Rgb8Image FrameWriter::Write(const Frame& frame, const Composite& composite) {
   if (!frame.exposure && !chosen_exposure_) {
     // 8-bit frames of unknown exposure are in units of their own [0, 1].

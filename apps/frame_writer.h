@@ -22,6 +22,10 @@ class FrameWriter {
   // chosen for the first frame written.
   Rgb8Image Display(const RgbImage& radiance, std::optional<double> exposure) const;
 
+  // Lat-long, 32-bit float: environment/NNNNNN.exr with the sun,
+  // environment/NNNNNN_without_sun.exr.
+  void WriteEnvironment(int frame, const RgbImage& with_sun, const RgbImage& without_sun) const;
+
   // The composite as written to the PNG.
   Rgb8Image Write(const Frame& frame, const Composite& composite);
 

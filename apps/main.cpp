@@ -352,6 +352,9 @@ void AddRun(CLI::App& app, Work& work) {
                options->measure_shadows,
                "Compare the real shadows' direction with the sun's; about 0.5 s a frame");
   run.add_flag("--video", options->video, "Write composite.mp4 as well");
+  run.add_flag("--write-environment",
+               options->write_environment,
+               "Write the light around the objects as lat-long EXRs, with and without the sun");
   run.add_option("--video-rate", options->video_frames_per_second, "Frames a second of the video")
       ->check(CLI::Range(0.1, 240.0))
       ->capture_default_str();

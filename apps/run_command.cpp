@@ -103,7 +103,22 @@ std::map<int, TruthFrame> TruthByFrame(const Sequence& sequence) {
   return by_frame;
 }
 
-void AddTruth(const Sequence& sequence, const FrameWriter& writer, RunReport& report) {
+// a - b, kDifferenceGain times as large, around grey.
+Rgb8Image Difference(const Rgb8Image& a, const Rgb8Image& b) {
+  Rgb8Image difference(a.width, a.height);
+  for (std::size_t i = 0; i < difference.pixels.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const int value = 128 + kDifferenceGain * (int{a.pixels[i][c]} - int{b.pixels[i][c]});
+      difference.pixels[i][c] = static_cast<std::uint8_t>(std::clamp(value, 0, 255));
+    }
+  }
+  return difference;
+}
+
+void AddTruth(const Sequence& sequence,
+              const std::filesystem::path& out,
+              const FrameWriter& writer,
+              RunReport& report) {
   const std::map<int, TruthFrame> truth = TruthByFrame(sequence);
   for (ReportFrame& frame : report.frames) {
     const auto found = truth.find(frame.index);
@@ -112,8 +127,12 @@ void AddTruth(const Sequence& sequence, const FrameWriter& writer, RunReport& re
     frame.true_sky_irradiance_rgb = found->second.sky_irradiance_rgb;
     if (found->second.with_object && frame.error.empty()) {
       const RgbImage picture = ReadRadianceImage(*found->second.with_object);
-      frame.truth = MakeReportPicture(
-          writer.Display(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure));
+      const Rgb8Image truth_shown =
+          writer.Display(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure);
+      frame.truth = MakeReportPicture(truth_shown);
+      frame.difference = MakeReportPicture(
+          Difference(ReadDisplayImage(out / "composite" / fmt::format("{:06}.png", frame.index)),
+                     truth_shown));
     }
   }
 }
@@ -235,6 +254,10 @@ void RunRunCommand(const RunCommandOptions& options) {
     const auto write_start = std::chrono::steady_clock::now();
     const Rgb8Image shown = writer.Write(frame, result.composite);
     if (video) video->Add(shown);
+    if (options.write_environment) {
+      const SequenceRun::Environment environment = run.EnvironmentOf(result.estimate.lighting);
+      writer.WriteEnvironment(frame.index, environment.with_sun, environment.without_sun);
+    }
     result.timing_ms.write = MsSince(write_start);
     folder.AddLine(LightingLine(frame, result));
 
@@ -263,7 +286,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   folder.Finish();
   if (video) video->Finish();
   if (shadows && done > 0) ReportShadows(*shadows, report);
-  AddTruth(sequence, writer, report);
+  AddTruth(sequence, options.out, writer, report);
   WriteRunReport(options.out / "report.html", report);
   spdlog::info("{} of {} frames done; report: {}",
                done,

@@ -20,6 +20,7 @@ struct RunCommandOptions : SequenceRunOptions {
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;
   bool video = false;
+  bool write_environment = false;
   double video_frames_per_second = 10.0;
 };
 

@@ -17,6 +17,9 @@ struct ReportPicture {
 };
 ReportPicture MakeReportPicture(const Rgb8Image& image);
 
+// How far apart the report shows composite and truth.
+inline constexpr int kDifferenceGain = 4;
+
 struct ReportFrame {
   int index = 0;
   UtcTime time{};
@@ -24,6 +27,7 @@ struct ReportFrame {
   ReportPicture input;
   ReportPicture composite;
   std::optional<ReportPicture> truth;
+  std::optional<ReportPicture> difference;  // Composite less truth, kDifferenceGain times.
   Lighting lighting;
   LightingEstimate estimate;  // Its lighting is the one above.
   StageTimes timing_ms;

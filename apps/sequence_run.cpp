@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -122,6 +123,25 @@ OutdoorLightingOptions OutdoorOptionsFor(const SequenceRunOptions& options,
   outdoor.sky_shapes = options.sky_shapes;
   outdoor.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
   return outdoor;
+}
+
+constexpr LatLongSize kEnvironmentSize{1024, 512};  // A pixel is 0.35 deg: less than the sun.
+
+glm::vec3 EnvironmentPlace(const LoadedSequence& loaded, bool with_objects) {
+  if (with_objects && !loaded.site.objects.empty()) {
+    glm::vec3 lower(std::numeric_limits<float>::infinity());
+    glm::vec3 upper(-lower);
+    for (const VirtualObject& object : loaded.site.objects) {
+      const BoundingBox box = BoundingBoxOf(object.mesh);
+      lower = glm::min(lower, box.lower_m);
+      upper = glm::max(upper, box.upper_m);
+    }
+    return 0.5f * (lower + upper);
+  }
+  if (loaded.sequence.environment) return glm::vec3(loaded.sequence.environment->position_m);
+  const glm::dmat4 world_from_camera =
+      glm::inverse(loaded.sequence.CameraOfFrame(0).camera_from_world);
+  return glm::vec3(world_from_camera[3]);
 }
 
 }  // namespace
@@ -276,6 +296,21 @@ std::optional<RunStep> SequenceRun::Next(const std::function<bool(int)>& wanted)
     if (step.result) step.result->timing_ms.read = read_ms;
     return step;
   }
+}
+
+SequenceRun::Environment SequenceRun::EnvironmentOf(const Lighting& lighting) {
+  if (!environment_view_) {
+    const PreparedScene& scene = loaded_->scene;
+    environment_view_.emplace(scene.patches,
+                              scene.survey ? &*scene.survey : nullptr,
+                              EnvironmentPlace(*loaded_, with_objects_),
+                              kEnvironmentSize);
+  }
+  Environment environment;
+  environment.without_sun = pipeline_->EnvironmentRadiance(*environment_view_, lighting);
+  environment.with_sun = environment.without_sun;
+  environment_view_->AddSun(lighting.sun, environment.with_sun);
+  return environment;
 }
 
 std::vector<glm::dmat4> SequenceRun::PosesAt(UtcTime time) const {

@@ -125,6 +125,14 @@ class SequenceRun {
 
   // What was assumed, mended or left out since the last call, marker poses included.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
+  // The real light where the objects are, or without any where the survey's map was taken, or the
+  // first frame's camera. Lat-long, after a frame that succeeded, with its lighting; the second one
+  // has the sun's disc in it.
+  struct Environment {
+    RgbImage without_sun;
+    RgbImage with_sun;
+  };
+  Environment EnvironmentOf(const Lighting& lighting);
   // See FramePipeline.
   std::string DaylightNote() const { return pipeline_->DaylightNote(); }
 
@@ -135,6 +143,7 @@ class SequenceRun {
   bool with_objects_;
   std::vector<std::string> notes_;
   std::map<int, glm::dvec3> given_suns_;  // Directions that a lighting file gives, by frame.
+  std::optional<EnvironmentView> environment_view_;  // Made when first asked for.
   Compositor compositor_;
   std::unique_ptr<FramePipeline> pipeline_;
   std::unique_ptr<FrameSource> frames_;

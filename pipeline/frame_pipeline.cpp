@@ -196,6 +196,16 @@ void FramePipeline::PoseObjects(std::span<const glm::dmat4> world_from_given) {
   mirror_version_.reset();
 }
 
+RgbImage FramePipeline::EnvironmentRadiance(const EnvironmentView& view,
+                                            const Lighting& lighting) const {
+  const FaceLight& sun = view_builder_.SunFaces();
+  std::vector<EnvironmentLight> basis{{nullptr, sun.radiosity, sun.direct_irradiance}};
+  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
+    basis.push_back({sky_shapes_[k].get(), view_builder_.SkyFaces(k).radiosity, {}});
+  }
+  return view.Radiance(lighting, basis);
+}
+
 std::string FramePipeline::DaylightNote() const {
   return daylight_ != nullptr ? daylight_->Note() : std::string();
 }

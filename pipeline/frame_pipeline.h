@@ -17,6 +17,7 @@
 #include "pipeline/object_interreflection.h"
 #include "pipeline/posed_objects.h"
 #include "pipeline/sun_state.h"
+#include "relight/environment_view.h"
 #include "relight/irradiance_volume.h"
 #include "relight/mirror_image.h"
 #include "relight/object_influence.h"
@@ -120,6 +121,10 @@ class FramePipeline {
   // Of the last frame that succeeded; empty unless objects get their light from it. Folded, it
   // holds the probes that objects need alone; the others are not valid.
   const IrradianceVolume& Volume() const { return volume_; }
+
+  // The real light around the view's place in the last frame that succeeded, without the sun's
+  // disc. `lighting` is that frame's.
+  RgbImage EnvironmentRadiance(const EnvironmentView& view, const Lighting& lighting) const;
 
   // What daylight samples are restricted to, in a line; empty without such.
   std::string DaylightNote() const;
