@@ -120,7 +120,7 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
       PrepareScene(site.model, PrepareOptionsFor(site, prepare), store, ProgressOnStandardError());
 
   const std::unique_ptr<LightingSource> source =
-      MakeSourceFor(run, sequence, scene.aerosol_optical_depth);
+      MakeSourceFor(run, sequence, scene.aerosol_optical_depth_500nm);
   sequence.frames = {sequence.frames[index]};
   const auto frame = MakeRecordedFrameSource(sequence, FrameKind::kLinear)->Next();
   const auto failed = [&](const std::string& reason) {

@@ -269,7 +269,7 @@ SequenceRun::SequenceRun(std::shared_ptr<const LoadedSequence> loaded,
       loaded_->site.model.mesh,
       loaded_->sequence.site,
       with_objects_ ? loaded_->site.objects : std::vector<VirtualObject>(),
-      MakeSourceFor(options, loaded_->sequence, loaded_->scene.aerosol_optical_depth),
+      MakeSourceFor(options, loaded_->sequence, loaded_->scene.aerosol_optical_depth_500nm),
       compositor_,
       PipelineOptionsFor(options, *loaded_));
   frames_ = FramesOfRun(options, *loaded_, notes_);

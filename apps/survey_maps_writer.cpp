@@ -70,7 +70,7 @@ std::string Describe(const SurveyLight& light) {
   json["sun_irradiance_stddev_rgb"] = JsonOf(light.sun_irradiance_stddev_rgb);
   json["sky_irradiance_rgb"] = JsonOf(light.sky_irradiance_rgb);
   json["aerosol_optical_depth_500nm"] =
-      light.aerosol_optical_depth ? Json(*light.aerosol_optical_depth) : Json(nullptr);
+      light.aerosol_optical_depth_500nm ? Json(*light.aerosol_optical_depth_500nm) : Json(nullptr);
   json["albedo_stddev_rgb"] = JsonOf(light.albedo_stddev_rgb);
   json["notes"] = light.notes;
   return json.dump(2) + "\n";

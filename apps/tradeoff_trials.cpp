@@ -223,7 +223,7 @@ void TradeoffTrials::MeasureLight(const std::vector<Job*>& alike) {
       SequenceRunOptions options = job->options;
       options.seed = seed;
       sources.push_back(
-          MakeSourceFor(options, loaded->sequence, loaded->scene.aerosol_optical_depth));
+          MakeSourceFor(options, loaded->sequence, loaded->scene.aerosol_optical_depth_500nm));
       trials.push_back({job, {}, {}, {}, ""});
     }
   }

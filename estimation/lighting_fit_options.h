@@ -40,7 +40,7 @@ struct LightingFitOptions {
   // relative: a real sky is not of the fitted shape. The data correct it where there are planes
   // enough. Lit and shaded samples of a plane err alike, so that their contrast tells the sun
   // whatever the sky's shape. A tenth is right for a mix of shapes: over 156 measured and modelled
-  // skies and views of two scenes the stated deviation of the sky then held 71 % of the truths
+  // skies and views of two scenes the stated deviation of the sky then held 71 % of the known skies
   // (0.2: 82 %), with the same errors. >= 0.
   double sky_shape_error = 0.1;
   // Shares of the sky's shapes before the data have spoken: all equal, give or take this. Wider

@@ -201,8 +201,8 @@ PreparedScene PrepareScene(const SiteModel& site,
     prepared.notes.insert(
         prepared.notes.end(), survey.light.notes.begin(), survey.light.notes.end());
     prepared.albedo_stddev_rgb = survey.light.albedo_stddev_rgb;
-    prepared.aerosol_optical_depth =
-        survey.light.aerosol_optical_depth.value_or(kStandardAerosolDepth500nm);
+    prepared.aerosol_optical_depth_500nm =
+        survey.light.aerosol_optical_depth_500nm.value_or(kStandardAerosolDepth500nm);
     prepared.survey_time = site.environment->time;
     prepared.survey = std::move(survey);
   }

@@ -180,14 +180,14 @@ Survey MakeSurvey(const SurveyMap& map,
   survey.light =
       MeasureSurveyLight(map, shows_sky, SunSeenFrom(map, scene, options.sun_disc_samples));
 
-  survey.light.aerosol_optical_depth =
+  survey.light.aerosol_optical_depth_500nm =
       MeasureAerosolDepth(map.radiance, shows_sky, survey.light.sun_direction_enu);
-  if (survey.light.aerosol_optical_depth) {
+  if (survey.light.aerosol_optical_depth_500nm) {
     char text[96];
     std::snprintf(text,
                   sizeof(text),
                   "survey map: clear skies are taken to be as hazy as its own: %.2f at 500 nm",
-                  *survey.light.aerosol_optical_depth);
+                  *survey.light.aerosol_optical_depth_500nm);
     survey.light.notes.emplace_back(text);
   }
 

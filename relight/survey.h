@@ -51,7 +51,7 @@ struct SurveyLight {
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};
   // At 500 nm: how hazy the map's sky is. None where it does not tell.
-  std::optional<double> aerosol_optical_depth;
+  std::optional<double> aerosol_optical_depth_500nm;
   // Lat-long, without the disc, what buildings hide filled in, black below the horizon.
   RgbImage sky_radiance;
   std::vector<std::string> notes;  // What was assumed; for the report.

@@ -71,7 +71,7 @@ void ArchiveSurvey(Archive& archive, Survey& survey) {
   ArchivePlain(archive, light.sky_irradiance_rgb);
   ArchivePlain(archive, light.sun_origin);
   ArchivePlain(archive, light.albedo_stddev_rgb);
-  archive(light.sun_clipped, light.aerosol_optical_depth, light.notes);
+  archive(light.sun_clipped, light.aerosol_optical_depth_500nm, light.notes);
   ArchiveImage(archive, light.sky_radiance);
   ArchiveView(archive, survey.view);
   // Only the loading side may write through the pointer: it has just made what it points to.
