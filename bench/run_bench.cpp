@@ -30,7 +30,8 @@ struct BenchArguments {
 
 void RunRepeatedFrame(benchmark::State& state,
                       const BenchArguments& arguments,
-                      ObjectLight object_light) {
+                      ObjectLight object_light,
+                      bool objects_move) {
   const Sequence sequence = ReadSequence(arguments.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   FileBlobStore store;
@@ -55,11 +56,15 @@ void RunRepeatedFrame(benchmark::State& state,
     return;
   }
 
+  std::vector<glm::dmat4> poses(site.objects.size(), glm::dmat4(1.0));
   StageTimes sum;
   double dearest_transport_ms = 0.0;
   for (auto _ : state) {
     frame.time += std::chrono::seconds(1);
-    const auto result = pipeline.Process(frame);
+    if (objects_move) {
+      for (glm::dmat4& pose : poses) pose[3].x += 0.01;
+    }
+    const auto result = pipeline.Process(frame, poses);
     benchmark::DoNotOptimize(result->composite.radiance.pixels.data());
     const StageTimes& ms = result->timing_ms;
     sum.transport += ms.transport;
@@ -101,17 +106,25 @@ int main(int argc, char** argv) {
     }
   }
   int rest_count = static_cast<int>(rest.size());
-  for (const auto& [name, object_light] :
-       {std::pair{"run/gather", pleinair::ObjectLight::kGather},
-        std::pair{"run/volume", pleinair::ObjectLight::kVolume},
-        std::pair{"run/volume_by_map", pleinair::ObjectLight::kVolumeByMap}}) {
-    benchmark::RegisterBenchmark(name,
-                                 [arguments, object_light = object_light](benchmark::State& state) {
-                                   pleinair::RunRepeatedFrame(state, arguments, object_light);
+  const struct {
+    const char* name;
+    pleinair::ObjectLight object_light;
+    bool objects_move;  // By a centimetre a frame.
+  } cases[] = {{"run/gather", pleinair::ObjectLight::kGather, false},
+               {"run/volume", pleinair::ObjectLight::kVolume, false},
+               {"run/volume_by_map", pleinair::ObjectLight::kVolumeByMap, false},
+               {"run_moving/gather", pleinair::ObjectLight::kGather, true},
+               {"run_moving/volume", pleinair::ObjectLight::kVolume, true}};
+  for (const auto& one : cases) {
+    benchmark::RegisterBenchmark(one.name,
+                                 [arguments, one](benchmark::State& state) {
+                                   pleinair::RunRepeatedFrame(
+                                       state, arguments, one.object_light, one.objects_move);
                                  })
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime()
-        ->Iterations(192);  // Four steps of the sun's raster.
+        // Four steps of the sun's raster; moved objects are alike in each frame.
+        ->Iterations(one.objects_move ? 24 : 192);
   }
   benchmark::Initialize(&rest_count, rest.data());
   if (benchmark::ReportUnrecognizedArguments(rest_count, rest.data())) return 2;
