@@ -1,12 +1,14 @@
 // The command line: arguments in, one line and exit code 2 on bad input. The work is in
 // *_command.cpp.
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <map>
 #include <regex>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -141,24 +143,52 @@ void AddPrepare(CLI::App& app, Work& work) {
   });
 }
 
-// Effects by name; `plan` and `all` switch every effect on.
-void ChooseEffects(const std::vector<std::string>& names, pleinair::SequenceRunOptions& options) {
-  pleinair::CompositeEffects& effects = options.effects;
-  effects = {false, false, false, false, false, false, false};
-  options.match_noise = false;
-  options.match_blur = false;
-  for (const std::string& name : names) {
-    const bool all = name == "plan" || name == "all";
-    effects.sun_shading |= all || name == "sun-shading";
-    effects.sun_shadow |= all || name == "sun-shadow";
-    effects.probe_shading |= all || name == "probe-shading";
-    effects.penumbra |= all || name == "penumbra";
-    effects.glossy_reflection |= all || name == "glossy-reflection";
-    effects.sky_occlusion |= all || name == "sky-occlusion";
-    effects.colour_bleeding |= all || name == "colour-bleeding";
-    options.match_noise |= all || name == "camera-noise";
-    options.match_blur |= all || name == "camera-blur";
+// Effects by name are on, and the others off, or left to the plan where `plan` is named too.
+void ChooseEffects(const std::vector<std::string>& names, pleinair::EffectSettings& effects) {
+  using pleinair::Effect;
+  using pleinair::EffectSettings;
+  using pleinair::EffectSwitch;
+  const auto is_named = [&names](std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const EffectSwitch others = is_named("all")    ? EffectSwitch::kOn
+                              : is_named("plan") ? EffectSwitch::kPlan
+                                                 : EffectSwitch::kOff;
+  effects.switches = EffectSettings::Filled(others);
+  for (const Effect effect : pleinair::kAllEffects) {
+    if (is_named(NameOf(effect))) effects[effect] = EffectSwitch::kOn;
   }
+  // Their other halves.
+  if (is_named("sun-shadow")) effects[Effect::kObjectShadow] = EffectSwitch::kOn;
+  if (is_named("probe-shading")) effects[Effect::kDaylight] = EffectSwitch::kOn;
+}
+
+void AddEffects(CLI::App& run, pleinair::EffectSettings& effects) {
+  std::vector<std::string> names{"plan", "all"};
+  for (const pleinair::Effect effect : pleinair::kAllEffects) {
+    names.emplace_back(NameOf(effect));
+  }
+  run.add_option_function<std::vector<std::string>>(
+         "--effects",
+         [&effects](const std::vector<std::string>& chosen) { ChooseEffects(chosen, effects); },
+         "plan (what can be seen), all, or some of sun-shading,sun-shadow,object-shadow,penumbra,"
+         "probe-shading,daylight,glossy-reflection,sky-occlusion,colour-bleeding and, of 8-bit "
+         "frames, camera-blur,camera-noise; with plan among them the others are left to it. "
+         "sun-shadow brings object-shadow along, probe-shading daylight")
+      ->delimiter(',')
+      ->check(CLI::IsMember(names))
+      ->default_str("plan");
+  run.add_option("--threshold",
+                 effects.threshold_code_values,
+                 "Of the plan: what the effects that it leaves out may change in all, in 8-bit "
+                 "code values")
+      ->check(CLI::NonNegativeNumber);
+  run.add_option("--budget",
+                 effects.budget_ms,
+                 "Milliseconds for a frame: the plan picks what can be had for them, and says in "
+                 "plan.jsonl what that costs the picture")
+      ->check(pleinair::Positive())
+      ->excludes("--threshold");
 }
 
 void AddSkyShapes(CLI::App& command, std::vector<pleinair::SkyShapeKind>& shapes) {
@@ -316,25 +346,7 @@ void AddRun(CLI::App& app, Work& work) {
                  "Side in pixels of blocks that are lit alike when their corners are; 1: each "
                  "pixel looks for the sun itself")
       ->check(CLI::Range(1, 64));
-  run.add_option_function<std::vector<std::string>>(
-         "--effects",
-         [options](const std::vector<std::string>& names) { ChooseEffects(names, *options); },
-         "plan, all, or some of "
-         "sun-shading,sun-shadow,penumbra,probe-shading,glossy-reflection,sky-occlusion,colour-"
-         "bleeding, and of 8-bit frames camera-noise,camera-blur")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"plan",
-                             "all",
-                             "sun-shading",
-                             "sun-shadow",
-                             "penumbra",
-                             "glossy-reflection",
-                             "probe-shading",
-                             "sky-occlusion",
-                             "colour-bleeding",
-                             "camera-noise",
-                             "camera-blur"}))
-      ->default_str("all");
+  AddEffects(run, options->effects);
   run.add_option("--penumbra-samples",
                  options->penumbra_samples,
                  "Points of the sun's disc for a pixel near the edge of a virtual shadow")

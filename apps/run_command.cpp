@@ -17,6 +17,7 @@
 #include "apps/elapsed.h"
 #include "apps/frame_writer.h"
 #include "apps/lighting_log.h"
+#include "apps/plan_log.h"
 #include "apps/progress.h"
 #include "apps/run_report.h"
 #include "apps/survey_maps_writer.h"
@@ -31,34 +32,58 @@ namespace pleinair {
 namespace {
 
 // One run's output folder: nothing of an earlier run stays beside the new one's, and lighting.jsonl
-// has its name only when it is whole.
+// and plan.jsonl have their names only when they are whole.
 class RunFolder {
  public:
   explicit RunFolder(std::filesystem::path out) : out_(std::move(out)) {
     std::filesystem::create_directories(out_);
-    for (const char* name :
-         {"lighting.jsonl", "report.html", "score.json", "composite", "mask", "composite.mp4"}) {
+    for (const char* name : {"lighting.jsonl",
+                             "plan.jsonl",
+                             "report.html",
+                             "score.json",
+                             "composite",
+                             "mask",
+                             "composite.mp4"}) {
       std::filesystem::remove_all(out_ / name);
     }
-    log_.open(PartialLog(), std::ios::trunc);
-    if (!log_) throw std::runtime_error(PartialLog().string() + ": cannot be written");
+    lighting_.emplace(out_ / "lighting.jsonl");
+    plan_.emplace(out_ / "plan.jsonl");
   }
 
-  void AddLine(const std::string& line) {
-    log_ << line << '\n' << std::flush;
-    if (!log_) throw std::runtime_error(PartialLog().string() + ": cannot be written (disc full?)");
-  }
-
+  void AddLighting(const std::string& line) { lighting_->Add(line); }
+  void AddPlan(const std::string& line) { plan_->Add(line); }
   void Finish() {
-    log_.close();
-    std::filesystem::rename(PartialLog(), out_ / "lighting.jsonl");
+    lighting_->Finish();
+    plan_->Finish();
   }
 
  private:
-  std::filesystem::path PartialLog() const { return out_ / "lighting.jsonl.partial"; }
+  // A line a frame.
+  class Log {
+   public:
+    explicit Log(std::filesystem::path file)
+        : file_(std::move(file)), partial_(file_.string() + ".partial") {
+      out_.open(partial_, std::ios::trunc);
+      if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written");
+    }
+    void Add(const std::string& line) {
+      out_ << line << '\n' << std::flush;
+      if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written (disc full?)");
+    }
+    void Finish() {
+      out_.close();
+      std::filesystem::rename(partial_, file_);
+    }
+
+   private:
+    std::filesystem::path file_;
+    std::filesystem::path partial_;
+    std::ofstream out_;
+  };
 
   std::filesystem::path out_;
-  std::ofstream log_;
+  std::optional<Log> lighting_;
+  std::optional<Log> plan_;
 };
 
 std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSite& site) {
@@ -242,7 +267,8 @@ void RunRunCommand(const RunCommandOptions& options) {
     if (!step->result) {
       const FrameError& error = step->result.error();
       spdlog::error("frame {}: {}", error.index, error.reason);
-      folder.AddLine(FailureLine(error));
+      folder.AddLighting(FailureLine(error));
+      folder.AddPlan(FailureLine(error));
       report.frames.push_back(FailedFrame(error));
       if (options.stop_on_bad_frame) {
         throw std::runtime_error(fmt::format("stopped at frame {}, as asked", error.index));
@@ -259,7 +285,8 @@ void RunRunCommand(const RunCommandOptions& options) {
       writer.WriteEnvironment(frame.index, environment.with_sun, environment.without_sun);
     }
     result.timing_ms.write = MsSince(write_start);
-    folder.AddLine(LightingLine(frame, result));
+    folder.AddLighting(LightingLine(frame, result));
+    folder.AddPlan(PlanLine(frame, result, options.effects));
 
     ReportFrame reported;
     reported.index = frame.index;
@@ -270,6 +297,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     reported.lighting = result.estimate.lighting;
     reported.estimate = result.estimate;
     reported.timing_ms = result.timing_ms;
+    reported.plan = result.plan;
     NoteUnits(result.estimate.units, report);
     if (shadows) shadows->Add(frame, result.sun.direction_enu);
     report.frames.push_back(std::move(reported));

@@ -1,5 +1,7 @@
 #include "apps/run_report.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -130,6 +132,67 @@ std::string TimingTable(const RunReport& report) {
   return html + "</table>\n";
 }
 
+// Effect by effect, over all frames.
+std::string EffectTable(const RunReport& report) {
+  double largest_left_out = 0.0;
+  double saved_ms = 0.0;
+  double all_ms = 0.0;
+  int late = 0;
+  for (const ReportFrame& frame : report.frames) {
+    largest_left_out = std::max(largest_left_out, frame.plan.left_out_code_values);
+    saved_ms += frame.plan.SavedMs();
+    all_ms += frame.plan.all_expected_ms;
+    late += frame.plan.fits_budget ? 0 : 1;
+  }
+  std::string html =
+      "<table><tr><th>effect</th><th>frames that simulate it</th><th>that keep the last one's</th>"
+      "<th>that leave it out</th><th>largest bound left out, code values</th></tr>\n";
+  for (const Effect effect : kAllEffects) {
+    std::array<int, 4> frames{};
+    double largest = 0.0;
+    for (const ReportFrame& frame : report.frames) {
+      if (!frame.error.empty()) continue;
+      const PlannedEffect& planned = frame.plan.Of(effect);
+      ++frames[static_cast<std::size_t>(planned.fate)];
+      if (planned.fate == EffectFate::kLeftOut) {
+        largest = std::max(largest, planned.bound_code_values);
+      }
+    }
+    const auto count = [&](EffectFate fate) { return frames[static_cast<std::size_t>(fate)]; };
+    if (count(EffectFate::kRun) + count(EffectFate::kKept) + count(EffectFate::kLeftOut) == 0) {
+      continue;
+    }
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2f}</td></tr>\n",
+                        NameOf(effect),
+                        count(EffectFate::kRun),
+                        count(EffectFate::kKept),
+                        count(EffectFate::kLeftOut),
+                        largest);
+  }
+  html += fmt::format(
+      "</table>\n<p>What a frame left out could change by {:.2f} code values at most, and saved "
+      "{:.1f} of {:.1f} ms over all frames, as expected from what works took.{}</p>\n",
+      largest_left_out,
+      saved_ms,
+      all_ms,
+      late > 0 ? fmt::format(" {} frames did not fit into the budget.", late) : std::string());
+  return html;
+}
+
+// What a frame's plan left out, for the eye.
+std::string LeftOut(const EffectPlan& plan) {
+  std::string names;
+  for (const PlannedEffect& effect : plan.effects) {
+    if (effect.fate != EffectFate::kLeftOut) continue;
+    names += fmt::format("{}{} ({})", names.empty() ? "" : ", ", NameOf(effect.effect), effect.why);
+  }
+  if (names.empty()) return {};
+  return fmt::format("; left out: {}: {:.2f} code values, {:.1f} ms saved",
+                     names,
+                     plan.left_out_code_values,
+                     plan.SavedMs());
+}
+
 std::string List(const std::vector<std::string>& lines) {
   std::string html = "<ul>\n";
   for (const std::string& line : lines) html += "<li>" + EscapeHtml(line) + "</li>\n";
@@ -148,7 +211,7 @@ std::string FrameSection(const ReportFrame& frame) {
   const glm::dvec3 sky = frame.lighting.SkyIrradianceRgb();
   html += fmt::format(
       "<p><b>{}</b> {} &mdash; sun {:.4g} {:.4g} {:.4g}{}, sky {:.4g} {:.4g} {:.4g}; "
-      "{} samples, {:.0f} % inliers, residual {:.1f} %{}</p>\n",
+      "{} samples, {:.0f} % inliers, residual {:.1f} %{}{}</p>\n",
       frame.index,
       FormatUtcTime(frame.time),
       sun.x,
@@ -161,7 +224,8 @@ std::string FrameSection(const ReportFrame& frame) {
       frame.estimate.samples_used,
       100.0 * frame.estimate.inlier_fraction,
       100.0 * frame.estimate.relative_residual,
-      ModelMismatch(frame.estimate) ? " (picture and model do not fit)" : "");
+      ModelMismatch(frame.estimate) ? " (picture and model do not fit)" : "",
+      LeftOut(frame.plan));
   html += Figure("input", frame.input) + Figure("composite", frame.composite);
   if (frame.truth) html += Figure("truth", *frame.truth);
   if (frame.difference) {
@@ -201,6 +265,7 @@ void WriteRunReport(const std::filesystem::path& file, const RunReport& report) 
     html += "<h2>Light over time</h2>\n" + LightChart(report, true) + "<br>\n" +
             LightChart(report, false) + "\n";
     html += "<h2>Time per stage</h2>\n" + TimingTable(report);
+    html += "<h2>Effects</h2>\n" + EffectTable(report);
     html += "<h2>Frames</h2>\n";
     for (const ReportFrame& frame : report.frames) html += FrameSection(frame);
   }

@@ -31,6 +31,7 @@ struct ReportFrame {
   Lighting lighting;
   LightingEstimate estimate;  // Its lighting is the one above.
   StageTimes timing_ms;
+  EffectPlan plan;
   std::optional<glm::dvec3> true_sun_irradiance_rgb;
   std::optional<glm::dvec3> true_sky_irradiance_rgb;
 };

@@ -216,8 +216,6 @@ FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
   }
   pipeline.view.sun_block_px = options.sun_block_px;
   pipeline.effects = options.effects;
-  pipeline.camera_matching.noise = options.match_noise;
-  pipeline.camera_matching.blur = options.match_blur;
   if (options.camera_noise_is_known) pipeline.camera_matching.camera_noise = options.camera_noise;
   pipeline.display_response = ResponseOf(sequence);
   pipeline.soft_sun.disc_samples = options.penumbra_samples;

@@ -62,15 +62,13 @@ struct SequenceRunOptions {
   DirectDaylightOptions direct_daylight;    // Its windows are the sequence's.
   std::optional<InfluenceAt> influence_at;  // None: faces where a fish-eye lights a moving camera.
   int sun_block_px = SurfaceViewOptions{}.sun_block_px;
-  CompositeEffects effects;
+  EffectSettings effects;
   int penumbra_samples = SoftSunOptions{}.disc_samples;
   bool filter = true;  // The light over time.
   bool ignore_exposure = false;
   CameraNoise camera_noise;
   // That camera_noise is not the default but this camera's: virtual objects get it, too.
   bool camera_noise_is_known = false;
-  bool match_noise = true;  // Of virtual objects to the camera's; of 8-bit frames.
-  bool match_blur = true;
   bool with_objects = true;  // False: the light alone, composites are the frames.
 };
 

@@ -147,13 +147,14 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                                  o.prepare.probe_rays = n;
                                }),
                   "1024"});
-  SweepAxis shadow{"shadow",
-                   "Virtual shadows of the sun: hard (--effects without penumbra, shadow volumes), "
-                   "or soft with so many points of its disc (--penumbra-samples)",
-                   Judge::kPicture,
-                   false,
-                   {{"hard", [](Options& o) { o.effects.penumbra = false; }}},
-                   "32"};
+  SweepAxis shadow{
+      "shadow",
+      "Virtual shadows of the sun: hard (--effects without penumbra, shadow volumes), "
+      "or soft with so many points of its disc (--penumbra-samples)",
+      Judge::kPicture,
+      false,
+      {{"hard", [](Options& o) { o.effects[Effect::kPenumbra] = EffectSwitch::kOff; }}},
+      "32"};
   for (SweepValue& value :
        Numbers<int>({4, 8, 32, 128}, [](Options&o, int n) { o.penumbra_samples = n; })) {
     shadow.values.push_back(std::move(value));

@@ -151,7 +151,7 @@ void BM_Composite(benchmark::State& state) {
   lighting.sky = {{"uniform", glm::dvec3(120.0)}};
   CompositeInput input{
       yard.radiance, yard.clipped, yard.view, lighting, yard.vertex_irradiance, {}};
-  input.effects.sun_shadow = effects >= kVolumes;
+  input.effects.sun_shadow = input.effects.object_shadow = effects >= kVolumes;
   PatchScene objects;
   objects.mesh = yard.object;
   objects.caster = RayCaster(objects.mesh);

@@ -41,6 +41,9 @@ bool IsNearEdge(const Image<Verdict>& verdicts, int x, int y) {
   return false;
 }
 
+// Pixels of which a run is cast at a time: rays of neighbours are near each other.
+constexpr std::size_t kRun = 256;
+
 // Many rays towards the sun, past one caster and then another.
 class ShadowRays {
  public:
@@ -166,6 +169,44 @@ class SoftSun::Disc {
   std::array<std::vector<glm::vec3>, kSamplesPerPixel> points_of_sample_;
 };
 
+namespace {
+
+// Of each pixel, by the disc's centre and rim past `objects`.
+template <class Disc>
+std::vector<Verdict> VerdictsOf(const SurfaceView& view,
+                                std::span<const std::uint32_t> pixels,
+                                const Disc& disc,
+                                const RayCaster& objects) {
+  std::vector<Verdict> verdicts(pixels.size(), Verdict::kNothing);
+  const std::size_t runs = (pixels.size() + kRun - 1) / kRun;
+  tbb::parallel_for(std::size_t{0}, runs, [&](std::size_t run) {
+    const std::size_t end = std::min(pixels.size(), (run + 1) * kRun);
+    ShadowRays rays;
+    std::array<std::uint8_t, kRun> seen{};
+    for (std::size_t point = 0; point <= disc.Rim().size(); ++point) {
+      const glm::vec3& direction = point == 0 ? disc.Centre() : disc.Rim()[point - 1];
+      rays.Clear();
+      for (std::size_t i = run * kRun; i < end; ++i) {
+        const glm::vec3& normal = view.normal_world.pixels[pixels[i]];
+        rays.Add(OffsetFromSurface(view.position_world_m.pixels[pixels[i]], normal),
+                 direction,
+                 static_cast<std::uint32_t>(i - run * kRun));
+      }
+      rays.PassBy(objects);
+      for (std::size_t ray = 0; ray < rays.Count(); ++ray) ++seen[rays.Tag(ray)];
+    }
+    for (std::size_t i = run * kRun; i < end; ++i) {
+      const std::size_t count = seen[i - run * kRun];
+      verdicts[i] = count == 0                       ? Verdict::kAllHidden
+                    : count == 1 + disc.Rim().size() ? Verdict::kAllSeen
+                                                     : Verdict::kMixed;
+    }
+  });
+  return verdicts;
+}
+
+}  // namespace
+
 SoftSun::SoftSun(const RayCaster& real, const PatchScene& objects, const SoftSunOptions& options)
     : real_(real), objects_(objects), options_(options) {
   options_.Validate();
@@ -198,6 +239,50 @@ std::vector<std::uint32_t> SoftSun::PixelsNearShadow(const SurfaceView& view,
   std::vector<std::uint32_t> all;
   for (const auto& row : rows) all.insert(all.end(), row.begin(), row.end());
   return all;
+}
+
+std::vector<std::uint32_t> SoftSun::PixelsNearShadow(const SurfaceView& view,
+                                                     const DirectionalLight& sun) const {
+  return PixelsNearShadow(view, Disc(sun, options_.disc_samples));
+}
+
+std::vector<std::uint8_t> SoftSun::MayLoseSun(const SurfaceView& view,
+                                              const DirectionalLight& sun,
+                                              std::span<const std::uint32_t> pixels) const {
+  const Disc disc(sun, options_.disc_samples);
+  const auto for_neighbours = [&view](std::uint32_t pixel, const auto& visit) {
+    const int x = static_cast<int>(pixel) % view.Width();
+    const int y = static_cast<int>(pixel) / view.Width();
+    for (int row = std::max(y - 1, 0); row <= std::min(y + 1, view.Height() - 1); ++row) {
+      for (int column = std::max(x - 1, 0); column <= std::min(x + 1, view.Width() - 1); ++column) {
+        visit(static_cast<std::uint32_t>(view.region.Index(column, row)));
+      }
+    }
+  };
+  enum : std::uint8_t { kNotAsked = 0, kAsked = 1, kHidden = 2 };
+  Gray8Image state(view.Width(), view.Height(), kNotAsked);
+  std::vector<std::uint32_t> asked;
+  for (const std::uint32_t pixel : pixels) {
+    for_neighbours(pixel, [&](std::uint32_t at) {
+      if (state.pixels[at] != kNotAsked || view.region.pixels[at] == SurfaceView::kNoRegion ||
+          !(glm::dot(view.normal_world.pixels[at], disc.Centre()) > 0.0f)) {
+        return;
+      }
+      state.pixels[at] = kAsked;
+      asked.push_back(at);
+    });
+  }
+  const std::vector<Verdict> verdicts = VerdictsOf(view, asked, disc, objects_.caster);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (verdicts[i] != Verdict::kAllSeen) state.pixels[asked[i]] = kHidden;
+  }
+  std::vector<std::uint8_t> may_lose(pixels.size(), 0);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    for_neighbours(pixels[i], [&](std::uint32_t at) {
+      if (state.pixels[at] == kHidden) may_lose[i] = 1;
+    });
+  }
+  return may_lose;
 }
 
 std::vector<SoftSun::Silhouette> SoftSun::SilhouettesFrom(const Disc& disc) const {
@@ -278,36 +363,12 @@ RealSunShare SoftSun::OnReal(const SurfaceView& view, const DirectionalLight& su
   share.hidden = GrayImage(upper.x - lower.x, upper.y - lower.y, 0.0f);
   Image<Verdict> verdicts(share.hidden.width, share.hidden.height, Verdict::kNothing);
 
-  // A run of pixels at a time: rays of neighbours are near each other.
-  constexpr std::size_t kRun = 256;
+  const std::vector<Verdict> of_near = VerdictsOf(view, near, disc, objects_.caster);
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    verdicts.At(static_cast<int>(near[i]) % width - lower.x,
+                static_cast<int>(near[i]) / width - lower.y) = of_near[i];
+  }
   const std::size_t runs = (near.size() + kRun - 1) / kRun;
-  const auto verdict_of = [&](std::uint32_t pixel) -> Verdict& {
-    return verdicts.At(static_cast<int>(pixel) % width - lower.x,
-                       static_cast<int>(pixel) / width - lower.y);
-  };
-  tbb::parallel_for(std::size_t{0}, runs, [&](std::size_t run) {
-    const std::size_t end = std::min(near.size(), (run + 1) * kRun);
-    ShadowRays rays;
-    std::array<std::uint8_t, kRun> seen{};
-    for (std::size_t point = 0; point <= disc.Rim().size(); ++point) {
-      const glm::vec3& direction = point == 0 ? disc.Centre() : disc.Rim()[point - 1];
-      rays.Clear();
-      for (std::size_t i = run * kRun; i < end; ++i) {
-        const glm::vec3& normal = view.normal_world.pixels[near[i]];
-        rays.Add(OffsetFromSurface(view.position_world_m.pixels[near[i]], normal),
-                 direction,
-                 static_cast<std::uint32_t>(i - run * kRun));
-      }
-      rays.PassBy(objects_.caster);
-      for (std::size_t ray = 0; ray < rays.Count(); ++ray) ++seen[rays.Tag(ray)];
-    }
-    for (std::size_t i = run * kRun; i < end; ++i) {
-      const std::size_t count = seen[i - run * kRun];
-      verdict_of(near[i]) = count == 0                       ? Verdict::kAllHidden
-                            : count == 1 + disc.Rim().size() ? Verdict::kAllSeen
-                                                             : Verdict::kMixed;
-    }
-  });
   const CameraPixels pixels(view.camera);
   tbb::parallel_for(std::size_t{0}, runs, [&](std::size_t run) {
     for (std::size_t i = run * kRun; i < std::min(near.size(), (run + 1) * kRun); ++i) {

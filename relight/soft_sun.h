@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -34,6 +36,16 @@ class SoftSun {
   // `objects` has a group an object. Keeps references to `real` and `objects`.
   SoftSun(const RayCaster& real, const PatchScene& objects, const SoftSunOptions& options = {});
 
+  // Pixels that face the sun and from which an object may stand before some of the disc, by the
+  // objects' boxes alone, in ascending order: only these can lose sun.
+  std::vector<std::uint32_t> PixelsNearShadow(const SurfaceView& view,
+                                              const DirectionalLight& sun) const;
+  // Of those, for which an object really hides some of five points of the disc there or in a pixel
+  // beside it: what OnReal may darken.
+  // Shape  one entry each of `pixels`, 1 where it does.
+  std::vector<std::uint8_t> MayLoseSun(const SurfaceView& view,
+                                       const DirectionalLight& sun,
+                                       std::span<const std::uint32_t> pixels) const;
   // On the real surfaces of `view`, whose sun_visibility stands for `sun`.
   RealSunShare OnReal(const SurfaceView& view, const DirectionalLight& sun) const;
   // On the objects. Samples of faces that are turned away from the sun, and beside an object, have

@@ -16,6 +16,7 @@
 #include "render/internal/blur_pass.h"
 #include "render/internal/composite_pass.h"
 #include "render/internal/current_context.h"
+#include "render/internal/draw_count.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
 #include "render/internal/object_layer_pass.h"
@@ -321,9 +322,11 @@ void Compositor::Impl::UpdateRects(const CompositeInput& input, bool has_shadows
     const IrradianceChange& of_light = *input.irradiance_change;
     change.Update({of_light.x_px, of_light.y_px}, of_light.irradiance_rgb);
   }
-  if (has_shadows && input.sun_shares != nullptr) {
+  if (has_shadows && input.sun_shares != nullptr && input.effects.sun_shadow) {
     const RealSunShare& real = input.sun_shares->real;
     hidden_sun.Update({real.x_px, real.y_px}, real.hidden);
+  }
+  if (has_shadows && input.sun_shares != nullptr && input.effects.object_shadow) {
     const ObjectSunShare& objects = input.sun_shares->objects;
     seen_sun.Update(ObjectSunShare::kSamplesPerSide * glm::ivec2(objects.x_px, objects.y_px),
                     objects.seen);
@@ -343,11 +346,12 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
   sun.angular_radius_rad = input.lighting.sun.angular_radius_rad;
   const bool has_sun = std::max({sun.irradiance.r, sun.irradiance.g, sun.irradiance.b}) > 0.0f;
   sun.is_shining = has_sun && effects.sun_shading;
-  const bool has_shadows = has_sun && effects.sun_shadow && scene.ObjectBoxLocal().has_value();
+  const bool has_shadows = has_sun && scene.ObjectBoxLocal().has_value() &&
+                           (effects.sun_shadow || effects.object_shadow);
 
   const bool by_volumes = has_shadows && input.sun_shares == nullptr;
   PixelRect shadow_rect;  // In the layers, by volumes.
-  if (by_volumes && scene.PhantomBoxLocal()) {
+  if (by_volumes && effects.sun_shadow && scene.PhantomBoxLocal()) {
     shadow_rect = ShadowExtentOf(*scene.ObjectBoxLocal(),
                                  *scene.PhantomBoxLocal(),
                                  to_sun,
@@ -361,8 +365,9 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
     return {};
   }
 
-  if (by_volumes) UpdateVolumes(to_sun);
-  const bool shades_objects = by_volumes && sun.is_shining && !object_rect.Empty();
+  const bool shades_objects =
+      by_volumes && effects.object_shadow && sun.is_shining && !object_rect.Empty();
+  if (shades_objects || !shadow_rect.Empty()) UpdateVolumes(to_sun);
   if (shadow_rect.Empty()) {
     real_shadow.Clear(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
   } else {
@@ -463,11 +468,13 @@ Composite Compositor::Render(const CompositeInput& input) {
   const ApplicationState application_state;
   Composite result;
   const Clock::time_point start = Clock::now();
+  TakeDrawCount();
   const float gain = LayerGain(input.camera_radiance, input.lighting);
   impl_->UpdateLayerView(input.view.camera);
   const PixelRect rect = impl_->DrawLayers(input, gain);
   glFinish();
   result.draw_ms = MillisecondsSince(start);
+  result.draw_calls = TakeDrawCount();
   const Clock::time_point drawn = Clock::now();
   impl_->ReadBack(input.camera_radiance, rect, gain, result);
   impl_->context.RequireNotLost();

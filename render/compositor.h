@@ -20,18 +20,12 @@
 
 namespace pleinair {
 
-// What is drawn of the light; each can be switched for comparison.
+// What is drawn of the light beside what CompositeInput brings along.
 struct CompositeEffects {
-  bool sun_shading = true;    // Phong under the sun on virtual objects.
-  bool sun_shadow = true;     // Real on virtual, virtual on real, and each on itself.
-  bool probe_shading = true;  // Irradiance volume on virtual objects.
-  // CompositeInput's sun_shares, chosen where they are made.
-  bool penumbra = true;  // Of the sun's disc, in sun_shadow.
-  // CompositeInput's mirrored, likewise.
-  bool glossy_reflection = true;
-  // Parts of CompositeInput's irradiance_change, chosen where that is made.
-  bool sky_occlusion = true;    // What virtual objects hide of the light on real surfaces.
-  bool colour_bleeding = true;  // What they send instead.
+  bool sun_shading = true;    // The sun on virtual objects.
+  bool sun_shadow = true;     // Of virtual objects on real surfaces.
+  bool object_shadow = true;  // On virtual objects: of real casters and their own.
+  bool probe_shading = true;  // Irradiance at the vertices.
 };
 
 // Materials are drawn with their diffuse albedo and the sun's GGX highlight, and what a glossy
@@ -53,8 +47,8 @@ struct CompositeInput {
   CompositeEffects effects;
   // Beside the sun's shadow; inside the picture. Null: nothing changes.
   const IrradianceChange* irradiance_change = nullptr;
-  // Shares of the sun's disc for effects.sun_shadow, for lighting.sun's direction. Null: hard
-  // shadows, by volumes.
+  // Shares of the sun's disc for the shadows that are drawn, for lighting.sun's direction. Null:
+  // hard shadows, by volumes.
   const SunShares* sun_shares = nullptr;
   // Null: drawn as diffuse.
   const MirroredLight* mirrored = nullptr;
@@ -73,6 +67,7 @@ struct Composite {
   Gray8Image change;  // PixelChange values.
   double draw_ms = 0.0;
   double readback_ms = 0.0;
+  int draw_calls = 0;
 };
 
 struct CompositorOptions {

@@ -11,8 +11,6 @@
 namespace pleinair {
 namespace {
 
-// See ObjectInfluence.
-constexpr float kLeastShare = 1.0f / 1024.0f;
 // What an object covers has no receiver. Where its edge lets the surface shine through, one within
 // a block of three is found.
 constexpr std::size_t kCoveredSize = 1;
@@ -49,7 +47,7 @@ PixelPlan PlanPixels(const PatchScene& objects,
         share += ObjectCone(*object, position_m).LargestShare(normal);
         distance_m = std::min(distance_m, DistanceTo(object->box, position_m));
       }
-      if (!(share > kLeastShare)) continue;
+      if (!(share > kLeastInfluenceShare)) continue;
       // The longer side of a pixel on the surface.
       const float range_m = glm::distance(eye_m, position_m);
       const float cosine = std::abs(glm::dot(normal, position_m - eye_m)) / range_m;
@@ -136,7 +134,7 @@ std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
                                     static_cast<float>(least_spacing) * object->radius_m));
     }
     const bool matters = std::any_of(
-        share.begin(), share.end(), [](float at_point) { return at_point > kLeastShare; });
+        share.begin(), share.end(), [](float at_point) { return at_point > kLeastInfluenceShare; });
     if (!matters && !near) return;
     // Of the boxes' corners the one farthest before the face's plane: more than rounding.
     const bool faces_one =

@@ -15,6 +15,9 @@
 
 namespace pleinair {
 
+// Below this share of a surface's view objects do not matter: see ObjectInfluence.
+inline constexpr float kLeastInfluenceShare = 1.0f / 1024.0f;
+
 // Sides of the blocks that share a receiver, in pixels: odd, so that a pixel is in the middle.
 inline constexpr std::array<int, 3> kInfluenceBlocksPx{1, 3, 7};
 

@@ -4,6 +4,8 @@
 
 #include <glm/vec4.hpp>
 
+#include "render/internal/draw_count.h"
+
 namespace pleinair {
 
 CasterBuffers::CasterBuffers()
@@ -45,6 +47,7 @@ void CasterBuffers::DrawIndices(const GlObject& indices,
   if (count == 0) return;
   glBindVertexArray(vertex_array_.Name());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices.Name());
+  CountDraw();
   glDrawElements(GL_TRIANGLES,
                  static_cast<GLsizei>(count),
                  GL_UNSIGNED_INT,

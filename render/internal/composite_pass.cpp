@@ -6,6 +6,8 @@
 
 #include <glm/vec4.hpp>
 
+#include "render/real_sun.h"
+
 namespace pleinair {
 namespace {
 
@@ -110,12 +112,6 @@ void main() {
 }
 )";
 
-// The state of a real pixel. Its log radiance, per channel, is held against two predictions: lit
-// (l) and shaded (d). With noise sigma (the albedo of one pixel against that of the survey, in log)
-// the log odds of lit over shaded are ((x - d)^2 - (x - l)^2) / (2 sigma^2); the median of three
-// channels stands against one that is dead or coloured. What the mesh says adds its own log odds,
-// so that a dark brick under a weak sun does not pass for shadow; near an edge of the model the
-// mesh may be wrong about the place, and says nothing.
 constexpr std::string_view kRelightShader = R"(
 uniform sampler2D u_clipped;
 uniform sampler2D u_albedo;
@@ -129,20 +125,12 @@ uniform vec3 u_sky_irradiance[128];
 uniform int u_sky_shapes;
 
 const float kInvPi = 0.318309886;
-// One pixel's albedo against the model's, standard deviation in log: bricks, joints, stains around
-// a survey texel's mean; a material's guess is worse.
-const float kSigmaMeasured = 0.25;
-const float kSigmaGuessed = 0.5;
-// The mesh is right about sun or shade in 19 of 20 pixels away from its edges (it lacks trees and
-// roof edges), and its edges are good to some pixels.
-const float kMeshLogOdds = 2.944;
-const float kTrustedEdgeDistancePx = 6.0;
 // What a half float would round off is no change.
 const float kLeastChange = 1.0 / 2048.0;
 
 float Median(vec3 v) { return max(min(v.r, v.g), min(max(v.r, v.g), v.b)); }
 
-// Share of the disc that the pixel sees without the virtual objects.
+// SunSeenWithout of real_sun.h, whose constants stand before.
 float SunWithout(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model, float edge_distance,
                  bool measured) {
   vec3 floor_value = max(1e-6 * lit, vec3(1e-30));
@@ -199,6 +187,15 @@ void main() {
   }
 }
 )";
+
+std::string SunConstants() {
+  const auto constant = [](const char* name, float value) {
+    return std::string("const float ") + name + " = " + std::to_string(value) + ";\n";
+  };
+  return constant("kSigmaMeasured", kLogSigmaMeasured) +
+         constant("kSigmaGuessed", kLogSigmaGuessed) + constant("kMeshLogOdds", kMeshLogOdds) +
+         constant("kTrustedEdgeDistancePx", kTrustedEdgeDistancePx);
+}
 
 std::string Joined(std::initializer_list<std::string_view> parts) {
   std::string whole;
@@ -264,11 +261,14 @@ CompositePass::CompositePass()
       cover_program_("composite: cover",
                      kScreenVertexShader,
                      Joined({kLookupShader, kCommonShader, kCoverShader})),
-      relight_program_(
-          "composite: relight",
-          kScreenVertexShader,
-          Joined(
-              {kLookupShader, kShadowShareShader, kChangeShader, kCommonShader, kRelightShader})),
+      relight_program_("composite: relight",
+                       kScreenVertexShader,
+                       Joined({SunConstants(),
+                               kLookupShader,
+                               kShadowShareShader,
+                               kChangeShader,
+                               kCommonShader,
+                               kRelightShader})),
       no_vertices_(MakeVertexArray()) {}
 
 // Sets the stencil to 1 where a real pixel may have to be relit.

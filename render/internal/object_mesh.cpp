@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <unordered_map>
 
+#include "render/internal/draw_count.h"
+
 namespace pleinair {
 namespace {
 
@@ -21,6 +23,7 @@ void Attribute(GLuint index, int components, std::size_t offset) {
 
 void DrawTriangles(std::size_t first, std::size_t count) {
   if (count == 0) return;
+  CountDraw();
   glDrawElements(GL_TRIANGLES,
                  static_cast<GLsizei>(3 * count),
                  GL_UNSIGNED_INT,

@@ -6,6 +6,8 @@
 
 #include <glm/gtc/type_ptr.hpp>
 
+#include "render/internal/draw_count.h"
+
 namespace pleinair {
 
 const std::string_view kScreenVertexShader = R"(
@@ -105,6 +107,9 @@ void ShaderProgram::SetArray(const char* uniform, const glm::vec3* values, int c
   glUniform3fv(Location(uniform), count, glm::value_ptr(values[0]));
 }
 
-void DrawScreen() { glDrawArrays(GL_TRIANGLES, 0, 3); }
+void DrawScreen() {
+  CountDraw();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
 
 }  // namespace pleinair

@@ -23,6 +23,8 @@ class StillLight : public LightingSource {
   static constexpr double kSun = 400.0;
   static constexpr double kSky = 100.0;
 
+  explicit StillLight(double sun = kSun, double sky = kSky) : sun_(sun), sky_(sky) {}
+
   tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame&, const SunState&) override {
     return SkyBasis(shapes_);
   }
@@ -30,12 +32,14 @@ class StillLight : public LightingSource {
       const LightingObservation& observation) override {
     LightingEstimate estimate;
     estimate.lighting.sun.direction_enu = observation.sun.direction_enu;
-    estimate.lighting.sun.irradiance_rgb = glm::dvec3(kSun);
-    estimate.lighting.sky = {{"uniform", glm::dvec3(kSky)}};
+    estimate.lighting.sun.irradiance_rgb = glm::dvec3(sun_);
+    estimate.lighting.sky = {{"uniform", glm::dvec3(sky_)}};
     return estimate;
   }
 
  private:
+  double sun_;
+  double sky_;
   std::vector<std::shared_ptr<const SkyShape>> shapes_{MakeUniformSkyShape()};
 };
 
@@ -43,8 +47,11 @@ class GroundStage {
  public:
   static constexpr double kAlbedo = 0.4;
 
-  GroundStage() {
+  // With a wall in the east, tall enough to keep the sun off all that is near the origin, if so
+  // asked.
+  explicit GroundStage(bool has_wall = false) {
     AddGround(site_.mesh, 8.0f);
+    if (has_wall) AddBox(site_.mesh, {3.0f, -7.0f, 0.0f}, {3.4f, 7.0f, 9.0f});
     site_.mesh.materials = {
         {.name = "ground", .diffuse_albedo = glm::vec3(static_cast<float>(kAlbedo))}};
     site_.mesh.group_names = {"ground"};
@@ -59,7 +66,7 @@ class GroundStage {
   }
 
   // From the south, 30 degrees down on the origin; the sun stands 45 degrees high in the east.
-  Frame MakeFrame() const {
+  Frame MakeFrame(double sun = StillLight::kSun, double sky = StillLight::kSky) const {
     Frame frame;
     frame.camera.intrinsics = {96, 72, 100.0, 100.0, 47.5, 35.5, {}};
     const glm::dvec3 eye(0.0, -5.2, 3.0);
@@ -71,8 +78,7 @@ class GroundStage {
         glm::dmat4(glm::transpose(world_from_camera)) * glm::translate(glm::dmat4(1.0), -eye);
     frame.sun_direction_enu = glm::normalize(glm::dvec3(1.0, 0.0, 1.0));
     // Open ground in the sun.
-    const double ground = kAlbedo * std::numbers::inv_pi *
-                          (StillLight::kSky + StillLight::kSun * frame.sun_direction_enu->z);
+    const double ground = kAlbedo * std::numbers::inv_pi * (sky + sun * frame.sun_direction_enu->z);
     frame.radiance = RgbImage(96, 72, glm::vec3(static_cast<float>(ground)));
     frame.unusable = Gray8Image(96, 72, 0);
     frame.clipped = Gray8Image(96, 72, 0);

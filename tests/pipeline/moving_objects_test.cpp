@@ -44,7 +44,7 @@ glm::dmat4 Turned() {
 std::vector<FramePipelineOptions> EveryRoute() {
   std::vector<FramePipelineOptions> routes(4, GroundStage::QuickOptions());
   routes[1].object_light = ObjectLight::kVolume;
-  routes[1].effects.penumbra = false;
+  routes[1].effects[Effect::kPenumbra] = EffectSwitch::kOff;
   routes[2].daylight = Daylight::kSamples;
   routes[2].direct_daylight.sampling.samples = 16;
   routes[3].object_light = ObjectLight::kVolumeByMap;
@@ -148,7 +148,7 @@ TEST_F(MovingObjects, OneObjectShadesTheOther) {
   const VirtualObject plate = BoxObject({0.6f, -1.5f, 1.2f}, {2.2f, 1.5f, 1.25f}, kRed);
   for (const bool penumbra : {true, false}) {
     FramePipelineOptions options = GroundStage::QuickOptions();
-    options.effects.penumbra = penumbra;
+    options.effects[Effect::kPenumbra] = penumbra ? EffectSwitch::kOn : EffectSwitch::kOff;
     const Composite alone = std::move(stage_->Run({box}, options).front().composite);
     const Composite shaded = std::move(stage_->Run({box, plate}, options).front().composite);
     // The middle of the box's top: 0.4 m over the origin.

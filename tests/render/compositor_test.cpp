@@ -307,6 +307,7 @@ TEST_F(CompositorTest, EffectsCanBeSwitchedOff) {
   };
   const double all = mean_of_object(compositor_.Render(input));
   input.effects.sun_shadow = false;
+  input.effects.object_shadow = false;
   const Composite unshadowed = compositor_.Render(input);
   for (const std::uint8_t change : unshadowed.change.pixels) EXPECT_NE(change, 128);
   EXPECT_GE(mean_of_object(unshadowed), all);

@@ -1,0 +1,73 @@
+#include "apps/plan_log.h"
+
+#include <nlohmann/json.hpp>
+
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json EffectsOf(const EffectPlan& plan, EffectFate fate) {
+  Json effects = Json::array();
+  for (const PlannedEffect& effect : plan.effects) {
+    if (effect.fate != fate) continue;
+    effects.push_back({{"effect", NameOf(effect.effect)},
+                       {"bound_code_values", effect.bound_code_values},
+                       {"expected_cost_ms", effect.expected_ms},
+                       {"why", effect.why}});
+  }
+  return effects;
+}
+
+Json NamesOfOff(const EffectPlan& plan) {
+  Json names = Json::array();
+  for (const PlannedEffect& effect : plan.effects) {
+    if (effect.fate == EffectFate::kOff) names.push_back(NameOf(effect.effect));
+  }
+  return names;
+}
+
+// Where works and drawing of the plan's frame took their time.
+double ActualMs(const FrameResult& result) {
+  double ms = result.timing_ms.render + result.timing_ms.readback + result.planning_ms;
+  for (const PlannedWork& work : result.works) ms += work.ms;
+  return ms;
+}
+
+}  // namespace
+
+std::string PlanLine(const Frame& frame,
+                     const FrameResult& result,
+                     const EffectSettings& settings) {
+  const EffectPlan& plan = result.plan;
+  Json line;
+  line["frame"] = frame.index;
+  line["time_utc"] = FormatUtcTime(frame.time);
+  line["threshold_code_values"] =
+      settings.budget_ms ? Json(nullptr) : Json(settings.threshold_code_values);
+  line["budget_ms"] = settings.budget_ms ? Json(*settings.budget_ms) : Json(nullptr);
+  line["run"] = EffectsOf(plan, EffectFate::kRun);
+  line["kept"] = EffectsOf(plan, EffectFate::kKept);
+  line["left_out"] = EffectsOf(plan, EffectFate::kLeftOut);
+  line["off"] = NamesOfOff(plan);
+  line["left_out_code_values"] = plan.left_out_code_values;
+  line["fits_budget"] = settings.budget_ms ? Json(plan.fits_budget) : Json(nullptr);
+  line["expected_ms"] = plan.expected_ms + result.expected_drawing_ms;
+  line["saved_ms"] = plan.SavedMs();
+  line["actual_ms"] = ActualMs(result);
+  line["planning_ms"] = result.planning_ms;
+  line["draw_calls"] = result.composite.draw_calls;
+  Json& works = line["works"] = Json::array();
+  for (const PlannedWork& work : result.works) {
+    if (!work.is_done) continue;
+    works.push_back({{"work", work.name},
+                     {"kept", work.is_kept},
+                     {"expected_ms", work.expected_ms},
+                     {"ms", work.is_drawing ? Json(nullptr) : Json(work.ms)}});
+  }
+  return line.dump();
+}
+
+}  // namespace pleinair

@@ -1,0 +1,53 @@
+// How the camera's 8-bit picture would show light: what a change of light is worth to the eye.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "calib/response.h"
+#include "scene/image.h"
+
+namespace pleinair {
+
+// The exposure at which 95 % of a linear picture's pixels are below 0.8 of white: for frames that
+// do not say theirs. 1 for a picture without light.
+double ChosenExposure(const RgbImage& radiance);
+
+// Continuous code values, 0 to 255, clipped at white: linear between the codes' own light.
+class DisplayCodes {
+ public:
+  // Throws std::invalid_argument for an exposure that is not positive and finite.
+  DisplayCodes(const ResponseCurve& response, double exposure);
+
+  void SetExposure(double exposure);
+  double Exposure() const { return exposure_; }
+
+  // Of a radiance in a channel; NaN gives 0.
+  float Code(int channel, float radiance) const;
+  // The largest difference between codes of two radiances, over the channels.
+  float Difference(const glm::vec3& a, const glm::vec3& b) const;
+  // Bound of the change of a code where radiance of at least `least` grows by up to `added`: of the
+  // curve that is nowhere flatter than the camera's, and falls off as it goes up. For a curve that
+  // does so itself, as sRGB's does, the largest change there is.
+  float LargestRise(const glm::vec3& least, const glm::vec3& added) const;
+
+ private:
+  static constexpr int kGuesses = 1024;
+  struct Channel {
+    std::array<float, 256> linear_of_code{};
+    // The curve of LargestRise, where the camera's has its codes.
+    std::array<float, 256> steep_code{};
+    // The last code at or below the lower end of each of kGuesses equal parts of [0, 1].
+    std::array<std::uint8_t, kGuesses> guess{};
+  };
+  float On(const std::array<float, 256>& values, const Channel& channel, float radiance) const;
+
+  std::array<Channel, 3> channels_;
+  double exposure_ = 1.0;
+  float scale_ = 1.0f;  // The exposure.
+};
+
+}  // namespace pleinair

@@ -1,0 +1,175 @@
+// Which effects a frame calls for: as many as needed so that what is left out cannot be seen, or as
+// many as a time allows. Plain numbers in, a choice out; what they say of a scene is
+// internal/effect_bounds.h's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pleinair {
+
+// One thing that can be simulated.
+enum class Effect : std::uint8_t {
+  kSunShading,        // The sun on virtual objects.
+  kSunShadow,         // The shadow that they cast on real surfaces.
+  kObjectShadow,      // On them: of real casters and their own.
+  kPenumbra,          // Of the sun's disc, in both of these.
+  kProbeShading,      // All other light on virtual objects, by rays, probes or one probe.
+  kDaylight,          // Light straight from the sky by samples, where it is sampled.
+  kSkyOcclusion,      // What virtual objects hide of the light on real surfaces.
+  kColourBleeding,    // What they send instead.
+  kGlossyReflection,  // What they mirror.
+  kCameraBlur,        // As soft as what the camera sees; of 8-bit frames.
+  kCameraNoise,       // As noisy; likewise.
+};
+inline constexpr std::array kAllEffects{Effect::kSunShading,
+                                        Effect::kSunShadow,
+                                        Effect::kObjectShadow,
+                                        Effect::kPenumbra,
+                                        Effect::kProbeShading,
+                                        Effect::kDaylight,
+                                        Effect::kSkyOcclusion,
+                                        Effect::kColourBleeding,
+                                        Effect::kGlossyReflection,
+                                        Effect::kCameraBlur,
+                                        Effect::kCameraNoise};
+inline constexpr std::size_t kEffectCount = kAllEffects.size();
+
+// As on the command line and in plan.jsonl.
+std::string_view NameOf(Effect effect);
+
+class EffectSet {
+ public:
+  constexpr EffectSet() = default;
+  constexpr EffectSet(std::initializer_list<Effect> effects) {
+    for (const Effect effect : effects) bits_ |= BitOf(effect);
+  }
+  static constexpr EffectSet All() { return EffectSet((1u << kEffectCount) - 1u); }
+  static constexpr EffectSet FromBits(std::uint32_t bits) { return EffectSet(bits); }
+
+  constexpr bool Has(Effect effect) const { return (bits_ & BitOf(effect)) != 0; }
+  constexpr bool HasAny(EffectSet others) const { return (bits_ & others.bits_) != 0; }
+  constexpr bool HasAll(EffectSet others) const { return (bits_ & others.bits_) == others.bits_; }
+  constexpr bool Empty() const { return bits_ == 0; }
+  constexpr std::uint32_t Bits() const { return bits_; }
+  constexpr EffectSet With(Effect effect) const { return EffectSet(bits_ | BitOf(effect)); }
+  constexpr EffectSet Without(Effect effect) const { return EffectSet(bits_ & ~BitOf(effect)); }
+  bool operator==(const EffectSet&) const = default;
+
+ private:
+  explicit constexpr EffectSet(std::uint32_t bits) : bits_(bits) {}
+  static constexpr std::uint32_t BitOf(Effect effect) {
+    return 1u << static_cast<std::uint32_t>(effect);
+  }
+  std::uint32_t bits_ = 0;
+};
+
+enum class EffectSwitch : std::uint8_t { kOff, kPlan, kOn };
+
+struct EffectSettings {
+  // By Effect.
+  std::array<EffectSwitch, kEffectCount> switches = Filled(EffectSwitch::kPlan);
+  // What may be left out in all, in code values of the 8-bit picture.
+  double threshold_code_values = 1.0;
+  // Milliseconds for a whole frame. Given, the plan asks not what can be left out, but what can be
+  // had for it.
+  std::optional<double> budget_ms;
+
+  EffectSwitch& operator[](Effect effect) { return switches[static_cast<std::size_t>(effect)]; }
+  EffectSwitch operator[](Effect effect) const {
+    return switches[static_cast<std::size_t>(effect)];
+  }
+  static constexpr std::array<EffectSwitch, kEffectCount> Filled(EffectSwitch all) {
+    std::array<EffectSwitch, kEffectCount> switches{};
+    switches.fill(all);
+    return switches;
+  }
+  static EffectSettings Everything() {
+    EffectSettings settings;
+    settings.switches = Filled(EffectSwitch::kOn);
+    return settings;
+  }
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// What an effect says before it is run.
+struct EffectOffer {
+  Effect effect = Effect::kSunShading;
+  // Upper bound of what leaving it out changes in any pixel, the effects of `needs_any` being run.
+  double bound_code_values = 0.0;
+  // It is part of these: where none of them is run neither is it, and their bounds speak for it.
+  EffectSet needs_any;
+  std::string_view why;  // The bound is what it is; in few words.
+};
+
+// A piece of work that effects share: it is done where one of `for_any`, all of `with_all` and none
+// of `without` are run.
+struct WorkOffer {
+  std::string_view name;
+  // The same on every machine and in every run, so that what a threshold leaves out does not hang
+  // on the clock.
+  double nominal_ms = 0.0;
+  double expected_ms = 0.0;  // Here and now.
+  bool is_kept = false;      // The last frame's result stands.
+  bool is_drawing = false;   // In every frame, and not to be kept.
+  EffectSet for_any;
+  EffectSet with_all = {};
+  EffectSet without = {};
+
+  bool IsNeededFor(EffectSet effects) const {
+    return effects.HasAny(for_any) && effects.HasAll(with_all) && !effects.HasAny(without);
+  }
+};
+
+enum class EffectFate : std::uint8_t {
+  kOff,      // Not asked for.
+  kLeftOut,  // By the plan.
+  kKept,     // Run, and all that is slow about it is the last frame's.
+  kRun,
+};
+
+struct PlannedEffect {
+  Effect effect = Effect::kSunShading;
+  EffectFate fate = EffectFate::kOff;
+  // 0 where it is part of another effect that is left out.
+  double bound_code_values = 0.0;
+  // What it adds, or would add, to the time of the others that are run.
+  double expected_ms = 0.0;
+  std::string_view why;
+};
+
+struct EffectPlan {
+  std::array<PlannedEffect, kEffectCount> effects{};  // By Effect.
+  EffectSet runs;
+  double left_out_code_values = 0.0;  // Sum of the bounds.
+  double expected_ms = 0.0;           // Of the effects' works, drawing of the objects left out.
+  double all_expected_ms = 0.0;       // With everything that is not off.
+  bool fits_budget = true;            // True without one.
+
+  double SavedMs() const { return all_expected_ms - expected_ms; }
+  const PlannedEffect& Of(Effect effect) const { return effects[static_cast<std::size_t>(effect)]; }
+};
+
+// Without a budget: of the choices whose left-out bounds add up to at most the threshold, the one
+// that takes the least nominal time. With `budget_ms` for the works: of the choices expected to fit
+// into it, the one whose left-out bounds add up to the least; the cheapest where none fits. An
+// effect that is on is run where what it needs is. Of equals the one that leaves out more.
+//
+// `offers` has one entry an effect, in the order of kAllEffects. All choices are tried: exact, and
+// some microseconds.
+// Throws std::invalid_argument for offers in another order, or a bound or time that is below 0 or
+// not finite.
+EffectPlan PlanEffects(const EffectSettings& settings,
+                       std::span<const EffectOffer> offers,
+                       std::span<const WorkOffer> works,
+                       std::optional<double> budget_ms);
+
+}  // namespace pleinair

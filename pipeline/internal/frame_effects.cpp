@@ -1,0 +1,357 @@
+#include "pipeline/internal/frame_effects.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include <glm/common.hpp>
+
+#include "pipeline/internal/stopwatch.h"
+
+namespace pleinair {
+namespace {
+
+// Drawing, nominal: an object of 4000 faces over 4000 pixels at 640x480, by software on two cores
+// (bench/render_bench.cpp).
+constexpr double kDrawObjectsMs = 8.0;
+constexpr double kDrawSunMs = 3.0;
+constexpr double kDrawVolumesMs = 4.0;
+constexpr double kDrawRelitMs = 1.0;
+constexpr double kReadBackMs = 1.0;
+// Of blurring the objects' layer; measuring a frame's noise and adding it.
+constexpr double kDrawBlurMs = 1.0;
+constexpr double kNoiseMs = 5.0;
+
+// Works by name, in the order of the plan's list.
+enum WorkIndex : std::size_t {
+  kVertexLight,
+  kInfluence,
+  kObjectView,
+  kSunOnSurfaces,
+  kSunOnObjects,
+  kMirrorImage,
+  kDrawSun,
+  kDrawVolumes,
+  kDrawRelit,
+  kDrawBlur,
+  kNoise,
+  kWorkCount
+};
+
+constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
+                                       Effect::kDaylight,
+                                       Effect::kSkyOcclusion,
+                                       Effect::kColourBleeding,
+                                       Effect::kGlossyReflection};
+constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding};
+constexpr EffectSet kOnSurfaces{Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
+constexpr EffectSet kShadows{Effect::kSunShadow, Effect::kObjectShadow};
+
+WorkOffer Offer(std::string_view name, const WorkCost& cost, EffectSet for_any) {
+  return {name, cost.nominal_ms, cost.expected_ms, cost.is_kept, false, for_any};
+}
+
+WorkOffer OfferDrawing(std::string_view name, double nominal_ms, double scale, EffectSet for_any) {
+  return {name, nominal_ms, scale * nominal_ms, false, true, for_any};
+}
+
+glm::vec3 HighestAlbedo(const PreparedScene& scene) {
+  glm::vec3 highest(0.0f);
+  for (const glm::vec3& albedo : scene.patches.face_albedo_rgb) {
+    highest = glm::max(highest, albedo);
+  }
+  return highest;
+}
+
+}  // namespace
+
+FrameEffects::FrameEffects(const PreparedScene& scene,
+                           const Mesh& phantom,
+                           const std::vector<VirtualObject>& objects,
+                           Compositor& compositor,
+                           const FramePipelineOptions& options)
+    : scene_(scene),
+      objects_(objects),
+      compositor_(compositor),
+      options_(options),
+      room_(options.daylight == Daylight::kSamples ? phantom : Mesh()),
+      real_caster_(phantom),
+      vertex_light_(scene, room_, options),
+      soft_sun_(real_caster_, vertex_light_.Objects(), options.soft_sun),
+      bounds_(real_caster_, vertex_light_.Objects(), soft_sun_, HighestAlbedo(scene)),
+      codes_(options.display_response, 1.0),
+      influence_(options.influence_at),
+      camera_matching_(options.camera_matching),
+      noise_cost_(kNoiseMs),
+      draw_cost_(1.0),
+      read_back_cost_(kReadBackMs) {
+  compositor_.SetPhantom(phantom);
+  compositor_.SetObjects(objects_);
+  vertex_light_.Pose(objects_);
+  bounds_.ObjectsMoved();
+  SetEffects(options.effects);
+}
+
+void FrameEffects::SetEffects(const EffectSettings& effects) {
+  settings_ = effects;
+  // What is not there to be simulated.
+  if (options_.daylight != Daylight::kSamples) settings_[Effect::kDaylight] = EffectSwitch::kOff;
+  if (!options_.camera_matching.blur) settings_[Effect::kCameraBlur] = EffectSwitch::kOff;
+  if (!options_.camera_matching.noise) settings_[Effect::kCameraNoise] = EffectSwitch::kOff;
+  EffectSwitch& mirrors = settings_[Effect::kGlossyReflection];
+  if (mirrors == EffectSwitch::kOn && !bounds_.AnyGlossy()) mirrors = EffectSwitch::kPlan;
+}
+
+void FrameEffects::ObjectsMoved() {
+  compositor_.SetObjects(objects_);
+  vertex_light_.Pose(objects_);
+  bounds_.ObjectsMoved();
+  object_view_.Forget();
+  sun_shares_.Forget();
+  influence_.Forget();
+  mirror_.Forget();
+}
+
+void FrameEffects::Forget() {
+  basis_.Forget();
+  vertex_light_.Forget();
+  bounds_.Forget();
+  object_view_.Forget();
+  sun_shares_.Forget();
+  influence_.Forget();
+  mirror_.Forget();
+}
+
+void FrameEffects::Expose(const Frame& frame) {
+  if (frame.exposure && *frame.exposure > 0.0) {
+    codes_.SetExposure(*frame.exposure);
+    return;
+  }
+  // 8-bit frames of unknown exposure are in units of their own [0, 1].
+  if (!chosen_exposure_) chosen_exposure_ = frame.codes ? 1.0 : ChosenExposure(frame.radiance);
+  codes_.SetExposure(*chosen_exposure_);
+}
+
+std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
+                                                const Lighting& lighting,
+                                                const WorkCost& vertex_light) const {
+  const SurfaceView& view = lit.view;
+  const double scale = draw_cost_.Ms();
+  std::vector<WorkOffer> works(kWorkCount);
+  works[kVertexLight] = Offer("light at vertices", vertex_light, kOnLightAtVertices);
+  works[kInfluence] =
+      Offer("influence on surfaces", influence_.Cost(view, basis_, lighting), kOnInfluence);
+  works[kObjectView] = Offer(
+      "objects in view", object_view_.Cost(view), {Effect::kPenumbra, Effect::kGlossyReflection});
+  works[kSunOnSurfaces] =
+      Offer("sun past objects", sun_shares_.RealCost(view), {Effect::kSunShadow});
+  works[kSunOnSurfaces].with_all = {Effect::kPenumbra};
+  works[kSunOnObjects] =
+      Offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
+  works[kSunOnObjects].with_all = {Effect::kPenumbra};
+  works[kMirrorImage] =
+      Offer("mirror image",
+            bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting) : WorkCost{.is_kept = true},
+            {Effect::kGlossyReflection});
+  works[kDrawSun] = OfferDrawing("draw sun", kDrawSunMs, scale, {Effect::kSunShading});
+  works[kDrawVolumes] = OfferDrawing("draw shadow volumes", kDrawVolumesMs, scale, kShadows);
+  works[kDrawVolumes].without = {Effect::kPenumbra};
+  works[kDrawRelit] = OfferDrawing("draw relit surfaces", kDrawRelitMs, scale, kOnSurfaces);
+  works[kDrawBlur] = OfferDrawing("draw blur", kDrawBlurMs, scale, {Effect::kCameraBlur});
+  works[kNoise] = Offer(
+      "camera noise", {noise_cost_.Ms(), noise_cost_.NominalMs(), false}, {Effect::kCameraNoise});
+  return works;
+}
+
+std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
+                                                    const Bound& probe_shading) {
+  std::vector<EffectOffer> offers;
+  const auto add = [&](Effect effect, const auto& bound_of, EffectSet needs_any = {}) {
+    const Bound bound = settings_[effect] == EffectSwitch::kOff ? Bound{0.0, "off"} : bound_of();
+    offers.push_back({effect, bound.code_values, needs_any, bound.why});
+  };
+  Bound cast;
+  Bound on_objects;
+  add(Effect::kSunShading, [&] { return bounds_.SunShading(input); });
+  add(Effect::kSunShadow, [&] { return cast = bounds_.SunShadow(input); });
+  add(Effect::kObjectShadow,
+      [&] { return on_objects = bounds_.ObjectShadow(input); },
+      {Effect::kSunShading});
+  add(
+      Effect::kPenumbra,
+      [&] { return cast.code_values > on_objects.code_values ? cast : on_objects; },
+      kShadows);
+  add(Effect::kProbeShading, [&] { return probe_shading; });
+  add(Effect::kDaylight, [&] { return probe_shading; }, {Effect::kProbeShading});
+  add(Effect::kSkyOcclusion, [&] { return bounds_.SkyOcclusion(input); });
+  add(Effect::kColourBleeding, [&] { return bounds_.ColourBleeding(input); });
+  add(Effect::kGlossyReflection, [&] { return bounds_.GlossyReflection(input); });
+  add(Effect::kCameraBlur, [&] { return bounds_.CameraBlur(input); });
+  // Pixels that nothing else changes have the camera's own noise.
+  add(
+      Effect::kCameraNoise,
+      [&] { return bounds_.CameraNoise(input); },
+      bounds_.InView(input.view) ? EffectSet() : kOnSurfaces);
+  return offers;
+}
+
+void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
+  const Lighting& lighting = result.estimate.lighting;
+  if (objects_.empty()) {
+    Draw(lit, lighting, {}, result);
+    return;
+  }
+  Stopwatch watch;
+  basis_.Update(lit.view_builder, lit.sky_shapes, lit.transport_sun);
+  Expose(lit.frame);
+  BoundInput input{
+      lit.frame, lit.view, basis_, lighting, codes_, {}, settings_.threshold_code_values};
+
+  // What is sure to be run is run at once, as what it brings makes other bounds closer.
+  const WorkCost vertex_light{vertex_light_.ExpectedMs(basis_, lighting),
+                              vertex_light_.NominalMs(basis_, lighting),
+                              vertex_light_.IsCurrent(basis_, lighting)};
+  const Bound probe_shading = bounds_.ProbeShading(input);
+  const EffectSwitch shades = settings_[Effect::kProbeShading];
+  const bool is_sure =
+      shades == EffectSwitch::kOn || (shades == EffectSwitch::kPlan && !settings_.budget_ms &&
+                                      probe_shading.code_values > settings_.threshold_code_values);
+  const bool with_daylight = settings_[Effect::kDaylight] != EffectSwitch::kOff;
+  result.planning_ms = watch.LapMs();
+  double vertex_ms = 0.0;
+  if (is_sure) {
+    vertex_light_.Update(basis_, lighting);
+    vertex_ms = watch.LapMs();
+    vertex_light_.Evaluate(basis_, lighting, with_daylight, result.timing_ms);
+    vertex_ms += watch.LapMs();
+    input.vertex_irradiance = vertex_light_.Irradiance();
+  }
+
+  const std::vector<EffectOffer> offers = OfferEffects(input, probe_shading);
+  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, vertex_light);
+  result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
+  std::optional<double> budget_ms;
+  if (settings_.budget_ms) {
+    budget_ms =
+        *settings_.budget_ms - lit.spent_ms - result.planning_ms - result.expected_drawing_ms;
+  }
+  result.plan = PlanEffects(settings_, offers, works, budget_ms);
+  result.planning_ms += watch.LapMs();
+
+  result.works.clear();
+  for (const WorkOffer& work : works) {
+    result.works.push_back({work.name,
+                            work.IsNeededFor(result.plan.runs),
+                            work.is_kept,
+                            work.is_drawing,
+                            work.expected_ms,
+                            0.0});
+  }
+  result.works[kVertexLight].ms = vertex_ms;
+  Work(lit, lighting, is_sure, result);
+  Draw(lit, lighting, result.plan.runs, result);
+  Learn(works, result);
+}
+
+void FrameEffects::Work(const LitFrame& lit,
+                        const Lighting& lighting,
+                        bool has_vertex_light,
+                        FrameResult& result) {
+  const EffectSet runs = result.plan.runs;
+  const SurfaceView& view = lit.view;
+  const PatchScene& objects = vertex_light_.Objects();
+  StageTimes& times = result.timing_ms;
+  const double probes_before_ms = times.probes + times.relight;
+  Stopwatch whole;
+  const auto timed = [&result](WorkIndex index, const auto& work) {
+    Stopwatch watch;
+    work();
+    result.works[index].ms += watch.LapMs();
+  };
+  if (runs.HasAny(kOnLightAtVertices)) {
+    timed(kVertexLight, [&] { vertex_light_.Update(basis_, lighting); });
+  }
+  if (runs.HasAny(kOnInfluence)) {
+    timed(kInfluence, [&] {
+      influence_.Update(
+          scene_, view, lit.view_builder.PixelFaces(), basis_, lighting, options_, vertex_light_);
+    });
+  }
+  const bool soft = runs.Has(Effect::kPenumbra);
+  if (runs.Has(Effect::kGlossyReflection) || (soft && runs.Has(Effect::kObjectShadow))) {
+    timed(kObjectView, [&] { object_view_.Update(objects, view); });
+  }
+  if (runs.Has(Effect::kGlossyReflection)) {
+    timed(kMirrorImage, [&] {
+      mirror_.Update(
+          scene_, view, object_view_.View(), basis_, lighting, options_.mirror, vertex_light_);
+    });
+  }
+  if (soft && runs.Has(Effect::kSunShadow)) {
+    timed(kSunOnSurfaces, [&] { sun_shares_.UpdateReal(soft_sun_, view, basis_.Sun()); });
+  }
+  if (soft && runs.Has(Effect::kObjectShadow)) {
+    timed(kSunOnObjects,
+          [&] { sun_shares_.UpdateObjects(soft_sun_, view, object_view_.View(), basis_.Sun()); });
+  }
+  times.transport += whole.LapMs();
+
+  const bool with_daylight = runs.Has(Effect::kDaylight);
+  const bool had_daylight = settings_[Effect::kDaylight] != EffectSwitch::kOff;
+  if (runs.Has(Effect::kProbeShading) && (!has_vertex_light || with_daylight != had_daylight)) {
+    timed(kVertexLight,
+          [&] { vertex_light_.Evaluate(basis_, lighting, with_daylight, result.timing_ms); });
+  }
+  if (runs.Has(Effect::kGlossyReflection)) {
+    timed(kMirrorImage, [&] { mirror_.Evaluate(lighting); });
+  }
+  if (runs.HasAny(kOnInfluence)) {
+    timed(kInfluence, [&] {
+      influence_.Evaluate(lighting,
+                          {.hidden_light = runs.Has(Effect::kSkyOcclusion),
+                           .object_light = runs.Has(Effect::kColourBleeding)});
+    });
+  }
+  times.probes = probes_before_ms - times.relight + whole.LapMs();
+  result.daylight = vertex_light_.TakeDaylightSummary();
+}
+
+void FrameEffects::Draw(const LitFrame& lit,
+                        const Lighting& lighting,
+                        EffectSet runs,
+                        FrameResult& result) {
+  result.composite = compositor_.Render(
+      {lit.frame.radiance,
+       lit.frame.clipped,
+       lit.view,
+       lighting,
+       vertex_light_.Irradiance(),
+       {.sun_shading = runs.Has(Effect::kSunShading),
+        .sun_shadow = runs.Has(Effect::kSunShadow),
+        .object_shadow = runs.Has(Effect::kObjectShadow),
+        .probe_shading = runs.Has(Effect::kProbeShading)},
+       runs.HasAny(kOnInfluence) ? &influence_.Change() : nullptr,
+       runs.Has(Effect::kPenumbra) ? &sun_shares_.Shares() : nullptr,
+       runs.Has(Effect::kGlossyReflection) ? &mirror_.Image() : nullptr,
+       runs.Has(Effect::kCameraBlur) ? camera_matching_.ObjectBlurPx(lit.frame, lit.view) : 0.0f});
+  result.timing_ms.render = result.composite.draw_ms;
+  result.timing_ms.readback = result.composite.readback_ms;
+  if (!runs.Has(Effect::kCameraNoise)) return;
+  Stopwatch watch;
+  camera_matching_.AddNoise(lit.frame, options_.display_response, result.composite);
+  result.works[kNoise].ms = watch.LapMs();
+  noise_cost_.Learn(result.works[kNoise].ms);
+}
+
+void FrameEffects::Learn(const std::vector<WorkOffer>& works, const FrameResult& result) {
+  double nominal_ms = kDrawObjectsMs;
+  for (const WorkOffer& work : works) {
+    if (work.is_drawing && work.IsNeededFor(result.plan.runs)) nominal_ms += work.nominal_ms;
+  }
+  // A frame that shows nothing new draws nothing.
+  if (result.composite.draw_calls > 0) draw_cost_.Learn(result.composite.draw_ms / nominal_ms);
+  read_back_cost_.Learn(result.composite.readback_ms);
+}
+
+}  // namespace pleinair

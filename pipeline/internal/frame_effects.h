@@ -1,0 +1,87 @@
+// From the light of a frame to its composite: bounds, plan, the works that the plan picks, drawing.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pipeline/display_codes.h"
+#include "pipeline/frame_pipeline.h"
+#include "pipeline/internal/effect_bounds.h"
+#include "pipeline/internal/frame_basis.h"
+#include "pipeline/internal/kept_effects.h"
+#include "pipeline/internal/vertex_light.h"
+
+namespace pleinair {
+
+// One frame's light is known. References live for the call only.
+struct LitFrame {
+  const Frame& frame;
+  const SurfaceView& view;
+  SurfaceViewBuilder& view_builder;  // As of `view`.
+  std::span<const std::shared_ptr<const SkyShape>> sky_shapes;
+  const DirectionalLight& transport_sun;  // What the sun's part is made for.
+  double spent_ms = 0.0;                  // On this frame, of a budget.
+};
+
+class FrameEffects {
+ public:
+  // As FramePipeline, which outlives this with its options.
+  FrameEffects(const PreparedScene& scene,
+               const Mesh& phantom,
+               const std::vector<VirtualObject>& objects,
+               Compositor& compositor,
+               const FramePipelineOptions& options);
+
+  // The objects are elsewhere; the same vector.
+  void ObjectsMoved();
+  void SetEffects(const EffectSettings& effects);
+  // What was half done is done anew.
+  void Forget();
+
+  // Fills `result`, whose estimate is there, with plan, composite and times.
+  void Render(const LitFrame& lit, FrameResult& result);
+
+  const IrradianceVolume& Volume() const { return vertex_light_.Volume(); }
+  const DirectDaylight* Daylight() const { return vertex_light_.Daylight(); }
+
+ private:
+  void Expose(const Frame& frame);
+  std::vector<WorkOffer> OfferWorks(const LitFrame& lit,
+                                    const Lighting& lighting,
+                                    const WorkCost& vertex_light) const;
+  std::vector<EffectOffer> OfferEffects(const BoundInput& input, const Bound& probe_shading);
+  // What the plan's effects need, besides drawing.
+  void Work(const LitFrame& lit,
+            const Lighting& lighting,
+            bool has_vertex_light,
+            FrameResult& result);
+  void Draw(const LitFrame& lit, const Lighting& lighting, EffectSet runs, FrameResult& result);
+  void Learn(const std::vector<WorkOffer>& works, const FrameResult& result);
+
+  const PreparedScene& scene_;
+  const std::vector<VirtualObject>& objects_;
+  Compositor& compositor_;
+  const FramePipelineOptions& options_;
+  EffectSettings settings_;
+  const Mesh room_;        // As given, where daylight is sampled.
+  RayCaster real_caster_;  // Over the mesh as given: its triangles are fewer than the patches.
+  VertexLight vertex_light_;
+  SoftSun soft_sun_;
+  EffectBounds bounds_;
+  DisplayCodes codes_;
+  std::optional<double> chosen_exposure_;  // For frames without one.
+
+  FrameBasis basis_;
+  KeptObjectView object_view_;
+  KeptSunShares sun_shares_;
+  KeptInfluence influence_;
+  KeptMirror mirror_;
+  CameraMatching camera_matching_;
+  LearnedCost noise_cost_;
+  LearnedCost draw_cost_;  // Over the nominal: no milliseconds, but their ratio.
+  LearnedCost read_back_cost_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,130 @@
+// What objects do to real surfaces, mirror, and hide of the sun's disc: each with what it keeps
+// from frame to frame, whether that still stands, and what its work costs.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "pipeline/frame_pipeline.h"
+#include "pipeline/internal/frame_basis.h"
+#include "pipeline/internal/learned_cost.h"
+#include "pipeline/internal/vertex_light.h"
+#include "relight/mirror_image.h"
+#include "relight/object_influence.h"
+#include "relight/object_view.h"
+#include "relight/soft_sun.h"
+
+namespace pleinair {
+
+// What a piece of work will cost.
+struct WorkCost {
+  double expected_ms = 0.0;  // As learned here.
+  double nominal_ms = 0.0;   // The same everywhere.
+  bool is_kept = false;
+};
+
+// The objects, pixel by pixel; for a view.
+class KeptObjectView {
+ public:
+  void Forget() { version_.reset(); }
+  WorkCost Cost(const SurfaceView& view) const;
+  void Update(const PatchScene& objects, const SurfaceView& view);
+  const ObjectView& View() const { return object_view_; }
+
+ private:
+  ObjectView object_view_;
+  std::optional<std::uint64_t> version_;  // The view's, of its geometry.
+  LearnedCost cost_{5.0};
+};
+
+// Shares of the sun's disc past objects; for a view and a sun. The two parts are made apart.
+class KeptSunShares {
+ public:
+  void Forget() { real_version_ = object_version_ = std::nullopt; }
+  WorkCost RealCost(const SurfaceView& view) const;
+  WorkCost ObjectCost(const SurfaceView& view) const;
+  void UpdateReal(const SoftSun& soft_sun, const SurfaceView& view, const DirectionalLight& sun);
+  void UpdateObjects(const SoftSun& soft_sun,
+                     const SurfaceView& view,
+                     const ObjectView& objects,
+                     const DirectionalLight& sun);
+  const SunShares& Shares() const { return shares_; }
+
+ private:
+  SunShares shares_;
+  std::optional<std::uint64_t> real_version_;    // The view's, of its sun.
+  std::optional<std::uint64_t> object_version_;  // Likewise.
+  LearnedCost real_cost_{8.0};
+  LearnedCost object_cost_{8.0};
+};
+
+// What objects hide from real surfaces, and send them.
+class KeptInfluence {
+ public:
+  explicit KeptInfluence(InfluenceAt at) : at_(at) {}
+  void Forget() { geometry_version_.reset(); }
+  WorkCost Cost(const SurfaceView& view, const FrameBasis& basis, const Lighting& lighting) const;
+  // Lights that shine in `lighting` have to be current in `vertex_light`.
+  void Update(const PreparedScene& scene,
+              const SurfaceView& view,
+              const Image<std::int32_t>& pixel_faces,
+              const FrameBasis& basis,
+              const Lighting& lighting,
+              const FramePipelineOptions& options,
+              VertexLight& vertex_light);
+  void Evaluate(const Lighting& lighting, const InfluenceParts& parts);
+  const IrradianceChange& Change() const { return change_; }
+
+ private:
+  bool OnFaces() const { return at_ == InfluenceAt::kFaces; }
+  // Whether rays have to be cast anew.
+  bool IsNew(const SurfaceView& view, const FrameBasis& basis) const {
+    return lights_ != basis.LightCount() || !geometry_version_ ||
+           (!OnFaces() && geometry_version_ != view.geometry_version);
+  }
+
+  InfluenceAt at_;
+  ObjectInfluence influence_;
+  std::optional<std::uint64_t> geometry_version_;  // The view's.
+  std::size_t lights_ = 0;
+  LightsDone done_;
+  IrradianceChange change_;
+  LearnedCost gather_cost_{150.0};
+  LearnedCost see_cost_{4.0};
+  LearnedCost light_cost_{2.0};
+  LearnedCost sum_cost_{1.0};
+};
+
+// What glossy objects mirror.
+class KeptMirror {
+ public:
+  void Forget() { geometry_version_.reset(); }
+  WorkCost Cost(const SurfaceView& view, const FrameBasis& basis, const Lighting& lighting) const;
+  // As for KeptInfluence; `object_view` is the view's.
+  void Update(const PreparedScene& scene,
+              const SurfaceView& view,
+              const ObjectView& object_view,
+              const FrameBasis& basis,
+              const Lighting& lighting,
+              const MirrorImageOptions& options,
+              VertexLight& vertex_light);
+  void Evaluate(const Lighting& lighting);
+  const MirroredLight& Image() const { return image_; }
+
+ private:
+  bool IsNew(const SurfaceView& view, const FrameBasis& basis) const {
+    return lights_ != basis.LightCount() || geometry_version_ != view.geometry_version;
+  }
+
+  MirrorImage mirror_;
+  std::optional<std::uint64_t> geometry_version_;  // The view's.
+  std::size_t lights_ = 0;
+  LightsDone done_;
+  MirroredLight image_;
+  LearnedCost gather_cost_{60.0};
+  LearnedCost light_cost_{8.0};
+  LearnedCost sum_cost_{0.5};
+};
+
+}  // namespace pleinair

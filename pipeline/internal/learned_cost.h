@@ -1,0 +1,30 @@
+// What a kind of work costs here, learned from how long it took.
+#pragma once
+
+namespace pleinair {
+
+// A running mean of milliseconds a unit of work; until it has been done once, a stated guess.
+class LearnedCost {
+ public:
+  explicit LearnedCost(double first_guess_ms) : guess_ms_(first_guess_ms), ms_(first_guess_ms) {}
+
+  double Ms() const { return ms_; }
+  // The same on every machine and in every run: what a choice that must not hang on the clock is
+  // made by.
+  double NominalMs() const { return guess_ms_; }
+
+  void Learn(double ms) {
+    // A few times are followed within a second of frames, and one that a busy machine delayed does
+    // not rule.
+    constexpr double kShareOfLast = 0.2;
+    ms_ = has_learned_ ? ms_ + kShareOfLast * (ms - ms_) : ms;
+    has_learned_ = true;
+  }
+
+ private:
+  double guess_ms_;
+  double ms_;
+  bool has_learned_ = false;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,288 @@
+#include "pipeline/internal/vertex_light.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <glm/common.hpp>
+
+#include "pipeline/internal/stopwatch.h"
+#include "relight/environment.h"
+
+namespace pleinair {
+namespace {
+
+// First guesses on two cores, for some 4000 vertices: see bench/run_bench.cpp.
+constexpr double kSetUpGuessMs = 150.0;
+constexpr double kLightGuessMs = 10.0;
+constexpr double kSumGuessMs = 0.2;
+
+}  // namespace
+
+VertexLight::VertexLight(const PreparedScene& scene,
+                         const Mesh& room,
+                         const FramePipelineOptions& options)
+    : scene_(scene),
+      room_(room),
+      options_(options),
+      interreflection_({}),
+      set_up_cost_(kSetUpGuessMs),
+      light_cost_(kLightGuessMs),
+      sum_cost_(kSumGuessMs) {}
+
+void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
+  objects_ = &objects;
+  interreflection_ = ObjectInterreflection(objects);
+  daylight_.reset();
+  if (options_.daylight == Daylight::kSamples && !objects.empty()) {
+    daylight_ = std::make_unique<DirectDaylight>(
+        room_, scene_.patches.caster, interreflection_.Objects(), options_.direct_daylight);
+  }
+  sampled_shapes_.clear();
+  irradiance_.clear();
+  std::vector<BoundingBox> boxes;
+  for (const VirtualObject& object : objects) {
+    irradiance_.emplace_back(object.mesh.positions_m.size(), glm::vec3(0.0f));
+    boxes.push_back(BoundingBoxOf(object.mesh));
+  }
+  of_unit_ = irradiance_;
+  if (options_.object_light != ObjectLight::kGather) {
+    needed_probes_ = ProbesNeededIn(scene_.probes.Grid(), scene_.probes.Valid(), boxes);
+  }
+  gather_ = ObjectGather();
+  response_.clear();
+  daylight_response_.clear();
+  vertices_.clear();
+  done_.Forget();
+}
+
+double VertexLight::ExpectedMs(const FrameBasis& basis, const Lighting& lighting) const {
+  const std::size_t stale = done_.StaleIn(basis, lighting).size();
+  const bool sets_up =
+      options_.object_light == ObjectLight::kGather && stale > 0 && gather_.VertexCount() == 0;
+  return (sets_up ? set_up_cost_.Ms() : 0.0) + static_cast<double>(stale) * light_cost_.Ms() +
+         sum_cost_.Ms();
+}
+
+double VertexLight::NominalMs(const FrameBasis& basis, const Lighting& lighting) const {
+  return static_cast<double>(done_.StaleIn(basis, lighting).size()) * light_cost_.NominalMs() +
+         sum_cost_.NominalMs();
+}
+
+const SkyShape& VertexLight::GatheredSky(const FrameBasis& basis, std::size_t light) const {
+  static const std::shared_ptr<const SkyShape> black =
+      MakeTableSkyShape("black", std::vector<glm::vec3>(SkyTable::kCells, glm::vec3(0.0f)));
+  return daylight_ != nullptr ? *black : *basis.Sky(light);
+}
+
+void VertexLight::UpdateDaylight(const FrameBasis& basis) {
+  if (daylight_ == nullptr) return;
+  const auto shapes = basis.Shapes();
+  if (std::equal(shapes.begin(), shapes.end(), sampled_shapes_.begin(), sampled_shapes_.end())) {
+    return;
+  }
+  daylight_->Update(shapes);
+  sampled_shapes_.assign(shapes.begin(), shapes.end());
+  daylight_is_new_ = true;
+}
+
+std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
+  if (daylight_ == nullptr) return std::nullopt;
+  DirectDaylightSummary summary = daylight_->Summary();
+  if (!std::exchange(daylight_is_new_, false)) summary.maps_drawn = 0;
+  return summary;
+}
+
+void VertexLight::Update(const FrameBasis& basis, const Lighting& lighting) {
+  const std::vector<std::size_t> stale = done_.StaleIn(basis, lighting);
+  UpdateDaylight(basis);
+  const bool has_light =
+      options_.object_light == ObjectLight::kGather || !basis_.sky_radiance.empty();
+  if (stale.empty() && has_light) return;
+  Stopwatch watch;
+  if (options_.object_light == ObjectLight::kGather) {
+    if (gather_.VertexCount() == 0) {
+      gather_ = ObjectGather(interreflection_.Objects(), scene_.patches, options_.object_gather);
+      set_up_cost_.Learn(watch.LapMs());
+    }
+    response_.resize(basis.LightCount());
+    daylight_response_.resize(basis.LightCount());
+  }
+  if (!stale.empty() && stale.front() == 0) {
+    interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
+  }
+  if (options_.object_light == ObjectLight::kGather) {
+    for (const std::size_t light : stale) UpdateGathered(basis, light);
+  } else {
+    UpdateVolume(basis, folded_done_.StaleIn(basis, lighting));
+  }
+  for (const std::size_t light : stale) done_.Done(basis, light);
+  if (!stale.empty()) light_cost_.Learn(watch.LapMs() / static_cast<double>(stale.size()));
+}
+
+// Map, sky directions and fold of what has changed; at first of all lights.
+void VertexLight::UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights) {
+  const Survey* survey = basis.SurveyUnderCurrentSun();
+  const std::vector<glm::vec3>& directions = scene_.probes.SkyDirections();
+  const bool is_first = basis_.sky_radiance.size() != basis.LightCount();
+  std::vector<std::size_t> wanted(lights.begin(), lights.end());
+  if (is_first) {
+    basis_ = {};
+    basis_.environment.resize(basis.LightCount());
+    basis_.face_radiosity.resize(basis.LightCount());
+    basis_.sky_radiance.resize(basis.LightCount());
+    basis_.sky_radiance[0].assign(directions.size(), glm::vec3(0.0f));
+    wanted.clear();
+    for (std::size_t light = 0; light < basis.LightCount(); ++light) wanted.push_back(light);
+  }
+  for (const std::size_t light : wanted) {
+    basis_.face_radiosity[light] = basis.FaceRadiosity(light);
+    if (survey != nullptr) {
+      basis_.environment[light] =
+          light == 0 ? EnvironmentOfSun(*survey, survey->view.sun_direction_enu)
+                     : EnvironmentOfSky(*survey, light - 1, GatheredSky(basis, light));
+    }
+    folded_done_.Done(basis, light);
+    if (light == 0) continue;
+    basis_.sky_radiance[light].clear();
+    for (const glm::vec3& direction : directions) {
+      basis_.sky_radiance[light].push_back(GatheredSky(basis, light).Radiance(direction));
+    }
+  }
+  if (is_first) {
+    folded_ = FoldedVolume(scene_.probes, basis_);
+  } else {
+    for (const std::size_t light : wanted) folded_.Refold(scene_.probes, basis_, light);
+  }
+}
+
+void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
+  const PatchScene& objects = interreflection_.Objects();
+  const std::vector<glm::vec3> dark_objects(objects.FaceCount(), glm::vec3(0.0f));
+  std::vector<glm::vec3> irradiance = gather_.Irradiance(
+      IsSampled(light) ? nullptr : basis.Sky(light), dark_objects, basis.FaceRadiosity(light));
+  if (light == 0 && scene_.options.bounces != 0) {
+    const std::vector<glm::vec3> change =
+        gather_.NearSunlightChange(objects, scene_.patches, basis.Sun(), basis.DirectIrradiance());
+    for (std::size_t v = 0; v < irradiance.size(); ++v) {
+      // Both are estimates by few rays: their sum may fall below zero.
+      irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));
+    }
+  }
+  response_[light] = WithReflection(light, std::move(irradiance));
+  if (!IsSampled(light)) return;
+  daylight_response_[light] = WithReflection(light, daylight_->OnObjects(light - 1));
+}
+
+std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
+                                                   std::vector<glm::vec3> irradiance) {
+  std::size_t first = 0;
+  for (std::vector<glm::vec3>& of_object : of_unit_) {
+    std::copy_n(irradiance.begin() + static_cast<std::ptrdiff_t>(first),
+                of_object.size(),
+                of_object.begin());
+    first += of_object.size();
+  }
+  DirectionalLight sun;
+  if (light == 0) sun.irradiance_rgb = glm::dvec3(1.0);
+  const std::vector<glm::vec3> dark_scene(scene_.patches.FaceCount(), glm::vec3(0.0f));
+  const std::vector<glm::vec3> reflected =
+      gather_.Irradiance(nullptr, interreflection_.FaceRadiosity(sun, of_unit_), dark_scene);
+  for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += reflected[v];
+  return irradiance;
+}
+
+void VertexLight::SumResponses(const FrameBasis& basis,
+                               const Lighting& lighting,
+                               bool with_daylight,
+                               PerObject& sum) const {
+  std::size_t first = 0;
+  for (std::vector<glm::vec3>& irradiance : sum) {
+    std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));
+    const auto add = [&](const std::vector<glm::vec3>& response, const glm::vec3& intensity) {
+      if (response.empty()) return;
+      const auto own = std::span(response).subspan(first, irradiance.size());
+      for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += intensity * own[v];
+    };
+    for (std::size_t light = 0; light < basis.LightCount(); ++light) {
+      const glm::vec3 intensity = IntensityOf(lighting, light);
+      if (intensity == glm::vec3(0.0f) || light >= response_.size()) continue;
+      add(response_[light], intensity);
+      if (with_daylight) add(daylight_response_[light], intensity);
+    }
+    first += irradiance.size();
+  }
+}
+
+std::vector<glm::vec3> VertexLight::DirectAtVertices(const FrameBasis& basis,
+                                                     const Lighting& lighting) const {
+  std::vector<glm::vec3> direct;
+  if (daylight_ == nullptr) return direct;
+  direct.assign(interreflection_.Objects().mesh.positions_m.size(), glm::vec3(0.0f));
+  for (std::size_t light = 1; light < basis.LightCount(); ++light) {
+    const glm::vec3 intensity = IntensityOf(lighting, light);
+    if (intensity == glm::vec3(0.0f)) continue;
+    const std::vector<glm::vec3>& of_unit = daylight_->OnObjects(light - 1);
+    for (std::size_t v = 0; v < direct.size(); ++v) direct[v] += intensity * of_unit[v];
+  }
+  return direct;
+}
+
+void VertexLight::LightVertices(const IrradianceVolume& volume,
+                                const FrameBasis& basis,
+                                const Lighting& lighting,
+                                bool with_daylight,
+                                PerObject& sum) {
+  if (vertices_.empty()) {
+    for (const VirtualObject& object : *objects_) {
+      vertices_.emplace_back(volume, object.mesh.positions_m, object.mesh.normals);
+    }
+  }
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    vertices_[i].Evaluate(volume, sum[i]);
+  }
+  interreflection_.Apply(
+      lighting.sun,
+      sum,
+      with_daylight ? DirectAtVertices(basis, lighting) : std::vector<glm::vec3>());
+}
+
+std::vector<glm::vec3> VertexLight::ObjectRadiosity(const FrameBasis& basis, std::size_t light) {
+  const Lighting unit = UnitOf(light, basis.LightCount());
+  if (options_.object_light != ObjectLight::kGather) {
+    folded_.Combine(unit, needed_probes_, volume_of_unit_);
+    LightVertices(volume_of_unit_, basis, unit, true, of_unit_);
+  } else {
+    SumResponses(basis, unit, true, of_unit_);
+  }
+  return interreflection_.FaceRadiosity(unit.sun, of_unit_);
+}
+
+std::vector<glm::vec3> VertexLight::SampledSkyHiddenFrom(
+    std::size_t light, std::span<const Receiver> receivers) const {
+  if (!IsSampled(light)) return {};
+  return daylight_->HiddenFrom(light - 1, receivers);
+}
+
+void VertexLight::Evaluate(const FrameBasis& basis,
+                           const Lighting& lighting,
+                           bool with_daylight,
+                           StageTimes& times) {
+  Stopwatch watch;
+  if (options_.object_light == ObjectLight::kGather) {
+    SumResponses(basis, lighting, with_daylight, irradiance_);
+  } else {
+    if (options_.object_light == ObjectLight::kVolumeByMap) {
+      SynthesiseEnvironment(basis_.environment, lighting, environment_);
+      times.relight = watch.LapMs();
+      volume_ = VolumeFromEnvironment(scene_.probes, basis_, environment_, lighting);
+    } else {
+      folded_.Combine(lighting, needed_probes_, volume_);
+    }
+    LightVertices(volume_, basis, lighting, with_daylight, irradiance_);
+  }
+  const double ms = watch.LapMs();
+  times.probes += ms;
+  sum_cost_.Learn(times.relight + ms);
+}
+
+}  // namespace pleinair

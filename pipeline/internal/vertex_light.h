@@ -1,0 +1,125 @@
+// All light at the vertices of virtual objects but the sun's disc, and what they make of it: kept
+// while light and objects stand still.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "pipeline/direct_daylight.h"
+#include "pipeline/frame_pipeline.h"
+#include "pipeline/internal/frame_basis.h"
+#include "pipeline/internal/learned_cost.h"
+#include "pipeline/object_gather.h"
+#include "pipeline/object_interreflection.h"
+#include "relight/irradiance_volume.h"
+#include "relight/prepared_scene.h"
+#include "relight/vertex_irradiance.h"
+
+namespace pleinair {
+
+class VertexLight {
+ public:
+  // `scene`, `room` (the mesh as given) and `options` outlive this.
+  VertexLight(const PreparedScene& scene, const Mesh& room, const FramePipelineOptions& options);
+
+  // Where objects are now; all that hangs on it is made anew.
+  void Pose(const std::vector<VirtualObject>& objects);
+  void Forget() { done_.Forget(); }
+
+  // All objects' triangles, a group an object. Stays at one address.
+  const PatchScene& Objects() const { return interreflection_.Objects(); }
+  const IrradianceVolume& Volume() const { return volume_; }
+  // Null where daylight is gathered.
+  const DirectDaylight* Daylight() const { return daylight_.get(); }
+
+  // Whether nothing but a sum is left to do, and what Update and Evaluate cost.
+  bool IsCurrent(const FrameBasis& basis, const Lighting& lighting) const {
+    return done_.StaleIn(basis, lighting).empty();
+  }
+  double ExpectedMs(const FrameBasis& basis, const Lighting& lighting) const;
+  double NominalMs(const FrameBasis& basis, const Lighting& lighting) const;
+
+  // Works out the lights that shine in `lighting` and are not current.
+  void Update(const FrameBasis& basis, const Lighting& lighting);
+  // What daylight samples are; none where it is gathered. Its maps_drawn are those since the last
+  // call.
+  std::optional<DirectDaylightSummary> TakeDaylightSummary();
+
+  // Radiosity of the faces of Objects() per unit of a light that Update was given.
+  std::vector<glm::vec3> ObjectRadiosity(const FrameBasis& basis, std::size_t light);
+  // The same of what stands between: what real surfaces lose of the sampled sky. Empty where it is
+  // not sampled.
+  std::vector<glm::vec3> SampledSkyHiddenFrom(std::size_t light,
+                                              std::span<const Receiver> receivers) const;
+
+  // What reaches the vertices, without the sampled daylight if so asked.
+  void Evaluate(const FrameBasis& basis,
+                const Lighting& lighting,
+                bool with_daylight,
+                StageTimes& times);
+  // One list an object.
+  const std::vector<std::vector<glm::vec3>>& Irradiance() const { return irradiance_; }
+
+ private:
+  using PerObject = std::vector<std::vector<glm::vec3>>;
+
+  // Draws samples for skies that are new, where daylight is sampled.
+  void UpdateDaylight(const FrameBasis& basis);
+  bool IsSampled(std::size_t light) const { return light > 0 && daylight_ != nullptr; }
+  // What rays and probes take the sky for: black where it is sampled.
+  const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
+  void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
+  void UpdateGathered(const FrameBasis& basis, std::size_t light);
+  // With one reflection off the objects.
+  std::vector<glm::vec3> WithReflection(std::size_t light, std::vector<glm::vec3> irradiance);
+  void SumResponses(const FrameBasis& basis,
+                    const Lighting& lighting,
+                    bool with_daylight,
+                    PerObject& sum) const;
+  std::vector<glm::vec3> DirectAtVertices(const FrameBasis& basis, const Lighting& lighting) const;
+  void LightVertices(const IrradianceVolume& volume,
+                     const FrameBasis& basis,
+                     const Lighting& lighting,
+                     bool with_daylight,
+                     PerObject& sum);
+
+  const PreparedScene& scene_;
+  const Mesh& room_;
+  const FramePipelineOptions& options_;
+  const std::vector<VirtualObject>* objects_ = nullptr;
+  ObjectInterreflection interreflection_;
+  std::unique_ptr<DirectDaylight> daylight_;
+  std::vector<std::shared_ptr<const SkyShape>> sampled_shapes_;
+  bool daylight_is_new_ = false;
+  PerObject irradiance_;
+  PerObject of_unit_;  // Scratch, as long.
+  LightsDone done_;
+
+  // By rays at the vertices.
+  ObjectGather gather_;  // Set up with the first frame of a pose.
+  // Per basis light, all objects' vertices; what is sampled apart.
+  std::vector<std::vector<glm::vec3>> response_;
+  std::vector<std::vector<glm::vec3>> daylight_response_;
+
+  // By probes.
+  BasisLights basis_;
+  FoldedVolume folded_;
+  LightsDone folded_done_;
+  std::vector<std::uint8_t> needed_probes_;  // By the objects' bounding boxes.
+  RgbImage environment_;
+  IrradianceVolume volume_;
+  IrradianceVolume volume_of_unit_;         // Scratch.
+  std::vector<VertexIrradiance> vertices_;  // Per object; set up with its first volume.
+
+  LearnedCost set_up_cost_;
+  LearnedCost light_cost_;
+  LearnedCost sum_cost_;
+};
+
+}  // namespace pleinair

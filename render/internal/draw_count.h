@@ -1,0 +1,11 @@
+// How often the passes draw: what a frame's effects cost, told without a clock.
+#pragma once
+
+namespace pleinair {
+
+// One draw call of this thread's, whose context is current.
+void CountDraw();
+// Since the last call.
+int TakeDrawCount();
+
+}  // namespace pleinair

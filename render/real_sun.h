@@ -1,0 +1,40 @@
+// Whether a real pixel has sun that a new shadow can take away: what the composite decides, pixel
+// by pixel, for who has to know it before.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace pleinair {
+
+// A real pixel as the camera and the model have it; all radiances in one unit.
+struct RealPixel {
+  glm::vec3 observed{0.0f};  // The camera's.
+  bool clipped = false;      // Then a lower bound.
+  glm::vec3 lit{0.0f};       // The model's, with all of the disc seen.
+  glm::vec3 shaded{0.0f};    // And with none.
+  float model_visibility = 0.0f;
+  float edge_distance_px = 0.0f;  // SurfaceView's.
+  bool albedo_measured = false;
+};
+
+// Share of the disc that the pixel sees without virtual objects. Its log radiance, per channel, is
+// held against two predictions: lit (l) and shaded (d). With noise sigma (the albedo of one pixel
+// against that of the survey, in log) the log odds of lit over shaded are
+//   ((x - d)^2 - (x - l)^2) / (2 sigma^2);
+// the median of three channels stands against one that is dead or coloured. What the mesh says adds
+// its own log odds, so that a dark brick under a weak sun does not pass for shadow; near an edge of
+// the model the mesh may be wrong about the place, and says nothing.
+//
+// Accuracy  the shader's to rounding: a pixel at the turning point may fall to either side.
+float SunSeenWithout(const RealPixel& pixel);
+
+// One pixel's albedo against the model's, standard deviation in log: bricks, joints, stains around
+// a survey texel's mean; a material's guess is worse.
+inline constexpr float kLogSigmaMeasured = 0.25f;
+inline constexpr float kLogSigmaGuessed = 0.5f;
+// The mesh is right about sun or shade in 19 of 20 pixels away from its edges (it lacks trees and
+// roof edges), and its edges are good to some pixels.
+inline constexpr float kMeshLogOdds = 2.944f;
+inline constexpr float kTrustedEdgeDistancePx = 6.0f;
+
+}  // namespace pleinair

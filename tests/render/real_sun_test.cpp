@@ -1,0 +1,95 @@
+// SunSeenWithout and the composite's shader are one decision: the shader is held to the function.
+#include "render/real_sun.h"
+
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "composite_scene.h"
+#include "render/gl_context.h"
+#include "test_scenes.h"
+
+namespace pleinair::test::real_sun_test {
+namespace {
+
+TEST(SunSeenWithout, IsWhatTheCompositeTakesFromAPixelInShadow) {
+  const HeadlessContext context;
+  Compositor compositor;
+  CompositeScene scene(DirectionOf(215.0, 40.0));
+  // Pixels anywhere between too dark and too bright, whatever the mesh says of them.
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (std::size_t i = 0; i < scene.radiance.pixels.size(); ++i) {
+    const double brightness = uniform(random) - 0.1;
+    scene.radiance.pixels[i] =
+        glm::vec3(scene.ModelRadiance(i, 0.0) +
+                  brightness * (scene.ModelRadiance(i, 1.0) - scene.ModelRadiance(i, 0.0)));
+    scene.clipped.pixels[i] = uniform(random) < 0.1 ? 1 : 0;
+    scene.view.albedo_measured.pixels[i] = uniform(random) < 0.5 ? 1 : 0;
+    scene.view.edge_distance_px.pixels[i] = static_cast<float>(10.0 * uniform(random));
+    scene.view.sun_visibility.pixels[i] =
+        uniform(random) < 0.4 ? 0.0f : static_cast<float>(uniform(random));
+  }
+  compositor.SetPhantom(scene.phantom);
+  // A speck behind the camera; its shadow is said to be everywhere.
+  compositor.SetObjects({{Sphere({30.0f, -30.0f, 1.0f}, 0.1f, 4)}});
+  const std::vector<std::vector<glm::vec3>> vertex_irradiance{
+      std::vector<glm::vec3>(Sphere({}, 1.0f, 4).positions_m.size(), glm::vec3(0.0f))};
+  SunShares shares;
+  shares.real.hidden = GrayImage(scene.view.Width(), scene.view.Height(), 1.0f);
+  CompositeInput input = scene.Input(vertex_irradiance);
+  input.sun_shares = &shares;
+  const Composite composite = compositor.Render(input);
+
+  const glm::dvec3 sun = scene.lighting.sun.irradiance_rgb;
+  int asked = 0;
+  int seen_count = 0;
+  int other = 0;
+  for (std::size_t i = 0; i < composite.radiance.pixels.size(); ++i) {
+    if (scene.view.region.pixels[i] == SurfaceView::kNoRegion) continue;
+    RealPixel pixel;
+    pixel.observed = scene.radiance.pixels[i];
+    pixel.clipped = scene.clipped.pixels[i] != 0;
+    pixel.lit = glm::vec3(scene.ModelRadiance(i, 1.0));
+    pixel.shaded = glm::vec3(scene.ModelRadiance(i, 0.0));
+    pixel.model_visibility = scene.view.sun_visibility.pixels[i];
+    pixel.edge_distance_px = scene.view.edge_distance_px.pixels[i];
+    pixel.albedo_measured = scene.view.albedo_measured.pixels[i] != 0;
+    const auto seen = static_cast<double>(SunSeenWithout(pixel));
+    const glm::dvec3 before = scene.ModelRadiance(i, seen);
+    glm::dvec3 expected(pixel.observed);
+    if (pixel.clipped) expected = glm::max(expected, before);
+    expected *= scene.ModelRadiance(i, 0.0) / before;
+    if (seen == 0.0) expected = glm::dvec3(pixel.observed);
+    ++asked;
+    seen_count += seen > 0.0 ? 1 : 0;
+    // Half floats; and the shader leaves out what is below 2^-11.
+    const double tolerance = 2e-3 * expected.g;
+    other += std::abs(static_cast<double>(composite.radiance.pixels[i].g) - expected.g) > tolerance
+                 ? 1
+                 : 0;
+  }
+  EXPECT_GT(sun.r, 0.0);
+  EXPECT_GT(seen_count, asked / 4);
+  EXPECT_LT(seen_count, 3 * asked / 4);
+  // At the turning point rounding decides: log odds of 0 +- 1e-5, over a range of some 10.
+  EXPECT_LE(other, asked / 10000 + 1);
+}
+
+TEST(SunSeenWithout, TakesTheMeshsWordWhereTheTwoPredictionsAreOne) {
+  RealPixel pixel;
+  pixel.observed = pixel.lit = pixel.shaded = glm::vec3(1.0f);
+  pixel.edge_distance_px = 20.0f;
+  pixel.model_visibility = 0.75f;
+  EXPECT_EQ(SunSeenWithout(pixel), 0.75f);
+  pixel.model_visibility = 0.0f;
+  EXPECT_EQ(SunSeenWithout(pixel), 0.0f);
+  // In the dark.
+  pixel.observed = pixel.lit = pixel.shaded = glm::vec3(0.0f);
+  EXPECT_EQ(SunSeenWithout(pixel), 0.0f);
+}
+
+}  // namespace
+}  // namespace pleinair::test::real_sun_test
