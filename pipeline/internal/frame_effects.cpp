@@ -349,8 +349,10 @@ void FrameEffects::Learn(const std::vector<WorkOffer>& works, const FrameResult&
   for (const WorkOffer& work : works) {
     if (work.is_drawing && work.IsNeededFor(result.plan.runs)) nominal_ms += work.nominal_ms;
   }
-  // A frame that shows nothing new draws nothing.
-  if (result.composite.draw_calls > 0) draw_cost_.Learn(result.composite.draw_ms / nominal_ms);
+  // A frame that shows nothing new draws nothing; for the first one that does shaders are compiled.
+  if (result.composite.draw_calls > 0 && std::exchange(has_drawn_, true)) {
+    draw_cost_.Learn(result.composite.draw_ms / nominal_ms);
+  }
   read_back_cost_.Learn(result.composite.readback_ms);
 }
 

@@ -81,6 +81,7 @@ class FrameEffects {
   CameraMatching camera_matching_;
   LearnedCost noise_cost_;
   LearnedCost draw_cost_;  // Over the nominal: no milliseconds, but their ratio.
+  bool has_drawn_ = false;
   LearnedCost read_back_cost_;
 };
 
