@@ -15,6 +15,7 @@
 #include "apps/sequence_site.h"
 #include "datasets/sequence.h"
 #include "pipeline/frame_pipeline.h"
+#include "pipeline/object_interreflection.h"
 #include "relight/object_influence.h"
 
 namespace pleinair {
