@@ -125,20 +125,20 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
 }
 
 void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {
-  // A unit need not be exact.
+  // The light's median is what the noise floor is a share of; the response's need not be exact.
   constexpr int kEnough = 100;
-  const int stride = std::max(1, sample_count / kEnough);
+  const int few = std::max(1, sample_count / kEnough);
   for (int c = 0; c < 3; ++c) {
-    const auto median_over_samples = [&](auto&& value) {
+    const auto median_over_samples = [&](int stride, auto&& value) {
       scratch_.clear();
       for (int i = 0; i < sample_count; i += stride) {
         if (weight[static_cast<std::size_t>(i * 3 + c)] > 0.0) scratch_.push_back(value(i));
       }
       return scratch_.empty() ? 0.0 : UpperMedian(scratch_);
     };
-    double light =
-        median_over_samples([&](int i) { return radiance[static_cast<std::size_t>(i * 3 + c)]; });
-    const double response = median_over_samples([&](int i) {
+    double light = median_over_samples(
+        1, [&](int i) { return radiance[static_cast<std::size_t>(i * 3 + c)]; });
+    const double response = median_over_samples(few, [&](int i) {
       const double* row = Transport(i, c);
       double sum = 0.0;
       for (int j = 0; j < basis_count; ++j) sum += row[j];
