@@ -91,7 +91,7 @@ void AddTradeoff(CLI::App& app, Work& work) {
                   options->sweep,
                   "Settings to sweep: outdoors samples,choice,loss,solver,sky-shapes,bounces; "
                   "rays,patch-size; with pictures object-light,object-rays,probes,probe-rays,"
-                  "shadow,influence,sun-block; indoors regions,light-samples,shadow-map,windows "
+                  "shadow,influence,threshold,sun-block; indoors regions,light-samples,shadow-map,windows "
                   "(default: all that mean something)")
       ->delimiter(',');
   tradeoff.add_option("--seeds", trials.seeds, "Of settings that only the estimate hangs on")

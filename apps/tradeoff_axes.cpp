@@ -167,6 +167,14 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   {{"pixels", [](Options& o) { o.influence_at = InfluenceAt::kPixels; }},
                    {"faces", [](Options& o) { o.influence_at = InfluenceAt::kFaces; }}},
                   sweep_case.influence_at == InfluenceAt::kFaces ? "faces" : "pixels"});
+  axes.push_back(
+      {"threshold",
+       "What the effect plan may leave out, in code values (--threshold)",
+       Judge::kPicture,
+       false,
+       Numbers<double>({0.0, 0.25, 1.0, 4.0, 16.0},
+                       [](Options& o, double codes) { o.effects.threshold_code_values = codes; }),
+       "1"});
   axes.push_back({"sun-block",
                   "Side in pixels of blocks that are lit alike (--sun-block)",
                   Judge::kPicture,
