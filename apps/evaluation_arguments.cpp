@@ -87,12 +87,13 @@ void AddTradeoff(CLI::App& app, Work& work) {
   tradeoff.add_option("--out", options->out, "Folder for tradeoff.csv and tradeoff.html")
       ->default_str("pleinair-tradeoff");
   tradeoff
-      .add_option("--sweep",
-                  options->sweep,
-                  "Settings to sweep: outdoors samples,choice,loss,solver,sky-shapes,bounces; "
-                  "rays,patch-size; with pictures object-light,object-rays,probes,probe-rays,"
-                  "shadow,influence,threshold,sun-block; indoors regions,light-samples,shadow-map,windows "
-                  "(default: all that mean something)")
+      .add_option(
+          "--sweep",
+          options->sweep,
+          "Settings to sweep: outdoors samples,choice,loss,solver,sky-shapes,bounces; "
+          "rays,patch-size; with pictures object-light,object-rays,probes,probe-rays,"
+          "shadow,influence,threshold,sun-block; indoors regions,light-samples,shadow-map,windows "
+          "(default: all that mean something)")
       ->delimiter(',');
   tradeoff.add_option("--seeds", trials.seeds, "Of settings that only the estimate hangs on")
       ->check(CLI::Range(1, 1000));

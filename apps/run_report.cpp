@@ -229,8 +229,8 @@ std::string FrameSection(const ReportFrame& frame) {
   html += Figure("input", frame.input) + Figure("composite", frame.composite);
   if (frame.truth) html += Figure("truth", *frame.truth);
   if (frame.difference) {
-    html += Figure(fmt::format("composite less truth, {} times", kDifferenceGain),
-                   *frame.difference);
+    html +=
+        Figure(fmt::format("composite less truth, {} times", kDifferenceGain), *frame.difference);
   }
   return html + "</div>\n";
 }

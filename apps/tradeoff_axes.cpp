@@ -3,6 +3,8 @@
 #include <string_view>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace pleinair {
 namespace {
 
@@ -130,8 +132,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                    {},
                    "8x8x8"};
   for (const int side : {1, 2, 4, 8, 16}) {
-    const std::string text = std::to_string(side);
-    probes.values.push_back({text + "x" + text + "x" + text, [volume, side](Options& o) {
+    probes.values.push_back({fmt::format("{0}x{0}x{0}", side), [volume, side](Options& o) {
                                volume(o);
                                o.prepare.probe_counts = glm::ivec3(side);
                              }});

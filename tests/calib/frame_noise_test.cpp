@@ -62,8 +62,7 @@ TEST(FrameNoise, ACleanPictureHasNone) {
 
 TEST(FrameNoise, NothingToMeasureIsNone) {
   for (const glm::u8vec3& code : {glm::u8vec3(0), glm::u8vec3(255)}) {
-    const FrameNoise noise =
-        MeasureFrameNoise(Rgb8Image(320, 240, code), ResponseCurve::Srgb());
+    const FrameNoise noise = MeasureFrameNoise(Rgb8Image(320, 240, code), ResponseCurve::Srgb());
     EXPECT_EQ(noise.Variance(0, 0.5), 0.0);
   }
   EXPECT_EQ(MeasureFrameNoise(Rgb8Image(1, 1), ResponseCurve::Srgb()).Variance(1, 1.0), 0.0);
