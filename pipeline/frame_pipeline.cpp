@@ -69,7 +69,6 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     return tl::unexpected(FrameError{frame.index, frame.time, std::move(reason)});
   };
   try {
-    Stopwatch whole;
     Stopwatch watch;
     FrameResult result;
     result.sun = SunOfFrame(site_, frame);
@@ -101,8 +100,9 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
     result.timing_ms.transport += result.estimate.new_sample_set_ms;
 
-    effects_->Render({frame, view, view_builder_, sky_shapes_, transport_sun, whole.LapMs()},
-                     result);
+    effects_->Render(
+        {frame, view, view_builder_, sky_shapes_, transport_sun, result.timing_ms.estimate},
+        result);
     return result;
   } catch (const std::exception& error) {
     effects_->Forget();

@@ -22,7 +22,7 @@ struct LitFrame {
   SurfaceViewBuilder& view_builder;  // As of `view`.
   std::span<const std::shared_ptr<const SkyShape>> sky_shapes;
   const DirectionalLight& transport_sun;  // What the sun's part is made for.
-  double spent_ms = 0.0;                  // On this frame, of a budget.
+  double spent_ms = 0.0;                  // On this frame's light, of a budget.
 };
 
 class FrameEffects {
