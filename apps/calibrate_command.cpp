@@ -348,6 +348,7 @@ std::string RunCalibrateOrientation(const CalibrateOrientationOptions& options) 
       throw std::invalid_argument("expected two suns or marks, or one and --levelled");
     }
     std::vector<DirectionPair> pairs;
+    pairs.reserve(marks.size());
     for (const NamedMark& mark : marks) pairs.push_back(mark.pair);
     fit = FitOrientation(pairs, {handedness});
   }
