@@ -188,7 +188,8 @@ RegressResult RunRegressCommand(const RegressCommandOptions& options) {
       checked.push_back({NameOf(folder), has_baseline, error.what(), {}});
     }
   }
-  for (const auto& [name, entry] : baseline) {
+  for (const auto& entry : baseline) {
+    const std::string& name = entry.first;
     const bool is_there = std::any_of(checked.begin(), checked.end(), [&](const auto& sequence) {
       return sequence.name == name;
     });

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/whole_text.h"
@@ -24,7 +25,7 @@ FigureSettings SettingsFrom(const std::filesystem::path& file,
                             const Json& json) {
   FigureSettings settings;
   for (const auto& [key, value] : json.items()) {
-    const std::string where = "sequences." + name + ".settings." + key;
+    const std::string where = fmt::format("sequences.{}.settings.{}", name, key);
     if (key == "frames_limit" && value.is_number_integer() && value.get<int>() >= 0) {
       settings.frames_limit = value.get<int>();
     } else if (key == "pictures" && value.is_boolean()) {
@@ -48,7 +49,7 @@ SeededFigures FiguresFrom(const std::filesystem::path& file,
                           const Json& json) {
   SeededFigures figures;
   for (const auto& [key, values] : json.items()) {
-    const std::string where = "sequences." + name + ".figures." + key;
+    const std::string where = fmt::format("sequences.{}.figures.{}", name, key);
     if (!values.is_array() || values.empty()) {
       Refuse(file, where + ": expected a list of numbers, one for each seed");
     }

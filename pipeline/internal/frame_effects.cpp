@@ -22,6 +22,9 @@ constexpr double kReadBackMs = 1.0;
 // Of blurring the objects' layer; measuring a frame's noise and adding it.
 constexpr double kDrawBlurMs = 1.0;
 constexpr double kNoiseMs = 5.0;
+// Where nothing moves, a budget counts what is made once as shared by so many frames: else a frame
+// that could afford an effect ever after would never begin it.
+constexpr double kFramesThatShare = 30.0;
 
 // Works by name, in the order of the plan's list.
 enum WorkIndex : std::size_t {
@@ -104,6 +107,7 @@ void FrameEffects::SetEffects(const EffectSettings& effects) {
 }
 
 void FrameEffects::ObjectsMoved() {
+  last_geometry_version_.reset();
   compositor_.SetObjects(objects_);
   vertex_light_.Pose(objects_);
   bounds_.ObjectsMoved();
@@ -114,6 +118,7 @@ void FrameEffects::ObjectsMoved() {
 }
 
 void FrameEffects::Forget() {
+  last_geometry_version_.reset();
   basis_.Forget();
   vertex_light_.Forget();
   bounds_.Forget();
@@ -138,10 +143,15 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
                                                 const WorkCost& vertex_light) const {
   const SurfaceView& view = lit.view;
   const double scale = draw_cost_.Ms();
+  const bool shares = settings_.budget_ms && last_geometry_version_ == view.geometry_version;
+  const auto kept = [&](std::string_view name, WorkCost cost, EffectSet for_any) {
+    if (shares) cost.expected_ms -= cost.once_ms * (1.0 - 1.0 / kFramesThatShare);
+    return Offer(name, cost, for_any);
+  };
   std::vector<WorkOffer> works(kWorkCount);
-  works[kVertexLight] = Offer("light at vertices", vertex_light, kOnLightAtVertices);
+  works[kVertexLight] = kept("light at vertices", vertex_light, kOnLightAtVertices);
   works[kInfluence] =
-      Offer("influence on surfaces", influence_.Cost(view, basis_, lighting), kOnInfluence);
+      kept("influence on surfaces", influence_.Cost(view, basis_, lighting), kOnInfluence);
   works[kObjectView] = Offer(
       "objects in view", object_view_.Cost(view), {Effect::kPenumbra, Effect::kGlossyReflection});
   works[kSunOnSurfaces] =
@@ -151,9 +161,9 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
       Offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
   works[kSunOnObjects].with_all = {Effect::kPenumbra};
   works[kMirrorImage] =
-      Offer("mirror image",
-            bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting) : WorkCost{.is_kept = true},
-            {Effect::kGlossyReflection});
+      kept("mirror image",
+           bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting) : WorkCost{.is_kept = true},
+           {Effect::kGlossyReflection});
   works[kDrawSun] = OfferDrawing("draw sun", kDrawSunMs, scale, {Effect::kSunShading});
   works[kDrawVolumes] = OfferDrawing("draw shadow volumes", kDrawVolumesMs, scale, kShadows);
   works[kDrawVolumes].without = {Effect::kPenumbra};
@@ -211,7 +221,8 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   // What is sure to be run is run at once, as what it brings makes other bounds closer.
   const WorkCost vertex_light{vertex_light_.ExpectedMs(basis_, lighting),
                               vertex_light_.NominalMs(basis_, lighting),
-                              vertex_light_.IsCurrent(basis_, lighting)};
+                              vertex_light_.IsCurrent(basis_, lighting),
+                              vertex_light_.OnceMs(basis_, lighting)};
   const Bound probe_shading = bounds_.ProbeShading(input);
   const EffectSwitch shades = settings_[Effect::kProbeShading];
   const bool is_sure =
@@ -252,6 +263,7 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   Work(lit, lighting, is_sure, result);
   Draw(lit, lighting, result.plan.runs, result);
   Learn(works, result);
+  last_geometry_version_ = lit.view.geometry_version;
 }
 
 void FrameEffects::Work(const LitFrame& lit,

@@ -72,6 +72,8 @@ class FrameEffects {
   EffectBounds bounds_;
   DisplayCodes codes_;
   std::optional<double> chosen_exposure_;  // For frames without one.
+  // The last frame's view's; none where objects have moved since.
+  std::optional<std::uint64_t> last_geometry_version_;
 
   FrameBasis basis_;
   KeptObjectView object_view_;

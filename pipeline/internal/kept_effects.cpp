@@ -8,7 +8,7 @@ namespace pleinair {
 namespace {
 
 WorkCost CostOf(const LearnedCost& cost, bool is_kept) {
-  return is_kept ? WorkCost{0.0, 0.0, true} : WorkCost{cost.Ms(), cost.NominalMs(), false};
+  return is_kept ? WorkCost{0.0, 0.0, true} : WorkCost{cost.Ms(), cost.NominalMs()};
 }
 
 // Of something gathered for a geometry, then worked out light by light, then summed.
@@ -20,7 +20,8 @@ WorkCost CostOf(const LearnedCost& gather,
   const auto count = static_cast<double>(lights);
   return {(is_new ? gather.Ms() : 0.0) + count * light.Ms() + sum.Ms(),
           (is_new ? gather.NominalMs() : 0.0) + count * light.NominalMs() + sum.NominalMs(),
-          !is_new && lights == 0};
+          !is_new && lights == 0,
+          is_new ? gather.Ms() : 0.0};
 }
 
 // Lights that were never worked out are, even if they do not shine, so that the sum over all of

@@ -22,6 +22,7 @@ struct WorkCost {
   double expected_ms = 0.0;  // As learned here.
   double nominal_ms = 0.0;   // The same everywhere.
   bool is_kept = false;
+  double once_ms = 0.0;  // Of expected_ms, what later frames need not do again where nothing moves.
 };
 
 // The objects, pixel by pixel; for a view.

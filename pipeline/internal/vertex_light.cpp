@@ -56,11 +56,15 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
 }
 
 double VertexLight::ExpectedMs(const FrameBasis& basis, const Lighting& lighting) const {
-  const std::size_t stale = done_.StaleIn(basis, lighting).size();
-  const bool sets_up =
-      options_.object_light == ObjectLight::kGather && stale > 0 && gather_.VertexCount() == 0;
-  return (sets_up ? set_up_cost_.Ms() : 0.0) + static_cast<double>(stale) * light_cost_.Ms() +
+  return OnceMs(basis, lighting) +
+         static_cast<double>(done_.StaleIn(basis, lighting).size()) * light_cost_.Ms() +
          sum_cost_.Ms();
+}
+
+double VertexLight::OnceMs(const FrameBasis& basis, const Lighting& lighting) const {
+  const bool sets_up = options_.object_light == ObjectLight::kGather &&
+                       gather_.VertexCount() == 0 && !IsCurrent(basis, lighting);
+  return sets_up ? set_up_cost_.Ms() : 0.0;
 }
 
 double VertexLight::NominalMs(const FrameBasis& basis, const Lighting& lighting) const {

@@ -43,6 +43,8 @@ class VertexLight {
     return done_.StaleIn(basis, lighting).empty();
   }
   double ExpectedMs(const FrameBasis& basis, const Lighting& lighting) const;
+  // Of that, what later frames need not do again where no object moves.
+  double OnceMs(const FrameBasis& basis, const Lighting& lighting) const;
   double NominalMs(const FrameBasis& basis, const Lighting& lighting) const;
 
   // Works out the lights that shine in `lighting` and are not current.

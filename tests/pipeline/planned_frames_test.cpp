@@ -173,5 +173,19 @@ TEST_F(PlannedFrames, ABudgetTellsWhatItCost) {
   EXPECT_EQ(rich.plan.left_out_code_values, 0.0);
 }
 
+// Casting the rays around the object takes more than the budget, what hangs on them in later frames
+// does not: once the view stands still it is begun.
+TEST_F(PlannedFrames, ABudgetBeginsWhatLaterFramesCanAfford) {
+  const HeadlessContext context;
+  Compositor compositor;
+  FramePipeline pipeline = PipelineFor(kSunny, compositor);
+  EffectSettings settings;
+  settings.budget_ms = 100.0;  // The guesses are 150 ms once, and 10 ms for each of two lights.
+  const FrameResult first = ProcessWith(pipeline, FrameOf(kSunny), settings);
+  EXPECT_FALSE(first.plan.runs.Has(Effect::kProbeShading));
+  const FrameResult second = ProcessWith(pipeline, FrameOf(kSunny), settings);
+  EXPECT_TRUE(second.plan.runs.Has(Effect::kProbeShading));
+}
+
 }  // namespace
 }  // namespace pleinair::planned_frames_test
