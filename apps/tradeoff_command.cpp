@@ -34,7 +34,7 @@ std::vector<SweepAxis> ChosenAxes(const std::vector<std::string>& names, const S
         axes.begin(), axes.end(), [&](const SweepAxis& axis) { return axis.name == name; });
     if (is_there) continue;
     std::string all;
-    for (const SweepAxis& axis : axes) all += (all.empty() ? "" : ",") + axis.name;
+    for (const SweepAxis& axis : axes) all.append(all.empty() ? "" : ",").append(axis.name);
     throw std::invalid_argument("--sweep " + name + ": this sequence has " + all);
   }
   std::erase_if(axes, [&](const SweepAxis& axis) {

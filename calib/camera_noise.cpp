@@ -46,7 +46,7 @@ SignalNoise::SignalNoise(const ResponseCurve& response, const CameraNoise& camer
 double SignalNoise::Variance(int channel, double signal) const {
   // Negated so that NaN is caught, too.
   const double inside = !(signal > 0.0) ? 0.0 : std::min(signal, 1.0);
-  const auto level = static_cast<std::size_t>(inside * double{kLevels - 1} + 0.5);
+  const auto level = static_cast<std::size_t>(std::lround(inside * double{kLevels - 1}));
   return camera_.Variance(inside) +
          double{rounding_variance_.at(static_cast<std::size_t>(channel))[level]};
 }

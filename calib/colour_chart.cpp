@@ -15,7 +15,6 @@ namespace pleinair {
 namespace {
 
 constexpr int kColumns = 6;
-constexpr int kRows = 4;
 // OpenCV's model of the chart: patches of 2.5, 0.25 between them and around the field.
 constexpr double kPitch = 2.75;
 constexpr double kFirstCentre = 1.5;
@@ -66,8 +65,10 @@ std::array<ChartPatch, kChartPatches> Measure(const Image<Pixel>& image,
   // A grid over the inner half of each side; nearest pixels, so that nothing is blended in.
   constexpr int kGrid = 24;
   for (int patch = 0; patch < kChartPatches; ++patch) {
-    const double centre_x = kFirstCentre + kPitch * (patch % kColumns);
-    const double centre_y = kFirstCentre + kPitch * (patch / kColumns);
+    const int patch_column = patch % kColumns;
+    const int patch_row = patch / kColumns;
+    const double centre_x = kFirstCentre + kPitch * patch_column;
+    const double centre_y = kFirstCentre + kPitch * patch_row;
     glm::dvec3 sum(0.0);
     glm::dvec3 squares(0.0);
     for (int j = 0; j < kGrid; ++j) {
