@@ -78,8 +78,9 @@ struct EffectSettings {
   std::array<EffectSwitch, kEffectCount> switches = Filled(EffectSwitch::kPlan);
   // What may be left out in all, in code values of the 8-bit picture.
   double threshold_code_values = 1.0;
-  // Milliseconds for a frame, from the estimate on: what is made for a new view or sun before is the
-  // same for all choices. Given, the plan asks not what can be left out, but what can be had for it.
+  // Milliseconds for a frame, from the estimate on: what is made for a new view or sun before is
+  // the same for all choices. Given, the plan asks not what can be left out, but what can be had
+  // for it.
   std::optional<double> budget_ms;
 
   EffectSwitch& operator[](Effect effect) { return switches[static_cast<std::size_t>(effect)]; }
