@@ -21,6 +21,8 @@
 
 #include "apps/file_blob_store.h"
 #include "apps/sequence_site.h"
+#include "bench/cut_mesh.h"
+#include "bench/resized_frame.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
@@ -72,53 +74,9 @@ struct Yard {
     scene = PrepareScene(site.model, PrepareOptionsFor(site), store, [](auto, auto) {});
     const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
     for (int i = 0; i < 8; ++i) frame = frames->Next()->value();
-    CameraIntrinsics& lens = frame.camera.intrinsics;
-    const double scale = 640.0 / lens.width_px;
-    lens = {.width_px = 640,
-            .height_px = 480,
-            .fx_px = lens.fx_px * scale,
-            .fy_px = lens.fy_px * scale,
-            .cx_px = 319.5,
-            .cy_px = 239.5};
-    const RgbImage recorded = frame.radiance;
-    frame.radiance = RgbImage(640, 480);
-    for (int y = 0; y < 480; ++y) {
-      for (int x = 0; x < 640; ++x) {
-        frame.radiance.At(x, y) = recorded.At(x * recorded.width / 640, y * recorded.height / 480);
-      }
-    }
-    frame.clipped = Gray8Image(640, 480, 0);
-    frame.unusable = Gray8Image(640, 480, 0);
+    Resize(640, 480, frame);
   }
 };
-
-// Each triangle becomes four.
-Mesh CutInFour(const Mesh& mesh) {
-  Mesh cut = mesh;
-  cut.triangles.clear();
-  cut.triangle_material.clear();
-  cut.triangle_group.clear();
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const glm::uvec3& v = mesh.triangles[t];
-    const auto first = static_cast<std::uint32_t>(cut.positions_m.size());
-    for (int edge = 0; edge < 3; ++edge) {
-      const std::uint32_t a = v[edge];
-      const std::uint32_t b = v[(edge + 1) % 3];
-      cut.positions_m.push_back(0.5f * (mesh.positions_m[a] + mesh.positions_m[b]));
-      cut.normals.push_back(glm::normalize(mesh.normals[a] + mesh.normals[b]));
-    }
-    cut.triangles.insert(cut.triangles.end(),
-                         {{v.x, first, first + 2},
-                          {first, v.y, first + 1},
-                          {first + 2, first + 1, v.z},
-                          {first, first + 1, first + 2}});
-    for (int part = 0; part < 4; ++part) {
-      cut.triangle_material.push_back(mesh.triangle_material[t]);
-      cut.triangle_group.push_back(mesh.triangle_group[t]);
-    }
-  }
-  return cut;
-}
 
 void RunFrames(benchmark::State& state, Under under, bool planned, bool fine) {
   if (!std::filesystem::exists(kCourtyard)) {

@@ -19,6 +19,7 @@
 
 #include "apps/file_blob_store.h"
 #include "apps/sequence_site.h"
+#include "bench/resized_frame.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/sequence.h"
 #include "estimation/fisheye_lighting_source.h"
@@ -48,23 +49,7 @@ struct Room {
     for (int i = 0; i < 5; ++i) frame = frames->Next()->value();
     first_sky = *frame.fisheye_radiance;
     second_sky = *frames->Next()->value().fisheye_radiance;
-    CameraIntrinsics& lens = frame.camera.intrinsics;
-    const double scale = 512.0 / lens.width_px;
-    lens = {.width_px = 512,
-            .height_px = 496,
-            .fx_px = lens.fx_px * scale,
-            .fy_px = lens.fy_px * scale,
-            .cx_px = 255.5,
-            .cy_px = 247.5};
-    const RgbImage recorded = frame.radiance;
-    frame.radiance = RgbImage(512, 496);
-    for (int y = 0; y < 496; ++y) {
-      for (int x = 0; x < 512; ++x) {
-        frame.radiance.At(x, y) = recorded.At(x * recorded.width / 512, y * recorded.height / 496);
-      }
-    }
-    frame.clipped = Gray8Image(512, 496, 0);
-    frame.unusable = {};
+    Resize(512, 496, frame);
   }
 
   // Turned around the object, to and fro over 40 deg, by a third of a degree or so a frame.
