@@ -1,35 +1,11 @@
 #include "apps/frame_writer.h"
 
-#include <algorithm>
-#include <vector>
-
 #include <fmt/format.h>
 
+#include "pipeline/display_codes.h"
 #include "scene/image_io.h"
 
 namespace pleinair {
-namespace {
-
-// A frame without exposure is shown so that this share of its pixels stays below this level.
-constexpr double kExposedShare = 0.95;
-constexpr double kExposedLevel = 0.8;
-
-double ChooseExposure(const RgbImage& radiance) {
-  std::vector<float> brightest;
-  brightest.reserve(radiance.pixels.size());
-  for (const glm::vec3& rgb : radiance.pixels) {
-    const float value = std::max({rgb.x, rgb.y, rgb.z});
-    if (value > 0.0f && value < 1e30f) brightest.push_back(value);
-  }
-  if (brightest.empty()) return 1.0;
-  const auto nth =
-      brightest.begin() + static_cast<std::ptrdiff_t>(kExposedShare * double(brightest.size() - 1));
-  std::nth_element(brightest.begin(), nth, brightest.end());
-  return kExposedLevel / *nth;
-}
-
-}  // namespace
-
 FrameWriter::FrameWriter(const std::filesystem::path& out, ResponseCurve response)
     : out_(out), response_(response) {
   std::filesystem::create_directories(out_ / "composite");
@@ -53,7 +29,7 @@ void FrameWriter::WriteEnvironment(int frame,
 Rgb8Image FrameWriter::Write(const Frame& frame, const Composite& composite) {
   if (!frame.exposure && !chosen_exposure_) {
     // 8-bit frames of unknown exposure are in units of their own [0, 1].
-    chosen_exposure_ = frame.codes ? 1.0 : ChooseExposure(frame.radiance);
+    chosen_exposure_ = frame.codes ? 1.0 : ChosenExposure(frame.radiance);
   }
   Rgb8Image display = Display(composite.radiance, frame.exposure);
   if (frame.codes) {

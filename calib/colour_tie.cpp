@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <opencv2/core.hpp>
 
-#include "calib/internal/median.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {

@@ -10,8 +10,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/internal/median.h"
 #include "calib/internal/residual_text.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {

@@ -16,8 +16,6 @@
 namespace pleinair {
 namespace {
 
-// Below this an albedo's ratio to another says nothing.
-constexpr float kLeastSurveyedAlbedo = 1e-3f;
 // Of the sun: in a map of 2048 pixels a hundred fall into each that it covers.
 constexpr int kEnvironmentDiscPoints = 1024;
 
@@ -46,12 +44,7 @@ EnvironmentView::EnvironmentView(const PatchScene& real,
       const auto face = static_cast<std::size_t>(place.face);
       const glm::vec3 normal = real.FaceNormal(face);
       place.start_m = OffsetFromSurface(hit->position_m, normal);
-      if (!look_up) continue;
-      const auto region = static_cast<std::int32_t>(real.mesh.triangle_group[face / 2]);
-      if (const auto surveyed = look_up->At(hit->position_m, normal, region)) {
-        place.tint = surveyed->albedo_rgb /
-                     glm::max(real.face_albedo_rgb[face], glm::vec3(kLeastSurveyedAlbedo));
-      }
+      if (look_up) place.tint = look_up->TintOf(real, face, hit->position_m);
     }
   });
 }

@@ -22,8 +22,6 @@ namespace {
 constexpr int kViewSide = ObjectView::kSamplesPerSide;
 // Places see one point of the disc each, in turn: pixels see many places.
 constexpr int kMirroredDiscPoints = 16;
-// Below this a face's albedo says nothing about how much brighter a place on it is.
-constexpr float kLeastAlbedo = 1e-3f;
 
 bool Mirrors(const Material& material) {
   const glm::vec3& k = material.specular_reflectance;
@@ -126,14 +124,7 @@ MirrorImage::MirrorImage(const PatchScene& real,
     const auto face = static_cast<std::size_t>(place.face);
     const glm::vec3 normal = real.FaceNormal(face);
     place.start_m = OffsetFromSurface(hit.position_m, normal);
-    if (look_up) {
-      const auto region = static_cast<std::int32_t>(real.mesh.triangle_group[face / 2]);
-      const auto surveyed = look_up->At(hit.position_m, normal, region);
-      if (surveyed) {
-        place.tint =
-            surveyed->albedo_rgb / glm::max(real.face_albedo_rgb[face], glm::vec3(kLeastAlbedo));
-      }
-    }
+    if (look_up) place.tint = look_up->TintOf(real, face, hit.position_m);
     place.first_hider = static_cast<std::uint32_t>(row.hiders.size());
     const NormalFrame frame(normal);
     const glm::dvec2 rotation = RotationOf(1, row.places.size());

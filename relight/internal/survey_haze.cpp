@@ -12,8 +12,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "relight/internal/median.h"
 #include "scene/lat_long.h"
+#include "scene/upper_median.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/sky_luminance.h"
 

@@ -12,10 +12,10 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "relight/internal/median.h"
 #include "relight/internal/sky_completion.h"
 #include "scene/lat_long.h"
 #include "scene/sky_shape.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {

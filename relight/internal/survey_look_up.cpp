@@ -60,6 +60,17 @@ std::optional<SurveyedPoint> SurveyLookUp::At(const glm::vec3& position_m,
   return point;
 }
 
+glm::vec3 SurveyLookUp::TintOf(const PatchScene& real,
+                               std::size_t face,
+                               const glm::vec3& position_m) const {
+  // Below this an albedo's ratio to another says nothing.
+  constexpr float kLeastAlbedo = 1e-3f;
+  const auto region = static_cast<std::int32_t>(real.mesh.triangle_group[face / 2]);
+  const auto surveyed = At(position_m, real.FaceNormal(face), region);
+  if (!surveyed) return glm::vec3(1.0f);
+  return surveyed->albedo_rgb / glm::max(real.face_albedo_rgb[face], glm::vec3(kLeastAlbedo));
+}
+
 float SurveyLookUp::TexelSidePx(const glm::vec3& position_m,
                                 const glm::vec3& normal,
                                 const glm::vec3& view_origin_m,

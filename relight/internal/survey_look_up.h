@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "relight/patch_scene.h"
 #include "relight/survey.h"
 #include "scene/lat_long.h"
 
@@ -28,6 +29,10 @@ class SurveyLookUp {
   std::optional<SurveyedPoint> At(const glm::vec3& position_m,
                                   const glm::vec3& normal,
                                   std::int32_t region) const;
+
+  // The albedo at a point of `real`'s face over that face's; 1 where the map does not show the
+  // point.
+  glm::vec3 TintOf(const PatchScene& real, std::size_t face, const glm::vec3& position_m) const;
 
   // Side of a texel's footprint on a surface over that of a view pixel's, seen from
   // `view_origin_m` with `focal_px`: square roots of the areas, so that slant counts.

@@ -1,4 +1,4 @@
-// The upper median, as this folder's robust measures use it.
+// The upper median, as robust measures use it.
 #pragma once
 
 #include <algorithm>
