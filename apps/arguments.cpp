@@ -25,4 +25,16 @@ CLI::Validator Positive() {
       "POSITIVE");
 }
 
+CLI::Validator NotNegative() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double number = 0.0;
+        const bool is_number = CLI::detail::lexical_cast(text, number);
+        return is_number && number >= 0.0 && std::isfinite(number)
+                   ? std::string()
+                   : "is " + text + ": expected 0 or a number above";
+      },
+      "NONNEGATIVE");
+}
+
 }  // namespace pleinair

@@ -19,5 +19,7 @@ int Print(const std::string& text);
 
 // A finite number above 0.
 CLI::Validator Positive();
+// The same from 0 on.
+CLI::Validator NotNegative();
 
 }  // namespace pleinair

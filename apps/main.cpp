@@ -182,7 +182,7 @@ void AddEffects(CLI::App& run, pleinair::EffectSettings& effects) {
                  effects.threshold_code_values,
                  "Of the plan: what the effects that it leaves out may change in all, in 8-bit "
                  "code values")
-      ->check(CLI::NonNegativeNumber);
+      ->check(pleinair::NotNegative());
   run.add_option("--budget",
                  effects.budget_ms,
                  "Milliseconds for a frame: the plan picks what can be had for them, and says in "
