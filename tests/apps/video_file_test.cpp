@@ -5,21 +5,12 @@
 #include <gtest/gtest.h>
 #include <opencv2/videoio.hpp>
 
+#include "tests/apps/command_folder.h"
+
 namespace pleinair::video_file_test {
 namespace {
 
-class VideoFileTest : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path folder_;
-};
+class VideoFileTest : public CommandFolder {};
 
 Rgb8Image Plain(int width, int height, int grey) {
   return {width, height, glm::u8vec3(static_cast<glm::uint8>(grey))};

@@ -17,6 +17,7 @@
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/light_trials.h"
 #include "render/gl_context.h"
+#include "tests/pipeline/ground_stage.h"
 
 namespace pleinair::courtyard_test {
 namespace {
@@ -207,25 +208,6 @@ TEST_F(Courtyard, SamplesOfTheSkyGiveTheGatheredPicture) {
   EXPECT_EQ(sampled.daylight->samples, 3u * 128u);
   EXPECT_EQ(sampled.daylight->sky_share, 1.0) << "a courtyard has no windows";
 }
-
-// The same sun and sky in every frame.
-class StillLight : public LightingSource {
- public:
-  tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame&, const SunState&) override {
-    return SkyBasis(shapes_);
-  }
-  tl::expected<LightingEstimate, LightingFailure> Estimate(
-      const LightingObservation& observation) override {
-    LightingEstimate estimate;
-    estimate.lighting.sun.direction_enu = observation.sun.direction_enu;
-    estimate.lighting.sun.irradiance_rgb = glm::dvec3(400.0);
-    estimate.lighting.sky = {{"uniform", glm::dvec3(100.0)}};
-    return estimate;
-  }
-
- private:
-  std::vector<std::shared_ptr<const SkyShape>> shapes_{MakeUniformSkyShape()};
-};
 
 // What is kept while the camera moves is what would be made anew: light, samples, maps, and on
 // faces what objects change. The sky stands still, so no map is drawn.
