@@ -161,6 +161,8 @@ void ChooseEffects(const std::vector<std::string>& names, pleinair::EffectSettin
   // Their other halves.
   if (is_named("sun-shadow")) effects[Effect::kObjectShadow] = EffectSwitch::kOn;
   if (is_named("probe-shading")) effects[Effect::kDaylight] = EffectSwitch::kOn;
+  // Part of all that needs the light on objects; --object-light probe leaves it out.
+  if (others == EffectSwitch::kOff) effects[Effect::kLightVariation] = EffectSwitch::kOn;
 }
 
 void AddEffects(CLI::App& run, pleinair::EffectSettings& effects) {
@@ -172,9 +174,11 @@ void AddEffects(CLI::App& run, pleinair::EffectSettings& effects) {
          "--effects",
          [&effects](const std::vector<std::string>& chosen) { ChooseEffects(chosen, effects); },
          "plan (what can be seen), all, or some of sun-shading,sun-shadow,object-shadow,penumbra,"
-         "probe-shading,daylight,glossy-reflection,sky-occlusion,colour-bleeding and, of 8-bit "
+         "probe-shading,light-variation,daylight,glossy-reflection,sky-occlusion,colour-bleeding "
+         "and, of 8-bit "
          "frames, camera-blur,camera-noise; with plan among them the others are left to it. "
-         "sun-shadow brings object-shadow along, probe-shading daylight")
+         "sun-shadow brings object-shadow along, probe-shading daylight, and any of them "
+         "light-variation")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->default_str("plan");
@@ -324,15 +328,21 @@ void AddRun(CLI::App& app, Work& work) {
   AddPrepareSettings(run, options->prepare);
   run.add_option("--object-light",
                  options->object_light,
-                 "Light on the objects: gather (rays at their vertices), volume (of probes) or "
-                 "map (the same volume by way of an environment map)")
+                 "Light on the objects: gather (rays at their vertices), probe (rays at one place "
+                 "among them, which gather takes by itself where it looks the same), volume (of "
+                 "probes) or map (the same volume by way of an environment map)")
       ->transform(CLI::CheckedTransformer(std::map<std::string, pleinair::ObjectLight>{
           {"gather", pleinair::ObjectLight::kGather},
+          {"probe", pleinair::ObjectLight::kOnePlace},
           {"volume", pleinair::ObjectLight::kVolume},
           {"map", pleinair::ObjectLight::kVolumeByMap}}))
       ->default_str("gather");
   run.add_option("--object-rays", options->object_rays, "Of gather: rays that a vertex casts")
       ->check(CLI::Range(1, 65536));
+  run.add_option("--sh-bands",
+                 options->one_place.sh_bands,
+                 "Of the light at one place: bands of its spherical harmonics")
+      ->check(CLI::Range(1, pleinair::OnePlaceOptions::kMostShBands));
   AddDaylight(run, *options);
   run.add_option("--influence",
                  options->influence_at,

@@ -111,9 +111,10 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
           options.samples,
           options.seed,
           options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),
-          options.object_light == ObjectLight::kGather   ? "rays at vertices"
-          : options.object_light == ObjectLight::kVolume ? "folded probes"
-                                                         : "probes from the map",
+          options.object_light == ObjectLight::kGather     ? "rays at vertices"
+          : options.object_light == ObjectLight::kOnePlace ? "rays at one place"
+          : options.object_light == ObjectLight::kVolume   ? "folded probes"
+                                                           : "probes from the map",
           DescribeDaylight(options, site),
           options.filter ? "filtered over time" : "of each frame by itself"),
       fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};

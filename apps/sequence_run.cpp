@@ -167,7 +167,8 @@ AlbedoSource AlbedoSourceOf(const SequenceRunOptions& options, const Sequence& s
 }
 
 Daylight DaylightOf(const SequenceRunOptions& options, const SequenceSite& site) {
-  const bool smooth = options.object_light != ObjectLight::kGather;
+  const bool smooth = options.object_light == ObjectLight::kVolume ||
+                      options.object_light == ObjectLight::kVolumeByMap;
   return options.daylight.value_or(site.is_indoors && smooth ? Daylight::kSamples
                                                              : Daylight::kGather);
 }
@@ -206,6 +207,8 @@ FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
   FramePipelineOptions pipeline;
   pipeline.object_light = options.object_light;
   pipeline.object_gather.rays_per_receiver = options.object_rays;
+  pipeline.one_place = options.one_place;
+  pipeline.one_place.seed = options.object_ray_seed;
   pipeline.object_gather.seed = options.object_ray_seed;
   // A source that samples the picture is worth receivers of its own for each new view; another one
   // is not.
@@ -215,6 +218,7 @@ FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
     pipeline.influence_at = InfluenceAt::kFaces;
   }
   pipeline.view.sun_block_px = options.sun_block_px;
+  pipeline.view.receiver_block_px = options.receiver_block_px;
   pipeline.effects = options.effects;
   if (options.camera_noise_is_known) pipeline.camera_matching.camera_noise = options.camera_noise;
   pipeline.display_response = ResponseOf(sequence);
@@ -259,7 +263,8 @@ SequenceRun::SequenceRun(std::shared_ptr<const LoadedSequence> loaded,
     : loaded_(std::move(loaded)),
       with_objects_(options.with_objects),
       notes_(loaded_->site.notes),
-      given_suns_(GivenSuns(options)) {
+      given_suns_(GivenSuns(options)),
+      compositor_({.object_samples_per_side = options.object_samples_per_side}) {
   const std::vector<std::string>& of_scene = loaded_->scene.notes;
   notes_.insert(notes_.end(), of_scene.begin(), of_scene.end());
   pipeline_ = std::make_unique<FramePipeline>(

@@ -57,11 +57,14 @@ struct SequenceRunOptions {
   ObjectLight object_light = ObjectLight::kGather;
   int object_rays = GatherOptions{}.rays_per_receiver;  // At their vertices.
   std::uint64_t object_ray_seed = GatherOptions{}.seed;
+  OnePlaceOptions one_place;  // Its seed is object_ray_seed.
   // None: gathered, but for the irradiance volume indoors, which is too smooth for windows.
   std::optional<Daylight> daylight;
   DirectDaylightOptions direct_daylight;    // Its windows are the sequence's.
   std::optional<InfluenceAt> influence_at;  // None: faces where a fish-eye lights a moving camera.
   int sun_block_px = SurfaceViewOptions{}.sun_block_px;
+  int receiver_block_px = SurfaceViewOptions{}.receiver_block_px;
+  int object_samples_per_side = CompositorOptions{}.object_samples_per_side;  // Of a pixel.
   EffectSettings effects;
   int penumbra_samples = SoftSunOptions{}.disc_samples;
   bool filter = true;  // The light over time.

@@ -21,7 +21,8 @@ enum class Effect : std::uint8_t {
   kSunShadow,         // The shadow that they cast on real surfaces.
   kObjectShadow,      // On them: of real casters and their own.
   kPenumbra,          // Of the sun's disc, in both of these.
-  kProbeShading,      // All other light on virtual objects, by rays, probes or one probe.
+  kProbeShading,      // All other light on virtual objects.
+  kLightVariation,    // That it is another at each of their vertices; without, found at one place.
   kDaylight,          // Light straight from the sky by samples, where it is sampled.
   kSkyOcclusion,      // What virtual objects hide of the light on real surfaces.
   kColourBleeding,    // What they send instead.
@@ -34,6 +35,7 @@ inline constexpr std::array kAllEffects{Effect::kSunShading,
                                         Effect::kObjectShadow,
                                         Effect::kPenumbra,
                                         Effect::kProbeShading,
+                                        Effect::kLightVariation,
                                         Effect::kDaylight,
                                         Effect::kSkyOcclusion,
                                         Effect::kColourBleeding,

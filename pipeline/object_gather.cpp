@@ -21,9 +21,11 @@ void CheckFaceCount(const char* what, std::size_t count, std::size_t expected) {
                               " entries: expected one a face, " + std::to_string(expected));
 }
 
-// Per vertex, points of the triangles around it, each in the middle of the third that is nearest to
-// the vertex; the vertex itself where it is in none. They gather over the vertex's own hemisphere.
-std::vector<Receiver> PointsAround(const Mesh& mesh, std::size_t points_per_vertex) {
+}  // namespace
+
+// Each in the middle of the third of a triangle that is nearest to the vertex; the vertex itself
+// where it is in none. They gather over the vertex's own hemisphere.
+std::vector<Receiver> ObjectGather::PointsAround(const Mesh& mesh) {
   const std::size_t vertices = mesh.positions_m.size();
   std::vector<std::vector<glm::vec3>> around(vertices);
   for (const glm::uvec3& triangle : mesh.triangles) {
@@ -36,17 +38,15 @@ std::vector<Receiver> PointsAround(const Mesh& mesh, std::size_t points_per_vert
     }
   }
   std::vector<Receiver> points;
-  points.reserve(vertices * points_per_vertex);
+  points.reserve(vertices * kPointsPerVertex);
   for (std::size_t v = 0; v < vertices; ++v) {
     if (around[v].empty()) around[v].push_back(mesh.positions_m[v]);
-    for (std::size_t i = 0; i < points_per_vertex; ++i) {
-      points.push_back({around[v][i * around[v].size() / points_per_vertex], mesh.normals[v]});
+    for (std::size_t i = 0; i < kPointsPerVertex; ++i) {
+      points.push_back({around[v][i * around[v].size() / kPointsPerVertex], mesh.normals[v]});
     }
   }
   return points;
 }
-
-}  // namespace
 
 ObjectGather::ObjectGather(const PatchScene& objects,
                            const PatchScene& real,
@@ -56,12 +56,12 @@ ObjectGather::ObjectGather(const PatchScene& objects,
   AppendTriangles(objects.mesh, joined.mesh);
   AppendTriangles(real.mesh, joined.mesh);
   joined.caster = RayCaster(joined.mesh);
-  const std::vector<Receiver> points = PointsAround(objects.mesh, kPointsPerVertex);
+  const std::vector<Receiver> points = PointsAround(objects.mesh);
   GatherOptions of_point = options;
   constexpr int kPoints = static_cast<int>(kPointsPerVertex);
   of_point.rays_per_receiver = (options.rays_per_receiver + kPoints - 1) / kPoints;
+  of_point.receivers_per_set = kPoints;
   rays_ = GatheredRays(joined, points, of_point);
-  near_sunlight_ = NearSunlight(real, objects, points);
 
   // A point within a part meets its walls from behind.
   std::vector<glm::vec3> is_back(object_faces_ + real_faces_, glm::vec3(0.0f));
@@ -136,15 +136,6 @@ std::vector<glm::vec3> ObjectGather::Irradiance(const SkyShape* sky,
     for (std::size_t i = 0; i < at_points.size(); ++i) at_points[i] += from_sky[i];
   }
   return AtVertices(at_points);
-}
-
-std::vector<glm::vec3> ObjectGather::NearSunlightChange(
-    const PatchScene& objects,
-    const PatchScene& real,
-    const DirectionalLight& sun,
-    std::span<const glm::vec3> real_direct) const {
-  CheckFaceCount("real_direct", real_direct.size(), real_faces_);
-  return AtVertices(near_sunlight_.Change(real, objects, sun, real_direct));
 }
 
 }  // namespace pleinair

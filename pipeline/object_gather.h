@@ -8,7 +8,6 @@
 
 #include <glm/vec3.hpp>
 
-#include "relight/near_sunlight.h"
 #include "relight/transport.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
@@ -28,6 +27,10 @@ namespace pleinair {
 //       which a frame with the same basis lights needs none.
 class ObjectGather {
  public:
+  static constexpr std::size_t kPointsPerVertex = 4;
+  // Of each vertex of `objects` in turn, on its triangles.
+  static std::vector<Receiver> PointsAround(const Mesh& objects);
+
   ObjectGather() = default;
   // `objects` as ObjectInterreflection::Objects() has them; receivers are their vertices, a quarter
   // of `options`' rays, rounded up, for each point. Keeps neither.
@@ -39,25 +42,17 @@ class ObjectGather {
                                     std::span<const glm::vec3> object_radiosity,
                                     std::span<const glm::vec3> real_radiosity) const;
 
-  // What to add for a unit of sun, as the sun shines on real surfaces close by otherwise than on
-  // their patches' mean: see NearSunlight::Change. Both scenes are those of construction.
-  std::vector<glm::vec3> NearSunlightChange(const PatchScene& objects,
-                                            const PatchScene& real,
-                                            const DirectionalLight& sun,
-                                            std::span<const glm::vec3> real_direct) const;
+  // What vertices get of what their points do: such as NearSunlight's change for these.
+  std::vector<glm::vec3> AtVertices(std::span<const glm::vec3> at_points) const;
 
   std::size_t VertexCount() const { return weights_.size() / kPointsPerVertex; }
 
  private:
-  static constexpr std::size_t kPointsPerVertex = 4;
-
   void FindBuried(const Mesh& objects);
-  std::vector<glm::vec3> AtVertices(std::span<const glm::vec3> at_points) const;
 
   std::size_t object_faces_ = 0;
   std::size_t real_faces_ = 0;
-  GatheredRays rays_;  // Over the objects' faces, then the real ones.
-  NearSunlight near_sunlight_;
+  GatheredRays rays_;           // Over the objects' faces, then the real ones.
   std::vector<float> weights_;  // Of a vertex's points; they add up to 1.
   struct Buried {
     std::uint32_t vertex = 0;

@@ -54,6 +54,17 @@ ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& o
   rays_ = GatheredRays(scene_, vertices_, options);
   hidden_ = rays_.FromFaces(std::vector<glm::vec3>(scene_.FaceCount(), glm::vec3(1.0f)));
   face_sun_.assign(scene_.FaceCount(), 0.0f);
+  for (const glm::vec3& hidden : hidden_) largest_hidden_ = std::max(largest_hidden_, hidden.x);
+  // A vertex stands for parts of its triangles, which turn away from its normal: the half space
+  // behind a plane at an angle fills (1 - cos) / 2 of the view.
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const glm::vec3 normal = scene_.FaceNormal(2 * t);
+    if (!(glm::dot(normal, normal) > 0.5f)) continue;  // Without area.
+    for (int k = 0; k < 3; ++k) {
+      const float cosine = glm::dot(mesh.normals[mesh.triangles[t][k]], normal);
+      largest_hidden_ = std::max(largest_hidden_, 0.5f * (1.0f - std::min(cosine, 1.0f)));
+    }
+  }
 }
 
 void ObjectInterreflection::UpdateSun(const RayCaster& real, const glm::dvec3& sun_direction_enu) {

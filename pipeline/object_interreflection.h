@@ -34,6 +34,10 @@ class ObjectInterreflection {
              std::span<std::vector<glm::vec3>> vertex_irradiance,
              std::span<const glm::vec3> direct = {});
 
+  // Bound of the share of a vertex's view, cosine-weighted, that objects hide from it: by more than
+  // its own tangent plane does, and of any of its triangles. 0 for a box and, nearly, for a ball.
+  float LargestHidden() const { return largest_hidden_; }
+
   // All objects' triangles in the world, a group an object.
   const PatchScene& Objects() const { return scene_; }
   // Radiosity of the faces of Objects() under the sun and the irradiance that Apply made. What they
@@ -50,6 +54,7 @@ class ObjectInterreflection {
   std::vector<glm::vec3> hidden_;  // Per vertex: share of its hemisphere.
   std::vector<glm::vec3> face_diffuse_albedo_;
   std::vector<float> face_sun_;  // Per face: irradiance for a unit beam.
+  float largest_hidden_ = 0.0f;
 };
 
 }  // namespace pleinair

@@ -85,6 +85,10 @@ void GatherOptions::Validate() const {
     throw std::invalid_argument("rays_per_receiver is " + std::to_string(rays_per_receiver) +
                                 ": expected 1 to 65536");
   }
+  if (receivers_per_set < 1) {
+    throw std::invalid_argument("receivers_per_set is " + std::to_string(receivers_per_set) +
+                                ": expected at least 1");
+  }
 }
 
 template <class RayOrigin>
@@ -95,6 +99,7 @@ void GatheredRays::Gather(const PatchScene& scene,
   options.Validate();
   rays_per_receiver_ = options.rays_per_receiver;
   const float share = 1.0f / static_cast<float>(options.rays_per_receiver);
+  const int sharers = options.receivers_per_set;
 
   struct Batch {
     std::vector<std::uint32_t> face_count;
@@ -115,10 +120,12 @@ void GatheredRays::Gather(const PatchScene& scene,
       if (IsUnit(normal)) {
         hits.clear();
         const NormalFrame frame(normal);
-        const glm::dvec2 rotation = RotationOf(options.seed, i);
+        const auto set = i / static_cast<std::size_t>(sharers);
+        const auto part = static_cast<int>(i % static_cast<std::size_t>(sharers));
+        const glm::dvec2 rotation = RotationOf(options.seed, set);
         for (int k = 0; k < options.rays_per_receiver; ++k) {
-          const glm::vec3 direction =
-              frame.CosineDirection(FibonacciPoint(k, options.rays_per_receiver, rotation));
+          const glm::vec3 direction = frame.CosineDirection(
+              FibonacciPoint(k * sharers + part, options.rays_per_receiver * sharers, rotation));
           const glm::vec3 origin = ray_origin.Origin(i, k, rotation);
           if (const auto hit = scene.caster.Intersect(origin, direction)) {
             hits.push_back(PatchScene::FaceOfHit(*hit, direction));

@@ -32,6 +32,9 @@ struct GatherOptions {
   // see nothing and stay dark. Only for light that comes from sky and sun. Rays are rounded up to a
   // multiple of FacePoints::kCells.
   bool from_exposed_parts = false;
+  // So many receivers in a row, of one normal, cast parts of one set of directions: together they
+  // see what they see alike as evenly as one receiver with all their rays.
+  int receivers_per_set = 1;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };

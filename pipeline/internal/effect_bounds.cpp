@@ -175,6 +175,39 @@ Bound EffectBounds::ProbeShading(const BoundInput& input) {
           "all light there is on white"};
 }
 
+Bound EffectBounds::LightVariation(const BoundInput& input,
+                                   const Bound& probe_shading,
+                                   VertexLight& light) {
+  if (!light.MayBeAtOnePlace()) return {kWhite, "light by probes or samples"};
+  if (!InView(input.view)) {
+    // What they send to surfaces in view is not bounded here.
+    return Reach(input.view).largest_share == 0.0f
+               ? Bound{0.0, "no surface near an object in view"}
+               : Bound{kWhite, "objects out of view send light"};
+  }
+  if (probe_shading.code_values == 0.0) return probe_shading;
+  // More is seen under any sky, and places need not be looked at.
+  constexpr float kMostHidden = 0.02f;
+  const float hidden = light.LargestHidden();
+  if (hidden > kMostHidden) return {kWhite, "objects hide light from themselves"};
+  // For what lies between the places that are compared.
+  constexpr float kMargin = 1.5f;
+  const OnePlaceLight& one_place = light.LightAtOnePlace(input.basis, input.lighting);
+  const glm::vec3 of_hidden =
+      hidden * std::numbers::pi_v<float> * one_place.LargestRadiance(input.lighting);
+  const auto white = static_cast<float>(1.0 / input.codes.Exposure());
+  float largest = 0.0f;
+  for (const OnePlaceLight::Compared& compared : one_place.Compare(input.lighting)) {
+    const glm::vec3 change = kMargin * glm::abs(compared.there - compared.here) + of_hidden;
+    const glm::vec3 least = glm::max(compared.here - change, glm::vec3(0.0f));
+    // A brighter material shows more of a change, until it is white.
+    const glm::vec3 to_radiance =
+        glm::min(kInvPi * object_albedo_, white / glm::max(compared.here, glm::vec3(1e-30f)));
+    largest = std::max(largest, input.codes.LargestRise(to_radiance * least, to_radiance * change));
+  }
+  return {largest, "light at places around the objects"};
+}
+
 // A face's corners bound what lies between them: light at the vertices is interpolated.
 double EffectBounds::SunOnFaces(const BoundInput& input) const {
   const Mesh& mesh = objects_.mesh;

@@ -14,6 +14,7 @@
 #include "pipeline/display_codes.h"
 #include "pipeline/effect_plan.h"
 #include "pipeline/internal/frame_basis.h"
+#include "pipeline/internal/vertex_light.h"
 #include "relight/object_reach.h"
 #include "relight/patch_scene.h"
 #include "relight/soft_sun.h"
@@ -42,9 +43,10 @@ struct Bound {
 
 // Keeps what hangs on view, sun and objects alone.
 //
-// Bounds are upper ones but for two things, each as fine as the effect itself is: what reaches an
-// object between its vertices and the middles of its faces is missed (AnySeesSun), and what a
-// shadow narrower than a pixel does (SoftSun).
+// Bounds are upper ones but for three things, each as fine as the effect itself is: what reaches an
+// object between its vertices and the middles of its faces is missed (AnySeesSun), what a shadow
+// narrower than a pixel does (SoftSun), and the noise of the rays at vertices, which the light at
+// one place has less of (LightVariation).
 class EffectBounds {
  public:
   // `real_caster` and `objects` outlive this, `scene_albedo` is the highest of the real surfaces.
@@ -61,6 +63,8 @@ class EffectBounds {
 
   // All light but the sun's on objects: first, since what it brings makes others' bounds closer.
   Bound ProbeShading(const BoundInput& input);
+  // Of taking the light at one place for that at the vertices; `probe_shading` is all of it.
+  Bound LightVariation(const BoundInput& input, const Bound& probe_shading, VertexLight& light);
   Bound SunShading(const BoundInput& input);
   // On objects in the sun, whether or not they are.
   Bound ObjectShadow(const BoundInput& input);

@@ -29,6 +29,7 @@ constexpr double kFramesThatShare = 30.0;
 // Works by name, in the order of the plan's list.
 enum WorkIndex : std::size_t {
   kVertexLight,
+  kOnePlaceLight,
   kInfluence,
   kObjectView,
   kSunOnSurfaces,
@@ -47,6 +48,11 @@ constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
                                        Effect::kSkyOcclusion,
                                        Effect::kColourBleeding,
                                        Effect::kGlossyReflection};
+VertexLight::At PlaceOfLight(EffectSet runs) {
+  return runs.Has(Effect::kLightVariation) ? VertexLight::At::kVertices
+                                           : VertexLight::At::kOnePlace;
+}
+
 constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding};
 constexpr EffectSet kOnSurfaces{Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
 constexpr EffectSet kShadows{Effect::kSunShadow, Effect::kObjectShadow};
@@ -100,6 +106,9 @@ void FrameEffects::SetEffects(const EffectSettings& effects) {
   settings_ = effects;
   // What is not there to be simulated.
   if (options_.daylight != Daylight::kSamples) settings_[Effect::kDaylight] = EffectSwitch::kOff;
+  EffectSwitch& varies = settings_[Effect::kLightVariation];
+  if (!vertex_light_.MayBeAtOnePlace()) varies = EffectSwitch::kOn;
+  if (options_.object_light == ObjectLight::kOnePlace) varies = EffectSwitch::kOff;
   if (!options_.camera_matching.blur) settings_[Effect::kCameraBlur] = EffectSwitch::kOff;
   if (!options_.camera_matching.noise) settings_[Effect::kCameraNoise] = EffectSwitch::kOff;
   EffectSwitch& mirrors = settings_[Effect::kGlossyReflection];
@@ -140,7 +149,8 @@ void FrameEffects::Expose(const Frame& frame) {
 
 std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
                                                 const Lighting& lighting,
-                                                const WorkCost& vertex_light) const {
+                                                const WorkCost& at_vertices,
+                                                const WorkCost& at_one_place) const {
   const SurfaceView& view = lit.view;
   const double scale = draw_cost_.Ms();
   const bool shares = settings_.budget_ms && last_geometry_version_ == view.geometry_version;
@@ -149,7 +159,10 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
     return Offer(name, cost, for_any);
   };
   std::vector<WorkOffer> works(kWorkCount);
-  works[kVertexLight] = kept("light at vertices", vertex_light, kOnLightAtVertices);
+  works[kVertexLight] = kept("light at vertices", at_vertices, kOnLightAtVertices);
+  works[kVertexLight].with_all = {Effect::kLightVariation};
+  works[kOnePlaceLight] = kept("light at one place", at_one_place, kOnLightAtVertices);
+  works[kOnePlaceLight].without = {Effect::kLightVariation};
   works[kInfluence] =
       kept("influence on surfaces", influence_.Cost(view, basis_, lighting), kOnInfluence);
   works[kObjectView] = Offer(
@@ -175,7 +188,8 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
 }
 
 std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
-                                                    const Bound& probe_shading) {
+                                                    const Bound& probe_shading,
+                                                    const Bound& light_variation) {
   std::vector<EffectOffer> offers;
   const auto add = [&](Effect effect, const auto& bound_of, EffectSet needs_any = {}) {
     const Bound bound = settings_[effect] == EffectSwitch::kOff ? Bound{0.0, "off"} : bound_of();
@@ -193,6 +207,8 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
       [&] { return cast.code_values > on_objects.code_values ? cast : on_objects; },
       kShadows);
   add(Effect::kProbeShading, [&] { return probe_shading; });
+  add(
+      Effect::kLightVariation, [&] { return light_variation; }, kOnLightAtVertices);
   add(Effect::kDaylight, [&] { return probe_shading; }, {Effect::kProbeShading});
   add(Effect::kSkyOcclusion, [&] { return bounds_.SkyOcclusion(input); });
   add(Effect::kColourBleeding, [&] { return bounds_.ColourBleeding(input); });
@@ -204,6 +220,13 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
       [&] { return bounds_.CameraNoise(input); },
       bounds_.InView(input.view) ? EffectSet() : kOnSurfaces);
   return offers;
+}
+
+WorkCost FrameEffects::CostOfLight(VertexLight::At at, const Lighting& lighting) const {
+  return {vertex_light_.ExpectedMs(at, basis_, lighting),
+          vertex_light_.NominalMs(at, basis_, lighting),
+          vertex_light_.IsCurrent(at, basis_, lighting),
+          vertex_light_.OnceMs(at, basis_, lighting)};
 }
 
 void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
@@ -219,11 +242,19 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
       lit.frame, lit.view, basis_, lighting, codes_, {}, settings_.threshold_code_values};
 
   // What is sure to be run is run at once, as what it brings makes other bounds closer.
-  const WorkCost vertex_light{vertex_light_.ExpectedMs(basis_, lighting),
-                              vertex_light_.NominalMs(basis_, lighting),
-                              vertex_light_.IsCurrent(basis_, lighting),
-                              vertex_light_.OnceMs(basis_, lighting)};
+  const WorkCost at_vertices = CostOfLight(VertexLight::At::kVertices, lighting);
+  const WorkCost at_one_place = CostOfLight(VertexLight::At::kOnePlace, lighting);
   const Bound probe_shading = bounds_.ProbeShading(input);
+  const EffectSwitch varies = settings_[Effect::kLightVariation];
+  const Bound light_variation = varies == EffectSwitch::kOff
+                                    ? Bound{0.0, "off"}
+                                    : bounds_.LightVariation(input, probe_shading, vertex_light_);
+  // Where the plan has yet to decide between two lights that look alike, the cheaper one will do.
+  const bool at_one = varies == EffectSwitch::kOff ||
+                      (varies == EffectSwitch::kPlan &&
+                       light_variation.code_values <= settings_.threshold_code_values &&
+                       at_one_place.nominal_ms <= at_vertices.nominal_ms);
+  const VertexLight::At light_at = at_one ? VertexLight::At::kOnePlace : VertexLight::At::kVertices;
   const EffectSwitch shades = settings_[Effect::kProbeShading];
   const bool is_sure =
       shades == EffectSwitch::kOn || (shades == EffectSwitch::kPlan && !settings_.budget_ms &&
@@ -232,15 +263,15 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   result.planning_ms = watch.LapMs();
   double vertex_ms = 0.0;
   if (is_sure) {
-    vertex_light_.Update(basis_, lighting);
+    vertex_light_.Update(light_at, basis_, lighting);
     vertex_ms = watch.LapMs();
     vertex_light_.Evaluate(basis_, lighting, with_daylight, result.timing_ms);
     vertex_ms += watch.LapMs();
     input.vertex_irradiance = vertex_light_.Irradiance();
   }
 
-  const std::vector<EffectOffer> offers = OfferEffects(input, probe_shading);
-  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, vertex_light);
+  const std::vector<EffectOffer> offers = OfferEffects(input, probe_shading, light_variation);
+  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, at_vertices, at_one_place);
   result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
@@ -259,8 +290,8 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
                             work.expected_ms,
                             0.0});
   }
-  result.works[kVertexLight].ms = vertex_ms;
-  Work(lit, lighting, is_sure, result);
+  result.works[at_one ? kOnePlaceLight : kVertexLight].ms = vertex_ms;
+  Work(lit, lighting, is_sure && light_at == PlaceOfLight(result.plan.runs), result);
   Draw(lit, lighting, result.plan.runs, result);
   Learn(works, result);
   last_geometry_version_ = lit.view.geometry_version;
@@ -281,8 +312,11 @@ void FrameEffects::Work(const LitFrame& lit,
     work();
     result.works[index].ms += watch.LapMs();
   };
+  const VertexLight::At light_at = PlaceOfLight(runs);
+  const WorkIndex light_work =
+      light_at == VertexLight::At::kVertices ? kVertexLight : kOnePlaceLight;
   if (runs.HasAny(kOnLightAtVertices)) {
-    timed(kVertexLight, [&] { vertex_light_.Update(basis_, lighting); });
+    timed(light_work, [&] { vertex_light_.Update(light_at, basis_, lighting); });
   }
   if (runs.HasAny(kOnInfluence)) {
     timed(kInfluence, [&] {
@@ -312,7 +346,7 @@ void FrameEffects::Work(const LitFrame& lit,
   const bool with_daylight = runs.Has(Effect::kDaylight);
   const bool had_daylight = settings_[Effect::kDaylight] != EffectSwitch::kOff;
   if (runs.Has(Effect::kProbeShading) && (!has_vertex_light || with_daylight != had_daylight)) {
-    timed(kVertexLight,
+    timed(light_work,
           [&] { vertex_light_.Evaluate(basis_, lighting, with_daylight, result.timing_ms); });
   }
   if (runs.Has(Effect::kGlossyReflection)) {

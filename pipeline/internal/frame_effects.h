@@ -50,8 +50,12 @@ class FrameEffects {
   void Expose(const Frame& frame);
   std::vector<WorkOffer> OfferWorks(const LitFrame& lit,
                                     const Lighting& lighting,
-                                    const WorkCost& vertex_light) const;
-  std::vector<EffectOffer> OfferEffects(const BoundInput& input, const Bound& probe_shading);
+                                    const WorkCost& at_vertices,
+                                    const WorkCost& at_one_place) const;
+  std::vector<EffectOffer> OfferEffects(const BoundInput& input,
+                                        const Bound& probe_shading,
+                                        const Bound& light_variation);
+  WorkCost CostOfLight(VertexLight::At at, const Lighting& lighting) const;
   // What the plan's effects need, besides drawing.
   void Work(const LitFrame& lit,
             const Lighting& lighting,

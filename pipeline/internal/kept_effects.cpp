@@ -116,6 +116,8 @@ void KeptInfluence::Update(const PreparedScene& scene,
                            : ObjectInfluence(scene.patches, objects, view, options.influence);
     gather_cost_.Learn(watch.LapMs());
   }
+  if (light_at_ != vertex_light.UpdatedAt()) done_.Forget();
+  light_at_ = vertex_light.UpdatedAt();
   if ((is_new || is_new_view) && OnFaces()) {
     influence_.See(scene.patches, view, pixel_faces);
     see_cost_.Learn(watch.LapMs());
@@ -174,6 +176,8 @@ void KeptMirror::Update(const PreparedScene& scene,
         scene.patches, objects, object_view, scene.survey ? &*scene.survey : nullptr, options);
     gather_cost_.Learn(watch.LapMs());
   }
+  if (light_at_ != vertex_light.UpdatedAt()) done_.Forget();
+  light_at_ = vertex_light.UpdatedAt();
   const std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();

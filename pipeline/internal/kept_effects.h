@@ -86,6 +86,7 @@ class KeptInfluence {
   }
 
   InfluenceAt at_;
+  VertexLight::At light_at_ = VertexLight::At::kVertices;
   ObjectInfluence influence_;
   std::optional<std::uint64_t> geometry_version_;  // The view's.
   std::size_t lights_ = 0;
@@ -118,6 +119,7 @@ class KeptMirror {
     return lights_ != basis.LightCount() || geometry_version_ != view.geometry_version;
   }
 
+  VertexLight::At light_at_ = VertexLight::At::kVertices;
   MirrorImage mirror_;
   std::optional<std::uint64_t> geometry_version_;  // The view's.
   std::size_t lights_ = 0;

@@ -12,8 +12,10 @@ namespace pleinair {
 namespace {
 
 // First guesses on two cores, for some 4000 vertices: see bench/run_bench.cpp.
-constexpr double kSetUpGuessMs = 150.0;
+constexpr double kSetUpGuessMs = 110.0;
+constexpr double kNearGuessMs = 40.0;
 constexpr double kLightGuessMs = 10.0;
+constexpr double kOnePlaceGuessMs = 3.0;
 constexpr double kSumGuessMs = 0.2;
 
 }  // namespace
@@ -25,8 +27,11 @@ VertexLight::VertexLight(const PreparedScene& scene,
       room_(room),
       options_(options),
       interreflection_({}),
+      one_place_(scene.patches, options.one_place),
       set_up_cost_(kSetUpGuessMs),
+      near_cost_(kNearGuessMs),
       light_cost_(kLightGuessMs),
+      one_place_cost_(kOnePlaceGuessMs),
       sum_cost_(kSumGuessMs) {}
 
 void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
@@ -45,30 +50,46 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
     boxes.push_back(BoundingBoxOf(object.mesh));
   }
   of_unit_ = irradiance_;
-  if (options_.object_light != ObjectLight::kGather) {
+  if (!IsGathered()) {
     needed_probes_ = ProbesNeededIn(scene_.probes.Grid(), scene_.probes.Valid(), boxes);
   }
   gather_ = ObjectGather();
-  response_.clear();
+  near_sunlight_.reset();
+  one_place_.Pose(interreflection_.Objects().mesh);
+  at_vertices_ = at_one_place_ = {};
   daylight_response_.clear();
   vertices_.clear();
-  done_.Forget();
 }
 
-double VertexLight::ExpectedMs(const FrameBasis& basis, const Lighting& lighting) const {
-  return OnceMs(basis, lighting) +
-         static_cast<double>(done_.StaleIn(basis, lighting).size()) * light_cost_.Ms() +
+void VertexLight::Forget() {
+  at_vertices_.done.Forget();
+  at_one_place_.done.Forget();
+}
+
+const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
+                                                  const Lighting& lighting) {
+  one_place_.Update(basis, lighting);
+  return one_place_;
+}
+
+double VertexLight::ExpectedMs(At at, const FrameBasis& basis, const Lighting& lighting) const {
+  const LearnedCost& cost = at == At::kVertices ? light_cost_ : one_place_cost_;
+  return OnceMs(at, basis, lighting) +
+         static_cast<double>(Of(at).done.StaleIn(basis, lighting).size()) * cost.Ms() +
          sum_cost_.Ms();
 }
 
-double VertexLight::OnceMs(const FrameBasis& basis, const Lighting& lighting) const {
-  const bool sets_up = options_.object_light == ObjectLight::kGather &&
-                       gather_.VertexCount() == 0 && !IsCurrent(basis, lighting);
-  return sets_up ? set_up_cost_.Ms() : 0.0;
+double VertexLight::OnceMs(At at, const FrameBasis& basis, const Lighting& lighting) const {
+  const std::vector<std::size_t> stale = Of(at).done.StaleIn(basis, lighting);
+  if (!IsGathered() || stale.empty()) return 0.0;
+  const bool gathers = at == At::kVertices && gather_.VertexCount() == 0;
+  const bool looks_for_sun = !near_sunlight_ && stale.front() == 0 && scene_.options.bounces != 0;
+  return (gathers ? set_up_cost_.Ms() : 0.0) + (looks_for_sun ? near_cost_.Ms() : 0.0);
 }
 
-double VertexLight::NominalMs(const FrameBasis& basis, const Lighting& lighting) const {
-  return static_cast<double>(done_.StaleIn(basis, lighting).size()) * light_cost_.NominalMs() +
+double VertexLight::NominalMs(At at, const FrameBasis& basis, const Lighting& lighting) const {
+  const LearnedCost& cost = at == At::kVertices ? light_cost_ : one_place_cost_;
+  return static_cast<double>(Of(at).done.StaleIn(basis, lighting).size()) * cost.NominalMs() +
          sum_cost_.NominalMs();
 }
 
@@ -96,31 +117,40 @@ std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
   return summary;
 }
 
-void VertexLight::Update(const FrameBasis& basis, const Lighting& lighting) {
-  const std::vector<std::size_t> stale = done_.StaleIn(basis, lighting);
+void VertexLight::Update(At at, const FrameBasis& basis, const Lighting& lighting) {
+  at_ = at;
+  const std::vector<std::size_t> stale = Of(at).done.StaleIn(basis, lighting);
   UpdateDaylight(basis);
-  const bool has_light =
-      options_.object_light == ObjectLight::kGather || !basis_.sky_radiance.empty();
+  const bool has_light = IsGathered() || !basis_.sky_radiance.empty();
   if (stale.empty() && has_light) return;
+  const bool new_sun = !stale.empty() && stale.front() == 0;
+  const PatchScene& objects = interreflection_.Objects();
   Stopwatch watch;
-  if (options_.object_light == ObjectLight::kGather) {
-    if (gather_.VertexCount() == 0) {
-      gather_ = ObjectGather(interreflection_.Objects(), scene_.patches, options_.object_gather);
+  if (IsGathered()) {
+    if (at == At::kVertices && gather_.VertexCount() == 0) {
+      gather_ = ObjectGather(objects, scene_.patches, options_.object_gather);
       set_up_cost_.Learn(watch.LapMs());
     }
-    response_.resize(basis.LightCount());
+    if (new_sun && !near_sunlight_ && scene_.options.bounces != 0) {
+      near_sunlight_.emplace(scene_.patches, objects, ObjectGather::PointsAround(objects.mesh));
+      near_cost_.Learn(watch.LapMs());
+    }
+    Of(at).of_light.resize(basis.LightCount());
     daylight_response_.resize(basis.LightCount());
   }
-  if (!stale.empty() && stale.front() == 0) {
-    interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
-  }
-  if (options_.object_light == ObjectLight::kGather) {
+  if (new_sun) interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
+  if (at == At::kOnePlace) {
+    one_place_.Update(basis, lighting);
+    for (const std::size_t light : stale) UpdateAtOnePlace(basis, light);
+  } else if (IsGathered()) {
     for (const std::size_t light : stale) UpdateGathered(basis, light);
   } else {
     UpdateVolume(basis, folded_done_.StaleIn(basis, lighting));
   }
-  for (const std::size_t light : stale) done_.Done(basis, light);
-  if (!stale.empty()) light_cost_.Learn(watch.LapMs() / static_cast<double>(stale.size()));
+  for (const std::size_t light : stale) Of(at).done.Done(basis, light);
+  if (stale.empty()) return;
+  LearnedCost& cost = at == At::kVertices ? light_cost_ : one_place_cost_;
+  cost.Learn(watch.LapMs() / static_cast<double>(stale.size()));
 }
 
 // Map, sky directions and fold of what has changed; at first of all lights.
@@ -164,21 +194,55 @@ void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
   const std::vector<glm::vec3> dark_objects(objects.FaceCount(), glm::vec3(0.0f));
   std::vector<glm::vec3> irradiance = gather_.Irradiance(
       IsSampled(light) ? nullptr : basis.Sky(light), dark_objects, basis.FaceRadiosity(light));
-  if (light == 0 && scene_.options.bounces != 0) {
-    const std::vector<glm::vec3> change =
-        gather_.NearSunlightChange(objects, scene_.patches, basis.Sun(), basis.DirectIrradiance());
-    for (std::size_t v = 0; v < irradiance.size(); ++v) {
-      // Both are estimates by few rays: their sum may fall below zero.
-      irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));
-    }
+  if (light == 0) {
+    AddNearSunlight(
+        basis,
+        [this](std::span<const glm::vec3> at_points) { return gather_.AtVertices(at_points); },
+        irradiance);
   }
-  response_[light] = WithReflection(light, std::move(irradiance));
+  at_vertices_.of_light[light] = WithReflection(light, std::move(irradiance));
   if (!IsSampled(light)) return;
   daylight_response_[light] = WithReflection(light, daylight_->OnObjects(light - 1));
 }
 
-std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
-                                                   std::vector<glm::vec3> irradiance) {
+template <class AtVertices>
+void VertexLight::AddNearSunlight(const FrameBasis& basis,
+                                  const AtVertices& at_vertices,
+                                  std::vector<glm::vec3>& irradiance) {
+  if (!near_sunlight_) return;
+  const std::vector<glm::vec3> change = at_vertices(near_sunlight_->Change(
+      scene_.patches, interreflection_.Objects(), basis.Sun(), basis.DirectIrradiance()));
+  for (std::size_t v = 0; v < irradiance.size(); ++v) {
+    // Both are estimates by few rays: their sum may fall below zero.
+    irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));
+  }
+}
+
+void VertexLight::UpdateAtOnePlace(const FrameBasis& basis, std::size_t light) {
+  std::vector<glm::vec3> irradiance = one_place_.OnObjects(light);
+  if (light == 0) {
+    const auto mean_of_points = [](std::span<const glm::vec3> at_points) {
+      constexpr std::size_t kPoints = ObjectGather::kPointsPerVertex;
+      std::vector<glm::vec3> means(at_points.size() / kPoints, glm::vec3(0.0f));
+      for (std::size_t i = 0; i < at_points.size(); ++i) {
+        means[i / kPoints] += at_points[i] / static_cast<float>(kPoints);
+      }
+      return means;
+    };
+    AddNearSunlight(basis, mean_of_points, irradiance);
+  }
+  SpreadOverObjects(irradiance);
+  DirectionalLight sun;
+  if (light == 0) sun.irradiance_rgb = glm::dvec3(1.0);
+  interreflection_.Apply(sun, of_unit_);
+  std::vector<glm::vec3>& response = at_one_place_.of_light[light];
+  response.clear();
+  for (const std::vector<glm::vec3>& of_object : of_unit_) {
+    response.insert(response.end(), of_object.begin(), of_object.end());
+  }
+}
+
+void VertexLight::SpreadOverObjects(const std::vector<glm::vec3>& irradiance) {
   std::size_t first = 0;
   for (std::vector<glm::vec3>& of_object : of_unit_) {
     std::copy_n(irradiance.begin() + static_cast<std::ptrdiff_t>(first),
@@ -186,6 +250,11 @@ std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
                 of_object.begin());
     first += of_object.size();
   }
+}
+
+std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
+                                                   std::vector<glm::vec3> irradiance) {
+  SpreadOverObjects(irradiance);
   DirectionalLight sun;
   if (light == 0) sun.irradiance_rgb = glm::dvec3(1.0);
   const std::vector<glm::vec3> dark_scene(scene_.patches.FaceCount(), glm::vec3(0.0f));
@@ -199,6 +268,7 @@ void VertexLight::SumResponses(const FrameBasis& basis,
                                const Lighting& lighting,
                                bool with_daylight,
                                PerObject& sum) const {
+  const std::vector<std::vector<glm::vec3>>& responses = Of(at_).of_light;
   std::size_t first = 0;
   for (std::vector<glm::vec3>& irradiance : sum) {
     std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));
@@ -209,8 +279,8 @@ void VertexLight::SumResponses(const FrameBasis& basis,
     };
     for (std::size_t light = 0; light < basis.LightCount(); ++light) {
       const glm::vec3 intensity = IntensityOf(lighting, light);
-      if (intensity == glm::vec3(0.0f) || light >= response_.size()) continue;
-      add(response_[light], intensity);
+      if (intensity == glm::vec3(0.0f) || light >= responses.size()) continue;
+      add(responses[light], intensity);
       if (with_daylight) add(daylight_response_[light], intensity);
     }
     first += irradiance.size();
@@ -252,7 +322,7 @@ void VertexLight::LightVertices(const IrradianceVolume& volume,
 
 std::vector<glm::vec3> VertexLight::ObjectRadiosity(const FrameBasis& basis, std::size_t light) {
   const Lighting unit = UnitOf(light, basis.LightCount());
-  if (options_.object_light != ObjectLight::kGather) {
+  if (!IsGathered()) {
     folded_.Combine(unit, needed_probes_, volume_of_unit_);
     LightVertices(volume_of_unit_, basis, unit, true, of_unit_);
   } else {
@@ -272,7 +342,7 @@ void VertexLight::Evaluate(const FrameBasis& basis,
                            bool with_daylight,
                            StageTimes& times) {
   Stopwatch watch;
-  if (options_.object_light == ObjectLight::kGather) {
+  if (IsGathered()) {
     SumResponses(basis, lighting, with_daylight, irradiance_);
   } else {
     if (options_.object_light == ObjectLight::kVolumeByMap) {

@@ -15,9 +15,11 @@
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/internal/frame_basis.h"
 #include "pipeline/internal/learned_cost.h"
+#include "pipeline/internal/one_place_light.h"
 #include "pipeline/object_gather.h"
 #include "pipeline/object_interreflection.h"
 #include "relight/irradiance_volume.h"
+#include "relight/near_sunlight.h"
 #include "relight/prepared_scene.h"
 #include "relight/vertex_irradiance.h"
 
@@ -25,12 +27,18 @@ namespace pleinair {
 
 class VertexLight {
  public:
+  // Where the light is found that vertices get.
+  enum class At {
+    kVertices,  // Or the volume's probes.
+    kOnePlace,  // By rays; sunlight close to the objects, and what they hide, is each vertex's own.
+  };
+
   // `scene`, `room` (the mesh as given) and `options` outlive this.
   VertexLight(const PreparedScene& scene, const Mesh& room, const FramePipelineOptions& options);
 
   // Where objects are now; all that hangs on it is made anew.
   void Pose(const std::vector<VirtualObject>& objects);
-  void Forget() { done_.Forget(); }
+  void Forget();
 
   // All objects' triangles, a group an object. Stays at one address.
   const PatchScene& Objects() const { return interreflection_.Objects(); }
@@ -38,17 +46,26 @@ class VertexLight {
   // Null where daylight is gathered.
   const DirectDaylight* Daylight() const { return daylight_.get(); }
 
-  // Whether nothing but a sum is left to do, and what Update and Evaluate cost.
-  bool IsCurrent(const FrameBasis& basis, const Lighting& lighting) const {
-    return done_.StaleIn(basis, lighting).empty();
-  }
-  double ExpectedMs(const FrameBasis& basis, const Lighting& lighting) const;
-  // Of that, what later frames need not do again where no object moves.
-  double OnceMs(const FrameBasis& basis, const Lighting& lighting) const;
-  double NominalMs(const FrameBasis& basis, const Lighting& lighting) const;
+  // Whether one place can stand for the vertices: light is gathered by rays, all of it.
+  bool MayBeAtOnePlace() const { return IsGathered() && daylight_ == nullptr; }
+  // Made for the lights that shine in `lighting`, for who wants to know whether it is good enough.
+  const OnePlaceLight& LightAtOnePlace(const FrameBasis& basis, const Lighting& lighting);
+  // Bound of the share of any vertex's view that objects fill.
+  float LargestHidden() const { return interreflection_.LargestHidden(); }
 
-  // Works out the lights that shine in `lighting` and are not current.
-  void Update(const FrameBasis& basis, const Lighting& lighting);
+  // Whether nothing but a sum is left to do, and what Update and Evaluate cost.
+  bool IsCurrent(At at, const FrameBasis& basis, const Lighting& lighting) const {
+    return Of(at).done.StaleIn(basis, lighting).empty();
+  }
+  double ExpectedMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
+  // Of that, what later frames need not do again where no object moves.
+  double OnceMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
+  double NominalMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
+
+  // Works out the lights that shine in `lighting` and are not current; what follows is of them as
+  // they are `at`.
+  void Update(At at, const FrameBasis& basis, const Lighting& lighting);
+  At UpdatedAt() const { return at_; }
   // What daylight samples are; none where it is gathered. Its maps_drawn are those since the last
   // call.
   std::optional<DirectDaylightSummary> TakeDaylightSummary();
@@ -70,7 +87,18 @@ class VertexLight {
 
  private:
   using PerObject = std::vector<std::vector<glm::vec3>>;
+  // Of lights, by rays: for all objects' vertices.
+  struct Responses {
+    std::vector<std::vector<glm::vec3>> of_light;
+    LightsDone done;
+  };
 
+  Responses& Of(At at) { return at == At::kVertices ? at_vertices_ : at_one_place_; }
+  const Responses& Of(At at) const { return at == At::kVertices ? at_vertices_ : at_one_place_; }
+  bool IsGathered() const {
+    return options_.object_light == ObjectLight::kGather ||
+           options_.object_light == ObjectLight::kOnePlace;
+  }
   // Draws samples for skies that are new, where daylight is sampled.
   void UpdateDaylight(const FrameBasis& basis);
   bool IsSampled(std::size_t light) const { return light > 0 && daylight_ != nullptr; }
@@ -78,6 +106,14 @@ class VertexLight {
   const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
   void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
   void UpdateGathered(const FrameBasis& basis, std::size_t light);
+  void UpdateAtOnePlace(const FrameBasis& basis, std::size_t light);
+  // Adds what sunlight close to the objects changes at their points, `at_vertices` at the vertices.
+  template <class AtVertices>
+  void AddNearSunlight(const FrameBasis& basis,
+                       const AtVertices& at_vertices,
+                       std::vector<glm::vec3>& irradiance);
+  // Into of_unit_.
+  void SpreadOverObjects(const std::vector<glm::vec3>& irradiance);
   // With one reflection off the objects.
   std::vector<glm::vec3> WithReflection(std::size_t light, std::vector<glm::vec3> irradiance);
   void SumResponses(const FrameBasis& basis,
@@ -101,13 +137,16 @@ class VertexLight {
   bool daylight_is_new_ = false;
   PerObject irradiance_;
   PerObject of_unit_;  // Scratch, as long.
-  LightsDone done_;
+  At at_ = At::kVertices;
+  Responses at_vertices_;  // By probes: without responses.
+  Responses at_one_place_;
 
-  // By rays at the vertices.
-  ObjectGather gather_;  // Set up with the first frame of a pose.
-  // Per basis light, all objects' vertices; what is sampled apart.
-  std::vector<std::vector<glm::vec3>> response_;
+  // By rays.
+  ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.
+  std::optional<NearSunlight> near_sunlight_;  // With the first one in the sun.
+  // Per basis light, all objects' vertices: what is sampled.
   std::vector<std::vector<glm::vec3>> daylight_response_;
+  OnePlaceLight one_place_;
 
   // By probes.
   BasisLights basis_;
@@ -120,7 +159,9 @@ class VertexLight {
   std::vector<VertexIrradiance> vertices_;  // Per object; set up with its first volume.
 
   LearnedCost set_up_cost_;
+  LearnedCost near_cost_;
   LearnedCost light_cost_;
+  LearnedCost one_place_cost_;
   LearnedCost sum_cost_;
 };
 

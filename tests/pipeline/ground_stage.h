@@ -1,6 +1,8 @@
 // A level ground under a given sun and an even sky, for objects to stand on: quick to prepare.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -128,6 +130,43 @@ class GroundStage {
   SiteModel site_;
   PreparedScene scene_;
 };
+
+// Of `rings` rings from pole to pole, smooth.
+inline VirtualObject BallObject(const glm::vec3& centre_m,
+                                float radius_m,
+                                int rings,
+                                const Material& material) {
+  Mesh mesh;
+  const int around = 2 * rings;
+  for (int ring = 0; ring <= rings; ++ring) {
+    const float angle =
+        std::numbers::pi_v<float> * static_cast<float>(ring) / static_cast<float>(rings);
+    for (int i = 0; i < around; ++i) {
+      const float azimuth =
+          2.0f * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(around);
+      const glm::vec3 normal(std::sin(angle) * std::cos(azimuth),
+                             std::sin(angle) * std::sin(azimuth),
+                             std::cos(angle));
+      mesh.positions_m.push_back(centre_m + radius_m * normal);
+      mesh.normals.push_back(normal);
+    }
+  }
+  for (int ring = 0; ring < rings; ++ring) {
+    for (int i = 0; i < around; ++i) {
+      const auto above = static_cast<std::uint32_t>(ring * around + i);
+      const auto next = static_cast<std::uint32_t>(ring * around + (i + 1) % around);
+      const auto row = static_cast<std::uint32_t>(around);
+      // Triangles at a pole would have no area.
+      if (ring > 0) mesh.triangles.emplace_back(above, above + row, next);
+      if (ring + 1 < rings) mesh.triangles.emplace_back(next, above + row, next + row);
+    }
+  }
+  mesh.triangle_material.assign(mesh.triangles.size(), 0);
+  mesh.triangle_group.assign(mesh.triangles.size(), 0);
+  mesh.materials = {material};
+  mesh.group_names = {"ball"};
+  return {std::move(mesh)};
+}
 
 inline VirtualObject BoxObject(const glm::vec3& lower_m,
                                const glm::vec3& upper_m,

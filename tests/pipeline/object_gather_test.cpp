@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "relight/near_sunlight.h"
+
 namespace pleinair::object_gather_test {
 namespace {
 
@@ -162,10 +164,10 @@ TEST(ObjectGather, TakesThePlacesSunForThePatchs) {
   const ObjectGather gather(objects, ground, kManyRays);
   const DirectionalLight sun{{0.0, 0.0, 1.0}, {}, 0.0};
   const std::vector<glm::vec3> lit(4, glm::vec3(1.0f));
-  for (const glm::vec3& change : gather.NearSunlightChange(objects, ground, sun, lit)) {
+  const NearSunlight near(ground, objects, ObjectGather::PointsAround(objects.mesh));
+  for (const glm::vec3& change : gather.AtVertices(near.Change(ground, objects, sun, lit))) {
     EXPECT_NEAR(change.y, 0.0, 0.01) << "it hides next to nothing";
   }
-  EXPECT_THROW(gather.NearSunlightChange(objects, ground, sun, {}), std::invalid_argument);
 }
 
 }  // namespace

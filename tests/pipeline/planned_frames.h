@@ -33,13 +33,27 @@ inline FrameResult ProcessWith(FramePipeline& pipeline,
   return std::move(*result);
 }
 
+// The pictures are half floats: 2^-11 of 255.
+inline constexpr float kHalfRounding = 0.13f;
+
+// A code value, but at a thousandth of the pixels: at edges.
+inline void ExpectNothingToBeSeenBetween(const FrameResult& all,
+                                         const FrameResult& planned,
+                                         const Frame& frame,
+                                         const std::string& name) {
+  const DisplayCodes codes(ResponseCurve::Srgb(), frame.exposure.value());
+  const std::vector<float> change = Differences(all.composite, planned.composite, codes);
+  const auto visible = std::count_if(
+      change.begin(), change.end(), [](float of_pixel) { return of_pixel > 1.0f + kHalfRounding; });
+  EXPECT_LE(static_cast<double>(visible), 0.001 * static_cast<double>(change.size())) << name;
+}
+
 // Leaves out one effect after the other, and then what the plan leaves out; returns the planned
-// frame. The pictures are half floats: 2^-11 of 255.
+// frame.
 inline FrameResult ExpectThatBoundsHold(FramePipeline& pipeline,
                                         const Frame& frame,
                                         const std::string& name,
                                         std::span<const glm::dmat4> poses = {}) {
-  constexpr float kHalfRounding = 0.13f;
   const DisplayCodes codes(ResponseCurve::Srgb(), frame.exposure.value());
   const FrameResult all = ProcessWith(pipeline, frame, EffectSettings::Everything(), poses);
   for (const PlannedEffect& effect : all.plan.effects) {
@@ -53,10 +67,7 @@ inline FrameResult ExpectThatBoundsHold(FramePipeline& pipeline,
         << name << ": without " << NameOf(effect.effect) << " (" << effect.why << ")";
   }
   FrameResult planned = ProcessWith(pipeline, frame, EffectSettings(), poses);
-  const std::vector<float> change = Differences(all.composite, planned.composite, codes);
-  const auto visible = std::count_if(
-      change.begin(), change.end(), [](float of_pixel) { return of_pixel > 1.0f + kHalfRounding; });
-  EXPECT_LE(static_cast<double>(visible), 0.001 * static_cast<double>(change.size())) << name;
+  ExpectNothingToBeSeenBetween(all, planned, frame, name);
   EXPECT_LE(planned.plan.left_out_code_values, 1.0) << name;
   EXPECT_LE(planned.composite.draw_calls, all.composite.draw_calls) << name;
   return planned;

@@ -78,6 +78,28 @@ TEST(GatheredRays, WhatLooksDownSeesNoSky) {
   EXPECT_NEAR(rays.FromFaces(glow)[0].y, 2.0, 0.02);  // All but the rays over 60 m away.
 }
 
+// Four receivers at one place that share a set of directions see, together, what one with as many
+// rays sees: a sky of two halves. 1e-6: rounding.
+TEST(GatheredRays, ReceiversThatShareASetAreAsGoodAsOne) {
+  Mesh wall;
+  AddQuad(wall,
+          {1.0f, -50.0f, -50.0f},
+          {1.0f, -50.0f, 50.0f},
+          {1.0f, 50.0f, 50.0f},
+          {1.0f, 50.0f, -50.0f});
+  const PatchScene scene = SceneOf(std::move(wall));
+  const Receiver receiver{glm::vec3(0.0f), glm::normalize(glm::vec3(0.3f, 0.2f, 1.0f))};
+  const std::vector<Receiver> same(4, receiver);
+  const auto sky = MakeUniformSkyShape();
+  const GatheredRays shared(scene, same, {.rays_per_receiver = 64, .receivers_per_set = 4});
+  const GatheredRays one(scene, std::array{receiver}, {.rays_per_receiver = 256});
+  float mean = 0.0f;
+  for (const glm::vec3& irradiance : shared.FromSky(*sky)) mean += 0.25f * irradiance.x;
+  EXPECT_NEAR(mean, one.FromSky(*sky)[0].x, 1e-6);
+  EXPECT_LT(mean, 0.9f) << "the wall hides some";
+  EXPECT_THROW(GatheredRays(scene, same, {.receivers_per_set = 0}), std::invalid_argument);
+}
+
 // Emission everywhere: B = e + rho B, the same on every face.
 TEST(PatchTransport, AClosedRoomIsAFurnace) {
   Mesh mesh;
