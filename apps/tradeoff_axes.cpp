@@ -111,11 +111,13 @@ void AddOfflineAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
 
 void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   const auto volume = [](Options& o) { o.object_light = ObjectLight::kVolume; };
+  const auto one_place = [](Options& o) { o.object_light = ObjectLight::kOnePlace; };
   axes.push_back({"object-light",
                   "Where objects get their light from (--object-light)",
                   Judge::kPicture,
                   false,
                   {{"gather", [](Options& o) { o.object_light = ObjectLight::kGather; }},
+                   {"probe", one_place},
                    {"volume", volume},
                    {"map", [](Options& o) { o.object_light = ObjectLight::kVolumeByMap; }}},
                   "gather"});
@@ -125,6 +127,16 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   false,
                   Numbers<int>({16, 64, 256, 1024}, [](Options& o, int n) { o.object_rays = n; }),
                   "256"});
+  axes.push_back({"sh-bands",
+                  "Bands of the light at one place (--sh-bands), with --object-light probe",
+                  Judge::kPicture,
+                  false,
+                  Numbers<int>({1, 2, 3, 5, 7, 10},
+                               [one_place](Options& o, int bands) {
+                                 one_place(o);
+                                 o.one_place.sh_bands = bands;
+                               }),
+                  std::to_string(OnePlaceOptions{}.sh_bands)});
   SweepAxis probes{"probes",
                    "Probe grid (--probes), with --object-light volume",
                    Judge::kPicture,
@@ -182,6 +194,20 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   false,
                   Numbers<int>({1, 2, 4, 8}, [](Options& o, int px) { o.sun_block_px = px; }),
                   "1"});
+  axes.push_back({"receiver-block",
+                  "Resolution of the response to sky and bounces: side in pixels of a receiver's "
+                  "block (SurfaceViewOptions::receiver_block_px)",
+                  Judge::kPicture,
+                  false,
+                  Numbers<int>({2, 4, 8, 16}, [](Options& o, int px) { o.receiver_block_px = px; }),
+                  "4"});
+  axes.push_back({"object-samples",
+                  "Resolution of the objects: samples a side of a pixel "
+                  "(CompositorOptions::object_samples_per_side)",
+                  Judge::kPicture,
+                  false,
+                  Numbers<int>({2, 4, 8}, [](Options& o, int n) { o.object_samples_per_side = n; }),
+                  "4"});
 }
 
 void AddDaylightAxes(std::vector<SweepAxis>& axes) {
