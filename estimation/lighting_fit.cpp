@@ -60,7 +60,6 @@ void LightingFitOptions::Validate() const {
   }
   positive("shape_share_spread", shape_share_spread);
   positive("shape_share_colour_spread", shape_share_colour_spread);
-  if (independent_samples < 1) refuse("independent_samples", independent_samples, "at least 1");
   if (max_passes < 1) refuse("max_passes", max_passes, "at least 1");
 }
 
@@ -215,6 +214,7 @@ LightVector LightingFitter::Impl::Begin() {
     }
     if (reweighting.Explains(problem, x, options)) return x;
   }
+  reweighting.Forget();
   return start.Find(problem, NoiseUnits(options), options.seed);
 }
 
@@ -224,8 +224,9 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
   LightVector x = Begin();
   bool rescale = true;
   for (int pass = 0; pass < options.max_passes; ++pass) {
-    reweighting.Update(problem, x, options, rescale);
     if (rescale) UpdateRelativePriors(prior, x);
+    const bool knew_the_errors = reweighting.KnowsSharedErrors();
+    reweighting.Update(problem, x, prior_information, options, rescale);
     const LightVector next = SolveClosed();
     const double change =
         (next - x).cwiseAbs().maxCoeff() / std::max(next.cwiseAbs().maxCoeff(), kWeakInformation);
@@ -233,7 +234,8 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
     fit.passes = pass + 1;
     fit.converged = !rescale && change < kConverged;
     if (fit.converged) break;
-    rescale = rescale && pass + 1 < kMostPassesThatRescale && !(change < kScalesHaveSettled);
+    const bool have_settled = knew_the_errors && change < kScalesHaveSettled;
+    rescale = rescale && pass + 1 < kMostPassesThatRescale && !have_settled;
   }
   reweighting.Whiten(problem);
   if (options.solver == LightingFitOptions::Solver::kCeres) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 #include <glm/common.hpp>
 
@@ -10,6 +11,11 @@
 
 namespace pleinair::estimation_internal {
 namespace {
+
+// As many parts of a plane, of as many samples at least, as tell a correlation that reaches over
+// several samples within a fifth or so.
+constexpr int kMostCells = 4;
+constexpr int kLeastInCell = 4;
 
 bool IsFinite(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -121,7 +127,49 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       }
     }
   }
+  DivideIntoCells();
   ChooseUnits(usual_irradiance_rgb);
+}
+
+void FitProblem::DivideIntoCells() {
+  cell.resize(order_.size());
+  places_.resize(order_.size());
+  plane_of_cell.clear();
+  for (std::size_t first = 0; first < places_.size();) {
+    std::size_t last = first;
+    for (; last < places_.size() && plane[last] == plane[first]; ++last) {
+      places_[last] = {order_[last].sample->pixel, static_cast<int>(last)};
+    }
+    Divide(plane[first], std::span(places_).subspan(first, last - first), kMostCells);
+    first = last;
+  }
+}
+
+// Halves the longer side at its median.
+void FitProblem::Divide(std::int32_t in_plane, std::span<Place> places, int most_cells) {
+  glm::ivec2 low = places[0].pixel;
+  glm::ivec2 high = low;
+  for (const Place& place : places) {
+    low = glm::min(low, place.pixel);
+    high = glm::max(high, place.pixel);
+  }
+  const glm::ivec2 size = high - low;
+  if (most_cells < 2 || places.size() < 2 * kLeastInCell || size == glm::ivec2(0)) {
+    const auto id = static_cast<std::int32_t>(plane_of_cell.size());
+    for (const Place& place : places) cell[static_cast<std::size_t>(place.sample)] = id;
+    plane_of_cell.push_back(in_plane);
+    return;
+  }
+  const int axis = size.y > size.x ? 1 : 0;
+  const std::size_t half = places.size() / 2;
+  std::nth_element(places.begin(),
+                   places.begin() + static_cast<std::ptrdiff_t>(half),
+                   places.end(),
+                   [axis](const Place& a, const Place& b) {
+                     return std::pair(a.pixel[axis], a.sample) < std::pair(b.pixel[axis], b.sample);
+                   });
+  Divide(in_plane, places.first(half), most_cells / 2);
+  Divide(in_plane, places.subspan(half), most_cells / 2);
 }
 
 void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {

@@ -36,6 +36,11 @@ struct FitProblem {
   std::vector<double> weight;  // 0 where the channel cannot be used.
   std::vector<double> transport;
   std::vector<std::int32_t> plane;  // Per sample, 0 .. plane_count - 1; ascending.
+  // Per sample,  neighbours in the picture on one plane. A plane has up to
+  // kMostCells of about equal numbers of samples, and one cell where it has few samples or they
+  // have no place.
+  std::vector<std::int32_t> cell;
+  std::vector<std::int32_t> plane_of_cell;
 
   // Takes over the usable samples in canonical order: by plane, pixel, then value, so that the
   // order in which they come does not change a bit of any sum.
@@ -56,9 +61,17 @@ struct FitProblem {
     const DiffuseSample* sample = nullptr;
     unsigned channels = 0;  // Bit c says that channel c is usable.
   };
+  // A sample's place while its plane is cut into cells.
+  struct Place {
+    glm::ivec2 pixel{0};
+    int sample = 0;
+  };
   std::vector<Usable> order_;
+  std::vector<Place> places_;
   std::vector<double> scratch_;
 
+  void DivideIntoCells();
+  void Divide(std::int32_t in_plane, std::span<Place> places, int most_cells);
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include <utility>
 
 #include "estimation/internal/median.h"
@@ -15,9 +16,8 @@ constexpr double kSigmaOfMedian = 1.4826;
 // Of one cut off at 2.5 standard deviations, 0.6640.
 constexpr double kFarOff = 2.5;
 constexpr double kSigmaOfMedianWithoutFarOff = 1.5060;
-// What is expected before the data have spoken counts as so many samples, or planes.
-constexpr double kNoisePriorCount = 1.0;
-constexpr double kSharedPriorCount = 4.0;
+// What is expected before the data have spoken counts as so many samples, cells or planes.
+constexpr double kPriorCount = 1.0;
 
 double Square(double value) { return value * value; }
 
@@ -43,8 +43,14 @@ void WithBases(int basis_count, Loops&& loops) {
 
 }  // namespace
 
+void Reweighting::Forget() {
+  for (BasisMatrix& normal : last_normal_) normal.resize(0, 0);
+  error_ = 1.0;
+}
+
 void Reweighting::Update(const FitProblem& problem,
                          const LightVector& x,
+                         const LightMatrix& prior_information,
                          const LightingFitOptions& options,
                          bool rescale) {
   rescale = rescale && problem.sample_count > 0;
@@ -57,9 +63,10 @@ void Reweighting::Update(const FitProblem& problem,
   if (rescale) {
     EstimateSlope(options);
     EstimateNoise(problem, options);
-    EstimateSharedErrors(problem, options);
+    EstimateSharedErrors(problem, prior_information, options);
   }
   FinishNormal(problem);
+  last_normal_ = normal_;
 }
 
 bool Reweighting::Explains(const FitProblem& problem,
@@ -293,20 +300,26 @@ void Reweighting::EstimateSlope(const LightingFitOptions& options) {
 
 void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOptions& options) {
   const auto count = weight_.size();
-  // Within the planes, where they share an error: their means are no noise then.
-  scratch_.assign(static_cast<std::size_t>(problem.plane_count), 0.0);
-  double inliers = 0.0;
+  cell_inliers_.assign(problem.plane_of_cell.size(), 0.0);
+  plane_inliers_.assign(static_cast<std::size_t>(problem.plane_count), 0.0);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!(weight_[i] > 0.0)) continue;
-    inliers += 1.0;
-    scratch_[static_cast<std::size_t>(problem.plane[i])] += 1.0;
+    if (weight_[i] > 0.0) cell_inliers_[static_cast<std::size_t>(problem.cell[i])] += 1.0;
   }
+  for (std::size_t cell = 0; cell < cell_inliers_.size(); ++cell) {
+    plane_inliers_[static_cast<std::size_t>(problem.plane_of_cell[cell])] += cell_inliers_[cell];
+  }
+  // Within the planes, where they share an error: their means are no noise then.
+  double inliers = 0.0;
   double degrees = 0.0;
-  for (const double in_plane : scratch_) degrees += std::max(0.0, in_plane - 1.0);
+  for (const double in_plane : plane_inliers_) {
+    inliers += in_plane;
+    degrees += std::max(0.0, in_plane - 1.0);
+  }
   const bool within = options.shared_error > 0.0 && degrees >= problem.basis_count;
   if (!within) degrees = std::max(0.0, inliers - problem.basis_count);
 
   Eigen::Matrix3d psi = Eigen::Matrix3d::Zero();
+  cell_psi_.assign(cell_inliers_.size(), Eigen::Vector3d::Zero());
   for (std::size_t i = 0; i < count; ++i) {
     const double* mean = plane_residual_.data() + problem.plane[i] * 3;
     Eigen::Vector3d r;
@@ -315,68 +328,94 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
       r[static_cast<Eigen::Index>(c)] = weight_[i] * (residual_[i * 3 + c] - of_plane);
     }
     psi.noalias() += r * r.transpose();
+    cell_psi_[static_cast<std::size_t>(problem.cell[i])] += r;
   }
+  const double mean_square = degrees > 0.0 ? psi.trace() / degrees : 0.0;
   // mean(psi psi') over all samples; lost degrees of freedom are those of the inliers.
   if (degrees > 0.0) psi *= inliers / (degrees * static_cast<double>(count));
   const Eigen::Matrix3d from_data = mean_weight_ * inverse_slope_ * psi * inverse_slope_;
   noise_ = (degrees * from_data +
-            kNoisePriorCount * Square(options.expected_noise) * Eigen::Matrix3d::Identity()) /
-           (degrees + kNoisePriorCount);
-  if (options.shared_error > 0.0) {
-    noise_ *= std::max(1.0, static_cast<double>(count) / options.independent_samples);
-  }
+            kPriorCount * Square(options.expected_noise) * Eigen::Matrix3d::Identity()) /
+           (degrees + kPriorCount);
+  if (within) noise_ *= DesignEffect(problem, mean_square);
   const Eigen::Vector3d inverse_sigma = noise_.diagonal().cwiseSqrt().cwiseInverse();
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
 }
 
-// One-way analysis of variance over the planes, with the expected error counting as some more. One
-// picture cannot tell the two errors apart: each takes the planes' residuals for its own.
-void Reweighting::EstimateSharedErrors(const FitProblem& problem,
-                                       const LightingFitOptions& options) {
-  shared_error_ = EstimateSharedError(problem, options.shared_error, plane_weight_, [&](auto cell) {
-    return plane_residual_[cell];
-  });
-  sky_shape_error_ =
-      EstimateSharedError(problem, options.sky_shape_error, sky_sky_, [&](auto cell) {
-        return sky_residual_[cell] / sky_sky_[cell];
-      });
+// By the sums of psi over cells of neighbours. Would samples err alone, the square of such a sum
+// were expected to be `mean_square` (m - m^2 / M), m and M the inliers of the cell and of its
+// plane, whose mean is taken away.
+double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) const {
+  double squares = 0.0;
+  double expected = 0.0;
+  double degrees = 0.0;
+  for (const double in_plane : plane_inliers_) degrees -= in_plane > 0.0 ? 1.0 : 0.0;
+  for (std::size_t cell = 0; cell < cell_psi_.size(); ++cell) {
+    const double in_cell = cell_inliers_[cell];
+    if (!(in_cell > 0.0)) continue;
+    const auto plane = static_cast<std::size_t>(problem.plane_of_cell[cell]);
+    squares += cell_psi_[cell].squaredNorm();
+    expected += mean_square * (in_cell - Square(in_cell) / plane_inliers_[plane]);
+    degrees += 1.0;
+  }
+  if (!(degrees > 0.0) || !(expected > 0.0)) return 1.0;
+  return std::max(1.0, (kPriorCount + degrees * squares / expected) / (kPriorCount + degrees));
 }
 
-template <class MeanOf>
-double Reweighting::EstimateSharedError(const FitProblem& problem,
-                                        double expected,
-                                        const std::vector<double>& weight,
-                                        const MeanOf& mean_of) const {
-  if (!(expected > 0.0)) return 0.0;
-  double excess = 0.0;
-  double planes = 0.0;
-  for (int plane = 0; plane < problem.plane_count; ++plane) {
-    const auto cell = static_cast<std::size_t>(plane) * 3;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+// One-way analysis of variance over the planes. One picture cannot tell albedo from the sky's
+// shape: both errors are as many times larger than expected, e. The residual r of a plane's mean
+// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 v^2)), h the part of it that the fitted lights
+// take away, known from the last pass.
+void Reweighting::EstimateSharedErrors(const FitProblem& problem,
+                                       const LightMatrix& prior_information,
+                                       const LightingFitOptions& options) {
+  double error_squared = 1.0;
+  if (KnowsSharedErrors()) {
+    const double last_squared = Square(error_);
+    const Eigen::Index bases = problem.basis_count;
+    std::array<BasisMatrix, 3> covariance;
     for (std::size_t c = 0; c < 3; ++c) {
-      if (weight[cell + c] > 0.0) mean[static_cast<Eigen::Index>(c)] = mean_of(cell + c);
+      const Eigen::Index first = static_cast<Eigen::Index>(c) * bases;
+      covariance[c] =
+          InverseOf(last_normal_[c] + prior_information.block(first, first, bases, bases));
     }
-    // A shift of the whole plane moves its weighted mean less than that: its far samples lose
-    // weight.
-    const Eigen::Vector3d shift = mean_weight_ * inverse_slope_ * mean;
-    double sum = 0.0;
-    int channels = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      // Below the weight of one sample a mean says more about the weights than about the plane.
-      if (!(weight[cell + c] >= 1.0)) continue;
-      const auto ci = static_cast<Eigen::Index>(c);
-      sum += Square(shift[ci]) - noise_(ci, ci) / weight[cell + c];
-      ++channels;
+    double excess = 0.0;
+    double degrees = 0.0;
+    for (int plane = 0; plane < problem.plane_count; ++plane) {
+      const auto first = static_cast<std::size_t>(plane) * 3;
+      // A shift of the whole plane moves its weighted mean less than that: its far samples lose
+      // weight.
+      const Eigen::Vector3d shift = mean_weight_ * inverse_slope_ *
+                                    Eigen::Map<const Eigen::Vector3d>(&plane_residual_[first]);
+      double plane_excess = 0.0;
+      double plane_degrees = 0.0;
+      int channels = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t cell = first + c;
+        const auto ci = static_cast<Eigen::Index>(c);
+        const double expected =
+            Square(options.shared_error) + Square(options.sky_shape_error * sky_mean_[cell]);
+        // Below the weight of one sample a mean says more about the weights than about the plane.
+        if (!(plane_weight_[cell] >= 1.0) || !(expected > 0.0)) continue;
+        const Eigen::Map<const BasisVector> row(
+            plane_row_.data() + cell * static_cast<std::size_t>(bases), bases);
+        const double alone = noise_(ci, ci) / plane_weight_[cell];
+        const double taken =
+            std::min(1.0, row.dot(covariance[c] * row) / (alone + last_squared * expected));
+        plane_excess += (Square(shift[ci]) - (1.0 - taken) * alone) / expected;
+        plane_degrees += 1.0 - taken;
+        ++channels;
+      }
+      // An albedo is most often off in all channels alike: one witness.
+      if (channels == 0) continue;
+      excess += plane_excess / channels;
+      degrees += plane_degrees / channels;
     }
-    if (channels == 0) continue;
-    excess += sum / channels;
-    planes += 1.0;
+    error_squared = std::max(0.0, (kPriorCount + excess) / (kPriorCount + degrees));
   }
-  // The fitted lights took as many means away.
-  const double degrees = std::max(0.0, planes - problem.basis_count);
-  const double variance =
-      (kSharedPriorCount * Square(expected) + excess) / (kSharedPriorCount + degrees);
-  return std::sqrt(std::max(0.0, variance));
+  error_ = std::sqrt(error_squared);
+  shared_error_ = error_ * options.shared_error;
+  sky_shape_error_ = error_ * options.sky_shape_error;
 }
 
 // Whitened rows are (row - phi mean row) sqrt(w / n), so their squares add up to

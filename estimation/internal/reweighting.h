@@ -36,12 +36,25 @@ struct WhitenedChannel {
 //   n I + t^2 1 1' + s^2 v v'.
 // It is whitened by taking from each row the part phi of the plane's mean row, 1 - phi =
 // (1 + t^2 W / n)^-1/2 with W the plane's summed weight, and then in the same way along what that
-// leaves of v. t and s are estimated from the planes' residuals (one-way analysis of variance).
+// leaves of v. t and s are as many times what is expected of them as the planes' residuals say
+// (one-way analysis of variance).
+//
+// Neighbours share more: a texture, the dark of a corner. n counts that in by the design effect
+// (Kish, Survey Sampling, section 8.1): how many times as uncertain the means over parts of a plane
+// are as they would be of samples that err alone. So many samples of a view are worth no more than
+// the picture has to say, and how many that is the residuals tell.
 class Reweighting {
  public:
-  // `rescale` false keeps the scales (robust, noise, shared) of the last pass.
+  // The next pass expects of the planes' errors what the options say; those after it find them.
+  void Forget();
+  bool KnowsSharedErrors() const { return last_normal_[0].size() > 0; }
+
+  // `prior_information` is what else holds the unknowns, as the residuals of planes tell more of
+  // their errors where the fit is not free to follow them. `rescale` false keeps the scales
+  // (robust, noise, shared) of the last pass.
   void Update(const FitProblem& problem,
               const LightVector& x,
+              const LightMatrix& prior_information,
               const LightingFitOptions& options,
               bool rescale);
 
@@ -76,7 +89,9 @@ class Reweighting {
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
-  LightVector explained_;  // What Explains has just looked at; else empty.
+  LightVector explained_;                   // What Explains has just looked at; else empty.
+  std::array<BasisMatrix, 3> last_normal_;  // Of the pass before; empty in a fit's first.
+  double error_ = 1.0;                      // e of the planes' errors.
   double shared_error_ = 0.0;
   double sky_shape_error_ = 0.0;
 
@@ -99,6 +114,10 @@ class Reweighting {
   std::vector<double> sky_target_;
   std::vector<double> sky_row_;
   std::vector<double> sky_taken_;
+  // Per cell: the sum of psi, and the inliers; and those of its plane.
+  std::vector<Eigen::Vector3d> cell_psi_;
+  std::vector<double> cell_inliers_;
+  std::vector<double> plane_inliers_;
   std::vector<double> scratch_;
 
   // The loops over the samples, with the number of basis lights known to the compiler.
@@ -116,12 +135,10 @@ class Reweighting {
   void Weigh(const LightingFitOptions& options);
   void EstimateSlope(const LightingFitOptions& options);
   void EstimateNoise(const FitProblem& problem, const LightingFitOptions& options);
-  void EstimateSharedErrors(const FitProblem& problem, const LightingFitOptions& options);
-  template <class MeanOf>
-  double EstimateSharedError(const FitProblem& problem,
-                             double expected,
-                             const std::vector<double>& weight,
-                             const MeanOf& mean_of) const;
+  double DesignEffect(const FitProblem& problem, double mean_square) const;
+  void EstimateSharedErrors(const FitProblem& problem,
+                            const LightMatrix& prior_information,
+                            const LightingFitOptions& options);
   void WhitenMeans(const FitProblem& problem);
   void WhitenSky(const FitProblem& problem);
   void FinishNormal(const FitProblem& problem);

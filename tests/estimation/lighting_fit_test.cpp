@@ -144,7 +144,7 @@ TEST(LightingFit, AKeptFittersLastFitDoesNotChangeTheNext) {
     const LightingFit fresh = FitLighting(samples, SyntheticPrior(), true);
     for (int u = 0; u < 6; ++u) {
       EXPECT_NEAR(
-          kept.irradiance_rgb[u], fresh.irradiance_rgb[u], 0.02 * std::sqrt(fresh.covariance(u, u)))
+          kept.irradiance_rgb[u], fresh.irradiance_rgb[u], 0.05 * std::sqrt(fresh.covariance(u, u)))
           << "of " << count << " samples, unknown " << u;
     }
   }
@@ -240,6 +240,36 @@ TEST(LightingFit, StandardDeviationsHoldForErrorsThatAWallShares) {
   EXPECT_LT(CoverageOver(scene, 500, AloneOptions()).within_68, 0.5);
 }
 
+// Stains, corners and textures: neighbours err alike, which their places tell. The deviation of the
+// sun is on the safe side, as here its lit and shaded samples are neighbours, too.
+TEST(LightingFit, StandardDeviationsHoldForErrorsThatNeighboursShare) {
+  SyntheticScene scene;
+  scene.samples = 1000;
+  scene.albedo_noise = 0.03;
+  scene.tile_noise = 0.1;
+  LightingFitOptions options;
+  options.shared_error = 0.01;  // Of whole planes there is none.
+  options.sky_shape_error = 0.0;
+  options.solver = LightingFitOptions::Solver::kClosed;
+  const Coverage honest = CoverageOver(scene, 500, options);
+  EXPECT_GT(honest.within_68, 0.63);
+  EXPECT_GT(honest.within_95, 0.92);
+  EXPECT_LT(CoverageOver(scene, 500, AloneOptions()).within_68, 0.5);
+}
+
+// A survey that is better than it had to be is found to be.
+TEST(LightingFit, PlanesThatAgreeMakeTheLightSurer) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.05;
+  LightingFitOptions options;
+  const LightingFit exact = FitLighting(MakeSamples(scene), LightingPrior::Nothing(1), true);
+  scene.region_noise = 0.1;
+  const LightingFit rough = FitLighting(MakeSamples(scene), LightingPrior::Nothing(1), true);
+  EXPECT_LT(exact.shared_error, 0.7 * options.shared_error);
+  EXPECT_GT(rough.shared_error, options.shared_error);
+  for (int u = 0; u < 6; ++u) EXPECT_LT(exact.covariance(u, u), 0.5 * rough.covariance(u, u));
+}
+
 // The same picture looked at eight times over says no more than once.
 TEST(LightingFit, NeighboursOfTheSamplesAreNoNewWitnesses) {
   SyntheticScene scene;
@@ -254,13 +284,13 @@ TEST(LightingFit, NeighboursOfTheSamplesAreNoNewWitnesses) {
   const LightingPrior nothing = LightingPrior::Nothing(1);
   const LightingFit few = FitLighting(once, nothing, true, options);
   const LightingFit many = FitLighting(often, nothing, true, options);
-  options.independent_samples = static_cast<int>(often.size());
+  for (std::size_t i = 0; i < often.size(); ++i) often[i].pixel = {0, 0};  // Neighbours of none.
   const LightingFit believed = FitLighting(often, nothing, true, options);
   for (int u = 0; u < 6; ++u) {
     const double stddev = std::sqrt(few.covariance(u, u));
     // What shrinks a measured noise towards the expected one weighs less with more samples.
     EXPECT_NEAR(many.irradiance_rgb[u], few.irradiance_rgb[u], 0.1 * stddev) << u;
-    EXPECT_NEAR(std::sqrt(many.covariance(u, u)), stddev, 0.05 * stddev) << u;
+    EXPECT_NEAR(std::sqrt(many.covariance(u, u)), stddev, 0.1 * stddev) << u;
     EXPECT_LT(std::sqrt(believed.covariance(u, u)), 0.9 * stddev) << u;
   }
 }

@@ -1,6 +1,7 @@
 // Diffuse samples of a made-up courtyard, with known light and dials for what goes wrong.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -28,6 +29,7 @@ struct SyntheticScene {
   double albedo_noise = 0.0;   // Relative, grey, per sample: albedo believed against albedo true.
   double channel_noise = 0.0;  // Relative, of each channel by itself.
   double region_noise = 0.0;   // Relative, shared by a plane.
+  double tile_noise = 0.0;     // Relative, shared by a plane's pixels in a tile of 120 x 120.
   enum class Outliers { kNone, kRandom, kDarkPatch, kBrightObject, kOneRegion };
   Outliers outliers = Outliers::kNone;
   double outlier_share = 0.0;
@@ -44,6 +46,7 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     double cosine;
     double ambient;
     double error;
+    std::array<double, 12> tile_error;
   };
   std::vector<Region> regions;
   for (int r = 0; r < scene.regions; ++r) {
@@ -55,6 +58,10 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     region.cosine = ground ? 0.6 : 0.25 + 0.6 * uniform(random);
     region.ambient = ground ? 0.8 : 0.42;
     region.error = scene.region_noise * gauss(random);
+    region.tile_error.fill(0.0);
+    if (scene.tile_noise > 0.0) {
+      for (double& error : region.tile_error) error = scene.tile_noise * gauss(random);
+    }
     regions.push_back(region);
   }
 
@@ -78,12 +85,14 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     sample.sky_transport_rgb[0] = reflectance * (ambient + bounce_sky);
     sample.radiance_rgb =
         scene.sun * sample.sun_transport_rgb + scene.sky * sample.sky_transport_rgb[0];
-    sample.radiance_rgb *= albedo_error * std::max(0.05, 1.0 + region.error);
+    sample.pixel = {(i * 37) % 480, (i * 91) % 360};
+    const auto tile = static_cast<std::size_t>(sample.pixel.y / 120 * 4 + sample.pixel.x / 120);
+    sample.radiance_rgb *=
+        albedo_error * std::max(0.05, 1.0 + region.error + region.tile_error[tile]);
     for (int c = 0; c < 3; ++c) {
       sample.radiance_rgb[c] *= std::max(0.05, 1.0 + scene.channel_noise * gauss(random));
     }
     sample.plane = r;
-    sample.pixel = {(i * 37) % 480, (i * 91) % 360};
 
     bool wrong = false;
     switch (scene.outliers) {
