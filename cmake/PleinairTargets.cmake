@@ -66,7 +66,8 @@ function(pleinair_add_test folder)
     PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   if(ARG_WHOLE)
     add_test(NAME ${folder}.All COMMAND pleinair_${folder}_tests)
-    set_tests_properties(${folder}.All PROPERTIES LABELS ${folder} TIMEOUT 300)
+    # Together its tests may take, on a busy machine, what several would.
+    set_tests_properties(${folder}.All PROPERTIES LABELS ${folder} TIMEOUT 1200)
   else()
     gtest_discover_tests(pleinair_${folder}_tests DISCOVERY_MODE PRE_TEST
       PROPERTIES LABELS ${folder} TIMEOUT 300)
