@@ -56,7 +56,7 @@ Courtyard MakeCourtyard(const std::filesystem::path& sequence, double scale, boo
                                      glm::dvec4(0.0, 0.0, 1.0, 0.0),
                                      glm::dvec4(-1.916210651397705, -1.6906025409698486, 0.0, 1.0));
   yard.object = TransformMesh(world_from_object, LoadMesh(sequence / "object.obj").mesh);
-  if (fine) yard.object = CutInFour(yard.object);
+  if (fine) yard.object = CutInFour(yard.object, yard.object.triangles.size());
   Camera& camera = yard.view.camera;
   const auto width = static_cast<int>(480 * scale);
   const auto height = static_cast<int>(360 * scale);
