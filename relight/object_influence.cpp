@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -95,6 +96,7 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
     }
   }
   entry_begin_.assign(1, 0);
+  extents_.resize(receivers_.size());
   for (int y = y_px_; y < y_px_ + height_px_; ++y) {
     for (int x = x_px_; x < x_px_ + width_px_; ++x) {
       const std::size_t first = entries_.size();
@@ -107,6 +109,10 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
         });
         for (std::size_t i = first; i < entries_.size(); ++i) {
           entries_[i].weight = static_cast<float>(entries_[i].weight / sum);
+          const glm::ivec2 place(x - x_px_, y - y_px_);
+          Extent& extent = extents_[entries_[i].receiver];
+          extent.lower = glm::min(extent.lower, place);
+          extent.upper = glm::max(extent.upper, place + 1);
         }
       }
       entry_begin_.push_back(static_cast<std::uint32_t>(entries_.size()));
@@ -290,20 +296,54 @@ std::vector<glm::vec3> ObjectInfluence::AtReceivers(const Lighting& lighting,
   const std::vector<glm::vec3> weights =
       internal::BasisWeights(lighting, responses_.size(), "object influence");
   std::vector<glm::vec3> at_receivers(receivers_.size());
-  for (std::size_t i = 0; i < receivers_.size(); ++i) {
-    Response sum;
-    for (std::size_t light = 0; light < weights.size(); ++light) {
-      const Response& response = responses_[light][i];
-      sum.hidden += weights[light] * response.hidden;
-      sum.gained += weights[light] * response.gained;
-      sum.before += weights[light] * response.before;
-    }
-    const glm::vec3 change = (parts.object_light ? sum.gained : glm::vec3(0.0f)) -
-                             (parts.hidden_light ? sum.hidden : glm::vec3(0.0f));
-    const bool matters = glm::any(glm::greaterThan(glm::abs(change), kLeastChange * sum.before));
-    at_receivers[i] = matters ? change : glm::vec3(0.0f);
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, receivers_.size(), 1024),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                        Response sum;
+                        for (std::size_t light = 0; light < weights.size(); ++light) {
+                          const Response& response = responses_[light][i];
+                          sum.hidden += weights[light] * response.hidden;
+                          sum.gained += weights[light] * response.gained;
+                          sum.before += weights[light] * response.before;
+                        }
+                        const glm::vec3 change =
+                            (parts.object_light ? sum.gained : glm::vec3(0.0f)) -
+                            (parts.hidden_light ? sum.hidden : glm::vec3(0.0f));
+                        const bool matters =
+                            glm::any(glm::greaterThan(glm::abs(change), kLeastChange * sum.before));
+                        at_receivers[i] = matters ? change : glm::vec3(0.0f);
+                      }
+                    });
   return at_receivers;
+}
+
+std::vector<std::array<int, 2>> ObjectInfluence::RowsThatChange(
+    std::span<const glm::vec3> at_receivers) const {
+  std::vector<std::array<int, 2>> rows(static_cast<std::size_t>(height_px_), {width_px_, 0});
+  if (lattice_ == nullptr) {
+    for (std::size_t i = 0; i < at_receivers.size(); ++i) {
+      if (at_receivers[i] == glm::vec3(0.0f)) continue;
+      const auto& [lower, upper] = extents_[i];
+      for (int y = lower.y; y < upper.y; ++y) {
+        auto& [begin, end] = rows[static_cast<std::size_t>(y)];
+        begin = std::min(begin, lower.x);
+        end = std::max(end, upper.x);
+      }
+    }
+    return rows;
+  }
+  tbb::parallel_for(0, height_px_, [&](int y) {
+    auto& [begin, end] = rows[static_cast<std::size_t>(y)];
+    for (int x = 0; x < width_px_; ++x) {
+      for (const Entry& entry : EntriesOf(x, y)) {
+        if (entry.weight == 0.0f || at_receivers[entry.receiver] == glm::vec3(0.0f)) continue;
+        begin = std::min(begin, x);
+        end = x + 1;
+        break;
+      }
+    }
+  });
+  return rows;
 }
 
 void ObjectInfluence::Evaluate(const Lighting& lighting,
@@ -312,35 +352,18 @@ void ObjectInfluence::Evaluate(const Lighting& lighting,
   RgbImage& image = change.irradiance_rgb;
   image.width = 0;
   image.height = 0;
-  image.pixels.clear();
-  if (receivers_.empty()) return;
+  if (receivers_.empty()) return image.pixels.clear();
   const std::vector<glm::vec3> at_receivers = AtReceivers(lighting, parts);
-  const auto entries_of = [this](int x, int y) {
-    const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px_) +
-                          static_cast<std::size_t>(x);
-    return std::span(entries_).subspan(entry_begin_[i], entry_begin_[i + 1] - entry_begin_[i]);
-  };
-  // Per row the first pixel that changes and the one after the last.
-  std::vector<std::array<int, 2>> extents(static_cast<std::size_t>(height_px_), {width_px_, 0});
-  tbb::parallel_for(0, height_px_, [&](int y) {
-    std::array<int, 2>& extent = extents[static_cast<std::size_t>(y)];
-    for (int x = 0; x < width_px_; ++x) {
-      for (const Entry& entry : entries_of(x, y)) {
-        if (entry.weight == 0.0f || at_receivers[entry.receiver] == glm::vec3(0.0f)) continue;
-        extent = {std::min(extent[0], x), x + 1};
-        break;
-      }
-    }
-  });
+  const std::vector<std::array<int, 2>> rows = RowsThatChange(at_receivers);
   glm::ivec2 lower(width_px_, height_px_);
   glm::ivec2 upper(0);
   for (int y = 0; y < height_px_; ++y) {
-    const auto [begin, end] = extents[static_cast<std::size_t>(y)];
+    const auto [begin, end] = rows[static_cast<std::size_t>(y)];
     if (end == 0) continue;
     lower = glm::min(lower, glm::ivec2(begin, y));
     upper = glm::max(upper, glm::ivec2(end, y + 1));
   }
-  if (upper.x <= lower.x) return;
+  if (upper.x <= lower.x) return image.pixels.clear();
   change.x_px = x_px_ + lower.x;
   change.y_px = y_px_ + lower.y;
   image.width = upper.x - lower.x;
@@ -348,10 +371,13 @@ void ObjectInfluence::Evaluate(const Lighting& lighting,
   image.pixels.resize(static_cast<std::size_t>(image.width) *
                       static_cast<std::size_t>(image.height));
   tbb::parallel_for(0, image.height, [&](int y) {
+    const auto [begin, end] = rows[static_cast<std::size_t>(lower.y + y)];
     for (int x = 0; x < image.width; ++x) {
       glm::vec3 sum(0.0f);
-      for (const Entry& entry : entries_of(lower.x + x, lower.y + y)) {
-        sum += entry.weight * at_receivers[entry.receiver];
+      if (lower.x + x >= begin && lower.x + x < end) {
+        for (const Entry& entry : EntriesOf(lower.x + x, lower.y + y)) {
+          sum += entry.weight * at_receivers[entry.receiver];
+        }
       }
       image.At(x, y) = sum;
     }

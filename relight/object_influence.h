@@ -2,11 +2,14 @@
 // and real faces that a surface saw, and shine in their place.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/patch_scene.h"
@@ -116,6 +119,11 @@ class ObjectInfluence {
     std::uint32_t receiver;
     float weight;
   };
+  // Pixels of the part of the picture that can change; empty where upper is not above lower.
+  struct Extent {
+    glm::ivec2 lower{std::numeric_limits<int>::max()};
+    glm::ivec2 upper{0};
+  };
   struct Response {
     glm::vec3 hidden{0.0f};
     glm::vec3 gained{0.0f};
@@ -127,7 +135,15 @@ class ObjectInfluence {
                    const ReceiverHits& receiver,
                    const SurfaceView& view,
                    std::span<const glm::vec3> real_radiosity) const;
+  // Of a pixel of the part of the picture that can change.
+  std::span<const Entry> EntriesOf(int x, int y) const {
+    const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px_) +
+                          static_cast<std::size_t>(x);
+    return std::span(entries_).subspan(entry_begin_[i], entry_begin_[i + 1] - entry_begin_[i]);
+  }
   std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
+  // Per row of the part of the picture, the first pixel that may change and the one after the last.
+  std::vector<std::array<int, 2>> RowsThatChange(std::span<const glm::vec3> at_receivers) const;
 
   std::size_t real_faces_ = 0;
   std::size_t object_faces_ = 0;
@@ -140,6 +156,7 @@ class ObjectInfluence {
   int height_px_ = 0;
   std::vector<std::uint32_t> entry_begin_;  // Per pixel of that part, entries [begin, next begin).
   std::vector<Entry> entries_;
+  std::vector<Extent> extents_;  // At pixels, per receiver: of those that have entries of it.
   std::shared_ptr<const FaceLattice> lattice_;  // Null at pixels.
   std::vector<float> is_open_;              // On faces, per receiver: 0 inside an object, else 1.
   std::vector<glm::vec3> face_albedo_rgb_;  // On faces.
