@@ -4,22 +4,25 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include <epoxy/gl.h>
-#include <glm/geometric.hpp>
 #include <glm/gtc/packing.hpp>
 
 #include "render/internal/blur_pass.h"
+#include "render/internal/checked_context.h"
+#include "render/internal/composite_input.h"
 #include "render/internal/composite_pass.h"
-#include "render/internal/current_context.h"
 #include "render/internal/draw_count.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
+#include "render/internal/layer_reader.h"
 #include "render/internal/object_layer_pass.h"
+#include "render/internal/processor_composite.h"
 #include "render/internal/real_shadow_pass.h"
 #include "render/internal/rect_texture.h"
 #include "render/internal/scene_geometry.h"
@@ -34,248 +37,78 @@ using Clock = std::chrono::steady_clock;
 
 constexpr float kHalfMax = 65504.0f;
 
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-std::string SizeText(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
-template <typename Pixel>
-void RequireSize(const Image<Pixel>& image, const SurfaceView& view, const char* name) {
-  if (image.width == view.Width() && image.height == view.Height() &&
-      image.pixels.size() == view.region.pixels.size()) {
-    return;
-  }
-  throw std::invalid_argument(std::string(name) + " is " + SizeText(image.width, image.height) +
-                              ", expected " + SizeText(view.Width(), view.Height()) +
-                              ", the size of view.region");
-}
-
-template <typename Pixel>
-void RequireInside(const Image<Pixel>& image,
-                   const glm::ivec2& lower,
-                   const SurfaceView& view,
-                   const char* name) {
-  if (lower.x >= 0 && lower.y >= 0 && lower.x + image.width <= view.Width() &&
-      lower.y + image.height <= view.Height()) {
-    return;
-  }
-  throw std::invalid_argument(std::string(name) + " of " + SizeText(image.width, image.height) +
-                              " at (" + std::to_string(lower.x) + ", " + std::to_string(lower.y) +
-                              "): expected inside the picture, " +
-                              SizeText(view.Width(), view.Height()));
-}
-
-void ValidateCamera(const Camera& camera) {
-  const CameraIntrinsics& intrinsics = camera.intrinsics;
-  if (intrinsics.width_px < 1 || intrinsics.height_px < 1) {
-    throw std::invalid_argument("camera picture is " +
-                                SizeText(intrinsics.width_px, intrinsics.height_px) +
-                                ", expected at least 1x1");
-  }
-  if (!(intrinsics.fx_px > 0.0) || !(intrinsics.fy_px > 0.0)) {
-    throw std::invalid_argument("camera fx_px " + std::to_string(intrinsics.fx_px) + ", fy_px " +
-                                std::to_string(intrinsics.fy_px) + ": expected both above 0");
-  }
-}
-
-glm::dvec3 ValidatedDirection(const glm::dvec3& direction) {
-  const double length = glm::length(direction);
-  if (!(std::abs(length - 1.0) <= 1e-3)) {
-    throw std::invalid_argument("sun direction has length " + std::to_string(length) +
-                                ", expected a unit vector");
-  }
-  return direction / length;
-}
-
-void Validate(const CompositeInput& input, std::span<const VirtualObject> objects) {
-  const SurfaceView& view = input.view;
-  ValidateCamera(view.camera);
-  if (view.camera.intrinsics.width_px != view.Width() ||
-      view.camera.intrinsics.height_px != view.Height()) {
-    throw std::invalid_argument(
-        "view.region is " + SizeText(view.Width(), view.Height()) + ", expected the camera's " +
-        SizeText(view.camera.intrinsics.width_px, view.camera.intrinsics.height_px));
-  }
-  RequireSize(input.camera_radiance, view, "camera_radiance");
-  if (!input.clipped.Empty()) RequireSize(input.clipped, view, "clipped");
-  RequireSize(view.albedo_rgb, view, "view.albedo_rgb");
-  RequireSize(view.albedo_measured, view, "view.albedo_measured");
-  RequireSize(view.normal_world, view, "view.normal_world");
-  RequireSize(view.sun_visibility, view, "view.sun_visibility");
-  RequireSize(view.sun_bounce, view, "view.sun_bounce");
-  RequireSize(view.edge_distance_px, view, "view.edge_distance_px");
-  for (const Image<glm::vec3>& response : view.sky_response) {
-    RequireSize(response, view, "view.sky_response");
-  }
-  if (!(input.object_blur_px >= 0.0f && input.object_blur_px <= BlurPass::kMostPx)) {
-    throw std::invalid_argument("object_blur_px is " + std::to_string(input.object_blur_px) +
-                                ": expected 0 to 8 pixels");
-  }
-  if (view.sky_response.size() != input.lighting.sky.size()) {
-    throw std::invalid_argument("lighting.sky has " + std::to_string(input.lighting.sky.size()) +
-                                " shapes, view.sky_response " +
-                                std::to_string(view.sky_response.size()) +
-                                ": expected the same number");
-  }
-  if (view.sky_response.size() > static_cast<std::size_t>(CompositePass::kMaxSkyShapes)) {
-    throw std::invalid_argument(
-        "view.sky_response has " + std::to_string(view.sky_response.size()) +
-        " shapes, expected at most " + std::to_string(CompositePass::kMaxSkyShapes));
-  }
-  if (input.irradiance_change != nullptr) {
-    const IrradianceChange& change = *input.irradiance_change;
-    RequireInside(change.irradiance_rgb, {change.x_px, change.y_px}, view, "irradiance_change");
-  }
-  if (input.sun_shares != nullptr) {
-    const RealSunShare& real = input.sun_shares->real;
-    RequireInside(real.hidden, {real.x_px, real.y_px}, view, "sun_shares.real");
-  }
-  if (!input.effects.probe_shading) return;
-  if (input.vertex_irradiance.size() != objects.size()) {
-    throw std::invalid_argument(
-        "vertex_irradiance has " + std::to_string(input.vertex_irradiance.size()) +
-        " entries, expected " + std::to_string(objects.size()) + ", one an object");
-  }
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (input.vertex_irradiance[i].size() != objects[i].mesh.positions_m.size()) {
-      throw std::invalid_argument(
-          "vertex_irradiance[" + std::to_string(i) + "] has " +
-          std::to_string(input.vertex_irradiance[i].size()) + " entries, expected " +
-          std::to_string(objects[i].mesh.positions_m.size()) + ", one a vertex of that object");
+// Bits of positive floats are ordered as the floats are, negative ones are below and what is not
+// finite is above, so that one integer maximum, which the compiler can vectorise, finds the
+// largest.
+float LargestFinite(std::span<const glm::vec3> values) {
+  constexpr std::int32_t kInfinityBits = 0x7f800000;
+  std::int32_t largest_bits = 0;
+  for (const glm::vec3& value : values) {
+    for (int channel = 0; channel < 3; ++channel) {
+      const auto bits = std::bit_cast<std::int32_t>(value[channel]);
+      largest_bits = std::max(largest_bits, bits < kInfinityBits ? bits : 0);
     }
   }
+  return std::bit_cast<float>(largest_bits);
+}
+
+// Radiance of white.
+double PeakOf(const Lighting& lighting) {
+  const glm::dvec3 irradiance = lighting.sun.irradiance_rgb + lighting.SkyIrradianceRgb();
+  return std::max({irradiance.x, irradiance.y, irradiance.z}) * std::numbers::inv_pi;
+}
+
+double PeakOf(const RgbImage& radiance) { return LargestFinite(radiance.pixels); }
+
+double PeakOnObjects(const CompositeInput& input) {
+  double peak = 0.0;
+  for (const std::vector<glm::vec3>& irradiance : input.vertex_irradiance) {
+    peak = std::max(peak, std::numbers::inv_pi * LargestFinite(irradiance));
+  }
+  return peak;
 }
 
 // The layers are half floats, with full precision from 6e-5 to 65504. A power of two brings the
-// frame's brightest value near 2^4, so that radiances in any unit keep their digits, exactly, down
+// brightest value in them near 2^4, so that radiances in any unit keep their digits, exactly, down
 // to a quarter of a millionth of it; and a glint of the sun may be four thousand times as bright.
-float LayerGain(const RgbImage& radiance, const Lighting& lighting) {
-  // Bits of positive floats are ordered as the floats are, negative ones are below and what is not
-  // finite is above, so that one integer maximum, which the compiler can vectorise, finds it.
-  constexpr std::int32_t kInfinityBits = 0x7f800000;
-  std::int32_t brightest_bits = 0;
-  for (const glm::vec3& pixel : radiance.pixels) {
-    for (int channel = 0; channel < 3; ++channel) {
-      const auto bits = std::bit_cast<std::int32_t>(pixel[channel]);
-      brightest_bits = std::max(brightest_bits, bits < kInfinityBits ? bits : 0);
-    }
-  }
-  const auto brightest = std::bit_cast<float>(brightest_bits);
-  const glm::dvec3 irradiance = lighting.sun.irradiance_rgb + lighting.SkyIrradianceRgb();
-  const double from_light = std::max({irradiance.x, irradiance.y, irradiance.z}) / 3.14159265;
-  const double peak = std::max(static_cast<double>(brightest), from_light);
+float LayerGain(double peak_of_light, double peak_of_pictures) {
+  const double peak = std::max(peak_of_light, peak_of_pictures);
   if (!(peak > 0.0) || !std::isfinite(peak)) return 1.0f;
   const int exponent = std::clamp(4 - std::ilogb(peak), -100, 100);
   return std::ldexp(1.0f, exponent);
 }
 
-// Reads `rect` of a frame buffer as RGBA half floats, in its own format where the device can.
-class HalfReader {
- public:
-  std::span<const std::uint16_t> Read(const FrameBuffer& frame, const PixelRect& rect) {
-    const std::size_t count =
-        4 * static_cast<std::size_t>(rect.Width()) * static_cast<std::size_t>(rect.Height());
-    halves_.resize(count);
-    frame.BindForReading();
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    GLint format = 0;
-    GLint type = 0;
-    glGetIntegerv(GL_IMPLEMENTATION_COLOR_READ_FORMAT, &format);
-    glGetIntegerv(GL_IMPLEMENTATION_COLOR_READ_TYPE, &type);
-    const bool reads_halves = epoxy_is_desktop_gl() || (format == GL_RGBA && type == GL_HALF_FLOAT);
-    if (reads_halves) {
-      glReadPixels(rect.lower.x,
-                   rect.lower.y,
-                   rect.Width(),
-                   rect.Height(),
-                   GL_RGBA,
-                   GL_HALF_FLOAT,
-                   halves_.data());
-    } else {
-      floats_.resize(count);
-      glReadPixels(rect.lower.x,
-                   rect.lower.y,
-                   rect.Width(),
-                   rect.Height(),
-                   GL_RGBA,
-                   GL_FLOAT,
-                   floats_.data());
-      for (std::size_t i = 0; i < count; ++i) halves_[i] = glm::packHalf1x16(floats_[i]);
-    }
-    return halves_;
-  }
-
- private:
-  std::vector<std::uint16_t> halves_;
-  std::vector<float> floats_;
-};
-
-void RequireContext() {
-  if (glGetString(GL_VERSION) == nullptr) {
-    throw std::runtime_error("compositor: no OpenGL context is current on this thread");
-  }
-  const int version = epoxy_gl_version();
-  const bool is_desktop = epoxy_is_desktop_gl();
-  if (version < (is_desktop ? 45 : 31)) {
-    throw std::runtime_error(std::string("compositor: this context is ") +
-                             (is_desktop ? "OpenGL " : "OpenGL ES ") +
-                             std::to_string(version / 10) + "." + std::to_string(version % 10) +
-                             ", expected " + (is_desktop ? "4.5" : "3.1") + " or later");
-  }
-  if (!is_desktop && version < 32 && !epoxy_has_gl_extension("GL_EXT_color_buffer_half_float") &&
-      !epoxy_has_gl_extension("GL_EXT_color_buffer_float")) {
-    throw std::runtime_error(
-        "compositor: this OpenGL ES context draws into no half floats: expected ES 3.2, "
-        "GL_EXT_color_buffer_half_float or GL_EXT_color_buffer_float");
-  }
-}
-
-// First member of Impl, so that it speaks before any shader is compiled.
-struct CheckedContext {
-  CheckedContext() { RequireContext(); }
-
-  // Calls without a context would go nowhere, or end the program.
-  void RequireCurrent() const {
-    if (CurrentContext() == made_in) return;
-    throw std::runtime_error(
-        "compositor: the OpenGL context that it was made in is not current on this thread");
-  }
-  // A device that was reset or taken away draws nothing any more, and reads back anything.
-  void RequireNotLost() const {
-    if (tells_loss && glGetGraphicsResetStatus() != GL_NO_ERROR) {
-      throw std::runtime_error(
-          "compositor: the OpenGL context has been lost (the device was reset or taken away): "
-          "expected to be made anew in another context");
-    }
-  }
-
-  const void* made_in = CurrentContext();
-  bool tells_loss = epoxy_gl_version() >= (epoxy_is_desktop_gl() ? 45 : 32);
-};
-
 }  // namespace
 
 struct Compositor::Impl {
-  explicit Impl(const CompositorOptions& options) : object_layer(options.object_samples_per_side) {}
+  explicit Impl(const CompositorOptions& options)
+      : by_processor(
+            options.composite_by == CompositeBy::kProcessor ||
+            (options.composite_by == CompositeBy::kWhoeverIsFaster && context.DrawsInSoftware())),
+        object_layer(options.object_samples_per_side, by_processor && epoxy_is_desktop_gl()) {
+    if (!by_processor) device.emplace();
+  }
+
+  // The composite on the device.
+  struct OnDevice {
+    CompositePass composite;
+    SurfaceTextures surface;
+    RectTexture change;
+    RectTexture hidden_sun;
+  };
 
   CheckedContext context;
+  bool by_processor;
   SceneGeometry scene;
   VolumeStencil stencil;
   ObjectLayerPass object_layer;
   std::optional<BlurPass> blur;  // Made when it is first wanted.
   RealShadowPass real_shadow;
-  CompositePass composite;
+  std::optional<OnDevice> device;
   ShadowMaskPass shadow_mask;
-  SurfaceTextures surface;
-  RectTexture change;
-  RectTexture hidden_sun;
   RectTexture seen_sun;  // In the objects' samples.
-  RectTexture mirrored;
   LayerLookup lookup;
-  HalfReader reader;
+  LayerReader reader;
 
   // Kept while neither the camera nor the geometry moves.
   std::optional<Camera> layer_camera;
@@ -287,11 +120,27 @@ struct Compositor::Impl {
   ShadowVolumes object_volumes;
   ShadowVolumes real_volumes;
 
+  // What a frame's layers hold.
+  struct Drawn {
+    const FrameBuffer* objects = nullptr;
+    PixelRect object_rect;  // In the layers.
+    PixelRect shadow_rect;  // Likewise, of shadows by volumes.
+    const RealSunShare* hidden_sun = nullptr;
+  };
+
   void UpdateLayerView(const Camera& camera);
-  void UpdateRects(const CompositeInput& input, bool has_shadows);
   void UpdateVolumes(const glm::dvec3& to_sun);
-  PixelRect DrawLayers(const CompositeInput& input, float gain);
-  void ReadBack(const RgbImage& camera, const PixelRect& rect, float gain, Composite& result);
+  Drawn DrawLayers(const CompositeInput& input, const glm::dvec3& to_sun, float gain);
+  PixelRect CompositeOnDevice(const CompositeInput& input,
+                              const Drawn& drawn,
+                              const CompositeLight& light,
+                              float gain);
+  void ReadBack(const PixelRect& rect, float gain, Composite& result);
+  void CompositeInMemory(const CompositeInput& input,
+                         const Drawn& drawn,
+                         const CompositeLight& light,
+                         float gain,
+                         Composite& result);
 };
 
 void Compositor::Impl::UpdateLayerView(const Camera& camera) {
@@ -313,32 +162,9 @@ void Compositor::Impl::UpdateVolumes(const glm::dvec3& to_sun) {
   volumes_version = scene.Version();
 }
 
-void Compositor::Impl::UpdateRects(const CompositeInput& input, bool has_shadows) {
-  change.Clear();
-  hidden_sun.Clear();
-  seen_sun.Clear();
-  mirrored.Clear();
-  if (input.irradiance_change != nullptr) {
-    const IrradianceChange& of_light = *input.irradiance_change;
-    change.Update({of_light.x_px, of_light.y_px}, of_light.irradiance_rgb);
-  }
-  if (has_shadows && input.sun_shares != nullptr && input.effects.sun_shadow) {
-    const RealSunShare& real = input.sun_shares->real;
-    hidden_sun.Update({real.x_px, real.y_px}, real.hidden);
-  }
-  if (has_shadows && input.sun_shares != nullptr && input.effects.object_shadow) {
-    const ObjectSunShare& objects = input.sun_shares->objects;
-    seen_sun.Update(ObjectSunShare::kSamplesPerSide * glm::ivec2(objects.x_px, objects.y_px),
-                    objects.seen);
-  }
-  if (input.mirrored != nullptr) {
-    mirrored.Update({input.mirrored->x_px, input.mirrored->y_px}, input.mirrored->radiance);
-  }
-}
-
-// Draws all layers and the composite; returns the part of the picture that may have changed.
-PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) {
-  const glm::dvec3 to_sun = ValidatedDirection(input.lighting.sun.direction_enu);
+Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input,
+                                                     const glm::dvec3& to_sun,
+                                                     float gain) {
   const CompositeEffects& effects = input.effects;
   LayerSun sun;
   sun.to_sun = to_sun;
@@ -350,79 +176,95 @@ PixelRect Compositor::Impl::DrawLayers(const CompositeInput& input, float gain) 
                            (effects.sun_shadow || effects.object_shadow);
 
   const bool by_volumes = has_shadows && input.sun_shares == nullptr;
-  PixelRect shadow_rect;  // In the layers, by volumes.
+  const bool by_shares = has_shadows && input.sun_shares != nullptr;
+  Drawn drawn;
   if (by_volumes && effects.sun_shadow && scene.PhantomBoxLocal()) {
-    shadow_rect = ShadowExtentOf(*scene.ObjectBoxLocal(),
-                                 *scene.PhantomBoxLocal(),
-                                 to_sun,
-                                 layer_view.intrinsics,
-                                 layer_view.camera_from_local);
+    drawn.shadow_rect = ShadowExtentOf(*scene.ObjectBoxLocal(),
+                                       *scene.PhantomBoxLocal(),
+                                       to_sun,
+                                       layer_view.intrinsics,
+                                       layer_view.camera_from_local);
+  }
+  if (by_shares && effects.sun_shadow && !input.sun_shares->real.hidden.Empty()) {
+    drawn.hidden_sun = &input.sun_shares->real;
   }
   const PixelRect& object_rect = layer_view.object_rect;
-  UpdateRects(input, has_shadows);
-  if (object_rect.Empty() && shadow_rect.Empty() && change.Rect().Empty() &&
-      hidden_sun.Rect().Empty()) {
-    return {};
-  }
-
   const bool shades_objects =
       by_volumes && effects.object_shadow && sun.is_shining && !object_rect.Empty();
-  if (shades_objects || !shadow_rect.Empty()) UpdateVolumes(to_sun);
-  if (shadow_rect.Empty()) {
-    real_shadow.Clear(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
-  } else {
-    real_shadow.Draw(layer_view, shadow_rect, scene, object_volumes, to_sun, stencil);
+  if (shades_objects || !drawn.shadow_rect.Empty()) UpdateVolumes(to_sun);
+  if (!drawn.shadow_rect.Empty()) {
+    real_shadow.Draw(layer_view, drawn.shadow_rect, scene, object_volumes, to_sun, stencil);
   }
-  scene.ShadedObjects().UploadIrradiance(
-      effects.probe_shading ? input.vertex_irradiance : std::span<const std::vector<glm::vec3>>(),
-      gain);
-  object_layer.Draw(layer_view,
-                    scene,
-                    sun,
-                    shades_objects ? &object_volumes : nullptr,
-                    shades_objects ? &real_volumes : nullptr,
-                    {seen_sun, mirrored, input.mirrored != nullptr, gain},
-                    stencil);
+  if (object_rect.Empty()) return drawn;
 
+  seen_sun.Clear();
+  if (by_shares && effects.object_shadow) {
+    const ObjectSunShare& objects = input.sun_shares->objects;
+    seen_sun.Update(ObjectSunShare::kSamplesPerSide * glm::ivec2(objects.x_px, objects.y_px),
+                    objects.seen);
+  }
+  object_layer.Draw(
+      layer_view,
+      scene,
+      sun,
+      shades_objects ? &object_volumes : nullptr,
+      shades_objects ? &real_volumes : nullptr,
+      {effects.probe_shading ? input.vertex_irradiance : std::span<const std::vector<glm::vec3>>(),
+       seen_sun,
+       input.mirrored,
+       gain},
+      stencil);
+  drawn.objects = &object_layer.Layer();
+  drawn.object_rect = object_rect;
   const float blur_px = input.object_blur_px;
-  const int layer_width = layer_view.intrinsics.width_px;
-  const int layer_height = layer_view.intrinsics.height_px;
-  const bool is_blurred = blur_px > 0.0f && !object_rect.Empty();
-  const PixelRect blurred_rect =
-      is_blurred ? BlurPass::Spread(object_rect, blur_px, layer_width, layer_height) : object_rect;
-  if (is_blurred) {
+  if (blur_px > 0.0f) {
+    const int width = layer_view.intrinsics.width_px;
+    const int height = layer_view.intrinsics.height_px;
     if (!blur) blur.emplace();
-    blur->Draw(object_layer.Layer(), object_rect, blur_px, layer_width, layer_height);
+    blur->Draw(object_layer.Layer().ColourTexture(), object_rect, blur_px, width, height);
+    drawn.objects = &blur->Layer();
+    drawn.object_rect = BlurPass::Spread(object_rect, blur_px, width, height);
   }
-
-  surface.Update(input.view);
-  surface.UpdateCamera(input.camera_radiance, input.clipped);
-  CompositeLight light;
-  light.to_sun = to_sun;
-  light.sun_irradiance = sun.irradiance;
-  for (const SkyComponent& component : input.lighting.sky) {
-    light.sky_irradiance.emplace_back(static_cast<double>(gain) * component.irradiance_rgb);
-  }
-  const CompositeLayers layers{surface,
-                               lookup,
-                               is_blurred ? blur->Layer() : object_layer.Layer(),
-                               real_shadow.Mask(),
-                               change,
-                               hidden_sun,
-                               lookup.CameraRectOf(blurred_rect),
-                               lookup.CameraRectOf(shadow_rect)};
-  composite.Draw(layers, light, gain, input.view.Width(), input.view.Height());
-  return layers.Rect();
+  return drawn;
 }
 
-void Compositor::Impl::ReadBack(const RgbImage& camera,
-                                const PixelRect& rect,
-                                float gain,
-                                Composite& result) {
-  result.radiance = camera;
-  result.change = Gray8Image(camera.width, camera.height, 0);
+// Returns the part of the picture that may have changed.
+PixelRect Compositor::Impl::CompositeOnDevice(const CompositeInput& input,
+                                              const Drawn& drawn,
+                                              const CompositeLight& light,
+                                              float gain) {
+  device->change.Clear();
+  device->hidden_sun.Clear();
+  if (input.irradiance_change != nullptr) {
+    const IrradianceChange& change = *input.irradiance_change;
+    device->change.Update({change.x_px, change.y_px}, change.irradiance_rgb);
+  }
+  if (drawn.hidden_sun != nullptr) {
+    const RealSunShare& real = *drawn.hidden_sun;
+    device->hidden_sun.Update({real.x_px, real.y_px}, real.hidden);
+  }
+  if (drawn.shadow_rect.Empty()) {
+    real_shadow.Clear(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
+  }
+  const CompositeLayers layers{device->surface,
+                               lookup,
+                               drawn.objects != nullptr ? drawn.objects->ColourTexture() : 0,
+                               real_shadow.Mask().ColourTexture(),
+                               device->change,
+                               device->hidden_sun,
+                               lookup.CameraRectOf(drawn.object_rect),
+                               lookup.CameraRectOf(drawn.shadow_rect)};
+  const PixelRect rect = layers.Rect();
+  if (rect.Empty()) return rect;
+  device->surface.Update(input.view);
+  device->surface.UpdateCamera(input.camera_radiance, input.clipped);
+  device->composite.Draw(layers, light, gain, input.view.Width(), input.view.Height());
+  return rect;
+}
+
+void Compositor::Impl::ReadBack(const PixelRect& rect, float gain, Composite& result) {
   if (rect.Empty()) return;
-  const std::span<const std::uint16_t> halves = reader.Read(composite.Target(), rect);
+  const std::span<const std::uint16_t> halves = reader.ReadHalves(device->composite.Target(), rect);
   const float to_radiance = 1.0f / gain;
   const std::uint16_t* half = halves.data();
   for (int y = rect.lower.y; y < rect.upper.y; ++y) {
@@ -437,6 +279,28 @@ void Compositor::Impl::ReadBack(const RgbImage& camera,
           static_cast<std::uint8_t>(is_covered ? PixelChange::kCovered : PixelChange::kScaled);
     }
   }
+}
+
+void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
+                                         const Drawn& drawn,
+                                         const CompositeLight& light,
+                                         float gain,
+                                         Composite& result) {
+  ProcessorLayers layers{.lookup = lookup,
+                         .object = {drawn.object_rect, {}},
+                         .mask = {drawn.shadow_rect, {}},
+                         .object_rect = lookup.CameraRectOf(drawn.object_rect),
+                         .mask_rect = lookup.CameraRectOf(drawn.shadow_rect)};
+  if (!drawn.object_rect.Empty()) {
+    const std::span<const glm::vec4> values = reader.ReadFloats(*drawn.objects, drawn.object_rect);
+    layers.object.values.assign(values.begin(), values.end());
+  }
+  if (!drawn.shadow_rect.Empty()) {
+    for (const std::uint8_t value : reader.ReadBytes(real_shadow.Mask(), drawn.shadow_rect)) {
+      layers.mask.values.push_back(static_cast<float>(value) / 255.0f);
+    }
+  }
+  CompositeByProcessor(input, layers, drawn.hidden_sun, light, gain, result);
 }
 
 void CompositorOptions::Validate() const {
@@ -464,21 +328,48 @@ void Compositor::SetObjects(std::vector<VirtualObject> objects) {
 
 Composite Compositor::Render(const CompositeInput& input) {
   impl_->context.RequireCurrent();
-  Validate(input, impl_->scene.Objects());
+  ValidateInput(input, impl_->scene.Objects());
+  const glm::dvec3 to_sun = ValidatedDirection(input.lighting.sun.direction_enu);
   const ApplicationState application_state;
   Composite result;
-  const Clock::time_point start = Clock::now();
+  Clock::time_point start = Clock::now();
   TakeDrawCount();
-  const float gain = LayerGain(input.camera_radiance, input.lighting);
+  const float gain =
+      LayerGain(PeakOf(input.lighting),
+                impl_->by_processor ? PeakOnObjects(input) : PeakOf(input.camera_radiance));
   impl_->UpdateLayerView(input.view.camera);
-  const PixelRect rect = impl_->DrawLayers(input, gain);
-  glFinish();
-  result.draw_ms = MillisecondsSince(start);
+  const Impl::Drawn drawn = impl_->DrawLayers(input, to_sun, gain);
+  CompositeLight light;
+  light.to_sun = to_sun;
+  light.sun_irradiance = glm::vec3(static_cast<double>(gain) * input.lighting.sun.irradiance_rgb);
+  for (const SkyComponent& component : input.lighting.sky) {
+    light.sky_irradiance.emplace_back(static_cast<double>(gain) * component.irradiance_rgb);
+  }
+  const auto lap_ms = [&start] {
+    const Clock::time_point now = Clock::now();
+    return std::chrono::duration<double, std::milli>(now - std::exchange(start, now)).count();
+  };
+  const auto copy_picture = [&] {
+    result.radiance = input.camera_radiance;
+    result.change = Gray8Image(input.camera_radiance.width, input.camera_radiance.height, 0);
+  };
+  if (impl_->by_processor) {
+    glFlush();
+    result.draw_ms = lap_ms();
+    copy_picture();
+    result.readback_ms = lap_ms();
+    impl_->CompositeInMemory(input, drawn, light, gain, result);
+    result.draw_ms += lap_ms();
+  } else {
+    const PixelRect rect = impl_->CompositeOnDevice(input, drawn, light, gain);
+    glFinish();
+    result.draw_ms = lap_ms();
+    copy_picture();
+    impl_->ReadBack(rect, gain, result);
+    result.readback_ms = lap_ms();
+  }
   result.draw_calls = TakeDrawCount();
-  const Clock::time_point drawn = Clock::now();
-  impl_->ReadBack(input.camera_radiance, rect, gain, result);
   impl_->context.RequireNotLost();
-  result.readback_ms = MillisecondsSince(drawn);
   return result;
 }
 

@@ -64,10 +64,18 @@ struct Composite {
   // Scene-linear; kNone pixels are the camera's own, bit for bit. Values that would overflow half
   // float are clamped to 65504.
   RgbImage radiance;
-  Gray8Image change;  // PixelChange values.
-  double draw_ms = 0.0;
-  double readback_ms = 0.0;
+  Gray8Image change;         // PixelChange values.
+  double draw_ms = 0.0;      // What the processor composites included.
+  double readback_ms = 0.0;  // Of what the device composites, and of copying the picture.
   int draw_calls = 0;
+};
+
+// Who puts layers into the camera's picture. Both do it by the same formulas; the device rounds to
+// half floats.
+enum class CompositeBy {
+  kWhoeverIsFaster,  // The processor where it draws for OpenGL too.
+  kDevice,
+  kProcessor,
 };
 
 struct CompositorOptions {
@@ -75,6 +83,7 @@ struct CompositorOptions {
   // are. Two are enough for who looks from afar; where an object fills a large picture fewer than
   // asked for are taken.
   int object_samples_per_side = 4;
+  CompositeBy composite_by = CompositeBy::kWhoeverIsFaster;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };

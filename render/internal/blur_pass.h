@@ -15,13 +15,13 @@ class BlurPass {
   // What `rect` of a layer grows to; inside the picture.
   static PixelRect Spread(const PixelRect& rect, float sigma_px, int width, int height);
 
-  // Convolves an RGBA16F layer, which is zero outside `rect`, with a Gaussian, cut off at three
+  // Convolves a layer, which is zero outside `rect`, with a Gaussian, cut off at three
   // sigma; beyond the picture it goes on as at its border. What covers less than 1/512 of a pixel
   // is left out. Zero outside Spread(rect). sigma_px > 0, at most kMostPx.
   void Draw(GLuint layer, const PixelRect& rect, float sigma_px, int width, int height);
   static constexpr float kMostPx = 8.0f;
 
-  GLuint Layer() const { return both_ways_.ColourTexture(); }
+  const FrameBuffer& Layer() const { return both_ways_; }
 
  private:
   FrameBuffer one_way_;

@@ -11,8 +11,12 @@ const char* FormatName(GLenum format) {
   switch (format) {
     case GL_RGBA16F:
       return "RGBA16F";
+    case GL_RGBA32F:
+      return "RGBA32F";
     case GL_R8:
       return "R8";
+    case GL_R32UI:
+      return "R32UI";
     default:
       return "its format";
   }
@@ -67,6 +71,12 @@ void FrameBuffer::Reserve(int width, int height) {
   constexpr int kStep = 64;
   const auto rounded = [](int size) { return (size + kStep - 1) / kStep * kStep; };
   Resize(std::max(width_, rounded(width)), std::max(height_, rounded(height)));
+}
+
+void FrameBuffer::ShareDepthStencilOf(const FrameBuffer& other) {
+  glBindFramebuffer(GL_FRAMEBUFFER, frame_buffer_.Name());
+  glFramebufferRenderbuffer(
+      GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, other.depth_stencil_.Name());
 }
 
 void FrameBuffer::Bind() const {

@@ -26,6 +26,9 @@ class FrameBuffer {
   // The same, but only where it is too small: for a buffer of which a corner is used.
   void Reserve(int width, int height);
 
+  // Draws with the depth and stencil of a buffer of the same size, which has them, from now on.
+  void ShareDepthStencilOf(const FrameBuffer& other);
+
   // Binds it for drawing and sets the viewport to all of it.
   void Bind() const;
   void BindForReading() const;

@@ -24,6 +24,11 @@ class LayerLookup {
   // RG32F, window coordinates in the layers; far outside where no direction leads to a pixel. Only
   // where not IsIdentity().
   GLuint Texture() const { return texture_.Name(); }
+  // The same for one pixel.
+  const glm::vec2& PlaceOf(int x, int y) const {
+    return lookup_[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width_px) +
+                   static_cast<std::size_t>(x)];
+  }
 
   // The camera's pixels that look into `rect` of the layers.
   PixelRect CameraRectOf(const PixelRect& rect) const;

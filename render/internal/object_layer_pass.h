@@ -1,13 +1,21 @@
 // The virtual objects as a layer of their own: radiance times coverage, and coverage.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
 #include <glm/vec3.hpp>
 
 #include "render/internal/frame_buffer.h"
+#include "render/internal/layer_reader.h"
 #include "render/internal/rect_texture.h"
 #include "render/internal/scene_geometry.h"
+#include "render/internal/vertex_shares.h"
 #include "render/internal/volume_stencil.h"
 #include "scene/lighting.h"
+#include "scene/mirrored_light.h"
 #include "scene/sun_shares.h"
 
 namespace pleinair {
@@ -20,12 +28,15 @@ struct LayerSun {
   double angular_radius_rad = kMeanSunAngularRadiusRad;
 };
 
-// What ray casting says of the layer; either may be empty.
+// What ray casting says of the layer.
 struct LayerLight {
-  const RectTexture& seen_sun;  // Share of the disc, a sample at a time.
-  const RectTexture& mirrored;  // Radiance, a pixel at a time.
-  bool mirrors = false;         // Glossy surfaces send what `mirrored` holds, or nothing.
-  float gain = 1.0f;            // From `mirrored` to the layer's units.
+  // Per object and vertex; empty: none.
+  std::span<const std::vector<glm::vec3>> vertex_irradiance;
+  // Share of the disc, a sample at a time; may be empty.
+  const RectTexture& seen_sun;
+  // What glossy surfaces send; null: they are diffuse.
+  const MirroredLight* mirrored = nullptr;
+  float gain = 1.0f;  // To the layer's units, of irradiance and of what is mirrored.
 };
 
 // Radiance of a point with diffuse albedo d, specular reflectance k and GGX width alpha, under
@@ -38,15 +49,19 @@ struct LayerLight {
 //
 // Edges  Several samples a pixel, each shaded and shadowed by itself: drawn larger, but only the
 //        rectangle that holds objects. In software that costs half of what multisampling does.
+// Kept   Where that is asked for, what the samples show stays while neither camera nor geometry
+//        moves: their depth, and the vertices' shares of each pixel, which new light is summed by.
+//        Then the sun alone is drawn for each frame. To rounding the layer is the same.
 class ObjectLayerPass {
  public:
   // Samples of a side of each pixel of `rect`: as many as asked for, fewer where an object fills
   // that much of a large picture that more than 2^22 samples would come out, but two at least.
   static int SamplesPerSide(const PixelRect& rect, int wanted);
 
-  explicit ObjectLayerPass(int samples_per_side);
+  // To keep what samples show takes desktop OpenGL.
+  ObjectLayerPass(int samples_per_side, bool keeps_samples);
 
-  // `casters_on_objects`: volumes of the real scene; both sets may be null: no shadows.
+  // Both sets of volumes may be null: no shadows.
   void Draw(const LayerView& view,
             SceneGeometry& scene,
             const LayerSun& sun,
@@ -55,27 +70,55 @@ class ObjectLayerPass {
             const LayerLight& light,
             VolumeStencil& stencil);
 
-  // RGBA16F, zero where no object is.
-  GLuint Layer() const { return layer_.ColourTexture(); }
+  // RGBA16F, RGBA32F where samples are kept; zero where no object is.
+  const FrameBuffer& Layer() const { return layer_; }
 
  private:
-  void DrawSamples(const LayerView& view,
-                   SceneGeometry& scene,
-                   const LayerSun& sun,
-                   const ShadowVolumes* object_volumes,
-                   const ShadowVolumes* real_volumes,
-                   const LayerLight& light,
-                   VolumeStencil& stencil);
+  // What the samples in the buffer belong to.
+  struct KeptFor {
+    std::uint64_t version = 0;  // The scene's.
+    glm::dmat4 clip_from_local{0.0};
+    PixelRect rect;
+    bool operator==(const KeptFor&) const = default;
+  };
+
+  void BindSamples(const PixelRect& rect);
+  void DrawFromVertices(const LayerView& view,
+                        SceneGeometry& scene,
+                        const LayerLight& light,
+                        const VolumeStencil& stencil);
+  void FindShares(const LayerView& view, SceneGeometry& scene, const VolumeStencil& stencil);
+  void SumFromVertices(const PixelRect& rect, SceneGeometry& scene, const LayerLight& light);
+  void DrawSun(const LayerView& view,
+               SceneGeometry& scene,
+               const LayerSun& sun,
+               const ShadowVolumes* object_volumes,
+               const ShadowVolumes* real_volumes,
+               const LayerLight& light,
+               VolumeStencil& stencil);
+  void DrawMean(const PixelRect& rect, bool has_samples);
 
   int wanted_samples_per_side_;
+  bool keeps_samples_;
   FrameBuffer samples_;
+  FrameBuffer triangles_;  // Of samples, as numbers; where they are kept.
   FrameBuffer layer_;
-  ShaderProgram ambient_program_;
+  std::optional<ShaderProgram> ambient_program_;   // Where samples are not kept.
+  std::optional<ShaderProgram> triangle_program_;  // Where they are.
   ShaderProgram sun_program_;
   ShaderProgram mean_program_;
   GlObject no_vertices_;
   PixelRect drawn_rect_;
   std::vector<std::int8_t> sunlit_sides_;
+  RectTexture mirrored_;
+  // Where samples are kept.
+  std::optional<KeptFor> kept_for_;
+  VertexShares shares_;
+  LayerReader reader_;
+  std::vector<glm::vec3> at_vertices_;
+  std::vector<glm::vec3> mirrored_at_pixels_;
+  Image<glm::vec4> from_vertices_;
+  RectTexture from_vertices_texture_;
 };
 
 }  // namespace pleinair

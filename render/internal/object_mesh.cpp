@@ -1,7 +1,11 @@
 #include "render/internal/object_mesh.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <numbers>
 #include <unordered_map>
+
+#include <glm/common.hpp>
 
 #include "render/internal/draw_count.h"
 
@@ -14,6 +18,11 @@ struct Vertex {
   glm::vec3 diffuse;
   glm::vec4 specular_alpha;
 };
+
+bool IsGlossy(const Material& material) {
+  const glm::vec3& k = material.specular_reflectance;
+  return std::max({k.r, k.g, k.b}) > 0.0f;
+}
 
 void Attribute(GLuint index, int components, std::size_t offset) {
   glEnableVertexAttribArray(index);
@@ -55,16 +64,22 @@ void ObjectMesh::Upload(std::span<const Mesh* const> objects,
   std::vector<Vertex> vertices;
   triangles_.clear();
   sources_.clear();
-  const Material no_material;
+  positions_.clear();
+  material_of_.clear();
+  materials_.clear();
   std::size_t first_position = 0;
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const Mesh& mesh = *objects[o];
+    const auto first_material = static_cast<std::uint32_t>(materials_.size());
+    materials_.insert(materials_.end(), mesh.materials.begin(), mesh.materials.end());
+    if (mesh.materials.empty()) materials_.emplace_back();
     std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;  // (vertex, material) to ours.
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const std::uint32_t material_index =
-          mesh.triangle_material.empty() ? 0 : mesh.triangle_material[t];
-      const Material& material =
-          mesh.materials.empty() ? no_material : mesh.materials[material_index];
+          first_material + (mesh.triangle_material.empty() || mesh.materials.empty()
+                                ? 0
+                                : mesh.triangle_material[t]);
+      const Material& material = materials_[material_index];
       glm::uvec3 triangle;
       for (int corner = 0; corner < 3; ++corner) {
         const std::uint32_t source = mesh.triangles[t][corner];
@@ -78,6 +93,8 @@ void ObjectMesh::Upload(std::span<const Mesh* const> objects,
                material.diffuse_albedo,
                glm::vec4(material.specular_reflectance, material.roughness * material.roughness)});
           sources_.push_back({static_cast<std::uint32_t>(o), source});
+          positions_.push_back(positions[first_position + source]);
+          material_of_.push_back(material_index);
         }
         triangle[corner] = entry->second;
       }
@@ -102,6 +119,34 @@ void ObjectMesh::UploadIrradiance(std::span<const std::vector<glm::vec3>> vertex
     }
   }
   UploadBuffer(irradiance_, GL_ARRAY_BUFFER, irradiance_values_, GL_STREAM_DRAW);
+}
+
+void ObjectMesh::RadianceAtVertices(std::span<const std::vector<glm::vec3>> vertex_irradiance,
+                                    float gain,
+                                    bool mirrors,
+                                    std::vector<glm::vec3>& radiance) const {
+  radiance.assign(sources_.size(), glm::vec3(0.0f));
+  if (vertex_irradiance.empty()) return;
+  std::vector<glm::vec3> of_unit;  // Per material, under a unit of irradiance.
+  for (const Material& material : materials_) {
+    const glm::vec3 albedo =
+        mirrors && IsGlossy(material)
+            ? material.diffuse_albedo
+            : glm::min(material.diffuse_albedo + material.specular_reflectance, glm::vec3(1.0f));
+    of_unit.push_back(gain * std::numbers::inv_pi_v<float> * albedo);
+  }
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    radiance[i] =
+        of_unit[material_of_[i]] * vertex_irradiance[sources_[i].object][sources_[i].vertex];
+  }
+}
+
+std::vector<bool> ObjectMesh::GlossyVertices() const {
+  std::vector<bool> is_glossy(sources_.size());
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    is_glossy[i] = IsGlossy(materials_[material_of_[i]]);
+  }
+  return is_glossy;
 }
 
 void ObjectMesh::UploadSunlitTriangles(std::span<const std::int8_t> sides) {

@@ -23,7 +23,7 @@ class RealShadowPass {
             VolumeStencil& stencil);
   void Clear(int width, int height);
 
-  GLuint Mask() const { return target_.ColourTexture(); }
+  const FrameBuffer& Mask() const { return target_; }
 
  private:
   FrameBuffer target_;

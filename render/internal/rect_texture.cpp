@@ -12,6 +12,10 @@ void RectTexture::Update(const glm::ivec2& lower, const GrayImage& image) {
   Upload(lower, {image.width, image.height}, GL_R32F, GL_RED, image.pixels.data());
 }
 
+void RectTexture::Update(const glm::ivec2& lower, const Image<glm::vec4>& image) {
+  Upload(lower, {image.width, image.height}, GL_RGBA32F, GL_RGBA, image.pixels.data());
+}
+
 void RectTexture::Upload(const glm::ivec2& lower,
                          const glm::ivec2& size,
                          GLenum internal_format,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <epoxy/gl.h>
+#include <glm/vec4.hpp>
 
 #include "render/internal/gl_object.h"
 #include "render/internal/screen_extent.h"
@@ -15,10 +16,11 @@ class RectTexture {
   // One instance has images of one kind.
   void Update(const glm::ivec2& lower, const RgbImage& image);
   void Update(const glm::ivec2& lower, const GrayImage& image);
+  void Update(const glm::ivec2& lower, const Image<glm::vec4>& image);
   void Clear() { rect_ = {}; }
 
-  // RGB32F or R32F; the texel (0, 0) belongs to Rect().lower. Outside Rect() its content is
-  // undefined.
+  // RGB32F, R32F or RGBA32F; the texel (0, 0) belongs to Rect().lower. Outside Rect() its content
+  // is undefined.
   GLuint Texture() const { return texture_.Name(); }
   // Where in the picture there are values.
   const PixelRect& Rect() const { return rect_; }

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "ray_cast_reference.h"
 #include "render/compositor.h"
@@ -10,6 +13,12 @@
 #include "scene/surface_view.h"
 
 namespace pleinair::test {
+
+// For tests of both ways to composite.
+inline constexpr CompositeBy kByBoth[] = {CompositeBy::kDevice, CompositeBy::kProcessor};
+inline std::string NameOfCompositeBy(const testing::TestParamInfo<CompositeBy>& info) {
+  return info.param == CompositeBy::kDevice ? "Device" : "Processor";
+}
 
 class CompositeScene {
  public:

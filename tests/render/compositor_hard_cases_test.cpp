@@ -11,7 +11,7 @@
 namespace pleinair::test::compositor_hard_cases_test {
 namespace {
 
-class CompositorHardCase : public testing::Test {
+class CompositorHardCase : public testing::TestWithParam<CompositeBy> {
  protected:
   Composite Render(const CompositeScene& scene, const Mesh& object) {
     compositor_.SetPhantom(scene.phantom);
@@ -44,16 +44,16 @@ class CompositorHardCase : public testing::Test {
   }
 
   HeadlessContext context_;
-  Compositor compositor_;
+  Compositor compositor_{CompositorOptions{.composite_by = GetParam()}};
   const glm::dvec3 to_sun_ = DirectionOf(215.0, 40.0);
 };
 
-TEST_F(CompositorHardCase, TwoRunsAreBitIdentical) {
+TEST_P(CompositorHardCase, TwoRunsAreBitIdentical) {
   const CompositeScene scene(to_sun_);
   const Mesh sphere = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24);
   const Composite first = Render(scene, sphere);
   const Composite again = Render(scene, sphere);
-  Compositor other;
+  Compositor other(CompositorOptions{.composite_by = GetParam()});
   other.SetPhantom(scene.phantom);
   other.SetObjects({{sphere}});
   const std::vector<std::vector<glm::vec3>> irradiance{
@@ -65,7 +65,7 @@ TEST_F(CompositorHardCase, TwoRunsAreBitIdentical) {
 }
 
 // What was kept of an earlier frame shows nowhere.
-TEST_F(CompositorHardCase, FramesDoNotRememberOtherFrames) {
+TEST_P(CompositorHardCase, FramesDoNotRememberOtherFrames) {
   const CompositeScene scene(to_sun_);
   const CompositeScene other_sun(DirectionOf(120.0, 30.0));
   const CompositeScene smaller(to_sun_, 100, 70);
@@ -83,7 +83,7 @@ TEST_F(CompositorHardCase, FramesDoNotRememberOtherFrames) {
   EXPECT_EQ(fresh.change.pixels, after.change.pixels);
 }
 
-TEST_F(CompositorHardCase, PicturesOfEverySize) {
+TEST_P(CompositorHardCase, PicturesOfEverySize) {
   for (const auto& [width, height] :
        {std::pair(1, 1), std::pair(641, 479), std::pair(2, 301), std::pair(301, 2)}) {
     const CompositeScene scene(to_sun_, width, height);
@@ -96,14 +96,14 @@ TEST_F(CompositorHardCase, PicturesOfEverySize) {
 }
 
 // As wide as pictures get; a strip of it, for the sake of the test's memory.
-TEST_F(CompositorHardCase, AStripOf4096Pixels) {
+TEST_P(CompositorHardCase, AStripOf4096Pixels) {
   const CompositeScene scene(to_sun_, 4096, 216);
   const Composite composite = Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24));
   ExpectSound(scene, composite, "4096x216");
   EXPECT_GT(CountChanged(composite), 1000u);
 }
 
-TEST_F(CompositorHardCase, ObjectsThatAreNotThereChangeNothing) {
+TEST_P(CompositorHardCase, ObjectsThatAreNotThereChangeNothing) {
   const CompositeScene scene(to_sun_);
   EXPECT_EQ(CountChanged(Render(scene, Mesh{})), 0u);
   EXPECT_EQ(CountChanged(Render(scene, Sphere({9.0f, -10.0f, 1.0f}, 0.5f, 8))), 0u);
@@ -112,7 +112,7 @@ TEST_F(CompositorHardCase, ObjectsThatAreNotThereChangeNothing) {
   EXPECT_EQ(CountChanged(compositor_.Render(scene.Input({}))), 0u);
 }
 
-TEST_F(CompositorHardCase, ObjectsOfAnySizeAndPlace) {
+TEST_P(CompositorHardCase, ObjectsOfAnySizeAndPlace) {
   const CompositeScene scene(to_sun_);
   const glm::vec3 eye(scene.Camera().CentreWorldM());
   const struct {
@@ -130,7 +130,7 @@ TEST_F(CompositorHardCase, ObjectsOfAnySizeAndPlace) {
   }
 }
 
-TEST_F(CompositorHardCase, NoPhantomAtAll) {
+TEST_P(CompositorHardCase, NoPhantomAtAll) {
   CompositeScene scene(to_sun_);
   scene.phantom = Mesh{};
   const Composite composite = Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24));
@@ -139,7 +139,7 @@ TEST_F(CompositorHardCase, NoPhantomAtAll) {
 }
 
 // A mirror under a sun that no half float holds.
-TEST_F(CompositorHardCase, SunGlintOnAMirrorIsClamped) {
+TEST_P(CompositorHardCase, SunGlintOnAMirrorIsClamped) {
   CompositeScene scene(to_sun_);
   scene.lighting.sun.irradiance_rgb = glm::dvec3(1e5);
   scene.RenderCameraFromModel();
@@ -158,7 +158,7 @@ TEST_F(CompositorHardCase, SunGlintOnAMirrorIsClamped) {
   EXPECT_EQ(brightest, 65504.0f);
 }
 
-TEST_F(CompositorHardCase, DeadAndBrokenCameraPixelsStayOut) {
+TEST_P(CompositorHardCase, DeadAndBrokenCameraPixelsStayOut) {
   CompositeScene scene(to_sun_);
   for (std::size_t i = 0; i < scene.radiance.pixels.size(); ++i) {
     if (i % 3 == 0) scene.radiance.pixels[i] = glm::vec3(std::nanf(""));
@@ -173,7 +173,7 @@ TEST_F(CompositorHardCase, DeadAndBrokenCameraPixelsStayOut) {
   EXPECT_GT(CountChanged(composite), 300u);
 }
 
-TEST_F(CompositorHardCase, AModelWithoutLightOrAlbedoTouchesNothing) {
+TEST_P(CompositorHardCase, AModelWithoutLightOrAlbedoTouchesNothing) {
   CompositeScene scene(to_sun_);
   for (glm::vec3& response : scene.view.sky_response[0].pixels) response = glm::vec3(0.0f);
   for (glm::vec3& bounce : scene.view.sun_bounce.pixels) bounce = glm::vec3(0.0f);
@@ -188,6 +188,8 @@ TEST_F(CompositorHardCase, AModelWithoutLightOrAlbedoTouchesNothing) {
   scene.lighting.sky[0].irradiance_rgb = glm::dvec3(0.0);
   ExpectSound(scene, Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24)), "night");
 }
+
+INSTANTIATE_TEST_SUITE_P(ByBoth, CompositorHardCase, testing::ValuesIn(kByBoth), NameOfCompositeBy);
 
 }  // namespace
 }  // namespace pleinair::test::compositor_hard_cases_test

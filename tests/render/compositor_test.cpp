@@ -23,7 +23,7 @@ namespace {
 // Half float keeps 11 bits, and drivers may cut off instead of rounding: 2^-10.
 constexpr double kHalfRounding = 1e-3;
 
-class CompositorTest : public testing::Test {
+class CompositorTest : public testing::TestWithParam<CompositeBy> {
  protected:
   CompositorTest() { compositor_.SetPhantom(scene_.phantom); }
 
@@ -36,7 +36,7 @@ class CompositorTest : public testing::Test {
 
   static constexpr float kIrradiance = 90.0f;
   HeadlessContext context_;
-  Compositor compositor_;
+  Compositor compositor_{CompositorOptions{.composite_by = GetParam()}};
   CompositeScene scene_{DirectionOf(215.0, 40.0)};
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
   const Mesh sphere_ = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24);
@@ -57,7 +57,7 @@ bool MeetsAnotherMaterial(const Mesh& mesh, const Image<VisiblePoint>& points, s
   return false;
 }
 
-TEST_F(CompositorTest, ANewShadowScalesRealPixelsByTheModelsRatio) {
+TEST_P(CompositorTest, ANewShadowScalesRealPixelsByTheModelsRatio) {
   const Composite composite = Render(sphere_);
   const Image<VisiblePoint> points = CastPicture(RayCaster(scene_.phantom), scene_.Camera());
   const Gray8Image shadow =
@@ -81,7 +81,7 @@ TEST_F(CompositorTest, ANewShadowScalesRealPixelsByTheModelsRatio) {
   EXPECT_GT(scaled, 100);
 }
 
-TEST_F(CompositorTest, PixelsThatNothingChangesAreTheCamerasBitForBit) {
+TEST_P(CompositorTest, PixelsThatNothingChangesAreTheCamerasBitForBit) {
   // Values that no arithmetic leaves alone.
   scene_.radiance.pixels[0] = glm::vec3(std::numeric_limits<float>::quiet_NaN());
   scene_.radiance.pixels[1] = glm::vec3(std::numeric_limits<float>::infinity());
@@ -100,7 +100,7 @@ TEST_F(CompositorTest, PixelsThatNothingChangesAreTheCamerasBitForBit) {
 }
 
 // Diffuse and glossy, in the sun, in its own shadow and in the wall's.
-TEST_F(CompositorTest, ObjectsFollowTheShadingFormula) {
+TEST_P(CompositorTest, ObjectsFollowTheShadingFormula) {
   Material glossy;
   glossy.diffuse_albedo = {0.3f, 0.2f, 0.1f};
   glossy.specular_reflectance = {0.2f, 0.3f, 0.5f};
@@ -146,7 +146,7 @@ TEST_F(CompositorTest, ObjectsFollowTheShadingFormula) {
 }
 
 // Darker, brighter in one channel alone, and beyond black; in the shadow of the object and beside.
-TEST_F(CompositorTest, AChangeOfIrradianceScalesRealPixels) {
+TEST_P(CompositorTest, AChangeOfIrradianceScalesRealPixels) {
   const glm::vec3 changes[] = {{-30.0f, -20.0f, -10.0f}, {0.0f, 40.0f, 0.0f}, glm::vec3(-1e6f)};
   IrradianceChange change{20, 10, RgbImage(150, 120, glm::vec3(0.0f))};
   for (int y = 0; y < 120; ++y) {
@@ -193,7 +193,7 @@ TEST_F(CompositorTest, AChangeOfIrradianceScalesRealPixels) {
   EXPECT_GT(shaded, 100);
 }
 
-TEST_F(CompositorTest, AChangeThatRoundingWouldLoseIsNone) {
+TEST_P(CompositorTest, AChangeThatRoundingWouldLoseIsNone) {
   compositor_.SetObjects({{sphere_}});
   vertex_irradiance_ = {std::vector<glm::vec3>(sphere_.positions_m.size(), glm::vec3(kIrradiance))};
   const Composite without = compositor_.Render(scene_.Input(vertex_irradiance_));
@@ -206,7 +206,7 @@ TEST_F(CompositorTest, AChangeThatRoundingWouldLoseIsNone) {
   EXPECT_EQ(with.change.pixels, without.change.pixels);
 }
 
-TEST_F(CompositorTest, RefusesAChangeBeyondThePicture) {
+TEST_P(CompositorTest, RefusesAChangeBeyondThePicture) {
   compositor_.SetObjects({});
   CompositeInput input = scene_.Input({});
   const IrradianceChange change{200, 0, RgbImage(41, 10)};
@@ -214,7 +214,7 @@ TEST_F(CompositorTest, RefusesAChangeBeyondThePicture) {
   EXPECT_THROW(compositor_.Render(input), std::invalid_argument);
 }
 
-TEST_F(CompositorTest, AnObjectsEdgeBlendsWithTheCamera) {
+TEST_P(CompositorTest, AnObjectsEdgeBlendsWithTheCamera) {
   // Before a black picture, coverage can be read off.
   scene_.lighting.sun.irradiance_rgb = glm::dvec3(0.0);
   scene_.radiance = RgbImage(scene_.view.Width(), scene_.view.Height());
@@ -228,7 +228,7 @@ TEST_F(CompositorTest, AnObjectsEdgeBlendsWithTheCamera) {
   EXPECT_GT(partly, 20);
 }
 
-TEST_F(CompositorTest, NothingButTheObjectChangesWhenThereIsNoSun) {
+TEST_P(CompositorTest, NothingButTheObjectChangesWhenThereIsNoSun) {
   scene_.lighting.sun.irradiance_rgb = glm::dvec3(0.0);
   scene_.RenderCameraFromModel();
   const Composite composite = Render(sphere_);
@@ -240,7 +240,7 @@ TEST_F(CompositorTest, NothingButTheObjectChangesWhenThereIsNoSun) {
   EXPECT_GT(covered, 300);
 }
 
-TEST_F(CompositorTest, APixelThatLooksShadedHasNoSunToLose) {
+TEST_P(CompositorTest, APixelThatLooksShadedHasNoSunToLose) {
   // A tree that the mesh lacks: all of the ground is darker than the mesh says.
   for (std::size_t i = 0; i < scene_.radiance.pixels.size(); ++i) {
     scene_.radiance.pixels[i] = glm::vec3(scene_.ModelRadiance(i, 0.0));
@@ -251,7 +251,7 @@ TEST_F(CompositorTest, APixelThatLooksShadedHasNoSunToLose) {
   }
 }
 
-TEST_F(CompositorTest, APixelThatLooksLitLosesTheSunWhereTheMeshMisplacesAShadow) {
+TEST_P(CompositorTest, APixelThatLooksLitLosesTheSunWhereTheMeshMisplacesAShadow) {
   const Composite before = Render(sphere_);
   // The mesh says shade right up to here, the camera says sun.
   for (std::size_t i = 0; i < scene_.view.sun_visibility.pixels.size(); ++i) {
@@ -263,14 +263,14 @@ TEST_F(CompositorTest, APixelThatLooksLitLosesTheSunWhereTheMeshMisplacesAShadow
   EXPECT_EQ(before.change.pixels, after.change.pixels);
 }
 
-TEST_F(CompositorTest, ADeadChannelDoesNotDecideWhetherThereIsSun) {
+TEST_P(CompositorTest, ADeadChannelDoesNotDecideWhetherThereIsSun) {
   const Composite before = Render(sphere_);
   for (glm::vec3& radiance : scene_.radiance.pixels) radiance.b = 0.0f;
   const Composite after = Render(sphere_);
   EXPECT_EQ(before.change.pixels, after.change.pixels);
 }
 
-TEST_F(CompositorTest, AClippedPixelTakesTheModelsRadianceInANewShadowOnly) {
+TEST_P(CompositorTest, AClippedPixelTakesTheModelsRadianceInANewShadowOnly) {
   RgbImage clipped_picture = scene_.radiance;
   for (std::size_t i = 0; i < clipped_picture.pixels.size(); ++i) {
     scene_.clipped.pixels[i] = 1;
@@ -291,7 +291,7 @@ TEST_F(CompositorTest, AClippedPixelTakesTheModelsRadianceInANewShadowOnly) {
   EXPECT_GT(scaled, 100);
 }
 
-TEST_F(CompositorTest, EffectsCanBeSwitchedOff) {
+TEST_P(CompositorTest, EffectsCanBeSwitchedOff) {
   compositor_.SetObjects({{sphere_}});
   vertex_irradiance_ = {std::vector<glm::vec3>(sphere_.positions_m.size(), glm::vec3(kIrradiance))};
   CompositeInput input = scene_.Input(vertex_irradiance_);
@@ -318,7 +318,7 @@ TEST_F(CompositorTest, EffectsCanBeSwitchedOff) {
   EXPECT_LT(mean_of_object(compositor_.Render(input)), 0.3 * probes);  // What shines at its edges.
 }
 
-TEST_F(CompositorTest, RadiancesInAnyUnitGiveTheSamePicture) {
+TEST_P(CompositorTest, RadiancesInAnyUnitGiveTheSamePicture) {
   const Composite unit = Render(sphere_);
   // The composite's own clamp is at 65504, so that the largest scale stays below.
   for (const int exponent : {-40, -13, 5}) {
@@ -342,7 +342,7 @@ TEST_F(CompositorTest, RadiancesInAnyUnitGiveTheSamePicture) {
 }
 
 // Two sky shapes that add up to one light make the same picture as one.
-TEST_F(CompositorTest, SkyShapesAddUp) {
+TEST_P(CompositorTest, SkyShapesAddUp) {
   const Composite one = Render(sphere_);
   scene_.view.sky_response.push_back(scene_.view.sky_response[0]);
   scene_.lighting.sky.push_back(scene_.lighting.sky[0]);
@@ -358,7 +358,7 @@ TEST_F(CompositorTest, SkyShapesAddUp) {
 
 // Layers are drawn without distortion and looked up; where the object shows has to agree with rays
 // through the distorted pixels.
-TEST_F(CompositorTest, LensDistortionBendsTheLayersAndLeavesTheCameraAlone) {
+TEST_P(CompositorTest, LensDistortionBendsTheLayersAndLeavesTheCameraAlone) {
   CameraIntrinsics lens = scene_.Camera().intrinsics;
   lens.distortion = {-0.25, 0.06, 0.001, -0.0005, 0.0};
   scene_.SetIntrinsics(lens);
@@ -409,10 +409,10 @@ TEST_F(CompositorTest, LensDistortionBendsTheLayersAndLeavesTheCameraAlone) {
   }
 }
 
-TEST_F(CompositorTest, DesktopAndEmbeddedOpenGlShowTheSame) {
+TEST_P(CompositorTest, DesktopAndEmbeddedOpenGlShowTheSame) {
   const Composite desktop = Render(sphere_);
   const HeadlessContext es_context(GlApi::kEs31);
-  Compositor es_compositor;
+  Compositor es_compositor(CompositorOptions{.composite_by = GetParam()});
   es_compositor.SetPhantom(scene_.phantom);
   es_compositor.SetObjects({{sphere_}});
   const Composite es = es_compositor.Render(scene_.Input(vertex_irradiance_));
@@ -423,7 +423,7 @@ TEST_F(CompositorTest, DesktopAndEmbeddedOpenGlShowTheSame) {
   EXPECT_LE(different, desktop.change.pixels.size() / 1000);
 }
 
-TEST_F(CompositorTest, NamesWhatDoesNotFit) {
+TEST_P(CompositorTest, NamesWhatDoesNotFit) {
   compositor_.SetObjects({{sphere_}});
   vertex_irradiance_ = {std::vector<glm::vec3>(sphere_.positions_m.size(), glm::vec3(kIrradiance))};
   const auto message_of = [&](const std::function<void()>& call) -> std::string {
@@ -451,6 +451,8 @@ TEST_F(CompositorTest, NamesWhatDoesNotFit) {
             }).find("lighting.sky has 0 shapes"),
             std::string::npos);
 }
+
+INSTANTIATE_TEST_SUITE_P(ByBoth, CompositorTest, testing::ValuesIn(kByBoth), NameOfCompositeBy);
 
 }  // namespace
 }  // namespace pleinair::test::compositor_test

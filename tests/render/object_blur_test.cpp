@@ -13,7 +13,7 @@
 namespace pleinair::test::object_blur_test {
 namespace {
 
-class ObjectBlur : public testing::Test {
+class ObjectBlur : public testing::TestWithParam<CompositeBy> {
  protected:
   ObjectBlur() {
     compositor_.SetPhantom(scene_.phantom);
@@ -45,7 +45,7 @@ class ObjectBlur : public testing::Test {
   }
 
   HeadlessContext context_;
-  Compositor compositor_;
+  Compositor compositor_{CompositorOptions{.composite_by = GetParam()}};
   CompositeScene scene_{DirectionOf(215.0, 40.0)};
   const Mesh box_ = Box({-0.5f, -0.5f, 0.6f}, {0.5f, 0.5f, 1.7f});
 };
@@ -55,7 +55,7 @@ double WidthPx(double blur_px) { return std::sqrt(blur_px * blur_px + 1.0 / 12.0
 
 // The layer is blurred pixel by pixel: below a pixel an edge's width hangs on where it lies in one,
 // and the narrowest are told.
-TEST_F(ObjectBlur, EdgesAreAsWideAsAskedFor) {
+TEST_P(ObjectBlur, EdgesAreAsWideAsAskedFor) {
   const Composite sharp = Render(0.0f);
   const SurfaceView outline = OutlineOf(sharp);
   EXPECT_EQ(MeasureEdgeBlur(sharp.radiance, {}, outline).sigma_px, 0.0);
@@ -66,7 +66,7 @@ TEST_F(ObjectBlur, EdgesAreAsWideAsAskedFor) {
   }
 }
 
-TEST_F(ObjectBlur, StaysNearTheObjectAndTakesNoLightAway) {
+TEST_P(ObjectBlur, StaysNearTheObjectAndTakesNoLightAway) {
   const Composite sharp = Render(0.0f);
   const Composite soft = Render(1.0f);
   double sharp_sum = 0.0;
@@ -90,7 +90,7 @@ TEST_F(ObjectBlur, StaysNearTheObjectAndTakesNoLightAway) {
   EXPECT_NEAR(soft_sum / sharp_sum, 1.0, 1e-3);
 }
 
-TEST_F(ObjectBlur, GoesThroughALensWithDistortion) {
+TEST_P(ObjectBlur, GoesThroughALensWithDistortion) {
   CameraIntrinsics bent = scene_.Camera().intrinsics;
   bent.distortion = {-0.15, 0.02, 0.0, 0.0, 0.0};
   scene_.SetIntrinsics(bent);
@@ -101,17 +101,19 @@ TEST_F(ObjectBlur, GoesThroughALensWithDistortion) {
   EXPECT_NEAR(measured.sigma_px, 1.2, 0.2 * 1.2);
 }
 
-TEST_F(ObjectBlur, FramesDoNotRememberOtherBlurs) {
+TEST_P(ObjectBlur, FramesDoNotRememberOtherBlurs) {
   const Composite first = Render(0.7f);
   Render(2.5f);
   EXPECT_EQ(Render(0.7f).radiance.pixels, first.radiance.pixels);
 }
 
-TEST_F(ObjectBlur, RefusesWhatMakesNoSense) {
+TEST_P(ObjectBlur, RefusesWhatMakesNoSense) {
   for (const float blur_px : {-1.0f, 9.0f, NAN}) {
     EXPECT_THROW(Render(blur_px), std::invalid_argument) << blur_px;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(ByBoth, ObjectBlur, testing::ValuesIn(kByBoth), NameOfCompositeBy);
 
 }  // namespace
 }  // namespace pleinair::test::object_blur_test

@@ -26,7 +26,7 @@ Material Glossy() {
   return glossy;
 }
 
-class RayCastLightTest : public testing::Test {
+class RayCastLightTest : public testing::TestWithParam<CompositeBy> {
  protected:
   RayCastLightTest() { compositor_.SetPhantom(scene_.phantom); }
 
@@ -49,13 +49,13 @@ class RayCastLightTest : public testing::Test {
   }
 
   HeadlessContext context_;
-  Compositor compositor_;
+  Compositor compositor_{CompositorOptions{.composite_by = GetParam()}};
   CompositeScene scene_{DirectionOf(215.0, 40.0)};
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
   const Mesh sphere_ = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24);
 };
 
-TEST_F(RayCastLightTest, RealPixelsLoseTheShareOfTheDiscThatIsHidden) {
+TEST_P(RayCastLightTest, RealPixelsLoseTheShareOfTheDiscThatIsHidden) {
   SunShares shares{{60, 100, GrayImage(80, 70, 0.0f)}, Everywhere(1.0f)};
   for (int y = 0; y < 70; ++y) {
     for (int x = 0; x < 80; ++x) shares.real.hidden.At(x, y) = static_cast<float>(x % 5) / 4.0f;
@@ -87,7 +87,7 @@ TEST_F(RayCastLightTest, RealPixelsLoseTheShareOfTheDiscThatIsHidden) {
 }
 
 // Sunlight on the object is the share's multiple of the whole: sky and sun add up.
-TEST_F(RayCastLightTest, AnObjectsSunIsTheShareThatItSees) {
+TEST_P(RayCastLightTest, AnObjectsSunIsTheShareThatItSees) {
   const SunShares dark{{}, Everywhere(0.0f)};
   const SunShares half{{}, Everywhere(0.5f)};
   const SunShares whole{{}, Everywhere(1.0f)};
@@ -110,7 +110,7 @@ TEST_F(RayCastLightTest, AnObjectsSunIsTheShareThatItSees) {
 }
 
 // A glossy object in the dark: a diffuse part by its irradiance, and the mirror image as it is.
-TEST_F(RayCastLightTest, AGlossyObjectShowsWhatItMirrors) {
+TEST_P(RayCastLightTest, AGlossyObjectShowsWhatItMirrors) {
   scene_.lighting.sun.irradiance_rgb = glm::dvec3(0.0);
   const Material material = Glossy();
   const Mesh object = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24, material);
@@ -141,7 +141,7 @@ TEST_F(RayCastLightTest, AGlossyObjectShowsWhatItMirrors) {
   EXPECT_GT(inside, 500);
 }
 
-TEST_F(RayCastLightTest, AMattObjectMirrorsNothing) {
+TEST_P(RayCastLightTest, AMattObjectMirrorsNothing) {
   const MirroredLight mirrored{
       0, 0, RgbImage(scene_.view.Width(), scene_.view.Height(), glm::vec3(1e4f))};
   const Composite with = Render(sphere_, nullptr, &mirrored);
@@ -151,7 +151,7 @@ TEST_F(RayCastLightTest, AMattObjectMirrorsNothing) {
 
 // 10^7 is a sun's disc in a mirror: shown as the format's largest value in the frame's units, and
 // no neighbour of it is spoilt.
-TEST_F(RayCastLightTest, AMirroredSunStaysFinite) {
+TEST_P(RayCastLightTest, AMirroredSunStaysFinite) {
   const Mesh object = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24, Glossy());
   const MirroredLight mirrored{
       0, 0, RgbImage(scene_.view.Width(), scene_.view.Height(), glm::vec3(1e7f))};
@@ -164,7 +164,7 @@ TEST_F(RayCastLightTest, AMirroredSunStaysFinite) {
   }
 }
 
-TEST_F(RayCastLightTest, RefusesSharesBeyondThePicture) {
+TEST_P(RayCastLightTest, RefusesSharesBeyondThePicture) {
   const SunShares shares{{200, 0, GrayImage(41, 10)}, {}};
   EXPECT_THROW(Render(sphere_, &shares, nullptr), std::invalid_argument);
 }
@@ -173,7 +173,7 @@ TEST_F(RayCastLightTest, RefusesSharesBeyondThePicture) {
 // P k pi R^2 / (4 pi), the camera far off. The glint is smaller than a sample, and moves over the
 // samples with the sun. 25 %: the ball is 8 radii away, where pictures of its near side are larger,
 // a lobe between samples, and 96 rings of facets. No single picture may be lost or doubled.
-TEST_F(RayCastLightTest, AGlintKeepsItsEnergyWhereverItFalls) {
+TEST_P(RayCastLightTest, AGlintKeepsItsEnergyWhereverItFalls) {
   Material mirror;
   mirror.diffuse_albedo = glm::vec3(0.0f);
   mirror.specular_reflectance = glm::vec3(0.8f);
@@ -239,6 +239,8 @@ TEST(CompositorOptionsTest, NamesTheFieldThatIsWrong) {
   EXPECT_THROW(CompositorOptions{.object_samples_per_side = 1}.Validate(), std::invalid_argument);
   EXPECT_THROW(CompositorOptions{.object_samples_per_side = 9}.Validate(), std::invalid_argument);
 }
+
+INSTANTIATE_TEST_SUITE_P(ByBoth, RayCastLightTest, testing::ValuesIn(kByBoth), NameOfCompositeBy);
 
 }  // namespace
 }  // namespace pleinair::test::ray_cast_light_test

@@ -1,0 +1,27 @@
+// The OpenGL context that a compositor is made in.
+#pragma once
+
+namespace pleinair {
+
+// First member of its owner, so that it speaks before any shader is compiled.
+class CheckedContext {
+ public:
+  // Throws std::runtime_error where none is current, or it lacks something, naming it.
+  CheckedContext();
+
+  // Calls without a context would go nowhere, or end the program: throws std::runtime_error where
+  // it is not current on this thread.
+  void RequireCurrent() const;
+  // A device that was reset or taken away draws nothing any more, and reads back anything: throws
+  // std::runtime_error.
+  void RequireNotLost() const;
+  // Whether processors draw, and no graphics device.
+  bool DrawsInSoftware() const { return draws_in_software_; }
+
+ private:
+  const void* made_in_;
+  bool tells_loss_;
+  bool draws_in_software_;
+};
+
+}  // namespace pleinair

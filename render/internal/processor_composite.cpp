@@ -1,0 +1,249 @@
+#include "render/internal/processor_composite.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include <tbb/parallel_for.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "render/internal/draw_count.h"
+#include "render/real_sun.h"
+
+namespace pleinair {
+namespace {
+
+constexpr float kLargestHalf = 65504.0f;
+// As the pass: what a half float would round off is no change.
+constexpr float kLeastRelitChange = 1.0f / 2048.0f;
+
+template <typename Value>
+Value TexelOf(const LayerPart<Value>& part, const glm::ivec2& place) {
+  const PixelRect& rect = part.rect;
+  if (place.x < rect.lower.x || place.y < rect.lower.y || place.x >= rect.upper.x ||
+      place.y >= rect.upper.y) {
+    return Value(0.0f);
+  }
+  return part.values[static_cast<std::size_t>(place.y - rect.lower.y) *
+                         static_cast<std::size_t>(rect.Width()) +
+                     static_cast<std::size_t>(place.x - rect.lower.x)];
+}
+
+// Between the four texels around a place in a layer of that size, at its edge the edge's own.
+template <typename Value>
+Value Bilinear(const LayerPart<Value>& part, const glm::vec2& place, const glm::ivec2& size) {
+  const glm::vec2 from_centre = place - 0.5f;
+  const glm::vec2 lower = glm::floor(from_centre);
+  const glm::vec2 weight = from_centre - lower;
+  const auto texel = [&](int dx, int dy) {
+    return TexelOf(part,
+                   glm::clamp(glm::ivec2(lower) + glm::ivec2(dx, dy), glm::ivec2(0), size - 1));
+  };
+  return (1.0f - weight.y) * ((1.0f - weight.x) * texel(0, 0) + weight.x * texel(1, 0)) +
+         weight.y * ((1.0f - weight.x) * texel(0, 1) + weight.x * texel(1, 1));
+}
+
+bool IsKnown(const glm::vec3& camera) {
+  return camera.x >= 0.0f && camera.y >= 0.0f && camera.z >= 0.0f && camera.x < 1e37f &&
+         camera.y < 1e37f && camera.z < 1e37f;
+}
+
+bool Holds(const PixelRect& rect, int x, int y) {
+  return x >= rect.lower.x && y >= rect.lower.y && x < rect.upper.x && y < rect.upper.y;
+}
+
+// A real pixel with its new light.
+struct Relit {
+  glm::vec3 radiance{0.0f};
+  bool is_changed = false;
+};
+
+class PixelByPixel {
+ public:
+  PixelByPixel(const CompositeInput& input,
+               const ProcessorLayers& layers,
+               const RealSunShare* hidden_sun,
+               const CompositeLight& light,
+               float gain)
+      : input_(input),
+        layers_(layers),
+        change_(input.irradiance_change),
+        hidden_sun_(hidden_sun),
+        light_(light),
+        to_sun_(light.to_sun),
+        has_sun_(light.sun_irradiance != glm::vec3(0.0f)),
+        gain_(gain),
+        layer_size_(layers.lookup.Undistorted().width_px, layers.lookup.Undistorted().height_px) {
+    if (change_ != nullptr) {
+      const RgbImage& image = change_->irradiance_rgb;
+      change_rect_ = {{change_->x_px, change_->y_px},
+                      {change_->x_px + image.width, change_->y_px + image.height}};
+    }
+    if (hidden_sun_ != nullptr) {
+      const GrayImage& image = hidden_sun_->hidden;
+      hidden_rect_ = {{hidden_sun_->x_px, hidden_sun_->y_px},
+                      {hidden_sun_->x_px + image.width, hidden_sun_->y_px + image.height}};
+    }
+  }
+
+  const PixelRect& ChangeRect() const { return change_rect_; }
+  PixelRect ShadowRect() const { return UnionOf(layers_.mask_rect, hidden_rect_); }
+
+  void Put(int x, int y, Composite& result) const {
+    const float in_shadow = ShadowAt(x, y);
+    const glm::vec3 change = ChangeAt(x, y);
+    const glm::vec4 object = ObjectAt(x, y);
+    const bool is_covered = object.a > 0.0f;
+    const bool may_be_relit = in_shadow > 0.0f || change != glm::vec3(0.0f);
+    if (!is_covered && !may_be_relit) return;
+    const std::size_t pixel = result.radiance.Index(x, y);
+    const glm::vec3 camera = gain_ * input_.camera_radiance.pixels[pixel];
+    const bool is_known = IsKnown(camera);
+    Relit real{camera, false};
+    if (may_be_relit && is_known) real = Relight(pixel, camera, in_shadow, change);
+    if (is_covered) {
+      // What a broken camera pixel holds cannot shine through an object's edge.
+      const glm::vec3 of_object(object);
+      real.radiance =
+          is_known ? of_object + (1.0f - object.a) * real.radiance : of_object / object.a;
+    } else if (!real.is_changed) {
+      return;
+    }
+    result.radiance.pixels[pixel] =
+        glm::min(real.radiance * (1.0f / gain_), glm::vec3(kLargestHalf));
+    result.change.pixels[pixel] =
+        static_cast<std::uint8_t>(is_covered ? PixelChange::kCovered : PixelChange::kScaled);
+  }
+
+ private:
+  // See the pass's shaders.
+  float ShadowAt(int x, int y) const {
+    if (hidden_sun_ != nullptr && !hidden_rect_.Empty()) {
+      return Holds(hidden_rect_, x, y)
+                 ? hidden_sun_->hidden.At(x - hidden_sun_->x_px, y - hidden_sun_->y_px)
+                 : 0.0f;
+    }
+    if (!Holds(layers_.mask_rect, x, y)) return 0.0f;
+    const glm::vec2 place = PlaceInLayers(x, y);
+    float sum = 0.0f;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const glm::vec2 at = place + glm::vec2(dx, dy);
+        if (!IsInLayers(at)) continue;
+        const float weight = (dx == 0 ? 0.5f : 0.25f) * (dy == 0 ? 0.5f : 0.25f);
+        sum += weight * (layers_.lookup.IsIdentity() ? TexelOf(layers_.mask, glm::ivec2(at))
+                                                     : Bilinear(layers_.mask, at, layer_size_));
+      }
+    }
+    return sum;
+  }
+
+  glm::vec3 ChangeAt(int x, int y) const {
+    if (!Holds(change_rect_, x, y)) return glm::vec3(0.0f);
+    return change_->irradiance_rgb.At(x - change_->x_px, y - change_->y_px);
+  }
+
+  glm::vec4 ObjectAt(int x, int y) const {
+    if (!Holds(layers_.object_rect, x, y)) return glm::vec4(0.0f);
+    if (layers_.lookup.IsIdentity()) return TexelOf(layers_.object, {x, y});
+    const glm::vec2 place = PlaceInLayers(x, y);
+    return IsInLayers(place) ? Bilinear(layers_.object, place, layer_size_) : glm::vec4(0.0f);
+  }
+
+  glm::vec2 PlaceInLayers(int x, int y) const {
+    return layers_.lookup.IsIdentity() ? glm::vec2(x, y) + 0.5f : layers_.lookup.PlaceOf(x, y);
+  }
+
+  bool IsInLayers(const glm::vec2& place) const {
+    return place.x > 0.0f && place.y > 0.0f && place.x < static_cast<float>(layer_size_.x) &&
+           place.y < static_cast<float>(layer_size_.y);
+  }
+
+  Relit Relight(std::size_t pixel,
+                const glm::vec3& camera,
+                float in_shadow,
+                const glm::vec3& change) const {
+    const SurfaceView& view = input_.view;
+    // What needs not be known is not fetched: this is as fast as memory is read.
+    glm::vec3 indirect(0.0f);
+    for (std::size_t k = 0; k < light_.sky_irradiance.size(); ++k) {
+      indirect += light_.sky_irradiance[k] * view.sky_response[k].pixels[pixel];
+    }
+    glm::vec3 direct(0.0f);
+    if (has_sun_) {
+      indirect += light_.sun_irradiance * view.sun_bounce.pixels[pixel];
+      direct = light_.sun_irradiance *
+               std::max(glm::dot(view.normal_world.pixels[pixel], to_sun_), 0.0f);
+    }
+    const bool is_clipped = !input_.clipped.Empty() && input_.clipped.pixels[pixel] != 0;
+    float s_without = 0.0f;
+    if (direct != glm::vec3(0.0f)) {
+      const glm::vec3 to_radiance = ToRadiance(pixel);
+      s_without = SunSeenWithout({.observed = camera,
+                                  .clipped = is_clipped,
+                                  .lit = to_radiance * (indirect + direct),
+                                  .shaded = to_radiance * indirect,
+                                  .model_visibility = view.sun_visibility.pixels[pixel],
+                                  .edge_distance_px = view.edge_distance_px.pixels[pixel],
+                                  .albedo_measured = view.albedo_measured.pixels[pixel] != 0});
+    }
+    const float s_with = (1.0f - in_shadow) * s_without;
+    const glm::vec3 before = indirect + s_without * direct;
+    // Hidden light is gathered with other rays than all of it: the difference may fall below zero.
+    const glm::vec3 after = glm::max(indirect + gain_ * change, glm::vec3(0.0f)) + s_with * direct;
+    glm::vec3 ratio(1.0f);
+    bool is_changed = false;
+    for (int c = 0; c < 3; ++c) {
+      if (!(std::abs(after[c] - before[c]) > kLeastRelitChange * before[c])) continue;
+      if (!(before[c] > 0.0f)) continue;
+      ratio[c] = after[c] / before[c];
+      is_changed = true;
+    }
+    if (!is_changed) return {camera, false};
+    // A clipped value is a lower bound.
+    const glm::vec3 without = is_clipped ? glm::max(camera, ToRadiance(pixel) * before) : camera;
+    return {without * ratio, true};
+  }
+
+  glm::vec3 ToRadiance(std::size_t pixel) const {
+    return std::numbers::inv_pi_v<float> * input_.view.albedo_rgb.pixels[pixel];
+  }
+
+  const CompositeInput& input_;
+  const ProcessorLayers& layers_;
+  const IrradianceChange* change_;
+  const RealSunShare* hidden_sun_;
+  const CompositeLight& light_;
+  glm::vec3 to_sun_;
+  bool has_sun_;
+  float gain_;
+  glm::ivec2 layer_size_;
+  PixelRect change_rect_;
+  PixelRect hidden_rect_;
+};
+
+}  // namespace
+
+void CompositeByProcessor(const CompositeInput& input,
+                          const ProcessorLayers& layers,
+                          const RealSunShare* hidden_sun,
+                          const CompositeLight& light,
+                          float gain,
+                          Composite& result) {
+  const PixelByPixel pixels(input, layers, hidden_sun, light, gain);
+  // Passes, though none of OpenGL's.
+  for (const PixelRect& rect : {layers.object_rect, pixels.ShadowRect(), pixels.ChangeRect()}) {
+    if (!rect.Empty()) CountDraw();
+  }
+  const PixelRect rect =
+      UnionOf(layers.object_rect, UnionOf(pixels.ShadowRect(), pixels.ChangeRect()));
+  tbb::parallel_for(rect.lower.y, rect.upper.y, [&](int y) {
+    for (int x = rect.lower.x; x < rect.upper.x; ++x) pixels.Put(x, y, result);
+  });
+}
+
+}  // namespace pleinair

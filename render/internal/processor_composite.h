@@ -1,0 +1,47 @@
+// Puts the layers into the camera's picture by the processor.
+#pragma once
+
+#include <vector>
+
+#include <glm/vec4.hpp>
+
+#include "render/compositor.h"
+#include "render/internal/composite_pass.h"
+#include "render/internal/layer_lookup.h"
+#include "render/internal/screen_extent.h"
+
+namespace pleinair {
+
+// Part of a layer, zero elsewhere.
+template <typename Value>
+struct LayerPart {
+  PixelRect rect;
+  std::vector<Value> values;  // Row-major over rect.
+};
+
+// What is read: as CompositeLayers, in memory.
+struct ProcessorLayers {
+  const LayerLookup& lookup;
+  LayerPart<glm::vec4> object;  // Radiance times coverage in the layers' units, and coverage.
+  LayerPart<float> mask;        // New shadow by volumes, 0 or 1.
+  PixelRect object_rect;        // Where in the camera's picture they can matter.
+  PixelRect mask_rect;
+};
+
+// What CompositePass draws, to what that rounds to half floats, into result.radiance, which holds
+// the camera's picture, and result.change, which holds kNone. Of `input` the lighting is not looked
+// at: `light` and `gain` are it, in the layers' units.
+//
+// Where the processor draws for OpenGL too, this takes a tenth of the pass's time: all that is read
+// lies in memory anyway, only pixels that change are looked at, and only those that see the sun are
+// asked whether they do.
+//
+// Threads  The result does not depend on their number.
+void CompositeByProcessor(const CompositeInput& input,
+                          const ProcessorLayers& layers,
+                          const RealSunShare* hidden_sun,
+                          const CompositeLight& light,
+                          float gain,
+                          Composite& result);
+
+}  // namespace pleinair

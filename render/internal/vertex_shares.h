@@ -1,0 +1,60 @@
+// What each pixel of the objects' layer shows of their vertices. No OpenGL here.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace pleinair {
+
+// Light without the sun comes from the vertices and is interpolated between them, so that a pixel's
+// mean over its samples is a sum over vertices, whose weights stand while neither the camera nor
+// the objects move. New light then costs some products a pixel, whatever the number of samples.
+class VertexShares {
+ public:
+  // The triangles that samples show, and where those lie.
+  struct Samples {
+    glm::ivec2 size_px{0};
+    int per_side = 1;  // Of a pixel.
+    // 1 + triangle, 0 where none is; (per_side size_px.x) wide, the top row first.
+    std::span<const std::uint32_t> triangle;
+    glm::mat4 clip_from_position{1.0f};  // To the picture of the samples.
+    std::span<const glm::vec3> positions;
+    std::span<const glm::uvec3> triangles;
+  };
+
+  // Weights are those of OpenGL's interpolation, perspective included. `is_glossy` is per vertex; a
+  // triangle's vertices agree.
+  VertexShares() = default;
+  VertexShares(const Samples& samples, const std::vector<bool>& is_glossy);
+
+  // Radiance times coverage, and coverage. `at_vertices` is radiance; `mirrored`, empty or a value
+  // a pixel, is added to the share of a pixel that shows what is glossy.
+  void Sum(std::span<const glm::vec3> at_vertices,
+           std::span<const glm::vec3> mirrored,
+           std::vector<glm::vec4>& layer) const;
+
+ private:
+  struct Entry {
+    std::uint32_t vertex = 0;
+    float weight = 0.0f;
+  };
+  struct Pixel {
+    std::uint32_t end = 0;  // Of its entries in the row; they begin where the last pixel's end.
+    float coverage = 0.0f;
+    float glossy = 0.0f;
+  };
+  struct Row {
+    std::vector<Pixel> pixels;
+    std::vector<Entry> entries;
+  };
+
+  std::vector<Row> rows_;
+};
+
+}  // namespace pleinair

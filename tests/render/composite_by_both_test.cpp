@@ -1,0 +1,201 @@
+// The composite by the processor against that by the device, on what each does in its own way:
+// parts of pictures, lenses, shadows by volumes and by shares, light at vertices, what is kept.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <glm/trigonometric.hpp>
+
+#include "composite_scene.h"
+#include "render/compositor.h"
+#include "render/gl_context.h"
+#include "test_scenes.h"
+
+namespace pleinair::test::composite_by_both_test {
+namespace {
+
+Material Shiny() {
+  Material material;
+  material.diffuse_albedo = {0.3f, 0.2f, 0.1f};
+  material.specular_reflectance = {0.2f, 0.3f, 0.5f};
+  material.roughness = 0.5f;
+  return material;
+}
+
+class CompositeByBoth : public testing::Test {
+ protected:
+  Composite Render(CompositeBy by) {
+    Compositor compositor(CompositorOptions{.composite_by = by});
+    return RenderBy(compositor);
+  }
+
+  Composite RenderBy(Compositor& compositor) {
+    compositor.SetPhantom(scene_.phantom);
+    compositor.SetObjects(objects_);
+    return Again(compositor);
+  }
+
+  // No two vertices have the same light.
+  Composite Again(Compositor& compositor) {
+    vertex_irradiance_.clear();
+    for (const VirtualObject& object : objects_) {
+      std::vector<glm::vec3> of_object;
+      for (const glm::vec3& p : object.mesh.positions_m) {
+        of_object.push_back(light_ * (glm::vec3(90.0f) + 30.0f * glm::sin(7.0f * p)));
+      }
+      vertex_irradiance_.push_back(of_object);
+    }
+    CompositeInput input = scene_.Input(vertex_irradiance_);
+    adapt_(input);
+    return compositor.Render(input);
+  }
+
+  // Returns how many pixels change.
+  std::size_t ExpectTheSame(const std::string& what) {
+    const Composite device = Render(CompositeBy::kDevice);
+    const Composite processor = Render(CompositeBy::kProcessor);
+    const std::size_t count = device.change.pixels.size();
+    std::size_t otherwise = 0;
+    std::size_t changed = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      changed += processor.change.pixels[i] != 0 ? 1 : 0;
+      if (device.change.pixels[i] != processor.change.pixels[i]) {
+        ++otherwise;
+        continue;
+      }
+      const glm::vec3& a = device.radiance.pixels[i];
+      const glm::vec3& b = processor.radiance.pixels[i];
+      if (device.change.pixels[i] == 0) {
+        EXPECT_EQ(a, b);
+        continue;
+      }
+      for (int c = 0; c < 3; ++c) {
+        // Half floats that may be cut off instead of rounded, 2^-10 each: a sample's light from the
+        // vertices, that with the sun, the samples' mean, the composite.
+        EXPECT_NEAR(a[c], b[c], 4e-3f * std::max(a[c], 0.01f)) << what << ", pixel " << i;
+      }
+    }
+    // At turning points: a change that is just none, coverage that half a float loses.
+    EXPECT_LE(otherwise, 1 + count / 1000) << what;
+    return changed;
+  }
+
+  void BendTheLens() {
+    CameraIntrinsics lens = scene_.Camera().intrinsics;
+    lens.distortion = {-0.25, 0.06, 0.001, -0.0005, 0.0};
+    scene_.SetIntrinsics(lens);
+  }
+
+  HeadlessContext context_;
+  CompositeScene scene_{DirectionOf(215.0, 40.0), 160, 120};
+  std::vector<VirtualObject> objects_{{Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24)}};
+  glm::vec3 light_{1.0f, 0.9f, 0.7f};
+  std::function<void(CompositeInput&)> adapt_ = [](CompositeInput&) {};
+  std::vector<std::vector<glm::vec3>> vertex_irradiance_;
+};
+
+TEST_F(CompositeByBoth, IsTheSameWhereverObjectsStandInThePicture) {
+  const glm::vec3 eye(scene_.Camera().CentreWorldM());
+  const struct {
+    std::vector<VirtualObject> objects;
+    const char* what;
+  } cases[] = {
+      {{{Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24)}}, "in the middle"},
+      {{{Sphere({-2.6f, 0.0f, 1.0f}, 0.8f, 24)}}, "to the left"},
+      {{{Sphere({2.6f, 0.0f, 2.2f}, 0.9f, 24)}}, "to the right and above"},
+      {{{Sphere({0.0f, -3.2f, 0.3f}, 0.7f, 24)}}, "below"},
+      {{{Sphere({-2.4f, 0.5f, 0.6f}, 0.6f, 16, Shiny())}, {Sphere({2.4f, -0.5f, 0.5f}, 0.4f, 16)}},
+       "two far apart"},
+      {{{Sphere(eye, 0.5f, 12)}}, "around the camera"},
+      {{{Box({-1.0f, -1.0f, -1.0f}, {1.0f, 1.0f, 1.0f}, Shiny())}}, "half in the ground"},
+      {{{Sphere({9.0f, -10.0f, 1.0f}, 0.5f, 8)}}, "out of sight"}};
+  for (const bool is_bent : {false, true}) {
+    if (is_bent) BendTheLens();
+    std::size_t changed = 0;
+    for (const auto& [objects, what] : cases) {
+      objects_ = objects;
+      changed += ExpectTheSame(std::string(what) + (is_bent ? ", by a bent lens" : ""));
+    }
+    EXPECT_GT(changed, 5000u);
+  }
+}
+
+TEST_F(CompositeByBoth, IsTheSameWithAllThatRayCastingSays) {
+  objects_ = {{Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24, Shiny())}};
+  IrradianceChange change{100, 60, RgbImage(60, 60)};  // To the picture's very corner.
+  SunShares shares{{0, 30, GrayImage(50, 90)}, {0, 0, GrayImage(2 * 160, 2 * 120)}};
+  MirroredLight mirrored{70, 40, RgbImage(30, 20)};
+  for (std::size_t i = 0; i < change.irradiance_rgb.pixels.size(); ++i) {
+    change.irradiance_rgb.pixels[i] = glm::vec3(static_cast<float>(i % 7) - 5.0f, 3.0f, -2.0f);
+  }
+  for (std::size_t i = 0; i < shares.real.hidden.pixels.size(); ++i) {
+    shares.real.hidden.pixels[i] = static_cast<float>(i % 5) / 4.0f;
+  }
+  for (std::size_t i = 0; i < shares.objects.seen.pixels.size(); ++i) {
+    shares.objects.seen.pixels[i] = static_cast<float>(i % 3) / 2.0f;
+  }
+  for (std::size_t i = 0; i < mirrored.radiance.pixels.size(); ++i) {
+    mirrored.radiance.pixels[i] = glm::vec3(static_cast<float>(i % 11));
+  }
+  for (std::size_t i = 0; i < scene_.clipped.pixels.size(); i += 3) scene_.clipped.pixels[i] = 1;
+  for (std::size_t i = 0; i < scene_.radiance.pixels.size(); i += 17) {
+    scene_.radiance.pixels[i] = glm::vec3(-1.0f, 1.0f, 1.0f);
+  }
+  const struct {
+    std::function<void(CompositeInput&)> adapt;
+    const char* what;
+  } cases[] = {
+      {[&](CompositeInput& input) { input.irradiance_change = &change; }, "a change of light"},
+      {[&](CompositeInput& input) { input.sun_shares = &shares; }, "shares of the sun"},
+      {[&](CompositeInput& input) { input.mirrored = &mirrored; }, "mirrored light"},
+      {[&](CompositeInput& input) { input.object_blur_px = 1.5f; }, "blur"},
+      {[&](CompositeInput& input) { input.effects.sun_shading = false; }, "no sun on objects"},
+      {[&](CompositeInput& input) { input.effects.probe_shading = false; }, "sun alone"},
+      {[&](CompositeInput& input) {
+         input.irradiance_change = &change;
+         input.sun_shares = &shares;
+         input.mirrored = &mirrored;
+         input.object_blur_px = 0.8f;
+       },
+       "all of it"}};
+  for (const bool is_bent : {false, true}) {
+    if (is_bent) BendTheLens();
+    for (const auto& [adapt, what] : cases) {
+      adapt_ = adapt;
+      EXPECT_GT(ExpectTheSame(std::string(what) + (is_bent ? ", by a bent lens" : "")), 500u);
+    }
+  }
+}
+
+// New light on samples that were kept, and on samples found anew: bit for bit.
+TEST_F(CompositeByBoth, KeptSamplesShowNothingOfFramesBefore) {
+  Compositor kept(CompositorOptions{.composite_by = CompositeBy::kProcessor});
+  RenderBy(kept);
+  const glm::dvec3 sun = scene_.lighting.sun.irradiance_rgb;
+  for (const double sunshine : {0.0, 0.3, 1.0}) {
+    light_ *= 0.8f;
+    scene_.lighting.sun.irradiance_rgb = sunshine * sun;
+    scene_.RenderCameraFromModel();
+    const Composite still = Again(kept);
+    const Composite anew = Render(CompositeBy::kProcessor);
+    EXPECT_EQ(still.radiance.pixels, anew.radiance.pixels) << sunshine;
+    EXPECT_EQ(still.change.pixels, anew.change.pixels) << sunshine;
+    EXPECT_LT(still.draw_calls, anew.draw_calls);
+  }
+}
+
+// A cloudy frame has no pass of the sun's: neither on objects nor on surfaces.
+TEST_F(CompositeByBoth, WithoutSunNothingIsDrawnForIt) {
+  Compositor compositor(CompositorOptions{.composite_by = CompositeBy::kProcessor});
+  RenderBy(compositor);
+  const int in_the_sun = Again(compositor).draw_calls;
+  scene_.lighting.sun.irradiance_rgb = glm::dvec3(0.0);
+  const int under_cloud = Again(compositor).draw_calls;
+  EXPECT_EQ(under_cloud, 2);  // The objects' layer, and its composite.
+  EXPECT_GT(in_the_sun, under_cloud);
+}
+
+}  // namespace
+}  // namespace pleinair::test::composite_by_both_test
