@@ -367,6 +367,39 @@ TEST(ObjectInfluence, LeavesOutWhatNoOneCouldSee) {
   EXPECT_GT(untouched, 1000);
 }
 
+// The memory of a frame with more light shows in none after it, and the image ends where changes
+// do.
+TEST(ObjectInfluence, AChangeThatIsUsedAgainIsAsNew) {
+  Mesh object;
+  AddBox(object, {-0.5f, -0.5f, 0.0f}, {0.5f, 0.5f, 1.5f});
+  Setting setting(Ground(), std::move(object), LookingEast({-4.0, 1.0, 1.5}));
+  setting.view.sky_response.assign(
+      1, RgbImage(setting.view.Width(), setting.view.Height(), glm::vec3(1.0f)));
+  setting.FoldNoSun();
+  setting.FoldUniformSky(glm::vec3(0.0f), glm::vec3(0.05f));
+  IrradianceChange used;
+  std::size_t largest = 0;
+  for (const InfluenceParts& parts :
+       {InfluenceParts{.hidden_light = true, .object_light = true},
+        InfluenceParts{.hidden_light = false, .object_light = true},
+        InfluenceParts{.hidden_light = false, .object_light = false},
+        InfluenceParts{.hidden_light = true, .object_light = false}}) {
+    IrradianceChange fresh;
+    setting.influence.Evaluate(OneSky(glm::dvec3(1.0)), parts, fresh);
+    setting.influence.Evaluate(OneSky(glm::dvec3(1.0)), parts, used);
+    EXPECT_EQ(used.irradiance_rgb.pixels, fresh.irradiance_rgb.pixels);
+    EXPECT_EQ(used.irradiance_rgb.width, fresh.irradiance_rgb.width);
+    largest = std::max(largest, fresh.irradiance_rgb.pixels.size());
+    const RgbImage& image = fresh.irradiance_rgb;
+    for (const int x : {0, image.width - 1}) {
+      bool changes = image.Empty();
+      for (int y = 0; y < image.height; ++y) changes |= image.At(x, y) != glm::vec3(0.0f);
+      EXPECT_TRUE(changes) << "column " << x;
+    }
+  }
+  EXPECT_GT(largest, 1000u);
+}
+
 TEST(ObjectInfluence, NoObjectsOrNoneNearChangeNothing) {
   IrradianceChange change;
   ObjectInfluence().Evaluate(OneSky(glm::dvec3(1.0)), {}, change);
