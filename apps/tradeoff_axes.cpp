@@ -194,13 +194,17 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   false,
                   Numbers<int>({1, 2, 4, 8}, [](Options& o, int px) { o.sun_block_px = px; }),
                   "1"});
-  axes.push_back({"receiver-block",
-                  "Resolution of the response to sky and bounces: side in pixels of a receiver's "
-                  "block (SurfaceViewOptions::receiver_block_px)",
-                  Judge::kPicture,
-                  false,
-                  Numbers<int>({2, 4, 8, 16}, [](Options& o, int px) { o.receiver_block_px = px; }),
-                  "4"});
+  // At patches' corners there are no blocks.
+  if (sweep_case.influence_at == InfluenceAt::kPixels) {
+    axes.push_back(
+        {"receiver-block",
+         "Resolution of the response to sky and bounces: side in pixels of a receiver's "
+         "block (SurfaceViewOptions::receiver_block_px)",
+         Judge::kPicture,
+         false,
+         Numbers<int>({2, 4, 8, 16}, [](Options& o, int px) { o.receiver_block_px = px; }),
+         "4"});
+  }
   axes.push_back({"object-samples",
                   "Resolution of the objects: samples a side of a pixel "
                   "(CompositorOptions::object_samples_per_side)",

@@ -79,19 +79,19 @@ std::string DefaultSentence(const SweptAxis& swept, const AxisView& view) {
     const Spread mine = *SpreadOf(view.points[i].error);
     const Spread its = *SpreadOf(view.points[*place.beaten_by].error);
     const double unit = ErrorUnit(swept.axis);
-    const double my_ms = SpreadOf(view.points[i].time_ms)->median;
-    const double its_ms = SpreadOf(view.points[*place.beaten_by].time_ms)->median;
+    const Spread my_ms = *SpreadOf(view.points[i].time_ms);
+    const Spread its_ms = *SpreadOf(view.points[*place.beaten_by].time_ms);
     constexpr double kSame = 1e-3;  // Far below any spread: two ways to one answer.
     if (mine.median - its.median <= kSame * mine.median) {
       return fmt::format(
           "the default, {}, is not on the front: {} has the same error, {:.3g}, and takes {:.3g} "
-          "ms "
-          "against {:.3g}",
+          "ms against {:.3g}{}",
           result.value,
           other.value,
           unit * its.median,
-          its_ms,
-          my_ms);
+          its_ms.median,
+          my_ms.median,
+          its_ms.largest >= my_ms.smallest ? ", no more than times scatter" : "");
     }
     return fmt::format(
         "the default, {}, is not on the front: {} has an error of {:.3g} against {:.3g} (spreads "
@@ -107,8 +107,8 @@ std::string DefaultSentence(const SweptAxis& swept, const AxisView& view) {
         unit * mine.largest,
         place.seeds_beaten,
         place.seeds,
-        its_ms,
-        my_ms);
+        its_ms.median,
+        my_ms.median);
   }
   return "none of the values is the default";
 }

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -213,6 +214,22 @@ TEST_F(PlannedFrames, LightAtOnePlaceIsTheFieldsOwn) {
   const double side = top * (0.5 + 0.5 * GroundStage::kAlbedo);
   EXPECT_NEAR(radiance_at({0.0, 0.0, 0.8}).r, top, 0.003 * top);
   EXPECT_NEAR(radiance_at({0.0, -0.3, 0.4}).r, side, 0.003 * side);
+}
+
+TEST(OnePlaceOptions, RefuseWhatMakesNoSense) {
+  const auto refused = [](const auto& spoil) {
+    FramePipelineOptions options;
+    options.object_light = ObjectLight::kOnePlace;
+    options.Validate();
+    spoil(options);
+    EXPECT_THROW(options.Validate(), std::invalid_argument);
+  };
+  refused([](FramePipelineOptions& options) { options.one_place.rays = 0; });
+  refused([](FramePipelineOptions& options) { options.one_place.sh_bands = 0; });
+  refused([](FramePipelineOptions& options) {
+    options.one_place.sh_bands = OnePlaceOptions::kMostShBands + 1;
+  });
+  refused([](FramePipelineOptions& options) { options.daylight = Daylight::kSamples; });
 }
 
 TEST_F(PlannedFrames, AStillFrameKeepsTheLastOnesWork) {
