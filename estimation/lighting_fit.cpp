@@ -23,8 +23,8 @@ using namespace estimation_internal;  // The folder's own.
 // small part of any standard deviation, so that the weights can converge.
 constexpr double kScalesHaveSettled = 1e-3;
 constexpr int kMostPassesThatRescale = 8;
-// Far below any noise, far above rounding.
-constexpr double kConverged = 1e-6;
+// A thousandth of a deviation at most, far above rounding.
+constexpr double kConverged = 1e-5;
 
 // The weak prior: an unknown of 0, give or take a hundred times the light that explains the median
 // sample. It keeps every matrix regular, and costs a fit that 10 samples with 5 % of noise carry

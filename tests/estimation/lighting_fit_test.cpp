@@ -131,7 +131,7 @@ TEST(LightingFit, TheOrderOfTheSamplesDoesNotChangeABit) {
 
 // Reusing the fitter, after fits of other sizes, changes nothing either.
 // The last frame's light is where the fit starts, not a part of its answer: that stops where a pass
-// moves it by 1e-6 of the light and its scales by 1e-3, here hundredths of its deviation.
+// moves it by 1e-5 of the light and its scales by 1e-3, here hundredths of its deviation.
 TEST(LightingFit, AKeptFittersLastFitDoesNotChangeTheNext) {
   LightingFitter fitter{LightingFitOptions{}};
   SyntheticScene scene;
