@@ -85,9 +85,9 @@ void GatherOptions::Validate() const {
     throw std::invalid_argument("rays_per_receiver is " + std::to_string(rays_per_receiver) +
                                 ": expected 1 to 65536");
   }
-  if (receivers_per_set < 1) {
+  if (receivers_per_set < 1 || receivers_per_set > 1024) {
     throw std::invalid_argument("receivers_per_set is " + std::to_string(receivers_per_set) +
-                                ": expected at least 1");
+                                ": expected 1 to 1024");
   }
 }
 

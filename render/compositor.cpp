@@ -35,8 +35,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr float kHalfMax = 65504.0f;
-
 // Bits of positive floats are ordered as the floats are, negative ones are below and what is not
 // finite is above, so that one integer maximum, which the compiler can vectorise, finds the
 // largest.
@@ -246,9 +244,13 @@ PixelRect Compositor::Impl::CompositeOnDevice(const CompositeInput& input,
   if (drawn.shadow_rect.Empty()) {
     real_shadow.Clear(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
   }
+  if (drawn.objects == nullptr) {
+    object_layer.Clear({layer_view.intrinsics.width_px, layer_view.intrinsics.height_px});
+  }
+  const FrameBuffer& objects = drawn.objects != nullptr ? *drawn.objects : object_layer.Layer();
   const CompositeLayers layers{device->surface,
                                lookup,
-                               drawn.objects != nullptr ? drawn.objects->ColourTexture() : 0,
+                               objects.ColourTexture(),
                                real_shadow.Mask().ColourTexture(),
                                device->change,
                                device->hidden_sun,
@@ -273,7 +275,7 @@ void Compositor::Impl::ReadBack(const PixelRect& rect, float gain, Composite& re
       const std::size_t pixel = result.radiance.Index(x, y);
       const glm::vec3 radiance(
           glm::unpackHalf1x16(half[0]), glm::unpackHalf1x16(half[1]), glm::unpackHalf1x16(half[2]));
-      result.radiance.pixels[pixel] = glm::min(to_radiance * radiance, glm::vec3(kHalfMax));
+      result.radiance.pixels[pixel] = glm::min(to_radiance * radiance, glm::vec3(kLargestHalf));
       const bool is_covered = glm::unpackHalf1x16(half[3]) > 0.75f;
       result.change.pixels[pixel] =
           static_cast<std::uint8_t>(is_covered ? PixelChange::kCovered : PixelChange::kScaled);

@@ -40,7 +40,7 @@ struct CompositeInput {
   const RgbImage& camera_radiance;  // Scene-linear, the view's size.
   const Gray8Image& clipped;  // 1 where the camera clipped: its value is a lower bound. May be
                               // empty: nothing was clipped.
-  const SurfaceView& view;    // Re-uploaded where its versions changed.
+  const SurfaceView& view;
   const Lighting& lighting;
   // Per object: irradiance at each vertex, sun's disc excluded (from the irradiance volume).
   std::span<const std::vector<glm::vec3>> vertex_irradiance;
@@ -67,7 +67,7 @@ struct Composite {
   Gray8Image change;         // PixelChange values.
   double draw_ms = 0.0;      // What the processor composites included.
   double readback_ms = 0.0;  // Of what the device composites, and of copying the picture.
-  int draw_calls = 0;
+  int draw_calls = 0;        // And passes over pixels that the processor made in their place.
 };
 
 // Who puts layers into the camera's picture. Both do it by the same formulas; the device rounds to

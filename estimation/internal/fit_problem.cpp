@@ -12,8 +12,7 @@
 namespace pleinair::estimation_internal {
 namespace {
 
-// As many parts of a plane, of as many samples at least, as tell a correlation that reaches over
-// several samples within a fifth or so.
+// Quarters: light between surfaces is smooth, and so is what a model of it misses.
 constexpr int kMostCells = 4;
 constexpr int kLeastInCell = 4;
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-
 #include <utility>
 
 #include "estimation/internal/median.h"
@@ -54,6 +53,7 @@ void Reweighting::Update(const FitProblem& problem,
                          const LightingFitOptions& options,
                          bool rescale) {
   rescale = rescale && problem.sample_count > 0;
+  if (last_normal_[0].rows() != problem.basis_count) Forget();  // The sun has risen or set.
   const bool just_explained = explained_.size() == x.size() && explained_ == x;
   explained_.resize(0);
   if (!just_explained) Standardise(problem, x, options);
@@ -194,13 +194,8 @@ template <int kBases>
 void Reweighting::Accumulate(const FitProblem& problem) {
   using Row = Eigen::Matrix<double, kBases, 1>;
   const auto cells = static_cast<std::size_t>(problem.plane_count) * 3;
-  for (std::vector<double>* sums : {&plane_weight_,
-                                    &plane_residual_,
-                                    &plane_target_,
-                                    &sky_mean_,
-                                    &sky_sky_,
-                                    &sky_residual_,
-                                    &sky_target_}) {
+  for (std::vector<double>* sums :
+       {&plane_weight_, &plane_residual_, &plane_target_, &sky_mean_, &sky_sky_, &sky_target_}) {
     sums->assign(cells, 0.0);
   }
   plane_row_.assign(cells * kBases, 0.0);
@@ -219,7 +214,6 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       double sum_target = 0.0;
       double sum_sky = 0.0;
       double sum_sky_sky = 0.0;
-      double sum_sky_residual = 0.0;
       double sum_sky_target = 0.0;
       Row sum_row = Row::Zero();
       Row sum_sky_row = Row::Zero();
@@ -239,7 +233,6 @@ void Reweighting::Accumulate(const FitProblem& problem) {
         sum_target += weight * target;
         sum_sky += sky;
         sum_sky_sky += sky * sky_share_[v];
-        sum_sky_residual += sky * residual_[v];
         sum_sky_target += sky * target;
         sum_row += weighted;
         sum_sky_row += sky * row;
@@ -256,7 +249,6 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       plane_target_[cell] = sum_target * inverse;
       sky_mean_[cell] = sum_sky * inverse;
       sky_sky_[cell] = sum_sky_sky;
-      sky_residual_[cell] = sum_sky_residual;
       sky_target_[cell] = sum_sky_target;
       Eigen::Map<Row>(plane_row_.data() + cell * kBases) = inverse * sum_row;
       Eigen::Map<Row>(sky_row_.data() + cell * kBases) = sum_sky_row;
@@ -400,10 +392,12 @@ void Reweighting::EstimateSharedErrors(const FitProblem& problem,
         const Eigen::Map<const BasisVector> row(
             plane_row_.data() + cell * static_cast<std::size_t>(bases), bases);
         const double alone = noise_(ci, ci) / plane_weight_[cell];
+        // Where the samples' own errors are the larger a mean tells little of the shared one.
+        const double told = Square(expected / (expected + alone));
         const double taken =
             std::min(1.0, row.dot(covariance[c] * row) / (alone + last_squared * expected));
-        plane_excess += (Square(shift[ci]) - (1.0 - taken) * alone) / expected;
-        plane_degrees += 1.0 - taken;
+        plane_excess += told * (Square(shift[ci]) - (1.0 - taken) * alone) / expected;
+        plane_degrees += told * (1.0 - taken);
         ++channels;
       }
       // An albedo is most often off in all channels alike: one witness.

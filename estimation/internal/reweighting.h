@@ -89,9 +89,10 @@ class Reweighting {
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
-  LightVector explained_;                   // What Explains has just looked at; else empty.
-  std::array<BasisMatrix, 3> last_normal_;  // Of the pass before; empty in a fit's first.
-  double error_ = 1.0;                      // e of the planes' errors.
+  LightVector explained_;  // What Explains has just looked at; else empty.
+  // Of the pass before, or of a frame like this one; empty after Forget.
+  std::array<BasisMatrix, 3> last_normal_;
+  double error_ = 1.0;  // e of the planes' errors.
   double shared_error_ = 0.0;
   double sky_shape_error_ = 0.0;
 
@@ -106,11 +107,10 @@ class Reweighting {
   std::vector<double> plane_target_;
   std::vector<double> plane_row_;
   std::vector<double> taken_;  // phi.
-  // The sky's share v: its weighted mean, and its summed products with itself, with residual,
-  // target and row. After whitening along the mean the last two are means along v.
+  // The sky's share v: its weighted mean, and its summed products with itself, with target and
+  // row. After whitening along the mean the last two are means along v.
   std::vector<double> sky_mean_;
   std::vector<double> sky_sky_;
-  std::vector<double> sky_residual_;
   std::vector<double> sky_target_;
   std::vector<double> sky_row_;
   std::vector<double> sky_taken_;

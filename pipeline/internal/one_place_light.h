@@ -48,7 +48,7 @@ class OnePlaceLight {
     std::vector<glm::vec3> coefficients;  // SH, of irradiance.
     std::vector<glm::vec3> radiance;      // That is seen from here.
     std::vector<glm::vec3> here;          // Irradiance from `coefficients`, by facing.
-    std::vector<glm::vec3> there;         // [place * facings + facing].
+    std::vector<glm::vec3> there;         // [other place * facings + facing].
   };
 
   std::vector<float> BasisAt(std::span<const glm::vec3> directions) const;

@@ -28,6 +28,17 @@ glm::mat4 ClipOfSamples(const LayerView& view) {
   return glm::mat4(ClipOfRect(view.intrinsics, rect.lower, rect.upper) * view.clip_from_local);
 }
 
+// Real surfaces, seen from either side.
+void DrawWhatHides(const glm::mat4& clip_from_local,
+                   SceneGeometry& scene,
+                   const VolumeStencil& stencil) {
+  glEnable(GL_DEPTH_TEST);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  stencil.DrawSurface(scene.PhantomBuffers(), clip_from_local);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthFunc(GL_LEQUAL);  // On a real surface of the same depth the object wins.
+}
+
 }  // namespace
 
 int ObjectLayerPass::SamplesPerSide(const PixelRect& rect, int wanted) {
@@ -66,16 +77,11 @@ void ObjectLayerPass::Draw(const LayerView& view,
                            const LayerLight& light,
                            VolumeStencil& stencil) {
   const PixelRect& rect = view.object_rect;
-  ResetPassState();
-  const bool is_resized = layer_.Resize(view.intrinsics.width_px, view.intrinsics.height_px);
-  if (is_resized || !(drawn_rect_ == rect)) {
-    layer_.Bind();
-    glClear(GL_COLOR_BUFFER_BIT);
-    drawn_rect_ = rect;
-  }
+  const glm::ivec2 size_px(view.intrinsics.width_px, view.intrinsics.height_px);
+  BeginLayer(size_px, rect);
   if (rect.Empty()) return;
   if (keeps_samples_) {
-    const KeptFor now{scene.Version(), view.clip_from_local, rect};
+    const KeptFor now{scene.Version(), view.clip_from_local, size_px, rect};
     if (kept_for_ != now) {
       kept_for_.reset();
       FindShares(view, scene, stencil);
@@ -93,6 +99,15 @@ void ObjectLayerPass::Draw(const LayerView& view,
     DrawSun(view, scene, sun, object_volumes, real_volumes, light, stencil);
   }
   DrawMean(rect, sun.is_shining || !keeps_samples_);
+}
+
+void ObjectLayerPass::BeginLayer(const glm::ivec2& size_px, const PixelRect& rect) {
+  ResetPassState();
+  const bool is_resized = layer_.Resize(size_px.x, size_px.y);
+  if (!is_resized && drawn_rect_ == rect) return;
+  layer_.Bind();
+  glClear(GL_COLOR_BUFFER_BIT);
+  drawn_rect_ = rect;
 }
 
 void ObjectLayerPass::BindSamples(const PixelRect& rect) {
@@ -117,14 +132,7 @@ void ObjectLayerPass::DrawFromVertices(const LayerView& view,
   BindSamples(rect);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   const glm::mat4 clip_from_local = ClipOfSamples(view);
-
-  // What hides: real surfaces, seen from either side.
-  glEnable(GL_DEPTH_TEST);
-  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  stencil.DrawSurface(scene.PhantomBuffers(), clip_from_local);
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-
-  glDepthFunc(GL_LEQUAL);  // On a real surface of the same depth the object wins.
+  DrawWhatHides(clip_from_local, scene, stencil);
   ambient_program_->Use();
   ambient_program_->Set("u_clip_from_local", clip_from_local);
   ambient_program_->Set("u_mirrors", light.mirrored != nullptr ? 1 : 0);
@@ -151,11 +159,7 @@ void ObjectLayerPass::FindShares(const LayerView& view,
   glClearBufferuiv(GL_COLOR, 0, none);
   glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   const glm::mat4 clip_from_local = ClipOfSamples(view);
-  glEnable(GL_DEPTH_TEST);
-  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  stencil.DrawSurface(scene.PhantomBuffers(), clip_from_local);
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glDepthFunc(GL_LEQUAL);
+  DrawWhatHides(clip_from_local, scene, stencil);
   triangle_program_->Use();
   triangle_program_->Set("u_clip_from_local", clip_from_local);
   scene.ShadedObjects().Draw();

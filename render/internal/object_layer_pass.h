@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "render/internal/frame_buffer.h"
@@ -70,6 +72,9 @@ class ObjectLayerPass {
             const LayerLight& light,
             VolumeStencil& stencil);
 
+  // A layer without objects.
+  void Clear(const glm::ivec2& size_px) { BeginLayer(size_px, {}); }
+
   // RGBA16F, RGBA32F where samples are kept; zero where no object is.
   const FrameBuffer& Layer() const { return layer_; }
 
@@ -78,10 +83,12 @@ class ObjectLayerPass {
   struct KeptFor {
     std::uint64_t version = 0;  // The scene's.
     glm::dmat4 clip_from_local{0.0};
+    glm::ivec2 size_px{0};
     PixelRect rect;
     bool operator==(const KeptFor&) const = default;
   };
 
+  void BeginLayer(const glm::ivec2& size_px, const PixelRect& rect);
   void BindSamples(const PixelRect& rect);
   void DrawFromVertices(const LayerView& view,
                         SceneGeometry& scene,

@@ -17,10 +17,6 @@
 namespace pleinair {
 namespace {
 
-constexpr float kLargestHalf = 65504.0f;
-// As the pass: what a half float would round off is no change.
-constexpr float kLeastRelitChange = 1.0f / 2048.0f;
-
 template <typename Value>
 Value TexelOf(const LayerPart<Value>& part, const glm::ivec2& place) {
   const PixelRect& rect = part.rect;

@@ -150,6 +150,39 @@ TEST(LightingFit, AKeptFittersLastFitDoesNotChangeTheNext) {
   }
 }
 
+TEST(LightingFit, AKeptFitterGoesOnWhenTheSunSetsAndRises) {
+  LightingFitter fitter{LightingFitOptions{}};
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  for (const bool sun_is_up : {true, false, true, true, false, false}) {
+    SyntheticScene now = scene;
+    if (!sun_is_up) now.sun = glm::dvec3(0.0);
+    const std::vector<DiffuseSample> samples = MakeSamples(now);
+    const LightingFit kept = fitter.Fit(samples, SyntheticPrior(), sun_is_up);
+    const LightingFit fresh = FitLighting(samples, SyntheticPrior(), sun_is_up);
+    for (int u = 0; u < 6; ++u) {
+      EXPECT_NEAR(kept.irradiance_rgb[u],
+                  fresh.irradiance_rgb[u],
+                  0.05 * std::sqrt(fresh.covariance(u, u)) + 1e-9)
+          << "sun " << sun_is_up << ", unknown " << u;
+    }
+  }
+}
+
+// A handful of noisy samples says nothing of what planes share: as expected is what it is.
+TEST(LightingFit, SharedErrorsAreAsExpectedWhereSamplesCannotTell) {
+  SyntheticScene scene;
+  scene.samples = 24;
+  scene.albedo_noise = 0.5;
+  const LightingFitOptions options;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    scene.seed = seed;
+    const LightingFit fit = FitLighting(MakeSamples(scene), SyntheticPrior(), true, options);
+    EXPECT_GT(fit.shared_error, 0.5 * options.shared_error) << seed;
+    EXPECT_LT(fit.shared_error, 4.0 * options.shared_error) << seed;
+  }
+}
+
 // Nine tenths of the samples still see the old light: the sun of the tenth is gone.
 TEST(LightingFit, AStaleLightIsNotKeptForWhatItStillExplains) {
   SyntheticScene scene;

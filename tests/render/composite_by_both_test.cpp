@@ -54,8 +54,12 @@ class CompositeByBoth : public testing::Test {
 
   // Returns how many pixels change.
   std::size_t ExpectTheSame(const std::string& what) {
-    const Composite device = Render(CompositeBy::kDevice);
-    const Composite processor = Render(CompositeBy::kProcessor);
+    return ExpectTheSame(Render(CompositeBy::kDevice), Render(CompositeBy::kProcessor), what);
+  }
+
+  static std::size_t ExpectTheSame(const Composite& device,
+                                   const Composite& processor,
+                                   const std::string& what) {
     const std::size_t count = device.change.pixels.size();
     std::size_t otherwise = 0;
     std::size_t changed = 0;
@@ -119,6 +123,24 @@ TEST_F(CompositeByBoth, IsTheSameWhereverObjectsStandInThePicture) {
       changed += ExpectTheSame(std::string(what) + (is_bent ? ", by a bent lens" : ""));
     }
     EXPECT_GT(changed, 5000u);
+  }
+}
+
+// The layer of what is no longer there is not looked at.
+TEST_F(CompositeByBoth, IsTheSameOfObjectsThatHaveLeftTheirEffectBehind) {
+  IrradianceChange change{0, 0, RgbImage(160, 120)};
+  for (glm::vec3& rgb : change.irradiance_rgb.pixels) rgb = glm::vec3(-9.0f, -8.0f, -7.0f);
+  adapt_ = [&](CompositeInput& input) { input.irradiance_change = &change; };
+  Compositor by_device(CompositorOptions{.composite_by = CompositeBy::kDevice});
+  Compositor by_processor(CompositorOptions{.composite_by = CompositeBy::kProcessor});
+  RenderBy(by_device);
+  RenderBy(by_processor);
+  objects_ = {{Sphere({9.0f, -10.0f, 1.0f}, 0.5f, 8)}};
+  const Composite device = RenderBy(by_device);
+  const Composite processor = RenderBy(by_processor);
+  EXPECT_GT(ExpectTheSame(device, processor, "left"), 5000u);
+  for (const std::uint8_t what : device.change.pixels) {
+    EXPECT_NE(what, static_cast<std::uint8_t>(PixelChange::kCovered));
   }
 }
 
