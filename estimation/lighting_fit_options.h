@@ -30,12 +30,12 @@ struct LightingFitOptions {
   // sample, so that a handful of samples cannot claim to be exact. > 0.
   double expected_noise = 0.05;
   // Expected error of the whole prediction that the samples of one plane share, relative: a wall's
-  // albedo. The data correct it, and the next, by one factor for both. >= 0; 0 says that samples err
-  // alone.
+  // albedo. The data correct it, and the next, by one factor for both. >= 0; 0 says that samples
+  // err alone.
   double shared_error = 0.05;
   // Expected error of the sky's part of the prediction that the samples of one plane share,
-  // relative: a real sky is not of the fitted shape. Lit and shaded samples of a plane err alike, so
-  // that their contrast tells the sun whatever the sky's shape. A tenth is right for a mix of
+  // relative: a real sky is not of the fitted shape. Lit and shaded samples of a plane err alike,
+  // so that their contrast tells the sun whatever the sky's shape. A tenth is right for a mix of
   // shapes: held to it, over 156 measured and modelled skies and views of two scenes, the stated
   // deviation of the sky held 71 % of the known skies (0.2: 82 %), with the same errors. >= 0.
   double sky_shape_error = 0.1;
