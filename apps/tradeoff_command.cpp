@@ -35,7 +35,7 @@ std::vector<SweepAxis> ChosenAxes(const std::vector<std::string>& names, const S
     if (is_there) continue;
     std::string all;
     for (const SweepAxis& axis : axes) all.append(all.empty() ? "" : ",").append(axis.name);
-    throw std::invalid_argument("--sweep " + name + ": this sequence has " + all);
+    throw std::invalid_argument(fmt::format("--sweep {}: this sequence has {}", name, all));
   }
   std::erase_if(axes, [&](const SweepAxis& axis) {
     return std::find(names.begin(), names.end(), axis.name) == names.end();

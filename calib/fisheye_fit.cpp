@@ -208,6 +208,7 @@ std::optional<std::vector<glm::dvec2>> FindBoardCorners(const Gray8Image& pictur
                    {-1, -1},
                    {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 50, 0.005});
   std::vector<glm::dvec2> corners;
+  corners.reserve(found.size());
   for (const cv::Point2f& corner : found) corners.emplace_back(corner.x, corner.y);
   return corners;
 }

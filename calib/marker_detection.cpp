@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -109,6 +110,7 @@ std::optional<MarkerDictionary> FindMarkerDictionary(std::string_view name) {
 
 std::vector<std::string> MarkerDictionaryNames() {
   std::vector<std::string> names;
+  names.reserve(std::size(kDictionaries));
   for (const NamedDictionary& entry : kDictionaries) names.emplace_back(entry.name);
   return names;
 }

@@ -132,6 +132,7 @@ ResponseFit FitMonotoneResponse(const std::array<std::vector<ResponseSample>, 3>
       return a.code < b.code || (a.code == b.code && a.light < b.light);
     });
     std::vector<double> log_light;
+    log_light.reserve(sorted.size());
     for (const ResponseSample& sample : sorted) log_light.push_back(std::log(sample.light));
     const std::vector<double> rising =
         IsotonicRegression(log_light, std::vector<double>(log_light.size(), 1.0));

@@ -20,7 +20,6 @@ struct RunSum {
 
 // Four pixels at a time: a sum of one pixel after another waits for every single addition.
 RunSum SumOf(std::span<const glm::vec3> radiance, std::span<const float> solid_angle_sr) {
-  using Places = int __attribute__((vector_size(16)));
   // Values lie as rgbr gbrg brgb.
   Float4 sum_rgbr{};
   Float4 sum_gbrg{};
@@ -34,9 +33,9 @@ RunSum SumOf(std::span<const glm::vec3> radiance, std::span<const float> solid_a
     const Float4 gbrg = LoadFour(values + 4);
     const Float4 brgb = LoadFour(values + 8);
     const Float4 weight = LoadFour(&solid_angle_sr[pixel]);
-    sum_rgbr += __builtin_shuffle(weight, Places{0, 0, 0, 1}) * rgbr;
-    sum_gbrg += __builtin_shuffle(weight, Places{1, 1, 2, 2}) * gbrg;
-    sum_brgb += __builtin_shuffle(weight, Places{2, 3, 3, 3}) * brgb;
+    sum_rgbr += __builtin_shufflevector(weight, weight, 0, 0, 0, 1) * rgbr;
+    sum_gbrg += __builtin_shufflevector(weight, weight, 1, 1, 2, 2) * gbrg;
+    sum_brgb += __builtin_shufflevector(weight, weight, 2, 3, 3, 3) * brgb;
     least = lesser(lesser(rgbr, gbrg), lesser(brgb, least));
   }
   RunSum sum;

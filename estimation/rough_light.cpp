@@ -72,8 +72,7 @@ class MedianLight {
   std::vector<double> values_;
 
   double Quantile(double part) {
-    const auto place =
-        values_.begin() + static_cast<std::ptrdiff_t>(part * double(values_.size() - 1) + 0.5);
+    const auto place = values_.begin() + std::lround(part * double(values_.size() - 1));
     std::nth_element(values_.begin(), place, values_.end());
     return *place;
   }

@@ -112,6 +112,7 @@ std::optional<Line> SideLine(const Gray8Image& picture,
   if (!line) return std::nullopt;
   // Once more without what lies off it: dirt, a finger.
   std::vector<double> distances;
+  distances.reserve(points.size());
   for (const glm::dvec2& point : points) distances.push_back(DistanceTo(*line, point));
   std::vector<double> sorted = distances;
   std::nth_element(sorted.begin(),

@@ -45,6 +45,7 @@ std::vector<glm::dmat4> FlatPoses(const std::vector<cv::Point3d>& points,
                                   const std::vector<cv::Point2d>& rays) {
   if (points.size() < kFewestMatches) return {};
   std::vector<glm::dvec3> world;
+  world.reserve(points.size());
   for (const cv::Point3d& point : points) world.emplace_back(point.x, point.y, point.z);
   const PointSpread spread = SpreadOf(world);
   if (spread.IsALine()) return {};
