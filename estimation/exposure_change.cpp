@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "estimation/internal/lit_limits.h"
-#include "estimation/internal/median.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
@@ -17,7 +17,6 @@ namespace {
 using estimation_internal::kFullyLit;
 using estimation_internal::kFullyShaded;
 using estimation_internal::kLeastSunCosine;
-using estimation_internal::UpperMedian;
 
 constexpr int kPatchesAcross = 60;  // A picture is cut into so many columns, of square patches.
 constexpr int kPatchRadiusPx = 1;
@@ -91,7 +90,7 @@ ExposureChange ExposureWatch::Compare(const Frame& frame, const SurfaceView& vie
     for (int c = 0; c < 3; ++c) {
       std::vector<double>& ratios = ratios_[static_cast<std::size_t>(c)];
       if (ratios.size() < kLeastPatches) return std::nullopt;
-      change[c] = UpperMedian(ratios);
+      change[c] = UpperMedianInPlace(ratios);
     }
     return change;
   };

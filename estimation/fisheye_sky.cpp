@@ -13,13 +13,12 @@
 #include <glm/geometric.hpp>
 
 #include "estimation/internal/measured_pixel.h"
-#include "estimation/internal/median.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
 
 using estimation_internal::IsMeasured;
-using estimation_internal::UpperMedian;
 
 // What orientation and refraction may be off by.
 constexpr double kSearchRadiusRad = 2.5 * std::numbers::pi / 180.0;
@@ -165,10 +164,10 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   glm::dvec3 spread(0.0);
   for (int c = 0; c < 3; ++c) {
     std::vector<double>& values = ring[static_cast<std::size_t>(c)];
-    const double background = UpperMedian(values);
+    const double background = UpperMedianInPlace(values);
     disc.background[c] = static_cast<float>(background);
     for (double& value : values) value = std::abs(value - background);
-    spread[c] = 1.4826 * UpperMedian(values);
+    spread[c] = 1.4826 * UpperMedianInPlace(values);
   }
   if (!(Luminance(radiance.pixels[peak]) > kDiscContrast * Luminance(disc.background))) return {};
 

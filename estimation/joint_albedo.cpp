@@ -6,14 +6,15 @@
 #include <stdexcept>
 #include <string>
 
-#include "estimation/internal/median.h"
+#include "estimation/internal/square.h"
 #include "estimation/relative_prior.h"
 #include "estimation/rough_light.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
 
-using estimation_internal::UpperMedian;
+using estimation_internal::Square;
 
 constexpr double kHuber = 1.5;
 constexpr double kAlbedoConverged = 1e-3;  // Of an albedo, relative: far below any of its errors.
@@ -21,8 +22,6 @@ constexpr double kAlbedoConverged = 1e-3;  // Of an albedo, relative: far below 
 constexpr double kStrongSun = 0.5;
 // Below this share of a frame's usual light a sample's own error is glare and bounces.
 constexpr double kLeastLight = 0.05;
-
-double Square(double value) { return value * value; }
 
 double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
@@ -202,7 +201,7 @@ class JointFit {
         for (std::size_t i = 0; i < of.size(); ++i) {
           if (of[i].log_albedo.empty()) continue;
           const double count = static_cast<double>(of[i].log_albedo.size());
-          of_surface[i / 2].push_back({UpperMedian(of[i].log_albedo),
+          of_surface[i / 2].push_back({UpperMedianInPlace(of[i].log_albedo),
                                        SharedVariance(of[i].sky_share / count) +
                                            of[i].variance / count +
                                            Square(options_.spot_spread) / count});
@@ -314,7 +313,7 @@ class JointFit {
         ratios.push_back(ratio[c] / Mean(ratio));
       }
       if (ratios.empty()) return glm::dvec3(0.0);
-      colour[c] = UpperMedian(ratios);
+      colour[c] = UpperMedianInPlace(ratios);
     }
     return colour;
   }

@@ -21,7 +21,7 @@ using namespace estimation_internal;  // The folder's own.
 
 // The scales settle within a few passes: they are kept once the light moves by less than this, a
 // small part of any standard deviation, so that the weights can converge.
-constexpr double kScalesHaveSettled = 1e-3;
+constexpr double kScalesHaveSettled = 5e-4;
 constexpr int kMostPassesThatRescale = 8;
 // A thousandth of a deviation at most, far above rounding.
 constexpr double kConverged = 1e-5;
@@ -225,7 +225,7 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
   bool rescale = true;
   for (int pass = 0; pass < options.max_passes; ++pass) {
     if (rescale) UpdateRelativePriors(prior, x);
-    const bool knew_the_errors = reweighting.KnowsSharedErrors();
+    const bool knew_the_errors = reweighting.KnowsSharedErrors(problem);
     reweighting.Update(problem, x, prior_information, options, rescale);
     const LightVector next = SolveClosed();
     const double change =

@@ -5,12 +5,10 @@
 #include <cstddef>
 #include <vector>
 
-#include "estimation/internal/median.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
-
-using estimation_internal::UpperMedian;
 
 // Of the sun's share of the samples' transport, between its deciles: with less, sun and sky are
 // taken to change together.
@@ -85,7 +83,7 @@ class MedianLight {
       const double share = witness.SunShare();
       if (share > above && share <= up_to) values_.push_back(value(witness));
     }
-    return values_.empty() ? 0.0 : std::max(0.0, UpperMedian(values_));
+    return values_.empty() ? 0.0 : std::max(0.0, UpperMedianInPlace(values_));
   }
 };
 

@@ -13,8 +13,8 @@
 
 #include "datasets/frame_source.h"  // kUnusable
 #include "estimation/internal/lit_limits.h"
-#include "estimation/internal/median.h"
 #include "estimation/internal/random.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
@@ -23,7 +23,6 @@ using estimation_internal::kFullyLit;
 using estimation_internal::kFullyShaded;
 using estimation_internal::kLeastSunCosine;
 using estimation_internal::SplitMix64;
-using estimation_internal::UpperMedian;
 
 // Pixels between a footprint and the nearest edge, for what pose and mesh are off by.
 constexpr float kEdgeMarginPx = 1.5f;
@@ -213,9 +212,9 @@ class SampleDraw {
           }
         }
       }
-      median[c] = UpperMedian(values);
+      median[c] = UpperMedianInPlace(values);
       for (double& value : values) value = std::abs(value - median[c]);
-      reach[c] = kAlbedoOutlier * std::max(kLeastAlbedoSpread, 1.4826 * UpperMedian(values));
+      reach[c] = kAlbedoOutlier * std::max(kLeastAlbedoSpread, 1.4826 * UpperMedianInPlace(values));
     }
     // Compared as ratios, to spare a logarithm a pixel.
     const glm::vec3 least(glm::exp(median - reach));

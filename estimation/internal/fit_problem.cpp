@@ -7,7 +7,7 @@
 
 #include <glm/common.hpp>
 
-#include "estimation/internal/median.h"
+#include "scene/upper_median.h"
 
 namespace pleinair::estimation_internal {
 namespace {
@@ -181,7 +181,7 @@ void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {
       for (int i = 0; i < sample_count; i += stride) {
         if (weight[static_cast<std::size_t>(i * 3 + c)] > 0.0) scratch_.push_back(value(i));
       }
-      return scratch_.empty() ? 0.0 : UpperMedian(scratch_);
+      return scratch_.empty() ? 0.0 : UpperMedianInPlace(scratch_);
     };
     double light = median_over_samples(
         1, [&](int i) { return radiance[static_cast<std::size_t>(i * 3 + c)]; });

@@ -4,21 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include "estimation/internal/median.h"
-#include "estimation/internal/symmetric_algebra.h"
+#include "estimation/internal/square.h"
 
 namespace pleinair::estimation_internal {
 namespace {
-
-// The median of |x| of a Gaussian is 0.6745 standard deviations.
-constexpr double kSigmaOfMedian = 1.4826;
-// Of one cut off at 2.5 standard deviations, 0.6640.
-constexpr double kFarOff = 2.5;
-constexpr double kSigmaOfMedianWithoutFarOff = 1.5060;
-// What is expected before the data have spoken counts as so many samples, cells or planes.
-constexpr double kPriorCount = 1.0;
-
-double Square(double value) { return value * value; }
 
 // Calls `loops` with the number of basis lights as its template argument.
 template <class Loops>
@@ -44,7 +33,6 @@ void WithBases(int basis_count, Loops&& loops) {
 
 void Reweighting::Forget() {
   for (BasisMatrix& normal : last_normal_) normal.resize(0, 0);
-  error_ = 1.0;
 }
 
 void Reweighting::Update(const FitProblem& problem,
@@ -53,7 +41,6 @@ void Reweighting::Update(const FitProblem& problem,
                          const LightingFitOptions& options,
                          bool rescale) {
   rescale = rescale && problem.sample_count > 0;
-  if (last_normal_[0].rows() != problem.basis_count) Forget();  // The sun has risen or set.
   const bool just_explained = explained_.size() == x.size() && explained_ == x;
   explained_.resize(0);
   if (!just_explained) Standardise(problem, x, options);
@@ -136,32 +123,6 @@ void Reweighting::Standardise(const FitProblem& problem,
     }
     deviation_[i] = std::sqrt(sum / channels);
   }
-}
-
-void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOptions& options) {
-  const double samples = static_cast<double>(deviation_.size());
-  const double unknowns = problem.basis_count;
-  const double lost = std::sqrt(samples / std::max(1.0, samples - unknowns));
-  scratch_.assign(deviation_.begin(), deviation_.end());
-  // nth_element leaves nothing before it that is above it, and nothing behind it that is below.
-  auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-  std::nth_element(scratch_.begin(), middle, scratch_.end());
-  double scale = kSigmaOfMedian * lost * *middle;
-  // 40 % of wrong samples double that median. Once more without what is far off by it (Rousseeuw
-  // and Leroy, Robust Regression and Outlier Detection, chapter 5), twice, so that a scale that was
-  // drawn out lets go. All that is far off is above the median, and so is no lower one.
-  for (int round = 0; round < 2; ++round) {
-    const auto near = static_cast<std::ptrdiff_t>(scratch_.size()) -
-                      std::count_if(middle, scratch_.end(), [&](double deviation) {
-                        return deviation > kFarOff * scale;
-                      });
-    const auto next = scratch_.begin() + near / 2;
-    if (next < middle) std::nth_element(scratch_.begin(), next, middle);
-    middle = next;
-    scale = kSigmaOfMedianWithoutFarOff * lost * *middle;
-  }
-  // Few samples are fitted too well for their median to mean anything.
-  scale_ = std::sqrt(Square(scale) + Square(options.expected_noise) * unknowns / samples);
 }
 
 void Reweighting::Weigh(const LightingFitOptions& options) {
@@ -259,157 +220,6 @@ void Reweighting::Accumulate(const FitProblem& problem) {
     normal_[c] = normal[c];
     gradient_[c] = gradient[c];
   }
-}
-
-// psi' of the residual vector r of a sample is w I + (dw/dd) / (3 d) r r'.
-void Reweighting::EstimateSlope(const LightingFitOptions& options) {
-  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
-  const auto add = [&](const auto& share_of) {
-    for (std::size_t i = 0; i < weight_.size(); ++i) {
-      const Eigen::Map<const Eigen::Vector3d> r(residual_.data() + i * 3);
-      outer += share_of(i) * r * r.transpose();
-    }
-    outer /= static_cast<double>(weight_.size());
-  };
-  switch (options.loss) {
-    case LightingFitOptions::Loss::kTukey:
-      add([&](std::size_t i) { return std::sqrt(weight_[i]); });
-      outer *= -(4.0 / 3.0) * Square(1.0 / (options.tukey_width * scale_));
-      break;
-    case LightingFitOptions::Loss::kHuber:  // dw/dd = -w / d past the bend.
-      add([&](std::size_t i) {
-        return weight_[i] < 1.0 ? -weight_[i] / (3.0 * Square(deviation_[i])) : 0.0;
-      });
-      break;
-    case LightingFitOptions::Loss::kSquares:
-      break;
-  }
-  const Eigen::Matrix3d slope = mean_weight_ * Eigen::Matrix3d::Identity() + outer;
-  // A slope near 0 or below comes from a handful of samples beside the cut; it would claim an
-  // infinite variance, a quarter claims a sixteenfold one.
-  inverse_slope_ = InverseOfAtLeast(slope, 0.25 * mean_weight_);
-}
-
-void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOptions& options) {
-  const auto count = weight_.size();
-  cell_inliers_.assign(problem.plane_of_cell.size(), 0.0);
-  plane_inliers_.assign(static_cast<std::size_t>(problem.plane_count), 0.0);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (weight_[i] > 0.0) cell_inliers_[static_cast<std::size_t>(problem.cell[i])] += 1.0;
-  }
-  for (std::size_t cell = 0; cell < cell_inliers_.size(); ++cell) {
-    plane_inliers_[static_cast<std::size_t>(problem.plane_of_cell[cell])] += cell_inliers_[cell];
-  }
-  // Within the planes, where they share an error: their means are no noise then.
-  double inliers = 0.0;
-  double degrees = 0.0;
-  for (const double in_plane : plane_inliers_) {
-    inliers += in_plane;
-    degrees += std::max(0.0, in_plane - 1.0);
-  }
-  const bool within = options.shared_error > 0.0 && degrees >= problem.basis_count;
-  if (!within) degrees = std::max(0.0, inliers - problem.basis_count);
-
-  Eigen::Matrix3d psi = Eigen::Matrix3d::Zero();
-  cell_psi_.assign(cell_inliers_.size(), Eigen::Vector3d::Zero());
-  for (std::size_t i = 0; i < count; ++i) {
-    const double* mean = plane_residual_.data() + problem.plane[i] * 3;
-    Eigen::Vector3d r;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double of_plane = within && inverse_unit_[i * 3 + c] > 0.0 ? mean[c] : 0.0;
-      r[static_cast<Eigen::Index>(c)] = weight_[i] * (residual_[i * 3 + c] - of_plane);
-    }
-    psi.noalias() += r * r.transpose();
-    cell_psi_[static_cast<std::size_t>(problem.cell[i])] += r;
-  }
-  const double mean_square = degrees > 0.0 ? psi.trace() / degrees : 0.0;
-  // mean(psi psi') over all samples; lost degrees of freedom are those of the inliers.
-  if (degrees > 0.0) psi *= inliers / (degrees * static_cast<double>(count));
-  const Eigen::Matrix3d from_data = mean_weight_ * inverse_slope_ * psi * inverse_slope_;
-  noise_ = (degrees * from_data +
-            kPriorCount * Square(options.expected_noise) * Eigen::Matrix3d::Identity()) /
-           (degrees + kPriorCount);
-  if (within) noise_ *= DesignEffect(problem, mean_square);
-  const Eigen::Vector3d inverse_sigma = noise_.diagonal().cwiseSqrt().cwiseInverse();
-  correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
-}
-
-// By the sums of psi over cells of neighbours. Would samples err alone, the square of such a sum
-// were expected to be `mean_square` (m - m^2 / M), m and M the inliers of the cell and of its
-// plane, whose mean is taken away.
-double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) const {
-  double squares = 0.0;
-  double expected = 0.0;
-  double degrees = 0.0;
-  for (const double in_plane : plane_inliers_) degrees -= in_plane > 0.0 ? 1.0 : 0.0;
-  for (std::size_t cell = 0; cell < cell_psi_.size(); ++cell) {
-    const double in_cell = cell_inliers_[cell];
-    if (!(in_cell > 0.0)) continue;
-    const auto plane = static_cast<std::size_t>(problem.plane_of_cell[cell]);
-    squares += cell_psi_[cell].squaredNorm();
-    expected += mean_square * (in_cell - Square(in_cell) / plane_inliers_[plane]);
-    degrees += 1.0;
-  }
-  if (!(degrees > 0.0) || !(expected > 0.0)) return 1.0;
-  return std::max(1.0, (kPriorCount + degrees * squares / expected) / (kPriorCount + degrees));
-}
-
-// One-way analysis of variance over the planes. One picture cannot tell albedo from the sky's
-// shape: both errors are as many times larger than expected, e. The residual r of a plane's mean
-// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 v^2)), h the part of it that the fitted lights
-// take away, known from the last pass.
-void Reweighting::EstimateSharedErrors(const FitProblem& problem,
-                                       const LightMatrix& prior_information,
-                                       const LightingFitOptions& options) {
-  double error_squared = 1.0;
-  if (KnowsSharedErrors()) {
-    const double last_squared = Square(error_);
-    const Eigen::Index bases = problem.basis_count;
-    std::array<BasisMatrix, 3> covariance;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const Eigen::Index first = static_cast<Eigen::Index>(c) * bases;
-      covariance[c] =
-          InverseOf(last_normal_[c] + prior_information.block(first, first, bases, bases));
-    }
-    double excess = 0.0;
-    double degrees = 0.0;
-    for (int plane = 0; plane < problem.plane_count; ++plane) {
-      const auto first = static_cast<std::size_t>(plane) * 3;
-      // A shift of the whole plane moves its weighted mean less than that: its far samples lose
-      // weight.
-      const Eigen::Vector3d shift = mean_weight_ * inverse_slope_ *
-                                    Eigen::Map<const Eigen::Vector3d>(&plane_residual_[first]);
-      double plane_excess = 0.0;
-      double plane_degrees = 0.0;
-      int channels = 0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::size_t cell = first + c;
-        const auto ci = static_cast<Eigen::Index>(c);
-        const double expected =
-            Square(options.shared_error) + Square(options.sky_shape_error * sky_mean_[cell]);
-        // Below the weight of one sample a mean says more about the weights than about the plane.
-        if (!(plane_weight_[cell] >= 1.0) || !(expected > 0.0)) continue;
-        const Eigen::Map<const BasisVector> row(
-            plane_row_.data() + cell * static_cast<std::size_t>(bases), bases);
-        const double alone = noise_(ci, ci) / plane_weight_[cell];
-        // Where the samples' own errors are the larger a mean tells little of the shared one.
-        const double told = Square(expected / (expected + alone));
-        const double taken =
-            std::min(1.0, row.dot(covariance[c] * row) / (alone + last_squared * expected));
-        plane_excess += told * (Square(shift[ci]) - (1.0 - taken) * alone) / expected;
-        plane_degrees += told * (1.0 - taken);
-        ++channels;
-      }
-      // An albedo is most often off in all channels alike: one witness.
-      if (channels == 0) continue;
-      excess += plane_excess / channels;
-      degrees += plane_degrees / channels;
-    }
-    error_squared = std::max(0.0, (kPriorCount + excess) / (kPriorCount + degrees));
-  }
-  error_ = std::sqrt(error_squared);
-  shared_error_ = error_ * options.shared_error;
-  sky_shape_error_ = error_ * options.sky_shape_error;
 }
 
 // Whitened rows are (row - phi mean row) sqrt(w / n), so their squares add up to

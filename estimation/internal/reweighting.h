@@ -47,7 +47,10 @@ class Reweighting {
  public:
   // The next pass expects of the planes' errors what the options say; those after it find them.
   void Forget();
-  bool KnowsSharedErrors() const { return last_normal_[0].size() > 0; }
+  // Not after Forget, nor when the sun has risen or set since.
+  bool KnowsSharedErrors(const FitProblem& problem) const {
+    return last_normal_[0].rows() == problem.basis_count;
+  }
 
   // `prior_information` is what else holds the unknowns, as the residuals of planes tell more of
   // their errors where the fit is not free to follow them. `rescale` false keeps the scales
@@ -139,6 +142,15 @@ class Reweighting {
   void EstimateSharedErrors(const FitProblem& problem,
                             const LightMatrix& prior_information,
                             const LightingFitOptions& options);
+  // What a plane tells of e: its squared residual beyond its samples' own, in units of what is
+  // expected, and the degrees of freedom that it is worth.
+  struct Witness {
+    double excess = 0.0;
+    double degrees = 0.0;
+  };
+  Witness WitnessOf(int plane,
+                    const std::array<BasisMatrix, 3>& covariance,
+                    const LightingFitOptions& options) const;
   void WhitenMeans(const FitProblem& problem);
   void WhitenSky(const FitProblem& problem);
   void FinishNormal(const FitProblem& problem);

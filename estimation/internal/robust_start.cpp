@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/internal/median.h"
 #include "estimation/internal/random.h"
+#include "scene/upper_median.h"
 
 namespace pleinair::estimation_internal {
 namespace {
@@ -122,7 +122,7 @@ double RobustStart::MedianDeviation(const NoiseUnits& noise,
     }
     deviation_.push_back(sum / channels);
   }
-  return UpperMedian(deviation_);
+  return UpperMedianInPlace(deviation_);
 }
 
 LightVector RobustStart::Find(const FitProblem& problem,
