@@ -150,7 +150,8 @@ void FrameEffects::Expose(const Frame& frame) {
 std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
                                                 const Lighting& lighting,
                                                 const WorkCost& at_vertices,
-                                                const WorkCost& at_one_place) const {
+                                                const WorkCost& at_one_place,
+                                                VertexLight::At light_at) const {
   const SurfaceView& view = lit.view;
   const double scale = draw_cost_.Ms();
   const bool shares = settings_.budget_ms && last_geometry_version_ == view.geometry_version;
@@ -163,8 +164,8 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
   works[kVertexLight].with_all = {Effect::kLightVariation};
   works[kOnePlaceLight] = kept("light at one place", at_one_place, kOnLightAtVertices);
   works[kOnePlaceLight].without = {Effect::kLightVariation};
-  works[kInfluence] =
-      kept("influence on surfaces", influence_.Cost(view, basis_, lighting), kOnInfluence);
+  works[kInfluence] = kept(
+      "influence on surfaces", influence_.Cost(view, basis_, lighting, light_at), kOnInfluence);
   works[kObjectView] = Offer(
       "objects in view", object_view_.Cost(view), {Effect::kPenumbra, Effect::kGlossyReflection});
   works[kSunOnSurfaces] =
@@ -173,10 +174,10 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
   works[kSunOnObjects] =
       Offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
   works[kSunOnObjects].with_all = {Effect::kPenumbra};
-  works[kMirrorImage] =
-      kept("mirror image",
-           bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting) : WorkCost{.is_kept = true},
-           {Effect::kGlossyReflection});
+  works[kMirrorImage] = kept("mirror image",
+                             bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting, light_at)
+                                                 : WorkCost{.is_kept = true},
+                             {Effect::kGlossyReflection});
   works[kDrawSun] = OfferDrawing("draw sun", kDrawSunMs, scale, {Effect::kSunShading});
   works[kDrawVolumes] = OfferDrawing("draw shadow volumes", kDrawVolumesMs, scale, kShadows);
   works[kDrawVolumes].without = {Effect::kPenumbra};
@@ -271,7 +272,8 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   }
 
   const std::vector<EffectOffer> offers = OfferEffects(input, probe_shading, light_variation);
-  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, at_vertices, at_one_place);
+  const std::vector<WorkOffer> works =
+      OfferWorks(lit, lighting, at_vertices, at_one_place, light_at);
   result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {

@@ -51,7 +51,8 @@ class FrameEffects {
   std::vector<WorkOffer> OfferWorks(const LitFrame& lit,
                                     const Lighting& lighting,
                                     const WorkCost& at_vertices,
-                                    const WorkCost& at_one_place) const;
+                                    const WorkCost& at_one_place,
+                                    VertexLight::At light_at) const;
   std::vector<EffectOffer> OfferEffects(const BoundInput& input,
                                         const Bound& probe_shading,
                                         const Bound& light_variation);

@@ -85,10 +85,12 @@ void KeptSunShares::UpdateObjects(const SoftSun& soft_sun,
 
 WorkCost KeptInfluence::Cost(const SurfaceView& view,
                              const FrameBasis& basis,
-                             const Lighting& lighting) const {
+                             const Lighting& lighting,
+                             VertexLight::At light_at) const {
   const bool is_new_view = geometry_version_ != view.geometry_version;
   const bool is_new = IsNew(view, basis);
-  const std::size_t lights = LightsToDo(done_, is_new, basis, lighting).size();
+  const LightsDone done = light_at == light_at_ ? done_ : LightsDone();
+  const std::size_t lights = LightsToDo(done, is_new, basis, lighting).size();
   WorkCost cost = CostOf(gather_cost_, light_cost_, sum_cost_, is_new, lights);
   if ((is_new || is_new_view) && OnFaces()) {
     cost.expected_ms += see_cost_.Ms();
@@ -150,13 +152,15 @@ void KeptInfluence::Evaluate(const Lighting& lighting, const InfluenceParts& par
 
 WorkCost KeptMirror::Cost(const SurfaceView& view,
                           const FrameBasis& basis,
-                          const Lighting& lighting) const {
+                          const Lighting& lighting,
+                          VertexLight::At light_at) const {
   const bool is_new = IsNew(view, basis);
+  const LightsDone done = light_at == light_at_ ? done_ : LightsDone();
   return CostOf(gather_cost_,
                 light_cost_,
                 sum_cost_,
                 is_new,
-                LightsToDo(done_, is_new, basis, lighting).size());
+                LightsToDo(done, is_new, basis, lighting).size());
 }
 
 void KeptMirror::Update(const PreparedScene& scene,

@@ -65,7 +65,11 @@ class KeptInfluence {
  public:
   explicit KeptInfluence(InfluenceAt at) : at_(at) {}
   void Forget() { geometry_version_.reset(); }
-  WorkCost Cost(const SurfaceView& view, const FrameBasis& basis, const Lighting& lighting) const;
+  // `light_at`: where the objects' light is to be found, of which the faces' radiosity is.
+  WorkCost Cost(const SurfaceView& view,
+                const FrameBasis& basis,
+                const Lighting& lighting,
+                VertexLight::At light_at) const;
   // Lights that shine in `lighting` have to be current in `vertex_light`.
   void Update(const PreparedScene& scene,
               const SurfaceView& view,
@@ -102,7 +106,10 @@ class KeptInfluence {
 class KeptMirror {
  public:
   void Forget() { geometry_version_.reset(); }
-  WorkCost Cost(const SurfaceView& view, const FrameBasis& basis, const Lighting& lighting) const;
+  WorkCost Cost(const SurfaceView& view,
+                const FrameBasis& basis,
+                const Lighting& lighting,
+                VertexLight::At light_at) const;
   // As for KeptInfluence; `object_view` is the view's.
   void Update(const PreparedScene& scene,
               const SurfaceView& view,
