@@ -201,12 +201,14 @@ Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input
     seen_sun.Update(ObjectSunShare::kSamplesPerSide * glm::ivec2(objects.x_px, objects.y_px),
                     objects.seen);
   }
+  if (shades_objects) {
+    sun.of_objects = &object_volumes;
+    sun.of_real = &real_volumes;
+  }
   object_layer.Draw(
       layer_view,
       scene,
       sun,
-      shades_objects ? &object_volumes : nullptr,
-      shades_objects ? &real_volumes : nullptr,
       {effects.probe_shading ? input.vertex_irradiance : std::span<const std::vector<glm::vec3>>(),
        seen_sun,
        input.mirrored,

@@ -72,8 +72,6 @@ ObjectLayerPass::ObjectLayerPass(int samples_per_side, bool keeps_samples)
 void ObjectLayerPass::Draw(const LayerView& view,
                            SceneGeometry& scene,
                            const LayerSun& sun,
-                           const ShadowVolumes* object_volumes,
-                           const ShadowVolumes* real_volumes,
                            const LayerLight& light,
                            VolumeStencil& stencil) {
   const PixelRect& rect = view.object_rect;
@@ -96,7 +94,7 @@ void ObjectLayerPass::Draw(const LayerView& view,
     DrawFromVertices(view, scene, light, stencil);
   }
   if (sun.is_shining) {
-    DrawSun(view, scene, sun, object_volumes, real_volumes, light, stencil);
+    DrawSun(view, scene, sun, light, stencil);
   }
   DrawMean(rect, sun.is_shining || !keeps_samples_);
 }
@@ -201,20 +199,18 @@ void ObjectLayerPass::SumFromVertices(const PixelRect& rect,
 void ObjectLayerPass::DrawSun(const LayerView& view,
                               SceneGeometry& scene,
                               const LayerSun& sun,
-                              const ShadowVolumes* object_volumes,
-                              const ShadowVolumes* real_volumes,
                               const LayerLight& light,
                               VolumeStencil& stencil) {
   const PixelRect& rect = view.object_rect;
   const glm::mat4 clip_from_local = ClipOfSamples(view);
   glEnable(GL_DEPTH_TEST);
-  if (object_volumes != nullptr && real_volumes != nullptr) {
+  if (sun.of_objects != nullptr && sun.of_real != nullptr) {
     // All casters are in the depth buffer, so that no cap lies in front of what is visible.
     const glm::dmat4 clip = ClipOfRect(view.intrinsics, rect.lower, rect.upper);
     stencil.Begin(clip_from_local,
                   glm::vec4(clip * view.clip_from_local * glm::dvec4(-sun.to_sun, 0.0)));
-    stencil.Draw(scene.ObjectBuffers(), *object_volumes, VolumeStencil::Caps::kNeverInFront);
-    stencil.Draw(scene.PhantomBuffers(), *real_volumes, VolumeStencil::Caps::kNeverInFront);
+    stencil.Draw(scene.ObjectBuffers(), *sun.of_objects, VolumeStencil::Caps::kNeverInFront);
+    stencil.Draw(scene.PhantomBuffers(), *sun.of_real, VolumeStencil::Caps::kNeverInFront);
     stencil.Finish();
   }
   // Each sample takes the sun once, also where faces are doubled.

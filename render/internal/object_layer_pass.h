@@ -28,6 +28,9 @@ struct LayerSun {
   glm::dvec3 to_sun{0.0, 0.0, 1.0};
   glm::vec3 irradiance{0.0f};  // In the layer's units.
   double angular_radius_rad = kMeanSunAngularRadiusRad;
+  // By its shadow volumes; both null: no shadows.
+  const ShadowVolumes* of_objects = nullptr;
+  const ShadowVolumes* of_real = nullptr;
 };
 
 // What ray casting says of the layer.
@@ -63,12 +66,9 @@ class ObjectLayerPass {
   // To keep what samples show takes desktop OpenGL.
   ObjectLayerPass(int samples_per_side, bool keeps_samples);
 
-  // Both sets of volumes may be null: no shadows.
   void Draw(const LayerView& view,
             SceneGeometry& scene,
             const LayerSun& sun,
-            const ShadowVolumes* object_volumes,
-            const ShadowVolumes* real_volumes,
             const LayerLight& light,
             VolumeStencil& stencil);
 
@@ -99,8 +99,6 @@ class ObjectLayerPass {
   void DrawSun(const LayerView& view,
                SceneGeometry& scene,
                const LayerSun& sun,
-               const ShadowVolumes* object_volumes,
-               const ShadowVolumes* real_volumes,
                const LayerLight& light,
                VolumeStencil& stencil);
   void DrawMean(const PixelRect& rect, bool has_samples);
