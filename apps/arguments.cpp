@@ -2,10 +2,34 @@
 
 #include <cmath>
 #include <cstdio>
+#include <regex>
 
 #include <CLI/CLI.hpp>
 
+#include "apps/sequence_site.h"
+
 namespace pleinair {
+namespace {
+
+// "8x8x8", or a spacing in metres.
+void ReadProbes(const std::string& text, PrepareSettings& settings) {
+  static const std::regex kCounts("([0-9]{1,3})x([0-9]{1,3})x([0-9]{1,3})");
+  std::smatch counts;
+  if (std::regex_match(text, counts, kCounts)) {
+    settings.probe_counts =
+        glm::ivec3(std::stoi(counts[1]), std::stoi(counts[2]), std::stoi(counts[3]));
+    return;
+  }
+  try {
+    std::size_t end = 0;
+    settings.probe_spacing_m = std::stod(text, &end);
+    if (end == text.size()) return;
+  } catch (const std::exception&) {
+  }
+  throw CLI::ValidationError("--probes", text + ": expected XxYxZ or a spacing in metres");
+}
+
+}  // namespace
 
 int Print(const std::string& text) {
   std::fputs(text.c_str(), stdout);
@@ -35,6 +59,54 @@ CLI::Validator NotNegative() {
                    : "is " + text + ": expected 0 or a number above";
       },
       "NONNEGATIVE");
+}
+
+void AddBounces(CLI::App& command, int& bounces) {
+  command
+      .add_option_function<std::string>(
+          "--bounces",
+          [&bounces](const std::string& text) {
+            bounces = text == "all" ? kAllBounces : std::stoi(text);
+          },
+          "Reflections between surfaces: 0 (as jensen-2006), 1, ..., all")
+      ->check(CLI::IsMember({"all"}) | CLI::Range(0, 100))
+      ->type_name("N|all")
+      ->default_str("all");
+}
+
+void AddGroundAlbedo(CLI::App& command, double& albedo) {
+  command
+      .add_option("--ground-albedo",
+                  albedo,
+                  "Lay a ground of this albedo at the mesh's foot, out to the horizon: light from "
+                  "below the horizon; 0: none")
+      ->check(CLI::Range(0.0, 0.99))
+      ->capture_default_str();
+}
+
+void AddPrepareSettings(CLI::App& command, PrepareSettings& settings) {
+  AddBounces(command, settings.bounces);
+  command
+      .add_option(
+          "--patch-size", settings.patch_size_m, "Longest edge of patches near the objects, metres")
+      ->check(Positive());
+  command.add_option("--rays", settings.rays, "Rays that each receiver of light casts")
+      ->check(CLI::Range(1, 65536));
+  AddGroundAlbedo(command, settings.ground_albedo);
+  command
+      .add_option_function<std::string>(
+          "--probes",
+          [&settings](const std::string& text) { ReadProbes(text, settings); },
+          "Grid of the irradiance volume: XxYxZ probes, or their spacing in metres")
+      ->type_name("XxYxZ|M")
+      ->default_str("8x8x8");
+  command.add_option("--probe-rays", settings.probe_rays, "Rays that each probe casts")
+      ->check(CLI::Range(1, 1 << 20));
+}
+
+void AddCache(CLI::App& command, std::filesystem::path& cache) {
+  command.add_option(
+      "--cache", cache, "Folder for prepared data (default: pleinair in the user's cache folder)");
 }
 
 }  // namespace pleinair

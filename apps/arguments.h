@@ -1,6 +1,7 @@
 // What the descriptions of commands' arguments share.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -10,6 +11,8 @@ class Validator;
 }  // namespace CLI
 
 namespace pleinair {
+
+struct PrepareSettings;
 
 // What the command line asks for, once it is read; returns the exit code.
 using Work = std::function<int()>;
@@ -21,5 +24,14 @@ int Print(const std::string& text);
 CLI::Validator Positive();
 // The same from 0 on.
 CLI::Validator NotNegative();
+
+// --bounces
+void AddBounces(CLI::App& command, int& bounces);
+// --ground-albedo
+void AddGroundAlbedo(CLI::App& command, double& albedo);
+// All of the offline part: bounces, patches, rays, ground and probes.
+void AddPrepareSettings(CLI::App& command, PrepareSettings& settings);
+// --cache
+void AddCache(CLI::App& command, std::filesystem::path& cache);
 
 }  // namespace pleinair
