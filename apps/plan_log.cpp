@@ -52,6 +52,7 @@ std::string PlanLine(const Frame& frame,
   line["kept"] = EffectsOf(plan, EffectFate::kKept);
   line["left_out"] = EffectsOf(plan, EffectFate::kLeftOut);
   line["off"] = NamesOfOff(plan);
+  line["camera_blur_px"] = result.camera_blur_px;
   line["left_out_code_values"] = plan.left_out_code_values;
   line["fits_budget"] = settings.budget_ms ? Json(plan.fits_budget) : Json(nullptr);
   line["expected_ms"] = plan.expected_ms + result.expected_drawing_ms;

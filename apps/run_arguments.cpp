@@ -43,10 +43,9 @@ void AddEffects(CLI::App& run, EffectSettings& effects) {
          "--effects",
          [&effects](const std::vector<std::string>& chosen) { ChooseEffects(chosen, effects); },
          "plan (what can be seen), all, or some of sun-shading,sun-shadow,object-shadow,penumbra,"
-         "probe-shading,light-variation,daylight,glossy-reflection,sky-occlusion,colour-bleeding "
-         "and, of 8-bit frames, camera-blur,camera-noise; with plan among them the others are left "
-         "to it. "
-         "sun-shadow brings object-shadow along, probe-shading daylight, and any of them "
+         "probe-shading,light-variation,daylight,glossy-reflection,sky-occlusion,colour-bleeding,"
+         "camera-blur and, of 8-bit frames, camera-noise; with plan among them the others are left "
+         "to it. sun-shadow brings object-shadow along, probe-shading daylight, and any of them "
          "light-variation")
       ->delimiter(',')
       ->check(CLI::IsMember(names))

@@ -19,15 +19,15 @@ namespace {
 constexpr int kReachPx = 7;  // To each side of an edge.
 constexpr int kCount = 2 * kReachPx;
 constexpr int kPlateauPx = 3;
-constexpr std::size_t kMostEdges = 600;
+constexpr std::size_t kMostLines = 1500;
 constexpr int kLeastEdges = 20;
 constexpr double kMisplacedPx = 2.0;
 constexpr double kSteepest = 0.7;  // Of an edge against the line across it, in pixels a line.
 // A pixel's own square.
 constexpr double kPixelVariance = 1.0 / 12.0;
-// Softer is more than a lens in focus does, and less is not worth drawing.
-constexpr double kMostPx = 2.5;
-constexpr double kLeastPx = 0.25;
+constexpr double kLeastPx = 0.15;  // Less moves 1 % of an edge's contrast.
+// Of a line, in variances: three deviations off it shows something else.
+constexpr double kMostDoubt = 9.0;
 
 using Profile = std::array<double, kCount>;
 
@@ -90,13 +90,68 @@ std::vector<Line> LinesAcrossEdges(const Gray8Image& clipped, const SurfaceView&
   return lines;
 }
 
-double StepAt(double x) { return 0.5 * std::erfc(-x * std::numbers::sqrt2 / 2.0); }
+// Deviations of the Gaussian: none, then each 8 % wider. Lines that the last one fits best show no
+// lens in focus.
+constexpr std::size_t kSigmas = 43;
+constexpr double kNarrowestPx = 0.1;
+constexpr double kWider = 1.08;
 
-// Squared error of the best step at x0, as wide as sigma.
-double ErrorOf(const Profile& profile, double x0, double sigma) {
+const std::array<double, kSigmas>& SigmasPx() {
+  static const std::array<double, kSigmas> kSigmasPx = [] {
+    std::array<double, kSigmas> sigmas{};
+    for (std::size_t k = 1; k < kSigmas; ++k) {
+      sigmas[k] = kNarrowestPx * std::pow(kWider, static_cast<double>(k) - 1.0);
+    }
+    return sigmas;
+  }();
+  return kSigmasPx;
+}
+
+// A step of light as pixels draw it: of a pixel's own square and a Gaussian along the line.
+class PixelSteps {
+ public:
+  static constexpr int kPerPx = 20;  // Places of the edge.
+  PixelSteps() {
+    for (std::size_t k = 0; k < kSigmas; ++k) {
+      for (int place = -kFarthest; place <= kFarthest; ++place) {
+        const double x_px = static_cast<double>(place) / kPerPx;
+        table_[k][static_cast<std::size_t>(place + kFarthest)] =
+            Below(x_px + 0.5, SigmasPx()[k]) - Below(x_px - 0.5, SigmasPx()[k]);
+      }
+    }
+  }
+
+  // Light of a pixel so far behind the edge, in places.
+  double At(std::size_t k, int place) const {
+    return table_[k]
+                 [static_cast<std::size_t>(std::clamp(place, -kFarthest, kFarthest) + kFarthest)];
+  }
+
+ private:
+  static constexpr int kFarthest = 2 * kReachPx * kPerPx;
+
+  // Integral of the blurred step up to x.
+  static double Below(double x, double sigma) {
+    if (sigma == 0.0) return std::max(x, 0.0);
+    const double t = x / sigma;
+    return x * 0.5 * std::erfc(-t / std::numbers::sqrt2) +
+           sigma * std::exp(-0.5 * t * t) * 0.5 * std::numbers::inv_sqrtpi * std::numbers::sqrt2;
+  }
+
+  std::array<std::array<double, 2 * kFarthest + 1>, kSigmas> table_{};
+};
+
+// A line's squared error by the width of the step.
+struct LineErrors {
+  std::array<double, kSigmas> of_sigma{};
+  double least = 0.0;
+};
+
+// Squared error of the best step of that width there.
+double ErrorOf(const PixelSteps& steps, const Profile& profile, std::size_t k, int place) {
   double s = 0.0, ss = 0.0, p = 0.0, sp = 0.0, pp = 0.0;
   for (int i = 0; i < kCount; ++i) {
-    const double step = StepAt((i - x0) / sigma);
+    const double step = steps.At(k, i * PixelSteps::kPerPx - place);
     const double value = profile[static_cast<std::size_t>(i)];
     s += step;
     ss += step * step;
@@ -109,8 +164,8 @@ double ErrorOf(const Profile& profile, double x0, double sigma) {
   return pp - p * p / kCount - covariance * covariance / variance;
 }
 
-// Width of the step along the line; none where it shows something else.
-std::optional<double> WidthOf(Profile profile) {
+// None where the line shows something else than a step.
+std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   double low = 0.0;
   double high = 0.0;
   for (std::size_t i = 0; i < kPlateauPx; ++i) {
@@ -121,7 +176,7 @@ std::optional<double> WidthOf(Profile profile) {
   constexpr double kLeastContrast = 0.1;  // Of both sides' sum.
   if (!(std::abs(contrast) > kLeastContrast * (low + high))) return std::nullopt;
   for (double& value : profile) value = (value - low) / contrast;  // From 0 to 1.
-  constexpr double kEven = 0.06;
+  constexpr double kEven = 0.15;
   for (std::size_t i = 0; i < kPlateauPx; ++i) {
     if (std::abs(profile[i]) > kEven || std::abs(profile[kCount - 1 - i] - 1.0) > kEven) {
       return std::nullopt;
@@ -133,31 +188,46 @@ std::optional<double> WidthOf(Profile profile) {
   const double middle = area - 0.5;
   if (!(std::abs(middle - (kReachPx - 0.5)) <= kMisplacedPx)) return std::nullopt;
 
-  constexpr int kWidths = 24;
-  constexpr double kNarrowest = 0.2;
-  const double ratio = std::pow(1.2 * kMostPx / kNarrowest, 1.0 / (kWidths - 1));
-  std::array<double, kWidths> errors{};
-  for (int k = 0; k < kWidths; ++k) {
-    const double sigma = kNarrowest * std::pow(ratio, k);
-    double least = ErrorOf(profile, middle, sigma);
-    for (const double off : {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3}) {
-      least = std::min(least, ErrorOf(profile, middle + off, sigma));
+  LineErrors errors;
+  const int place = static_cast<int>(std::lround(middle * PixelSteps::kPerPx));
+  constexpr int kAround = PixelSteps::kPerPx / 2;
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < errors.of_sigma.size(); ++k) {
+    std::array<double, 2 * kAround + 1> by_place{};
+    for (int off = -kAround; off <= kAround; ++off) {
+      by_place[static_cast<std::size_t>(off + kAround)] = ErrorOf(steps, profile, k, place + off);
     }
-    errors[static_cast<std::size_t>(k)] = least;
+    const auto least = static_cast<std::size_t>(std::min_element(by_place.begin(), by_place.end()) -
+                                                by_place.begin());
+    double error = by_place[least];
+    if (least > 0 && least + 1 < by_place.size()) {
+      const double before = by_place[least - 1];
+      const double after = by_place[least + 1];
+      const double bend = before - 2.0 * error + after;
+      if (bend > 0.0) error -= 0.125 * (after - before) * (after - before) / bend;
+    }
+    errors.of_sigma[k] = std::max(error, 0.0);
+    if (errors.of_sigma[k] < errors.of_sigma[best]) best = k;
   }
-  const auto best =
-      static_cast<int>(std::min_element(errors.begin(), errors.end()) - errors.begin());
-  constexpr double kGoodFit = 0.04;  // Root mean square, of the step.
-  const double error = errors[static_cast<std::size_t>(best)];
-  if (!(error <= kGoodFit * kGoodFit * kCount) || best == kWidths - 1) return std::nullopt;
-  double place = best;
-  if (best > 0) {
-    const double before = errors[static_cast<std::size_t>(best) - 1];
-    const double after = errors[static_cast<std::size_t>(best) + 1];
-    const double bend = before - 2.0 * error + after;
-    if (bend > 0.0) place += std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
+  errors.least = errors.of_sigma[best];
+  constexpr double kGoodFit = 0.06;  // Root mean square, of the step.
+  if (!(errors.least <= kGoodFit * kGoodFit * kCount) || best + 1 == errors.of_sigma.size()) {
+    return std::nullopt;
   }
-  return kNarrowest * std::pow(ratio, place);
+  return errors;
+}
+
+// What the errors say of a lens's own sigma where the edge is slanted: along the line both it and
+// the pixel's side across the line are wider.
+double ErrorAt(const LineErrors& errors, double sigma_px, double slant) {
+  const double along_px =
+      std::sqrt(sigma_px * sigma_px * (1.0 + slant * slant) + slant * slant * kPixelVariance);
+  const auto& sigmas_px = SigmasPx();
+  const auto next = std::upper_bound(sigmas_px.begin(), sigmas_px.end(), along_px);
+  if (next == sigmas_px.end()) return errors.of_sigma.back();
+  const auto k = static_cast<std::size_t>(next - sigmas_px.begin());
+  const double share = (along_px - sigmas_px[k - 1]) / (sigmas_px[k] - sigmas_px[k - 1]);
+  return (1.0 - share) * errors.of_sigma[k - 1] + share * errors.of_sigma[k];
 }
 
 // How far the edge goes sideways from line to line.
@@ -175,9 +245,9 @@ double SlantOf(const RgbImage& radiance, const Line& line) {
 
 }  // namespace
 
-EdgeBlur MeasureEdgeBlur(const RgbImage& radiance,
-                         const Gray8Image& clipped,
-                         const SurfaceView& view) {
+void EdgeBlurMeter::Add(const RgbImage& radiance,
+                        const Gray8Image& clipped,
+                        const SurfaceView& view) {
   const bool fits =
       radiance.width == view.Width() && radiance.height == view.Height() &&
       (clipped.Empty() || (clipped.width == view.Width() && clipped.height == view.Height()));
@@ -186,32 +256,49 @@ EdgeBlur MeasureEdgeBlur(const RgbImage& radiance,
                                 std::to_string(radiance.height) + ", expected the view's " +
                                 std::to_string(view.Width()) + "x" + std::to_string(view.Height()));
   }
+  static const PixelSteps kSteps;
   const std::vector<Line> lines = LinesAcrossEdges(clipped, view);
-  const std::size_t stride = (lines.size() + kMostEdges - 1) / kMostEdges;
-  std::vector<double> widths_px;
-  for (std::size_t k = 0; k < lines.size(); k += stride) {
-    const Line& line = lines[k];
+  const std::size_t stride = (lines.size() + kMostLines - 1) / kMostLines;
+  doubts_.resize(kSigmas - 1);
+  for (std::size_t i = 0; i < lines.size(); i += stride) {
+    const Line& line = lines[i];
     Profile profile{};
-    for (int i = 0; i < kCount; ++i) {
-      profile[static_cast<std::size_t>(i)] =
-          Light(radiance, line.pixel + (i - kReachPx + 1) * line.across);
+    for (int k = 0; k < kCount; ++k) {
+      profile[static_cast<std::size_t>(k)] =
+          Light(radiance, line.pixel + (k - kReachPx + 1) * line.across);
     }
-    // NaN and infinities fail every test of WidthOf.
-    const std::optional<double> width_px = WidthOf(profile);
-    if (!width_px) continue;
+    // NaN and infinities fail every test of ErrorsOf.
+    const std::optional<LineErrors> errors = ErrorsOf(kSteps, profile);
+    if (!errors) continue;
     const double slant = SlantOf(radiance, line);
     if (!(slant <= kSteepest)) continue;
-    widths_px.push_back(*width_px / std::sqrt(1.0 + slant * slant));
+    ++edges_;
+    constexpr double kLeastNoise = 0.01;  // Of the step: lenses are not quite Gaussian.
+    constexpr int kFitted = 4;            // Both sides, place and width.
+    const double variance = std::max(errors->least / (kCount - kFitted), kLeastNoise * kLeastNoise);
+    for (std::size_t k = 0; k < doubts_.size(); ++k) {
+      const double excess = ErrorAt(*errors, SigmasPx()[k], slant) - errors->least;
+      doubts_[k] += std::min(excess / variance, kMostDoubt);
+    }
   }
+}
+
+EdgeBlur EdgeBlurMeter::Blur() const {
   EdgeBlur blur;
-  blur.edges = static_cast<int>(widths_px.size());
-  blur.is_measured = blur.edges >= kLeastEdges;
+  blur.edges = edges_;
+  blur.is_measured = edges_ >= kLeastEdges;
   if (!blur.is_measured) return blur;
-  const auto quarter = widths_px.begin() + static_cast<std::ptrdiff_t>(widths_px.size() / 4);
-  std::nth_element(widths_px.begin(), quarter, widths_px.end());
-  const double variance = *quarter * *quarter - kPixelVariance;
-  const double sigma_px = variance > 0.0 ? std::sqrt(variance) : 0.0;
-  if (sigma_px >= kLeastPx && sigma_px <= kMostPx) blur.sigma_px = sigma_px;
+  const auto best =
+      static_cast<std::size_t>(std::min_element(doubts_.begin(), doubts_.end()) - doubts_.begin());
+  const auto& sigmas_px = SigmasPx();
+  double sigma_px = sigmas_px[best];
+  if (best > 0 && best + 1 < doubts_.size()) {
+    const double before = doubts_[best - 1] - doubts_[best];
+    const double after = doubts_[best + 1] - doubts_[best];
+    const double off = before + after > 0.0 ? 0.5 * (before - after) / (before + after) : 0.0;
+    sigma_px += off * (off < 0.0 ? sigma_px - sigmas_px[best - 1] : sigmas_px[best + 1] - sigma_px);
+  }
+  if (sigma_px >= kLeastPx) blur.sigma_px = sigma_px;
   return blur;
 }
 

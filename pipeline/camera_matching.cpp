@@ -9,7 +9,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include "calib/edge_blur.h"
 #include "calib/frame_noise.h"
 
 namespace pleinair {
@@ -43,13 +42,15 @@ CameraMatching::CameraMatching(const CameraMatchingOptions& options) : options_(
   options_.Validate();
 }
 
-float CameraMatching::ObjectBlurPx(const Frame& frame, const SurfaceView& view) {
-  if (!options_.blur || !frame.codes) return 0.0f;
-  if (blur_px_) return *blur_px_;
-  const EdgeBlur measured = MeasureEdgeBlur(frame.radiance, frame.clipped, view);
-  if (!measured.is_measured) return 0.0f;
-  blur_px_ = static_cast<float>(measured.sigma_px);
-  return *blur_px_;
+double CameraMatching::BlurPx(const Frame& frame, const SurfaceView& view) {
+  if (!options_.blur) return 0.0;
+  constexpr int kFrames = 12;
+  if (frames_seen_ < kFrames && last_seen_ != frame.index) {
+    edge_blur_.Add(frame.radiance, frame.clipped, view);
+    ++frames_seen_;
+    last_seen_ = frame.index;
+  }
+  return edge_blur_.Blur().sigma_px;
 }
 
 void CameraMatching::AddNoise(const Frame& frame,

@@ -4,16 +4,16 @@
 #include <optional>
 
 #include "calib/camera_noise.h"
+#include "calib/edge_blur.h"
 #include "datasets/frame_source.h"
 #include "render/compositor.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
 
-// For frames that came as code values; what came as linear light is left as it is.
 struct CameraMatchingOptions {
-  bool noise = true;
-  bool blur = true;
+  bool noise = true;  // Of frames that came as code values; linear light is left clean.
+  bool blur = true;   // Of any: a linear frame came through the same lens.
   // The camera's shot and read noise. None: each frame's own, measured.
   std::optional<CameraNoise> camera_noise;
   // Throws std::invalid_argument naming the field and its value.
@@ -24,9 +24,9 @@ class CameraMatching {
  public:
   explicit CameraMatching(const CameraMatchingOptions& options);
 
-  // For CompositeInput::object_blur_px. Measured in the first frame whose edges tell it, and kept:
-  // a lens stays as it is.
-  float ObjectBlurPx(const Frame& frame, const SurfaceView& view);
+  // For CompositeInput::camera_blur_px. Measured in all of the first frames together, each of them
+  // looked at once, and then kept: a lens stays as it is.
+  double BlurPx(const Frame& frame, const SurfaceView& view);
 
   // Adds noise to the pixels that the composite has changed, and to no other: all of a pixel's that
   // an object covers, what is missing where real light was scaled and its noise with it. The same
@@ -36,7 +36,9 @@ class CameraMatching {
 
  private:
   CameraMatchingOptions options_;
-  std::optional<float> blur_px_;
+  EdgeBlurMeter edge_blur_;
+  int frames_seen_ = 0;
+  std::optional<int> last_seen_;  // Its index.
 };
 
 }  // namespace pleinair

@@ -27,7 +27,7 @@ enum class Effect : std::uint8_t {
   kSkyOcclusion,      // What virtual objects hide of the light on real surfaces.
   kColourBleeding,    // What they send instead.
   kGlossyReflection,  // What they mirror.
-  kCameraBlur,        // As soft as what the camera sees; of 8-bit frames.
+  kCameraBlur,        // As soft as what the camera sees.
   kCameraNoise,       // As noisy; likewise.
 };
 inline constexpr std::array kAllEffects{Effect::kSunShading,

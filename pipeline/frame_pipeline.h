@@ -121,6 +121,7 @@ struct FrameResult {
   Composite composite;
   EffectPlan plan;  // Without objects nothing is planned.
   std::vector<PlannedWork> works;
+  double camera_blur_px = 0.0;       // By the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.
   double expected_drawing_ms = 0.0;  // Of the objects without effects, read back.
   // Where daylight comes by samples: of the frame's own sky. Its maps_drawn is 0 where those of the

@@ -129,6 +129,7 @@ struct Compositor::Impl {
   void UpdateLayerView(const Camera& camera);
   void UpdateVolumes(const glm::dvec3& to_sun);
   Drawn DrawLayers(const CompositeInput& input, const glm::dvec3& to_sun, float gain);
+  float LayerBlurPx(float camera_blur_px) const;
   PixelRect CompositeOnDevice(const CompositeInput& input,
                               const Drawn& drawn,
                               const CompositeLight& light,
@@ -147,6 +148,13 @@ void Compositor::Impl::UpdateLayerView(const Camera& camera) {
   layer_view = MakeLayerView(scene, camera, lookup.Undistorted());
   layer_camera = camera;
   layer_version = scene.Version();
+}
+
+// A layer that is looked up between its pixels is blurred by that already.
+float Compositor::Impl::LayerBlurPx(float camera_blur_px) const {
+  constexpr float kMeanVarianceOfLookups = 1.0f / 6.0f;  // Of f (1 - f), f anywhere in a pixel.
+  if (lookup.IsIdentity()) return camera_blur_px;
+  return std::sqrt(std::max(camera_blur_px * camera_blur_px - kMeanVarianceOfLookups, 0.0f));
 }
 
 void Compositor::Impl::UpdateVolumes(const glm::dvec3& to_sun) {
@@ -216,14 +224,14 @@ Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input
       stencil);
   drawn.objects = &object_layer.Layer();
   drawn.object_rect = object_rect;
-  const float blur_px = input.object_blur_px;
-  if (blur_px > 0.0f) {
+  const BlurKernel kernel(LayerBlurPx(input.camera_blur_px));
+  if (!kernel.IsNone()) {
     const int width = layer_view.intrinsics.width_px;
     const int height = layer_view.intrinsics.height_px;
     if (!blur) blur.emplace();
-    blur->Draw(object_layer.Layer().ColourTexture(), object_rect, blur_px, width, height);
+    blur->Draw(object_layer.Layer().ColourTexture(), object_rect, kernel, width, height);
     drawn.objects = &blur->Layer();
-    drawn.object_rect = BlurPass::Spread(object_rect, blur_px, width, height);
+    drawn.object_rect = kernel.Spread(object_rect, width, height);
   }
   return drawn;
 }
@@ -233,6 +241,8 @@ PixelRect Compositor::Impl::CompositeOnDevice(const CompositeInput& input,
                                               const Drawn& drawn,
                                               const CompositeLight& light,
                                               float gain) {
+  const int width = input.view.Width();
+  const int height = input.view.Height();
   device->change.Clear();
   device->hidden_sun.Clear();
   if (input.irradiance_change != nullptr) {
@@ -250,19 +260,22 @@ PixelRect Compositor::Impl::CompositeOnDevice(const CompositeInput& input,
     object_layer.Clear({layer_view.intrinsics.width_px, layer_view.intrinsics.height_px});
   }
   const FrameBuffer& objects = drawn.objects != nullptr ? *drawn.objects : object_layer.Layer();
+  const BlurKernel shadow_blur(input.camera_blur_px);
   const CompositeLayers layers{device->surface,
                                lookup,
                                objects.ColourTexture(),
                                real_shadow.Mask().ColourTexture(),
                                device->change,
                                device->hidden_sun,
+                               shadow_blur,
                                lookup.CameraRectOf(drawn.object_rect),
-                               lookup.CameraRectOf(drawn.shadow_rect)};
+                               lookup.CameraRectOf(drawn.shadow_rect),
+                               shadow_blur.Spread(device->hidden_sun.Rect(), width, height)};
   const PixelRect rect = layers.Rect();
   if (rect.Empty()) return rect;
   device->surface.Update(input.view);
   device->surface.UpdateCamera(input.camera_radiance, input.clipped);
-  device->composite.Draw(layers, light, gain, input.view.Width(), input.view.Height());
+  device->composite.Draw(layers, light, gain, width, height);
   return rect;
 }
 
@@ -293,6 +306,7 @@ void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
   ProcessorLayers layers{.lookup = lookup,
                          .object = {drawn.object_rect, {}},
                          .mask = {drawn.shadow_rect, {}},
+                         .shadow_blur = BlurKernel(input.camera_blur_px),
                          .object_rect = lookup.CameraRectOf(drawn.object_rect),
                          .mask_rect = lookup.CameraRectOf(drawn.shadow_rect)};
   if (!drawn.object_rect.Empty()) {

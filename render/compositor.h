@@ -52,9 +52,9 @@ struct CompositeInput {
   const SunShares* sun_shares = nullptr;
   // Null: drawn as diffuse.
   const MirroredLight* mirrored = nullptr;
-  // Standard deviation of the Gaussian that virtual objects are blurred by, as the camera blurs
-  // what is real (calib/edge_blur.h); 0 to 8. Their shadows are as soft as the sun makes them.
-  float object_blur_px = 0.0f;
+  // Standard deviation of the Gaussian that virtual objects and the edges of sun_shares' shadows
+  // are blurred by, as the camera blurs what is real (calib/edge_blur.h); 0 to 8.
+  float camera_blur_px = 0.0f;
 };
 
 // What the composite did to each pixel.

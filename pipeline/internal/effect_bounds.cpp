@@ -370,10 +370,9 @@ Bound EffectBounds::GlossyReflection(const BoundInput& input) {
   return {input.codes.LargestRise(glm::vec3(0.0f), radiance), "all light there is, mirrored"};
 }
 
-Bound EffectBounds::CameraBlur(const BoundInput& input) {
-  if (!input.frame.codes) return {0.0, "a linear frame"};
-  if (!InView(input.view)) return {0.0, "no object in view"};
-  return {kWhite, "edges of unknown softness"};
+Bound EffectBounds::CameraBlur(const BoundInput& input) const {
+  if (!(input.camera_blur_px > 0.0)) return {0.0, "no blur to be seen in the picture"};
+  return {kWhite, "edges as soft as the picture's"};
 }
 
 Bound EffectBounds::CameraNoise(const BoundInput& input) const {

@@ -32,6 +32,7 @@ struct BoundInput {
   const DisplayCodes& codes;
   // Light at the objects' vertices where it is known already; else empty.
   std::span<const std::vector<glm::vec3>> vertex_irradiance;
+  double camera_blur_px = 0.0;  // As measured.
   // Bounds that are far above this need not be any closer.
   double threshold_code_values = 1.0;
 };
@@ -72,8 +73,8 @@ class EffectBounds {
   Bound SkyOcclusion(const BoundInput& input);
   Bound ColourBleeding(const BoundInput& input);
   Bound GlossyReflection(const BoundInput& input);
-  // Of what is matched to the camera, which is measured in the frame itself.
-  Bound CameraBlur(const BoundInput& input);
+  // Of what is matched to the camera.
+  Bound CameraBlur(const BoundInput& input) const;
   Bound CameraNoise(const BoundInput& input) const;
 
   bool InView(const SurfaceView& view);

@@ -214,12 +214,16 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   add(Effect::kSkyOcclusion, [&] { return bounds_.SkyOcclusion(input); });
   add(Effect::kColourBleeding, [&] { return bounds_.ColourBleeding(input); });
   add(Effect::kGlossyReflection, [&] { return bounds_.GlossyReflection(input); });
-  add(Effect::kCameraBlur, [&] { return bounds_.CameraBlur(input); });
+  const bool in_view = bounds_.InView(input.view);
+  add(
+      Effect::kCameraBlur,
+      [&] { return bounds_.CameraBlur(input); },
+      in_view ? EffectSet() : EffectSet{Effect::kSunShadow});
   // Pixels that nothing else changes have the camera's own noise.
   add(
       Effect::kCameraNoise,
       [&] { return bounds_.CameraNoise(input); },
-      bounds_.InView(input.view) ? EffectSet() : kOnSurfaces);
+      in_view ? EffectSet() : kOnSurfaces);
   return offers;
 }
 
@@ -240,7 +244,11 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   basis_.Update(lit.view_builder, lit.sky_shapes, lit.transport_sun);
   Expose(lit.frame);
   BoundInput input{
-      lit.frame, lit.view, basis_, lighting, codes_, {}, settings_.threshold_code_values};
+      lit.frame, lit.view, basis_, lighting, codes_, {}, 0.0, settings_.threshold_code_values};
+  if (settings_[Effect::kCameraBlur] != EffectSwitch::kOff) {
+    result.camera_blur_px = camera_matching_.BlurPx(lit.frame, lit.view);
+  }
+  input.camera_blur_px = result.camera_blur_px;
 
   // What is sure to be run is run at once, as what it brings makes other bounds closer.
   const WorkCost at_vertices = CostOfLight(VertexLight::At::kVertices, lighting);
@@ -382,7 +390,7 @@ void FrameEffects::Draw(const LitFrame& lit,
        runs.HasAny(kOnInfluence) ? &influence_.Change() : nullptr,
        runs.Has(Effect::kPenumbra) ? &sun_shares_.Shares() : nullptr,
        runs.Has(Effect::kGlossyReflection) ? &mirror_.Image() : nullptr,
-       runs.Has(Effect::kCameraBlur) ? camera_matching_.ObjectBlurPx(lit.frame, lit.view) : 0.0f});
+       runs.Has(Effect::kCameraBlur) ? static_cast<float>(result.camera_blur_px) : 0.0f});
   result.timing_ms.render = result.composite.draw_ms;
   result.timing_ms.readback = result.composite.readback_ms;
   if (!runs.Has(Effect::kCameraNoise)) return;

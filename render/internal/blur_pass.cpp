@@ -1,8 +1,6 @@
 #include "render/internal/blur_pass.h"
 
-#include <cmath>
-
-#include <glm/common.hpp>
+#include <string_view>
 
 namespace pleinair {
 namespace {
@@ -12,29 +10,22 @@ uniform sampler2D u_layer;
 uniform ivec2 u_direction;
 uniform ivec4 u_rect;  // Lower corner and the last pixel: what is defined of the layer.
 uniform int u_reach;
-uniform float u_sigma;
+uniform float u_weights[25];  // BlurKernel::kMostReachPx and the middle.
 uniform float u_least;
 out vec4 o_colour;
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   ivec2 last = textureSize(u_layer, 0) - 1;
   vec4 sum = vec4(0.0);
-  float weights = 0.0;
   for (int i = -u_reach; i <= u_reach; ++i) {
-    float x = float(i) / u_sigma;
-    float weight = exp(-0.5 * x * x);
-    weights += weight;
     ivec2 at = clamp(pixel + i * u_direction, ivec2(0), last);
     if (all(greaterThanEqual(at, u_rect.xy)) && all(lessThanEqual(at, u_rect.zw))) {
-      sum += weight * texelFetch(u_layer, at, 0);
+      sum += u_weights[abs(i)] * texelFetch(u_layer, at, 0);
     }
   }
-  sum /= weights;
   o_colour = sum.a < u_least ? vec4(0.0) : sum;
 }
 )";
-
-int ReachOf(float sigma_px) { return static_cast<int>(std::ceil(3.0f * sigma_px)); }
 
 }  // namespace
 
@@ -44,14 +35,8 @@ BlurPass::BlurPass()
       program_("layer blur", kScreenVertexShader, kBlurShader),
       no_vertices_(MakeVertexArray()) {}
 
-PixelRect BlurPass::Spread(const PixelRect& rect, float sigma_px, int width, int height) {
-  if (rect.Empty()) return rect;
-  const int reach = ReachOf(sigma_px);
-  return {glm::max(rect.lower - reach, glm::ivec2(0)),
-          glm::min(rect.upper + reach, glm::ivec2(width, height))};
-}
-
-void BlurPass::Draw(GLuint layer, const PixelRect& rect, float sigma_px, int width, int height) {
+void BlurPass::Draw(
+    GLuint layer, const PixelRect& rect, const BlurKernel& kernel, int width, int height) {
   if (rect.Empty()) return;
   ResetPassState();
   both_ways_.Resize(width, height);
@@ -59,11 +44,11 @@ void BlurPass::Draw(GLuint layer, const PixelRect& rect, float sigma_px, int wid
   glClear(GL_COLOR_BUFFER_BIT);
   program_.Use();
   program_.Set("u_layer", 0);
-  program_.Set("u_reach", ReachOf(sigma_px));
-  program_.Set("u_sigma", sigma_px);
+  program_.Set("u_reach", kernel.ReachPx());
+  program_.SetArray("u_weights", kernel.Weights());
   glActiveTexture(GL_TEXTURE0);
   glBindVertexArray(no_vertices_.Name());
-  const PixelRect spread = Spread(rect, sigma_px, width, height);
+  const PixelRect spread = kernel.Spread(rect, width, height);
   const auto draw = [&](FrameBuffer& target,
                         const PixelRect& to,
                         GLuint source,

@@ -1,6 +1,7 @@
 // A layer as a lens that is not quite sharp shows it.
 #pragma once
 
+#include "render/internal/blur_kernel.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/gl_object.h"
 #include "render/internal/screen_extent.h"
@@ -12,14 +13,10 @@ class BlurPass {
  public:
   BlurPass();
 
-  // What `rect` of a layer grows to; inside the picture.
-  static PixelRect Spread(const PixelRect& rect, float sigma_px, int width, int height);
-
-  // Convolves a layer, which is zero outside `rect`, with a Gaussian, cut off at three
-  // sigma; beyond the picture it goes on as at its border. What covers less than 1/512 of a pixel
-  // is left out. Zero outside Spread(rect). sigma_px > 0, at most kMostPx.
-  void Draw(GLuint layer, const PixelRect& rect, float sigma_px, int width, int height);
-  static constexpr float kMostPx = 8.0f;
+  // Convolves a layer, which is zero outside `rect`, with the kernel; beyond the picture it goes on
+  // as at its border. What covers less than 1/512 of a pixel is left out. Zero outside the kernel's
+  // Spread of `rect`.
+  void Draw(GLuint layer, const PixelRect& rect, const BlurKernel& kernel, int width, int height);
 
   const FrameBuffer& Layer() const { return both_ways_; }
 

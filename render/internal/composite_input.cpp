@@ -6,7 +6,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "render/internal/blur_pass.h"
+#include "render/internal/blur_kernel.h"
 #include "render/internal/composite_pass.h"
 
 namespace pleinair {
@@ -86,8 +86,8 @@ void ValidateInput(const CompositeInput& input, std::span<const VirtualObject> o
   for (const Image<glm::vec3>& response : view.sky_response) {
     RequireSize(response, view, "view.sky_response");
   }
-  if (!(input.object_blur_px >= 0.0f && input.object_blur_px <= BlurPass::kMostPx)) {
-    throw std::invalid_argument("object_blur_px is " + std::to_string(input.object_blur_px) +
+  if (!(input.camera_blur_px >= 0.0f && input.camera_blur_px <= BlurKernel::kMostSigmaPx)) {
+    throw std::invalid_argument("camera_blur_px is " + std::to_string(input.camera_blur_px) +
                                 ": expected 0 to 8 pixels");
   }
   if (view.sky_response.size() != input.lighting.sky.size()) {

@@ -15,8 +15,17 @@ namespace {
 // costs some ten times a texture fetch, in software for every pixel that is drawn, so that only
 // these are relit.
 constexpr std::string_view kLookupShader = R"(
+uniform sampler2D u_object_layer;
 uniform sampler2D u_lookup;
 uniform int u_has_lookup;
+
+// The layers' value at a camera pixel.
+vec4 LayerAt(sampler2D layer, ivec2 pixel) {
+  if (u_has_lookup == 0) return texelFetch(layer, pixel, 0);
+  vec2 place = texelFetch(u_lookup, pixel, 0).xy / vec2(textureSize(layer, 0));
+  bool is_inside = all(greaterThan(place, vec2(0.0))) && all(lessThan(place, vec2(1.0)));
+  return is_inside ? texture(layer, place) : vec4(0.0);
+}
 )";
 constexpr std::string_view kShadowedShader = R"(
 void main() {
@@ -41,20 +50,40 @@ vec3 ChangeAt(ivec2 pixel) {
 }
 )";
 
-// A pixel's share of new shadow: the share of the disc that is hidden, where that is given. Else
-// the mask says lit or shaded at a pixel's centre, and its mean over the pixel and half of each
-// neighbour is taken (a tent filter): what a lens and the sun's disc make of an edge.
+// A pixel's share of new shadow: the share of the disc that is hidden, where that is given, as the
+// camera blurs it over what no object covers. Else the mask says lit or shaded at a pixel's centre,
+// and its mean over the pixel and half of each neighbour is taken (a tent filter): what a lens and
+// the sun's disc make of an edge.
 constexpr std::string_view kShadowShareShader = R"(
 uniform sampler2D u_shadow_mask;
 uniform sampler2D u_hidden_sun;
 uniform ivec4 u_hidden_sun_rect;  // Lower corner and size.
-float ShadowAt(ivec2 pixel) {
-  if (u_hidden_sun_rect.z > 0) {
-    ivec2 place = pixel - u_hidden_sun_rect.xy;
-    bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
-                     all(lessThan(place, u_hidden_sun_rect.zw));
-    return is_inside ? texelFetch(u_hidden_sun, place, 0).r : 0.0;
+uniform int u_blur_reach;
+uniform float u_blur_weights[25];  // BlurKernel::kMostReachPx and the middle.
+float HiddenAt(ivec2 pixel) {
+  ivec2 place = pixel - u_hidden_sun_rect.xy;
+  bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
+                   all(lessThan(place, u_hidden_sun_rect.zw));
+  return is_inside ? texelFetch(u_hidden_sun, place, 0).r : 0.0;
+}
+float BlurredHiddenAt(ivec2 pixel) {
+  if (u_blur_reach == 0) return HiddenAt(pixel);
+  ivec2 last = (u_has_lookup != 0 ? textureSize(u_lookup, 0) : textureSize(u_object_layer, 0)) - 1;
+  float sum = 0.0;
+  float weights = 0.0;
+  for (int dy = -u_blur_reach; dy <= u_blur_reach; ++dy) {
+    for (int dx = -u_blur_reach; dx <= u_blur_reach; ++dx) {
+      ivec2 at = clamp(pixel + ivec2(dx, dy), ivec2(0), last);
+      float weight = u_blur_weights[abs(dx)] * u_blur_weights[abs(dy)] *
+                     (1.0 - LayerAt(u_object_layer, at).a);
+      sum += weight * HiddenAt(at);
+      weights += weight;
+    }
   }
+  return weights > 1e-4 ? sum / weights : HiddenAt(pixel);
+}
+float ShadowAt(ivec2 pixel) {
+  if (u_hidden_sun_rect.z > 0) return BlurredHiddenAt(pixel);
   vec2 size = vec2(textureSize(u_shadow_mask, 0));
   vec2 place = u_has_lookup != 0 ? texelFetch(u_lookup, pixel, 0).xy : vec2(pixel) + 0.5;
   float sum = 0.0;
@@ -75,20 +104,11 @@ float ShadowAt(ivec2 pixel) {
 // What both of the following begin with.
 constexpr std::string_view kCommonShader = R"(
 uniform sampler2D u_camera_radiance;
-uniform sampler2D u_object_layer;
 uniform float u_gain;
 out vec4 o_colour;
 
 const float kHalfMax = 65504.0;
 const float kScaled = 128.0 / 255.0;
-
-// The layers' value at a camera pixel.
-vec4 LayerAt(sampler2D layer, ivec2 pixel) {
-  if (u_has_lookup == 0) return texelFetch(layer, pixel, 0);
-  vec2 place = texelFetch(u_lookup, pixel, 0).xy / vec2(textureSize(layer, 0));
-  bool is_inside = all(greaterThan(place, vec2(0.0))) && all(lessThan(place, vec2(1.0)));
-  return is_inside ? texture(layer, place) : vec4(0.0);
-}
 
 bool IsKnown(vec3 camera) {
   return all(greaterThanEqual(camera, vec3(0.0))) && all(lessThan(camera, vec3(1e37)));
@@ -243,10 +263,13 @@ void AddChange(const RectTexture& change, const ShaderProgram& program, BoundTex
 void AddShadow(const CompositeLayers& layers,
                const ShaderProgram& program,
                BoundTextures& textures) {
+  textures.Add("u_object_layer", layers.object_layer);
   const PixelRect& rect = layers.hidden_sun.Rect();
   textures.Add("u_shadow_mask", layers.shadow_mask);
   textures.Add("u_hidden_sun", layers.hidden_sun.Texture());
   program.Set("u_hidden_sun_rect", glm::ivec4(rect.lower, rect.upper - rect.lower));
+  program.Set("u_blur_reach", layers.shadow_blur.ReachPx());
+  program.SetArray("u_blur_weights", layers.shadow_blur.Weights());
 }
 
 }  // namespace
@@ -308,7 +331,6 @@ void CompositePass::Relight(const CompositeLayers& layers,
   BoundTextures textures(relight_program_);
   textures.Add("u_camera_radiance", surface.Camera());
   textures.Add("u_clipped", surface.Clipped());
-  textures.Add("u_object_layer", layers.object_layer);
   AddShadow(layers, relight_program_, textures);
   textures.Add("u_albedo", surface.Albedo());
   textures.Add("u_normal", surface.Normal());

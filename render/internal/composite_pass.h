@@ -5,6 +5,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "render/internal/blur_kernel.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
 #include "render/internal/rect_texture.h"
@@ -33,10 +34,12 @@ struct CompositeLayers {
   GLuint shadow_mask = 0;
   const RectTexture& change;
   const RectTexture& hidden_sun;  // Shares of the sun's disc; where it is not empty, no mask is.
+  const BlurKernel& shadow_blur;  // Of hidden_sun.
   PixelRect object_rect;
   PixelRect mask_rect;
+  PixelRect hidden_rect;
 
-  PixelRect ShadowRect() const { return UnionOf(mask_rect, hidden_sun.Rect()); }
+  PixelRect ShadowRect() const { return UnionOf(mask_rect, hidden_rect); }
   PixelRect RelitRect() const { return UnionOf(ShadowRect(), change.Rect()); }
   PixelRect Rect() const { return UnionOf(object_rect, RelitRect()); }
 };

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <numbers>
+#include <span>
 
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
@@ -83,11 +85,13 @@ class PixelByPixel {
       const GrayImage& image = hidden_sun_->hidden;
       hidden_rect_ = {{hidden_sun_->x_px, hidden_sun_->y_px},
                       {hidden_sun_->x_px + image.width, hidden_sun_->y_px + image.height}};
+      blurred_rect_ =
+          layers_.shadow_blur.Spread(hidden_rect_, input_.view.Width(), input_.view.Height());
     }
   }
 
   const PixelRect& ChangeRect() const { return change_rect_; }
-  PixelRect ShadowRect() const { return UnionOf(layers_.mask_rect, hidden_rect_); }
+  PixelRect ShadowRect() const { return UnionOf(layers_.mask_rect, blurred_rect_); }
 
   void Put(int x, int y, Composite& result) const {
     const float in_shadow = ShadowAt(x, y);
@@ -119,9 +123,7 @@ class PixelByPixel {
   // See the pass's shaders.
   float ShadowAt(int x, int y) const {
     if (hidden_sun_ != nullptr && !hidden_rect_.Empty()) {
-      return Holds(hidden_rect_, x, y)
-                 ? hidden_sun_->hidden.At(x - hidden_sun_->x_px, y - hidden_sun_->y_px)
-                 : 0.0f;
+      return Holds(blurred_rect_, x, y) ? BlurredHiddenAt(x, y) : 0.0f;
     }
     if (!Holds(layers_.mask_rect, x, y)) return 0.0f;
     const glm::vec2 place = PlaceInLayers(x, y);
@@ -136,6 +138,42 @@ class PixelByPixel {
       }
     }
     return sum;
+  }
+
+  float HiddenAt(int x, int y) const {
+    return Holds(hidden_rect_, x, y)
+               ? hidden_sun_->hidden.At(x - hidden_sun_->x_px, y - hidden_sun_->y_px)
+               : 0.0f;
+  }
+
+  bool IsHiddenAlikeAround(int x, int y, int reach) const {
+    const float own = HiddenAt(x, y);
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        if (HiddenAt(x + dx, y + dy) != own) return false;
+      }
+    }
+    return true;
+  }
+
+  float BlurredHiddenAt(int x, int y) const {
+    const int reach = layers_.shadow_blur.ReachPx();
+    if (IsHiddenAlikeAround(x, y, reach)) return HiddenAt(x, y);
+    const std::span<const float> weights = layers_.shadow_blur.Weights();
+    const glm::ivec2 last(input_.view.Width() - 1, input_.view.Height() - 1);
+    float sum = 0.0f;
+    float whole = 0.0f;
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        const glm::ivec2 at = glm::clamp(glm::ivec2(x + dx, y + dy), glm::ivec2(0), last);
+        const float weight = weights[static_cast<std::size_t>(std::abs(dx))] *
+                             weights[static_cast<std::size_t>(std::abs(dy))] *
+                             (1.0f - ObjectAt(at.x, at.y).a);
+        sum += weight * HiddenAt(at.x, at.y);
+        whole += weight;
+      }
+    }
+    return whole > 1e-4f ? sum / whole : HiddenAt(x, y);
   }
 
   glm::vec3 ChangeAt(int x, int y) const {
@@ -220,6 +258,7 @@ class PixelByPixel {
   glm::ivec2 layer_size_;
   PixelRect change_rect_;
   PixelRect hidden_rect_;
+  PixelRect blurred_rect_;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <glm/vec4.hpp>
 
 #include "render/compositor.h"
+#include "render/internal/blur_kernel.h"
 #include "render/internal/composite_pass.h"
 #include "render/internal/layer_lookup.h"
 #include "render/internal/screen_extent.h"
@@ -24,6 +25,7 @@ struct ProcessorLayers {
   const LayerLookup& lookup;
   LayerPart<glm::vec4> object;  // Radiance times coverage in the layers' units, and coverage.
   LayerPart<float> mask;        // New shadow by volumes, 0 or 1.
+  BlurKernel shadow_blur;       // Of the shares of the sun's disc.
   PixelRect object_rect;        // Where in the camera's picture they can matter.
   PixelRect mask_rect;
 };

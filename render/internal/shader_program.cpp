@@ -103,6 +103,10 @@ void ShaderProgram::Set(const char* uniform, const glm::mat4& value) const {
   glUniformMatrix4fv(Location(uniform), 1, GL_FALSE, glm::value_ptr(value));
 }
 
+void ShaderProgram::SetArray(const char* uniform, std::span<const float> values) const {
+  glUniform1fv(Location(uniform), static_cast<GLsizei>(values.size()), values.data());
+}
+
 void ShaderProgram::SetArray(const char* uniform, const glm::vec3* values, int count) const {
   glUniform3fv(Location(uniform), count, glm::value_ptr(values[0]));
 }

@@ -1,6 +1,7 @@
 // A linked pair of shaders, from one source for desktop OpenGL and OpenGL ES.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -30,6 +31,7 @@ class ShaderProgram {
   void Set(const char* uniform, const glm::vec3& value) const;
   void Set(const char* uniform, const glm::vec4& value) const;
   void Set(const char* uniform, const glm::mat4& value) const;
+  void SetArray(const char* uniform, std::span<const float> values) const;
   void SetArray(const char* uniform, const glm::vec3* values, int count) const;
 
  private:

@@ -57,14 +57,21 @@ struct Edge {
   RgbImage picture;
 };
 
+EdgeBlur BlurOf(const RgbImage& picture, const Gray8Image& clipped, const SurfaceView& view) {
+  EdgeBlurMeter meter;
+  meter.Add(picture, clipped, view);
+  return meter.Blur();
+}
+
 TEST(EdgeBlur, IsTheLenss) {
   for (const double slant_rad : {0.0, 0.15, -0.5}) {
-    for (const double sigma_px : {0.5, 1.0, 1.8}) {
+    for (const double sigma_px : {0.25, 0.35, 0.5, 1.0, 1.8}) {
       for (const bool is_upright : {true, false}) {
         const Edge edge(slant_rad, sigma_px, 0.01, 0.7, is_upright);
-        const EdgeBlur blur = MeasureEdgeBlur(edge.picture, {}, edge.view);
+        const EdgeBlur blur = BlurOf(edge.picture, {}, edge.view);
         EXPECT_GE(blur.edges, 20);
-        // 5 % for the grid of widths and its parabola, as much for noise.
+        // Of the whole width, of which a narrow lens has little; half for the grid of widths and
+        // its parabola, half for noise.
         EXPECT_NEAR(blur.sigma_px, sigma_px, 0.1 * sigma_px)
             << "slant " << slant_rad << " upright " << is_upright;
       }
@@ -75,37 +82,64 @@ TEST(EdgeBlur, IsTheLenss) {
 TEST(EdgeBlur, ASharpPictureHasNone) {
   for (const double slant_rad : {0.1, 0.5}) {
     const Edge edge(slant_rad, 0.0, 0.005);
-    const EdgeBlur blur = MeasureEdgeBlur(edge.picture, {}, edge.view);
+    const EdgeBlur blur = BlurOf(edge.picture, {}, edge.view);
     EXPECT_EQ(blur.sigma_px, 0.0);
     EXPECT_TRUE(blur.is_measured);
   }
 }
 
+// Half of the edges are round or stand before a penumbra, each in its own way.
+TEST(EdgeBlur, IsWhatMostEdgesAgreeOn) {
+  EdgeBlurMeter meter;
+  const auto add = [&meter](double sigma_px) {
+    const Edge edge(0.2, sigma_px, 0.01);
+    meter.Add(edge.picture, {}, edge.view);
+  };
+  for (int i = 0; i < 3; ++i) add(0.3);
+  for (const double other_px : {0.5, 0.9, 1.4}) add(other_px);
+  EXPECT_NEAR(meter.Blur().sigma_px, 0.3, 0.03);
+}
+
+// Each of them alone has too few edges.
+TEST(EdgeBlur, PicturesTellItTogether) {
+  EdgeBlurMeter meter;
+  Edge edge(0.1, 0.6, 0.01);
+  for (int y = 0; y < kHeight; ++y) {
+    if (y >= 40 && y < 48) continue;
+    for (int x = 0; x < kWidth; ++x) edge.view.region.At(x, y) = 0;
+  }
+  meter.Add(edge.picture, {}, edge.view);
+  EXPECT_GT(meter.Blur().edges, 0);
+  EXPECT_FALSE(meter.Blur().is_measured);
+  for (int i = 0; i < 4; ++i) meter.Add(edge.picture, {}, edge.view);
+  EXPECT_TRUE(meter.Blur().is_measured);
+  EXPECT_NEAR(meter.Blur().sigma_px, 0.6, 0.06);
+}
+
 TEST(EdgeBlur, WhereNothingTellsThereIsNone) {
   Edge edge(0.1, 1.0);
   const RgbImage even(kWidth, kHeight, glm::vec3(1.0f));
-  EXPECT_EQ(MeasureEdgeBlur(even, {}, edge.view).edges, 0) << "no contrast";
-  EXPECT_EQ(
-      MeasureEdgeBlur(Edge(0.1, 1.0, 0.0, 5.0).picture, {}, Edge(0.1, 1.0, 0.0, 5.0).view).sigma_px,
-      0.0)
+  EXPECT_EQ(BlurOf(even, {}, edge.view).edges, 0) << "no contrast";
+  EXPECT_EQ(BlurOf(Edge(0.1, 1.0, 0.0, 5.0).picture, {}, Edge(0.1, 1.0, 0.0, 5.0).view).sigma_px,
+            0.0)
       << "the model is elsewhere";
   const Gray8Image clipped(kWidth, kHeight, 1);
-  EXPECT_EQ(MeasureEdgeBlur(edge.picture, clipped, edge.view).edges, 0) << "clipped";
+  EXPECT_EQ(BlurOf(edge.picture, clipped, edge.view).edges, 0) << "clipped";
   const RgbImage broken(kWidth, kHeight, glm::vec3(NAN));
-  EXPECT_EQ(MeasureEdgeBlur(broken, {}, edge.view).edges, 0) << "not finite";
+  EXPECT_EQ(BlurOf(broken, {}, edge.view).edges, 0) << "not finite";
   // Under a penumbra beside the edge.
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       edge.view.sun_visibility.At(x, y) = static_cast<float>(x % 5) / 5.0f;
     }
   }
-  EXPECT_EQ(MeasureEdgeBlur(edge.picture, {}, edge.view).edges, 0) << "shadows";
-  EXPECT_FALSE(MeasureEdgeBlur(RgbImage(), {}, SurfaceView()).is_measured) << "empty";
+  EXPECT_EQ(BlurOf(edge.picture, {}, edge.view).edges, 0) << "shadows";
+  EXPECT_FALSE(BlurOf(RgbImage(), {}, SurfaceView()).is_measured) << "empty";
 }
 
 TEST(EdgeBlur, RefusesAPictureOfAnotherSize) {
   const Edge edge(0.1, 1.0);
-  EXPECT_THROW(MeasureEdgeBlur(RgbImage(3, 3), {}, edge.view), std::invalid_argument);
+  EXPECT_THROW(BlurOf(RgbImage(3, 3), {}, edge.view), std::invalid_argument);
 }
 
 }  // namespace

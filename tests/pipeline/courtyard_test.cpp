@@ -215,7 +215,9 @@ TEST_F(Courtyard, AMovedCameraSeesWhatAFreshPipelineSees) {
   FramePipelineOptions options = BySamples(ObjectLight::kGather, 16);
   options.influence_at = InfluenceAt::kFaces;
   options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  // What remembers frames by design.
   options.filter.reset();
+  options.camera_matching.blur = false;
   const Frame first = MakeRecordedFrameSource(*sequence_, FrameKind::kLinear)->Next()->value();
   Frame second = first;
   second.camera.camera_from_world[3] += glm::dvec4(0.1, 0.05, 0.0, 0.0);

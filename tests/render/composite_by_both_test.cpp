@@ -171,15 +171,20 @@ TEST_F(CompositeByBoth, IsTheSameWithAllThatRayCastingSays) {
   } cases[] = {
       {[&](CompositeInput& input) { input.irradiance_change = &change; }, "a change of light"},
       {[&](CompositeInput& input) { input.sun_shares = &shares; }, "shares of the sun"},
+      {[&](CompositeInput& input) {
+         input.sun_shares = &shares;
+         input.camera_blur_px = 0.3f;
+       },
+       "blurred shares"},
       {[&](CompositeInput& input) { input.mirrored = &mirrored; }, "mirrored light"},
-      {[&](CompositeInput& input) { input.object_blur_px = 1.5f; }, "blur"},
+      {[&](CompositeInput& input) { input.camera_blur_px = 1.5f; }, "blur"},
       {[&](CompositeInput& input) { input.effects.sun_shading = false; }, "no sun on objects"},
       {[&](CompositeInput& input) { input.effects.probe_shading = false; }, "sun alone"},
       {[&](CompositeInput& input) {
          input.irradiance_change = &change;
          input.sun_shares = &shares;
          input.mirrored = &mirrored;
-         input.object_blur_px = 0.8f;
+         input.camera_blur_px = 0.8f;
        },
        "all of it"}};
   for (const bool is_bent : {false, true}) {
