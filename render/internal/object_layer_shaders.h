@@ -72,7 +72,10 @@ void main() {
 // sun's own mean radiance, P / (pi radius^2), and nothing overflows but the format. So does the
 // turn of the normal over a sample (Tokuyoshi and Kaplanyan 2019, "Improved geometric specular
 // antialiasing", a Gaussian of variance 1 / (2 pi) samples, at most 0.18): a glint smaller than a
-// sample keeps its energy, and does not flicker where it moves between samples.
+// sample keeps its energy, and does not flicker where it moves between samples. Neither reaches
+// far: the material's own share of the widened lobe, alpha^2 before over after, stays GGX, so that
+// its tail is the material's, and the rest is a Gaussian (Beckmann's lobe) of that width, which
+// leaves the peak as that of a GGX so wide.
 inline constexpr std::string_view kObjectSunFragmentShader = R"(
 in vec3 v_position;
 in vec3 v_normal;
@@ -91,14 +94,18 @@ out vec4 o_colour;
 const float kInvPi = 0.318309886;
 
 vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l, float turn2) {
-  float alpha2 = v_specular_alpha.a * v_specular_alpha.a +
-                 0.25 * u_angular_radius * u_angular_radius + min(kInvPi * turn2, 0.18);
+  float own_alpha2 = v_specular_alpha.a * v_specular_alpha.a;
+  float alpha2 =
+      own_alpha2 + 0.25 * u_angular_radius * u_angular_radius + min(kInvPi * turn2, 0.18);
   float n_dot_v = max(dot(n, v), 1e-4);
   vec3 h = normalize(v + l);
   float n_dot_h = max(dot(n, h), 0.0);
   vec3 n_cross_h = cross(n, h);
-  float spread = alpha2 * n_dot_h * n_dot_h + dot(n_cross_h, n_cross_h);
-  float density = kInvPi * alpha2 / (spread * spread);
+  float cos2 = max(n_dot_h * n_dot_h, 1e-8);
+  float slope2 = dot(n_cross_h, n_cross_h) / (cos2 * alpha2);  // By the lobe's width.
+  float of_ggx = own_alpha2 / alpha2;
+  float density = kInvPi / (alpha2 * cos2 * cos2) *
+                  (of_ggx / ((1.0 + slope2) * (1.0 + slope2)) + (1.0 - of_ggx) * exp(-slope2));
   float visibility = 0.5 / (n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - alpha2) + alpha2) +
                             n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - alpha2) + alpha2));
   float grazing = pow(1.0 - clamp(dot(v, h), 0.0, 1.0), 5.0);
