@@ -26,6 +26,13 @@ void FrameWriter::WriteEnvironment(int frame,
   WriteExr(folder / (number + "_without_sun.exr"), without_sun, ExrPrecision::kFloat);
 }
 
+std::string FrameWriter::WriteSky(int frame, const RgbImage& sky) const {
+  std::filesystem::create_directories(out_ / "sky");
+  std::string name = fmt::format("sky/{:06}.exr", frame);
+  WriteExr(out_ / name, sky, ExrPrecision::kHalf);
+  return name;
+}
+
 Rgb8Image FrameWriter::Write(const Frame& frame, const Composite& composite) {
   if (!frame.exposure && !chosen_exposure_) {
     // 8-bit frames of unknown exposure are in units of their own [0, 1].

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "calib/response.h"
 #include "datasets/frame_source.h"
@@ -25,6 +26,10 @@ class FrameWriter {
   // Lat-long, 32-bit float: environment/NNNNNN.exr with the sun,
   // environment/NNNNNN_without_sun.exr.
   void WriteEnvironment(int frame, const RgbImage& with_sun, const RgbImage& without_sun) const;
+
+  // Lat-long half float, for lighting.jsonl's sky_image. Returns its path in the folder:
+  // sky/NNNNNN.exr.
+  std::string WriteSky(int frame, const RgbImage& sky) const;
 
   // The composite as written to the PNG.
   Rgb8Image Write(const Frame& frame, const Composite& composite);

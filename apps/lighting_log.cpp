@@ -111,12 +111,15 @@ LightingRecord RecordOf(int frame, const tl::expected<FrameResult, FrameError>& 
   return record;
 }
 
-std::string LightingLine(const Frame& frame, const FrameResult& result) {
+std::string LightingLine(const Frame& frame,
+                         const FrameResult& result,
+                         const std::string& sky_image) {
   const LightingEstimate& estimate = result.estimate;
   Json line;
   line["frame"] = frame.index;
   line["time_utc"] = FormatUtcTime(frame.time);
   PutLight(estimate.lighting, line);
+  if (!sky_image.empty()) line["sky_image"] = sky_image;
   line["units"] = NameOf(estimate.units);
   if (estimate.units == LightUnits::kRelativePerFrame) {
     line["exposure_change"] = ToJson(estimate.exposure_change);

@@ -12,7 +12,10 @@
 namespace pleinair {
 
 // The line of a frame that was done, without the line's end.
-std::string LightingLine(const Frame& frame, const FrameResult& result);
+// `sky_image`: where its picture was written; empty: nowhere.
+std::string LightingLine(const Frame& frame,
+                         const FrameResult& result,
+                         const std::string& sky_image);
 
 // The line of a frame that was not.
 std::string FailureLine(const FrameError& error);

@@ -43,6 +43,8 @@ class RunFolder {
                              "score.json",
                              "composite",
                              "mask",
+                             "sky",
+                             "environment",
                              "composite.mp4"}) {
       std::filesystem::remove_all(out_ / name);
     }
@@ -85,6 +87,16 @@ class RunFolder {
   std::optional<Log> lighting_;
   std::optional<Log> plan_;
 };
+
+// The folder is emptied before the first frame's light, and its sky image, are read.
+void ExpectLightingElsewhere(const RunCommandOptions& options) {
+  if (options.lighting.empty()) return;
+  const auto folder = std::filesystem::weakly_canonical(options.lighting).parent_path();
+  if (folder != std::filesystem::weakly_canonical(options.out)) return;
+  throw std::invalid_argument("--lighting " + options.lighting.string() +
+                              ": is in the folder of --out, " +
+                              "which is written anew: expected another folder for one of them");
+}
 
 std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSite& site) {
   if (DaylightOf(options, site) == Daylight::kGather) return "with the rest";
@@ -234,6 +246,7 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
 }
 
 void RunRunCommand(const RunCommandOptions& options) {
+  ExpectLightingElsewhere(options);
   const auto loaded = LoadForRun(options, ProgressOnStandardError());
   const Sequence& sequence = loaded->sequence;
   const ResponseCurve response = ResponseOf(sequence);
@@ -285,8 +298,12 @@ void RunRunCommand(const RunCommandOptions& options) {
       const SequenceRun::Environment environment = run.EnvironmentOf(result.estimate.lighting);
       writer.WriteEnvironment(frame.index, environment.with_sun, environment.without_sun);
     }
+    std::string sky_image;
+    if (const std::optional<RgbImage> sky = run.SkyImageOf(result.estimate.lighting)) {
+      sky_image = writer.WriteSky(frame.index, *sky);
+    }
     result.timing_ms.write = MsSince(write_start);
-    folder.AddLighting(LightingLine(frame, result));
+    folder.AddLighting(LightingLine(frame, result, sky_image));
     folder.AddPlan(PlanLine(frame, result, options.effects));
 
     ReportFrame reported;

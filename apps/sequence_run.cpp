@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "datasets/marker_frame_source.h"
 #include "estimation/fisheye_lighting_source.h"
 #include "pipeline/self_calibration.h"
+#include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
 namespace {
@@ -125,6 +127,7 @@ OutdoorLightingOptions OutdoorOptionsFor(const SequenceRunOptions& options,
   return outdoor;
 }
 
+constexpr LatLongSize kSkyImageSize{768, 384};      // A pixel is 0.47 deg, as SkyTable's cells.
 constexpr LatLongSize kEnvironmentSize{1024, 512};  // A pixel is 0.35 deg: less than the sun.
 
 glm::vec3 EnvironmentPlace(const LoadedSequence& loaded, bool with_objects) {
@@ -314,6 +317,16 @@ SequenceRun::Environment SequenceRun::EnvironmentOf(const Lighting& lighting) {
   environment.with_sun = environment.without_sun;
   environment_view_->AddSun(lighting.sun, environment.with_sun);
   return environment;
+}
+
+std::optional<RgbImage> SequenceRun::SkyImageOf(const Lighting& lighting) const {
+  const auto is_known = [](const SkyComponent& component) {
+    return std::any_of(std::begin(kAllSkyShapeKinds),
+                       std::end(kAllSkyShapeKinds),
+                       [&](SkyShapeKind kind) { return component.shape == NameOf(kind); });
+  };
+  if (std::all_of(lighting.sky.begin(), lighting.sky.end(), is_known)) return std::nullopt;
+  return pipeline_->SkyRadiance(lighting, kSkyImageSize);
 }
 
 std::vector<glm::dmat4> SequenceRun::PosesAt(UtcTime time) const {

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include <tbb/parallel_for.h>
+
 #include "pipeline/frame_view.h"
 #include "pipeline/internal/frame_effects.h"
 #include "pipeline/internal/stopwatch.h"
@@ -143,6 +145,21 @@ RgbImage FramePipeline::EnvironmentRadiance(const EnvironmentView& view,
     basis.push_back({sky_shapes_[k].get(), view_builder_.SkyFaces(k).radiosity, {}});
   }
   return view.Radiance(lighting, basis);
+}
+
+RgbImage FramePipeline::SkyRadiance(const Lighting& lighting, LatLongSize size) const {
+  RgbImage sky(size.width, size.height, glm::vec3(0.0f));
+  tbb::parallel_for(0, size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      const glm::vec3 direction(DirectionFromLatLong({x + 0.5, y + 0.5}, size));
+      if (!(direction.z > 0.0f)) continue;
+      for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
+        sky.At(x, y) +=
+            glm::vec3(lighting.sky[k].irradiance_rgb) * sky_shapes_[k]->Radiance(direction);
+      }
+    }
+  });
+  return sky;
 }
 
 std::string FramePipeline::DaylightNote() const {

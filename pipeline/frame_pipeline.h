@@ -24,6 +24,7 @@
 #include "relight/soft_sun.h"
 #include "relight/surface_view_builder.h"
 #include "render/compositor.h"
+#include "scene/lat_long.h"
 #include "sunmodel/site.h"
 
 namespace pleinair {
@@ -160,6 +161,10 @@ class FramePipeline {
   // The real light around the view's place in the last frame that succeeded, without the sun's
   // disc. `lighting` is that frame's.
   RgbImage EnvironmentRadiance(const EnvironmentView& view, const Lighting& lighting) const;
+
+  // The sky of the last frame that succeeded, without the sun's disc and black below the horizon:
+  // lat-long. `lighting` is that frame's.
+  RgbImage SkyRadiance(const Lighting& lighting, LatLongSize size) const;
 
   // What daylight samples are restricted to, in a line; empty without such.
   std::string DaylightNote() const;

@@ -1,0 +1,113 @@
+// `pleinair run`: what it leaves in its folder, and what another run makes of that.
+#include "apps/run_command.h"
+
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "datasets/lighting_record.h"
+#include "scene/image_io.h"
+#include "scene/lat_long.h"
+#include "tests/apps/command_folder.h"
+
+namespace pleinair::run_command_test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class RunCommand : public CommandFolder {
+ protected:
+  // The first frames of the bundled sequence, coarsely prepared, under a sky that no shape's name
+  // tells: bright in the east.
+  void SetUp() override {
+    CommandFolder::SetUp();
+    RgbImage sky(64, 32);
+    for (int y = 0; y < 16; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        const double east = std::max(DirectionFromLatLong({x + 0.5, y + 0.5}, {64, 32}).x, 0.0);
+        sky.At(x, y) = glm::vec3(static_cast<float>(10.0 + 200.0 * east * east));
+      }
+    }
+    WriteExr(folder_ / "east.exr", sky, ExrPrecision::kHalf);
+    std::string lines;
+    for (int frame = 0; frame < 2; ++frame) {
+      lines +=
+          fmt::format(R"({{"frame": {}, "sun_irradiance_rgb": [0, 0, 0], "sky_image": "east.exr", )"
+                      R"("sky_irradiance_rgb": [60, 90, {}]}})"
+                      "\n",
+                      frame,
+                      120 + 30 * frame);
+    }
+    options_.sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+    options_.cache = folder_ / "cache";
+    options_.out = folder_ / "out";
+    options_.lighting = Write("given.jsonl", lines);
+    options_.prepare.patch_size_m = 4.0;
+    options_.prepare.rays = 16;
+  }
+
+  RunCommandOptions options_;
+};
+
+TEST_F(RunCommand, CanBeRunAgainByTheLightThatItWrote) {
+  RunRunCommand(options_);
+  RunCommandOptions again = options_;
+  again.lighting = options_.out / "lighting.jsonl";
+  again.out = folder_ / "again";
+  RunRunCommand(again);
+  const auto given = ReadLightingRecords(again.lighting);
+  const auto replayed = ReadLightingRecords(again.out / "lighting.jsonl");
+  for (std::size_t frame = 0; frame < 2; ++frame) {
+    ASSERT_FALSE(replayed.at(frame).error) << *replayed.at(frame).error;
+    EXPECT_EQ(replayed[frame].light.sky_irradiance_rgb, given.at(frame).light.sky_irradiance_rgb);
+    const std::string name = fmt::format("composite/{:06}.exr", frame);
+    const RgbImage first = ReadRadianceImage(options_.out / name);
+    const RgbImage second = ReadRadianceImage(again.out / name);
+    const RgbImage bare =
+        ReadRadianceImage(fmt::format("{}/frames/{:06}.exr", options_.sequence.string(), frame));
+    double difference = 0.0;
+    double change = 0.0;
+    for (std::size_t i = 0; i < first.pixels.size(); ++i) {
+      difference += std::abs(double{first.pixels[i].g} - double{second.pixels[i].g});
+      change += std::abs(double{first.pixels[i].g} - double{bare.pixels[i].g});
+    }
+    EXPECT_GT(change, 0.0);
+    // A sky of 5.6 deg a pixel, which the run's own picture of it interpolates.
+    EXPECT_LT(difference, 0.01 * change) << "frame " << frame;
+  }
+}
+
+TEST_F(RunCommand, LeavesNothingOfAnEarlierRunAndAllElse) {
+  for (const char* old : {"composite/000099.png", "sky/000099.exr", "environment/000099.exr"}) {
+    fs::create_directories((options_.out / old).parent_path());
+    Write(fs::path("out") / old, "of an earlier run");
+  }
+  Write("out/notes.txt", "mine");
+  RunRunCommand(options_);
+  EXPECT_FALSE(fs::exists(options_.out / "composite/000099.png"));
+  EXPECT_FALSE(fs::exists(options_.out / "sky/000099.exr"));
+  EXPECT_FALSE(fs::exists(options_.out / "environment"));
+  EXPECT_TRUE(fs::exists(options_.out / "sky/000001.exr"));
+  EXPECT_TRUE(fs::exists(options_.out / "notes.txt"));
+}
+
+TEST_F(RunCommand, RefusesLightThatItWouldRemove) {
+  fs::create_directories(options_.out);
+  fs::rename(options_.lighting, options_.out / "lighting.jsonl");
+  options_.lighting = options_.out / "lighting.jsonl";
+  const std::string refusal = Refusal(
+      +[](const RunCommandOptions& options) {
+        RunRunCommand(options);
+        return std::string();
+      },
+      options_);
+  EXPECT_THAT(refusal, HasSubstr("expected another folder"));
+  EXPECT_TRUE(fs::exists(options_.lighting));
+}
+
+}  // namespace
+}  // namespace pleinair::run_command_test
