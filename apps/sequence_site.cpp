@@ -180,7 +180,7 @@ void LoadObject(const Sequence& sequence, const VirtualObjectEntry& entry, Seque
   }
   if (turned > 0) {
     site.notes.push_back(entry.mesh.filename().string() + ": " + std::to_string(turned) +
-                         " closed parts were inside out and have been turned");
+                         " triangles of closed parts were inside out and have been turned");
   }
 }
 
