@@ -29,7 +29,9 @@ void ChooseEffects(const std::vector<std::string>& names, EffectSettings& effect
   }
   // Their other halves.
   if (is_named("sun-shadow")) effects[Effect::kObjectShadow] = EffectSwitch::kOn;
-  if (is_named("probe-shading")) effects[Effect::kDaylight] = EffectSwitch::kOn;
+  if (is_named("probe-shading") || is_named("sky-occlusion")) {
+    effects[Effect::kDaylight] = EffectSwitch::kOn;
+  }
   // Part of all that needs the light on objects; --object-light probe leaves it out.
   if (others == EffectSwitch::kOff) effects[Effect::kLightVariation] = EffectSwitch::kOn;
 }
@@ -45,7 +47,8 @@ void AddEffects(CLI::App& run, EffectSettings& effects) {
          "plan (what can be seen), all, or some of sun-shading,sun-shadow,object-shadow,penumbra,"
          "probe-shading,light-variation,daylight,glossy-reflection,sky-occlusion,colour-bleeding,"
          "camera-blur and, of 8-bit frames, camera-noise; with plan among them the others are left "
-         "to it. sun-shadow brings object-shadow along, probe-shading daylight, and any of them "
+         "to it. sun-shadow brings object-shadow along, probe-shading and sky-occlusion daylight, "
+         "and any of them "
          "light-variation")
       ->delimiter(',')
       ->check(CLI::IsMember(names))

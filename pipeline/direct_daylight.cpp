@@ -32,6 +32,12 @@ std::vector<glm::dvec3> MiddlesOf(const Mesh& objects) {
   return middles_m;
 }
 
+std::vector<glm::vec3> UnitTable(const std::shared_ptr<const SkyShape>& shape) {
+  Lighting unit;
+  unit.sky = {{shape->Name(), glm::dvec3(1.0)}};
+  return SkyRadianceTable(unit, std::span(&shape, 1));
+}
+
 }  // namespace
 
 void DirectDaylightOptions::Validate() const {
@@ -72,6 +78,13 @@ DirectDaylight::DirectDaylight(const Mesh& room,
   sampler_ = std::make_unique<DaylightSampler>(windows, sphere_, sampling);
 }
 
+glm::vec3 DirectDaylight::LargestIrradiance(const std::shared_ptr<const SkyShape>& shape) {
+  if (const auto known = largest_.find(shape); known != largest_.end()) return known->second;
+  constexpr std::size_t kMostKept = 16;
+  if (largest_.size() >= kMostKept) largest_.clear();
+  return largest_[shape] = sampler_->LargestIrradiance(UnitTable(shape));
+}
+
 void DirectDaylight::Update(std::span<const std::shared_ptr<const SkyShape>> shapes) {
   summary_ = {};
   while (skies_.size() > shapes.size()) skies_.pop_back();
@@ -81,9 +94,7 @@ void DirectDaylight::Update(std::span<const std::shared_ptr<const SkyShape>> sha
     }
     Sky& sky = skies_[k];
     if (sky.shape != shapes[k]) {
-      Lighting unit;
-      unit.sky = {{shapes[k]->Name(), glm::dvec3(1.0)}};
-      const DaylightSamples drawn = sampler_->Draw(SkyRadianceTable(unit, shapes.subspan(k, 1)));
+      const DaylightSamples drawn = sampler_->Draw(UnitTable(shapes[k]));
       sky.shadows.SetSamples(drawn.samples);
       sky.on_objects = sky.shadows.OnObjects(vertices_);
       sky.sky_share = drawn.sky_share;

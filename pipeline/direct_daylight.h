@@ -2,6 +2,7 @@
 // by samples (grosch-2007, section 7).
 #pragma once
 
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -48,6 +49,10 @@ class DirectDaylight {
                  const PatchScene& objects,
                  const DirectDaylightOptions& options);
 
+  // Bound of what a unit of `shape` brings to a vertex, and of what the objects hide of it from any
+  // other place; without samples. Kept until a shape is asked for that is not among the last ones.
+  glm::vec3 LargestIrradiance(const std::shared_ptr<const SkyShape>& shape);
+
   // Draws samples of the shapes that are new (another object than at the last call).
   void Update(std::span<const std::shared_ptr<const SkyShape>> shapes);
 
@@ -75,6 +80,7 @@ class DirectDaylight {
   std::vector<Receiver> vertices_;
   std::string note_;
   std::unique_ptr<DaylightSampler> sampler_;
+  std::map<std::shared_ptr<const SkyShape>, glm::vec3> largest_;
   std::vector<Sky> skies_;
   DirectDaylightSummary summary_;
 };

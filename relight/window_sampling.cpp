@@ -250,6 +250,15 @@ double DaylightSampler::OpenSolidAngleSr() const {
   return static_cast<double>(kept_.size()) * SkyTable::SolidAngleSr(SkyAlongCurve().front());
 }
 
+glm::vec3 DaylightSampler::LargestIrradiance(std::span<const glm::vec3> sky_radiance) const {
+  RequireSky(sky_radiance);
+  glm::dvec3 sum(0.0);
+  for (const std::uint32_t cell : kept_) {
+    sum += SkyTable::SolidAngleSr(cell) * glm::dvec3(sky_radiance[cell]);
+  }
+  return glm::vec3(sum);
+}
+
 DaylightSamples DaylightSampler::Draw(std::span<const glm::vec3> sky_radiance) const {
   RequireSky(sky_radiance);
   DaylightSamples drawn;

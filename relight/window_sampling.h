@@ -84,6 +84,10 @@ class DaylightSampler {
   // std::invalid_argument for another length, or a value below 0 or not finite, naming the cell.
   DaylightSamples Draw(std::span<const glm::vec3> sky_radiance) const;
 
+  // Bound of the irradiance that a point in the object's sphere gets straight from that sky, and of
+  // what the object hides of it from any other: all that comes through windows, met head-on.
+  glm::vec3 LargestIrradiance(std::span<const glm::vec3> sky_radiance) const;
+
   // What windows let through, of the hemisphere's solid angle.
   double OpenSolidAngleSr() const;
 

@@ -175,6 +175,24 @@ Bound EffectBounds::ProbeShading(const BoundInput& input) {
           "all light there is on white"};
 }
 
+Bound EffectBounds::Daylight(const BoundInput& input, const VertexLight& light) {
+  const glm::vec3 irradiance = light.LargestDaylight(input.basis, input.lighting);
+  if (IsDark(irradiance)) return {0.0, "no daylight through windows"};
+  // One reflection off an object.
+  const glm::vec3 of_objects = object_albedo_ * irradiance;
+  double codes = 0.0;
+  if (InView(input.view)) {
+    codes = input.codes.LargestRise(glm::vec3(0.0f),
+                                    kInvPi * object_albedo_ * (irradiance + of_objects));
+  }
+  const InfluenceReach& reach = Reach(input.view);
+  if (reach.largest_share > 0.0f) {
+    codes = std::max(codes,
+                     ChangeOfReached(input, reach, irradiance, reach.largest_share * of_objects));
+  }
+  return {codes, "all that windows let through to the objects"};
+}
+
 Bound EffectBounds::LightVariation(const BoundInput& input,
                                    const Bound& probe_shading,
                                    VertexLight& light) {

@@ -66,6 +66,8 @@ class EffectBounds {
   Bound ProbeShading(const BoundInput& input);
   // Of taking the light at one place for that at the vertices; `probe_shading` is all of it.
   Bound LightVariation(const BoundInput& input, const Bound& probe_shading, VertexLight& light);
+  // Of direct daylight by samples, on objects and of what they hide of it.
+  Bound Daylight(const BoundInput& input, const VertexLight& light);
   Bound SunShading(const BoundInput& input);
   // On objects in the sun, whether or not they are.
   Bound ObjectShadow(const BoundInput& input);

@@ -30,6 +30,7 @@ constexpr double kFramesThatShare = 30.0;
 enum WorkIndex : std::size_t {
   kVertexLight,
   kOnePlaceLight,
+  kDaylightSamples,
   kInfluence,
   kObjectView,
   kSunOnSurfaces,
@@ -48,9 +49,10 @@ constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
                                        Effect::kSkyOcclusion,
                                        Effect::kColourBleeding,
                                        Effect::kGlossyReflection};
-VertexLight::At PlaceOfLight(EffectSet runs) {
-  return runs.Has(Effect::kLightVariation) ? VertexLight::At::kVertices
-                                           : VertexLight::At::kOnePlace;
+VertexLight::Mode ModeOfLight(EffectSet runs) {
+  return {
+      runs.Has(Effect::kLightVariation) ? VertexLight::At::kVertices : VertexLight::At::kOnePlace,
+      runs.Has(Effect::kDaylight)};
 }
 
 constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding};
@@ -151,7 +153,8 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
                                                 const Lighting& lighting,
                                                 const WorkCost& at_vertices,
                                                 const WorkCost& at_one_place,
-                                                VertexLight::At light_at) const {
+                                                const WorkCost& daylight,
+                                                VertexLight::Mode light) const {
   const SurfaceView& view = lit.view;
   const double scale = draw_cost_.Ms();
   const bool shares = settings_.budget_ms && last_geometry_version_ == view.geometry_version;
@@ -164,8 +167,9 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
   works[kVertexLight].with_all = {Effect::kLightVariation};
   works[kOnePlaceLight] = kept("light at one place", at_one_place, kOnLightAtVertices);
   works[kOnePlaceLight].without = {Effect::kLightVariation};
-  works[kInfluence] = kept(
-      "influence on surfaces", influence_.Cost(view, basis_, lighting, light_at), kOnInfluence);
+  works[kDaylightSamples] = Offer("daylight samples", daylight, {Effect::kDaylight});
+  works[kInfluence] =
+      kept("influence on surfaces", influence_.Cost(view, basis_, lighting, light), kOnInfluence);
   works[kObjectView] = Offer(
       "objects in view", object_view_.Cost(view), {Effect::kPenumbra, Effect::kGlossyReflection});
   works[kSunOnSurfaces] =
@@ -174,10 +178,10 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
   works[kSunOnObjects] =
       Offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
   works[kSunOnObjects].with_all = {Effect::kPenumbra};
-  works[kMirrorImage] = kept("mirror image",
-                             bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting, light_at)
-                                                 : WorkCost{.is_kept = true},
-                             {Effect::kGlossyReflection});
+  works[kMirrorImage] = kept(
+      "mirror image",
+      bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting, light) : WorkCost{.is_kept = true},
+      {Effect::kGlossyReflection});
   works[kDrawSun] = OfferDrawing("draw sun", kDrawSunMs, scale, {Effect::kSunShading});
   works[kDrawVolumes] = OfferDrawing("draw shadow volumes", kDrawVolumesMs, scale, kShadows);
   works[kDrawVolumes].without = {Effect::kPenumbra};
@@ -190,6 +194,7 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
 
 std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
                                                     const Bound& probe_shading,
+                                                    const Bound& daylight,
                                                     const Bound& light_variation) {
   std::vector<EffectOffer> offers;
   const auto add = [&](Effect effect, const auto& bound_of, EffectSet needs_any = {}) {
@@ -210,7 +215,8 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   add(Effect::kProbeShading, [&] { return probe_shading; });
   add(
       Effect::kLightVariation, [&] { return light_variation; }, kOnLightAtVertices);
-  add(Effect::kDaylight, [&] { return probe_shading; }, {Effect::kProbeShading});
+  add(
+      Effect::kDaylight, [&] { return daylight; }, kOnLightAtVertices.Without(Effect::kDaylight));
   add(Effect::kSkyOcclusion, [&] { return bounds_.SkyOcclusion(input); });
   add(Effect::kColourBleeding, [&] { return bounds_.ColourBleeding(input); });
   add(Effect::kGlossyReflection, [&] { return bounds_.GlossyReflection(input); });
@@ -232,6 +238,11 @@ WorkCost FrameEffects::CostOfLight(VertexLight::At at, const Lighting& lighting)
           vertex_light_.NominalMs(at, basis_, lighting),
           vertex_light_.IsCurrent(at, basis_, lighting),
           vertex_light_.OnceMs(at, basis_, lighting)};
+}
+
+WorkCost FrameEffects::CostOfDaylight() const {
+  if (vertex_light_.IsDaylightCurrent(basis_)) return {.is_kept = true};
+  return {vertex_light_.DaylightMs().Ms(), vertex_light_.DaylightMs().NominalMs(), false};
 }
 
 void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
@@ -263,25 +274,37 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
                       (varies == EffectSwitch::kPlan &&
                        light_variation.code_values <= settings_.threshold_code_values &&
                        at_one_place.nominal_ms <= at_vertices.nominal_ms);
-  const VertexLight::At light_at = at_one ? VertexLight::At::kOnePlace : VertexLight::At::kVertices;
   const EffectSwitch shades = settings_[Effect::kProbeShading];
   const bool is_sure =
       shades == EffectSwitch::kOn || (shades == EffectSwitch::kPlan && !settings_.budget_ms &&
                                       probe_shading.code_values > settings_.threshold_code_values);
-  const bool with_daylight = settings_[Effect::kDaylight] != EffectSwitch::kOff;
+  const EffectSwitch sampled = settings_[Effect::kDaylight];
+  const Bound daylight =
+      sampled == EffectSwitch::kOff ? Bound{0.0, "off"} : bounds_.Daylight(input, vertex_light_);
+  // The plan decides; what it will not mind is not made before it has.
+  const bool with_daylight =
+      sampled == EffectSwitch::kOn ||
+      (sampled == EffectSwitch::kPlan && daylight.code_values > settings_.threshold_code_values);
+  const VertexLight::Mode light{at_one ? VertexLight::At::kOnePlace : VertexLight::At::kVertices,
+                                with_daylight};
   result.planning_ms = watch.LapMs();
   double vertex_ms = 0.0;
+  double daylight_ms = 0.0;
+  const WorkCost daylight_cost = CostOfDaylight();
   if (is_sure) {
-    vertex_light_.Update(light_at, basis_, lighting);
+    vertex_light_.Update(light, basis_, lighting);
     vertex_ms = watch.LapMs();
-    vertex_light_.Evaluate(basis_, lighting, with_daylight, result.timing_ms);
+    if (with_daylight) vertex_light_.UpdateDaylight(basis_);
+    daylight_ms = watch.LapMs();
+    vertex_light_.Evaluate(basis_, lighting, result.timing_ms);
     vertex_ms += watch.LapMs();
     input.vertex_irradiance = vertex_light_.Irradiance();
   }
 
-  const std::vector<EffectOffer> offers = OfferEffects(input, probe_shading, light_variation);
+  const std::vector<EffectOffer> offers =
+      OfferEffects(input, probe_shading, daylight, light_variation);
   const std::vector<WorkOffer> works =
-      OfferWorks(lit, lighting, at_vertices, at_one_place, light_at);
+      OfferWorks(lit, lighting, at_vertices, at_one_place, daylight_cost, light);
   result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
@@ -301,7 +324,8 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
                             0.0});
   }
   result.works[at_one ? kOnePlaceLight : kVertexLight].ms = vertex_ms;
-  Work(lit, lighting, is_sure && light_at == PlaceOfLight(result.plan.runs), result);
+  result.works[kDaylightSamples].ms = daylight_ms;
+  Work(lit, lighting, is_sure && light == ModeOfLight(result.plan.runs), result);
   Draw(lit, lighting, result.plan.runs, result);
   Learn(works, result);
   last_geometry_version_ = lit.view.geometry_version;
@@ -322,11 +346,14 @@ void FrameEffects::Work(const LitFrame& lit,
     work();
     result.works[index].ms += watch.LapMs();
   };
-  const VertexLight::At light_at = PlaceOfLight(runs);
+  const VertexLight::Mode light = ModeOfLight(runs);
   const WorkIndex light_work =
-      light_at == VertexLight::At::kVertices ? kVertexLight : kOnePlaceLight;
+      light.at == VertexLight::At::kVertices ? kVertexLight : kOnePlaceLight;
   if (runs.HasAny(kOnLightAtVertices)) {
-    timed(light_work, [&] { vertex_light_.Update(light_at, basis_, lighting); });
+    timed(light_work, [&] { vertex_light_.Update(light, basis_, lighting); });
+  }
+  if (runs.Has(Effect::kDaylight)) {
+    timed(kDaylightSamples, [&] { vertex_light_.UpdateDaylight(basis_); });
   }
   if (runs.HasAny(kOnInfluence)) {
     timed(kInfluence, [&] {
@@ -353,11 +380,8 @@ void FrameEffects::Work(const LitFrame& lit,
   }
   times.transport += whole.LapMs();
 
-  const bool with_daylight = runs.Has(Effect::kDaylight);
-  const bool had_daylight = settings_[Effect::kDaylight] != EffectSwitch::kOff;
-  if (runs.Has(Effect::kProbeShading) && (!has_vertex_light || with_daylight != had_daylight)) {
-    timed(light_work,
-          [&] { vertex_light_.Evaluate(basis_, lighting, with_daylight, result.timing_ms); });
+  if (runs.Has(Effect::kProbeShading) && !has_vertex_light) {
+    timed(light_work, [&] { vertex_light_.Evaluate(basis_, lighting, result.timing_ms); });
   }
   if (runs.Has(Effect::kGlossyReflection)) {
     timed(kMirrorImage, [&] { mirror_.Evaluate(lighting); });

@@ -52,10 +52,13 @@ class FrameEffects {
                                     const Lighting& lighting,
                                     const WorkCost& at_vertices,
                                     const WorkCost& at_one_place,
-                                    VertexLight::At light_at) const;
+                                    const WorkCost& daylight,
+                                    VertexLight::Mode light) const;
   std::vector<EffectOffer> OfferEffects(const BoundInput& input,
                                         const Bound& probe_shading,
+                                        const Bound& daylight,
                                         const Bound& light_variation);
+  WorkCost CostOfDaylight() const;
   WorkCost CostOfLight(VertexLight::At at, const Lighting& lighting) const;
   // What the plan's effects need, besides drawing.
   void Work(const LitFrame& lit,

@@ -86,10 +86,10 @@ void KeptSunShares::UpdateObjects(const SoftSun& soft_sun,
 WorkCost KeptInfluence::Cost(const SurfaceView& view,
                              const FrameBasis& basis,
                              const Lighting& lighting,
-                             VertexLight::At light_at) const {
+                             VertexLight::Mode light) const {
   const bool is_new_view = geometry_version_ != view.geometry_version;
   const bool is_new = IsNew(view, basis);
-  const LightsDone done = light_at == light_at_ ? done_ : LightsDone();
+  const LightsDone done = light == light_ ? done_ : LightsDone();
   const std::size_t lights = LightsToDo(done, is_new, basis, lighting).size();
   WorkCost cost = CostOf(gather_cost_, light_cost_, sum_cost_, is_new, lights);
   if ((is_new || is_new_view) && OnFaces()) {
@@ -118,8 +118,8 @@ void KeptInfluence::Update(const PreparedScene& scene,
                            : ObjectInfluence(scene.patches, objects, view, options.influence);
     gather_cost_.Learn(watch.LapMs());
   }
-  if (light_at_ != vertex_light.UpdatedAt()) done_.Forget();
-  light_at_ = vertex_light.UpdatedAt();
+  if (light_ != vertex_light.UpdatedIn()) done_.Forget();
+  light_ = vertex_light.UpdatedIn();
   if ((is_new || is_new_view) && OnFaces()) {
     influence_.See(scene.patches, view, pixel_faces);
     see_cost_.Learn(watch.LapMs());
@@ -138,7 +138,7 @@ void KeptInfluence::Update(const PreparedScene& scene,
                     view,
                     basis.FaceRadiosity(light),
                     object_radiosity,
-                    vertex_light.SampledSkyHiddenFrom(light, receivers));
+                    vertex_light.SampledSkyHiddenFrom(basis, light, receivers));
     if (Shines(lighting, light)) done_.Done(basis, light);
   }
   light_cost_.Learn(watch.LapMs() / static_cast<double>(lights.size()));
@@ -153,9 +153,9 @@ void KeptInfluence::Evaluate(const Lighting& lighting, const InfluenceParts& par
 WorkCost KeptMirror::Cost(const SurfaceView& view,
                           const FrameBasis& basis,
                           const Lighting& lighting,
-                          VertexLight::At light_at) const {
+                          VertexLight::Mode light) const {
   const bool is_new = IsNew(view, basis);
-  const LightsDone done = light_at == light_at_ ? done_ : LightsDone();
+  const LightsDone done = light == light_ ? done_ : LightsDone();
   return CostOf(gather_cost_,
                 light_cost_,
                 sum_cost_,
@@ -180,8 +180,8 @@ void KeptMirror::Update(const PreparedScene& scene,
         scene.patches, objects, object_view, scene.survey ? &*scene.survey : nullptr, options);
     gather_cost_.Learn(watch.LapMs());
   }
-  if (light_at_ != vertex_light.UpdatedAt()) done_.Forget();
-  light_at_ = vertex_light.UpdatedAt();
+  if (light_ != vertex_light.UpdatedIn()) done_.Forget();
+  light_ = vertex_light.UpdatedIn();
   const std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();

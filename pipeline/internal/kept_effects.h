@@ -65,11 +65,11 @@ class KeptInfluence {
  public:
   explicit KeptInfluence(InfluenceAt at) : at_(at) {}
   void Forget() { geometry_version_.reset(); }
-  // `light_at`: where the objects' light is to be found, of which the faces' radiosity is.
+  // `light`: how the objects' light is to be found, of which the faces' radiosity is.
   WorkCost Cost(const SurfaceView& view,
                 const FrameBasis& basis,
                 const Lighting& lighting,
-                VertexLight::At light_at) const;
+                VertexLight::Mode light) const;
   // Lights that shine in `lighting` have to be current in `vertex_light`.
   void Update(const PreparedScene& scene,
               const SurfaceView& view,
@@ -90,7 +90,7 @@ class KeptInfluence {
   }
 
   InfluenceAt at_;
-  VertexLight::At light_at_ = VertexLight::At::kVertices;
+  VertexLight::Mode light_;
   ObjectInfluence influence_;
   std::optional<std::uint64_t> geometry_version_;  // The view's.
   std::size_t lights_ = 0;
@@ -109,7 +109,7 @@ class KeptMirror {
   WorkCost Cost(const SurfaceView& view,
                 const FrameBasis& basis,
                 const Lighting& lighting,
-                VertexLight::At light_at) const;
+                VertexLight::Mode light) const;
   // As for KeptInfluence; `object_view` is the view's.
   void Update(const PreparedScene& scene,
               const SurfaceView& view,
@@ -126,7 +126,7 @@ class KeptMirror {
     return lights_ != basis.LightCount() || geometry_version_ != view.geometry_version;
   }
 
-  VertexLight::At light_at_ = VertexLight::At::kVertices;
+  VertexLight::Mode light_;
   MirrorImage mirror_;
   std::optional<std::uint64_t> geometry_version_;  // The view's.
   std::size_t lights_ = 0;

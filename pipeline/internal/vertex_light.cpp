@@ -16,6 +16,7 @@ constexpr double kSetUpGuessMs = 110.0;
 constexpr double kNearGuessMs = 40.0;
 constexpr double kLightGuessMs = 10.0;
 constexpr double kOnePlaceGuessMs = 3.0;
+constexpr double kDaylightGuessMs = 40.0;
 constexpr double kSumGuessMs = 0.2;
 
 }  // namespace
@@ -32,6 +33,7 @@ VertexLight::VertexLight(const PreparedScene& scene,
       near_cost_(kNearGuessMs),
       light_cost_(kLightGuessMs),
       one_place_cost_(kOnePlaceGuessMs),
+      daylight_cost_(kDaylightGuessMs),
       sum_cost_(kSumGuessMs) {}
 
 void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
@@ -58,12 +60,14 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
   one_place_.Pose(interreflection_.Objects().mesh);
   at_vertices_ = at_one_place_ = {};
   daylight_response_.clear();
+  daylight_done_.Forget();
   vertices_.clear();
 }
 
 void VertexLight::Forget() {
   at_vertices_.done.Forget();
   at_one_place_.done.Forget();
+  daylight_done_.Forget();
 }
 
 const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
@@ -99,15 +103,42 @@ const SkyShape& VertexLight::GatheredSky(const FrameBasis& basis, std::size_t li
   return daylight_ != nullptr ? *black : *basis.Sky(light);
 }
 
-void VertexLight::UpdateDaylight(const FrameBasis& basis) {
-  if (daylight_ == nullptr) return;
+bool VertexLight::IsDaylightCurrent(const FrameBasis& basis) const {
+  if (daylight_ == nullptr) return true;
   const auto shapes = basis.Shapes();
-  if (std::equal(shapes.begin(), shapes.end(), sampled_shapes_.begin(), sampled_shapes_.end())) {
-    return;
-  }
+  return std::equal(shapes.begin(), shapes.end(), sampled_shapes_.begin(), sampled_shapes_.end());
+}
+
+void VertexLight::UpdateDaylight(const FrameBasis& basis) {
+  if (IsDaylightCurrent(basis)) return;
+  const auto shapes = basis.Shapes();
+  Stopwatch watch;
   daylight_->Update(shapes);
+  daylight_cost_.Learn(watch.LapMs());
   sampled_shapes_.assign(shapes.begin(), shapes.end());
   daylight_is_new_ = true;
+}
+
+void VertexLight::UpdateDaylightResponses(const FrameBasis& basis) {
+  if (daylight_ == nullptr) return;
+  UpdateDaylight(basis);
+  daylight_response_.resize(basis.LightCount());
+  for (std::size_t light = 1; light < basis.LightCount(); ++light) {
+    if (daylight_done_.IsCurrent(basis, light)) continue;
+    daylight_response_[light] = WithReflection(light, daylight_->OnObjects(light - 1));
+    daylight_done_.Done(basis, light);
+  }
+}
+
+glm::vec3 VertexLight::LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const {
+  glm::vec3 largest(0.0f);
+  if (daylight_ == nullptr) return largest;
+  for (std::size_t light = 1; light < basis.LightCount(); ++light) {
+    const glm::vec3 intensity = IntensityOf(lighting, light);
+    if (intensity == glm::vec3(0.0f)) continue;
+    largest += intensity * daylight_->LargestIrradiance(basis.Shapes()[light - 1]);
+  }
+  return largest;
 }
 
 std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
@@ -117,10 +148,10 @@ std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
   return summary;
 }
 
-void VertexLight::Update(At at, const FrameBasis& basis, const Lighting& lighting) {
-  at_ = at;
+void VertexLight::Update(Mode mode, const FrameBasis& basis, const Lighting& lighting) {
+  mode_ = mode;
+  const At at = mode.at;
   const std::vector<std::size_t> stale = Of(at).done.StaleIn(basis, lighting);
-  UpdateDaylight(basis);
   const bool has_light = IsGathered() || !basis_.sky_radiance.empty();
   if (stale.empty() && has_light) return;
   const bool new_sun = !stale.empty() && stale.front() == 0;
@@ -136,7 +167,6 @@ void VertexLight::Update(At at, const FrameBasis& basis, const Lighting& lightin
       near_cost_.Learn(watch.LapMs());
     }
     Of(at).of_light.resize(basis.LightCount());
-    daylight_response_.resize(basis.LightCount());
   }
   if (new_sun) interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
   if (at == At::kOnePlace) {
@@ -201,8 +231,6 @@ void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
         irradiance);
   }
   at_vertices_.of_light[light] = WithReflection(light, std::move(irradiance));
-  if (!IsSampled(light)) return;
-  daylight_response_[light] = WithReflection(light, daylight_->OnObjects(light - 1));
 }
 
 template <class AtVertices>
@@ -264,11 +292,9 @@ std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
   return irradiance;
 }
 
-void VertexLight::SumResponses(const FrameBasis& basis,
-                               const Lighting& lighting,
-                               bool with_daylight,
-                               PerObject& sum) const {
-  const std::vector<std::vector<glm::vec3>>& responses = Of(at_).of_light;
+void VertexLight::SumResponses(const FrameBasis& basis, const Lighting& lighting, PerObject& sum) {
+  if (mode_.with_daylight) UpdateDaylightResponses(basis);
+  const std::vector<std::vector<glm::vec3>>& responses = Of(mode_.at).of_light;
   std::size_t first = 0;
   for (std::vector<glm::vec3>& irradiance : sum) {
     std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));
@@ -281,16 +307,17 @@ void VertexLight::SumResponses(const FrameBasis& basis,
       const glm::vec3 intensity = IntensityOf(lighting, light);
       if (intensity == glm::vec3(0.0f) || light >= responses.size()) continue;
       add(responses[light], intensity);
-      if (with_daylight) add(daylight_response_[light], intensity);
+      if (mode_.with_daylight && IsSampled(light)) add(daylight_response_[light], intensity);
     }
     first += irradiance.size();
   }
 }
 
 std::vector<glm::vec3> VertexLight::DirectAtVertices(const FrameBasis& basis,
-                                                     const Lighting& lighting) const {
+                                                     const Lighting& lighting) {
   std::vector<glm::vec3> direct;
   if (daylight_ == nullptr) return direct;
+  UpdateDaylight(basis);
   direct.assign(interreflection_.Objects().mesh.positions_m.size(), glm::vec3(0.0f));
   for (std::size_t light = 1; light < basis.LightCount(); ++light) {
     const glm::vec3 intensity = IntensityOf(lighting, light);
@@ -304,7 +331,6 @@ std::vector<glm::vec3> VertexLight::DirectAtVertices(const FrameBasis& basis,
 void VertexLight::LightVertices(const IrradianceVolume& volume,
                                 const FrameBasis& basis,
                                 const Lighting& lighting,
-                                bool with_daylight,
                                 PerObject& sum) {
   if (vertices_.empty()) {
     for (const VirtualObject& object : *objects_) {
@@ -317,33 +343,32 @@ void VertexLight::LightVertices(const IrradianceVolume& volume,
   interreflection_.Apply(
       lighting.sun,
       sum,
-      with_daylight ? DirectAtVertices(basis, lighting) : std::vector<glm::vec3>());
+      mode_.with_daylight ? DirectAtVertices(basis, lighting) : std::vector<glm::vec3>());
 }
 
 std::vector<glm::vec3> VertexLight::ObjectRadiosity(const FrameBasis& basis, std::size_t light) {
   const Lighting unit = UnitOf(light, basis.LightCount());
   if (!IsGathered()) {
     folded_.Combine(unit, needed_probes_, volume_of_unit_);
-    LightVertices(volume_of_unit_, basis, unit, true, of_unit_);
+    LightVertices(volume_of_unit_, basis, unit, of_unit_);
   } else {
-    SumResponses(basis, unit, true, of_unit_);
+    SumResponses(basis, unit, of_unit_);
   }
   return interreflection_.FaceRadiosity(unit.sun, of_unit_);
 }
 
-std::vector<glm::vec3> VertexLight::SampledSkyHiddenFrom(
-    std::size_t light, std::span<const Receiver> receivers) const {
-  if (!IsSampled(light)) return {};
+std::vector<glm::vec3> VertexLight::SampledSkyHiddenFrom(const FrameBasis& basis,
+                                                         std::size_t light,
+                                                         std::span<const Receiver> receivers) {
+  if (!IsSampled(light) || !mode_.with_daylight) return {};
+  UpdateDaylight(basis);
   return daylight_->HiddenFrom(light - 1, receivers);
 }
 
-void VertexLight::Evaluate(const FrameBasis& basis,
-                           const Lighting& lighting,
-                           bool with_daylight,
-                           StageTimes& times) {
+void VertexLight::Evaluate(const FrameBasis& basis, const Lighting& lighting, StageTimes& times) {
   Stopwatch watch;
   if (IsGathered()) {
-    SumResponses(basis, lighting, with_daylight, irradiance_);
+    SumResponses(basis, lighting, irradiance_);
   } else {
     if (options_.object_light == ObjectLight::kVolumeByMap) {
       SynthesiseEnvironment(basis_.environment, lighting, environment_);
@@ -352,7 +377,7 @@ void VertexLight::Evaluate(const FrameBasis& basis,
     } else {
       folded_.Combine(lighting, needed_probes_, volume_);
     }
-    LightVertices(volume_, basis, lighting, with_daylight, irradiance_);
+    LightVertices(volume_, basis, lighting, irradiance_);
   }
   const double ms = watch.LapMs();
   times.probes += ms;

@@ -33,6 +33,12 @@ class VertexLight {
     kOnePlace,  // By rays; sunlight close to the objects, and what they hide, is each vertex's own.
   };
 
+  struct Mode {
+    At at = At::kVertices;
+    bool with_daylight = false;  // Straight from the sky, where that is sampled.
+    bool operator==(const Mode&) const = default;
+  };
+
   // `scene`, `room` (the mesh as given) and `options` outlive this.
   VertexLight(const PreparedScene& scene, const Mesh& room, const FramePipelineOptions& options);
 
@@ -50,6 +56,8 @@ class VertexLight {
   bool MayBeAtOnePlace() const { return IsGathered() && daylight_ == nullptr; }
   // Made for the lights that shine in `lighting`, for who wants to know whether it is good enough.
   const OnePlaceLight& LightAtOnePlace(const FrameBasis& basis, const Lighting& lighting);
+  // Bound of the irradiance that sampled daylight brings to objects, and that they hide of it.
+  glm::vec3 LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const;
   // Bound of the share of any vertex's view that objects fill.
   float LargestHidden() const { return interreflection_.LargestHidden(); }
 
@@ -62,10 +70,15 @@ class VertexLight {
   double OnceMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
   double NominalMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
 
-  // Works out the lights that shine in `lighting` and are not current; what follows is of them as
-  // they are `at`.
-  void Update(At at, const FrameBasis& basis, const Lighting& lighting);
-  At UpdatedAt() const { return at_; }
+  // Works out the lights that shine in `lighting` and are not current; what follows is of them in
+  // that mode.
+  void Update(Mode mode, const FrameBasis& basis, const Lighting& lighting);
+  Mode UpdatedIn() const { return mode_; }
+  // Draws samples for skies that are new, where daylight is sampled. Whoever needs them draws them;
+  // to do so first tells what they cost.
+  void UpdateDaylight(const FrameBasis& basis);
+  bool IsDaylightCurrent(const FrameBasis& basis) const;
+  const LearnedCost& DaylightMs() const { return daylight_cost_; }
   // What daylight samples are; none where it is gathered. Its maps_drawn are those since the last
   // call.
   std::optional<DirectDaylightSummary> TakeDaylightSummary();
@@ -73,15 +86,13 @@ class VertexLight {
   // Radiosity of the faces of Objects() per unit of a light that Update was given.
   std::vector<glm::vec3> ObjectRadiosity(const FrameBasis& basis, std::size_t light);
   // The same of what stands between: what real surfaces lose of the sampled sky. Empty where it is
-  // not sampled.
-  std::vector<glm::vec3> SampledSkyHiddenFrom(std::size_t light,
-                                              std::span<const Receiver> receivers) const;
+  // not sampled, or left out.
+  std::vector<glm::vec3> SampledSkyHiddenFrom(const FrameBasis& basis,
+                                              std::size_t light,
+                                              std::span<const Receiver> receivers);
 
-  // What reaches the vertices, without the sampled daylight if so asked.
-  void Evaluate(const FrameBasis& basis,
-                const Lighting& lighting,
-                bool with_daylight,
-                StageTimes& times);
+  // What reaches the vertices.
+  void Evaluate(const FrameBasis& basis, const Lighting& lighting, StageTimes& times);
   // One list an object.
   const std::vector<std::vector<glm::vec3>>& Irradiance() const { return irradiance_; }
 
@@ -99,8 +110,8 @@ class VertexLight {
     return options_.object_light == ObjectLight::kGather ||
            options_.object_light == ObjectLight::kOnePlace;
   }
-  // Draws samples for skies that are new, where daylight is sampled.
-  void UpdateDaylight(const FrameBasis& basis);
+  // Works out what daylight samples bring to vertices, with what is reflected.
+  void UpdateDaylightResponses(const FrameBasis& basis);
   bool IsSampled(std::size_t light) const { return light > 0 && daylight_ != nullptr; }
   // What rays and probes take the sky for: black where it is sampled.
   const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
@@ -116,15 +127,11 @@ class VertexLight {
   void SpreadOverObjects(const std::vector<glm::vec3>& irradiance);
   // With one reflection off the objects.
   std::vector<glm::vec3> WithReflection(std::size_t light, std::vector<glm::vec3> irradiance);
-  void SumResponses(const FrameBasis& basis,
-                    const Lighting& lighting,
-                    bool with_daylight,
-                    PerObject& sum) const;
-  std::vector<glm::vec3> DirectAtVertices(const FrameBasis& basis, const Lighting& lighting) const;
+  void SumResponses(const FrameBasis& basis, const Lighting& lighting, PerObject& sum);
+  std::vector<glm::vec3> DirectAtVertices(const FrameBasis& basis, const Lighting& lighting);
   void LightVertices(const IrradianceVolume& volume,
                      const FrameBasis& basis,
                      const Lighting& lighting,
-                     bool with_daylight,
                      PerObject& sum);
 
   const PreparedScene& scene_;
@@ -137,7 +144,7 @@ class VertexLight {
   bool daylight_is_new_ = false;
   PerObject irradiance_;
   PerObject of_unit_;  // Scratch, as long.
-  At at_ = At::kVertices;
+  Mode mode_;
   Responses at_vertices_;  // By probes: without responses.
   Responses at_one_place_;
 
@@ -146,6 +153,7 @@ class VertexLight {
   std::optional<NearSunlight> near_sunlight_;  // With the first one in the sun.
   // Per basis light, all objects' vertices: what is sampled.
   std::vector<std::vector<glm::vec3>> daylight_response_;
+  LightsDone daylight_done_;
   OnePlaceLight one_place_;
 
   // By probes.
@@ -162,6 +170,7 @@ class VertexLight {
   LearnedCost near_cost_;
   LearnedCost light_cost_;
   LearnedCost one_place_cost_;
+  LearnedCost daylight_cost_;
   LearnedCost sum_cost_;
 };
 

@@ -106,6 +106,23 @@ TEST_F(DirectDaylightInARoom, NewShadowsAreWhatTheObjectTakesFromTheFloor) {
   EXPECT_LT(RelativeRms(daylight.HiddenFrom(0, floor), taken), 0.1);
 }
 
+// A bound of what each vertex gets, and of what the object hides from the floor around it.
+TEST_F(DirectDaylightInARoom, NothingGetsOrLosesMoreThanTheWindowLetsThrough) {
+  DirectDaylight daylight = Daylight(Samples(4096));
+  daylight.Update(std::array{sky_});
+  const glm::vec3 largest = daylight.LargestIrradiance(sky_);
+  EXPECT_LT(largest.g, 1.0f) << "less than all the sky";
+  float most = 0.0f;
+  for (const glm::vec3& irradiance : daylight.OnObjects(0)) most = std::max(most, irradiance.g);
+  EXPECT_LT(most, largest.g);
+  EXPECT_GT(most, 0.2f * largest.g) << "the bound is no idle one";
+  std::vector<Receiver> floor;
+  for (int i = 0; i < 40; ++i) {
+    floor.push_back({{1.5f + 0.05f * static_cast<float>(i), 1.9f, 0.0f}, {0.0f, 0.0f, 1.0f}});
+  }
+  for (const glm::vec3& hidden : daylight.HiddenFrom(0, floor)) EXPECT_LT(hidden.g, largest.g);
+}
+
 TEST_F(DirectDaylightInARoom, AStillSkyDrawsNothingAnew) {
   DirectDaylightOptions options;
   options.sampling.samples = 64;
