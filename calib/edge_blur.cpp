@@ -111,6 +111,7 @@ const std::array<double, kSigmas>& SigmasPx() {
 class PixelSteps {
  public:
   static constexpr int kPerPx = 20;  // Places of the edge.
+
   PixelSteps() {
     for (std::size_t k = 0; k < kSigmas; ++k) {
       for (int place = -kFarthest; place <= kFarthest; ++place) {
@@ -164,8 +165,28 @@ double ErrorOf(const PixelSteps& steps, const Profile& profile, std::size_t k, i
   return pp - p * p / kCount - covariance * covariance / variance;
 }
 
-// None where the line shows something else than a step.
-std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
+// The least of them around there, between places too.
+double LeastErrorAround(const PixelSteps& steps, const Profile& profile, std::size_t k, int place) {
+  constexpr int kAround = PixelSteps::kPerPx / 2;
+  std::array<double, 2 * kAround + 1> by_place{};
+  for (int off = -kAround; off <= kAround; ++off) {
+    by_place[static_cast<std::size_t>(off + kAround)] = ErrorOf(steps, profile, k, place + off);
+  }
+  const auto least = static_cast<std::size_t>(std::min_element(by_place.begin(), by_place.end()) -
+                                              by_place.begin());
+  double error = by_place[least];
+  if (least > 0 && least + 1 < by_place.size()) {
+    const double before = by_place[least - 1];
+    const double after = by_place[least + 1];
+    const double bend = before - 2.0 * error + after;
+    if (bend > 0.0) error -= 0.125 * (after - before) * (after - before) / bend;
+  }
+  return std::max(error, 0.0);
+}
+
+// Brings a line's sides to 0 and 1, and tells where half of the step is behind: by its area, which
+// noise moves little. None where the line shows something else than a step.
+std::optional<double> MiddleOfStep(Profile& profile) {
   double low = 0.0;
   double high = 0.0;
   for (std::size_t i = 0; i < kPlateauPx; ++i) {
@@ -175,45 +196,33 @@ std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   const double contrast = high - low;
   constexpr double kLeastContrast = 0.1;  // Of both sides' sum.
   if (!(std::abs(contrast) > kLeastContrast * (low + high))) return std::nullopt;
-  for (double& value : profile) value = (value - low) / contrast;  // From 0 to 1.
+  for (double& value : profile) value = (value - low) / contrast;
   constexpr double kEven = 0.15;
   for (std::size_t i = 0; i < kPlateauPx; ++i) {
     if (std::abs(profile[i]) > kEven || std::abs(profile[kCount - 1 - i] - 1.0) > kEven) {
       return std::nullopt;
     }
   }
-  // Where half of the step is behind: by its area, which noise moves little.
   double area = 0.0;
   for (const double value : profile) area += 1.0 - value;
   const double middle = area - 0.5;
   if (!(std::abs(middle - (kReachPx - 0.5)) <= kMisplacedPx)) return std::nullopt;
+  return middle;
+}
 
+std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
+  const std::optional<double> middle = MiddleOfStep(profile);
+  if (!middle) return std::nullopt;
+  const int place = static_cast<int>(std::lround(*middle * PixelSteps::kPerPx));
   LineErrors errors;
-  const int place = static_cast<int>(std::lround(middle * PixelSteps::kPerPx));
-  constexpr int kAround = PixelSteps::kPerPx / 2;
-  std::size_t best = 0;
-  for (std::size_t k = 0; k < errors.of_sigma.size(); ++k) {
-    std::array<double, 2 * kAround + 1> by_place{};
-    for (int off = -kAround; off <= kAround; ++off) {
-      by_place[static_cast<std::size_t>(off + kAround)] = ErrorOf(steps, profile, k, place + off);
-    }
-    const auto least = static_cast<std::size_t>(std::min_element(by_place.begin(), by_place.end()) -
-                                                by_place.begin());
-    double error = by_place[least];
-    if (least > 0 && least + 1 < by_place.size()) {
-      const double before = by_place[least - 1];
-      const double after = by_place[least + 1];
-      const double bend = before - 2.0 * error + after;
-      if (bend > 0.0) error -= 0.125 * (after - before) * (after - before) / bend;
-    }
-    errors.of_sigma[k] = std::max(error, 0.0);
-    if (errors.of_sigma[k] < errors.of_sigma[best]) best = k;
+  for (std::size_t k = 0; k < kSigmas; ++k) {
+    errors.of_sigma[k] = LeastErrorAround(steps, profile, k, place);
   }
-  errors.least = errors.of_sigma[best];
+  const auto best = std::min_element(errors.of_sigma.begin(), errors.of_sigma.end());
+  errors.least = *best;
   constexpr double kGoodFit = 0.06;  // Root mean square, of the step.
-  if (!(errors.least <= kGoodFit * kGoodFit * kCount) || best + 1 == errors.of_sigma.size()) {
-    return std::nullopt;
-  }
+  const bool fits = errors.least <= kGoodFit * kGoodFit * kCount;
+  if (!fits || best + 1 == errors.of_sigma.end()) return std::nullopt;
   return errors;
 }
 
@@ -267,7 +276,7 @@ void EdgeBlurMeter::Add(const RgbImage& radiance,
       profile[static_cast<std::size_t>(k)] =
           Light(radiance, line.pixel + (k - kReachPx + 1) * line.across);
     }
-    // NaN and infinities fail every test of ErrorsOf.
+    // NaN and infinities fail every test of MiddleOfStep.
     const std::optional<LineErrors> errors = ErrorsOf(kSteps, profile);
     if (!errors) continue;
     const double slant = SlantOf(radiance, line);
