@@ -170,7 +170,7 @@ bool IsIndoors(const Camera& camera, const Mesh& mesh) {
 }
 
 void LoadObject(const Sequence& sequence, const VirtualObjectEntry& entry, SequenceSite& site) {
-  LoadedParts loaded = LoadMeshParts(sequence.folder / entry.mesh, MeshColours::kFaces);
+  LoadedParts loaded = LoadMeshParts(sequence.folder / entry.mesh, MeshColours::kByPlace);
   NoteLoading(entry.mesh, loaded.report, site.notes);
   std::int64_t turned = 0;
   for (MeshPart& part : loaded.parts) {

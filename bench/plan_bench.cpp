@@ -35,11 +35,13 @@
 #include "scene/mesh_io.h"
 #include "scene/upper_median.h"
 #include "tests/pipeline/ground_stage.h"
+#include "tests/render/textured_meshes.h"
 
 namespace pleinair {
 namespace {
 
 enum class Under { kSun, kSunNoShadow, kCloud, kNight, kSunOutOfSight };
+enum class Skin { kPlain, kTextured };
 
 const std::filesystem::path kCourtyard =
     std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
@@ -91,7 +93,11 @@ struct Yard {
   }
 };
 
-void RunFrames(benchmark::State& state, Under under, std::size_t faces, bool planned) {
+void RunFrames(benchmark::State& state,
+               Under under,
+               std::size_t faces,
+               bool planned,
+               Skin skin = Skin::kPlain) {
   if (!std::filesystem::exists(kCourtyard)) {
     state.SkipWithError("the recorded courtyard is not there");
     return;
@@ -102,6 +108,14 @@ void RunFrames(benchmark::State& state, Under under, std::size_t faces, bool pla
   Mesh mesh = WithTriangles(
       TransformMesh(statue.world_from_object, LoadMesh(kCourtyard / statue.mesh).mesh), faces);
   state.counters["faces"] = static_cast<double>(mesh.triangles.size());
+  if (skin == Skin::kTextured) {
+    const auto painted = test::Painted(test::RandomCodes(1024, 1024, 1));
+    painted->dielectric_reflectance = mesh.materials.front().specular_reflectance;
+    painted->roughness = mesh.materials.front().roughness;
+    mesh = test::Textured(std::move(mesh), painted, [](const glm::vec3& p) {
+      return glm::vec2(p.x + 0.7f * p.y, p.z);
+    });
+  }
   const HeadlessContext context;
   Compositor compositor;
   FramePipelineOptions options;
@@ -219,6 +233,19 @@ int main(int argc, char** argv) {
             ->UseRealTime()
             ->Iterations(kIterations);
       }
+    }
+  }
+  for (const auto& [name, under] :
+       {std::pair{"sun_textured", Under::kSun}, std::pair{"cloud_textured", Under::kCloud}}) {
+    for (const std::size_t faces : {4000, 15000}) {
+      benchmark::RegisterBenchmark(
+          (std::string(name) + "/" + std::to_string(faces) + "/plan").c_str(),
+          [under = under, faces](benchmark::State& state) {
+            pleinair::RunFrames(state, under, faces, true, pleinair::Skin::kTextured);
+          })
+          ->Unit(benchmark::kMillisecond)
+          ->UseRealTime()
+          ->Iterations(kIterations);
     }
   }
   for (const bool planned : {true, false}) {

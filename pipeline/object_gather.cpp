@@ -54,6 +54,10 @@ ObjectGather::ObjectGather(const PatchScene& objects,
     : object_faces_(objects.FaceCount()), real_faces_(real.FaceCount()) {
   PatchScene joined;
   AppendTriangles(objects.mesh, joined.mesh);
+  // The objects' triangles are the first ones: what cuts them out stays theirs.
+  joined.mesh.materials = objects.mesh.materials;
+  joined.mesh.triangle_material = objects.mesh.triangle_material;
+  joined.mesh.triangle_colours = objects.mesh.triangle_colours;
   AppendTriangles(real.mesh, joined.mesh);
   joined.caster = RayCaster(joined.mesh);
   const std::vector<Receiver> points = PointsAround(objects.mesh);

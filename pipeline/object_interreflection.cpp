@@ -25,6 +25,11 @@ void AppendAsGroup(const Mesh& mesh, Mesh& joined) {
       joined.positions_m.end(), mesh.positions_m.begin(), mesh.positions_m.end());
   joined.normals.insert(joined.normals.end(), mesh.normals.begin(), mesh.normals.end());
   joined.materials.insert(joined.materials.end(), mesh.materials.begin(), mesh.materials.end());
+  if (!mesh.triangle_colours.empty()) {
+    joined.triangle_colours.resize(joined.triangles.size());
+    joined.triangle_colours.insert(
+        joined.triangle_colours.end(), mesh.triangle_colours.begin(), mesh.triangle_colours.end());
+  }
   for (const glm::uvec3& triangle : mesh.triangles) {
     joined.triangles.push_back(triangle + first_vertex);
     joined.triangle_group.push_back(group);
@@ -38,6 +43,9 @@ void AppendAsGroup(const Mesh& mesh, Mesh& joined) {
 
 ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& objects) {
   for (const VirtualObject& object : objects) AppendAsGroup(object.mesh, scene_.mesh);
+  if (!scene_.mesh.triangle_colours.empty()) {
+    scene_.mesh.triangle_colours.resize(scene_.mesh.triangles.size());
+  }
   const Mesh& mesh = scene_.mesh;
   scene_.caster = RayCaster(mesh);
   for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "relight/internal/patch_refinement.h"
+#include "scene/textured_material.h"
 
 namespace pleinair {
 
@@ -37,7 +38,9 @@ Mesh MakeShadingMesh(const Mesh& mesh, const ShadingMeshOptions& options) {
        edge_m *= std::sqrt(2.0)) {
     auto refined = TryRefineMesh(
         mesh, [&](const glm::vec3&) { return edge_m; }, most);
-    if (refined) return std::move(refined->mesh);
+    if (!refined) continue;
+    TakeMeansOverTriangles(refined->mesh);
+    return std::move(refined->mesh);
   }
   return mesh;
 }

@@ -18,7 +18,9 @@ struct ShadingMeshOptions {
 };
 
 // `mesh` with its long edges cut; materials, groups and normals are the source's, which it needs.
-// A mesh that is fine enough comes back as it is, but for triangles without area.
+// A mesh that is fine enough comes back as it is, but for triangles without area. Materials by
+// place have the means over the new triangles, so that light that goes from them is as finely
+// coloured as it is worked out, whatever is drawn.
 Mesh MakeShadingMesh(const Mesh& mesh, const ShadingMeshOptions& options = {});
 
 }  // namespace pleinair

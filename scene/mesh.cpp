@@ -60,6 +60,10 @@ Mesh TransformMesh(const glm::dmat4& target_from_mesh, const Mesh& mesh) {
   }
   if (determinant < 0.0) {
     for (glm::uvec3& triangle : moved.triangles) std::swap(triangle.y, triangle.z);
+    for (TriangleColours& colours : moved.triangle_colours) {
+      std::swap(colours.texture_uv[1], colours.texture_uv[2]);
+      std::swap(colours.vertex_colour[1], colours.vertex_colour[2]);
+    }
   }
   return moved;
 }

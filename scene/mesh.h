@@ -3,19 +3,35 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 namespace pleinair {
+
+struct TexturedMaterial;  // scene/textured_material.h
 
 struct Material {
   std::string name;
   glm::vec3 diffuse_albedo{0.5f};        // Linear RGB in [0, 1).
   glm::vec3 specular_reflectance{0.0f};  // Linear RGB at normal incidence.
   float roughness = 1.0f;                // GGX with alpha = roughness^2.
+  // Where its colour is another at each place: what that is looked up in. The values above are then
+  // the means over a triangle, for who wants no more. Null: it is the same all over.
+  std::shared_ptr<const TexturedMaterial> by_place{};
+};
+
+// Where a triangle's corners lie in what its material is looked up in; linear in between.
+struct TriangleColours {
+  // From the picture's upper left corner to the right and down, (1, 1) its lower right one.
+  std::array<glm::vec2, 3> texture_uv{};
+  // Linear RGB and alpha, each in [0, 1].
+  std::array<glm::vec4, 3> vertex_colour{glm::vec4(1.0f), glm::vec4(1.0f), glm::vec4(1.0f)};
 };
 
 // positions_m and normals have one entry a vertex; the triangle_* one a triangle. Winding is
@@ -24,8 +40,9 @@ struct Mesh {
   std::vector<glm::vec3> positions_m;
   std::vector<glm::vec3> normals;  // Shading normals, unit.
   std::vector<glm::uvec3> triangles;
-  std::vector<std::uint32_t> triangle_material;  // Into materials.
-  std::vector<std::uint32_t> triangle_group;     // Into group_names.
+  std::vector<std::uint32_t> triangle_material;   // Into materials.
+  std::vector<std::uint32_t> triangle_group;      // Into group_names.
+  std::vector<TriangleColours> triangle_colours;  // Empty where no material is looked up by place.
   std::vector<Material> materials;
   std::vector<std::string> group_names;  // OBJ objects/groups, glTF nodes.
 

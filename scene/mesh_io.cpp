@@ -72,7 +72,6 @@ LoadedParts Load(const std::filesystem::path& file, MeshColours colours, bool mo
   for (const std::string& library : obj_materials.missing_libraries) {
     notes.push_back("material library '" + library + "' not found");
   }
-  notes.insert(notes.end(), obj_materials.notes.begin(), obj_materials.notes.end());
   return loaded;
 }
 

@@ -38,11 +38,10 @@ struct LoadedMesh {
 enum class MeshColours {
   // By a material's mean: for a scene, whose materials are measured as one.
   kMaterials,
-  // By the mean over each face, which makes a material of its own, of the same name. Where a face
-  // shows much of a texture all are cut into four, as often as kMostColouredTriangles allows.
-  kFaces,
+  // By place: for what is drawn. Each triangle gets a material of its name with the means over it,
+  // and by_place where it is not of one colour.
+  kByPlace,
 };
-inline constexpr std::size_t kMostColouredTriangles = 8192;
 
 // Loads a mesh; n-gons are cut into triangles (concave ones too), corners of equal position and
 // normal welded, node transforms applied, glTF's Y-up turned to Z-up. The winding is kept.
@@ -54,11 +53,15 @@ inline constexpr std::size_t kMostColouredTriangles = 8192;
 // Materials   as the sequence format says: Kd, Ks linear; Pr, else Ns (alpha^2 = 2 / (Ns + 2));
 //             glTF metallic-roughness. Kd is limited to 0.98; that, textures and what is left out
 //             are notes. An OBJ whose material libraries are all missing gets Kd 0.5, noted.
+// Textures    by place (PNG, JPEG; u, v within 1e4): with glTF's wrap modes and alphaMode MASK.
+//             Triangles without usable coordinates have the texture's mean, noted. Of a scene a
+//             texture that cannot be read is left out, noted.
 // Animation   left out: nodes are where they rest.
 // Throws      std::runtime_error naming the file and what was expected: unreadable, no triangle
 //             left, a coordinate beyond 1e5 m of the origin (float would lose the millimetres:
 //             georeferenced models are to be moved to a local origin), a material name that the
-//             libraries don't define, a file outside the mesh's folder.
+//             libraries don't define, a file outside the mesh's folder, by place a texture that
+//             cannot be read.
 LoadedMesh LoadMesh(const std::filesystem::path& file,
                     MeshColours colours = MeshColours::kMaterials);
 

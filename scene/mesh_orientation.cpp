@@ -109,6 +109,11 @@ std::int64_t TurnClosedPartsOutward(Mesh& mesh) {
     ++turned;
     glm::uvec3& corners = mesh.triangles[t];
     std::swap(corners.y, corners.z);
+    if (!mesh.triangle_colours.empty()) {
+      TriangleColours& colours = mesh.triangle_colours[t];
+      std::swap(colours.texture_uv[1], colours.texture_uv[2]);
+      std::swap(colours.vertex_colour[1], colours.vertex_colour[2]);
+    }
     if (mesh.normals.empty()) continue;
     for (int corner = 0; corner < 3; ++corner) {
       const std::uint32_t vertex = corners[corner];

@@ -10,6 +10,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/internal/cut_outs.h"
+
 namespace pleinair {
 namespace {
 
@@ -44,6 +46,7 @@ struct Query {
   RTCIntersectContext context;  // First: Embree hands back a pointer to it.
   const glm::vec4* vertices;
   const glm::uvec3* triangles;
+  const CutOuts* cut_outs;
   float near_m;
   float max_distance_m;
 };
@@ -90,6 +93,21 @@ void Filter(const RTCFilterFunctionNArguments* arguments) {
   const Query& query = *reinterpret_cast<const Query*>(arguments->context);
   for (unsigned lane = 0; lane < arguments->N; ++lane) {
     if (arguments->valid[lane] != 0 && !LiesInFront(query, *arguments, lane)) {
+      arguments->valid[lane] = 0;
+    }
+  }
+}
+
+// Where triangles are cut out.
+void FilterCutOut(const RTCFilterFunctionNArguments* arguments) {
+  Filter(arguments);
+  const Query& query = *reinterpret_cast<const Query*>(arguments->context);
+  for (unsigned lane = 0; lane < arguments->N; ++lane) {
+    if (arguments->valid[lane] == 0) continue;
+    RTCHitN* const hit = arguments->hit;
+    if (!query.cut_outs->IsThere(RTCHitN_primID(hit, arguments->N, lane),
+                                 RTCHitN_u(hit, arguments->N, lane),
+                                 RTCHitN_v(hit, arguments->N, lane))) {
       arguments->valid[lane] = 0;
     }
   }
@@ -146,7 +164,9 @@ struct RayCaster::Impl {
   const glm::vec4* vertices = nullptr;  // In Embree's own buffers.
   const glm::uvec3* triangles = nullptr;
   float near_m = 0.0f;
+  CutOuts cut_outs;
 
+  explicit Impl(const Mesh& mesh) : cut_outs(mesh) {}
   ~Impl() {
     if (scene != nullptr) rtcReleaseScene(scene);
   }
@@ -162,13 +182,14 @@ struct RayCaster::Impl {
     rtcInitIntersectContext(&query.context);
     query.vertices = vertices;
     query.triangles = triangles;
+    query.cut_outs = &cut_outs;
     query.near_m = near_m;
     query.max_distance_m = max_distance_m;
     return query;
   }
 };
 
-RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
+RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {
   for (const glm::uvec3& triangle : mesh.triangles) {
     const std::uint32_t highest = std::max({triangle.x, triangle.y, triangle.z});
     if (highest >= mesh.positions_m.size()) {
@@ -209,8 +230,9 @@ RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
       largest = std::max({largest, size.x, size.y, size.z});
     }
     std::copy(mesh.triangles.begin(), mesh.triangles.end(), triangles);
-    rtcSetGeometryIntersectFilterFunction(geometry, Filter);
-    rtcSetGeometryOccludedFilterFunction(geometry, Filter);
+    const RTCFilterFunctionN filter = impl_->cut_outs.Empty() ? Filter : FilterCutOut;
+    rtcSetGeometryIntersectFilterFunction(geometry, filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, filter);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(impl_->scene, geometry, 0);
     rtcReleaseGeometry(geometry);  // The scene keeps it.

@@ -29,7 +29,7 @@ struct RayHit {
 //           triangles. Rays through edges and vertices do not slip through. A ray that starts
 //           within a rounding error of an edge may start on the other side of it.
 // Not       hit: triangles without area, or with a corner that is not finite or beyond 1.8e18 m. A
-//           ray that is not finite, or beyond that, misses.
+//           ray that is not finite, or beyond that, misses. Nor what a material by place cuts out.
 class RayCaster {
  public:
   // An empty mesh is allowed: every ray misses.

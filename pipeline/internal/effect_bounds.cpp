@@ -13,6 +13,7 @@
 
 #include "relight/mirror_image.h"
 #include "render/real_sun.h"
+#include "scene/textured_material.h"
 
 namespace pleinair {
 namespace {
@@ -83,6 +84,12 @@ float FallInShadow(const BoundInput& input, std::size_t pixel) {
   return input.codes.Difference(without, after);
 }
 
+// Of any place of it.
+TexturedMaterial::Reflectances BrightestOf(const Material& material) {
+  if (material.by_place) return material.by_place->Brightest();
+  return {material.diffuse_albedo, material.specular_reflectance};
+}
+
 template <class Value>
 float LargestOver(std::size_t count, const Value& value) {
   return tbb::parallel_reduce(
@@ -113,10 +120,11 @@ void EffectBounds::ObjectsMoved() {
   object_diffuse_ = object_albedo_ = glm::vec3(0.0f);
   any_glossy_ = IsGlossy(objects_.mesh);
   for (const Material& material : objects_.mesh.materials) {
-    object_diffuse_ = glm::max(object_diffuse_, material.diffuse_albedo);
-    object_albedo_ = glm::max(
-        object_albedo_,
-        glm::min(material.diffuse_albedo + material.specular_reflectance, glm::vec3(1.0f)));
+    const TexturedMaterial::Reflectances shown = BrightestOf(material);
+    object_diffuse_ = glm::max(object_diffuse_, shown.diffuse_albedo);
+    object_albedo_ =
+        glm::max(object_albedo_,
+                 glm::min(shown.diffuse_albedo + shown.specular_reflectance, glm::vec3(1.0f)));
   }
 }
 
@@ -235,6 +243,7 @@ double EffectBounds::SunOnFaces(const BoundInput& input) const {
   for (const std::vector<glm::vec3>& of_object : input.vertex_irradiance) {
     irradiance.insert(irradiance.end(), of_object.begin(), of_object.end());
   }
+  const auto white = static_cast<float>(1.0 / input.codes.Exposure());
   const auto on_face = [&](std::size_t t) {
     const glm::uvec3& corners = mesh.triangles[t];
     float cosine = 0.0f;
@@ -252,9 +261,15 @@ double EffectBounds::SunOnFaces(const BoundInput& input) const {
     const Material& material = mesh.materials[mesh.triangle_material[t]];
     const glm::vec3 least =
         glm::min(glm::min(irradiance[corners.x], irradiance[corners.y]), irradiance[corners.z]);
-    const glm::vec3 base = kInvPi * material.diffuse_albedo * glm::max(least, glm::vec3(0.0f));
-    const glm::vec3 added = kInvPi * material.diffuse_albedo * cosine * sun;
-    return input.codes.LargestRise(base, added);
+    const glm::vec3 without = glm::max(least, glm::vec3(0.0f));
+    glm::vec3 to_radiance = kInvPi * material.diffuse_albedo;
+    if (material.by_place) {
+      // Some place of the texture may be as bright as that, or just not white: a brighter one shows
+      // less of the rise.
+      to_radiance = glm::min(kInvPi * BrightestOf(material).diffuse_albedo,
+                             white / glm::max(without + cosine * sun, glm::vec3(1e-30f)));
+    }
+    return input.codes.LargestRise(to_radiance * without, to_radiance * cosine * sun);
   };
   // Some faces, to see whether there is anything to find out.
   const std::size_t step = StepOverFew(mesh.triangles.size());

@@ -35,7 +35,15 @@ class Midpoints {
       mesh_.normals.push_back(length > 0.0f ? sum / length : mesh_.normals[a]);
     }
     midpoint_of_edge_.emplace(key, index);
+    ends_.emplace_back(a, b);
     return index;
+  }
+
+  // Whether a vertex is a midpoint, and of which edge.
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> EndsOf(std::uint32_t vertex) const {
+    const std::size_t first = mesh_.positions_m.size() - ends_.size();
+    if (vertex < first) return std::nullopt;
+    return ends_[vertex - first];
   }
 
   float Distance(std::uint32_t a, std::uint32_t b) const {
@@ -46,6 +54,57 @@ class Midpoints {
   Mesh& mesh_;
   const TargetLength& target_;
   std::unordered_map<std::uint64_t, std::uint32_t> midpoint_of_edge_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends_;  // Of each midpoint's edge.
+};
+
+// What a piece of a triangle is looked up in: a midpoint's place lies between those of its edge's
+// ends, and these are corners of the triangle, or midpoints in it.
+class ColoursOfPieces {
+ public:
+  ColoursOfPieces(const Mesh& source, const Midpoints& points) : source_(source), points_(points) {}
+
+  TriangleColours Of(const glm::uvec3& piece, std::uint32_t source_triangle) {
+    if (source_triangle != triangle_) {
+      triangle_ = source_triangle;
+      of_vertex_.clear();
+      const TriangleColours& whole = source_.triangle_colours[source_triangle];
+      for (std::size_t k = 0; k < 3; ++k) {
+        of_vertex_[source_.triangles[source_triangle][static_cast<int>(k)]] = {
+            whole.texture_uv[k], whole.vertex_colour[k]};
+      }
+    }
+    TriangleColours colours;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const AtVertex at = At(piece[static_cast<int>(k)]);
+      colours.texture_uv[k] = at.texture_uv;
+      colours.vertex_colour[k] = at.vertex_colour;
+    }
+    return colours;
+  }
+
+ private:
+  struct AtVertex {
+    glm::vec2 texture_uv{0.0f};
+    glm::vec4 vertex_colour{1.0f};
+  };
+
+  AtVertex At(std::uint32_t vertex) {
+    const auto known = of_vertex_.find(vertex);
+    if (known != of_vertex_.end()) return known->second;
+    AtVertex middle;
+    if (const auto ends = points_.EndsOf(vertex)) {
+      const AtVertex a = At(ends->first);
+      const AtVertex b = At(ends->second);
+      middle = {0.5f * (a.texture_uv + b.texture_uv), 0.5f * (a.vertex_colour + b.vertex_colour)};
+    }
+    of_vertex_.emplace(vertex, middle);
+    return middle;
+  }
+
+  const Mesh& source_;
+  const Midpoints& points_;
+  std::uint32_t triangle_ = 0xffffffffu;
+  std::unordered_map<std::uint32_t, AtVertex> of_vertex_;  // Of that triangle.
 };
 
 // The pieces of a triangle whose edges (v0 v1), (v1 v2), (v2 v0) are marked; winding is kept.
@@ -90,6 +149,7 @@ std::optional<RefinedMesh> TryRefineMesh(const Mesh& mesh,
   refined.mesh.materials = mesh.materials;
   refined.mesh.group_names = mesh.group_names;
   Midpoints points(refined.mesh, target);
+  ColoursOfPieces colours(mesh, points);
 
   struct Piece {
     glm::uvec3 corners;
@@ -122,6 +182,9 @@ std::optional<RefinedMesh> TryRefineMesh(const Mesh& mesh,
         refined.mesh.triangle_group.pop_back();
       } else {
         refined.source_triangle.push_back(piece.source);
+        if (!mesh.triangle_colours.empty()) {
+          refined.mesh.triangle_colours.push_back(colours.Of(v, piece.source));
+        }
       }
     }
     if (refined.mesh.triangles.size() + waiting.size() > max_triangles) return std::nullopt;

@@ -21,7 +21,8 @@ using TargetLength = std::function<double(const glm::vec3& midpoint_m)>;
 // Splits every edge that is longer than its target at its midpoint, and each triangle into 2, 3 or
 // 4 by its split edges, until none is left. Whether and where an edge is split depends on its two
 // end points alone, so two triangles that share an edge stay joined, also where the mesh stores
-// that edge twice. Triangles without area are left out.
+// that edge twice. Triangles without area are left out. What triangles are looked up in by place is
+// cut along.
 //
 // Throws std::invalid_argument when more than `max_triangles` would come out.
 RefinedMesh RefineMesh(const Mesh& mesh, const TargetLength& target, std::size_t max_triangles);

@@ -1,11 +1,16 @@
 #include "render/internal/object_layer_pass.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <string>
+#include <string_view>
 
 #include <glm/vec4.hpp>
 
+#include "render/internal/object_by_place_shaders.h"
 #include "render/internal/object_layer_shaders.h"
 #include "render/internal/view_projection.h"
+#include "scene/textured_material.h"
 
 namespace pleinair {
 namespace {
@@ -26,6 +31,43 @@ void BindRect(const ShaderProgram& program,
 glm::mat4 ClipOfSamples(const LayerView& view) {
   const PixelRect& rect = view.object_rect;
   return glm::mat4(ClipOfRect(view.intrinsics, rect.lower, rect.upper) * view.clip_from_local);
+}
+
+std::string Joined(std::string_view first, std::string_view second, std::string_view third = "") {
+  return std::string(first) + std::string(second) + std::string(third);
+}
+
+const ShaderProgram& MadeByPlace(std::optional<ShaderProgram>& program,
+                                 const char* name,
+                                 const std::string& fragment) {
+  if (!program) program.emplace(name, kByPlaceVertexShader, fragment);
+  return *program;
+}
+
+// For the program in use; its picture on unit 1.
+void SetMaterial(const ShaderProgram& program,
+                 const TexturedMaterial& material,
+                 TextureStore& textures) {
+  int last_level = -1;
+  if (material.texture) {
+    glActiveTexture(GL_TEXTURE1);
+    last_level = textures.Bind(*material.texture, material.wraps);
+    glActiveTexture(GL_TEXTURE0);
+  }
+  program.Set("u_picture", 1);
+  program.Set("u_last_level", last_level);
+  program.Set("u_base_colour", glm::vec4(material.base_colour, material.base_alpha));
+  program.Set("u_metallic", material.metallic);
+  program.Set("u_dielectric_reflectance", material.dielectric_reflectance);
+  program.Set("u_max_albedo", TexturedMaterial::kMaxAlbedo);
+  program.Set("u_alpha_cutoff", material.alpha_cutoff);
+}
+
+void UnbindPictures() {
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, 0);
 }
 
 // Real surfaces, seen from either side.
@@ -57,15 +99,17 @@ ObjectLayerPass::ObjectLayerPass(int samples_per_side, bool keeps_samples)
       layer_("object layer",
              keeps_samples ? GL_RGBA32F : GL_RGBA16F,
              FrameBuffer::DepthStencil::kNone),
-      sun_program_("object sun", kObjectSunVertexShader, kObjectSunFragmentShader),
+      sun_program_(
+          "object sun", kObjectSunVertexShader, Joined(kObjectMaterial, kObjectSunFragmentShader)),
       mean_program_("object samples' mean", kScreenVertexShader, kObjectMeanFragmentShader),
       no_vertices_(MakeVertexArray()) {
   if (keeps_samples_) {
     triangle_program_.emplace(
         "object triangles", kObjectTriangleVertexShader, kObjectTriangleFragmentShader);
   } else {
-    ambient_program_.emplace(
-        "object ambient", kObjectAmbientVertexShader, kObjectAmbientFragmentShader);
+    ambient_program_.emplace("object ambient",
+                             kObjectAmbientVertexShader,
+                             Joined(kObjectMirrored, kObjectAmbientFragmentShader));
   }
 }
 
@@ -79,10 +123,12 @@ void ObjectLayerPass::Draw(const LayerView& view,
   BeginLayer(size_px, rect);
   if (rect.Empty()) return;
   if (keeps_samples_) {
-    const KeptFor now{scene.Version(), view.clip_from_local, size_px, rect};
+    const bool mirrors =
+        light.mirrored != nullptr && !scene.ShadedObjects().TrianglesByPlace().empty();
+    const KeptFor now{scene.Version(), view.clip_from_local, size_px, rect, mirrors};
     if (kept_for_ != now) {
       kept_for_.reset();
-      FindShares(view, scene, stencil);
+      FindShares(view, scene, stencil, mirrors);
       kept_for_ = now;
     }
     SumFromVertices(rect, scene, light);
@@ -131,19 +177,34 @@ void ObjectLayerPass::DrawFromVertices(const LayerView& view,
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   const glm::mat4 clip_from_local = ClipOfSamples(view);
   DrawWhatHides(clip_from_local, scene, stencil);
-  ambient_program_->Use();
-  ambient_program_->Set("u_clip_from_local", clip_from_local);
-  ambient_program_->Set("u_mirrors", light.mirrored != nullptr ? 1 : 0);
-  ambient_program_->Set("u_samples_per_side", SamplesPerSide(rect, wanted_samples_per_side_));
-  ambient_program_->Set("u_gain", light.gain);
-  BindRect(*ambient_program_, "u_mirrored", "u_mirrored_rect", mirrored_, rect.lower);
-  scene.ShadedObjects().Draw();
+  ObjectMesh& objects = scene.ShadedObjects();
+  for (const ObjectMesh::Batch& batch : objects.Batches()) {
+    if (batch.count == 0) continue;
+    const ShaderProgram& program =
+        batch.by_place
+            ? MadeByPlace(ambient_by_place_,
+                          "object ambient by place",
+                          Joined(kByPlaceMaterial, kObjectMirrored, kByPlaceAmbientFragmentShader))
+            : *ambient_program_;
+    program.Use();
+    const bool mirrors =
+        light.mirrored != nullptr && (!batch.by_place || batch.by_place->IsGlossy());
+    program.Set("u_clip_from_local", clip_from_local);
+    program.Set("u_mirrors", mirrors ? 1 : 0);
+    program.Set("u_samples_per_side", SamplesPerSide(rect, wanted_samples_per_side_));
+    program.Set("u_gain", light.gain);
+    BindRect(program, "u_mirrored", "u_mirrored_rect", mirrored_, rect.lower);
+    if (batch.by_place) SetMaterial(program, *batch.by_place, objects.Textures());
+    objects.Draw(batch.first, batch.count);
+  }
+  UnbindPictures();
 }
 
 // As DrawFromVertices, but the triangles' numbers instead of their radiance.
 void ObjectLayerPass::FindShares(const LayerView& view,
                                  SceneGeometry& scene,
-                                 const VolumeStencil& stencil) {
+                                 const VolumeStencil& stencil,
+                                 bool mirrors) {
   const PixelRect& rect = view.object_rect;
   const int side = SamplesPerSide(rect, wanted_samples_per_side_);
   const PixelRect sample_rect{{0, 0}, {side * rect.Width(), side * rect.Height()}};
@@ -158,17 +219,37 @@ void ObjectLayerPass::FindShares(const LayerView& view,
   glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   const glm::mat4 clip_from_local = ClipOfSamples(view);
   DrawWhatHides(clip_from_local, scene, stencil);
+  ObjectMesh& objects = scene.ShadedObjects();
+  std::size_t whole = objects.Triangles().size();
+  for (const ObjectMesh::Batch& batch : objects.Batches()) {
+    if (batch.is_cut_out) whole = std::min(whole, batch.first);
+  }
   triangle_program_->Use();
   triangle_program_->Set("u_clip_from_local", clip_from_local);
-  scene.ShadedObjects().Draw();
+  triangle_program_->Set("u_first_triangle", 0);
+  objects.Draw(0, whole);
+  for (const ObjectMesh::Batch& batch : objects.Batches()) {
+    if (!batch.is_cut_out) continue;
+    const ShaderProgram& program =
+        MadeByPlace(triangle_by_place_,
+                    "object triangles by place",
+                    Joined(kByPlaceMaterial, kByPlaceTriangleFragmentShader));
+    program.Use();
+    program.Set("u_clip_from_local", clip_from_local);
+    program.Set("u_first_triangle", static_cast<int>(batch.first));
+    SetMaterial(program, *batch.by_place, objects.Textures());
+    objects.Draw(batch.first, batch.count);
+    UnbindPictures();
+  }
 
-  const ObjectMesh& objects = scene.ShadedObjects();
   shares_ = VertexShares({.size_px = {rect.Width(), rect.Height()},
                           .per_side = side,
                           .triangle = reader_.ReadNumbers(triangles_, sample_rect),
                           .clip_from_position = clip_from_local,
                           .positions = objects.Positions(),
-                          .triangles = objects.Triangles()},
+                          .triangles = objects.Triangles(),
+                          .by_place = objects.TrianglesByPlace(),
+                          .mirrors = mirrors},
                          objects.GlossyVertices());
   ResetPassState();
 }
@@ -224,21 +305,31 @@ void ObjectLayerPass::DrawSun(const LayerView& view,
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
   glEnable(GL_CULL_FACE);
-  sun_program_.Use();
-  sun_program_.Set("u_clip_from_local", clip_from_local);
-  sun_program_.Set("u_camera", view.camera_centre_local);
-  sun_program_.Set("u_to_sun", glm::vec3(sun.to_sun));
-  sun_program_.Set("u_irradiance", sun.irradiance);
-  sun_program_.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
-  constexpr int kShareSide = ObjectSunShare::kSamplesPerSide;
-  BindRect(sun_program_, "u_seen_sun", "u_seen_sun_rect", light.seen_sun, kShareSide * rect.lower);
-  sun_program_.Set("u_samples_per_side", SamplesPerSide(rect, wanted_samples_per_side_));
-  sun_program_.Set("u_shares_per_side", kShareSide);
-  glCullFace(GL_BACK);
-  scene.ShadedObjects().DrawTrianglesWithFrontInSun();
-  glCullFace(GL_FRONT);
-  scene.ShadedObjects().DrawTrianglesWithBackInSun();
-  glBindTexture(GL_TEXTURE_2D, 0);
+  ObjectMesh& objects = scene.ShadedObjects();
+  for (const ObjectMesh::Batch& batch : objects.Batches()) {
+    if (batch.front_count + batch.back_count == 0) continue;
+    const ShaderProgram& program =
+        batch.by_place ? MadeByPlace(sun_by_place_,
+                                     "object sun by place",
+                                     Joined(kByPlaceMaterial, kObjectSunFragmentShader))
+                       : sun_program_;
+    program.Use();
+    program.Set("u_clip_from_local", clip_from_local);
+    program.Set("u_camera", view.camera_centre_local);
+    program.Set("u_to_sun", glm::vec3(sun.to_sun));
+    program.Set("u_irradiance", sun.irradiance);
+    program.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
+    constexpr int kShareSide = ObjectSunShare::kSamplesPerSide;
+    BindRect(program, "u_seen_sun", "u_seen_sun_rect", light.seen_sun, kShareSide * rect.lower);
+    program.Set("u_samples_per_side", SamplesPerSide(rect, wanted_samples_per_side_));
+    program.Set("u_shares_per_side", kShareSide);
+    if (batch.by_place) SetMaterial(program, *batch.by_place, objects.Textures());
+    glCullFace(GL_BACK);
+    objects.DrawSunlit(batch.first_front, batch.front_count);
+    glCullFace(GL_FRONT);
+    objects.DrawSunlit(batch.first_back, batch.back_count);
+  }
+  UnbindPictures();
 }
 
 void ObjectLayerPass::DrawMean(const PixelRect& rect, bool has_samples) {

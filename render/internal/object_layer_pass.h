@@ -50,12 +50,14 @@ struct LayerLight {
 // n the shading normal, turned to the viewer; s is the share of the disc seen, or 0 in the shadow
 // of any caster, and 0 where the triangle's visible side faces away. M is what a glossy surface
 // mirrors of its surroundings; where that is not known, the surface is taken for diffuse, with
-// min(d + k, 1).
+// min(d + k, 1). Of materials by place d and k are each sample's own, looked up at the level of its
+// texture whose texels are as wide as the sample; M is not: it comes with that of the triangle.
 //
 // Edges  Several samples a pixel, each shaded and shadowed by itself: drawn larger, but only the
 //        rectangle that holds objects. In software that costs half of what multisampling does.
 // Kept   Where that is asked for, what the samples show stays while neither camera nor geometry
-//        moves: their depth, and the vertices' shares of each pixel, which new light is summed by.
+//        moves: their depth, and the vertices' shares of each pixel, coloured by textures, which
+//        new light is summed by.
 //        Then the sun alone is drawn for each frame. To rounding the layer is the same.
 class ObjectLayerPass {
  public:
@@ -85,6 +87,7 @@ class ObjectLayerPass {
     glm::dmat4 clip_from_local{0.0};
     glm::ivec2 size_px{0};
     PixelRect rect;
+    bool mirrors = false;  // Only shares by place tell.
     bool operator==(const KeptFor&) const = default;
   };
 
@@ -94,7 +97,10 @@ class ObjectLayerPass {
                         SceneGeometry& scene,
                         const LayerLight& light,
                         const VolumeStencil& stencil);
-  void FindShares(const LayerView& view, SceneGeometry& scene, const VolumeStencil& stencil);
+  void FindShares(const LayerView& view,
+                  SceneGeometry& scene,
+                  const VolumeStencil& stencil,
+                  bool mirrors);
   void SumFromVertices(const PixelRect& rect, SceneGeometry& scene, const LayerLight& light);
   void DrawSun(const LayerView& view,
                SceneGeometry& scene,
@@ -112,6 +118,10 @@ class ObjectLayerPass {
   std::optional<ShaderProgram> triangle_program_;  // Where they are.
   ShaderProgram sun_program_;
   ShaderProgram mean_program_;
+  // As those, of materials by place; made when one is there.
+  std::optional<ShaderProgram> ambient_by_place_;
+  std::optional<ShaderProgram> triangle_by_place_;
+  std::optional<ShaderProgram> sun_by_place_;
   GlObject no_vertices_;
   PixelRect drawn_rect_;
   std::vector<std::int8_t> sunlit_sides_;

@@ -24,22 +24,27 @@ void main() {
 }
 )";
 
-inline constexpr std::string_view kObjectAmbientFragmentShader = R"(
-in vec3 v_radiance;
-flat in int v_mirrors;
+// What surfaces around mirror into the picture.
+inline constexpr std::string_view kObjectMirrored = R"(
 uniform sampler2D u_mirrored;
 uniform ivec4 u_mirrored_rect;  // Lower corner, from this picture's, and size.
 uniform int u_samples_per_side;
 uniform float u_gain;
+vec3 Mirrored() {
+  ivec2 place = ivec2(gl_FragCoord.xy) / u_samples_per_side - u_mirrored_rect.xy;
+  bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
+                   all(lessThan(place, u_mirrored_rect.zw));
+  return is_inside ? u_gain * texelFetch(u_mirrored, place, 0).rgb : vec3(0.0);
+}
+)";
+
+inline constexpr std::string_view kObjectAmbientFragmentShader = R"(
+in vec3 v_radiance;
+flat in int v_mirrors;
 out vec4 o_colour;
 void main() {
   vec3 radiance = v_radiance;
-  if (v_mirrors != 0) {
-    ivec2 place = ivec2(gl_FragCoord.xy) / u_samples_per_side - u_mirrored_rect.xy;
-    bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
-                     all(lessThan(place, u_mirrored_rect.zw));
-    if (is_inside) radiance += u_gain * texelFetch(u_mirrored, place, 0).rgb;
-  }
+  if (v_mirrors != 0) radiance += Mirrored();
   o_colour = vec4(min(radiance, vec3(65504.0)), 1.0);
 }
 )";
@@ -64,6 +69,16 @@ void main() {
 }
 )";
 
+// Put before kObjectSunFragmentShader, where a triangle is of one colour.
+inline constexpr std::string_view kObjectMaterial = R"(
+flat in vec3 v_diffuse;
+flat in vec4 v_specular_alpha;
+void FindMaterial(out vec3 diffuse, out vec4 specular_alpha) {
+  diffuse = v_diffuse;
+  specular_alpha = v_specular_alpha;
+}
+)";
+
 // GGX with Smith's height-correlated masking (Heitz 2014, "Understanding the masking-shadowing
 // function", equation 99) and Schlick's Fresnel term, which ends at 1 only for reflectances that
 // real surfaces have (above 2 %), so that k = 0 means none.
@@ -79,8 +94,6 @@ void main() {
 inline constexpr std::string_view kObjectSunFragmentShader = R"(
 in vec3 v_position;
 in vec3 v_normal;
-flat in vec3 v_diffuse;
-flat in vec4 v_specular_alpha;
 uniform vec3 u_camera;
 uniform vec3 u_to_sun;
 uniform vec3 u_irradiance;
@@ -93,8 +106,8 @@ out vec4 o_colour;
 
 const float kInvPi = 0.318309886;
 
-vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l, float turn2) {
-  float own_alpha2 = v_specular_alpha.a * v_specular_alpha.a;
+vec3 Ggx(vec4 specular_alpha, vec3 n, vec3 v, vec3 l, float n_dot_l, float turn2) {
+  float own_alpha2 = specular_alpha.a * specular_alpha.a;
   float alpha2 =
       own_alpha2 + 0.25 * u_angular_radius * u_angular_radius + min(kInvPi * turn2, 0.18);
   float n_dot_v = max(dot(n, v), 1e-4);
@@ -109,7 +122,7 @@ vec3 Ggx(vec3 n, vec3 v, vec3 l, float n_dot_l, float turn2) {
   float visibility = 0.5 / (n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - alpha2) + alpha2) +
                             n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - alpha2) + alpha2));
   float grazing = pow(1.0 - clamp(dot(v, h), 0.0, 1.0), 5.0);
-  vec3 k = v_specular_alpha.rgb;
+  vec3 k = specular_alpha.rgb;
   vec3 fresnel = k + (clamp(50.0 * k, k, vec3(1.0)) - k) * grazing;
   return density * visibility * fresnel;
 }
@@ -127,12 +140,15 @@ void main() {
   vec3 turn_x = dFdx(n);
   vec3 turn_y = dFdy(n);
   float turn2 = dot(turn_x, turn_x) + dot(turn_y, turn_y);
+  vec3 diffuse;
+  vec4 specular_alpha;
+  FindMaterial(diffuse, specular_alpha);
   float seen = SeenSun();
   vec3 radiance = vec3(0.0);
   if (n_dot_l > 0.0 && seen > 0.0) {
-    vec3 reflectance = v_diffuse * kInvPi;
-    if (any(greaterThan(v_specular_alpha.rgb, vec3(0.0)))) {
-      reflectance += Ggx(n, normalize(u_camera - v_position), u_to_sun, n_dot_l, turn2);
+    vec3 reflectance = diffuse * kInvPi;
+    if (any(greaterThan(specular_alpha.rgb, vec3(0.0)))) {
+      reflectance += Ggx(specular_alpha, n, normalize(u_camera - v_position), u_to_sun, n_dot_l, turn2);
     }
     radiance = seen * u_irradiance * n_dot_l * reflectance;
   }
@@ -149,8 +165,9 @@ void main() { gl_Position = u_clip_from_local * a_position; }
 
 // Number of the nearest triangle, from 1.
 inline constexpr std::string_view kObjectTriangleFragmentShader = R"(
+uniform int u_first_triangle;
 out uint o_number;
-void main() { o_number = uint(gl_PrimitiveID) + 1u; }
+void main() { o_number = uint(gl_PrimitiveID + u_first_triangle) + 1u; }
 )";
 
 // Of the samples, if there are any, and what was summed without them.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,15 +10,31 @@
 #include <glm/vec4.hpp>
 
 #include "render/internal/gl_object.h"
+#include "render/internal/texture_store.h"
+#include "render/internal/vertex_shares.h"
 #include "scene/mesh.h"
 
 namespace pleinair {
 
 // All objects in one vertex buffer. A vertex that triangles of several materials share is there
 // once for each. Attributes: 0 (position, 1), 1 normal, 2 diffuse albedo, 3 (specular reflectance,
-// GGX alpha), 4 irradiance.
+// GGX alpha), 4 irradiance; of materials by place 5 the place in the texture, 6 the vertex' colour,
+// and 2 and 3 without meaning but for alpha. A vertex is there once for each such place, too.
 class ObjectMesh {
  public:
+  // Triangles that are drawn together.
+  struct Batch {
+    std::shared_ptr<const TexturedMaterial> by_place;  // Null: each has its own material's colour.
+    bool is_cut_out = false;                           // Its texture says where it is.
+    std::size_t first = 0;                             // Into Triangles().
+    std::size_t count = 0;
+    // Of those with their front, and with their back, in the sun.
+    std::size_t first_front = 0;
+    std::size_t front_count = 0;
+    std::size_t first_back = 0;
+    std::size_t back_count = 0;
+  };
+
   ObjectMesh();
 
   // `positions` are all objects' vertices, one object after the other, in the renderer's own frame.
@@ -27,23 +44,28 @@ class ObjectMesh {
   void UploadIrradiance(std::span<const std::vector<glm::vec3>> vertex_irradiance, float gain);
 
   // Radiance under that irradiance, per vertex on the device; see ObjectLayerPass. `mirrors`: that
-  // of glossy surfaces without what they mirror.
+  // of glossy surfaces without what they mirror. Of materials by place that of white ones.
   void RadianceAtVertices(std::span<const std::vector<glm::vec3>> vertex_irradiance,
                           float gain,
                           bool mirrors,
                           std::vector<glm::vec3>& radiance) const;
 
-  // What is on the device: triangles of all objects, one object after the other, and vertices.
+  // What is on the device: triangles, batch by batch, and vertices. The first batch is that of
+  // triangles of one colour each, none may be in it; those that are cut out are the last ones. In a
+  // batch one object's come after the other's.
+  std::span<const Batch> Batches() const { return batches_; }
   std::span<const glm::uvec3> Triangles() const { return triangles_; }
+  // Of the last triangles, by place.
+  std::span<const TriangleByPlace> TrianglesByPlace() const { return by_place_; }
+  TextureStore& Textures() { return textures_; }
   std::span<const glm::vec3> Positions() const { return positions_; }
   std::vector<bool> GlossyVertices() const;
 
   // Per triangle of all objects, which side the sun may light: 1 front, -1 back, 0 none.
   void UploadSunlitTriangles(std::span<const std::int8_t> sides);
 
-  void Draw() const;
-  void DrawTrianglesWithFrontInSun() const;
-  void DrawTrianglesWithBackInSun() const;
+  void Draw(std::size_t first, std::size_t count) const;
+  void DrawSunlit(std::size_t first, std::size_t count) const;
 
  private:
   struct Source {
@@ -51,12 +73,19 @@ class ObjectMesh {
     std::uint32_t vertex = 0;
   };
 
+  void MakeBatches(std::span<const Mesh* const> objects);
+
   GlObject vertex_array_;
   GlObject vertices_;
   GlObject irradiance_;
   GlObject indices_;
   GlObject sunlit_indices_;
+  GlObject places_;
+  TextureStore textures_;
+  std::vector<Batch> batches_;
   std::vector<glm::uvec3> triangles_;
+  std::vector<std::size_t> number_of_triangle_;  // Among all objects' triangles.
+  std::vector<TriangleByPlace> by_place_;
   // Per device vertex.
   std::vector<Source> sources_;
   std::vector<glm::vec3> positions_;
@@ -64,7 +93,6 @@ class ObjectMesh {
   std::vector<Material> materials_;         // Of all objects.
   std::vector<glm::vec3> irradiance_values_;
   std::vector<glm::uvec3> sunlit_triangles_;
-  std::size_t front_in_sun_count_ = 0;  // Triangles; those with their back in the sun follow.
 };
 
 }  // namespace pleinair

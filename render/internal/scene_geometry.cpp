@@ -1,5 +1,6 @@
 #include "render/internal/scene_geometry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -58,6 +59,30 @@ void ValidateShading(const Mesh& mesh, const std::string& name) {
   }
 }
 
+void ValidateColours(const Mesh& mesh, const std::string& name) {
+  const bool is_by_place =
+      std::any_of(mesh.materials.begin(), mesh.materials.end(), [](const Material& material) {
+        return material.by_place != nullptr;
+      });
+  if (mesh.triangle_colours.size() != mesh.triangles.size() &&
+      (is_by_place || !mesh.triangle_colours.empty())) {
+    Refuse(name,
+           "triangle_colours has " + std::to_string(mesh.triangle_colours.size()) +
+               " entries, expected " + std::to_string(mesh.triangles.size()) + ", one a triangle");
+  }
+  for (std::size_t i = 0; i < mesh.triangle_colours.size(); ++i) {
+    glm::vec4 sum(0.0f);
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const glm::vec2& uv = mesh.triangle_colours[i].texture_uv[corner];
+      // No sum of opposites: 0 x is 0, or NaN.
+      sum += 0.0f * (mesh.triangle_colours[i].vertex_colour[corner] + uv.x) + 0.0f * uv.y;
+    }
+    if (sum != glm::vec4(0.0f)) {
+      Refuse(name, "triangle_colours[" + std::to_string(i) + "] is not finite");
+    }
+  }
+}
+
 std::optional<BoundingBox> BoxOf(const ShadowCaster& caster) {
   if (caster.Triangles().empty()) return std::nullopt;
   BoundingBox box{caster.Positions()[0], caster.Positions()[0]};
@@ -98,6 +123,7 @@ void SceneGeometry::SetObjects(std::vector<VirtualObject> objects) {
     const std::string name = "objects[" + std::to_string(i) + "].mesh";
     ValidateGeometry(objects[i].mesh, name);
     ValidateShading(objects[i].mesh, name);
+    ValidateColours(objects[i].mesh, name);
   }
   objects_ = std::move(objects);
   RebuildObjects();

@@ -7,6 +7,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/textured_material.h"
+
 namespace pleinair {
 namespace {
 
@@ -40,9 +42,84 @@ class TriangleWeights {
     return glm::vec3(inside / sum_inside);
   }
 
+  // What the weights change by from one sample to the next, to the right and down: the derivative
+  // of n_k / sum. Not finite where the triangle is seen from its edge.
+  std::array<glm::vec3, 2> Steps(const glm::dvec2& clip, const glm::dvec2& clip_step) const {
+    const glm::dvec3 sample(clip, 1.0);
+    const glm::dvec3 weights(
+        glm::dot(rows_[0], sample), glm::dot(rows_[1], sample), glm::dot(rows_[2], sample));
+    const double sum = weights.x + weights.y + weights.z;
+    const glm::dvec3 all = rows_[0] + rows_[1] + rows_[2];
+    std::array<glm::vec3, 2> steps;
+    for (int axis = 0; axis < 2; ++axis) {
+      const glm::dvec3 of_rows(rows_[0][axis], rows_[1][axis], rows_[2][axis]);
+      steps[static_cast<std::size_t>(axis)] =
+          glm::vec3(clip_step[axis] / sum * (of_rows - all[axis] / sum * weights));
+    }
+    return steps;
+  }
+
  private:
   std::array<glm::dvec3, 3> rows_;
 };
+
+// As the device's shader does it: what a sample's place reflects of light from the vertices.
+glm::vec3 AlbedoAt(const TriangleByPlace& triangle,
+                   bool mirrors,
+                   const glm::vec3& weights,
+                   const std::array<glm::vec3, 2>& steps) {
+  const TexturedMaterial& material = *triangle.material;
+  const auto& uv = triangle.colours.texture_uv;
+  const auto& vertex = triangle.colours.vertex_colour;
+  const auto place = [&](const glm::vec3& w) { return w.x * uv[0] + w.y * uv[1] + w.z * uv[2]; };
+  float level = 0.0f;
+  if (material.texture) level = material.texture->LevelFor(place(steps[0]), place(steps[1]));
+  const glm::vec4 of_vertices =
+      weights.x * vertex[0] + weights.y * vertex[1] + weights.z * vertex[2];
+  const TexturedMaterial::Reflectances here =
+      material.Of(glm::vec3(material.ColourAt(place(weights), level, of_vertices)));
+  return mirrors ? here.diffuse_albedo
+                 : glm::min(here.diffuse_albedo + here.specular_reflectance, glm::vec3(1.0f));
+}
+
+// A triangle in a pixel.
+struct SeenTriangle {
+  std::uint32_t number;
+  TriangleWeights weights;
+  const TriangleByPlace* by_place;
+  bool mirrors;
+  int samples = 0;
+  // Of weights; and by place of each, times albedo.
+  glm::vec3 sum{0.0f};
+  std::array<glm::vec3, 3> coloured{glm::vec3(0.0f), glm::vec3(0.0f), glm::vec3(0.0f)};
+
+  void Add(const glm::dvec2& clip, const glm::dvec2& clip_step) {
+    ++samples;
+    const glm::vec3 at = weights.At(clip);
+    if (by_place == nullptr) {
+      sum += at;
+      return;
+    }
+    const glm::vec3 albedo = AlbedoAt(*by_place, mirrors, at, weights.Steps(clip, clip_step));
+    for (int k = 0; k < 3; ++k) coloured[static_cast<std::size_t>(k)] += at[k] * albedo;
+  }
+};
+
+// To a pixel's entries, which are those from `begin` on.
+template <typename Entry, typename Weight>
+void AddShare(std::vector<Entry>& entries,
+              std::size_t begin,
+              std::uint32_t vertex,
+              const Weight& weight) {
+  const auto first = entries.begin() + static_cast<std::ptrdiff_t>(begin);
+  const auto found =
+      std::find_if(first, entries.end(), [&](const Entry& e) { return e.vertex == vertex; });
+  if (found != entries.end()) {
+    found->weight += weight;
+  } else {
+    entries.push_back({vertex, weight});
+  }
+}
 
 }  // namespace
 
@@ -51,14 +128,9 @@ VertexShares::VertexShares(const Samples& samples, const std::vector<bool>& is_g
   const int side = samples.per_side;
   const glm::dvec2 extent(side * samples.size_px);
   const float share = 1.0f / static_cast<float>(side * side);
+  const std::size_t first_by_place = samples.triangles.size() - samples.by_place.size();
   tbb::parallel_for(0, samples.size_px.y, [&](int y) {
-    struct Seen {
-      std::uint32_t number;
-      TriangleWeights weights;
-      int samples;
-      glm::vec3 sum;
-    };
-    std::vector<Seen> seen;
+    std::vector<SeenTriangle> seen;
     Row& row = rows_[static_cast<std::size_t>(y)];
     row.pixels.resize(static_cast<std::size_t>(samples.size_px.x));
     for (int x = 0; x < samples.size_px.x; ++x) {
@@ -71,37 +143,42 @@ VertexShares::VertexShares(const Samples& samples, const std::vector<bool>& is_g
                                static_cast<std::size_t>(u)];
           if (number == 0) continue;
           auto found = std::find_if(
-              seen.begin(), seen.end(), [&](const Seen& s) { return s.number == number; });
+              seen.begin(), seen.end(), [&](const SeenTriangle& s) { return s.number == number; });
           if (found == seen.end()) {
+            const std::size_t triangle = number - 1;
+            const bool is_by_place = triangle >= first_by_place;
             seen.push_back({number,
-                            TriangleWeights(samples, samples.triangles[number - 1]),
-                            0,
-                            glm::vec3(0.0f)});
+                            TriangleWeights(samples, samples.triangles[triangle]),
+                            is_by_place ? &samples.by_place[triangle - first_by_place] : nullptr,
+                            samples.mirrors && is_glossy[samples.triangles[triangle].x]});
             found = seen.end() - 1;
           }
-          ++found->samples;
-          found->sum += found->weights.At(2.0 * glm::dvec2(u + 0.5, v + 0.5) / extent - 1.0);
+          found->Add(2.0 * glm::dvec2(u + 0.5, v + 0.5) / extent - 1.0, 2.0 / extent);
         }
       }
       Pixel& pixel = row.pixels[static_cast<std::size_t>(x)];
       const std::size_t begin = row.entries.size();
-      for (const Seen& of : seen) {
+      const std::size_t begin_coloured = row.coloured.size();
+      for (const SeenTriangle& of : seen) {
         const glm::uvec3& triangle = samples.triangles[of.number - 1];
         const float covers = share * static_cast<float>(of.samples);
         pixel.coverage += covers;
         if (is_glossy[triangle.x]) pixel.glossy += covers;
         for (int k = 0; k < 3; ++k) {
-          const auto first = row.entries.begin() + static_cast<std::ptrdiff_t>(begin);
-          const auto found = std::find_if(
-              first, row.entries.end(), [&](const Entry& e) { return e.vertex == triangle[k]; });
-          if (found != row.entries.end()) {
-            found->weight += share * of.sum[k];
+          if (of.by_place == nullptr) {
+            AddShare(row.entries, begin, triangle[k], share * of.sum[k]);
           } else {
-            row.entries.push_back({triangle[k], share * of.sum[k]});
+            AddShare(row.coloured,
+                     begin_coloured,
+                     triangle[k],
+                     share * of.coloured[static_cast<std::size_t>(k)]);
           }
         }
       }
       pixel.end = static_cast<std::uint32_t>(row.entries.size());
+      if (!samples.by_place.empty()) {
+        row.coloured_end.push_back(static_cast<std::uint32_t>(row.coloured.size()));
+      }
     }
   });
 }
@@ -114,11 +191,15 @@ void VertexShares::Sum(std::span<const glm::vec3> at_vertices,
   tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
     const Row& row = rows_[y];
     std::size_t entry = 0;
+    std::size_t coloured = 0;
     for (std::size_t x = 0; x < width; ++x) {
       const Pixel& pixel = row.pixels[x];
       glm::vec3 sum(0.0f);
       for (; entry < pixel.end; ++entry) {
         sum += row.entries[entry].weight * at_vertices[row.entries[entry].vertex];
+      }
+      for (; coloured < row.coloured.size() && coloured < row.coloured_end[x]; ++coloured) {
+        sum += row.coloured[coloured].weight * at_vertices[row.coloured[coloured].vertex];
       }
       if (!mirrored.empty()) sum += pixel.glossy * mirrored[y * width + x];
       layer[y * width + x] = glm::vec4(sum, pixel.coverage);

@@ -10,11 +10,19 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include "scene/mesh.h"
+
 namespace pleinair {
+
+struct TriangleByPlace {
+  const TexturedMaterial* material = nullptr;
+  TriangleColours colours;
+};
 
 // Light without the sun comes from the vertices and is interpolated between them, so that a pixel's
 // mean over its samples is a sum over vertices, whose weights stand while neither the camera nor
 // the objects move. New light then costs some products a pixel, whatever the number of samples.
+// Where a texture says of what colour a sample is, the weights are coloured.
 class VertexShares {
  public:
   // The triangles that samples show, and where those lie.
@@ -26,6 +34,10 @@ class VertexShares {
     glm::mat4 clip_from_position{1.0f};  // To the picture of the samples.
     std::span<const glm::vec3> positions;
     std::span<const glm::uvec3> triangles;
+    // Of the last triangles, what they are looked up in. `mirrors`: glossy ones without what they
+    // mirror, which is then added.
+    std::span<const TriangleByPlace> by_place{};
+    bool mirrors = false;
   };
 
   // Weights are those of OpenGL's interpolation, perspective included. `is_glossy` is per vertex; a
@@ -33,8 +45,9 @@ class VertexShares {
   VertexShares() = default;
   VertexShares(const Samples& samples, const std::vector<bool>& is_glossy);
 
-  // Radiance times coverage, and coverage. `at_vertices` is radiance; `mirrored`, empty or a value
-  // a pixel, is added to the share of a pixel that shows what is glossy.
+  // Radiance times coverage, and coverage. `at_vertices` is radiance, of triangles by place that of
+  // white ones; `mirrored`, empty or a value a pixel, is added to the share of a pixel that shows
+  // what is glossy.
   void Sum(std::span<const glm::vec3> at_vertices,
            std::span<const glm::vec3> mirrored,
            std::vector<glm::vec4>& layer) const;
@@ -49,9 +62,16 @@ class VertexShares {
     float coverage = 0.0f;
     float glossy = 0.0f;
   };
+  struct ColouredEntry {
+    std::uint32_t vertex = 0;
+    glm::vec3 weight{0.0f};
+  };
   struct Row {
     std::vector<Pixel> pixels;
     std::vector<Entry> entries;
+    // By place; empty where the row shows none.
+    std::vector<ColouredEntry> coloured;
+    std::vector<std::uint32_t> coloured_end;  // A pixel.
   };
 
   std::vector<Row> rows_;

@@ -15,51 +15,79 @@
 namespace pleinair {
 namespace {
 
-std::optional<Texture> ReadTexture(const aiScene& scene,
-                                   const std::filesystem::path& folder,
-                                   const std::string& name,
-                                   TextureScale scale) {
+// Empty where it cannot be read.
+std::vector<std::byte> EncodedImage(const aiScene& scene,
+                                    const std::filesystem::path& folder,
+                                    const std::string& name) {
   if (const aiTexture* texture = scene.GetEmbeddedTexture(name.c_str())) {
-    if (texture->mHeight != 0) return std::nullopt;  // Raw texels: in no format that we read.
-    return Texture::Decode(
-        std::as_bytes(std::span(reinterpret_cast<const char*>(texture->pcData), texture->mWidth)),
-        scale);
+    if (texture->mHeight != 0) return {};  // Raw texels: in no format that we read.
+    const auto bytes =
+        std::as_bytes(std::span(reinterpret_cast<const char*>(texture->pcData), texture->mWidth));
+    return {bytes.begin(), bytes.end()};
   }
   const std::filesystem::path image = folder / name;
   std::error_code error;
-  if (!IsInside(image, folder) || !std::filesystem::is_regular_file(image, error)) {
-    return std::nullopt;
+  if (!IsInside(image, folder) || !std::filesystem::is_regular_file(image, error) ||
+      std::filesystem::file_size(image, error) == 0) {
+    return {};
   }
-  return Texture::Decode(ReadWholeFile(image), scale);
+  return ReadWholeFile(image);
+}
+
+TextureWrap WrapOf(const aiMaterial& source, const char* key, aiTextureType type) {
+  int mode = aiTextureMapMode_Wrap;
+  source.Get(key, type, 0, mode);
+  if (mode == aiTextureMapMode_Mirror) return TextureWrap::kMirror;
+  return mode == aiTextureMapMode_Clamp ? TextureWrap::kClamp : TextureWrap::kRepeat;
+}
+
+void ReadAlpha(const aiMaterial& source, SourceMaterial& material) {
+  aiString mode;
+  if (source.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) != aiReturn_SUCCESS ||
+      std::string(mode.C_Str()) != "MASK") {
+    return;
+  }
+  constexpr float kDefaultCutoff = 0.5f;
+  material.alpha_cutoff = kDefaultCutoff;
+  source.Get(AI_MATKEY_GLTF_ALPHACUTOFF, material.alpha_cutoff);
+  material.alpha_cutoff = std::max(material.alpha_cutoff, 0.0f);
 }
 
 void ReadBaseColour(const std::filesystem::path& file,
                     const aiScene& scene,
                     const aiMaterial& source,
                     const std::string& label,
-                    TexturedMaterial& material,
+                    SourceMaterial& material,
+                    TexturesByName& textures,
                     std::vector<std::string>& notes) {
   aiColor4D base(1.0f, 1.0f, 1.0f, 1.0f);
   if (source.Get(AI_MATKEY_BASE_COLOR, base) != aiReturn_SUCCESS) {
     source.Get(AI_MATKEY_COLOR_DIFFUSE, base);
   }
   material.base_colour = glm::vec3(base.r, base.g, base.b);
+  material.base_alpha = base.a;
   for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
     aiString name;
     if (source.GetTexture(type, 0, &name) != aiReturn_SUCCESS) continue;
-    std::optional<Texture> texture =
-        ReadTexture(scene, file.parent_path(), name.C_Str(), TextureScale::kSrgb);
-    if (texture) {
-      material.texture = std::make_shared<const Texture>(std::move(*texture));
-      int set = 0;
-      source.Get(AI_MATKEY_UVWSRC(type, 0), set);
-      material.texture_set = static_cast<unsigned>(std::max(set, 0));
-      aiUVTransform transform;
-      if (source.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == aiReturn_SUCCESS) {
-        notes.push_back(label + "transform of the texture's coordinates left out");
-      }
-    } else {
-      notes.push_back(label + "base colour texture cannot be read, left out");
+    const bool with_alpha = material.alpha_cutoff > 0.0f;
+    const auto [entry, is_new] = textures.try_emplace({name.C_Str(), with_alpha});
+    if (is_new) {
+      entry->second =
+          DecodeTexture(EncodedImage(scene, file.parent_path(), name.C_Str()), with_alpha);
+    }
+    if (!entry->second) {
+      material.unreadable_texture = name.C_Str();
+      break;
+    }
+    material.texture = entry->second;
+    material.wraps = {WrapOf(source, _AI_MATKEY_MAPPINGMODE_U_BASE, type),
+                      WrapOf(source, _AI_MATKEY_MAPPINGMODE_V_BASE, type)};
+    int set = 0;
+    source.Get(AI_MATKEY_UVWSRC(type, 0), set);
+    material.texture_set = static_cast<unsigned>(std::max(set, 0));
+    aiUVTransform transform;
+    if (source.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == aiReturn_SUCCESS) {
+      notes.push_back(label + "transform of the texture's coordinates left out");
     }
     break;
   }
@@ -70,8 +98,8 @@ void NoteWhatIsLeftOut(const aiMaterial& source,
                        std::vector<std::string>& notes) {
   aiString alpha_mode;
   if (source.Get(AI_MATKEY_GLTF_ALPHAMODE, alpha_mode) == aiReturn_SUCCESS &&
-      std::string(alpha_mode.C_Str()) != "OPAQUE") {
-    notes.push_back(label + "alphaMode " + alpha_mode.C_Str() + " left out, taken for opaque");
+      std::string(alpha_mode.C_Str()) == "BLEND") {
+    notes.push_back(label + "alphaMode BLEND left out, taken for opaque");
   }
   aiColor3D emitted(0.0f, 0.0f, 0.0f);
   source.Get(AI_MATKEY_COLOR_EMISSIVE, emitted);
@@ -84,15 +112,17 @@ void NoteWhatIsLeftOut(const aiMaterial& source,
 
 }  // namespace
 
-TexturedMaterial GltfMaterial(const std::filesystem::path& file,
-                              const aiScene& scene,
-                              const aiMaterial& source,
-                              std::vector<std::string>& notes) {
+SourceMaterial GltfMaterial(const std::filesystem::path& file,
+                            const aiScene& scene,
+                            const aiMaterial& source,
+                            TexturesByName& textures,
+                            std::vector<std::string>& notes) {
   constexpr float kDielectricReflectance = 0.04f;
-  TexturedMaterial material;
+  SourceMaterial material;
   material.name = source.GetName().C_Str();
   const std::string label = "material '" + material.name + "': ";
-  ReadBaseColour(file, scene, source, label, material, notes);
+  ReadAlpha(source, material);
+  ReadBaseColour(file, scene, source, label, material, textures, notes);
   float metallic = 0.0f;
   float roughness = 1.0f;
   source.Get(AI_MATKEY_METALLIC_FACTOR, metallic);
@@ -100,11 +130,11 @@ TexturedMaterial GltfMaterial(const std::filesystem::path& file,
   aiString packed;
   if (source.GetTexture(AI_MATKEY_GLTF_PBRMETALLICROUGHNESS_METALLICROUGHNESS_TEXTURE, &packed) ==
       aiReturn_SUCCESS) {
-    const std::optional<Texture> texture =
-        ReadTexture(scene, file.parent_path(), packed.C_Str(), TextureScale::kLinear);
-    if (texture) {
-      roughness *= texture->Mean().g;
-      metallic *= texture->Mean().b;
+    const std::optional<glm::vec3> mean =
+        MeanOfLinearImage(EncodedImage(scene, file.parent_path(), packed.C_Str()));
+    if (mean) {
+      roughness *= mean->g;
+      metallic *= mean->b;
       notes.push_back(label + "metallic-roughness texture replaced by its means");
     } else {
       notes.push_back(label + "metallic-roughness texture cannot be read, its factors count");

@@ -10,7 +10,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "scene/internal/coloured_faces.h"
 #include "scene/internal/gltf_materials.h"
 
 namespace pleinair {
@@ -18,6 +17,8 @@ namespace {
 
 // Float keeps 8 mm there; below 1e4 m a millimetre.
 constexpr double kMaxCoordinateM = 1e5;
+// Farther off float knows no texels of a picture of more than a thousand.
+constexpr double kMaxTextureUv = 1e4;
 
 glm::dmat4 MatrixOf(const aiMatrix4x4& m) {
   // assimp's members are rows, GLM's arguments columns.
@@ -68,6 +69,15 @@ double AreaOf(const LooseTriangle& triangle) {
   const double area = 0.5 * glm::length(glm::cross(triangle.corners[1].position_m - a,
                                                    triangle.corners[2].position_m - a));
   return std::isfinite(area) ? area : 0.0;
+}
+
+// Of a vertex: within [0, 1], white where it is no number.
+glm::vec4 SoundColour(const aiColor4D& colour) {
+  glm::vec4 sound(colour.r, colour.g, colour.b, colour.a);
+  for (int c = 0; c < 4; ++c) {
+    sound[c] = std::isfinite(sound[c]) ? std::clamp(sound[c], 0.0f, 1.0f) : 1.0f;
+  }
+  return sound;
 }
 
 }  // namespace
@@ -144,7 +154,7 @@ void MeshCollector::CollectMesh(const aiNode& node, const aiMesh& mesh, const Pl
   if (mesh.HasBones() || mesh.mNumAnimMeshes > 0) ++skins_and_morphs_;
   const std::uint32_t material = SourceIndex(mesh.mMaterialIndex);
   const std::uint32_t group = GroupIndex(node, mesh);
-  const TexturedMaterial& source = materials_.Source(material);
+  const SourceMaterial& source = *sources_[material];
   const aiVector3D* texture_uv =
       source.texture && source.texture_set < AI_MAX_NUMBER_OF_TEXTURECOORDS
           ? mesh.mTextureCoords[source.texture_set]
@@ -167,6 +177,7 @@ void MeshCollector::CollectMesh(const aiNode& node, const aiMesh& mesh, const Pl
     LooseTriangle triangle;
     triangle.material = material;
     triangle.group = group;
+    triangle.has_texture_uv = texture_uv != nullptr;
     for (unsigned c = 0; c < 3; ++c) {
       const unsigned index = face.mIndices[c];
       if (index >= mesh.mNumVertices) {
@@ -174,18 +185,26 @@ void MeshCollector::CollectMesh(const aiNode& node, const aiMesh& mesh, const Pl
                                  " of a mesh with " + std::to_string(mesh.mNumVertices) +
                                  " vertices");
       }
-      LooseCorner& corner = triangle.corners[mirrors ? 2 - c : c];
+      const std::size_t place_in_triangle = mirrors ? 2 - c : c;
+      LooseCorner& corner = triangle.corners[place_in_triangle];
       corner.position_m =
           glm::dvec3(place.root_from_node * glm::dvec4(VectorOf(mesh.mVertices[index]), 1.0));
       RequireNear(corner.position_m);
       if (has_normals) {
         corner.normal = glm::vec3(root_from_normal * VectorOf(mesh.mNormals[index]));
       }
-      if (texture_uv != nullptr) corner.texture_uv = glm::dvec2(VectorOf(texture_uv[index]));
+      if (texture_uv != nullptr) {
+        // assimp's v goes up.
+        const glm::dvec2 uv(texture_uv[index].x, 1.0 - double{texture_uv[index].y});
+        triangle.has_texture_uv = triangle.has_texture_uv && std::abs(uv.x) <= kMaxTextureUv &&
+                                  std::abs(uv.y) <= kMaxTextureUv;
+        triangle.colours.texture_uv[place_in_triangle] = glm::vec2(uv);
+      }
       if (colours != nullptr) {
-        corner.colour = glm::vec3(colours[index].r, colours[index].g, colours[index].b);
+        triangle.colours.vertex_colour[place_in_triangle] = SoundColour(colours[index]);
       }
     }
+    if (source.texture && !triangle.has_texture_uv) ++unplaced_triangles_;
     parts_[place.part].triangles.push_back(triangle);
   }
 }
@@ -204,22 +223,46 @@ void MeshCollector::RequireNear(const glm::dvec3& position_m) const {
 std::uint32_t MeshCollector::SourceIndex(unsigned assimp_index) {
   const auto known = source_of_.find(assimp_index);
   if (known != source_of_.end()) return known->second;
-  TexturedMaterial material = MakeMaterial(assimp_index);
+  SourceMaterial material = MakeMaterial(assimp_index);
   if (material.ExceedsLimits()) {
     report_.notes.push_back("material '" + material.name + "': reflectance limited to below 1");
   }
-  if (material.texture) {
-    report_.notes.push_back("material '" + material.name +
-                            "': texture replaced by its mean colour" +
-                            (colours_ == MeshColours::kFaces ? " over each face" : ""));
-  }
-  const std::uint32_t source = materials_.Add(std::move(material));
+  NoteTexture(material);
+  const auto source = static_cast<std::uint32_t>(sources_.size());
+  sources_.push_back(std::make_shared<const SourceMaterial>(std::move(material)));
   source_of_.emplace(assimp_index, source);
   return source;
 }
 
-TexturedMaterial MeshCollector::MakeMaterial(unsigned assimp_index) {
-  TexturedMaterial fallback;
+void MeshCollector::NoteTexture(const SourceMaterial& material) {
+  const std::string label = "material '" + material.name + "': ";
+  const bool by_place = colours_ == MeshColours::kByPlace;
+  if (!material.unreadable_texture.empty()) {
+    if (by_place) {
+      throw std::runtime_error(file_.string() + ": " + label + "texture " +
+                               material.unreadable_texture +
+                               ": expected a readable PNG or JPEG image in the mesh's folder");
+    }
+    report_.notes.push_back(label + "texture " + material.unreadable_texture +
+                            " cannot be read, left out");
+  }
+  if (material.texture && !by_place) {
+    report_.notes.push_back(label + "texture replaced by its mean colour");
+  }
+  if (material.texture && by_place && material.texture->TimesHalved() > 0) {
+    report_.notes.push_back(
+        label + "texture taken at " + std::to_string(material.texture->Width()) + "x" +
+        std::to_string(material.texture->Height()) + " texels, half its size or less");
+  }
+  if (material.alpha_cutoff > 0.0f) {
+    report_.notes.push_back(label + "alphaMode MASK " +
+                            (by_place ? "does not cut hard shadows, which are of whole faces"
+                                      : "left out, taken for opaque"));
+  }
+}
+
+SourceMaterial MeshCollector::MakeMaterial(unsigned assimp_index) {
+  SourceMaterial fallback;
   fallback.name = "default";
   if (assimp_index >= scene_.mNumMaterials) return fallback;
   const aiMaterial& source = *scene_.mMaterials[assimp_index];
@@ -227,7 +270,7 @@ TexturedMaterial MeshCollector::MakeMaterial(unsigned assimp_index) {
   if (format_ == MeshFormat::kGltf) {
     // assimp gives primitives without a material a nameless one that it puts last.
     const bool made_up = name.empty() && assimp_index + 1 == scene_.mNumMaterials;
-    return made_up ? fallback : GltfMaterial(file_, scene_, source, report_.notes);
+    return made_up ? fallback : GltfMaterial(file_, scene_, source, textures_, report_.notes);
   }
   if (format_ != MeshFormat::kObj || name.empty() || name == AI_DEFAULT_MATERIAL_NAME) {
     return fallback;
@@ -253,37 +296,20 @@ std::uint32_t MeshCollector::GroupIndex(const aiNode& node, const aiMesh& mesh) 
   return entry->second;
 }
 
-glm::vec3 MeshCollector::ColourOf(const LooseTriangle& triangle) const {
-  const auto& [a, b, c] = triangle.corners;
-  const glm::vec3 of_vertices = a.colour == b.colour && b.colour == c.colour
-                                    ? a.colour
-                                    : (a.colour + b.colour + c.colour) / 3.0f;
-  const TexturedMaterial& material = materials_.Source(triangle.material);
-  if (!material.texture) return of_vertices;
-  return of_vertices *
-         (colours_ == MeshColours::kMaterials
-              ? material.texture->Mean()
-              : material.texture->MeanOver({a.texture_uv, b.texture_uv, c.texture_uv}));
-}
-
-void MeshCollector::CutColoured() {
-  std::vector<LooseTriangle> all;
-  for (const Part& part : parts_) {
-    all.insert(all.end(), part.triangles.begin(), part.triangles.end());
-  }
-  const int cuts = WorthwhileCuts(all, materials_, kMostColouredTriangles);
-  for (Part& part : parts_) {
-    for (int i = 0; i < cuts; ++i) part.triangles = CutIntoFour(part.triangles);
+void MeshCollector::SettleByPlace(std::vector<LooseTriangle>& triangles) {
+  for (LooseTriangle& triangle : triangles) {
+    const std::shared_ptr<const SourceMaterial>& source = sources_[triangle.material];
+    // Where its places are not known a texture is of its mean.
+    const bool is_placed = !source->texture || triangle.has_texture_uv;
+    triangle.is_by_place = is_placed && !source->IsEvenOver(triangle.colours);
+    triangle.material = materials_.Index(
+        source,
+        is_placed ? source->MeanOver(triangle.colours) : source->MeanAnywhere(triangle.colours),
+        triangle.is_by_place);
   }
 }
 
-void MeshCollector::SettleMaterials(std::vector<LooseTriangle>& triangles) {
-  if (colours_ == MeshColours::kFaces) {
-    for (LooseTriangle& triangle : triangles) {
-      triangle.material = materials_.Index(triangle.material, ColourOf(triangle));
-    }
-    return;
-  }
+void MeshCollector::SettleByMaterial(std::vector<LooseTriangle>& triangles) {
   struct Sum {
     glm::dvec3 colour{0.0};
     double area_m2 = 0.0;
@@ -292,7 +318,7 @@ void MeshCollector::SettleMaterials(std::vector<LooseTriangle>& triangles) {
   };
   std::map<std::uint32_t, Sum> of_source;
   for (const LooseTriangle& triangle : triangles) {
-    const glm::vec3 colour = ColourOf(triangle);
+    const glm::vec3 colour = sources_[triangle.material]->MeanAnywhere(triangle.colours);
     const auto [entry, is_new] = of_source.try_emplace(triangle.material);
     Sum& sum = entry->second;
     if (is_new) sum.first = colour;
@@ -305,7 +331,7 @@ void MeshCollector::SettleMaterials(std::vector<LooseTriangle>& triangles) {
     const Sum& sum = of_source.at(triangle.material);
     const glm::vec3 colour =
         sum.is_one || !(sum.area_m2 > 0.0) ? sum.first : glm::vec3(sum.colour / sum.area_m2);
-    triangle.material = materials_.Index(triangle.material, colour);
+    triangle.material = materials_.Index(sources_[triangle.material], colour, false);
   }
 }
 
@@ -316,10 +342,19 @@ LoadedParts MeshCollector::Finish() {
   if (skins_and_morphs_ > 0) {
     report_.notes.emplace_back("skins and morph targets left out");
   }
-  if (colours_ == MeshColours::kFaces) CutColoured();
+  if (unplaced_triangles_ > 0 && colours_ == MeshColours::kByPlace) {
+    report_.notes.push_back(std::to_string(unplaced_triangles_) +
+                            " triangles without texture coordinates, or with such beyond " +
+                            std::to_string(static_cast<int>(kMaxTextureUv)) +
+                            ": their texture replaced by its mean colour");
+  }
   LoadedParts loaded;
   for (Part& part : parts_) {
-    SettleMaterials(part.triangles);
+    if (colours_ == MeshColours::kByPlace) {
+      SettleByPlace(part.triangles);
+    } else {
+      SettleByMaterial(part.triangles);
+    }
     MeshPart mended;
     MeshReport of_part;
     MendTriangles(part.triangles, mended.mesh, of_part);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,9 +12,11 @@
 #include <glm/mat4x4.hpp>
 
 #include "scene/internal/gltf_motion.h"
+#include "scene/internal/material_list.h"
 #include "scene/internal/mesh_mending.h"
 #include "scene/internal/obj_materials.h"
-#include "scene/internal/textured_material.h"
+#include "scene/internal/source_material.h"
+#include "scene/internal/texture_decoding.h"
 #include "scene/mesh_io.h"
 
 namespace pleinair {
@@ -38,7 +41,7 @@ class MeshCollector {
 
  private:
   struct Part {
-    std::vector<LooseTriangle> triangles;  // Their material is a source of materials_.
+    std::vector<LooseTriangle> triangles;  // Their material is one of sources_.
     PartMotion motion;
   };
   // Where the walk is in the tree of nodes.
@@ -52,12 +55,11 @@ class MeshCollector {
   void CollectMesh(const aiNode& node, const aiMesh& mesh, const Place& place);
   void RequireNear(const glm::dvec3& position_m) const;
   std::uint32_t SourceIndex(unsigned assimp_index);
-  TexturedMaterial MakeMaterial(unsigned assimp_index);
+  SourceMaterial MakeMaterial(unsigned assimp_index);
+  void NoteTexture(const SourceMaterial& material);
   std::uint32_t GroupIndex(const aiNode& node, const aiMesh& mesh);
-  // What the material is times over a triangle.
-  glm::vec3 ColourOf(const LooseTriangle& triangle) const;
-  void SettleMaterials(std::vector<LooseTriangle>& triangles);
-  void CutColoured();
+  void SettleByPlace(std::vector<LooseTriangle>& triangles);
+  void SettleByMaterial(std::vector<LooseTriangle>& triangles);
 
   const std::filesystem::path& file_;
   const MeshFormat format_;
@@ -65,6 +67,8 @@ class MeshCollector {
   const aiScene& scene_;
   const ObjMaterials& obj_materials_;
   std::vector<Part> parts_;
+  std::vector<std::shared_ptr<const SourceMaterial>> sources_;
+  TexturesByName textures_;
   MaterialList materials_;
   std::vector<std::string> group_names_;
   MeshReport report_;
@@ -72,6 +76,7 @@ class MeshCollector {
   std::map<std::string, std::uint32_t> group_of_;
   std::int64_t lines_and_points_ = 0;
   std::int64_t skins_and_morphs_ = 0;
+  std::int64_t unplaced_triangles_ = 0;
 };
 
 }  // namespace pleinair

@@ -160,6 +160,9 @@ void MendTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport&
   const std::vector<std::array<glm::vec3, 3>> computed =
       CornerNormals(kept.positions, kept.triangles);
 
+  const bool has_colours =
+      std::any_of(loose.begin(), loose.end(), [](const LooseTriangle& t) { return t.is_by_place; });
+
   std::unordered_map<Key<4>, std::uint32_t, KeyHash> index_of;
   std::int64_t contradictions = 0;
   for (std::size_t t = 0; t < kept.triangles.size(); ++t) {
@@ -189,6 +192,7 @@ void MendTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport&
     mesh.triangles.push_back(triangle);
     mesh.triangle_material.push_back(source.material);
     mesh.triangle_group.push_back(source.group);
+    if (has_colours) mesh.triangle_colours.push_back(source.colours);
   }
   if (contradictions > 0) {
     report.notes.push_back(std::to_string(contradictions) +

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <span>
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "scene/mesh.h"
@@ -16,20 +15,21 @@ namespace pleinair {
 struct LooseCorner {
   glm::dvec3 position_m{0.0};
   glm::vec3 normal{0.0f};  // Zero or not finite: missing. Any length.
-  // What its colour is made of, until it is in the triangle's material.
-  glm::vec3 colour{1.0f};
-  glm::dvec2 texture_uv{0.0};
 };
 
 struct LooseTriangle {
   std::array<LooseCorner, 3> corners;
+  TriangleColours colours;
+  bool has_texture_uv = false;  // Else that of `colours` means nothing.
+  bool is_by_place = false;     // Whether its material is looked up in `colours`.
   std::uint32_t material = 0;
   std::uint32_t group = 0;
 };
 
 // Fills the geometry of `mesh` (all but materials and group_names) and the counts of `report`:
 // leaves out triangles that are not finite, without area or there twice, makes missing normals, and
-// welds corners whose position and normal are equal. Order is kept.
+// welds corners whose position and normal are equal. Order is kept. Colours are filled in where any
+// triangle is by place.
 void MendTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport& report);
 
 }  // namespace pleinair

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -74,14 +73,13 @@ struct Definition {
   std::string diffuse_texture;              // map_Kd
 };
 
-TexturedMaterial Finish(const std::filesystem::path& library,
-                        const Definition& definition,
-                        std::vector<std::string>& notes) {
-  TexturedMaterial material;
+SourceMaterial Finish(const std::filesystem::path& library,
+                      const Definition& definition,
+                      TexturesByName& textures) {
+  SourceMaterial material;
   material.name = definition.name;
   material.dielectric_reflectance = definition.specular_reflectance;
   if (definition.diffuse_albedo) material.base_colour = *definition.diffuse_albedo;
-  const std::string label = library.filename().string() + ": material '" + material.name + "': ";
   if (definition.roughness) {
     material.roughness = *definition.roughness;
   } else if (definition.phong_exponent) {
@@ -90,18 +88,19 @@ TexturedMaterial Finish(const std::filesystem::path& library,
   }
   if (!definition.diffuse_texture.empty()) {
     const std::filesystem::path image = library.parent_path() / definition.diffuse_texture;
-    std::optional<Texture> texture;
+    const auto [entry, is_new] = textures.try_emplace({image.string(), false});
     std::error_code error;
-    if (IsInside(image, library.parent_path()) && std::filesystem::is_regular_file(image, error)) {
-      texture = Texture::Decode(ReadWholeFile(image));
+    if (is_new && IsInside(image, library.parent_path()) &&
+        std::filesystem::is_regular_file(image, error) &&
+        std::filesystem::file_size(image, error) > 0) {
+      entry->second = DecodeTexture(ReadWholeFile(image), false);
     }
-    if (texture) {
+    material.texture = entry->second;
+    if (material.texture) {
       // A texture alone is the albedo; with Kd, Kd scales it.
       if (!definition.diffuse_albedo) material.base_colour = glm::vec3(1.0f);
-      material.texture = std::make_shared<const Texture>(std::move(*texture));
     } else {
-      notes.push_back(label + "texture " + definition.diffuse_texture +
-                      " cannot be read, left out");
+      material.unreadable_texture = definition.diffuse_texture;
     }
   }
   return material;
@@ -115,7 +114,7 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
   const auto finish = [&]() {
     if (!current) return;
     // A name defined twice: the first one counts, as for assimp.
-    materials.by_name.emplace(current->name, Finish(library, *current, materials.notes));
+    materials.by_name.emplace(current->name, Finish(library, *current, materials.textures));
   };
   for (std::string line; std::getline(stream, line);) {
     ++place.line;

@@ -8,15 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "scene/internal/textured_material.h"
+#include "scene/internal/source_material.h"
+#include "scene/internal/texture_decoding.h"
 
 namespace pleinair {
 
 struct ObjMaterials {
-  std::map<std::string, TexturedMaterial> by_name;
+  std::map<std::string, SourceMaterial> by_name;
+  TexturesByName textures;
   std::vector<std::string> missing_libraries;
   int libraries_read = 0;
-  std::vector<std::string> notes;
 };
 
 // Reads what the `mtllib` lines of `obj` name. Throws std::runtime_error with file, line and what

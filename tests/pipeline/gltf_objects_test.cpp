@@ -1,4 +1,5 @@
 // Virtual objects from glTF files, end to end: as an OBJ's, and where their animation has them.
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "apps/sequence_site.h"
 #include "ground_stage.h"
 #include "scene/mesh_io.h"
+#include "tests/render/textured_meshes.h"
 #include "tests/scene/gltf_file.h"
 #include "tests/scene/temporary_folder.h"
 
@@ -77,9 +79,10 @@ TEST_F(GltfObjects, AreLitAsTheSameObj) {
     folder.Write("a.mtl",
                  metal ? "newmtl clay\nKd 0 0 0\nKs 0.5 0.25 0.125\nPr 0.5\n"
                        : "newmtl clay\nKd 0.5 0.25 0.125\nKs 0.04 0.04 0.04\nPr 0.5\n");
-    const LoadedParts obj = LoadMeshParts(folder.Write("a.obj", ObjOf(Box())), MeshColours::kFaces);
+    const LoadedParts obj =
+        LoadMeshParts(folder.Write("a.obj", ObjOf(Box())), MeshColours::kByPlace);
     const LoadedParts gltf = LoadMeshParts(
-        folder.Write("a.glb", BoxFile(metal ? 1.0f : 0.0f).Binary()), MeshColours::kFaces);
+        folder.Write("a.glb", BoxFile(metal ? 1.0f : 0.0f).Binary()), MeshColours::kByPlace);
     ASSERT_EQ(gltf.parts.size(), 1u);
     const FramePipelineOptions options = GroundStage::QuickOptions();
     const Composite expected =
@@ -145,6 +148,57 @@ TEST_F(GltfObjects, AreWhereTheirAnimationHasThemAtAFramesTime) {
   there[0].mesh = TransformMesh(poses(1)[0], there[0].mesh);
   EXPECT_EQ(stage_->Run(site.objects, options, {{}, poses(1)})[1].composite.radiance.pixels,
             stage_->Run(there, options)[0].composite.radiance.pixels);
+}
+
+// A board over the ground of which a texture leaves the eastern half: its soft shadow is that of
+// half a board.
+TEST_F(GltfObjects, WhatATextureCutsOutCastsNoShadow) {
+  const auto board = [](float from_x_m) {
+    Mesh mesh;
+    mesh.positions_m = {
+        {from_x_m, -0.6f, 0.8f}, {1.0f, -0.6f, 0.8f}, {1.0f, 0.6f, 0.8f}, {from_x_m, 0.6f, 0.8f}};
+    mesh.normals.assign(4, {0, 0, 1});
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    mesh.triangle_material = mesh.triangle_group = {0, 0};
+    mesh.materials.resize(1);
+    mesh.group_names = {"board"};
+    return mesh;
+  };
+  Texture::Codes codes(64, 1, glm::u8vec4(188, 188, 188, 255));
+  for (int x = 0; x < 32; ++x) codes.At(x, 0).a = 0;
+  const auto painted = test::Painted(std::move(codes));
+  painted->base_colour = glm::vec3(1.0f);
+  painted->alpha_cutoff = 0.5f;
+  painted->wraps = {TextureWrap::kClamp, TextureWrap::kClamp};
+  const Mesh cut = test::Textured(board(-1.0f), painted, [](const glm::vec3& p) {
+    return glm::vec2(0.5f * (p.x + 1.0f), 0.5f);
+  });
+  Mesh half = board(0.0f);
+  half.materials[0] = painted->Mean();
+  const FramePipelineOptions options = GroundStage::QuickOptions();
+  const Composite found = std::move(stage_->Run({{cut}}, options).front().composite);
+  const Composite expected = std::move(stage_->Run({{half}}, options).front().composite);
+  const Composite whole = std::move(stage_->Run({{board(-1.0f)}}, options).front().composite);
+  const float sunlit = stage_->MakeFrame().radiance.pixels.front().r;
+  const auto shadow_of = [&](const Composite& composite) {
+    std::vector<bool> in_shadow;
+    for (std::size_t i = 0; i < composite.radiance.pixels.size(); ++i) {
+      in_shadow.push_back(composite.change.pixels[i] ==
+                              static_cast<std::uint8_t>(PixelChange::kScaled) &&
+                          composite.radiance.pixels[i].r < 0.6f * sunlit);
+    }
+    return in_shadow;
+  };
+  const std::vector<bool> of_half = shadow_of(expected);
+  const std::vector<bool> of_cut = shadow_of(found);
+  const auto count = std::count(of_half.begin(), of_half.end(), true);
+  std::ptrdiff_t otherwise = 0;
+  for (std::size_t i = 0; i < of_half.size(); ++i) otherwise += of_half[i] != of_cut[i] ? 1 : 0;
+  EXPECT_GT(count, 100);
+  // Pixels along its edge, where rays and rounding decide.
+  EXPECT_LE(otherwise, count / 20);
+  const std::vector<bool> of_whole = shadow_of(whole);
+  EXPECT_GT(std::count(of_whole.begin(), of_whole.end(), true), 3 * count / 2);
 }
 
 TEST_F(GltfObjects, NothingThatMovesNeedsNoPoses) {

@@ -14,6 +14,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "ground_stage.h"
+#include "tests/render/textured_meshes.h"
 
 namespace pleinair::planned_frames_test {
 namespace {
@@ -143,6 +144,27 @@ TEST_F(PlannedFrames, RunWhatTheyCallForAndLookAsWithEverything) {
   EXPECT_LT(draw_calls["far from surfaces"], draw_calls["sunny"]);
   EXPECT_LT(draw_calls["night"], draw_calls["overcast"]);
   EXPECT_EQ(draw_calls["out of sight"], 0);
+}
+
+// A face is nearly black in the mean: what its few white texels show of the light counts, however
+// weak the sun is.
+TEST_F(PlannedFrames, BoundsAreThoseOfATexturesBrightestPlaces) {
+  Texture::Codes codes(16, 16, glm::u8vec4(25, 25, 25, 255));
+  codes.At(5, 5) = codes.At(6, 5) = codes.At(5, 6) = codes.At(6, 6) = glm::u8vec4(255);
+  const auto painted = test::Painted(std::move(codes));
+  VirtualObject box = BoxObject({-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.8f}, kRed);
+  box.mesh = test::Textured(std::move(box.mesh), painted, [](const glm::vec3& p) {
+    return 3.0f * glm::vec2(p.x + p.y, p.z);
+  });
+  const HeadlessContext context;
+  Compositor compositor;
+  for (const double sun : {0.3, 1.0, 30.0, 400.0}) {
+    StagedFrame staged = kSunny;
+    staged.sun = sun;
+    FramePipeline pipeline = PipelineFor(staged, box, ObjectLight::kGather, compositor);
+    ExpectThatBoundsHold(
+        pipeline, FrameOf(staged), "sun of " + std::to_string(sun), PoseOf(staged));
+  }
 }
 
 // A ball on open ground under sky and sun: one place will do for all its vertices, and looks as

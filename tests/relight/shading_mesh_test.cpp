@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "scene/textured_material.h"
+
 namespace pleinair::shading_mesh_test {
 namespace {
 
@@ -51,6 +53,44 @@ TEST(ShadingMesh, CutsLongEdgesAndKeepsTheSurface) {
     EXPECT_EQ(fine.normals.size(), fine.positions_m.size());
     EXPECT_EQ(fine.triangle_material.size(), fine.triangles.size());
     for (const glm::vec3& normal : fine.normals) EXPECT_EQ(normal, glm::vec3(0.0f, 0.0f, 1.0f));
+  }
+}
+
+// Red grows to the right, blue up: every corner keeps its place, and a piece has its own mean.
+TEST(ShadingMesh, PiecesLieInTheTextureWhereTheirTriangleDid) {
+  Texture::Codes codes(256, 1);
+  for (int x = 0; x < 256; ++x) codes.At(x, 0) = glm::u8vec4(x, 0, 0, 255);
+  const auto material = std::make_shared<TexturedMaterial>();
+  material->base_colour = glm::vec3(0.9f);
+  material->texture = std::make_shared<const Texture>(std::move(codes));
+  material->wraps = {TextureWrap::kClamp, TextureWrap::kClamp};
+  Mesh square = Square(2.0f);
+  square.materials[0].by_place = material;
+  for (const glm::uvec3& triangle : square.triangles) {
+    TriangleColours colours;
+    for (int k = 0; k < 3; ++k) {
+      const glm::vec2 uv = glm::vec2(square.positions_m[triangle[k]]) / 2.0f;
+      colours.texture_uv[static_cast<std::size_t>(k)] = uv;
+      colours.vertex_colour[static_cast<std::size_t>(k)].b = uv.y;
+    }
+    square.triangle_colours.push_back(colours);
+  }
+  const Mesh fine = MakeShadingMesh(square);
+  ASSERT_EQ(fine.triangle_colours.size(), fine.triangles.size());
+  EXPECT_GT(fine.triangles.size(), 500u);
+  for (std::size_t t = 0; t < fine.triangles.size(); ++t) {
+    float middle_u = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+      const glm::vec2 expected = glm::vec2(fine.positions_m[fine.triangles[t][k]]) / 2.0f;
+      const auto corner = static_cast<std::size_t>(k);
+      EXPECT_EQ(fine.triangle_colours[t].texture_uv[corner], expected);
+      EXPECT_EQ(fine.triangle_colours[t].vertex_colour[corner].b, expected.y);
+      middle_u += expected.x / 3.0f;
+    }
+    const Material& own = fine.materials[fine.triangle_material[t]];
+    EXPECT_EQ(own.by_place, material);
+    // sRGB of the middle, to the texel, the triangle's width of 1/50 and a step of two codes.
+    EXPECT_NEAR(own.diffuse_albedo.r, 0.9f * std::pow(middle_u, 2.2f), 0.03f);
   }
 }
 

@@ -12,6 +12,7 @@
 #include "render/compositor.h"
 #include "render/gl_context.h"
 #include "test_scenes.h"
+#include "textured_meshes.h"
 
 namespace pleinair::test::composite_by_both_test {
 namespace {
@@ -192,6 +193,57 @@ TEST_F(CompositeByBoth, IsTheSameWithAllThatRayCastingSays) {
     for (const auto& [adapt, what] : cases) {
       adapt_ = adapt;
       EXPECT_GT(ExpectTheSame(std::string(what) + (is_bent ? ", by a bent lens" : "")), 500u);
+    }
+  }
+}
+
+// Textures of several sizes, wraps and materials, from near and far, edge-on and cut out, beside
+// what is of one colour; on meshes that share no vertices' places, and that move.
+TEST_F(CompositeByBoth, IsTheSameOfPicturesOnObjects) {
+  const auto fine = Painted(RandomCodes(301, 173, 1));
+  const auto coarse = Painted(RandomCodes(9, 5, 2));
+  coarse->wraps = {TextureWrap::kMirror, TextureWrap::kClamp};
+  coarse->dielectric_reflectance = glm::vec3(0.04f);
+  coarse->metallic = 0.4f;
+  coarse->roughness = 0.5f;
+  const auto cut_out = Painted(RandomCodes(16, 16, 3));
+  cut_out->alpha_cutoff = 0.4f;
+  const auto unpainted = std::make_shared<TexturedMaterial>();
+  const auto around = [](float turns) {
+    return [turns](const glm::vec3& p) { return turns * glm::vec2(p.x + 0.7f * p.y, p.z); };
+  };
+  const Mesh ball = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24);
+  const Mesh box = Box({-1.6f, -0.4f, 0.0f}, {-0.7f, 0.5f, 0.9f}, Shiny());
+  Mesh coloured = Textured(box, unpainted, around(1.0f));
+  for (TriangleColours& colours : coloured.triangle_colours) {
+    for (glm::vec4& colour : colours.vertex_colour) colour = glm::vec4(0.2f, 0.9f, 0.5f, 1.0f);
+    colours.vertex_colour[1] = glm::vec4(1.0f, 0.1f, 0.7f, 1.0f);
+  }
+  MirroredLight mirrored{30, 20, RgbImage(90, 80, glm::vec3(3.0f, 5.0f, 2.0f))};
+  const struct {
+    std::vector<VirtualObject> objects;
+    const char* what;
+  } cases[] = {{{{Textured(ball, fine, around(1.0f))}}, "a fine one"},
+               {{{Textured(ball, fine, around(19.0f))}}, "a fine one many times"},
+               {{{Textured(ball, coarse, around(0.7f))}}, "a coarse one on what shines"},
+               {{{Textured(ball, cut_out, around(0.9f))}}, "one that is cut out"},
+               {{{coloured}}, "colours of vertices"},
+               {{{box},
+                 {Textured(ball, fine, around(2.0f))},
+                 {coloured},
+                 {Textured(box, coarse, around(3.0f))},
+                 {Textured(Ground(1.5f, 0.4f), cut_out, around(0.8f))}},
+                "all together"}};
+  for (const bool is_bent : {false, true}) {
+    if (is_bent) BendTheLens();
+    for (const auto& [objects, what] : cases) {
+      for (const bool mirrors : {false, true}) {
+        adapt_ = [&](CompositeInput& input) { input.mirrored = mirrors ? &mirrored : nullptr; };
+        objects_ = objects;
+        EXPECT_GT(ExpectTheSame(std::string(what) + (mirrors ? ", mirroring" : "") +
+                                (is_bent ? ", by a bent lens" : "")),
+                  500u);
+      }
     }
   }
 }

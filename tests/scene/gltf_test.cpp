@@ -13,6 +13,7 @@
 #include "gltf_file.h"
 #include "scene/image_io.h"
 #include "scene/mesh_io.h"
+#include "scene/textured_material.h"
 #include "temporary_folder.h"
 
 namespace pleinair::gltf_test {
@@ -53,8 +54,13 @@ Rgb8Image FourColours() {
   return image;
 }
 
-// The colour at a point of the square, which stands with its y up: our z.
-glm::vec3 AlbedoAt(const Mesh& mesh, float x, float z) {
+struct Shown {
+  glm::vec3 at_place{0.0f};
+  glm::vec3 of_triangle{0.0f};
+};
+
+// The albedo at a point of the square, which stands with its y up: our z.
+Shown AlbedoAt(const Mesh& mesh, float x, float z) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const glm::vec3 a = mesh.positions_m[mesh.triangles[t].x];
     const glm::vec3 b = mesh.positions_m[mesh.triangles[t].y];
@@ -63,12 +69,25 @@ glm::vec3 AlbedoAt(const Mesh& mesh, float x, float z) {
     const auto side = [&](const glm::vec3& from, const glm::vec3& to) {
       return (to.x - from.x) * (p.z - from.z) - (to.z - from.z) * (p.x - from.x);
     };
-    if (side(a, b) >= 0.0f && side(b, c) >= 0.0f && side(c, a) >= 0.0f) {
-      return mesh.materials[mesh.triangle_material[t]].diffuse_albedo;
+    const glm::vec3 inside(side(b, c), side(c, a), side(a, b));
+    if (inside.x < 0.0f || inside.y < 0.0f || inside.z < 0.0f) continue;
+    const Material& material = mesh.materials[mesh.triangle_material[t]];
+    Shown shown{material.diffuse_albedo, material.diffuse_albedo};
+    if (!material.by_place) return shown;
+    const glm::vec3 weight = inside / (inside.x + inside.y + inside.z);
+    const TriangleColours& colours = mesh.triangle_colours[t];
+    glm::vec2 uv(0.0f);
+    glm::vec4 vertex(0.0f);
+    for (int k = 0; k < 3; ++k) {
+      uv += weight[k] * colours.texture_uv[static_cast<std::size_t>(k)];
+      vertex += weight[k] * colours.vertex_colour[static_cast<std::size_t>(k)];
     }
+    shown.at_place = material.by_place->Of(glm::vec3(material.by_place->ColourAt(uv, 0.0f, vertex)))
+                         .diffuse_albedo;
+    return shown;
   }
   ADD_FAILURE() << "no triangle at " << x << ", " << z;
-  return glm::vec3(0.0f);
+  return {};
 }
 
 void AddTexturedSquare(GltfFile& file, int image_view) {
@@ -84,31 +103,59 @@ void AddTexturedSquare(GltfFile& file, int image_view) {
   file.document["nodes"] = {{{"mesh", 0}}};
 }
 
-TEST(Gltf, FacesTakeTheColoursOfATextureInAGlb) {
+void ExpectFourColours(const Mesh& mesh) {
+  const auto expect = [&](float x, float z, const glm::vec3& expected) {
+    EXPECT_NEAR(glm::distance(AlbedoAt(mesh, x, z).at_place, 0.5f * expected), 0.0, 1e-5);
+  };
+  for (const float near : {0.05f, 0.45f}) {
+    expect(near, 1.0f - near, {1, 0, 0});
+    expect(1.0f - near, 1.0f - near, {0, 1, 0});
+    expect(near, near, {0, 0, 1});
+    expect(1.0f - near, near, {1, 1, 1});
+  }
+}
+
+// Uncut; what light goes from is the mean over each triangle: the lower right one of the square has
+// half of blue and of green, and all of white.
+TEST(Gltf, ATextureInAGlbIsShownByPlace) {
   const TemporaryFolder folder;
   GltfFile file;
   const std::string png = PngOf(FourColours());
   AddTexturedSquare(file, file.AddBytes(png.data(), png.size()));
   const auto path = folder.Write("a.glb", file.Binary());
-  const LoadedMesh loaded = LoadMesh(path, MeshColours::kFaces);
-  // 23 texels across, cut three times: 8 edges a side. Neighbours stay joined.
-  EXPECT_EQ(loaded.mesh.triangles.size(), 128u);
-  EXPECT_EQ(loaded.report.open_edges, 32);
-  // The corners of the picture, well inside each quarter; steps of two codes.
-  const auto expect = [&](float x, float z, const glm::vec3& expected) {
-    EXPECT_NEAR(glm::distance(AlbedoAt(loaded.mesh, x, z), 0.5f * expected), 0.0, 0.01);
-  };
-  expect(0.1f, 0.9f, {1, 0, 0});
-  expect(0.9f, 0.9f, {0, 1, 0});
-  expect(0.1f, 0.1f, {0, 0, 1});
-  expect(0.9f, 0.1f, {1, 1, 1});
+  const LoadedMesh loaded = LoadMesh(path, MeshColours::kByPlace);
+  EXPECT_EQ(loaded.mesh.triangles.size(), 2u);
+  EXPECT_EQ(loaded.mesh.positions_m.size(), 4u);
+  EXPECT_TRUE(loaded.report.notes.empty()) << loaded.report.Summary();
+  ExpectFourColours(loaded.mesh);
+  const glm::vec3 lower = 0.5f * glm::vec3(0.5f, 0.75f, 0.75f);
+  // 128 texels of a triangle are looked at, those of its long side with both colours.
+  EXPECT_LT(glm::distance(AlbedoAt(loaded.mesh, 0.9f, 0.1f).of_triangle, lower), 0.02f);
   for (const Material& material : loaded.mesh.materials) EXPECT_EQ(material.name, "painted");
 
   const LoadedMesh mean = LoadMesh(path);
   EXPECT_EQ(mean.mesh.triangles.size(), 2u);
+  EXPECT_TRUE(mean.mesh.triangle_colours.empty());
   ASSERT_EQ(mean.mesh.materials.size(), 1u);
+  EXPECT_EQ(mean.mesh.materials[0].by_place, nullptr);
   EXPECT_NEAR(glm::distance(mean.mesh.materials[0].diffuse_albedo, glm::vec3(0.25f)), 0.0, 1e-6);
   EXPECT_THAT(mean.report.notes, Contains(HasSubstr("mean colour")));
+}
+
+// Mirroring turns triangles over, and what they are looked up in along with them.
+TEST(Gltf, ATextureStaysInPlaceOnAMirroredNode) {
+  const TemporaryFolder folder;
+  GltfFile file;
+  const std::string png = PngOf(FourColours());
+  AddTexturedSquare(file, file.AddBytes(png.data(), png.size()));
+  file.document["nodes"][0]["scale"] = {1, 1, -1};
+  const Mesh mesh = LoadMesh(folder.Write("a.glb", file.Binary()), MeshColours::kByPlace).mesh;
+  const Mesh back = TransformMesh(glm::dmat4(glm::dvec4(1, 0, 0, 0),
+                                             glm::dvec4(0, -1, 0, 0),
+                                             glm::dvec4(0, 0, 1, 0),
+                                             glm::dvec4(0, 0, 0, 1)),
+                                  mesh);
+  ExpectFourColours(back);
 }
 
 // OBJ's v goes up, and the square of the same picture shows the same.
@@ -116,16 +163,101 @@ TEST(Gltf, AnObjShowsTheSameTextureTheSameWay) {
   const TemporaryFolder folder;
   WritePng(folder / "texture.png", FourColours());
   folder.Write("a.mtl", "newmtl painted\nKd 0.5 0.5 0.5\nmap_Kd texture.png\n");
-  const LoadedMesh loaded =
+  ExpectFourColours(
       LoadMesh(folder.Write("a.obj",
                             "mtllib a.mtl\nusemtl painted\nv 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\n"
                             "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"),
-               MeshColours::kFaces);
-  EXPECT_NEAR(glm::distance(AlbedoAt(loaded.mesh, 0.1f, 0.9f), glm::vec3(0.5f, 0, 0)), 0.0, 0.01);
-  EXPECT_NEAR(glm::distance(AlbedoAt(loaded.mesh, 0.1f, 0.1f), glm::vec3(0, 0, 0.5f)), 0.0, 0.01);
+               MeshColours::kByPlace)
+          .mesh);
 }
 
-TEST(Gltf, FacesTakeTheColoursOfVertices) {
+// A picture in a data URI; its edge repeats, is mirrored or goes on, as the sampler says.
+TEST(Gltf, SamplersSayWhatIsBeyondTheEdge) {
+  const TemporaryFolder folder;
+  // A PNG of one row: black, white.
+  const std::string uri =
+      "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAAAAADRSSBWAAAAC0lEQVR4nGNg+A8AAQIB"
+      "AEK+vGgAAAAASUVORK5CYII=";
+  const auto at = [&](int wrap, float beyond) {
+    GltfFile file;
+    AddTexturedSquare(file, 0);
+    file.document["images"] = {{{"uri", uri}}};
+    file.document["samplers"] = {{{"wrapS", wrap}, {"wrapT", 33071}}};
+    file.document["textures"] = {{{"source", 0}, {"sampler", 0}}};
+    const Mesh mesh = LoadMesh(folder.Write("a.gltf", file.Text()), MeshColours::kByPlace).mesh;
+    const auto& material = mesh.materials[0].by_place;
+    if (!material) return -1.0f;
+    EXPECT_EQ(material->wraps.v, TextureWrap::kClamp);
+    return material->ColourAt({1.0f + beyond, 0.5f}, 0.0f, glm::vec4(1.0f)).r;
+  };
+  EXPECT_NEAR(at(10497, 0.25f), 0.0f, 1e-5f);
+  EXPECT_NEAR(at(33648, 0.25f), 1.0f, 1e-5f);
+  EXPECT_NEAR(at(33648, 0.75f), 0.0f, 1e-5f);
+  EXPECT_NEAR(at(33071, 0.75f), 1.0f, 1e-5f);
+}
+
+TEST(Gltf, TrianglesWithoutUsableCoordinatesHaveTheTexturesMean) {
+  const TemporaryFolder folder;
+  const std::string png = PngOf(FourColours());
+  const float nan = std::nanf("");
+  for (const std::vector<float>& uv :
+       {std::vector<float>{}, {0, 1, 1, 1, 1, nan, 0, 0}, {0, 1, 1, 1, 1, 1e9f, 0, 0}}) {
+    GltfFile file;
+    AddTexturedSquare(file, file.AddBytes(png.data(), png.size()));
+    if (uv.empty()) {
+      file.document["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0");
+    } else {
+      const int accessor = file.AddFloats(uv, 2);
+      file.document["accessors"][accessor].erase("min");
+      file.document["accessors"][accessor].erase("max");
+      file.document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = accessor;
+    }
+    const LoadedMesh loaded = LoadMesh(folder.Write("a.glb", file.Binary()), MeshColours::kByPlace);
+    const Shown shown = AlbedoAt(loaded.mesh, 0.9f, 0.2f);
+    EXPECT_LT(glm::distance(shown.at_place, glm::vec3(0.25f)), 1e-5f);
+    EXPECT_EQ(shown.at_place, shown.of_triangle);
+    EXPECT_THAT(loaded.report.notes, Contains(HasSubstr("2 triangles without texture")));
+  }
+}
+
+TEST(Gltf, APictureThatCannotBeReadIsAnErrorWhereItWouldBeSeen) {
+  const TemporaryFolder folder;
+  GltfFile file;
+  AddTexturedSquare(file, 0);
+  for (const char* image : {"none.png", "no_picture.png", "../outside.png"}) {
+    folder.Write("no_picture.png", "\x89PNG\r\n\x1a\nrubbish");
+    file.document["images"] = {{{"uri", image}}};
+    const auto path = folder.Write("a.gltf", file.Text());
+    const std::string message = MessageOf([&] { LoadMesh(path, MeshColours::kByPlace); });
+    EXPECT_THAT(message, HasSubstr("a.gltf"));
+    EXPECT_THAT(message, HasSubstr(image));
+    EXPECT_THAT(message, HasSubstr("painted"));
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+    EXPECT_THAT(LoadMesh(path).report.notes, Contains(HasSubstr("cannot be read, left out")));
+  }
+}
+
+TEST(Gltf, AMaskSaysWhatIsThere) {
+  const TemporaryFolder folder;
+  GltfFile file;
+  const std::string png = PngOf(FourColours());
+  AddTexturedSquare(file, file.AddBytes(png.data(), png.size()));
+  json& material = file.document["materials"][0];
+  material["alphaMode"] = "MASK";
+  material["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.5, 0.5, 0.7};
+  const auto load = [&] {
+    return LoadMesh(folder.Write("a.glb", file.Binary()), MeshColours::kByPlace);
+  };
+  LoadedMesh loaded = load();
+  ASSERT_TRUE(loaded.mesh.materials[0].by_place);
+  EXPECT_EQ(loaded.mesh.materials[0].by_place->alpha_cutoff, 0.5f);
+  EXPECT_FLOAT_EQ(loaded.mesh.materials[0].by_place->base_alpha, 0.7f);
+  EXPECT_THAT(loaded.report.notes, Contains(HasSubstr("shadows")));
+  material["alphaCutoff"] = 0.25;
+  EXPECT_EQ(load().mesh.materials[0].by_place->alpha_cutoff, 0.25f);
+}
+
+TEST(Gltf, ColoursOfVerticesAreShownByPlace) {
   const TemporaryFolder folder;
   GltfFile file;
   // Black on the left, (1, 0.5, 0) on the right.
@@ -135,11 +267,11 @@ TEST(Gltf, FacesTakeTheColoursOfVertices) {
   file.AddMesh(Square(), 0, {{"COLOR_0", colours}});
   file.document["nodes"] = {{{"mesh", 0}}};
   const auto path = folder.Write("a.gltf", file.Text());
-  const Mesh faces = LoadMesh(path, MeshColours::kFaces).mesh;
+  const Mesh shown = LoadMesh(path, MeshColours::kByPlace).mesh;
+  EXPECT_EQ(shown.triangles.size(), 2u);
   for (const float x : {0.1f, 0.5f, 0.9f}) {
-    // A face is up to 0.05 of the range wide, a code 0.02.
-    EXPECT_NEAR(AlbedoAt(faces, x, 0.45f).r, 0.8f * x, 0.8f * 0.05f) << x;
-    EXPECT_NEAR(AlbedoAt(faces, x, 0.45f).g, 0.4f * x, 0.8f * 0.05f) << x;
+    EXPECT_NEAR(AlbedoAt(shown, x, 0.45f).at_place.r, 0.8f * x, 1e-5f) << x;
+    EXPECT_NEAR(AlbedoAt(shown, x, 0.45f).at_place.g, 0.4f * x, 1e-5f) << x;
   }
   const Mesh mean = LoadMesh(path).mesh;
   ASSERT_EQ(mean.materials.size(), 1u);
@@ -204,7 +336,7 @@ GltfFile Car() {
 TEST(Gltf, MovingNodesBecomePartsAndTakeTheirChildrenAlong) {
   const TemporaryFolder folder;
   const LoadedParts loaded =
-      LoadMeshParts(folder.Write("car.gltf", Car().Text()), MeshColours::kFaces);
+      LoadMeshParts(folder.Write("car.gltf", Car().Text()), MeshColours::kByPlace);
   ASSERT_EQ(loaded.parts.size(), 3u);
   EXPECT_FALSE(loaded.parts[0].motion.Moves());
   EXPECT_EQ(BoundingBoxOf(loaded.parts[0].mesh).lower_m, glm::vec3(-5.0f, 0.8f, 0.0f)) << "kerb";
@@ -236,13 +368,14 @@ TEST(Gltf, ReadsBuffersOfItsFolderAlone) {
   const TemporaryFolder folder;
   const GltfFile car = Car();
   folder.Write("car.bin", car.Buffer());
-  EXPECT_EQ(LoadMeshParts(folder.Write("car.gltf", car.Text("car.bin")), MeshColours::kFaces)
+  EXPECT_EQ(LoadMeshParts(folder.Write("car.gltf", car.Text("car.bin")), MeshColours::kByPlace)
                 .parts.size(),
             3u);
-  EXPECT_EQ(LoadMeshParts(folder.Write("car.glb", car.Binary()), MeshColours::kFaces).parts.size(),
-            3u);
+  EXPECT_EQ(
+      LoadMeshParts(folder.Write("car.glb", car.Binary()), MeshColours::kByPlace).parts.size(), 3u);
   EXPECT_THAT(MessageOf([&] {
-                LoadMeshParts(folder.Write("b.gltf", car.Text("../car.bin")), MeshColours::kFaces);
+                LoadMeshParts(folder.Write("b.gltf", car.Text("../car.bin")),
+                              MeshColours::kByPlace);
               }),
               HasSubstr("b.gltf"));
 }
@@ -259,8 +392,8 @@ TEST_P(GltfHardCase, NamesWhatIsWrongInOneLine) {
   const TemporaryFolder folder;
   GltfFile car = Car();
   GetParam().spoil(car.document);
-  const std::string message =
-      MessageOf([&] { LoadMeshParts(folder.Write("car.gltf", car.Text()), MeshColours::kFaces); });
+  const std::string message = MessageOf(
+      [&] { LoadMeshParts(folder.Write("car.gltf", car.Text()), MeshColours::kByPlace); });
   EXPECT_THAT(message, HasSubstr("car.gltf"));
   EXPECT_THAT(message, HasSubstr(GetParam().message));
   EXPECT_EQ(message.find('\n'), std::string::npos);
@@ -320,7 +453,7 @@ TEST(GltfHardCases, DamagedFilesNeverCrash) {
     }
     try {
       for (const MeshPart& part :
-           LoadMeshParts(folder.Write("a.glb", damaged), MeshColours::kFaces).parts) {
+           LoadMeshParts(folder.Write("a.glb", damaged), MeshColours::kByPlace).parts) {
         for (const glm::vec3& p : part.mesh.positions_m)
           ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
       }

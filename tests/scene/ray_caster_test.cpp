@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "scene/textured_material.h"
 #include "tests/scene/box_mesh.h"
 
 namespace pleinair::ray_caster_test {
@@ -140,6 +141,44 @@ TEST(RayCaster, OffsetMovesToTheSideAskedFor) {
     EXPECT_GT(glm::dot(up, glm::dvec3(normal)), 0.0);
     EXPECT_LT(glm::dot(down, glm::dvec3(normal)), 0.0);
     EXPECT_LT(glm::length(up), 1e-6 * scale);
+  }
+}
+
+// A square of 2 m whose left half is cut out, by each of the ways to ask.
+TEST(RayCaster, SeesThroughWhatATextureCutsOut) {
+  Texture::Codes codes(8, 1, glm::u8vec4(255));
+  for (int x = 0; x < 4; ++x) codes.At(x, 0).a = 0;
+  const auto material = std::make_shared<TexturedMaterial>();
+  material->texture = std::make_shared<const Texture>(std::move(codes));
+  material->wraps = {TextureWrap::kClamp, TextureWrap::kClamp};
+  material->alpha_cutoff = 0.5f;
+  Mesh mesh;
+  mesh.positions_m = {
+      {-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {-9, -9, -5}, {9, -9, -5}, {0, 9, -5}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}};
+  mesh.triangle_material = {0, 0, 1};
+  mesh.materials.resize(2);
+  mesh.materials[0].by_place = material;
+  mesh.triangle_colours.resize(3);
+  mesh.triangle_colours[0].texture_uv = {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1)};
+  mesh.triangle_colours[1].texture_uv = {glm::vec2(0, 0), glm::vec2(1, 1), glm::vec2(0, 1)};
+  const RayCaster caster(mesh);
+  std::vector<glm::vec3> origins;
+  const std::vector<glm::vec3> down(8, {0.0f, 0.0f, -1.0f});
+  for (int i = 0; i < 8; ++i) {
+    const float x = -0.9f + 0.25f * static_cast<float>(i);
+    origins.emplace_back(x, i % 2 == 0 ? 0.4f : -0.3f, 2.0f);
+  }
+  std::vector<std::optional<RayHit>> hits(8);
+  caster.Intersect(origins.data(), down.data(), 8, hits.data());
+  for (std::size_t i = 0; i < 8; ++i) {
+    const bool is_there = origins[i].x > 0.0f;
+    const auto hit = caster.Intersect(origins[i], down[i]);
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->triangle == 2, !is_there) << origins[i].x;
+    ASSERT_TRUE(hits[i]);
+    EXPECT_EQ(hits[i]->triangle, hit->triangle);
+    EXPECT_EQ(caster.Occluded(origins[i], down[i], 3.0f), is_there);
   }
 }
 

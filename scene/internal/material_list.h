@@ -1,0 +1,35 @@
+// A mesh's list of materials in the making: one for each colour that is asked for.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/textured_material.h"
+
+namespace pleinair {
+
+class MaterialList {
+ public:
+  // As it is.
+  std::uint32_t Add(Material material);
+  // Of `source` with that colour, and by place if so asked. Colours are taken to the next of 128
+  // steps of display code; white, and the mean of a texture, are exact.
+  std::uint32_t Index(const std::shared_ptr<const TexturedMaterial>& source,
+                      const glm::vec3& colour,
+                      bool by_place);
+
+  const std::vector<Material>& Materials() const { return materials_; }
+
+ private:
+  using Key = std::tuple<const TexturedMaterial*, std::uint32_t, bool>;
+
+  std::vector<Material> materials_;
+  std::map<Key, std::uint32_t> index_of_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,28 @@
+// Textures from the bytes of image files.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include <glm/vec3.hpp>
+
+#include "scene/texture.h"
+
+namespace pleinair {
+
+// Of a PNG or JPEG image in memory; null when it cannot be decoded. 16 bits are rounded to 8; where
+// `with_alpha` is not asked for it is 1.
+std::shared_ptr<const Texture> DecodeTexture(std::span<const std::byte> encoded, bool with_alpha);
+
+// The mean of such an image whose codes stand for linear values.
+std::optional<glm::vec3> MeanOfLinearImage(std::span<const std::byte> encoded);
+
+// Those of one file that are decoded, by name, alpha included or not: several materials may want
+// the same one.
+using TexturesByName = std::map<std::pair<std::string, bool>, std::shared_ptr<const Texture>>;
+
+}  // namespace pleinair

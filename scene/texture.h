@@ -1,0 +1,80 @@
+// A picture on a surface, as its places show it from near and far. Files are the mesh loader's
+// business.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// What is beyond a picture's edge.
+enum class TextureWrap : std::uint8_t { kRepeat, kMirror, kClamp };
+
+struct TextureWraps {
+  TextureWrap u = TextureWrap::kRepeat;
+  TextureWrap v = TextureWrap::kRepeat;
+  bool operator==(const TextureWraps&) const = default;
+};
+
+// Colours are sRGB codes (IEC 61966-2-1), alpha is linear; both are filtered in the linear scale.
+//
+// Levels   0 is the picture; each further one has sides half as long, rounded down, to 1x1. A texel
+//          is the mean over just the area of the level before that it covers, so that each level
+//          has the picture's own mean, whatever the picture's size; only then it is rounded to
+//          codes, by half of one at most.
+// Size     A picture of more than kMostTexels is taken at half its size, or as many halves as it
+//          takes: the device keeps 8 bytes a texel.
+// Threads  safe from any once it is made.
+class Texture {
+ public:
+  using Codes = Image<glm::u8vec4>;
+  static constexpr std::size_t kMostTexels = std::size_t{1} << 24;
+
+  // Throws std::invalid_argument for a picture without texels.
+  explicit Texture(Codes picture);
+
+  // Of level 0.
+  int Width() const { return levels_.front().width; }
+  int Height() const { return levels_.front().height; }
+  int LevelCount() const { return static_cast<int>(levels_.size()); }
+  const Codes& Level(int level) const { return levels_[static_cast<std::size_t>(level)]; }
+  // Halves that kMostTexels took.
+  int TimesHalved() const { return times_halved_; }
+
+  // Linear, of all texels: mean, and the largest and the least of each channel.
+  const glm::vec3& Mean() const { return mean_; }
+  const glm::vec4& Largest() const { return largest_; }
+  const glm::vec4& Least() const { return least_; }
+
+  // What a code of red, green or blue stands for, in [0, 1].
+  static const std::array<float, 256>& LinearOfCode();
+
+  // The level whose texels are as wide as a place that goes by these steps of uv, the longer one
+  // counts: in [0, LevelCount() - 1].
+  float LevelFor(const glm::vec2& uv_across, const glm::vec2& uv_down) const;
+  // Linear RGB and alpha: between the four nearest texels of a level, and between two levels. uv is
+  // that of TriangleColours.
+  glm::vec4 At(const glm::vec2& uv, float level, const TextureWraps& wraps) const;
+  // Over a triangle. At most 256 texels are looked at, of the level where no more are in it.
+  glm::vec3 MeanOver(const std::array<glm::vec2, 3>& corners_uv, const TextureWraps& wraps) const;
+
+ private:
+  glm::vec4 TexelAt(const Codes& level, int x, int y) const;
+  glm::vec4 Bilinear(const Codes& level, const glm::vec2& uv, const TextureWraps& wraps) const;
+
+  std::vector<Codes> levels_;
+  int times_halved_ = 0;
+  glm::vec3 mean_{0.0f};
+  glm::vec4 largest_{0.0f};
+  glm::vec4 least_{1.0f};
+};
+
+}  // namespace pleinair
