@@ -1,6 +1,7 @@
 #include "scene/internal/gltf_materials.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <system_error>
@@ -41,6 +42,21 @@ TextureWrap WrapOf(const aiMaterial& source, const char* key, aiTextureType type
   return mode == aiTextureMapMode_Clamp ? TextureWrap::kClamp : TextureWrap::kRepeat;
 }
 
+// assimp turns glTF's transform, around the upper left corner and with v down, into one around the
+// middle and with v up, by another offset: here that is undone.
+void ReadTransform(const aiMaterial& source, aiTextureType type, SourceMaterial& material) {
+  aiUVTransform transform;
+  if (source.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) != aiReturn_SUCCESS) return;
+  const glm::dvec2 scale(transform.mScaling.x, transform.mScaling.y);
+  const double rotation_rad = -double{transform.mRotation};
+  const double c = std::cos(rotation_rad);
+  const double s = std::sin(rotation_rad);
+  material.uv_scale = scale;
+  material.uv_rotation_rad = rotation_rad;
+  material.uv_offset = {transform.mTranslation.x - 0.5 * scale.x * (1.0 - c + s),
+                        0.5 * scale.y * (s + c - 1.0) + 1.0 - scale.y - transform.mTranslation.y};
+}
+
 void ReadAlpha(const aiMaterial& source, SourceMaterial& material) {
   aiString mode;
   if (source.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) != aiReturn_SUCCESS ||
@@ -56,10 +72,8 @@ void ReadAlpha(const aiMaterial& source, SourceMaterial& material) {
 void ReadBaseColour(const std::filesystem::path& file,
                     const aiScene& scene,
                     const aiMaterial& source,
-                    const std::string& label,
                     SourceMaterial& material,
-                    TexturesByName& textures,
-                    std::vector<std::string>& notes) {
+                    TexturesByName& textures) {
   aiColor4D base(1.0f, 1.0f, 1.0f, 1.0f);
   if (source.Get(AI_MATKEY_BASE_COLOR, base) != aiReturn_SUCCESS) {
     source.Get(AI_MATKEY_COLOR_DIFFUSE, base);
@@ -85,10 +99,7 @@ void ReadBaseColour(const std::filesystem::path& file,
     int set = 0;
     source.Get(AI_MATKEY_UVWSRC(type, 0), set);
     material.texture_set = static_cast<unsigned>(std::max(set, 0));
-    aiUVTransform transform;
-    if (source.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == aiReturn_SUCCESS) {
-      notes.push_back(label + "transform of the texture's coordinates left out");
-    }
+    ReadTransform(source, type, material);
     break;
   }
 }
@@ -122,7 +133,7 @@ SourceMaterial GltfMaterial(const std::filesystem::path& file,
   material.name = source.GetName().C_Str();
   const std::string label = "material '" + material.name + "': ";
   ReadAlpha(source, material);
-  ReadBaseColour(file, scene, source, label, material, textures, notes);
+  ReadBaseColour(file, scene, source, material, textures);
   float metallic = 0.0f;
   float roughness = 1.0f;
   source.Get(AI_MATKEY_METALLIC_FACTOR, metallic);

@@ -195,7 +195,8 @@ void MeshCollector::CollectMesh(const aiNode& node, const aiMesh& mesh, const Pl
       }
       if (texture_uv != nullptr) {
         // assimp's v goes up.
-        const glm::dvec2 uv(texture_uv[index].x, 1.0 - double{texture_uv[index].y});
+        const glm::dvec2 uv =
+            source.PlaceOf({texture_uv[index].x, 1.0 - double{texture_uv[index].y}});
         triangle.has_texture_uv = triangle.has_texture_uv && std::abs(uv.x) <= kMaxTextureUv &&
                                   std::abs(uv.y) <= kMaxTextureUv;
         triangle.colours.texture_uv[place_in_triangle] = glm::vec2(uv);

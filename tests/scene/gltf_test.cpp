@@ -196,6 +196,39 @@ TEST(Gltf, SamplersSayWhatIsBeyondTheEdge) {
   EXPECT_NEAR(at(33071, 0.75f), 1.0f, 1e-5f);
 }
 
+// The extension's own example takes the lower left quarter of the picture, turned clockwise.
+TEST(Gltf, CoordinatesAreTransformedAsTheExtensionSays) {
+  const TemporaryFolder folder;
+  const std::string png = PngOf(FourColours());
+  const auto load = [&](const json& transform) {
+    GltfFile file;
+    AddTexturedSquare(file, file.AddBytes(png.data(), png.size()));
+    file.document["extensionsUsed"] = {"KHR_texture_transform"};
+    file.document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] = {
+        {"KHR_texture_transform", transform}};
+    return LoadMesh(folder.Write("a.glb", file.Binary()), MeshColours::kByPlace).mesh;
+  };
+  const Mesh quarter =
+      load({{"offset", {0, 1}}, {"rotation", std::acos(0.0)}, {"scale", {0.5, 0.5}}});
+  for (const float x : {0.1f, 0.5f, 0.9f}) {
+    for (const float z : {0.1f, 0.4f, 0.9f}) {
+      EXPECT_LT(glm::distance(AlbedoAt(quarter, x, z).at_place, glm::vec3(0, 0, 0.5f)), 1e-5f);
+    }
+  }
+  const Mesh turned = load({{"offset", {0.25, -0.5}}, {"rotation", 0.3}, {"scale", {0.5, 2}}});
+  for (std::size_t t = 0; t < turned.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3 p = turned.positions_m[turned.triangles[t][static_cast<int>(k)]];
+      const glm::dvec2 scaled(0.5 * p.x, 2.0 * (1.0 - p.z));
+      const glm::dvec2 expected(0.25 + std::cos(0.3) * scaled.x + std::sin(0.3) * scaled.y,
+                                -0.5 - std::sin(0.3) * scaled.x + std::cos(0.3) * scaled.y);
+      // assimp keeps its own transform in floats.
+      EXPECT_LT(glm::distance(turned.triangle_colours[t].texture_uv[k], glm::vec2(expected)),
+                1e-5f);
+    }
+  }
+}
+
 TEST(Gltf, TrianglesWithoutUsableCoordinatesHaveTheTexturesMean) {
   const TemporaryFolder folder;
   const std::string png = PngOf(FourColours());
