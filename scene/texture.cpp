@@ -220,7 +220,8 @@ glm::vec4 Texture::At(const glm::vec2& uv, float level, const TextureWraps& wrap
 }
 
 glm::vec3 Texture::MeanOver(const std::array<glm::vec2, 3>& corners_uv,
-                            const TextureWraps& wraps) const {
+                            const TextureWraps& wraps,
+                            Of of) const {
   const glm::dvec2 origin(corners_uv[0]);
   const glm::dvec2 a = glm::dvec2(corners_uv[1]) - origin;
   const glm::dvec2 b = glm::dvec2(corners_uv[2]) - origin;
@@ -237,16 +238,22 @@ glm::vec3 Texture::MeanOver(const std::array<glm::vec2, 3>& corners_uv,
   const int side =
       std::clamp(static_cast<int>(std::ceil(std::sqrt(std::min(texels, 1e6)))), 1, kMostPerSide);
   glm::dvec3 sum(0.0);
+  glm::dvec3 sum_there(0.0);
+  double alpha = 0.0;
   for (int i = 0; i < side; ++i) {
     for (int j = 0; i + j < side; ++j) {
       const auto at = [&](double third) {
         const glm::vec2 uv(origin + (i + third) / side * a + (j + third) / side * b);
-        return glm::dvec3(glm::vec3(Bilinear(Level(level), uv, wraps)));
+        const glm::dvec4 texel(Bilinear(Level(level), uv, wraps));
+        sum += glm::dvec3(texel);
+        sum_there += texel.a * glm::dvec3(texel);
+        alpha += texel.a;
       };
-      sum += at(1.0 / 3.0);
-      if (i + j + 1 < side) sum += at(2.0 / 3.0);
+      at(1.0 / 3.0);
+      if (i + j + 1 < side) at(2.0 / 3.0);
     }
   }
+  if (of == Of::kWhatIsThere && alpha > 0.0) return glm::vec3(sum_there / alpha);
   return glm::vec3(sum / static_cast<double>(side * side));
 }
 

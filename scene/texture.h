@@ -63,8 +63,12 @@ class Texture {
   // Linear RGB and alpha: between the four nearest texels of a level, and between two levels. uv is
   // that of TriangleColours.
   glm::vec4 At(const glm::vec2& uv, float level, const TextureWraps& wraps) const;
-  // Over a triangle. At most 256 texels are looked at, of the level where no more are in it.
-  glm::vec3 MeanOver(const std::array<glm::vec2, 3>& corners_uv, const TextureWraps& wraps) const;
+  // Over a triangle, of all texels or of what their alpha leaves there. At most 256 texels are
+  // looked at, of the level where no more are in it.
+  enum class Of { kAll, kWhatIsThere };
+  glm::vec3 MeanOver(const std::array<glm::vec2, 3>& corners_uv,
+                     const TextureWraps& wraps,
+                     Of of = Of::kAll) const;
 
  private:
   glm::vec4 TexelAt(const Codes& level, int x, int y) const;

@@ -62,7 +62,8 @@ glm::vec4 TexturedMaterial::ColourAt(const glm::vec2& uv,
 
 glm::vec3 TexturedMaterial::MeanOver(const TriangleColours& colours) const {
   if (!texture || texture->Least() == texture->Largest()) return MeanAnywhere(colours);
-  return MeanOfVertices(colours) * texture->MeanOver(colours.texture_uv, wraps);
+  const auto of = alpha_cutoff > 0.0f ? Texture::Of::kWhatIsThere : Texture::Of::kAll;
+  return MeanOfVertices(colours) * texture->MeanOver(colours.texture_uv, wraps, of);
 }
 
 glm::vec3 TexturedMaterial::MeanAnywhere(const TriangleColours& colours) const {

@@ -1,6 +1,7 @@
 // Pictures on surfaces: places near and far, and means that are those of light.
 #include "scene/texture.h"
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -136,6 +137,23 @@ TEST(TextureTest, TheMeanOverATriangleIsThatOfWhatItCovers) {
   // Nine periods, each with less of its white half: sum of (8.25 - k) / 81.
   EXPECT_NEAR(mean({0, 0}, {9, 0}, {0, 9}), 38.25f / 81.0f, 0.02f);
   EXPECT_EQ(mean({0.7f, 0.5f}, {0.7f, 0.5f}, {0.7f, 0.5f}), 1.0f);
+}
+
+// What is cut out has no colour, whatever its texels hold.
+TEST(TextureTest, TheMeanOfWhatIsThereLeavesOutWhatIsNot) {
+  Texture::Codes codes(64, 64, glm::u8vec4(255, 255, 255, 0));
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 64; ++x) codes.At(x, y) = glm::u8vec4(188, 0, 0, 255);
+  }
+  const Texture texture(std::move(codes));
+  const std::array<glm::vec2, 3> whole{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)};
+  const glm::vec3 there = texture.MeanOver(whole, kRepeat, Texture::Of::kWhatIsThere);
+  EXPECT_NEAR(there.r, Linear(188), 0.02);  // A texel at the edge of 16 rows is half there.
+  EXPECT_NEAR(there.g, 0.0f, 0.02f);
+  EXPECT_GT(texture.MeanOver(whole, kRepeat).g, 0.2f);
+  const std::array<glm::vec2, 3> nowhere{
+      glm::vec2(0.2f, 0.6f), glm::vec2(0.4f, 0.6f), glm::vec2(0.2f, 0.9f)};
+  EXPECT_NEAR(texture.MeanOver(nowhere, kRepeat, Texture::Of::kWhatIsThere).g, 1.0f, 1e-6f);
 }
 
 TEST(TextureTest, APictureThatIsTooLargeIsTakenAtHalfItsSize) {
