@@ -4,19 +4,19 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vector_relational.hpp>
 
 #include "relight/internal/basis_sum.h"
 #include "relight/internal/face_lattice.h"
 #include "relight/internal/influence_plan.h"
+#include "relight/internal/influence_rays.h"
 #include "relight/internal/object_cone.h"
 #include "relight/internal/plane_blocks.h"
 
@@ -61,64 +61,62 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
       picture_height_px_(view.Height()) {
   options.Validate();
   const PixelPlan plan = PlanPixels(objects, BoundsOfObjects(objects.mesh), view);
-  glm::ivec2 lower(view.Width(), view.Height());
-  glm::ivec2 upper(-1);
-  for (int y = 0; y < view.Height(); ++y) {
-    for (int x = 0; x < view.Width(); ++x) {
-      if (plan.size.At(x, y) == 0) continue;
-      lower = glm::min(lower, glm::ivec2(x, y));
-      upper = glm::max(upper, glm::ivec2(x, y));
+  // Pixels of their own receiver come first.
+  std::vector<std::uint32_t> first_of_row;
+  for (std::size_t pixel = 0; pixel < plan.size.pixels.size(); ++pixel) {
+    if (pixel % static_cast<std::size_t>(view.Width()) == 0) {
+      first_of_row.push_back(static_cast<std::uint32_t>(stands_at_.size()));
     }
+    if (plan.size.pixels[pixel] == 1) stands_at_.push_back(pixel);
   }
-  if (upper.x < lower.x) return;
-  x_px_ = lower.x;
-  y_px_ = lower.y;
-  width_px_ = upper.x + 1 - lower.x;
-  height_px_ = upper.y + 1 - lower.y;
-
   const glm::vec3 eye_m(view.camera.CentreWorldM());
   std::vector<PlaneBlocks> blocks;
   std::vector<std::uint32_t> first_receiver;
-  for (std::size_t size = 0; size < kInfluenceBlocksPx.size(); ++size) {
+  for (std::size_t size = 1; size < kInfluenceBlocksPx.size(); ++size) {
     const Gray8Image candidates = Candidates(plan, size);
     blocks.emplace_back(
         view,
         eye_m,
         PlaneBlocks::Options{
             .block_px = kInfluenceBlocksPx[size], .wraps_x = false, .candidates = &candidates});
-    first_receiver.push_back(static_cast<std::uint32_t>(receivers_.size()));
-    for (const std::size_t pixel : blocks.back().ReceiverPixels()) {
-      receivers_.push_back(
-          {.pixel = pixel,
-           .face = 0,
-           .place = {view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]},
-           .hits = {}});
-    }
+    first_receiver.push_back(static_cast<std::uint32_t>(stands_at_.size()));
+    const std::vector<std::size_t>& pixels = blocks.back().ReceiverPixels();
+    stands_at_.insert(stands_at_.end(), pixels.begin(), pixels.end());
   }
-  entry_begin_.assign(1, 0);
-  extents_.resize(receivers_.size());
-  for (int y = y_px_; y < y_px_ + height_px_; ++y) {
-    for (int x = x_px_; x < x_px_ + width_px_; ++x) {
-      const std::size_t first = entries_.size();
-      if (plan.size.At(x, y) != 0) {
-        const std::size_t size = plan.size.At(x, y) - 1u;
+  if (stands_at_.empty()) return;
+  for (const std::size_t pixel : stands_at_) {
+    receivers_.push_back({view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]});
+  }
+  rows_.resize(static_cast<std::size_t>(view.Height()));
+  tbb::parallel_for(0, view.Height(), [&](int y) {
+    Row& row = rows_[static_cast<std::size_t>(y)];
+    const auto matters = [&](int x) { return plan.size.At(x, y) != 0; };
+    int end = view.Width();
+    while (row.first_px < end && !matters(row.first_px)) ++row.first_px;
+    while (row.first_px < end && !matters(end - 1)) --end;
+    std::uint32_t own = first_of_row[static_cast<std::size_t>(y)];
+    row.begin.reserve(static_cast<std::size_t>(end - row.first_px) + 1);
+    row.entries.reserve(4 * static_cast<std::size_t>(end - row.first_px));
+    row.begin.push_back(0);
+    for (int x = row.first_px; x < end; ++x) {
+      const std::size_t first = row.entries.size();
+      if (plan.size.At(x, y) == 1) {
+        row.entries.push_back({own++, 1.0f});
+      } else if (matters(x)) {
+        const std::size_t size = plan.size.At(x, y) - 2u;
         double sum = 0.0;
         blocks[size].ForPixel(x, y, [&](std::uint32_t receiver, double weight) {
-          entries_.push_back({first_receiver[size] + receiver, static_cast<float>(weight)});
+          row.entries.push_back({first_receiver[size] + receiver, static_cast<float>(weight)});
           sum += weight;
         });
-        for (std::size_t i = first; i < entries_.size(); ++i) {
-          entries_[i].weight = static_cast<float>(entries_[i].weight / sum);
-          const glm::ivec2 place(x - x_px_, y - y_px_);
-          Extent& extent = extents_[entries_[i].receiver];
-          extent.lower = glm::min(extent.lower, place);
-          extent.upper = glm::max(extent.upper, place + 1);
-        }
+        const auto scale = static_cast<float>(1.0 / sum);
+        for (std::size_t i = first; i < row.entries.size(); ++i) row.entries[i].weight *= scale;
       }
-      entry_begin_.push_back(static_cast<std::uint32_t>(entries_.size()));
+      row.begin.push_back(static_cast<std::uint32_t>(row.entries.size()));
     }
-  }
-  Gather(real, objects, options.rays_per_receiver);
+  });
+  rays_ =
+      std::make_shared<const InfluenceRays>(real, objects, receivers_, options.rays_per_receiver);
 }
 
 ObjectInfluence::ObjectInfluence(const PatchScene& real,
@@ -130,15 +128,13 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
   options.Validate();
   lattice_ = std::make_shared<const FaceLattice>(
       real, PartsOfFaces(real, BoundsOfObjects(objects.mesh), options.least_spacing));
-  const std::vector<Receiver>& places = lattice_->Receivers();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    receivers_.push_back(
-        {.pixel = 0, .face = lattice_->FaceOfReceiver()[i], .place = places[i], .hits = {}});
-  }
-  Gather(real, objects, options.rays_per_receiver);
-  for (const ReceiverHits& receiver : receivers_) {
+  receivers_ = lattice_->Receivers();
+  stands_at_.assign(lattice_->FaceOfReceiver().begin(), lattice_->FaceOfReceiver().end());
+  rays_ =
+      std::make_shared<const InfluenceRays>(real, objects, receivers_, options.rays_per_receiver);
+  for (std::size_t i = 0; i < receivers_.size(); ++i) {
     float share = 0.0f;
-    for (const Hit& hit : receiver.hits) share += hit.share;
+    for (const InfluenceRays::Hit& hit : rays_->HitsOf(i)) share += hit.share;
     is_open_.push_back(share > kShareInside ? 0.0f : 1.0f);
   }
 }
@@ -156,15 +152,17 @@ void ObjectInfluence::See(const PatchScene& real,
                                 ", expected the view's " + std::to_string(view.Width()) + "x" +
                                 std::to_string(view.Height()));
   }
-  picture_width_px_ = width_px_ = faces.width;
-  picture_height_px_ = height_px_ = faces.height;
-  // Three a pixel, of no weight where nothing changes.
-  entries_.assign(3 * faces.pixels.size(), Entry{0, 0.0f});
-  entry_begin_.resize(faces.pixels.size() + 1);
-  for (std::size_t i = 0; i < entry_begin_.size(); ++i) {
-    entry_begin_[i] = static_cast<std::uint32_t>(3 * i);
-  }
+  picture_width_px_ = faces.width;
+  picture_height_px_ = faces.height;
+  rows_.resize(static_cast<std::size_t>(faces.height));
   tbb::parallel_for(0, faces.height, [&](int y) {
+    Row& row = rows_[static_cast<std::size_t>(y)];
+    // Three a pixel, of no weight where nothing changes.
+    const auto width = static_cast<std::size_t>(faces.width);
+    row.first_px = 0;
+    row.entries.assign(3 * width, Entry{0, 0.0f});
+    row.begin.resize(width + 1);
+    for (std::size_t i = 0; i <= width; ++i) row.begin[i] = static_cast<std::uint32_t>(3 * i);
     for (int x = 0; x < faces.width; ++x) {
       const std::size_t pixel = faces.Index(x, y);
       if (faces.pixels[pixel] == PatchScene::kSky) continue;
@@ -178,57 +176,8 @@ void ObjectInfluence::See(const PatchScene& real,
         const float weight = open > kLeastOpen
                                  ? around[k].weight * is_open_[around[k].receiver] / open
                                  : around[k].weight;
-        entries_[3 * pixel + k] = {around[k].receiver, weight};
+        row.entries[3 * static_cast<std::size_t>(x) + k] = {around[k].receiver, weight};
       }
-    }
-  });
-}
-
-std::vector<Receiver> ObjectInfluence::Receivers() const {
-  std::vector<Receiver> receivers;
-  receivers.reserve(receivers_.size());
-  for (const ReceiverHits& receiver : receivers_) receivers.push_back(receiver.place);
-  return receivers;
-}
-
-void ObjectInfluence::Gather(const PatchScene& real,
-                             const PatchScene& objects,
-                             int rays_per_receiver) {
-  const std::vector<std::optional<ObjectBounds>> bounds = BoundsOfObjects(objects.mesh);
-  // What is a small share of a surface's view bears a larger error in itself: half the rays for
-  // half the share.
-  constexpr float kShareOfAllRays = 1.0f / 16.0f;
-  const ConeDirections direction_sets[] = {ConeDirections(rays_per_receiver),
-                                           ConeDirections((rays_per_receiver + 1) / 2),
-                                           ConeDirections((rays_per_receiver + 3) / 4),
-                                           ConeDirections((rays_per_receiver + 7) / 8)};
-  tbb::parallel_for(std::size_t{0}, receivers_.size(), [&](std::size_t i) {
-    ReceiverHits& receiver = receivers_[i];
-    const auto& [position_m, normal] = receiver.place;
-    const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
-    for (std::size_t group = 0; group < bounds.size(); ++group) {
-      if (!bounds[group]) continue;
-      const BoundingBox& box = bounds[group]->box;
-      const ObjectCone cone(*bounds[group], position_m);
-      const float share_of_rays = cone.LargestShare(normal) / kShareOfAllRays;
-      std::size_t set = 0;
-      while (set + 1 < std::size(direction_sets) &&
-             share_of_rays < 1.0f / static_cast<float>(1u << set)) {
-        ++set;
-      }
-      direction_sets[set].ForEach(cone, normal, [&](const glm::vec3& direction, float share) {
-        if (!MayMeet(box, start_m, direction)) return;
-        const auto hit = objects.caster.Intersect(start_m, direction);
-        // Cones may overlap: each object's own cone counts it.
-        if (!hit || objects.mesh.triangle_group[hit->triangle] != group) return;
-        const auto behind = real.caster.Intersect(start_m, direction);
-        if (behind && behind->distance_m < hit->distance_m) return;
-        receiver.hits.push_back(
-            {share,
-             PatchScene::FaceOfHit(*hit, direction),
-             behind ? PatchScene::FaceOfHit(*behind, direction) : PatchScene::kSky,
-             direction});
-      });
     }
   });
 }
@@ -261,7 +210,7 @@ void ObjectInfluence::Fold(std::size_t light,
   tbb::parallel_for(std::size_t{0}, receivers_.size(), [&](std::size_t i) {
     Response response;
     if (!hidden_sky.empty()) response.hidden = hidden_sky[i];
-    for (const Hit& hit : receivers_[i].hits) {
+    for (const InfluenceRays::Hit& hit : rays_->HitsOf(i)) {
       if (hit.behind != PatchScene::kSky) {
         response.hidden += hit.share * real_radiosity[static_cast<std::size_t>(hit.behind)];
       } else if (sky != nullptr) {
@@ -269,24 +218,25 @@ void ObjectInfluence::Fold(std::size_t light,
       }
       response.gained += hit.share * object_radiosity[static_cast<std::size_t>(hit.object_face)];
     }
-    response.before = Before(light, receivers_[i], view, real_radiosity);
+    response.before = Before(light, i, view, real_radiosity);
     responses[i] = response;
   });
 }
 
 glm::vec3 ObjectInfluence::Before(std::size_t light,
-                                  const ReceiverHits& receiver,
+                                  std::size_t receiver,
                                   const SurfaceView& view,
                                   std::span<const glm::vec3> real_radiosity) const {
   if (lattice_ == nullptr) {
-    return light == 0 ? SunResponse(view, receiver.pixel, view.sun_direction_enu)
-                      : view.sky_response[light - 1].pixels[receiver.pixel];
+    return light == 0 ? SunResponse(view, stands_at_[receiver], view.sun_direction_enu)
+                      : view.sky_response[light - 1].pixels[stands_at_[receiver]];
   }
   // What the face reflects, by what it reflects of it. What is black changes nothing in a picture.
+  const std::size_t face = stands_at_[receiver];
   glm::vec3 irradiance(0.0f);
   for (int channel = 0; channel < 3; ++channel) {
-    const float albedo = face_albedo_rgb_[receiver.face][channel];
-    if (albedo > 0.0f) irradiance[channel] = real_radiosity[receiver.face][channel] / albedo;
+    const float albedo = face_albedo_rgb_[face][channel];
+    if (albedo > 0.0f) irradiance[channel] = real_radiosity[face][channel] / albedo;
   }
   return irradiance;
 }
@@ -317,33 +267,20 @@ std::vector<glm::vec3> ObjectInfluence::AtReceivers(const Lighting& lighting,
   return at_receivers;
 }
 
-std::vector<std::array<int, 2>> ObjectInfluence::RowsThatChange(
-    std::span<const glm::vec3> at_receivers) const {
-  std::vector<std::array<int, 2>> rows(static_cast<std::size_t>(height_px_), {width_px_, 0});
-  if (lattice_ == nullptr) {
-    for (std::size_t i = 0; i < at_receivers.size(); ++i) {
-      if (at_receivers[i] == glm::vec3(0.0f)) continue;
-      const auto& [lower, upper] = extents_[i];
-      for (int y = lower.y; y < upper.y; ++y) {
-        auto& [begin, end] = rows[static_cast<std::size_t>(y)];
-        begin = std::min(begin, lower.x);
-        end = std::max(end, upper.x);
-      }
-    }
-    return rows;
-  }
-  tbb::parallel_for(0, height_px_, [&](int y) {
-    auto& [begin, end] = rows[static_cast<std::size_t>(y)];
-    for (int x = 0; x < width_px_; ++x) {
-      for (const Entry& entry : EntriesOf(x, y)) {
-        if (entry.weight == 0.0f || at_receivers[entry.receiver] == glm::vec3(0.0f)) continue;
-        begin = std::min(begin, x);
-        end = x + 1;
-        break;
-      }
-    }
-  });
-  return rows;
+std::array<int, 2> ObjectInfluence::PixelsThatChange(
+    const Row& row, std::span<const glm::vec3> at_receivers) const {
+  const auto changes = [&](int x) {
+    const std::span<const Entry> entries = row.EntriesOf(x);
+    return std::any_of(entries.begin(), entries.end(), [&](const Entry& entry) {
+      return entry.weight != 0.0f && at_receivers[entry.receiver] != glm::vec3(0.0f);
+    });
+  };
+  int begin = row.first_px;
+  int end = row.EndPx();
+  while (begin < end && !changes(begin)) ++begin;
+  if (begin >= end) return {picture_width_px_, 0};
+  while (!changes(end - 1)) --end;
+  return {begin, end};
 }
 
 void ObjectInfluence::Evaluate(const Lighting& lighting,
@@ -354,28 +291,32 @@ void ObjectInfluence::Evaluate(const Lighting& lighting,
   image.height = 0;
   if (receivers_.empty()) return image.pixels.clear();
   const std::vector<glm::vec3> at_receivers = AtReceivers(lighting, parts);
-  const std::vector<std::array<int, 2>> rows = RowsThatChange(at_receivers);
-  glm::ivec2 lower(width_px_, height_px_);
+  std::vector<std::array<int, 2>> changing(rows_.size());
+  tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
+    changing[y] = PixelsThatChange(rows_[y], at_receivers);
+  });
+  glm::ivec2 lower(picture_width_px_, picture_height_px_);
   glm::ivec2 upper(0);
-  for (int y = 0; y < height_px_; ++y) {
-    const auto [begin, end] = rows[static_cast<std::size_t>(y)];
+  for (int y = 0; y < static_cast<int>(rows_.size()); ++y) {
+    const auto [begin, end] = changing[static_cast<std::size_t>(y)];
     if (end == 0) continue;
     lower = glm::min(lower, glm::ivec2(begin, y));
     upper = glm::max(upper, glm::ivec2(end, y + 1));
   }
   if (upper.x <= lower.x) return image.pixels.clear();
-  change.x_px = x_px_ + lower.x;
-  change.y_px = y_px_ + lower.y;
+  change.x_px = lower.x;
+  change.y_px = lower.y;
   image.width = upper.x - lower.x;
   image.height = upper.y - lower.y;
   image.pixels.resize(static_cast<std::size_t>(image.width) *
                       static_cast<std::size_t>(image.height));
   tbb::parallel_for(0, image.height, [&](int y) {
-    const auto [begin, end] = rows[static_cast<std::size_t>(lower.y + y)];
+    const auto in_picture = static_cast<std::size_t>(lower.y + y);
+    const auto [begin, end] = changing[in_picture];
     for (int x = 0; x < image.width; ++x) {
       glm::vec3 sum(0.0f);
       if (lower.x + x >= begin && lower.x + x < end) {
-        for (const Entry& entry : EntriesOf(lower.x + x, lower.y + y)) {
+        for (const Entry& entry : rows_[in_picture].EntriesOf(lower.x + x)) {
           sum += entry.weight * at_receivers[entry.receiver];
         }
       }

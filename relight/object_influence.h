@@ -2,14 +2,14 @@
 // and real faces that a surface saw, and shine in their place.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/patch_scene.h"
@@ -23,6 +23,7 @@
 namespace pleinair {
 
 class FaceLattice;
+class InfluenceRays;
 
 struct ObjectInfluenceOptions {
   // Over each object's bounding sphere, low-discrepancy, where that fills more than 1/16 of a
@@ -52,8 +53,8 @@ struct InfluenceParts {
 // Receivers stand where the objects' bounding spheres fill more than 1/1024 of a surface's view:
 // under a clear sun, eight times the sky, a white object brings a shaded surface half a code value
 // there.
-// At pixels  each near an object has its own; farther off, blocks of up to 7 x 7 pixels share one a
-//            plane, and pixels blend those around them. For that view alone.
+// At pixels  each near an object has its own; farther off, blocks of up to 15 x 15 pixels share
+//            one a plane, and pixels blend those around them. For that view alone.
 // On faces   on a lattice over the real faces, which pixels blend: they stay while the camera
 //            moves, and what changes in the picture is the look-up.
 //
@@ -77,7 +78,7 @@ class ObjectInfluence {
   void See(const PatchScene& real, const SurfaceView& view, const Image<std::int32_t>& faces);
 
   std::size_t ReceiverCount() const { return receivers_.size(); }
-  std::vector<Receiver> Receivers() const;
+  const std::vector<Receiver>& Receivers() const { return receivers_; }
 
   // Works out the response to a unit of basis light `light`: 0 is the sun, 1 + k the view's sky
   // shape k. `sky` is null for the sun, whose disc is not in it. `view` is that of construction,
@@ -103,26 +104,21 @@ class ObjectInfluence {
                 IrradianceChange& change) const;
 
  private:
-  struct Hit {
-    float share = 0.0f;  // Of the receiver's cosine-weighted hemisphere.
-    std::int32_t object_face = 0;
-    std::int32_t behind = PatchScene::kSky;  // Real face.
-    glm::vec3 direction{0.0f};
-  };
-  struct ReceiverHits {
-    std::size_t pixel = 0;  // Where it stands; on faces: without meaning.
-    std::size_t face = 0;   // On faces: a face that it stands on.
-    Receiver place;
-    std::vector<Hit> hits;
-  };
   struct Entry {
     std::uint32_t receiver;
     float weight;
   };
-  // Pixels of the part of the picture that can change; empty where upper is not above lower.
-  struct Extent {
-    glm::ivec2 lower{std::numeric_limits<int>::max()};
-    glm::ivec2 upper{0};
+  // The pixels of a row that can change.
+  struct Row {
+    int first_px = 0;
+    std::vector<std::uint32_t> begin;  // Per pixel, entries [begin, next begin).
+    std::vector<Entry> entries;
+
+    int EndPx() const { return first_px + std::max(static_cast<int>(begin.size()) - 1, 0); }
+    std::span<const Entry> EntriesOf(int x) const {
+      const auto i = static_cast<std::size_t>(x - first_px);
+      return std::span(entries).subspan(begin[i], begin[i + 1] - begin[i]);
+    }
   };
   struct Response {
     glm::vec3 hidden{0.0f};
@@ -130,37 +126,27 @@ class ObjectInfluence {
     glm::vec3 before{0.0f};  // What the surface gets in all.
   };
 
-  void Gather(const PatchScene& real, const PatchScene& objects, int rays_per_receiver);
   glm::vec3 Before(std::size_t light,
-                   const ReceiverHits& receiver,
+                   std::size_t receiver,
                    const SurfaceView& view,
                    std::span<const glm::vec3> real_radiosity) const;
-  // Of a pixel of the part of the picture that can change.
-  std::span<const Entry> EntriesOf(int x, int y) const {
-    const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px_) +
-                          static_cast<std::size_t>(x);
-    return std::span(entries_).subspan(entry_begin_[i], entry_begin_[i + 1] - entry_begin_[i]);
-  }
   std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
-  // Per row of the part of the picture, the first pixel that may change and the one after the last.
-  std::vector<std::array<int, 2>> RowsThatChange(std::span<const glm::vec3> at_receivers) const;
+  // Of a row, the first pixel that may change and the one after the last; the second is 0 if none.
+  std::array<int, 2> PixelsThatChange(const Row& row,
+                                      std::span<const glm::vec3> at_receivers) const;
 
   std::size_t real_faces_ = 0;
   std::size_t object_faces_ = 0;
   int picture_width_px_ = 0;
   int picture_height_px_ = 0;
-  // The pixels that can change lie in this part of the picture.
-  int x_px_ = 0;
-  int y_px_ = 0;
-  int width_px_ = 0;
-  int height_px_ = 0;
-  std::vector<std::uint32_t> entry_begin_;  // Per pixel of that part, entries [begin, next begin).
-  std::vector<Entry> entries_;
-  std::vector<Extent> extents_;  // At pixels, per receiver: of those that have entries of it.
+  std::vector<Row> rows_;
+  std::vector<Receiver> receivers_;
+  // Per receiver, the pixel where it stands; on faces a face that it stands on.
+  std::vector<std::size_t> stands_at_;
+  std::shared_ptr<const InfluenceRays> rays_;   // Null without receivers.
   std::shared_ptr<const FaceLattice> lattice_;  // Null at pixels.
   std::vector<float> is_open_;              // On faces, per receiver: 0 inside an object, else 1.
   std::vector<glm::vec3> face_albedo_rgb_;  // On faces.
-  std::vector<ReceiverHits> receivers_;
   std::vector<std::vector<Response>> responses_;  // Per basis light and receiver.
 };
 

@@ -41,6 +41,9 @@ struct PatchScene {
   std::size_t FaceCount() const { return 2 * mesh.triangles.size(); }
   // The face that a ray along `direction` meets on `hit`.
   static std::int32_t FaceOfHit(const RayHit& hit, const glm::vec3& direction);
+  static std::int32_t FaceOfHit(const FaceHit& hit) {
+    return static_cast<std::int32_t>(2 * hit.triangle + (hit.is_front ? 0 : 1));
+  }
   // Unit normal of a face, to its own side.
   glm::vec3 FaceNormal(std::size_t face) const;
   double PatchAreaM2(std::size_t patch) const;

@@ -157,6 +157,58 @@ PacketMask FillPacket(const glm::vec3* origins_m,
   return valid;
 }
 
+// The nearest point of a triangle to `point_m` (Ericson, Real-Time Collision Detection, 5.1.5); not
+// a number where the triangle has no area.
+glm::vec3 NearestOnTriangle(const glm::vec3& point_m,
+                            const glm::vec3& a_m,
+                            const glm::vec3& b_m,
+                            const glm::vec3& c_m) {
+  const glm::vec3 ab = b_m - a_m;
+  const glm::vec3 ac = c_m - a_m;
+  const glm::vec3 from_a = point_m - a_m;
+  const float d1 = glm::dot(ab, from_a);
+  const float d2 = glm::dot(ac, from_a);
+  if (d1 <= 0.0f && d2 <= 0.0f) return a_m;
+  const glm::vec3 from_b = point_m - b_m;
+  const float d3 = glm::dot(ab, from_b);
+  const float d4 = glm::dot(ac, from_b);
+  if (d3 >= 0.0f && d4 <= d3) return b_m;
+  const float of_c = d1 * d4 - d3 * d2;
+  if (of_c <= 0.0f && d1 >= 0.0f && d3 <= 0.0f) return a_m + d1 / (d1 - d3) * ab;
+  const glm::vec3 from_c = point_m - c_m;
+  const float d5 = glm::dot(ab, from_c);
+  const float d6 = glm::dot(ac, from_c);
+  if (d6 >= 0.0f && d5 <= d6) return c_m;
+  const float of_b = d5 * d2 - d1 * d6;
+  if (of_b <= 0.0f && d2 >= 0.0f && d6 <= 0.0f) return a_m + d2 / (d2 - d6) * ac;
+  const float of_a = d3 * d6 - d5 * d4;
+  if (of_a <= 0.0f && d4 >= d3 && d5 >= d6) {
+    return b_m + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c_m - b_m);
+  }
+  const float sum = of_a + of_b + of_c;
+  return a_m + of_b / sum * ab + of_c / sum * ac;
+}
+
+struct NearestQuery {
+  const glm::vec4* vertices;
+  const glm::uvec3* triangles;
+  glm::vec3 point_m;
+};
+
+// Embree's visit of a triangle that may be nearer: whether it has made the search's radius less.
+bool VisitNearest(RTCPointQueryFunctionArguments* arguments) {
+  const auto& nearest = *static_cast<const NearestQuery*>(arguments->userPtr);
+  const glm::uvec3 corners = nearest.triangles[arguments->primID];
+  const float distance_m = glm::distance(nearest.point_m,
+                                         NearestOnTriangle(nearest.point_m,
+                                                           glm::vec3(nearest.vertices[corners.x]),
+                                                           glm::vec3(nearest.vertices[corners.y]),
+                                                           glm::vec3(nearest.vertices[corners.z])));
+  if (!(distance_m < arguments->query->radius)) return false;
+  arguments->query->radius = distance_m;
+  return true;
+}
+
 }  // namespace
 
 struct RayCaster::Impl {
@@ -180,6 +232,7 @@ struct RayCaster::Impl {
   Query NewQuery(float max_distance_m) const {
     Query query{};
     rtcInitIntersectContext(&query.context);
+    query.context.filter = cut_outs.Empty() ? Filter : FilterCutOut;
     query.vertices = vertices;
     query.triangles = triangles;
     query.cut_outs = &cut_outs;
@@ -200,7 +253,9 @@ RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {
   }
   const RTCDevice device = SharedDevice();
   impl_->scene = rtcNewScene(device);
-  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(
+      impl_->scene,
+      static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
   rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_HIGH);
   if (!mesh.Empty()) {
     const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -230,9 +285,6 @@ RayCaster::RayCaster(const Mesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {
       largest = std::max({largest, size.x, size.y, size.z});
     }
     std::copy(mesh.triangles.begin(), mesh.triangles.end(), triangles);
-    const RTCFilterFunctionN filter = impl_->cut_outs.Empty() ? Filter : FilterCutOut;
-    rtcSetGeometryIntersectFilterFunction(geometry, filter);
-    rtcSetGeometryOccludedFilterFunction(geometry, filter);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(impl_->scene, geometry, 0);
     rtcReleaseGeometry(geometry);  // The scene keeps it.
@@ -307,6 +359,63 @@ void RayCaster::Intersect(const glm::vec3* origins_m,
                                         directions[begin + lane]);
     }
   }
+}
+
+void RayCaster::IntersectFrom(const glm::vec3& origin_m,
+                              Origin where,
+                              const glm::vec3* directions,
+                              std::size_t count,
+                              FaceHit* hits) const {
+  if (!IsCastable(origin_m)) {
+    std::fill_n(hits, count, FaceHit{});
+    return;
+  }
+  Query query = impl_->NewQuery(kInfinity);
+  if (where == Origin::kOffMesh && impl_->cut_outs.Empty()) query.context.filter = nullptr;
+  RTCRayHit8 packet{};
+  std::fill_n(packet.ray.org_x, kPacket, origin_m.x);
+  std::fill_n(packet.ray.org_y, kPacket, origin_m.y);
+  std::fill_n(packet.ray.org_z, kPacket, origin_m.z);
+  std::fill_n(packet.ray.mask, kPacket, ~0u);
+  for (std::size_t begin = 0; begin < count; begin += kPacket) {
+    const std::size_t lanes = std::min(kPacket, count - begin);
+    PacketMask valid{};
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const glm::vec3& direction = directions[begin + lane];
+      valid[lane] = IsCastable(direction) ? -1 : 0;
+      packet.ray.dir_x[lane] = direction.x;
+      packet.ray.dir_y[lane] = direction.y;
+      packet.ray.dir_z[lane] = direction.z;
+    }
+    std::fill_n(packet.ray.tfar, kPacket, kInfinity);
+    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
+    // Not as coherent rays: Embree's way with those is the slower one over an object's small
+    // triangles.
+    rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      FaceHit& hit = hits[begin + lane];
+      hit = {};
+      if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+      const glm::vec3 normal(packet.hit.Ng_x[lane], packet.hit.Ng_y[lane], packet.hit.Ng_z[lane]);
+      hit.triangle = packet.hit.primID[lane];
+      hit.is_front = glm::dot(normal, directions[begin + lane]) <= 0.0f;
+      hit.distance_m = packet.ray.tfar[lane];
+    }
+  }
+}
+
+float RayCaster::DistanceTo(const glm::vec3& point_m, float within_m) const {
+  if (impl_->vertices == nullptr || !IsCastable(point_m) || !(within_m > 0.0f)) return within_m;
+  NearestQuery nearest{impl_->vertices, impl_->triangles, point_m};
+  RTCPointQuery query{};
+  query.x = point_m.x;
+  query.y = point_m.y;
+  query.z = point_m.z;
+  query.radius = within_m;
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(impl_->scene, &query, &context, VisitNearest, &nearest);
+  return query.radius;
 }
 
 bool RayCaster::Occluded(const glm::vec3& origin_m,

@@ -21,6 +21,14 @@ struct RayHit {
   glm::vec3 geometric_normal{0.0f};  // Unit, by winding, not turned to the ray.
 };
 
+// Of a ray among many: what it meets, and no more.
+struct FaceHit {
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  std::uint32_t triangle = kNone;
+  bool is_front = false;  // On the side that the winding's normal points to.
+  float distance_m = std::numeric_limits<float>::infinity();  // To single precision.
+};
+
 // Immutable after construction, safe from any thread, holds no reference to the mesh.
 //
 // Accuracy  Which side of a triangle's plane a ray starts on is decided in double precision, so
@@ -51,6 +59,20 @@ class RayCaster {
                  const glm::vec3* directions,
                  std::size_t count,
                  std::optional<RayHit>* hits) const;
+
+  // Likewise of `count` rays from one point, told in short: quicker again; and more so for a point
+  // that is known to be off the mesh, where single precision decides on triangles' sides.
+  // Shape  directions, hits: count entries each.
+  enum class Origin : std::uint8_t { kMayBeOnMesh, kOffMesh };
+  void IntersectFrom(const glm::vec3& origin_m,
+                     Origin where,
+                     const glm::vec3* directions,
+                     std::size_t count,
+                     FaceHit* hits) const;
+
+  // Distance to the nearest point of a triangle, what is cut out of it included, or `within_m`
+  // where that is less. Triangles that are never hit have none.
+  float DistanceTo(const glm::vec3& point_m, float within_m) const;
 
   // Whether anything stands in (0, max_distance_m).
   bool Occluded(const glm::vec3& origin_m,

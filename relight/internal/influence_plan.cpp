@@ -1,8 +1,10 @@
 #include "relight/internal/influence_plan.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
@@ -14,15 +16,83 @@ namespace {
 // What an object covers has no receiver. Where its edge lets the surface shine through, one within
 // a block of three is found.
 constexpr std::size_t kCoveredSize = 1;
-// A block's side on the surface is at most this share of the distance to the object, over which
-// the object's share of the view changes by about as much of itself. Two fifths or a quarter: no
-// pixel of the recordings differs by more than one code value.
-constexpr float kBlockPerDistance = 0.4f;
+// A block's side on the surface is at most this share of the distance to the object's own surface,
+// over which the object's share of the view changes by about as much of itself: by size, from the
+// second on. The smallest evens out as much of single rays' error as it adds. Far off the share
+// falls with the distance's cube, of which a linear blend over a share k of it has up to 3/2 k^2
+// too much.
+constexpr std::array<float, kInfluenceBlocksPx.size() - 1> kBlockPerDistance{0.5f, 0.4f, 0.3f};
 // On faces likewise.
 constexpr float kSpacingPerDistance = 0.25f;
 // Of a face's edge: 8000 receivers. A patch is some ten times as large as what stands there at
 // most.
 constexpr float kMostParts = 128.0f;
+
+// Squares of pixels that are planned together, of neighbours near each other.
+constexpr int kTilePx = 8;
+
+// Of a pixel: the largest block that is small beside the distance to the nearest object.
+std::size_t SizeFor(float distance_m, float pixel_m) {
+  std::size_t size = 0;
+  while (size < kBlockPerDistance.size() &&
+         static_cast<float>(kInfluenceBlocksPx[size + 1]) * pixel_m <
+             kBlockPerDistance[size] * distance_m) {
+    ++size;
+  }
+  return size;
+}
+
+// Sizes of blocks by the distance to the objects' surfaces, with as few searches for those as do:
+// what is known of one point bounds it for those around it.
+class BlockSizes {
+ public:
+  explicit BlockSizes(const RayCaster& objects) : objects_(objects) {}
+
+  // `least_m` is no more than the distance.
+  std::size_t At(const glm::vec3& position_m, float pixel_m, float least_m) {
+    constexpr std::size_t kLargest = kInfluenceBlocksPx.size() - 1;
+    if (SizeFor(least_m, pixel_m) == kLargest) return kLargest;
+    if (has_anchor_) {
+      const float apart_m = glm::distance(position_m, anchor_m_);
+      const std::size_t size = SizeFor(std::max(anchor_distance_m_ - apart_m, least_m), pixel_m);
+      if (size == kLargest || apart_m < kAnchorReach * anchor_distance_m_ ||
+          size == SizeFor(anchor_distance_m_ + apart_m, pixel_m)) {
+        return size;
+      }
+    }
+    has_anchor_ = true;
+    anchor_m_ = position_m;
+    anchor_distance_m_ = objects_.DistanceTo(position_m, std::numeric_limits<float>::max());
+    return SizeFor(anchor_distance_m_, pixel_m);
+  }
+
+ private:
+  // Within this share of its distance from a point its bound is taken as it is.
+  static constexpr float kAnchorReach = 0.125f;
+
+  const RayCaster& objects_;
+  glm::vec3 anchor_m_{0.0f};
+  float anchor_distance_m_ = 0.0f;
+  bool has_anchor_ = false;
+};
+
+// Whether an object stands between the eye and a surface; `from_eye` are the cones in which the
+// objects are seen from there.
+bool IsCovered(const RayCaster& objects,
+               std::span<const ObjectCone> from_eye,
+               const glm::vec3& eye_m,
+               const glm::vec3& position_m,
+               const glm::vec3& normal) {
+  const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
+  const glm::vec3 to_eye_m = eye_m - start_m;
+  const float range_m = glm::length(to_eye_m);
+  const glm::vec3 to_eye = to_eye_m / range_m;
+  // By more than rounding.
+  const bool may_be = std::any_of(from_eye.begin(), from_eye.end(), [&](const ObjectCone& cone) {
+    return glm::dot(to_eye, cone.axis) < cone.one_minus_cos - 1.0f + 1e-5f;
+  });
+  return may_be && objects.Occluded(start_m, to_eye, range_m);
+}
 
 }  // namespace
 
@@ -34,38 +104,44 @@ PixelPlan PlanPixels(const PatchScene& objects,
   const glm::vec3 eye_m(view.camera.CentreWorldM());
   const auto focal_px =
       static_cast<float>(std::sqrt(view.camera.intrinsics.fx_px * view.camera.intrinsics.fy_px));
-  tbb::parallel_for(0, view.Height(), [&](int y) {
-    for (int x = 0; x < view.Width(); ++x) {
-      const std::size_t pixel = view.region.Index(x, y);
-      if (view.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
-      const glm::vec3& position_m = view.position_world_m.pixels[pixel];
-      const glm::vec3& normal = view.normal_world.pixels[pixel];
-      float share = 0.0f;
-      float distance_m = std::numeric_limits<float>::infinity();
-      for (const std::optional<ObjectBounds>& object : bounds) {
-        if (!object) continue;
-        share += ObjectCone(*object, position_m).LargestShare(normal);
-        distance_m = std::min(distance_m, DistanceTo(object->box, position_m));
+  std::vector<ObjectCone> from_eye;
+  for (const std::optional<ObjectBounds>& object : bounds) {
+    if (object) from_eye.emplace_back(*object, eye_m);
+  }
+  const auto plan_pixel = [&](std::size_t pixel, BlockSizes& sizes) {
+    const glm::vec3& position_m = view.position_world_m.pixels[pixel];
+    const glm::vec3& normal = view.normal_world.pixels[pixel];
+    float share = 0.0f;
+    for (const std::optional<ObjectBounds>& object : bounds) {
+      if (object) share += ObjectCone(*object, position_m).LargestShare(normal);
+    }
+    if (!(share > kLeastInfluenceShare)) return;
+    const glm::vec3 to_eye_m = eye_m - position_m;
+    const float range_m = glm::length(to_eye_m);
+    const glm::vec3 to_eye = to_eye_m / range_m;
+    float box_m = std::numeric_limits<float>::infinity();
+    for (const std::optional<ObjectBounds>& object : bounds) {
+      if (object) box_m = std::min(box_m, DistanceTo(object->box, position_m));
+    }
+    // The longer side of a pixel on the surface.
+    const float cosine = std::abs(glm::dot(normal, to_eye));
+    const float pixel_m = range_m / (focal_px * std::max(cosine, 1e-3f));
+    std::size_t size = sizes.At(position_m, pixel_m, box_m);
+    if (IsCovered(objects.caster, from_eye, eye_m, position_m, normal)) {
+      plan.covered.pixels[pixel] = 1;
+      size = std::max(size, kCoveredSize);
+    }
+    plan.size.pixels[pixel] = static_cast<std::uint8_t>(1 + size);
+  };
+  tbb::parallel_for(0, (view.Height() + kTilePx - 1) / kTilePx, [&](int row) {
+    for (int left = 0; left < view.Width(); left += kTilePx) {
+      BlockSizes sizes(objects.caster);
+      for (int y = row * kTilePx; y < std::min((row + 1) * kTilePx, view.Height()); ++y) {
+        for (int x = left; x < std::min(left + kTilePx, view.Width()); ++x) {
+          const std::size_t pixel = view.region.Index(x, y);
+          if (view.region.pixels[pixel] != SurfaceView::kNoRegion) plan_pixel(pixel, sizes);
+        }
       }
-      if (!(share > kLeastInfluenceShare)) continue;
-      // The longer side of a pixel on the surface.
-      const float range_m = glm::distance(eye_m, position_m);
-      const float cosine = std::abs(glm::dot(normal, position_m - eye_m)) / range_m;
-      const float pixel_m = range_m / (focal_px * std::max(cosine, 1e-3f));
-      std::size_t size = 0;
-      while (size + 1 < kInfluenceBlocksPx.size() &&
-             static_cast<float>(kInfluenceBlocksPx[size + 1]) * pixel_m <
-                 kBlockPerDistance * distance_m) {
-        ++size;
-      }
-      const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
-      const glm::vec3 to_eye_m = eye_m - start_m;
-      const float start_range_m = glm::length(to_eye_m);
-      if (objects.caster.Occluded(start_m, to_eye_m / start_range_m, start_range_m)) {
-        plan.covered.pixels[pixel] = 1;
-        size = std::max(size, kCoveredSize);
-      }
-      plan.size.pixels[pixel] = static_cast<std::uint8_t>(1 + size);
     }
   });
   return plan;
@@ -75,26 +151,31 @@ Gray8Image Candidates(const PixelPlan& plan, std::size_t size) {
   const int block_px = kInfluenceBlocksPx[size];
   const int width = plan.size.width;
   const int height = plan.size.height;
-  Gray8Image around((width + block_px - 1) / block_px, (height + block_px - 1) / block_px, 0);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (plan.size.At(x, y) != 1 + size) continue;
-      // A block of one pixel serves that pixel alone.
-      const int margin = block_px > 1 ? 1 : 0;
-      for (int row = y / block_px - margin; row <= y / block_px + margin; ++row) {
-        for (int column = x / block_px - margin; column <= x / block_px + margin; ++column) {
-          if (around.Contains(column, row)) around.At(column, row) = 1;
+  Gray8Image has((width + block_px - 1) / block_px, (height + block_px - 1) / block_px, 0);
+  tbb::parallel_for(0, has.height, [&](int row) {
+    for (int y = row * block_px; y < std::min((row + 1) * block_px, height); ++y) {
+      for (int x = 0; x < width; ++x) {
+        if (plan.size.At(x, y) == 1 + size) has.At(x / block_px, row) = 1;
+      }
+    }
+  });
+  Gray8Image candidates(width, height, 0);
+  tbb::parallel_for(0, has.height, [&](int row) {
+    for (int column = 0; column < has.width; ++column) {
+      bool is_around = false;
+      for (int r = std::max(row - 1, 0); r <= std::min(row + 1, has.height - 1); ++r) {
+        for (int c = std::max(column - 1, 0); c <= std::min(column + 1, has.width - 1); ++c) {
+          is_around |= has.At(c, r) != 0;
+        }
+      }
+      if (!is_around) continue;
+      for (int y = row * block_px; y < std::min((row + 1) * block_px, height); ++y) {
+        for (int x = column * block_px; x < std::min((column + 1) * block_px, width); ++x) {
+          candidates.At(x, y) = plan.size.At(x, y) != 0 && plan.covered.At(x, y) == 0 ? 1 : 0;
         }
       }
     }
-  }
-  Gray8Image candidates(width, height, 0);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (around.At(x / block_px, y / block_px) == 0) continue;
-      candidates.At(x, y) = plan.size.At(x, y) != 0 && plan.covered.At(x, y) == 0 ? 1 : 0;
-    }
-  }
+  });
   return candidates;
 }
 

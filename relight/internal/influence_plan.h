@@ -19,7 +19,7 @@ namespace pleinair {
 inline constexpr float kLeastInfluenceShare = 1.0f / 1024.0f;
 
 // Sides of the blocks that share a receiver, in pixels: odd, so that a pixel is in the middle.
-inline constexpr std::array<int, 3> kInfluenceBlocksPx{1, 3, 7};
+inline constexpr std::array<int, 4> kInfluenceBlocksPx{1, 3, 7, 15};
 
 // How the pixels of a view are served.
 struct PixelPlan {

@@ -51,14 +51,37 @@ float ObjectCone::LargestShare(const glm::vec3& normal) const {
   return std::min(1.0f, 2.0f * one_minus_cos * std::max(largest, 0.0f));
 }
 
+namespace {
+
+// Of a place in the square of side 2 around 0, by its cell of 64 x 64: what is near in this order
+// is near there.
+std::uint32_t MortonOf(float x, float y) {
+  const auto cell = [](float value) {
+    return static_cast<std::uint32_t>(std::clamp(32.0f * (value + 1.0f), 0.0f, 63.0f));
+  };
+  std::uint32_t code = 0;
+  for (std::uint32_t bit = 0; bit < 6; ++bit) {
+    code |= (cell(x) >> bit & 1u) << (2 * bit) | (cell(y) >> bit & 1u) << (2 * bit + 1);
+  }
+  return code;
+}
+
+}  // namespace
+
 ConeDirections::ConeDirections(int count) {
   for (int k = 0; k < count; ++k) {
     const glm::dvec2 point = FibonacciPoint(k, count, {0.0, 0.0});
     const double angle = 2.0 * std::numbers::pi * point.y;
+    const double radius = std::sqrt(point.x);
     points_.push_back({static_cast<float>(point.x),
-                       static_cast<float>(std::cos(angle)),
-                       static_cast<float>(std::sin(angle))});
+                       static_cast<float>(radius * std::cos(angle)),
+                       static_cast<float>(radius * std::sin(angle)),
+                       static_cast<float>(std::sqrt(1.0 - point.x))});
   }
+  // Neighbours are cast together.
+  std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) {
+    return MortonOf(a.x, a.y) < MortonOf(b.x, b.y);
+  });
 }
 
 }  // namespace pleinair

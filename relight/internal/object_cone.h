@@ -73,10 +73,7 @@ class ConeDirections {
     // that is uniform over the cone: the hemisphere's own set is the better one.
     if (cone.one_minus_cos > 0.5f) {
       for (const Point& point : points_) {
-        const float radius = std::sqrt(point.height);
-        visit(radius * point.cosine * hemisphere.tangent +
-                  radius * point.sine * hemisphere.bitangent +
-                  std::sqrt(1.0f - point.height) * normal,
+        visit(point.x * hemisphere.tangent + point.y * hemisphere.bitangent + point.z * normal,
               each);
       }
       return;
@@ -88,9 +85,9 @@ class ConeDirections {
     const glm::vec3 upwards = glm::normalize(glm::cross(cone.axis, across));
     for (const Point& point : points_) {
       const float down = point.height * cone.one_minus_cos;
-      const float radius = std::sqrt(down * (2.0f - down));
-      const glm::vec3 direction = radius * point.cosine * across + radius * point.sine * upwards +
-                                  (1.0f - down) * cone.axis;
+      const float scale = std::sqrt(cone.one_minus_cos * (2.0f - down));
+      const glm::vec3 direction =
+          scale * (point.x * across + point.y * upwards) + (1.0f - down) * cone.axis;
       const float cosine = glm::dot(normal, direction);
       if (cosine > 0.0f) visit(direction, 2.0f * cone.one_minus_cos * cosine * each);
     }
@@ -99,8 +96,9 @@ class ConeDirections {
  private:
   struct Point {
     float height;  // In (0, 1).
-    float cosine;  // Of the angle around the axis.
-    float sine;
+    float x;       // On the unit disc, the root of height from its middle.
+    float y;
+    float z;  // On the hemisphere above it.
   };
   std::vector<Point> points_;
 };

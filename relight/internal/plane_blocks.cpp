@@ -10,8 +10,6 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "relight/internal/same_plane.h"
-
 namespace pleinair {
 namespace {
 
@@ -46,22 +44,6 @@ PlaneBlocks::PlaneBlocks(const SurfaceView& view, const glm::vec3& origin_m, con
   }
 }
 
-const PlaneBlocks::Plane* PlaneBlocks::Find(std::size_t pixel,
-                                            const std::vector<Plane>& block) const {
-  const glm::vec3& position = view_.position_world_m.pixels[pixel];
-  const float range_m = glm::distance(position, origin_m_);
-  for (const Plane& plane : block) {
-    if (SamePlane(position,
-                  view_.normal_world.pixels[pixel],
-                  view_.position_world_m.pixels[plane.pixel],
-                  view_.normal_world.pixels[plane.pixel],
-                  range_m)) {
-      return &plane;
-    }
-  }
-  return nullptr;
-}
-
 void PlaneBlocks::Collect(int column, int row, const Gray8Image* candidates) {
   std::vector<std::vector<glm::ivec2>> clusters;  // Per plane of the block, its pixels.
   std::vector<Plane> block;
@@ -70,7 +52,7 @@ void PlaneBlocks::Collect(int column, int row, const Gray8Image* candidates) {
       const std::size_t pixel = view_.region.Index(x, y);
       if (view_.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
       if (candidates != nullptr && candidates->pixels[pixel] == 0) continue;
-      const Plane* found = Find(pixel, block);
+      const Plane* found = Find(pixel, RangeM(pixel), block);
       if (found == nullptr) {
         block.push_back({pixel, 0});
         clusters.push_back({{x, y}});

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
+#include "relight/internal/same_plane.h"
 #include "relight/transport.h"
 #include "scene/surface_view.h"
 
@@ -40,6 +42,8 @@ class PlaneBlocks {
     const double v = (y + 0.5) / block_px_ - 0.5;
     const int left = static_cast<int>(std::floor(u));
     const int top = static_cast<int>(std::floor(v));
+    const std::size_t pixel = view_.region.Index(x, y);
+    const float range_m = RangeM(pixel);
     for (int dy = 0; dy < 2; ++dy) {
       for (int dx = 0; dx < 2; ++dx) {
         const double weight =
@@ -50,7 +54,7 @@ class PlaneBlocks {
         if (row < 0 || row >= rows_) continue;
         if (wraps_x_) column = (column + columns_) % columns_;
         if (column < 0 || column >= columns_) continue;
-        if (const Plane* plane = Find(view_.region.Index(x, y), planes_[Block(column, row)])) {
+        if (const Plane* plane = Find(pixel, range_m, planes_[Block(column, row)])) {
           visit(plane->receiver, weight);
         }
       }
@@ -68,7 +72,23 @@ class PlaneBlocks {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
   }
-  const Plane* Find(std::size_t pixel, const std::vector<Plane>& block) const;
+  // From where the view is seen.
+  float RangeM(std::size_t pixel) const {
+    return glm::distance(view_.position_world_m.pixels[pixel], origin_m_);
+  }
+  // The pixel's plane among those of a block; null where it is none of them.
+  const Plane* Find(std::size_t pixel, float range_m, const std::vector<Plane>& block) const {
+    for (const Plane& plane : block) {
+      if (SamePlane(view_.position_world_m.pixels[pixel],
+                    view_.normal_world.pixels[pixel],
+                    view_.position_world_m.pixels[plane.pixel],
+                    view_.normal_world.pixels[plane.pixel],
+                    range_m)) {
+        return &plane;
+      }
+    }
+    return nullptr;
+  }
   void Collect(int column, int row, const Gray8Image* candidates);
 
   const SurfaceView& view_;

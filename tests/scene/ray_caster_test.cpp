@@ -1,7 +1,9 @@
 #include "scene/ray_caster.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <random>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/textured_material.h"
@@ -126,6 +129,64 @@ TEST(RayCaster, ManyRaysAtOnceSayTheSame) {
   }
 }
 
+TEST(RayCaster, ManyRaysFromOnePointSayTheSame) {
+  const RayCaster caster(BoxMesh({-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 1.0f}));
+  std::mt19937 random(32);
+  std::normal_distribution<float> normal;
+  std::vector<glm::vec3> directions(203);
+  for (glm::vec3& direction : directions) {
+    direction = glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
+  }
+  // Outside, and inside where sides are the other ones.
+  for (const glm::vec3& origin_m : {glm::vec3(1.5f, -0.2f, 0.6f), glm::vec3(0.1f, 0.2f, 0.4f)}) {
+    for (const RayCaster::Origin where :
+         {RayCaster::Origin::kMayBeOnMesh, RayCaster::Origin::kOffMesh}) {
+      std::vector<FaceHit> hits(directions.size());
+      caster.IntersectFrom(origin_m, where, directions.data(), directions.size(), hits.data());
+      int met = 0;
+      for (std::size_t i = 0; i < directions.size(); ++i) {
+        const auto hit = caster.Intersect(origin_m, directions[i]);
+        ASSERT_EQ(hits[i].triangle != FaceHit::kNone, hit.has_value());
+        if (!hit) continue;
+        ++met;
+        EXPECT_EQ(hits[i].triangle, hit->triangle);
+        EXPECT_EQ(hits[i].is_front, glm::dot(hit->geometric_normal, directions[i]) <= 0.0f);
+        // A few roundings of the distance.
+        EXPECT_NEAR(hits[i].distance_m, hit->distance_m, 1e-5f);
+      }
+      EXPECT_GT(met, 20);
+    }
+  }
+  FaceHit none;
+  const glm::vec3 nowhere(std::numeric_limits<float>::quiet_NaN());
+  caster.IntersectFrom(nowhere, RayCaster::Origin::kOffMesh, directions.data(), 1, &none);
+  EXPECT_EQ(none.triangle, FaceHit::kNone);
+}
+
+// To faces, edges and corners of a box, from both sides.
+TEST(RayCaster, TellsTheDistanceToTheNearestTriangle) {
+  const glm::vec3 lower_m(-1.0f, -2.0f, 0.0f);
+  const glm::vec3 upper_m(1.0f, 1.0f, 0.5f);
+  const RayCaster caster(BoxMesh(lower_m, upper_m));
+  std::mt19937 random(33);
+  std::uniform_real_distribution<float> at(-3.0f, 3.0f);
+  int inside = 0;
+  for (int i = 0; i < 500; ++i) {
+    const glm::vec3 point_m(at(random), at(random), 0.3f * at(random));
+    const glm::vec3 out_m = glm::max(lower_m - point_m, point_m - upper_m);
+    float expected_m = glm::length(glm::max(out_m, glm::vec3(0.0f)));
+    if (expected_m == 0.0f) {
+      expected_m = -std::max({out_m.x, out_m.y, out_m.z});
+      ++inside;
+    }
+    // Roundings of coordinates of a few metres.
+    EXPECT_NEAR(caster.DistanceTo(point_m, 100.0f), expected_m, 2e-6f);
+    EXPECT_FLOAT_EQ(caster.DistanceTo(point_m, 0.5f * expected_m), 0.5f * expected_m);
+  }
+  EXPECT_GT(inside, 10);
+  EXPECT_EQ(RayCaster(Mesh{}).DistanceTo(glm::vec3(0.0f), 7.0f), 7.0f);
+}
+
 TEST(RayCaster, RefusesTrianglesOfVerticesThatAreNotThere) {
   Mesh mesh = UnitTriangle();
   mesh.triangles.push_back({0, 1, 3});
@@ -178,6 +239,12 @@ TEST(RayCaster, SeesThroughWhatATextureCutsOut) {
     EXPECT_EQ(hit->triangle == 2, !is_there) << origins[i].x;
     ASSERT_TRUE(hits[i]);
     EXPECT_EQ(hits[i]->triangle, hit->triangle);
+    for (const RayCaster::Origin where :
+         {RayCaster::Origin::kMayBeOnMesh, RayCaster::Origin::kOffMesh}) {
+      FaceHit in_short;
+      caster.IntersectFrom(origins[i], where, &down[i], 1, &in_short);
+      EXPECT_EQ(in_short.triangle, hit->triangle);
+    }
     EXPECT_EQ(caster.Occluded(origins[i], down[i], 3.0f), is_there);
   }
 }
