@@ -58,8 +58,9 @@ bool IsClipped(const Frame& frame, std::size_t pixel) {
   return !frame.clipped.Empty() && frame.clipped.pixels[pixel] != 0;
 }
 
-// Code values by which a real pixel falls when all of the sun that it sees is taken away.
-float FallInShadow(const BoundInput& input, std::size_t pixel) {
+// Code values by which a real pixel falls when all of the sun that it sees is taken away, where
+// objects may hide that share of its other light: in the dark a step of light is more codes.
+float FallInShadow(const BoundInput& input, std::size_t pixel, float hidden_share) {
   const SurfaceView& view = input.view;
   const glm::vec3& camera = input.frame.radiance.pixels[pixel];
   if (!IsFinite(camera)) return 0.0f;
@@ -81,7 +82,8 @@ float FallInShadow(const BoundInput& input, std::size_t pixel) {
   for (int c = 0; c < 3; ++c) {
     if (before[c] > 0.0f) after[c] = without[c] * light.indirect[c] / before[c];
   }
-  return input.codes.Difference(without, after);
+  const glm::vec3 hidden = hidden_share * after;
+  return input.codes.Difference(without - hidden, after - hidden);
 }
 
 // Of any place of it.
@@ -308,19 +310,24 @@ Bound EffectBounds::SunShadow(const BoundInput& input) {
     near_shadow_version_ = input.view.sun_version;
   }
   if (near_shadow_.empty()) return {0.0, "no shadow in view"};
+  // Close to a surface an object hides half of what is over it, and more only where it overhangs.
+  constexpr float kHiddenClose = 0.75f;
+  const float share = Reach(input.view).largest_share;
+  const float hidden_share = share >= InfluenceReach::kDecisive ? kHiddenClose : share;
   // Some pixels, to see whether there is anything to find out.
   const std::size_t step = StepOverFew(near_shadow_.size());
   const glm::vec3 to_sun(input.basis.Sun().direction_enu);
   for (std::size_t i = step / 2; i < near_shadow_.size(); i += step) {
     const std::size_t pixel = near_shadow_[i];
-    if (!(FallInShadow(input, pixel) > kFarAbove * input.threshold_code_values)) continue;
+    if (!(FallInShadow(input, pixel, hidden_share) > kFarAbove * input.threshold_code_values))
+      continue;
     const glm::vec3 start_m = OffsetFromSurface(input.view.position_world_m.pixels[pixel],
                                                 input.view.normal_world.pixels[pixel]);
     if (objects_.caster.Occluded(start_m, to_sun)) return {kWhite, "a shadow in sunlight"};
   }
   std::vector<float> falls(near_shadow_.size());
   const float largest = LargestOver(near_shadow_.size(), [&](std::size_t i) {
-    falls[i] = FallInShadow(input, near_shadow_[i]);
+    falls[i] = FallInShadow(input, near_shadow_[i], hidden_share);
     return falls[i];
   });
   constexpr double kWorthRays = 0.25;

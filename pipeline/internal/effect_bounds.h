@@ -44,10 +44,11 @@ struct Bound {
 
 // Keeps what hangs on view, sun and objects alone.
 //
-// Bounds are upper ones but for three things, each as fine as the effect itself is: what reaches an
+// Bounds are upper ones but for four things, each as fine as the effect itself is: what reaches an
 // object between its vertices and the middles of its faces is missed (AnySeesSun), what a shadow
-// narrower than a pixel does (SoftSun), and the noise of the rays at vertices, which the light at
-// one place has less of (LightVariation).
+// narrower than a pixel does (SoftSun), the noise of the rays at vertices, which the light at one
+// place has less of (LightVariation), and shadows where objects hide more than three quarters of
+// the light from elsewhere, under what overhangs (SunShadow).
 class EffectBounds {
  public:
   // `real_caster` and `objects` outlive this, `scene_albedo` is the highest of the real surfaces.

@@ -146,6 +146,19 @@ TEST_F(PlannedFrames, RunWhatTheyCallForAndLookAsWithEverything) {
   EXPECT_EQ(draw_calls["out of sight"], 0);
 }
 
+// In what the object darkens anyway, a step of light is more codes.
+TEST_F(PlannedFrames, BoundsHoldUnderAWeakSun) {
+  const HeadlessContext context;
+  Compositor compositor;
+  for (const double sun : {0.5, 3.0, 10.0}) {
+    StagedFrame staged = kSunny;
+    staged.sun = sun;
+    FramePipeline pipeline = PipelineFor(staged, compositor);
+    ExpectThatBoundsHold(
+        pipeline, FrameOf(staged), "sun of " + std::to_string(sun), PoseOf(staged));
+  }
+}
+
 // A face is nearly black in the mean: what its few white texels show of the light counts, however
 // weak the sun is.
 TEST_F(PlannedFrames, BoundsAreThoseOfATexturesBrightestPlaces) {
