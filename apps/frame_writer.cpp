@@ -29,7 +29,7 @@ void FrameWriter::WriteEnvironment(int frame,
 std::string FrameWriter::WriteSky(int frame, const RgbImage& sky) const {
   std::filesystem::create_directories(out_ / "sky");
   std::string name = fmt::format("sky/{:06}.exr", frame);
-  WriteExr(out_ / name, sky, ExrPrecision::kHalf);
+  WriteExr(out_ / name, sky, ExrPrecision::kFloat);
   return name;
 }
 

@@ -27,7 +27,7 @@ class FrameWriter {
   // environment/NNNNNN_without_sun.exr.
   void WriteEnvironment(int frame, const RgbImage& with_sun, const RgbImage& without_sun) const;
 
-  // Lat-long half float, for lighting.jsonl's sky_image. Returns its path in the folder:
+  // Lat-long, 32-bit float, for lighting.jsonl's sky_image. Returns its path in the folder:
   // sky/NNNNNN.exr.
   std::string WriteSky(int frame, const RgbImage& sky) const;
 

@@ -16,6 +16,7 @@
 #include "apps/calibrate_north_command.h"
 #include "apps/elapsed.h"
 #include "apps/frame_writer.h"
+#include "apps/given_lighting.h"
 #include "apps/lighting_log.h"
 #include "apps/plan_log.h"
 #include "apps/progress.h"
@@ -31,23 +32,35 @@
 namespace pleinair {
 namespace {
 
-// One run's output folder: nothing of an earlier run stays beside the new one's, and lighting.jsonl
-// and plan.jsonl have their names only when they are whole.
+// Folders of a run with a file or two for each frame, and what else it leaves.
+constexpr const char* kFrameFolders[] = {"composite", "mask", "sky", "environment"};
+constexpr const char* kRunFiles[] = {
+    "lighting.jsonl", "plan.jsonl", "report.html", "score.json", "composite.mp4"};
+
+// Files named after a frame, NNNNNN..., and their folder where nothing else is in it.
+void RemoveFrameFiles(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(folder)) return;
+  std::vector<fs::path> of_frames;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    constexpr std::size_t kDigits = 6;
+    const bool is_numbered =
+        name.size() > kDigits && name.find_first_not_of("0123456789") == kDigits;
+    if (is_numbered && entry.is_regular_file()) of_frames.push_back(entry.path());
+  }
+  for (const fs::path& file : of_frames) fs::remove(file);
+  if (fs::is_empty(folder)) fs::remove(folder);
+}
+
+// One run's output folder: nothing of an earlier run stays beside the new one's, all else does, and
+// lighting.jsonl and plan.jsonl have their names only when they are whole.
 class RunFolder {
  public:
   explicit RunFolder(std::filesystem::path out) : out_(std::move(out)) {
     std::filesystem::create_directories(out_);
-    for (const char* name : {"lighting.jsonl",
-                             "plan.jsonl",
-                             "report.html",
-                             "score.json",
-                             "composite",
-                             "mask",
-                             "sky",
-                             "environment",
-                             "composite.mp4"}) {
-      std::filesystem::remove_all(out_ / name);
-    }
+    for (const char* name : kRunFiles) std::filesystem::remove(out_ / name);
+    for (const char* name : kFrameFolders) RemoveFrameFiles(out_ / name);
     lighting_.emplace(out_ / "lighting.jsonl");
     plan_.emplace(out_ / "plan.jsonl");
   }
@@ -88,14 +101,27 @@ class RunFolder {
   std::optional<Log> plan_;
 };
 
-// The folder is emptied before the first frame's light, and its sky image, are read.
+// What a run reads must not be what it removes first.
 void ExpectLightingElsewhere(const RunCommandOptions& options) {
+  namespace fs = std::filesystem;
   if (options.lighting.empty()) return;
-  const auto folder = std::filesystem::weakly_canonical(options.lighting).parent_path();
-  if (folder != std::filesystem::weakly_canonical(options.out)) return;
-  throw std::invalid_argument("--lighting " + options.lighting.string() +
-                              ": is in the folder of --out, " +
-                              "which is written anew: expected another folder for one of them");
+  const fs::path out = fs::weakly_canonical(options.out);
+  const auto expect_elsewhere = [&](const fs::path& file) {
+    const fs::path read = fs::weakly_canonical(file);
+    bool is_removed = false;
+    for (const char* name : kRunFiles) is_removed = is_removed || read == out / name;
+    for (const char* name : kFrameFolders) {
+      is_removed = is_removed || read.parent_path() == out / name;
+    }
+    if (!is_removed) return;
+    throw std::invalid_argument("--lighting: " + file.string() +
+                                " is of the run in --out, which is written anew: expected another "
+                                "folder for one of them");
+  };
+  expect_elsewhere(options.lighting);
+  for (const auto& [frame, light] : ReadGivenLighting(options.lighting)) {
+    if (light.sky_image) expect_elsewhere(*light.sky_image);
+  }
 }
 
 std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSite& site) {

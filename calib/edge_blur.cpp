@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <optional>
@@ -79,9 +80,12 @@ std::vector<Line> LinesAcrossEdges(const Gray8Image& clipped, const SurfaceView&
         const Line line{{x, y}, across};
         if (!IsModelEdge(view, line.pixel, line.pixel + across) || !IsAlone(view, line)) continue;
         bool is_read = true;
+        const glm::ivec2 along(across.y, across.x);
         for (int i = -kReachPx + 1; i <= kReachPx && !clipped.Empty(); ++i) {
-          const glm::ivec2 at = line.pixel + i * across;
-          is_read = is_read && clipped.At(at.x, at.y) == 0;
+          for (const glm::ivec2& beside : {-along, glm::ivec2(0), along}) {
+            const glm::ivec2 at = line.pixel + i * across + beside;
+            is_read = is_read && clipped.At(at.x, at.y) == 0;
+          }
         }
         if (is_read) lines.push_back(line);
       }

@@ -31,11 +31,11 @@ struct FaceHit {
 
 // Immutable after construction, safe from any thread, holds no reference to the mesh.
 //
-// Accuracy  Which side of a triangle's plane a ray starts on is decided in double precision, so
-// that
-//           a ray started by OffsetFromSurface never meets its own surface, however large the
-//           triangles. Rays through edges and vertices do not slip through. A ray that starts
-//           within a rounding error of an edge may start on the other side of it.
+// Accuracy  Which side of a triangle's plane a ray starts on is decided in double precision (but
+//           for Origin::kOffMesh), so that a ray started by OffsetFromSurface never meets its own
+//           surface, however large the triangles. Rays through edges and vertices do not slip
+//           through. A ray that starts within a rounding error of an edge may start on the other
+//           side of it.
 // Not       hit: triangles without area, or with a corner that is not finite or beyond 1.8e18 m. A
 //           ray that is not finite, or beyond that, misses. Nor what a material by place cuts out.
 class RayCaster {
@@ -71,7 +71,7 @@ class RayCaster {
                      FaceHit* hits) const;
 
   // Distance to the nearest point of a triangle, what is cut out of it included, or `within_m`
-  // where that is less. Triangles that are never hit have none.
+  // where that is less. Triangles that are not finite have none.
   float DistanceTo(const glm::vec3& point_m, float within_m) const;
 
   // Whether anything stands in (0, max_distance_m).

@@ -120,9 +120,10 @@ EffectBounds::EffectBounds(const RayCaster& real_caster,
 void EffectBounds::ObjectsMoved() {
   Forget();
   object_diffuse_ = object_albedo_ = glm::vec3(0.0f);
-  any_glossy_ = IsGlossy(objects_.mesh);
+  any_glossy_ = false;
   for (const Material& material : objects_.mesh.materials) {
     const TexturedMaterial::Reflectances shown = BrightestOf(material);
+    any_glossy_ = any_glossy_ || shown.specular_reflectance != glm::vec3(0.0f);
     object_diffuse_ = glm::max(object_diffuse_, shown.diffuse_albedo);
     object_albedo_ =
         glm::max(object_albedo_,

@@ -233,6 +233,9 @@ void ObjectMesh::Upload(std::span<const Mesh* const> objects,
   glBindVertexArray(vertex_array_.Name());
   UploadBuffer(vertices_, GL_ARRAY_BUFFER, vertices, GL_STATIC_DRAW);
   UploadBuffer(indices_, GL_ELEMENT_ARRAY_BUFFER, triangles_, GL_STATIC_DRAW);
+  // An attribute that is switched on needs storage, also where no pass makes use of it.
+  irradiance_values_.assign(sources_.size(), glm::vec3(0.0f));
+  UploadBuffer(irradiance_, GL_ARRAY_BUFFER, irradiance_values_, GL_STREAM_DRAW);
   if (places.empty()) {
     glDisableVertexAttribArray(5);
     glDisableVertexAttribArray(6);

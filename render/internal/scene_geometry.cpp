@@ -71,14 +71,16 @@ void ValidateColours(const Mesh& mesh, const std::string& name) {
                " entries, expected " + std::to_string(mesh.triangles.size()) + ", one a triangle");
   }
   for (std::size_t i = 0; i < mesh.triangle_colours.size(); ++i) {
-    glm::vec4 sum(0.0f);
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const glm::vec2& uv = mesh.triangle_colours[i].texture_uv[corner];
-      // No sum of opposites: 0 x is 0, or NaN.
-      sum += 0.0f * (mesh.triangle_colours[i].vertex_colour[corner] + uv.x) + 0.0f * uv.y;
-    }
-    if (sum != glm::vec4(0.0f)) {
-      Refuse(name, "triangle_colours[" + std::to_string(i) + "] is not finite");
+      const glm::vec4& colour = mesh.triangle_colours[i].vertex_colour[corner];
+      constexpr float kMost = 1e6f;  // Coordinates beyond it have no fractions left to speak of.
+      for (const float value : {uv.x, uv.y, colour.r, colour.g, colour.b, colour.a}) {
+        if (std::abs(value) <= kMost) continue;
+        Refuse(name,
+               "triangle_colours[" + std::to_string(i) + "] holds " + std::to_string(value) +
+                   ", expected numbers of at most a million");
+      }
     }
   }
 }

@@ -48,7 +48,9 @@ int UploadLevels(const Texture& texture) {
   int first = 0;
   while (texture.Level(first).width > most || texture.Level(first).height > most) ++first;
   const int count = texture.LevelCount() - first;
-  while (glGetError() != GL_NO_ERROR) continue;  // Not this one's.
+  // Not this one's; a lost context has one for ever.
+  constexpr int kMostErrors = 16;
+  for (int i = 0; i < kMostErrors && glGetError() != GL_NO_ERROR; ++i) continue;
   const Texture::Codes& finest = texture.Level(first);
   glTexStorage2D(GL_TEXTURE_2D, count, GL_RGBA16F, finest.width, finest.height);
   if (glGetError() == GL_OUT_OF_MEMORY) {

@@ -23,10 +23,12 @@ cv::Mat DecodedTexels(std::span<const std::byte> encoded, bool with_alpha) {
     }
     std::vector<std::byte> bytes(encoded.begin(), encoded.end());
     const cv::Mat wrapped(1, static_cast<int>(bytes.size()), CV_8UC1, bytes.data());
+    // Coordinates are the picture's own, whichever way its maker held the camera.
+    constexpr int kColour = cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION;
     // Only as it is does an image keep its alpha; then 16 bits stay too.
-    cv::Mat decoded = cv::imdecode(wrapped, with_alpha ? cv::IMREAD_UNCHANGED : cv::IMREAD_COLOR);
+    cv::Mat decoded = cv::imdecode(wrapped, with_alpha ? cv::IMREAD_UNCHANGED : kColour);
     if (with_alpha && decoded.depth() == CV_16U) decoded.convertTo(decoded, CV_8U, 1.0 / 257.0);
-    if (with_alpha && decoded.type() != CV_8UC4) decoded = cv::imdecode(wrapped, cv::IMREAD_COLOR);
+    if (with_alpha && decoded.type() != CV_8UC4) decoded = cv::imdecode(wrapped, kColour);
     return decoded;
   } catch (const std::exception&) {
     return {};

@@ -1,6 +1,7 @@
 // `pleinair run`: what it leaves in its folder, and what another run makes of that.
 #include "apps/run_command.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -40,7 +41,7 @@ class RunCommand : public CommandFolder {
                       R"("sky_irradiance_rgb": [60, 90, {}]}})"
                       "\n",
                       frame,
-                      120 + 30 * frame);
+                      frame == 0 ? "120" : "4e6");  // The second sky is beyond half floats.
     }
     options_.sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
     options_.cache = folder_ / "cache";
@@ -87,26 +88,36 @@ TEST_F(RunCommand, LeavesNothingOfAnEarlierRunAndAllElse) {
     Write(fs::path("out") / old, "of an earlier run");
   }
   Write("out/notes.txt", "mine");
+  Write("out/environment/survey.exr", "mine too");
   RunRunCommand(options_);
   EXPECT_FALSE(fs::exists(options_.out / "composite/000099.png"));
   EXPECT_FALSE(fs::exists(options_.out / "sky/000099.exr"));
-  EXPECT_FALSE(fs::exists(options_.out / "environment"));
+  EXPECT_FALSE(fs::exists(options_.out / "environment/000099.exr"));
+  EXPECT_TRUE(fs::exists(options_.out / "environment/survey.exr"));
   EXPECT_TRUE(fs::exists(options_.out / "sky/000001.exr"));
   EXPECT_TRUE(fs::exists(options_.out / "notes.txt"));
 }
 
 TEST_F(RunCommand, RefusesLightThatItWouldRemove) {
-  fs::create_directories(options_.out);
-  fs::rename(options_.lighting, options_.out / "lighting.jsonl");
-  options_.lighting = options_.out / "lighting.jsonl";
-  const std::string refusal = Refusal(
-      +[](const RunCommandOptions& options) {
-        RunRunCommand(options);
-        return std::string();
-      },
-      options_);
-  EXPECT_THAT(refusal, HasSubstr("expected another folder"));
-  EXPECT_TRUE(fs::exists(options_.lighting));
+  fs::create_directories(options_.out / "sky");
+  fs::copy(options_.lighting, options_.out / "lighting.jsonl");
+  fs::copy(folder_ / "east.exr", options_.out / "east.exr");
+  fs::copy(folder_ / "east.exr", options_.out / "sky/000000.exr");
+  const std::string by_image =
+      R"({"frame": 0, "sun_irradiance_rgb": [0, 0, 0], "sky_irradiance_rgb": [1, 1, 1], )"
+      R"("sky_image": "out/sky/000000.exr"})";
+  for (const fs::path& light : {options_.out / "lighting.jsonl", Write("by.jsonl", by_image)}) {
+    options_.lighting = light;
+    const std::string refusal = Refusal(
+        +[](const RunCommandOptions& options) {
+          RunRunCommand(options);
+          return std::string();
+        },
+        options_);
+    EXPECT_THAT(refusal, HasSubstr("expected another folder")) << light;
+    EXPECT_TRUE(fs::exists(light));
+    EXPECT_TRUE(fs::exists(options_.out / "sky/000000.exr"));
+  }
 }
 
 }  // namespace

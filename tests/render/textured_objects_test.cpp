@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -277,8 +278,14 @@ TEST_P(TexturedObjects, WhatMakesNoSenseIsRefusedByName) {
   };
   Mesh board = Board(material, 20.0f, 0.0f, 1.0f);
   EXPECT_EQ(message(board), "");
-  board.triangle_colours[1].texture_uv[2].y = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(message(board), "objects[0].mesh: triangle_colours[1] is not finite");
+  for (const auto& [value, told] : {std::pair{std::numeric_limits<float>::infinity(), "inf"},
+                                    std::pair{std::numeric_limits<float>::quiet_NaN(), "nan"},
+                                    std::pair{2e6f, "2000000.000000"}}) {
+    board.triangle_colours[1].texture_uv[0].y = value;
+    EXPECT_EQ(message(board),
+              std::string("objects[0].mesh: triangle_colours[1] holds ") + told +
+                  ", expected numbers of at most a million");
+  }
   board.triangle_colours.pop_back();
   EXPECT_EQ(message(board),
             "objects[0].mesh: triangle_colours has 1 entries, expected 2, one a triangle");
