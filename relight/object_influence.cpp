@@ -268,11 +268,11 @@ std::vector<glm::vec3> ObjectInfluence::AtReceivers(const Lighting& lighting,
 }
 
 std::array<int, 2> ObjectInfluence::PixelsThatChange(
-    const Row& row, std::span<const glm::vec3> at_receivers) const {
+    const Row& row, std::span<const std::uint8_t> is_changing) const {
   const auto changes = [&](int x) {
     const std::span<const Entry> entries = row.EntriesOf(x);
     return std::any_of(entries.begin(), entries.end(), [&](const Entry& entry) {
-      return entry.weight != 0.0f && at_receivers[entry.receiver] != glm::vec3(0.0f);
+      return is_changing[entry.receiver] != 0 && entry.weight != 0.0f;
     });
   };
   int begin = row.first_px;
@@ -291,9 +291,16 @@ void ObjectInfluence::Evaluate(const Lighting& lighting,
   image.height = 0;
   if (receivers_.empty()) return image.pixels.clear();
   const std::vector<glm::vec3> at_receivers = AtReceivers(lighting, parts);
+  // Rows are searched from both ends, mostly over what does not change: a byte each is quick to
+  // read.
+  std::vector<std::uint8_t> is_changing(at_receivers.size());
+  std::transform(
+      at_receivers.begin(), at_receivers.end(), is_changing.begin(), [](const glm::vec3& value) {
+        return value != glm::vec3(0.0f) ? 1 : 0;
+      });
   std::vector<std::array<int, 2>> changing(rows_.size());
   tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
-    changing[y] = PixelsThatChange(rows_[y], at_receivers);
+    changing[y] = PixelsThatChange(rows_[y], is_changing);
   });
   glm::ivec2 lower(picture_width_px_, picture_height_px_);
   glm::ivec2 upper(0);

@@ -132,8 +132,9 @@ class ObjectInfluence {
                    std::span<const glm::vec3> real_radiosity) const;
   std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
   // Of a row, the first pixel that may change and the one after the last; the second is 0 if none.
+  // `is_changing` is per receiver.
   std::array<int, 2> PixelsThatChange(const Row& row,
-                                      std::span<const glm::vec3> at_receivers) const;
+                                      std::span<const std::uint8_t> is_changing) const;
 
   std::size_t real_faces_ = 0;
   std::size_t object_faces_ = 0;
