@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <numeric>
 #include <unordered_map>
@@ -66,11 +67,14 @@ bool IsGlossy(const Material& material) {
   return std::max({k.r, k.g, k.b}) > 0.0f;
 }
 
+// Where OpenGL takes an offset into a buffer for a pointer.
+const void* OffsetPointer(std::uintptr_t bytes) { return std::bit_cast<const void*>(bytes); }
+
 template <typename Value>
 void Attribute(GLuint index, int components, std::size_t offset) {
   glEnableVertexAttribArray(index);
   glVertexAttribPointer(
-      index, components, GL_FLOAT, GL_FALSE, sizeof(Value), reinterpret_cast<const void*>(offset));
+      index, components, GL_FLOAT, GL_FALSE, sizeof(Value), OffsetPointer(offset));
 }
 
 void DrawTriangles(std::size_t first, std::size_t count) {
@@ -79,7 +83,7 @@ void DrawTriangles(std::size_t first, std::size_t count) {
   glDrawElements(GL_TRIANGLES,
                  static_cast<GLsizei>(3 * count),
                  GL_UNSIGNED_INT,
-                 reinterpret_cast<const void*>(first * sizeof(glm::uvec3)));
+                 OffsetPointer(first * sizeof(glm::uvec3)));
 }
 
 }  // namespace
@@ -143,6 +147,7 @@ void ObjectMesh::MakeBatches(std::span<const Mesh* const> objects) {
     number_of_triangle_[next[batch_of_triangle[t]]++] = t;
   }
   std::vector<Batch> sorted;
+  sorted.reserve(order.size());
   for (const std::size_t b : order) sorted.push_back(std::move(batches_[b]));
   batches_ = std::move(sorted);
 }
