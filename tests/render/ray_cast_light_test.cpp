@@ -40,6 +40,27 @@ class RayCastLightTest : public testing::TestWithParam<CompositeBy> {
     input.mirrored = mirrored;
     return compositor_.Render(input);
   }
+  // By the sun alone, all of which is seen.
+  Composite RenderInSun(const Mesh& object, const glm::dvec3& to_sun, double irradiance) {
+    scene_.lighting.sun.irradiance_rgb = glm::dvec3(irradiance);
+    scene_.lighting.sun.direction_enu = to_sun;
+    compositor_.SetObjects({{object}});
+    vertex_irradiance_ = {std::vector<glm::vec3>(object.positions_m.size(), glm::vec3(0.0f))};
+    const MirroredLight nothing;
+    const SunShares seen{{}, Everywhere(1.0f)};
+    CompositeInput input = scene_.Input(vertex_irradiance_);
+    input.sun_shares = &seen;
+    input.mirrored = &nothing;
+    return compositor_.Render(input);
+  }
+  // Grey, without diffuse light.
+  static Material Mirror(float reflectance, float roughness) {
+    Material mirror;
+    mirror.diffuse_albedo = glm::vec3(0.0f);
+    mirror.specular_reflectance = glm::vec3(reflectance);
+    mirror.roughness = roughness;
+    return mirror;
+  }
   // The same share on all samples, of the whole picture.
   ObjectSunShare Everywhere(float seen) const {
     return {0,
@@ -175,24 +196,12 @@ TEST_P(RayCastLightTest, RefusesSharesBeyondThePicture) {
 // samples with the sun. 25 %: the ball is 8 radii away, where pictures of its near side are larger,
 // a lobe between samples, and 96 rings of facets. No single picture may be lost or doubled.
 TEST_P(RayCastLightTest, AGlintKeepsItsEnergyWhereverItFalls) {
-  Material mirror;
-  mirror.diffuse_albedo = glm::vec3(0.0f);
-  mirror.specular_reflectance = glm::vec3(0.8f);
-  mirror.roughness = 0.1f;
-  const Mesh ball = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 96, mirror);
-  scene_.lighting.sun.irradiance_rgb = glm::dvec3(100.0);
-  const MirroredLight nothing;
-  const SunShares seen{{}, Everywhere(1.0f)};
+  const Mesh ball = Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 96, Mirror(0.8f, 0.1f));
   double mean = 0.0;
   constexpr int kSuns = 8;
   for (int i = 0; i < kSuns; ++i) {
-    scene_.lighting.sun.direction_enu = DirectionOf(180.0 + 0.37 * i, 40.0 + 0.23 * i);
-    compositor_.SetObjects({{ball}});
-    vertex_irradiance_ = {std::vector<glm::vec3>(ball.positions_m.size(), glm::vec3(0.0f))};
-    CompositeInput input = scene_.Input(vertex_irradiance_);
-    input.sun_shares = &seen;
-    input.mirrored = &nothing;
-    const Composite composite = compositor_.Render(input);
+    const Composite composite =
+        RenderInSun(ball, DirectionOf(180.0 + 0.37 * i, 40.0 + 0.23 * i), 100.0);
     double sum = 0.0;
     int covered = 0;
     for (std::size_t p = 0; p < composite.change.pixels.size(); ++p) {
@@ -217,24 +226,14 @@ TEST_P(RayCastLightTest, BesideAGlintLightIsTheMaterialsOwn) {
   constexpr float kRoughness = 0.1f;
   constexpr double kReflectance = 0.8;
   constexpr double kSun = 1000.0;
-  Material mirror;
-  mirror.diffuse_albedo = glm::vec3(0.0f);
-  mirror.specular_reflectance = glm::vec3(static_cast<float>(kReflectance));
-  mirror.roughness = kRoughness;
   const glm::dvec3 centre(0.0, 0.0, 1.0);
   constexpr double kRadius = 0.8;
-  const Mesh ball = Sphere(glm::vec3(centre), static_cast<float>(kRadius), 192, mirror);
-  scene_.lighting.sun.irradiance_rgb = glm::dvec3(kSun);
+  const Mesh ball = Sphere(glm::vec3(centre),
+                           static_cast<float>(kRadius),
+                           192,
+                           Mirror(static_cast<float>(kReflectance), kRoughness));
   const glm::dvec3 to_sun = DirectionOf(150.0, 40.0);
-  scene_.lighting.sun.direction_enu = to_sun;
-  const MirroredLight nothing;
-  const SunShares seen{{}, Everywhere(1.0f)};
-  compositor_.SetObjects({{ball}});
-  vertex_irradiance_ = {std::vector<glm::vec3>(ball.positions_m.size(), glm::vec3(0.0f))};
-  CompositeInput input = scene_.Input(vertex_irradiance_);
-  input.sun_shares = &seen;
-  input.mirrored = &nothing;
-  const Composite composite = compositor_.Render(input);
+  const Composite composite = RenderInSun(ball, to_sun, kSun);
 
   const glm::dvec3 eye = scene_.Camera().CentreWorldM();
   const glm::dmat3 world_from_camera =
