@@ -10,7 +10,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/image_io.h"
 #include "scene/mesh.h"
+#include "temporary_folder.h"
 
 namespace pleinair {
 
@@ -161,5 +163,20 @@ class GltfFile {
 
   std::string buffer_;
 };
+
+// A square of side 1 from the origin, x to the right and y up, seen from the front.
+inline Mesh Square() {
+  Mesh mesh;
+  mesh.positions_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  mesh.normals.assign(4, {0, 0, 1});
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+inline std::string PngOf(const Rgb8Image& image) {
+  const TemporaryFolder folder;
+  WritePng(folder / "texture.png", image);
+  return ContentOf(folder / "texture.png");
+}
 
 }  // namespace pleinair
