@@ -140,8 +140,18 @@ MirrorImage::MirrorImage(const PatchScene& real,
     return static_cast<std::int32_t>(row.places.size() - 1);
   };
 
+  // The same places in every pixel, and the same points of the lobe: what moves in the picture does
+  // not crawl.
+  std::vector<glm::dvec2> places;  // From a pixel's centre.
+  places.reserve(static_cast<std::size_t>(options.rays_per_pixel));
+  for (int ray = 0; ray < options.rays_per_pixel; ++ray) {
+    places.push_back(
+        FibonacciPoint(ray, options.rays_per_pixel, {0.0, 0.5 / options.rays_per_pixel}) - 0.5);
+  }
   tbb::parallel_for(0, height_px_, [&](int y) {
     Row& row = rows[static_cast<std::size_t>(y)];
+    std::vector<glm::dvec2> places_px;
+    std::vector<ObjectView::Sample> at_places;
     for (int x = 0; x < width_px_; ++x) {
       std::vector<GlossyPoint> points;
       for (int corner = 0; corner < kViewSide * kViewSide; ++corner) {
@@ -151,11 +161,20 @@ MirrorImage::MirrorImage(const PatchScene& real,
             view.eye_m);
         if (point) points.push_back(*point);
       }
+      if (!points.empty()) {
+        places_px.clear();
+        for (const glm::dvec2& place : places) {
+          places_px.push_back(glm::dvec2(view.x_px + x, view.y_px + y) + place);
+        }
+        SeeObjectsAt(view, objects, places_px, at_places);
+      }
       const std::size_t before = row.entries.size();
       for (int ray = 0; ray < options.rays_per_pixel && !points.empty(); ++ray) {
-        const GlossyPoint& point = points[static_cast<std::size_t>(ray) % points.size()];
+        const auto rank = static_cast<std::size_t>(ray);
+        // Beside what mirrors a sample stands in.
+        const GlossyPoint point =
+            GlossyPointOf(mesh, at_places[rank], view.eye_m).value_or(points[rank % points.size()]);
         const float alpha = point.material->roughness * point.material->roughness;
-        // The same points of the lobe in every pixel: what moves in the picture does not crawl.
         const auto mirrored = MirrorByGgx(point.normal,
                                           point.to_viewer,
                                           point.material->specular_reflectance,

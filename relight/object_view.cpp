@@ -66,32 +66,46 @@ ObjectView SeeObjects(const PatchScene& objects, const Camera& camera) {
   view.width_px = extent.upper.x - extent.lower.x;
   view.height_px = extent.upper.y - extent.lower.y;
   view.samples = Image<ObjectView::Sample>(kSide * view.width_px, kSide * view.height_px);
-  const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(camera.camera_from_world));
+  const glm::dmat3 picture_from_camera(glm::dvec3(picture.fx_px, 0.0, 0.0),
+                                       glm::dvec3(0.0, picture.fy_px, 0.0),
+                                       glm::dvec3(picture.cx_px, picture.cy_px, 1.0));
+  view.world_from_picture =
+      glm::transpose(glm::dmat3(camera.camera_from_world)) * glm::inverse(picture_from_camera);
   tbb::parallel_for(0, view.height_px, [&](int row) {
     // A row of pixels at once: its samples are near each other.
-    const auto count = static_cast<std::size_t>(kSide * view.samples.width);
-    std::vector<glm::vec3> directions(count);
-    const std::vector<glm::vec3> origins(count, view.eye_m);
-    std::vector<std::optional<RayHit>> hits(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const int x = static_cast<int>(i) % view.samples.width;
-      const int y = kSide * row + static_cast<int>(i) / view.samples.width;
-      const double u = view.x_px + (x + 0.5) / kSide - 0.5;
-      const double v = view.y_px + (y + 0.5) / kSide - 0.5;
-      directions[i] = glm::vec3(
-          glm::normalize(world_from_camera * glm::dvec3((u - picture.cx_px) / picture.fx_px,
-                                                        (v - picture.cy_px) / picture.fy_px,
-                                                        1.0)));
+    std::vector<glm::dvec2> places_px;
+    for (int y = kSide * row; y < kSide * (row + 1); ++y) {
+      for (int x = 0; x < view.samples.width; ++x) {
+        places_px.emplace_back(view.x_px + (x + 0.5) / kSide - 0.5,
+                               view.y_px + (y + 0.5) / kSide - 0.5);
+      }
     }
-    objects.caster.Intersect(origins.data(), directions.data(), count, hits.data());
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!hits[i]) continue;
-      const int x = static_cast<int>(i) % view.samples.width;
-      const int y = kSide * row + static_cast<int>(i) / view.samples.width;
-      view.samples.At(x, y) = {hits[i]->triangle, hits[i]->barycentric};
-    }
+    std::vector<ObjectView::Sample> samples;
+    SeeObjectsAt(view, objects, places_px, samples);
+    std::copy(samples.begin(),
+              samples.end(),
+              view.samples.pixels.begin() +
+                  static_cast<std::ptrdiff_t>(view.samples.Index(0, kSide * row)));
   });
   return view;
+}
+
+void SeeObjectsAt(const ObjectView& view,
+                  const PatchScene& objects,
+                  std::span<const glm::dvec2> places_px,
+                  std::vector<ObjectView::Sample>& samples) {
+  std::vector<glm::vec3> directions;
+  directions.reserve(places_px.size());
+  for (const glm::dvec2& place_px : places_px) {
+    directions.emplace_back(glm::normalize(view.world_from_picture * glm::dvec3(place_px, 1.0)));
+  }
+  const std::vector<glm::vec3> origins(places_px.size(), view.eye_m);
+  std::vector<std::optional<RayHit>> hits(places_px.size());
+  objects.caster.Intersect(origins.data(), directions.data(), places_px.size(), hits.data());
+  samples.assign(places_px.size(), {});
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (hits[i]) samples[i] = {hits[i]->triangle, hits[i]->barycentric};
+  }
 }
 
 }  // namespace pleinair

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -27,7 +30,8 @@ struct ObjectView {
   int width_px = 0;
   int height_px = 0;
   glm::vec3 eye_m{0.0f};
-  Image<Sample> samples;  // kSamplesPerSide times as wide and as high.
+  glm::dmat3 world_from_picture{1.0};  // Of (u, v, 1), a place of that picture, along its ray.
+  Image<Sample> samples;               // kSamplesPerSide times as wide and as high.
 
   bool Empty() const { return samples.Empty(); }
 };
@@ -35,5 +39,12 @@ struct ObjectView {
 // One ray a sample. `objects` in the world; only their mesh and caster are looked at.
 // Threads  The result does not depend on their number.
 ObjectView SeeObjects(const PatchScene& objects, const Camera& camera);
+
+// What the eye sees at other places of that picture: so that a mean over a pixel can be one over
+// its square. `samples` gets an entry each of `places_px`, and keeps its memory.
+void SeeObjectsAt(const ObjectView& view,
+                  const PatchScene& objects,
+                  std::span<const glm::dvec2> places_px,
+                  std::vector<ObjectView::Sample>& samples);
 
 }  // namespace pleinair

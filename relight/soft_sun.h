@@ -18,6 +18,7 @@
 namespace pleinair {
 
 class CameraPixels;  // internal/camera_pixels.h
+class DiscPoints;    // internal/disc_points.h
 
 struct SoftSunOptions {
   // Points of the disc, each cast to from another place in the pixel, for a pixel near an edge of
@@ -48,8 +49,9 @@ class SoftSun {
                                        std::span<const std::uint32_t> pixels) const;
   // On the real surfaces of `view`, whose sun_visibility stands for `sun`.
   RealSunShare OnReal(const SurfaceView& view, const DirectionalLight& sun) const;
-  // On the objects. Samples of faces that are turned away from the sun, and beside an object, have
-  // their neighbours' mean: a renderer may look finer, or place an edge a little differently.
+  // On the objects, a mean over each sample's part of the pixel. Samples of faces that are turned
+  // away from the sun, and beside an object, have their neighbours' mean: a renderer may look
+  // finer, or place an edge a little differently.
   ObjectSunShare OnObjects(const ObjectView& view, const DirectionalLight& sun) const;
 
  private:
@@ -58,14 +60,14 @@ class SoftSun {
     glm::vec3 lower{0.0f};
     glm::vec3 upper{0.0f};
   };
-  class Disc;
 
-  std::vector<Silhouette> SilhouettesFrom(const Disc& disc) const;
-  std::vector<std::uint32_t> PixelsNearShadow(const SurfaceView& view, const Disc& disc) const;
+  std::vector<Silhouette> SilhouettesFrom(const DiscPoints& disc) const;
+  std::vector<std::uint32_t> PixelsNearShadow(const SurfaceView& view,
+                                              const DiscPoints& disc) const;
   float HiddenOver(const SurfaceView& view,
                    const CameraPixels& pixels,
                    std::size_t pixel,
-                   const Disc& disc) const;
+                   const DiscPoints& disc) const;
 
   const RayCaster& real_;
   const PatchScene& objects_;

@@ -68,7 +68,7 @@ class GltfFile {
   }
 
   // As it is, in the file's own axes (+Y up), with its normals; returns the mesh.
-  int AddMesh(const Mesh& mesh, int material = -1, nlohmann::json more_attributes = {}) {
+  int AddMesh(const Mesh& mesh, int material = -1, const nlohmann::json& more_attributes = {}) {
     std::vector<float> positions;
     std::vector<float> normals;
     for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {
