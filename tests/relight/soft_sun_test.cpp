@@ -206,6 +206,24 @@ TEST(SoftSun, ASunWithoutSizeCastsHardShadows) {
   for (int x = 0; x < 64; ++x) EXPECT_EQ(HiddenAt(share, x, 10), x < 32 ? 1.0 : 0.0);
 }
 
+// Its edge crosses samples' parts of the pixels: the share is the part that lies beyond it.
+TEST(SoftSun, ASampleTakesTheShareOfItsPartOfThePixel) {
+  Mesh plate;
+  AddPlate(-3.0f, -3.0f, 0.01f, 3.0f, 5.0f, plate);  // To x = 31.82 px.
+  const RayCaster real(plate);
+  Mesh table;
+  AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.0f, table);
+  const PatchScene objects = PatchesOf(table);
+  const ObjectView view = SeeObjects(objects, FromAbove());
+  const ObjectSunShare share =
+      SoftSun(real, objects, {.disc_samples = 1024}).OnObjects(view, {{0.0, 0.0, 1.0}, {}, 0.0});
+  const int x = 2 * (32 - view.x_px);  // From 31.5 to 32 px.
+  const int y = 2 * (20 - view.y_px);
+  EXPECT_EQ(share.seen.At(x - 1, y), 0.0f);
+  EXPECT_NEAR(share.seen.At(x, y), (32.0 - 31.82) / 0.5, 0.03);
+  EXPECT_EQ(share.seen.At(x + 1, y), 1.0f);
+}
+
 TEST(SoftSunHardCases, NothingInViewGivesNothing) {
   Mesh plate;
   AddPlate(-1.0f, -1.0f, 1.0f, 1.0f, 20.0f, plate);  // Behind the camera.
