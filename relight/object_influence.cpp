@@ -8,6 +8,7 @@
 #include <string>
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/vec2.hpp>
@@ -115,6 +116,7 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
       row.begin.push_back(static_cast<std::uint32_t>(row.entries.size()));
     }
   });
+  FindSpans();
   rays_ =
       std::make_shared<const InfluenceRays>(real, objects, receivers_, options.rays_per_receiver);
 }
@@ -177,6 +179,30 @@ void ObjectInfluence::See(const PatchScene& real,
                                  ? around[k].weight * is_open_[around[k].receiver] / open
                                  : around[k].weight;
         row.entries[3 * static_cast<std::size_t>(x) + k] = {around[k].receiver, weight};
+      }
+    }
+  });
+  FindSpans();
+}
+
+// What a frame asks first of its rows, without a look at every pixel.
+void ObjectInfluence::FindSpans() {
+  // Per thread and receiver, where its span is: true where that one says so.
+  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> places_of_thread(
+      std::vector<std::uint32_t>(receivers_.size(), 0));
+  tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
+    Row& row = rows_[y];
+    std::vector<std::uint32_t>& places = places_of_thread.local();
+    row.spans.clear();
+    for (int x = row.first_px; x < row.EndPx(); ++x) {
+      for (const Entry& entry : row.EntriesOf(x)) {
+        if (entry.weight == 0.0f) continue;
+        std::uint32_t& place = places[entry.receiver];
+        if (place >= row.spans.size() || row.spans[place].receiver != entry.receiver) {
+          place = static_cast<std::uint32_t>(row.spans.size());
+          row.spans.push_back({entry.receiver, x, x});
+        }
+        row.spans[place].end_px = x + 1;
       }
     }
   });
@@ -268,18 +294,15 @@ std::vector<glm::vec3> ObjectInfluence::AtReceivers(const Lighting& lighting,
 }
 
 std::array<int, 2> ObjectInfluence::PixelsThatChange(
-    const Row& row, std::span<const std::uint8_t> is_changing) const {
-  const auto changes = [&](int x) {
-    const std::span<const Entry> entries = row.EntriesOf(x);
-    return std::any_of(entries.begin(), entries.end(), [&](const Entry& entry) {
-      return is_changing[entry.receiver] != 0 && entry.weight != 0.0f;
-    });
-  };
-  int begin = row.first_px;
-  int end = row.EndPx();
-  while (begin < end && !changes(begin)) ++begin;
-  if (begin >= end) return {picture_width_px_, 0};
-  while (!changes(end - 1)) --end;
+    const Row& row, std::span<const glm::vec3> at_receivers) const {
+  int begin = picture_width_px_;
+  int end = 0;
+  for (const Span& span : row.spans) {
+    if (span.begin_px >= begin && span.end_px <= end) continue;
+    if (at_receivers[span.receiver] == glm::vec3(0.0f)) continue;
+    begin = std::min(begin, span.begin_px);
+    end = std::max(end, span.end_px);
+  }
   return {begin, end};
 }
 
@@ -291,16 +314,9 @@ void ObjectInfluence::Evaluate(const Lighting& lighting,
   image.height = 0;
   if (receivers_.empty()) return image.pixels.clear();
   const std::vector<glm::vec3> at_receivers = AtReceivers(lighting, parts);
-  // Rows are searched from both ends, mostly over what does not change: a byte each is quick to
-  // read.
-  std::vector<std::uint8_t> is_changing(at_receivers.size());
-  std::transform(
-      at_receivers.begin(), at_receivers.end(), is_changing.begin(), [](const glm::vec3& value) {
-        return value != glm::vec3(0.0f) ? 1 : 0;
-      });
   std::vector<std::array<int, 2>> changing(rows_.size());
   tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
-    changing[y] = PixelsThatChange(rows_[y], is_changing);
+    changing[y] = PixelsThatChange(rows_[y], at_receivers);
   });
   glm::ivec2 lower(picture_width_px_, picture_height_px_);
   glm::ivec2 upper(0);

@@ -108,11 +108,18 @@ class ObjectInfluence {
     std::uint32_t receiver;
     float weight;
   };
+  // Pixels of a row that a receiver reaches.
+  struct Span {
+    std::uint32_t receiver;
+    int begin_px;
+    int end_px;
+  };
   // The pixels of a row that can change.
   struct Row {
     int first_px = 0;
     std::vector<std::uint32_t> begin;  // Per pixel, entries [begin, next begin).
     std::vector<Entry> entries;
+    std::vector<Span> spans;  // One a receiver.
 
     int EndPx() const { return first_px + std::max(static_cast<int>(begin.size()) - 1, 0); }
     std::span<const Entry> EntriesOf(int x) const {
@@ -126,15 +133,15 @@ class ObjectInfluence {
     glm::vec3 before{0.0f};  // What the surface gets in all.
   };
 
+  void FindSpans();
   glm::vec3 Before(std::size_t light,
                    std::size_t receiver,
                    const SurfaceView& view,
                    std::span<const glm::vec3> real_radiosity) const;
   std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
   // Of a row, the first pixel that may change and the one after the last; the second is 0 if none.
-  // `is_changing` is per receiver.
   std::array<int, 2> PixelsThatChange(const Row& row,
-                                      std::span<const std::uint8_t> is_changing) const;
+                                      std::span<const glm::vec3> at_receivers) const;
 
   std::size_t real_faces_ = 0;
   std::size_t object_faces_ = 0;
