@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "estimation/lighting_prior.h"
@@ -36,7 +37,9 @@ class Numbered {
 struct SurfaceKey {
   std::int32_t plane;  // DiffuseSample::plane: group and facing.
   std::uint32_t material;
-  auto operator<=>(const SurfaceKey&) const = default;
+  bool operator<(const SurfaceKey& other) const {
+    return std::tie(plane, material) < std::tie(other.plane, other.material);
+  }
 };
 
 bool IsWanted(int index, std::optional<int> count, int wanted) {

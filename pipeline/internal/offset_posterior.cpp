@@ -135,6 +135,7 @@ OffsetPosterior CombineUnits(std::span<const OffsetUnit> units,
                              std::size_t frames,
                              const OffsetGrid& grid) {
   std::vector<std::vector<double>> blurs;
+  blurs.reserve(kScattersDeg.size());
   for (const double scatter_deg : kScattersDeg) {
     blurs.push_back(BlurMatrix(grid, RadFromDeg(scatter_deg)));
   }

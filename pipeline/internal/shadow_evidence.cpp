@@ -46,6 +46,7 @@ std::vector<std::vector<std::size_t>> PixelsByPlane(const ShadowPicture& picture
   std::map<std::uint32_t, std::vector<std::size_t>> planes;
   for (std::size_t i = 0; i < picture.Size(); ++i) planes[picture.plane[i]].push_back(i);
   std::vector<std::vector<std::size_t>> result;
+  result.reserve(planes.size());
   for (auto& [plane, pixels] : planes) result.push_back(std::move(pixels));
   return result;
 }
@@ -125,6 +126,7 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
   std::vector<double> misfit(candidates, 0.0);
   for (const std::vector<std::size_t>& plane : PixelsByPlane(picture)) {
     std::vector<double> values;
+    values.reserve(plane.size());
     for (const std::size_t i : plane) values.push_back(picture.log_radiance[i]);
     const double middle = MedianOf(values);
     for (std::size_t k = 0; k < candidates; ++k) {

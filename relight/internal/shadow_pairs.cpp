@@ -244,6 +244,7 @@ class SunSearch {
 // Huber's mean, started at the weighted median.
 Estimate RobustMean(const std::vector<Estimate>& estimates) {
   std::vector<Weighted> values;
+  values.reserve(estimates.size());
   for (const Estimate& estimate : estimates) {
     values.push_back({estimate.value, 1.0 / estimate.variance});
   }

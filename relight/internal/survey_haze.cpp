@@ -63,11 +63,13 @@ std::vector<Reading> ReadSky(const RgbImage& radiance,
                              const glm::dvec3& sun_direction_enu) {
   std::vector<Reading> readings;
   const LatLongSize size{radiance.width, radiance.height};
-  const int step = std::max(1, static_cast<int>(radiance.height / 2 / kRowsWanted));
-  for (int y = step / 2; y < radiance.height / 2; y += step) {
+  const int upper_rows = radiance.height / 2;
+  const int step = std::max(1, static_cast<int>(upper_rows / kRowsWanted));
+  const int columns_in_all = radiance.width / step;
+  for (int y = step / 2; y < upper_rows; y += step) {
     const double circle = DirectionFromLatLong({0.5, y + 0.5}, size).z;
     const double around = std::sqrt(std::max(0.0, 1.0 - circle * circle));
-    const int columns = std::max(1, static_cast<int>(radiance.width / step * around));
+    const int columns = std::max(1, static_cast<int>(columns_in_all * around));
     for (int k = 0; k < columns; ++k) {
       const int x = static_cast<int>((k + 0.5) * radiance.width / columns);
       if (!ShowsSkyAround(shows_sky, x, y)) continue;
