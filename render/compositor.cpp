@@ -322,9 +322,10 @@ void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
 }
 
 void CompositorOptions::Validate() const {
-  if (object_samples_per_side >= 2 && object_samples_per_side <= 8) return;
+  const int side = object_samples_per_side;
+  if (side >= 2 && side <= 8 && side % 2 == 0) return;
   throw std::invalid_argument("CompositorOptions::object_samples_per_side is " +
-                              std::to_string(object_samples_per_side) + ": expected 2 to 8");
+                              std::to_string(side) + ": expected 2, 4, 6 or 8");
 }
 
 Compositor::Compositor(const CompositorOptions& options) {

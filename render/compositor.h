@@ -79,9 +79,9 @@ enum class CompositeBy {
 };
 
 struct CompositorOptions {
-  // Samples of virtual objects for each side of a pixel, 2 to 8: how smooth edges on and of them
-  // are. Two are enough for who looks from afar; where an object fills a large picture fewer than
-  // asked for are taken.
+  // How smooth edges on and of virtual objects are: 2, 4, 6 or 8; its square and one is the number
+  // of samples of a pixel. Two is enough for who looks from afar; where an object fills a large
+  // picture less than asked for is taken.
   int object_samples_per_side = 4;
   CompositeBy composite_by = CompositeBy::kWhoeverIsFaster;
   // Throws std::invalid_argument naming the field and its value.

@@ -8,9 +8,12 @@
 
 namespace pleinair {
 
-// Lindeberg 1990, "Scale-space for discrete signals": e^-v I_i(v), whose variance is v exactly,
-// below a pixel too, where a sampled Gaussian is nothing but its middle. Cut off at three standard
-// deviations.
+// What is blurred has been averaged over pixels before, so that from the pixels alone an edge
+// cannot be blurred as a lens would have done it: one that runs between two pixels has lost nothing
+// yet, one across a pixel's middle all that the average takes. The kernel is a sampled Gaussian,
+// and so wide that over all places that an edge may have in its pixel the error is least. Up to
+// half a pixel that is up to 1.6 times the Gaussian's own variance; above a pixel it is that
+// variance. Cut off at three standard deviations of the lens.
 class BlurKernel {
  public:
   static constexpr float kMostSigmaPx = 8.0f;

@@ -28,13 +28,19 @@ void BindRect(const ShaderProgram& program,
   glBindTexture(GL_TEXTURE_2D, texture.Texture());
 }
 
-glm::mat4 ClipOfSamples(const LayerView& view) {
+glm::dmat4 ClipOfSamples(const LayerView& view, const SampleLattice& lattice) {
   const PixelRect& rect = view.object_rect;
-  return glm::mat4(ClipOfRect(view.intrinsics, rect.lower, rect.upper) * view.clip_from_local);
+  return lattice.ClipFromPixelsClip() * ClipOfRect(view.intrinsics, rect.lower, rect.upper) *
+         view.clip_from_local;
 }
 
-std::string Joined(std::string_view first, std::string_view second, std::string_view third = "") {
-  return std::string(first) + std::string(second) + std::string(third);
+void SetLattice(const ShaderProgram& program, const SampleLattice& lattice) {
+  program.Set("u_lattice", glm::ivec2(lattice.Side(), lattice.Pixels().x));
+}
+
+template <typename... Parts>
+std::string Joined(const Parts&... parts) {
+  return (std::string(parts) + ...);
 }
 
 const ShaderProgram& MadeByPlace(std::optional<ShaderProgram>& program,
@@ -83,12 +89,12 @@ void DrawWhatHides(const glm::mat4& clip_from_local,
 
 }  // namespace
 
-int ObjectLayerPass::SamplesPerSide(const PixelRect& rect, int wanted) {
+SampleLattice ObjectLayerPass::LatticeOf(const PixelRect& rect, int wanted_side) {
   constexpr std::int64_t kMostSamples = std::int64_t{1} << 22;
   const std::int64_t pixels = std::int64_t{rect.Width()} * rect.Height();
-  int side = wanted;
-  while (side > 2 && pixels * side * side > kMostSamples) --side;
-  return side;
+  int side = wanted_side;
+  while (side > 2 && pixels * (side * side + 1) > kMostSamples) side -= 2;
+  return {side, {rect.Width(), rect.Height()}};
 }
 
 ObjectLayerPass::ObjectLayerPass(int samples_per_side, bool keeps_samples)
@@ -99,17 +105,19 @@ ObjectLayerPass::ObjectLayerPass(int samples_per_side, bool keeps_samples)
       layer_("object layer",
              keeps_samples ? GL_RGBA32F : GL_RGBA16F,
              FrameBuffer::DepthStencil::kNone),
-      sun_program_(
-          "object sun", kObjectSunVertexShader, Joined(kObjectMaterial, kObjectSunFragmentShader)),
+      sun_program_("object sun",
+                   kObjectSunVertexShader,
+                   Joined(kObjectPlaceOfSample, kObjectMaterial, kObjectSunFragmentShader)),
       mean_program_("object samples' mean", kScreenVertexShader, kObjectMeanFragmentShader),
       no_vertices_(MakeVertexArray()) {
   if (keeps_samples_) {
     triangle_program_.emplace(
         "object triangles", kObjectTriangleVertexShader, kObjectTriangleFragmentShader);
   } else {
-    ambient_program_.emplace("object ambient",
-                             kObjectAmbientVertexShader,
-                             Joined(kObjectMirrored, kObjectAmbientFragmentShader));
+    ambient_program_.emplace(
+        "object ambient",
+        kObjectAmbientVertexShader,
+        Joined(kObjectPlaceOfSample, kObjectMirrored, kObjectAmbientFragmentShader));
   }
 }
 
@@ -122,6 +130,7 @@ void ObjectLayerPass::Draw(const LayerView& view,
   const glm::ivec2 size_px(view.intrinsics.width_px, view.intrinsics.height_px);
   BeginLayer(size_px, rect);
   if (rect.Empty()) return;
+  lattice_ = LatticeOf(rect, wanted_samples_per_side_);
   if (keeps_samples_) {
     const bool mirrors =
         light.mirrored != nullptr && !scene.ShadedObjects().TrianglesByPlace().empty();
@@ -133,7 +142,7 @@ void ObjectLayerPass::Draw(const LayerView& view,
     }
     SumFromVertices(rect, scene, light);
     if (sun.is_shining) {
-      BindSamples(rect);
+      BindSamples();
       glClear(GL_COLOR_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
     }
   } else {
@@ -154,9 +163,8 @@ void ObjectLayerPass::BeginLayer(const glm::ivec2& size_px, const PixelRect& rec
   drawn_rect_ = rect;
 }
 
-void ObjectLayerPass::BindSamples(const PixelRect& rect) {
-  const int side = SamplesPerSide(rect, wanted_samples_per_side_);
-  const PixelRect sample_rect{{0, 0}, {side * rect.Width(), side * rect.Height()}};
+void ObjectLayerPass::BindSamples() {
+  const PixelRect sample_rect{{0, 0}, lattice_.Size()};
   samples_.Reserve(sample_rect.Width(), sample_rect.Height());
   samples_.Bind();
   glViewport(0, 0, sample_rect.Width(), sample_rect.Height());
@@ -173,25 +181,27 @@ void ObjectLayerPass::DrawFromVertices(const LayerView& view,
   if (light.mirrored != nullptr) {
     mirrored_.Update({light.mirrored->x_px, light.mirrored->y_px}, light.mirrored->radiance);
   }
-  BindSamples(rect);
+  BindSamples();
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
-  const glm::mat4 clip_from_local = ClipOfSamples(view);
+  const glm::mat4 clip_from_local(ClipOfSamples(view, lattice_));
   DrawWhatHides(clip_from_local, scene, stencil);
   ObjectMesh& objects = scene.ShadedObjects();
   for (const ObjectMesh::Batch& batch : objects.Batches()) {
     if (batch.count == 0) continue;
-    const ShaderProgram& program =
-        batch.by_place
-            ? MadeByPlace(ambient_by_place_,
-                          "object ambient by place",
-                          Joined(kByPlaceMaterial, kObjectMirrored, kByPlaceAmbientFragmentShader))
-            : *ambient_program_;
+    const ShaderProgram& program = batch.by_place
+                                       ? MadeByPlace(ambient_by_place_,
+                                                     "object ambient by place",
+                                                     Joined(kByPlaceMaterial,
+                                                            kObjectPlaceOfSample,
+                                                            kObjectMirrored,
+                                                            kByPlaceAmbientFragmentShader))
+                                       : *ambient_program_;
     program.Use();
     const bool mirrors =
         light.mirrored != nullptr && (!batch.by_place || batch.by_place->IsGlossy());
     program.Set("u_clip_from_local", clip_from_local);
     program.Set("u_mirrors", mirrors ? 1 : 0);
-    program.Set("u_samples_per_side", SamplesPerSide(rect, wanted_samples_per_side_));
+    SetLattice(program, lattice_);
     program.Set("u_gain", light.gain);
     BindRect(program, "u_mirrored", "u_mirrored_rect", mirrored_, rect.lower);
     if (batch.by_place) SetMaterial(program, *batch.by_place, objects.Textures());
@@ -205,10 +215,8 @@ void ObjectLayerPass::FindShares(const LayerView& view,
                                  SceneGeometry& scene,
                                  const VolumeStencil& stencil,
                                  bool mirrors) {
-  const PixelRect& rect = view.object_rect;
-  const int side = SamplesPerSide(rect, wanted_samples_per_side_);
-  const PixelRect sample_rect{{0, 0}, {side * rect.Width(), side * rect.Height()}};
-  BindSamples(rect);
+  const PixelRect sample_rect{{0, 0}, lattice_.Size()};
+  BindSamples();
   triangles_.Resize(samples_.Width(), samples_.Height());
   triangles_.ShareDepthStencilOf(samples_);
   triangles_.Bind();
@@ -217,7 +225,7 @@ void ObjectLayerPass::FindShares(const LayerView& view,
   const GLuint none[4] = {0, 0, 0, 0};
   glClearBufferuiv(GL_COLOR, 0, none);
   glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
-  const glm::mat4 clip_from_local = ClipOfSamples(view);
+  const glm::mat4 clip_from_local(ClipOfSamples(view, lattice_));
   DrawWhatHides(clip_from_local, scene, stencil);
   ObjectMesh& objects = scene.ShadedObjects();
   std::size_t whole = objects.Triangles().size();
@@ -242,8 +250,7 @@ void ObjectLayerPass::FindShares(const LayerView& view,
     UnbindPictures();
   }
 
-  shares_ = VertexShares({.size_px = {rect.Width(), rect.Height()},
-                          .per_side = side,
+  shares_ = VertexShares({.lattice = lattice_,
                           .triangle = reader_.ReadNumbers(triangles_, sample_rect),
                           .clip_from_position = clip_from_local,
                           .positions = objects.Positions(),
@@ -283,13 +290,12 @@ void ObjectLayerPass::DrawSun(const LayerView& view,
                               const LayerLight& light,
                               VolumeStencil& stencil) {
   const PixelRect& rect = view.object_rect;
-  const glm::mat4 clip_from_local = ClipOfSamples(view);
+  const glm::mat4 clip_from_local(ClipOfSamples(view, lattice_));
   glEnable(GL_DEPTH_TEST);
   if (sun.of_objects != nullptr && sun.of_real != nullptr) {
     // All casters are in the depth buffer, so that no cap lies in front of what is visible.
-    const glm::dmat4 clip = ClipOfRect(view.intrinsics, rect.lower, rect.upper);
     stencil.Begin(clip_from_local,
-                  glm::vec4(clip * view.clip_from_local * glm::dvec4(-sun.to_sun, 0.0)));
+                  glm::vec4(ClipOfSamples(view, lattice_) * glm::dvec4(-sun.to_sun, 0.0)));
     stencil.Draw(scene.ObjectBuffers(), *sun.of_objects, VolumeStencil::Caps::kNeverInFront);
     stencil.Draw(scene.PhantomBuffers(), *sun.of_real, VolumeStencil::Caps::kNeverInFront);
     stencil.Finish();
@@ -309,10 +315,11 @@ void ObjectLayerPass::DrawSun(const LayerView& view,
   for (const ObjectMesh::Batch& batch : objects.Batches()) {
     if (batch.front_count + batch.back_count == 0) continue;
     const ShaderProgram& program =
-        batch.by_place ? MadeByPlace(sun_by_place_,
-                                     "object sun by place",
-                                     Joined(kByPlaceMaterial, kObjectSunFragmentShader))
-                       : sun_program_;
+        batch.by_place
+            ? MadeByPlace(sun_by_place_,
+                          "object sun by place",
+                          Joined(kByPlaceMaterial, kObjectPlaceOfSample, kObjectSunFragmentShader))
+            : sun_program_;
     program.Use();
     program.Set("u_clip_from_local", clip_from_local);
     program.Set("u_camera", view.camera_centre_local);
@@ -321,7 +328,7 @@ void ObjectLayerPass::DrawSun(const LayerView& view,
     program.Set("u_angular_radius", static_cast<float>(sun.angular_radius_rad));
     constexpr int kShareSide = ObjectSunShare::kSamplesPerSide;
     BindRect(program, "u_seen_sun", "u_seen_sun_rect", light.seen_sun, kShareSide * rect.lower);
-    program.Set("u_samples_per_side", SamplesPerSide(rect, wanted_samples_per_side_));
+    SetLattice(program, lattice_);
     program.Set("u_shares_per_side", kShareSide);
     if (batch.by_place) SetMaterial(program, *batch.by_place, objects.Textures());
     glCullFace(GL_BACK);
@@ -341,8 +348,10 @@ void ObjectLayerPass::DrawMean(const PixelRect& rect, bool has_samples) {
   mean_program_.Set("u_from_vertices", 1);
   mean_program_.Set("u_has_from_vertices", keeps_samples_ ? 1 : 0);
   mean_program_.Set("u_lower", rect.lower);
-  mean_program_.Set("u_samples_per_side",
-                    has_samples ? SamplesPerSide(rect, wanted_samples_per_side_) : 0);
+  SetLattice(mean_program_, lattice_);
+  mean_program_.Set("u_sample_count", has_samples ? lattice_.PerPixel() : 0);
+  const std::vector<glm::vec2> offsets(lattice_.Offsets().begin(), lattice_.Offsets().end());
+  mean_program_.SetArray("u_offsets", offsets);
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, keeps_samples_ ? from_vertices_texture_.Texture() : 0);
   glActiveTexture(GL_TEXTURE0);

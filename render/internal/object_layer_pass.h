@@ -53,17 +53,18 @@ struct LayerLight {
 // min(d + k, 1). Of materials by place d and k are each sample's own, looked up at the level of its
 // texture whose texels are as wide as the sample; M is not: it comes with that of the triangle.
 //
-// Edges  Several samples a pixel, each shaded and shadowed by itself: drawn larger, but only the
-//        rectangle that holds objects. In software that costs half of what multisampling does.
+// Edges  Several samples a pixel, each shaded and shadowed by itself: drawn larger and turned (see
+//        SampleLattice), but only the rectangle that holds objects. In software that costs half of
+//        what multisampling does.
 // Kept   Where that is asked for, what the samples show stays while neither camera nor geometry
 //        moves: their depth, and the vertices' shares of each pixel, coloured by textures, which
 //        new light is summed by.
 //        Then the sun alone is drawn for each frame. To rounding the layer is the same.
 class ObjectLayerPass {
  public:
-  // Samples of a side of each pixel of `rect`: as many as asked for, fewer where an object fills
-  // that much of a large picture that more than 2^22 samples would come out, but two at least.
-  static int SamplesPerSide(const PixelRect& rect, int wanted);
+  // Of the pixels of `rect`: the side is as asked for, less where an object fills that much of a
+  // large picture that more than 2^22 samples would come out, but two at least.
+  static SampleLattice LatticeOf(const PixelRect& rect, int wanted_side);
 
   // To keep what samples show takes desktop OpenGL.
   ObjectLayerPass(int samples_per_side, bool keeps_samples);
@@ -92,7 +93,7 @@ class ObjectLayerPass {
   };
 
   void BeginLayer(const glm::ivec2& size_px, const PixelRect& rect);
-  void BindSamples(const PixelRect& rect);
+  void BindSamples();
   void DrawFromVertices(const LayerView& view,
                         SceneGeometry& scene,
                         const LayerLight& light,
@@ -111,6 +112,7 @@ class ObjectLayerPass {
 
   int wanted_samples_per_side_;
   bool keeps_samples_;
+  SampleLattice lattice_;  // Of what is drawn.
   FrameBuffer samples_;
   FrameBuffer triangles_;  // Of samples, as numbers; where they are kept.
   FrameBuffer layer_;

@@ -24,14 +24,27 @@ void main() {
 }
 )";
 
+// In which part of which pixel a sample lies, see SampleLattice: pixels have `parts_per_side`. A
+// sample that lies between two of them may go to either: `kNudge` says which.
+inline constexpr std::string_view kObjectPlaceOfSample = R"(
+uniform ivec2 u_lattice;  // Its side, and the pixels' width.
+ivec2 PlaceOfSample(int parts_per_side) {
+  const float kNudge = 1e-3;
+  vec2 sample_px = gl_FragCoord.xy - vec2(0.0, float(u_lattice.y));
+  float side = float(u_lattice.x);
+  vec2 pixel = vec2(side * sample_px.x - sample_px.y, sample_px.x + side * sample_px.y) /
+               (side * side + 1.0);
+  return ivec2(floor(float(parts_per_side) * pixel + kNudge));
+}
+)";
+
 // What surfaces around mirror into the picture.
 inline constexpr std::string_view kObjectMirrored = R"(
 uniform sampler2D u_mirrored;
 uniform ivec4 u_mirrored_rect;  // Lower corner, from this picture's, and size.
-uniform int u_samples_per_side;
 uniform float u_gain;
 vec3 Mirrored() {
-  ivec2 place = ivec2(gl_FragCoord.xy) / u_samples_per_side - u_mirrored_rect.xy;
+  ivec2 place = PlaceOfSample(1) - u_mirrored_rect.xy;
   bool is_inside = all(greaterThanEqual(place, ivec2(0))) &&
                    all(lessThan(place, u_mirrored_rect.zw));
   return is_inside ? u_gain * texelFetch(u_mirrored, place, 0).rgb : vec3(0.0);
@@ -100,7 +113,6 @@ uniform vec3 u_irradiance;
 uniform float u_angular_radius;
 uniform sampler2D u_seen_sun;
 uniform ivec4 u_seen_sun_rect;  // Lower corner, from this picture's, and size.
-uniform int u_samples_per_side;
 uniform int u_shares_per_side;
 out vec4 o_colour;
 
@@ -128,7 +140,7 @@ vec3 Ggx(vec4 specular_alpha, vec3 n, vec3 v, vec3 l, float n_dot_l, float turn2
 }
 
 float SeenSun() {
-  ivec2 place = ivec2(gl_FragCoord.xy) * u_shares_per_side / u_samples_per_side - u_seen_sun_rect.xy;
+  ivec2 place = PlaceOfSample(u_shares_per_side) - u_seen_sun_rect.xy;
   bool is_inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, u_seen_sun_rect.zw));
   return is_inside ? texelFetch(u_seen_sun, place, 0).r : 1.0;
 }
@@ -176,18 +188,18 @@ uniform sampler2D u_samples;
 uniform sampler2D u_from_vertices;
 uniform int u_has_from_vertices;
 uniform ivec2 u_lower;
-uniform int u_samples_per_side;  // 0: none.
+uniform ivec2 u_lattice;      // Its side, and the pixels' width.
+uniform int u_sample_count;   // A pixel's; 0: none.
+uniform vec2 u_offsets[65];   // SampleLattice::Offsets().
 out vec4 o_colour;
 void main() {
   ivec2 place = ivec2(gl_FragCoord.xy) - u_lower;
-  ivec2 first = u_samples_per_side * place;
+  ivec2 first = ivec2(u_lattice.x * place.x + place.y, u_lattice.x * place.y - place.x + u_lattice.y);
   vec4 sum = vec4(0.0);
-  for (int y = 0; y < u_samples_per_side; ++y) {
-    for (int x = 0; x < u_samples_per_side; ++x) {
-      sum += min(texelFetch(u_samples, first + ivec2(x, y), 0), vec4(65504.0));
-    }
+  for (int i = 0; i < u_sample_count; ++i) {
+    sum += min(texelFetch(u_samples, first + ivec2(u_offsets[i]), 0), vec4(65504.0));
   }
-  vec4 mean = sum / float(max(u_samples_per_side * u_samples_per_side, 1));
+  vec4 mean = sum / float(max(u_sample_count, 1));
   if (u_has_from_vertices != 0) mean += texelFetch(u_from_vertices, place, 0);
   o_colour = min(mean, vec4(65504.0));
 }

@@ -107,6 +107,11 @@ void ShaderProgram::SetArray(const char* uniform, std::span<const float> values)
   glUniform1fv(Location(uniform), static_cast<GLsizei>(values.size()), values.data());
 }
 
+void ShaderProgram::SetArray(const char* uniform, std::span<const glm::vec2> values) const {
+  glUniform2fv(
+      Location(uniform), static_cast<GLsizei>(values.size()), glm::value_ptr(values.front()));
+}
+
 void ShaderProgram::SetArray(const char* uniform, const glm::vec3* values, int count) const {
   glUniform3fv(Location(uniform), count, glm::value_ptr(values[0]));
 }

@@ -32,6 +32,7 @@ class ShaderProgram {
   void Set(const char* uniform, const glm::vec4& value) const;
   void Set(const char* uniform, const glm::mat4& value) const;
   void SetArray(const char* uniform, std::span<const float> values) const;
+  void SetArray(const char* uniform, std::span<const glm::vec2> values) const;
   void SetArray(const char* uniform, const glm::vec3* values, int count) const;
 
  private:

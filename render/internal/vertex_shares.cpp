@@ -124,46 +124,47 @@ void AddShare(std::vector<Entry>& entries,
 }  // namespace
 
 VertexShares::VertexShares(const Samples& samples, const std::vector<bool>& is_glossy)
-    : rows_(static_cast<std::size_t>(samples.size_px.y)) {
-  const int side = samples.per_side;
-  const glm::dvec2 extent(side * samples.size_px);
-  const float share = 1.0f / static_cast<float>(side * side);
+    : rows_(static_cast<std::size_t>(samples.lattice.Pixels().y)) {
+  const SampleLattice& lattice = samples.lattice;
+  const glm::ivec2 size_px = lattice.Pixels();
+  const auto width = static_cast<std::size_t>(lattice.Size().x);
+  const glm::dvec2 extent(lattice.Size());
+  const float share = 1.0f / static_cast<float>(lattice.PerPixel());
   const std::size_t first_by_place = samples.triangles.size() - samples.by_place.size();
-  tbb::parallel_for(0, samples.size_px.y, [&](int y) {
+  tbb::parallel_for(0, size_px.y, [&](int y) {
     std::vector<SeenTriangle> seen;
     Row& row = rows_[static_cast<std::size_t>(y)];
-    row.pixels.resize(static_cast<std::size_t>(samples.size_px.x));
-    for (int x = 0; x < samples.size_px.x; ++x) {
+    row.pixels.resize(static_cast<std::size_t>(size_px.x));
+    for (int x = 0; x < size_px.x; ++x) {
       seen.clear();
-      for (int v = side * y; v < side * (y + 1); ++v) {
-        for (int u = side * x; u < side * (x + 1); ++u) {
-          const std::uint32_t number =
-              samples.triangle[static_cast<std::size_t>(v) *
-                                   static_cast<std::size_t>(side * samples.size_px.x) +
-                               static_cast<std::size_t>(u)];
-          if (number == 0) continue;
-          auto found = std::find_if(
-              seen.begin(), seen.end(), [&](const SeenTriangle& s) { return s.number == number; });
-          if (found == seen.end()) {
-            const std::size_t triangle = number - 1;
-            const bool is_by_place = triangle >= first_by_place;
-            seen.push_back({number,
-                            TriangleWeights(samples, samples.triangles[triangle]),
-                            is_by_place ? &samples.by_place[triangle - first_by_place] : nullptr,
-                            samples.mirrors && is_glossy[samples.triangles[triangle].x]});
-            found = seen.end() - 1;
-          }
-          found->Add(2.0 * glm::dvec2(u + 0.5, v + 0.5) / extent - 1.0, 2.0 / extent);
+      for (const glm::ivec2& offset : lattice.Offsets()) {
+        const glm::ivec2 at = lattice.Of({x, y}) + offset;
+        const std::uint32_t number =
+            samples
+                .triangle[static_cast<std::size_t>(at.y) * width + static_cast<std::size_t>(at.x)];
+        if (number == 0) continue;
+        auto found = std::find_if(
+            seen.begin(), seen.end(), [&](const SeenTriangle& s) { return s.number == number; });
+        if (found == seen.end()) {
+          const std::size_t triangle = number - 1;
+          const bool is_by_place = triangle >= first_by_place;
+          seen.push_back({number,
+                          TriangleWeights(samples, samples.triangles[triangle]),
+                          is_by_place ? &samples.by_place[triangle - first_by_place] : nullptr,
+                          samples.mirrors && is_glossy[samples.triangles[triangle].x]});
+          found = seen.end() - 1;
         }
+        found->Add(2.0 * (glm::dvec2(at) + 0.5) / extent - 1.0, 2.0 / extent);
       }
       Pixel& pixel = row.pixels[static_cast<std::size_t>(x)];
       const std::size_t begin = row.entries.size();
       const std::size_t begin_coloured = row.coloured.size();
+      int covered = 0;
+      int glossy = 0;
       for (const SeenTriangle& of : seen) {
         const glm::uvec3& triangle = samples.triangles[of.number - 1];
-        const float covers = share * static_cast<float>(of.samples);
-        pixel.coverage += covers;
-        if (is_glossy[triangle.x]) pixel.glossy += covers;
+        covered += of.samples;
+        if (is_glossy[triangle.x]) glossy += of.samples;
         for (int k = 0; k < 3; ++k) {
           if (of.by_place == nullptr) {
             AddShare(row.entries, begin, triangle[k], share * of.sum[k]);
@@ -175,6 +176,9 @@ VertexShares::VertexShares(const Samples& samples, const std::vector<bool>& is_g
           }
         }
       }
+      const auto count = static_cast<float>(lattice.PerPixel());
+      pixel.coverage = static_cast<float>(covered) / count;  // A whole pixel's is 1.
+      pixel.glossy = static_cast<float>(glossy) / count;
       pixel.end = static_cast<std::uint32_t>(row.entries.size());
       if (!samples.by_place.empty()) {
         row.coloured_end.push_back(static_cast<std::uint32_t>(row.coloured.size()));

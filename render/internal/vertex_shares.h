@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include "render/internal/sample_lattice.h"
 #include "scene/mesh.h"
 
 namespace pleinair {
@@ -27,11 +28,10 @@ class VertexShares {
  public:
   // The triangles that samples show, and where those lie.
   struct Samples {
-    glm::ivec2 size_px{0};
-    int per_side = 1;  // Of a pixel.
-    // 1 + triangle, 0 where none is; (per_side size_px.x) wide, the top row first.
+    const SampleLattice& lattice;
+    // 1 + triangle, 0 where none is; as wide as the lattice's picture, the top row first.
     std::span<const std::uint32_t> triangle;
-    glm::mat4 clip_from_position{1.0f};  // To the picture of the samples.
+    glm::mat4 clip_from_position{1.0f};  // To that picture.
     std::span<const glm::vec3> positions;
     std::span<const glm::uvec3> triangles;
     // Of the last triangles, what they are looked up in. `mirrors`: glossy ones without what they

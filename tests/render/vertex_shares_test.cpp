@@ -11,9 +11,15 @@
 namespace pleinair::test::vertex_shares_test {
 namespace {
 
-constexpr int kSide = 2;
 const CameraIntrinsics kLens{
     .width_px = 8, .height_px = 6, .fx_px = 7.0, .fy_px = 7.0, .cx_px = 3.5, .cy_px = 2.5};
+
+// Five samples a pixel: in the middle, and 1/5 and 2/5 px from it.
+const SampleLattice& Lattice() {
+  static const SampleLattice lattice(2, {kLens.width_px, kLens.height_px});
+  return lattice;
+}
+constexpr glm::dvec2 kPlaces[] = {{0.0, 0.0}, {0.4, 0.2}, {-0.2, 0.4}, {-0.4, -0.2}, {0.2, -0.4}};
 
 std::vector<glm::vec4> SumOver(const std::vector<glm::vec3>& positions,
                                const std::vector<glm::uvec3>& triangles,
@@ -22,10 +28,10 @@ std::vector<glm::vec4> SumOver(const std::vector<glm::vec3>& positions,
                                std::span<const glm::vec3> mirrored = {},
                                std::vector<bool> is_glossy = {}) {
   is_glossy.resize(positions.size(), false);
-  const VertexShares shares({.size_px = {kLens.width_px, kLens.height_px},
-                             .per_side = kSide,
+  const VertexShares shares({.lattice = Lattice(),
                              .triangle = numbers,
-                             .clip_from_position = glm::mat4(ClipFromCamera(kLens, 0.01)),
+                             .clip_from_position = glm::mat4(Lattice().ClipFromPixelsClip() *
+                                                             ClipFromCamera(kLens, 0.01)),
                              .positions = positions,
                              .triangles = triangles},
                             is_glossy);
@@ -35,8 +41,8 @@ std::vector<glm::vec4> SumOver(const std::vector<glm::vec3>& positions,
 }
 
 std::vector<std::uint32_t> Everywhere(std::uint32_t number) {
-  return std::vector<std::uint32_t>(
-      static_cast<std::size_t>(kSide * kLens.width_px * kSide * kLens.height_px), number);
+  const glm::ivec2 size = Lattice().Size();
+  return std::vector<std::uint32_t>(static_cast<std::size_t>(size.x * size.y), number);
 }
 
 // Of a point in the triangle's plane.
@@ -66,14 +72,13 @@ TEST(VertexShares, AreThoseOfTheRaysThroughThePixelsSamples) {
       for (int x = 0; x < kLens.width_px; ++x) {
         glm::dvec3 expected(0.0);
         bool is_shown = true;
-        for (int sample = 0; sample < kSide * kSide; ++sample) {
-          const double u = x - 0.25 + 0.5 * (sample % kSide);
-          const double v = y - 0.25 + 0.5 * (sample / kSide);
-          const glm::dvec3 ray(
-              (u - kLens.cx_px) / kLens.fx_px, (v - kLens.cy_px) / kLens.fy_px, 1.0);
+        for (const glm::dvec2& place : kPlaces) {
+          const glm::dvec3 ray((x + place.x - kLens.cx_px) / kLens.fx_px,
+                               (y + place.y - kLens.cy_px) / kLens.fy_px,
+                               1.0);
           const double depth = glm::dot(glm::dvec3(corners[0]), normal) / glm::dot(ray, normal);
           is_shown &= depth > 0.0 && IsInside(corners, depth * ray);
-          expected += 0.25 * depth * ray;
+          expected += 0.2 * depth * ray;
         }
         if (!is_shown) continue;
         ++met;
@@ -95,9 +100,11 @@ TEST(VertexShares, CountSamplesOfSeveralTrianglesAndOfNone) {
                                          {9.0f, -6.0f, 5.0f},
                                          {0.0f, 14.0f, 5.0f}};
   std::vector<std::uint32_t> numbers = Everywhere(0);
-  numbers[0] = 1;  // Of pixel (0, 0) a sample shows the first triangle and two the second.
-  numbers[1] = 2;
-  numbers[static_cast<std::size_t>(kSide * kLens.width_px)] = 2;
+  // Of pixel (0, 0) a sample shows the first triangle and two the second.
+  for (const std::size_t sample : {0, 1, 2}) {
+    const glm::ivec2 at = Lattice().Of({0, 0}) + Lattice().Offsets()[sample];
+    numbers[static_cast<std::size_t>(at.y * Lattice().Size().x + at.x)] = sample == 0 ? 1 : 2;
+  }
   const glm::vec3 first(1.0f, 2.0f, 3.0f);
   const glm::vec3 second(10.0f, 20.0f, 40.0f);
   const std::vector<glm::vec3> values{first, first, first, second, second, second};
@@ -109,9 +116,9 @@ TEST(VertexShares, CountSamplesOfSeveralTrianglesAndOfNone) {
                                                values,
                                                mirrored,
                                                {false, false, false, true, true, true});
-  const glm::vec3 expected = 0.25f * first + 0.5f * second + 0.5f * glm::vec3(8.0f, 0.0f, 0.0f);
+  const glm::vec3 expected = 0.2f * first + 0.4f * second + 0.4f * glm::vec3(8.0f, 0.0f, 0.0f);
   EXPECT_LT(glm::length(glm::vec3(layer[0]) - expected), 1e-4f);
-  EXPECT_EQ(layer[0].a, 0.75f);
+  EXPECT_EQ(layer[0].a, 0.6f);
   for (std::size_t i = 1; i < layer.size(); ++i) EXPECT_EQ(layer[i], glm::vec4(0.0f));
 }
 
