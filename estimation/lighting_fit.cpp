@@ -92,7 +92,8 @@ struct LightingFitter::Impl {
   void LoadPrior(const LightingPrior& prior);
   void UpdateRelativePriors(const LightingPrior& prior, const LightVector& x);
   void AddRatioPrior(const LightingPrior& prior, const LightVector& x);
-  void AddShapePrior(const LightVector& x);
+  double BeamIn(const LightingPrior& prior, const LightVector& x) const;
+  void AddShapePrior(const LightingPrior& prior, const LightVector& x);
   LightVector Begin();
   LightMatrix DataNormal() const;
   LightVector SolveClosed() const;
@@ -124,7 +125,7 @@ void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
 void LightingFitter::Impl::UpdateRelativePriors(const LightingPrior& prior, const LightVector& x) {
   prior_information = fixed_prior_information;
   AddRatioPrior(prior, x);
-  AddShapePrior(x);
+  AddShapePrior(prior, x);
 }
 
 void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const LightVector& x) {
@@ -144,12 +145,32 @@ void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const Light
   }
 }
 
-// With S the sum of a channel's sky and p_k the mean over the channels of shape k's share, rows
-//   (s_k - S / shapes) / S = 0                                   give or take shape_share_spread,
+// How much of the beam that comes with a shape's light there is: 1 from a tenth of the clear sky's
+// sun over sky on, as thin cloud lets through and still brightens around the sun.
+double LightingFitter::Impl::BeamIn(const LightingPrior& prior, const LightVector& x) const {
+  constexpr double kEnough = 0.1;
+  const int bases = problem.basis_count;
+  double share = 0.0;
+  int channels = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double clear = prior.clear_sun_to_sky_rgb[c];
+    const double sky = x.segment(c * bases + 1, bases - 1).sum();
+    if (!(clear > 0.0) || !(sky > 0.0)) continue;
+    share += x[c * bases] / (clear * sky);
+    ++channels;
+  }
+  return channels > 0 ? std::clamp(share / (kEnough * channels), 0.0, 1.0) : 1.0;
+}
+
+// With S the sum of a channel's sky, m_k the share expected of shape k and p_k the mean over the
+// channels of its share, rows
+//   (s_k - m_k S) / S = 0                                        give or take shape_share_spread,
 //   (s_k - p_k S) / S of one channel - the same of another = 0   likewise the colour's spread,
 // their denominators and p_k being those of `x`. They are 0 for any S: the sky's sum is left to the
-// data.
-void LightingFitter::Impl::AddShapePrior(const LightVector& x) {
+// data. All m_k are alike, but without its beam that of the shape that comes with one is 0, give or
+// take a tenth: an overcast sky's walls and ground differ by little between shapes, and a few per
+// cent of error within a plane would choose.
+void LightingFitter::Impl::AddShapePrior(const LightingPrior& prior, const LightVector& x) {
   const int bases = problem.basis_count;
   const int first = problem.has_sun ? 1 : 0;
   const int shapes = bases - first;
@@ -170,12 +191,23 @@ void LightingFitter::Impl::AddShapePrior(const LightVector& x) {
     row[c * bases + first + shape] += scale;
     return row;
   };
-  const double weight = 1.0 / (options.shape_share_spread * options.shape_share_spread);
+  constexpr double kSpreadWithoutBeam = 0.1;
+  const bool one_needs_a_beam = problem.has_sun && prior.beam_shape >= 0;
+  const double beam = one_needs_a_beam ? BeamIn(prior, x) : 1.0;
+  const double share_with_beam = beam / shapes;
   const double colour_weight =
       1.0 / (options.shape_share_colour_spread * options.shape_share_colour_spread);
   for (int k = 0; k < shapes; ++k) {
+    const bool needs_a_beam = one_needs_a_beam && k == prior.beam_shape;
+    const double share = !one_needs_a_beam ? 1.0 / shapes
+                         : needs_a_beam    ? share_with_beam
+                                           : (1.0 - share_with_beam) / (shapes - 1);
+    const double least_spread = std::min(kSpreadWithoutBeam, options.shape_share_spread);
+    const double spread = needs_a_beam ? std::lerp(least_spread, options.shape_share_spread, beam)
+                                       : options.shape_share_spread;
+    const double weight = 1.0 / (spread * spread);
     for (int c = 0; c < 3; ++c) {
-      const LightVector row = deviation(k, 1.0 / shapes, c);
+      const LightVector row = deviation(k, share, c);
       prior_information += weight * row * row.transpose();
       const LightVector between =
           deviation(k, mean_share[k], c) - deviation(k, mean_share[k], (c + 1) % 3);

@@ -32,6 +32,12 @@ struct LightingPrior {
   glm::dvec3 sun_to_sky_rgb{0.0};
   double sun_to_sky_weight = 0.0;  // 1: full strength.
 
+  // The shape whose light comes of the beam, as around the sun in clear air: where hardly any beam
+  // is found it has hardly a share. Below 0: none does. What "hardly any" is is told by sun over
+  // the whole sky under a clear sky; 0 where that is not known.
+  int beam_shape = -1;
+  glm::dvec3 clear_sun_to_sky_rgb{0.0};
+
   // Irradiance of usual size, for when there is no sample to take the unit from; 0 where unknown.
   glm::dvec3 scale_rgb{0.0};
 

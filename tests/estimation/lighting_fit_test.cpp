@@ -411,6 +411,31 @@ TEST(LightingFit, SharesAreEqualWhereSamplesCannotTellTheShapesApart) {
   }
 }
 
+// The light around the sun is the beam's: behind cloud a sky has none of it, where samples cannot
+// tell; in the sun it has its share like the others.
+TEST(LightingFit, WithoutABeamItsShapeHasNoShare) {
+  for (const double sun : {0.0, 1.0}) {
+    SyntheticScene scene;
+    scene.sun *= sun;
+    std::vector<DiffuseSample> samples = MakeSamples(scene);
+    for (DiffuseSample& sample : samples) {
+      sample.sky_transport_rgb[2] = sample.sky_transport_rgb[1] = sample.sky_transport_rgb[0];
+    }
+    LightingPrior prior = LightingPrior::Nothing(3);
+    prior.beam_shape = 2;
+    prior.clear_sun_to_sky_rgb = glm::dvec3(8.0);
+    const LightingFit fit = FitLighting(samples, prior, true);
+    const double of_beam = sun > 0.0 ? 1.0 / 3.0 : 0.0;
+    for (int c = 0; c < 3; ++c) {
+      const double tolerance = 0.01 * scene.sky[c];
+      for (const int k : {1, 2}) {
+        EXPECT_NEAR(fit.irradiance_rgb[3 * k + c], 0.5 * (1.0 - of_beam) * scene.sky[c], tolerance);
+      }
+      EXPECT_NEAR(fit.irradiance_rgb[9 + c], of_beam * scene.sky[c], tolerance);
+    }
+  }
+}
+
 TEST(LightingFit, HoldsTheSunAtZeroBelowTheHorizon) {
   SyntheticScene scene;
   scene.sun = glm::dvec3(0.0);
