@@ -164,8 +164,9 @@ float SoftSun::HiddenOver(const SurfaceView& view,
                           const DiscPoints& disc) const {
   const glm::vec3& position_m = view.position_world_m.pixels[pixel];
   const glm::vec3& normal = view.normal_world.pixels[pixel];
-  const glm::dvec2 at(static_cast<double>(pixel % static_cast<std::size_t>(view.Width())),
-                      static_cast<double>(pixel / static_cast<std::size_t>(view.Width())));
+  const std::size_t row = pixel / static_cast<std::size_t>(view.Width());
+  const glm::dvec2 at(static_cast<double>(pixel - row * static_cast<std::size_t>(view.Width())),
+                      static_cast<double>(row));
   const auto right_m = pixels.OnPlane(at + glm::dvec2(0.5, 0.0), position_m, normal);
   const auto below_m = pixels.OnPlane(at + glm::dvec2(0.0, 0.5), position_m, normal);
   const glm::vec3 dx = right_m ? 2.0f * (*right_m - position_m) : glm::vec3(0.0f);

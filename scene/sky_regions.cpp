@@ -34,14 +34,15 @@ double SkyRegions::SolidAngleSr() const {
 
 double SkyRegions::HorizontalIrradiance(std::size_t region) const {
   // The integral of sin(e) over the region's solid angle: pi / S (sin^2 e1 - sin^2 e0).
-  const auto band = static_cast<double>(region / static_cast<std::size_t>(sectors_));
-  return std::numbers::pi * (2.0 * band + 1.0) /
+  const std::size_t band = region / static_cast<std::size_t>(sectors_);
+  return std::numbers::pi * (2.0 * static_cast<double>(band) + 1.0) /
          (static_cast<double>(sectors_) * bands_ * static_cast<double>(bands_));
 }
 
 glm::dvec3 SkyRegions::DirectionIn(std::size_t region, const glm::dvec2& point) const {
   const auto sectors = static_cast<std::size_t>(sectors_);
-  const double sine = (static_cast<double>(region / sectors) + point.y) / bands_;
+  const std::size_t band = region / sectors;
+  const double sine = (static_cast<double>(band) + point.y) / bands_;
   const double azimuth =
       2.0 * std::numbers::pi * (static_cast<double>(region % sectors) + point.x) / sectors_;
   const double cosine = std::sqrt((1.0 - sine) * (1.0 + sine));

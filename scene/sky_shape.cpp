@@ -39,9 +39,10 @@ class TableSkyShape final : public SkyShape {
 };
 
 glm::dvec2 DiscPoint(std::size_t cell) {
-  const auto column = static_cast<double>(cell % SkyTable::kSide);
-  const auto row = static_cast<double>(cell / SkyTable::kSide);
-  return {(column + 0.5) * 2.0 / SkyTable::kSide - 1.0, (row + 0.5) * 2.0 / SkyTable::kSide - 1.0};
+  const std::size_t column = cell % SkyTable::kSide;
+  const std::size_t row = cell / SkyTable::kSide;
+  return {(static_cast<double>(column) + 0.5) * 2.0 / SkyTable::kSide - 1.0,
+          (static_cast<double>(row) + 0.5) * 2.0 / SkyTable::kSide - 1.0};
 }
 
 // Row y's centre is on or above the horizon.

@@ -82,6 +82,7 @@ Background BackgroundOf(const RgbImage& map, const std::vector<MapPixel>& pixels
   Background background;
   for (int channel = 0; channel < 3; ++channel) {
     std::vector<double> values;
+    values.reserve(pixels.size());
     for (const MapPixel& pixel : pixels) values.push_back(map.At(pixel.x, pixel.y)[channel]);
     background.median[channel] = UpperMedian(values);
     for (double& value : values) value = std::abs(value - background.median[channel]);

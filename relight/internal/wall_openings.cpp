@@ -203,6 +203,7 @@ std::vector<glm::dvec3> WallRaster::Outline(int opening) const {
   std::vector<cv::Point> corners;
   cv::approxPolyDP(*largest, corners, 1.0, true);
   std::vector<glm::dvec3> outline;
+  outline.reserve(corners.size());
   for (const cv::Point& corner : corners) {
     // The contour runs through cell centres, half a cell inside what was grown by one.
     outline.push_back(plane_.Lift(lower_m_ + cell_m_ * glm::dvec2(corner.x - 0.5, corner.y - 0.5)));

@@ -48,10 +48,12 @@ void CasterBuffers::DrawIndices(const GlObject& indices,
   glBindVertexArray(vertex_array_.Name());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices.Name());
   CountDraw();
-  glDrawElements(GL_TRIANGLES,
-                 static_cast<GLsizei>(count),
-                 GL_UNSIGNED_INT,
-                 reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
+  glDrawElements(
+      GL_TRIANGLES,
+      static_cast<GLsizei>(count),
+      GL_UNSIGNED_INT,
+      // An offset, which OpenGL takes as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+      reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
 }
 
 void CasterBuffers::DrawSurface() const { DrawIndices(surface_indices_, 0, surface_index_count_); }

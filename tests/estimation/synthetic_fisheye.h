@@ -65,8 +65,10 @@ inline RgbImage MakeFisheyePicture(const FisheyePicture& picture) {
       } else {
         constexpr int kSide = 16;
         for (int i = 0; i < kSide * kSide; ++i) {
+          const int row = i / kSide;
+          const int column = i % kSide;
           const auto point = lens.DirectionFromPixel(
-              {x + (i % kSide + 0.5) / kSide - 0.5, y + (i / kSide + 0.5) / kSide - 0.5});
+              {x + (column + 0.5) / kSide - 0.5, y + (row + 0.5) / kSide - 0.5});
           if (!point) continue;
           const double cosine =
               glm::dot(camera.world_from_camera * *point, picture.sun_direction_enu);

@@ -101,6 +101,7 @@ class GroundStage {
                            compositor,
                            options);
     std::vector<FrameResult> results;
+    results.reserve(poses.size());
     for (const std::vector<glm::dmat4>& of_frame : poses) {
       results.push_back(pipeline.Process(MakeFrame(), of_frame).value());
     }

@@ -38,7 +38,9 @@ inline Mesh SheetRoom(const std::vector<WallHole>& south, const std::vector<Wall
   Mesh mesh;
   mesh.materials.resize(1);
   mesh.group_names = {"room"};
-  const auto [x, y, z] = std::array{kRoomSize.x, kRoomSize.y, kRoomSize.z};
+  const float x = kRoomSize.x;
+  const float y = kRoomSize.y;
+  const float z = kRoomSize.z;
   AddQuad(mesh, {0, 0, 0}, {x, 0, 0}, {x, y, 0}, {0, y, 0});
   AddQuad(mesh, {0, 0, z}, {0, y, z}, {x, y, z}, {x, 0, z});
   AddQuad(mesh, {0, y, 0}, {x, y, 0}, {x, y, z}, {0, y, z});
