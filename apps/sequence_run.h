@@ -64,7 +64,7 @@ struct SequenceRunOptions {
   std::optional<InfluenceAt> influence_at;  // None: faces where a fish-eye lights a moving camera.
   int sun_block_px = SurfaceViewOptions{}.sun_block_px;
   int receiver_block_px = SurfaceViewOptions{}.receiver_block_px;
-  int object_samples_per_side = CompositorOptions{}.object_samples_per_side;  // Of a pixel.
+  int object_samples_per_side = CompositorOptions{}.object_samples_per_side;
   EffectSettings effects;
   int penumbra_samples = SoftSunOptions{}.disc_samples;
   bool filter = true;  // The light over time.

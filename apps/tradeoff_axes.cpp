@@ -206,7 +206,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
          "4"});
   }
   axes.push_back({"object-samples",
-                  "Resolution of the objects: samples a side of a pixel "
+                  "Resolution of the objects: side n of a pixel's n^2 + 1 samples "
                   "(CompositorOptions::object_samples_per_side)",
                   Judge::kPicture,
                   false,

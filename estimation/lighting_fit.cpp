@@ -145,21 +145,27 @@ void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const Light
   }
 }
 
-// How much of the beam that comes with a shape's light there is: 1 from a tenth of the clear sky's
-// sun over sky on, as thin cloud lets through and still brightens around the sun.
+// How much there is of the beam that comes with a shape's light: 1 from a tenth of the clear sky's
+// sun over sky on, which thin cloud lets through and still brightens around the sun. Where that
+// would be a twentieth of the sky's light or less, as at sunset, a sun that is not found says
+// nothing: 1 too, by and by.
 double LightingFitter::Impl::BeamIn(const LightingPrior& prior, const LightVector& x) const {
   constexpr double kEnough = 0.1;
+  constexpr double kTellingRatio = 0.5;
   const int bases = problem.basis_count;
-  double share = 0.0;
-  int channels = 0;
+  double sun = 0.0;
+  double sky = 0.0;
+  double clear_sun = 0.0;  // Over such a sky, were it clear.
   for (int c = 0; c < 3; ++c) {
-    const double clear = prior.clear_sun_to_sky_rgb[c];
-    const double sky = x.segment(c * bases + 1, bases - 1).sum();
-    if (!(clear > 0.0) || !(sky > 0.0)) continue;
-    share += x[c * bases] / (clear * sky);
-    ++channels;
+    const double unit = problem.irradiance_unit[c];
+    const double of_channel = unit * x.segment(c * bases + 1, bases - 1).sum();
+    sun += unit * x[c * bases];
+    sky += of_channel;
+    clear_sun += prior.clear_sun_to_sky_rgb[c] * of_channel;
   }
-  return channels > 0 ? std::clamp(share / (kEnough * channels), 0.0, 1.0) : 1.0;
+  if (!(clear_sun > 0.0)) return 1.0;
+  const double beam = std::min(1.0, sun / (kEnough * clear_sun));
+  return std::lerp(1.0, beam, std::min(1.0, clear_sun / (kTellingRatio * sky)));
 }
 
 // With S the sum of a channel's sky, m_k the share expected of shape k and p_k the mean over the
@@ -360,6 +366,11 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
     throw std::invalid_argument("LightingPrior: sky_shapes is " + std::to_string(prior.sky_shapes) +
                                 ", its matrix has " + std::to_string(prior.information.rows()) +
                                 " rows");
+  }
+  if (prior.beam_shape >= prior.sky_shapes) {
+    throw std::invalid_argument("LightingPrior: beam_shape is " + std::to_string(prior.beam_shape) +
+                                ", expected less than the " + std::to_string(prior.sky_shapes) +
+                                " shapes");
   }
   LightingFit fit;
   fit.sun_is_fitted = sun_is_up;

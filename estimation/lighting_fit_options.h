@@ -41,7 +41,8 @@ struct LightingFitOptions {
   double sky_shape_error = 0.1;
   // Shares of the sky's shapes before the data have spoken: all equal, give or take this. Wider
   // than any mix of fractions, so that it speaks only where the samples cannot: on measured and
-  // modelled skies over three scenes a spread of 0.35 cost half as much error again as 1. > 0.
+  // modelled skies over three scenes a spread of 0.35 cost half as much error again as 1. Of the
+  // shape that comes of a beam (LightingPrior::beam_shape) less where there is none. > 0.
   double shape_share_spread = 1.0;
   // How much the shares of one shape differ from channel to channel: a white cloud before a blue
   // sky takes more of the red than of the blue. > 0.

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "estimation/internal/symmetric_algebra.h"
+#include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
 namespace {
@@ -189,6 +190,19 @@ LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
                                 int sky_shapes,
                                 double kept) {
   return PriorOf(clear_sky, earlier, time, sky_shapes, kept, /*widened=*/true);
+}
+
+void SetBeamShape(std::span<const std::string> shape_names,
+                  const ClearSkyExpectation& clear_sky,
+                  LightingPrior& prior) {
+  const auto clear =
+      std::find(shape_names.begin(), shape_names.end(), NameOf(SkyShapeKind::kClear));
+  if (clear == shape_names.end()) return;
+  prior.beam_shape = static_cast<int>(clear - shape_names.begin());
+  for (int c = 0; c < 3; ++c) {
+    if (!(clear_sky.diffuse_rgb[c] > 0.0)) continue;
+    prior.clear_sun_to_sky_rgb[c] = clear_sky.beam_rgb[c] / clear_sky.diffuse_rgb[c];
+  }
 }
 
 double KeptMemory(const ClearSkyExpectation& clear_sky,

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <string>
 
 #include <Eigen/Core>
 #include <glm/vec3.hpp>
@@ -32,9 +34,10 @@ struct LightingPrior {
   glm::dvec3 sun_to_sky_rgb{0.0};
   double sun_to_sky_weight = 0.0;  // 1: full strength.
 
-  // The shape whose light comes of the beam, as around the sun in clear air: where hardly any beam
-  // is found it has hardly a share. Below 0: none does. What "hardly any" is is told by sun over
-  // the whole sky under a clear sky; 0 where that is not known.
+  // The shape whose light comes of the beam, as around the sun in clear air: where hardly any of
+  // the beam is found that a clear sky has, it has hardly a share. Below 0: none does. Sun over the
+  // whole sky under a clear sky tells how much that is; where it is little itself, as at sunset, or
+  // not known (0), nothing is said.
   int beam_shape = -1;
   glm::dvec3 clear_sun_to_sky_rgb{0.0};
 
@@ -76,6 +79,11 @@ LightingPrior MakeLightingPrior(const ClearSkyExpectation& clear_sky,
                                 UtcTime time,
                                 int sky_shapes,
                                 double kept = 1.0);
+
+// Makes the clear shape, where it is among those of these names, the one that comes of the beam.
+void SetBeamShape(std::span<const std::string> shape_names,
+                  const ClearSkyExpectation& clear_sky,
+                  LightingPrior& prior);
 
 // How much of an earlier answer is still to be kept, once a fit under it has found `found`: 1 while
 // sun and sky are within its widened deviation, and the less the farther they have moved in spite

@@ -71,20 +71,6 @@ LightingFitOptions FitOptionsFor(const OutdoorLightingOptions& options) {
   return fit;
 }
 
-// Light around the sun is the beam's.
-void SetBeamShape(const std::vector<std::string>& shape_names,
-                  const ClearSkyExpectation& clear_sky,
-                  LightingPrior& prior) {
-  const auto clear =
-      std::find(shape_names.begin(), shape_names.end(), NameOf(SkyShapeKind::kClear));
-  if (clear == shape_names.end()) return;
-  prior.beam_shape = static_cast<int>(clear - shape_names.begin());
-  for (int c = 0; c < 3; ++c) {
-    if (!(clear_sky.diffuse_rgb[c] > 0.0)) continue;
-    prior.clear_sun_to_sky_rgb[c] = clear_sky.beam_rgb[c] / clear_sky.diffuse_rgb[c];
-  }
-}
-
 class OutdoorLightingSource final : public LightingSource {
  public:
   explicit OutdoorLightingSource(const OutdoorLightingOptions& options)

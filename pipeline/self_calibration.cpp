@@ -157,6 +157,7 @@ class SelfCalibrator {
     clear_sky.absolute = false;
     added.prior =
         MakeLightingPrior(clear_sky, std::nullopt, frame.time, static_cast<int>(shapes_.size()));
+    SetBeamShape(view.sky_shape_names, clear_sky, added.prior);
     added.sun_is_up = sun.direction_enu.z > -std::sin(sun.angular_radius_rad);
     // A white balance that is not known has no colour to compare.
     if (frame.units == LightUnits::kAbsolute) added.clear_beam_rgb = clear_sky.beam_rgb;

@@ -18,7 +18,7 @@
 namespace pleinair {
 
 struct MirrorImageOptions {
-  // Over a pixel's samples and the lobe around the mirror direction. Converged: many.
+  // Over a pixel's square and the lobe around the mirror direction. Converged: many.
   int rays_per_pixel = 32;
   // Of a mirrored real surface, for what objects hide from it. Converged: many; 0: nothing is.
   int rays_per_place = 8;
@@ -37,12 +37,12 @@ struct MirroredBasis {
   DirectionalLight sun;
 };
 
-// Set up once per view and pose: rays leave the glossy samples along half vectors of the visible
-// GGX normals (Heitz 2018, "Sampling the GGX distribution of visible normals"), and what each meets
-// is stored. A real surface is shown with the survey's albedo at the very place, in the sun where a
-// ray from there reaches it past real and virtual casters, and less lit by what objects hide from
-// it. The disc itself is not mirrored: the renderer's glint is analytic. Other mirrors are shown as
-// if they were diffuse.
+// Set up once per view and pose: rays leave what is glossy in a pixel's square along half vectors
+// of the visible GGX normals (Heitz 2018, "Sampling the GGX distribution of visible normals"), and
+// what each meets is stored. A real surface is shown with the survey's albedo at the very place, in
+// the sun where a ray from there reaches it past real and virtual casters, and less lit by what
+// objects hide from it. The disc itself is not mirrored: the renderer's glint is analytic. Other
+// mirrors are shown as if they were diffuse.
 //
 // Threads  The result does not depend on their number.
 class MirrorImage {

@@ -129,7 +129,7 @@ struct Compositor::Impl {
   void UpdateLayerView(const Camera& camera);
   void UpdateVolumes(const glm::dvec3& to_sun);
   Drawn DrawLayers(const CompositeInput& input, const glm::dvec3& to_sun, float gain);
-  float LayerBlurPx(float camera_blur_px) const;
+  BlurKernel LayerBlur(float camera_blur_px) const;
   PixelRect CompositeOnDevice(const CompositeInput& input,
                               const Drawn& drawn,
                               const CompositeLight& light,
@@ -151,10 +151,10 @@ void Compositor::Impl::UpdateLayerView(const Camera& camera) {
 }
 
 // A layer that is looked up between its pixels is blurred by that already.
-float Compositor::Impl::LayerBlurPx(float camera_blur_px) const {
-  constexpr float kMeanVarianceOfLookups = 1.0f / 6.0f;  // Of f (1 - f), f anywhere in a pixel.
-  if (lookup.IsIdentity()) return camera_blur_px;
-  return std::sqrt(std::max(camera_blur_px * camera_blur_px - kMeanVarianceOfLookups, 0.0f));
+BlurKernel Compositor::Impl::LayerBlur(float camera_blur_px) const {
+  constexpr double kMeanVarianceOfLookups = 1.0 / 6.0;  // Of f (1 - f), f anywhere in a pixel.
+  return lookup.IsIdentity() ? BlurKernel(camera_blur_px)
+                             : BlurKernel::AfterBlur(camera_blur_px, kMeanVarianceOfLookups);
 }
 
 void Compositor::Impl::UpdateVolumes(const glm::dvec3& to_sun) {
@@ -224,7 +224,7 @@ Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input
       stencil);
   drawn.objects = &object_layer.Layer();
   drawn.object_rect = object_rect;
-  const BlurKernel kernel(LayerBlurPx(input.camera_blur_px));
+  const BlurKernel kernel = LayerBlur(input.camera_blur_px);
   if (!kernel.IsNone()) {
     const int width = layer_view.intrinsics.width_px;
     const int height = layer_view.intrinsics.height_px;
@@ -323,7 +323,7 @@ void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
 
 void CompositorOptions::Validate() const {
   const int side = object_samples_per_side;
-  if (side >= 2 && side <= 8 && side % 2 == 0) return;
+  if (side >= 2 && side <= SampleLattice::kMostSide && side % 2 == 0) return;
   throw std::invalid_argument("CompositorOptions::object_samples_per_side is " +
                               std::to_string(side) + ": expected 2, 4, 6 or 8");
 }

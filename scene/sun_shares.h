@@ -15,13 +15,13 @@ struct RealSunShare {
   GrayImage hidden;
 };
 
-// On virtual objects, at samples of the undistorted picture that covers the camera's (see
-// UndistortedCover).
+// On virtual objects, over parts of the pixels of the undistorted picture that covers the camera's
+// (see UndistortedCover).
 struct ObjectSunShare {
-  static constexpr int kSamplesPerSide = 2;  // Of a pixel.
+  static constexpr int kSamplesPerSide = 2;  // Parts of a pixel.
   int x_px = 0;                              // Of the image's first pixel in that picture.
   int y_px = 0;
-  // Share of the disc seen, 0..1: kSamplesPerSide samples for each side of a pixel. May be empty.
+  // Share of the disc seen, 0..1, a mean over each part of what the sun may shine on. May be empty.
   GrayImage seen;
 };
 

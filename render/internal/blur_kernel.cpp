@@ -102,6 +102,27 @@ BlurKernel::BlurKernel(float sigma_px) {
   }
 }
 
+BlurKernel BlurKernel::AfterBlur(float sigma_px, double variance_px2) {
+  const double wanted = BlurKernel(sigma_px).Variance() - variance_px2;
+  if (!(wanted > 0.0)) return BlurKernel();
+  // A kernel's variance rises with its sigma.
+  float lower = 0.0f;
+  float upper = sigma_px;
+  for (int step = 0; step < 16; ++step) {
+    const float middle = 0.5f * (lower + upper);
+    (BlurKernel(middle).Variance() < wanted ? lower : upper) = middle;
+  }
+  return BlurKernel(0.5f * (lower + upper));
+}
+
+double BlurKernel::Variance() const {
+  double variance = 0.0;
+  for (int i = 1; i <= ReachPx(); ++i) {
+    variance += 2.0 * i * i * double{weights_[static_cast<std::size_t>(i)]};
+  }
+  return variance;
+}
+
 PixelRect BlurKernel::Spread(const PixelRect& rect, int width, int height) const {
   if (rect.Empty()) return rect;
   return {glm::max(rect.lower - ReachPx(), glm::ivec2(0)),

@@ -35,7 +35,7 @@ glm::dmat4 ClipOfSamples(const LayerView& view, const SampleLattice& lattice) {
 }
 
 void SetLattice(const ShaderProgram& program, const SampleLattice& lattice) {
-  program.Set("u_lattice", glm::ivec2(lattice.Side(), lattice.Pixels().x));
+  program.Set("u_lattice", glm::ivec3(lattice.Side(), lattice.Turn(), lattice.Pixels().x));
 }
 
 template <typename... Parts>
@@ -350,6 +350,7 @@ void ObjectLayerPass::DrawMean(const PixelRect& rect, bool has_samples) {
   mean_program_.Set("u_lower", rect.lower);
   SetLattice(mean_program_, lattice_);
   mean_program_.Set("u_sample_count", has_samples ? lattice_.PerPixel() : 0);
+  static_assert(SampleLattice::kMostPerPixel == 65);  // The shader's array.
   const std::vector<glm::vec2> offsets(lattice_.Offsets().begin(), lattice_.Offsets().end());
   mean_program_.SetArray("u_offsets", offsets);
   glActiveTexture(GL_TEXTURE1);

@@ -63,7 +63,7 @@ struct LayerLight {
 class ObjectLayerPass {
  public:
   // Of the pixels of `rect`: the side is as asked for, less where an object fills that much of a
-  // large picture that more than 2^22 samples would come out, but two at least.
+  // large picture that its pixels would have more than 2^22 samples, but two at least.
   static SampleLattice LatticeOf(const PixelRect& rect, int wanted_side);
 
   // To keep what samples show takes desktop OpenGL.

@@ -8,24 +8,31 @@
 
 namespace pleinair {
 
-// Samples are drawn as a picture of their own, turned by atan(1 / side) against that of the pixels
-// and side^2 + 1 times as fine: sample (s, t) of it lies at pixel M^-1 (s, t), M = [side 1; -1
-// side]. M is whole, so all pixels have their samples at the same places; no two of a pixel's are
-// in one row or column of it, so that an edge that is nearly upright or level passes them one by
-// one, where a grid along the pixels has it pass `side` at once (after the rotated grids of
-// multisampling hardware).
+// Samples are drawn as a picture of their own, turned by atan(turn / side) against that of the
+// pixels and side^2 + turn^2 times as fine: sample (s, t) of it lies at pixel M^-1 (s, t), M =
+// [side turn; -turn side]. M is whole, so all pixels have their samples at the same places. With a
+// turn of 1 no two of a pixel's are in one of its rows or columns, so that an edge that is nearly
+// upright or level passes them one by one, where a grid along the pixels has it pass `side` at once
+// (after the rotated grids of multisampling hardware).
 //
 // Coordinates are those of windows: from corners, of the rectangle of pixels that is drawn.
 class SampleLattice {
  public:
+  static constexpr int kMostSide = 8;
+  static constexpr int kMostPerPixel = kMostSide * kMostSide + 1;
+
   SampleLattice() : SampleLattice(2, {0, 0}) {}
-  // `side` is even, 2 or more: of an odd one some samples would lie on pixels' edges.
+  // Turned where that is not too wasteful: the corners of the samples' picture lie outside the
+  // pixels', and of a long strip they are most of it.
+  // Throws std::invalid_argument for a side that is odd, of which some samples would lie on pixels'
+  // edges, or not in 2 .. kMostSide.
   SampleLattice(int side, const glm::ivec2& pixels);
 
   int Side() const { return side_; }
-  int PerPixel() const { return side_ * side_ + 1; }
+  int Turn() const { return turn_; }  // 0 or 1.
+  int PerPixel() const { return side_ * side_ + turn_; }
   const glm::ivec2& Pixels() const { return pixels_; }
-  // Of the samples' picture, whose corners are outside the pixels'.
+  // Of the samples' picture.
   glm::ivec2 Size() const;
   // The samples of a pixel: that of the pixel, and what to add for each.
   glm::ivec2 Of(const glm::ivec2& pixel) const;
@@ -36,6 +43,7 @@ class SampleLattice {
  private:
   int side_;
   glm::ivec2 pixels_;
+  int turn_ = 1;
   std::vector<glm::ivec2> offsets_;
 };
 

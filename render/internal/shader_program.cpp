@@ -87,6 +87,10 @@ void ShaderProgram::Set(const char* uniform, const glm::ivec2& value) const {
   glUniform2i(Location(uniform), value.x, value.y);
 }
 
+void ShaderProgram::Set(const char* uniform, const glm::ivec3& value) const {
+  glUniform3iv(Location(uniform), 1, glm::value_ptr(value));
+}
+
 void ShaderProgram::Set(const char* uniform, const glm::ivec4& value) const {
   glUniform4i(Location(uniform), value.x, value.y, value.z, value.w);
 }

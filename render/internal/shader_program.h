@@ -27,6 +27,7 @@ class ShaderProgram {
   void Set(const char* uniform, int value) const;
   void Set(const char* uniform, float value) const;
   void Set(const char* uniform, const glm::ivec2& value) const;
+  void Set(const char* uniform, const glm::ivec3& value) const;
   void Set(const char* uniform, const glm::ivec4& value) const;
   void Set(const char* uniform, const glm::vec3& value) const;
   void Set(const char* uniform, const glm::vec4& value) const;

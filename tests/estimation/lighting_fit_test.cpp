@@ -411,29 +411,43 @@ TEST(LightingFit, SharesAreEqualWhereSamplesCannotTellTheShapesApart) {
   }
 }
 
-// The light around the sun is the beam's: behind cloud a sky has none of it, where samples cannot
-// tell; in the sun it has its share like the others.
-TEST(LightingFit, WithoutABeamItsShapeHasNoShare) {
-  for (const double sun : {0.0, 1.0}) {
-    SyntheticScene scene;
-    scene.sun *= sun;
-    std::vector<DiffuseSample> samples = MakeSamples(scene);
-    for (DiffuseSample& sample : samples) {
-      sample.sky_transport_rgb[2] = sample.sky_transport_rgb[1] = sample.sky_transport_rgb[0];
-    }
-    LightingPrior prior = LightingPrior::Nothing(3);
-    prior.beam_shape = 2;
-    prior.clear_sun_to_sky_rgb = glm::dvec3(8.0);
-    const LightingFit fit = FitLighting(samples, prior, true);
-    const double of_beam = sun > 0.0 ? 1.0 / 3.0 : 0.0;
-    for (int c = 0; c < 3; ++c) {
-      const double tolerance = 0.01 * scene.sky[c];
-      for (const int k : {1, 2}) {
-        EXPECT_NEAR(fit.irradiance_rgb[3 * k + c], 0.5 * (1.0 - of_beam) * scene.sky[c], tolerance);
-      }
-      EXPECT_NEAR(fit.irradiance_rgb[9 + c], of_beam * scene.sky[c], tolerance);
-    }
+// The share of the third of three shapes that samples cannot tell apart, and that comes of a beam.
+double ShareOfTheBeamsShape(double sun, double clear_sun_to_sky) {
+  SyntheticScene scene;
+  scene.sun *= sun;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  for (DiffuseSample& sample : samples) {
+    sample.sky_transport_rgb[2] = sample.sky_transport_rgb[1] = sample.sky_transport_rgb[0];
   }
+  LightingPrior prior = LightingPrior::Nothing(3);
+  prior.beam_shape = 2;
+  prior.clear_sun_to_sky_rgb = glm::dvec3(clear_sun_to_sky);
+  const LightingFit fit = FitLighting(samples, prior, true);
+  for (int c = 0; c < 3; ++c) {
+    const double sky =
+        fit.irradiance_rgb[3 + c] + fit.irradiance_rgb[6 + c] + fit.irradiance_rgb[9 + c];
+    EXPECT_NEAR(sky, scene.sky[c], 0.01 * scene.sky[c]);
+    EXPECT_NEAR(fit.irradiance_rgb[3 + c], fit.irradiance_rgb[6 + c], 0.01 * scene.sky[c]);
+  }
+  return fit.irradiance_rgb[10] / scene.sky.y;
+}
+
+// Behind cloud there is none of it, in the sun it has its share like the others; a little beam is
+// between, and where a clear sky's beam were next to nothing itself, its absence tells nothing.
+TEST(LightingFit, WithoutABeamItsShapeHasNoShare) {
+  EXPECT_NEAR(ShareOfTheBeamsShape(0.0, 8.0), 0.0, 0.01);
+  EXPECT_NEAR(ShareOfTheBeamsShape(1.0, 8.0), 1.0 / 3.0, 0.01);
+  const double little = ShareOfTheBeamsShape(0.05, 8.0);  // Sun over sky is 0.35.
+  EXPECT_GT(little, 0.05);
+  EXPECT_LT(little, 0.25);
+  EXPECT_GT(ShareOfTheBeamsShape(0.0, 0.02), 0.3);
+  EXPECT_NEAR(ShareOfTheBeamsShape(0.0, 0.0), 1.0 / 3.0, 0.01);
+}
+
+TEST(LightingFit, RefusesABeamForAShapeThatIsNotThere) {
+  LightingPrior prior = LightingPrior::Nothing(2);
+  prior.beam_shape = 2;
+  EXPECT_THROW(FitLighting(MakeSamples(SyntheticScene()), prior, true), std::invalid_argument);
 }
 
 TEST(LightingFit, HoldsTheSunAtZeroBelowTheHorizon) {

@@ -40,6 +40,24 @@ TEST(OutdoorLightingSource, FindsSunAndSkyInAPicture) {
   EXPECT_GT(estimate->new_sample_set_ms, 0.0);
 }
 
+// Three shapes that the picture cannot tell apart: behind cloud the clear one has no share.
+TEST(OutdoorLightingSource, AnOvercastSkyIsNotClear) {
+  for (const bool is_overcast : {true, false}) {
+    SyntheticPicture picture;
+    if (is_overcast) picture.sun = glm::dvec3(0.0);
+    SurfaceView view = MakeView(picture);
+    view.sky_shape_names = {"uniform", "overcast", "clear"};
+    view.sky_response.resize(3, view.sky_response[0]);
+    const Frame frame = MakeFrame(picture, view);
+    const auto estimate = MakeOutdoorLightingSource({})->Estimate(Observe(frame, view));
+    ASSERT_TRUE(estimate.has_value());
+    const glm::dvec3 clear = estimate->lighting.sky[2].irradiance_rgb / picture.sky;
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(clear[c], is_overcast ? 0.0 : 1.0 / 3.0, 0.05) << is_overcast;
+    }
+  }
+}
+
 TEST(OutdoorLightingSource, KeepsItsSamplesWhileCameraAndSunStandStill) {
   const SyntheticPicture picture;
   SurfaceView view = MakeView(picture);

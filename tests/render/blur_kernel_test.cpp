@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -82,14 +83,18 @@ TEST(BlurKernel, IsTheNearestToTheLens) {
 
 TEST(BlurKernel, OfManyPixelsHasTheLensesVariance) {
   for (const float sigma_px : {1.5f, 3.0f, 8.0f}) {
-    const BlurKernel kernel(sigma_px);
-    double variance = 0.0;
-    for (int i = 1; i <= kernel.ReachPx(); ++i) {
-      variance += 2.0 * i * i * double{kernel.Weights()[static_cast<std::size_t>(i)]};
-    }
     // Cut off at three deviations.
-    EXPECT_NEAR(variance / (double{sigma_px} * double{sigma_px}), 1.0, 0.03);
+    EXPECT_NEAR(BlurKernel(sigma_px).Variance() / (double{sigma_px} * double{sigma_px}), 1.0, 0.03);
   }
+}
+
+TEST(BlurKernel, LeavesToOthersWhatTheyHaveDone) {
+  for (const float sigma_px : {0.45f, 0.7f, 2.0f}) {
+    EXPECT_NEAR(BlurKernel::AfterBlur(sigma_px, 1.0 / 6.0).Variance() + 1.0 / 6.0,
+                BlurKernel(sigma_px).Variance(),
+                1e-3);
+  }
+  EXPECT_TRUE(BlurKernel::AfterBlur(0.2f, 1.0 / 6.0).IsNone());
 }
 
 }  // namespace

@@ -139,11 +139,7 @@ TEST_P(CameraBlur, EdgesOfShadowsAreAsWideAsAskedFor) {
   }
   for (const float blur_px : {0.3f, 1.0f}) {
     const Composite composite = Render(blur_px, &shares);
-    const BlurKernel kernel(blur_px);
-    double variance = 0.0;
-    for (int i = 1; i <= kernel.ReachPx(); ++i) {
-      variance += 2.0 * i * i * double{kernel.Weights()[static_cast<std::size_t>(i)]};
-    }
+    const double variance = BlurKernel(blur_px).Variance();
     int rows = 0;
     for (int y = 0; y < scene_.view.Height(); ++y) {
       double moved = 0.0;

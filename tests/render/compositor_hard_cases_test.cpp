@@ -101,6 +101,10 @@ TEST_P(CompositorHardCase, AStripOf4096Pixels) {
   const Composite composite = Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24));
   ExpectSound(scene, composite, "4096x216");
   EXPECT_GT(CountChanged(composite), 1000u);
+  // And an object along all of it.
+  const Composite all_along = Render(scene, Box({-40.0f, -0.1f, 0.8f}, {40.0f, 0.1f, 0.9f}));
+  ExpectSound(scene, all_along, "4096x216, all along");
+  EXPECT_GT(CountChanged(all_along), 4096u);
 }
 
 TEST_P(CompositorHardCase, ObjectsThatAreNotThereChangeNothing) {

@@ -123,7 +123,7 @@ TEST_P(CompositorTest, ObjectsFollowTheShadingFormula) {
     const VisiblePoint& point = points.pixels[i];
     if (!point.is_hit || point.hit.triangle < scene_.phantom.triangles.size()) continue;
     if (edges.pixels[i] != 0) continue;
-    // The facets turn away from the sun one by one, so that a pixel's four samples may differ
+    // The facets turn away from the sun one by one, so that a pixel's samples may differ
     // there.
     const double facet = glm::dot(glm::dvec3(point.normal_to_viewer), to_sun);
     if (std::abs(facet) < 0.1) continue;

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <set>
+#include <stdexcept>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <glm/vec4.hpp>
@@ -41,10 +43,29 @@ TEST(SampleLattice, EachPixelHasItsSamplesToItself) {
   }
 }
 
+// Of a long strip a turned picture would be mostly corners.
+TEST(SampleLattice, IsNotTurnedWhereThatIsWasteful) {
+  EXPECT_EQ(SampleLattice(4, {100, 300}).Turn(), 1);
+  for (const glm::ivec2& pixels : {glm::ivec2(4096, 60), glm::ivec2(3, 900)}) {
+    const SampleLattice lattice(4, pixels);
+    EXPECT_EQ(lattice.Turn(), 0);
+    EXPECT_EQ(lattice.Size(), 4 * pixels);
+    EXPECT_EQ(lattice.Offsets().size(), 16u);
+    EXPECT_EQ(lattice.Of({2, 5}), glm::ivec2(8, 20));
+  }
+}
+
+TEST(SampleLattice, RefusesSidesThatPutSamplesOnEdges) {
+  for (const int side : {-2, 0, 1, 3, 10}) {
+    EXPECT_THROW(SampleLattice(side, {4, 4}), std::invalid_argument) << side;
+  }
+}
+
 // Their mean is the pixel's middle, and each has a row and a column of its own, evenly apart.
 TEST(SampleLattice, AnEdgePassesThemOneByOne) {
   for (const int side : {2, 4, 6, 8}) {
     const SampleLattice lattice(side, {1, 1});
+    ASSERT_EQ(lattice.Turn(), 1);
     std::set<long> columns;
     std::set<long> rows;
     glm::dvec2 mean(0.0);

@@ -78,8 +78,8 @@ class TexturedObjects : public testing::TestWithParam<CompositeBy> {
   std::vector<std::vector<glm::vec3>> vertex_irradiance_;
 };
 
-// Each texel of a board of 7 x 7 is 8 pixels wide. Where a pixel's 16 samples lie in the picture is
-// known, and what is between texels by their own formula.
+// Each texel of a board of 7 x 7 is 8 pixels wide. What is between texels is
+// known by their own formula, and a pixel shows a mean over its square, here by 16 places.
 TEST_P(TexturedObjects, ABoardSeenFaceOnShowsItsTexels) {
   const Texture::Codes codes = RandomCodes(7, 7, 3);
   const auto material = Painted(Texture::Codes(codes));
