@@ -40,8 +40,8 @@ struct ObjectView {
 // Threads  The result does not depend on their number.
 ObjectView SeeObjects(const PatchScene& objects, const Camera& camera);
 
-// What the eye sees at other places of that picture, which is not empty: so that a mean over a pixel
-// can be one over its square. `samples` gets an entry each of `places_px`.
+// What the eye sees at other places of that picture, which is not empty: so that a mean over a
+// pixel can be one over its square. `samples` gets an entry each of `places_px`.
 void SeeObjectsAt(const ObjectView& view,
                   const PatchScene& objects,
                   std::span<const glm::dvec2> places_px,
