@@ -26,14 +26,16 @@ void main() {
 
 // In which part of which pixel a sample lies, see SampleLattice: pixels have `parts_per_side`. One
 // in the middle of a pixel of four goes to the last: where side is 4 that moves light by 0.015 px.
+// Whole numbers in floats, half of one off what they are divided by: whole ones divide slowly.
 inline constexpr std::string_view kObjectPlaceOfSample = R"(
 uniform ivec3 u_lattice;  // Side, turn, and the pixels' width.
 ivec2 PlaceOfSample(int parts_per_side) {
-  int side = u_lattice.x;
-  int turn = u_lattice.y;
-  ivec2 twice = 2 * (ivec2(gl_FragCoord.xy) - ivec2(0, turn * u_lattice.z)) + 1;
-  ivec2 twice_place = ivec2(side * twice.x - turn * twice.y, turn * twice.x + side * twice.y);
-  return parts_per_side * twice_place / (2 * (side * side + turn));
+  vec3 lattice = vec3(u_lattice);
+  vec2 twice = 2.0 * (gl_FragCoord.xy - vec2(0.0, lattice.y * lattice.z));
+  vec2 twice_place = vec2(lattice.x * twice.x - lattice.y * twice.y,
+                          lattice.y * twice.x + lattice.x * twice.y);
+  float twice_count = 2.0 * (lattice.x * lattice.x + lattice.y);
+  return ivec2(floor((float(parts_per_side) * twice_place + 0.5) / twice_count));
 }
 )";
 
