@@ -52,10 +52,10 @@ std::vector<Verdict> VerdictsOf(const SurfaceView& view,
 }  // namespace
 
 void SoftSunOptions::Validate() const {
-  if (disc_samples >= DiscPoints::kSamples) return;
+  if (disc_samples >= DiscPoints::kSamplesPerPixel) return;
   throw std::invalid_argument(std::string("SoftSunOptions::disc_samples is ") +
                               std::to_string(disc_samples) + ": expected at least " +
-                              std::to_string(DiscPoints::kSamples));
+                              std::to_string(DiscPoints::kSamplesPerPixel));
 }
 
 SoftSun::SoftSun(const RayCaster& real, const PatchScene& objects, const SoftSunOptions& options)

@@ -1,3 +1,6 @@
+// What of the disc virtual objects see, over the parts of pixels; on real surfaces: soft_sun.cpp.
+
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -52,7 +55,7 @@ Image<Verdict> VerdictsOn(const ObjectView& view,
     ShadowRays rays;
     std::vector<std::uint8_t> asked(static_cast<std::size_t>(view.width_px), 0);
     std::vector<std::uint8_t> seen(static_cast<std::size_t>(view.width_px), 0);
-    for (int corner = 0; corner < DiscPoints::kSamples; ++corner) {
+    for (int corner = 0; corner < DiscPoints::kSamplesPerPixel; ++corner) {
       rays.Clear();
       for (int x = 0; x < view.width_px; ++x) {
         const int sample_x = kSide * x + corner % kSide;
@@ -122,7 +125,7 @@ ObjectSunShare SoftSun::OnObjects(const ObjectView& view, const DirectionalLight
       if (verdict == Verdict::kNothing) continue;
       const bool is_near_edge = IsNearEdge(verdicts, x, row);
       if (!is_near_edge && verdict == Verdict::kAllHidden) continue;
-      for (int corner = 0; corner < DiscPoints::kSamples; ++corner) {
+      for (int corner = 0; corner < DiscPoints::kSamplesPerPixel; ++corner) {
         const auto tag =
             static_cast<std::uint32_t>(corner / kSide * width + kSide * x + corner % kSide);
         const ObjectView::Sample& sample =

@@ -12,7 +12,7 @@
 namespace pleinair {
 
 DiscPoints::DiscPoints(const DirectionalLight& sun, int count) {
-  static_assert(kSamples == 4);  // As many as rim points.
+  static_assert(kSamplesPerPixel == 4);  // As many as rim points.
   const double length = glm::length(sun.direction_enu);
   if (!(length > 0.0) || !std::isfinite(length)) {
     throw std::invalid_argument("soft sun: the sun's direction has length " +
@@ -48,11 +48,11 @@ DiscPoints::DiscPoints(const DirectionalLight& sun, int count) {
   }
   // A sunflower for each of a pixel's samples, turned and set off against the others'.
   constexpr int kSide = ObjectView::kSamplesPerSide;
-  const int per_sample = (count + kSamples - 1) / kSamples;
-  for (int corner = 0; corner < kSamples; ++corner) {
+  const int per_sample = (count + kSamplesPerPixel - 1) / kSamplesPerPixel;
+  for (int corner = 0; corner < kSamplesPerPixel; ++corner) {
     const glm::dvec2 lower(corner % kSide, corner / kSide);
     for (int i = 0; i < per_sample; ++i) {
-      const double rank = i + (corner + 0.5) / kSamples;
+      const double rank = i + (corner + 0.5) / kSamplesPerPixel;
       const double turns = (i + 0.4 * corner) * (std::numbers::phi - 1.0);
       const glm::dvec2 place = R2Point(i, glm::dvec2(0.5));
       of_sample_[static_cast<std::size_t>(corner)].push_back(

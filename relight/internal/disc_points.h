@@ -16,8 +16,8 @@ namespace pleinair {
 // Each point of the disc goes with a place in the pixel's square, so that few rays stand for both.
 class DiscPoints {
  public:
-  // An object view's, of a pixel.
-  static constexpr int kSamples = ObjectView::kSamplesPerSide * ObjectView::kSamplesPerSide;
+  // Of an object view.
+  static constexpr int kSamplesPerPixel = ObjectView::kSamplesPerSide * ObjectView::kSamplesPerSide;
   struct Point {
     glm::vec3 direction{0.0f};  // Unit.
     glm::dvec2 place{0.0};      // From the pixel's centre, -0.5..0.5.
@@ -47,7 +47,7 @@ class DiscPoints {
   float tangent_radius_ = 0.0f;
   std::array<glm::vec3, 4> rim_;
   std::vector<Point> of_pixel_;
-  std::array<std::vector<Point>, kSamples> of_sample_;
+  std::array<std::vector<Point>, kSamplesPerPixel> of_sample_;
 };
 
 }  // namespace pleinair
