@@ -2,8 +2,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
-#include <string>
 
 #include <glm/geometric.hpp>
 
@@ -11,40 +9,21 @@
 
 namespace pleinair {
 
-DiscPoints::DiscPoints(const DirectionalLight& sun, int count) {
+DiscPoints::DiscPoints(const DirectionalLight& sun, int count)
+    : disc_(sun.direction_enu, sun.angular_radius_rad, count),
+      tangent_radius_(static_cast<float>(std::tan(sun.angular_radius_rad))) {
   static_assert(kSamplesPerPixel == 4);  // As many as rim points.
-  const double length = glm::length(sun.direction_enu);
-  if (!(length > 0.0) || !std::isfinite(length)) {
-    throw std::invalid_argument("soft sun: the sun's direction has length " +
-                                std::to_string(length) + ", expected a unit vector");
-  }
-  if (!(sun.angular_radius_rad >= 0.0) || !(sun.angular_radius_rad < 0.5 * std::numbers::pi)) {
-    throw std::invalid_argument("soft sun: angular_radius_rad is " +
-                                std::to_string(sun.angular_radius_rad) + ": expected [0, pi/2)");
-  }
-  const glm::dvec3 centre = sun.direction_enu / length;
-  const NormalFrame frame{glm::vec3(centre)};
-  const double tangent_radius = std::tan(sun.angular_radius_rad);
-  const auto direction = [&](double radius, double angle) {
-    return glm::vec3(glm::normalize(centre + radius * tangent_radius *
-                                                 (std::cos(angle) * glm::dvec3(frame.tangent) +
-                                                  std::sin(angle) * glm::dvec3(frame.bitangent))));
-  };
-  centre_ = glm::vec3(centre);
+  const glm::dvec3 centre(disc_.Direction());
   // What stands upright is narrow across the level axis; with the sun in the zenith any will do.
   const glm::dvec3 level(centre.y, -centre.x, 0.0);
-  level_ = glm::length(level) > 1e-6 ? glm::vec3(glm::normalize(level)) : frame.tangent;
-  upright_ = glm::cross(centre_, level_);
-  tangent_radius_ = static_cast<float>(tangent_radius);
-  for (std::size_t i = 0; i < rim_.size(); ++i) {
-    rim_[i] = direction(1.0, 0.5 * std::numbers::pi * (static_cast<double>(i) + 0.5));
-  }
-  // Vogel's sunflower: equal areas, no two points on one straight edge. Of the places that go with
-  // them the same holds.
+  level_ =
+      glm::length(level) > 1e-6 ? glm::vec3(glm::normalize(level)) : NormalFrame(Centre()).tangent;
+  upright_ = glm::cross(Centre(), level_);
+  // Of the disc's samples no two are on one straight edge; of the places that go with them the same
+  // holds.
   for (int i = 0; i < count; ++i) {
-    of_pixel_.push_back({direction(std::sqrt((i + 0.5) / count),
-                                   2.0 * std::numbers::pi * i * (std::numbers::phi - 1.0)),
-                         R2Point(i, glm::dvec2(0.5)) - 0.5});
+    of_pixel_.push_back(
+        {disc_.Samples()[static_cast<std::size_t>(i)], R2Point(i, glm::dvec2(0.5)) - 0.5});
   }
   // A sunflower for each of a pixel's samples, turned and set off against the others'.
   constexpr int kSide = ObjectView::kSamplesPerSide;
@@ -56,7 +35,7 @@ DiscPoints::DiscPoints(const DirectionalLight& sun, int count) {
       const double turns = (i + 0.4 * corner) * (std::numbers::phi - 1.0);
       const glm::dvec2 place = R2Point(i, glm::dvec2(0.5));
       of_sample_[static_cast<std::size_t>(corner)].push_back(
-          {direction(std::sqrt(rank / per_sample), 2.0 * std::numbers::pi * turns),
+          {disc_.DirectionTo(std::sqrt(rank / per_sample), 2.0 * std::numbers::pi * turns),
            (lower + place) / double{kSide} - 0.5});
     }
   }
@@ -64,7 +43,7 @@ DiscPoints::DiscPoints(const DirectionalLight& sun, int count) {
 
 glm::vec3 DiscPoints::InBeam(const glm::vec3& position_m) const {
   return {
-      glm::dot(position_m, level_), glm::dot(position_m, upright_), glm::dot(position_m, centre_)};
+      glm::dot(position_m, level_), glm::dot(position_m, upright_), glm::dot(position_m, Centre())};
 }
 
 }  // namespace pleinair

@@ -8,6 +8,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "relight/internal/sun_disc.h"
 #include "relight/object_view.h"
 #include "scene/lighting.h"
 
@@ -27,9 +28,9 @@ class DiscPoints {
   // Throws std::invalid_argument for a direction without length and a radius outside [0, pi/2).
   DiscPoints(const DirectionalLight& sun, int count);
 
-  const glm::vec3& Centre() const { return centre_; }
+  const glm::vec3& Centre() const { return disc_.Direction(); }
   // Four points of the rim, one for each of a pixel's samples.
-  const std::array<glm::vec3, 4>& Rim() const { return rim_; }
+  const std::array<glm::vec3, 4>& Rim() const { return disc_.Rim(); }
   // Over the whole pixel.
   std::span<const Point> OfPixel() const { return of_pixel_; }
   // Over the part of the pixel that sample `corner` stands for, row by row.
@@ -41,11 +42,10 @@ class DiscPoints {
   float TangentRadius() const { return tangent_radius_; }
 
  private:
-  glm::vec3 centre_{0.0f};
+  SunDisc disc_;
   glm::vec3 level_{0.0f};
   glm::vec3 upright_{0.0f};
   float tangent_radius_ = 0.0f;
-  std::array<glm::vec3, 4> rim_;
   std::vector<Point> of_pixel_;
   std::array<std::vector<Point>, kSamplesPerPixel> of_sample_;
 };

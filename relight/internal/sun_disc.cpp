@@ -28,16 +28,13 @@ SunDisc::SunDisc(const glm::dvec3& direction_enu, double angular_radius_rad, int
     throw std::invalid_argument("sun_disc_samples is " + std::to_string(samples) +
                                 ": expected at least 1");
   }
-  const glm::dvec3 centre = direction_enu / length;
-  const NormalFrame frame{glm::vec3(centre)};
-  const double tangent_radius = std::tan(angular_radius_rad);
-  const auto direction = [&](double radius, double angle) {
-    return glm::vec3(glm::normalize(centre + radius * std::cos(angle) * glm::dvec3(frame.tangent) +
-                                    radius * std::sin(angle) * glm::dvec3(frame.bitangent)));
-  };
-  centre_ = glm::vec3(centre);
+  exact_centre_ = direction_enu / length;
+  centre_ = glm::vec3(exact_centre_);
+  const NormalFrame frame{centre_};
+  across_ = std::tan(angular_radius_rad) * glm::dvec3(frame.tangent);
+  upwards_ = std::tan(angular_radius_rad) * glm::dvec3(frame.bitangent);
   for (std::size_t i = 0; i < rim_.size(); ++i) {
-    rim_[i] = direction(tangent_radius, 0.5 * std::numbers::pi * (static_cast<double>(i) + 0.5));
+    rim_[i] = DirectionTo(1.0, 0.5 * std::numbers::pi * (static_cast<double>(i) + 0.5));
   }
   if (samples == 1) {
     samples_.push_back(centre_);
@@ -45,9 +42,14 @@ SunDisc::SunDisc(const glm::dvec3& direction_enu, double angular_radius_rad, int
   }
   // Vogel's sunflower: equal areas, no two samples on one straight edge.
   for (int i = 0; i < samples; ++i) {
-    const double radius = tangent_radius * std::sqrt((i + 0.5) / samples);
-    samples_.push_back(direction(radius, 2.0 * std::numbers::pi * i * (std::numbers::phi - 1.0)));
+    samples_.push_back(DirectionTo(std::sqrt((i + 0.5) / samples),
+                                   2.0 * std::numbers::pi * i * (std::numbers::phi - 1.0)));
   }
+}
+
+glm::vec3 SunDisc::DirectionTo(double radius, double angle_rad) const {
+  return glm::vec3(glm::normalize(
+      exact_centre_ + radius * (std::cos(angle_rad) * across_ + std::sin(angle_rad) * upwards_)));
 }
 
 float SunDisc::Visibility(const RayCaster& caster, const Receiver& receiver) const {

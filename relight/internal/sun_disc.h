@@ -31,12 +31,18 @@ class SunDisc {
                        std::span<const glm::vec3> points,
                        const glm::vec3& normal) const;
   const glm::vec3& Direction() const { return centre_; }
+  // To a point of the disc: `radius` as a share of the disc's own.
+  glm::vec3 DirectionTo(double radius, double angle_rad) const;
+  const std::array<glm::vec3, 4>& Rim() const { return rim_; }
   // Equal parts of the disc, a direction each.
   const std::vector<glm::vec3>& Samples() const { return samples_; }
 
  private:
   float ShareOfSamples(const RayCaster& caster, const Receiver& receiver) const;
 
+  glm::dvec3 exact_centre_;
+  glm::dvec3 across_;  // Orthogonal to it and each other, of the disc's tangent for length.
+  glm::dvec3 upwards_;
   glm::vec3 centre_;
   std::array<glm::vec3, 4> rim_;
   std::vector<glm::vec3> samples_;
