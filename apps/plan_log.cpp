@@ -54,6 +54,7 @@ std::string PlanLine(const Frame& frame,
   line["off"] = NamesOfOff(plan);
   line["camera_blur_px"] = result.camera_blur_px;
   line["left_out_code_values"] = plan.left_out_code_values;
+  line["left_out_rms_code_values"] = plan.left_out_rms_code_values;
   line["fits_budget"] = settings.budget_ms ? Json(plan.fits_budget) : Json(nullptr);
   line["expected_ms"] = plan.expected_ms + result.expected_drawing_ms;
   line["saved_ms"] = plan.SavedMs();

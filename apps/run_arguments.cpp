@@ -9,49 +9,35 @@
 
 #include <CLI/CLI.hpp>
 
+#include "apps/effect_names.h"
 #include "apps/number_pair.h"
 #include "apps/run_command.h"
 
 namespace pleinair {
 namespace {
 
-// Effects by name are on, and the others off, or left to the plan where `plan` is named too.
-void ChooseEffects(const std::vector<std::string>& names, EffectSettings& effects) {
-  const auto is_named = [&names](std::string_view name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  const EffectSwitch others = is_named("all")    ? EffectSwitch::kOn
-                              : is_named("plan") ? EffectSwitch::kPlan
-                                                 : EffectSwitch::kOff;
-  effects.switches = EffectSettings::Filled(others);
-  for (const Effect effect : kAllEffects) {
-    if (is_named(NameOf(effect))) effects[effect] = EffectSwitch::kOn;
-  }
-  // Their other halves.
-  if (is_named("sun-shadow")) effects[Effect::kObjectShadow] = EffectSwitch::kOn;
-  if (is_named("probe-shading") || is_named("sky-occlusion")) {
-    effects[Effect::kDaylight] = EffectSwitch::kOn;
-  }
-  // Part of all that needs the light on objects; --object-light probe leaves it out.
-  if (others == EffectSwitch::kOff) effects[Effect::kLightVariation] = EffectSwitch::kOn;
-}
-
 void AddEffects(CLI::App& run, EffectSettings& effects) {
-  std::vector<std::string> names{"plan", "all"};
-  for (const Effect effect : kAllEffects) {
-    names.emplace_back(NameOf(effect));
-  }
   run.add_option_function<std::vector<std::string>>(
          "--effects",
-         [&effects](const std::vector<std::string>& chosen) { ChooseEffects(chosen, effects); },
+         [&effects](const std::vector<std::string>& names) {
+           effects.switches = SwitchesOf(names);
+         },
          "plan (what can be seen), all, or some of sun-shading,sun-shadow,object-shadow,penumbra,"
-         "probe-shading,light-variation,daylight,glossy-reflection,sky-occlusion,colour-bleeding,"
-         "camera-blur and, of 8-bit frames, camera-noise; with plan among them the others are left "
-         "to it. sun-shadow brings object-shadow along, probe-shading and sky-occlusion daylight, "
-         "and any of them "
-         "light-variation")
+         "probe-shading,light-variation,current-light,daylight,glossy-reflection,sky-occlusion,"
+         "colour-bleeding,camera-blur and, of 8-bit frames, camera-noise; with plan among them the "
+         "others are left to it. sun-shadow brings object-shadow along, probe-shading and "
+         "sky-occlusion daylight, and any of them light-variation and current-light. no-NAME "
+         "leaves "
+         "one out of the others")
       ->delimiter(',')
-      ->check(CLI::IsMember(names))
+      ->check(CLI::Validator(
+          [](const std::string& name) {
+            const std::vector<std::string> known = NamesOfSwitches();
+            if (std::find(known.begin(), known.end(), name) != known.end()) return std::string();
+            return "expected plan, all, the name of an effect or no- before it, found '" + name +
+                   "'";
+          },
+          "plan|all|NAME|no-NAME"))
       ->default_str("plan");
   run.add_option("--threshold",
                  effects.threshold_code_values,

@@ -135,11 +135,13 @@ std::string TimingTable(const RunReport& report) {
 // Effect by effect, over all frames.
 std::string EffectTable(const RunReport& report) {
   double largest_left_out = 0.0;
+  double largest_rms = 0.0;
   double saved_ms = 0.0;
   double all_ms = 0.0;
   int late = 0;
   for (const ReportFrame& frame : report.frames) {
     largest_left_out = std::max(largest_left_out, frame.plan.left_out_code_values);
+    largest_rms = std::max(largest_rms, frame.plan.left_out_rms_code_values);
     saved_ms += frame.plan.SavedMs();
     all_ms += frame.plan.all_expected_ms;
     late += frame.plan.fits_budget ? 0 : 1;
@@ -170,9 +172,13 @@ std::string EffectTable(const RunReport& report) {
                         largest);
   }
   html += fmt::format(
-      "</table>\n<p>What a frame left out could change by {:.2f} code values at most, and saved "
-      "{:.1f} of {:.1f} ms over all frames, as expected from what works took.{}</p>\n",
+      "</table>\n<p>What a frame left out could change by {:.2f} code values at most (about {:.2f} "
+      "as "
+      "a root mean square over the objects' pixels), and saved {:.1f} of {:.1f} ms over all "
+      "frames, "
+      "as expected from what works took.{}</p>\n",
       largest_left_out,
+      largest_rms,
       saved_ms,
       all_ms,
       late > 0 ? fmt::format(" {} frames did not fit into the budget.", late) : std::string());

@@ -15,6 +15,7 @@ constexpr std::array<std::string_view, kEffectCount> kNames{"sun-shading",
                                                             "penumbra",
                                                             "probe-shading",
                                                             "light-variation",
+                                                            "current-light",
                                                             "daylight",
                                                             "sky-occlusion",
                                                             "colour-bleeding",
@@ -135,6 +136,7 @@ EffectPlan PlanEffects(const EffectSettings& settings,
                                   std::string(NameOf(kAllEffects[i])));
     }
     RequireNotNegative(offers[i].bound_code_values, NameOf(kAllEffects[i]), "the bound");
+    RequireNotNegative(offers[i].rms_share, NameOf(kAllEffects[i]), "the rms share");
   }
   for (const WorkOffer& work : works) {
     RequireNotNegative(work.expected_ms, work.name, "the expected time");
@@ -152,8 +154,11 @@ EffectPlan PlanEffects(const EffectSettings& settings,
     if (runs.HasAny(never) || !runs.HasAll(always)) continue;
     if (!IsAllowed(settings, offers, runs)) continue;
     double left_out = 0.0;
+    double squares = 0.0;  // Changes of several effects are taken to be independent.
     ForLeftOut(settings, offers, runs, [&](const EffectOffer& offer) {
       left_out += offer.bound_code_values;
+      const double rms = offer.rms_share * offer.bound_code_values;
+      squares += rms * rms;
     });
     const double ms = ExpectedMs(works, runs);
     const int count = std::popcount(bits);
@@ -161,7 +166,7 @@ EffectPlan PlanEffects(const EffectSettings& settings,
     most = std::max(most, count);
     Rank rank;
     if (budget_ms) {
-      rank = ms <= *budget_ms ? Rank{false, left_out, ms, count} : Rank{true, ms, left_out, count};
+      rank = ms <= *budget_ms ? Rank{false, squares, ms, count} : Rank{true, ms, squares, count};
     } else {
       const double nominal_ms = SumOf(&WorkOffer::nominal_ms, works, runs);
       rank = left_out <= settings.threshold_code_values ? Rank{false, nominal_ms, left_out, count}
@@ -171,6 +176,7 @@ EffectPlan PlanEffects(const EffectSettings& settings,
     best_rank = rank;
     plan.runs = runs;
     plan.left_out_code_values = left_out;
+    plan.left_out_rms_code_values = std::sqrt(squares);
     plan.expected_ms = ms;
     plan.fits_budget = !budget_ms || ms <= *budget_ms;
   }

@@ -23,6 +23,7 @@ enum class Effect : std::uint8_t {
   kPenumbra,          // Of the sun's disc, in both of these.
   kProbeShading,      // All other light on virtual objects.
   kLightVariation,    // That it is another at each of their vertices; without, found at one place.
+  kCurrentLight,      // That it is made for where the sun is now; without, for where it last was.
   kDaylight,          // Light straight from the sky by samples, where it is sampled.
   kSkyOcclusion,      // What virtual objects hide of the light on real surfaces.
   kColourBleeding,    // What they send instead.
@@ -36,6 +37,7 @@ inline constexpr std::array kAllEffects{Effect::kSunShading,
                                         Effect::kPenumbra,
                                         Effect::kProbeShading,
                                         Effect::kLightVariation,
+                                        Effect::kCurrentLight,
                                         Effect::kDaylight,
                                         Effect::kSkyOcclusion,
                                         Effect::kColourBleeding,
@@ -111,6 +113,10 @@ struct EffectOffer {
   // It is part of these: where none of them is run neither is it, and their bounds speak for it.
   EffectSet needs_any;
   std::string_view why;  // The bound is what it is; in few words.
+  // What leaving it out changes, as a root mean square over the objects' pixels, over its bound:
+  // about, as it usually is. A budget goes by it: an edge is missed less than an object that stays
+  // black, though both may change some pixel from black to white.
+  double rms_share = 1.0;
 };
 
 // A piece of work that effects share: it is done where one of `for_any`, all of `with_all` and none
@@ -153,9 +159,11 @@ struct EffectPlan {
   std::array<PlannedEffect, kEffectCount> effects{};  // By Effect.
   EffectSet runs;
   double left_out_code_values = 0.0;  // Sum of the bounds.
-  double expected_ms = 0.0;           // Of the effects' works, drawing of the objects left out.
-  double all_expected_ms = 0.0;       // With everything that is not off.
-  bool fits_budget = true;            // True without one.
+  // About what that changes: a root mean square over as many pixels as the objects have.
+  double left_out_rms_code_values = 0.0;
+  double expected_ms = 0.0;      // Of the effects' works, drawing of the objects left out.
+  double all_expected_ms = 0.0;  // With everything that is not off.
+  bool fits_budget = true;       // True without one.
 
   double SavedMs() const { return all_expected_ms - expected_ms; }
   const PlannedEffect& Of(Effect effect) const { return effects[static_cast<std::size_t>(effect)]; }
@@ -163,13 +171,13 @@ struct EffectPlan {
 
 // Without a budget: of the choices whose left-out bounds add up to at most the threshold, the one
 // that takes the least nominal time. With `budget_ms` for the works: of the choices expected to fit
-// into it, the one whose left-out bounds add up to the least; the cheapest where none fits. An
+// into it, the one with the least left_out_rms_code_values; the cheapest where none fits. An
 // effect that is on is run where what it needs is. Of equals the one that leaves out more.
 //
 // `offers` has one entry an effect, in the order of kAllEffects. All choices are tried: exact, and
 // some microseconds.
-// Throws std::invalid_argument for offers in another order, or a bound or time that is below 0 or
-// not finite.
+// Throws std::invalid_argument for offers in another order, or a bound, share or time that is below
+// 0 or not finite.
 EffectPlan PlanEffects(const EffectSettings& settings,
                        std::span<const EffectOffer> offers,
                        std::span<const WorkOffer> works,

@@ -83,10 +83,12 @@ Lighting UnitOf(std::size_t light, std::size_t count) {
 }
 
 std::vector<std::size_t> LightsDone::StaleIn(const FrameBasis& basis,
-                                             const Lighting& lighting) const {
+                                             const Lighting& lighting,
+                                             Upto upto) const {
   std::vector<std::size_t> stale;
   for (std::size_t light = 0; light < basis.LightCount(); ++light) {
     if (IsCurrent(basis, light) || IntensityOf(lighting, light) == glm::vec3(0.0f)) continue;
+    if (upto == Upto::kLacking && Ever(light)) continue;
     stale.push_back(light);
   }
   return stale;

@@ -59,6 +59,12 @@ glm::vec3 IntensityOf(const Lighting& lighting, std::size_t light);
 // One unit of basis light `light` of `count`, for the sun's and the skies' intensities alone.
 Lighting UnitOf(std::size_t light, std::size_t count);
 
+// Which lights are worked out anew.
+enum class Upto {
+  kLacking,  // Those that never were: of the others what was made for an older sun will do.
+  kCurrent,  // All that are not of the present sun and sky.
+};
+
 // Of which versions of the basis lights something has been worked out.
 class LightsDone {
  public:
@@ -71,8 +77,15 @@ class LightsDone {
     versions_.resize(basis.LightCount(), 0);
     versions_[light] = basis.Version(light);
   }
+  // Of something else, which it was made from: it is no more current than that.
+  void DoneAs(const LightsDone& source, std::size_t light) {
+    versions_.resize(source.versions_.size(), 0);
+    versions_[light] = source.versions_[light];
+  }
   // Lights that shine in `lighting` and are not current.
-  std::vector<std::size_t> StaleIn(const FrameBasis& basis, const Lighting& lighting) const;
+  std::vector<std::size_t> StaleIn(const FrameBasis& basis,
+                                   const Lighting& lighting,
+                                   Upto upto = Upto::kCurrent) const;
 
  private:
   std::vector<std::uint64_t> versions_;

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
 #include <glm/common.hpp>
 
 #include "pipeline/internal/stopwatch.h"
+#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
@@ -29,13 +32,16 @@ constexpr double kFramesThatShare = 30.0;
 // Works by name, in the order of the plan's list.
 enum WorkIndex : std::size_t {
   kVertexLight,
+  kVertexLightNow,
   kOnePlaceLight,
+  kOnePlaceLightNow,
   kDaylightSamples,
   kInfluence,
   kObjectView,
   kSunOnSurfaces,
   kSunOnObjects,
   kMirrorImage,
+  kMirrorImageNow,
   kDrawSun,
   kDrawVolumes,
   kDrawRelit,
@@ -55,12 +61,44 @@ VertexLight::Mode ModeOfLight(EffectSet runs) {
       runs.Has(Effect::kDaylight)};
 }
 
+// For EffectOffer::rms_share: what recordings change by without the effect, over a bound of 255
+// (docs/accuracy.md, "A budget").
+double RmsShareOf(Effect effect) {
+  switch (effect) {
+    case Effect::kProbeShading:
+    case Effect::kCameraNoise:  // Whose bound is some deviations.
+      return 0.3;
+    case Effect::kSunShading:
+    case Effect::kDaylight:
+      return 0.2;
+    case Effect::kGlossyReflection:
+      return 0.13;
+    case Effect::kSunShadow:
+      return 0.12;
+    case Effect::kObjectShadow:
+      return 0.1;
+    case Effect::kCurrentLight:  // Of half an hour.
+      return 0.03;
+    case Effect::kSkyOcclusion:
+      return 0.025;
+    case Effect::kPenumbra:
+    case Effect::kColourBleeding:
+      return 0.016;
+    case Effect::kLightVariation:
+    case Effect::kCameraBlur:
+      return 0.01;
+  }
+  return 1.0;
+}
+
 constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding};
 constexpr EffectSet kOnSurfaces{Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
 constexpr EffectSet kShadows{Effect::kSunShadow, Effect::kObjectShadow};
 
-WorkOffer Offer(std::string_view name, const WorkCost& cost, EffectSet for_any) {
-  return {name, cost.nominal_ms, cost.expected_ms, cost.is_kept, false, for_any};
+WorkIndex LightWork(VertexLight::At at, Upto upto) {
+  const bool is_current = upto == Upto::kCurrent;
+  if (at == VertexLight::At::kVertices) return is_current ? kVertexLightNow : kVertexLight;
+  return is_current ? kOnePlaceLightNow : kOnePlaceLight;
 }
 
 WorkOffer OfferDrawing(std::string_view name, double nominal_ms, double scale, EffectSet for_any) {
@@ -151,43 +189,54 @@ void FrameEffects::Expose(const Frame& frame) {
 
 std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
                                                 const Lighting& lighting,
-                                                const WorkCost& at_vertices,
-                                                const WorkCost& at_one_place,
+                                                const LightCost& at_vertices,
+                                                const LightCost& at_one_place,
+                                                const LightCost& mirror,
                                                 const WorkCost& daylight,
                                                 VertexLight::Mode light) const {
   const SurfaceView& view = lit.view;
   const double scale = draw_cost_.Ms();
-  const bool shares = settings_.budget_ms && last_geometry_version_ == view.geometry_version;
-  const auto kept = [&](std::string_view name, WorkCost cost, EffectSet for_any) {
+  const bool is_still = !has_rendered_ || last_geometry_version_ == view.geometry_version;
+  const bool shares = settings_.budget_ms && is_still;
+  const double frames_a_sun = shares ? FramesASun(lit.frame) : 1.0;
+  const auto offer = [&](std::string_view name, WorkCost cost, EffectSet for_any) {
     if (shares) cost.expected_ms -= cost.once_ms * (1.0 - 1.0 / kFramesThatShare);
-    return Offer(name, cost, for_any);
+    cost.expected_ms -= cost.sun_ms * (1.0 - 1.0 / frames_a_sun);
+    return WorkOffer{name, cost.nominal_ms, cost.expected_ms, cost.is_kept, false, for_any};
   };
   std::vector<WorkOffer> works(kWorkCount);
-  works[kVertexLight] = kept("light at vertices", at_vertices, kOnLightAtVertices);
-  works[kVertexLight].with_all = {Effect::kLightVariation};
-  works[kOnePlaceLight] = kept("light at one place", at_one_place, kOnLightAtVertices);
-  works[kOnePlaceLight].without = {Effect::kLightVariation};
-  works[kDaylightSamples] = Offer("daylight samples", daylight, {Effect::kDaylight});
+  works[kVertexLight] = offer("light at vertices", at_vertices.lacking, kOnLightAtVertices);
+  works[kVertexLightNow] =
+      offer("light at vertices, of this sun", at_vertices.now, {Effect::kCurrentLight});
+  works[kOnePlaceLight] = offer("light at one place", at_one_place.lacking, kOnLightAtVertices);
+  works[kOnePlaceLightNow] =
+      offer("light at one place, of this sun", at_one_place.now, {Effect::kCurrentLight});
+  for (const WorkIndex work : {kVertexLight, kVertexLightNow}) {
+    works[work].with_all = {Effect::kLightVariation};
+  }
+  for (const WorkIndex work : {kOnePlaceLight, kOnePlaceLightNow}) {
+    works[work].without = {Effect::kLightVariation};
+  }
+  works[kDaylightSamples] = offer("daylight samples", daylight, {Effect::kDaylight});
   works[kInfluence] =
-      kept("influence on surfaces", influence_.Cost(view, basis_, lighting, light), kOnInfluence);
-  works[kObjectView] = Offer(
+      offer("influence on surfaces", influence_.Cost(view, basis_, lighting, light), kOnInfluence);
+  works[kObjectView] = offer(
       "objects in view", object_view_.Cost(view), {Effect::kPenumbra, Effect::kGlossyReflection});
   works[kSunOnSurfaces] =
-      Offer("sun past objects", sun_shares_.RealCost(view), {Effect::kSunShadow});
+      offer("sun past objects", sun_shares_.RealCost(view), {Effect::kSunShadow});
   works[kSunOnSurfaces].with_all = {Effect::kPenumbra};
   works[kSunOnObjects] =
-      Offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
+      offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
   works[kSunOnObjects].with_all = {Effect::kPenumbra};
-  works[kMirrorImage] = kept(
-      "mirror image",
-      bounds_.AnyGlossy() ? mirror_.Cost(view, basis_, lighting, light) : WorkCost{.is_kept = true},
-      {Effect::kGlossyReflection});
+  works[kMirrorImage] = offer("mirror image", mirror.lacking, {Effect::kGlossyReflection});
+  works[kMirrorImageNow] = offer("mirror image, of this sun", mirror.now, {Effect::kCurrentLight});
+  works[kMirrorImageNow].with_all = {Effect::kGlossyReflection};
   works[kDrawSun] = OfferDrawing("draw sun", kDrawSunMs, scale, {Effect::kSunShading});
   works[kDrawVolumes] = OfferDrawing("draw shadow volumes", kDrawVolumesMs, scale, kShadows);
   works[kDrawVolumes].without = {Effect::kPenumbra};
   works[kDrawRelit] = OfferDrawing("draw relit surfaces", kDrawRelitMs, scale, kOnSurfaces);
   works[kDrawBlur] = OfferDrawing("draw blur", kDrawBlurMs, scale, {Effect::kCameraBlur});
-  works[kNoise] = Offer(
+  works[kNoise] = offer(
       "camera noise", {noise_cost_.Ms(), noise_cost_.NominalMs(), false}, {Effect::kCameraNoise});
   return works;
 }
@@ -195,11 +244,12 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
 std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
                                                     const Bound& probe_shading,
                                                     const Bound& daylight,
-                                                    const Bound& light_variation) {
+                                                    const Bound& light_variation,
+                                                    bool has_older_light) {
   std::vector<EffectOffer> offers;
   const auto add = [&](Effect effect, const auto& bound_of, EffectSet needs_any = {}) {
     const Bound bound = settings_[effect] == EffectSwitch::kOff ? Bound{0.0, "off"} : bound_of();
-    offers.push_back({effect, bound.code_values, needs_any, bound.why});
+    offers.push_back({effect, bound.code_values, needs_any, bound.why, RmsShareOf(effect)});
   };
   Bound cast;
   Bound on_objects;
@@ -215,6 +265,17 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   add(Effect::kProbeShading, [&] { return probe_shading; });
   add(
       Effect::kLightVariation, [&] { return light_variation; }, kOnLightAtVertices);
+  add(
+      Effect::kCurrentLight,
+      [&] {
+        return has_older_light ? Bound{probe_shading.code_values, "made for where the sun was"}
+                               : Bound{0.0, "all is of this sun"};
+      },
+      kOnLightAtVertices);
+  constexpr double kShareADegree = 0.005;
+  offers.back().rms_share = std::clamp(kShareADegree * DegFromRad(vertex_light_.SunGoneOn(basis_)),
+                                       RmsShareOf(Effect::kCurrentLight),
+                                       RmsShareOf(Effect::kProbeShading));
   add(
       Effect::kDaylight, [&] { return daylight; }, kOnLightAtVertices.Without(Effect::kDaylight));
   add(Effect::kSkyOcclusion, [&] { return bounds_.SkyOcclusion(input); });
@@ -233,11 +294,22 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   return offers;
 }
 
-WorkCost FrameEffects::CostOfLight(VertexLight::At at, const Lighting& lighting) const {
-  return {vertex_light_.ExpectedMs(at, basis_, lighting),
-          vertex_light_.NominalMs(at, basis_, lighting),
-          vertex_light_.IsCurrent(at, basis_, lighting),
-          vertex_light_.OnceMs(at, basis_, lighting)};
+LightCost FrameEffects::CostOfLight(VertexLight::At at, const Lighting& lighting) const {
+  const VertexLight::Costs expected = vertex_light_.Expected(at, basis_, lighting);
+  const VertexLight::Costs nominal = vertex_light_.Nominal(at, basis_, lighting);
+  const bool is_kept = vertex_light_.IsCurrent(at, basis_, lighting);
+  return {{expected.once_ms + expected.sum_ms,
+           nominal.once_ms + nominal.sum_ms,
+           is_kept,
+           expected.once_ms},
+          {expected.now_ms, nominal.now_ms, is_kept, 0.0, expected.now_ms}};
+}
+
+double FrameEffects::FramesASun(const Frame& frame) const {
+  if (!last_time_) return 1.0;
+  const double since_last_s =
+      std::abs(std::chrono::duration<double>(frame.time - *last_time_).count());
+  return std::clamp(options_.sun_step_s / std::max(since_last_s, 1e-3), 1.0, kFramesThatShare);
 }
 
 WorkCost FrameEffects::CostOfDaylight() const {
@@ -256,14 +328,17 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   Expose(lit.frame);
   BoundInput input{
       lit.frame, lit.view, basis_, lighting, codes_, {}, 0.0, settings_.threshold_code_values};
+  double once_ms = 0.0;  // Of planning, of the first frames alone.
   if (settings_[Effect::kCameraBlur] != EffectSwitch::kOff) {
+    Stopwatch measuring;
     result.camera_blur_px = camera_matching_.BlurPx(lit.frame, lit.view);
+    once_ms = measuring.LapMs();
   }
   input.camera_blur_px = result.camera_blur_px;
 
   // What is sure to be run is run at once, as what it brings makes other bounds closer.
-  const WorkCost at_vertices = CostOfLight(VertexLight::At::kVertices, lighting);
-  const WorkCost at_one_place = CostOfLight(VertexLight::At::kOnePlace, lighting);
+  const LightCost at_vertices = CostOfLight(VertexLight::At::kVertices, lighting);
+  const LightCost at_one_place = CostOfLight(VertexLight::At::kOnePlace, lighting);
   const Bound probe_shading = bounds_.ProbeShading(input);
   const EffectSwitch varies = settings_[Effect::kLightVariation];
   const Bound light_variation = varies == EffectSwitch::kOff
@@ -273,7 +348,7 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   const bool at_one = varies == EffectSwitch::kOff ||
                       (varies == EffectSwitch::kPlan &&
                        light_variation.code_values <= settings_.threshold_code_values &&
-                       at_one_place.nominal_ms <= at_vertices.nominal_ms);
+                       at_one_place.NominalMs() <= at_vertices.NominalMs());
   const EffectSwitch shades = settings_[Effect::kProbeShading];
   const bool is_sure =
       shades == EffectSwitch::kOn || (shades == EffectSwitch::kPlan && !settings_.budget_ms &&
@@ -288,11 +363,13 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   const VertexLight::Mode light{at_one ? VertexLight::At::kOnePlace : VertexLight::At::kVertices,
                                 with_daylight};
   result.planning_ms = watch.LapMs();
+  const auto upto =
+      settings_[Effect::kCurrentLight] == EffectSwitch::kOff ? Upto::kLacking : Upto::kCurrent;
   double vertex_ms = 0.0;
   double daylight_ms = 0.0;
   const WorkCost daylight_cost = CostOfDaylight();
   if (is_sure) {
-    vertex_light_.Update(light, basis_, lighting);
+    vertex_light_.Update(light, upto, basis_, lighting);
     vertex_ms = watch.LapMs();
     if (with_daylight) vertex_light_.UpdateDaylight(basis_);
     daylight_ms = watch.LapMs();
@@ -301,15 +378,21 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
     input.vertex_irradiance = vertex_light_.Irradiance();
   }
 
+  const LightCost mirror = bounds_.AnyGlossy() ? mirror_.Cost(lit.view, basis_, lighting, light)
+                                               : LightCost{{.is_kept = true}, {}};
   const std::vector<EffectOffer> offers =
-      OfferEffects(input, probe_shading, daylight, light_variation);
+      OfferEffects(input,
+                   probe_shading,
+                   daylight,
+                   light_variation,
+                   at_vertices.HasOlder() || at_one_place.HasOlder() || mirror.HasOlder());
   const std::vector<WorkOffer> works =
-      OfferWorks(lit, lighting, at_vertices, at_one_place, daylight_cost, light);
+      OfferWorks(lit, lighting, at_vertices, at_one_place, mirror, daylight_cost, light);
   result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
-    budget_ms =
-        *settings_.budget_ms - lit.spent_ms - result.planning_ms - result.expected_drawing_ms;
+    budget_ms = *settings_.budget_ms - lit.spent_ms - (result.planning_ms - once_ms) -
+                result.expected_drawing_ms;
   }
   result.plan = PlanEffects(settings_, offers, works, budget_ms);
   result.planning_ms += watch.LapMs();
@@ -323,12 +406,15 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
                             work.expected_ms,
                             0.0});
   }
-  result.works[at_one ? kOnePlaceLight : kVertexLight].ms = vertex_ms;
+  const bool made_anew = (at_one ? at_one_place : at_vertices).HasOlder();
+  result.works[LightWork(light.at, made_anew ? upto : Upto::kLacking)].ms = vertex_ms;
   result.works[kDaylightSamples].ms = daylight_ms;
   Work(lit, lighting, is_sure && light == ModeOfLight(result.plan.runs), result);
   Draw(lit, lighting, result.plan.runs, result);
   Learn(works, result);
   last_geometry_version_ = lit.view.geometry_version;
+  last_time_ = lit.frame.time;
+  has_rendered_ = true;
 }
 
 void FrameEffects::Work(const LitFrame& lit,
@@ -347,10 +433,13 @@ void FrameEffects::Work(const LitFrame& lit,
     result.works[index].ms += watch.LapMs();
   };
   const VertexLight::Mode light = ModeOfLight(runs);
-  const WorkIndex light_work =
-      light.at == VertexLight::At::kVertices ? kVertexLight : kOnePlaceLight;
+  const WorkIndex light_work = LightWork(light.at, Upto::kLacking);
   if (runs.HasAny(kOnLightAtVertices)) {
-    timed(light_work, [&] { vertex_light_.Update(light, basis_, lighting); });
+    timed(light_work, [&] { vertex_light_.Update(light, Upto::kLacking, basis_, lighting); });
+  }
+  if (runs.Has(Effect::kCurrentLight)) {
+    timed(LightWork(light.at, Upto::kCurrent),
+          [&] { vertex_light_.Update(light, Upto::kCurrent, basis_, lighting); });
   }
   if (runs.Has(Effect::kDaylight)) {
     timed(kDaylightSamples, [&] { vertex_light_.UpdateDaylight(basis_); });
@@ -366,10 +455,20 @@ void FrameEffects::Work(const LitFrame& lit,
     timed(kObjectView, [&] { object_view_.Update(objects, view); });
   }
   if (runs.Has(Effect::kGlossyReflection)) {
-    timed(kMirrorImage, [&] {
-      mirror_.Update(
-          scene_, view, object_view_.View(), basis_, lighting, options_.mirror, vertex_light_);
-    });
+    const auto update_mirror = [&](Upto upto) {
+      mirror_.Update(scene_,
+                     view,
+                     object_view_.View(),
+                     basis_,
+                     lighting,
+                     options_.mirror,
+                     upto,
+                     vertex_light_);
+    };
+    timed(kMirrorImage, [&] { update_mirror(Upto::kLacking); });
+    if (runs.Has(Effect::kCurrentLight)) {
+      timed(kMirrorImageNow, [&] { update_mirror(Upto::kCurrent); });
+    }
   }
   if (soft && runs.Has(Effect::kSunShadow)) {
     timed(kSunOnSurfaces, [&] { sun_shares_.UpdateReal(soft_sun_, view, basis_.Sun()); });

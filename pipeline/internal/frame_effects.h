@@ -50,16 +50,20 @@ class FrameEffects {
   void Expose(const Frame& frame);
   std::vector<WorkOffer> OfferWorks(const LitFrame& lit,
                                     const Lighting& lighting,
-                                    const WorkCost& at_vertices,
-                                    const WorkCost& at_one_place,
+                                    const LightCost& at_vertices,
+                                    const LightCost& at_one_place,
+                                    const LightCost& mirror,
                                     const WorkCost& daylight,
                                     VertexLight::Mode light) const;
   std::vector<EffectOffer> OfferEffects(const BoundInput& input,
                                         const Bound& probe_shading,
                                         const Bound& daylight,
-                                        const Bound& light_variation);
+                                        const Bound& light_variation,
+                                        bool has_older_light);
   WorkCost CostOfDaylight() const;
-  WorkCost CostOfLight(VertexLight::At at, const Lighting& lighting) const;
+  LightCost CostOfLight(VertexLight::At at, const Lighting& lighting) const;
+  // Over how many frames a budget may spread what the next sun makes anew.
+  double FramesASun(const Frame& frame) const;
   // What the plan's effects need, besides drawing.
   void Work(const LitFrame& lit,
             const Lighting& lighting,
@@ -82,6 +86,8 @@ class FrameEffects {
   std::optional<double> chosen_exposure_;  // For frames without one.
   // The last frame's view's; none where objects have moved since.
   std::optional<std::uint64_t> last_geometry_version_;
+  std::optional<UtcTime> last_time_;
+  bool has_rendered_ = false;
 
   FrameBasis basis_;
   KeptObjectView object_view_;

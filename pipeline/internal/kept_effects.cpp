@@ -7,8 +7,10 @@
 namespace pleinair {
 namespace {
 
-WorkCost CostOf(const LearnedCost& cost, bool is_kept) {
-  return is_kept ? WorkCost{0.0, 0.0, true} : WorkCost{cost.Ms(), cost.NominalMs()};
+constexpr WorkCost kNone{.is_kept = true};
+
+WorkCost OfSun(const LearnedCost& cost) {
+  return {.expected_ms = cost.Ms(), .nominal_ms = cost.NominalMs(), .sun_ms = cost.Ms()};
 }
 
 // Of something gathered for a geometry, then worked out light by light, then summed.
@@ -21,7 +23,8 @@ WorkCost CostOf(const LearnedCost& gather,
   return {(is_new ? gather.Ms() : 0.0) + count * light.Ms() + sum.Ms(),
           (is_new ? gather.NominalMs() : 0.0) + count * light.NominalMs() + sum.NominalMs(),
           !is_new && lights == 0,
-          is_new ? gather.Ms() : 0.0};
+          is_new ? gather.Ms() + count * light.Ms() : 0.0,
+          is_new ? 0.0 : count * light.Ms()};
 }
 
 // Lights that were never worked out are, even if they do not shine, so that the sum over all of
@@ -29,8 +32,9 @@ WorkCost CostOf(const LearnedCost& gather,
 std::vector<std::size_t> LightsToDo(const LightsDone& done,
                                     bool is_new,
                                     const FrameBasis& basis,
-                                    const Lighting& lighting) {
-  if (!is_new) return done.StaleIn(basis, lighting);
+                                    const Lighting& lighting,
+                                    Upto upto = Upto::kCurrent) {
+  if (!is_new) return done.StaleIn(basis, lighting, upto);
   std::vector<std::size_t> all(basis.LightCount());
   for (std::size_t light = 0; light < all.size(); ++light) all[light] = light;
   return all;
@@ -43,7 +47,8 @@ bool Shines(const Lighting& lighting, std::size_t light) {
 }  // namespace
 
 WorkCost KeptObjectView::Cost(const SurfaceView& view) const {
-  return CostOf(cost_, version_ == view.geometry_version);
+  if (version_ == view.geometry_version) return kNone;
+  return {.expected_ms = cost_.Ms(), .nominal_ms = cost_.NominalMs(), .once_ms = cost_.Ms()};
 }
 
 void KeptObjectView::Update(const PatchScene& objects, const SurfaceView& view) {
@@ -55,11 +60,11 @@ void KeptObjectView::Update(const PatchScene& objects, const SurfaceView& view) 
 }
 
 WorkCost KeptSunShares::RealCost(const SurfaceView& view) const {
-  return CostOf(real_cost_, real_version_ == view.sun_version);
+  return real_version_ == view.sun_version ? kNone : OfSun(real_cost_);
 }
 
 WorkCost KeptSunShares::ObjectCost(const SurfaceView& view) const {
-  return CostOf(object_cost_, object_version_ == view.sun_version);
+  return object_version_ == view.sun_version ? kNone : OfSun(object_cost_);
 }
 
 void KeptSunShares::UpdateReal(const SoftSun& soft_sun,
@@ -139,7 +144,7 @@ void KeptInfluence::Update(const PreparedScene& scene,
                     basis.FaceRadiosity(light),
                     object_radiosity,
                     vertex_light.SampledSkyHiddenFrom(basis, light, receivers));
-    if (Shines(lighting, light)) done_.Done(basis, light);
+    if (Shines(lighting, light)) done_.DoneAs(vertex_light.Done(), light);
   }
   light_cost_.Learn(watch.LapMs() / static_cast<double>(lights.size()));
 }
@@ -150,17 +155,23 @@ void KeptInfluence::Evaluate(const Lighting& lighting, const InfluenceParts& par
   sum_cost_.Learn(watch.LapMs());
 }
 
-WorkCost KeptMirror::Cost(const SurfaceView& view,
-                          const FrameBasis& basis,
-                          const Lighting& lighting,
-                          VertexLight::Mode light) const {
+LightCost KeptMirror::Cost(const SurfaceView& view,
+                           const FrameBasis& basis,
+                           const Lighting& lighting,
+                           VertexLight::Mode light) const {
   const bool is_new = IsNew(view, basis);
   const LightsDone done = light == light_ ? done_ : LightsDone();
-  return CostOf(gather_cost_,
-                light_cost_,
-                sum_cost_,
-                is_new,
-                LightsToDo(done, is_new, basis, lighting).size());
+  const std::size_t all = LightsToDo(done, is_new, basis, lighting, Upto::kCurrent).size();
+  const std::size_t lacking = LightsToDo(done, is_new, basis, lighting, Upto::kLacking).size();
+  LightCost cost;
+  cost.lacking = CostOf(gather_cost_, light_cost_, sum_cost_, is_new, lacking);
+  cost.lacking.is_kept = !is_new && all == 0;
+  if (all > lacking) {
+    const auto older = static_cast<double>(all - lacking);
+    cost.now.expected_ms = cost.now.sun_ms = older * light_cost_.Ms();
+    cost.now.nominal_ms = older * light_cost_.NominalMs();
+  }
+  return cost;
 }
 
 void KeptMirror::Update(const PreparedScene& scene,
@@ -169,6 +180,7 @@ void KeptMirror::Update(const PreparedScene& scene,
                         const FrameBasis& basis,
                         const Lighting& lighting,
                         const MirrorImageOptions& options,
+                        Upto upto,
                         VertexLight& vertex_light) {
   const bool is_new = IsNew(view, basis);
   const PatchScene& objects = vertex_light.Objects();
@@ -182,7 +194,7 @@ void KeptMirror::Update(const PreparedScene& scene,
   }
   if (light_ != vertex_light.UpdatedIn()) done_.Forget();
   light_ = vertex_light.UpdatedIn();
-  const std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting);
+  const std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting, upto);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();
   for (const std::size_t light : lights) {
@@ -194,7 +206,7 @@ void KeptMirror::Update(const PreparedScene& scene,
     if (light == 0) of_light.real_direct = basis.DirectIrradiance();
     of_light.sun = basis.Sun();
     mirror_.Fold(light, of_light, scene.patches, objects);
-    if (Shines(lighting, light)) done_.Done(basis, light);
+    if (Shines(lighting, light)) done_.DoneAs(vertex_light.Done(), light);
   }
   if (!lights.empty()) light_cost_.Learn(watch.LapMs() / static_cast<double>(lights.size()));
 }

@@ -22,7 +22,19 @@ struct WorkCost {
   double expected_ms = 0.0;  // As learned here.
   double nominal_ms = 0.0;   // The same everywhere.
   bool is_kept = false;
-  double once_ms = 0.0;  // Of expected_ms, what later frames need not do again where nothing moves.
+  // Of expected_ms, what later frames need not do again where nothing moves, and what they need not
+  // before the sun has moved on.
+  double once_ms = 0.0;
+  double sun_ms = 0.0;
+};
+
+// What was never made, and what was made for an older sun.
+struct LightCost {
+  WorkCost lacking;
+  WorkCost now;
+
+  bool HasOlder() const { return now.nominal_ms > 0.0; }
+  double NominalMs() const { return lacking.nominal_ms + now.nominal_ms; }
 };
 
 // The objects, pixel by pixel; for a view.
@@ -36,7 +48,7 @@ class KeptObjectView {
  private:
   ObjectView object_view_;
   std::optional<std::uint64_t> version_;  // The view's, of its geometry.
-  LearnedCost cost_{5.0};
+  LearnedCost cost_{2.0};
 };
 
 // Shares of the sun's disc past objects; for a view and a sun. The two parts are made apart.
@@ -56,8 +68,8 @@ class KeptSunShares {
   SunShares shares_;
   std::optional<std::uint64_t> real_version_;    // The view's, of its sun.
   std::optional<std::uint64_t> object_version_;  // Likewise.
-  LearnedCost real_cost_{8.0};
-  LearnedCost object_cost_{8.0};
+  LearnedCost real_cost_{4.0};
+  LearnedCost object_cost_{4.0};
 };
 
 // What objects hide from real surfaces, and send them.
@@ -106,10 +118,10 @@ class KeptInfluence {
 class KeptMirror {
  public:
   void Forget() { geometry_version_.reset(); }
-  WorkCost Cost(const SurfaceView& view,
-                const FrameBasis& basis,
-                const Lighting& lighting,
-                VertexLight::Mode light) const;
+  LightCost Cost(const SurfaceView& view,
+                 const FrameBasis& basis,
+                 const Lighting& lighting,
+                 VertexLight::Mode light) const;
   // As for KeptInfluence; `object_view` is the view's.
   void Update(const PreparedScene& scene,
               const SurfaceView& view,
@@ -117,6 +129,7 @@ class KeptMirror {
               const FrameBasis& basis,
               const Lighting& lighting,
               const MirrorImageOptions& options,
+              Upto upto,
               VertexLight& vertex_light);
   void Evaluate(const Lighting& lighting);
   const MirroredLight& Image() const { return image_; }

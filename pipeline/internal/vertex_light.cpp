@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "pipeline/internal/stopwatch.h"
 #include "relight/environment.h"
@@ -76,25 +77,39 @@ const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
   return one_place_;
 }
 
-double VertexLight::ExpectedMs(At at, const FrameBasis& basis, const Lighting& lighting) const {
-  const LearnedCost& cost = at == At::kVertices ? light_cost_ : one_place_cost_;
-  return OnceMs(at, basis, lighting) +
-         static_cast<double>(Of(at).done.StaleIn(basis, lighting).size()) * cost.Ms() +
-         sum_cost_.Ms();
+double VertexLight::SunGoneOn(const FrameBasis& basis) const {
+  if (!sun_direction_enu_) return 0.0;
+  return glm::length(basis.Sun().direction_enu - *sun_direction_enu_);
 }
 
-double VertexLight::OnceMs(At at, const FrameBasis& basis, const Lighting& lighting) const {
-  const std::vector<std::size_t> stale = Of(at).done.StaleIn(basis, lighting);
-  if (!IsGathered() || stale.empty()) return 0.0;
-  const bool gathers = at == At::kVertices && gather_.VertexCount() == 0;
-  const bool looks_for_sun = !near_sunlight_ && stale.front() == 0 && scene_.options.bounces != 0;
-  return (gathers ? set_up_cost_.Ms() : 0.0) + (looks_for_sun ? near_cost_.Ms() : 0.0);
+VertexLight::Costs VertexLight::Expected(At at,
+                                         const FrameBasis& basis,
+                                         const Lighting& lighting) const {
+  Costs costs = CostsBy(&LearnedCost::Ms, at, basis, lighting);
+  const std::vector<std::size_t> lacking = Of(at).done.StaleIn(basis, lighting, Upto::kLacking);
+  if (!IsGathered() || lacking.empty()) return costs;
+  if (at == At::kVertices && gather_.VertexCount() == 0) costs.once_ms += set_up_cost_.Ms();
+  if (lacking.front() == 0 && !near_sunlight_ && scene_.options.bounces != 0) {
+    costs.once_ms += near_cost_.Ms();
+  }
+  return costs;
 }
 
-double VertexLight::NominalMs(At at, const FrameBasis& basis, const Lighting& lighting) const {
-  const LearnedCost& cost = at == At::kVertices ? light_cost_ : one_place_cost_;
-  return static_cast<double>(Of(at).done.StaleIn(basis, lighting).size()) * cost.NominalMs() +
-         sum_cost_.NominalMs();
+VertexLight::Costs VertexLight::Nominal(At at,
+                                        const FrameBasis& basis,
+                                        const Lighting& lighting) const {
+  return CostsBy(&LearnedCost::NominalMs, at, basis, lighting);
+}
+
+VertexLight::Costs VertexLight::CostsBy(double (LearnedCost::*ms)() const,
+                                        At at,
+                                        const FrameBasis& basis,
+                                        const Lighting& lighting) const {
+  const double light_ms = ((at == At::kVertices ? light_cost_ : one_place_cost_).*ms)();
+  const auto lacking =
+      static_cast<double>(Of(at).done.StaleIn(basis, lighting, Upto::kLacking).size());
+  const auto all = static_cast<double>(Of(at).done.StaleIn(basis, lighting).size());
+  return {lacking * light_ms, (all - lacking) * light_ms, (sum_cost_.*ms)()};
 }
 
 const SkyShape& VertexLight::GatheredSky(const FrameBasis& basis, std::size_t light) const {
@@ -148,10 +163,10 @@ std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
   return summary;
 }
 
-void VertexLight::Update(Mode mode, const FrameBasis& basis, const Lighting& lighting) {
+void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting) {
   mode_ = mode;
   const At at = mode.at;
-  const std::vector<std::size_t> stale = Of(at).done.StaleIn(basis, lighting);
+  const std::vector<std::size_t> stale = Of(at).done.StaleIn(basis, lighting, upto);
   const bool has_light = IsGathered() || !basis_.sky_radiance.empty();
   if (stale.empty() && has_light) return;
   const bool new_sun = !stale.empty() && stale.front() == 0;
@@ -168,14 +183,19 @@ void VertexLight::Update(Mode mode, const FrameBasis& basis, const Lighting& lig
     }
     Of(at).of_light.resize(basis.LightCount());
   }
-  if (new_sun) interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
+  if (new_sun) {
+    interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
+    sun_direction_enu_ = basis.Sun().direction_enu;
+  }
   if (at == At::kOnePlace) {
     one_place_.Update(basis, lighting);
     for (const std::size_t light : stale) UpdateAtOnePlace(basis, light);
   } else if (IsGathered()) {
     for (const std::size_t light : stale) UpdateGathered(basis, light);
   } else {
-    UpdateVolume(basis, folded_done_.StaleIn(basis, lighting));
+    std::vector<std::size_t> to_fold = stale;
+    std::erase_if(to_fold, [&](std::size_t light) { return folded_done_.IsCurrent(basis, light); });
+    UpdateVolume(basis, to_fold);
   }
   for (const std::size_t light : stale) Of(at).done.Done(basis, light);
   if (stale.empty()) return;

@@ -61,19 +61,27 @@ class VertexLight {
   // Bound of the share of any vertex's view that objects fill.
   float LargestHidden() const { return interreflection_.LargestHidden(); }
 
-  // Whether nothing but a sum is left to do, and what Update and Evaluate cost.
+  // Whether nothing but a sum is left to do.
   bool IsCurrent(At at, const FrameBasis& basis, const Lighting& lighting) const {
     return Of(at).done.StaleIn(basis, lighting).empty();
   }
-  double ExpectedMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
-  // Of that, what later frames need not do again where no object moves.
-  double OnceMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
-  double NominalMs(At at, const FrameBasis& basis, const Lighting& lighting) const;
+  // What Update and Evaluate take.
+  struct Costs {
+    double once_ms = 0.0;  // For what was never made: not again, where no object moves.
+    double now_ms = 0.0;   // For what was made for an older sun.
+    double sum_ms = 0.0;
+  };
+  Costs Expected(At at, const FrameBasis& basis, const Lighting& lighting) const;
+  // Without what a new pose takes.
+  Costs Nominal(At at, const FrameBasis& basis, const Lighting& lighting) const;
 
-  // Works out the lights that shine in `lighting` and are not current; what follows is of them in
-  // that mode.
-  void Update(Mode mode, const FrameBasis& basis, const Lighting& lighting);
+  // Works out lights that shine in `lighting`; what follows is of them in that mode.
+  void Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting);
   Mode UpdatedIn() const { return mode_; }
+  // Of which suns and skies it is.
+  const LightsDone& Done() const { return Of(mode_.at).done; }
+  // How far the sun has gone, radians, since its light was last worked out; 0 where it never was.
+  double SunGoneOn(const FrameBasis& basis) const;
   // Draws samples for skies that are new, where daylight is sampled. Whoever needs them draws them;
   // to do so first tells what they cost.
   void UpdateDaylight(const FrameBasis& basis);
@@ -110,6 +118,10 @@ class VertexLight {
     return options_.object_light == ObjectLight::kGather ||
            options_.object_light == ObjectLight::kOnePlace;
   }
+  Costs CostsBy(double (LearnedCost::*ms)() const,
+                At at,
+                const FrameBasis& basis,
+                const Lighting& lighting) const;
   // Works out what daylight samples bring to vertices, with what is reflected.
   void UpdateDaylightResponses(const FrameBasis& basis);
   bool IsSampled(std::size_t light) const { return light > 0 && daylight_ != nullptr; }
@@ -145,7 +157,8 @@ class VertexLight {
   PerObject irradiance_;
   PerObject of_unit_;  // Scratch, as long.
   Mode mode_;
-  Responses at_vertices_;  // By probes: without responses.
+  std::optional<glm::dvec3> sun_direction_enu_;  // Of the sun that was worked out last.
+  Responses at_vertices_;                        // By probes: without responses.
   Responses at_one_place_;
 
   // By rays.

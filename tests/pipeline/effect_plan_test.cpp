@@ -1,5 +1,6 @@
 #include "pipeline/effect_plan.h"
 
+#include <cmath>
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -128,6 +129,18 @@ TEST(EffectPlan, ABudgetBuysTheLargestBounds) {
   EXPECT_FALSE(none.fits_budget);
 }
 
+TEST(EffectPlan, ABudgetMissesAnEdgeLessThanABlackObject) {
+  Case all(200.0, 2.0);
+  for (EffectOffer& offer : all.offers) offer.rms_share = 0.01;
+  all.Offer(Effect::kProbeShading).rms_share = 0.3;
+  all.Work(Effect::kProbeShading).expected_ms = 5.0;
+  const EffectPlan plan = all.Plan(5.5);
+  EXPECT_EQ(plan.runs, EffectSet{Effect::kProbeShading});
+  EXPECT_NEAR(plan.left_out_rms_code_values, 2.0 * std::sqrt(kEffectCount - 1.0), 1e-12);
+  all.Offer(Effect::kProbeShading).rms_share = -0.1;
+  EXPECT_THROW(all.Plan(), std::invalid_argument);
+}
+
 // Laws over many random cases: the threshold is kept, no cheaper choice is passed over that leaves
 // out one effect less or more, and a higher threshold or budget is never worse.
 TEST(EffectPlan, KeepsItsWordInAnyCase) {
@@ -140,6 +153,7 @@ TEST(EffectPlan, KeepsItsWordInAnyCase) {
     Case all;
     for (const Effect effect : kAllEffects) {
       all.Offer(effect).bound_code_values = bound(random);
+      all.Offer(effect).rms_share = bound(random);
       WorkOffer& work = all.Work(effect);
       work.nominal_ms = work.expected_ms = ms(random);
       work.for_any = EffectSet::FromBits(set(random) & set(random)).With(effect);
@@ -151,9 +165,9 @@ TEST(EffectPlan, KeepsItsWordInAnyCase) {
     EXPECT_LE(all.Plan().expected_ms, plan.expected_ms);
     const EffectPlan bought = all.Plan(plan.expected_ms);
     EXPECT_LE(bought.expected_ms, plan.expected_ms);
-    EXPECT_LE(bought.left_out_code_values, plan.left_out_code_values + 1e-12);
-    EXPECT_LE(all.Plan(plan.expected_ms + 3.0).left_out_code_values,
-              bought.left_out_code_values + 1e-12);
+    EXPECT_LE(bought.left_out_rms_code_values, plan.left_out_rms_code_values + 1e-12);
+    EXPECT_LE(all.Plan(plan.expected_ms + 3.0).left_out_rms_code_values,
+              bought.left_out_rms_code_values + 1e-12);
   }
   EXPECT_GT(partly, 100);
 }

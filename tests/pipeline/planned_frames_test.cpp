@@ -2,6 +2,8 @@
 // the object in the shade, and out of sight.
 #include "planned_frames.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -325,17 +327,60 @@ TEST_F(PlannedFrames, ABudgetTellsWhatItCost) {
 }
 
 // Casting the rays around the object takes more than the budget, what hangs on them in later frames
-// does not: once the view stands still it is begun.
+// does not: it is begun, as the view may stand still, and not where the object moves.
 TEST_F(PlannedFrames, ABudgetBeginsWhatLaterFramesCanAfford) {
   const HeadlessContext context;
   Compositor compositor;
   FramePipeline pipeline = PipelineFor(kSunny, compositor);
   EffectSettings settings;
   settings.budget_ms = 100.0;  // The guesses are 150 ms once, and 10 ms for each of two lights.
-  const FrameResult first = ProcessWith(pipeline, FrameOf(kSunny), settings);
-  EXPECT_FALSE(first.plan.runs.Has(Effect::kSkyOcclusion));
-  const FrameResult second = ProcessWith(pipeline, FrameOf(kSunny), settings);
-  EXPECT_TRUE(second.plan.runs.Has(Effect::kSkyOcclusion));
+  const Frame frame = FrameOf(kSunny);
+  const FrameResult first = ProcessWith(pipeline, frame, settings);
+  EXPECT_TRUE(first.plan.runs.Has(Effect::kSkyOcclusion));
+  FramePipeline of_moving = PipelineFor(kSunny, compositor);
+  const std::vector<glm::dmat4> moved{glm::translate(glm::dmat4(1.0), glm::dvec3(0.2, 0.1, 0.0))};
+  settings.budget_ms = 1e-3;
+  ProcessWith(of_moving, frame, settings);
+  settings.budget_ms = 100.0;
+  const FrameResult moving = ProcessWith(of_moving, frame, settings, moved);
+  EXPECT_FALSE(moving.plan.runs.Has(Effect::kSkyOcclusion));
+}
+
+// What a budget falls back to under a new sun: on the object and in it as a mirror.
+TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
+  const HeadlessContext context;
+  Compositor compositor;
+  const Frame morning = FrameOf(kGlossy);
+  Frame noon = morning;
+  noon.time += std::chrono::hours(3);
+  noon.sun_direction_enu = glm::normalize(glm::dvec3(0.1, -0.3, 0.9));
+
+  FramePipeline fresh = PipelineFor(kGlossy, compositor);
+  const FrameResult expected = ProcessWith(fresh, noon, EffectSettings());
+  EXPECT_EQ(expected.plan.Of(Effect::kCurrentLight).bound_code_values, 0.0);
+  EffectSettings dark;
+  dark[Effect::kProbeShading] = dark[Effect::kGlossyReflection] = EffectSwitch::kOff;
+  const FrameResult without = ProcessWith(fresh, noon, dark);
+
+  FramePipeline pipeline = PipelineFor(kGlossy, compositor);
+  ProcessWith(pipeline, morning, EffectSettings());
+  EffectSettings older;
+  older[Effect::kCurrentLight] = EffectSwitch::kOff;
+  const FrameResult stands_in = ProcessWith(pipeline, noon, older);
+  const DisplayCodes codes(ResponseCurve::Srgb(), noon.exposure.value());
+  const auto largest = [&](const FrameResult& result) {
+    const std::vector<float> change = Differences(expected.composite, result.composite, codes);
+    return *std::max_element(change.begin(), change.end());
+  };
+  EXPECT_GT(largest(stands_in), 1.0f);
+  EXPECT_LT(largest(stands_in), 0.3f * largest(without));
+
+  // And is made in the end, by whoever asks for it.
+  const FrameResult made = ProcessWith(pipeline, noon, EffectSettings());
+  EXPECT_EQ(made.plan.Of(Effect::kCurrentLight).fate, EffectFate::kRun);
+  EXPECT_EQ(made.composite.radiance.pixels, expected.composite.radiance.pixels);
+  EXPECT_EQ(ProcessWith(pipeline, noon, EffectSettings()).plan.Of(Effect::kCurrentLight).fate,
+            EffectFate::kLeftOut);
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+#include "apps/effect_names.h"
+
+#include <algorithm>
+#include <string_view>
+
+namespace pleinair {
+namespace {
+
+std::string Without(Effect effect) { return "no-" + std::string(NameOf(effect)); }
+
+}  // namespace
+
+std::vector<std::string> NamesOfSwitches() {
+  std::vector<std::string> names{"plan", "all"};
+  for (const Effect effect : kAllEffects) {
+    names.emplace_back(NameOf(effect));
+    names.push_back(Without(effect));
+  }
+  return names;
+}
+
+decltype(EffectSettings::switches) SwitchesOf(std::span<const std::string> names) {
+  const auto is_named = [names](std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const bool names_some = std::any_of(kAllEffects.begin(), kAllEffects.end(), [&](Effect effect) {
+    return is_named(NameOf(effect));
+  });
+  const EffectSwitch others = is_named("all")                   ? EffectSwitch::kOn
+                              : is_named("plan") || !names_some ? EffectSwitch::kPlan
+                                                                : EffectSwitch::kOff;
+  EffectSettings effects;
+  effects.switches = EffectSettings::Filled(others);
+  for (const Effect effect : kAllEffects) {
+    if (is_named(NameOf(effect))) effects[effect] = EffectSwitch::kOn;
+  }
+  // Their other halves.
+  if (is_named("sun-shadow")) effects[Effect::kObjectShadow] = EffectSwitch::kOn;
+  if (is_named("probe-shading") || is_named("sky-occlusion")) {
+    effects[Effect::kDaylight] = EffectSwitch::kOn;
+  }
+  // Parts of all that needs the light on objects; --object-light probe leaves the first out.
+  if (others == EffectSwitch::kOff) {
+    effects[Effect::kLightVariation] = effects[Effect::kCurrentLight] = EffectSwitch::kOn;
+  }
+  for (const Effect effect : kAllEffects) {
+    if (is_named(Without(effect))) effects[effect] = EffectSwitch::kOff;
+  }
+  return effects.switches;
+}
+
+}  // namespace pleinair
