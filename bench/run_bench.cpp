@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,8 @@ struct BenchArguments {
 void RunRepeatedFrame(benchmark::State& state,
                       const BenchArguments& arguments,
                       ObjectLight object_light,
-                      bool objects_move) {
+                      bool objects_move,
+                      std::optional<double> budget_ms) {
   const Sequence sequence = ReadSequence(arguments.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   FileBlobStore store;
@@ -41,6 +43,7 @@ void RunRepeatedFrame(benchmark::State& state,
   Compositor compositor;
   FramePipelineOptions options;
   options.object_light = object_light;
+  options.effects.budget_ms = budget_ms;
   FramePipeline pipeline(scene,
                          site.model.mesh,
                          sequence.site,
@@ -59,6 +62,7 @@ void RunRepeatedFrame(benchmark::State& state,
   std::vector<glm::dmat4> poses(site.objects.size(), glm::dmat4(1.0));
   StageTimes sum;
   double dearest_transport_ms = 0.0;
+  double left_out_rms = 0.0;
   for (auto _ : state) {
     frame.time += std::chrono::seconds(1);
     if (objects_move) {
@@ -73,6 +77,7 @@ void RunRepeatedFrame(benchmark::State& state,
     sum.probes += ms.probes;
     sum.render += ms.render;
     sum.readback += ms.readback;
+    left_out_rms += result->plan.left_out_rms_code_values;
     dearest_transport_ms = std::max(dearest_transport_ms, ms.transport);
   }
   const auto mean = [&](double total) {
@@ -85,6 +90,7 @@ void RunRepeatedFrame(benchmark::State& state,
   state.counters["probes_ms"] = mean(sum.probes);
   state.counters["render_ms"] = mean(sum.render);
   state.counters["readback_ms"] = mean(sum.readback);
+  state.counters["left_out_rms"] = mean(left_out_rms);
   state.counters["frames_per_second"] =
       benchmark::Counter(double(state.iterations()), benchmark::Counter::kIsRate);
 }
@@ -110,17 +116,21 @@ int main(int argc, char** argv) {
     const char* name;
     pleinair::ObjectLight object_light;
     bool objects_move;  // By a centimetre a frame.
+    std::optional<double> budget_ms = {};
   } cases[] = {{"run/gather", pleinair::ObjectLight::kGather, false},
                {"run/volume", pleinair::ObjectLight::kVolume, false},
                {"run/volume_by_map", pleinair::ObjectLight::kVolumeByMap, false},
                {"run_moving/gather", pleinair::ObjectLight::kGather, true},
-               {"run_moving/volume", pleinair::ObjectLight::kVolume, true}};
+               {"run_moving/volume", pleinair::ObjectLight::kVolume, true},
+               {"run_moving/gather/budget:33", pleinair::ObjectLight::kGather, true, 33.0},
+               {"run_moving/volume/budget:33", pleinair::ObjectLight::kVolume, true, 33.0}};
   for (const auto& one : cases) {
-    benchmark::RegisterBenchmark(one.name,
-                                 [arguments, one](benchmark::State& state) {
-                                   pleinair::RunRepeatedFrame(
-                                       state, arguments, one.object_light, one.objects_move);
-                                 })
+    benchmark::RegisterBenchmark(
+        one.name,
+        [arguments, one](benchmark::State& state) {
+          pleinair::RunRepeatedFrame(
+              state, arguments, one.object_light, one.objects_move, one.budget_ms);
+        })
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime()
         // Four steps of the sun's raster; moved objects are alike in each frame.

@@ -39,6 +39,16 @@ void AppendAsGroup(const Mesh& mesh, Mesh& joined) {
   }
 }
 
+GatheredRays RaysOf(const PatchScene& objects, std::span<const Receiver> vertices) {
+  GatherOptions options;
+  options.rays_per_receiver = kRaysPerVertex;
+  return GatheredRays(objects, vertices, options);
+}
+
+std::vector<glm::vec3> HiddenFrom(const GatheredRays& rays, const PatchScene& objects) {
+  return rays.FromFaces(std::vector<glm::vec3>(objects.FaceCount(), glm::vec3(1.0f)));
+}
+
 }  // namespace
 
 ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& objects) {
@@ -57,12 +67,7 @@ ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& o
     scene_.face_albedo_rgb.push_back(
         glm::min(material.diffuse_albedo + material.specular_reflectance, glm::vec3(1.0f)));
   }
-  GatherOptions options;
-  options.rays_per_receiver = kRaysPerVertex;
-  rays_ = GatheredRays(scene_, vertices_, options);
-  hidden_ = rays_.FromFaces(std::vector<glm::vec3>(scene_.FaceCount(), glm::vec3(1.0f)));
   face_sun_.assign(scene_.FaceCount(), 0.0f);
-  for (const glm::vec3& hidden : hidden_) largest_hidden_ = std::max(largest_hidden_, hidden.x);
   // A vertex stands for parts of its triangles, which turn away from its normal: the half space
   // behind a plane at an angle fills (1 - cos) / 2 of the view.
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -70,9 +75,35 @@ ObjectInterreflection::ObjectInterreflection(const std::vector<VirtualObject>& o
     if (!(glm::dot(normal, normal) > 0.5f)) continue;  // Without area.
     for (int k = 0; k < 3; ++k) {
       const float cosine = glm::dot(mesh.normals[mesh.triangles[t][k]], normal);
-      largest_hidden_ = std::max(largest_hidden_, 0.5f * (1.0f - std::min(cosine, 1.0f)));
+      largest_turned_away_ = std::max(largest_turned_away_, 0.5f * (1.0f - std::min(cosine, 1.0f)));
     }
   }
+}
+
+void ObjectInterreflection::CastRays() {
+  if (has_cast_rays_) return;
+  rays_ = RaysOf(scene_, vertices_);
+  hidden_ = HiddenFrom(rays_, scene_);
+  has_cast_rays_ = true;
+}
+
+std::optional<float> ObjectInterreflection::LargestHiddenUpTo(float most) {
+  const auto largest_of = [](const std::vector<glm::vec3>& hidden) {
+    float largest = 0.0f;
+    for (const glm::vec3& of_vertex : hidden) largest = std::max(largest, of_vertex.x);
+    return largest;
+  };
+  if (largest_turned_away_ > most) return std::nullopt;
+  if (!has_cast_rays_) {
+    constexpr std::size_t kFew = 256;
+    const std::size_t step = (vertices_.size() + kFew - 1) / kFew;
+    std::vector<Receiver> few;
+    for (std::size_t v = 0; v < vertices_.size(); v += step) few.push_back(vertices_[v]);
+    if (largest_of(HiddenFrom(RaysOf(scene_, few), scene_)) > most) return std::nullopt;
+  }
+  CastRays();
+  const float largest = std::max(largest_turned_away_, largest_of(hidden_));
+  return largest <= most ? std::optional(largest) : std::nullopt;
 }
 
 void ObjectInterreflection::UpdateSun(const RayCaster& real, const glm::dvec3& sun_direction_enu) {
@@ -125,6 +156,7 @@ void ObjectInterreflection::Apply(const DirectionalLight& sun,
                                 std::to_string(direct.size()) + " entries, expected " +
                                 std::to_string(vertices_.size()) + ", one a vertex");
   }
+  CastRays();
   const auto direct_at = [&](std::size_t vertex) {
     return direct.empty() ? glm::vec3(0.0f) : direct[vertex];
   };

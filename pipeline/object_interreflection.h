@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,7 +15,7 @@
 
 namespace pleinair {
 
-// Set up once per pose of the objects.
+// Set up once per pose of the objects; the rays between them with the first that needs them.
 //
 // A vertex gets the volume's irradiance for the share of its hemisphere (cosine-weighted) that no
 // object hides, and one reflection off the objects for the rest: of the sun, shadowed, and of the
@@ -36,7 +37,10 @@ class ObjectInterreflection {
 
   // Bound of the share of a vertex's view, cosine-weighted, that objects hide from it: by more than
   // its own tangent plane does, and of any of its triangles. 0 for a box and, nearly, for a ball.
-  float LargestHidden() const { return largest_hidden_; }
+  // None where it is more than `most`, which a few vertices tell.
+  std::optional<float> LargestHiddenUpTo(float most);
+  // Whether rays between the objects have been cast; whoever asks first does it.
+  bool HasCastRays() const { return has_cast_rays_; }
 
   // All objects' triangles in the world, a group an object.
   const PatchScene& Objects() const { return scene_; }
@@ -48,13 +52,16 @@ class ObjectInterreflection {
       const DirectionalLight& sun, std::span<const std::vector<glm::vec3>> vertex_irradiance) const;
 
  private:
+  void CastRays();
+
   PatchScene scene_;
   std::vector<Receiver> vertices_;
+  bool has_cast_rays_ = false;
   GatheredRays rays_;
   std::vector<glm::vec3> hidden_;  // Per vertex: share of its hemisphere.
   std::vector<glm::vec3> face_diffuse_albedo_;
-  std::vector<float> face_sun_;  // Per face: irradiance for a unit beam.
-  float largest_hidden_ = 0.0f;
+  std::vector<float> face_sun_;       // Per face: irradiance for a unit beam.
+  float largest_turned_away_ = 0.0f;  // Of a vertex's view, behind one of its triangles.
 };
 
 }  // namespace pleinair

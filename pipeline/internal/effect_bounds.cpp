@@ -217,13 +217,13 @@ Bound EffectBounds::LightVariation(const BoundInput& input,
   if (probe_shading.code_values == 0.0) return probe_shading;
   // More is seen under any sky, and places need not be looked at.
   constexpr float kMostHidden = 0.02f;
-  const float hidden = light.LargestHidden();
-  if (hidden > kMostHidden) return {kWhite, "objects hide light from themselves"};
+  const std::optional<float> hidden = light.LargestHiddenUpTo(kMostHidden);
+  if (!hidden) return {kWhite, "objects hide light from themselves"};
   // For what lies between the places that are compared.
   constexpr float kMargin = 1.5f;
   const OnePlaceLight& one_place = light.LightAtOnePlace(input.basis, input.lighting);
   const glm::vec3 of_hidden =
-      hidden * std::numbers::pi_v<float> * one_place.LargestRadiance(input.lighting);
+      *hidden * std::numbers::pi_v<float> * one_place.LargestRadiance(input.lighting);
   const auto white = static_cast<float>(1.0 / input.codes.Exposure());
   float largest = 0.0f;
   for (const OnePlaceLight::Compared& compared : one_place.Compare(input.lighting)) {

@@ -58,8 +58,10 @@ class VertexLight {
   const OnePlaceLight& LightAtOnePlace(const FrameBasis& basis, const Lighting& lighting);
   // Bound of the irradiance that sampled daylight brings to objects, and that they hide of it.
   glm::vec3 LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const;
-  // Bound of the share of any vertex's view that objects fill.
-  float LargestHidden() const { return interreflection_.LargestHidden(); }
+  // See ObjectInterreflection.
+  std::optional<float> LargestHiddenUpTo(float most) {
+    return interreflection_.LargestHiddenUpTo(most);
+  }
 
   // Whether nothing but a sum is left to do.
   bool IsCurrent(At at, const FrameBasis& basis, const Lighting& lighting) const {

@@ -72,12 +72,12 @@ const StagedFrame kGlossy{
 class PlannedFrames : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    open_ = std::make_unique<GroundStage>();
-    walled_ = std::make_unique<GroundStage>(true);
+    open_stage = std::make_unique<GroundStage>();
+    walled_stage = std::make_unique<GroundStage>(true);
   }
   static void TearDownTestSuite() {
-    open_.reset();
-    walled_.reset();
+    open_stage.reset();
+    walled_stage.reset();
   }
 
   static FramePipeline PipelineFor(const StagedFrame& staged, Compositor& compositor) {
@@ -90,7 +90,7 @@ class PlannedFrames : public testing::Test {
                                    const VirtualObject& object,
                                    ObjectLight object_light,
                                    Compositor& compositor) {
-    const GroundStage& stage = staged.has_wall ? *walled_ : *open_;
+    const GroundStage& stage = staged.has_wall ? *walled_stage : *open_stage;
     FramePipelineOptions options = GroundStage::QuickOptions();
     options.influence.rays_per_receiver = 16;
     // Noise of rays is no effect: it is far below a code value.
@@ -106,8 +106,8 @@ class PlannedFrames : public testing::Test {
   }
   // Exposed for open ground under sun and sky.
   static Frame FrameOf(const StagedFrame& staged) {
-    Frame frame = open_->MakeFrame(staged.sun, staged.sky);
-    if (staged.has_wall) frame = open_->MakeFrame(0.0, staged.sky);
+    Frame frame = open_stage->MakeFrame(staged.sun, staged.sky);
+    if (staged.has_wall) frame = open_stage->MakeFrame(0.0, staged.sky);
     frame.exposure = 0.01;
     return frame;
   }
@@ -116,12 +116,12 @@ class PlannedFrames : public testing::Test {
                        glm::dvec3(staged.object_size))};
   }
 
-  static std::unique_ptr<GroundStage> open_;
-  static std::unique_ptr<GroundStage> walled_;
+  static std::unique_ptr<GroundStage> open_stage;
+  static std::unique_ptr<GroundStage> walled_stage;
 };
 
-std::unique_ptr<GroundStage> PlannedFrames::open_;
-std::unique_ptr<GroundStage> PlannedFrames::walled_;
+std::unique_ptr<GroundStage> PlannedFrames::open_stage;
+std::unique_ptr<GroundStage> PlannedFrames::walled_stage;
 
 TEST_F(PlannedFrames, RunWhatTheyCallForAndLookAsWithEverything) {
   const HeadlessContext context;
