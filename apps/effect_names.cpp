@@ -41,7 +41,10 @@ decltype(EffectSettings::switches) SwitchesOf(std::span<const std::string> names
   }
   // Parts of all that needs the light on objects; --object-light probe leaves the first out.
   if (others == EffectSwitch::kOff) {
-    effects[Effect::kLightVariation] = effects[Effect::kCurrentLight] = EffectSwitch::kOn;
+    for (const Effect effect :
+         {Effect::kLightVariation, Effect::kSelfOcclusion, Effect::kCurrentLight}) {
+      effects[effect] = EffectSwitch::kOn;
+    }
   }
   for (const Effect effect : kAllEffects) {
     if (is_named(Without(effect))) effects[effect] = EffectSwitch::kOff;

@@ -23,10 +23,12 @@ void AddEffects(CLI::App& run, EffectSettings& effects) {
            effects.switches = SwitchesOf(names);
          },
          "plan (what can be seen), all, or some of sun-shading,sun-shadow,object-shadow,penumbra,"
-         "probe-shading,light-variation,current-light,daylight,glossy-reflection,sky-occlusion,"
+         "probe-shading,light-variation,self-occlusion,current-light,daylight,glossy-reflection,"
+         "sky-occlusion,"
          "colour-bleeding,camera-blur and, of 8-bit frames, camera-noise; with plan among them the "
          "others are left to it. sun-shadow brings object-shadow along, probe-shading and "
-         "sky-occlusion daylight, and any of them light-variation and current-light. no-NAME "
+         "sky-occlusion daylight, and any of them light-variation, self-occlusion and "
+         "current-light. no-NAME "
          "leaves "
          "one out of the others")
       ->delimiter(',')

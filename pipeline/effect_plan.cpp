@@ -15,6 +15,7 @@ constexpr std::array<std::string_view, kEffectCount> kNames{"sun-shading",
                                                             "penumbra",
                                                             "probe-shading",
                                                             "light-variation",
+                                                            "self-occlusion",
                                                             "current-light",
                                                             "daylight",
                                                             "sky-occlusion",
@@ -86,12 +87,26 @@ DecidedEffects Decided(const EffectSettings& settings,
     const EffectSwitch wanted = settings[offer.effect];
     const bool is_whole = offer.needs_any.Empty();
     const bool is_seen = !has_budget && offer.bound_code_values > settings.threshold_code_values;
-    if (wanted == EffectSwitch::kOff) decided.never = decided.never.With(offer.effect);
+    // What changes nothing only takes time.
+    const bool is_idle = wanted == EffectSwitch::kPlan && offer.bound_code_values == 0.0;
+    if (wanted == EffectSwitch::kOff || is_idle) decided.never = decided.never.With(offer.effect);
     if (is_whole && (wanted == EffectSwitch::kOn || (wanted == EffectSwitch::kPlan && is_seen))) {
       decided.always = decided.always.With(offer.effect);
     }
   }
   return decided;
+}
+
+EffectSet Everything(const EffectSettings& settings, std::span<const EffectOffer> offers) {
+  EffectSet all;
+  for (const EffectOffer& offer : offers) {
+    if (settings[offer.effect] != EffectSwitch::kOff) all = all.With(offer.effect);
+  }
+  EffectSet runs = all;
+  for (const EffectOffer& offer : offers) {
+    if (!HasItsNeeds(offer, all)) runs = runs.Without(offer.effect);
+  }
+  return runs;
 }
 
 bool IsKept(std::span<const WorkOffer> works, EffectSet runs, Effect effect) {
@@ -147,7 +162,7 @@ EffectPlan PlanEffects(const EffectSettings& settings,
   using Rank = std::tuple<bool, double, double, int>;
   std::optional<Rank> best_rank;
   EffectPlan plan;
-  int most = -1;
+  plan.all_expected_ms = ExpectedMs(works, Everything(settings, offers));
   const auto [never, always] = Decided(settings, offers, budget_ms.has_value());
   for (std::uint32_t bits = 0; bits <= EffectSet::All().Bits(); ++bits) {
     const EffectSet runs = EffectSet::FromBits(bits);
@@ -162,8 +177,6 @@ EffectPlan PlanEffects(const EffectSettings& settings,
     });
     const double ms = ExpectedMs(works, runs);
     const int count = std::popcount(bits);
-    if (count > most) plan.all_expected_ms = ms;
-    most = std::max(most, count);
     Rank rank;
     if (budget_ms) {
       rank = ms <= *budget_ms ? Rank{false, squares, ms, count} : Rank{true, ms, squares, count};

@@ -23,6 +23,7 @@ enum class Effect : std::uint8_t {
   kPenumbra,          // Of the sun's disc, in both of these.
   kProbeShading,      // All other light on virtual objects.
   kLightVariation,    // That it is another at each of their vertices; without, found at one place.
+  kSelfOcclusion,     // What objects hide of it from themselves, and reflect; sunlight beside them.
   kCurrentLight,      // That it is made for where the sun is now; without, for where it last was.
   kDaylight,          // Light straight from the sky by samples, where it is sampled.
   kSkyOcclusion,      // What virtual objects hide of the light on real surfaces.
@@ -37,6 +38,7 @@ inline constexpr std::array kAllEffects{Effect::kSunShading,
                                         Effect::kPenumbra,
                                         Effect::kProbeShading,
                                         Effect::kLightVariation,
+                                        Effect::kSelfOcclusion,
                                         Effect::kCurrentLight,
                                         Effect::kDaylight,
                                         Effect::kSkyOcclusion,

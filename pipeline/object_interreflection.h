@@ -39,7 +39,8 @@ class ObjectInterreflection {
   // its own tangent plane does, and of any of its triangles. 0 for a box and, nearly, for a ball.
   // None where it is more than `most`, which a few vertices tell.
   std::optional<float> LargestHiddenUpTo(float most);
-  // Whether rays between the objects have been cast; whoever asks first does it.
+  // The rays between the objects; whoever needs them first casts them.
+  void CastRays();
   bool HasCastRays() const { return has_cast_rays_; }
 
   // All objects' triangles in the world, a group an object.
@@ -52,8 +53,6 @@ class ObjectInterreflection {
       const DirectionalLight& sun, std::span<const std::vector<glm::vec3>> vertex_irradiance) const;
 
  private:
-  void CastRays();
-
   PatchScene scene_;
   std::vector<Receiver> vertices_;
   bool has_cast_rays_ = false;

@@ -23,6 +23,9 @@ constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 // Bounds this many times above the threshold are not looked into.
 constexpr double kFarAbove = 4.0;
 
+// Share of a vertex's view from which on what objects hide from themselves is seen under any sky.
+constexpr float kMostHidden = 0.02f;
+
 // To look at some 256 of `count` before all.
 std::size_t StepOverFew(std::size_t count) { return (count + 255) / 256; }
 
@@ -216,25 +219,59 @@ Bound EffectBounds::LightVariation(const BoundInput& input,
   }
   if (probe_shading.code_values == 0.0) return probe_shading;
   // More is seen under any sky, and places need not be looked at.
-  constexpr float kMostHidden = 0.02f;
   const std::optional<float> hidden = light.LargestHiddenUpTo(kMostHidden);
   if (!hidden) return {kWhite, "objects hide light from themselves"};
+  const OnePlaceLight& one_place = light.LightAtOnePlace(input.basis, input.lighting);
   // For what lies between the places that are compared.
   constexpr float kMargin = 1.5f;
+  const float largest =
+      ChangeOfFacings(input, *hidden, one_place, [](const glm::vec3& here, const glm::vec3& there) {
+        return kMargin * glm::abs(there - here);
+      });
+  return {largest, "light at places around the objects"};
+}
+
+Bound EffectBounds::SelfOcclusion(const BoundInput& input,
+                                  const Bound& probe_shading,
+                                  VertexLight& light) {
+  if (!InView(input.view)) {
+    return Reach(input.view).largest_share == 0.0f
+               ? Bound{0.0, "no surface near an object in view"}
+               : Bound{kWhite, "objects out of view send light"};
+  }
+  if (probe_shading.code_values == 0.0) return probe_shading;
+  if (!IsDark(SunOf(input.lighting))) return {probe_shading.code_values, "sunlight beside them"};
+  const std::optional<float> hidden = light.LargestHiddenUpTo(kMostHidden);
+  if (!hidden || !light.MayBeAtOnePlace()) {
+    return {probe_shading.code_values, "objects hide light from themselves"};
+  }
   const OnePlaceLight& one_place = light.LightAtOnePlace(input.basis, input.lighting);
+  return {ChangeOfFacings(input,
+                          *hidden,
+                          one_place,
+                          [](const glm::vec3&, const glm::vec3&) { return glm::vec3(0.0f); }),
+          "what objects hide from themselves"};
+}
+
+// Of a surface that faces any way, whose light changes so much and by what objects hide of it.
+template <class ChangeOf>
+float EffectBounds::ChangeOfFacings(const BoundInput& input,
+                                    float hidden,
+                                    const OnePlaceLight& one_place,
+                                    const ChangeOf& change_of) const {
   const glm::vec3 of_hidden =
-      *hidden * std::numbers::pi_v<float> * one_place.LargestRadiance(input.lighting);
+      hidden * std::numbers::pi_v<float> * one_place.LargestRadiance(input.lighting);
   const auto white = static_cast<float>(1.0 / input.codes.Exposure());
   float largest = 0.0f;
   for (const OnePlaceLight::Compared& compared : one_place.Compare(input.lighting)) {
-    const glm::vec3 change = kMargin * glm::abs(compared.there - compared.here) + of_hidden;
+    const glm::vec3 change = change_of(compared.here, compared.there) + of_hidden;
     const glm::vec3 least = glm::max(compared.here - change, glm::vec3(0.0f));
     // A brighter material shows more of a change, until it is white.
     const glm::vec3 to_radiance =
         glm::min(kInvPi * object_albedo_, white / glm::max(compared.here, glm::vec3(1e-30f)));
     largest = std::max(largest, input.codes.LargestRise(to_radiance * least, to_radiance * change));
   }
-  return {largest, "light at places around the objects"};
+  return largest;
 }
 
 // A face's corners bound what lies between them: light at the vertices is interpolated.

@@ -67,6 +67,8 @@ class EffectBounds {
   Bound ProbeShading(const BoundInput& input);
   // Of taking the light at one place for that at the vertices; `probe_shading` is all of it.
   Bound LightVariation(const BoundInput& input, const Bound& probe_shading, VertexLight& light);
+  // Of what objects hide of that light from themselves and reflect, and of sunlight close to them.
+  Bound SelfOcclusion(const BoundInput& input, const Bound& probe_shading, VertexLight& light);
   // Of direct daylight by samples, on objects and of what they hide of it.
   Bound Daylight(const BoundInput& input, const VertexLight& light);
   Bound SunShading(const BoundInput& input);
@@ -90,6 +92,11 @@ class EffectBounds {
   glm::vec3 LargestIrradianceOnObjects(const BoundInput& input) const;
   Bound SunOnObjects(const BoundInput& input);
   double SunOnFaces(const BoundInput& input) const;
+  template <class ChangeOf>
+  float ChangeOfFacings(const BoundInput& input,
+                        float hidden,
+                        const OnePlaceLight& one_place,
+                        const ChangeOf& change_of) const;
   const InfluenceReach& Reach(const SurfaceView& view);
   // Where real surfaces' light is at least (1 - hidden) of itself, and grows by `added` at most.
   double ChangeOfReached(const BoundInput& input,

@@ -35,6 +35,9 @@ enum WorkIndex : std::size_t {
   kVertexLightNow,
   kOnePlaceLight,
   kOnePlaceLightNow,
+  kLoneLight,
+  kLoneLightNow,
+  kBetweenObjects,
   kDaylightSamples,
   kInfluence,
   kObjectView,
@@ -55,12 +58,6 @@ constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
                                        Effect::kSkyOcclusion,
                                        Effect::kColourBleeding,
                                        Effect::kGlossyReflection};
-VertexLight::Mode ModeOfLight(EffectSet runs) {
-  return {
-      runs.Has(Effect::kLightVariation) ? VertexLight::At::kVertices : VertexLight::At::kOnePlace,
-      runs.Has(Effect::kDaylight)};
-}
-
 // For EffectOffer::rms_share: what recordings change by without the effect, over a bound of 255
 // (docs/accuracy.md, "A budget").
 double RmsShareOf(Effect effect) {
@@ -81,6 +78,8 @@ double RmsShareOf(Effect effect) {
       return 0.03;
     case Effect::kSkyOcclusion:
       return 0.025;
+    case Effect::kSelfOcclusion:
+      return 0.02;
     case Effect::kPenumbra:
     case Effect::kColourBleeding:
       return 0.016;
@@ -95,10 +94,11 @@ constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding}
 constexpr EffectSet kOnSurfaces{Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
 constexpr EffectSet kShadows{Effect::kSunShadow, Effect::kObjectShadow};
 
-WorkIndex LightWork(VertexLight::At at, Upto upto) {
+WorkIndex LightWork(const VertexLight::Mode& mode, Upto upto) {
   const bool is_current = upto == Upto::kCurrent;
-  if (at == VertexLight::At::kVertices) return is_current ? kVertexLightNow : kVertexLight;
-  return is_current ? kOnePlaceLightNow : kOnePlaceLight;
+  if (mode.at == VertexLight::At::kVertices) return is_current ? kVertexLightNow : kVertexLight;
+  if (mode.with_objects) return is_current ? kOnePlaceLightNow : kOnePlaceLight;
+  return is_current ? kLoneLightNow : kLoneLight;
 }
 
 WorkOffer OfferDrawing(std::string_view name, double nominal_ms, double scale, EffectSet for_any) {
@@ -189,9 +189,7 @@ void FrameEffects::Expose(const Frame& frame) {
 
 std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
                                                 const Lighting& lighting,
-                                                const LightCost& at_vertices,
-                                                const LightCost& at_one_place,
-                                                const LightCost& mirror,
+                                                const LightCosts& costs,
                                                 const WorkCost& daylight,
                                                 VertexLight::Mode light) const {
   const SurfaceView& view = lit.view;
@@ -205,17 +203,24 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
     return WorkOffer{name, cost.nominal_ms, cost.expected_ms, cost.is_kept, false, for_any};
   };
   std::vector<WorkOffer> works(kWorkCount);
-  works[kVertexLight] = offer("light at vertices", at_vertices.lacking, kOnLightAtVertices);
-  works[kVertexLightNow] =
-      offer("light at vertices, of this sun", at_vertices.now, {Effect::kCurrentLight});
-  works[kOnePlaceLight] = offer("light at one place", at_one_place.lacking, kOnLightAtVertices);
-  works[kOnePlaceLightNow] =
-      offer("light at one place, of this sun", at_one_place.now, {Effect::kCurrentLight});
-  for (const WorkIndex work : {kVertexLight, kVertexLightNow}) {
+  const auto offer_light =
+      [&](WorkIndex work, WorkIndex now, const char* where, const LightCost& cost) {
+        works[work] = offer(where, cost.lacking, kOnLightAtVertices);
+        works[now] = offer("that, of this sun", cost.now, {Effect::kCurrentLight});
+      };
+  offer_light(kVertexLight, kVertexLightNow, "light at vertices", costs.at_vertices);
+  offer_light(kOnePlaceLight, kOnePlaceLightNow, "light at one place", costs.at_one_place);
+  offer_light(kLoneLight, kLoneLightNow, "light at one place, objects left out", costs.alone);
+  works[kBetweenObjects] = offer("light between objects", costs.between, {Effect::kSelfOcclusion});
+  for (const WorkIndex work : {kVertexLight, kVertexLightNow, kBetweenObjects}) {
     works[work].with_all = {Effect::kLightVariation};
   }
   for (const WorkIndex work : {kOnePlaceLight, kOnePlaceLightNow}) {
+    works[work].with_all = {Effect::kSelfOcclusion};
     works[work].without = {Effect::kLightVariation};
+  }
+  for (const WorkIndex work : {kLoneLight, kLoneLightNow}) {
+    works[work].without = {Effect::kLightVariation, Effect::kSelfOcclusion};
   }
   works[kDaylightSamples] = offer("daylight samples", daylight, {Effect::kDaylight});
   works[kInfluence] =
@@ -228,8 +233,9 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
   works[kSunOnObjects] =
       offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
   works[kSunOnObjects].with_all = {Effect::kPenumbra};
-  works[kMirrorImage] = offer("mirror image", mirror.lacking, {Effect::kGlossyReflection});
-  works[kMirrorImageNow] = offer("mirror image, of this sun", mirror.now, {Effect::kCurrentLight});
+  works[kMirrorImage] = offer("mirror image", costs.mirror.lacking, {Effect::kGlossyReflection});
+  works[kMirrorImageNow] =
+      offer("mirror image, of this sun", costs.mirror.now, {Effect::kCurrentLight});
   works[kMirrorImageNow].with_all = {Effect::kGlossyReflection};
   works[kDrawSun] = OfferDrawing("draw sun", kDrawSunMs, scale, {Effect::kSunShading});
   works[kDrawVolumes] = OfferDrawing("draw shadow volumes", kDrawVolumesMs, scale, kShadows);
@@ -245,6 +251,7 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
                                                     const Bound& probe_shading,
                                                     const Bound& daylight,
                                                     const Bound& light_variation,
+                                                    const Bound& self_occlusion,
                                                     bool has_older_light) {
   std::vector<EffectOffer> offers;
   const auto add = [&](Effect effect, const auto& bound_of, EffectSet needs_any = {}) {
@@ -265,6 +272,8 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   add(Effect::kProbeShading, [&] { return probe_shading; });
   add(
       Effect::kLightVariation, [&] { return light_variation; }, kOnLightAtVertices);
+  add(
+      Effect::kSelfOcclusion, [&] { return self_occlusion; }, kOnLightAtVertices);
   add(
       Effect::kCurrentLight,
       [&] {
@@ -294,15 +303,40 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   return offers;
 }
 
-LightCost FrameEffects::CostOfLight(VertexLight::At at, const Lighting& lighting) const {
-  const VertexLight::Costs expected = vertex_light_.Expected(at, basis_, lighting);
-  const VertexLight::Costs nominal = vertex_light_.Nominal(at, basis_, lighting);
-  const bool is_kept = vertex_light_.IsCurrent(at, basis_, lighting);
+VertexLight::Mode FrameEffects::ModeOfLight(EffectSet runs) const {
+  VertexLight::Mode mode;
+  if (!runs.Has(Effect::kLightVariation)) mode.at = VertexLight::At::kOnePlace;
+  mode.with_daylight = runs.Has(Effect::kDaylight);
+  mode.with_objects = runs.Has(Effect::kSelfOcclusion) ||
+                      (mode.at == VertexLight::At::kVertices && vertex_light_.VerticesSeeObjects());
+  return mode;
+}
+
+LightCost FrameEffects::CostOfLight(const VertexLight::Mode& mode, const Lighting& lighting) const {
+  const VertexLight::Costs expected = vertex_light_.Expected(mode, basis_, lighting);
+  const VertexLight::Costs nominal = vertex_light_.Nominal(mode, basis_, lighting);
+  const bool is_kept = vertex_light_.IsCurrent(mode, basis_, lighting);
   return {{expected.once_ms + expected.sum_ms,
            nominal.once_ms + nominal.sum_ms,
            is_kept,
            expected.once_ms},
           {expected.now_ms, nominal.now_ms, is_kept, 0.0, expected.now_ms}};
+}
+
+FrameEffects::LightCosts FrameEffects::CostsOfLight(const Lighting& lighting) const {
+  using Mode = VertexLight::Mode;
+  using At = VertexLight::At;
+  LightCosts costs;
+  costs.at_vertices = CostOfLight(Mode{.at = At::kVertices, .with_objects = false}, lighting);
+  costs.at_one_place = CostOfLight(Mode{.at = At::kOnePlace, .with_objects = true}, lighting);
+  costs.alone = CostOfLight(Mode{.at = At::kOnePlace, .with_objects = false}, lighting);
+  const LightCost with_objects =
+      CostOfLight(Mode{.at = At::kVertices, .with_objects = true}, lighting);
+  costs.between.once_ms = with_objects.lacking.once_ms - costs.at_vertices.lacking.once_ms;
+  costs.between.expected_ms = costs.between.once_ms;
+  costs.between.is_kept = costs.between.once_ms == 0.0;
+  costs.mirror.lacking.is_kept = true;
+  return costs;
 }
 
 double FrameEffects::FramesASun(const Frame& frame) const {
@@ -337,8 +371,7 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   input.camera_blur_px = result.camera_blur_px;
 
   // What is sure to be run is run at once, as what it brings makes other bounds closer.
-  const LightCost at_vertices = CostOfLight(VertexLight::At::kVertices, lighting);
-  const LightCost at_one_place = CostOfLight(VertexLight::At::kOnePlace, lighting);
+  LightCosts costs = CostsOfLight(lighting);
   const Bound probe_shading = bounds_.ProbeShading(input);
   const EffectSwitch varies = settings_[Effect::kLightVariation];
   const Bound light_variation = varies == EffectSwitch::kOff
@@ -348,7 +381,7 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   const bool at_one = varies == EffectSwitch::kOff ||
                       (varies == EffectSwitch::kPlan &&
                        light_variation.code_values <= settings_.threshold_code_values &&
-                       at_one_place.NominalMs() <= at_vertices.NominalMs());
+                       costs.at_one_place.NominalMs() <= costs.at_vertices.NominalMs());
   const EffectSwitch shades = settings_[Effect::kProbeShading];
   const bool is_sure =
       shades == EffectSwitch::kOn || (shades == EffectSwitch::kPlan && !settings_.budget_ms &&
@@ -360,8 +393,19 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   const bool with_daylight =
       sampled == EffectSwitch::kOn ||
       (sampled == EffectSwitch::kPlan && daylight.code_values > settings_.threshold_code_values);
-  const VertexLight::Mode light{at_one ? VertexLight::At::kOnePlace : VertexLight::At::kVertices,
-                                with_daylight};
+  const EffectSwitch hides = settings_[Effect::kSelfOcclusion];
+  const Bound self_occlusion = hides == EffectSwitch::kOff
+                                   ? Bound{0.0, "off"}
+                                   : bounds_.SelfOcclusion(input, probe_shading, vertex_light_);
+  EffectSet likely;
+  if (!at_one) likely = likely.With(Effect::kLightVariation);
+  if (with_daylight) likely = likely.With(Effect::kDaylight);
+  if (hides == EffectSwitch::kOn ||
+      (hides == EffectSwitch::kPlan &&
+       self_occlusion.code_values > settings_.threshold_code_values)) {
+    likely = likely.With(Effect::kSelfOcclusion);
+  }
+  const VertexLight::Mode light = ModeOfLight(likely);
   result.planning_ms = watch.LapMs();
   const auto upto =
       settings_[Effect::kCurrentLight] == EffectSwitch::kOff ? Upto::kLacking : Upto::kCurrent;
@@ -378,16 +422,10 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
     input.vertex_irradiance = vertex_light_.Irradiance();
   }
 
-  const LightCost mirror = bounds_.AnyGlossy() ? mirror_.Cost(lit.view, basis_, lighting, light)
-                                               : LightCost{{.is_kept = true}, {}};
-  const std::vector<EffectOffer> offers =
-      OfferEffects(input,
-                   probe_shading,
-                   daylight,
-                   light_variation,
-                   at_vertices.HasOlder() || at_one_place.HasOlder() || mirror.HasOlder());
-  const std::vector<WorkOffer> works =
-      OfferWorks(lit, lighting, at_vertices, at_one_place, mirror, daylight_cost, light);
+  if (bounds_.AnyGlossy()) costs.mirror = mirror_.Cost(lit.view, basis_, lighting, light);
+  const std::vector<EffectOffer> offers = OfferEffects(
+      input, probe_shading, daylight, light_variation, self_occlusion, costs.HasOlder());
+  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, costs, daylight_cost, light);
   result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
@@ -406,8 +444,9 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
                             work.expected_ms,
                             0.0});
   }
-  const bool made_anew = (at_one ? at_one_place : at_vertices).HasOlder();
-  result.works[LightWork(light.at, made_anew ? upto : Upto::kLacking)].ms = vertex_ms;
+  const WorkIndex made_now = LightWork(light, upto);
+  const bool made_anew = upto == Upto::kCurrent && works[made_now].nominal_ms > 0.0;
+  result.works[made_anew ? made_now : LightWork(light, Upto::kLacking)].ms = vertex_ms;
   result.works[kDaylightSamples].ms = daylight_ms;
   Work(lit, lighting, is_sure && light == ModeOfLight(result.plan.runs), result);
   Draw(lit, lighting, result.plan.runs, result);
@@ -433,12 +472,12 @@ void FrameEffects::Work(const LitFrame& lit,
     result.works[index].ms += watch.LapMs();
   };
   const VertexLight::Mode light = ModeOfLight(runs);
-  const WorkIndex light_work = LightWork(light.at, Upto::kLacking);
+  const WorkIndex light_work = LightWork(light, Upto::kLacking);
   if (runs.HasAny(kOnLightAtVertices)) {
     timed(light_work, [&] { vertex_light_.Update(light, Upto::kLacking, basis_, lighting); });
   }
   if (runs.Has(Effect::kCurrentLight)) {
-    timed(LightWork(light.at, Upto::kCurrent),
+    timed(LightWork(light, Upto::kCurrent),
           [&] { vertex_light_.Update(light, Upto::kCurrent, basis_, lighting); });
   }
   if (runs.Has(Effect::kDaylight)) {

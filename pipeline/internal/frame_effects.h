@@ -47,21 +47,37 @@ class FrameEffects {
   const DirectDaylight* Daylight() const { return vertex_light_.Daylight(); }
 
  private:
+  // Of light on objects, by the ways of finding it.
+  struct LightCosts {
+    LightCost at_vertices;
+    LightCost at_one_place;
+    LightCost alone;   // At one place, without what objects do to each other.
+    WorkCost between;  // That, at vertices, where it is a work of its own.
+    LightCost mirror;
+
+    bool HasOlder() const {
+      return at_vertices.HasOlder() || at_one_place.HasOlder() || alone.HasOlder() ||
+             mirror.HasOlder();
+    }
+  };
+
   void Expose(const Frame& frame);
   std::vector<WorkOffer> OfferWorks(const LitFrame& lit,
                                     const Lighting& lighting,
-                                    const LightCost& at_vertices,
-                                    const LightCost& at_one_place,
-                                    const LightCost& mirror,
+                                    const LightCosts& costs,
                                     const WorkCost& daylight,
                                     VertexLight::Mode light) const;
   std::vector<EffectOffer> OfferEffects(const BoundInput& input,
                                         const Bound& probe_shading,
                                         const Bound& daylight,
                                         const Bound& light_variation,
+                                        const Bound& self_occlusion,
                                         bool has_older_light);
+  VertexLight::Mode ModeOfLight(EffectSet runs) const;
   WorkCost CostOfDaylight() const;
-  LightCost CostOfLight(VertexLight::At at, const Lighting& lighting) const;
+  LightCost CostOfLight(const VertexLight::Mode& mode, const Lighting& lighting) const;
+  // All but the mirror's.
+  LightCosts CostsOfLight(const Lighting& lighting) const;
   // Over how many frames a budget may spread what the next sun makes anew.
   double FramesASun(const Frame& frame) const;
   // What the plan's effects need, besides drawing.

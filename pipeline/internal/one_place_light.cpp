@@ -84,6 +84,8 @@ void OnePlaceLight::Pose(const Mesh& objects) {
   normal_basis_.clear();
   lights_.clear();
   done_.Forget();
+  comparisons_.clear();
+  compared_.Forget();
 }
 
 void OnePlaceLight::Update(const FrameBasis& basis, const Lighting& lighting) {
@@ -91,7 +93,6 @@ void OnePlaceLight::Update(const FrameBasis& basis, const Lighting& lighting) {
   if (stale.empty() || places_m_.empty()) return;
   if (here_.PlaceCount() == 0) {
     here_ = SphereView(real_, std::span(places_m_).first(1), options_.rays, options_.seed);
-    there_ = SphereView(real_, places_m_, kComparingRays, options_.seed);
     if (direction_basis_.empty()) direction_basis_ = BasisAt(here_.Directions());
     normal_basis_ = BasisAt(normals_);
   }
@@ -99,6 +100,21 @@ void OnePlaceLight::Update(const FrameBasis& basis, const Lighting& lighting) {
   for (const std::size_t light : stale) {
     lights_[light] = Make(basis.Sky(light), basis.FaceRadiosity(light));
     done_.Done(basis, light);
+  }
+}
+
+void OnePlaceLight::UpdateOthers(const FrameBasis& basis, const Lighting& lighting) {
+  Update(basis, lighting);
+  const std::vector<std::size_t> stale = compared_.StaleIn(basis, lighting);
+  if (stale.empty() || places_m_.empty()) return;
+  if (there_.PlaceCount() == 0) {
+    there_ = SphereView(real_, places_m_, kComparingRays, options_.seed);
+  }
+  comparisons_.resize(basis.LightCount());
+  for (const std::size_t light : stale) {
+    comparisons_[light] =
+        MakeComparison(lights_[light], basis.Sky(light), basis.FaceRadiosity(light));
+    compared_.Done(basis, light);
   }
 }
 
@@ -122,9 +138,15 @@ OnePlaceLight::OfLight OnePlaceLight::Make(const SkyShape* sky,
                                       sums[static_cast<std::size_t>(k)]);
     }
   }
+  return light;
+}
 
+OnePlaceLight::Comparison OnePlaceLight::MakeComparison(
+    const OfLight& light, const SkyShape* sky, std::span<const glm::vec3> face_radiosity) const {
+  Comparison comparison;
   for (std::size_t i = 0; i < facings_.size(); ++i) {
-    light.here.push_back(Irradiance(light, facing_basis_.data() + i * sums.size()));
+    comparison.here.push_back(
+        Irradiance(light, facing_basis_.data() + i * light.coefficients.size()));
   }
   std::vector<std::vector<glm::vec3>> seen(there_.PlaceCount());
   tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t place) {
@@ -136,11 +158,11 @@ OnePlaceLight::OfLight OnePlaceLight::Make(const SkyShape* sky,
   // What the harmonics miss here, and what is otherwise there.
   for (std::size_t place = 1; place < seen.size(); ++place) {
     for (std::size_t i = 0; i < facings_.size(); ++i) {
-      light.there.push_back(IrradianceOf(light.radiance, here_.Directions(), facings_[i]) +
-                            seen[place][i] - seen[0][i]);
+      comparison.there.push_back(IrradianceOf(light.radiance, here_.Directions(), facings_[i]) +
+                                 seen[place][i] - seen[0][i]);
     }
   }
-  return light;
+  return comparison;
 }
 
 glm::vec3 OnePlaceLight::Irradiance(const OfLight& light, const float* basis) {
@@ -162,9 +184,9 @@ std::vector<glm::vec3> OnePlaceLight::OnObjects(std::size_t light) const {
 
 std::vector<OnePlaceLight::Compared> OnePlaceLight::Compare(const Lighting& lighting) const {
   std::vector<Compared> compared;
-  for (std::size_t light = 0; light < lights_.size(); ++light) {
+  for (std::size_t light = 0; light < comparisons_.size(); ++light) {
     const glm::vec3 intensity = IntensityOf(lighting, light);
-    const OfLight& of_light = lights_[light];
+    const Comparison& of_light = comparisons_[light];
     if (intensity == glm::vec3(0.0f) || of_light.there.empty()) continue;
     compared.resize(of_light.there.size());
     for (std::size_t i = 0; i < compared.size(); ++i) {

@@ -30,6 +30,8 @@ class OnePlaceLight {
   void Pose(const Mesh& objects);
   // Works out the lights that shine in `lighting` and are not current; casts the rays at first.
   void Update(const FrameBasis& basis, const Lighting& lighting);
+  // And those at the other places, for Compare.
+  void UpdateOthers(const FrameBasis& basis, const Lighting& lighting);
 
   // Per vertex of the objects, of a unit of a light that Update was given.
   std::vector<glm::vec3> OnObjects(std::size_t light) const;
@@ -39,6 +41,7 @@ class OnePlaceLight {
     glm::vec3 here{0.0f};
     glm::vec3 there{0.0f};
   };
+  // Of lights that UpdateOthers was given.
   std::vector<Compared> Compare(const Lighting& lighting) const;
   // The brightest that is seen from here.
   glm::vec3 LargestRadiance(const Lighting& lighting) const;
@@ -47,14 +50,19 @@ class OnePlaceLight {
   struct OfLight {
     std::vector<glm::vec3> coefficients;  // SH, of irradiance.
     std::vector<glm::vec3> radiance;      // That is seen from here.
-    std::vector<glm::vec3> here;          // Irradiance from `coefficients`, by facing.
-    std::vector<glm::vec3> there;         // [other place * facings + facing].
+  };
+  struct Comparison {
+    std::vector<glm::vec3> here;   // Irradiance from the coefficients, by facing.
+    std::vector<glm::vec3> there;  // [other place * facings + facing].
   };
 
   std::vector<float> BasisAt(std::span<const glm::vec3> directions) const;
   // `basis`: its values for the normal.
   static glm::vec3 Irradiance(const OfLight& light, const float* basis);
   OfLight Make(const SkyShape* sky, std::span<const glm::vec3> face_radiosity) const;
+  Comparison MakeComparison(const OfLight& light,
+                            const SkyShape* sky,
+                            std::span<const glm::vec3> face_radiosity) const;
 
   const PatchScene& real_;
   const OnePlaceOptions& options_;
@@ -66,9 +74,11 @@ class OnePlaceLight {
   std::vector<float> direction_basis_;
   std::vector<float> normal_basis_;
   SphereView here_;   // Cast with the first light of a pose.
-  SphereView there_;  // The middle, then the other places.
+  SphereView there_;  // The middle, then the other places; cast with the first comparison.
   std::vector<OfLight> lights_;
   LightsDone done_;
+  std::vector<Comparison> comparisons_;
+  LightsDone compared_;
 };
 
 }  // namespace pleinair

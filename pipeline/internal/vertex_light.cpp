@@ -17,6 +17,8 @@ constexpr double kSetUpGuessMs = 110.0;
 constexpr double kNearGuessMs = 40.0;
 constexpr double kLightGuessMs = 10.0;
 constexpr double kOnePlaceGuessMs = 3.0;
+constexpr double kAloneGuessMs = 1.5;
+constexpr double kBetweenGuessMs = 50.0;
 constexpr double kDaylightGuessMs = 40.0;
 constexpr double kSumGuessMs = 0.2;
 
@@ -32,8 +34,9 @@ VertexLight::VertexLight(const PreparedScene& scene,
       one_place_(scene.patches, options.one_place),
       set_up_cost_(kSetUpGuessMs),
       near_cost_(kNearGuessMs),
-      light_cost_(kLightGuessMs),
-      one_place_cost_(kOnePlaceGuessMs),
+      light_costs_{
+          LearnedCost(kLightGuessMs), LearnedCost(kOnePlaceGuessMs), LearnedCost(kAloneGuessMs)},
+      between_cost_(kBetweenGuessMs),
       daylight_cost_(kDaylightGuessMs),
       sum_cost_(kSumGuessMs) {}
 
@@ -59,21 +62,20 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
   gather_ = ObjectGather();
   near_sunlight_.reset();
   one_place_.Pose(interreflection_.Objects().mesh);
-  at_vertices_ = at_one_place_ = {};
+  responses_ = {};
   daylight_response_.clear();
   daylight_done_.Forget();
   vertices_.clear();
 }
 
 void VertexLight::Forget() {
-  at_vertices_.done.Forget();
-  at_one_place_.done.Forget();
+  for (Responses& responses : responses_) responses.done.Forget();
   daylight_done_.Forget();
 }
 
 const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
                                                   const Lighting& lighting) {
-  one_place_.Update(basis, lighting);
+  one_place_.UpdateOthers(basis, lighting);
   return one_place_;
 }
 
@@ -82,33 +84,40 @@ double VertexLight::SunGoneOn(const FrameBasis& basis) const {
   return glm::length(basis.Sun().direction_enu - *sun_direction_enu_);
 }
 
-VertexLight::Costs VertexLight::Expected(At at,
+VertexLight::Costs VertexLight::Expected(const Mode& mode,
                                          const FrameBasis& basis,
                                          const Lighting& lighting) const {
-  Costs costs = CostsBy(&LearnedCost::Ms, at, basis, lighting);
-  const std::vector<std::size_t> lacking = Of(at).done.StaleIn(basis, lighting, Upto::kLacking);
+  Costs costs = CostsBy(&LearnedCost::Ms, mode, basis, lighting);
+  const bool between = mode.with_objects && (!IsGathered() || mode.at == At::kOnePlace);
+  if (between && !interreflection_.HasCastRays()) costs.once_ms += between_cost_.Ms();
+  const std::vector<std::size_t> lacking = Of(mode).done.StaleIn(basis, lighting, Upto::kLacking);
   if (!IsGathered() || lacking.empty()) return costs;
-  if (at == At::kVertices && gather_.VertexCount() == 0) costs.once_ms += set_up_cost_.Ms();
-  if (lacking.front() == 0 && !near_sunlight_ && scene_.options.bounces != 0) {
-    costs.once_ms += near_cost_.Ms();
-  }
+  if (mode.at == At::kVertices && gather_.VertexCount() == 0) costs.once_ms += set_up_cost_.Ms();
+  if (LooksForSun(mode, lacking)) costs.once_ms += near_cost_.Ms();
   return costs;
 }
 
-VertexLight::Costs VertexLight::Nominal(At at,
+bool VertexLight::LooksForSun(const Mode& mode, const std::vector<std::size_t>& lights) const {
+  const bool sees_objects = mode.at == At::kVertices || mode.with_objects;
+  return sees_objects && !lights.empty() && lights.front() == 0 && !near_sunlight_ &&
+         scene_.options.bounces != 0;
+}
+
+VertexLight::Costs VertexLight::Nominal(const Mode& mode,
                                         const FrameBasis& basis,
                                         const Lighting& lighting) const {
-  return CostsBy(&LearnedCost::NominalMs, at, basis, lighting);
+  return CostsBy(&LearnedCost::NominalMs, mode, basis, lighting);
 }
 
 VertexLight::Costs VertexLight::CostsBy(double (LearnedCost::*ms)() const,
-                                        At at,
+                                        const Mode& mode,
                                         const FrameBasis& basis,
                                         const Lighting& lighting) const {
-  const double light_ms = ((at == At::kVertices ? light_cost_ : one_place_cost_).*ms)();
-  const auto lacking =
-      static_cast<double>(Of(at).done.StaleIn(basis, lighting, Upto::kLacking).size());
-  const auto all = static_cast<double>(Of(at).done.StaleIn(basis, lighting).size());
+  // A volume stands where objects move.
+  const LightsDone& done = IsGathered() ? Of(mode).done : folded_done_;
+  const double light_ms = (light_costs_[WayOf(mode)].*ms)();
+  const auto lacking = static_cast<double>(done.StaleIn(basis, lighting, Upto::kLacking).size());
+  const auto all = static_cast<double>(done.StaleIn(basis, lighting).size());
   return {lacking * light_ms, (all - lacking) * light_ms, (sum_cost_.*ms)()};
 }
 
@@ -166,22 +175,29 @@ std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
 void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting) {
   mode_ = mode;
   const At at = mode.at;
-  const std::vector<std::size_t> stale = Of(at).done.StaleIn(basis, lighting, upto);
+  Responses& responses = Of(mode);
+  const std::vector<std::size_t> stale = responses.done.StaleIn(basis, lighting, upto);
   const bool has_light = IsGathered() || !basis_.sky_radiance.empty();
+  Stopwatch watch;
+  if (mode.with_objects && (!IsGathered() || at == At::kOnePlace) &&
+      !interreflection_.HasCastRays()) {
+    interreflection_.CastRays();
+    between_cost_.Learn(watch.LapMs());
+  }
   if (stale.empty() && has_light) return;
+  std::size_t worked_out = stale.size();
   const bool new_sun = !stale.empty() && stale.front() == 0;
   const PatchScene& objects = interreflection_.Objects();
-  Stopwatch watch;
   if (IsGathered()) {
     if (at == At::kVertices && gather_.VertexCount() == 0) {
       gather_ = ObjectGather(objects, scene_.patches, options_.object_gather);
       set_up_cost_.Learn(watch.LapMs());
     }
-    if (new_sun && !near_sunlight_ && scene_.options.bounces != 0) {
+    if (LooksForSun(mode, stale)) {
       near_sunlight_.emplace(scene_.patches, objects, ObjectGather::PointsAround(objects.mesh));
       near_cost_.Learn(watch.LapMs());
     }
-    Of(at).of_light.resize(basis.LightCount());
+    responses.of_light.resize(basis.LightCount());
   }
   if (new_sun) {
     interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
@@ -189,18 +205,21 @@ void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Li
   }
   if (at == At::kOnePlace) {
     one_place_.Update(basis, lighting);
-    for (const std::size_t light : stale) UpdateAtOnePlace(basis, light);
+    for (const std::size_t light : stale) {
+      responses.of_light[light] =
+          mode.with_objects ? AtOnePlaceWithObjects(basis, light) : one_place_.OnObjects(light);
+    }
   } else if (IsGathered()) {
     for (const std::size_t light : stale) UpdateGathered(basis, light);
   } else {
     std::vector<std::size_t> to_fold = stale;
     std::erase_if(to_fold, [&](std::size_t light) { return folded_done_.IsCurrent(basis, light); });
     UpdateVolume(basis, to_fold);
+    worked_out = to_fold.size();
   }
-  for (const std::size_t light : stale) Of(at).done.Done(basis, light);
-  if (stale.empty()) return;
-  LearnedCost& cost = at == At::kVertices ? light_cost_ : one_place_cost_;
-  cost.Learn(watch.LapMs() / static_cast<double>(stale.size()));
+  for (const std::size_t light : stale) responses.done.Done(basis, light);
+  if (worked_out == 0) return;
+  light_costs_[WayOf(mode)].Learn(watch.LapMs() / static_cast<double>(worked_out));
 }
 
 // Map, sky directions and fold of what has changed; at first of all lights.
@@ -250,7 +269,7 @@ void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
         [this](std::span<const glm::vec3> at_points) { return gather_.AtVertices(at_points); },
         irradiance);
   }
-  at_vertices_.of_light[light] = WithReflection(light, std::move(irradiance));
+  Of(mode_).of_light[light] = WithReflection(light, std::move(irradiance));
 }
 
 template <class AtVertices>
@@ -266,7 +285,8 @@ void VertexLight::AddNearSunlight(const FrameBasis& basis,
   }
 }
 
-void VertexLight::UpdateAtOnePlace(const FrameBasis& basis, std::size_t light) {
+std::vector<glm::vec3> VertexLight::AtOnePlaceWithObjects(const FrameBasis& basis,
+                                                          std::size_t light) {
   std::vector<glm::vec3> irradiance = one_place_.OnObjects(light);
   if (light == 0) {
     const auto mean_of_points = [](std::span<const glm::vec3> at_points) {
@@ -283,11 +303,11 @@ void VertexLight::UpdateAtOnePlace(const FrameBasis& basis, std::size_t light) {
   DirectionalLight sun;
   if (light == 0) sun.irradiance_rgb = glm::dvec3(1.0);
   interreflection_.Apply(sun, of_unit_);
-  std::vector<glm::vec3>& response = at_one_place_.of_light[light];
-  response.clear();
+  std::vector<glm::vec3> response;
   for (const std::vector<glm::vec3>& of_object : of_unit_) {
     response.insert(response.end(), of_object.begin(), of_object.end());
   }
+  return response;
 }
 
 void VertexLight::SpreadOverObjects(const std::vector<glm::vec3>& irradiance) {
@@ -314,7 +334,7 @@ std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
 
 void VertexLight::SumResponses(const FrameBasis& basis, const Lighting& lighting, PerObject& sum) {
   if (mode_.with_daylight) UpdateDaylightResponses(basis);
-  const std::vector<std::vector<glm::vec3>>& responses = Of(mode_.at).of_light;
+  const std::vector<std::vector<glm::vec3>>& responses = Of(mode_).of_light;
   std::size_t first = 0;
   for (std::vector<glm::vec3>& irradiance : sum) {
     std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));
@@ -360,10 +380,18 @@ void VertexLight::LightVertices(const IrradianceVolume& volume,
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     vertices_[i].Evaluate(volume, sum[i]);
   }
-  interreflection_.Apply(
-      lighting.sun,
-      sum,
-      mode_.with_daylight ? DirectAtVertices(basis, lighting) : std::vector<glm::vec3>());
+  const std::vector<glm::vec3> direct =
+      mode_.with_daylight ? DirectAtVertices(basis, lighting) : std::vector<glm::vec3>();
+  if (mode_.with_objects) {
+    interreflection_.Apply(lighting.sun, sum, direct);
+    return;
+  }
+  auto own = direct.begin();
+  for (std::vector<glm::vec3>& irradiance : sum) {
+    for (std::size_t v = 0; v < irradiance.size() && own != direct.end(); ++v) {
+      irradiance[v] += *own++;
+    }
+  }
 }
 
 std::vector<glm::vec3> VertexLight::ObjectRadiosity(const FrameBasis& basis, std::size_t light) {

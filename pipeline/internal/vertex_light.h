@@ -2,6 +2,8 @@
 // while light and objects stand still.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -30,12 +32,15 @@ class VertexLight {
   // Where the light is found that vertices get.
   enum class At {
     kVertices,  // Or the volume's probes.
-    kOnePlace,  // By rays; sunlight close to the objects, and what they hide, is each vertex's own.
+    kOnePlace,  // By rays.
   };
 
   struct Mode {
     At at = At::kVertices;
     bool with_daylight = false;  // Straight from the sky, where that is sampled.
+    // With what objects hide from themselves and reflect, and, at one place, sunlight close to them
+    // as each vertex sees it. Rays at vertices know no other way.
+    bool with_objects = true;
     bool operator==(const Mode&) const = default;
   };
 
@@ -58,14 +63,16 @@ class VertexLight {
   const OnePlaceLight& LightAtOnePlace(const FrameBasis& basis, const Lighting& lighting);
   // Bound of the irradiance that sampled daylight brings to objects, and that they hide of it.
   glm::vec3 LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const;
+  // Whether at vertices it comes with objects, whatever the mode says.
+  bool VerticesSeeObjects() const { return IsGathered(); }
   // See ObjectInterreflection.
   std::optional<float> LargestHiddenUpTo(float most) {
     return interreflection_.LargestHiddenUpTo(most);
   }
 
   // Whether nothing but a sum is left to do.
-  bool IsCurrent(At at, const FrameBasis& basis, const Lighting& lighting) const {
-    return Of(at).done.StaleIn(basis, lighting).empty();
+  bool IsCurrent(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const {
+    return Of(mode).done.StaleIn(basis, lighting).empty();
   }
   // What Update and Evaluate take.
   struct Costs {
@@ -73,15 +80,15 @@ class VertexLight {
     double now_ms = 0.0;   // For what was made for an older sun.
     double sum_ms = 0.0;
   };
-  Costs Expected(At at, const FrameBasis& basis, const Lighting& lighting) const;
+  Costs Expected(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
   // Without what a new pose takes.
-  Costs Nominal(At at, const FrameBasis& basis, const Lighting& lighting) const;
+  Costs Nominal(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
 
   // Works out lights that shine in `lighting`; what follows is of them in that mode.
   void Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting);
   Mode UpdatedIn() const { return mode_; }
   // Of which suns and skies it is.
-  const LightsDone& Done() const { return Of(mode_.at).done; }
+  const LightsDone& Done() const { return Of(mode_).done; }
   // How far the sun has gone, radians, since its light was last worked out; 0 where it never was.
   double SunGoneOn(const FrameBasis& basis) const;
   // Draws samples for skies that are new, where daylight is sampled. Whoever needs them draws them;
@@ -114,14 +121,21 @@ class VertexLight {
     LightsDone done;
   };
 
-  Responses& Of(At at) { return at == At::kVertices ? at_vertices_ : at_one_place_; }
-  const Responses& Of(At at) const { return at == At::kVertices ? at_vertices_ : at_one_place_; }
+  // Ways of finding it that have responses and a cost of their own.
+  static std::size_t WayOf(const Mode& mode) {
+    if (mode.at == At::kVertices) return 0;
+    return mode.with_objects ? 1 : 2;
+  }
+  Responses& Of(const Mode& mode) { return responses_[WayOf(mode)]; }
+  const Responses& Of(const Mode& mode) const { return responses_[WayOf(mode)]; }
   bool IsGathered() const {
     return options_.object_light == ObjectLight::kGather ||
            options_.object_light == ObjectLight::kOnePlace;
   }
+  // Whether sunlight close to the objects has yet to be looked for to work these out.
+  bool LooksForSun(const Mode& mode, const std::vector<std::size_t>& lights) const;
   Costs CostsBy(double (LearnedCost::*ms)() const,
-                At at,
+                const Mode& mode,
                 const FrameBasis& basis,
                 const Lighting& lighting) const;
   // Works out what daylight samples bring to vertices, with what is reflected.
@@ -131,7 +145,7 @@ class VertexLight {
   const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
   void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
   void UpdateGathered(const FrameBasis& basis, std::size_t light);
-  void UpdateAtOnePlace(const FrameBasis& basis, std::size_t light);
+  std::vector<glm::vec3> AtOnePlaceWithObjects(const FrameBasis& basis, std::size_t light);
   // Adds what sunlight close to the objects changes at their points, `at_vertices` at the vertices.
   template <class AtVertices>
   void AddNearSunlight(const FrameBasis& basis,
@@ -160,8 +174,7 @@ class VertexLight {
   PerObject of_unit_;  // Scratch, as long.
   Mode mode_;
   std::optional<glm::dvec3> sun_direction_enu_;  // Of the sun that was worked out last.
-  Responses at_vertices_;                        // By probes: without responses.
-  Responses at_one_place_;
+  std::array<Responses, 3> responses_;           // By WayOf; by probes without responses.
 
   // By rays.
   ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.
@@ -183,8 +196,8 @@ class VertexLight {
 
   LearnedCost set_up_cost_;
   LearnedCost near_cost_;
-  LearnedCost light_cost_;
-  LearnedCost one_place_cost_;
+  std::array<LearnedCost, 3> light_costs_;  // By WayOf.
+  LearnedCost between_cost_;                // Of the rays between objects.
   LearnedCost daylight_cost_;
   LearnedCost sum_cost_;
 };

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -29,9 +30,12 @@ const Material kMirror{.name = "mirror",
                        .roughness = 0.3f};
 
 constexpr EffectSet kSky{Effect::kProbeShading, Effect::kSkyOcclusion, Effect::kColourBleeding};
-constexpr EffectSet kSkyBesideAWall = kSky.With(Effect::kLightVariation);
+// The sun shines, and on the ground beside the object.
+constexpr EffectSet kSkyBesideAWall =
+    kSky.With(Effect::kLightVariation).With(Effect::kSelfOcclusion);
 // In an open field: light on the object is the same all over it but for which way it faces.
 constexpr EffectSet kSkyAndSun{Effect::kProbeShading,
+                               Effect::kSelfOcclusion,
                                Effect::kSkyOcclusion,
                                Effect::kColourBleeding,
                                Effect::kSunShading,
@@ -58,12 +62,14 @@ const StagedFrame kOutOfSight{.name = "out of sight", .object_at_m = {0.0, -40.0
 const StagedFrame kInTheShade{
     .name = "in the shade", .has_wall = true, .called_for = kSkyBesideAWall};
 // A box of 6 mm, 0.3 m before the camera: far from all that could be darkened.
-const StagedFrame kFarFromSurfaces{
-    .name = "far from surfaces",
-    .object_at_m = {0.0, -4.94, 2.85},
-    .object_size = 0.01,
-    .called_for = {
-        Effect::kProbeShading, Effect::kSunShading, Effect::kObjectShadow, Effect::kPenumbra}};
+const StagedFrame kFarFromSurfaces{.name = "far from surfaces",
+                                   .object_at_m = {0.0, -4.94, 2.85},
+                                   .object_size = 0.01,
+                                   .called_for = {Effect::kProbeShading,
+                                                  Effect::kSelfOcclusion,
+                                                  Effect::kSunShading,
+                                                  Effect::kObjectShadow,
+                                                  Effect::kPenumbra}};
 const StagedFrame kGlossy{
     .name = "glossy",
     .called_for = EffectSet::FromBits(kSkyAndSun.With(Effect::kGlossyReflection).Bits()),
@@ -202,9 +208,13 @@ TEST_F(PlannedFrames, InAnOpenFieldLightIsFoundAtOnePlace) {
     EXPECT_EQ(planned.plan.runs.Bits(), staged.called_for.Bits()) << staged.name;
     EXPECT_EQ(planned.plan.Of(Effect::kLightVariation).fate, EffectFate::kLeftOut);
     EXPECT_GT(planned.plan.Of(Effect::kLightVariation).bound_code_values, 0.0);
+    // Under a grey sky nothing is to be seen of what the ball does to its own light.
+    const std::string_view expected = staged.called_for.Has(Effect::kSelfOcclusion)
+                                          ? "light at one place"
+                                          : "light at one place, objects left out";
     for (const PlannedWork& work : planned.works) {
       if (work.name.starts_with("light at ")) {
-        EXPECT_EQ(work.is_done, work.name == "light at one place") << work.name << staged.name;
+        EXPECT_EQ(work.is_done, work.name == expected) << work.name << staged.name;
       }
     }
     // The first frame of a view may draw what later ones keep.
@@ -344,6 +354,39 @@ TEST_F(PlannedFrames, ABudgetBeginsWhatLaterFramesCanAfford) {
   settings.budget_ms = 100.0;
   const FrameResult moving = ProcessWith(of_moving, frame, settings, moved);
   EXPECT_FALSE(moving.plan.runs.Has(Effect::kSkyOcclusion));
+}
+
+// What light on an object is cheapest under a budget: it stands in the sky's and the sun's light,
+// but hides neither from itself.
+TEST_F(PlannedFrames, SelfOcclusionIsAnEffectOfItsOwn) {
+  const HeadlessContext context;
+  Compositor compositor;
+  VirtualObject bench = BoxObject({-0.5f, -0.3f, 0.0f}, {0.5f, 0.3f, 0.3f}, kRed);
+  AddBox(bench.mesh, {-0.5f, 0.2f, 0.3f}, {0.5f, 0.3f, 0.9f});
+  EffectSettings without = EffectSettings::Everything();
+  without[Effect::kSelfOcclusion] = EffectSwitch::kOff;
+  EffectSettings dark = without;
+  dark[Effect::kProbeShading] = EffectSwitch::kOff;
+  for (const ObjectLight light : {ObjectLight::kOnePlace, ObjectLight::kVolume}) {
+    FramePipeline pipeline = PipelineFor(kOvercast, bench, light, compositor);
+    const Frame frame = FrameOf(kOvercast);
+    const DisplayCodes codes(ResponseCurve::Srgb(), frame.exposure.value());
+    const FrameResult all = ProcessWith(pipeline, frame, EffectSettings::Everything());
+    const FrameResult open = ProcessWith(pipeline, frame, without);
+    const auto largest = [&](const FrameResult& result) {
+      const std::vector<float> change = Differences(all.composite, result.composite, codes);
+      return *std::max_element(change.begin(), change.end());
+    };
+    EXPECT_GT(largest(open), 5.0f) << "the corner between seat and back";
+    EXPECT_LT(largest(open), 0.6f * largest(ProcessWith(pipeline, frame, dark)));
+    EXPECT_EQ(ProcessWith(pipeline, frame, EffectSettings::Everything()).composite.radiance.pixels,
+              all.composite.radiance.pixels);
+    // Rays at vertices meet the object in any case.
+    FramePipeline gathers = PipelineFor(kOvercast, bench, ObjectLight::kGather, compositor);
+    const FrameResult at_vertices = ProcessWith(gathers, frame, EffectSettings::Everything());
+    EXPECT_EQ(ProcessWith(gathers, frame, without).composite.radiance.pixels,
+              at_vertices.composite.radiance.pixels);
+  }
 }
 
 // What a budget falls back to under a new sun: on the object and in it as a mirror.
