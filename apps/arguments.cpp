@@ -102,6 +102,11 @@ void AddPrepareSettings(CLI::App& command, PrepareSettings& settings) {
       ->default_str("8x8x8");
   command.add_option("--probe-rays", settings.probe_rays, "Rays that each probe casts")
       ->check(CLI::Range(1, 1 << 20));
+  command
+      .add_option("--map-width",
+                  settings.map_width,
+                  "Of the environment map, in pixels: its own (default) or a part of that")
+      ->check(CLI::PositiveNumber);
 }
 
 void AddCache(CLI::App& command, std::filesystem::path& cache) {

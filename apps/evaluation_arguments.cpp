@@ -92,8 +92,10 @@ void AddTradeoff(CLI::App& app, Work& work) {
           options->sweep,
           "Settings to sweep: outdoors samples,choice,loss,solver,sky-shapes,bounces; "
           "rays,patch-size; with pictures object-light,object-rays,sh-bands,probes,probe-rays,"
-          "shadow,influence,threshold,sun-block,receiver-block,object-samples; with a fish-eye "
-          "regions; indoors light-samples,shadow-map,windows (default: all that mean something)")
+          "map-width,shadow,influence,threshold,budget,sun-block,receiver-block,object-samples; "
+          "with "
+          "a fish-eye regions; indoors light-samples,shadow-map,windows (default: all that mean "
+          "something)")
       ->delimiter(',');
   tradeoff.add_option("--seeds", trials.seeds, "Of settings that only the estimate hangs on")
       ->check(CLI::Range(1, 1000));

@@ -255,6 +255,7 @@ PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings
   options.probes.seed = settings.seed;
   if (settings.probe_rays) options.probes.rays_per_probe = *settings.probe_rays;
   if (settings.rays) options.gather.rays_per_receiver = *settings.rays;
+  if (settings.map_width) options.survey_map_width = *settings.map_width;
   if (settings.probe_counts) options.probe_counts = *settings.probe_counts;
   if (settings.probe_spacing_m) {
     options.probe_counts = ProbeCountsFor(site.probe_box, *settings.probe_spacing_m);

@@ -54,7 +54,8 @@ struct PrepareSettings {
   std::optional<glm::ivec3> probe_counts;
   std::optional<double> probe_spacing_m;
   std::optional<int> probe_rays;
-  std::uint64_t seed = 1;  // Of all rays.
+  std::optional<int> map_width;  // Of the environment map, in pixels; its own unless said.
+  std::uint64_t seed = 1;        // Of all rays.
 
   bool operator==(const PrepareSettings&) const = default;
 };

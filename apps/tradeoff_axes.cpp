@@ -160,6 +160,23 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                                  o.prepare.probe_rays = n;
                                }),
                   "1024"});
+  if (sweep_case.map_width > 0) {
+    SweepAxis map{"map-width",
+                  "Width of the environment map in pixels (--map-width), with --object-light map",
+                  Judge::kPicture,
+                  false,
+                  {},
+                  std::to_string(sweep_case.map_width)};
+    for (const int part : {16, 8, 4, 2, 1}) {
+      if (sweep_case.map_width % part != 0) continue;
+      const int width = sweep_case.map_width / part;
+      map.values.push_back({std::to_string(width), [width](Options& o) {
+                              o.object_light = ObjectLight::kVolumeByMap;
+                              o.prepare.map_width = width;
+                            }});
+    }
+    axes.push_back(std::move(map));
+  }
   SweepAxis shadow{
       "shadow",
       "Virtual shadows of the sun: hard (--effects without penumbra, shadow volumes), "
@@ -188,6 +205,18 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
        Numbers<double>({0.0, 0.25, 1.0, 4.0, 16.0},
                        [](Options& o, double codes) { o.effects.threshold_code_values = codes; }),
        "1"});
+  SweepAxis budget{"budget",
+                   "Milliseconds that a frame may take from the estimate on (--budget)",
+                   Judge::kPicture,
+                   false,
+                   {},
+                   "none"};
+  for (const int ms : {8, 12, 18, 25, 40}) {
+    budget.values.push_back(
+        {std::to_string(ms), [ms](Options& o) { o.effects.budget_ms = static_cast<double>(ms); }});
+  }
+  budget.values.push_back({"none", [](Options& o) { o.effects.budget_ms.reset(); }});
+  axes.push_back(std::move(budget));
   axes.push_back({"sun-block",
                   "Side in pixels of blocks that are lit alike (--sun-block)",
                   Judge::kPicture,

@@ -122,6 +122,8 @@ SweepCase TradeoffTrials::Case() const {
   sweep_case.light_is_fitted = SourceOf(options, default_->sequence) == SourceKind::kOutdoor;
   sweep_case.has_pictures = PictureFrames() > 0 && !default_->site.objects.empty();
   sweep_case.is_indoors = default_->site.is_indoors;
+  if (const auto& map = default_->site.model.environment)
+    sweep_case.map_width = map->radiance.width;
   sweep_case.influence_at = PipelineOptionsFor(options, *default_).influence_at;
   return sweep_case;
 }

@@ -1,6 +1,8 @@
 #include "relight/prepared_scene.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -8,6 +10,7 @@
 #include "relight/internal/content_hash.h"
 #include "relight/internal/serialization.h"
 #include "relight/internal/stored_stages.h"
+#include "scene/lat_long.h"
 
 namespace pleinair {
 namespace {
@@ -40,7 +43,7 @@ std::string SurveyKey(const std::string& patch_key,
                       const PrepareOptions& options) {
   ContentHash hash;
   hash.Add(kFormat).Add("survey").Add(patch_key).Add(options.bounces);
-  hash.Add(options.survey_receiver_block_px);
+  hash.Add(options.survey_receiver_block_px).Add(options.survey_map_width);
   const SurveyMap& map = *site.environment;
   hash.AddImage(map.radiance).AddVector(map.position_m).AddVector(map.sun_direction_enu);
   hash.Add(map.sun_angular_radius_rad).AddVector(map.clear_sky_beam_to_diffuse_rgb);
@@ -108,13 +111,47 @@ void Check(const SiteModel& site, const PrepareOptions& options) {
   }
   if (!site.environment) return;
   site.environment->Validate();
-  if (!site.diffuse_mask) return;
   const RgbImage& map = site.environment->radiance;
+  const int width = options.survey_map_width;
+  if (width < 0 ||
+      (width > 0 && (map.width % width != 0 || map.height % (map.width / width) != 0))) {
+    refuse("survey_map_width (--map-width) is " + std::to_string(width) +
+           ": expected the environment map's " + std::to_string(map.width) +
+           " over a number that divides it and the map's height, " + std::to_string(map.height));
+  }
+  if (!site.diffuse_mask) return;
   if (site.diffuse_mask->width != map.width || site.diffuse_mask->height != map.height) {
     refuse("diffuse_mask has " + std::to_string(site.diffuse_mask->width) + "x" +
            std::to_string(site.diffuse_mask->height) + " pixels: expected the environment map's " +
            std::to_string(map.width) + "x" + std::to_string(map.height));
   }
+}
+
+// What the site is surveyed by.
+struct MapAndMask {
+  SurveyMap map;
+  std::optional<Gray8Image> mask;
+};
+
+// A pixel of the mask may be sampled where all of those may that it stands for.
+MapAndMask Downsampled(const SiteModel& site, int width) {
+  MapAndMask small{*site.environment, std::nullopt};
+  const int factor = small.map.radiance.width / width;
+  const LatLongSize size{width, small.map.radiance.height / factor};
+  small.map.radiance = DownsampleLatLong(small.map.radiance, size);
+  if (!site.diffuse_mask) return small;
+  small.mask.emplace(size.width, size.height);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      std::uint8_t least = 255;
+      for (int i = 0; i < factor * factor; ++i) {
+        least = std::min(least,
+                         site.diffuse_mask->At(x * factor + i % factor, y * factor + i / factor));
+      }
+      small.mask->At(x, y) = least;
+    }
+  }
+  return small;
 }
 
 constexpr double kMiB = 1024.0 * 1024.0;
@@ -187,10 +224,15 @@ PreparedScene PrepareScene(const SiteModel& site,
         "survey: light and albedo",
         scene_key,
         [&] {
-          survey = MakeSurvey(*site.environment,
+          const int own_width = site.environment->radiance.width;
+          const int width = options.survey_map_width > 0 ? options.survey_map_width : own_width;
+          std::optional<MapAndMask> small;
+          if (width != own_width) small = Downsampled(site, width);
+          const std::optional<Gray8Image>& mask = small ? small->mask : site.diffuse_mask;
+          survey = MakeSurvey(small ? small->map : *site.environment,
                               prepared.transport,
                               prepared.patch_is_diffuse,
-                              site.diffuse_mask ? &*site.diffuse_mask : nullptr,
+                              mask ? &*mask : nullptr,
                               survey_options,
                               prepared.patches);
         },

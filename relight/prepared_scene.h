@@ -35,6 +35,9 @@ struct PrepareOptions {
   BoundingBox probe_box;  // Where virtual objects stand.
   glm::ivec3 probe_counts{8};
   int survey_receiver_block_px = 4;  // As SurfaceViewOptions::receiver_block_px.
+  // Of the environment map that the site is surveyed by: means over its own pixels. Divides its own
+  // width, by a number that divides its height; 0: its own.
+  int survey_map_width = 0;
   // What light between patches may take; more is refused before the work begins. 0: no limit.
   std::size_t memory_limit_bytes = 0;
 };

@@ -1,5 +1,6 @@
 #include "relight/prepared_scene.h"
 
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <string>
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/lat_long.h"
 #include "tests/relight/survey_test_site.h"
 
 namespace pleinair::prepared_scene_test {
@@ -143,6 +145,33 @@ TEST(PreparedScene, AnythingThatMattersMakesAnotherKey) {
   options = Quick();
   options.probes.seed = 2;
   EXPECT_TRUE(is_made_anew(Site(), options));
+  options = Quick();
+  options.survey_map_width = 128;
+  EXPECT_TRUE(is_made_anew(Site(), options));
+}
+
+// A survey by means over 4 x 4 pixels: the same as by a map that came so, and with nearly the same
+// light. What a mean is partly of may not be sampled.
+TEST(PreparedScene, SurveysByASmallerMap) {
+  SiteModel site = Site();
+  site.diffuse_mask.emplace(256, 128, std::uint8_t{255});
+  site.diffuse_mask->At(9, 100) = 0;
+  PrepareOptions options = Quick();
+  options.survey_map_width = 64;
+  MemoryStore store;
+  const PreparedScene small = PrepareScene(site, options, store, {});
+  EXPECT_EQ(small.survey->view.Width(), 64);
+  EXPECT_EQ(small.survey->view.Height(), 32);
+
+  SiteModel came_small = site;
+  came_small.environment->radiance = DownsampleLatLong(site.environment->radiance, {64, 32});
+  came_small.diffuse_mask.emplace(64, 32, std::uint8_t{255});
+  came_small.diffuse_mask->At(2, 25) = 0;
+  ExpectSame(small, PrepareScene(came_small, Quick(), store, {}));
+
+  const PreparedScene own = PrepareScene(site, Quick(), store, {});
+  const double sky = own.survey->light.sky_irradiance_rgb.y;
+  EXPECT_NEAR(small.survey->light.sky_irradiance_rgb.y, sky, 0.01 * sky);
 }
 
 TEST(PreparedScene, WithoutAMapTheMaterialsAlbedoStands) {
@@ -168,6 +197,9 @@ TEST(PreparedSceneHardCases, RefusesOptionsThatMakeNoSenseBeforeAnyWork) {
   refused([](PrepareOptions& o) { o.probes.rays_per_probe = 0; });
   refused([](PrepareOptions& o) { o.patches.patch_size_m = -1.0; });
   refused([](PrepareOptions& o) { o.survey_receiver_block_px = 0; });
+  refused([](PrepareOptions& o) { o.survey_map_width = -64; });
+  refused([](PrepareOptions& o) { o.survey_map_width = 100; });
+  refused([](PrepareOptions& o) { o.survey_map_width = 512; });
   refused([](PrepareOptions& o) { o.probe_counts.y = 0; });
   refused([](PrepareOptions& o) { o.probe_box.lower_m.x = std::nanf(""); });
 }
