@@ -175,6 +175,12 @@ EffectPlan PlanEffects(const EffectSettings& settings,
       const double rms = offer.rms_share * offer.bound_code_values;
       squares += rms * rms;
     });
+    // No better than what keeps to the limit already, whatever time it takes.
+    const bool has_kept_to_it = best_rank && !std::get<0>(*best_rank);
+    if (has_kept_to_it && (budget_ms ? squares > std::get<1>(*best_rank)
+                                     : left_out > settings.threshold_code_values)) {
+      continue;
+    }
     const double ms = ExpectedMs(works, runs);
     const int count = std::popcount(bits);
     Rank rank;

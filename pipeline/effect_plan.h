@@ -177,7 +177,7 @@ struct EffectPlan {
 // effect that is on is run where what it needs is. Of equals the one that leaves out more.
 //
 // `offers` has one entry an effect, in the order of kAllEffects. All choices are tried: exact, and
-// some microseconds.
+// up to a millisecond where nothing is decided.
 // Throws std::invalid_argument for offers in another order, or a bound, share or time that is below
 // 0 or not finite.
 EffectPlan PlanEffects(const EffectSettings& settings,

@@ -93,13 +93,14 @@ std::optional<float> ObjectInterreflection::LargestHiddenUpTo(float most) {
     for (const glm::vec3& of_vertex : hidden) largest = std::max(largest, of_vertex.x);
     return largest;
   };
-  if (largest_turned_away_ > most) return std::nullopt;
+  if (std::max(largest_turned_away_, least_known_) > most) return std::nullopt;
   if (!has_cast_rays_) {
     constexpr std::size_t kFew = 256;
     const std::size_t step = (vertices_.size() + kFew - 1) / kFew;
     std::vector<Receiver> few;
     for (std::size_t v = 0; v < vertices_.size(); v += step) few.push_back(vertices_[v]);
-    if (largest_of(HiddenFrom(RaysOf(scene_, few), scene_)) > most) return std::nullopt;
+    least_known_ = largest_of(HiddenFrom(RaysOf(scene_, few), scene_));
+    if (least_known_ > most) return std::nullopt;
   }
   CastRays();
   const float largest = std::max(largest_turned_away_, largest_of(hidden_));

@@ -37,7 +37,7 @@ class ObjectInterreflection {
 
   // Bound of the share of a vertex's view, cosine-weighted, that objects hide from it: by more than
   // its own tangent plane does, and of any of its triangles. 0 for a box and, nearly, for a ball.
-  // None where it is more than `most`, which a few vertices tell.
+  // None where it is more than `most`, which a few vertices tell; else all rays are cast.
   std::optional<float> LargestHiddenUpTo(float most);
   // The rays between the objects; whoever needs them first casts them.
   void CastRays();
@@ -56,6 +56,7 @@ class ObjectInterreflection {
   PatchScene scene_;
   std::vector<Receiver> vertices_;
   bool has_cast_rays_ = false;
+  float least_known_ = 0.0f;  // LargestHidden is more, as far as a few vertices have told.
   GatheredRays rays_;
   std::vector<glm::vec3> hidden_;  // Per vertex: share of its hemisphere.
   std::vector<glm::vec3> face_diffuse_albedo_;

@@ -241,10 +241,9 @@ Bound EffectBounds::SelfOcclusion(const BoundInput& input,
   }
   if (probe_shading.code_values == 0.0) return probe_shading;
   if (!IsDark(SunOf(input.lighting))) return {probe_shading.code_values, "sunlight beside them"};
-  const std::optional<float> hidden = light.LargestHiddenUpTo(kMostHidden);
-  if (!hidden || !light.MayBeAtOnePlace()) {
-    return {probe_shading.code_values, "objects hide light from themselves"};
-  }
+  const std::optional<float> hidden =
+      light.MayBeAtOnePlace() ? light.LargestHiddenUpTo(kMostHidden) : std::nullopt;
+  if (!hidden) return {probe_shading.code_values, "objects hide light from themselves"};
   const OnePlaceLight& one_place = light.LightAtOnePlace(input.basis, input.lighting);
   return {ChangeOfFacings(input,
                           *hidden,

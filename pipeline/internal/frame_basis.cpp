@@ -1,8 +1,11 @@
 #include "pipeline/internal/frame_basis.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 namespace pleinair {
 namespace {
@@ -35,16 +38,24 @@ void FrameBasis::Update(SurfaceViewBuilder& builder,
                         const DirectionalLight& sun) {
   builder_ = &builder;
   const std::size_t lights = 1 + shapes.size();
-  if (versions_.size() != lights) Forget();
+  const auto same_kind = [](const auto& a, const auto& b) {
+    return a == b || a->Name() == b->Name();
+  };
+  if (!std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same_kind)) {
+    Forget();
+    ++generation_;
+  }
   const bool is_first = versions_.empty();
   versions_.resize(lights, 0);
   largest_.resize(lights);
   const bool new_sun = is_first || sun_faces_version_ != builder.SunFacesVersion();
+  sky_is_new_alone_ = false;
   for (std::size_t light = 0; light < lights; ++light) {
     const bool is_new =
         light == 0 ? new_sun
                    : is_first || light > shapes_.size() || shapes_[light - 1] != shapes[light - 1];
     if (!is_new) continue;
+    sky_is_new_alone_ = sky_is_new_alone_ || !new_sun;
     versions_[light] = ++last_version_;
     const FaceLight& faces = light == 0 ? builder.SunFaces() : builder.SkyFaces(light - 1);
     largest_[light] = LargestOf(faces.radiosity);
@@ -88,10 +99,22 @@ std::vector<std::size_t> LightsDone::StaleIn(const FrameBasis& basis,
   std::vector<std::size_t> stale;
   for (std::size_t light = 0; light < basis.LightCount(); ++light) {
     if (IsCurrent(basis, light) || IntensityOf(lighting, light) == glm::vec3(0.0f)) continue;
-    if (upto == Upto::kLacking && Ever(light)) continue;
+    if (upto == Upto::kLacking && Ever(basis, light)) continue;
     stale.push_back(light);
   }
   return stale;
+}
+
+double LightsDone::SunGoneOnRad(const FrameBasis& basis, const Lighting& lighting) const {
+  const glm::dvec3& now = basis.Sun().direction_enu;
+  double largest = 0.0;
+  for (const std::size_t light : StaleIn(basis, lighting)) {
+    if (!Ever(basis, light)) continue;
+    const glm::dvec3& then = made_[light].sun_direction_enu;
+    largest =
+        std::max(largest, std::atan2(glm::length(glm::cross(then, now)), glm::dot(then, now)));
+  }
+  return largest;
 }
 
 }  // namespace pleinair

@@ -26,6 +26,11 @@ class FrameBasis {
   void Forget();
 
   std::size_t LightCount() const { return versions_.size(); }
+  // Changes when a light's place in the order is another one's, or they are more or fewer: what was
+  // worked out before is of none of them.
+  std::uint64_t Generation() const { return generation_; }
+  // Whether some sky is new in this frame though the sun has not moved on: the next frame's may be.
+  bool SkyIsNewAlone() const { return sky_is_new_alone_; }
   // Changes when the light does; no two lights share one.
   std::uint64_t Version(std::size_t light) const { return versions_[light]; }
   const DirectionalLight& Sun() const { return sun_; }
@@ -49,6 +54,8 @@ class FrameBasis {
   DirectionalLight sun_;
   std::uint64_t sun_faces_version_ = 0;
   std::uint64_t last_version_ = 0;
+  std::uint64_t generation_ = 0;
+  bool sky_is_new_alone_ = false;
   std::vector<std::shared_ptr<const SkyShape>> shapes_;
   std::vector<std::uint64_t> versions_;
   std::vector<glm::vec3> largest_;
@@ -61,34 +68,44 @@ Lighting UnitOf(std::size_t light, std::size_t count);
 
 // Which lights are worked out anew.
 enum class Upto {
-  kLacking,  // Those that never were: of the others what was made for an older sun will do.
+  kLacking,  // Those that never were: of the others what was made for an older sun or sky will do.
   kCurrent,  // All that are not of the present sun and sky.
 };
 
 // Of which versions of the basis lights something has been worked out.
 class LightsDone {
  public:
-  void Forget() { versions_.clear(); }
-  bool Ever(std::size_t light) const { return light < versions_.size() && versions_[light] != 0; }
+  void Forget() { made_.clear(); }
+  // Whether it was, of this version or of an older sun or sky in the same place.
+  bool Ever(const FrameBasis& basis, std::size_t light) const {
+    return light < made_.size() && made_[light].generation == basis.Generation() &&
+           made_[light].version != 0;
+  }
   bool IsCurrent(const FrameBasis& basis, std::size_t light) const {
-    return light < versions_.size() && versions_[light] == basis.Version(light);
+    return light < made_.size() && made_[light].version == basis.Version(light);
   }
   void Done(const FrameBasis& basis, std::size_t light) {
-    versions_.resize(basis.LightCount(), 0);
-    versions_[light] = basis.Version(light);
+    made_.resize(basis.LightCount());
+    made_[light] = {basis.Version(light), basis.Generation(), basis.Sun().direction_enu};
   }
-  // Of something else, which it was made from: it is no more current than that.
-  void DoneAs(const LightsDone& source, std::size_t light) {
-    versions_.resize(source.versions_.size(), 0);
-    versions_[light] = source.versions_[light];
+  // 0 where it never was.
+  std::uint64_t Version(std::size_t light) const {
+    return light < made_.size() ? made_[light].version : 0;
   }
   // Lights that shine in `lighting` and are not current.
   std::vector<std::size_t> StaleIn(const FrameBasis& basis,
                                    const Lighting& lighting,
                                    Upto upto = Upto::kCurrent) const;
+  // How far the sun has gone since the oldest of what shines was made, radians.
+  double SunGoneOnRad(const FrameBasis& basis, const Lighting& lighting) const;
 
  private:
-  std::vector<std::uint64_t> versions_;
+  struct Made {
+    std::uint64_t version = 0;
+    std::uint64_t generation = 0;
+    glm::dvec3 sun_direction_enu{0.0};
+  };
+  std::vector<Made> made_;  // By light.
 };
 
 }  // namespace pleinair

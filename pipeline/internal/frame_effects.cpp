@@ -28,6 +28,7 @@ constexpr double kNoiseMs = 5.0;
 // Where nothing moves, a budget counts what is made once as shared by so many frames: else a frame
 // that could afford an effect ever after would never begin it.
 constexpr double kFramesThatShare = 30.0;
+constexpr double kChooseMs = 0.5;
 
 // Works by name, in the order of the plan's list.
 enum WorkIndex : std::size_t {
@@ -58,6 +59,11 @@ constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
                                        Effect::kSkyOcclusion,
                                        Effect::kColourBleeding,
                                        Effect::kGlossyReflection};
+
+constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding};
+constexpr EffectSet kOnSurfaces{Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
+constexpr EffectSet kShadows{Effect::kSunShadow, Effect::kObjectShadow};
+
 // For EffectOffer::rms_share: what recordings change by without the effect, over a bound of 255
 // (docs/accuracy.md, "A budget").
 double RmsShareOf(Effect effect) {
@@ -74,7 +80,7 @@ double RmsShareOf(Effect effect) {
       return 0.12;
     case Effect::kObjectShadow:
       return 0.1;
-    case Effect::kCurrentLight:  // Of half an hour.
+    case Effect::kCurrentLight:  // At least: see ShareOfOlder.
       return 0.03;
     case Effect::kSkyOcclusion:
       return 0.025;
@@ -90,9 +96,13 @@ double RmsShareOf(Effect effect) {
   return 1.0;
 }
 
-constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding};
-constexpr EffectSet kOnSurfaces{Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
-constexpr EffectSet kShadows{Effect::kSunShadow, Effect::kObjectShadow};
+// Light that the sun has left so far behind.
+double ShareOfOlder(double sun_gone_on_rad) {
+  constexpr double kADegree = 0.005;
+  return std::clamp(kADegree * DegFromRad(sun_gone_on_rad),
+                    RmsShareOf(Effect::kCurrentLight),
+                    RmsShareOf(Effect::kProbeShading));
+}
 
 WorkIndex LightWork(const VertexLight::Mode& mode, Upto upto) {
   const bool is_current = upto == Upto::kCurrent;
@@ -134,7 +144,8 @@ FrameEffects::FrameEffects(const PreparedScene& scene,
       camera_matching_(options.camera_matching),
       noise_cost_(kNoiseMs),
       draw_cost_(1.0),
-      read_back_cost_(kReadBackMs) {
+      read_back_cost_(kReadBackMs),
+      plan_cost_(kChooseMs) {
   compositor_.SetPhantom(phantom);
   compositor_.SetObjects(objects_);
   vertex_light_.Pose(objects_);
@@ -203,15 +214,22 @@ std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
     return WorkOffer{name, cost.nominal_ms, cost.expected_ms, cost.is_kept, false, for_any};
   };
   std::vector<WorkOffer> works(kWorkCount);
-  const auto offer_light =
-      [&](WorkIndex work, WorkIndex now, const char* where, const LightCost& cost) {
-        works[work] = offer(where, cost.lacking, kOnLightAtVertices);
-        works[now] = offer("that, of this sun", cost.now, {Effect::kCurrentLight});
-      };
-  offer_light(kVertexLight, kVertexLightNow, "light at vertices", costs.at_vertices);
-  offer_light(kOnePlaceLight, kOnePlaceLightNow, "light at one place", costs.at_one_place);
-  offer_light(kLoneLight, kLoneLightNow, "light at one place, objects left out", costs.alone);
-  works[kBetweenObjects] = offer("light between objects", costs.between, {Effect::kSelfOcclusion});
+  const auto offer_light = [&](WorkIndex work, std::string_view name, const LightCost& cost) {
+    works[work] = offer(name, cost.lacking, kOnLightAtVertices.With(Effect::kSelfOcclusion));
+  };
+  const auto offer_now = [&](WorkIndex work, std::string_view name, const LightCost& cost) {
+    works[work] = offer(name, cost.now, {Effect::kCurrentLight});
+  };
+  offer_light(kVertexLight, "light at vertices", costs.at_vertices);
+  offer_light(kOnePlaceLight, "light at one place", costs.at_one_place);
+  offer_light(kLoneLight, "light at one place, objects left out", costs.alone);
+  offer_now(kVertexLightNow, "light at vertices, of this sun", costs.at_vertices);
+  offer_now(kOnePlaceLightNow, "light at one place, of this sun", costs.at_one_place);
+  offer_now(kLoneLightNow, "light at one place, objects left out, of this sun", costs.alone);
+  const bool is_apart = !vertex_light_.VerticesSeeObjects();
+  works[kBetweenObjects] = offer("light between objects",
+                                 costs.between,
+                                 is_apart ? EffectSet{Effect::kSelfOcclusion} : EffectSet());
   for (const WorkIndex work : {kVertexLight, kVertexLightNow, kBetweenObjects}) {
     works[work].with_all = {Effect::kLightVariation};
   }
@@ -252,11 +270,13 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
                                                     const Bound& daylight,
                                                     const Bound& light_variation,
                                                     const Bound& self_occlusion,
-                                                    bool has_older_light) {
+                                                    const OlderLight& older) {
   std::vector<EffectOffer> offers;
   const auto add = [&](Effect effect, const auto& bound_of, EffectSet needs_any = {}) {
     const Bound bound = settings_[effect] == EffectSwitch::kOff ? Bound{0.0, "off"} : bound_of();
-    offers.push_back({effect, bound.code_values, needs_any, bound.why, RmsShareOf(effect)});
+    const double rms_share =
+        effect == Effect::kCurrentLight ? ShareOfOlder(older.sun_gone_on_rad) : RmsShareOf(effect);
+    offers.push_back({effect, bound.code_values, needs_any, bound.why, rms_share});
   };
   Bound cast;
   Bound on_objects;
@@ -277,14 +297,10 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   add(
       Effect::kCurrentLight,
       [&] {
-        return has_older_light ? Bound{probe_shading.code_values, "made for where the sun was"}
-                               : Bound{0.0, "all is of this sun"};
+        return older.is_there ? Bound{255.0, "made for where the sun was, or another sky"}
+                              : Bound{0.0, "all is of this sun and sky"};
       },
       kOnLightAtVertices);
-  constexpr double kShareADegree = 0.005;
-  offers.back().rms_share = std::clamp(kShareADegree * DegFromRad(vertex_light_.SunGoneOn(basis_)),
-                                       RmsShareOf(Effect::kCurrentLight),
-                                       RmsShareOf(Effect::kProbeShading));
   add(
       Effect::kDaylight, [&] { return daylight; }, kOnLightAtVertices.Without(Effect::kDaylight));
   add(Effect::kSkyOcclusion, [&] { return bounds_.SkyOcclusion(input); });
@@ -340,7 +356,7 @@ FrameEffects::LightCosts FrameEffects::CostsOfLight(const Lighting& lighting) co
 }
 
 double FrameEffects::FramesASun(const Frame& frame) const {
-  if (!last_time_) return 1.0;
+  if (!last_time_ || basis_.SkyIsNewAlone()) return 1.0;
   const double since_last_s =
       std::abs(std::chrono::duration<double>(frame.time - *last_time_).count());
   return std::clamp(options_.sun_step_s / std::max(since_last_s, 1e-3), 1.0, kFramesThatShare);
@@ -422,17 +438,31 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
     input.vertex_irradiance = vertex_light_.Irradiance();
   }
 
-  if (bounds_.AnyGlossy()) costs.mirror = mirror_.Cost(lit.view, basis_, lighting, light);
-  const std::vector<EffectOffer> offers = OfferEffects(
-      input, probe_shading, daylight, light_variation, self_occlusion, costs.HasOlder());
-  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, costs, daylight_cost, light);
+  // A budget may have found it in another way than is likely; what hangs on that stands.
+  const VertexLight::Mode found = settings_.budget_ms ? last_light_.value_or(light) : light;
+  if (bounds_.AnyGlossy()) costs.mirror = mirror_.Cost(lit.view, basis_, lighting, found);
+  // Within a budget the plan may choose any way, and says so where that has older light.
+  const OlderLight older{
+      (settings_.budget_ms ? costs.AnyHasOlder() : costs.Of(found).HasOlder()) ||
+          costs.mirror.HasOlder(),
+      std::max(vertex_light_.Done(found).SunGoneOnRad(basis_, lighting),
+               bounds_.AnyGlossy() ? mirror_.Done().SunGoneOnRad(basis_, lighting) : 0.0)};
+  const std::vector<EffectOffer> offers =
+      OfferEffects(input, probe_shading, daylight, light_variation, self_occlusion, older);
+  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, costs, daylight_cost, found);
   result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
     budget_ms = *settings_.budget_ms - lit.spent_ms - (result.planning_ms - once_ms) -
-                result.expected_drawing_ms;
+                plan_cost_.Ms() - result.expected_drawing_ms;
   }
-  result.plan = PlanEffects(settings_, offers, works, budget_ms);
+  EffectSettings settings = settings_;
+  EffectSwitch& current = settings[Effect::kCurrentLight];
+  // A frame without a budget is the same whatever was before it.
+  if (older.is_there && !budget_ms && current == EffectSwitch::kPlan) current = EffectSwitch::kOn;
+  Stopwatch choosing;
+  result.plan = PlanEffects(settings, offers, works, budget_ms);
+  plan_cost_.Learn(choosing.LapMs());
   result.planning_ms += watch.LapMs();
 
   result.works.clear();
@@ -454,6 +484,7 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
   last_geometry_version_ = lit.view.geometry_version;
   last_time_ = lit.frame.time;
   has_rendered_ = true;
+  last_light_ = ModeOfLight(result.plan.runs);
 }
 
 void FrameEffects::Work(const LitFrame& lit,

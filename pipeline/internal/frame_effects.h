@@ -55,10 +55,19 @@ class FrameEffects {
     WorkCost between;  // That, at vertices, where it is a work of its own.
     LightCost mirror;
 
-    bool HasOlder() const {
-      return at_vertices.HasOlder() || at_one_place.HasOlder() || alone.HasOlder() ||
-             mirror.HasOlder();
+    bool AnyHasOlder() const {
+      return at_vertices.HasOlder() || at_one_place.HasOlder() || alone.HasOlder();
     }
+    const LightCost& Of(const VertexLight::Mode& mode) const {
+      if (mode.at == VertexLight::At::kVertices) return at_vertices;
+      return mode.with_objects ? at_one_place : alone;
+    }
+  };
+
+  // What would stand in for light that is not of this sun and sky.
+  struct OlderLight {
+    bool is_there = false;
+    double sun_gone_on_rad = 0.0;
   };
 
   void Expose(const Frame& frame);
@@ -72,7 +81,7 @@ class FrameEffects {
                                         const Bound& daylight,
                                         const Bound& light_variation,
                                         const Bound& self_occlusion,
-                                        bool has_older_light);
+                                        const OlderLight& older);
   VertexLight::Mode ModeOfLight(EffectSet runs) const;
   WorkCost CostOfDaylight() const;
   LightCost CostOfLight(const VertexLight::Mode& mode, const Lighting& lighting) const;
@@ -104,6 +113,7 @@ class FrameEffects {
   std::optional<std::uint64_t> last_geometry_version_;
   std::optional<UtcTime> last_time_;
   bool has_rendered_ = false;
+  std::optional<VertexLight::Mode> last_light_;  // As the last plan found it.
 
   FrameBasis basis_;
   KeptObjectView object_view_;
@@ -115,6 +125,7 @@ class FrameEffects {
   LearnedCost draw_cost_;  // Over the nominal: no milliseconds, but their ratio.
   bool has_drawn_ = false;
   LearnedCost read_back_cost_;
+  LearnedCost plan_cost_;  // Of the choice itself.
 };
 
 }  // namespace pleinair

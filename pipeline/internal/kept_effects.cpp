@@ -1,5 +1,6 @@
 #include "pipeline/internal/kept_effects.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "pipeline/internal/stopwatch.h"
@@ -42,6 +43,18 @@ std::vector<std::size_t> LightsToDo(const LightsDone& done,
 
 bool Shines(const Lighting& lighting, std::size_t light) {
   return IntensityOf(lighting, light) != glm::vec3(0.0f);
+}
+
+// Adds lights whose light on the objects has been made anew since.
+void AddRemade(const LightsDone& source,
+               std::vector<std::uint64_t>& made_from,
+               const Lighting& lighting,
+               std::vector<std::size_t>& lights) {
+  made_from.resize(lighting.sky.size() + 1, 0);
+  for (std::size_t light = 0; light < made_from.size(); ++light) {
+    if (!Shines(lighting, light) || made_from[light] == source.Version(light)) continue;
+    if (std::find(lights.begin(), lights.end(), light) == lights.end()) lights.push_back(light);
+  }
 }
 
 }  // namespace
@@ -129,7 +142,9 @@ void KeptInfluence::Update(const PreparedScene& scene,
     influence_.See(scene.patches, view, pixel_faces);
     see_cost_.Learn(watch.LapMs());
   }
-  const std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting);
+  std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting);
+  const LightsDone& source = vertex_light.Done(light_);
+  AddRemade(source, made_from_, lighting, lights);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();
   if (lights.empty()) return;
@@ -144,7 +159,8 @@ void KeptInfluence::Update(const PreparedScene& scene,
                     basis.FaceRadiosity(light),
                     object_radiosity,
                     vertex_light.SampledSkyHiddenFrom(basis, light, receivers));
-    if (Shines(lighting, light)) done_.DoneAs(vertex_light.Done(), light);
+    if (Shines(lighting, light)) done_.Done(basis, light);
+    made_from_[light] = source.Version(light);
   }
   light_cost_.Learn(watch.LapMs() / static_cast<double>(lights.size()));
 }
@@ -166,9 +182,11 @@ LightCost KeptMirror::Cost(const SurfaceView& view,
   LightCost cost;
   cost.lacking = CostOf(gather_cost_, light_cost_, sum_cost_, is_new, lacking);
   cost.lacking.is_kept = !is_new && all == 0;
+  cost.now.is_kept = true;
   if (all > lacking) {
     const auto older = static_cast<double>(all - lacking);
     cost.now.expected_ms = cost.now.sun_ms = older * light_cost_.Ms();
+    cost.now.is_kept = false;
     cost.now.nominal_ms = older * light_cost_.NominalMs();
   }
   return cost;
@@ -194,7 +212,10 @@ void KeptMirror::Update(const PreparedScene& scene,
   }
   if (light_ != vertex_light.UpdatedIn()) done_.Forget();
   light_ = vertex_light.UpdatedIn();
-  const std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting, upto);
+  std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting, upto);
+  const LightsDone& source = vertex_light.Done(light_);
+  if (upto == Upto::kCurrent) AddRemade(source, made_from_, lighting, lights);
+  made_from_.resize(basis.LightCount(), 0);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();
   for (const std::size_t light : lights) {
@@ -206,7 +227,8 @@ void KeptMirror::Update(const PreparedScene& scene,
     if (light == 0) of_light.real_direct = basis.DirectIrradiance();
     of_light.sun = basis.Sun();
     mirror_.Fold(light, of_light, scene.patches, objects);
-    if (Shines(lighting, light)) done_.DoneAs(vertex_light.Done(), light);
+    if (Shines(lighting, light)) done_.Done(basis, light);
+    made_from_[light] = source.Version(light);
   }
   if (!lights.empty()) light_cost_.Learn(watch.LapMs() / static_cast<double>(lights.size()));
 }

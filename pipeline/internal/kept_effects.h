@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/internal/frame_basis.h"
@@ -82,7 +83,8 @@ class KeptInfluence {
                 const FrameBasis& basis,
                 const Lighting& lighting,
                 VertexLight::Mode light) const;
-  // Lights that shine in `lighting` have to be current in `vertex_light`.
+  // Lights that shine in `lighting` have to have been worked out in `vertex_light`; of an older sun
+  // they are made anew when that is.
   void Update(const PreparedScene& scene,
               const SurfaceView& view,
               const Image<std::int32_t>& pixel_faces,
@@ -107,6 +109,7 @@ class KeptInfluence {
   std::optional<std::uint64_t> geometry_version_;  // The view's.
   std::size_t lights_ = 0;
   LightsDone done_;
+  std::vector<std::uint64_t> made_from_;  // By light: version of the objects' light.
   IrradianceChange change_;
   LearnedCost gather_cost_{150.0};
   LearnedCost see_cost_{4.0};
@@ -133,6 +136,7 @@ class KeptMirror {
               VertexLight& vertex_light);
   void Evaluate(const Lighting& lighting);
   const MirroredLight& Image() const { return image_; }
+  const LightsDone& Done() const { return done_; }
 
  private:
   bool IsNew(const SurfaceView& view, const FrameBasis& basis) const {
@@ -144,6 +148,7 @@ class KeptMirror {
   std::optional<std::uint64_t> geometry_version_;  // The view's.
   std::size_t lights_ = 0;
   LightsDone done_;
+  std::vector<std::uint64_t> made_from_;  // By light: version of the objects' light.
   MirroredLight image_;
   LearnedCost gather_cost_{60.0};
   LearnedCost light_cost_{8.0};

@@ -63,6 +63,7 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
   near_sunlight_.reset();
   one_place_.Pose(interreflection_.Objects().mesh);
   responses_ = {};
+  objects_sun_version_ = 0;
   daylight_response_.clear();
   daylight_done_.Forget();
   vertices_.clear();
@@ -79,18 +80,13 @@ const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
   return one_place_;
 }
 
-double VertexLight::SunGoneOn(const FrameBasis& basis) const {
-  if (!sun_direction_enu_) return 0.0;
-  return glm::length(basis.Sun().direction_enu - *sun_direction_enu_);
-}
-
 VertexLight::Costs VertexLight::Expected(const Mode& mode,
                                          const FrameBasis& basis,
                                          const Lighting& lighting) const {
   Costs costs = CostsBy(&LearnedCost::Ms, mode, basis, lighting);
   const bool between = mode.with_objects && (!IsGathered() || mode.at == At::kOnePlace);
   if (between && !interreflection_.HasCastRays()) costs.once_ms += between_cost_.Ms();
-  const std::vector<std::size_t> lacking = Of(mode).done.StaleIn(basis, lighting, Upto::kLacking);
+  const std::vector<std::size_t> lacking = Done(mode).StaleIn(basis, lighting, Upto::kLacking);
   if (!IsGathered() || lacking.empty()) return costs;
   if (mode.at == At::kVertices && gather_.VertexCount() == 0) costs.once_ms += set_up_cost_.Ms();
   if (LooksForSun(mode, lacking)) costs.once_ms += near_cost_.Ms();
@@ -113,8 +109,7 @@ VertexLight::Costs VertexLight::CostsBy(double (LearnedCost::*ms)() const,
                                         const Mode& mode,
                                         const FrameBasis& basis,
                                         const Lighting& lighting) const {
-  // A volume stands where objects move.
-  const LightsDone& done = IsGathered() ? Of(mode).done : folded_done_;
+  const LightsDone& done = Done(mode);
   const double light_ms = (light_costs_[WayOf(mode)].*ms)();
   const auto lacking = static_cast<double>(done.StaleIn(basis, lighting, Upto::kLacking).size());
   const auto all = static_cast<double>(done.StaleIn(basis, lighting).size());
@@ -175,51 +170,50 @@ std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
 void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting) {
   mode_ = mode;
   const At at = mode.at;
-  Responses& responses = Of(mode);
-  const std::vector<std::size_t> stale = responses.done.StaleIn(basis, lighting, upto);
-  const bool has_light = IsGathered() || !basis_.sky_radiance.empty();
+  const std::vector<std::size_t> stale = Done(mode).StaleIn(basis, lighting, upto);
+  const PatchScene& objects = interreflection_.Objects();
   Stopwatch watch;
   if (mode.with_objects && (!IsGathered() || at == At::kOnePlace) &&
       !interreflection_.HasCastRays()) {
     interreflection_.CastRays();
     between_cost_.Learn(watch.LapMs());
   }
-  if (stale.empty() && has_light) return;
-  std::size_t worked_out = stale.size();
-  const bool new_sun = !stale.empty() && stale.front() == 0;
-  const PatchScene& objects = interreflection_.Objects();
-  if (IsGathered()) {
-    if (at == At::kVertices && gather_.VertexCount() == 0) {
-      gather_ = ObjectGather(objects, scene_.patches, options_.object_gather);
-      set_up_cost_.Learn(watch.LapMs());
-    }
-    if (LooksForSun(mode, stale)) {
-      near_sunlight_.emplace(scene_.patches, objects, ObjectGather::PointsAround(objects.mesh));
-      near_cost_.Learn(watch.LapMs());
-    }
-    responses.of_light.resize(basis.LightCount());
-  }
-  if (new_sun) {
+  const bool lights_new_objects = objects_sun_version_ == 0 || upto == Upto::kCurrent;
+  if (lights_new_objects && objects_sun_version_ != basis.Version(0) &&
+      IntensityOf(lighting, 0) != glm::vec3(0.0f)) {
     interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
-    sun_direction_enu_ = basis.Sun().direction_enu;
+    objects_sun_version_ = basis.Version(0);
   }
-  if (at == At::kOnePlace) {
-    one_place_.Update(basis, lighting);
-    for (const std::size_t light : stale) {
+  if (!IsGathered()) {
+    if (!stale.empty() || basis_.sky_radiance.size() != basis.LightCount()) {
+      UpdateVolume(basis, stale);
+      light_costs_[WayOf(mode)].Learn(watch.LapMs() /
+                                      static_cast<double>(std::max<std::size_t>(stale.size(), 1)));
+    }
+    return;
+  }
+  if (stale.empty()) return;
+  if (at == At::kVertices && gather_.VertexCount() == 0) {
+    gather_ = ObjectGather(objects, scene_.patches, options_.object_gather);
+    set_up_cost_.Learn(watch.LapMs());
+  }
+  if (LooksForSun(mode, stale)) {
+    near_sunlight_.emplace(scene_.patches, objects, ObjectGather::PointsAround(objects.mesh));
+    near_cost_.Learn(watch.LapMs());
+  }
+  Responses& responses = Of(mode);
+  responses.of_light.resize(basis.LightCount());
+  if (at == At::kOnePlace) one_place_.Update(basis, lighting);
+  for (const std::size_t light : stale) {
+    if (at == At::kVertices) {
+      UpdateGathered(basis, light);
+    } else {
       responses.of_light[light] =
           mode.with_objects ? AtOnePlaceWithObjects(basis, light) : one_place_.OnObjects(light);
     }
-  } else if (IsGathered()) {
-    for (const std::size_t light : stale) UpdateGathered(basis, light);
-  } else {
-    std::vector<std::size_t> to_fold = stale;
-    std::erase_if(to_fold, [&](std::size_t light) { return folded_done_.IsCurrent(basis, light); });
-    UpdateVolume(basis, to_fold);
-    worked_out = to_fold.size();
+    responses.done.Done(basis, light);
   }
-  for (const std::size_t light : stale) responses.done.Done(basis, light);
-  if (worked_out == 0) return;
-  light_costs_[WayOf(mode)].Learn(watch.LapMs() / static_cast<double>(worked_out));
+  light_costs_[WayOf(mode)].Learn(watch.LapMs() / static_cast<double>(stale.size()));
 }
 
 // Map, sky directions and fold of what has changed; at first of all lights.

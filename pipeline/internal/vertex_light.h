@@ -72,12 +72,13 @@ class VertexLight {
 
   // Whether nothing but a sum is left to do.
   bool IsCurrent(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const {
-    return Of(mode).done.StaleIn(basis, lighting).empty();
+    return Done(mode).StaleIn(basis, lighting).empty();
   }
   // What Update and Evaluate take.
   struct Costs {
-    double once_ms = 0.0;  // For what was never made: not again, where no object moves.
-    double now_ms = 0.0;   // For what was made for an older sun.
+    // For what was never made: not again where no object moves, as later it will do as older.
+    double once_ms = 0.0;
+    double now_ms = 0.0;  // For what was made for an older sun or sky.
     double sum_ms = 0.0;
   };
   Costs Expected(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
@@ -87,10 +88,10 @@ class VertexLight {
   // Works out lights that shine in `lighting`; what follows is of them in that mode.
   void Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting);
   Mode UpdatedIn() const { return mode_; }
-  // Of which suns and skies it is.
-  const LightsDone& Done() const { return Of(mode_).done; }
-  // How far the sun has gone, radians, since its light was last worked out; 0 where it never was.
-  double SunGoneOn(const FrameBasis& basis) const;
+  // Of which suns and skies it is, in a mode.
+  const LightsDone& Done(const Mode& mode) const {
+    return IsGathered() ? Of(mode).done : folded_done_;  // A volume stands where objects move.
+  }
   // Draws samples for skies that are new, where daylight is sampled. Whoever needs them draws them;
   // to do so first tells what they cost.
   void UpdateDaylight(const FrameBasis& basis);
@@ -173,8 +174,8 @@ class VertexLight {
   PerObject irradiance_;
   PerObject of_unit_;  // Scratch, as long.
   Mode mode_;
-  std::optional<glm::dvec3> sun_direction_enu_;  // Of the sun that was worked out last.
-  std::array<Responses, 3> responses_;           // By WayOf; by probes without responses.
+  std::uint64_t objects_sun_version_ = 0;  // Of the sun that the objects' faces were lit by.
+  std::array<Responses, 3> responses_;     // By WayOf; by probes without responses.
 
   // By rays.
   ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.

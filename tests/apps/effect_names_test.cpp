@@ -1,6 +1,7 @@
 // What --effects makes of names.
 #include "apps/effect_names.h"
 
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,7 +51,16 @@ TEST(EffectNames, OneIsLeftOutOfAllOfThePlanAndOfThoseNamed) {
   EXPECT_EQ(Chosen({"sun-shadow", "no-object-shadow"})[Effect::kObjectShadow], EffectSwitch::kOff);
 }
 
-TEST(EffectNames, AllOfThemAreKnown) { EXPECT_EQ(NamesOfSwitches().size(), 2 + 2 * kEffectCount); }
+TEST(EffectNames, AllOfThemAreKnown) {
+  std::set<std::string> expected{"plan", "all"};
+  for (const Effect effect : kAllEffects) {
+    expected.insert(std::string(NameOf(effect)));
+    expected.insert("no-" + std::string(NameOf(effect)));
+  }
+  const Names names = NamesOfSwitches();
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
+  EXPECT_EQ(names.size(), expected.size());
+}
 
 }  // namespace
 }  // namespace pleinair::effect_names_test

@@ -82,6 +82,34 @@ TEST_F(RunCommand, CanBeRunAgainByTheLightThatItWrote) {
   }
 }
 
+// Other shapes than the frame before, and fewer: nothing of the earlier light can stand in.
+TEST_F(RunCommand, TakesSkiesOfOtherShapesFromFrameToFrame) {
+  options_.lighting = Write(
+      "shapes.jsonl",
+      R"({"frame": 0, "sun_irradiance_rgb": [0, 0, 0], "sky_irradiance_rgb": [60, 90, 120], "sky_shape": {"uniform": [0.5, 0.5, 0.5], "overcast": [0.5, 0.5, 0.5]}})"
+      "\n"
+      R"({"frame": 1, "sun_irradiance_rgb": [0, 0, 0], "sky_irradiance_rgb": [60, 90, 120], "sky_shape": {"clear": [1, 1, 1]}})"
+      "\n");
+  const std::string second = Write(
+      "second.jsonl",
+      R"({"frame": 1, "sun_irradiance_rgb": [0, 0, 0], "sky_irradiance_rgb": [60, 90, 120], "sky_shape": {"clear": [1, 1, 1]}})"
+      "\n");
+  for (const ObjectLight light : {ObjectLight::kGather, ObjectLight::kVolume}) {
+    options_.object_light = light;
+    options_.effects = EffectSettings::Everything();
+    options_.effects[Effect::kCurrentLight] = EffectSwitch::kOff;
+    RunRunCommand(options_);
+    const auto records = ReadLightingRecords(options_.out / "lighting.jsonl");
+    ASSERT_FALSE(records.at(1).error) << *records.at(1).error;
+    RunCommandOptions alone = options_;
+    alone.lighting = second;
+    alone.out = folder_ / "alone";
+    RunRunCommand(alone);
+    EXPECT_EQ(ReadRadianceImage(options_.out / "composite/000001.exr").pixels,
+              ReadRadianceImage(alone.out / "composite/000001.exr").pixels);
+  }
+}
+
 TEST_F(RunCommand, LeavesNothingOfAnEarlierRunAndAllElse) {
   for (const char* old : {"composite/000099.png", "sky/000099.exr", "environment/000099.exr"}) {
     fs::create_directories((options_.out / old).parent_path());

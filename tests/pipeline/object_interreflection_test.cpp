@@ -2,6 +2,7 @@
 #include "pipeline/object_interreflection.h"
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -173,6 +174,35 @@ TEST(ObjectInterreflection, TellsItsObjectsApart) {
   const std::vector<glm::vec3> radiosity = light.FaceRadiosity(NoSun(), irradiance);
   EXPECT_NEAR(radiosity.front().x, 0.1f, 1e-6f);
   EXPECT_NEAR(radiosity.back().x, 0.9f, 1e-6f);
+}
+
+// A box hides nothing from itself, a room all from a tile within; between them a seat with its
+// back. Whether a few vertices tell or all do, and after they have been asked for.
+TEST(ObjectInterreflection, TellsHowMuchObjectsHideFromThemselves) {
+  Mesh box;
+  AddBox(box, {-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.6f});
+  ObjectInterreflection of_box({ObjectOf(box, glm::vec3(0.5f))});
+  EXPECT_EQ(of_box.LargestHiddenUpTo(0.02f), 0.0f);
+  EXPECT_TRUE(of_box.HasCastRays());
+
+  Mesh seat = box;
+  AddBox(seat, {-0.3f, 0.2f, 0.6f}, {0.3f, 0.3f, 1.0f});
+  ObjectInterreflection of_seat({ObjectOf(seat, glm::vec3(0.5f))});
+  EXPECT_FALSE(of_seat.LargestHiddenUpTo(0.02f));
+  EXPECT_FALSE(of_seat.LargestHiddenUpTo(0.02f)) << "remembered";
+  EXPECT_FALSE(of_seat.HasCastRays()) << "a few told";
+  const std::optional<float> largest = of_seat.LargestHiddenUpTo(1.0f);
+  ASSERT_TRUE(largest);
+  EXPECT_GT(*largest, 0.02f);
+  EXPECT_LT(*largest, 0.6f);
+
+  Mesh room;
+  AddBox(room, {-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 1.0f}, true);
+  ObjectInterreflection within_room(
+      {ObjectOf(room, glm::vec3(0.5f)), ObjectOf(Tile({0.2f, 0.1f, 0.3f}), glm::vec3(0.5f))});
+  within_room.CastRays();
+  EXPECT_FALSE(within_room.LargestHiddenUpTo(0.5f));
+  EXPECT_EQ(within_room.LargestHiddenUpTo(1.0f), 1.0f);
 }
 
 TEST(ObjectInterreflection, NoObjectsAreNoError) {

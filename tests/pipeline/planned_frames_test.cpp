@@ -75,6 +75,12 @@ const StagedFrame kGlossy{
     .called_for = EffectSet::FromBits(kSkyAndSun.With(Effect::kGlossyReflection).Bits()),
     .material = kMirror};
 
+Frame AtNoon(Frame frame) {
+  frame.time += std::chrono::hours(3);
+  frame.sun_direction_enu = glm::normalize(glm::dvec3(0.1, -0.3, 0.9));
+  return frame;
+}
+
 class PlannedFrames : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -394,9 +400,7 @@ TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
   const HeadlessContext context;
   Compositor compositor;
   const Frame morning = FrameOf(kGlossy);
-  Frame noon = morning;
-  noon.time += std::chrono::hours(3);
-  noon.sun_direction_enu = glm::normalize(glm::dvec3(0.1, -0.3, 0.9));
+  const Frame noon = AtNoon(morning);
 
   FramePipeline fresh = PipelineFor(kGlossy, compositor);
   const FrameResult expected = ProcessWith(fresh, noon, EffectSettings());
@@ -424,6 +428,54 @@ TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
   EXPECT_EQ(made.composite.radiance.pixels, expected.composite.radiance.pixels);
   EXPECT_EQ(ProcessWith(pipeline, noon, EffectSettings()).plan.Of(Effect::kCurrentLight).fate,
             EffectFate::kLeftOut);
+}
+
+// What it does to real surfaces is that of a fresh pipeline, though its own light is not in view.
+TEST_F(PlannedFrames, LightOfAnObjectOutOfViewIsOfThisSun) {
+  const HeadlessContext context;
+  Compositor compositor;
+  const Frame morning = FrameOf(kSunny);
+  bool found = false;
+  for (double aside_m = 2.0; aside_m < 6.0 && !found; aside_m += 0.1) {
+    const std::vector<glm::dmat4> pose{
+        glm::translate(glm::dmat4(1.0), glm::dvec3(-aside_m, 0.0, 0.0))};
+    FramePipeline pipeline = PipelineFor(kSunny, compositor);
+    const FrameResult first = ProcessWith(pipeline, morning, EffectSettings(), pose);
+    found = first.plan.Of(Effect::kProbeShading).bound_code_values == 0.0 &&
+            first.plan.runs.Has(Effect::kColourBleeding);
+    if (!found) continue;
+    const FrameResult later = ProcessWith(pipeline, AtNoon(morning), EffectSettings(), pose);
+    FramePipeline fresh = PipelineFor(kSunny, compositor);
+    const FrameResult expected = ProcessWith(fresh, AtNoon(morning), EffectSettings(), pose);
+    EXPECT_EQ(later.composite.radiance.pixels, expected.composite.radiance.pixels);
+  }
+  EXPECT_TRUE(found) << "an object out of view that lights the ground in view";
+}
+
+// Of older light as of any other: it is worked out once, and anew when that light is.
+TEST_F(PlannedFrames, WhatOlderLightDoesToSurfacesIsKept) {
+  const HeadlessContext context;
+  Compositor compositor;
+  const Frame noon = AtNoon(FrameOf(kSunny));
+  const std::vector<glm::dmat4> moved{glm::translate(glm::dmat4(1.0), glm::dvec3(0.2, 0.1, 0.0))};
+  EffectSettings older = EffectSettings::Everything();
+  older[Effect::kCurrentLight] = EffectSwitch::kOff;
+  const VirtualObject box = BoxObject({-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.8f}, kRed);
+  for (const ObjectLight light : {ObjectLight::kGather, ObjectLight::kVolume}) {
+    FramePipeline pipeline = PipelineFor(kSunny, box, light, compositor);
+    ProcessWith(pipeline, FrameOf(kSunny), EffectSettings::Everything(), moved);
+    ProcessWith(pipeline, noon, older, moved);
+    const FrameResult again = ProcessWith(pipeline, noon, older, moved);
+    for (const PlannedWork& work : again.works) {
+      if (work.name == "influence on surfaces") {
+        EXPECT_TRUE(work.is_kept);
+      }
+    }
+    const FrameResult made = ProcessWith(pipeline, noon, EffectSettings::Everything(), moved);
+    FramePipeline fresh = PipelineFor(kSunny, box, light, compositor);
+    const FrameResult expected = ProcessWith(fresh, noon, EffectSettings::Everything(), moved);
+    EXPECT_EQ(made.composite.radiance.pixels, expected.composite.radiance.pixels);
+  }
 }
 
 }  // namespace
