@@ -24,6 +24,7 @@ VirtualObject ObjectOf(Mesh mesh, const glm::vec3& albedo, const glm::vec3& mirr
 
 std::vector<std::vector<glm::vec3>> OneEverywhere(const std::vector<VirtualObject>& objects) {
   std::vector<std::vector<glm::vec3>> irradiance;
+  irradiance.reserve(objects.size());
   for (const VirtualObject& object : objects) {
     irradiance.emplace_back(object.mesh.positions_m.size(), glm::vec3(1.0f));
   }
@@ -151,6 +152,7 @@ TEST(ObjectInterreflection, DirectLightIsAddedWholeAndReflected) {
   ObjectInterreflection light(objects);
   const std::size_t vertices = light.Objects().mesh.positions_m.size();
   std::vector<std::vector<glm::vec3>> irradiance;
+  irradiance.reserve(objects.size());
   for (const VirtualObject& object : objects) {
     irradiance.emplace_back(object.mesh.positions_m.size(), glm::vec3(0.0f));
   }
