@@ -92,7 +92,7 @@ void AddTradeoff(CLI::App& app, Work& work) {
           options->sweep,
           "Settings to sweep: outdoors samples,choice,loss,solver,sky-shapes,bounces; "
           "rays,patch-size; with pictures object-light,object-rays,sh-bands,probes,probe-rays,"
-          "map-width,shadow,influence,threshold,budget,sun-block,receiver-block,object-samples; "
+          "map-width,shadow,influence,threshold,sun-block,receiver-block,object-samples; "
           "with "
           "a fish-eye regions; indoors light-samples,shadow-map,windows (default: all that mean "
           "something)")

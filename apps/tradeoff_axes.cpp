@@ -205,18 +205,6 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
        Numbers<double>({0.0, 0.25, 1.0, 4.0, 16.0},
                        [](Options& o, double codes) { o.effects.threshold_code_values = codes; }),
        "1"});
-  SweepAxis budget{"budget",
-                   "Milliseconds that a frame may take from the estimate on (--budget)",
-                   Judge::kPicture,
-                   false,
-                   {},
-                   "none"};
-  for (const int ms : {8, 12, 18, 25, 40}) {
-    budget.values.push_back(
-        {std::to_string(ms), [ms](Options& o) { o.effects.budget_ms = static_cast<double>(ms); }});
-  }
-  budget.values.push_back({"none", [](Options& o) { o.effects.budget_ms.reset(); }});
-  axes.push_back(std::move(budget));
   axes.push_back({"sun-block",
                   "Side in pixels of blocks that are lit alike (--sun-block)",
                   Judge::kPicture,

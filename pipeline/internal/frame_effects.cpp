@@ -9,111 +9,21 @@
 
 #include <glm/common.hpp>
 
+#include "pipeline/internal/rms_share.h"
 #include "pipeline/internal/stopwatch.h"
-#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
 
-// Drawing, nominal: an object of 4000 faces over 4000 pixels at 640x480 that stands on the ground,
-// neither it nor the camera moving, by software on two cores (bench/plan_bench.cpp).
+// Nominal, as the drawing of works (frame_works.cpp).
 constexpr double kDrawObjectsMs = 1.0;
-constexpr double kDrawSunMs = 3.0;
-constexpr double kDrawVolumesMs = 4.0;
-constexpr double kDrawRelitMs = 1.5;
 constexpr double kReadBackMs = 0.5;
-// Of blurring the objects' layer; measuring a frame's noise and adding it.
-constexpr double kDrawBlurMs = 1.0;
+// Of measuring a frame's noise and adding it.
 constexpr double kNoiseMs = 5.0;
+constexpr double kChooseMs = 0.5;  // Of the plan's choice.
 // Where nothing moves, a budget counts what is made once as shared by so many frames: else a frame
 // that could afford an effect ever after would never begin it.
 constexpr double kFramesThatShare = 30.0;
-constexpr double kChooseMs = 0.5;
-
-// Works by name, in the order of the plan's list.
-enum WorkIndex : std::size_t {
-  kVertexLight,
-  kVertexLightNow,
-  kOnePlaceLight,
-  kOnePlaceLightNow,
-  kLoneLight,
-  kLoneLightNow,
-  kBetweenObjects,
-  kDaylightSamples,
-  kInfluence,
-  kObjectView,
-  kSunOnSurfaces,
-  kSunOnObjects,
-  kMirrorImage,
-  kMirrorImageNow,
-  kDrawSun,
-  kDrawVolumes,
-  kDrawRelit,
-  kDrawBlur,
-  kNoise,
-  kWorkCount
-};
-
-constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
-                                       Effect::kDaylight,
-                                       Effect::kSkyOcclusion,
-                                       Effect::kColourBleeding,
-                                       Effect::kGlossyReflection};
-
-constexpr EffectSet kOnInfluence{Effect::kSkyOcclusion, Effect::kColourBleeding};
-constexpr EffectSet kOnSurfaces{Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
-constexpr EffectSet kShadows{Effect::kSunShadow, Effect::kObjectShadow};
-
-// For EffectOffer::rms_share: what recordings change by without the effect, over a bound of 255
-// (docs/accuracy.md, "A budget").
-double RmsShareOf(Effect effect) {
-  switch (effect) {
-    case Effect::kProbeShading:
-    case Effect::kCameraNoise:  // Whose bound is some deviations.
-      return 0.3;
-    case Effect::kSunShading:
-    case Effect::kDaylight:
-      return 0.2;
-    case Effect::kGlossyReflection:
-      return 0.13;
-    case Effect::kSunShadow:
-      return 0.12;
-    case Effect::kObjectShadow:
-      return 0.1;
-    case Effect::kCurrentLight:  // At least: see ShareOfOlder.
-      return 0.03;
-    case Effect::kSkyOcclusion:
-      return 0.025;
-    case Effect::kSelfOcclusion:
-      return 0.02;
-    case Effect::kPenumbra:
-    case Effect::kColourBleeding:
-      return 0.016;
-    case Effect::kLightVariation:
-    case Effect::kCameraBlur:
-      return 0.01;
-  }
-  return 1.0;
-}
-
-// Light that the sun has left so far behind.
-double ShareOfOlder(double sun_gone_on_rad) {
-  constexpr double kADegree = 0.005;
-  return std::clamp(kADegree * DegFromRad(sun_gone_on_rad),
-                    RmsShareOf(Effect::kCurrentLight),
-                    RmsShareOf(Effect::kProbeShading));
-}
-
-WorkIndex LightWork(const VertexLight::Mode& mode, Upto upto) {
-  const bool is_current = upto == Upto::kCurrent;
-  if (mode.at == VertexLight::At::kVertices) return is_current ? kVertexLightNow : kVertexLight;
-  if (mode.with_objects) return is_current ? kOnePlaceLightNow : kOnePlaceLight;
-  return is_current ? kLoneLightNow : kLoneLight;
-}
-
-WorkOffer OfferDrawing(std::string_view name, double nominal_ms, double scale, EffectSet for_any) {
-  return {name, nominal_ms, scale * nominal_ms, false, true, for_any};
-}
 
 glm::vec3 HighestAlbedo(const PreparedScene& scene) {
   glm::vec3 highest(0.0f);
@@ -198,71 +108,25 @@ void FrameEffects::Expose(const Frame& frame) {
   codes_.SetExposure(*chosen_exposure_);
 }
 
-std::vector<WorkOffer> FrameEffects::OfferWorks(const LitFrame& lit,
-                                                const Lighting& lighting,
-                                                const LightCosts& costs,
-                                                const WorkCost& daylight,
-                                                VertexLight::Mode light) const {
-  const SurfaceView& view = lit.view;
-  const double scale = draw_cost_.Ms();
-  const bool is_still = !has_rendered_ || last_geometry_version_ == view.geometry_version;
-  const bool shares = settings_.budget_ms && is_still;
-  const double frames_a_sun = shares ? FramesASun(lit.frame) : 1.0;
-  const auto offer = [&](std::string_view name, WorkCost cost, EffectSet for_any) {
-    if (shares) cost.expected_ms -= cost.once_ms * (1.0 - 1.0 / kFramesThatShare);
-    cost.expected_ms -= cost.sun_ms * (1.0 - 1.0 / frames_a_sun);
-    return WorkOffer{name, cost.nominal_ms, cost.expected_ms, cost.is_kept, false, for_any};
-  };
-  std::vector<WorkOffer> works(kWorkCount);
-  const auto offer_light = [&](WorkIndex work, std::string_view name, const LightCost& cost) {
-    works[work] = offer(name, cost.lacking, kOnLightAtVertices.With(Effect::kSelfOcclusion));
-  };
-  const auto offer_now = [&](WorkIndex work, std::string_view name, const LightCost& cost) {
-    works[work] = offer(name, cost.now, {Effect::kCurrentLight});
-  };
-  offer_light(kVertexLight, "light at vertices", costs.at_vertices);
-  offer_light(kOnePlaceLight, "light at one place", costs.at_one_place);
-  offer_light(kLoneLight, "light at one place, objects left out", costs.alone);
-  offer_now(kVertexLightNow, "light at vertices, of this sun", costs.at_vertices);
-  offer_now(kOnePlaceLightNow, "light at one place, of this sun", costs.at_one_place);
-  offer_now(kLoneLightNow, "light at one place, objects left out, of this sun", costs.alone);
-  const bool is_apart = !vertex_light_.VerticesSeeObjects();
-  works[kBetweenObjects] = offer("light between objects",
-                                 costs.between,
-                                 is_apart ? EffectSet{Effect::kSelfOcclusion} : EffectSet());
-  for (const WorkIndex work : {kVertexLight, kVertexLightNow, kBetweenObjects}) {
-    works[work].with_all = {Effect::kLightVariation};
-  }
-  for (const WorkIndex work : {kOnePlaceLight, kOnePlaceLightNow}) {
-    works[work].with_all = {Effect::kSelfOcclusion};
-    works[work].without = {Effect::kLightVariation};
-  }
-  for (const WorkIndex work : {kLoneLight, kLoneLightNow}) {
-    works[work].without = {Effect::kLightVariation, Effect::kSelfOcclusion};
-  }
-  works[kDaylightSamples] = offer("daylight samples", daylight, {Effect::kDaylight});
-  works[kInfluence] =
-      offer("influence on surfaces", influence_.Cost(view, basis_, lighting, light), kOnInfluence);
-  works[kObjectView] = offer(
-      "objects in view", object_view_.Cost(view), {Effect::kPenumbra, Effect::kGlossyReflection});
-  works[kSunOnSurfaces] =
-      offer("sun past objects", sun_shares_.RealCost(view), {Effect::kSunShadow});
-  works[kSunOnSurfaces].with_all = {Effect::kPenumbra};
-  works[kSunOnObjects] =
-      offer("sun on objects", sun_shares_.ObjectCost(view), {Effect::kObjectShadow});
-  works[kSunOnObjects].with_all = {Effect::kPenumbra};
-  works[kMirrorImage] = offer("mirror image", costs.mirror.lacking, {Effect::kGlossyReflection});
-  works[kMirrorImageNow] =
-      offer("mirror image, of this sun", costs.mirror.now, {Effect::kCurrentLight});
-  works[kMirrorImageNow].with_all = {Effect::kGlossyReflection};
-  works[kDrawSun] = OfferDrawing("draw sun", kDrawSunMs, scale, {Effect::kSunShading});
-  works[kDrawVolumes] = OfferDrawing("draw shadow volumes", kDrawVolumesMs, scale, kShadows);
-  works[kDrawVolumes].without = {Effect::kPenumbra};
-  works[kDrawRelit] = OfferDrawing("draw relit surfaces", kDrawRelitMs, scale, kOnSurfaces);
-  works[kDrawBlur] = OfferDrawing("draw blur", kDrawBlurMs, scale, {Effect::kCameraBlur});
-  works[kNoise] = offer(
-      "camera noise", {noise_cost_.Ms(), noise_cost_.NominalMs(), false}, {Effect::kCameraNoise});
-  return works;
+FrameWorkCosts FrameEffects::CostsOfWorks(const LitFrame& lit,
+                                          const Lighting& lighting,
+                                          const LightCosts& light,
+                                          const VertexLight::Mode& found) const {
+  FrameWorkCosts costs;
+  costs.light = light;
+  costs.influence = influence_.Cost(lit.view, basis_, lighting, found);
+  costs.object_view = object_view_.Cost(lit.view);
+  costs.sun_on_surfaces = sun_shares_.RealCost(lit.view);
+  costs.sun_on_objects = sun_shares_.ObjectCost(lit.view);
+  costs.noise = {noise_cost_.Ms(), noise_cost_.NominalMs(), false};
+  costs.draw_scale = draw_cost_.Ms();
+  return costs;
+}
+
+WorkSharing FrameEffects::SharingOf(const LitFrame& lit) const {
+  const bool is_still = !has_rendered_ || last_geometry_version_ == lit.view.geometry_version;
+  if (!settings_.budget_ms || !is_still) return {};
+  return {kFramesThatShare, FramesASun(lit.frame)};
 }
 
 std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
@@ -274,8 +138,9 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   std::vector<EffectOffer> offers;
   const auto add = [&](Effect effect, const auto& bound_of, EffectSet needs_any = {}) {
     const Bound bound = settings_[effect] == EffectSwitch::kOff ? Bound{0.0, "off"} : bound_of();
-    const double rms_share =
-        effect == Effect::kCurrentLight ? ShareOfOlder(older.sun_gone_on_rad) : RmsShareOf(effect);
+    const double rms_share = effect == Effect::kCurrentLight
+                                 ? RmsShareOfOlderLight(older.sun_gone_on_rad)
+                                 : RmsShareOf(effect);
     offers.push_back({effect, bound.code_values, needs_any, bound.why, rms_share});
   };
   Bound cast;
@@ -339,7 +204,7 @@ LightCost FrameEffects::CostOfLight(const VertexLight::Mode& mode, const Lightin
           {expected.now_ms, nominal.now_ms, is_kept, 0.0, expected.now_ms}};
 }
 
-FrameEffects::LightCosts FrameEffects::CostsOfLight(const Lighting& lighting) const {
+LightCosts FrameEffects::CostsOfLight(const Lighting& lighting) const {
   using Mode = VertexLight::Mode;
   using At = VertexLight::At;
   LightCosts costs;
@@ -351,6 +216,7 @@ FrameEffects::LightCosts FrameEffects::CostsOfLight(const Lighting& lighting) co
   costs.between.once_ms = with_objects.lacking.once_ms - costs.at_vertices.lacking.once_ms;
   costs.between.expected_ms = costs.between.once_ms;
   costs.between.is_kept = costs.between.once_ms == 0.0;
+  costs.between_is_apart = !vertex_light_.VerticesSeeObjects();
   costs.mirror.lacking.is_kept = true;
   return costs;
 }
@@ -449,7 +315,9 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
                bounds_.AnyGlossy() ? mirror_.Done().SunGoneOnRad(basis_, lighting) : 0.0)};
   const std::vector<EffectOffer> offers =
       OfferEffects(input, probe_shading, daylight, light_variation, self_occlusion, older);
-  const std::vector<WorkOffer> works = OfferWorks(lit, lighting, costs, daylight_cost, found);
+  FrameWorkCosts work_costs = CostsOfWorks(lit, lighting, costs, found);
+  work_costs.daylight = daylight_cost;
+  const std::vector<WorkOffer> works = OfferWorks(work_costs, SharingOf(lit));
   result.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {

@@ -10,6 +10,7 @@
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/internal/effect_bounds.h"
 #include "pipeline/internal/frame_basis.h"
+#include "pipeline/internal/frame_works.h"
 #include "pipeline/internal/kept_effects.h"
 #include "pipeline/internal/vertex_light.h"
 
@@ -47,23 +48,6 @@ class FrameEffects {
   const DirectDaylight* Daylight() const { return vertex_light_.Daylight(); }
 
  private:
-  // Of light on objects, by the ways of finding it.
-  struct LightCosts {
-    LightCost at_vertices;
-    LightCost at_one_place;
-    LightCost alone;   // At one place, without what objects do to each other.
-    WorkCost between;  // That, at vertices, where it is a work of its own.
-    LightCost mirror;
-
-    bool AnyHasOlder() const {
-      return at_vertices.HasOlder() || at_one_place.HasOlder() || alone.HasOlder();
-    }
-    const LightCost& Of(const VertexLight::Mode& mode) const {
-      if (mode.at == VertexLight::At::kVertices) return at_vertices;
-      return mode.with_objects ? at_one_place : alone;
-    }
-  };
-
   // What would stand in for light that is not of this sun and sky.
   struct OlderLight {
     bool is_there = false;
@@ -71,11 +55,13 @@ class FrameEffects {
   };
 
   void Expose(const Frame& frame);
-  std::vector<WorkOffer> OfferWorks(const LitFrame& lit,
-                                    const Lighting& lighting,
-                                    const LightCosts& costs,
-                                    const WorkCost& daylight,
-                                    VertexLight::Mode light) const;
+  // All but daylight's, where light on the objects is found in a way.
+  FrameWorkCosts CostsOfWorks(const LitFrame& lit,
+                              const Lighting& lighting,
+                              const LightCosts& light,
+                              const VertexLight::Mode& found) const;
+  // Of a budget; without one each frame pays for itself.
+  WorkSharing SharingOf(const LitFrame& lit) const;
   std::vector<EffectOffer> OfferEffects(const BoundInput& input,
                                         const Bound& probe_shading,
                                         const Bound& daylight,
