@@ -49,10 +49,12 @@ NearSunlight::NearSunlight(const PatchScene& real,
     const NormalFrame frame(receiver.normal);
     const glm::dvec2 rotation = RotationOf(options.seed, i);
     const glm::vec3 origin_m = OffsetFromSurface(receiver.position_m, receiver.normal);
+    // No place within reach is farther; a thousandth for rounding.
+    const float farthest_m = 1.001f * (reach_m + glm::distance(origin_m, centre_m));
     for (int k = 0; k < options.rays_per_receiver; ++k) {
       const glm::vec3 direction =
           frame.CosineDirection(FibonacciPoint(k, options.rays_per_receiver, rotation));
-      const auto hit = real.caster.Intersect(origin_m, direction);
+      const auto hit = real.caster.Intersect(origin_m, direction, farthest_m);
       if (!hit || glm::distance(hit->position_m, centre_m) > reach_m) continue;
       if (objects.caster.Occluded(origin_m, direction, hit->distance_m)) continue;
       const std::int32_t face = PatchScene::FaceOfHit(*hit, direction);
