@@ -106,7 +106,7 @@ void AddPrepareSettings(CLI::App& command, PrepareSettings& settings) {
       .add_option("--map-width",
                   settings.map_width,
                   "Of the environment map, in pixels: its own (default) or a part of that")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1 << 16));
 }
 
 void AddCache(CLI::App& command, std::filesystem::path& cache) {

@@ -132,6 +132,13 @@ std::string TimingTable(const RunReport& report) {
   return html + "</table>\n";
 }
 
+// What is left out: by its bound, or, where that says no more than "all", as it usually is.
+std::string InCodeValues(double bound, double rms) {
+  constexpr double kWhite = 255.0;
+  if (bound < kWhite) return fmt::format("{:.2f} code values at most", bound);
+  return fmt::format("about {:.1f} code values, root mean square over the objects' pixels", rms);
+}
+
 // Effect by effect, over all frames.
 std::string EffectTable(const RunReport& report) {
   double largest_left_out = 0.0;
@@ -172,13 +179,10 @@ std::string EffectTable(const RunReport& report) {
                         largest);
   }
   html += fmt::format(
-      "</table>\n<p>What a frame left out could change by {:.2f} code values at most (about {:.2f} "
-      "as "
-      "a root mean square over the objects' pixels), and saved {:.1f} of {:.1f} ms over all "
-      "frames, "
-      "as expected from what works took.{}</p>\n",
-      largest_left_out,
-      largest_rms,
+      "</table>\n<p>What a frame left out could change by {}, and saved {:.1f} of {:.1f} ms over "
+      "all "
+      "frames, as expected from what works took.{}</p>\n",
+      InCodeValues(largest_left_out, largest_rms),
       saved_ms,
       all_ms,
       late > 0 ? fmt::format(" {} frames did not fit into the budget.", late) : std::string());
@@ -193,9 +197,9 @@ std::string LeftOut(const EffectPlan& plan) {
     names += fmt::format("{}{} ({})", names.empty() ? "" : ", ", NameOf(effect.effect), effect.why);
   }
   if (names.empty()) return {};
-  return fmt::format("; left out: {}: {:.2f} code values, {:.1f} ms saved",
+  return fmt::format("; left out: {}: {}, {:.1f} ms saved",
                      names,
-                     plan.left_out_code_values,
+                     InCodeValues(plan.left_out_code_values, plan.left_out_rms_code_values),
                      plan.SavedMs());
 }
 
