@@ -47,10 +47,9 @@ bool Shines(const Lighting& lighting, std::size_t light) {
 
 // Adds lights whose light on the objects has been made anew since.
 void AddRemade(const LightsDone& source,
-               std::vector<std::uint64_t>& made_from,
+               const std::vector<std::uint64_t>& made_from,
                const Lighting& lighting,
                std::vector<std::size_t>& lights) {
-  made_from.resize(lighting.sky.size() + 1, 0);
   for (std::size_t light = 0; light < made_from.size(); ++light) {
     if (!Shines(lighting, light) || made_from[light] == source.Version(light)) continue;
     if (std::find(lights.begin(), lights.end(), light) == lights.end()) lights.push_back(light);
@@ -144,6 +143,7 @@ void KeptInfluence::Update(const PreparedScene& scene,
   }
   std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting);
   const LightsDone& source = vertex_light.Done(light_);
+  made_from_.resize(basis.LightCount(), 0);
   AddRemade(source, made_from_, lighting, lights);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();
@@ -214,8 +214,8 @@ void KeptMirror::Update(const PreparedScene& scene,
   light_ = vertex_light.UpdatedIn();
   std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting, upto);
   const LightsDone& source = vertex_light.Done(light_);
-  if (upto == Upto::kCurrent) AddRemade(source, made_from_, lighting, lights);
   made_from_.resize(basis.LightCount(), 0);
+  if (upto == Upto::kCurrent) AddRemade(source, made_from_, lighting, lights);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();
   for (const std::size_t light : lights) {
