@@ -9,10 +9,9 @@ namespace pleinair {
 double RmsShareOf(Effect effect) {
   switch (effect) {
     case Effect::kProbeShading:
-    case Effect::kCameraNoise:  // Whose bound is some deviations.
       return 0.3;
     case Effect::kSunShading:
-    case Effect::kDaylight:
+    case Effect::kDaylight:  // Not measured: what the sun is outdoors it is in a room.
       return 0.2;
     case Effect::kGlossyReflection:
       return 0.13;
@@ -32,6 +31,8 @@ double RmsShareOf(Effect effect) {
     case Effect::kLightVariation:
     case Effect::kCameraBlur:
       return 0.01;
+    case Effect::kCameraNoise:
+      return 0.005;
   }
   return 1.0;
 }
