@@ -215,7 +215,7 @@ void KeptMirror::Update(const PreparedScene& scene,
   std::vector<std::size_t> lights = LightsToDo(done_, is_new, basis, lighting, upto);
   const LightsDone& source = vertex_light.Done(light_);
   made_from_.resize(basis.LightCount(), 0);
-  if (upto == Upto::kCurrent) AddRemade(source, made_from_, lighting, lights);
+  AddRemade(source, made_from_, lighting, lights);
   geometry_version_ = view.geometry_version;
   lights_ = basis.LightCount();
   for (const std::size_t light : lights) {

@@ -84,13 +84,17 @@ VertexLight::Costs VertexLight::Expected(const Mode& mode,
                                          const FrameBasis& basis,
                                          const Lighting& lighting) const {
   Costs costs = CostsBy(&LearnedCost::Ms, mode, basis, lighting);
-  const bool between = mode.with_objects && (!IsGathered() || mode.at == At::kOnePlace);
-  if (between && !interreflection_.HasCastRays()) costs.once_ms += between_cost_.Ms();
+  if (LacksRaysBetween(mode)) costs.once_ms += between_cost_.Ms();
   const std::vector<std::size_t> lacking = Done(mode).StaleIn(basis, lighting, Upto::kLacking);
   if (!IsGathered() || lacking.empty()) return costs;
   if (mode.at == At::kVertices && gather_.VertexCount() == 0) costs.once_ms += set_up_cost_.Ms();
   if (LooksForSun(mode, lacking)) costs.once_ms += near_cost_.Ms();
   return costs;
+}
+
+bool VertexLight::LacksRaysBetween(const Mode& mode) const {
+  const bool meets_objects = IsGathered() && mode.at == At::kVertices;
+  return mode.with_objects && !meets_objects && !interreflection_.HasCastRays();
 }
 
 bool VertexLight::LooksForSun(const Mode& mode, const std::vector<std::size_t>& lights) const {
@@ -173,14 +177,14 @@ void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Li
   const std::vector<std::size_t> stale = Done(mode).StaleIn(basis, lighting, upto);
   const PatchScene& objects = interreflection_.Objects();
   Stopwatch watch;
-  if (mode.with_objects && (!IsGathered() || at == At::kOnePlace) &&
-      !interreflection_.HasCastRays()) {
+  if (LacksRaysBetween(mode)) {
     interreflection_.CastRays();
     between_cost_.Learn(watch.LapMs());
   }
-  const bool lights_new_objects = objects_sun_version_ == 0 || upto == Upto::kCurrent;
-  if (lights_new_objects && objects_sun_version_ != basis.Version(0) &&
-      IntensityOf(lighting, 0) != glm::vec3(0.0f)) {
+  // Faces are lit by the sun that light is made for.
+  const bool makes_sun = !stale.empty() && stale.front() == 0;
+  if ((makes_sun || objects_sun_version_ == 0 || upto == Upto::kCurrent) &&
+      objects_sun_version_ != basis.Version(0) && IntensityOf(lighting, 0) != glm::vec3(0.0f)) {
     interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
     objects_sun_version_ = basis.Version(0);
   }

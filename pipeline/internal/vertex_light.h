@@ -133,6 +133,8 @@ class VertexLight {
     return options_.object_light == ObjectLight::kGather ||
            options_.object_light == ObjectLight::kOnePlace;
   }
+  // Whether rays between objects have yet to be cast, where those at vertices do not meet them.
+  bool LacksRaysBetween(const Mode& mode) const;
   // Whether sunlight close to the objects has yet to be looked for to work these out.
   bool LooksForSun(const Mode& mode, const std::vector<std::size_t>& lights) const;
   Costs CostsBy(double (LearnedCost::*ms)() const,

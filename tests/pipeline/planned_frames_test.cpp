@@ -430,6 +430,28 @@ TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
             EffectFate::kLeftOut);
 }
 
+// A mirror that showed an object in older light shows it anew, also where that was made current in
+// a frame without mirrors.
+TEST_F(PlannedFrames, MirrorsFollowTheLightOfWhatTheyShow) {
+  const HeadlessContext context;
+  Compositor compositor;
+  VirtualObject pair = BoxObject({-0.6f, -0.3f, 0.0f}, {-0.1f, 0.3f, 0.8f}, kMirror);
+  AddBox(pair.mesh, {0.1f, -0.3f, 0.0f}, {0.6f, 0.3f, 0.8f});
+  const Frame noon = AtNoon(FrameOf(kGlossy));
+  EffectSettings older = EffectSettings::Everything();
+  older[Effect::kCurrentLight] = EffectSwitch::kOff;
+  EffectSettings matt = EffectSettings::Everything();
+  matt[Effect::kGlossyReflection] = EffectSwitch::kOff;
+  FramePipeline pipeline = PipelineFor(kGlossy, pair, ObjectLight::kGather, compositor);
+  ProcessWith(pipeline, FrameOf(kGlossy), matt);
+  ProcessWith(pipeline, noon, older);
+  ProcessWith(pipeline, noon, matt);
+  const FrameResult found = ProcessWith(pipeline, noon, EffectSettings());
+  FramePipeline fresh = PipelineFor(kGlossy, pair, ObjectLight::kGather, compositor);
+  const FrameResult expected = ProcessWith(fresh, noon, EffectSettings());
+  EXPECT_EQ(found.composite.radiance.pixels, expected.composite.radiance.pixels);
+}
+
 // What it does to real surfaces is that of a fresh pipeline, though its own light is not in view.
 TEST_F(PlannedFrames, LightOfAnObjectOutOfViewIsOfThisSun) {
   const HeadlessContext context;
