@@ -13,6 +13,7 @@
 
 #include "apps/html_text.h"
 #include "apps/svg_chart.h"
+#include "pipeline/display_codes.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair {
@@ -134,8 +135,7 @@ std::string TimingTable(const RunReport& report) {
 
 // What is left out: by its bound, or, where that says no more than "all", as it usually is.
 std::string InCodeValues(double bound, double rms) {
-  constexpr double kWhite = 255.0;
-  if (bound < kWhite) return fmt::format("{:.2f} code values at most", bound);
+  if (bound < kWhiteCode) return fmt::format("{:.2f} code values at most", bound);
   return fmt::format("about {:.1f} code values, root mean square over the objects' pixels", rms);
 }
 

@@ -12,6 +12,8 @@
 
 namespace pleinair {
 
+inline constexpr double kWhiteCode = 255.0;
+
 // The exposure at which 95 % of a linear picture's pixels are below 0.8 of white: for frames that
 // do not say theirs. 1 for a picture without light.
 double ChosenExposure(const RgbImage& radiance);

@@ -18,7 +18,6 @@
 namespace pleinair {
 namespace {
 
-constexpr double kWhite = 255.0;
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 // Bounds this many times above the threshold are not looked into.
 constexpr double kFarAbove = 4.0;
@@ -210,17 +209,17 @@ Bound EffectBounds::Daylight(const BoundInput& input, const VertexLight& light) 
 Bound EffectBounds::LightVariation(const BoundInput& input,
                                    const Bound& probe_shading,
                                    VertexLight& light) {
-  if (!light.MayBeAtOnePlace()) return {kWhite, "light by probes or samples"};
+  if (!light.MayBeAtOnePlace()) return {kWhiteCode, "light by probes or samples"};
   if (!InView(input.view)) {
     // What they send to surfaces in view is not bounded here.
     return Reach(input.view).largest_share == 0.0f
                ? Bound{0.0, "no surface near an object in view"}
-               : Bound{kWhite, "objects out of view send light"};
+               : Bound{kWhiteCode, "objects out of view send light"};
   }
   if (probe_shading.code_values == 0.0) return probe_shading;
   // More is seen under any sky, and places need not be looked at.
   const std::optional<float> hidden = light.LargestHiddenUpTo(kMostHidden);
-  if (!hidden) return {kWhite, "objects hide light from themselves"};
+  if (!hidden) return {kWhiteCode, "objects hide light from themselves"};
   const OnePlaceLight& one_place = light.LightAtOnePlace(input.basis, input.lighting);
   // For what lies between the places that are compared.
   constexpr float kMargin = 1.5f;
@@ -237,7 +236,7 @@ Bound EffectBounds::SelfOcclusion(const BoundInput& input,
   if (!InView(input.view)) {
     return Reach(input.view).largest_share == 0.0f
                ? Bound{0.0, "no surface near an object in view"}
-               : Bound{kWhite, "objects out of view send light"};
+               : Bound{kWhiteCode, "objects out of view send light"};
   }
   if (probe_shading.code_values == 0.0) return probe_shading;
   if (!IsDark(SunOf(input.lighting))) return {probe_shading.code_values, "sunlight beside them"};
@@ -313,7 +312,7 @@ double EffectBounds::SunOnFaces(const BoundInput& input) const {
   // Some faces, to see whether there is anything to find out.
   const std::size_t step = StepOverFew(mesh.triangles.size());
   for (std::size_t t = step / 2; t < mesh.triangles.size(); t += step) {
-    if (on_face(t) > kFarAbove * input.threshold_code_values) return kWhite;
+    if (on_face(t) > kFarAbove * input.threshold_code_values) return kWhiteCode;
   }
   return static_cast<double>(LargestOver(mesh.triangles.size(), on_face));
 }
@@ -322,7 +321,7 @@ Bound EffectBounds::SunOnObjects(const BoundInput& input) {
   const glm::vec3 sun = SunOf(input.lighting);
   if (IsDark(sun)) return {0.0, "no sun"};
   if (!InView(input.view)) return {0.0, "no object in view"};
-  if (any_glossy_) return {kWhite, "a glint"};
+  if (any_glossy_) return {kWhiteCode, "a glint"};
   const Bound on_black{input.codes.LargestRise(glm::vec3(0.0f), kInvPi * object_diffuse_ * sun),
                        "sun on black"};
   if (on_black.code_values <= input.threshold_code_values || input.vertex_irradiance.empty()) {
@@ -360,7 +359,7 @@ Bound EffectBounds::SunShadow(const BoundInput& input) {
       continue;
     const glm::vec3 start_m = OffsetFromSurface(input.view.position_world_m.pixels[pixel],
                                                 input.view.normal_world.pixels[pixel]);
-    if (objects_.caster.Occluded(start_m, to_sun)) return {kWhite, "a shadow in sunlight"};
+    if (objects_.caster.Occluded(start_m, to_sun)) return {kWhiteCode, "a shadow in sunlight"};
   }
   std::vector<float> falls(near_shadow_.size());
   const float largest = LargestOver(near_shadow_.size(), [&](std::size_t i) {
@@ -419,7 +418,7 @@ Bound EffectBounds::SkyOcclusion(const BoundInput& input) {
   const InfluenceReach& reach = Reach(input.view);
   if (reach.largest_share == 0.0f) return {0.0, "no surface near an object in view"};
   if (reach.largest_share >= InfluenceReach::kDecisive) {
-    return {kWhite, "an object close to a surface"};
+    return {kWhiteCode, "an object close to a surface"};
   }
   return {ChangeOfReached(input, reach, reach.largest_share * largest, glm::vec3(0.0f)),
           "a small share of a surface's view"};
@@ -432,7 +431,7 @@ Bound EffectBounds::ColourBleeding(const BoundInput& input) {
   const InfluenceReach& reach = Reach(input.view);
   if (reach.largest_share == 0.0f) return {0.0, "no surface near an object in view"};
   if (reach.largest_share >= InfluenceReach::kDecisive) {
-    return {kWhite, "an object close to a surface"};
+    return {kWhiteCode, "an object close to a surface"};
   }
   return {ChangeOfReached(input, reach, glm::vec3(0.0f), reach.largest_share * of_objects),
           "a small share of a surface's view"};
@@ -449,12 +448,12 @@ Bound EffectBounds::GlossyReflection(const BoundInput& input) {
 
 Bound EffectBounds::CameraBlur(const BoundInput& input) const {
   if (!(input.camera_blur_px > 0.0)) return {0.0, "no blur to be seen in the picture"};
-  return {kWhite, "edges as soft as the picture's"};
+  return {kWhiteCode, "edges as soft as the picture's"};
 }
 
 Bound EffectBounds::CameraNoise(const BoundInput& input) const {
   if (!input.frame.codes) return {0.0, "a linear frame"};
-  return {kWhite, "unknown noise"};
+  return {kWhiteCode, "unknown noise"};
 }
 
 }  // namespace pleinair

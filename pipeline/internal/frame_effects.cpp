@@ -162,7 +162,7 @@ std::vector<EffectOffer> FrameEffects::OfferEffects(const BoundInput& input,
   add(
       Effect::kCurrentLight,
       [&] {
-        return older.is_there ? Bound{255.0, "made for where the sun was, or another sky"}
+        return older.is_there ? Bound{kWhiteCode, "made for where the sun was, or another sky"}
                               : Bound{0.0, "all is of this sun and sky"};
       },
       kOnLightAtVertices);
