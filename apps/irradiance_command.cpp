@@ -19,6 +19,7 @@
 #include "apps/sequence_site.h"
 #include "apps/shared_ranks.h"
 #include "apps/whole_text.h"
+#include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
 #include "scene/mesh_io.h"
@@ -136,16 +137,12 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   if (!basis) throw failed(basis.error().reason);
   EstimatedFrame estimated;
   estimated.light.sky_shapes.assign(basis->begin(), basis->end());
-  std::vector<SampleRegionPolygon> polygons;
-  for (const SamplePolygon& polygon : (*frame)->sample_polygons) {
-    polygons.push_back({polygon.group, polygon.polygon_px});
-  }
   SurfaceViewBuilder views(scene, {});
   const SurfaceView& view = views.Update((*frame)->camera,
                                          sun.direction_enu,
                                          sun.angular_radius_rad,
                                          estimated.light.sky_shapes,
-                                         polygons);
+                                         SampleRegionsOf(**frame));
   auto estimate = source->Estimate({**frame, view, sun, clear_sky.At(sun.direction_enu)});
   if (!estimate) throw failed(estimate.error().reason);
   estimated.light.lighting = std::move(estimate->lighting);

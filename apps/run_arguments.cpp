@@ -54,6 +54,12 @@ void AddEffects(CLI::App& run, EffectSettings& effects) {
       ->excludes("--threshold");
 }
 
+std::map<std::string, Weather> Weathers() {
+  std::map<std::string, Weather> by_name;
+  for (const Weather weather : kAllWeathers) by_name.emplace(NameOf(weather), weather);
+  return by_name;
+}
+
 void AddSkyShapes(CLI::App& command, std::vector<SkyShapeKind>& shapes) {
   std::map<std::string, SkyShapeKind> by_name;
   for (const SkyShapeKind kind : kAllSkyShapeKinds) {
@@ -135,6 +141,13 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_flag("--ignore-exposure",
                options->ignore_exposure,
                "Take the exposure of 8-bit frames for unknown: light is then relative");
+  run.add_option(
+         "--weather",
+         options->weather,
+         "What the sky was like in all frames, as you saw it: overcast, broken or clear; in "
+         "place of what the sequence says of any")
+      ->transform(CLI::CheckedTransformer(Weathers()))
+      ->default_str("as the sequence says");
   run.add_option(
          "--full-well",
          options->camera_noise.full_well_electrons,

@@ -49,6 +49,10 @@ Sequence ReadRunSequence(const SequenceRunOptions& options,
       frame.exposure_s.reset();
     }
   }
+  if (options.weather) {
+    sequence.weather = options.weather;
+    for (FrameEntry& frame : sequence.frames) frame.weather.reset();
+  }
   return sequence;
 }
 

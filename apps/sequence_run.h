@@ -22,6 +22,7 @@
 #include "pipeline/frame_pipeline.h"
 #include "relight/progress.h"
 #include "scene/sky_regions.h"
+#include "scene/weather.h"
 
 namespace pleinair {
 
@@ -69,6 +70,7 @@ struct SequenceRunOptions {
   int penumbra_samples = SoftSunOptions{}.disc_samples;
   bool filter = true;  // The light over time.
   bool ignore_exposure = false;
+  std::optional<Weather> weather;  // Of all frames, in place of what the sequence says.
   CameraNoise camera_noise;
   // That camera_noise is not the default but this camera's: virtual objects get it, too.
   bool camera_noise_is_known = false;

@@ -15,6 +15,7 @@
 #include "scene/image.h"
 #include "scene/lighting.h"
 #include "scene/utc_time.h"
+#include "scene/weather.h"
 
 namespace pleinair {
 
@@ -30,6 +31,8 @@ struct Frame {
   Camera camera;
   std::optional<glm::dvec3>
       sun_direction_enu;  // Where the source knows better than place and time.
+
+  std::optional<Weather> weather;  // As a person saw it; none: nobody has said.
 
   // Scene-linear, in `units`. A linear frame's defects are kept.
   RgbImage radiance;

@@ -89,6 +89,7 @@ class RecordedFrameSource final : public FrameSource {
     frame.time = entry.time;
     frame.camera = sequence_.CameraOfFrame(index);
     frame.sun_direction_enu = sequence_.StatedSunDirectionEnu(index);
+    frame.weather = sequence_.WeatherOfFrame(index);
     frame.exposure = entry.EffectiveExposure();
     frame.sample_polygons = entry.sample_polygons;
     const bool linear =

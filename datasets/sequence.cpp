@@ -24,4 +24,9 @@ std::optional<glm::dvec3> Sequence::StatedSunDirectionEnu(std::size_t frame) con
   return environment ? environment->sun_direction_enu : sun_direction_enu;
 }
 
+std::optional<Weather> Sequence::WeatherOfFrame(std::size_t frame) const {
+  const FrameEntry& entry = frames.at(frame);
+  return entry.weather ? entry.weather : weather;
+}
+
 }  // namespace pleinair

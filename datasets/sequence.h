@@ -11,16 +11,17 @@
 #include <glm/vec3.hpp>
 
 #include "scene/camera.h"
+#include "scene/judged_sun.h"
 #include "scene/utc_time.h"
+#include "scene/weather.h"
 #include "sunmodel/site.h"
 
 namespace pleinair {
 
 struct SamplePolygon {
-  enum class Sun { kLit, kShaded, kGrazing };
   std::string material;
   std::string group;
-  Sun sun = Sun::kLit;  // As judged by eye: a check, not an input.
+  JudgedSun sun = JudgedSun::kUnknown;
   std::vector<glm::dvec2> polygon_px;
 };
 
@@ -36,6 +37,7 @@ struct FrameEntry {
   std::optional<double> f_number;
   std::optional<glm::dmat4> camera_from_world;
   std::optional<glm::dvec3> sun_direction_enu;
+  std::optional<Weather> weather;
   std::vector<SamplePolygon> sample_polygons;
 
   // `exposure`, or else t ISO / N^2 where the camera's metadata have all three; none: unknown.
@@ -77,6 +79,9 @@ struct Sequence {
   std::filesystem::path folder;
   std::string name;
   std::optional<Site> site;
+  // Standard deviation of the angle between the world frame's +Y and true north; 0: exact.
+  double north_stddev_rad = 0.0;
+  std::optional<Weather> weather;  // Of all frames; a frame's own wins.
   CameraIntrinsics intrinsics;
   std::optional<glm::dmat4> camera_from_world;  // A frame's own wins.
   std::string response_ldr = "srgb8";           // Or the path of a response file.
@@ -98,6 +103,8 @@ struct Sequence {
   // The frame's own direction, or without a site the environment's; none: it follows from place
   // and time.
   std::optional<glm::dvec3> StatedSunDirectionEnu(std::size_t frame) const;
+  // The frame's own, or the sequence's; none where nobody has said.
+  std::optional<Weather> WeatherOfFrame(std::size_t frame) const;
 };
 
 // Whether each frame has to have a pose, its own or the camera's: none is needed where markers in

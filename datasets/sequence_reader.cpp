@@ -103,6 +103,7 @@ class SequenceReader {
     root.CheckKeys({"format",
                     "version",
                     "site",
+                    "weather",
                     "camera",
                     "radiometry",
                     "scene",
@@ -117,7 +118,8 @@ class SequenceReader {
     sequence_.folder = folder_;
     if (const auto name = root.Optional("name")) sequence_.name = name->Value();
     if (sequence_.name.empty()) sequence_.name = DefaultName();
-    sequence_.site = ReadOptional(root, "site", ReadSite);
+    if (const auto at = root.Optional("site")) ReadSite(*at);
+    sequence_.weather = ReadOptional(root, "weather", ReadWeather);
     ReadCamera(root.Required("camera"));
     if (const auto at = root.Optional("radiometry")) ReadRadiometry(*at);
     ReadScene(root.Required("scene"));
@@ -156,14 +158,16 @@ class SequenceReader {
     return path;
   }
 
-  static Site ReadSite(const JsonCursor& at) {
-    at.CheckKeys({"latitude_deg", "longitude_deg", "height_m"});
-    Site site;
+  void ReadSite(const JsonCursor& at) {
+    at.CheckKeys({"latitude_deg", "longitude_deg", "height_m", "north_uncertain_deg"});
+    Site& site = sequence_.site.emplace();
     site.latitude_rad = RadFromDeg(at.Required("latitude_deg").NumberIn(-90.0, 90.0));
     site.longitude_rad = RadFromDeg(at.Required("longitude_deg").NumberIn(-360.0, 360.0));
     // From below the lowest shore to the highest orbits that cameras have worked in.
     site.height_m = at.Required("height_m").NumberIn(-1000.0, 1e6);
-    return site;
+    if (const auto uncertain = at.Optional("north_uncertain_deg")) {
+      sequence_.north_stddev_rad = RadFromDeg(uncertain->NumberIn(0.0, 180.0));
+    }
   }
 
   void ReadCamera(const JsonCursor& at) {
@@ -317,15 +321,16 @@ class SequenceReader {
     }
   }
 
+  static Weather ReadWeather(const JsonCursor& at) {
+    return WeatherNamed(at.OneOf({"overcast", "broken", "clear"})).value();
+  }
+
   static SamplePolygon ReadSamplePolygon(const JsonCursor& at) {
     at.CheckKeys({"material", "group", "sun", "polygon_px"});
     SamplePolygon polygon;
     polygon.material = at.Required("material").Text();
     polygon.group = at.Required("group").Text();
-    const std::string sun = at.Required("sun").OneOf({"lit", "shaded", "grazing"});
-    polygon.sun = sun == "lit"      ? SamplePolygon::Sun::kLit
-                  : sun == "shaded" ? SamplePolygon::Sun::kShaded
-                                    : SamplePolygon::Sun::kGrazing;
+    polygon.sun = JudgedSunNamed(at.Required("sun").OneOf({"lit", "shaded", "grazing"})).value();
     for (const JsonCursor& corner : at.Required("polygon_px").List(3, kAnyCount)) {
       polygon.polygon_px.push_back(ReadVector2(corner));
     }
@@ -343,6 +348,7 @@ class SequenceReader {
                   "f_number",
                   "camera_from_world",
                   "sun_direction_enu",
+                  "weather",
                   "sample_polygons"});
     const auto path_inside = [this](const JsonCursor& path) { return PathInside(path); };
     FrameEntry entry;
@@ -363,6 +369,7 @@ class SequenceReader {
       at.Required("camera_from_world");
     }
     entry.sun_direction_enu = ReadOptional(at, "sun_direction_enu", ReadDirection);
+    entry.weather = ReadOptional(at, "weather", ReadWeather);
     if (const auto polygons = at.Optional("sample_polygons")) {
       for (const JsonCursor& polygon : polygons->List(0, kAnyCount)) {
         entry.sample_polygons.push_back(ReadSamplePolygon(polygon));

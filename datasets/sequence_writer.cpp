@@ -76,12 +76,9 @@ Json FromFisheye(const FisheyeEntry& fisheye) {
 }
 
 Json FromSamplePolygon(const SamplePolygon& polygon) {
-  const char* sun = polygon.sun == SamplePolygon::Sun::kLit      ? "lit"
-                    : polygon.sun == SamplePolygon::Sun::kShaded ? "shaded"
-                                                                 : "grazing";
   return {{"material", polygon.material},
           {"group", polygon.group},
-          {"sun", sun},
+          {"sun", NameOf(polygon.sun)},
           {"polygon_px", FromPolygon(polygon.polygon_px)}};
 }
 
@@ -97,6 +94,7 @@ Json FromFrame(const FrameEntry& frame) {
   if (frame.f_number) json["f_number"] = *frame.f_number;
   if (frame.camera_from_world) json["camera_from_world"] = FromMatrix(*frame.camera_from_world);
   if (frame.sun_direction_enu) json["sun_direction_enu"] = FromVector(*frame.sun_direction_enu);
+  if (frame.weather) json["weather"] = NameOf(*frame.weather);
   if (!frame.sample_polygons.empty()) {
     Json& polygons = json["sample_polygons"] = Json::array();
     for (const SamplePolygon& polygon : frame.sample_polygons) {
@@ -113,7 +111,11 @@ Json FromSequence(const Sequence& sequence) {
     json["site"] = {{"latitude_deg", DegFromRad(sequence.site->latitude_rad)},
                     {"longitude_deg", DegFromRad(sequence.site->longitude_rad)},
                     {"height_m", sequence.site->height_m}};
+    if (sequence.north_stddev_rad > 0.0) {
+      json["site"]["north_uncertain_deg"] = DegFromRad(sequence.north_stddev_rad);
+    }
   }
+  if (sequence.weather) json["weather"] = NameOf(*sequence.weather);
   json["camera"] = FromCamera(sequence);
   json["radiometry"] = {{"frames", "linear"}, {"frames_ldr", sequence.response_ldr}};
   json["scene"] = {{"mesh", sequence.scene_mesh.string()},

@@ -32,7 +32,7 @@ std::vector<SampleRegionPolygon> SampleRegionsOf(const Frame& frame) {
   std::vector<SampleRegionPolygon> regions;
   regions.reserve(frame.sample_polygons.size());
   for (const SamplePolygon& polygon : frame.sample_polygons) {
-    regions.push_back({polygon.group, polygon.polygon_px});
+    regions.push_back({polygon.group, polygon.polygon_px, polygon.sun});
   }
   return regions;
 }

@@ -10,6 +10,7 @@
 #include "estimation/lighting_prior.h"
 #include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
+#include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
 
@@ -136,12 +137,8 @@ class SelfCalibrator {
         shapes_[k] = MakeSkyShape(kind, sun.direction_enu);
       }
     }
-    std::vector<SampleRegionPolygon> polygons;
-    for (const SamplePolygon& polygon : frame.sample_polygons) {
-      polygons.push_back({polygon.group, polygon.polygon_px});
-    }
-    SurfaceView view =
-        builder.Update(frame.camera, sun.direction_enu, sun.angular_radius_rad, shapes_, polygons);
+    SurfaceView view = builder.Update(
+        frame.camera, sun.direction_enu, sun.angular_radius_rad, shapes_, SampleRegionsOf(frame));
     std::fill(
         view.albedo_rgb.pixels.begin(), view.albedo_rgb.pixels.end(), glm::vec3(kDrawnAlbedo));
     SampleSet set;

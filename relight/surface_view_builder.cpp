@@ -23,36 +23,29 @@ namespace {
 
 constexpr float kSmallestFootprintPx = 0.5f;
 
-// 1 inside any of the polygons whose group is the pixel's region (or that name no group).
-Gray8Image InsidePolygons(const SurfaceView& view, std::span<const SampleRegionPolygon> polygons) {
-  Gray8Image inside(view.Width(), view.Height(), 0);
-  for (const SampleRegionPolygon& polygon : polygons) {
-    std::vector<cv::Point> corners;
-    for (const glm::dvec2& corner : polygon.polygon_px) {
-      corners.emplace_back(static_cast<int>(std::lround(corner.x)),
-                           static_cast<int>(std::lround(corner.y)));
-    }
-    cv::Mat drawn(view.Height(), view.Width(), CV_8U, cv::Scalar(0));
-    cv::fillPoly(drawn, std::vector<std::vector<cv::Point>>{corners}, cv::Scalar(1));
-    for (int y = 0; y < view.Height(); ++y) {
-      for (int x = 0; x < view.Width(); ++x) {
-        if (drawn.at<std::uint8_t>(y, x) == 0) continue;
-        const std::int32_t region = view.region.At(x, y);
-        if (region == SurfaceView::kNoRegion) continue;
-        if (polygon.group.empty() ||
-            view.region_names[static_cast<std::size_t>(region)] == polygon.group) {
-          inside.At(x, y) = 1;
-        }
+// Calls inside(x, y) for the pixels inside `polygon` that show its group.
+template <typename Inside>
+void ForPixelsInside(const SampleRegionPolygon& polygon,
+                     const SurfaceView& view,
+                     const Inside& inside) {
+  std::vector<cv::Point> corners;
+  for (const glm::dvec2& corner : polygon.polygon_px) {
+    corners.emplace_back(static_cast<int>(std::lround(corner.x)),
+                         static_cast<int>(std::lround(corner.y)));
+  }
+  cv::Mat drawn(view.Height(), view.Width(), CV_8U, cv::Scalar(0));
+  cv::fillPoly(drawn, std::vector<std::vector<cv::Point>>{corners}, cv::Scalar(1));
+  for (int y = 0; y < view.Height(); ++y) {
+    for (int x = 0; x < view.Width(); ++x) {
+      if (drawn.at<std::uint8_t>(y, x) == 0) continue;
+      const std::int32_t region = view.region.At(x, y);
+      if (region == SurfaceView::kNoRegion) continue;
+      if (polygon.group.empty() ||
+          view.region_names[static_cast<std::size_t>(region)] == polygon.group) {
+        inside(x, y);
       }
     }
   }
-  return inside;
-}
-
-bool SamePolygons(std::span<const SampleRegionPolygon> a, std::span<const SampleRegionPolygon> b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
-    return p.group == q.group && p.polygon_px == q.polygon_px;
-  });
 }
 
 }  // namespace
@@ -227,10 +220,16 @@ struct SurfaceViewBuilder::Impl {
 
   void LimitTo(std::span<const SampleRegionPolygon> limits) {
     polygons.assign(limits.begin(), limits.end());
+    view.judged_sun = {};
     if (polygons.empty()) return;
-    const Gray8Image inside = InsidePolygons(view, polygons);
-    for (std::size_t i = 0; i < inside.pixels.size(); ++i) {
-      view.may_be_sampled.pixels[i] &= inside.pixels[i];
+    const Gray8Image allowed = std::exchange(
+        view.may_be_sampled, Gray8Image(view.Width(), view.Height(), std::uint8_t{0}));
+    view.judged_sun = Image<JudgedSun>(view.Width(), view.Height(), JudgedSun::kUnknown);
+    for (const SampleRegionPolygon& polygon : polygons) {
+      ForPixelsInside(polygon, view, [&](int x, int y) {
+        view.may_be_sampled.At(x, y) = allowed.At(x, y);
+        view.judged_sun.At(x, y) = polygon.sun;
+      });
     }
   }
 
@@ -278,7 +277,7 @@ const SurfaceView& SurfaceViewBuilder::Update(
     std::span<const SampleRegionPolygon> polygons) {
   Impl& impl = *impl_;
   const bool geometry_stands = impl.view.geometry_version > 0 && impl.view.camera == camera &&
-                               SamePolygons(impl.polygons, polygons);
+                               std::ranges::equal(impl.polygons, polygons);
   if (!geometry_stands) {
     impl.BuildGeometry(camera);
     impl.LimitTo(polygons);

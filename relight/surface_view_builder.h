@@ -8,6 +8,7 @@
 
 #include "relight/prepared_scene.h"
 #include "scene/image.h"
+#include "scene/judged_sun.h"
 #include "scene/sky_shape.h"
 #include "scene/surface_view.h"
 
@@ -29,8 +30,11 @@ struct SurfaceViewOptions {
 
 // Where in a picture the estimate may sample, beside the survey's own regions.
 struct SampleRegionPolygon {
-  std::string group;
+  std::string group;  // Empty: any.
   std::vector<glm::dvec2> polygon_px;
+  JudgedSun sun = JudgedSun::kUnknown;
+
+  bool operator==(const SampleRegionPolygon&) const = default;
 };
 
 class SurfaceViewBuilder {
@@ -42,7 +46,8 @@ class SurfaceViewBuilder {
   // The view of `camera` under `sky_shapes` and a sun at `sun_direction_enu`: kept from the last
   // call where the arguments are the same (of a shape: the same object), rebuilt in parts
   // otherwise. A pure function of its arguments; callers who want to save time snap the sun to
-  // steps of time. `polygons`, when not empty, limit may_be_sampled to their insides.
+  // steps of time. `polygons`, when not empty, limit may_be_sampled to their insides and
+  // give judged_sun; where they overlap, the last one does.
   const SurfaceView& Update(const Camera& camera,
                             const glm::dvec3& sun_direction_enu,
                             double sun_angular_radius_rad,

@@ -10,6 +10,7 @@
 
 #include "scene/camera.h"
 #include "scene/image.h"
+#include "scene/judged_sun.h"
 
 namespace pleinair {
 
@@ -26,8 +27,10 @@ struct SurfaceView {
   Image<glm::vec3> position_world_m;
   Image<glm::vec3> normal_world;  // Unit, turned to the camera.
   Image<glm::vec3> albedo_rgb;
-  Image<std::uint8_t> albedo_measured;         // 1: from the survey, 0: filled by material or Kd.
-  Image<std::uint8_t> may_be_sampled;          // 1: diffuse region, inside the masks, reliable.
+  Image<std::uint8_t> albedo_measured;  // 1: from the survey, 0: filled by material or Kd.
+  Image<std::uint8_t> may_be_sampled;   // 1: diffuse region, inside the masks, reliable.
+  // kUnknown outside the frame's sample polygons; empty where it has none.
+  Image<JudgedSun> judged_sun;
   std::vector<std::string> sky_shape_names;    // As in lighting.jsonl's sky_shape.
   std::vector<Image<glm::vec3>> sky_response;  // Per sky shape: c + c_bounce.
   Image<float> sun_visibility;                 // s, share of the disc seen, 0..1.

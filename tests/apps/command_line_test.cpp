@@ -82,6 +82,7 @@ TEST_F(CommandLine, RefusesUnknownWords) {
   ExpectOneLineAndCode2("", "subcommand");
   ExpectOneLineAndCode2("run folder --sky-regions 4by16", "--sky-regions '4by16'");
   ExpectOneLineAndCode2("run folder --sky-regions 0x16", "0 bands");
+  ExpectOneLineAndCode2("run folder --weather sunny", "overcast");
   ExpectOneLineAndCode2("paint", "paint");
   ExpectOneLineAndCode2("sun --site 57,9 --time 2005-06-21T09:50:00Z --colour red", "colour");
 }

@@ -51,6 +51,7 @@ TEST_F(FrameSourceTest, PlaysLinearFramesWithTheirDefectsMarked) {
   EXPECT_EQ(frame.camera.intrinsics.width_px, 8);
   EXPECT_EQ(frame.exposure, 0.0125);
   EXPECT_EQ(frame.sun_direction_enu, glm::dvec3(0.0, -0.6, 0.8));
+  EXPECT_EQ(frame.weather, Weather::kClear);
   EXPECT_EQ(frame.sample_polygons.size(), 1u);
   EXPECT_FALSE(frame.codes);
   EXPECT_EQ(frame.radiance.At(0, 0), glm::vec3(20.0f, 40.0f, 60.0f));

@@ -65,7 +65,9 @@ class SequenceFolder : public testing::Test {
     return nlohmann::json::parse(R"json({
       "format": "pleinair-sequence", "version": 1, "name": "everything",
       "world": "ENU", "note_source": "made up",
-      "site": {"latitude_deg": 57.0488, "longitude_deg": 9.9217, "height_m": 15.0},
+      "site": {"latitude_deg": 57.0488, "longitude_deg": 9.9217, "height_m": 15.0,
+        "north_uncertain_deg": 2.5},
+      "weather": "broken",
       "camera": {"width": 8, "height": 6, "fx": 10.5, "fy": 10.25, "cx": 3.5, "cy": 2.5,
         "distortion": [-0.1, 0.01, 0.001, -0.001, 0.0], "distortion_model": "opencv",
         "pixel_centers": "integer",
@@ -110,6 +112,7 @@ class SequenceFolder : public testing::Test {
         "f_number" : 2.5,
         "camera_from_world" : [ [ 0, -1, 0, 0 ], [ 0, 0, -1, 0 ], [ 1, 0, 0, 0 ], [ 0, 0, 0, 1 ] ],
         "sun_direction_enu" : [ 0.0, -0.6, 0.8 ],
+        "weather" : "clear",
         "sample_polygons" : [ {
           "material" : "brick",
           "group" : "wall",

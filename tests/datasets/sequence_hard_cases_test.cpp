@@ -83,6 +83,8 @@ TEST_F(SequenceHardCases, NameEveryMissingKeyThatIsRequired) {
                                        "camera.distortion",
                                        "camera.distortion_model",
                                        "camera.pixel_centers",
+                                       "site.north_uncertain_deg",
+                                       "weather",
                                        "radiometry",
                                        "radiometry.frames",
                                        "radiometry.frames_ldr",
@@ -116,6 +118,7 @@ TEST_F(SequenceHardCases, NameEveryMissingKeyThatIsRequired) {
                                        "frames[0].f_number",
                                        "frames[0].camera_from_world",
                                        "frames[0].sun_direction_enu",
+                                       "frames[0].weather",
                                        "frames[0].sample_polygons"};
   const nlohmann::json document = Everything();
   int required = 0;
@@ -177,6 +180,8 @@ TEST_F(SequenceHardCases, NameEveryValueOutOfRange) {
     "/site/latitude_deg": [90.001, -91, 1e308],
     "/site/longitude_deg": [361, -361],
     "/site/height_m": [-1001, 1e7],
+    "/site/north_uncertain_deg": [-0.1, 181],
+    "/weather": ["sunny", "Clear", ""],
     "/camera/width": [0, -8, 8.5, 65537, 1e12],
     "/camera/height": [0, -8, 6.5, 65537],
     "/camera/fx": [0, -10],
@@ -222,6 +227,7 @@ TEST_F(SequenceHardCases, NameEveryValueOutOfRange) {
     "/frames/0/iso": [0, -100],
     "/frames/0/f_number": [0, -2],
     "/frames/0/sun_direction_enu": [[0, 0, 2]],
+    "/frames/0/weather": ["rain", "clear "],
     "/frames/0/sample_polygons/0/sun": ["bright"]
   })json");
   for (const auto& [key, values] : out_of_range.items()) {

@@ -16,6 +16,8 @@ TEST_F(SequenceTest, ReadsEveryKey) {
   ASSERT_TRUE(sequence.site);
   EXPECT_NEAR(sequence.site->latitude_rad, 0.995689394, 1e-9);
   EXPECT_EQ(sequence.site->height_m, 15.0);
+  EXPECT_NEAR(sequence.north_stddev_rad, 0.0436332313, 1e-9);
+  EXPECT_EQ(sequence.weather, Weather::kBroken);
   EXPECT_EQ(sequence.intrinsics.width_px, 8);
   EXPECT_EQ(sequence.intrinsics.fy_px, 10.25);
   EXPECT_EQ(sequence.intrinsics.distortion[3], -0.001);
@@ -43,8 +45,10 @@ TEST_F(SequenceTest, ReadsEveryKey) {
   ASSERT_EQ(sequence.frames.size(), 2u);
   EXPECT_EQ(sequence.frames[0].exposure, 0.0125);
   EXPECT_EQ(sequence.frames[0].sun_direction_enu, glm::dvec3(0.0, -0.6, 0.8));
-  EXPECT_EQ(sequence.frames[0].sample_polygons[0].sun, SamplePolygon::Sun::kGrazing);
+  EXPECT_EQ(sequence.frames[0].sample_polygons[0].sun, JudgedSun::kGrazing);
   EXPECT_EQ(sequence.frames[0].sample_polygons[0].polygon_px[1], glm::dvec2(4.5, 0.0));
+  EXPECT_EQ(sequence.WeatherOfFrame(0), Weather::kClear);
+  EXPECT_EQ(sequence.WeatherOfFrame(1), Weather::kBroken);
   EXPECT_FALSE(sequence.frames[1].image);
   EXPECT_EQ(sequence.frames[1].time, ParseUtcTime("2005-06-21T10:30:00.5Z"));
 }
@@ -66,6 +70,8 @@ TEST_F(SequenceTest, NeedsOnlyAFewKeys) {
   EXPECT_FALSE(sequence.intrinsics.HasDistortion());
   EXPECT_FALSE(sequence.frames[0].EffectiveExposure());
   EXPECT_FALSE(sequence.StatedSunDirectionEnu(0));
+  EXPECT_FALSE(sequence.WeatherOfFrame(0));
+  EXPECT_EQ(sequence.north_stddev_rad, 0.0);
 }
 
 TEST_F(SequenceTest, ComesBackAsItWasWritten) {

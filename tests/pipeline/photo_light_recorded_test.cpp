@@ -11,6 +11,7 @@
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
+#include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
 
@@ -22,14 +23,6 @@ class NoStore : public BlobStore {
   std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
   void Save(std::string_view, std::string_view) override {}
 };
-
-std::vector<SampleRegionPolygon> PolygonsOf(const Frame& frame) {
-  std::vector<SampleRegionPolygon> polygons;
-  for (const SamplePolygon& polygon : frame.sample_polygons) {
-    polygons.push_back({polygon.group, polygon.polygon_px});
-  }
-  return polygons;
-}
 
 // Each frame by itself, without what its albedos' common error adds: that moves all three alike.
 std::vector<LightingEstimate> EstimateEachFrame(const Sequence& sequence) {
@@ -53,7 +46,7 @@ std::vector<LightingEstimate> EstimateEachFrame(const Sequence& sequence) {
     const auto source = MakeOutdoorLightingSource({});
     const auto basis = source->BasisFor(frame, sun).value();
     const SurfaceView& view = builder.Update(
-        frame.camera, sun.direction_enu, sun.angular_radius_rad, basis, PolygonsOf(frame));
+        frame.camera, sun.direction_enu, sun.angular_radius_rad, basis, SampleRegionsOf(frame));
     estimates.push_back(
         source->Estimate({frame, view, sun, clear_sky.At(sun.direction_enu)}).value());
   }

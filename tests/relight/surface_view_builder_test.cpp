@@ -221,6 +221,44 @@ TEST(SurfaceViewBuilder, PolygonsLimitWhereItMayBeSampled) {
   EXPECT_GT(sampled, 100);
 }
 
+// A person's judgment belongs to the pixels of its polygon that show its group, and to that frame
+// alone; where two overlap the last one stands.
+TEST(SurfaceViewBuilder, CarriesWhatAPersonJudgedOfTheSun) {
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  const auto square = [](double from, double to) {
+    return std::vector<glm::dvec2>{{from, from}, {to, from}, {to, to}, {from, to}};
+  };
+  std::vector<SampleRegionPolygon> polygons{{"ground", square(10.0, 50.0), JudgedSun::kLit},
+                                            {"ground", square(40.0, 70.0), JudgedSun::kShaded},
+                                            {"house", square(0.0, 70.0), JudgedSun::kGrazing}};
+  const glm::dvec3 sun = TheKnownSite().sun_direction_enu;
+  const SurfaceView& view = builder.Update(kCamera, sun, kRadius, kUniform, polygons);
+  std::map<JudgedSun, int> pixels;
+  for (int y = 0; y < view.Height(); ++y) {
+    for (int x = 0; x < view.Width(); ++x) {
+      const std::int32_t region = view.region.At(x, y);
+      const auto within = [&](int from, int to) {
+        return x >= from && x <= to && y >= from && y <= to;
+      };
+      const bool ground = region != SurfaceView::kNoRegion && view.region_names[region] == "ground";
+      const bool house = region != SurfaceView::kNoRegion && view.region_names[region] == "house";
+      const JudgedSun expected = house && within(0, 70)     ? JudgedSun::kGrazing
+                                 : ground && within(40, 70) ? JudgedSun::kShaded
+                                 : ground && within(10, 50) ? JudgedSun::kLit
+                                                            : JudgedSun::kUnknown;
+      EXPECT_EQ(view.judged_sun.At(x, y), expected) << x << ", " << y;
+      ++pixels[expected];
+    }
+  }
+  EXPECT_EQ(pixels.size(), 4u);
+  const std::uint64_t geometry = view.geometry_version;
+  polygons[0].sun = JudgedSun::kShaded;
+  builder.Update(kCamera, sun, kRadius, kUniform, polygons);
+  EXPECT_GT(view.geometry_version, geometry);
+  builder.Update(kCamera, sun, kRadius, kUniform, {});
+  EXPECT_TRUE(view.judged_sun.Empty());
+}
+
 // Each pixel's surface projects back onto the pixel: 1e-3 px from float positions 10 m away.
 TEST(SurfaceViewBuilder, PixelsSeeThroughTheDistortedLens) {
   Camera camera = kCamera;
