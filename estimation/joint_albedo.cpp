@@ -7,8 +7,6 @@
 #include <string>
 
 #include "estimation/internal/square.h"
-#include "estimation/relative_prior.h"
-#include "estimation/rough_light.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -137,10 +135,8 @@ class JointFit {
         scaled.sun_transport_rgb *= albedo;
         for (glm::dvec3& sky : scaled.sky_transport_rgb) sky *= albedo;
       }
-      LightingPrior prior = frames_[f].prior;
-      UseRelativeClearSky(FindRoughLight(scratch_), prior);
       fitter_.Forget();  // The frames are of other times.
-      found_.lights[f] = fitter_.Fit(scratch_, prior, frames_[f].sun_is_up);
+      found_.lights[f] = fitter_.Fit(scratch_, frames_[f].prior, frames_[f].sun_is_up);
     }
   }
 

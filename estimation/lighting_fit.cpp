@@ -4,15 +4,17 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
-#include "estimation/internal/bounded_quadratic.h"
 #include "estimation/internal/ceres_solve.h"
 #include "estimation/internal/fit_problem.h"
 #include "estimation/internal/reweighting.h"
 #include "estimation/internal/robust_start.h"
+#include "estimation/internal/square.h"
 #include "estimation/internal/symmetric_algebra.h"
+#include "estimation/internal/weather_mixture.h"
 
 namespace pleinair {
 namespace {
@@ -31,12 +33,22 @@ constexpr double kConverged = 1e-5;
 // (100)^-2 / (10 / 0.05^2) < 1e-7 of itself.
 constexpr double kWeakInformation = 1e-4;
 
-// Where only the ratio of the clear sky's sun and sky is known, its row is
-//   sun - kSunPriorMean ratio sky = 0, give or take kSunPriorSigma times the mean of the two ways
-//   to
-// tell the beam, 2/3 (sun + ratio sky): the prior of absolute light at the prior's mean, and no
-// rigid row where the sky or the sun is 0.
-constexpr double kRatioSigma = kSunPriorSigma * 2.0 / 3.0;
+// A normal distribution's second moment about `origin`, of the part of it that is not negative.
+double NonNegativeSquare(double mean, double stddev, double origin) {
+  const double a = -mean / stddev;
+  // phi(a) / (1 - Phi(a)), and from where on its series is the better way to tell it.
+  constexpr double kFar = 6.0;
+  if (a > kFar) {
+    const double first = stddev / a * (1.0 - 2.0 / Square(a));
+    const double second = 2.0 * Square(stddev / a) * (1.0 - 5.0 / Square(a));
+    return second - 2.0 * origin * first + Square(origin);
+  }
+  const double hazard = std::sqrt(2.0 / std::numbers::pi) * std::exp(-0.5 * Square(a)) /
+                        std::erfc(a / std::numbers::sqrt2);
+  const double first = mean + stddev * hazard;
+  const double second = Square(mean) + Square(stddev) + mean * stddev * hazard;
+  return second - 2.0 * origin * first + Square(origin);
+}
 
 }  // namespace
 
@@ -71,36 +83,51 @@ bool TellsTheSun(const LightingFit& fit, double clear_sky_beam) {
 }
 
 struct LightingFitter::Impl {
-  LightingFitOptions options;
+  const LightingFitOptions given_options;
+  LightingFitOptions options;  // Of this call: the prior may know less of the albedos.
   FitProblem problem;
   RobustStart start;
   Reweighting reweighting;
+  WeatherMixture mixture;
   CeresSolver ceres;
 
-  // In the fit's own units and order.
+  // In the fit's own units and order: the common factor of the prior.
   LightMatrix prior_information;
   LightVector prior_gradient;
   LightMatrix fixed_prior_information;  // Without the rows that are relative to the light found.
 
   // What the last call found, in the prior's units and order; empty before.
   LightVector last_irradiance_rgb;
+  ErrorVector camera_errors;  // In standard deviations.
 
-  explicit Impl(const LightingFitOptions& fit_options) : options(fit_options) {
+  explicit Impl(const LightingFitOptions& fit_options)
+      : given_options(fit_options), options(fit_options) {
     options.Validate();
   }
 
   void LoadPrior(const LightingPrior& prior);
-  void UpdateRelativePriors(const LightingPrior& prior, const LightVector& x);
-  void AddRatioPrior(const LightingPrior& prior, const LightVector& x);
   double BeamIn(const LightingPrior& prior, const LightVector& x) const;
   void AddShapePrior(const LightingPrior& prior, const LightVector& x);
   LightVector Begin();
-  LightMatrix DataNormal() const;
-  LightVector SolveClosed() const;
+  // What the samples say of lights and camera errors together, those last and with their prior.
+  Evidence WithErrors() const;
+  Evidence WithoutErrors(const Evidence& with_errors) const;
+  void FindErrors(const Evidence& with_errors, const LightVector& x);
+  Evidence WithPrior(const Evidence& samples) const;
   LightVector Iterate(const LightingPrior& prior, LightingFit& fit);
-  LightMatrix CrossChannelNormal() const;
-  void Describe(const LightVector& x, LightingFit& fit) const;
-  double ConditionNumber() const;
+  LightMatrix SampleVariance() const;
+  LightMatrix CovarianceOf(const WeatherSolution& solution,
+                           const Evidence& with_errors,
+                           const LightMatrix& variance) const;
+  void WidenAtBounds(const WeatherSolution& solution,
+                     const Evidence& evidence,
+                     LightMatrix& covariance) const;
+  void Describe(const LightingPrior& prior, const LightVector& x, LightingFit& fit) const;
+  void DescribeCamera(const CameraErrors& camera,
+                      const Evidence& with_errors,
+                      LightingFit& fit) const;
+  double ConditionNumber(const LightMatrix& normal) const;
+  void DescribeWeathers(const LightMatrix& normal, LightingFit& fit) const;
 };
 
 void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
@@ -120,29 +147,6 @@ void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
     }
   }
   prior_information = fixed_prior_information;
-}
-
-void LightingFitter::Impl::UpdateRelativePriors(const LightingPrior& prior, const LightVector& x) {
-  prior_information = fixed_prior_information;
-  AddRatioPrior(prior, x);
-  AddShapePrior(prior, x);
-}
-
-void LightingFitter::Impl::AddRatioPrior(const LightingPrior& prior, const LightVector& x) {
-  if (!problem.has_sun || !(prior.sun_to_sky_weight > 0.0)) return;
-  const int bases = problem.basis_count;
-  for (int c = 0; c < 3; ++c) {
-    const double ratio = prior.sun_to_sky_rgb[c];
-    if (!(ratio > 0.0)) continue;
-    BasisVector row = BasisVector::Constant(bases, -kSunPriorMean * ratio);
-    row[0] = 1.0;
-    double beam = x[c * bases];
-    for (int j = 1; j < bases; ++j) beam += ratio * x[c * bases + j];
-    const double sigma = kRatioSigma * beam;
-    if (!(sigma > 0.0)) continue;
-    prior_information.block(c * bases, c * bases, bases, bases) +=
-        prior.sun_to_sky_weight / (sigma * sigma) * row * row.transpose();
-  }
 }
 
 // How much there is of the beam that comes with a shape's light: 1 from a tenth of the clear sky's
@@ -181,8 +185,9 @@ void LightingFitter::Impl::AddShapePrior(const LightingPrior& prior, const Light
   const int first = problem.has_sun ? 1 : 0;
   const int shapes = bases - first;
   if (shapes < 2) return;
-  // A black sky's shares mean nothing; its rows only have to stay finite.
-  constexpr double kLeastSky = 1e-3;
+  // Shares of a sky that is black at `x`, which may be no more than a bad start, mean nothing: they
+  // are those of a tenth of the light that explains the median sample.
+  constexpr double kLeastSky = 0.1;
   std::array<double, 3> sky{};
   BasisVector mean_share = BasisVector::Zero(shapes);
   for (int c = 0; c < 3; ++c) {
@@ -222,21 +227,57 @@ void LightingFitter::Impl::AddShapePrior(const LightingPrior& prior, const Light
   }
 }
 
-LightMatrix LightingFitter::Impl::DataNormal() const {
+Evidence LightingFitter::Impl::WithErrors() const {
   const int bases = problem.basis_count;
-  LightMatrix normal = LightMatrix::Zero(problem.UnknownCount(), problem.UnknownCount());
+  const int errors = problem.error_count;
+  const int unknowns = problem.UnknownCount();
+  Evidence evidence{LightMatrix::Zero(unknowns + errors, unknowns + errors),
+                    LightVector::Zero(unknowns + errors)};
+  evidence.normal.bottomRightCorner(errors, errors).setIdentity();
+  if (problem.exponent_stddev > 0.0)
+    evidence.gradient[unknowns + errors - 1] = problem.expected_exponent;
   for (int c = 0; c < 3; ++c) {
-    normal.block(c * bases, c * bases, bases, bases) = reweighting.Normal(c);
+    const BasisMatrix& normal = reweighting.Normal(c);
+    const BasisVector& gradient = reweighting.Gradient(c);
+    evidence.normal.block(c * bases, c * bases, bases, bases) = normal.topLeftCorner(bases, bases);
+    evidence.normal.block(c * bases, unknowns, bases, errors) =
+        normal.topRightCorner(bases, errors);
+    evidence.normal.block(unknowns, c * bases, errors, bases) =
+        normal.bottomLeftCorner(errors, bases);
+    evidence.normal.bottomRightCorner(errors, errors) += normal.bottomRightCorner(errors, errors);
+    evidence.gradient.segment(c * bases, bases) = gradient.head(bases);
+    evidence.gradient.tail(errors) += gradient.tail(errors);
   }
-  return normal;
+  return evidence;
 }
 
-LightVector LightingFitter::Impl::SolveClosed() const {
-  LightVector gradient = prior_gradient;
-  for (int c = 0; c < 3; ++c) {
-    gradient.segment(c * problem.basis_count, problem.basis_count) += reweighting.Gradient(c);
-  }
-  return MinimiseNonNegative(DataNormal() + prior_information, gradient);
+// The errors are free to be as the lights want them: Schur's complement.
+Evidence LightingFitter::Impl::WithoutErrors(const Evidence& with_errors) const {
+  const int errors = problem.error_count;
+  const int unknowns = problem.UnknownCount();
+  Evidence evidence{with_errors.normal.topLeftCorner(unknowns, unknowns),
+                    with_errors.gradient.head(unknowns)};
+  if (errors == 0) return evidence;
+  const LightMatrix inverse =
+      InverseOf(with_errors.normal.bottomRightCorner(errors, errors).eval());
+  const LightMatrix coupling = with_errors.normal.topRightCorner(unknowns, errors) * inverse;
+  evidence.normal -= coupling * with_errors.normal.bottomLeftCorner(errors, unknowns);
+  evidence.normal = (0.5 * (evidence.normal + evidence.normal.transpose())).eval();
+  evidence.gradient -= coupling * with_errors.gradient.tail(errors);
+  return evidence;
+}
+
+void LightingFitter::Impl::FindErrors(const Evidence& with_errors, const LightVector& x) {
+  const int errors = problem.error_count;
+  if (errors == 0) return;
+  const LightMatrix inverse =
+      InverseOf(with_errors.normal.bottomRightCorner(errors, errors).eval());
+  camera_errors = inverse * (with_errors.gradient.tail(errors) -
+                             with_errors.normal.bottomLeftCorner(errors, x.size()) * x);
+}
+
+Evidence LightingFitter::Impl::WithPrior(const Evidence& samples) const {
+  return {samples.normal + prior_information, samples.gradient + prior_gradient};
 }
 
 // The last frame's light where it still holds: then a few passes do. Otherwise the robust start, so
@@ -250,9 +291,10 @@ LightVector LightingFitter::Impl::Begin() {
       x[u] = last_irradiance_rgb[problem.LightIndex(c, u % problem.basis_count)] /
              problem.irradiance_unit[c];
     }
-    if (reweighting.Explains(problem, x, options)) return x;
+    if (reweighting.Explains(problem, x, camera_errors, options)) return x;
   }
   reweighting.Forget();
+  camera_errors.setZero();
   return start.Find(problem, NoiseUnits(options), options.seed);
 }
 
@@ -261,11 +303,22 @@ LightVector LightingFitter::Impl::Begin() {
 LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFit& fit) {
   LightVector x = Begin();
   bool rescale = true;
+  LightMatrix expected = prior_information;
   for (int pass = 0; pass < options.max_passes; ++pass) {
-    if (rescale) UpdateRelativePriors(prior, x);
+    if (rescale) {
+      prior_information = fixed_prior_information;
+      AddShapePrior(prior, x);
+    }
     const bool knew_the_errors = reweighting.KnowsSharedErrors(problem);
-    reweighting.Update(problem, x, prior_information, options, rescale);
-    const LightVector next = SolveClosed();
+    reweighting.Update(problem, x, camera_errors, expected, options, rescale);
+    const Evidence with_errors = WithErrors();
+    const Evidence samples = WithoutErrors(with_errors);
+    if (rescale) mixture.ChooseGains(samples);
+    mixture.Solve(WithPrior(samples),
+                  rescale ? WeatherMixture::Which::kAll : WeatherMixture::Which::kLikely);
+    const LightVector next = mixture.Light();
+    FindErrors(with_errors, next);
+    expected = prior_information + mixture.Information();
     const double change =
         (next - x).cwiseAbs().maxCoeff() / std::max(next.cwiseAbs().maxCoeff(), kWeakInformation);
     x = next;
@@ -275,37 +328,84 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
     const bool have_settled = knew_the_errors && change < kScalesHaveSettled;
     rescale = rescale && pass + 1 < kMostPassesThatRescale && !have_settled;
   }
-  reweighting.Whiten(problem);
+  mixture.Solve(WithPrior(WithoutErrors(WithErrors())), WeatherMixture::Which::kAll);
   if (options.solver == LightingFitOptions::Solver::kCeres) {
-    const LightMatrix root = LowerRootOf(prior_information);
-    const LightVector target = SolveLower(root, prior_gradient);
-    fit.converged = ceres.Solve(reweighting, root, target, x) && fit.converged;
+    const Evidence evidence = WithPrior(WithoutErrors(WithErrors()));
+    fit.converged = mixture.Refine(evidence, ceres) && fit.converged;
   }
-  return x;
+  reweighting.Whiten(problem);
+  return mixture.Light();
 }
 
 // sum over samples of J J' between all pairs of channels, each pair times the correlation of its
-// noise: the variance of the estimating equations. The diagonal blocks are DataNormal()'s.
-LightMatrix LightingFitter::Impl::CrossChannelNormal() const {
+// noise: the variance of the estimating equations, over lights and camera errors. The diagonal
+// blocks of the lights are those of WithErrors.
+LightMatrix LightingFitter::Impl::SampleVariance() const {
   const int bases = problem.basis_count;
-  LightMatrix normal = DataNormal();
+  const int errors = problem.error_count;
+  const int unknowns = problem.UnknownCount();
+  LightMatrix variance = LightMatrix::Zero(unknowns + errors, unknowns + errors);
   for (int c = 0; c < 3; ++c) {
-    for (int d = 0; d < c; ++d) {
-      const BasisMatrix cross = reweighting.CrossNormal(c, d);
-      normal.block(c * bases, d * bases, bases, bases) = cross;
-      normal.block(d * bases, c * bases, bases, bases) = cross.transpose();
+    for (int d = 0; d < 3; ++d) {
+      const BasisMatrix cross = c == d ? reweighting.Normal(c) : reweighting.CrossNormal(c, d);
+      variance.block(c * bases, d * bases, bases, bases) = cross.topLeftCorner(bases, bases);
+      variance.block(c * bases, unknowns, bases, errors) += cross.topRightCorner(bases, errors);
+      variance.block(unknowns, d * bases, errors, bases) += cross.bottomLeftCorner(errors, bases);
+      variance.bottomRightCorner(errors, errors) += cross.bottomRightCorner(errors, errors);
     }
   }
-  return normal;
+  return variance;
 }
 
-double LightingFitter::Impl::ConditionNumber() const {
+LightMatrix LightingFitter::Impl::CovarianceOf(const WeatherSolution& solution,
+                                               const Evidence& with_errors,
+                                               const LightMatrix& variance) const {
+  const int errors = problem.error_count;
+  const int unknowns = problem.UnknownCount();
+  // The errors' own prior is in with_errors.
+  LightMatrix prior = LightMatrix::Zero(unknowns + errors, unknowns + errors);
+  prior.topLeftCorner(unknowns, unknowns) = prior_information + solution.information;
+  const LightMatrix inverse = InverseOf(with_errors.normal + prior);
+  prior.bottomRightCorner(errors, errors).setIdentity();
+  const LightMatrix covariance = inverse * (variance + prior) * inverse;
+  return (0.5 * (covariance + covariance.transpose())).topLeftCorner(unknowns, unknowns);
+}
+
+// At its bound a light has one side only, and what the samples say of it is the tail of a normal
+// distribution: its second moment about the answer. Of the sun, and of the sky as a whole.
+void LightingFitter::Impl::WidenAtBounds(const WeatherSolution& solution,
+                                         const Evidence& evidence,
+                                         LightMatrix& covariance) const {
+  const int bases = problem.basis_count;
+  const int first_sky = problem.has_sun ? 1 : 0;
+  const LightVector unbounded = SolvePositive(evidence.normal + solution.information,
+                                              evidence.gradient + solution.information_times_mean);
+  const auto widen = [&](int channel, int first, int count) {
+    const int at = channel * bases + first;
+    const double variance = covariance.block(at, at, count, count).sum();
+    if (!(variance > 0.0)) return;
+    const double factor = std::sqrt(NonNegativeSquare(unbounded.segment(at, count).sum(),
+                                                      std::sqrt(variance),
+                                                      solution.light.segment(at, count).sum()) /
+                                    variance);
+    covariance.middleRows(at, count) *= factor;
+    covariance.middleCols(at, count) *= factor;
+  };
+  for (int c = 0; c < 3; ++c) {
+    if (problem.has_sun) widen(c, 0, 1);
+    widen(c, first_sky, bases - first_sky);
+  }
+}
+
+// Over the channels: of each by itself.
+double LightingFitter::Impl::ConditionNumber(const LightMatrix& normal) const {
+  const int bases = problem.basis_count;
   double largest = 0.0;
   double smallest = std::numeric_limits<double>::infinity();
   for (int c = 0; c < 3; ++c) {
-    const BasisMatrix& normal = reweighting.Normal(c);
     // The Jacobian's singular values squared.
-    const LightVector values = EigenvaluesOf(normal);
+    const LightVector values =
+        EigenvaluesOf(normal.block(c * bases, c * bases, bases, bases).eval());
     largest = std::max(largest, values.maxCoeff());
     smallest = std::min(smallest, values.minCoeff());
   }
@@ -315,19 +415,49 @@ double LightingFitter::Impl::ConditionNumber() const {
   return std::sqrt(largest / smallest);
 }
 
-void LightingFitter::Impl::Describe(const LightVector& x, LightingFit& fit) const {
+void LightingFitter::Impl::DescribeCamera(const CameraErrors& camera,
+                                          const Evidence& with_errors,
+                                          LightingFit& fit) const {
+  if (problem.error_count == 0) return;
+  const int unknowns = problem.UnknownCount();
+  if (camera.veil_stddev > 0.0) fit.veil = camera.veil_stddev * camera_errors[0];
+  if (!(camera.exponent_stddev > 0.0)) return;
+  LightMatrix normal = with_errors.normal;
+  normal.topLeftCorner(unknowns, unknowns) += prior_information + mixture.Information();
+  const int last = problem.error_count - 1;
+  fit.exponent = camera.exponent_stddev * camera_errors[last];
+  fit.exponent_stddev =
+      camera.exponent_stddev * std::sqrt(InverseOf(normal)(unknowns + last, unknowns + last));
+}
+
+void LightingFitter::Impl::Describe(const LightingPrior& prior,
+                                    const LightVector& x,
+                                    LightingFit& fit) const {
   const int bases = problem.basis_count;
   const int unknowns = problem.UnknownCount();
   const LightMatrix identity = LightMatrix::Identity(unknowns, unknowns);
+  const Evidence with_errors = WithErrors();
+  const Evidence samples = WithoutErrors(with_errors);
+  const Evidence evidence = WithPrior(samples);
+  const LightMatrix variance = SampleVariance();
 
-  const LightMatrix inverse = InverseOf(DataNormal() + prior_information);
-  LightMatrix covariance = inverse * (CrossChannelNormal() + prior_information) * inverse;
-  covariance = (0.5 * (covariance + covariance.transpose())).eval();
-  const LightMatrix data = DataNormal() + kWeakInformation * identity;
+  // Of the mixture: each weather's own, and how far it is from the answer.
+  LightMatrix covariance = LightMatrix::Zero(unknowns, unknowns);
+  double shares = 0.0;
+  for (const WeatherSolution& solution : mixture.Solutions()) {
+    if (!(solution.share > WeatherMixture::kLeastShare)) continue;
+    LightMatrix own = CovarianceOf(solution, with_errors, variance);
+    WidenAtBounds(solution, evidence, own);
+    const LightVector apart = solution.light - x;
+    covariance += solution.share * (own + apart * apart.transpose());
+    shares += solution.share;
+  }
+  covariance /= shares;
+  const LightMatrix data = samples.normal + kWeakInformation * identity;
+  const LightMatrix data_covariance = InverseOf(data);
 
   const Eigen::Index lights = fit.irradiance_rgb.size();
   fit.covariance = LightMatrix::Zero(lights, lights);
-  fit.data_information = LightMatrix::Zero(lights, lights);
   for (int u = 0; u < unknowns; ++u) {
     const int cu = u / bases;
     const int lu = problem.LightIndex(cu, u % bases);
@@ -335,20 +465,46 @@ void LightingFitter::Impl::Describe(const LightVector& x, LightingFit& fit) cons
     for (int v = 0; v < unknowns; ++v) {
       const int cv = v / bases;
       const int lv = problem.LightIndex(cv, v % bases);
-      const double unit = problem.irradiance_unit[cu] * problem.irradiance_unit[cv];
-      fit.covariance(lu, lv) = covariance(u, v) * unit;
-      fit.data_information(lu, lv) = data(u, v) / unit;
+      fit.covariance(lu, lv) =
+          covariance(u, v) * problem.irradiance_unit[cu] * problem.irradiance_unit[cv];
     }
   }
   for (int c = 0; c < 3 && problem.has_sun; ++c) {
-    const BasisMatrix block = data.block(c * bases, c * bases, bases, bases);
-    fit.sun_stddev_data_rgb[c] = std::sqrt(InverseOf(block)(0, 0)) * problem.irradiance_unit[c];
+    fit.sun_stddev_data_rgb[c] =
+        std::sqrt(data_covariance(c * bases, c * bases)) * problem.irradiance_unit[c];
   }
-  fit.condition_number = ConditionNumber();
+  fit.condition_number = ConditionNumber(samples.normal);
   fit.inlier_fraction = reweighting.InlierFraction();
   fit.relative_residual = reweighting.RelativeResidual();
   fit.shared_error = reweighting.SharedError();
   fit.sky_shape_error = reweighting.SkyShapeError();
+  DescribeCamera(prior.camera, with_errors, fit);
+  DescribeWeathers(samples.normal + prior_information, fit);
+}
+
+// The samples' word on the sums that weathers speak of, once for all weathers.
+void LightingFitter::Impl::DescribeWeathers(const LightMatrix& normal, LightingFit& fit) const {
+  const int bases = problem.basis_count;
+  const int unknowns = problem.UnknownCount();
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxFitUnknowns, 6> sums =
+      Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxFitUnknowns, 6>::Zero(unknowns, 6);
+  for (int u = 0; u < unknowns; ++u) {
+    const int c = u / bases;
+    const bool is_sun = problem.has_sun && u % bases == 0;
+    sums(u, is_sun ? c : 3 + c) = problem.irradiance_unit[c];
+  }
+  const LightMatrix covariance = InverseOf(normal);
+  fit.data_covariance = sums.transpose() * covariance * sums;
+  fit.weathers.clear();
+  for (const WeatherSolution& solution : mixture.Solutions()) {
+    WeatherFit& weather = fit.weathers.emplace_back();
+    weather.share = solution.share;
+    weather.gain = solution.gain;
+    weather.log_evidence = solution.log_evidence;
+    if (solution.share > WeatherMixture::kLeastShare) {
+      weather.light = sums.transpose() * solution.light;
+    }
+  }
 }
 
 LightingFitter::LightingFitter(const LightingFitOptions& options)
@@ -375,12 +531,17 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   LightingFit fit;
   fit.sun_is_fitted = sun_is_up;
   fit.irradiance_rgb = LightVector::Zero(lights);
-  impl_->problem.Load(samples, prior.sky_shapes, sun_is_up, prior.scale_rgb);
+  impl_->problem.Load(samples, prior.sky_shapes, sun_is_up, prior.camera, prior.scale_rgb);
+  if (impl_->camera_errors.size() != impl_->problem.error_count) {
+    impl_->camera_errors = ErrorVector::Zero(impl_->problem.error_count);
+  }
   fit.samples_used = impl_->problem.sample_count;
   fit.samples_ignored = impl_->problem.ignored;
+  impl_->options.shared_error = std::max(impl_->given_options.shared_error, prior.albedo_stddev);
   impl_->LoadPrior(prior);
+  impl_->mixture.Load(prior, impl_->problem);
   const LightVector x = impl_->Iterate(prior, fit);
-  impl_->Describe(x, fit);
+  impl_->Describe(prior, x, fit);
   impl_->last_irradiance_rgb = fit.irradiance_rgb;
   return fit;
 }

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -16,14 +17,28 @@ namespace pleinair {
 // the horizontal irradiance, under a clear one about 0.7, under a uniform one 0.5.
 inline constexpr double kLoneSkyShapeError = 0.2;
 
+// What the fit found under one of the prior's weathers.
+struct WeatherFit {
+  double share = 0.0;                   // Of the posterior.
+  double gain = 1.0;                    // Of the prior's light in this picture, where it was free.
+  double log_evidence = 0.0;            // Of the samples, but for a constant.
+  SunAndSky light = SunAndSky::Zero();  // 0 for a weather without a share worth mentioning.
+};
+
 struct LightingFit {
-  // sun RGB, sky[0] RGB, ...: irradiance, >= 0.
+  // sun RGB, sky[0] RGB, ...: irradiance, >= 0. Between the mean over the weathers and the light of
+  // the most likely one.
   LightVector irradiance_rgb;
-  // Of the unbounded fit at the solution, prior included.
+  // Of the mixture over the weathers about irradiance_rgb, prior included; one-sided at a bound.
   LightMatrix covariance;
-  // What the samples alone say, as an inverse covariance; never singular (see lighting_fit.cpp, the
-  // weak prior).
-  LightMatrix data_information;
+  // In the order of the prior's weathers; one where it has none.
+  std::vector<WeatherFit> weathers;
+  // Of sun and whole sky, by the samples and the shapes' prior; large where they cannot say.
+  SunAndSkyMatrix data_covariance;
+  // LightingPrior::camera as found, prior included: a share of the mean picture, and g.
+  double veil = 0.0;
+  double exponent = 0.0;
+  double exponent_stddev = 0.0;
   // Of the sun, from the samples alone; large but finite where they cannot tell.
   glm::dvec3 sun_stddev_data_rgb{0.0};
   // Ratio of the extreme singular values of the whitened data Jacobian, sun and sky in one unit, no

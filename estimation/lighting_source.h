@@ -11,19 +11,13 @@
 
 #include "datasets/frame_source.h"
 #include "estimation/exposure_change.h"
+#include "estimation/sky_climate.h"
+#include "estimation/weather_belief.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
-
-// Clear-sky light at the frame's time in the frame's radiance units, to fall back on.
-struct ClearSkyExpectation {
-  glm::dvec3 beam_rgb{0.0};     // Normal to the beam.
-  glm::dvec3 diffuse_rgb{0.0};  // Horizontal, without the disc.
-  // False where no survey ties the units: then only the ratio of the two has a meaning.
-  bool absolute = false;
-};
 
 // Where the sun is and how large; apparent (refracted).
 struct SunState {
@@ -37,14 +31,6 @@ struct HeldIrradiance {
   glm::dvec3 sky_rgb{0.0};  // Horizontal, without the disc.
 };
 
-// Light that was measured at another time, by the survey.
-struct SurveyedLight {
-  UtcTime time{};
-  glm::dvec3 sun_rgb{0.0};  // Normal to the beam.
-  glm::dvec3 sun_stddev_rgb{0.0};
-  glm::dvec3 sky_rgb{0.0};  // Horizontal, without the disc.
-};
-
 // What a source may look at for one frame. References live for the call only.
 struct LightingObservation {
   const Frame& frame;
@@ -54,6 +40,8 @@ struct LightingObservation {
   std::optional<HeldIrradiance> held = std::nullopt;
   // Of the view's albedo, relative: an error that all samples share.
   glm::dvec3 albedo_stddev_rgb{0.0};
+  // Of each plane's albedo by itself, relative: where somebody has guessed them.
+  double plane_albedo_stddev = 0.0;
   std::optional<SurveyedLight> surveyed = std::nullopt;
 };
 

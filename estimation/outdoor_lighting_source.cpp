@@ -8,11 +8,10 @@
 #include <string>
 #include <vector>
 
+#include <glm/common.hpp>
+
 #include "estimation/exposure_change.h"
-#include "estimation/lighting_fit.h"
-#include "estimation/lighting_prior.h"
-#include "estimation/relative_prior.h"
-#include "estimation/rough_light.h"
+#include "estimation/outdoor_estimator.h"
 #include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
 
@@ -22,45 +21,39 @@ namespace {
 // Of a set that was drawn for an earlier frame; with fewer left, the frame gets its own.
 constexpr double kLeastShareOfKeptSet = 0.8;
 
-// A frame as much later is likely to show the same light.
-constexpr auto kStartsAtTheLast = std::chrono::seconds(10);
+// Veils, as a share of the mean radiance of the picture: of linear frames, of the 8-bit frames of
+// a camera whose exposure somebody states, and of one of which nothing is known. Good lenses veil
+// by half a per cent, those of phones by one to three.
+constexpr double kVeilOfLinear = 0.002;
+constexpr double kVeilOfStated = 0.005;
+constexpr double kVeilOfUnknown = 0.015;
+// Of the response of a camera of which nothing is known: picture styles turn contrast up or down by
+// some per cent. Who states an exposure has a response to go with it.
+constexpr double kExponentOfUnknown = 0.05;
 
-bool AnyOfTheDiscIsUp(const LightingObservation& observation) {
-  return observation.sun.direction_enu.z > -std::sin(observation.sun.angular_radius_rad);
-}
-
-// An earlier answer in the units of a picture that is brighter by `factor_rgb`.
-void Rescale(const glm::dvec3& factor_rgb, CarriedLighting& carried) {
-  for (Eigen::Index u = 0; u < carried.mean.size(); ++u) {
-    carried.mean[u] *= factor_rgb[static_cast<int>(u % 3)];
-    for (Eigen::Index v = 0; v < carried.mean.size(); ++v) {
-      carried.covariance(u, v) *=
-          factor_rgb[static_cast<int>(u % 3)] * factor_rgb[static_cast<int>(v % 3)];
+// Over pixels on a raster: a veil need not be known better than by some per cent.
+glm::dvec3 MeanRadiance(const RgbImage& radiance) {
+  constexpr int kStep = 8;
+  glm::dvec3 sum(0.0);
+  double count = 0.0;
+  for (int y = kStep / 2; y < radiance.height; y += kStep) {
+    for (int x = kStep / 2; x < radiance.width; x += kStep) {
+      const glm::dvec3 value(radiance.At(x, y));
+      if (!std::isfinite(value.x + value.y + value.z)) continue;
+      sum += glm::max(value, glm::dvec3(0.0));
+      count += 1.0;
     }
   }
+  return count > 0.0 ? sum / count : sum;
 }
 
-double SkyOf(const LightVector& irradiance_rgb, int channel) {
-  double sum = 0.0;
-  for (Eigen::Index u = 3 + channel; u < irradiance_rgb.size(); u += 3) sum += irradiance_rgb[u];
-  return sum;
-}
-
-// The clear-sky beam in the frame's units, mean over RGB. Where nothing is known of it, all the
-// light there is.
-double BeamOf(const ClearSkyExpectation& clear_sky, const LightVector& irradiance_rgb) {
-  double beam = 0.0;
-  for (int c = 0; c < 3; ++c) {
-    const double sky = SkyOf(irradiance_rgb, c);
-    if (clear_sky.absolute) {
-      beam += clear_sky.beam_rgb[c];
-    } else if (clear_sky.diffuse_rgb[c] > 0.0) {
-      beam += clear_sky.beam_rgb[c] / clear_sky.diffuse_rgb[c] * sky;
-    } else {
-      beam += irradiance_rgb[c] + sky;
-    }
-  }
-  return beam / 3.0;
+CameraErrors ErrorsOf(const Frame& frame) {
+  const bool is_unknown = frame.units == LightUnits::kRelativePerFrame;
+  CameraErrors errors;
+  errors.mean_radiance_rgb = MeanRadiance(frame.radiance);
+  errors.veil_stddev = !frame.codes ? kVeilOfLinear : is_unknown ? kVeilOfUnknown : kVeilOfStated;
+  errors.exponent_stddev = frame.codes && is_unknown ? kExponentOfUnknown : 0.0;
+  return errors;
 }
 
 LightingFitOptions FitOptionsFor(const OutdoorLightingOptions& options) {
@@ -74,7 +67,7 @@ LightingFitOptions FitOptionsFor(const OutdoorLightingOptions& options) {
 class OutdoorLightingSource final : public LightingSource {
  public:
   explicit OutdoorLightingSource(const OutdoorLightingOptions& options)
-      : options_(options), fitter_(FitOptionsFor(options)) {
+      : options_(options), estimator_(FitOptionsFor(options)) {
     options.Validate();
   }
 
@@ -94,62 +87,34 @@ class OutdoorLightingSource final : public LightingSource {
 
   tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) override {
-    LightingEstimate estimate;
-    estimate.new_sample_set_ms = UpdateSamples(observation);
+    const double new_sample_set_ms = UpdateSamples(observation);
     if (const Frame& frame = observation.frame; frame.noise != nullptr) {
       ApplySignalNoise(*frame.noise, frame.exposure.value_or(1.0), samples_);
     }
 
-    const int sky_shapes = static_cast<int>(observation.view.sky_response.size());
-    const bool sun_is_up = AnyOfTheDiscIsUp(observation);
-    ClearSkyExpectation clear_sky = observation.clear_sky;
-    estimate.units = observation.frame.units;
-    // The survey's units are not the picture's: only the clear sky's sun-to-sky ratio holds.
-    if (estimate.units != LightUnits::kAbsolute) clear_sky.absolute = false;
-    if (estimate.units == LightUnits::kRelativePerFrame) {
-      estimate.exposure_change = exposure_watch_.Compare(observation.frame, observation.view);
-      CarryOverExposureChange(estimate.exposure_change);
+    OutdoorConditions conditions;
+    conditions.time = observation.frame.time;
+    conditions.sun = observation.sun;
+    conditions.clear_sky = observation.clear_sky;
+    conditions.sky_shape_names = observation.view.sky_shape_names;
+    conditions.units = observation.frame.units;
+    if (conditions.units == LightUnits::kRelativePerFrame) {
+      conditions.exposure_change = exposure_watch_.Compare(observation.frame, observation.view);
     }
-    const std::optional<CarriedLighting> earlier = LastAnswer(observation, sky_shapes);
-    const auto prior_with = [&](double kept) {
-      LightingPrior prior =
-          MakeLightingPrior(clear_sky, earlier, observation.frame.time, sky_shapes, kept);
-      SetBeamShape(observation.view.sky_shape_names, clear_sky, prior);
-      if (!clear_sky.absolute) UseRelativeClearSky(FindRoughLight(samples_), prior);
-      if (observation.held) {
-        HoldIrradiance(observation.held->sun_rgb, observation.held->sky_rgb, prior);
-      }
-      return prior;
-    };
-    const LightingPrior prior = prior_with(1.0);
-    // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each
-    // found by themselves.
-    const auto since = last_time_ ? observation.frame.time - *last_time_ : UtcTime::duration::max();
-    if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
-    last_time_ = observation.frame.time;
-    LightingFit fit = fitter_.Fit(samples_, prior, sun_is_up);
-    // A cloud that moves the light in spite of the carried answer would move it all the way.
-    const double kept =
-        earlier ? KeptMemory(clear_sky, *earlier, observation.frame.time, fit.irradiance_rgb) : 1.0;
-    if (kept < 1.0) fit = fitter_.Fit(samples_, prior_with(kept), sun_is_up);
-    if (fit.samples_used == 0 && !prior.SaysSomething()) {
-      return tl::unexpected(LightingFailure{
-          "no usable sample: " + std::to_string(set_.Size()) + " footprints drawn, " +
-          std::to_string(set_.Size() - static_cast<int>(samples_.size())) +
-          " of them unusable in this frame; expected at least one, or a clear-sky light with a "
-          "survey's units to fall back on"});
+    conditions.weather = observation.frame.weather;
+    conditions.surveyed = observation.surveyed;
+    conditions.held = observation.held;
+    conditions.albedo_stddev_rgb = observation.albedo_stddev_rgb;
+    conditions.plane_albedo_stddev = observation.plane_albedo_stddev;
+    conditions.camera = ErrorsOf(observation.frame);
+    auto estimate = estimator_.Estimate(samples_, conditions);
+    if (!estimate) {
+      estimate.error().reason += " (" + std::to_string(set_.Size()) + " footprints drawn, " +
+                                 std::to_string(set_.Size() - static_cast<int>(samples_.size())) +
+                                 " of them unusable in this frame)";
+      return estimate;
     }
-    Describe(observation, clear_sky, fit, sun_is_up, estimate);
-    if (sun_is_up) {
-      carried_ = CarryForward(clear_sky,
-                              earlier,
-                              observation.frame.time,
-                              fit.irradiance_rgb,
-                              fit.data_information,
-                              kept);
-    } else {
-      carried_.reset();
-    }
+    estimate->new_sample_set_ms = new_sample_set_ms;
     return estimate;
   }
 
@@ -159,9 +124,7 @@ class OutdoorLightingSource final : public LightingSource {
   glm::dvec3 basis_sun_enu_{0.0};  // What those that turn were made for.
   SampleSet set_;
   std::vector<DiffuseSample> samples_;
-  LightingFitter fitter_;
-  std::optional<CarriedLighting> carried_;
-  std::optional<UtcTime> last_time_;
+  OutdoorEstimator estimator_;
   ExposureWatch exposure_watch_;
   // What the set was drawn for.
   bool drawn_ = false;
@@ -199,64 +162,6 @@ class OutdoorLightingSource final : public LightingSource {
         std::chrono::steady_clock::now() - start;
     set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
     return spent.count();
-  }
-
-  // The last frame's, or the survey's where that is nearer in time.
-  std::optional<CarriedLighting> LastAnswer(const LightingObservation& observation,
-                                            int sky_shapes) const {
-    const Frame& frame = observation.frame;
-    if (!observation.surveyed || frame.units != LightUnits::kAbsolute) return carried_;
-    std::optional<CarriedLighting> survey =
-        CarryFromSurvey(*observation.surveyed, frame.time, sky_shapes);
-    if (!survey) return carried_;
-    if (carried_ && carried_->time <= frame.time && carried_->time >= survey->time) return carried_;
-    return survey;
-  }
-
-  // Where the picture tells what the exposure has done, the last answer goes on in its new units.
-  void CarryOverExposureChange(const ExposureChange& change) {
-    if (!carried_) return;
-    if (change.kind == ExposureChange::Kind::kNone ||
-        change.kind == ExposureChange::Kind::kExposure) {
-      Rescale(change.factor_rgb, *carried_);
-    } else {
-      carried_.reset();
-    }
-  }
-
-  static void Describe(const LightingObservation& observation,
-                       const ClearSkyExpectation& clear_sky,
-                       const LightingFit& fit,
-                       bool sun_is_up,
-                       LightingEstimate& estimate) {
-    Lighting& lighting = estimate.lighting;
-    lighting.time = observation.frame.time;
-    lighting.sun.direction_enu = observation.sun.direction_enu;
-    lighting.sun.angular_radius_rad = observation.sun.angular_radius_rad;
-    const LightVector& light = fit.irradiance_rgb;
-    lighting.sun.irradiance_rgb = {light[0], light[1], light[2]};
-    for (std::size_t k = 0; k < observation.view.sky_response.size(); ++k) {
-      const auto first = static_cast<Eigen::Index>(3 * (1 + k));
-      lighting.sky.push_back({observation.view.sky_shape_names.at(k),
-                              {light[first], light[first + 1], light[first + 2]}});
-    }
-    // Light is what is seen over albedo: where all albedos are too high, all lights are too weak.
-    const glm::dvec3& scale = observation.albedo_stddev_rgb;
-    const Eigen::Index unknowns = light.size();
-    for (Eigen::Index u = 0; u < unknowns; ++u) {
-      for (Eigen::Index v = 0; v < unknowns; ++v) {
-        const double shared =
-            scale[static_cast<int>(u % 3)] * light[u] * scale[static_cast<int>(v % 3)] * light[v];
-        lighting.covariance.push_back(fit.covariance(u, v) + shared);
-      }
-    }
-    const double beam = BeamOf(clear_sky, light);
-    estimate.sun_observable =
-        sun_is_up && observation.sun.direction_enu.z > 0.0 && TellsTheSun(fit, beam);
-    estimate.samples_used = fit.samples_used;
-    estimate.inlier_fraction = fit.inlier_fraction;
-    estimate.condition_number = fit.condition_number;
-    estimate.relative_residual = fit.relative_residual;
   }
 };
 

@@ -16,7 +16,7 @@ constexpr double kLeastSpreadOfShares = 0.1;
 constexpr int kRounds = 3;
 
 // Of one channel.
-struct SunAndSky {
+struct ChannelLight {
   double sun = 0.0;
   double sky = 0.0;
   double sunlit_from_share = 1.0;
@@ -25,7 +25,7 @@ struct SunAndSky {
 // The light that medians over the samples speak for, those with little sun and those with much.
 class MedianLight {
  public:
-  SunAndSky Find(std::span<const DiffuseSample> samples, int channel) {
+  ChannelLight Find(std::span<const DiffuseSample> samples, int channel) {
     witnesses_.clear();
     values_.clear();
     for (const DiffuseSample& sample : samples) {
@@ -39,7 +39,7 @@ class MedianLight {
     if (witnesses_.empty()) return {};
     const double low = Quantile(0.1);
     const double high = Quantile(0.9);
-    SunAndSky light;
+    ChannelLight light;
     if (!(high - low > kLeastSpreadOfShares)) {
       light.sun = light.sky = Median(-1.0, 2.0, [](const Witness& witness) {
         return witness.radiance / (witness.sun + witness.sky);
@@ -109,7 +109,7 @@ RoughLight FindRoughLight(std::span<const DiffuseSample> samples) {
   MedianLight medians;
   RoughLight rough;
   for (int c = 0; c < 3; ++c) {
-    const SunAndSky light = medians.Find(samples, c);
+    const ChannelLight light = medians.Find(samples, c);
     rough.sun_rgb[c] = light.sun;
     rough.sky_rgb[c] = light.sky;
     if (c == 1) rough.sunlit_from_share = light.sunlit_from_share;

@@ -10,6 +10,7 @@
 
 #include "pipeline/frame_view.h"
 #include "pipeline/internal/frame_effects.h"
+#include "pipeline/internal/observation.h"
 #include "pipeline/internal/stopwatch.h"
 
 namespace pleinair {
@@ -17,15 +18,6 @@ namespace {
 
 const SurveyLight* LightOf(const PreparedScene& scene) {
   return scene.survey ? &scene.survey->light : nullptr;
-}
-
-std::optional<SurveyedLight> SurveyedLightOf(const PreparedScene& scene) {
-  if (!scene.survey || !scene.survey_time) return std::nullopt;
-  const SurveyLight& light = scene.survey->light;
-  return SurveyedLight{*scene.survey_time,
-                       light.sun_irradiance_rgb,
-                       light.sun_irradiance_stddev_rgb,
-                       light.sky_irradiance_rgb};
 }
 
 }  // namespace
@@ -107,13 +99,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     if (objects_.Pose(object_poses)) effects_->ObjectsMoved();
     result.timing_ms.transport = watch.LapMs();
 
-    auto estimate = source_->Estimate({frame,
-                                       view,
-                                       result.sun,
-                                       result.clear_sky,
-                                       std::nullopt,
-                                       scene_.albedo_stddev_rgb,
-                                       SurveyedLightOf(scene_)});
+    auto estimate = source_->Estimate(Observe(scene_, clear_sky_, frame, view, result.sun));
     if (!estimate) return failed(estimate.error().reason);
     result.estimate = std::move(*estimate);
     FilterEstimate(result);

@@ -6,6 +6,7 @@
 
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/frame_view.h"
+#include "pipeline/internal/observation.h"
 
 namespace pleinair {
 namespace {
@@ -36,7 +37,6 @@ LightTrials::Process(const Frame& frame, std::span<const std::unique_ptr<Lightin
     const SunState sun = SunOfFrame(site_, frame);
     const SunState transport_sun =
         TransportSun(site_, frame, sun, FramePipelineOptions{}.sun_step_s);
-    const ClearSkyExpectation clear_sky = clear_sky_.At(sun.direction_enu);
     const SurfaceView* view = nullptr;
     for (const std::unique_ptr<LightingSource>& source : sources) {
       const auto basis = source->BasisFor(frame, transport_sun);
@@ -54,8 +54,7 @@ LightTrials::Process(const Frame& frame, std::span<const std::unique_ptr<Lightin
         view_ms_ = MsSince(start);
       }
       const auto start = Clock::now();
-      auto estimate =
-          source->Estimate({frame, *view, sun, clear_sky, std::nullopt, scene_.albedo_stddev_rgb});
+      auto estimate = source->Estimate(Observe(scene_, clear_sky_, frame, *view, sun));
       const double spent_ms = MsSince(start);
       if (!estimate) {
         trials.push_back(tl::unexpected(estimate.error()));

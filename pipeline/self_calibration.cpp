@@ -152,8 +152,7 @@ class SelfCalibrator {
     AlbedoFrame& added = frames_.emplace_back();
     ClearSkyExpectation clear_sky = clear_sky_.At(sun.direction_enu);
     clear_sky.absolute = false;
-    added.prior =
-        MakeLightingPrior(clear_sky, std::nullopt, frame.time, static_cast<int>(shapes_.size()));
+    added.prior = MakeClimatePrior(clear_sky, static_cast<int>(shapes_.size()));
     SetBeamShape(view.sky_shape_names, clear_sky, added.prior);
     added.sun_is_up = sun.direction_enu.z > -std::sin(sun.angular_radius_rad);
     // A white balance that is not known has no colour to compare.

@@ -17,6 +17,15 @@ namespace {
 // of the sky, but not those of the beam.
 constexpr double kLeastClearBeamShare = 0.3;
 
+// Of the factor between the survey's units and the model's. Haze of an ordinary clear day changes
+// the beam by 15 %; under cloud the sky's share of the clear global irradiance is anything from a
+// tenth to a half (Kasten and Czeplak, Solar Energy 24(2), 1980).
+constexpr double kClearGainStddev = 0.05;
+constexpr double kCloudedShare = 0.35;
+constexpr double kCloudedGainStddev = 0.5;
+
+double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+
 }  // namespace
 
 SunState SunOverSite(const Site& site, UtcTime time) {
@@ -41,22 +50,40 @@ SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame) {
 
 ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLight* survey)
     : site_(site.value_or(Site{})) {
-  if (survey == nullptr || survey->sun_origin == SunOrigin::kClearSky) return;
+  if (survey == nullptr) return;
   const ClearSkyIrradiance model = Model(survey->sun_direction_enu);
   if (std::min({model.beam_rgb.x, model.beam_rgb.y, model.beam_rgb.z}) <= 0.0) return;
   const glm::dvec3 diffuse_scale = survey->sky_irradiance_rgb / model.diffuse_rgb;
   const glm::dvec3 beam_scale = survey->sun_irradiance_rgb / model.beam_rgb;
+  if (!(std::min({diffuse_scale.x, diffuse_scale.y, diffuse_scale.z}) > 0.0)) return;
+  absolute_ = true;
   // The sky under broken cloud is brighter than the clear one, never so by the factor that hides
   // the beam: a beam far weaker than the sky's scale speaks of a cloud before the disc.
-  if (beam_scale.y < kLeastClearBeamShare * diffuse_scale.y) return;
-  beam_scale_rgb_ = beam_scale;
-  diffuse_scale_rgb_ = diffuse_scale;
-  absolute_ = true;
+  const bool shows_beam = survey->sun_origin != SunOrigin::kClearSky &&
+                          beam_scale.y >= kLeastClearBeamShare * diffuse_scale.y;
+  if (shows_beam) {
+    beam_scale_rgb_ = beam_scale;
+    diffuse_scale_rgb_ = diffuse_scale;
+    gain_stddev_ = kClearGainStddev;
+    return;
+  }
+  // Clouds are as grey as the light above them: no colour of the clear sky is scaled by itself.
+  const double height = std::max(0.0, survey->sun_direction_enu.z);
+  const double measured = MeanOf(survey->sky_irradiance_rgb);
+  const double expected = kCloudedShare * MeanOf(model.diffuse_rgb + height * model.beam_rgb);
+  beam_scale_rgb_ = diffuse_scale_rgb_ = glm::dvec3(measured / expected);
+  gain_stddev_ = kCloudedGainStddev;
 }
 
 ClearSkyExpectation ScaledClearSky::At(const glm::dvec3& sun_direction_enu) const {
   const ClearSkyIrradiance model = Model(sun_direction_enu);
-  return {model.beam_rgb * beam_scale_rgb_, model.diffuse_rgb * diffuse_scale_rgb_, absolute_};
+  ClearSkyExpectation clear_sky;
+  clear_sky.beam_rgb = model.beam_rgb * beam_scale_rgb_;
+  clear_sky.diffuse_rgb = model.diffuse_rgb * diffuse_scale_rgb_;
+  clear_sky.sine_of_elevation = sun_direction_enu.z;
+  clear_sky.absolute = absolute_;
+  clear_sky.gain_stddev = gain_stddev_;
+  return clear_sky;
 }
 
 ClearSkyIrradiance ScaledClearSky::Model(const glm::dvec3& sun_direction_enu) const {

@@ -23,11 +23,10 @@ SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame);
 
 // The clear-sky model tied to a site by its survey: scaled per channel so that it gives the
 // survey's own sun and sky back at the survey's sun, which takes in the site's turbidity and the
-// camera's scale.
+// camera's scale. A survey under cloud ties the scale only as well as its weather is known.
 class ScaledClearSky {
  public:
-  // Without a survey, or with one whose sun was hidden or not measured, only the model's sun-to-sky
-  // ratio is used.
+  // Without a survey, or with one under a sun that was not up, only the model's ratios are used.
   ScaledClearSky(const std::optional<Site>& site, const SurveyLight* survey);
 
   ClearSkyExpectation At(const glm::dvec3& sun_direction_enu) const;
@@ -37,6 +36,7 @@ class ScaledClearSky {
 
   Site site_;  // Only its height matters to the model.
   bool absolute_ = false;
+  double gain_stddev_ = 0.0;
   glm::dvec3 beam_scale_rgb_{1.0};
   glm::dvec3 diffuse_scale_rgb_{1.0};
 };

@@ -85,9 +85,15 @@ bool ComesBefore(const DiffuseSample& a, const DiffuseSample& b) {
 void FitProblem::Load(std::span<const DiffuseSample> samples,
                       int sky_shapes,
                       bool sun_is_up,
+                      const CameraErrors& camera,
                       const glm::dvec3& usual_irradiance_rgb) {
   has_sun = sun_is_up;
   basis_count = sky_shapes + (has_sun ? 1 : 0);
+  const glm::dvec3 veil = camera.veil_stddev * camera.mean_radiance_rgb;
+  const bool has_veil = std::max({veil.x, veil.y, veil.z}) > 0.0;
+  exponent_stddev = camera.exponent_stddev;
+  expected_exponent = exponent_stddev > 0.0 ? camera.exponent / exponent_stddev : 0.0;
+  error_count = (has_veil ? 1 : 0) + (exponent_stddev > 0.0 ? 1 : 0);
   order_.clear();
   for (const DiffuseSample& sample : samples) {
     const unsigned channels = UsableChannels(sample, sky_shapes, has_sun);
@@ -106,7 +112,7 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   radiance.resize(values);
   noise.resize(values);
   weight.resize(values);
-  transport.resize(values * static_cast<std::size_t>(basis_count));
+  transport.assign(values * static_cast<std::size_t>(ColumnCount()), 0.0);
   plane.resize(order_.size());
   double* row = transport.data();
   plane_count = 0;
@@ -124,10 +130,34 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       for (int k = 0; k < sky_shapes; ++k) {
         *row++ = usable ? sample.sky_transport_rgb[static_cast<std::size_t>(k)][c] : 0.0;
       }
+      row += error_count;
     }
   }
   DivideIntoCells();
   ChooseUnits(usual_irradiance_rgb);
+  white = camera.white_radiance / radiance_unit;
+  if (has_veil) FillVeilColumn(veil);
+}
+
+void FitProblem::FillVeilColumn(const glm::dvec3& veil_rgb) {
+  const auto columns = static_cast<std::size_t>(ColumnCount());
+  for (std::size_t v = 0; v < weight.size(); ++v) {
+    const auto c = static_cast<int>(v % 3);
+    if (!(weight[v] > 0.0)) continue;
+    transport[v * columns + static_cast<std::size_t>(basis_count)] = veil_rgb[c] / radiance_unit[c];
+  }
+}
+
+void FitProblem::SetExponentColumn(std::span<const double> predicted) {
+  if (!(exponent_stddev > 0.0)) return;
+  const auto columns = static_cast<std::size_t>(ColumnCount());
+  for (std::size_t v = 0; v < weight.size(); ++v) {
+    transport[v * columns + columns - 1] =
+        weight[v] > 0.0 && predicted[v] > 0.0
+            ? exponent_stddev * predicted[v] *
+                  std::log(predicted[v] / white[static_cast<int>(v % 3)])
+            : 0.0;
+  }
 }
 
 void FitProblem::DivideIntoCells() {
@@ -213,7 +243,7 @@ void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {
       radiance[v] *= per_light;
       noise[v] *= per_light;
       for (int j = 0; j < basis_count; ++j) {
-        transport[v * static_cast<std::size_t>(basis_count) + static_cast<std::size_t>(j)] *=
+        transport[v * static_cast<std::size_t>(ColumnCount()) + static_cast<std::size_t>(j)] *=
             transport_scale;
       }
     }

@@ -15,14 +15,24 @@ namespace pleinair::estimation_internal {
 
 // Basis lights that are fitted: sun (where it is up), then the sky shapes.
 inline constexpr int kMaxBasis = 1 + kMaxSkyShapes;
-using BasisVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxBasis, 1>;
-using BasisMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxBasis, kMaxBasis>;
+// A sample's columns: its response to the basis lights, then to the camera's errors.
+inline constexpr int kMaxColumns = kMaxBasis + kMaxCameraErrors;
+using BasisVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxColumns, 1>;
+using BasisMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxColumns, kMaxColumns>;
 
 // Unknowns inside the fit are channel-major, u = channel * basis_count + basis, and without unit:
 // irradiance = unknown * irradiance_unit[channel]. Radiances are divided by their channel's median.
 // So a frame times 10^k is the same problem but for rounding.
 struct FitProblem {
   int basis_count = 0;
+  // Of the camera, all channels in common; as unknowns of unit variance. The veil is the first, the
+  // exponent the last.
+  int error_count = 0;
+  double exponent_stddev = 0.0;  // 0: it is none of the errors.
+  glm::dvec3 white{1.0};         // In the fit's units: what a wrong exponent leaves as it is.
+  // Of the errors, in standard deviations.
+  double expected_exponent = 0.0;
   bool has_sun = false;
   int sample_count = 0;
   int ignored = 0;
@@ -30,7 +40,7 @@ struct FitProblem {
   glm::dvec3 radiance_unit{1.0};
   glm::dvec3 irradiance_unit{1.0};
 
-  // Per sample and channel, [i * 3 + c]; transport [(i * 3 + c) * basis_count + j].
+  // Per sample and channel, [i * 3 + c]; transport [(i * 3 + c) * ColumnCount() + j].
   std::vector<double> radiance;
   std::vector<double> noise;   // Camera noise.
   std::vector<double> weight;  // 0 where the channel cannot be used.
@@ -46,11 +56,16 @@ struct FitProblem {
   void Load(std::span<const DiffuseSample> samples,
             int sky_shapes,
             bool sun_is_up,
+            const CameraErrors& camera,
             const glm::dvec3& usual_irradiance_rgb);
 
+  // Refreshes the exponent's column: predicted ln(predicted / white), per sample and channel.
+  void SetExponentColumn(std::span<const double> predicted);
+
+  int ColumnCount() const { return basis_count + error_count; }
   int UnknownCount() const { return 3 * basis_count; }
   const double* Transport(int sample, int channel) const {
-    return transport.data() + static_cast<std::size_t>((sample * 3 + channel) * basis_count);
+    return transport.data() + static_cast<std::size_t>((sample * 3 + channel) * ColumnCount());
   }
   // Index in the prior's order (sun RGB, sky[0] RGB, ...) of the unknown (channel, basis).
   int LightIndex(int channel, int basis) const { return 3 * (basis + (has_sun ? 0 : 1)) + channel; }
@@ -72,6 +87,7 @@ struct FitProblem {
   void DivideIntoCells();
   void Divide(std::int32_t in_plane, std::span<Place> places, int most_cells);
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);
+  void FillVeilColumn(const glm::dvec3& veil_rgb);
 };
 
 }  // namespace pleinair::estimation_internal

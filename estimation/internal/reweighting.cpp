@@ -9,10 +9,10 @@
 namespace pleinair::estimation_internal {
 namespace {
 
-// Calls `loops` with the number of basis lights as its template argument.
+// Calls `loops` with the number of a sample's columns as its template argument.
 template <class Loops>
-void WithBases(int basis_count, Loops&& loops) {
-  switch (basis_count) {
+void WithColumns(int column_count, Loops&& loops) {
+  switch (column_count) {
     case 1:
       return loops.template operator()<1>();
     case 2:
@@ -23,9 +23,13 @@ void WithBases(int basis_count, Loops&& loops) {
       return loops.template operator()<4>();
     case 5:
       return loops.template operator()<5>();
-    default:
-      static_assert(kMaxBasis == 6);
+    case 6:
       return loops.template operator()<6>();
+    case 7:
+      return loops.template operator()<7>();
+    default:
+      static_assert(kMaxColumns == 8);
+      return loops.template operator()<8>();
   }
 }
 
@@ -35,18 +39,19 @@ void Reweighting::Forget() {
   for (BasisMatrix& normal : last_normal_) normal.resize(0, 0);
 }
 
-void Reweighting::Update(const FitProblem& problem,
+void Reweighting::Update(FitProblem& problem,
                          const LightVector& x,
+                         const ErrorVector& camera_errors,
                          const LightMatrix& prior_information,
                          const LightingFitOptions& options,
                          bool rescale) {
   rescale = rescale && problem.sample_count > 0;
   const bool just_explained = explained_.size() == x.size() && explained_ == x;
   explained_.resize(0);
-  if (!just_explained) Standardise(problem, x, options);
+  if (!just_explained) Standardise(problem, x, camera_errors, options);
   if (rescale && !just_explained) EstimateScale(problem, options);
   Weigh(options);
-  WithBases(problem.basis_count, [&]<int kBases>() { Accumulate<kBases>(problem); });
+  WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Accumulate<kColumns>(problem); });
   if (rescale) {
     EstimateSlope(options);
     EstimateNoise(problem, options);
@@ -56,15 +61,16 @@ void Reweighting::Update(const FitProblem& problem,
   last_normal_ = normal_;
 }
 
-bool Reweighting::Explains(const FitProblem& problem,
+bool Reweighting::Explains(FitProblem& problem,
                            const LightVector& x,
+                           const ErrorVector& camera_errors,
                            const LightingFitOptions& options) {
   if (weight_.empty() || problem.sample_count == 0) return false;
   // What noise moves across the cut from one frame of a still scene to the next. A new sun takes
   // more: all lit samples.
   constexpr double kFewer = 0.01;
   const double last = InlierFraction();
-  Standardise(problem, x, options);
+  Standardise(problem, x, camera_errors, options);
   const double cut = options.tukey_width * scale_;
   const auto inliers = std::count_if(
       deviation_.begin(), deviation_.end(), [cut](double deviation) { return deviation < cut; });
@@ -79,15 +85,9 @@ bool Reweighting::Explains(const FitProblem& problem,
   return scale_ <= kWider * last_scale;
 }
 
-void Reweighting::Standardise(const FitProblem& problem,
+void Reweighting::Standardise(FitProblem& problem,
                               const LightVector& x,
-                              const LightingFitOptions& options) {
-  WithBases(problem.basis_count, [&]<int kBases>() { Standardise<kBases>(problem, x, options); });
-}
-
-template <int kBases>
-void Reweighting::Standardise(const FitProblem& problem,
-                              const LightVector& x,
+                              const ErrorVector& camera_errors,
                               const LightingFitOptions& options) {
   const NoiseUnits noise(options);
   const auto count = static_cast<std::size_t>(problem.sample_count);
@@ -95,16 +95,10 @@ void Reweighting::Standardise(const FitProblem& problem,
   residual_.resize(count * 3);
   sky_share_.resize(count * 3);
   deviation_.resize(count);
-  const double* row = problem.transport.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t c = 0; c < 3; ++c, row += kBases) {
-      const double* light = x.data() + c * kBases;
-      double predicted = 0.0;
-      for (int j = 0; j < kBases; ++j) predicted += row[j] * light[j];
-      residual_[i * 3 + c] = predicted;
-      sky_share_[i * 3 + c] = problem.has_sun ? predicted - row[0] * light[0] : predicted;
-    }
-  }
+  WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Predict<kColumns>(problem, x); });
+  problem.SetExponentColumn(residual_);
+  const auto columns = static_cast<std::size_t>(problem.ColumnCount());
+  const auto errors = static_cast<std::size_t>(problem.error_count);
   // Roots and quotients cost the most: several at a time.
   for (std::size_t v = 0; v < 3 * count; ++v) {
     const double predicted = residual_[v];
@@ -114,6 +108,13 @@ void Reweighting::Standardise(const FitProblem& problem,
     residual_[v] = (problem.radiance[v] - predicted) * inverse_unit;
     sky_share_[v] *= inverse_unit;
   }
+  for (std::size_t e = 0; e < errors; ++e) {
+    const double error = camera_errors[static_cast<Eigen::Index>(e)];
+    const double* column = problem.transport.data() + columns - errors + e;
+    for (std::size_t v = 0; v < 3 * count; ++v) {
+      residual_[v] -= error * column[v * columns] * inverse_unit_[v];
+    }
+  }
   for (std::size_t i = 0; i < count; ++i) {
     double sum = 0.0;
     double channels = 0.0;
@@ -122,6 +123,26 @@ void Reweighting::Standardise(const FitProblem& problem,
       channels += problem.weight[v] > 0.0 ? 1.0 : 0.0;
     }
     deviation_[i] = std::sqrt(sum / channels);
+  }
+}
+
+// Writes the light of `x` into residual_, and the sky's part of it into sky_share_.
+template <int kColumns>
+void Reweighting::Predict(const FitProblem& problem, const LightVector& x) {
+  // The camera's errors are no light.
+  std::array<double, 3 * kColumns> lights{};
+  for (int c = 0; c < 3; ++c) {
+    for (int j = 0; j < problem.basis_count; ++j) {
+      lights[static_cast<std::size_t>(c * kColumns + j)] = x[c * problem.basis_count + j];
+    }
+  }
+  const double* row = problem.transport.data();
+  for (std::size_t v = 0; v < residual_.size(); ++v, row += kColumns) {
+    const double* light = lights.data() + v % 3 * kColumns;
+    double predicted = 0.0;
+    for (int j = 0; j < kColumns; ++j) predicted += row[j] * light[j];
+    residual_[v] = predicted;
+    sky_share_[v] = problem.has_sun ? predicted - row[0] * light[0] : predicted;
   }
 }
 
@@ -151,18 +172,18 @@ void Reweighting::Weigh(const LightingFitOptions& options) {
 }
 
 // Samples of one plane follow each other, so that its sums stay in registers.
-template <int kBases>
+template <int kColumns>
 void Reweighting::Accumulate(const FitProblem& problem) {
-  using Row = Eigen::Matrix<double, kBases, 1>;
+  using Row = Eigen::Matrix<double, kColumns, 1>;
   const auto cells = static_cast<std::size_t>(problem.plane_count) * 3;
   for (std::vector<double>* sums :
        {&plane_weight_, &plane_residual_, &plane_target_, &sky_mean_, &sky_sky_, &sky_target_}) {
     sums->assign(cells, 0.0);
   }
-  plane_row_.assign(cells * kBases, 0.0);
-  sky_row_.assign(cells * kBases, 0.0);
-  std::array<Eigen::Matrix<double, kBases, kBases>, 3> normal;
-  normal.fill(Eigen::Matrix<double, kBases, kBases>::Zero());
+  plane_row_.assign(cells * kColumns, 0.0);
+  sky_row_.assign(cells * kColumns, 0.0);
+  std::array<Eigen::Matrix<double, kColumns, kColumns>, 3> normal;
+  normal.fill(Eigen::Matrix<double, kColumns, kColumns>::Zero());
   std::array<Row, 3> gradient;
   gradient.fill(Row::Zero());
   for (std::size_t first = 0; first < weight_.size();) {
@@ -179,15 +200,15 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       Row sum_row = Row::Zero();
       Row sum_sky_row = Row::Zero();
       Row sum_target_row = Row::Zero();
-      Eigen::Matrix<double, kBases, kBases> sum_normal =
-          Eigen::Matrix<double, kBases, kBases>::Zero();
+      Eigen::Matrix<double, kColumns, kColumns> sum_normal =
+          Eigen::Matrix<double, kColumns, kColumns>::Zero();
       for (std::size_t i = first; i < last; ++i) {
         const std::size_t v = i * 3 + c;
         const double unit = inverse_unit_[v];
         const double weight = unit > 0.0 ? weight_[i] : 0.0;
         const double target = unit * problem.radiance[v];
         const double sky = weight * sky_share_[v];
-        const Row row = unit * Eigen::Map<const Row>(problem.transport.data() + v * kBases);
+        const Row row = unit * Eigen::Map<const Row>(problem.transport.data() + v * kColumns);
         const Row weighted = weight * row;
         sum_weight += weight;
         sum_residual += weight * residual_[v];
@@ -211,8 +232,8 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       sky_mean_[cell] = sum_sky * inverse;
       sky_sky_[cell] = sum_sky_sky;
       sky_target_[cell] = sum_sky_target;
-      Eigen::Map<Row>(plane_row_.data() + cell * kBases) = inverse * sum_row;
-      Eigen::Map<Row>(sky_row_.data() + cell * kBases) = sum_sky_row;
+      Eigen::Map<Row>(plane_row_.data() + cell * kColumns) = inverse * sum_row;
+      Eigen::Map<Row>(sky_row_.data() + cell * kColumns) = sum_sky_row;
     }
     first = last;
   }
@@ -225,8 +246,8 @@ void Reweighting::Accumulate(const FitProblem& problem) {
 // Whitened rows are (row - phi mean row) sqrt(w / n), so their squares add up to
 //   (sum w row row' - sum_planes (2 phi - phi^2) W mean mean') / n.
 void Reweighting::WhitenMeans(const FitProblem& problem) {
-  const int bases = problem.basis_count;
-  const auto b = static_cast<std::size_t>(bases);
+  const int columns = problem.ColumnCount();
+  const auto b = static_cast<std::size_t>(columns);
   taken_.resize(plane_weight_.size());
   for (std::size_t cell = 0; cell < taken_.size(); ++cell) {
     const std::size_t c = cell % 3;
@@ -235,19 +256,19 @@ void Reweighting::WhitenMeans(const FitProblem& problem) {
         1.0 / (1.0 + Square(shared_error_) * plane_weight_[cell] / noise_(ci, ci));
     taken_[cell] = 1.0 - std::sqrt(kept_squared);
     const double part = (1.0 - kept_squared) * plane_weight_[cell];
-    const Eigen::Map<const BasisVector> mean_row(plane_row_.data() + cell * b, bases);
+    const Eigen::Map<const BasisVector> mean_row(plane_row_.data() + cell * b, columns);
     normal_[c].noalias() -= part * mean_row * mean_row.transpose();
     gradient_[c].noalias() -= part * plane_target_[cell] * mean_row;
 
     const double sky = part * sky_mean_[cell];
     sky_sky_[cell] -= sky * sky_mean_[cell];
     sky_target_[cell] -= sky * plane_target_[cell];
-    Eigen::Map<BasisVector>(sky_row_.data() + cell * b, bases).noalias() -= sky * mean_row;
+    Eigen::Map<BasisVector>(sky_row_.data() + cell * b, columns).noalias() -= sky * mean_row;
   }
 }
 
 void Reweighting::WhitenSky(const FitProblem& problem) {
-  const int bases = problem.basis_count;
+  const int columns = problem.ColumnCount();
   sky_taken_.assign(sky_sky_.size(), 0.0);
   for (std::size_t cell = 0; cell < sky_taken_.size(); ++cell) {
     const double sky_sky = sky_sky_[cell];
@@ -256,7 +277,8 @@ void Reweighting::WhitenSky(const FitProblem& problem) {
     const auto ci = static_cast<Eigen::Index>(c);
     const double kept_squared = 1.0 / (1.0 + Square(sky_shape_error_) * sky_sky / noise_(ci, ci));
     sky_taken_[cell] = 1.0 - std::sqrt(kept_squared);
-    Eigen::Map<BasisVector> row(sky_row_.data() + cell * static_cast<std::size_t>(bases), bases);
+    Eigen::Map<BasisVector> row(sky_row_.data() + cell * static_cast<std::size_t>(columns),
+                                columns);
     row /= sky_sky;
     sky_target_[cell] /= sky_sky;
     const double part = (1.0 - kept_squared) * sky_sky;
@@ -276,25 +298,25 @@ void Reweighting::FinishNormal(const FitProblem& problem) {
 }
 
 void Reweighting::Whiten(const FitProblem& problem) {
-  const int bases = problem.basis_count;
+  const int columns = problem.ColumnCount();
   const auto count = weight_.size();
   for (std::size_t c = 0; c < 3; ++c) {
     WhitenedChannel& channel = channels_[c];
-    channel.rows.resize(count * static_cast<std::size_t>(bases));
+    channel.rows.resize(count * static_cast<std::size_t>(columns));
     channel.target.resize(count);
     const auto ci = static_cast<Eigen::Index>(c);
     const double inverse_sigma = 1.0 / std::sqrt(noise_(ci, ci));
     double* out = channel.rows.data();
-    for (std::size_t i = 0; i < count; ++i, out += bases) {
+    for (std::size_t i = 0; i < count; ++i, out += columns) {
       const std::size_t v = i * 3 + c;
       const double unit = inverse_unit_[v];
       const double factor = unit > 0.0 ? std::sqrt(weight_[i]) * inverse_sigma : 0.0;
       const std::size_t cell = static_cast<std::size_t>(problem.plane[i]) * 3 + c;
-      const double* row = problem.transport.data() + v * static_cast<std::size_t>(bases);
-      const double* mean_row = plane_row_.data() + cell * static_cast<std::size_t>(bases);
-      const double* sky_row = sky_row_.data() + cell * static_cast<std::size_t>(bases);
+      const double* row = problem.transport.data() + v * static_cast<std::size_t>(columns);
+      const double* mean_row = plane_row_.data() + cell * static_cast<std::size_t>(columns);
+      const double* sky_row = sky_row_.data() + cell * static_cast<std::size_t>(columns);
       const double by_sky = sky_taken_[cell] * (sky_share_[v] - taken_[cell] * sky_mean_[cell]);
-      for (int j = 0; j < bases; ++j) {
+      for (int j = 0; j < columns; ++j) {
         out[j] = factor * (unit * row[j] - taken_[cell] * mean_row[j] - by_sky * sky_row[j]);
       }
       channel.target[i] =
@@ -306,17 +328,18 @@ void Reweighting::Whiten(const FitProblem& problem) {
 
 BasisMatrix Reweighting::CrossNormal(int c, int d) const {
   BasisMatrix cross;
-  const auto add = [&]<int kBases>() {
-    using Row = Eigen::Matrix<double, kBases, 1>;
-    Eigen::Matrix<double, kBases, kBases> sum = Eigen::Matrix<double, kBases, kBases>::Zero();
+  const auto add = [&]<int kColumns>() {
+    using Row = Eigen::Matrix<double, kColumns, 1>;
+    Eigen::Matrix<double, kColumns, kColumns> sum =
+        Eigen::Matrix<double, kColumns, kColumns>::Zero();
     const double* row_c = Channel(c).rows.data();
     const double* row_d = Channel(d).rows.data();
-    for (std::size_t i = 0; i < weight_.size(); ++i, row_c += kBases, row_d += kBases) {
+    for (std::size_t i = 0; i < weight_.size(); ++i, row_c += kColumns, row_d += kColumns) {
       sum.noalias() += Eigen::Map<const Row>(row_c) * Eigen::Map<const Row>(row_d).transpose();
     }
     cross = correlation_(c, d) * sum;
   };
-  WithBases(static_cast<int>(normal_[0].rows()), add);
+  WithColumns(static_cast<int>(normal_[0].rows()), add);
   return cross;
 }
 

@@ -13,7 +13,9 @@
 namespace pleinair::estimation_internal {
 
 // Rows and targets of the weighted problem of one channel: minimise |rows x_c - target|^2, whose
-// rows have unit, uncorrelated noise. Row-major, sample_count x basis_count.
+// rows have unit, uncorrelated noise. Row-major, sample_count x ColumnCount().
+using ErrorVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxCameraErrors, 1>;
+
 struct WhitenedChannel {
   std::vector<double> rows;
   std::vector<double> target;
@@ -49,21 +51,25 @@ class Reweighting {
   void Forget();
   // Not after Forget, nor when the sun has risen or set since.
   bool KnowsSharedErrors(const FitProblem& problem) const {
-    return last_normal_[0].rows() == problem.basis_count;
+    return last_normal_[0].rows() == problem.ColumnCount();
   }
 
   // `prior_information` is what else holds the unknowns, as the residuals of planes tell more of
   // their errors where the fit is not free to follow them. `rescale` false keeps the scales
   // (robust, noise, shared) of the last pass.
-  void Update(const FitProblem& problem,
+  void Update(FitProblem& problem,
               const LightVector& x,
+              const ErrorVector& camera_errors,
               const LightMatrix& prior_information,
               const LightingFitOptions& options,
               bool rescale);
 
   // Whether `x` explains as many samples as the light that was found last did, and as well: then it
   // is a start as good as any. False before the first Update.
-  bool Explains(const FitProblem& problem, const LightVector& x, const LightingFitOptions& options);
+  bool Explains(FitProblem& problem,
+                const LightVector& x,
+                const ErrorVector& camera_errors,
+                const LightingFitOptions& options);
 
   // Normal equations of the whitened problem of channel c: rows' rows and rows' target.
   const BasisMatrix& Normal(int c) const { return normal_[static_cast<std::size_t>(c)]; }
@@ -123,15 +129,14 @@ class Reweighting {
   std::vector<double> plane_inliers_;
   std::vector<double> scratch_;
 
-  // The loops over the samples, with the number of basis lights known to the compiler.
-  void Standardise(const FitProblem& problem,
+  // The loops over the samples, with the number of columns known to the compiler.
+  void Standardise(FitProblem& problem,
                    const LightVector& x,
+                   const ErrorVector& camera_errors,
                    const LightingFitOptions& options);
-  template <int kBases>
-  void Standardise(const FitProblem& problem,
-                   const LightVector& x,
-                   const LightingFitOptions& options);
-  template <int kBases>
+  template <int kColumns>
+  void Predict(const FitProblem& problem, const LightVector& x);
+  template <int kColumns>
   void Accumulate(const FitProblem& problem);
 
   void EstimateScale(const FitProblem& problem, const LightingFitOptions& options);
@@ -142,12 +147,16 @@ class Reweighting {
   void EstimateSharedErrors(const FitProblem& problem,
                             const LightMatrix& prior_information,
                             const LightingFitOptions& options);
-  // What a plane tells of e: its squared residual beyond its samples' own, in units of what is
-  // expected, and the degrees of freedom that it is worth.
+  // What a plane says of e, per channel: the shift of its mean, the part of that which its samples'
+  // own errors explain, the weight of its square in units of what is expected, and the degrees of
+  // freedom that it is worth. A weight of 0: nothing.
   struct Witness {
-    double excess = 0.0;
-    double degrees = 0.0;
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    Eigen::Vector3d alone = Eigen::Vector3d::Zero();
+    Eigen::Vector3d weight = Eigen::Vector3d::Zero();
+    Eigen::Vector3d degrees = Eigen::Vector3d::Zero();
   };
+  std::vector<Witness> witnesses_;
   Witness WitnessOf(int plane,
                     const std::array<BasisMatrix, 3>& covariance,
                     const LightingFitOptions& options) const;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimation/internal/square.h"
 #include "estimation/internal/symmetric_algebra.h"
@@ -152,15 +153,37 @@ void Reweighting::EstimateSharedErrors(const FitProblem& problem,
     std::array<BasisMatrix, 3> covariance;
     for (std::size_t c = 0; c < 3; ++c) {
       const Eigen::Index first = static_cast<Eigen::Index>(c) * bases;
-      covariance[c] =
-          InverseOf(last_normal_[c] + prior_information.block(first, first, bases, bases));
+      covariance[c] = InverseOf(last_normal_[c].topLeftCorner(bases, bases) +
+                                prior_information.block(first, first, bases, bases));
     }
+    // Where another light than the samples' is held by the prior, all planes are off by a factor:
+    // no word on their errors.
+    witnesses_.clear();
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    Eigen::Vector3d weights = Eigen::Vector3d::Zero();
+    for (int plane = 0; plane < problem.plane_count; ++plane) {
+      const Witness& witness = witnesses_.emplace_back(WitnessOf(plane, covariance, options));
+      shift += witness.weight.cwiseProduct(witness.shift);
+      weights += witness.weight;
+    }
+    shift = shift.cwiseQuotient(weights.cwiseMax(std::numeric_limits<double>::min()));
     double excess = 0.0;
     double degrees = 0.0;
-    for (int plane = 0; plane < problem.plane_count; ++plane) {
-      const Witness witness = WitnessOf(plane, covariance, options);
-      excess += witness.excess;
-      degrees += witness.degrees;
+    for (const Witness& witness : witnesses_) {
+      int channels = 0;
+      double of_excess = 0.0;
+      double of_degrees = 0.0;
+      for (int c = 0; c < 3; ++c) {
+        if (!(witness.weight[c] > 0.0)) continue;
+        const double kept = 1.0 - witness.weight[c] / weights[c];
+        of_excess +=
+            witness.weight[c] * (Square(witness.shift[c] - shift[c]) - kept * witness.alone[c]);
+        of_degrees += kept * witness.degrees[c];
+        ++channels;
+      }
+      if (channels == 0) continue;
+      excess += of_excess / channels;
+      degrees += of_degrees / channels;
     }
     error_squared = std::max(0.0, (kPriorCount + excess) / (kPriorCount + degrees));
   }
@@ -178,8 +201,8 @@ Reweighting::Witness Reweighting::WitnessOf(int plane,
   // A shift of the whole plane moves its weighted mean less than that: its far samples lose weight.
   const Eigen::Vector3d shift =
       mean_weight_ * inverse_slope_ * Eigen::Map<const Eigen::Vector3d>(&plane_residual_[first]);
-  Witness sum;
-  int channels = 0;
+  Witness witness;
+  witness.shift = shift;
   for (std::size_t c = 0; c < 3; ++c) {
     const std::size_t i = first + c;
     const auto ci = static_cast<Eigen::Index>(c);
@@ -187,19 +210,18 @@ Reweighting::Witness Reweighting::WitnessOf(int plane,
         Square(options.shared_error) + Square(options.sky_shape_error * sky_mean_[i]);
     // Below the weight of one sample a mean says more about the weights than about the plane.
     if (!(plane_weight_[i] >= 1.0) || !(expected > 0.0)) continue;
-    const Eigen::Map<const BasisVector> row(plane_row_.data() + i * static_cast<std::size_t>(bases),
-                                            bases);
+    const auto columns = static_cast<std::size_t>(normal_[0].rows());
+    const Eigen::Map<const BasisVector> row(plane_row_.data() + i * columns, bases);
     const double alone = noise_(ci, ci) / plane_weight_[i];
-    // Where the samples' own errors are the larger a mean tells little of the shared one.
+    // Where the samples' own errors are the larger a mean says little of the shared one.
     const double told = Square(expected / (expected + alone));
     const double taken =
         std::min(1.0, row.dot(covariance[c] * row) / (alone + Square(error_) * expected));
-    sum.excess += told * (Square(shift[ci]) - (1.0 - taken) * alone) / expected;
-    sum.degrees += told * (1.0 - taken);
-    ++channels;
+    witness.weight[ci] = told / expected;
+    witness.alone[ci] = (1.0 - taken) * alone;
+    witness.degrees[ci] = told * (1.0 - taken);
   }
-  if (channels == 0) return {};
-  return {sum.excess / channels, sum.degrees / channels};
+  return witness;
 }
 
 }  // namespace pleinair::estimation_internal

@@ -96,7 +96,7 @@ TEST(LightingFit, ScalesWithTheRadiance) {
       ClearSkyExpectation clear_sky = testing::SyntheticClearSky();
       clear_sky.beam_rgb *= scale;
       clear_sky.diffuse_rgb *= scale;
-      return MakeLightingPrior(clear_sky, std::nullopt, UtcTime{}, 1);
+      return MakeClimatePrior(clear_sky, 1);
     };
     const LightingFit reference = FitLighting(samples, prior(1.0), true);
     for (int k = -8; k <= 8; ++k) {

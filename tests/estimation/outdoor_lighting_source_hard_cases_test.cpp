@@ -56,7 +56,10 @@ TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReas
   ExpectSane(*estimate);
   EXPECT_EQ(estimate->samples_used, 0);
   EXPECT_FALSE(estimate->sun_observable);
-  EXPECT_NEAR(estimate->lighting.sun.irradiance_rgb.x, kSunPriorMean * 850.0, 10.0);
+  // No sun and the whole beam are both within two deviations.
+  const double sigma = std::sqrt(estimate->lighting.covariance[0]);
+  EXPECT_LT(estimate->lighting.sun.irradiance_rgb.x, 2.0 * sigma);
+  EXPECT_LT(850.0 - estimate->lighting.sun.irradiance_rgb.x, 2.0 * sigma);
 
   LightingObservation unknown = Observe(frame, view);
   unknown.clear_sky = {};
@@ -90,10 +93,11 @@ TEST(OutdoorLightingSourceHardCases, ASunInTheWrongPlaceErrsInProportionAndLeave
     if (degrees == 0.0) exact = SunError(*estimate, picture);
     // On a wall 45 deg from the sun a degree is 1.7 % of n.l.
     EXPECT_LE(SunError(*estimate, picture), exact + 0.02 * degrees) << degrees;
-    // Where the rest fits well, a wall that does not is left out.
+    // Where the rest fits well, a wall that does not is left out, and stays out.
     EXPECT_TRUE(estimate->relative_residual > last_residual ||
-                estimate->inlier_fraction < last_inliers)
+                estimate->inlier_fraction < last_inliers || last_inliers < 0.8)
         << degrees;
+    EXPECT_LE(estimate->inlier_fraction, last_inliers);
     last_residual = estimate->relative_residual;
     last_inliers = estimate->inlier_fraction;
   }

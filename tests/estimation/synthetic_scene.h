@@ -144,11 +144,12 @@ inline ProblemPair MakeProblemPair(std::mt19937_64& random) {
 
 // A clear sky in the scene's units: the beam of SyntheticScene's sun, a little above it.
 inline ClearSkyExpectation SyntheticClearSky() {
-  return {{850.0, 800.0, 720.0}, {70.0, 85.0, 100.0}, true};
+  return {.beam_rgb = {850.0, 800.0, 720.0},
+          .diffuse_rgb = {70.0, 85.0, 100.0},
+          .sine_of_elevation = 0.6,
+          .absolute = true};
 }
 
-inline LightingPrior SyntheticPrior() {
-  return MakeLightingPrior(SyntheticClearSky(), std::nullopt, UtcTime{}, 1);
-}
+inline LightingPrior SyntheticPrior() { return MakeClimatePrior(SyntheticClearSky(), 1); }
 
 }  // namespace pleinair::testing

@@ -234,18 +234,21 @@ FrameLight EstimateFrame(const Sequence& sequence, const PreparedScene& scene) {
       builder.Update(frame.camera, sun.direction_enu, sun.angular_radius_rad, basis, {});
   const ScaledClearSky clear_sky(sequence.site, &scene.survey->light);
   FrameLight found;
-  found.estimate = source
-                       ->Estimate({frame,
-                                   view,
-                                   sun,
-                                   clear_sky.At(sun.direction_enu),
-                                   std::nullopt,
-                                   scene.albedo_stddev_rgb,
-                                   SurveyedLight{scene.survey_time.value(),
-                                                 scene.survey->light.sun_irradiance_rgb,
-                                                 scene.survey->light.sun_irradiance_stddev_rgb,
-                                                 scene.survey->light.sky_irradiance_rgb}})
-                       .value();
+  found.estimate =
+      source
+          ->Estimate({frame,
+                      view,
+                      sun,
+                      clear_sky.At(sun.direction_enu),
+                      std::nullopt,
+                      scene.albedo_stddev_rgb,
+                      0.0,
+                      SurveyedLight{scene.survey_time.value(),
+                                    scene.survey->light.sun_irradiance_rgb,
+                                    scene.survey->light.sun_irradiance_stddev_rgb,
+                                    scene.survey->light.sky_irradiance_rgb,
+                                    clear_sky.At(scene.survey->light.sun_direction_enu)}})
+          .value();
   const Lighting& light = found.estimate.lighting;
   std::vector<double> ratios;
   for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {

@@ -37,10 +37,20 @@ TEST(ScaledClearSky, GivesTheSurveysOwnLightBackAtItsTime) {
   }
 }
 
-TEST(ScaledClearSky, OnlyTheRatioCountsWhenACloudHidTheSurveysSun) {
+// An overcast sky sends a third of the clear global irradiance: taken for a clear sky's blue light
+// it would promise a beam several times too strong.
+TEST(ScaledClearSky, ASurveyUnderCloudTiesTheUnitsRoughly) {
   SurveyLight survey = ClearSurvey(DirectionAt(0.7), 1.0);
-  survey.sun_irradiance_rgb *= 0.05;
-  EXPECT_FALSE(ScaledClearSky(kAalborg, &survey).At(DirectionAt(0.5)).absolute);
+  const ClearSkyExpectation clear = ScaledClearSky(kAalborg, &survey).At(DirectionAt(0.7));
+  survey.sun_irradiance_rgb = glm::dvec3(0.0);
+  survey.sky_irradiance_rgb = 0.3 * (clear.diffuse_rgb + DirectionAt(0.7).z * clear.beam_rgb);
+  const ClearSkyExpectation found = ScaledClearSky(kAalborg, &survey).At(DirectionAt(0.7));
+  EXPECT_TRUE(found.absolute);
+  EXPECT_GT(found.gain_stddev, clear.gain_stddev);
+  EXPECT_NEAR(found.beam_rgb.y / clear.beam_rgb.y, 1.0, found.gain_stddev);
+}
+
+TEST(ScaledClearSky, WithoutASurveyOnlyRatiosCount) {
   EXPECT_FALSE(ScaledClearSky(kAalborg, nullptr).At(DirectionAt(0.5)).absolute);
 }
 

@@ -1,0 +1,82 @@
+// The prior's weathers in the fit's own units, and how well each explains the samples.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "estimation/internal/ceres_solve.h"
+#include "estimation/internal/fit_problem.h"
+#include "estimation/lighting_prior.h"
+
+namespace pleinair::estimation_internal {
+
+// Of the samples and the common factor of the prior: minus twice the logarithm of what they say is
+//   x' normal x - 2 x' gradient + constant.
+struct Evidence {
+  LightMatrix normal;
+  LightVector gradient;
+};
+
+// One weather's answer.
+struct WeatherSolution {
+  double share = 0.0;       // Of the posterior.
+  LightVector light;        // The minimiser over lights >= 0.
+  LightMatrix information;  // Of the weather alone.
+  LightVector information_times_mean;
+  double gain = 1.0;          // Of the prior's light in this picture.
+  double log_evidence = 0.0;  // Of the samples, but for a constant.
+};
+
+// A Gaussian each over the sums that a prior knows of: sun and whole sky per channel.
+class WeatherMixture {
+ public:
+  // `problem` is read for its units and kept track of by no reference.
+  void Load(const LightingPrior& prior, const FitProblem& problem);
+
+  // Finds the gain of each weather where it is free: the one under which its mean light explains
+  // the samples best. Without samples it is 1.
+  void ChooseGains(const Evidence& samples);
+
+  // The solutions of those weathers that the last call found likely, or of all.
+  enum class Which { kLikely, kAll };
+  void Solve(const Evidence& evidence, Which which);
+
+  // Solves for the likely weathers again, by Ceres. False where one does not settle: it stays.
+  bool Refine(const Evidence& evidence, CeresSolver& ceres);
+
+  const std::vector<WeatherSolution>& Solutions() const { return solutions_; }
+  // Between the mean over the weathers, which nothing in the picture may look like where they are
+  // far apart, and the most likely one's light: the mean weighted by squared shares.
+  LightVector Light() const;
+  // Of the most likely weather.
+  const LightMatrix& Information() const;
+  // How near a weather is to the answer is worth a look from this share on.
+  static constexpr double kLeastShare = 1e-3;
+
+ private:
+  struct Weather {
+    double log_share = 0.0;
+    double last_log_evidence = 0.0;
+    LightGaussian light;  // In the fit's units, with a gain of 1.
+    // With the gain as chosen.
+    SunAndSkyMatrix information;
+    SunAndSky information_times_mean;
+    double mean_square = 0.0;  // mean' information mean.
+    double log_determinant = 0.0;
+  };
+
+  bool has_sun_ = false;
+  int basis_count_ = 0;
+  bool gain_is_free_ = false;
+  double channel_gain_stddev_ = 0.0;
+  double repeats_ = 0.0;
+  std::size_t likeliest_before_ = 0;
+  std::vector<Weather> weathers_;
+  std::vector<WeatherSolution> solutions_;
+
+  double News(std::size_t weather) const;
+  int SumOf(Eigen::Index unknown) const;
+  void SetInformation(Weather& weather, double gain);
+};
+
+}  // namespace pleinair::estimation_internal

@@ -1,0 +1,243 @@
+#include "estimation/outdoor_estimator.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace pleinair {
+namespace {
+
+// A frame as much later is likely to show the same light.
+constexpr auto kStartsAtTheLast = std::chrono::seconds(10);
+
+// Of each channel's gain: of units that are the survey's; of a picture whose exposure and white
+// balance changed by a known factor; of one whose white balance is not known.
+constexpr double kSurveyedGainStddev = 0.02;
+constexpr double kFollowedGainStddev = 0.02;
+constexpr double kUnknownGainStddev = 0.35;
+// Of the climate's light in units that only earlier frames have tied.
+constexpr double kLearnedGainStddev = 0.3;
+
+bool AnyOfTheDiscIsUp(const SunState& sun) {
+  return sun.direction_enu.z > -std::sin(sun.angular_radius_rad);
+}
+
+bool IsKnown(const ClearSkyExpectation& clear_sky) {
+  return std::min({clear_sky.diffuse_rgb.x, clear_sky.diffuse_rgb.y, clear_sky.diffuse_rgb.z}) >
+         0.0;
+}
+
+// What two Gaussians know that may share their errors: in each direction what the better one does.
+// A picture's errors of albedo and geometry are the next picture's, too, so that many pictures know
+// hardly more than one (after Sijs and Lazar, Automatica 46(1), 2010, ellipsoidal intersection).
+SunAndSkyMatrix BetterOf(const SunAndSkyMatrix& known, const SunAndSkyMatrix& measured) {
+  const Eigen::LLT<SunAndSkyMatrix> root(known);
+  const SunAndSkyMatrix lower = root.matrixL();
+  // Of `measured`, where `known` is the unit.
+  SunAndSkyMatrix relative = root.matrixL().solve(measured);
+  relative = root.matrixL().solve(relative.transpose().eval());
+  relative = (0.5 * (relative + relative.transpose())).eval();
+  const Eigen::SelfAdjointEigenSolver<SunAndSkyMatrix> eigen(relative);
+  if (eigen.info() != Eigen::Success) return known;
+  const SunAndSky variances = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
+  const SunAndSkyMatrix turned = lower * eigen.eigenvectors();
+  return turned * variances.asDiagonal() * turned.transpose();
+}
+
+double SkyOf(const LightVector& irradiance_rgb, int channel) {
+  double sum = 0.0;
+  for (Eigen::Index u = 3 + channel; u < irradiance_rgb.size(); u += 3) sum += irradiance_rgb[u];
+  return sum;
+}
+
+// The clear-sky beam in the frame's units, mean over RGB. Where nothing is known of it, all the
+// light there is.
+double BeamOf(const OutdoorConditions& conditions,
+              double climate_gain,
+              const LightVector& irradiance_rgb) {
+  const ClearSkyExpectation& clear_sky = conditions.clear_sky;
+  double beam = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    beam += IsKnown(clear_sky) && !conditions.held ? climate_gain * clear_sky.beam_rgb[c]
+                                                   : irradiance_rgb[c] + SkyOf(irradiance_rgb, c);
+  }
+  return beam / 3.0;
+}
+
+void Describe(const OutdoorConditions& conditions,
+              const LightingFit& fit,
+              double climate_gain,
+              LightingEstimate& estimate) {
+  Lighting& lighting = estimate.lighting;
+  lighting.time = conditions.time;
+  lighting.sun.direction_enu = conditions.sun.direction_enu;
+  lighting.sun.angular_radius_rad = conditions.sun.angular_radius_rad;
+  const LightVector& light = fit.irradiance_rgb;
+  lighting.sun.irradiance_rgb = {light[0], light[1], light[2]};
+  for (std::size_t k = 0; k < conditions.sky_shape_names.size(); ++k) {
+    const auto first = static_cast<Eigen::Index>(3 * (1 + k));
+    lighting.sky.push_back(
+        {conditions.sky_shape_names[k], {light[first], light[first + 1], light[first + 2]}});
+  }
+  // Light is what is seen over albedo: where all albedos are too high, all lights are too weak.
+  const glm::dvec3& scale = conditions.albedo_stddev_rgb;
+  const Eigen::Index unknowns = light.size();
+  for (Eigen::Index u = 0; u < unknowns; ++u) {
+    for (Eigen::Index v = 0; v < unknowns; ++v) {
+      const double shared =
+          scale[static_cast<int>(u % 3)] * light[u] * scale[static_cast<int>(v % 3)] * light[v];
+      lighting.covariance.push_back(fit.covariance(u, v) + shared);
+    }
+  }
+  estimate.sun_observable = fit.sun_is_fitted && conditions.sun.direction_enu.z > 0.0 &&
+                            TellsTheSun(fit, BeamOf(conditions, climate_gain, light));
+  estimate.samples_used = fit.samples_used;
+  estimate.inlier_fraction = fit.inlier_fraction;
+  estimate.condition_number = fit.condition_number;
+  estimate.relative_residual = fit.relative_residual;
+}
+
+}  // namespace
+
+tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
+    std::span<const DiffuseSample> samples, const OutdoorConditions& conditions) {
+  const int sky_shapes = static_cast<int>(conditions.sky_shape_names.size());
+  const bool sun_is_up = AnyOfTheDiscIsUp(conditions.sun);
+  const Expectation expectation = Expect(conditions, sky_shapes);
+  // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each
+  // found by themselves.
+  const auto since = last_time_ ? conditions.time - *last_time_ : UtcTime::duration::max();
+  if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
+  last_time_ = conditions.time;
+  const LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
+  if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
+    return tl::unexpected(LightingFailure{
+        "no usable sample: expected at least one, or a clear-sky light with a survey's units to "
+        "fall back on"});
+  }
+  if (sun_is_up && !expectation.prior.weathers.empty()) {
+    Learn(expectation, fit);
+  } else {
+    belief_.reset();
+    climate_gain_ = expectation.climate_gain;
+  }
+  LearnResponse(expectation.prior.camera, fit, conditions.time);
+  LightingEstimate estimate;
+  estimate.units = conditions.units;
+  estimate.exposure_change = conditions.exposure_change;
+  Describe(conditions, fit, climate_gain_, estimate);
+  return estimate;
+}
+
+OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& conditions,
+                                                       int sky_shapes) {
+  const ClearSkyExpectation& clear_sky = conditions.clear_sky;
+  Expectation expectation;
+  expectation.prior = LightingPrior::Nothing(sky_shapes);
+  if (IsKnown(clear_sky)) {
+    SkyClimate climate = MakeSkyClimate(clear_sky);
+    if (conditions.weather) Believe(*conditions.weather, climate);
+    // Twilight and lamps are in nobody's climate: only the colour of their light is.
+    const bool is_tied = clear_sky.absolute && conditions.units == LightUnits::kAbsolute &&
+                         AnyOfTheDiscIsUp(conditions.sun);
+    const ExposureChange& change = conditions.exposure_change;
+    const bool is_followed = belief_.has_value() && AnyOfTheDiscIsUp(conditions.sun) &&
+                             (conditions.units != LightUnits::kRelativePerFrame ||
+                              change.kind == ExposureChange::Kind::kNone ||
+                              change.kind == ExposureChange::Kind::kExposure);
+
+    std::optional<WeatherBelief> last = belief_;
+    expectation.climate_gain = is_tied ? 1.0 : is_followed ? climate_gain_ : 1.0;
+    if (last && !is_tied && is_followed && conditions.units == LightUnits::kRelativePerFrame) {
+      Rescale(change.factor_rgb, *last);
+      expectation.climate_gain *=
+          (change.factor_rgb.x + change.factor_rgb.y + change.factor_rgb.z) / 3.0;
+    } else if (last && !is_tied && !is_followed) {
+      for (WeatherLight& state : last->states) ScaleBy(1.0 / climate_gain_, state.light);
+    }
+    if (conditions.surveyed && (is_tied || !last)) {
+      const auto gap = [&](UtcTime time) {
+        return time > conditions.time ? time - conditions.time : conditions.time - time;
+      };
+      if (!last || gap(conditions.surveyed->time) < gap(last->time)) {
+        last = BeliefFromSurvey(*conditions.surveyed);
+      }
+    }
+    for (SkyClimate::State& state : climate.states) {
+      ScaleBy(expectation.climate_gain, state.light);
+      if (is_tied) AddGainError(clear_sky.gain_stddev, state.light);
+      if (!is_tied && is_followed) AddGainError(kLearnedGainStddev, state.light);
+    }
+    expectation.belief = last ? Predict(*last, climate, conditions.time)
+                              : BeliefFromClimate(climate, conditions.time);
+    if (conditions.weather) Believe(*conditions.weather, expectation.belief);
+    expectation.prior = MakeLightingPrior(expectation.belief, climate, sky_shapes);
+    expectation.prior.gain_is_free = !is_tied && !is_followed;
+    expectation.prior.channel_gain_stddev = is_tied       ? kSurveyedGainStddev
+                                            : is_followed ? kFollowedGainStddev
+                                                          : kUnknownGainStddev;
+    SetBeamShape(conditions.sky_shape_names, clear_sky, expectation.prior);
+  }
+  expectation.prior.albedo_stddev = conditions.plane_albedo_stddev;
+  expectation.prior.camera = conditions.camera;
+  if (response_ && conditions.camera.exponent_stddev > 0.0) {
+    expectation.prior.camera.exponent = response_->exponent;
+    expectation.prior.camera.exponent_stddev = std::sqrt(response_->variance);
+  }
+  if (conditions.held) {
+    HoldIrradiance(conditions.held->sun_rgb, conditions.held->sky_rgb, expectation.prior);
+  }
+  return expectation;
+}
+
+// Pictures of one light share their errors: how much of a word of its own one has grows with the
+// time since the last.
+void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
+                                     const LightingFit& fit,
+                                     UtcTime time) {
+  if (!(expected.exponent_stddev > 0.0) || !(fit.exponent_stddev > 0.0)) return;
+  constexpr double kOtherLightS = 600.0;
+  double part = 1.0;
+  if (response_) {
+    using Seconds = std::chrono::duration<double>;
+    const double gap_s = std::abs(Seconds(time.time_since_epoch()).count() -
+                                  Seconds(response_->time.time_since_epoch()).count());
+    part = std::min(1.0, gap_s / kOtherLightS);
+  }
+  const double before = 1.0 / (expected.exponent_stddev * expected.exponent_stddev);
+  const double after = 1.0 / (fit.exponent_stddev * fit.exponent_stddev);
+  const double information = before + part * std::max(0.0, after - before);
+  const double weighted =
+      before * expected.exponent + part * (after * fit.exponent - before * expected.exponent);
+  // Albedos that err with brightness look like a response, in every frame alike.
+  constexpr double kLeastStddev = 0.005;
+  response_ = Response{
+      weighted / information, std::max(1.0 / information, kLeastStddev * kLeastStddev), time};
+}
+
+void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& fit) {
+  const LightingPrior& prior = expectation.prior;
+  double gain = 0.0;
+  for (const WeatherFit& weather : fit.weathers) gain += weather.share * weather.gain;
+  WeatherBelief belief = expectation.belief;
+  std::size_t w = 0;
+  for (WeatherLight& state : belief.states) {
+    if (!(state.share > 0.0)) continue;
+    const WeatherFit& found = fit.weathers[w++];
+    state.share = found.share;
+    state.log_evidence = found.log_evidence;
+    ScaleBy(prior.gain_is_free ? found.gain : 1.0, state.light);
+    if (prior.gain_is_free) AddGainError(1.0, state.light);
+    state.light.covariance = BetterOf(state.light.covariance, fit.data_covariance);
+    if (!found.light.isZero()) state.light.mean = found.light;
+  }
+  belief.repeats = 1.0;
+  belief_ = belief;
+  climate_gain_ = expectation.climate_gain * (prior.gain_is_free ? gain : 1.0);
+}
+
+}  // namespace pleinair

@@ -1,0 +1,19 @@
+// What a lighting source is given of one frame at a prepared site.
+#pragma once
+
+#include "datasets/frame_source.h"
+#include "estimation/lighting_source.h"
+#include "pipeline/sun_state.h"
+#include "relight/prepared_scene.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+// `frame` and `view` outlive the observation.
+LightingObservation Observe(const PreparedScene& scene,
+                            const ScaledClearSky& clear_sky,
+                            const Frame& frame,
+                            const SurfaceView& view,
+                            const SunState& sun);
+
+}  // namespace pleinair
