@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
@@ -13,6 +11,7 @@
 
 #include "apps/html_text.h"
 #include "apps/svg_chart.h"
+#include "apps/whole_text.h"
 #include "pipeline/display_codes.h"
 #include "sunmodel/time_text.h"
 
@@ -281,14 +280,7 @@ void WriteRunReport(const std::filesystem::path& file, const RunReport& report) 
   }
   html += "</body></html>\n";
 
-  const std::filesystem::path partial = file.string() + ".partial";
-  {
-    std::ofstream out(partial, std::ios::binary);
-    out << html;
-    out.flush();
-    if (!out) throw std::runtime_error(partial.string() + ": cannot be written");
-  }
-  std::filesystem::rename(partial, file);
+  WriteWholeText(file, html);
 }
 
 }  // namespace pleinair

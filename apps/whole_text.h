@@ -6,7 +6,7 @@
 
 namespace pleinair {
 
-// Writes beside `file` and renames. Throws std::runtime_error naming it when that fails.
+// Writes beside `file` and renames. Throws as WriteWholeFile.
 void WriteWholeText(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace pleinair

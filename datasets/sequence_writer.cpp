@@ -1,12 +1,11 @@
 // sequence.json out.
-#include <cmath>
-#include <fstream>
-#include <stdexcept>
-#include <system_error>
+#include <span>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "datasets/sequence.h"
+#include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
@@ -147,22 +146,8 @@ Json FromSequence(const Sequence& sequence) {
 }  // namespace
 
 void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / "sequence.json";
-  std::filesystem::path unfinished = file;
-  unfinished += ".part";
-  std::error_code error;
-  {
-    std::ofstream stream(unfinished, std::ios::binary | std::ios::trunc);
-    stream << FromSequence(sequence).dump(1) << '\n';
-    stream.close();
-    if (!stream) error = std::make_error_code(std::errc::io_error);
-  }
-  if (!error) std::filesystem::rename(unfinished, file, error);
-  if (error) {
-    std::error_code ignored;
-    std::filesystem::remove(unfinished, ignored);
-    throw std::runtime_error(file.string() + ": cannot be written: " + error.message());
-  }
+  const std::string text = FromSequence(sequence).dump(1) + '\n';
+  WriteWholeFile(folder / "sequence.json", std::as_bytes(std::span(text)));
 }
 
 }  // namespace pleinair

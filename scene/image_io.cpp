@@ -15,7 +15,7 @@
 #include "scene/internal/encoded_image.h"
 #include "scene/internal/exr_codec.h"
 #include "scene/internal/radiance_hdr.h"
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

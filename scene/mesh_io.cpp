@@ -14,7 +14,7 @@
 #include "scene/internal/gltf_motion.h"
 #include "scene/internal/mesh_collector.h"
 #include "scene/internal/obj_materials.h"
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

@@ -17,7 +17,7 @@
 #include <half.h>
 
 #include "scene/internal/encoded_image.h"
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

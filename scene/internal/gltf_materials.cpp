@@ -11,7 +11,7 @@
 #include <assimp/material.h>
 
 #include "scene/internal/obj_materials.h"
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

@@ -16,7 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/internal/obj_materials.h"
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

@@ -11,7 +11,7 @@
 #include <system_error>
 #include <utility>
 
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

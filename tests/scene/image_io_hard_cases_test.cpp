@@ -1,5 +1,7 @@
 #include "scene/image_io.h"
 
+#include <sys/stat.h>
+
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -84,6 +86,24 @@ TEST(ImageIoHardCases, HalfRefusesWhatItCannotHold) {
   EXPECT_EQ(folder.FileCount(), 0u);
   WriteExr(folder / "a.exr", image, ExrPrecision::kFloat);
   EXPECT_EQ(ReadRadianceImage(folder / "a.exr").At(2, 1).g, 65505.0f);
+}
+
+// A pipe or a device is somebody's: /dev/null must not become a file.
+TEST(ImageIoHardCases, WritersReplaceRegularFilesAlone) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pipe = folder / "pipe.png";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(MessageOf([&] { WritePng(pipe, Gray8Image(2, 2)); }),
+            pipe.string() +
+                ": cannot be written: expected a regular file there, or none, found a device or a "
+                "pipe");
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+  EXPECT_EQ(folder.FileCount(), 1u);
+  // A link to a file is replaced, what it points to stays.
+  const std::filesystem::path file = folder.Write("file", "mine");
+  std::filesystem::create_symlink(file, folder / "link.png");
+  WritePng(folder / "link.png", Gray8Image(2, 2));
+  EXPECT_EQ(ContentOf(file), "mine");
 }
 
 TEST(ImageIoHardCases, HdrRefusesWhatItCannotHold) {

@@ -1,4 +1,4 @@
-#include "scene/internal/whole_file.h"
+#include "scene/whole_file.h"
 
 #include <atomic>
 #include <cerrno>
@@ -45,7 +45,17 @@ std::vector<std::byte> ReadWholeFile(const std::filesystem::path& file) {
   return bytes;
 }
 
+void RequireReplaceable(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return;
+  RefuseFile(file,
+             std::string("cannot be written: expected a regular file there, or none, found ") +
+                 (std::filesystem::is_directory(status) ? "a folder" : "a device or a pipe"));
+}
+
 void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  RequireReplaceable(file);
   // Two threads or processes may write the same file at once: the last rename wins, whole.
   static std::atomic<unsigned> counter{0};
   std::string name(".");
