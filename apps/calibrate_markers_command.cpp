@@ -11,7 +11,6 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "apps/picture_files.h"
 #include "apps/whole_text.h"
 #include "calib/marker_bundle.h"
 #include "datasets/marker_frame_source.h"
@@ -38,7 +37,7 @@ void RequireSize(const Image<Pixel>& picture,
 }
 
 Gray8Image ReadMarkerPicture(const std::filesystem::path& file, const CameraIntrinsics& camera) {
-  if (IsHdrFile(file)) {
+  if (HoldsRadiance(file)) {
     const RgbImage picture = ReadRadianceImage(file);
     RequireSize(picture, camera, file);
     return MarkerPicture(picture);

@@ -9,13 +9,8 @@
 
 namespace pleinair {
 
-bool IsHdrFile(const std::filesystem::path& file) {
-  const std::string extension = file.extension().string();
-  return extension == ".exr" || extension == ".hdr";
-}
-
 void RequireHdrName(const std::filesystem::path& file) {
-  if (IsHdrFile(file)) return;
+  if (file.extension() == ".exr" || file.extension() == ".hdr") return;
   throw std::invalid_argument("--out " + file.string() + ": expected a name in .exr or .hdr");
 }
 
@@ -79,7 +74,7 @@ ChartCorners ChartIn(const Rgb8Image& picture,
 }
 
 RgbImage ReadLinear(const std::filesystem::path& file, const std::string& response) {
-  if (IsHdrFile(file)) return ReadRadianceImage(file);
+  if (HoldsRadiance(file)) return ReadRadianceImage(file);
   return RadianceFromCodes(ReadDisplayImage(file), ResponseFrom(response), 1.0);
 }
 

@@ -12,10 +12,8 @@
 
 namespace pleinair {
 
-// By name: EXR or Radiance HDR.
-bool IsHdrFile(const std::filesystem::path& file);
-// Told before the work whose result cannot be written under that name. Throws
-// std::invalid_argument.
+// Before the work whose result cannot be written under that name: EXR or Radiance HDR, by its
+// ending. Throws std::invalid_argument.
 void RequireHdrName(const std::filesystem::path& file);
 void WriteRadiance(const std::filesystem::path& file, const RgbImage& radiance);
 

@@ -14,15 +14,28 @@
 namespace pleinair {
 namespace {
 
-// `Intrinsics` of either kind of camera.
+// `Intrinsics` of either kind of camera, which stand in sequence.json under `key`.
 template <typename Pixel, typename Intrinsics>
 void RequireCameraSize(const Image<Pixel>& image,
                        const Intrinsics& camera,
+                       const std::string& key,
                        const std::filesystem::path& file) {
   if (image.width == camera.width_px && image.height == camera.height_px) return;
   throw std::runtime_error(file.string() + ": expected " + std::to_string(camera.width_px) + "x" +
                            std::to_string(camera.height_px) + " pixels, found " +
-                           std::to_string(image.width) + "x" + std::to_string(image.height));
+                           std::to_string(image.width) + "x" + std::to_string(image.height) + " (" +
+                           key + ".width and " + key + ".height say the former)");
+}
+
+// A frame's picture under the other's key is the likeliest slip: the refusal names the right one.
+void RequireKindOfFrame(const std::filesystem::path& file, FrameKind kind) {
+  const bool is_linear = HoldsRadiance(file);
+  if (is_linear == (kind == FrameKind::kLinear)) return;
+  throw std::runtime_error(file.string() +
+                           (is_linear ? ": expected a PNG or JPEG picture under `image_ldr`, found "
+                                      : ": expected an OpenEXR or Radiance HDR picture under "
+                                        "`image` (8-bit ones go under `image_ldr`), found ") +
+                           DescribeContent(file));
 }
 
 // Of a diffuse mask.
@@ -47,7 +60,7 @@ class RecordedFrameSource final : public FrameSource {
     if (sequence.diffuse_mask && !sequence.environment) {
       const std::filesystem::path file = FileInside(*sequence.diffuse_mask);
       first_frame_mask_ = ReadMaskImage(file);
-      RequireCameraSize(*first_frame_mask_, sequence.intrinsics, file);
+      RequireCameraSize(*first_frame_mask_, sequence.intrinsics, "camera", file);
     }
     if (sequence.fisheye) fisheye_ = MakeFisheyeSetup(*sequence.fisheye, sequence.folder);
   }
@@ -109,8 +122,9 @@ class RecordedFrameSource final : public FrameSource {
   }
 
   static void ReadLinear(const std::filesystem::path& file, Frame& frame) {
+    RequireKindOfFrame(file, FrameKind::kLinear);
     frame.radiance = ReadRadianceImage(file);
-    RequireCameraSize(frame.radiance, frame.camera.intrinsics, file);
+    RequireCameraSize(frame.radiance, frame.camera.intrinsics, "camera", file);
     frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
     frame.unusable = frame.clipped;
     for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
@@ -119,8 +133,9 @@ class RecordedFrameSource final : public FrameSource {
   }
 
   void ReadCodes(const std::filesystem::path& file, Frame& frame) const {
+    RequireKindOfFrame(file, FrameKind::kLdr);
     frame.codes = ReadDisplayImage(file);
-    RequireCameraSize(*frame.codes, frame.camera.intrinsics, file);
+    RequireCameraSize(*frame.codes, frame.camera.intrinsics, "camera", file);
     frame.radiance = RadianceFromCodes(*frame.codes, response_, frame.exposure.value_or(1.0));
     frame.noise = noise_;
     frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
@@ -138,7 +153,7 @@ class RecordedFrameSource final : public FrameSource {
 
   RgbImage ReadFisheye(const std::filesystem::path& file) const {
     RgbImage radiance = ReadRadianceImage(file);
-    RequireCameraSize(radiance, fisheye_.value().camera.intrinsics, file);
+    RequireCameraSize(radiance, fisheye_.value().camera.intrinsics, "fisheye", file);
     if (!fisheye_->room_from_fisheye_rgb) return radiance;
     const glm::mat3 room_from_fisheye(*fisheye_->room_from_fisheye_rgb);
     for (glm::vec3& pixel : radiance.pixels) pixel = room_from_fisheye * pixel;

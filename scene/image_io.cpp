@@ -1,9 +1,9 @@
 #include "scene/image_io.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <exception>
+#include <initializer_list>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -14,6 +14,7 @@
 
 #include "scene/internal/encoded_image.h"
 #include "scene/internal/exr_codec.h"
+#include "scene/internal/picture_format.h"
 #include "scene/internal/radiance_hdr.h"
 #include "scene/whole_file.h"
 
@@ -22,28 +23,27 @@ namespace {
 
 constexpr float kMaxHalf = 65504.0f;
 
-std::string LowerExtension(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
-  return extension;
-}
-
 template <typename Pixel>
 void RequirePixels(const std::filesystem::path& file, const Image<Pixel>& image) {
   if (image.Empty()) throw std::invalid_argument(file.string() + ": an image without pixels");
 }
 
+// Before the file is read: it may be a long video.
+void RefuseUnlessOf(const std::filesystem::path& file,
+                    std::initializer_list<PictureFormat> formats,
+                    const char* expected) {
+  const std::vector<std::byte> bytes = FirstBytes(file);
+  const PictureFormat found = PictureFormatOf(bytes);
+  if (std::find(formats.begin(), formats.end(), found) != formats.end()) return;
+  RefuseFile(file,
+             std::string("expected ") + expected + ", found " + std::string(DescribeBytes(bytes)));
+}
+
 // BGR, 8 bits; pixels in the order that the file stores them.
 cv::Mat DecodeDisplay(const std::filesystem::path& file) {
-  const std::string extension = LowerExtension(file);
-  const bool png = extension == ".png";
-  if (!png && extension != ".jpg" && extension != ".jpeg") {
-    throw std::runtime_error(file.string() + ": expected a .png or .jpg image");
-  }
+  RefuseUnlessOf(file, {PictureFormat::kPng, PictureFormat::kJpeg}, "a PNG or JPEG picture");
   std::vector<std::byte> bytes = ReadWholeFile(file);
-  if (png) {
+  if (PictureFormatOf(bytes) == PictureFormat::kPng) {
     CheckPng(file, bytes);
   } else {
     CheckJpeg(file, bytes);
@@ -75,13 +75,22 @@ void EncodePng(const std::filesystem::path& file, const cv::Mat& image) {
 
 }  // namespace
 
+bool HoldsRadiance(const std::filesystem::path& file) {
+  const PictureFormat format = PictureFormatOf(FirstBytes(file));
+  return format == PictureFormat::kExr || format == PictureFormat::kRadianceHdr;
+}
+
+std::string DescribeContent(const std::filesystem::path& file) {
+  return std::string(DescribeBytes(FirstBytes(file)));
+}
+
 RgbImage ReadRadianceImage(const std::filesystem::path& file) {
-  const std::string extension = LowerExtension(file);
-  if (extension != ".exr" && extension != ".hdr") {
-    throw std::runtime_error(file.string() + ": expected a .exr or .hdr image");
-  }
-  RequireFile(file);
-  return extension == ".exr" ? ReadExr(file) : DecodeRadianceHdr(file, ReadWholeFile(file));
+  RefuseUnlessOf(file,
+                 {PictureFormat::kExr, PictureFormat::kRadianceHdr},
+                 "an OpenEXR or Radiance HDR picture");
+  return PictureFormatOf(FirstBytes(file)) == PictureFormat::kExr
+             ? ReadExr(file)
+             : DecodeRadianceHdr(file, ReadWholeFile(file));
 }
 
 Rgb8Image ReadDisplayImage(const std::filesystem::path& file) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "scene/image.h"
 
@@ -15,20 +16,30 @@ struct ImageDefects {
   std::int64_t Count() const { return not_finite + negative; }
 };
 
-// Reads scene-linear RGB radiance from .exr or .hdr, values as stored, defects included. EXR: any
-// pixel type and compression, the display window of the first part, which the data window must
-// cover. HDR: EXPOSURE lines divided out.
+// What a file is, is read from its content: names and their endings say nothing.
+
+// Whether a file holds scene-linear light (OpenEXR or Radiance HDR). Throws std::runtime_error
+// naming the file when it is none, or empty.
+bool HoldsRadiance(const std::filesystem::path& file);
+
+// What a file seems to be, for messages: "a JPEG picture", "an MP4 video", "text". Throws as
+// HoldsRadiance.
+std::string DescribeContent(const std::filesystem::path& file);
+
+// Reads scene-linear RGB radiance from OpenEXR or Radiance HDR, values as stored, defects included.
+// EXR: any pixel type and compression, the display window of the first part, which the data window
+// must cover. HDR: EXPOSURE lines divided out.
 //
 // Throws  std::runtime_error naming the file and what was expected, when it cannot be read, is
 //         truncated, is not of those formats, lacks R, G or B, or exceeds 2^28 pixels.
 RgbImage ReadRadianceImage(const std::filesystem::path& file);
 
-// Reads 8-bit RGB code values from .png or .jpg (grey is spread to three channels, alpha left out).
+// Reads 8-bit RGB code values from PNG or JPEG (grey is spread to three channels, alpha left out).
 // Pixels stay where the file stores them: an EXIF orientation is not applied, because a camera's
 // intrinsics speak of the sensor's rows and columns. Throws as above, also for 16-bit files.
 Rgb8Image ReadDisplayImage(const std::filesystem::path& file);
 
-// Reads the first channel of an 8-bit .png or .jpg.
+// Reads the first channel of an 8-bit PNG or JPEG.
 Gray8Image ReadMaskImage(const std::filesystem::path& file);
 
 // Counts defects and mends them: a NaN or negative channel becomes 0, +infinity (a sun that

@@ -79,6 +79,13 @@ TEST_F(FrameSourceHardCases, AFrameThatIsNoImageFailsAlone) {
   ExpectOnlyTheMiddleOneFails("");
 }
 
+TEST_F(FrameSourceHardCases, AFrameUnderTheOthersKeyNamesTheRightOne) {
+  ReplaceMiddle([&](const fs::path& file) {
+    fs::copy_file(folder_ / Name(0, file.extension() == ".exr" ? ".png" : ".exr"), file);
+  });
+  ExpectOnlyTheMiddleOneFails("under `image_ldr`");
+}
+
 TEST_F(FrameSourceHardCases, ATruncatedFrameFailsAlone) {
   for (const double share : {0.1, 0.5, 0.9}) {
     ReplaceMiddle([&](const fs::path& file) {

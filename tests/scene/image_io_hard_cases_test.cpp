@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -136,9 +137,26 @@ TEST(ImageIoHardCases, NamesTheFileThatCannotBeRead) {
     EXPECT_THAT(ReadingMessage(folder.Write(name, "some text that is no image")),
                 StartsWith((folder / name).string() + ": "));
   }
-  EXPECT_THAT(ReadingMessage(folder.Write("a.tif", "II*")), HasSubstr("expected a .png or .jpg"));
-  EXPECT_THAT(MessageOf([&] { ReadRadianceImage(folder / "a.png"); }),
-              HasSubstr("expected a .exr or .hdr"));
+}
+
+TEST(ImageIoHardCases, SaysWhatItFoundInPlaceOfAPicture) {
+  const TemporaryFolder folder;
+  const std::string nul(1, '\0');
+  const std::pair<std::string, const char*> contents[] = {
+      {"II*" + nul + "and so on", "found a TIFF picture or a camera's raw file"},
+      {"RIFF....WEBPVP8 ", "found a WebP picture"},
+      {"GIF89a", "found a GIF picture"},
+      {"BM1234" + nul + nul + nul + nul + "6", "found a BMP picture"},
+      {nul + nul + nul + "\x18" + "ftypheic", "found a HEIC picture"},
+      {nul + nul + nul + "\x18" + "ftypisom", "found an MP4 video"},
+      {nul + nul + nul + "\x14" + "ftypqt  ", "found a QuickTime video"},
+      {"<html>no such page</html>\n", "found text"},
+      {"\x01\x02", "found something else"}};
+  for (const auto& [content, found] : contents) {
+    const std::filesystem::path file = folder.Write("a.png", content);
+    EXPECT_EQ(ReadingMessage(file), file.string() + ": expected a PNG or JPEG picture, " + found);
+    EXPECT_THAT(MessageOf([&] { ReadRadianceImage(file); }), HasSubstr(found));
+  }
 }
 
 // Every length of a file that is cut off: an error each time, in one line, never grey pixels.

@@ -14,6 +14,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <half.h>
+#include <opencv2/imgcodecs.hpp>
 
 #include "tests/scene/temporary_folder.h"
 
@@ -190,6 +191,29 @@ TEST(ImageIo, PngComesBackBitForBit) {
   EXPECT_EQ(ReadMaskImage(folder / "m.png").pixels, mask.pixels);
   EXPECT_EQ(ReadDisplayImage(folder / "m.png").At(1, 1), glm::u8vec3(72));
   EXPECT_EQ(ReadMaskImage(folder / "a.png").At(1, 0), image.At(1, 0).r);
+}
+
+// As phones, browsers and scripts name them.
+TEST(ImageIo, ReadsPicturesByTheirContentWhateverTheirName) {
+  const TemporaryFolder folder;
+  const auto renamed = [&](const char* from, const char* to) {
+    std::filesystem::rename(folder / from, folder / to);
+    return folder / to;
+  };
+  const RgbImage light = Ramp(9, 5);
+  WriteExr(folder / "a.exr", light, ExrPrecision::kFloat);
+  EXPECT_EQ(ReadRadianceImage(renamed("a.exr", "a.hdr")).pixels, light.pixels);
+  WriteHdr(folder / "b.hdr", light);
+  EXPECT_EQ(ReadRadianceImage(renamed("b.hdr", "b.EXR")).width, 9);
+  Rgb8Image picture(16, 8, glm::u8vec3(10, 100, 200));
+  WritePng(folder / "c.png", picture);
+  EXPECT_EQ(ReadDisplayImage(renamed("c.png", "c.jpg")).pixels, picture.pixels);
+  cv::imwrite((folder / "d.jpg").string(), cv::Mat(8, 16, CV_8UC3, cv::Scalar(200, 100, 10)));
+  // A flat JPEG is right to a code value or two.
+  EXPECT_NEAR(ReadDisplayImage(renamed("d.jpg", "d")).At(3, 3).b, 200, 2);
+  EXPECT_TRUE(HoldsRadiance(folder / "a.hdr"));
+  EXPECT_FALSE(HoldsRadiance(folder / "c.jpg"));
+  EXPECT_EQ(DescribeContent(folder / "d"), "a JPEG picture");
 }
 
 TEST(ImageIo, WritersLeaveNothingButTheFile) {
