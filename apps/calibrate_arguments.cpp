@@ -87,7 +87,9 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
   board.add_option("pictures", markers->pictures, "Each shows two markers or more")->required();
   board
       .add_option(
-          "--camera", markers->camera, "Folder with sequence.json: the camera's lens is there")
+          "--camera",
+          markers->camera,
+          "A sequence.json with `camera` (the lens; all else may be absent), or its folder")
       ->required();
   board.add_option("--size", markers->size_m, "Side of the black border, in metres")
       ->required()

@@ -28,12 +28,13 @@ void RequireSize(const Image<Pixel>& picture,
                  const CameraIntrinsics& camera,
                  const std::filesystem::path& file) {
   if (picture.width == camera.width_px && picture.height == camera.height_px) return;
-  throw std::runtime_error(fmt::format("{}: expected {}x{} pixels, as the camera has, found {}x{}",
-                                       file.string(),
-                                       camera.width_px,
-                                       camera.height_px,
-                                       picture.width,
-                                       picture.height));
+  throw std::runtime_error(
+      fmt::format("{}: expected {}x{} pixels (camera.width, camera.height), found {}x{}",
+                  file.string(),
+                  camera.width_px,
+                  camera.height_px,
+                  picture.width,
+                  picture.height));
 }
 
 Gray8Image ReadMarkerPicture(const std::filesystem::path& file, const CameraIntrinsics& camera) {
@@ -109,8 +110,7 @@ std::string DescribeFrame(const MarkerFrameReport& report) {
 }  // namespace
 
 std::string RunCalibrateMarkers(const CalibrateMarkersOptions& options) {
-  const CameraIntrinsics camera =
-      ReadSequence(options.camera, SequencePoses::kMayBeAbsent).intrinsics;
+  const CameraIntrinsics camera = ReadCameraIntrinsics(options.camera);
   std::vector<MarkerView> views;
   std::vector<RejectedMarkerView> unread;
   for (const std::filesystem::path& file : options.pictures) {

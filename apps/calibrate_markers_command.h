@@ -13,7 +13,7 @@ namespace pleinair {
 
 struct CalibrateMarkersOptions {
   std::vector<std::filesystem::path> pictures;
-  std::filesystem::path camera;  // A sequence that was taken with the same camera.
+  std::filesystem::path camera;  // A sequence.json with the lens, or its folder.
   std::string dictionary = "apriltag_36h11";
   double size_m = 0.0;           // Of the black border's side.
   std::optional<int> reference;  // Id of the marker that is the world's origin; none: most seen.

@@ -131,17 +131,17 @@ void JsonCursor::Fail(const std::string& expected) const {
                   ", found " + Described(*value_));
 }
 
+void JsonCursor::FailMissing(std::string_view key, const std::string& expected) const {
+  throw JsonError(file_ + ": " + PathOf(key) + ": expected " + expected + ", found none");
+}
+
 void JsonCursor::CheckKeys(std::initializer_list<std::string_view> known) const {
   if (!value_->is_object()) Fail("an object");
   for (const auto& [key, ignored] : value_->items()) {
-    const bool free_text = key == "name" || key.starts_with("note") || key.starts_with("formula") ||
-                           key.starts_with("world");
+    const bool is_free = key == "name" || key.starts_with("note") || key.starts_with("formula") ||
+                         key.starts_with("world");
     const bool is_known = std::find(known.begin(), known.end(), key) != known.end();
-    if (is_known) continue;
-    if (free_text) {
-      if (!ignored.is_string()) JsonCursor(ignored, file_, PathOf(key)).Fail("free text");
-      continue;
-    }
+    if (is_free || is_known) continue;
     throw JsonError(file_ + ": " + (path_.empty() ? "" : path_ + ": ") +
                     "expected only known keys (" + Alternatives(known) + "), found " + Quoted(key));
   }
@@ -149,7 +149,7 @@ void JsonCursor::CheckKeys(std::initializer_list<std::string_view> known) const 
 
 JsonCursor JsonCursor::Required(std::string_view key) const {
   std::optional<JsonCursor> found = Optional(key);
-  if (!found) throw JsonError(file_ + ": " + PathOf(key) + ": expected a value, found none");
+  if (!found) FailMissing(key, "a value");
   return *found;
 }
 
@@ -212,6 +212,10 @@ bool JsonCursor::Boolean() const {
 std::string JsonCursor::Text() const {
   if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) Fail("a text");
   return value_->get<std::string>();
+}
+
+std::string JsonCursor::FreeText() const {
+  return value_->is_string() ? value_->get<std::string>() : std::string();
 }
 
 std::string JsonCursor::OneOf(std::initializer_list<std::string_view> allowed) const {

@@ -39,9 +39,11 @@ class JsonCursor {
   const std::string& Path() const { return path_; }
 
   [[noreturn]] void Fail(const std::string& expected) const;
+  // The same of a key of this object that is not there.
+  [[noreturn]] void FailMissing(std::string_view key, const std::string& expected) const;
 
-  // The value is an object whose keys are all in `known`, or free text: `name`, or beginning with
-  // note, formula or world.
+  // The value is an object whose keys are all in `known`, or free: `name`, and those that begin
+  // with note, formula or world, whose values may be anything.
   void CheckKeys(std::initializer_list<std::string_view> known) const;
 
   JsonCursor Required(std::string_view key) const;
@@ -56,6 +58,8 @@ class JsonCursor {
   int IntegerIn(int low, int high) const;
   bool Boolean() const;
   std::string Text() const;  // Not empty.
+  // The text of a key that is free; empty where the value is none.
+  std::string FreeText() const;
   // The text, which is one of `allowed`.
   std::string OneOf(std::initializer_list<std::string_view> allowed) const;
 

@@ -114,13 +114,18 @@ enum class SequencePoses { kRequired, kMayBeAbsent };
 // Reads and checks `folder`/sequence.json: every key, type and range, every referenced file's
 // presence except the frames' (a missing frame is that frame's failure, not the sequence's).
 //
-// Strictness  an unknown key is an error, except free text (`name`, note..., formula..., world...);
+// Strictness  an unknown key is an error, except free ones (`name`, note..., formula..., world...);
 //         a transform is rigid to 1e-5, a direction unit to 1e-3 (and then made unit);
 //         camera.pixel_centers may be left out, and must be "integer" otherwise.
-// Throws  std::runtime_error, one line with file, key and what was expected. Nothing outside the
-//         folder is read: a path that leaves it (symbolic links included) is refused.
+// Throws  std::runtime_error, one line with file, key and what was expected; for a video, a picture
+//         or a folder of pictures, what a sequence is. Nothing outside the folder is read: a path
+//         that leaves it (symbolic links included) is refused.
 Sequence ReadSequence(const std::filesystem::path& folder,
                       SequencePoses poses = SequencePoses::kRequired);
+
+// The lens alone: `camera` of a sequence.json or of the one in a folder, which may be no sequence
+// yet: of all other keys only `format` is looked at, where it is there. Throws as ReadSequence.
+CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder);
 
 // Writes sequence.json, whole or not at all, so that ReadSequence gives the same back (angles to
 // the last bit of a double). The referenced files are the caller's, and so is the folder. Throws

@@ -1,5 +1,6 @@
 // sequence.json in: every key checked for presence, type and range.
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include <glm/geometric.hpp>
@@ -11,6 +12,7 @@
 #include "datasets/internal/json_vectors.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/sequence.h"
+#include "scene/image_io.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
@@ -92,6 +94,33 @@ auto ReadOptional(const JsonCursor& at, std::string_view key, const Read& read)
 double ReadExposure(const JsonCursor& at) { return at.NumberIn(1e-30, 1e30); }
 double ReadCameraSetting(const JsonCursor& at) { return at.NumberIn(1e-9, 1e9); }
 
+CameraIntrinsics ReadIntrinsics(const JsonCursor& at) {
+  at.CheckKeys({"width",
+                "height",
+                "fx",
+                "fy",
+                "cx",
+                "cy",
+                "distortion",
+                "distortion_model",
+                "pixel_centers",
+                "camera_from_world"});
+  CameraIntrinsics camera;
+  camera.width_px = at.Required("width").IntegerIn(1, kMaxImageSidePx);
+  camera.height_px = at.Required("height").IntegerIn(1, kMaxImageSidePx);
+  camera.fx_px = at.Required("fx").PositiveNumber();
+  camera.fy_px = at.Required("fy").PositiveNumber();
+  camera.cx_px = at.Required("cx").NumberIn(-1e6, 1e6);
+  camera.cy_px = at.Required("cy").NumberIn(-1e6, 1e6);
+  if (const auto distortion = at.Optional("distortion")) {
+    const auto coefficients = distortion->List(5, 5);
+    for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = coefficients[i].Number();
+  }
+  if (const auto model = at.Optional("distortion_model")) model->OneOf({"opencv"});
+  if (const auto centers = at.Optional("pixel_centers")) centers->OneOf({"integer"});
+  return camera;
+}
+
 class SequenceReader {
  public:
   SequenceReader(const std::filesystem::path& folder, SequencePoses poses)
@@ -116,11 +145,13 @@ class SequenceReader {
                     "virtual_objects",
                     "frames"});
     sequence_.folder = folder_;
-    if (const auto name = root.Optional("name")) sequence_.name = name->Value();
+    if (const auto name = root.Optional("name")) sequence_.name = name->FreeText();
     if (sequence_.name.empty()) sequence_.name = DefaultName();
     if (const auto at = root.Optional("site")) ReadSite(*at);
     sequence_.weather = ReadOptional(root, "weather", ReadWeather);
-    ReadCamera(root.Required("camera"));
+    const JsonCursor camera = root.Required("camera");
+    sequence_.intrinsics = ReadIntrinsics(camera);
+    sequence_.camera_from_world = ReadOptional(camera, "camera_from_world", ReadRigid);
     if (const auto at = root.Optional("radiometry")) ReadRadiometry(*at);
     ReadScene(root.Required("scene"));
     if (const auto at = root.Optional("windows")) ReadWindows(*at);
@@ -170,33 +201,6 @@ class SequenceReader {
     }
   }
 
-  void ReadCamera(const JsonCursor& at) {
-    at.CheckKeys({"width",
-                  "height",
-                  "fx",
-                  "fy",
-                  "cx",
-                  "cy",
-                  "distortion",
-                  "distortion_model",
-                  "pixel_centers",
-                  "camera_from_world"});
-    CameraIntrinsics& camera = sequence_.intrinsics;
-    camera.width_px = at.Required("width").IntegerIn(1, kMaxImageSidePx);
-    camera.height_px = at.Required("height").IntegerIn(1, kMaxImageSidePx);
-    camera.fx_px = at.Required("fx").PositiveNumber();
-    camera.fy_px = at.Required("fy").PositiveNumber();
-    camera.cx_px = at.Required("cx").NumberIn(-1e6, 1e6);
-    camera.cy_px = at.Required("cy").NumberIn(-1e6, 1e6);
-    if (const auto distortion = at.Optional("distortion")) {
-      const auto coefficients = distortion->List(5, 5);
-      for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = coefficients[i].Number();
-    }
-    if (const auto model = at.Optional("distortion_model")) model->OneOf({"opencv"});
-    if (const auto centers = at.Optional("pixel_centers")) centers->OneOf({"integer"});
-    sequence_.camera_from_world = ReadOptional(at, "camera_from_world", ReadRigid);
-  }
-
   void ReadRadiometry(const JsonCursor& at) {
     at.CheckKeys({"frames", "frames_ldr"});
     if (const auto frames = at.Optional("frames")) frames->OneOf({"linear"});
@@ -219,7 +223,7 @@ class SequenceReader {
     for (const JsonCursor& window : at.List(0, kAnyCount)) {
       window.CheckKeys({"polygon_world_m"});
       WindowEntry entry;
-      if (const auto name = window.Optional("name")) entry.name = name->Value();
+      if (const auto name = window.Optional("name")) entry.name = name->FreeText();
       for (const JsonCursor& corner : window.Required("polygon_world_m").List(3, kAnyCount)) {
         entry.polygon_world_m.push_back(ReadVector3(corner));
       }
@@ -365,8 +369,10 @@ class SequenceReader {
     entry.iso = ReadOptional(at, "iso", ReadCameraSetting);
     entry.f_number = ReadOptional(at, "f_number", ReadCameraSetting);
     entry.camera_from_world = ReadOptional(at, "camera_from_world", ReadRigid);
-    if (!sequence_.camera_from_world && poses_ == SequencePoses::kRequired) {
-      at.Required("camera_from_world");
+    if (!entry.camera_from_world && !sequence_.camera_from_world &&
+        poses_ == SequencePoses::kRequired) {
+      at.FailMissing("camera_from_world",
+                     "the frame's pose (or camera.camera_from_world, or --markers)");
     }
     entry.sun_direction_enu = ReadOptional(at, "sun_direction_enu", ReadDirection);
     entry.weather = ReadOptional(at, "weather", ReadWeather);
@@ -388,7 +394,10 @@ class SequenceReader {
   void CheckSunIsKnown(const JsonCursor& root) const {
     if (sequence_.site || sequence_.fisheye) return;
     for (std::size_t i = 0; i < sequence_.frames.size(); ++i) {
-      if (!sequence_.StatedSunDirectionEnu(i)) root.Required("site");
+      if (sequence_.StatedSunDirectionEnu(i)) continue;
+      root.FailMissing("site",
+                       "latitude_deg, longitude_deg and height_m (or sun_direction_enu in each "
+                       "frame, or in `environment`)");
     }
   }
 
@@ -397,16 +406,48 @@ class SequenceReader {
   Sequence sequence_;
 };
 
-}  // namespace
+namespace fs = std::filesystem;
 
-Sequence ReadSequence(const std::filesystem::path& folder, SequencePoses poses) {
-  namespace fs = std::filesystem;
+bool LooksLikeFrames(const fs::path& file) {
+  const std::string content = DescribeContent(file);
+  return content.find("picture") != std::string::npos || content.ends_with("video");
+}
+
+// The first file of a folder that is a picture or a video, by name; empty where there is none.
+fs::path PictureIn(const fs::path& folder) {
+  constexpr int kFilesLookedAt = 1000;
+  std::set<fs::path> files;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.is_regular_file(error) && entry.file_size(error) > 0) files.insert(entry.path());
+    if (files.size() == kFilesLookedAt) break;
+  }
+  for (const fs::path& file : files) {
+    if (LooksLikeFrames(file)) return file;
+  }
+  return {};
+}
+
+// `folder`/sequence.json. Throws, with what to do, where somebody has given something else.
+fs::path SequenceFileIn(const fs::path& folder) {
+  static const std::string kWhatItIs =
+      "a sequence is a folder with frames and a sequence.json that names camera, mesh and each "
+      "frame's time (see docs/sequences.md)";
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw JsonError(folder.string() + ": expected a sequence's folder, found " +
-                    (fs::exists(folder, error) ? "a file" : "nothing"));
+    const std::string expected = folder.string() + ": expected a sequence's folder, found ";
+    if (!fs::is_regular_file(folder, error) || fs::file_size(folder, error) == 0) {
+      throw JsonError(expected + (fs::exists(folder, error) ? "something else" : "nothing"));
+    }
+    const std::string content = DescribeContent(folder);
+    if (content.ends_with("video")) {
+      throw JsonError(expected + content + ": " + kWhatItIs +
+                      "; `ffmpeg -i VIDEO frames/%06d.png` takes frames out of a video");
+    }
+    if (folder.filename() == "sequence.json") throw JsonError(expected + "the file in it");
+    throw JsonError(expected + content + ": " + kWhatItIs);
   }
-  const fs::path file = folder / "sequence.json";
+  fs::path file = folder / "sequence.json";
   if (!fs::exists(file, error)) {
     for (const char* still : {"panorama.json", "relight.json"}) {
       if (!fs::exists(folder / still, error)) continue;
@@ -414,18 +455,46 @@ Sequence ReadSequence(const std::filesystem::path& folder, SequencePoses poses) 
                       ": expected a sequence (sequence.json), found a still, which this version "
                       "does not handle");
     }
+    if (const fs::path picture = PictureIn(folder); !picture.empty()) {
+      throw JsonError(file.string() + ": expected a JSON file, found nothing but files such as " +
+                      picture.filename().string() + " (" + DescribeContent(picture) +
+                      "): " + kWhatItIs);
+    }
   }
   if (!ResolveInside(folder, "sequence.json")) {
     throw JsonError(file.string() + ": expected a file inside the sequence's folder");
   }
-  const nlohmann::json document = LoadJson(file);
-  const JsonCursor root(document, file.string());
-  if (!document.is_object()) root.Fail("an object");
+  return file;
+}
+
+void CheckFormat(const JsonCursor& root) {
+  if (!root.Value().is_object()) root.Fail("an object");
   const auto format = root.Optional("format");
-  if (format && (format->Value() == "pleinair-panorama" || format->Value() == "pleinair-relight")) {
+  if (!format) return;
+  if (format->Value() == "pleinair-panorama" || format->Value() == "pleinair-relight") {
     format->Fail("\"pleinair-sequence\" (stills are not handled by this version)");
   }
+  format->OneOf({"pleinair-sequence"});
+}
+
+}  // namespace
+
+Sequence ReadSequence(const std::filesystem::path& folder, SequencePoses poses) {
+  const std::filesystem::path file = SequenceFileIn(folder);
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  CheckFormat(root);
   return SequenceReader(folder, poses).Read(root);
+}
+
+CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(file_or_folder, error);
+  const std::filesystem::path file = is_folder ? SequenceFileIn(file_or_folder) : file_or_folder;
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  CheckFormat(root);
+  return ReadIntrinsics(root.Required("camera"));
 }
 
 }  // namespace pleinair

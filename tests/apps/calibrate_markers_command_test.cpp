@@ -110,6 +110,21 @@ TEST_F(CalibrateMarkers, MakesABoardAndThenPoses) {
   EXPECT_EQ(nlohmann::json::parse(stream)["note_made"], "by hand");
 }
 
+// A lens is all that it needs of the camera: no mesh, no frames, no place.
+TEST_F(CalibrateMarkers, NeedsNoSequenceAroundTheLens) {
+  std::ifstream stream(folder_ / "sequence.json");
+  const nlohmann::json camera = nlohmann::json::parse(stream)["camera"];
+  CalibrateMarkersOptions markers;
+  markers.pictures = pictures_;
+  markers.camera = Write("lens.json", nlohmann::json{{"camera", camera}}.dump());
+  markers.size_m = 0.2;
+  markers.out = folder_ / "board.json";
+  std::filesystem::remove(folder_ / "scene.obj");
+  EXPECT_THAT(RunCalibrateMarkers(markers), HasSubstr("over 4 pictures"));
+  markers.camera = folder_;
+  EXPECT_THAT(RunCalibrateMarkers(markers), HasSubstr("over 4 pictures"));
+}
+
 TEST_F(CalibrateMarkers, AnAnchorPutsTheBoardIntoTheWorld) {
   MarkerBoard anchor = RoomBoard();
   anchor.markers = {anchor.markers[1], anchor.markers[3]};

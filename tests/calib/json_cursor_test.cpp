@@ -69,12 +69,17 @@ TEST(JsonCursor, TellsFilePathAndExpectation) {
   EXPECT_EQ(Refusal([&] { root.Text(); }), "s.json: expected a text, found an object");
 }
 
-TEST(JsonCursor, LetsFreeTextPass) {
+// What a person notes down is a number, a list or an object as often as text.
+TEST(JsonCursor, LetsFreeKeysPassWhateverTheyHold) {
   const nlohmann::json document = ParseJson(
-      R"({"note": "a", "note_x": "b", "formula2": "c", "world": "d", "name": "e"})", "s.json");
-  EXPECT_NO_THROW(JsonCursor(document, "s.json").CheckKeys({}));
-  const nlohmann::json number = ParseJson(R"({"note": 3})", "s.json");
-  EXPECT_THROW(JsonCursor(number, "s.json").CheckKeys({}), JsonError);
+      R"({"note": "a", "note_x": 3, "formula2": ["c", 1], "world": {"up": "+Z"}, "name": null})",
+      "s.json");
+  const JsonCursor root(document, "s.json");
+  EXPECT_NO_THROW(root.CheckKeys({}));
+  EXPECT_EQ(root.Required("note").FreeText(), "a");
+  EXPECT_EQ(root.Required("name").FreeText(), "");
+  const nlohmann::json other = ParseJson(R"({"my_note": "a"})", "s.json");
+  EXPECT_THROW(JsonCursor(other, "s.json").CheckKeys({}), JsonError);
 }
 
 TEST(JsonCursor, ChecksRanges) {
