@@ -86,10 +86,9 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
       "board.json");
   board.add_option("pictures", markers->pictures, "Each shows two markers or more")->required();
   board
-      .add_option(
-          "--camera",
-          markers->camera,
-          "A sequence.json with `camera` (the lens; all else may be absent), or its folder")
+      .add_option("--camera",
+                  markers->camera,
+                  "A sequence.json with `camera` (the lens; all else may be absent), or its folder")
       ->required();
   board.add_option("--size", markers->size_m, "Side of the black border, in metres")
       ->required()
@@ -146,6 +145,10 @@ void AddCalibrate(CLI::App& app, Work& work) {
   lens.add_option("--board", fisheye->board, "Inner corners, COLUMNSxROWS")->required();
   lens.add_option("--fov-deg", fisheye->fov_deg, "Full angle to use (default: the picture's)")
       ->check(CLI::Range(1.0, 360.0));
+  lens.add_flag("--force",
+                fisheye->force,
+                "Write a lens that misses the corners by more than 1 px, or has fx and fy more "
+                "than 3 % apart, too");
   lens.add_option("--out", fisheye->out, "The fish-eye's file")->required();
 
   auto response = std::make_shared<CalibrateResponseOptions>();

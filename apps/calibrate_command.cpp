@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 
 #include "apps/number_table.h"
@@ -164,27 +165,36 @@ std::vector<NamedMark> Marks(const CalibrateOrientationOptions& options, const F
   return marks;
 }
 
-}  // namespace
-
-std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options) {
+BoardSize BoardSizeFrom(const std::string& text) {
   BoardSize board;
   int length = 0;
-  if (std::sscanf(options.board.c_str(), "%dx%d%n", &board.columns, &board.rows, &length) != 2 ||
-      options.board.size() != static_cast<std::size_t>(length)) {
-    throw std::invalid_argument("--board " + options.board +
+  if (std::sscanf(text.c_str(), "%dx%d%n", &board.columns, &board.rows, &length) != 2 ||
+      text.size() != static_cast<std::size_t>(length)) {
+    throw std::invalid_argument("--board " + text +
                                 ": expected columns and rows of inner corners, such as 8x6");
   }
   board.Validate();
+  return board;
+}
+
+// What pictures say when they are taken to show a board of one size.
+struct LensTrial {
+  std::optional<FisheyeFit> fit;
+  std::string doubt;                    // Why there is none, or it is not credible; or empty.
+  std::vector<RejectedPicture> unread;  // And those in which there is no such board.
+};
+
+LensTrial TryBoard(const std::vector<std::filesystem::path>& files, BoardSize board) {
+  LensTrial trial;
   std::vector<BoardPicture> boards;
-  std::vector<RejectedPicture> unread;
   int width = 0;
   int height = 0;
-  for (const std::filesystem::path& file : options.pictures) {
+  for (const std::filesystem::path& file : files) {
     Gray8Image picture;
     try {
       picture = GreenOf(ReadDisplayImage(file));
     } catch (const std::exception& error) {
-      unread.push_back({file.string(), error.what()});
+      trial.unread.push_back({file.string(), error.what()});
       continue;
     }
     if (width == 0) {
@@ -192,26 +202,86 @@ std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options) {
       height = picture.height;
     }
     if (picture.width != width || picture.height != height) {
-      unread.push_back({file.string(),
-                        std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                            " pixels where the first has " + std::to_string(width) + "x" +
-                            std::to_string(height)});
+      trial.unread.push_back({file.string(),
+                              std::to_string(picture.width) + "x" + std::to_string(picture.height) +
+                                  " pixels where the first has " + std::to_string(width) + "x" +
+                                  std::to_string(height)});
       continue;
     }
     const auto corners = FindBoardCorners(picture, board);
     if (!corners) {
-      unread.push_back({file.string(), "no board of " + options.board + " inner corners found"});
+      trial.unread.push_back(
+          {file.string(), "no board of " + TextOf(board) + " inner corners found"});
       continue;
     }
     boards.push_back({file.string(), *corners});
   }
   if (boards.empty()) {
-    throw std::runtime_error(
-        "fish-eye calibration: expected pictures of a board of " + options.board +
-        " inner corners, found none" +
-        (unread.empty() ? "" : "; " + unread[0].name + ": " + unread[0].reason));
+    trial.doubt = "expected pictures of a board of so many inner corners, found none";
+    if (!trial.unread.empty()) {
+      trial.doubt += "; " + trial.unread[0].name + ": " + trial.unread[0].reason;
+    }
+    return trial;
   }
-  FisheyeFit fit = FitFisheyeLens(boards, board, width, height);
+  try {
+    trial.fit = FitFisheyeLens(boards, board, width, height);
+    trial.doubt = DoubtAbout(*trial.fit);
+  } catch (const std::runtime_error& error) {
+    trial.doubt = error.what();
+  }
+  return trial;
+}
+
+// Sizes of board that pictures show, but for `wrong`.
+std::vector<BoardSize> SizesSeen(const std::vector<std::filesystem::path>& files, BoardSize wrong) {
+  constexpr std::size_t kPicturesLookedAt = 12;
+  std::vector<BoardSize> sizes;
+  for (std::size_t i = 0; i < std::min(files.size(), kPicturesLookedAt); ++i) {
+    std::optional<BoardSize> found;
+    try {
+      found = FindBoardSize(GreenOf(ReadDisplayImage(files[i])));
+    } catch (const std::exception&) {
+      continue;  // The trial of `wrong` has named it.
+    }
+    if (!found || *found == wrong || *found == BoardSize{wrong.rows, wrong.columns}) continue;
+    if (std::find(sizes.begin(), sizes.end(), *found) == sizes.end()) sizes.push_back(*found);
+  }
+  return sizes;
+}
+
+// The size of board that the pictures fit, for a message. Parts of a board fit, too: of several
+// sizes the one with most corners in all.
+std::string AdviceOnBoard(const std::vector<std::filesystem::path>& files, BoardSize wrong) {
+  std::string advice = "does not fit, nor does another size that is seen in the pictures";
+  std::size_t most_corners = 0;
+  for (const BoardSize size : SizesSeen(files, wrong)) {
+    const LensTrial trial = TryBoard(files, size);
+    if (!trial.fit || !trial.doubt.empty()) continue;
+    const std::size_t corners = trial.fit->fitted.size() * static_cast<std::size_t>(size.Count());
+    if (corners <= most_corners) continue;
+    most_corners = corners;
+    advice = fmt::format(
+        "does not fit, --board {} does (rms {:.2f} px, fx {:.1f}, fy {:.1f}, {} pictures)",
+        TextOf(size),
+        trial.fit->rms_px,
+        trial.fit->lens.fx_px,
+        trial.fit->lens.fy_px,
+        trial.fit->fitted.size());
+  }
+  return advice;
+}
+
+}  // namespace
+
+std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options) {
+  const BoardSize board = BoardSizeFrom(options.board);
+  const LensTrial trial = TryBoard(options.pictures, board);
+  if (!trial.doubt.empty() && !(options.force && trial.fit)) {
+    throw std::runtime_error("--board " + TextOf(board) + " " +
+                             AdviceOnBoard(options.pictures, board) + ": " + trial.doubt +
+                             (trial.fit ? "; --force writes it all the same" : ""));
+  }
+  FisheyeFit fit = *trial.fit;
   if (options.fov_deg) fit.lens.max_angle_rad = 0.5 * RadFromDeg(*options.fov_deg);
   WriteWholeText(options.out, FisheyeCalibrationText({fit.lens, {}, {}, fit.rms_px}));
 
@@ -220,7 +290,8 @@ std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options) {
   for (const FittedPicture& picture : fit.fitted) {
     report += Line("%s: rms %.2f px", picture.name.c_str(), picture.rms_px);
   }
-  for (const auto& rejected : {unread, fit.rejected}) {
+  if (!trial.doubt.empty()) report += "forced: " + trial.doubt + "\n";
+  for (const auto& rejected : {trial.unread, fit.rejected}) {
     for (const RejectedPicture& picture : rejected) {
       report += picture.name + ": left out: " + picture.reason + "\n";
     }

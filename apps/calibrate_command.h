@@ -13,9 +13,11 @@ struct CalibrateFisheyeOptions {
   std::vector<std::filesystem::path> pictures;
   std::string board;              // "8x6": inner corners.
   std::optional<double> fov_deg;  // Not given: what the picture shows.
+  bool force = false;             // Write a lens that is in doubt, too.
   std::filesystem::path out;
 };
-// A lens from board pictures; those that are no use are named in the report.
+// A lens from board pictures; those that are no use are named in the report. Throws where the lens
+// is in doubt (DoubtAbout), naming the size of board that fits, if one does.
 std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options);
 
 struct CalibrateResponseOptions {

@@ -17,6 +17,7 @@ namespace pleinair {
 namespace {
 
 constexpr std::size_t kFewestPictures = 3;
+constexpr int kFewestCornersASide = 3;
 // A picture that fits this many times worse than the median one tells of something else than this
 // lens: corners on the wrong squares, a bent board, motion.
 constexpr double kWorstShare = 2.5;
@@ -173,10 +174,14 @@ double PictureAngleRad(const FisheyeIntrinsics& intrinsics) {
 
 void BoardSize::Validate() const {
   for (const int side : {columns, rows}) {
-    if (side >= 3) continue;
-    throw std::invalid_argument(std::string("board ") + std::to_string(columns) + "x" +
-                                std::to_string(rows) + ": expected 3 or more inner corners a side");
+    if (side >= kFewestCornersASide) continue;
+    throw std::invalid_argument("board " + TextOf(*this) +
+                                ": expected 3 or more inner corners a side");
   }
+}
+
+std::string TextOf(BoardSize board) {
+  return std::to_string(board.columns) + "x" + std::to_string(board.rows);
 }
 
 std::optional<std::vector<glm::dvec2>> FindBoardCorners(const Gray8Image& picture,
@@ -211,6 +216,19 @@ std::optional<std::vector<glm::dvec2>> FindBoardCorners(const Gray8Image& pictur
   corners.reserve(found.size());
   for (const cv::Point2f& corner : found) corners.emplace_back(corner.x, corner.y);
   return corners;
+}
+
+std::optional<BoardSize> FindBoardSize(const Gray8Image& picture) {
+  if (picture.Empty()) return std::nullopt;
+  const cv::Mat image(
+      picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.pixels.data()));
+  // The smallest board that may be asked for, grown as far as the pattern goes on.
+  const cv::Size smallest(kFewestCornersASide, kFewestCornersASide);
+  const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
+  std::vector<cv::Point2f> corners;
+  cv::Mat markers;  // As many rows and columns as the board.
+  if (!cv::findChessboardCornersSB(image, smallest, corners, flags, markers)) return std::nullopt;
+  return BoardSize{std::max(markers.cols, markers.rows), std::min(markers.cols, markers.rows)};
 }
 
 FisheyeFit FitFisheyeLens(std::span<const BoardPicture> pictures,
@@ -288,6 +306,14 @@ FisheyeFit FitFisheyeLens(std::span<const BoardPicture> pictures,
   }
   fit.lens.max_angle_rad = PictureAngleRad(fit.lens);
   return fit;
+}
+
+std::string DoubtAbout(const FisheyeFit& fit) {
+  const double aspect = std::abs(fit.lens.fx_px / fit.lens.fy_px - 1.0);
+  if (fit.rms_px <= kLargestCredibleRmsPx && aspect <= kLargestPixelAspect) return {};
+  return "corners are missed by " + PixelText(fit.rms_px) + " (rms), fx is " +
+         PixelText(fit.lens.fx_px) + " and fy " + PixelText(fit.lens.fy_px) +
+         ": expected at most 1 px, and fx within 3 % of fy";
 }
 
 }  // namespace pleinair

@@ -21,11 +21,19 @@ struct BoardSize {
   // Throws std::invalid_argument naming the field and its value: fewer than 3 a side.
   void Validate() const;
   int Count() const { return columns * rows; }
+  bool operator==(const BoardSize&) const = default;
 };
+
+// "8x6".
+std::string TextOf(BoardSize board);
 
 // All inner corners, row by row, to a part of a pixel; none where they are not all found. Safe from
 // any thread. Throws as BoardSize::Validate.
 std::optional<std::vector<glm::dvec2>> FindBoardCorners(const Gray8Image& picture, BoardSize board);
+
+// How many inner corners the largest chessboard in the picture has, columns >= rows; none where no
+// board is found. Parts of a strongly bent board may be missed: the size to try, not a measurement.
+std::optional<BoardSize> FindBoardSize(const Gray8Image& picture);
 
 struct BoardPicture {
   std::string name;
@@ -66,5 +74,12 @@ FisheyeFit FitFisheyeLens(std::span<const BoardPicture> pictures,
                           BoardSize board,
                           int width_px,
                           int height_px);
+
+// What is wrong with a fit that no camera with square pixels gives, or that its pictures
+// contradict: rms above kLargestCredibleRmsPx, or fx and fy further apart than kLargestPixelAspect.
+// Empty where nothing is. Corners of another board size, or of another board, fit like that.
+inline constexpr double kLargestCredibleRmsPx = 1.0;
+inline constexpr double kLargestPixelAspect = 0.03;  // |fx / fy - 1|
+std::string DoubtAbout(const FisheyeFit& fit);
 
 }  // namespace pleinair

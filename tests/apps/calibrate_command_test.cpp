@@ -8,6 +8,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "calib/fisheye_file.h"
 #include "calib/response.h"
@@ -18,6 +20,7 @@
 namespace pleinair::calibrate_command_test {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -187,6 +190,53 @@ TEST_F(CalibrateCommand, CalibratesALensAndNamesWhatIsNoUse) {
   fisheye.pictures.resize(1);
   EXPECT_THAT(Refusal(RunCalibrateFisheye, fisheye), HasSubstr("found none"));
   EXPECT_FALSE(std::filesystem::exists(fisheye.out));
+}
+
+// With a wrong size OpenCV finds parts of the board, or nothing: no lens is written, and the size
+// is named that fits.
+TEST_F(CalibrateCommand, NamesTheSizeOfBoardThatFits) {
+  const std::filesystem::path boards = kShared / "data/lens_calibration/fisheye_board";
+  if (!std::filesystem::is_directory(boards)) GTEST_SKIP() << "no pictures in " << boards;
+  CalibrateFisheyeOptions fisheye;
+  // In the fourth the finder sees 6x6 of them alone, which would fit, too.
+  for (const char* name : {"1", "2", "3", "4"}) {
+    fisheye.pictures.push_back(boards / (std::string("Fisheye1_") + name + ".jpg"));
+  }
+  fisheye.out = folder_ / "lens.json";
+  for (const char* wrong : {"5x4", "9x6"}) {
+    fisheye.board = wrong;
+    EXPECT_THAT(
+        Refusal(RunCalibrateFisheye, fisheye),
+        HasSubstr(std::string("--board ") + wrong + " does not fit, --board 8x6 does (rms 0."));
+    EXPECT_FALSE(std::filesystem::exists(fisheye.out));
+  }
+}
+
+// Squeezed pictures have pixels that are not square.
+TEST_F(CalibrateCommand, WritesALensInDoubtOnlyWhereForced) {
+  const std::filesystem::path boards = kShared / "data/lens_calibration/fisheye_board";
+  if (!std::filesystem::is_directory(boards)) GTEST_SKIP() << "no pictures in " << boards;
+  CalibrateFisheyeOptions fisheye;
+  for (const char* name : {"2", "6", "13", "14"}) {
+    const cv::Mat picture =
+        cv::imread((boards / (std::string("Fisheye1_") + name + ".jpg")).string());
+    cv::Mat squeezed;
+    cv::resize(picture, squeezed, {}, 1.0, 0.9, cv::INTER_AREA);
+    fisheye.pictures.push_back(folder_ / (std::string(name) + ".png"));
+    cv::imwrite(fisheye.pictures.back().string(), squeezed);
+  }
+  fisheye.board = "8x6";
+  fisheye.out = folder_ / "lens.json";
+  EXPECT_THAT(Refusal(RunCalibrateFisheye, fisheye),
+              AllOf(HasSubstr("corners are missed by 0."),
+                    HasSubstr("fx within 3 % of fy"),
+                    HasSubstr("nor does another size"),
+                    HasSubstr("--force writes it")));
+  EXPECT_FALSE(std::filesystem::exists(fisheye.out));
+  fisheye.force = true;
+  EXPECT_THAT(RunCalibrateFisheye(fisheye), HasSubstr("forced: corners are missed by 0."));
+  const FisheyeIntrinsics lens = ReadFisheyeCalibration(fisheye.out).intrinsics;
+  EXPECT_NEAR(lens.fx_px / lens.fy_px, 1.0 / 0.9, 0.02);
 }
 
 // The photograph's file is sRGB: its green channel follows that curve where the greys are bright,

@@ -168,5 +168,24 @@ TEST(FisheyeFit, CalibratesARealLens) {
   EXPECT_EQ(without.rejected[0].name, "Fisheye1_4.jpg");
 }
 
+// As OpenCV's fit of a board taken for another one gave it: fx 904, fy 502, off by 5 px.
+TEST(FisheyeFit, IsInDoubtWhereItMissesOrPixelsAreNotSquare) {
+  FisheyeFit fit;
+  fit.lens.fx_px = 337.0;
+  fit.lens.fy_px = 336.0;
+  fit.rms_px = 0.39;
+  EXPECT_EQ(DoubtAbout(fit), "");
+  fit.rms_px = 1.01;
+  EXPECT_NE(DoubtAbout(fit).find("missed by 1.01 px"), std::string::npos);
+  fit.rms_px = std::nan("");
+  EXPECT_NE(DoubtAbout(fit), "");
+  fit.rms_px = 0.39;
+  fit.lens.fx_px = 904.0;
+  fit.lens.fy_px = 502.0;
+  EXPECT_NE(DoubtAbout(fit).find("fx is 904.00 px and fy 502.00 px"), std::string::npos);
+  fit.lens.fx_px = 0.96 * fit.lens.fy_px;
+  EXPECT_NE(DoubtAbout(fit), "");
+}
+
 }  // namespace
 }  // namespace pleinair::fisheye_fit_test
