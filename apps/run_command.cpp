@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -20,6 +19,7 @@
 #include "apps/lighting_log.h"
 #include "apps/plan_log.h"
 #include "apps/progress.h"
+#include "apps/run_folder.h"
 #include "apps/run_report.h"
 #include "apps/survey_maps_writer.h"
 #include "apps/video_file.h"
@@ -32,95 +32,16 @@
 namespace pleinair {
 namespace {
 
-// Folders of a run with a file or two for each frame, and what else it leaves.
-constexpr const char* kFrameFolders[] = {"composite", "mask", "sky", "environment"};
-constexpr const char* kRunFiles[] = {
-    "lighting.jsonl", "plan.jsonl", "report.html", "score.json", "composite.mp4"};
-
-// Files named after a frame, NNNNNN..., and their folder where nothing else is in it.
-void RemoveFrameFiles(const std::filesystem::path& folder) {
-  namespace fs = std::filesystem;
-  if (!fs::is_directory(folder)) return;
-  std::vector<fs::path> of_frames;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    constexpr std::size_t kDigits = 6;
-    const bool is_numbered =
-        name.size() > kDigits && name.find_first_not_of("0123456789") == kDigits;
-    if (is_numbered && entry.is_regular_file()) of_frames.push_back(entry.path());
-  }
-  for (const fs::path& file : of_frames) fs::remove(file);
-  if (fs::is_empty(folder)) fs::remove(folder);
-}
-
-// One run's output folder: nothing of an earlier run stays beside the new one's, all else does, and
-// lighting.jsonl and plan.jsonl have their names only when they are whole.
-class RunFolder {
- public:
-  explicit RunFolder(std::filesystem::path out) : out_(std::move(out)) {
-    std::filesystem::create_directories(out_);
-    for (const char* name : kRunFiles) std::filesystem::remove(out_ / name);
-    for (const char* name : kFrameFolders) RemoveFrameFiles(out_ / name);
-    lighting_.emplace(out_ / "lighting.jsonl");
-    plan_.emplace(out_ / "plan.jsonl");
-  }
-
-  void AddLighting(const std::string& line) { lighting_->Add(line); }
-  void AddPlan(const std::string& line) { plan_->Add(line); }
-  void Finish() {
-    lighting_->Finish();
-    plan_->Finish();
-  }
-
- private:
-  // A line a frame.
-  class Log {
-   public:
-    explicit Log(std::filesystem::path file)
-        : file_(std::move(file)), partial_(file_.string() + ".partial") {
-      out_.open(partial_, std::ios::trunc);
-      if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written");
-    }
-    void Add(const std::string& line) {
-      out_ << line << '\n' << std::flush;
-      if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written (disc full?)");
-    }
-    void Finish() {
-      out_.close();
-      std::filesystem::rename(partial_, file_);
-    }
-
-   private:
-    std::filesystem::path file_;
-    std::filesystem::path partial_;
-    std::ofstream out_;
-  };
-
-  std::filesystem::path out_;
-  std::optional<Log> lighting_;
-  std::optional<Log> plan_;
-};
-
 // What a run reads must not be what it removes first.
-void ExpectLightingElsewhere(const RunCommandOptions& options) {
-  namespace fs = std::filesystem;
+void RequireInputsKept(const RunCommandOptions& options) {
+  // What is no sequence is refused as such.
+  if (std::filesystem::exists(options.sequence / "sequence.json")) {
+    RequireApart(options.out, options.sequence);
+  }
   if (options.lighting.empty()) return;
-  const fs::path out = fs::weakly_canonical(options.out);
-  const auto expect_elsewhere = [&](const fs::path& file) {
-    const fs::path read = fs::weakly_canonical(file);
-    bool is_removed = false;
-    for (const char* name : kRunFiles) is_removed = is_removed || read == out / name;
-    for (const char* name : kFrameFolders) {
-      is_removed = is_removed || read.parent_path() == out / name;
-    }
-    if (!is_removed) return;
-    throw std::invalid_argument("--lighting: " + file.string() +
-                                " is of the run in --out, which is written anew: expected another "
-                                "folder for one of them");
-  };
-  expect_elsewhere(options.lighting);
+  RequireKept(options.lighting, options.out, "--lighting");
   for (const auto& [frame, light] : ReadGivenLighting(options.lighting)) {
-    if (light.sky_image) expect_elsewhere(*light.sky_image);
+    if (light.sky_image) RequireKept(*light.sky_image, options.out, "--lighting");
   }
 }
 
@@ -183,7 +104,13 @@ void AddTruth(const Sequence& sequence,
               const std::filesystem::path& out,
               const FrameWriter& writer,
               RunReport& report) {
-  const std::map<int, TruthFrame> truth = TruthByFrame(sequence);
+  std::map<int, TruthFrame> truth;
+  try {
+    truth = TruthByFrame(sequence);
+  } catch (const std::exception& error) {
+    report.notes.push_back(std::string("the report is without truth: ") + error.what());
+    spdlog::warn("{}", report.notes.back());
+  }
   for (ReportFrame& frame : report.frames) {
     const auto found = truth.find(frame.index);
     if (found == truth.end()) continue;
@@ -272,7 +199,7 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
 }
 
 void RunRunCommand(const RunCommandOptions& options) {
-  ExpectLightingElsewhere(options);
+  RequireInputsKept(options);
   const auto loaded = LoadForRun(options, ProgressOnStandardError());
   const Sequence& sequence = loaded->sequence;
   const ResponseCurve response = ResponseOf(sequence);
@@ -296,6 +223,11 @@ void RunRunCommand(const RunCommandOptions& options) {
   }
 
   RunFolder folder(options.out);
+  if (!folder.TakenOverFrom().empty()) {
+    spdlog::warn("{}: an earlier run did not end ({}): what it left unfinished is removed",
+                 options.out.string(),
+                 folder.TakenOverFrom());
+  }
   FrameWriter writer(options.out, response);
   std::optional<VideoFile> video;
   if (options.video) {
@@ -311,7 +243,8 @@ void RunRunCommand(const RunCommandOptions& options) {
       folder.AddPlan(FailureLine(error));
       report.frames.push_back(FailedFrame(error));
       if (options.stop_on_bad_frame) {
-        throw std::runtime_error(fmt::format("stopped at frame {}, as asked", error.index));
+        throw std::runtime_error(
+            fmt::format("stopped at frame {}, as asked: {}", error.index, error.reason));
       }
       continue;
     }
@@ -364,8 +297,13 @@ void RunRunCommand(const RunCommandOptions& options) {
                done,
                report.frames.size(),
                (options.out / "report.html").string());
-  if (done == 0)
-    throw std::runtime_error("no frame of " + sequence.folder.string() + " could be done");
+  if (done == 0) {
+    const ReportFrame& first = report.frames.front();
+    throw std::runtime_error(fmt::format("no frame of {} could be done; frame {}: {}",
+                                         sequence.folder.string(),
+                                         first.index,
+                                         first.error));
+  }
 }
 
 }  // namespace pleinair

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -100,7 +102,12 @@ std::string LightChart(const RunReport& report, bool sun) {
               "W m^{-2} per channel (or relative)",
               {std::move(estimated)}};
   if (!truth.x.empty()) chart.series.push_back(std::move(truth));
-  return DrawChart(chart);
+  try {
+    return DrawChart(chart);
+  } catch (const std::runtime_error& error) {
+    spdlog::warn("{}: the report is without it", error.what());
+    return "<p class=\"bad\">" + EscapeHtml(error.what()) + "</p>";
+  }
 }
 
 std::string TimingTable(const RunReport& report) {
@@ -270,14 +277,17 @@ void WriteRunReport(const std::filesystem::path& file, const RunReport& report) 
       kStyle);
   html += List(report.settings);
   if (!report.notes.empty()) html += "<h2>Notes</h2>\n" + List(report.notes);
-  if (!report.frames.empty()) {
+  const bool any_done = std::any_of(report.frames.begin(),
+                                    report.frames.end(),
+                                    [](const ReportFrame& frame) { return frame.error.empty(); });
+  if (any_done) {
     html += "<h2>Light over time</h2>\n" + LightChart(report, true) + "<br>\n" +
             LightChart(report, false) + "\n";
     html += "<h2>Time per stage</h2>\n" + TimingTable(report);
     html += "<h2>Effects</h2>\n" + EffectTable(report);
-    html += "<h2>Frames</h2>\n";
-    for (const ReportFrame& frame : report.frames) html += FrameSection(frame);
   }
+  if (!report.frames.empty()) html += "<h2>Frames</h2>\n";
+  for (const ReportFrame& frame : report.frames) html += FrameSection(frame);
   html += "</body></html>\n";
 
   WriteWholeText(file, html);

@@ -130,7 +130,13 @@ std::string ChartOf(const SweptAxis& swept, const AxisView& view) {
                             view.places[i].on_front,
                             swept.results[i].is_default});
   }
-  return chart.points.empty() ? std::string() : DrawScatter(chart);
+  if (chart.points.empty()) return {};
+  try {
+    return DrawScatter(chart);
+  } catch (const std::runtime_error& error) {
+    // Hours of measuring are in the tables: they are not lost for a picture.
+    return "<p class=\"bad\">" + EscapeHtml(error.what()) + "</p>";
+  }
 }
 
 // The marks that gnuplot defines are the same in every chart of a page.

@@ -1,0 +1,199 @@
+#include "apps/run_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "scene/whole_file.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Folders of a run with a file or two for each frame, and what else it leaves.
+constexpr const char* kFrameFolders[] = {"composite", "mask", "sky", "environment"};
+constexpr const char* kRunFiles[] = {
+    "lighting.jsonl", "plan.jsonl", "report.html", "score.json", "composite.mp4"};
+constexpr const char* kLockName = ".pleinair.lock";
+
+// As WriteWholeFile names what it has not finished.
+bool IsPartOf(std::string_view name, std::string_view whole) {
+  return name.starts_with(".") && name.substr(1).starts_with(whole) && name.ends_with(".part");
+}
+
+// NNNNNN..., or an unfinished one of that name.
+bool IsOfAFrame(std::string_view name) {
+  constexpr std::size_t kDigits = 6;
+  const bool is_part = IsPartOf(name, "");
+  if (is_part) name.remove_prefix(1);
+  return name.size() > kDigits && name.find_first_not_of("0123456789") == kDigits;
+}
+
+bool IsUnfinished(std::string_view name) {
+  return name == "composite.partial.mp4" ||
+         std::any_of(std::begin(kRunFiles), std::end(kRunFiles), [&](const std::string& whole) {
+           return name == whole + ".partial" || IsPartOf(name, whole + ".");
+         });
+}
+
+template <typename Predicate>
+void RemoveFiles(const fs::path& folder, const Predicate& is_wanted) {
+  std::vector<fs::path> wanted;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (is_wanted(entry.path().filename().string()) && entry.is_regular_file()) {
+      wanted.push_back(entry.path());
+    }
+  }
+  for (const fs::path& file : wanted) fs::remove(file);
+}
+
+bool IsIn(const fs::path& path, const fs::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first ==
+         folder.end();
+}
+
+// Without a slash at the end.
+fs::path Canonical(const fs::path& path) {
+  const fs::path canonical = fs::weakly_canonical(path);
+  return canonical.has_filename() ? canonical : canonical.parent_path();
+}
+
+std::string LastError() { return std::generic_category().message(errno); }
+
+std::string ReadAll(int descriptor) {
+  std::array<char, 256> buffer{};
+  const ssize_t count = pread(descriptor, buffer.data(), buffer.size(), 0);
+  std::string text(buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+  return text.substr(0, text.find('\n'));
+}
+
+std::string ThisProcess() {
+  std::array<char, 256> host{};
+  gethostname(host.data(), host.size() - 1);
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  return fmt::format("process {} on {} since {}", getpid(), host.data(), FormatUtcTime(now));
+}
+
+}  // namespace
+
+void RequireApart(const fs::path& out, const fs::path& input) {
+  const fs::path read = Canonical(input);
+  const auto check = [&](const fs::path& written) {
+    const fs::path canonical = Canonical(written);
+    if (!IsIn(canonical, read) && !IsIn(read, canonical)) return;
+    throw std::invalid_argument("--out " + out.string() + ": " + written.string() +
+                                " is, holds or lies in " + input.string() +
+                                ", which is only read: expected a folder apart from it");
+  };
+  check(out);
+  for (const char* name : kFrameFolders) check(out / name);
+}
+
+void RequireKept(const fs::path& file, const fs::path& out, const std::string& option) {
+  const fs::path read = Canonical(file);
+  const fs::path cleared = Canonical(out);
+  bool is_removed = false;
+  for (const char* name : kRunFiles) is_removed = is_removed || read == cleared / name;
+  for (const char* name : kFrameFolders) {
+    is_removed = is_removed || read.parent_path() == cleared / name;
+  }
+  if (!is_removed) return;
+  throw std::invalid_argument(option + ": " + file.string() +
+                              " is of the run in --out, which is written anew: expected another "
+                              "folder for one of them");
+}
+
+FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLockName) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error(folder.string() + ": " + why);
+  };
+  while (true) {
+    descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+    if (descriptor_ < 0) refuse("cannot be locked: " + file_.string() + ": " + LastError());
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      const bool is_held = errno == EWOULDBLOCK;
+      const std::string why = is_held ? "another run writes there (" + ReadAll(descriptor_) +
+                                            "): expected another --out, or that it has ended"
+                                      : "cannot be locked: " + LastError();
+      close(descriptor_);
+      refuse(why);
+    }
+    // The one who held it may have removed the file before we got it: then it locks nothing.
+    struct stat ours {};
+    struct stat there {};
+    if (fstat(descriptor_, &ours) == 0 && stat(file_.c_str(), &there) == 0 &&
+        ours.st_ino == there.st_ino && ours.st_dev == there.st_dev) {
+      break;
+    }
+    close(descriptor_);
+  }
+  taken_over_from_ = ReadAll(descriptor_);
+  const std::string holder = ThisProcess() + "\n";
+  // That the lock says who holds it is a courtesy: it holds on a full disc, too.
+  const bool is_said =
+      ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, holder.data(), holder.size(), 0) > 0;
+  static_cast<void>(is_said);
+}
+
+FolderLock::~FolderLock() {
+  std::error_code ignored;
+  fs::remove(file_, ignored);  // While it is still ours.
+  close(descriptor_);
+}
+
+RunFolder::RunFolder(fs::path out) : out_(std::move(out)) {
+  std::error_code error;
+  fs::create_directories(out_, error);
+  if (!fs::is_directory(out_)) {
+    throw std::runtime_error("--out " + out_.string() + ": expected a folder, or room for one" +
+                             (error ? ": " + error.message() : ", found something else"));
+  }
+  lock_ = std::make_unique<FolderLock>(out_);
+  for (const char* name : kRunFiles) RequireReplaceable(out_ / name);
+  for (const char* name : kRunFiles) fs::remove(out_ / name);
+  RemoveFiles(out_, IsUnfinished);
+  for (const char* name : kFrameFolders) {
+    if (!fs::is_directory(out_ / name)) continue;
+    RemoveFiles(out_ / name, IsOfAFrame);
+    if (fs::is_empty(out_ / name)) fs::remove(out_ / name);
+  }
+  lighting_.emplace(out_ / "lighting.jsonl");
+  plan_.emplace(out_ / "plan.jsonl");
+}
+
+void RunFolder::Finish() {
+  lighting_->Finish();
+  plan_->Finish();
+}
+
+RunFolder::Log::Log(fs::path file) : file_(std::move(file)), partial_(file_.string() + ".partial") {
+  out_.open(partial_, std::ios::trunc);
+  if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written");
+}
+
+void RunFolder::Log::Add(const std::string& line) {
+  out_ << line << '\n' << std::flush;
+  if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written (disc full?)");
+}
+
+void RunFolder::Log::Finish() {
+  out_.close();
+  fs::rename(partial_, file_);
+}
+
+}  // namespace pleinair

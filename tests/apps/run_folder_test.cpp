@@ -1,0 +1,133 @@
+#include "apps/run_folder.h"
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "tests/apps/command_folder.h"
+
+namespace pleinair::run_folder_test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class RunFolderTest : public CommandFolder {
+ protected:
+  template <typename Call>
+  static std::string MessageOf(const Call& call) {
+    try {
+      call();
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  void Touch(const std::string& name) {
+    fs::create_directories((folder_ / name).parent_path());
+    Write(name, "x");
+  }
+  bool IsThere(const std::string& name) const { return fs::exists(folder_ / name); }
+};
+
+TEST_F(RunFolderTest, ResultsAreApartFromWhatIsRead) {
+  Touch("seq/frames/000000.exr");
+  Touch("elsewhere/000000.exr");
+  for (const char* out : {"seq", "seq/", "seq/out", "seq/frames", "seq/../seq", "."}) {
+    EXPECT_THAT(MessageOf([&] { RequireApart(folder_ / out, folder_ / "seq"); }),
+                HasSubstr("which is only read"))
+        << out;
+  }
+  for (const char* out : {"out", "sequence", "seq2/out/", "elsewhere"}) {
+    EXPECT_EQ(MessageOf([&] { RequireApart(folder_ / out, folder_ / "seq/"); }), "accepted") << out;
+  }
+  // By a link: the folder itself, or one that a run clears.
+  fs::create_directory_symlink(folder_ / "seq", folder_ / "link");
+  EXPECT_NE(MessageOf([&] { RequireApart(folder_ / "link/out", folder_ / "seq"); }), "accepted");
+  fs::create_directory_symlink(folder_ / "seq/frames", folder_ / "elsewhere/composite");
+  EXPECT_THAT(MessageOf([&] { RequireApart(folder_ / "elsewhere", folder_ / "seq"); }),
+              HasSubstr("elsewhere/composite"));
+}
+
+TEST_F(RunFolderTest, OneAtATimeAndItSaysWho) {
+  const std::string me = "process " + std::to_string(getpid()) + " on ";
+  {
+    const FolderLock lock(folder_);
+    EXPECT_EQ(lock.TakenOverFrom(), "");
+    EXPECT_THAT(MessageOf([&] { FolderLock second(folder_); }),
+                AllOf(HasSubstr(folder_.string() + ": another run writes there (" + me),
+                      HasSubstr(" since 20")));
+  }
+  EXPECT_TRUE(fs::is_empty(folder_)) << "and is gone with its run";
+  const FolderLock again(folder_);
+}
+
+// It holds no longer than its process, however that ends.
+TEST_F(RunFolderTest, TheLockOfADeadRunIsTakenOver) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const FolderLock lock(folder_);
+    _exit(0);  // As killed: nothing is tidied up.
+  }
+  int status = -1;
+  waitpid(child, &status, 0);
+  ASSERT_EQ(status, 0);
+  ASSERT_FALSE(fs::is_empty(folder_));
+  const FolderLock lock(folder_);
+  EXPECT_THAT(lock.TakenOverFrom(), HasSubstr("process " + std::to_string(child) + " on "));
+}
+
+TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
+  const char* const gone[] = {"composite/.000000.exr.4711.0.part",
+                              "composite/000000.exr",
+                              "mask/.000012.png.4711.31.part",
+                              "environment/.000001_without_sun.exr.1.2.part",
+                              "composite.partial.mp4",
+                              "lighting.jsonl.partial",
+                              "plan.jsonl.partial",
+                              "report.html.partial",
+                              ".report.html.4711.1.part",
+                              "score.json"};
+  const char* const kept[] = {"composite/.mine.part",
+                              "composite/mine.exr",
+                              ".000000.exr.part",
+                              "000000.exr",
+                              "mine.partial",
+                              "frames/.000000.exr.1.0.part"};
+  for (const char* name : gone) Touch(name);
+  for (const char* name : kept) Touch(name);
+  RunFolder folder(folder_);
+  // The logs of the new run have their working names till they are whole.
+  for (const char* name : gone) {
+    const bool is_new = std::string(name).ends_with("jsonl.partial");
+    EXPECT_EQ(IsThere(name), is_new) << name;
+  }
+  for (const char* name : kept) EXPECT_TRUE(IsThere(name)) << name;
+  EXPECT_FALSE(IsThere("mask")) << "nothing else was in it";
+  folder.AddLighting("{}");
+  folder.Finish();
+  EXPECT_FALSE(IsThere("lighting.jsonl.partial"));
+  EXPECT_TRUE(IsThere("lighting.jsonl"));
+}
+
+TEST_F(RunFolderTest, ReplacesRegularFilesAlone) {
+  fs::create_directory(folder_ / "out");
+  Write("out/plan.jsonl", "of an earlier run");
+  ASSERT_EQ(mkfifo((folder_ / "out/report.html").c_str(), 0600), 0);
+  EXPECT_THAT(MessageOf([&] { RunFolder folder(folder_ / "out"); }),
+              HasSubstr("out/report.html: cannot be written: expected a regular file there"));
+  EXPECT_TRUE(fs::is_fifo(folder_ / "out/report.html"));
+  EXPECT_TRUE(IsThere("out/plan.jsonl")) << "refused before anything is removed";
+  Write("file", "mine");
+  EXPECT_THAT(MessageOf([&] { RunFolder folder(folder_ / "file"); }),
+              HasSubstr("file: expected a folder"));
+}
+
+}  // namespace
+}  // namespace pleinair::run_folder_test

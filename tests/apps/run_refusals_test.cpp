@@ -1,0 +1,126 @@
+// `pleinair run` on recordings and machines with something missing: what it says, and what it
+// leaves alone.
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/run_command.h"
+#include "tests/apps/command_folder.h"
+
+namespace pleinair::run_refusals_test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+// Another value while it lives.
+class EnvironmentVariable {
+ public:
+  EnvironmentVariable(const char* name, const std::string& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    setenv(name, value.c_str(), 1);
+  }
+  ~EnvironmentVariable() { before_ ? setenv(name_, before_->c_str(), 1) : unsetenv(name_); }
+  EnvironmentVariable(const EnvironmentVariable&) = delete;
+  EnvironmentVariable& operator=(const EnvironmentVariable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+// The bundled recording's first frame, coarsely prepared, to be changed.
+class RunRefusals : public CommandFolder {
+ protected:
+  void SetUp() override {
+    CommandFolder::SetUp();
+    const fs::path courtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+    fs::create_directory(folder_ / "seq");
+    for (const auto& entry : fs::directory_iterator(courtyard)) {
+      if (entry.is_regular_file()) fs::copy(entry.path(), folder_ / "seq");
+    }
+    fs::create_directory(folder_ / "seq/frames");
+    fs::copy(courtyard / "frames/000000.exr", folder_ / "seq/frames");
+    std::ifstream(folder_ / "seq/sequence.json") >> document_;
+    document_["frames"].erase(document_["frames"].begin() + 1, document_["frames"].end());
+    Save();
+    options_.sequence = folder_ / "seq";
+    options_.cache = folder_ / "cache";
+    options_.out = folder_ / "out";
+    options_.prepare.patch_size_m = 4.0;
+    options_.prepare.rays = 16;
+  }
+  void Save() { Write("seq/sequence.json", document_.dump()); }
+
+  std::string Run() const {
+    return Refusal(
+        +[](const RunCommandOptions& options) {
+          RunRunCommand(options);
+          return std::string();
+        },
+        options_);
+  }
+  std::string Report() const {
+    std::stringstream text;
+    text << std::ifstream(options_.out / "report.html").rdbuf();
+    return text.str();
+  }
+
+  nlohmann::json document_;
+  RunCommandOptions options_;
+};
+
+TEST_F(RunRefusals, NeverWritesIntoTheRecording) {
+  fs::rename(folder_ / "seq/frames", folder_ / "seq/composite");
+  document_["frames"][0]["image"] = "composite/000000.exr";
+  Save();
+  const auto bytes = fs::file_size(folder_ / "seq/composite/000000.exr");
+  options_.out = folder_ / "seq";
+  EXPECT_THAT(Run(), HasSubstr("which is only read"));
+  EXPECT_EQ(fs::file_size(folder_ / "seq/composite/000000.exr"), bytes);
+}
+
+TEST_F(RunRefusals, EndsWithTheFirstFramesReasonWhereAllFail) {
+  document_["frames"][0]["image"] = "frames/999999.exr";
+  Save();
+  EXPECT_THAT(Run(),
+              AllOf(HasSubstr("could be done; frame 0: "),
+                    HasSubstr("frames/999999.exr: expected an image file, found nothing")));
+  EXPECT_THAT(Report(), AllOf(HasSubstr("999999.exr"), Not(HasSubstr("gnuplot"))));
+  EXPECT_TRUE(fs::exists(options_.out / "lighting.jsonl"));
+  options_.stop_on_bad_frame = true;
+  EXPECT_THAT(Run(), HasSubstr("stopped at frame 0, as asked: "));
+}
+
+TEST_F(RunRefusals, DrawsItsChartsWithoutATemporaryFolder) {
+  const EnvironmentVariable temporary("TMPDIR", "/nonexistent/it's");
+  EXPECT_EQ(Run(), "accepted");
+  EXPECT_THAT(Report(), HasSubstr("<svg"));
+}
+
+TEST_F(RunRefusals, ReportsWithoutChartsWhereThereIsNoGnuplot) {
+  const EnvironmentVariable path("PATH", folder_.string());
+  EXPECT_EQ(Run(), "accepted");
+  EXPECT_THAT(Report(),
+              AllOf(HasSubstr("gnuplot could not draw"),
+                    HasSubstr("gnuplot-nox"),
+                    Not(HasSubstr("<svg")),
+                    HasSubstr("data:image/jpeg")));
+}
+
+TEST_F(RunRefusals, ReportsWithoutATruthThatCannotBeRead) {
+  fs::create_directory(folder_ / "seq/truth");
+  Write("seq/truth/truth.json", "{\"frames\": 3}");
+  EXPECT_EQ(Run(), "accepted");
+  EXPECT_THAT(Report(), HasSubstr("the report is without truth: "));
+}
+
+}  // namespace
+}  // namespace pleinair::run_refusals_test
