@@ -87,8 +87,9 @@ void AddGroundAlbedo(CLI::App& command, double& albedo) {
 void AddPrepareSettings(CLI::App& command, PrepareSettings& settings) {
   AddBounces(command, settings.bounces);
   command
-      .add_option(
-          "--patch-size", settings.patch_size_m, "Longest edge of patches near the objects, metres")
+      .add_option("--patch-size",
+                  settings.patch_size_m,
+                  "Longest edge of patches near what the cameras look at, metres")
       ->check(Positive());
   command.add_option("--rays", settings.rays, "Rays that each receiver of light casts")
       ->check(CLI::Range(1, 65536));

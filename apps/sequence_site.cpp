@@ -131,15 +131,28 @@ BoundingBox BoxOfObjects(const SequenceSite& site, const Sequence& sequence) {
   return box;
 }
 
-BoundingBox BoxInView(const Sequence& sequence, const Mesh& mesh) {
-  const Camera camera = sequence.CameraOfFrame(0);
+// The middle of what a camera looks at: half the way to the surface there, where objects stand.
+glm::vec3 MiddleOfView(const Camera& camera, const RayCaster& caster) {
   const glm::vec3 centre_m(camera.CentreWorldM());
   const glm::vec3 forward(glm::transpose(glm::dmat3(camera.camera_from_world))[2]);
-  const auto hit = RayCaster(mesh).Intersect(centre_m, glm::normalize(forward));
+  const auto hit = caster.Intersect(centre_m, glm::normalize(forward));
   const float distance_m =
       hit ? std::min(0.5f * hit->distance_m, kDefaultViewDistanceM) : kDefaultViewDistanceM;
-  const glm::vec3 middle_m = centre_m + distance_m * glm::normalize(forward);
-  return {middle_m - 0.5f * kDefaultProbeBoxM, middle_m + 0.5f * kDefaultProbeBoxM};
+  return centre_m + distance_m * glm::normalize(forward);
+}
+
+// Of all frames, those left out that are near an earlier one.
+std::vector<glm::dvec3> MiddlesOfViews(const Sequence& sequence, const RayCaster& caster) {
+  constexpr double kNearM = 2.0;
+  std::vector<glm::dvec3> middles_m;
+  for (std::size_t frame = 0; frame < sequence.frames.size(); ++frame) {
+    const glm::dvec3 middle_m(MiddleOfView(sequence.CameraOfFrame(frame), caster));
+    const bool is_new = std::none_of(middles_m.begin(), middles_m.end(), [&](const auto& known_m) {
+      return glm::distance(known_m, middle_m) < kNearM;
+    });
+    if (is_new) middles_m.push_back(middle_m);
+  }
+  return middles_m;
 }
 
 glm::ivec3 ProbeCountsFor(const BoundingBox& box, double spacing_m) {
@@ -155,9 +168,8 @@ glm::ivec3 ProbeCountsFor(const BoundingBox& box, double spacing_m) {
 }
 
 // A room's windows show a camera a few per cent of the sky, a porch half of it.
-bool IsIndoors(const Camera& camera, const Mesh& mesh) {
+bool IsIndoors(const Camera& camera, const RayCaster& caster) {
   constexpr double kLeastSkyOutdoors = 0.15;
-  const RayCaster caster(mesh);
   const glm::vec3 centre_m(camera.CentreWorldM());
   int seen = 0;
   int cells = 0;
@@ -231,14 +243,18 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   }
   for (const VirtualObjectEntry& entry : sequence.virtual_objects)
     LoadObject(sequence, entry, site);
-  site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), site.model.mesh);
+  const RayCaster caster(site.model.mesh);
+  site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), caster);
   if (site.is_indoors) {
     site.notes.emplace_back(
         "the camera stands indoors: the mesh's ground is not carried on outside; without "
         "--ground-albedo nothing shines from below the horizon");
   }
-  site.probe_box =
-      site.objects.empty() ? BoxInView(sequence, site.model.mesh) : BoxOfObjects(site, sequence);
+  site.viewed_m = MiddlesOfViews(sequence, caster);
+  const glm::vec3 middle_m(site.viewed_m.front());
+  site.probe_box = site.objects.empty() ? BoundingBox{middle_m - 0.5f * kDefaultProbeBoxM,
+                                                      middle_m + 0.5f * kDefaultProbeBoxM}
+                                        : BoxOfObjects(site, sequence);
   return site;
 }
 
@@ -247,6 +263,7 @@ PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings
   options.bounces = settings.bounces;
   options.memory_limit_bytes = AvailableMemoryBytes();
   options.probe_box = site.probe_box;
+  options.patches.focus_points_m = site.viewed_m;
   options.patches.extend_ground = !site.is_indoors;
   options.patches.ground_albedo = settings.ground_albedo;
   if (site.is_indoors) options.patches.patch_size_m = kIndoorPatchSizeM;

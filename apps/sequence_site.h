@@ -26,8 +26,11 @@ struct SequenceSite {
   SiteModel model;
   std::vector<VirtualObject> objects;  // In world coordinates, as in the first frame.
   std::vector<ObjectMotion> motions;   // One an object.
-  // Around the objects in all frames, or around what the cameras look at.
+  // Around the objects in all frames, or around what the first camera looks at.
   BoundingBox probe_box;
+  // What the cameras look at: patches are finest there. Not where the objects are, so that what is
+  // prepared serves other objects, too.
+  std::vector<glm::dvec3> viewed_m;
   bool is_indoors = false;         // The first camera sees little of the sky.
   std::vector<std::string> notes;  // What was mended or assumed in loading.
   // What there is to say where the materials' albedo is used: without an environment map.
@@ -47,7 +50,7 @@ std::vector<glm::dmat4> ObjectPosesAt(const SequenceSite& site, double time_s);
 // What may be asked of the offline part; what is unset is as PrepareOptions has it.
 struct PrepareSettings {
   int bounces = kAllBounces;
-  std::optional<double> patch_size_m;  // Longest edge of patches near the objects.
+  std::optional<double> patch_size_m;  // Longest edge of patches near what cameras view.
   std::optional<int> rays;             // A receiver of light.
   double ground_albedo = 0.0;          // As PatchOptions has it.
   // Of the probe grid: how many along x, y, z, or how far apart; not both.

@@ -101,7 +101,7 @@ void AddOfflineAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   "256"});
   const auto set_patches = [](Options& o, double m) { o.prepare.patch_size_m = m; };
   axes.push_back({"patch-size",
-                  "Longest edge of patches near the objects, in metres (--patch-size)",
+                  "Longest edge of patches near what the cameras look at, in metres (--patch-size)",
                   judge,
                   true,
                   sweep_case.is_indoors ? Numbers<double>({2.0, 1.0, 0.5, 0.25, 0.125}, set_patches)

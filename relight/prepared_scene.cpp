@@ -187,8 +187,11 @@ PreparedScene PrepareScene(const SiteModel& site,
   Check(site, options);
   PreparedScene prepared;
   prepared.options = options;
+  const std::vector<glm::dvec3>& focus_points_m = options.patches.focus_points_m;
   prepared.options.patches.focus_m =
-      0.5 * (glm::dvec3(options.probe_box.lower_m) + glm::dvec3(options.probe_box.upper_m));
+      focus_points_m.empty()
+          ? 0.5 * (glm::dvec3(options.probe_box.lower_m) + glm::dvec3(options.probe_box.upper_m))
+          : focus_points_m.front();
   prepared.patches = BuildPatchScene(site.mesh, prepared.options.patches);
   prepared.patch_is_diffuse = DiffusePatches(prepared.patches, site.diffuse_regions);
   if (prepared.patches.ground_extended) {

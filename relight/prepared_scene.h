@@ -30,9 +30,11 @@ struct SiteModel {
 struct PrepareOptions {
   int bounces = kAllBounces;
   GatherOptions gather;
-  PatchOptions patches;  // focus_m is set by PrepareScene to the middle of the probe box.
+  // focus_m is set by PrepareScene: to the first of focus_points_m, or where there are none to the
+  // middle of the probe box, on which then all stages depend.
+  PatchOptions patches;
   ProbeOptions probes;
-  BoundingBox probe_box;  // Where virtual objects stand.
+  BoundingBox probe_box;  // Where virtual objects stand: of the probes alone.
   glm::ivec3 probe_counts{8};
   int survey_receiver_block_px = 4;  // As SurfaceViewOptions::receiver_block_px.
   // Of the environment map that the site is surveyed by: means over its own pixels. Divides its own

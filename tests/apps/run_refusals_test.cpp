@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -17,7 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
 
 // Another value while it lives.
@@ -120,6 +123,28 @@ TEST_F(RunRefusals, ReportsWithoutATruthThatCannotBeRead) {
   Write("seq/truth/truth.json", "{\"frames\": 3}");
   EXPECT_EQ(Run(), "accepted");
   EXPECT_THAT(Report(), HasSubstr("the report is without truth: "));
+}
+
+// What light does between real surfaces, and what the survey found, do not depend on what stands
+// there virtually; only the probes do, which stand around it.
+TEST_F(RunRefusals, PreparesNothingButProbesForAnotherObject) {
+  std::vector<std::string> stages;
+  const Progress progress = [&](std::string_view stage, double share) {
+    if (share == 0.0) stages.emplace_back(stage);
+  };
+  LoadForRun(options_, progress);
+  EXPECT_EQ(stages.size(), 3u);
+  stages.clear();
+  Write("seq/other.obj",
+        "v 0 0 0\nv 3 0 0\nv 0 3 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  document_["virtual_object"]["mesh"] = "other.obj";
+  document_["virtual_object"]["world_from_object"][0][3] = 1.5;
+  Save();
+  LoadForRun(options_, progress);
+  EXPECT_THAT(stages, ElementsAre("probes"));
+  stages.clear();
+  LoadForRun(options_, progress);
+  EXPECT_THAT(stages, IsEmpty());
 }
 
 }  // namespace
