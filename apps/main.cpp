@@ -2,13 +2,16 @@
 // *_command.cpp.
 
 #include <cstdio>
+#include <ctime>
 #include <exception>
 #include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
@@ -19,6 +22,7 @@
 #include "apps/doctor_command.h"
 #include "apps/evaluation_arguments.h"
 #include "apps/irradiance_command.h"
+#include "apps/message_text.h"
 #include "apps/run_arguments.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
@@ -29,6 +33,34 @@ namespace pleinair {
 namespace {
 
 constexpr int kBadInput = 2;
+constexpr const char* kSeeHelp = " (see `pleinair --help`)";
+
+// Says why in one line; returns the exit code.
+int Refuse(const std::string& reason) {
+  std::fprintf(stderr, "pleinair: %s\n", MessageText(reason).c_str());
+  return kBadInput;
+}
+
+// A log message as MessageText has it.
+class MessageFlag final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message,
+              const std::tm&,
+              spdlog::memory_buf_t& line) override {
+    const std::string text = MessageText({message.payload.data(), message.payload.size()});
+    line.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<spdlog::custom_flag_formatter> clone() const override {
+    return std::make_unique<MessageFlag>();
+  }
+};
+
+void SetUpLog() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("pleinair"));
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<MessageFlag>('*').set_pattern("%^%l%$ %*");
+  spdlog::set_formatter(std::move(formatter));
+}
 
 void AddSun(CLI::App& app, Work& work) {
   auto options = std::make_shared<SunCommandOptions>();
@@ -162,8 +194,7 @@ void AddDoctor(CLI::App& app, Work& work) {
 }  // namespace
 
 int RunCommandLine(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("pleinair"));
-  spdlog::set_pattern("%^%l%$ %v");
+  SetUpLog();
   const bool shared = SharedRanks() != nullptr;
   if (shared && SharedRanks()->Rank() != 0) spdlog::set_level(spdlog::level::off);
 
@@ -191,22 +222,18 @@ int RunCommandLine(int argc, char** argv) {
     // A word that nobody knows is the likelier cause of what is then found missing.
     const std::vector<std::string> unknown = app.remaining(true);
     const std::string reason = unknown.empty() ? error.what() : unknown.front() + ": unknown here";
-    std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", reason.c_str());
-    return kBadInput;
+    return Refuse(reason + kSeeHelp);
   } catch (
       const std::invalid_argument& error) {  // An argument that reads well, and makes no sense.
-    std::fprintf(stderr, "pleinair: %s (see `pleinair --help`)\n", error.what());
-    return kBadInput;
+    return Refuse(error.what() + std::string(kSeeHelp));
   }
   if (shared && SharedRanks()->Count() > 1 && !app.got_subcommand("irradiance")) {
-    std::fprintf(stderr, "pleinair: ranks can share the command irradiance alone\n");
-    return kBadInput;
+    return Refuse("ranks can share the command irradiance alone");
   }
   try {
     return work();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "pleinair: %s\n", error.what());
-    return kBadInput;
+    return Refuse(error.what());
   }
 }
 

@@ -110,6 +110,13 @@ TEST_F(CommandLine, NamesTheFileThatIsNotThere) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
 }
 
+// A frame's path may hold what a terminal would obey, or another line.
+TEST_F(CommandLine, EscapesWhatATerminalWouldObey) {
+  const std::filesystem::path name = folder_ / "a\x1b[31m\nb";
+  ExpectOneLineAndCode2("run '" + name.string() + "' --out " + (folder_ / "out").string(),
+                        "a\\x1b[31m\\x0ab");
+}
+
 // 1 is for figures that got worse, 2 for bad input.
 TEST_F(CommandLine, RegressEndsWith1WhereAFigureGotWorse) {
   std::ofstream(folder_ / "baseline.json")

@@ -1,0 +1,34 @@
+#include "apps/message_text.h"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace pleinair::message_text_test {
+namespace {
+
+TEST(MessageText, LeavesPrintableTextAsItIs) {
+  EXPECT_EQ(MessageText(""), "");
+  EXPECT_EQ(MessageText("käse/日本/😀: 1\" °"), "käse/日本/😀: 1\" °");
+}
+
+// Escape sequences could turn a terminal's colours, title or keys.
+TEST(MessageText, EscapesControlCharactersAndWhatIsNoUtf8) {
+  EXPECT_EQ(MessageText("a\x1b[31m\nb\r\tc\x7f"), "a\\x1b[31m\\x0ab\\x0d\\x09c\\x7f");
+  EXPECT_EQ(MessageText(std::string("\0x", 2)), "\\x00x");
+  EXPECT_EQ(MessageText("\xc2\x9b"
+                        "31m"),
+            "\\xc2\\x9b31m");  // C1: the same as ESC [.
+  EXPECT_EQ(MessageText("\x9b|\xff|\xc3|\xe2\x82|\xc0\xaf|\xf5\x80\x80\x80"),
+            "\\x9b|\\xff|\\xc3|\\xe2\\x82|\\xc0\\xaf|\\xf5\\x80\\x80\\x80");
+}
+
+TEST(MessageText, IsCut) {
+  const std::string cut = MessageText(std::string(5'000'000, 'a') + "b");
+  EXPECT_LT(cut.size(), 2100u);
+  EXPECT_TRUE(cut.ends_with("a... (4998001 more bytes)")) << cut.substr(1990);
+  EXPECT_LT(MessageText(std::string(5'000'000, '\n')).size(), 2100u);
+}
+
+}  // namespace
+}  // namespace pleinair::message_text_test
