@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -13,6 +14,9 @@
 namespace pleinair {
 namespace {
 
+// Of any colour's channel: within, no product of the fit leaves what doubles hold.
+constexpr double kLeastLight = 1e-12;
+constexpr double kMostLight = 1e12;
 // Below this the third colour is noise on the others.
 constexpr double kLeastColourSpread = 0.01;
 
@@ -21,9 +25,11 @@ void RequireColours(std::span<const ColourPair> pairs) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     for (const glm::dvec3& colour : {pairs[i].from_rgb, pairs[i].to_rgb}) {
       for (int c = 0; c < 3; ++c) {
-        if (colour[c] > 0.0 && std::isfinite(colour[c])) continue;
-        throw std::invalid_argument(std::string("colour pair ") + std::to_string(i + 1) + ": " +
-                                    std::to_string(colour[c]) + ": expected positive numbers");
+        if (colour[c] >= kLeastLight && colour[c] <= kMostLight) continue;
+        std::ostringstream text;
+        text << "colour pair " << i + 1 << ": expected numbers from " << kLeastLight << " to "
+             << kMostLight << ", found " << colour[c];
+        throw std::invalid_argument(text.str());
       }
     }
   }
@@ -97,6 +103,12 @@ ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
       const double share = tie.residual_relative[i] / (1.5 * median);
       weights[i] = 1.0 / (1.0 + share * share);
     }
+  }
+  const glm::dvec3 of_white = tie.to_from_rgb * glm::dvec3(1.0);
+  if (!(std::min({of_white.x, of_white.y, of_white.z}) > 0.0)) {
+    throw std::runtime_error(
+        "colour matrix: the pairs give one that leaves a channel of white without light: expected "
+        "pairs of lighter colours (a scale for each channel needs only one pair)");
   }
   double sum = 0.0;
   int count = 0;

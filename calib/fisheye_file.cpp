@@ -23,6 +23,22 @@ glm::dmat3 ReadMatrix(const JsonCursor& at) {
   return matrix;
 }
 
+// From one camera's colours to another's: white stays light. Single factors may be below 0.
+glm::dmat3 ReadColourMatrix(const JsonCursor& at) {
+  constexpr double kLargestFactor = 1e25;  // Between colours that FitColourTie takes.
+  const auto rows = at.List(3, 3);
+  for (const JsonCursor& row : rows) {
+    double of_white = 0.0;
+    for (const JsonCursor& entry : row.List(3, 3)) {
+      of_white += entry.NumberIn(-kLargestFactor, kLargestFactor);
+    }
+    if (!(of_white >= 1.0 / kLargestFactor)) {
+      row.Fail("numbers whose sum is above 0, as white light stays light");
+    }
+  }
+  return ReadMatrix(at);
+}
+
 glm::dmat3 ReadOrthogonal(const JsonCursor& at) {
   constexpr double kTolerance = 1e-5;  // Written with six digits or more.
   const glm::dmat3 matrix = ReadMatrix(at);
@@ -96,7 +112,7 @@ FisheyeCalibration ReadFisheyeCalibration(const std::filesystem::path& file) {
     calibration.world_from_camera = ReadOrthogonal(*at);
   }
   if (const auto at = root.Optional("room_from_fisheye_rgb")) {
-    calibration.room_from_fisheye_rgb = ReadMatrix(*at);
+    calibration.room_from_fisheye_rgb = ReadColourMatrix(*at);
   }
   if (const auto at = root.Optional("rms_px")) calibration.rms_px = at->NumberIn(0.0, 1e9);
   try {

@@ -22,12 +22,24 @@ std::string Quoted(std::string_view text) {
   return cut ? quoted + "..." : quoted;
 }
 
+// " (1, 2.5, 3)" of a short list that has numbers alone.
+std::string ListedNumbers(const nlohmann::json& list) {
+  constexpr std::size_t kMostListed = 4;
+  if (list.empty() || list.size() > kMostListed) return {};
+  std::string text;
+  for (const nlohmann::json& entry : list) {
+    if (!entry.is_number()) return {};
+    text += (text.empty() ? " (" : ", ") + entry.dump();
+  }
+  return text + ")";
+}
+
 std::string Described(const nlohmann::json& value) {
   switch (value.type()) {
     case nlohmann::json::value_t::object:
       return "an object";
     case nlohmann::json::value_t::array:
-      return "a list of " + std::to_string(value.size());
+      return "a list of " + std::to_string(value.size()) + ListedNumbers(value);
     case nlohmann::json::value_t::string:
       return Quoted(value.get_ref<const std::string&>());
     default:

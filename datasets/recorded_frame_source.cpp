@@ -1,6 +1,7 @@
 // Plays a recorded sequence, one file a frame.
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -25,6 +26,20 @@ void RequireCameraSize(const Image<Pixel>& image,
                            std::to_string(camera.height_px) + " pixels, found " +
                            std::to_string(image.width) + "x" + std::to_string(image.height) + " (" +
                            key + ".width and " + key + ".height say the former)");
+}
+
+// Of light that only denormal numbers hold no shares can be taken: a file in wrong units.
+void RequireNormalLight(const RgbImage& radiance, const std::filesystem::path& file) {
+  constexpr float kLeastLight = 1e-30f;
+  float brightest = 0.0f;
+  for (const glm::vec3& pixel : radiance.pixels) {
+    brightest = std::max({brightest, pixel.x, pixel.y, pixel.z});
+  }
+  if (!(brightest > 0.0f) || brightest >= kLeastLight) return;
+  std::ostringstream text;
+  text << file.string() << ": expected a brightest pixel of " << kLeastLight
+       << " or more, found one of " << brightest;
+  throw std::runtime_error(text.str());
 }
 
 // A frame's picture under the other's key is the likeliest slip: the refusal names the right one.
@@ -154,6 +169,7 @@ class RecordedFrameSource final : public FrameSource {
   RgbImage ReadFisheye(const std::filesystem::path& file) const {
     RgbImage radiance = ReadRadianceImage(file);
     RequireCameraSize(radiance, fisheye_.value().camera.intrinsics, "fisheye", file);
+    RequireNormalLight(radiance, file);
     if (!fisheye_->room_from_fisheye_rgb) return radiance;
     const glm::mat3 room_from_fisheye(*fisheye_->room_from_fisheye_rgb);
     for (glm::vec3& pixel : radiance.pixels) pixel = room_from_fisheye * pixel;

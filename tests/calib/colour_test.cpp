@@ -81,6 +81,18 @@ TEST(ColourTie, RefusesWhatDeterminesNothing) {
   std::vector<ColourPair> pairs = Pairs(kScale, 5, 0);
   pairs[2].to_rgb.y = 0.0;
   EXPECT_THROW(FitColourTie(pairs, ColourTieKind::kScale), std::invalid_argument);
+  for (const double value : {-1.0, 1e-200, 1e200, std::nan("")}) {
+    pairs = Pairs(kScale, 5, 0);
+    pairs[2].from_rgb.z = value;
+    try {
+      FitColourTie(pairs, ColourTieKind::kMatrix);
+      FAIL() << value;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("colour pair 3: expected numbers from 1e-12"),
+                std::string::npos)
+          << error.what();
+    }
+  }
   EXPECT_THROW(FitColourTie(Pairs(kScale, 2, 0), ColourTieKind::kMatrix), std::runtime_error);
   std::vector<ColourPair> greys;
   for (double grey = 0.1; grey < 1.0; grey += 0.1)

@@ -125,6 +125,16 @@ TEST_F(FisheyeFile, IsRefusedByKey) {
                     "\"orientation_world_from_camera\": [[1,0,0],[0,1,0],[0,0,2]], \"fov_deg\"")
                 .find("orthogonal"),
             std::string::npos);
+  const auto tied_by = [&](const std::string& rows) {
+    return refusal(good, "\"fov_deg\"", "\"room_from_fisheye_rgb\": " + rows + ", \"fov_deg\"");
+  };
+  EXPECT_EQ(tied_by("[[1.5,-0.5,0],[0,1,0],[0,-0.2,0.7]]"), "accepted");
+  EXPECT_NE(tied_by("[[1e300,0,0],[0,1,0],[0,0,1]]").find("room_from_fisheye_rgb[0][0]: expected"),
+            std::string::npos);
+  EXPECT_NE(tied_by("[[1,0,0],[0,-1,0],[0,0,1]]")
+                .find("room_from_fisheye_rgb[1]: expected numbers whose sum is above 0, as white "
+                      "light stays light, found a list of 3 (0, -1, 0)"),
+            std::string::npos);
   EXPECT_NE(refusal(good, "pleinair-fisheye", "yaml").find("format"), std::string::npos);
 }
 

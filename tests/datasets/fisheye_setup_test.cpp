@@ -164,6 +164,10 @@ TEST_F(FisheyeFrames, WithABrokenSkyAreThatFramesError) {
   EXPECT_NE(FirstReason().find("f0.exr: expected an image file, found nothing"), std::string::npos);
   Write(folder_ / "frames/f0.exr", "");
   EXPECT_NE(FirstReason().find("f0.exr"), std::string::npos);
+  WriteExr(folder_ / "frames/f0.exr", RgbImage(512, 500, glm::vec3(1e-40f)), ExrPrecision::kFloat);
+  EXPECT_NE(FirstReason().find("expected a brightest pixel of 1e-30 or more, found one of 9.99"),
+            std::string::npos)
+      << FirstReason();
   WriteExr(folder_ / "frames/f0.exr", RgbImage(500, 512), ExrPrecision::kHalf);
   EXPECT_NE(FirstReason().find("f0.exr: expected 512x500 pixels, found 500x512"),
             std::string::npos);
