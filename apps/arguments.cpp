@@ -1,6 +1,8 @@
 #include "apps/arguments.h"
 
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <regex>
 
@@ -59,6 +61,19 @@ CLI::Validator NotNegative() {
                    : "is " + text + ": expected 0 or a number above";
       },
       "NONNEGATIVE");
+}
+
+CLI::Validator WholeNumber() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        std::uint64_t number = 0;
+        const char* const end = text.data() + text.size();
+        const auto [parsed_to, error] = std::from_chars(text.data(), end, number);
+        return error == std::errc() && parsed_to == end
+                   ? std::string()
+                   : "is " + text + ": expected an integer from 0 to 2^64 - 1";
+      },
+      "WHOLE");
 }
 
 void AddBounces(CLI::App& command, int& bounces) {

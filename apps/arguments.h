@@ -25,6 +25,9 @@ CLI::Validator Positive();
 // The same from 0 on.
 CLI::Validator NotNegative();
 
+// An integer from 0 to 2^64 - 1.
+CLI::Validator WholeNumber();
+
 // --bounces
 void AddBounces(CLI::App& command, int& bounces);
 // --ground-albedo

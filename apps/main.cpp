@@ -166,7 +166,7 @@ void AddIrradiance(CLI::App& app, Work& work) {
   irradiance.add_option(
       "--patch-sky-rays", options->gather.sky_rays_per_patch, "To the sky, a patch");
   AddGroundAlbedo(irradiance, options->gather.ground_albedo);
-  irradiance.add_option("--seed", options->gather.seed, "Of all rays");
+  irradiance.add_option("--seed", options->gather.seed, "Of all rays")->check(WholeNumber());
   AddCache(irradiance, options->cache);
   irradiance.callback([options, &work] {
     work = [options] {

@@ -41,6 +41,7 @@ std::vector<std::vector<double>> ReadNumberTable(const std::filesystem::path& fi
   std::vector<std::vector<double>> rows;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
+    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // Spreadsheets' UTF-8.
     line.resize(std::min(line.find('#'), line.size()));
     if (Trimmed(line).empty()) continue;
     const std::string place = file.string() + ": line " + std::to_string(number);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -20,19 +21,25 @@ constexpr const char* kFormat = "pleinair-baseline-1";
   throw std::runtime_error(file.string() + ": " + what);
 }
 
+// Also of numbers that an int would hold only in part.
+bool IsIntegerFrom(int least, const Json& value) {
+  return value.is_number_integer() && value.get<double>() >= least &&
+         value.get<double>() <= std::numeric_limits<int>::max();
+}
+
 FigureSettings SettingsFrom(const std::filesystem::path& file,
                             const std::string& name,
                             const Json& json) {
   FigureSettings settings;
   for (const auto& [key, value] : json.items()) {
     const std::string where = fmt::format("sequences.{}.settings.{}", name, key);
-    if (key == "frames_limit" && value.is_number_integer() && value.get<int>() >= 0) {
+    if (key == "frames_limit" && IsIntegerFrom(0, value)) {
       settings.frames_limit = value.get<int>();
     } else if (key == "pictures" && value.is_boolean()) {
       settings.pictures = value.get<bool>();
     } else if (key == "patch_size_m" && value.is_number()) {
       settings.patch_size_m = value.get<double>();
-    } else if (key == "rays" && value.is_number_integer()) {
+    } else if (key == "rays" && IsIntegerFrom(1, value)) {
       settings.rays = value.get<int>();
     } else {
       Refuse(file,

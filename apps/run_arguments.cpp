@@ -172,7 +172,7 @@ void AddRun(CLI::App& app, Work& work) {
                  "frames, not from the sequence");
   run.add_option("--samples", options->samples, "Pixels to measure from")
       ->check(CLI::Range(1, 100000));
-  run.add_option("--seed", options->seed, "Of the choice of samples");
+  run.add_option("--seed", options->seed, "Of the choice of samples")->check(WholeNumber());
   AddFit(run, *options);
   AddSkyShapes(run, options->sky_shapes);
   run.add_option("--albedo",

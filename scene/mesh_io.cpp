@@ -2,10 +2,16 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstddef>
+#include <cstdint>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/Importer.hpp>
@@ -31,20 +37,55 @@ MeshFormat FormatOf(const std::filesystem::path& file) {
   throw std::runtime_error(file.string() + ": expected a .obj, .gltf, .glb, .ply or .stl mesh");
 }
 
+// Whether an OBJ's numbers begin at `at` with their point: ".5", "-.5".
+bool BeginsWithPoint(std::string_view text, std::size_t at) {
+  if (text[at] != '.') return false;
+  std::size_t before = at;
+  if (before > 0 && (text[before - 1] == '-' || text[before - 1] == '+')) --before;
+  const auto is_in = [&](std::size_t i, std::string_view characters) {
+    return i < text.size() && characters.find(text[i]) != std::string_view::npos;
+  };
+  return before > 0 && is_in(before - 1, " \t") && is_in(at + 1, "0123456789");
+}
+
+// An OBJ's text with a zero before such points on its lines of coordinates (v, vn, vt): assimp
+// counts numbers by their first character, and takes ".5" for none.
+std::string WithLeadingZeros(std::string_view text) {
+  std::string written;
+  bool is_of_coordinates = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (i == 0 || text[i - 1] == '\n') is_of_coordinates = text[i] == 'v';
+    if (is_of_coordinates && BeginsWithPoint(text, i)) written += '0';
+    written += text[i];
+  }
+  return written;
+}
+
 // Opens only what lies in the mesh's folder: a mesh from elsewhere must not read the user's files.
 class FolderIoSystem : public Assimp::DefaultIOSystem {
  public:
-  explicit FolderIoSystem(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  // `obj` is read WithLeadingZeros; empty: no file is.
+  FolderIoSystem(std::filesystem::path folder, const std::filesystem::path& obj)
+      : folder_(std::move(folder)), obj_(obj) {
+    if (obj_.empty()) return;
+    const std::vector<std::byte> bytes = ReadWholeFile(obj_);
+    obj_text_ = WithLeadingZeros({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
 
   bool Exists(const char* file) const override {
     return IsInside(file, folder_) && DefaultIOSystem::Exists(file);
   }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    return IsInside(file, folder_) ? DefaultIOSystem::Open(file, mode) : nullptr;
+    if (!IsInside(file, folder_)) return nullptr;
+    if (obj_ != file) return DefaultIOSystem::Open(file, mode);
+    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(obj_text_.data()),
+                                      obj_text_.size());  // Its reader closes it.
   }
 
  private:
   std::filesystem::path folder_;
+  std::filesystem::path obj_;
+  std::string obj_text_;
 };
 
 LoadedParts Load(const std::filesystem::path& file, MeshColours colours, bool moving) {
@@ -55,7 +96,8 @@ LoadedParts Load(const std::filesystem::path& file, MeshColours colours, bool mo
   if (format == MeshFormat::kGltf) RequireSoundAccessors(file);
 
   Assimp::Importer importer;
-  importer.SetIOHandler(new FolderIoSystem(file.parent_path()));  // The importer owns it.
+  importer.SetIOHandler(  // The importer owns it.
+      new FolderIoSystem(file.parent_path(), format == MeshFormat::kObj ? file : ""));
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw std::runtime_error(file.string() + ": not a readable mesh (" +

@@ -114,6 +114,16 @@ TEST_F(CalibrateCommand, TiesColoursByPairs) {
 }
 
 // The centre is the zenith, the middle of the top side north, of the right side east (as a map).
+// As spreadsheets write it.
+TEST_F(CalibrateCommand, ReadsATableThatBeginsWithAByteOrderMark) {
+  CalibrateColourOptions colour;
+  colour.calibration = WriteLens();
+  colour.pairs = Write("pairs.csv",
+                       "\xef\xbb\xbf"
+                       "1,1,1,2,2,2\r\n2,2,2,4,4,4\r\n");
+  EXPECT_THAT(RunCalibrateColour(colour), HasSubstr("over 2 pairs"));
+}
+
 TEST_F(CalibrateCommand, OrientsByMarks) {
   CalibrateOrientationOptions orientation;
   orientation.calibration = WriteLens();

@@ -99,6 +99,7 @@ TEST_F(CommandLine, RefusesSettingsOutOfRange) {
   ExpectOneLineAndCode2(run + " --samples 0", "samples");
   ExpectOneLineAndCode2(run + " --bounces some", "bounces");
   ExpectOneLineAndCode2(run + " --frames both", "frames");
+  ExpectOneLineAndCode2(run + " --seed -1", "expected an integer from 0");
   ExpectOneLineAndCode2(run + " --effects sparkle", "effects");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "refused before anything is written";
 }

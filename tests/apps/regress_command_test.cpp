@@ -142,6 +142,11 @@ TEST_F(RegressCommand, RefusesWhatIsNoSequenceAndNoBaseline) {
   EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.settings: expected an object"));
   Write("baseline.json", head + R"({"settings": {"colour": 1}, "figures": {}}}})");
   EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.settings.colour"));
+  for (const char* number : {"4294967297", "1000000000000", "-1", "1.5"}) {
+    Write("baseline.json",
+          head + R"({"settings": {"frames_limit": )" + number + R"(}, "figures": {}}}})");
+    EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.settings.frames_limit is ")) << number;
+  }
   Write("baseline.json", head + R"({"settings": {}, "figures": {"frames_done": ["three"]}}}})");
   EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.figures.frames_done"));
 }

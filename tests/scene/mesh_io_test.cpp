@@ -49,6 +49,25 @@ TEST(MeshIo, ReadsGroupsAndMaterialsByName) {
   EXPECT_THAT(loaded.report.notes, IsEmpty());
 }
 
+// As some programs write them; "usemtl .5" is a name.
+TEST(MeshIo, ReadsNumbersWithoutALeadingZero) {
+  const TemporaryFolder folder;
+  folder.Write("scene.mtl", "newmtl .5\nKd .1 .2 .3\n");
+  const Mesh mesh = LoadMesh(folder.Write("scene.obj",
+                                          "mtllib scene.mtl\nusemtl .5\n"
+                                          "v 0 0 -.5\nv .25 0 0\nv\t1 +.75 0.5\nv 1.5 1. .5\n"
+                                          "vn .0 0 1\nf 1//1 2//1 3//1\nf 2//1 4//1 3//1\n"))
+                        .mesh;
+  EXPECT_THAT(mesh.positions_m,
+              ElementsAre(glm::vec3(0.0f, 0.0f, -0.5f),
+                          glm::vec3(0.25f, 0.0f, 0.0f),
+                          glm::vec3(1.0f, 0.75f, 0.5f),
+                          glm::vec3(1.5f, 1.0f, 0.5f)));
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(mesh.materials[mesh.triangle_material[0]].name, ".5");
+  EXPECT_EQ(mesh.materials[mesh.triangle_material[0]].diffuse_albedo, glm::vec3(0.1f, 0.2f, 0.3f));
+}
+
 TEST(MeshIo, MaterialDefaultsAreThoseOfTheFormat) {
   const TemporaryFolder folder;
   folder.Write("scene.mtl", "newmtl stone\nnewmtl gold\nKs 1 1 1\nNs 30\n");
