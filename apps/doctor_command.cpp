@@ -32,6 +32,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "apps/file_blob_store.h"
+#include "apps/svg_chart.h"
 #include "render/gl_context.h"
 
 namespace pleinair {
@@ -244,6 +245,18 @@ Finding CheckEmbree() {
   return {"Embree", State::kOk, version, ""};
 }
 
+Finding CheckGnuplot() {
+  try {
+    DrawChart({"a line", "x", "y", {{"y", "#000000", ChartSeries::Style::kLine, {0, 1}, {0, 1}}}});
+    return {"gnuplot", State::kOk, "draws charts", ""};
+  } catch (const std::runtime_error& error) {
+    return {"gnuplot",
+            State::kMissing,
+            std::string(error.what()) + "; reports are without charts",
+            "apt install gnuplot-nox"};
+  }
+}
+
 std::vector<Finding> CheckEverything() {
   std::vector<Finding> findings = {
       {"pleinair", State::kOk, PLEINAIR_VERSION, ""},
@@ -252,6 +265,7 @@ std::vector<Finding> CheckEverything() {
       CheckProcessor(),
       CheckClock(),
       CheckCache(),
+      CheckGnuplot(),
   };
   for (Finding& camera : CheckCameras()) findings.push_back(std::move(camera));
   findings.push_back(CheckModel("magnetic model",

@@ -36,6 +36,7 @@ TEST(DoctorCommand, LooksAtAllThatARunNeeds) {
                            "processor",
                            "clock",
                            "cache",
+                           "gnuplot",
                            "magnetic model",
                            "geoid",
                            "Embree",
