@@ -23,6 +23,7 @@
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
 #include "scene/mesh_io.h"
+#include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -230,6 +231,7 @@ void CheckOptions(const IrradianceCommandOptions& options) {
 }  // namespace
 
 void RunIrradianceCommand(const IrradianceCommandOptions& options) {
+  RequireReplaceable(options.out);
   CheckOptions(options);
   PointIrradianceOptions gather = options.gather;
   gather.ranks = SharedRanks();

@@ -153,8 +153,8 @@ void NoteUnits(LightUnits units, RunReport& report) {
       "the exposure of 8-bit frames is known up to one factor: light is relative, not in the "
       "survey's units";
   static const std::string kEach =
-      "the exposure of 8-bit frames is not known: light is relative, each frame's in the units of "
-      "its own picture";
+      "the exposure of 8-bit frames is not known (a frame's exposure, or exposure_s, iso and "
+      "f_number, would give it): light is relative, each frame's in the units of its own picture";
   if (units == LightUnits::kAbsolute) return;
   const std::string& note = units == LightUnits::kRelative ? kAll : kEach;
   if (std::find(report.notes.begin(), report.notes.end(), note) != report.notes.end()) return;
@@ -181,6 +181,7 @@ void TakeNotes(SequenceRun& run, RunReport& report) {
 }  // namespace
 
 void RunPrepareCommand(const PrepareCommandOptions& options) {
+  if (options.maps) RequireApart(*options.maps, options.sequence);
   SequenceRunOptions run;
   run.sequence = options.sequence;
   run.cache = options.cache;

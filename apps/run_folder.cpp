@@ -96,9 +96,8 @@ void RequireApart(const fs::path& out, const fs::path& input) {
   const auto check = [&](const fs::path& written) {
     const fs::path canonical = Canonical(written);
     if (!IsIn(canonical, read) && !IsIn(read, canonical)) return;
-    throw std::invalid_argument("--out " + out.string() + ": " + written.string() +
-                                " is, holds or lies in " + input.string() +
-                                ", which is only read: expected a folder apart from it");
+    throw std::invalid_argument(written.string() + ": is, holds or lies in " + input.string() +
+                                ", which is only read: expected another folder for results");
   };
   check(out);
   for (const char* name : kFrameFolders) check(out / name);

@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/progress.h"
+#include "apps/run_folder.h"
 #include "apps/tradeoff_page.h"
 #include "apps/whole_text.h"
 
@@ -46,6 +47,7 @@ std::vector<SweepAxis> ChosenAxes(const std::vector<std::string>& names, const S
 }  // namespace
 
 std::string RunTradeoffCommand(const TradeoffCommandOptions& options) {
+  RequireApart(options.out, options.trials.sequence);
   TradeoffTrials trials(options.trials, ProgressOnStandardError());
   const SweepCase here = trials.Case();
   const std::vector<SweepAxis> axes = ChosenAxes(options.sweep, here);

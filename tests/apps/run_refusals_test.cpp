@@ -90,6 +90,21 @@ TEST_F(RunRefusals, NeverWritesIntoTheRecording) {
   EXPECT_EQ(fs::file_size(folder_ / "seq/composite/000000.exr"), bytes);
 }
 
+TEST_F(RunRefusals, NeverWritesMapsIntoTheRecording) {
+  PrepareCommandOptions prepare;
+  prepare.sequence = folder_ / "seq";
+  prepare.cache = folder_ / "cache";
+  prepare.maps = folder_ / "seq/maps";
+  const std::string refusal = Refusal(
+      +[](const PrepareCommandOptions& options) {
+        RunPrepareCommand(options);
+        return std::string();
+      },
+      prepare);
+  EXPECT_THAT(refusal, HasSubstr("seq/maps: is, holds or lies in"));
+  EXPECT_FALSE(fs::exists(folder_ / "seq/maps"));
+}
+
 TEST_F(RunRefusals, EndsWithTheFirstFramesReasonWhereAllFail) {
   document_["frames"][0]["image"] = "frames/999999.exr";
   Save();
