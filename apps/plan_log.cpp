@@ -61,6 +61,8 @@ std::string PlanLine(const Frame& frame,
   line["actual_ms"] = ActualMs(result);
   line["planning_ms"] = result.planning_ms;
   line["draw_calls"] = result.composite.draw_calls;
+  line["pixels_not_finite"] = frame.defects.not_finite;
+  line["pixels_clamped"] = result.clamped_pixels;
   Json& works = line["works"] = Json::array();
   for (const PlannedWork& work : result.works) {
     if (!work.is_done) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -26,6 +27,7 @@
 #include "datasets/truth.h"
 #include "pipeline/shadow_direction.h"
 #include "render/gl_context.h"
+#include "scene/half_float.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 
@@ -162,6 +164,38 @@ void NoteUnits(LightUnits units, RunReport& report) {
   spdlog::warn("{}", note);
 }
 
+// Of a run's frames: pixels that the camera or the composite could not express.
+class PixelDefects {
+ public:
+  void Add(const Frame& frame, const FrameResult& result) {
+    not_finite_.Add(frame.defects.not_finite);
+    clamped_.Add(result.clamped_pixels);
+  }
+  void Report(RunReport& report) const {
+    Note(not_finite_, "not finite: not measured from, and written as they are", report);
+    Note(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), report);
+  }
+
+ private:
+  struct Count {
+    std::int64_t pixels = 0;
+    int frames = 0;
+    void Add(std::int64_t more) {
+      pixels += more;
+      frames += more > 0 ? 1 : 0;
+    }
+  };
+  static void Note(const Count& count, const std::string& what, RunReport& report) {
+    if (count.pixels == 0) return;
+    report.notes.push_back(
+        fmt::format("{} pixels of {} frames are {}", count.pixels, count.frames, what));
+    spdlog::warn("{}", report.notes.back());
+  }
+
+  Count not_finite_;
+  Count clamped_;
+};
+
 ReportFrame FailedFrame(const FrameError& error) {
   ReportFrame reported;
   reported.index = error.index;
@@ -235,6 +269,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     video.emplace(options.out / "composite.mp4", options.video_frames_per_second);
   }
   int done = 0;
+  PixelDefects defects;
   while (std::optional<RunStep> step = run.Next()) {
     TakeNotes(run, report);
     if (!step->result) {
@@ -277,6 +312,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     reported.timing_ms = result.timing_ms;
     reported.plan = result.plan;
     NoteUnits(result.estimate.units, report);
+    defects.Add(frame, result);
     if (shadows) shadows->Add(frame, result.sun.direction_enu);
     report.frames.push_back(std::move(reported));
     ++done;
@@ -291,6 +327,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   }
   folder.Finish();
   if (video) video->Finish();
+  defects.Report(report);
   if (shadows && done > 0) ReportShadows(*shadows, report);
   AddTruth(sequence, options.out, writer, report);
   WriteRunReport(options.out / "report.html", report);

@@ -13,6 +13,7 @@
 #include "datasets/sequence.h"
 #include "scene/camera.h"
 #include "scene/image.h"
+#include "scene/image_io.h"
 #include "scene/lighting.h"
 #include "scene/utc_time.h"
 #include "scene/weather.h"
@@ -36,6 +37,7 @@ struct Frame {
 
   // Scene-linear, in `units`. A linear frame's defects are kept.
   RgbImage radiance;
+  ImageDefects defects;
   LightUnits units = LightUnits::kAbsolute;
   // Not 0 where a channel is clipped, at the noise floor (kNearBlack) or not finite, or outside the
   // diffuse mask of a sequence whose mask is over its first frame (frames of that camera): not to
@@ -80,7 +82,8 @@ enum class FrameKind { kLinear, kLdr };
 // relative where the exposure is from the camera's metadata, and light in [0, 1], relative per
 // frame, where it is unknown. `noise` is that of the 8-bit frames' camera. Fish-eye pictures are
 // EXR or HDR. A file that is missing, truncated, empty, no file, of another size than its camera's,
-// or outside the sequence's folder is that frame's error alone.
+// or outside the sequence's folder is that frame's error alone, and so is a linear frame without a
+// finite pixel.
 // Throws  std::runtime_error where the sequence's response, fish-eye calibration or first frame's
 //         mask cannot be read; std::invalid_argument for impossible noise.
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence,

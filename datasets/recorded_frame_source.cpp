@@ -140,6 +140,10 @@ class RecordedFrameSource final : public FrameSource {
     RequireKindOfFrame(file, FrameKind::kLinear);
     frame.radiance = ReadRadianceImage(file);
     RequireCameraSize(frame.radiance, frame.camera.intrinsics, "camera", file);
+    frame.defects = DefectsOf(frame.radiance);
+    if (frame.defects.not_finite == static_cast<std::int64_t>(frame.radiance.pixels.size())) {
+      throw std::runtime_error(file.string() + ": expected finite radiances, found none");
+    }
     frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
     frame.unusable = frame.clipped;
     for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {

@@ -74,6 +74,8 @@ void CameraMatching::AddNoise(const Frame& frame,
     for (int c = 0; c < 3; ++c) {
       float& light = composite.radiance.pixels[i][c];
       const double signal = exposure * double{light};
+      // The camera clips it, and its noise with it.
+      if (!(signal < 1.0)) continue;
       double missing = variance(c, signal);
       const double before = exposure * double{frame.radiance.pixels[i][c]};
       if (change == PixelChange::kScaled && before > 0.0) {

@@ -30,7 +30,8 @@ class CameraMatching {
 
   // Adds noise to the pixels that the composite has changed, and to no other: all of a pixel's that
   // an object covers (its rim, where the camera's own shines through, gets some too much), what is
-  // missing where real light was scaled and its noise with it. The same for the same frame's index,
+  // missing where real light was scaled and its noise with it, and nothing to light from white on,
+  // which the camera clips. The same for the same frame's index,
   // place and light; another one in each frame, pixel and channel. Codes come of it by rounding.
   // `response` is that of frame.codes.
   void AddNoise(const Frame& frame, const ResponseCurve& response, Composite& composite) const;

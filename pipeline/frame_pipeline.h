@@ -120,7 +120,8 @@ struct FrameResult {
   FilterSpan sun_filter;
   FilterSpan sky_filter;
   Composite composite;
-  EffectPlan plan;  // Without objects nothing is planned.
+  std::int64_t clamped_pixels = 0;  // Of the composite, by ClampToHalf.
+  EffectPlan plan;                  // Without objects nothing is planned.
   std::vector<PlannedWork> works;
   double camera_blur_px = 0.0;       // By the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.

@@ -290,7 +290,7 @@ void Compositor::Impl::ReadBack(const PixelRect& rect, float gain, Composite& re
       const std::size_t pixel = result.radiance.Index(x, y);
       const glm::vec3 radiance(
           glm::unpackHalf1x16(half[0]), glm::unpackHalf1x16(half[1]), glm::unpackHalf1x16(half[2]));
-      result.radiance.pixels[pixel] = glm::min(to_radiance * radiance, glm::vec3(kLargestHalf));
+      result.radiance.pixels[pixel] = to_radiance * radiance;
       const bool is_covered = glm::unpackHalf1x16(half[3]) > 0.75f;
       result.change.pixels[pixel] =
           static_cast<std::uint8_t>(is_covered ? PixelChange::kCovered : PixelChange::kScaled);

@@ -61,8 +61,8 @@ struct CompositeInput {
 enum class PixelChange : std::uint8_t { kNone = 0, kScaled = 128, kCovered = 255 };
 
 struct Composite {
-  // Scene-linear; kNone pixels are the camera's own, bit for bit. Values that would overflow half
-  // float are clamped to 65504.
+  // Scene-linear; kNone pixels are the camera's own, bit for bit. Changed ones are finite, and may
+  // be beyond what a half float holds (ClampToHalf): camera noise comes first.
   RgbImage radiance;
   Gray8Image change;         // PixelChange values.
   double draw_ms = 0.0;      // What the processor composites included.

@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "scene/half_float.h"
 #include "scene/internal/encoded_image.h"
 #include "scene/internal/exr_codec.h"
 #include "scene/internal/picture_format.h"
@@ -21,7 +22,6 @@
 namespace pleinair {
 namespace {
 
-constexpr float kMaxHalf = 65504.0f;
 
 template <typename Pixel>
 void RequirePixels(const std::filesystem::path& file, const Image<Pixel>& image) {
@@ -113,20 +113,14 @@ Gray8Image ReadMaskImage(const std::filesystem::path& file) {
   return image;
 }
 
-ImageDefects RepairRadiance(RgbImage& image) {
+ImageDefects DefectsOf(const RgbImage& image) {
   ImageDefects defects;
-  glm::vec3 largest(0.0f);
   for (const glm::vec3& pixel : image.pixels) {
     bool finite = true;
     bool negative = false;
     for (int channel = 0; channel < 3; ++channel) {
-      const float value = pixel[channel];
-      if (!std::isfinite(value)) {
-        finite = false;
-        continue;
-      }
-      negative = negative || value < 0.0f;
-      largest[channel] = std::max(largest[channel], value);
+      finite = finite && std::isfinite(pixel[channel]);
+      negative = negative || pixel[channel] < 0.0f;
     }
     if (!finite) {
       ++defects.not_finite;
@@ -134,7 +128,19 @@ ImageDefects RepairRadiance(RgbImage& image) {
       ++defects.negative;
     }
   }
+  return defects;
+}
+
+ImageDefects RepairRadiance(RgbImage& image) {
+  const ImageDefects defects = DefectsOf(image);
   if (defects.Count() == 0) return defects;
+  glm::vec3 largest(0.0f);
+  for (const glm::vec3& pixel : image.pixels) {
+    for (int channel = 0; channel < 3; ++channel) {
+      const float value = pixel[channel];
+      if (std::isfinite(value)) largest[channel] = std::max(largest[channel], value);
+    }
+  }
   for (glm::vec3& pixel : image.pixels) {
     for (int channel = 0; channel < 3; ++channel) {
       float& value = pixel[channel];
@@ -154,7 +160,7 @@ void WriteExr(const std::filesystem::path& file, const RgbImage& image, ExrPreci
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
       for (int channel = 0; channel < 3; ++channel) {
         const float value = image.pixels[i][channel];
-        if (std::isfinite(value) && std::abs(value) > kMaxHalf) {
+        if (std::isfinite(value) && std::abs(value) > kLargestHalf) {
           const std::size_t width = static_cast<std::size_t>(image.width);
           throw std::invalid_argument(file.string() + ": pixel (" + std::to_string(i % width) +
                                       ", " + std::to_string(i / width) + "): value " +

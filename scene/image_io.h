@@ -42,7 +42,9 @@ Rgb8Image ReadDisplayImage(const std::filesystem::path& file);
 // Reads the first channel of an 8-bit PNG or JPEG.
 Gray8Image ReadMaskImage(const std::filesystem::path& file);
 
-// Counts defects and mends them: a NaN or negative channel becomes 0, +infinity (a sun that
+ImageDefects DefectsOf(const RgbImage& image);
+
+// Counts defects and repairs them: a NaN or negative channel becomes 0, +infinity (a sun that
 // overflowed half float) the largest finite value of its channel in the image, -infinity 0.
 ImageDefects RepairRadiance(RgbImage& image);
 

@@ -11,6 +11,7 @@
 
 #include "pipeline/internal/rms_share.h"
 #include "pipeline/internal/stopwatch.h"
+#include "scene/half_float.h"
 
 namespace pleinair {
 namespace {
@@ -454,11 +455,13 @@ void FrameEffects::Draw(const LitFrame& lit,
        runs.Has(Effect::kCameraBlur) ? static_cast<float>(result.camera_blur_px) : 0.0f});
   result.timing_ms.render = result.composite.draw_ms;
   result.timing_ms.readback = result.composite.readback_ms;
-  if (!runs.Has(Effect::kCameraNoise)) return;
-  Stopwatch watch;
-  camera_matching_.AddNoise(lit.frame, options_.display_response, result.composite);
-  result.works[kNoise].ms = watch.LapMs();
-  noise_cost_.Learn(result.works[kNoise].ms);
+  if (runs.Has(Effect::kCameraNoise)) {
+    Stopwatch watch;
+    camera_matching_.AddNoise(lit.frame, options_.display_response, result.composite);
+    result.works[kNoise].ms = watch.LapMs();
+    noise_cost_.Learn(result.works[kNoise].ms);
+  }
+  result.clamped_pixels = ClampToHalf(result.composite.radiance);
 }
 
 void FrameEffects::Learn(const std::vector<WorkOffer>& works, const FrameResult& result) {

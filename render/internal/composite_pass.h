@@ -14,8 +14,6 @@
 
 namespace pleinair {
 
-// What is brighter is clamped to it.
-inline constexpr float kLargestHalf = 65504.0f;
 // Relative: what a half float would round off is no change.
 inline constexpr float kLeastRelitChange = 1.0f / 2048.0f;
 

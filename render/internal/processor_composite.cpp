@@ -113,8 +113,7 @@ class PixelByPixel {
     } else if (!real.is_changed) {
       return;
     }
-    result.radiance.pixels[pixel] =
-        glm::min(real.radiance * (1.0f / gain_), glm::vec3(kLargestHalf));
+    result.radiance.pixels[pixel] = real.radiance * (1.0f / gain_);
     result.change.pixels[pixel] =
         static_cast<std::uint8_t>(is_covered ? PixelChange::kCovered : PixelChange::kScaled);
   }

@@ -1,6 +1,7 @@
 // Frame files that are missing, cut, empty, of another size, no files at all, or links that lead
 // out of the folder: each is its own frame's failure.
 #include <functional>
+#include <limits>
 
 #include "datasets/frame_source.h"
 #include "scene/image_io.h"
@@ -122,6 +123,35 @@ TEST_F(FrameSourceHardCases, ALinkLaidAfterTheSequenceWasReadIsNotFollowedOut) {
   ASSERT_FALSE(second->has_value());
   EXPECT_NE(second->error().reason.find("inside the sequence's folder"), std::string::npos);
   EXPECT_TRUE(source->Next()->has_value());
+}
+
+TEST_F(FrameSourceHardCases, ALinearFrameWithoutAFinitePixelFailsAlone) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinity = std::numeric_limits<float>::infinity();
+  RgbImage picture(8, 6);
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    picture.pixels[i] = i % 2 == 0 ? glm::vec3(1.0f, nan, 1.0f) : glm::vec3(infinity);
+  }
+  WriteExr(folder_ / Name(1, ".exr"), picture, ExrPrecision::kHalf);
+  auto source = MakeRecordedFrameSource(ReadSequence(folder_), FrameKind::kLinear);
+  EXPECT_TRUE(source->Next()->has_value());
+  const auto second = source->Next();
+  ASSERT_FALSE(second->has_value());
+  EXPECT_NE(second->error().reason.find("frames/1.exr: expected finite radiances, found none"),
+            std::string::npos)
+      << second->error().reason;
+  EXPECT_TRUE(source->Next()->has_value());
+
+  // One good pixel is a picture; the others are counted and not measured from.
+  picture.pixels[7] = glm::vec3(1.0f);
+  WriteExr(folder_ / Name(1, ".exr"), picture, ExrPrecision::kHalf);
+  source = MakeRecordedFrameSource(ReadSequence(folder_), FrameKind::kLinear);
+  EXPECT_EQ(source->Next()->value().defects.Count(), 0);
+  const Frame frame = source->Next()->value();
+  EXPECT_EQ(frame.defects.not_finite, 47);
+  for (std::size_t i = 0; i < frame.unusable.pixels.size(); ++i) {
+    EXPECT_EQ(frame.unusable.pixels[i], i == 7 ? 0 : kUnusable) << i;
+  }
 }
 
 }  // namespace

@@ -186,6 +186,33 @@ TEST(CameraMatching, BrokenPixelsStayFinite) {
   }
 }
 
+// The camera clips from white on: what is brighter has no noise that could push it further.
+TEST(CameraMatching, LightFromWhiteOnGetsNoNoise) {
+  const Frame frame = NoisyFrame(3, 0.5, 0.2);
+  Composite clean = CleanComposite(frame, 0.5, 0.2);
+  const auto white = static_cast<float>(1.0 / *frame.exposure);
+  const auto light_at = [&](int x) {
+    return x < 96 ? white * std::ldexp(1.0f, x - 64) : 0.99f * white;
+  };
+  for (int x = 64; x < 128; ++x) {
+    for (int y = 0; y < 128; ++y) clean.radiance.At(x, y) = glm::vec3(light_at(x));
+  }
+  Composite composite = clean;
+  CameraMatching({}).AddNoise(frame, ResponseCurve::Srgb(), composite);
+  int noisy = 0;
+  for (int x = 64; x < 128; ++x) {
+    for (int y = 0; y < 128; ++y) {
+      const glm::vec3& with = composite.radiance.At(x, y);
+      if (x < 96) {
+        ASSERT_EQ(with, clean.radiance.At(x, y)) << x << ", " << y;
+      } else {
+        noisy += with != clean.radiance.At(x, y) ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_EQ(noisy, 32 * 128);
+}
+
 // The whole pipeline, with 8-bit frames of a noisy camera: the object's noise, and nothing else's.
 TEST(CameraMatching, ThePipelineMatchesFramesOfCodes) {
   const GroundStage stage;

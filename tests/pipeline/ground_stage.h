@@ -25,7 +25,10 @@ class StillLight : public LightingSource {
   static constexpr double kSun = 400.0;
   static constexpr double kSky = 100.0;
 
-  explicit StillLight(double sun = kSun, double sky = kSky) : sun_(sun), sky_(sky) {}
+  explicit StillLight(double sun = kSun, double sky = kSky)
+      : StillLight(glm::dvec3(sun), glm::dvec3(sky)) {}
+  StillLight(const glm::dvec3& sun_rgb, const glm::dvec3& sky_rgb)
+      : sun_rgb_(sun_rgb), sky_rgb_(sky_rgb) {}
 
   tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame&, const SunState&) override {
     return SkyBasis(shapes_);
@@ -34,14 +37,14 @@ class StillLight : public LightingSource {
       const LightingObservation& observation) override {
     LightingEstimate estimate;
     estimate.lighting.sun.direction_enu = observation.sun.direction_enu;
-    estimate.lighting.sun.irradiance_rgb = glm::dvec3(sun_);
-    estimate.lighting.sky = {{"uniform", glm::dvec3(sky_)}};
+    estimate.lighting.sun.irradiance_rgb = sun_rgb_;
+    estimate.lighting.sky = {{"uniform", sky_rgb_}};
     return estimate;
   }
 
  private:
-  double sun_;
-  double sky_;
+  glm::dvec3 sun_rgb_;
+  glm::dvec3 sky_rgb_;
   std::vector<std::shared_ptr<const SkyShape>> shapes_{MakeUniformSkyShape()};
 };
 

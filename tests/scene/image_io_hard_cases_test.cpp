@@ -17,6 +17,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "scene/half_float.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::image_io_hard_cases_test {
@@ -75,6 +76,25 @@ TEST(ImageIoHardCases, RepairsImagesWithNothingGoodInThem) {
   EXPECT_EQ(image.pixels[0], glm::vec3(0.0f));
   RgbImage empty;
   EXPECT_EQ(RepairRadiance(empty).Count(), 0);
+}
+
+// What half floats hold is left alone, and then can be written.
+TEST(ImageIoHardCases, ClampsToHalfAndCounts) {
+  const TemporaryFolder folder;
+  RgbImage image(6, 1, glm::vec3(1.0f));
+  image.pixels[0] = {65504.0f, -65504.0f, 0.0f};
+  image.pixels[1] = {65504.01f, 1e38f, 2.0f};
+  image.pixels[2] = {-1e30f, 1.0f, 1.0f};
+  image.pixels[3] = {kInfinity, -kInfinity, 3.0f};
+  image.pixels[4] = {1.0f, 1.0f, kNaN};
+  EXPECT_EQ(ClampToHalf(image), 2);
+  EXPECT_EQ(image.pixels[0], glm::vec3(65504.0f, -65504.0f, 0.0f));
+  EXPECT_EQ(image.pixels[1], glm::vec3(65504.0f, 65504.0f, 2.0f));
+  EXPECT_EQ(image.pixels[2], glm::vec3(-65504.0f, 1.0f, 1.0f));
+  EXPECT_EQ(image.pixels[3], glm::vec3(kInfinity, -kInfinity, 3.0f));
+  EXPECT_TRUE(std::isnan(image.pixels[4].b));
+  WriteExr(folder / "a.exr", image, ExrPrecision::kHalf);
+  EXPECT_EQ(ReadRadianceImage(folder / "a.exr").pixels[1], image.pixels[1]);
 }
 
 TEST(ImageIoHardCases, HalfRefusesWhatItCannotHold) {
