@@ -92,11 +92,11 @@ struct CompositorOptions {
 // current at each call. A real pixel in a new shadow, or whose other light changes by dE, is scaled
 // by
 //   (sky C + sun (s_with n.l + s_bounce) + dE) / (sky C + sun (s_without n.l + s_bounce))
-// with s_with the disc seen past real and virtual casters together. Where a pixel's own radiance is
-// nearer to the shaded prediction than to the lit one there is no sun to take away; the nearer the
-// two predictions are to each other, and the farther the pixel is from the model's edges, the more
-// the view's sun_visibility decides instead. What a clipped pixel clipped is the model's radiance,
-// where that is the brighter.
+// with s_with the disc seen past real and virtual casters together, where it darkens; where it
+// brightens it gains no more than a surface can reflect of what is added (relit_pixel.h). Where a
+// pixel's own radiance is nearer to the shaded prediction than to the lit one there is no sun to
+// take away; the nearer the two predictions are to each other, and the farther the pixel is from
+// the model's edges, the more the view's sun_visibility decides instead.
 //
 // Edges    An object's edge pixels blend with the camera's. Shadows by volumes are
 //          hard; on real surfaces they are blurred over a pixel.

@@ -6,15 +6,9 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 
+#include "render/internal/median.h"
+
 namespace pleinair {
-namespace {
-
-float Median(const glm::vec3& v) {
-  return std::max(std::min(v.x, v.y), std::min(std::max(v.x, v.y), v.z));
-}
-
-}  // namespace
-
 float SunSeenWithout(const RealPixel& pixel) {
   const glm::vec3 floor_value = glm::max(1e-6f * pixel.lit, glm::vec3(1e-30f));
   const glm::vec3 shaded = glm::max(pixel.shaded, floor_value);

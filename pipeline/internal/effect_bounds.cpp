@@ -404,9 +404,11 @@ double EffectBounds::ChangeOfReached(const BoundInput& input,
     glm::vec3 less = without;
     glm::vec3 more = without;
     for (int c = 0; c < 3; ++c) {
+      // As RelitRadiance has it, or more.
+      const bool is_possible = without[c] < kInvPi * light.indirect[c];
+      more[c] += (is_possible ? without[c] / light.indirect[c] : kInvPi) * added[c];
       if (!(light.indirect[c] > 0.0f)) continue;
       less[c] *= std::max(1.0f - hidden[c] / light.indirect[c], 0.0f);
-      more[c] *= 1.0f + added[c] / light.indirect[c];
     }
     return std::max(input.codes.Difference(without, less), input.codes.Difference(without, more));
   }));

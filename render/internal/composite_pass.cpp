@@ -1,12 +1,16 @@
 #include "render/internal/composite_pass.h"
 
 #include <initializer_list>
+#include <iomanip>
+#include <ios>
+#include <sstream>
 #include <string>
 #include <string_view>
 
 #include <glm/vec4.hpp>
 
 #include "render/real_sun.h"
+#include "render/relit_pixel.h"
 
 namespace pleinair {
 namespace {
@@ -145,8 +149,6 @@ uniform vec3 u_sky_irradiance[128];
 uniform int u_sky_shapes;
 
 const float kInvPi = 0.318309886;
-// What a half float would round off is no change.
-const float kLeastChange = 1.0 / 2048.0;
 
 float Median(vec3 v) { return max(min(v.r, v.g), min(max(v.r, v.g), v.b)); }
 
@@ -164,6 +166,34 @@ float SunWithout(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model
   log_odds += (2.0 * model - 1.0) * kMeshLogOdds * trust;
   if (log_odds <= 0.0) return 0.0;
   return model > 0.0 ? model : 1.0;
+}
+
+// ReflectedOf and Relit of relit_pixel.cpp.
+vec3 ReflectedOf(vec3 camera, vec3 before, vec3 albedo, bool measured) {
+  vec3 seen = vec3(0.0);
+  for (int c = 0; c < 3; ++c) {
+    if (camera[c] > 0.0) {
+      seen[c] = camera[c] < kInvPi * before[c] ? camera[c] / before[c] : kInvPi;
+    }
+  }
+  vec3 model = kInvPi * max(albedo, vec3(kLeastAlbedo));
+  float sigma = measured ? kSigmaMeasured : kSigmaGuessed;
+  return min(seen, exp(kMostAlbedoSigmas * sigma) * min(Median(seen / model), 1.0) * model);
+}
+vec3 Relit(vec3 camera, bool clipped, vec4 albedo, vec3 before, vec3 after, out bool is_relit) {
+  vec3 added = after - before;
+  bvec3 is_changed = greaterThan(abs(added), kLeastRelitChange * before);
+  is_relit = any(is_changed);
+  vec3 reflected = ReflectedOf(camera, before, albedo.rgb, albedo.a > 0.0);
+  vec3 without = clipped ? max(camera, kInvPi * albedo.rgb * before) : camera;
+  vec3 relit = camera;
+  for (int c = 0; c < 3; ++c) {
+    if (is_changed[c]) {
+      relit[c] = added[c] > 0.0 ? camera[c] + reflected[c] * added[c]
+                                : min(without[c] * (after[c] / before[c]), camera[c]);
+    }
+  }
+  return relit;
 }
 
 void main() {
@@ -190,16 +220,11 @@ void main() {
   vec3 before = indirect + s_without * direct;
   // Hidden light is gathered with other rays than all of it: the difference may fall below zero.
   vec3 after = max(indirect + u_gain * ChangeAt(pixel), vec3(0.0)) + s_with * direct;
-  bvec3 is_changed = greaterThan(abs(after - before), kLeastChange * before);
-  bvec3 is_scaled = bvec3(is_changed.r && before.r > 0.0, is_changed.g && before.g > 0.0,
-                          is_changed.b && before.b > 0.0);
-  vec3 ratio = vec3(is_scaled.r ? after.r / before.r : 1.0,
-                    is_scaled.g ? after.g / before.g : 1.0,
-                    is_scaled.b ? after.b / before.b : 1.0);
-  bool is_relit = any(is_scaled) && is_known;
-  // A clipped value is a lower bound.
-  vec3 without = clipped ? max(camera, to_radiance * before) : camera;
-  vec3 real = is_relit ? without * ratio : camera;
+  bool is_relit;
+  vec3 real = Relit(camera, clipped, albedo, before, after, is_relit);
+  // There is no surface without a normal.
+  is_relit = is_relit && is_known && normal != vec3(0.0);
+  if (!is_relit) real = camera;
   if (object.a > 0.0) {
     o_colour = Covered(object, real, is_known);
   } else {
@@ -208,13 +233,18 @@ void main() {
 }
 )";
 
-std::string SunConstants() {
+std::string RelightConstants() {
   const auto constant = [](const char* name, float value) {
-    return std::string("const float ") + name + " = " + std::to_string(value) + ";\n";
+    std::ostringstream text;
+    text << "const float " << name << " = " << std::scientific << std::setprecision(9) << value
+         << ";\n";
+    return text.str();
   };
   return constant("kSigmaMeasured", kLogSigmaMeasured) +
          constant("kSigmaGuessed", kLogSigmaGuessed) + constant("kMeshLogOdds", kMeshLogOdds) +
-         constant("kTrustedEdgeDistancePx", kTrustedEdgeDistancePx);
+         constant("kTrustedEdgeDistancePx", kTrustedEdgeDistancePx) +
+         constant("kLeastRelitChange", kLeastRelitChange) +
+         constant("kMostAlbedoSigmas", kMostAlbedoSigmas) + constant("kLeastAlbedo", kLeastAlbedo);
 }
 
 std::string Joined(std::initializer_list<std::string_view> parts) {
@@ -286,7 +316,7 @@ CompositePass::CompositePass()
                      Joined({kLookupShader, kCommonShader, kCoverShader})),
       relight_program_("composite: relight",
                        kScreenVertexShader,
-                       Joined({SunConstants(),
+                       Joined({RelightConstants(),
                                kLookupShader,
                                kShadowShareShader,
                                kChangeShader,

@@ -14,9 +14,6 @@
 
 namespace pleinair {
 
-// Relative: what a half float would round off is no change.
-inline constexpr float kLeastRelitChange = 1.0f / 2048.0f;
-
 // Light of the frame in the layers' units.
 struct CompositeLight {
   glm::dvec3 to_sun{0.0, 0.0, 1.0};

@@ -15,6 +15,7 @@
 
 #include "render/internal/draw_count.h"
 #include "render/real_sun.h"
+#include "render/relit_pixel.h"
 
 namespace pleinair {
 namespace {
@@ -53,12 +54,6 @@ bool IsKnown(const glm::vec3& camera) {
 bool Holds(const PixelRect& rect, int x, int y) {
   return x >= rect.lower.x && y >= rect.lower.y && x < rect.upper.x && y < rect.upper.y;
 }
-
-// A real pixel with its new light.
-struct Relit {
-  glm::vec3 radiance{0.0f};
-  bool is_changed = false;
-};
 
 class PixelByPixel {
  public:
@@ -103,7 +98,7 @@ class PixelByPixel {
     const std::size_t pixel = result.radiance.Index(x, y);
     const glm::vec3 camera = gain_ * input_.camera_radiance.pixels[pixel];
     const bool is_known = IsKnown(camera);
-    Relit real{camera, false};
+    RelitRadiance real{camera, false};
     if (may_be_relit && is_known) real = Relight(pixel, camera, in_shadow, change);
     if (is_covered) {
       // What a broken camera pixel holds cannot shine through an object's edge.
@@ -196,11 +191,13 @@ class PixelByPixel {
            place.y < static_cast<float>(layer_size_.y);
   }
 
-  Relit Relight(std::size_t pixel,
-                const glm::vec3& camera,
-                float in_shadow,
-                const glm::vec3& change) const {
+  RelitRadiance Relight(std::size_t pixel,
+                        const glm::vec3& camera,
+                        float in_shadow,
+                        const glm::vec3& change) const {
     const SurfaceView& view = input_.view;
+    const glm::vec3& normal = view.normal_world.pixels[pixel];
+    if (normal == glm::vec3(0.0f)) return {camera, false};  // There is no surface.
     // What needs not be known is not fetched: this is as fast as memory is read.
     glm::vec3 indirect(0.0f);
     for (std::size_t k = 0; k < light_.sky_irradiance.size(); ++k) {
@@ -209,8 +206,7 @@ class PixelByPixel {
     glm::vec3 direct(0.0f);
     if (has_sun_) {
       indirect += light_.sun_irradiance * view.sun_bounce.pixels[pixel];
-      direct = light_.sun_irradiance *
-               std::max(glm::dot(view.normal_world.pixels[pixel], to_sun_), 0.0f);
+      direct = light_.sun_irradiance * std::max(glm::dot(normal, to_sun_), 0.0f);
     }
     const bool is_clipped = !input_.clipped.Empty() && input_.clipped.pixels[pixel] != 0;
     float s_without = 0.0f;
@@ -228,18 +224,12 @@ class PixelByPixel {
     const glm::vec3 before = indirect + s_without * direct;
     // Hidden light is gathered with other rays than all of it: the difference may fall below zero.
     const glm::vec3 after = glm::max(indirect + gain_ * change, glm::vec3(0.0f)) + s_with * direct;
-    glm::vec3 ratio(1.0f);
-    bool is_changed = false;
-    for (int c = 0; c < 3; ++c) {
-      if (!(std::abs(after[c] - before[c]) > kLeastRelitChange * before[c])) continue;
-      if (!(before[c] > 0.0f)) continue;
-      ratio[c] = after[c] / before[c];
-      is_changed = true;
-    }
-    if (!is_changed) return {camera, false};
-    // A clipped value is a lower bound.
-    const glm::vec3 without = is_clipped ? glm::max(camera, ToRadiance(pixel) * before) : camera;
-    return {without * ratio, true};
+    return Relit({.camera = camera,
+                  .clipped = is_clipped,
+                  .albedo = view.albedo_rgb.pixels[pixel],
+                  .albedo_measured = view.albedo_measured.pixels[pixel] != 0,
+                  .irradiance_before = before,
+                  .irradiance_after = after});
   }
 
   glm::vec3 ToRadiance(std::size_t pixel) const {

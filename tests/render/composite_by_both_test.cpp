@@ -2,6 +2,7 @@
 // parts of pictures, lenses, shadows by volumes and by shares, light at vertices, what is kept.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -198,6 +199,45 @@ TEST_F(CompositeByBoth, IsTheSameWithAllThatRayCastingSays) {
     for (const auto& [adapt, what] : cases) {
       adapt_ = adapt;
       EXPECT_GT(ExpectTheSame(std::string(what) + (is_bent ? ", by a bent lens" : "")), 500u);
+    }
+  }
+}
+
+// Light that cannot be, under a picture that has other light, and one pixel that is far brighter
+// than all: the two do alike, and nothing is brighter than the picture and what shines on it.
+TEST_F(CompositeByBoth, IsTheSameUnderLightThatCannotBe) {
+  IrradianceChange change{20, 10, RgbImage(140, 110)};
+  for (std::size_t i = 0; i < change.irradiance_rgb.pixels.size(); ++i) {
+    change.irradiance_rgb.pixels[i] = glm::vec3(static_cast<float>(i % 9) - 4.0f);
+  }
+  adapt_ = [&](CompositeInput& input) { input.irradiance_change = &change; };
+  scene_.radiance.pixels[8000] = glm::vec3(1e6f);
+  scene_.clipped.pixels[8100] = 1;
+  for (std::size_t i = 0; i < scene_.view.albedo_measured.pixels.size(); i += 2) {
+    scene_.view.albedo_measured.pixels[i] = 0;
+  }
+  const struct {
+    glm::dvec3 sun;
+    glm::dvec3 sky;
+    const char* what;
+  } cases[] = {{{800.0, 760.0, 700.0}, {100.0, 130.0, 1e-6}, "a sky without blue"},
+               {{800.0, 760.0, 700.0}, {0.0, 0.0, 0.0}, "no sky"},
+               {{1e-6, 760.0, 700.0}, {100.0, 130.0, 170.0}, "a sun without red"},
+               {{0.0, 0.0, 0.0}, {1e-6, 130.0, 1e-6}, "a green sky"},
+               {{8000.0, 7600.0, 7000.0}, {1e-3, 1e-3, 1e-3}, "a sun alone"},
+               {{0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}, "hardly any light"}};
+  for (const auto& [sun, sky, what] : cases) {
+    scene_.lighting.sun.irradiance_rgb = sun;
+    scene_.lighting.sky[0].irradiance_rgb = sky;
+    const Composite device = Render(CompositeBy::kDevice);
+    const Composite processor = Render(CompositeBy::kProcessor);
+    EXPECT_GT(ExpectTheSame(device, processor, what), 3000u);
+    for (std::size_t i = 0; i < processor.change.pixels.size(); ++i) {
+      if (processor.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kScaled)) continue;
+      for (int c = 0; c < 3; ++c) {
+        const float most = scene_.radiance.pixels[i][c] + 4.0f / 3.14159f;
+        ASSERT_LE(processor.radiance.pixels[i][c], 1.0001f * most) << what << ", pixel " << i;
+      }
     }
   }
 }

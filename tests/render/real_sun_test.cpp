@@ -61,7 +61,8 @@ TEST(SunSeenWithout, IsWhatTheCompositeTakesFromAPixelInShadow) {
     const glm::dvec3 before = scene.ModelRadiance(i, seen);
     glm::dvec3 expected(pixel.observed);
     if (pixel.clipped) expected = glm::max(expected, before);
-    expected *= scene.ModelRadiance(i, 0.0) / before;
+    expected =
+        glm::min(expected * scene.ModelRadiance(i, 0.0) / before, glm::dvec3(pixel.observed));
     if (seen == 0.0) expected = glm::dvec3(pixel.observed);
     ++asked;
     seen_count += seen > 0.0 ? 1 : 0;
