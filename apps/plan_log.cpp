@@ -36,6 +36,14 @@ double ActualMs(const FrameResult& result) {
   return ms;
 }
 
+Json DrawnLightOf(const FrameResult& result) {
+  if (!result.drawn_lighting) return nullptr;
+  const glm::dvec3& sun = result.drawn_lighting->sun.irradiance_rgb;
+  const glm::dvec3 sky = result.drawn_lighting->SkyIrradianceRgb();
+  return {{"sun_irradiance_rgb", {sun.x, sun.y, sun.z}},
+          {"sky_irradiance_rgb", {sky.x, sky.y, sky.z}}};
+}
+
 }  // namespace
 
 std::string PlanLine(const Frame& frame,
@@ -61,6 +69,7 @@ std::string PlanLine(const Frame& frame,
   line["actual_ms"] = ActualMs(result);
   line["planning_ms"] = result.planning_ms;
   line["draw_calls"] = result.composite.draw_calls;
+  line["drawn_light"] = DrawnLightOf(result);
   line["pixels_not_finite"] = frame.defects.not_finite;
   line["pixels_clamped"] = result.clamped_pixels;
   Json& works = line["works"] = Json::array();

@@ -164,16 +164,23 @@ void NoteUnits(LightUnits units, RunReport& report) {
   spdlog::warn("{}", note);
 }
 
-// Of a run's frames: pixels that the camera or the composite could not express.
-class PixelDefects {
+// What no picture could be made of as it was, over a run's frames.
+class PictureDefects {
  public:
   void Add(const Frame& frame, const FrameResult& result) {
     not_finite_.Add(frame.defects.not_finite);
     clamped_.Add(result.clamped_pixels);
+    frames_without_colour_ += result.drawn_lighting ? 1 : 0;
   }
   void Report(RunReport& report) const {
-    Note(not_finite_, "not finite: not measured from, and written as they are", report);
-    Note(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), report);
+    NotePixels(not_finite_, "not finite: not measured from, and written as they are", report);
+    NotePixels(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), report);
+    if (frames_without_colour_ == 0) return;
+    Note(
+        fmt::format("the estimated light of {} frames lacks a colour that daylight has: drawn with "
+                    "more of it, drawn_light in plan.jsonl",
+                    frames_without_colour_),
+        report);
   }
 
  private:
@@ -185,15 +192,18 @@ class PixelDefects {
       frames += more > 0 ? 1 : 0;
     }
   };
-  static void Note(const Count& count, const std::string& what, RunReport& report) {
+  static void Note(const std::string& note, RunReport& report) {
+    report.notes.push_back(note);
+    spdlog::warn("{}", note);
+  }
+  static void NotePixels(const Count& count, const std::string& what, RunReport& report) {
     if (count.pixels == 0) return;
-    report.notes.push_back(
-        fmt::format("{} pixels of {} frames are {}", count.pixels, count.frames, what));
-    spdlog::warn("{}", report.notes.back());
+    Note(fmt::format("{} pixels of {} frames are {}", count.pixels, count.frames, what), report);
   }
 
   Count not_finite_;
   Count clamped_;
+  int frames_without_colour_ = 0;
 };
 
 ReportFrame FailedFrame(const FrameError& error) {
@@ -269,7 +279,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     video.emplace(options.out / "composite.mp4", options.video_frames_per_second);
   }
   int done = 0;
-  PixelDefects defects;
+  PictureDefects defects;
   while (std::optional<RunStep> step = run.Next()) {
     TakeNotes(run, report);
     if (!step->result) {

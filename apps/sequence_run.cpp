@@ -229,6 +229,7 @@ FramePipelineOptions PipelineOptionsFor(const SequenceRunOptions& options,
   pipeline.effects = options.effects;
   if (options.camera_noise_is_known) pipeline.camera_matching.camera_noise = options.camera_noise;
   pipeline.display_response = ResponseOf(sequence);
+  pipeline.daylight_colours = SourceOf(options, sequence) == SourceKind::kOutdoor;
   pipeline.soft_sun.disc_samples = options.penumbra_samples;
   if (options.influence_at) pipeline.influence_at = *options.influence_at;
   pipeline.daylight = DaylightOf(options, loaded.site);

@@ -84,6 +84,9 @@ struct FramePipelineOptions {
   CameraMatchingOptions camera_matching;  // What is false in it is off.
   // Of the camera that gives code values: what the plan counts in.
   ResponseCurve display_response = ResponseCurve::Srgb();
+  // Pictures are drawn in light as WithDaylightColours has it. Not for a source that measures the
+  // sky itself: what it sees is there.
+  bool daylight_colours = true;
   // None: each frame's own estimate is reported.
   std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
   // Throws std::invalid_argument naming field and value.
@@ -120,8 +123,9 @@ struct FrameResult {
   FilterSpan sun_filter;
   FilterSpan sky_filter;
   Composite composite;
-  std::int64_t clamped_pixels = 0;  // Of the composite, by ClampToHalf.
-  EffectPlan plan;                  // Without objects nothing is planned.
+  std::int64_t clamped_pixels = 0;         // Of the composite, by ClampToHalf.
+  std::optional<Lighting> drawn_lighting;  // Where it is other than the estimate's.
+  EffectPlan plan;                         // Without objects nothing is planned.
   std::vector<PlannedWork> works;
   double camera_blur_px = 0.0;       // By the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.

@@ -9,6 +9,7 @@
 
 #include <glm/common.hpp>
 
+#include "pipeline/daylight_colours.h"
 #include "pipeline/internal/rms_share.h"
 #include "pipeline/internal/stopwatch.h"
 #include "scene/half_float.h"
@@ -235,7 +236,11 @@ WorkCost FrameEffects::CostOfDaylight() const {
 }
 
 void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
-  const Lighting& lighting = result.estimate.lighting;
+  if (options_.daylight_colours) {
+    result.drawn_lighting = WithDaylightColours(result.estimate.lighting);
+  }
+  const Lighting& lighting =
+      result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
   if (objects_.empty()) {
     Draw(lit, lighting, {}, result);
     return;

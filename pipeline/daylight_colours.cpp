@@ -1,0 +1,94 @@
+#include "pipeline/daylight_colours.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sunmodel/refraction.h"
+
+namespace pleinair {
+namespace {
+
+constexpr double kLeastSunOverSky = 0.02;  // A shadow of two code values.
+constexpr double kRounding = 1e-9;
+
+int LargestChannel(const glm::dvec3& rgb) {
+  if (rgb.x >= rgb.y && rgb.x >= rgb.z) return 0;
+  return rgb.y >= rgb.z ? 1 : 2;
+}
+
+double MostRise(const glm::dvec3& to_sun) {
+  constexpr double kAirMassAt30Deg = 2.0;
+  const double elevation_rad = std::asin(std::clamp(to_sun.z, 0.0, 1.0));
+  const double beyond = RelativeAirMass(elevation_rad) - kAirMassAt30Deg;
+  return kMostRiseOfSkyOverSun * std::exp(0.1 * std::max(beyond, 0.0));
+}
+
+// Sky over sun of channel `high` is at most `most` times that of `low`.
+struct ColourBound {
+  int high = 0;
+  int low = 0;
+  double most = 1.0;
+};
+
+// Returns whether it held. No channel of the sky is 0.
+bool Hold(const ColourBound& bound, glm::dvec3& sun, glm::dvec3& sky) {
+  const auto& [high, low, most] = bound;
+  const double least_sun = sky[high] / sky[low] * sun[low] / most;
+  if (!(least_sun > (1.0 + kRounding) * sun[high])) return true;
+  const double least_sky =
+      sun[high] > 0.0 ? least_sun / sun[high] * sky[low] : std::numeric_limits<double>::infinity();
+  if (least_sky - sky[low] < least_sun - sun[high]) {
+    sky[low] = least_sky;
+  } else {
+    sun[high] = least_sun;
+  }
+  return false;
+}
+
+// Each fix may undo another one, and what it adds grows until the other light's is less.
+void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) {
+  if (!(sun[LargestChannel(sun)] > kLeastSunOverSky * sky[LargestChannel(sky)])) return;
+  if (!(std::min({sky.x, sky.y, sky.z}) > 0.0)) return;
+  const double most = MostRise(to_sun);
+  const ColourBound bounds[] = {{0, 1, 1.0 / kLeastRiseOfSkyOverSun},
+                                {1, 2, 1.0 / kLeastRiseOfSkyOverSun},
+                                {2, 1, most},
+                                {1, 0, most}};
+  constexpr int kPasses = 100;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    bool all_hold = true;
+    for (const ColourBound& bound : bounds) all_hold = Hold(bound, sun, sky) && all_hold;
+    if (all_hold) return;
+  }
+}
+
+}  // namespace
+
+std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
+  Lighting coloured;
+  coloured.sky = lighting.sky;
+  const glm::dvec3 given = lighting.SkyIrradianceRgb();
+  const int largest = LargestChannel(given);
+  for (int c = 0; c < 3; ++c) {
+    if (given[c] >= kLeastSkyChannel * given[largest]) continue;
+    for (SkyComponent& component : coloured.sky) {
+      component.irradiance_rgb[c] = kLeastSkyChannel * component.irradiance_rgb[largest];
+    }
+  }
+  const glm::dvec3 raised = coloured.SkyIrradianceRgb();
+  glm::dvec3 sky = raised;
+  glm::dvec3 sun = lighting.sun.irradiance_rgb;
+  HoldSkyOverSun(lighting.sun.direction_enu, sun, sky);
+  if (sky == given && sun == lighting.sun.irradiance_rgb) return std::nullopt;
+  if (sky != raised) {
+    for (SkyComponent& component : coloured.sky) component.irradiance_rgb *= sky / raised;
+  }
+  coloured.time = lighting.time;
+  coloured.sun = lighting.sun;
+  coloured.sun.irradiance_rgb = sun;
+  coloured.covariance = lighting.covariance;
+  return coloured;
+}
+
+}  // namespace pleinair

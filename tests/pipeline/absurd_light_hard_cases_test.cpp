@@ -1,0 +1,163 @@
+// Pictures composited in light that their estimate got wrong: nothing real is brighter than the
+// object and the picture can make it, and shadows have no colour that daylight has not.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "ground_stage.h"
+#include "pipeline/daylight_colours.h"
+#include "scene/half_float.h"
+
+namespace pleinair::absurd_light_test {
+namespace {
+
+const Material kWhite{.name = "white", .diffuse_albedo = glm::vec3(0.8f)};
+const Material kMirror{.name = "mirror",
+                       .diffuse_albedo = glm::vec3(0.0f),
+                       .specular_reflectance = glm::vec3(0.85f),
+                       .roughness = 0.1f};
+
+float Brightest(const glm::vec3& rgb) { return std::max({rgb.r, rgb.g, rgb.b}); }
+
+class AbsurdLight : public testing::Test {
+ protected:
+  FrameResult Process(const Frame& frame,
+                      const glm::dvec3& sun,
+                      const glm::dvec3& sky,
+                      const VirtualObject& object) {
+    FramePipelineOptions options = GroundStage::QuickOptions();
+    options.effects = EffectSettings::Everything();
+    FramePipeline pipeline(stage_.Scene(),
+                           stage_.Phantom(),
+                           std::nullopt,
+                           {object},
+                           std::make_unique<StillLight>(sun, sky),
+                           compositor_,
+                           options);
+    return pipeline.Process(frame).value();
+  }
+
+  // Real pixels are at most twice as bright as the brightest pixel around them, of the picture
+  // before or of the object.
+  static void ExpectNoGlow(const Frame& frame, const FrameResult& result, const std::string& what) {
+    constexpr int kAroundPx = 16;
+    const Composite& composite = result.composite;
+    for (int y = 0; y < composite.change.height; ++y) {
+      for (int x = 0; x < composite.change.width; ++x) {
+        if (composite.change.At(x, y) != static_cast<std::uint8_t>(PixelChange::kScaled)) continue;
+        float around = 0.0f;
+        for (int v = std::max(y - kAroundPx, 0);
+             v < std::min(y + kAroundPx + 1, composite.change.height);
+             ++v) {
+          for (int u = std::max(x - kAroundPx, 0);
+               u < std::min(x + kAroundPx + 1, composite.change.width);
+               ++u) {
+            around = std::max(around, Brightest(frame.radiance.At(u, v)));
+            if (composite.change.At(u, v) == static_cast<std::uint8_t>(PixelChange::kCovered)) {
+              around = std::max(around, Brightest(composite.radiance.At(u, v)));
+            }
+          }
+        }
+        ASSERT_LE(Brightest(composite.radiance.At(x, y)), 2.0f * around)
+            << what << ", pixel " << x << ", " << y;
+      }
+    }
+  }
+
+  const GroundStage stage_;
+  const HeadlessContext context_;
+  Compositor compositor_;
+};
+
+// Every other stripe of the ground is as dark as in a shadow that the mesh lacks, or nearly black.
+TEST_F(AbsurdLight, NothingRealGlows) {
+  Frame striped = stage_.MakeFrame();
+  for (int y = 0; y < striped.radiance.height; ++y) {
+    for (int x = 0; x < striped.radiance.width; ++x) {
+      if (x / 4 % 3 == 1) striped.radiance.At(x, y) *= 0.25f;
+      if (x / 4 % 3 == 2) striped.radiance.At(x, y) *= 0.01f;
+    }
+  }
+  const struct {
+    glm::dvec3 sun;
+    glm::dvec3 sky;
+    const char* what;
+  } cases[] = {{{400, 400, 400}, {1e-6, 40, 100}, "a sky without red"},
+               {{400, 400, 400}, {1e-6, 1e-6, 100}, "a sky of blue alone"},
+               {{400, 400, 400}, {0, 0, 0}, "no sky"},
+               {{4000, 4000, 4000}, {1e-3, 1e-3, 1e-3}, "a sun far too strong"},
+               {{0, 0, 0}, {1e-3, 1e-3, 1e-3}, "far too little light"},
+               {{0, 0, 0}, {1e6, 1e6, 1e6}, "far too much light"},
+               {{1e-6, 400, 400}, {100, 100, 100}, "a sun without red"}};
+  const VirtualObject objects[] = {BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite),
+                                   BallObject({0.0f, 0.0f, 0.6f}, 0.6f, 12, kMirror)};
+  for (const bool is_striped : {false, true}) {
+    for (const VirtualObject& object : objects) {
+      for (const auto& [sun, sky, what] : cases) {
+        Frame frame = is_striped ? striped : stage_.MakeFrame();
+        ExpectNoGlow(frame, Process(frame, sun, sky, object), what);
+        // As 8-bit codes, with camera noise.
+        frame.exposure = 0.6 / double{frame.radiance.pixels[0].r};
+        frame.codes = CodesFromRadiance(frame.radiance, ResponseCurve::Srgb(), *frame.exposure);
+        const FrameResult noisy = Process(frame, sun, sky, object);
+        ExpectNoGlow(frame, noisy, std::string(what) + ", noisy");
+        for (const glm::vec3& rgb : noisy.composite.radiance.pixels) {
+          ASSERT_LE(Brightest(rgb), kLargestHalf);
+        }
+      }
+    }
+  }
+}
+
+// Grey ground, grey light but for a channel: the shadow is no more coloured than daylight makes it.
+TEST_F(AbsurdLight, ShadowsKeepTheirHue) {
+  const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
+  const Frame frame = stage_.MakeFrame();
+  for (int weak = 0; weak < 3; ++weak) {
+    glm::dvec3 sky(100.0);
+    sky[weak] = 1e-6;
+    const FrameResult result = Process(frame, glm::dvec3(400.0), sky, box);
+    ASSERT_TRUE(result.drawn_lighting);
+    const double least[] = {100.0 / kMostRiseOfSkyOverSun,
+                            100.0 * kLeastRiseOfSkyOverSun,
+                            100.0 * kLeastRiseOfSkyOverSun};
+    EXPECT_NEAR(result.drawn_lighting->SkyIrradianceRgb()[weak], least[weak], 1e-6);
+    EXPECT_EQ(result.estimate.lighting.SkyIrradianceRgb(), sky)
+        << "the estimate is reported as it is";
+    int shaded = 0;
+    for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
+      if (result.composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kScaled)) {
+        continue;
+      }
+      const glm::vec3 share = result.composite.radiance.pixels[i] / frame.radiance.pixels[i];
+      const float largest = Brightest(share);
+      shaded += largest < 0.5f ? 1 : 0;
+      ASSERT_GT(std::min({share.r, share.g, share.b}), 0.4f * largest) << i;
+    }
+    EXPECT_GT(shaded, 50);
+  }
+  EXPECT_FALSE(Process(frame, glm::dvec3(400.0), glm::dvec3(100.0), box).drawn_lighting);
+}
+
+// Linear frames may be brighter than what is written: in the picture, under the object's edge and
+// in its shadow.
+TEST_F(AbsurdLight, PixelsBeyondHalfFloatsAreClampedAndCounted) {
+  const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
+  Frame frame = stage_.MakeFrame();
+  EXPECT_EQ(Process(frame, glm::dvec3(400.0), glm::dvec3(100.0), box).clamped_pixels, 0);
+  frame.radiance.At(3, 3) = {1.0f, 1e6f, 65504.0f};
+  frame.radiance.At(5, 3) = glm::vec3(3e38f);
+  frame.radiance.At(7, 3) = glm::vec3(65504.0f);
+  const FrameResult result = Process(frame, glm::dvec3(400.0), glm::dvec3(100.0), box);
+  EXPECT_EQ(result.clamped_pixels, 2);
+  EXPECT_EQ(result.composite.radiance.At(3, 3), glm::vec3(1.0f, 65504.0f, 65504.0f));
+  EXPECT_EQ(result.composite.radiance.At(5, 3), glm::vec3(65504.0f));
+  for (glm::vec3& rgb : frame.radiance.pixels) rgb *= 1e6f;
+  const FrameResult bright = Process(frame, glm::dvec3(4e8), glm::dvec3(1e8), box);
+  EXPECT_GT(bright.clamped_pixels, 96 * 72 - 20);  // Not under the box's edge.
+}
+
+}  // namespace
+}  // namespace pleinair::absurd_light_test
