@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <fmt/format.h>
@@ -108,6 +109,34 @@ TEST_F(RunCommand, TakesSkiesOfOtherShapesFromFrameToFrame) {
     EXPECT_EQ(ReadRadianceImage(options_.out / "composite/000001.exr").pixels,
               ReadRadianceImage(alone.out / "composite/000001.exr").pixels);
   }
+}
+
+// A frame without a finite pixel fails alone; a pixel that is too bright to be written, and one
+// that is none, are counted.
+TEST_F(RunCommand, BadPixelsEndNoRun) {
+  const fs::path sequence = folder_ / "sequence";
+  fs::copy(options_.sequence, sequence, fs::copy_options::recursive);
+  RgbImage picture = ReadRadianceImage(sequence / "frames/000000.exr");
+  const float nan = std::nanf("");
+  picture.At(3, 3) = {1.0f, 1e5f, 2.0f};
+  picture.At(5, 3) = {1.0f, nan, 2.0f};
+  WriteExr(sequence / "frames/000000.exr", picture, ExrPrecision::kFloat);
+  WriteExr(sequence / "frames/000001.exr",
+           RgbImage(picture.width, picture.height, glm::vec3(nan)),
+           ExrPrecision::kHalf);
+  options_.sequence = sequence;
+  RunRunCommand(options_);
+  const auto records = ReadLightingRecords(options_.out / "lighting.jsonl");
+  ASSERT_FALSE(records.at(0).error) << *records[0].error;
+  const RgbImage composite = ReadRadianceImage(options_.out / "composite/000000.exr");
+  EXPECT_EQ(composite.At(3, 3), glm::vec3(1.0f, 65504.0f, 2.0f));
+  EXPECT_TRUE(std::isnan(composite.At(5, 3).g));
+  ASSERT_TRUE(records.at(1).error);
+  EXPECT_THAT(*records[1].error, HasSubstr("000001.exr: expected finite radiances, found none"));
+  std::ifstream plan(options_.out / "plan.jsonl");
+  std::string line;
+  std::getline(plan, line);
+  EXPECT_THAT(line, HasSubstr(R"("pixels_not_finite":1,"pixels_clamped":1)"));
 }
 
 TEST_F(RunCommand, LeavesNothingOfAnEarlierRunAndAllElse) {

@@ -141,6 +141,47 @@ TEST_F(AbsurdLight, ShadowsKeepTheirHue) {
   EXPECT_FALSE(Process(frame, glm::dvec3(400.0), glm::dvec3(100.0), box).drawn_lighting);
 }
 
+// Half of the ground lies in a real shadow whose caster the mesh lacks, from as dark as the model
+// has shade to half as bright again, on ground that is patchy by a tenth: the object's shadow takes
+// no sun from where there is none, and all of it beside.
+TEST_F(AbsurdLight, ARealShadowThatTheMeshLacksGetsNoSecondOne) {
+  const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
+  constexpr double kSun = 800.0;
+  constexpr double kSky = 100.0;
+  const float shade = static_cast<float>(kSky / (kSky + kSun * std::sqrt(0.5)));
+  const auto share_left = [&](const Frame& frame, const FrameResult& result, std::size_t pixel) {
+    return result.composite.radiance.pixels[pixel].g / frame.radiance.pixels[pixel].g;
+  };
+  const Frame open = stage_.MakeFrame(kSun, kSky);
+  const FrameResult in_the_open = Process(open, glm::dvec3(kSun), glm::dvec3(kSky), box);
+  for (const float brightness : {1.0f, 1.2f, 1.5f}) {
+    Frame frame = open;
+    const std::size_t count = frame.radiance.pixels.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      frame.radiance.pixels[i] *= 1.0f + 0.1f * std::sin(1.7f * static_cast<float>(i * i % 997));
+      if (i < count / 2) frame.radiance.pixels[i] *= brightness * shade;
+    }
+    const FrameResult result = Process(frame, glm::dvec3(kSun), glm::dvec3(kSky), box);
+    int in_real_shadow = 0;
+    int in_sun = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool is_scaled =
+          result.composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kCovered);
+      if (!is_scaled || share_left(open, in_the_open, i) > 2.0f * shade) continue;
+      if (i < count / 2) {
+        // What is left is the box's own light, in the place of the sky's.
+        ASSERT_GT(share_left(frame, result, i), 0.6f) << brightness << ", pixel " << i;
+        ++in_real_shadow;
+      } else {
+        ASSERT_LT(share_left(frame, result, i), 2.2f * shade) << brightness << ", pixel " << i;
+        ++in_sun;
+      }
+    }
+    EXPECT_GT(in_real_shadow, 20) << brightness;
+    EXPECT_GT(in_sun, 20) << brightness;
+  }
+}
+
 // Linear frames may be brighter than what is written: in the picture, under the object's edge and
 // in its shadow.
 TEST_F(AbsurdLight, PixelsBeyondHalfFloatsAreClampedAndCounted) {
