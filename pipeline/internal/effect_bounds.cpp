@@ -76,7 +76,10 @@ float FallInShadow(const BoundInput& input, std::size_t pixel, float hidden_shar
   state.model_visibility = view.sun_visibility.pixels[pixel];
   state.edge_distance_px = view.edge_distance_px.pixels[pixel];
   state.albedo_measured = view.albedo_measured.pixels[pixel] != 0;
-  const float seen = SunSeenWithout(state);
+  const int width = view.Width();
+  const auto place = static_cast<int>(pixel);
+  const float seen = SunSeenWithout(
+      state, {input.frame.radiance, input.frame.clipped, view}, place % width, place / width);
   if (seen <= 0.0f) return 0.0f;
   const glm::vec3 before = light.indirect + seen * light.direct;
   const glm::vec3 without = state.clipped ? glm::max(camera, to_radiance * before) : camera;

@@ -153,18 +153,38 @@ const float kInvPi = 0.318309886;
 float Median(vec3 v) { return max(min(v.r, v.g), min(max(v.r, v.g), v.b)); }
 
 // SunSeenWithout of real_sun.h, whose constants stand before.
-float SunWithout(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model, float edge_distance,
-                 bool measured) {
+float LogOdds(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float sigma) {
   vec3 floor_value = max(1e-6 * lit, vec3(1e-30));
   vec3 spread = log(max(lit, floor_value) / max(shaded, floor_value));
   vec3 x = log(max(observed, floor_value) / max(shaded, floor_value));
   // A clipped value is a lower bound: it may be as bright as lit.
   if (clipped) x = max(x, spread);
-  float sigma = measured ? kSigmaMeasured : kSigmaGuessed;
-  float log_odds = Median(spread * (2.0 * x - spread)) / (2.0 * sigma * sigma);
+  return Median(spread * (2.0 * x - spread)) / (2.0 * sigma * sigma);
+}
+float SunWithout(ivec2 pixel, vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model,
+                 float edge_distance, vec3 normal, vec4 albedo) {
+  float sigma = albedo.a > 0.0 ? kSharedSigmaMeasured : kSharedSigmaGuessed;
+  float own = LogOdds(observed, clipped, lit, shaded, sigma);
   float trust = clamp(edge_distance / kTrustedEdgeDistancePx, 0.0, 1.0);
-  log_odds += (2.0 * model - 1.0) * kMeshLogOdds * trust;
-  if (log_odds <= 0.0) return 0.0;
+  float of_mesh = (2.0 * model - 1.0) * kMeshLogOdds * trust;
+  float log_odds = own;
+  if (!(own * of_mesh > 0.0 && abs(own) > kMeshLogOdds)) {
+    mat3 around = mat3(vec3(own), vec3(own), vec3(own));  // Of rows.
+    for (int i = 0; i < 9; ++i) {
+      if (i == 4) continue;
+      ivec2 place = pixel + int(kAroundPx) * (ivec2(i % 3, i / 3) - 1);
+      if (any(lessThan(place, ivec2(0))) ||
+          any(greaterThanEqual(place, textureSize(u_camera_radiance, 0)))) continue;
+      vec3 camera = u_gain * texelFetch(u_camera_radiance, place, 0).rgb;
+      if (!(dot(normal, texelFetch(u_normal, place, 0).rgb) > kOnePlaneCosine)) continue;
+      if (!IsKnown(camera)) continue;
+      vec3 other = max(texelFetch(u_albedo, place, 0).rgb, vec3(kLeastAlbedo));
+      around[i / 3][i % 3] = LogOdds(camera * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
+                                     texelFetch(u_clipped, place, 0).r > 0.0, lit, shaded, sigma);
+    }
+    log_odds = Median(vec3(Median(around[0]), Median(around[1]), Median(around[2])));
+  }
+  if (log_odds + of_mesh <= 0.0) return 0.0;
   return model > 0.0 ? model : 1.0;
 }
 
@@ -213,9 +233,9 @@ void main() {
   vec3 indirect = sky + u_sun_irradiance * texelFetch(u_sun_bounce, pixel, 0).rgb;
   bool clipped = texelFetch(u_clipped, pixel, 0).r > 0.0;
   vec3 to_radiance = albedo.rgb * kInvPi;
-  float s_without = SunWithout(camera, clipped, to_radiance * (indirect + direct),
+  float s_without = SunWithout(pixel, camera, clipped, to_radiance * (indirect + direct),
                                to_radiance * indirect, visibility_edge.x, visibility_edge.y,
-                               albedo.a > 0.0);
+                               normal, albedo);
   float s_with = (1.0 - in_shadow) * s_without;
   vec3 before = indirect + s_without * direct;
   // Hidden light is gathered with other rays than all of it: the difference may fall below zero.
@@ -241,7 +261,11 @@ std::string RelightConstants() {
     return text.str();
   };
   return constant("kSigmaMeasured", kLogSigmaMeasured) +
-         constant("kSigmaGuessed", kLogSigmaGuessed) + constant("kMeshLogOdds", kMeshLogOdds) +
+         constant("kSigmaGuessed", kLogSigmaGuessed) +
+         constant("kSharedSigmaMeasured", kSharedLogSigmaMeasured) +
+         constant("kSharedSigmaGuessed", kSharedLogSigmaGuessed) +
+         constant("kAroundPx", static_cast<float>(kAroundPx)) +
+         constant("kOnePlaneCosine", kOnePlaneCosine) + constant("kMeshLogOdds", kMeshLogOdds) +
          constant("kTrustedEdgeDistancePx", kTrustedEdgeDistancePx) +
          constant("kLeastRelitChange", kLeastRelitChange) +
          constant("kMostAlbedoSigmas", kMostAlbedoSigmas) + constant("kLeastAlbedo", kLeastAlbedo);

@@ -14,6 +14,7 @@
 #include <glm/vector_relational.hpp>
 
 #include "render/internal/draw_count.h"
+#include "render/internal/real_radiance.h"
 #include "render/real_sun.h"
 #include "render/relit_pixel.h"
 
@@ -44,11 +45,6 @@ Value Bilinear(const LayerPart<Value>& part, const glm::vec2& place, const glm::
   };
   return (1.0f - weight.y) * ((1.0f - weight.x) * texel(0, 0) + weight.x * texel(1, 0)) +
          weight.y * ((1.0f - weight.x) * texel(0, 1) + weight.x * texel(1, 1));
-}
-
-bool IsKnown(const glm::vec3& camera) {
-  return camera.x >= 0.0f && camera.y >= 0.0f && camera.z >= 0.0f && camera.x < 1e37f &&
-         camera.y < 1e37f && camera.z < 1e37f;
 }
 
 bool Holds(const PixelRect& rect, int x, int y) {
@@ -97,9 +93,9 @@ class PixelByPixel {
     if (!is_covered && !may_be_relit) return;
     const std::size_t pixel = result.radiance.Index(x, y);
     const glm::vec3 camera = gain_ * input_.camera_radiance.pixels[pixel];
-    const bool is_known = IsKnown(camera);
+    const bool is_known = IsKnownRadiance(camera);
     RelitRadiance real{camera, false};
-    if (may_be_relit && is_known) real = Relight(pixel, camera, in_shadow, change);
+    if (may_be_relit && is_known) real = Relight(x, y, camera, in_shadow, change);
     if (is_covered) {
       // What a broken camera pixel holds cannot shine through an object's edge.
       const glm::vec3 of_object(object);
@@ -191,11 +187,10 @@ class PixelByPixel {
            place.y < static_cast<float>(layer_size_.y);
   }
 
-  RelitRadiance Relight(std::size_t pixel,
-                        const glm::vec3& camera,
-                        float in_shadow,
-                        const glm::vec3& change) const {
+  RelitRadiance Relight(
+      int x, int y, const glm::vec3& camera, float in_shadow, const glm::vec3& change) const {
     const SurfaceView& view = input_.view;
+    const std::size_t pixel = view.region.Index(x, y);
     const glm::vec3& normal = view.normal_world.pixels[pixel];
     if (normal == glm::vec3(0.0f)) return {camera, false};  // There is no surface.
     // What needs not be known is not fetched: this is as fast as memory is read.
@@ -218,7 +213,10 @@ class PixelByPixel {
                                   .shaded = to_radiance * indirect,
                                   .model_visibility = view.sun_visibility.pixels[pixel],
                                   .edge_distance_px = view.edge_distance_px.pixels[pixel],
-                                  .albedo_measured = view.albedo_measured.pixels[pixel] != 0});
+                                  .albedo_measured = view.albedo_measured.pixels[pixel] != 0},
+                                 {input_.camera_radiance, input_.clipped, view, gain_},
+                                 x,
+                                 y);
     }
     const float s_with = (1.0f - in_shadow) * s_without;
     const glm::vec3 before = indirect + s_without * direct;

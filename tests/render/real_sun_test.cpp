@@ -1,6 +1,8 @@
 // SunSeenWithout and the composite's shader are one decision: the shader is held to the function.
 #include "render/real_sun.h"
 
+#include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <random>
 
@@ -57,7 +59,10 @@ TEST(SunSeenWithout, IsWhatTheCompositeTakesFromAPixelInShadow) {
     pixel.model_visibility = scene.view.sun_visibility.pixels[i];
     pixel.edge_distance_px = scene.view.edge_distance_px.pixels[i];
     pixel.albedo_measured = scene.view.albedo_measured.pixels[i] != 0;
-    const auto seen = static_cast<double>(SunSeenWithout(pixel));
+    const int width = scene.view.Width();
+    const auto place = static_cast<int>(i);
+    const auto seen = static_cast<double>(SunSeenWithout(
+        pixel, {scene.radiance, scene.clipped, scene.view}, place % width, place / width));
     const glm::dvec3 before = scene.ModelRadiance(i, seen);
     glm::dvec3 expected(pixel.observed);
     if (pixel.clipped) expected = glm::max(expected, before);
@@ -79,17 +84,96 @@ TEST(SunSeenWithout, IsWhatTheCompositeTakesFromAPixelInShadow) {
   EXPECT_LE(other, asked / 10000 + 1);
 }
 
+// A picture of one plane whose pixels the model takes to be lit.
+class OnePlane {
+ public:
+  static constexpr int kSide = 21;
+  static constexpr float kAlbedo = 0.3f;
+
+  explicit OnePlane(float lit_over_shaded) : lit_over_shaded_(lit_over_shaded) {
+    view.region = Image<std::int32_t>(kSide, kSide, 0);
+    view.normal_world = RgbImage(kSide, kSide, {0.0f, 0.0f, 1.0f});
+    view.albedo_rgb = RgbImage(kSide, kSide, glm::vec3(kAlbedo));
+    camera = RgbImage(kSide, kSide, glm::vec3(lit_over_shaded));
+  }
+  float SunAt(int x, int y, bool measured) const {
+    RealPixel pixel;
+    pixel.observed = camera.At(x, y);
+    pixel.lit = glm::vec3(lit_over_shaded_);
+    pixel.shaded = glm::vec3(1.0f);
+    pixel.model_visibility = 1.0f;
+    pixel.edge_distance_px = 20.0f;
+    pixel.albedo_measured = measured;
+    return SunSeenWithout(pixel, {camera, Gray8Image(), view}, x, y);
+  }
+
+  SurfaceView view;
+  RgbImage camera;
+
+ private:
+  float lit_over_shaded_;
+};
+
 TEST(SunSeenWithout, TakesTheMeshsWordWhereTheTwoPredictionsAreOne) {
+  const OnePlane plane(1.0f);
   RealPixel pixel;
   pixel.observed = pixel.lit = pixel.shaded = glm::vec3(1.0f);
   pixel.edge_distance_px = 20.0f;
+  const auto seen = [&] {
+    return SunSeenWithout(pixel, {plane.camera, Gray8Image(), plane.view}, 0, 20);
+  };
   pixel.model_visibility = 0.75f;
-  EXPECT_EQ(SunSeenWithout(pixel), 0.75f);
+  EXPECT_EQ(seen(), 0.75f);
   pixel.model_visibility = 0.0f;
-  EXPECT_EQ(SunSeenWithout(pixel), 0.0f);
+  EXPECT_EQ(seen(), 0.0f);
   // In the dark.
   pixel.observed = pixel.lit = pixel.shaded = glm::vec3(0.0f);
-  EXPECT_EQ(SunSeenWithout(pixel), 0.0f);
+  EXPECT_EQ(seen(), 0.0f);
+}
+
+// Of a real shadow that the mesh lacks there is no sun to take, be it hardly darker than the light
+// around it; its straight edge is where the picture has it.
+TEST(SunSeenWithout, KnowsBrightRealShadowsAndTheirEdges) {
+  for (const bool measured : {false, true}) {
+    for (const float ratio : {measured ? 1.7f : 2.5f, 4.0f, 10.0f}) {
+      OnePlane plane(ratio);
+      for (int y = 0; y < OnePlane::kSide; ++y) {
+        for (int x = 0; x < 10; ++x) plane.camera.At(x, y) = glm::vec3(1.0f);
+      }
+      for (int y = 0; y < OnePlane::kSide; ++y) {
+        for (int x = 0; x < OnePlane::kSide; ++x) {
+          ASSERT_EQ(plane.SunAt(x, y, measured), x < 10 ? 0.0f : 1.0f)
+              << ratio << ", pixel " << x << ", " << y;
+        }
+      }
+    }
+  }
+}
+
+// Joints, pebbles and broken pixels are narrower than shadows.
+TEST(SunSeenWithout, TakesNoNarrowDarkMarkForAShadow) {
+  OnePlane plane(5.0f);
+  for (int i = 0; i < OnePlane::kSide; ++i) {
+    plane.camera.At(i, 5) = glm::vec3(0.8f);
+    plane.camera.At(13, i) = glm::vec3(1.0f);
+  }
+  plane.camera.At(4, 15) = glm::vec3(std::nanf(""));
+  plane.camera.At(4, 12) = glm::vec3(0.0f);
+  for (int y = 0; y < OnePlane::kSide; ++y) {
+    for (int x = 0; x < OnePlane::kSide; ++x) {
+      if (x == 4 && y == 15) continue;
+      ASSERT_EQ(plane.SunAt(x, y, true), 1.0f) << "pixel " << x << ", " << y;
+    }
+  }
+  // A dark mark that the survey has measured is none.
+  OnePlane marked(5.0f);
+  for (int y = 4; y < 14; ++y) {
+    for (int x = 4; x < 14; ++x) {
+      marked.camera.At(x, y) *= 0.2f;
+      marked.view.albedo_rgb.At(x, y) *= 0.2f;
+    }
+  }
+  EXPECT_EQ(marked.SunAt(2, 8, true), 1.0f);
 }
 
 }  // namespace
