@@ -82,9 +82,9 @@ enum class FrameKind { kLinear, kLdr };
 // relative where the exposure is from the camera's metadata, and light in [0, 1], relative per
 // frame, where it is unknown. `noise` is that of the 8-bit frames' camera. Fish-eye pictures are
 // EXR or HDR. A file that is missing, truncated, empty, no file, of another size than its camera's,
-// or outside the sequence's folder is that frame's error alone, and so is a linear frame without a
-// finite pixel.
-// Throws  std::runtime_error where the sequence's response, fish-eye calibration or first frame's
+// or outside the sequence's folder is that frame's error alone, and so is a linear frame or
+// fish-eye picture without a finite pixel. Throws  std::runtime_error where the sequence's
+// response, fish-eye calibration or first frame's
 //         mask cannot be read; std::invalid_argument for impossible noise.
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence,
                                                      FrameKind preferred,

@@ -1,6 +1,7 @@
 // Plays a recorded sequence, one file a frame.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -51,6 +52,14 @@ void RequireKindOfFrame(const std::filesystem::path& file, FrameKind kind) {
                                       : ": expected an OpenEXR or Radiance HDR picture under "
                                         "`image` (8-bit ones go under `image_ldr`), found ") +
                            DescribeContent(file));
+}
+
+ImageDefects DefectsOfPicture(const RgbImage& radiance, const std::filesystem::path& file) {
+  const ImageDefects defects = DefectsOf(radiance);
+  if (defects.not_finite == static_cast<std::int64_t>(radiance.pixels.size())) {
+    throw std::runtime_error(file.string() + ": expected finite radiances, found none");
+  }
+  return defects;
 }
 
 // Of a diffuse mask.
@@ -140,10 +149,7 @@ class RecordedFrameSource final : public FrameSource {
     RequireKindOfFrame(file, FrameKind::kLinear);
     frame.radiance = ReadRadianceImage(file);
     RequireCameraSize(frame.radiance, frame.camera.intrinsics, "camera", file);
-    frame.defects = DefectsOf(frame.radiance);
-    if (frame.defects.not_finite == static_cast<std::int64_t>(frame.radiance.pixels.size())) {
-      throw std::runtime_error(file.string() + ": expected finite radiances, found none");
-    }
+    frame.defects = DefectsOfPicture(frame.radiance, file);
     frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
     frame.unusable = frame.clipped;
     for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
@@ -172,8 +178,8 @@ class RecordedFrameSource final : public FrameSource {
 
   RgbImage ReadFisheye(const std::filesystem::path& file) const {
     RgbImage radiance = ReadRadianceImage(file);
-    RequireCameraSize(radiance, fisheye_.value().camera.intrinsics, "fisheye", file);
-    RequireNormalLight(radiance, file);
+    RequireCameraSize(frame.radiance, frame.camera.intrinsics, "camera", file);
+    frame.defects = DefectsOfPicture(frame.radiance, file);
     if (!fisheye_->room_from_fisheye_rgb) return radiance;
     const glm::mat3 room_from_fisheye(*fisheye_->room_from_fisheye_rgb);
     for (glm::vec3& pixel : radiance.pixels) pixel = room_from_fisheye * pixel;

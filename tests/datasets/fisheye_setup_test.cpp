@@ -1,5 +1,6 @@
 #include "datasets/fisheye_setup.h"
 
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -171,6 +172,10 @@ TEST_F(FisheyeFrames, WithABrokenSkyAreThatFramesError) {
   WriteExr(folder_ / "frames/f0.exr", RgbImage(500, 512), ExrPrecision::kHalf);
   EXPECT_NE(FirstReason().find("f0.exr: expected 512x500 pixels, found 500x512"),
             std::string::npos);
+  WriteExr(folder_ / "frames/f0.exr",
+           RgbImage(512, 500, glm::vec3(std::numeric_limits<float>::infinity())),
+           ExrPrecision::kHalf);
+  EXPECT_NE(FirstReason().find("f0.exr: expected finite radiances, found none"), std::string::npos);
   WriteExr(folder_ / "frames/f0.exr", sky_, ExrPrecision::kFloat);
   std::filesystem::resize_file(folder_ / "frames/f0.exr",
                                std::filesystem::file_size(folder_ / "frames/f0.exr") / 2);
