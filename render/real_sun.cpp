@@ -62,9 +62,9 @@ float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_p
   const float model = pixel.model_visibility;
   const float trust = std::clamp(pixel.edge_distance_px / kTrustedEdgeDistancePx, 0.0f, 1.0f);
   const float of_mesh = (2.0f * model - 1.0f) * kMeshLogOdds * trust;
-  const bool bears_mesh_out = own * of_mesh > 0.0f && std::abs(own) > kMeshLogOdds;
+  const bool agrees_with_mesh = own * of_mesh > 0.0f && std::abs(own) > kMeshLogOdds;
   float log_odds = own;
-  if (!bears_mesh_out) {
+  if (!agrees_with_mesh) {
     glm::vec3 of_rows;
     for (int row = 0; row < 3; ++row) {
       const int dy = (row - 1) * kAroundPx;

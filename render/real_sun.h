@@ -33,7 +33,7 @@ struct RealPicture {
 // against that of the survey, in log) the log odds of lit over shaded are
 //   ((x - d)^2 - (x - l)^2) / (2 sigma^2);
 // the median of three channels stands against one that is dead or coloured. Unless that alone
-// bears out the mesh, it is the median of the medians of three rows of three pixels on the same
+// agrees with the mesh, it is the median of the medians of three rows of three pixels on the same
 // plane, the pixel in their middle: a joint between bricks or a pebble is narrower than a shadow,
 // whose straight edges these medians keep. What the mesh says adds its own log odds, so that dark
 // ground under a weak sun does not pass for shadow; near an edge of the model the mesh may be wrong
