@@ -112,6 +112,7 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   }
   SequenceRunOptions run;
   run.seed = options.gather.seed;
+  FindSunInMap(sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   for (const std::string& note : site.notes) spdlog::warn("{}", note);
   if (!site.materials_note.empty()) spdlog::warn("{}", site.materials_note);

@@ -39,19 +39,16 @@ bool CameraMoves(const Sequence& sequence) {
 Sequence ReadRunSequence(const SequenceRunOptions& options,
                          const std::optional<MarkerBoard>& board) {
   Sequence sequence =
-      board
-          ? WithFirstMarkerPose(
-                ReadSequence(options.sequence, SequencePoses::kMayBeAbsent), options.frames, *board)
-          : ReadSequence(options.sequence);
+      board ? WithFirstMarkerPose(
+                  ReadSequence(options.sequence, SequencePoses::kMayBeAbsent, options.weather),
+                  options.frames,
+                  *board)
+            : ReadSequence(options.sequence, SequencePoses::kRequired, options.weather);
   if (options.ignore_exposure) {
     for (FrameEntry& frame : sequence.frames) {
       frame.exposure.reset();
       frame.exposure_s.reset();
     }
-  }
-  if (options.weather) {
-    sequence.weather = options.weather;
-    for (FrameEntry& frame : sequence.frames) frame.weather.reset();
   }
   return sequence;
 }
@@ -246,6 +243,7 @@ std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& optio
   auto loaded = std::make_shared<LoadedSequence>();
   if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
   loaded->sequence = ReadRunSequence(options, loaded->board);
+  const std::vector<std::string> notes_on_sun = FindSunInMap(loaded->sequence);
   const AlbedoSource albedo = AlbedoSourceOf(options, loaded->sequence);
   if (albedo == AlbedoSource::kSurvey && !loaded->sequence.environment) {
     throw std::runtime_error((loaded->sequence.folder / "sequence.json").string() +
@@ -253,6 +251,7 @@ std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& optio
   }
   if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded->sequence);
   loaded->site = LoadSequenceSite(loaded->sequence);
+  loaded->site.notes.insert(loaded->site.notes.end(), notes_on_sun.begin(), notes_on_sun.end());
   if (albedo == AlbedoSource::kMaterials && !loaded->site.materials_note.empty()) {
     loaded->site.notes.push_back(loaded->site.materials_note);
   }

@@ -12,13 +12,14 @@
 
 #include "apps/available_memory.h"
 #include "pipeline/sun_state.h"
+#include "relight/map_sun.h"
 #include "relight/shading_mesh.h"
 #include "scene/image_io.h"
-#include "scene/lat_long.h"
 #include "scene/mesh_io.h"
 #include "scene/mesh_orientation.h"
 #include "scene/ray_caster.h"
 #include "scene/sky_shape.h"
+#include "sunmodel/angles.h"
 #include "sunmodel/clear_sky.h"
 
 namespace pleinair {
@@ -50,19 +51,46 @@ void NoteLoading(const std::filesystem::path& file,
   }
 }
 
-// The brightest pixel above the horizon, for a map that comes without place and time.
-glm::dvec3 BrightestDirection(const RgbImage& image) {
-  const auto luminance = [](const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; };
-  const auto horizon =
-      image.pixels.begin() + static_cast<std::ptrdiff_t>(image.height / 2) * image.width;
-  const auto brightest =
-      std::max_element(image.pixels.begin(), horizon, [&](const glm::vec3& a, const glm::vec3& b) {
-        return luminance(a) < luminance(b);
-      });
-  const auto index = static_cast<int>(brightest - image.pixels.begin());
-  const int row = index / image.width;
-  const int column = index % image.width;
-  return DirectionFromLatLong({column + 0.5, row + 0.5}, {image.width, image.height});
+std::string AzimuthAndElevation(const glm::dvec3& direction_enu) {
+  const double azimuth_deg = DegFromRad(std::atan2(direction_enu.x, direction_enu.y));
+  const double elevation_deg =
+      DegFromRad(std::atan2(direction_enu.z, std::hypot(direction_enu.x, direction_enu.y)));
+  return fmt::format("azimuth {:.1f} deg, elevation {:.1f} deg",
+                     azimuth_deg < 0.0 ? azimuth_deg + 360.0 : azimuth_deg,
+                     elevation_deg);
+}
+
+const char* Describe(MapSunKind kind) {
+  switch (kind) {
+    case MapSunKind::kFlatTop:
+      return "a disc that is cut off";
+    case MapSunKind::kGlow:
+      return "the middle of its glow";
+    case MapSunKind::kDisc:
+      break;
+  }
+  return "its disc";
+}
+
+// Empty where the map's own sun is where it is said to be, or not in view.
+std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
+  constexpr double kWorthAWarningRad = RadFromDeg(3.0);
+  const std::optional<MapSun> shown = FindMapSun(map.radiance);
+  if (!shown) return {};
+  const double angle_rad =
+      std::atan2(glm::length(glm::cross(shown->direction_enu, map.sun_direction_enu)),
+                 glm::dot(shown->direction_enu, map.sun_direction_enu));
+  if (!(angle_rad - shown->uncertain_rad >= kWorthAWarningRad)) return {};
+  return fmt::format(
+      "the map shows the sun {:.1f} deg from where it is {}: at {} ({}), not at {}: {} may be "
+      "wrong",
+      DegFromRad(angle_rad),
+      stated ? "stated" : "computed",
+      AzimuthAndElevation(shown->direction_enu),
+      Describe(shown->kind),
+      AzimuthAndElevation(map.sun_direction_enu),
+      stated ? "environment.sun_direction_enu, or the map's orientation,"
+             : "the map's orientation, north, place or time (zone)");
 }
 
 SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& notes) {
@@ -84,9 +112,12 @@ SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
     map.sun_direction_enu = sun.direction_enu;
     map.sun_angular_radius_rad = sun.angular_radius_rad;
   } else {
-    map.sun_direction_enu = BrightestDirection(map.radiance);
-    notes.push_back(entry.image.string() +
-                    ": no place and time, the sun is taken to be the brightest pixel");
+    const std::optional<MapSun> shown = FindMapSun(map.radiance);
+    map.sun_direction_enu = shown ? shown->direction_enu : kNoSunDirectionEnu;
+  }
+  if (entry.sun_direction_enu || sequence.site) {
+    const std::string contradiction = ContradictionOfMap(map, entry.sun_direction_enu.has_value());
+    if (!contradiction.empty()) notes.push_back(entry.image.string() + ": " + contradiction);
   }
   const double elevation_rad = std::atan2(
       map.sun_direction_enu.z, std::hypot(map.sun_direction_enu.x, map.sun_direction_enu.y));
@@ -219,6 +250,41 @@ std::vector<glm::dmat4> ObjectPosesAt(const SequenceSite& site, double time_s) {
 
 double SecondsSinceFirstFrame(const Sequence& sequence, UtcTime time) {
   return std::chrono::duration<double>(time - sequence.frames.front().time).count();
+}
+
+std::vector<std::string> FindSunInMap(Sequence& sequence) {
+  if (!sequence.environment || sequence.environment->sun_direction_enu || sequence.site) return {};
+  EnvironmentEntry& entry = *sequence.environment;
+  RgbImage radiance = ReadRadianceImage(sequence.folder / entry.image);
+  RepairRadiance(radiance);
+  const std::optional<MapSun> shown = FindMapSun(radiance);
+  entry.sun_direction_enu = shown ? shown->direction_enu : kNoSunDirectionEnu;
+  if (shown) {
+    return {fmt::format(
+        "{}: no place and time: the sun is where the map shows it, at {} ({}), in all frames that "
+        "do not state their own",
+        entry.image.string(),
+        AzimuthAndElevation(shown->direction_enu),
+        Describe(shown->kind))};
+  }
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    FrameEntry& frame = sequence.frames[i];
+    if (frame.sun_direction_enu) continue;
+    if (sequence.WeatherOfFrame(i).value_or(Weather::kOvercast) != Weather::kOvercast) {
+      throw std::runtime_error(
+          fmt::format("{}: frames[{}].sun_direction_enu: expected a value, as its weather is "
+                      "\"{}\": there is no "
+                      "site, and no sun in {}",
+                      (sequence.folder / "sequence.json").string(),
+                      i,
+                      NameOf(*sequence.WeatherOfFrame(i)),
+                      entry.image.string()));
+    }
+    frame.weather = Weather::kOvercast;
+  }
+  return {entry.image.string() +
+          ": no place and time, and no sun in the map: frames that do not state their own are "
+          "without sun (overcast)"};
 }
 
 SequenceSite LoadSequenceSite(const Sequence& sequence) {

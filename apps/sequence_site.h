@@ -38,7 +38,15 @@ struct SequenceSite {
   bool albedo_is_a_guess = false;  // The materials'.
 };
 
-// Loads mesh, environment map, mask and objects.
+// Where neither a site nor `environment.sun_direction_enu` says where the sun is: takes it from the
+// environment map, for the map and for the frames that do not state their own. A map without a sun
+// is overcast, and so are those frames. Returns what was done, for the report.
+// Throws std::runtime_error, one line, for a frame that is said not to be overcast under such a
+// map.
+std::vector<std::string> FindSunInMap(Sequence& sequence);
+
+// Loads mesh, environment map, mask and objects. A sun that the map shows 3 deg or more from where
+// it is stated, or computed, is a note. Where nothing says where it is, as FindSunInMap.
 // Throws std::runtime_error, one line with the file and what was expected.
 SequenceSite LoadSequenceSite(const Sequence& sequence);
 

@@ -33,7 +33,7 @@ struct Frame {
   std::optional<glm::dvec3>
       sun_direction_enu;  // Where the source knows better than place and time.
 
-  std::optional<Weather> weather;  // As a person saw it; none: nobody has said.
+  std::optional<Weather> weather;  // As a person saw it, or a survey without a sun; none: unknown.
 
   // Scene-linear, in `units`. A linear frame's defects are kept.
   RgbImage radiance;

@@ -117,11 +117,15 @@ enum class SequencePoses { kRequired, kMayBeAbsent };
 // Strictness  an unknown key is an error, except free ones (`name`, note..., formula..., world...);
 //         a transform is rigid to 1e-5, a direction unit to 1e-3 (and then made unit);
 //         camera.pixel_centers may be left out, and must be "integer" otherwise.
+// Weather  `weather`, where given, is that of all frames, in place of what the file says of any.
+// Sun     without a site, a survey map or a fish-eye camera, each frame states where the sun is, or
+//         is overcast.
 // Throws  std::runtime_error, one line with file, key and what was expected; for a video, a picture
 //         or a folder of pictures, what a sequence is. Nothing outside the folder is read: a path
 //         that leaves it (symbolic links included) is refused.
 Sequence ReadSequence(const std::filesystem::path& folder,
-                      SequencePoses poses = SequencePoses::kRequired);
+                      SequencePoses poses = SequencePoses::kRequired,
+                      std::optional<Weather> weather = std::nullopt);
 
 // The lens alone: `camera` of a sequence.json or of the one in a folder, which may be no sequence
 // yet: of all other keys only `format` is looked at, where it is there. Throws as ReadSequence.

@@ -123,8 +123,10 @@ CameraIntrinsics ReadIntrinsics(const JsonCursor& at) {
 
 class SequenceReader {
  public:
-  SequenceReader(const std::filesystem::path& folder, SequencePoses poses)
-      : folder_(folder), poses_(poses) {}
+  SequenceReader(const std::filesystem::path& folder,
+                 SequencePoses poses,
+                 std::optional<Weather> weather)
+      : folder_(folder), poses_(poses), weather_(weather) {}
 
   Sequence Read(const JsonCursor& root) {
     root.Required("format").OneOf({"pleinair-sequence"});
@@ -163,7 +165,11 @@ class SequenceReader {
     if (const auto at = root.Optional("fisheye")) sequence_.fisheye = ReadFisheye(*at);
     ReadVirtualObjects(root);
     ReadFrames(root);
-    CheckSunIsKnown(root);
+    if (weather_) {
+      sequence_.weather = weather_;
+      for (FrameEntry& frame : sequence_.frames) frame.weather.reset();
+    }
+    CheckSunIsKnown();
     return std::move(sequence_);
   }
 
@@ -390,19 +396,23 @@ class SequenceReader {
     }
   }
 
-  // A fish-eye camera sees the sun itself; all others need to be told where it is.
-  void CheckSunIsKnown(const JsonCursor& root) const {
-    if (sequence_.site || sequence_.fisheye) return;
+  // A fish-eye camera and a survey map may show the sun; a photograph does not.
+  void CheckSunIsKnown() const {
+    if (sequence_.site || sequence_.fisheye || sequence_.environment) return;
     for (std::size_t i = 0; i < sequence_.frames.size(); ++i) {
-      if (sequence_.StatedSunDirectionEnu(i)) continue;
-      root.FailMissing("site",
-                       "latitude_deg, longitude_deg and height_m (or sun_direction_enu in each "
-                       "frame, or in `environment`)");
+      if (sequence_.StatedSunDirectionEnu(i) || sequence_.WeatherOfFrame(i) == Weather::kOvercast) {
+        continue;
+      }
+      const std::string frame = "frames[" + std::to_string(i) + "]";
+      throw JsonError((folder_ / "sequence.json").string() + ": site: expected a value, or " +
+                      frame + ".sun_direction_enu, or \"overcast\" as " + frame +
+                      ".weather: nothing says where the sun is");
     }
   }
 
   std::filesystem::path folder_;
   SequencePoses poses_;
+  std::optional<Weather> weather_;
   Sequence sequence_;
 };
 
@@ -479,12 +489,14 @@ void CheckFormat(const JsonCursor& root) {
 
 }  // namespace
 
-Sequence ReadSequence(const std::filesystem::path& folder, SequencePoses poses) {
+Sequence ReadSequence(const std::filesystem::path& folder,
+                      SequencePoses poses,
+                      std::optional<Weather> weather) {
   const std::filesystem::path file = SequenceFileIn(folder);
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
   CheckFormat(root);
-  return SequenceReader(folder, poses).Read(root);
+  return SequenceReader(folder, poses, weather).Read(root);
 }
 
 CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {

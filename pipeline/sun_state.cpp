@@ -41,9 +41,10 @@ SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame) {
     return sun;
   }
   if (!site) {
-    throw std::invalid_argument(
-        "frame " + std::to_string(frame.index) +
-        ": neither a site nor a sun_direction_enu to tell where the sun is");
+    if (frame.weather == Weather::kOvercast) return {kNoSunDirectionEnu};
+    throw std::invalid_argument("frame " + std::to_string(frame.index) +
+                                ": expected a site, or the frame's sun_direction_enu, or "
+                                "\"overcast\" as its weather: nothing says where the sun is");
   }
   return SunOverSite(*site, frame.time);
 }

@@ -17,8 +17,9 @@ namespace pleinair {
 // The apparent sun over `site`, under the standard atmosphere at its height.
 SunState SunOverSite(const Site& site, UtcTime time);
 
-// The sun of a frame: the source's own word where it has one, else place and time.
-// Throws std::invalid_argument when there is neither.
+// The sun of a frame: the source's own word where it has one, else place and time; of an overcast
+// frame without either, kNoSunDirectionEnu.
+// Throws std::invalid_argument when there is none of these.
 SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame);
 
 // The clear-sky model tied to a site by its survey: scaled per channel so that it gives the

@@ -13,6 +13,9 @@ namespace pleinair {
 // Radii of the sun's disc vary by 1.7 % over the year; sunmodel gives the day's.
 inline constexpr double kMeanSunAngularRadiusRad = 0.004654;
 
+// Where a sun stands that is not there, or that nothing says the place of: below every horizon.
+inline constexpr glm::dvec3 kNoSunDirectionEnu{0.0, 0.0, -1.0};
+
 // A far light; its direction points towards it.
 struct DirectionalLight {
   glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // Unit.

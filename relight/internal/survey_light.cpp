@@ -12,6 +12,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "relight/internal/map_pixels.h"
 #include "relight/internal/sky_completion.h"
 #include "scene/lat_long.h"
 #include "scene/sky_shape.h"
@@ -38,39 +39,9 @@ constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
 constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
 constexpr double kMostAureole = 2.0;
 
-struct MapPixel {
-  int x = 0;
-  int y = 0;
-  double angle_rad = 0.0;  // From the sun's centre.
-};
-
 double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 LatLongSize SizeOf(const RgbImage& image) { return {image.width, image.height}; }
-
-glm::dvec3 PixelDirection(int x, int y, LatLongSize size) {
-  return DirectionFromLatLong({x + 0.5, y + 0.5}, size);
-}
-
-// Pixels within `radius_rad` of a direction, in row-major order.
-std::vector<MapPixel> PixelsAround(const glm::dvec3& direction,
-                                   double radius_rad,
-                                   LatLongSize size) {
-  std::vector<MapPixel> pixels;
-  const double v = LatLongFromDirection(direction, size).y;
-  const double reach = radius_rad / std::numbers::pi * size.height + 1.0;
-  const int first = std::max(0, static_cast<int>(std::floor(v - reach)));
-  const int last = std::min(size.height - 1, static_cast<int>(std::ceil(v + reach)));
-  for (int y = first; y <= last; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const glm::dvec3 there = PixelDirection(x, y, size);
-      const double angle =
-          std::atan2(glm::length(glm::cross(direction, there)), glm::dot(direction, there));
-      if (angle <= radius_rad) pixels.push_back({x, y, angle});
-    }
-  }
-  return pixels;
-}
 
 // Median and its robust spread, per channel.
 struct Background {
@@ -183,7 +154,7 @@ DiscPlace FindDisc(const RgbImage& map,
   double peak = 0.0;
   MapPixel brightest;
   std::vector<double> around;
-  for (const MapPixel& pixel : PixelsAround(computed, std::max(kFollowRad, window_rad), size)) {
+  for (const MapPixel& pixel : MapPixelsAround(computed, std::max(kFollowRad, window_rad), size)) {
     const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
     const bool sky = shows_sky.At(pixel.x, pixel.y) != 0;
     (pixel.angle_rad <= window_rad ? inside : outside) =
@@ -196,14 +167,15 @@ DiscPlace FindDisc(const RgbImage& map,
   }
   if (!(peak > kMuchBrighter * UpperMedian(around))) return {computed, 0.0};
   const bool inside_is_it = !(outside > kMuchBrighter * inside);
-  const glm::dvec3 spot = inside_is_it ? computed : PixelDirection(brightest.x, brightest.y, size);
+  const glm::dvec3 spot =
+      inside_is_it ? computed : MapPixelDirection(brightest.x, brightest.y, size);
   const double top = inside_is_it ? inside : outside;
   glm::dvec3 centre(0.0);
-  for (const MapPixel& pixel : PixelsAround(spot, window_rad, size)) {
+  for (const MapPixel& pixel : MapPixelsAround(spot, window_rad, size)) {
     const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
     if (value > 0.01 * top) {
-      centre +=
-          value * LatLongPixelSolidAngleSr(pixel.y, size) * PixelDirection(pixel.x, pixel.y, size);
+      centre += value * LatLongPixelSolidAngleSr(pixel.y, size) *
+                MapPixelDirection(pixel.x, pixel.y, size);
     }
   }
   if (!(glm::length(centre) > 0.0)) return {computed, 0.0};
@@ -245,7 +217,7 @@ glm::dvec3 TakeOutGlare(const RgbImage& map,
   std::vector<MapPixel> near;
   std::vector<MapPixel> far;
   for (const MapPixel& pixel :
-       PixelsAround(light.sun_direction_enu, kAroundGlareRad, SizeOf(map))) {
+       MapPixelsAround(light.sun_direction_enu, kAroundGlareRad, SizeOf(map))) {
     if (shows_sky.At(pixel.x, pixel.y) == 0) continue;
     (pixel.angle_rad <= kGlareRad ? near : far).push_back(pixel);
   }
@@ -270,7 +242,7 @@ std::vector<MapPixel> TakeOutDisc(const SurveyMap& map,
   std::vector<MapPixel> window;
   std::vector<MapPixel> ring;
   std::vector<MapPixel> ring_of_all;
-  for (const MapPixel& pixel : PixelsAround(light.sun_direction_enu, 2.0 * window_rad, size)) {
+  for (const MapPixel& pixel : MapPixelsAround(light.sun_direction_enu, 2.0 * window_rad, size)) {
     if (pixel.angle_rad <= window_rad) {
       window.push_back(pixel);
     } else {
@@ -333,7 +305,7 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
   bool measured = true;
   if (!sun_up) {
     light.sun_origin = SunOrigin::kNone;
-    light.notes.emplace_back("survey map: the sun was below the horizon");
+    light.notes.emplace_back("survey map: no sun above the horizon");
   } else {
     const DiscPlace place = FindDisc(map.radiance, shows_sky, computed, window_rad);
     light.sun_direction_enu = place.direction;

@@ -167,6 +167,36 @@ TEST_F(SequenceTest, LetsAStatedSunStandInForTheSite) {
   EXPECT_EQ(Refusal(document), "accepted");
 }
 
+// A photograph by itself: the refusal names the keys that help, and each of them does. A survey map
+// may show where the sun is.
+TEST_F(SequenceTest, NeedsAPlaceASunACloudOrAMap) {
+  nlohmann::json document = Everything();
+  for (const char* gone : {"fisheye", "site", "weather"}) document.erase(gone);
+  document["frames"][0].erase("fisheye");
+  document["environment"].erase("sun_direction_enu");
+  EXPECT_EQ(Refusal(document), "accepted");
+  document.erase("environment");
+  const std::string refusal = Refusal(document);
+  for (const char* key : {"site", "frames[1].sun_direction_enu", "frames[1].weather"}) {
+    EXPECT_NE(refusal.find(key), std::string::npos) << refusal;
+  }
+  EXPECT_EQ(ReadSequence(folder_, SequencePoses::kRequired, Weather::kOvercast).WeatherOfFrame(0),
+            Weather::kOvercast);
+  EXPECT_THROW(ReadSequence(folder_, SequencePoses::kRequired, Weather::kBroken),
+               std::runtime_error);
+  document["frames"][1]["weather"] = "clear";
+  EXPECT_EQ(Refusal(document), refusal);
+  document["frames"][1]["weather"] = "overcast";
+  EXPECT_EQ(Refusal(document), "accepted");
+}
+
+TEST_F(SequenceTest, TakesTheWeatherThatIsAskedForInPlaceOfItsOwn) {
+  WriteDocument(Everything());
+  const Sequence sequence = ReadSequence(folder_, SequencePoses::kRequired, Weather::kOvercast);
+  EXPECT_EQ(sequence.WeatherOfFrame(0), Weather::kOvercast);
+  EXPECT_EQ(sequence.WeatherOfFrame(1), Weather::kOvercast);
+}
+
 TEST_F(SequenceTest, ReadsTheRecordedOnes) {
   const std::filesystem::path shared = std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences";
   if (!std::filesystem::is_directory(shared)) GTEST_SKIP() << "no recordings in " << shared;

@@ -70,8 +70,13 @@ TEST(SunOfFrame, TakesTheFramesOwnDirectionFirst) {
   EXPECT_GT(glm::distance(computed.direction_enu, *frame.sun_direction_enu), 0.1);
 }
 
-TEST(SunOfFrame, RefusesAFrameWithNeitherSiteNorDirection) {
-  EXPECT_THROW(SunOfFrame(std::nullopt, Frame{}), std::invalid_argument);
+TEST(SunOfFrame, RefusesAFrameWithNeitherSiteNorDirectionUnlessItIsOvercast) {
+  Frame frame;
+  EXPECT_THROW(SunOfFrame(std::nullopt, frame), std::invalid_argument);
+  frame.weather = Weather::kClear;
+  EXPECT_THROW(SunOfFrame(std::nullopt, frame), std::invalid_argument);
+  frame.weather = Weather::kOvercast;
+  EXPECT_EQ(SunOfFrame(std::nullopt, frame).direction_enu, kNoSunDirectionEnu);
 }
 
 }  // namespace

@@ -1,0 +1,37 @@
+// The sun that an environment map shows, for maps whose place and time are not known or not
+// certain.
+#pragma once
+
+#include <optional>
+
+#include <glm/vec3.hpp>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// What the place of the sun was read from.
+enum class MapSunKind {
+  kDisc,     // A disc that holds a share of the map's light as only the sun does.
+  kFlatTop,  // A small disc cut at the map's largest value.
+  kGlow,     // The middle of a glow: the sun behind thin cloud, or cut off with its glare around.
+};
+
+struct MapSun {
+  glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // Unit, in the map's own frame.
+  MapSunKind kind = MapSunKind::kDisc;
+  double uncertain_rad = 0.0;  // How far the sun may be from there: a pixel, or half a glow's top.
+};
+
+// Where the sun shines in the upper half of `map` (lat-long, finite, not negative); none where it
+// is hidden (an overcast sky, a building before it) or was never there (a room).
+//
+// Method    The spot with the most light within a degree. It is the sun where it outshines the sky
+//           around, is round, and either holds a tenth of the light of the rest, or is a small disc
+//           cut at one level that nothing else in the map reaches, or fades into a glow of a few
+//           degrees that holds 2 % of the light. Lamps and reflections in windows hold less; bright
+//           clouds and windows are larger, or do not fade.
+// Not       told from the sun: one lamp of a room that holds a tenth of its light.
+std::optional<MapSun> FindMapSun(const RgbImage& map);
+
+}  // namespace pleinair

@@ -1,0 +1,162 @@
+// Where the sun of a sequence is that states no place, and what is said of one stated wrongly.
+#include "apps/sequence_site.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/sun_state.h"
+#include "scene/image_io.h"
+#include "scene/lat_long.h"
+#include "scene/lighting.h"
+#include "sunmodel/angles.h"
+#include "sunmodel/north.h"
+#include "sunmodel/time_text.h"
+#include "tests/apps/command_folder.h"
+
+namespace pleinair::sequence_site_test {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::ThrowsMessage;
+
+constexpr LatLongSize kSize{512, 256};
+const Site kAalborg{0.99569, 0.17317, 15.0};
+constexpr const char* kMorning = "2005-06-21T09:50:00Z";
+
+glm::dvec3 TrueSun() { return SunOverSite(kAalborg, ParseUtcTime(kMorning)).direction_enu; }
+
+// A plane of ground under an even sky, photographed twice.
+class SequenceSiteTest : public CommandFolder {
+ protected:
+  void SetUp() override {
+    CommandFolder::SetUp();
+    Write("ground.obj", "o ground\nv -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\nf 1 2 3 4\n");
+    document_ = nlohmann::json::parse(R"({
+      "format": "pleinair-sequence", "version": 1, "scene": {"mesh": "ground.obj"},
+      "camera": {"width": 8, "height": 6, "fx": 10, "fy": 10, "cx": 3.5, "cy": 2.5,
+        "camera_from_world": [[1, 0, 0, 0], [0, 0, -1, 1.6], [0, 1, 0, 0], [0, 0, 0, 1]]},
+      "environment": {"image": "map.exr", "position_m": [0, 0, 1.6],
+        "time_utc": "2005-06-21T09:50:00Z"},
+      "frames": [{"image": "a.exr", "time_utc": "2005-06-21T09:50:00Z"},
+                 {"image": "b.exr", "time_utc": "2005-06-21T10:50:00Z"}]})");
+    WriteMap(std::nullopt);
+  }
+
+  void WriteMap(std::optional<glm::dvec3> sun) {
+    RgbImage map(kSize.width, kSize.height, glm::vec3(1.0f));
+    if (sun) {
+      const glm::ivec2 at = LatLongPixelFromDirection(*sun, kSize);
+      map.At(at.x, at.y) = glm::vec3(15.0f / float(LatLongPixelSolidAngleSr(at.y, kSize)));
+    }
+    WriteExr(folder_ / "map.exr", map, ExrPrecision::kFloat);
+  }
+  void SetSite() {
+    document_["site"] = {{"latitude_deg", DegFromRad(kAalborg.latitude_rad)},
+                         {"longitude_deg", DegFromRad(kAalborg.longitude_rad)},
+                         {"height_m", kAalborg.height_m}};
+  }
+  Sequence Read() {
+    Write("sequence.json", document_.dump());
+    return ReadSequence(folder_);
+  }
+  // What is noted of the map in loading.
+  std::vector<std::string> Notes() { return LoadSequenceSite(Read()).notes; }
+
+  nlohmann::json document_;
+};
+
+double AngleDeg(const glm::dvec3& a, const glm::dvec3& b) {
+  return DegFromRad(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
+}
+
+// A pixel is 0.7 deg.
+TEST_F(SequenceSiteTest, TakesTheSunFromTheMapForAllFramesThatStateNone) {
+  WriteMap(TrueSun());
+  const glm::dvec3 own(0.0, -0.6, 0.8);
+  document_["frames"][1]["sun_direction_enu"] = {own.x, own.y, own.z};
+  Sequence sequence = Read();
+  EXPECT_THAT(FindSunInMap(sequence), ElementsAre(AllOf(HasSubstr("map.exr"), HasSubstr("disc"))));
+  EXPECT_LT(AngleDeg(sequence.StatedSunDirectionEnu(0).value(), TrueSun()), 0.7);
+  EXPECT_EQ(sequence.StatedSunDirectionEnu(1), own);
+  EXPECT_FALSE(sequence.WeatherOfFrame(0));
+  const SequenceSite site = LoadSequenceSite(sequence);
+  // Made unit once more: a rounding.
+  EXPECT_LT(glm::distance(site.model.environment->sun_direction_enu,
+                          sequence.StatedSunDirectionEnu(0).value()),
+            1e-15);
+}
+
+TEST_F(SequenceSiteTest, RunsWithoutASunWhereTheMapShowsNone) {
+  Sequence sequence = Read();
+  EXPECT_THAT(FindSunInMap(sequence), ElementsAre(HasSubstr("no sun in the map")));
+  EXPECT_EQ(sequence.StatedSunDirectionEnu(0), kNoSunDirectionEnu);
+  EXPECT_EQ(sequence.WeatherOfFrame(1), Weather::kOvercast);
+  EXPECT_EQ(LoadSequenceSite(sequence).model.environment->sun_direction_enu, kNoSunDirectionEnu);
+}
+
+TEST_F(SequenceSiteTest, AsksForTheSunOfAClearFrameUnderAMapWithoutOne) {
+  document_["frames"][1]["weather"] = "clear";
+  Sequence sequence = Read();
+  EXPECT_THAT(
+      [&] { FindSunInMap(sequence); },
+      ThrowsMessage<std::runtime_error>(HasSubstr("frames[1].sun_direction_enu: expected")));
+}
+
+TEST_F(SequenceSiteTest, LeavesAStatedSunAndAPlaceAlone) {
+  WriteMap(TrueSun());
+  SetSite();
+  Sequence placed = Read();
+  EXPECT_THAT(FindSunInMap(placed), IsEmpty());
+  EXPECT_FALSE(placed.StatedSunDirectionEnu(0));
+  document_.erase("site");
+  document_["environment"]["sun_direction_enu"] = {0.0, -0.6, 0.8};
+  Sequence stated = Read();
+  EXPECT_THAT(FindSunInMap(stated), IsEmpty());
+  EXPECT_EQ(stated.StatedSunDirectionEnu(0), glm::dvec3(0.0, -0.6, 0.8));
+}
+
+// Turned about the vertical by 1 deg (of the azimuth: 0.6 deg between directions), 5, 20 and 180.
+TEST_F(SequenceSiteTest, WarnsWhereTheMapShowsTheSunElsewhere) {
+  for (const bool stated : {false, true}) {
+    stated ? void(document_["environment"]["sun_direction_enu"] = {TrueSun().x,
+                                                                   TrueSun().y,
+                                                                   TrueSun().z})
+           : SetSite();
+    for (const double turn_deg : {0.0, 1.0, -1.0}) {
+      WriteMap(TurnedClockwise(TrueSun(), RadFromDeg(turn_deg)));
+      EXPECT_THAT(Notes(), IsEmpty()) << turn_deg;
+    }
+    for (const double turn_deg : {7.0, -20.0, 180.0}) {
+      const glm::dvec3 shown = TurnedClockwise(TrueSun(), RadFromDeg(turn_deg));
+      WriteMap(shown);
+      const std::vector<std::string> notes = Notes();
+      ASSERT_EQ(notes.size(), 1u) << turn_deg;
+      const std::string angle = "the map shows the sun ";
+      ASSERT_THAT(notes[0], HasSubstr(angle));
+      EXPECT_NEAR(std::stod(notes[0].substr(notes[0].find(angle) + angle.size())),
+                  AngleDeg(shown, TrueSun()),
+                  0.7);
+      EXPECT_THAT(notes[0], HasSubstr(stated ? "environment.sun_direction_enu" : "time (zone)"));
+    }
+  }
+  WriteMap(std::nullopt);
+  EXPECT_THAT(Notes(), IsEmpty()) << "clouds hide it";
+}
+
+// A time zone off by twelve hours.
+TEST_F(SequenceSiteTest, WarnsOfANightThatTheMapShowsTheSunIn) {
+  SetSite();
+  document_["environment"]["time_utc"] = "2005-06-21T23:30:00Z";
+  WriteMap(TrueSun());
+  EXPECT_THAT(Notes(), ElementsAre(HasSubstr("the map shows the sun")));
+}
+
+}  // namespace
+}  // namespace pleinair::sequence_site_test
