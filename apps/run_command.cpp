@@ -26,6 +26,7 @@
 #include "apps/video_file.h"
 #include "datasets/truth.h"
 #include "pipeline/shadow_direction.h"
+#include "pipeline/sun_check.h"
 #include "render/gl_context.h"
 #include "scene/half_float.h"
 #include "scene/image_io.h"
@@ -149,6 +150,35 @@ void ReportShadows(const ShadowDirectionFinder& finder, RunReport& report) {
   spdlog::warn("{}", report.notes.back());
 }
 
+void NoteContradiction(const std::optional<SunContradiction>& contradiction,
+                       const Sequence& sequence,
+                       RunReport& report) {
+  if (!contradiction) return;
+  const auto frame = static_cast<std::size_t>(contradiction->frame);
+  const std::string shown = AzimuthAndElevation(contradiction->shown_enu);
+  if (contradiction->stated_enu == kNoSunDirectionEnu) {
+    report.notes.push_back(
+        fmt::format("frame {}: the shadows show a sun at {}, where there is said to be none: its "
+                    "weather may be wrong, and sun_direction_enu or a site would help",
+                    frame,
+                    shown));
+  } else {
+    const bool stated = sequence.StatedSunDirectionEnu(frame).has_value();
+    report.notes.push_back(
+        fmt::format("frame {}: the shadows show the sun {:.1f} deg (sigma {:.1f}) from where it is "
+                    "{}: at {}, not at {}: {} may be wrong; see `pleinair calibrate north`",
+                    frame,
+                    DegFromRad(contradiction->angle_rad),
+                    DegFromRad(contradiction->stddev_rad),
+                    stated ? "stated" : "computed",
+                    shown,
+                    AzimuthAndElevation(contradiction->stated_enu),
+                    stated ? "sun_direction_enu, or the camera's pose,"
+                           : "the model's north, place or time (zone)"));
+  }
+  spdlog::warn("{}", report.notes.back());
+}
+
 // Once a run: what the light's numbers stand for.
 void NoteUnits(LightUnits units, RunReport& report) {
   static const std::string kAll =
@@ -267,6 +297,12 @@ void RunRunCommand(const RunCommandOptions& options) {
     shadows.emplace(loaded->site.model.mesh, loaded->site.model.diffuse_regions);
   }
 
+  // A fish-eye camera sees the sun itself, and --lighting states the light.
+  std::optional<SunCheck> sun_check;
+  if (options.lighting.empty() && SourceOf(options, sequence) == SourceKind::kOutdoor) {
+    sun_check.emplace(loaded->site.model.mesh, loaded->site.model.diffuse_regions);
+  }
+
   RunFolder folder(options.out);
   if (!folder.TakenOverFrom().empty()) {
     spdlog::warn("{}: an earlier run did not end ({}): what it left unfinished is removed",
@@ -324,6 +360,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     NoteUnits(result.estimate.units, report);
     defects.Add(frame, result);
     if (shadows) shadows->Add(frame, result.sun.direction_enu);
+    if (sun_check) NoteContradiction(sun_check->Look(frame, reported.lighting), sequence, report);
     report.frames.push_back(std::move(reported));
     ++done;
     const glm::dvec3 sun = result.estimate.lighting.sun.irradiance_rgb;

@@ -51,15 +51,6 @@ void NoteLoading(const std::filesystem::path& file,
   }
 }
 
-std::string AzimuthAndElevation(const glm::dvec3& direction_enu) {
-  const double azimuth_deg = DegFromRad(std::atan2(direction_enu.x, direction_enu.y));
-  const double elevation_deg =
-      DegFromRad(std::atan2(direction_enu.z, std::hypot(direction_enu.x, direction_enu.y)));
-  return fmt::format("azimuth {:.1f} deg, elevation {:.1f} deg",
-                     azimuth_deg < 0.0 ? azimuth_deg + 360.0 : azimuth_deg,
-                     elevation_deg);
-}
-
 const char* Describe(MapSunKind kind) {
   switch (kind) {
     case MapSunKind::kFlatTop:
@@ -228,6 +219,15 @@ void LoadObject(const Sequence& sequence, const VirtualObjectEntry& entry, Seque
 }
 
 }  // namespace
+
+std::string AzimuthAndElevation(const glm::dvec3& direction_enu) {
+  const double azimuth_deg = DegFromRad(std::atan2(direction_enu.x, direction_enu.y));
+  const double elevation_deg =
+      DegFromRad(std::atan2(direction_enu.z, std::hypot(direction_enu.x, direction_enu.y)));
+  return fmt::format("azimuth {:.1f} deg, elevation {:.1f} deg",
+                     azimuth_deg < 0.0 ? azimuth_deg + 360.0 : azimuth_deg,
+                     elevation_deg);
+}
 
 glm::dmat4 ObjectMotion::WorldFromStart(double time_s) const {
   const glm::dmat4 file_from_start = of_part.FileFromStart(time_s);

@@ -45,6 +45,9 @@ struct SequenceSite {
 // map.
 std::vector<std::string> FindSunInMap(Sequence& sequence);
 
+// "azimuth 144.0 deg, elevation 52.6 deg", for people.
+std::string AzimuthAndElevation(const glm::dvec3& direction_enu);
+
 // Loads mesh, environment map, mask and objects. A sun that the map shows 3 deg or more from where
 // it is stated, or computed, is a note. Where nothing says where it is, as FindSunInMap.
 // Throws std::runtime_error, one line with the file and what was expected.

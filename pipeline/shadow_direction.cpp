@@ -7,18 +7,20 @@
 #include <stdexcept>
 #include <utility>
 
+#include <glm/geometric.hpp>
+
 #include "pipeline/internal/offset_posterior.h"
 #include "pipeline/internal/shadow_evidence.h"
+#include "pipeline/internal/shadow_picture.h"
 #include "pipeline/internal/shadow_pixels.h"
+#include "pipeline/internal/sun_search.h"
 #include "scene/ray_caster.h"
 #include "sunmodel/angles.h"
+#include "sunmodel/north.h"
 
 namespace pleinair {
 namespace {
 
-// A tile is this share of the picture's width: large enough for a shadow's edge and both its
-// sides, small against what a passing car covers.
-constexpr int kTilesAcross = 16;
 constexpr int kTilesPerBlock = 4;
 // The levels of lit and shaded are read under the best candidate, which moves with them.
 constexpr int kMostRounds = 2;
@@ -37,34 +39,25 @@ constexpr std::size_t kLeastTiles = 4;
 constexpr double kLargestStddevRatio = 6.0;
 constexpr double kClearlyOffRad = RadFromDeg(0.5);
 constexpr double kClearlyOffSigmas = 3.0;
+constexpr double kWorthAWarningRad = RadFromDeg(3.0);
+constexpr double kSurelyOffSigmas = 4.0;
+// Of a search over all directions: shadows explain 0.01 to 0.02 of what differs in overcast
+// pictures, 0.03 and more in sunlit ones; those of a sun within some degrees of the best, most of
+// that.
+constexpr double kLeastExplained = 0.025;
+constexpr double kLeastShareOfExplained = 0.3;
+// Under a recording's own sun at least 0.83 of the pixels look as it has them; stripes of paving,
+// under the sun whose shadows fit them best, 0.6.
+constexpr double kLeastAgreement = 0.8;
+// The search's own deviation is 3 deg: of the elevation, which nothing later refines.
+constexpr double kSurelyOffRad = RadFromDeg(12.0);
 
-std::vector<std::uint8_t> UsableTriangles(const Mesh& mesh, std::span<const std::string> regions) {
-  if (mesh.Empty()) throw std::invalid_argument("mesh: expected triangles");
-  std::vector<std::uint8_t> usable(mesh.triangles.size(), regions.empty() ? 1 : 0);
-  for (const std::string& name : regions) {
-    bool found = false;
-    for (std::size_t i = 0; i < usable.size(); ++i) {
-      if (mesh.group_names[mesh.triangle_group[i]] != name &&
-          mesh.materials[mesh.triangle_material[i]].name != name) {
-        continue;
-      }
-      usable[i] = 1;
-      found = true;
-    }
-    if (!found) {
-      throw std::invalid_argument("diffuse_regions: \"" + name +
-                                  "\" is no group or material of the mesh");
-    }
-  }
-  return usable;
+double AzimuthBetween(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::abs(std::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y));
 }
 
-double Luminance(const glm::vec3& rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
-
-// A clipped pixel is at least as bright as it says: surely lit where lit and shaded differ.
-bool MayBeUsed(const Frame& frame, std::size_t pixel) {
-  if (frame.unusable.Empty() || frame.unusable.pixels[pixel] == 0) return true;
-  return !frame.clipped.Empty() && frame.clipped.pixels[pixel] != 0;
+double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
 std::size_t Lowest(const std::vector<double>& values) {
@@ -145,9 +138,31 @@ struct ShadowDirectionFinder::Impl {
     every *= 2;
   }
 
-  std::size_t BestByMisfit() const {
+  const std::vector<ShadowPixel>& SurfacesOf(const Camera& of) {
+    if (camera != of) {
+      surfaces = FindShadowPixels(mesh, usable, caster, of, options.pixels);
+      camera = of;
+    }
+    return surfaces;
+  }
+
+  Picture MakePicture(const Frame& frame, const glm::dvec3& sun_direction_enu) {
+    Picture picture;
+    picture.frame = frame.index;
+    picture.sun_direction_enu = sun_direction_enu;
+    const double elevation_rad =
+        std::atan2(sun_direction_enu.z, std::hypot(sun_direction_enu.x, sun_direction_enu.y));
+    if (elevation_rad >= kLeastElevationRad && elevation_rad <= kLargestElevationRad) {
+      picture.pixels = MakeShadowPicture(frame, SurfacesOf(frame.camera));
+    }
+    picture.pixels.candidates = grid.Size();
+    picture.pixels.shares = SharesOfSun(picture.pixels.surface, caster, sun_direction_enu, grid);
+    return picture;
+  }
+
+  std::size_t BestByMisfit(const std::vector<Picture>& pictures_in) const {
     std::vector<double> misfit(grid.Size(), 0.0);
-    for (const Picture& picture : pictures) {
+    for (const Picture& picture : pictures_in) {
       const std::vector<double> one = MisfitByCandidate(picture.pixels);
       for (std::size_t k = 0; k < misfit.size(); ++k) misfit[k] += one[k];
     }
@@ -198,6 +213,46 @@ struct ShadowDirectionFinder::Impl {
     }
     return shadow;
   }
+
+  ShadowDirectionResult ResultOf(const std::vector<Picture>& of) const {
+    std::size_t best = BestByMisfit(of);
+    std::vector<PictureEvidence> evidence;
+    OffsetPosterior posterior;
+    std::size_t tiles = 0;
+    for (int round = 0; round < kMostRounds; ++round) {
+      evidence.clear();
+      std::vector<OffsetUnit> units;
+      for (std::size_t f = 0; f < of.size(); ++f) {
+        evidence.push_back(Evidence(of[f], best));
+        for (TileEvidence& tile : evidence.back().tiles) {
+          const std::size_t row = tile.tile / 1000 / kTilesPerBlock;
+          const std::size_t column = tile.tile % 1000 / kTilesPerBlock;
+          units.push_back({f, 1000 * row + column, std::move(tile.log_likelihood)});
+        }
+      }
+      tiles = units.size();
+      posterior = CombineUnits(units, of.size(), grid);
+      if (posterior.peak == best) break;
+      best = posterior.peak;
+    }
+    ShadowDirectionResult result;
+    result.all = Judge(posterior.all, tiles);
+    for (std::size_t f = 0; f < of.size(); ++f) {
+      FrameShadowDirection frame;
+      frame.frame = of[f].frame;
+      frame.sunlit = evidence[f].sunlit;
+      frame.contrast = evidence[f].contrast;
+      frame.tiles = evidence[f].tiles.size();
+      frame.shadow = Judge(posterior.frames[f], frame.tiles);
+      result.frames.push_back(std::move(frame));
+    }
+    result.all.stddev_rad *= FrameDisagreement(result);
+    if (result.all.determined && result.all.stddev_rad > kLargestStddevRad) {
+      result.all.determined = false;
+      result.all.reason = "the frames contradict each other";
+    }
+    return result;
+  }
 };
 
 ShadowDirectionFinder::ShadowDirectionFinder(Mesh mesh,
@@ -211,75 +266,50 @@ ShadowDirectionFinder& ShadowDirectionFinder::operator=(ShadowDirectionFinder&&)
 void ShadowDirectionFinder::Add(const Frame& frame, const glm::dvec3& sun_direction_enu) {
   Impl& impl = *impl_;
   if (impl.added++ % impl.every != 0) return;
-  if (impl.camera != frame.camera) {
-    impl.surfaces =
-        FindShadowPixels(impl.mesh, impl.usable, impl.caster, frame.camera, impl.options.pixels);
-    impl.camera = frame.camera;
-  }
-  Impl::Picture picture;
-  picture.frame = frame.index;
-  picture.pixels.grid = impl.grid;
-  const double elevation_rad =
-      std::atan2(sun_direction_enu.z, std::hypot(sun_direction_enu.x, sun_direction_enu.y));
-  if (elevation_rad >= kLeastElevationRad && elevation_rad <= kLargestElevationRad) {
-    const int tile_px = std::max(1, frame.radiance.width / kTilesAcross);
-    for (const ShadowPixel& surface : impl.surfaces) {
-      const std::size_t i = frame.radiance.Index(surface.x, surface.y);
-      const double luminance = Luminance(frame.radiance.pixels[i]);
-      if (!MayBeUsed(frame, i) || !(luminance > 0.0) || !std::isfinite(luminance)) continue;
-      picture.pixels.surface.push_back(surface);
-      picture.pixels.log_radiance.push_back(std::log(luminance));
-      picture.pixels.plane.push_back(surface.plane);
-      picture.pixels.tile.push_back(
-          static_cast<std::uint32_t>(1000 * (surface.y / tile_px) + surface.x / tile_px));
-    }
-  }
-  picture.sun_direction_enu = sun_direction_enu;
-  picture.pixels.shares =
-      SharesOfSun(picture.pixels.surface, impl.caster, sun_direction_enu, impl.grid);
-  impl.pictures.push_back(std::move(picture));
+  impl.pictures.push_back(impl.MakePicture(frame, sun_direction_enu));
   if (impl.pictures.size() > static_cast<std::size_t>(impl.options.frames)) impl.KeepEveryOther();
 }
 
 ShadowDirectionResult ShadowDirectionFinder::Result() const {
-  const Impl& impl = *impl_;
-  std::size_t best = impl.BestByMisfit();
-  std::vector<PictureEvidence> evidence;
-  OffsetPosterior posterior;
-  std::size_t tiles = 0;
-  for (int round = 0; round < kMostRounds; ++round) {
-    evidence.clear();
-    std::vector<OffsetUnit> units;
-    for (std::size_t f = 0; f < impl.pictures.size(); ++f) {
-      evidence.push_back(impl.Evidence(impl.pictures[f], best));
-      for (TileEvidence& tile : evidence.back().tiles) {
-        const std::size_t row = tile.tile / 1000 / kTilesPerBlock;
-        const std::size_t column = tile.tile % 1000 / kTilesPerBlock;
-        units.push_back({f, 1000 * row + column, std::move(tile.log_likelihood)});
-      }
-    }
-    tiles = units.size();
-    posterior = CombineUnits(units, impl.pictures.size(), impl.grid);
-    if (posterior.peak == best) break;
-    best = posterior.peak;
+  return impl_->ResultOf(impl_->pictures);
+}
+
+ShownSun ShadowDirectionFinder::ShownBy(const Frame& frame, const glm::dvec3& stated_sun_enu) {
+  Impl& impl = *impl_;
+  ShownSun shown;
+  shown.direction_enu = stated_sun_enu;
+  const SunSearch search = SearchSun(
+      MakeShadowPicture(frame, impl.SurfacesOf(frame.camera)), impl.caster, stated_sun_enu);
+  if (!(search.explained >= kLeastExplained)) return shown;
+  shown.near_stated = impl.ResultOf({impl.MakePicture(frame, stated_sun_enu)}).all;
+  const ShadowDirection& near = shown.near_stated;
+  if (near.determined &&
+      search.explained_near_stated >= kLeastShareOfExplained * search.explained) {
+    shown.direction_enu = TurnedClockwise(stated_sun_enu, near.azimuth_offset_rad);
+    shown.stddev_rad = near.stddev_rad;
+    shown.contradicts = std::abs(near.azimuth_offset_rad) >=
+                        std::max(kWorthAWarningRad, kSurelyOffSigmas * near.stddev_rad);
+    return shown;
   }
-  ShadowDirectionResult result;
-  result.all = impl.Judge(posterior.all, tiles);
-  for (std::size_t f = 0; f < impl.pictures.size(); ++f) {
-    FrameShadowDirection frame;
-    frame.frame = impl.pictures[f].frame;
-    frame.sunlit = evidence[f].sunlit;
-    frame.contrast = evidence[f].contrast;
-    frame.tiles = evidence[f].tiles.size();
-    frame.shadow = impl.Judge(posterior.frames[f], frame.tiles);
-    result.frames.push_back(std::move(frame));
+  // At the end of the range searched about the stated sun, or where all directions say.
+  const bool at_the_end = near.stddev_rad > 0.0 && near.stddev_rad <= kLargestStddevRad &&
+                          std::abs(near.azimuth_offset_rad) > 0.5 * impl.options.largest_offset_rad;
+  std::vector<glm::dvec3> middles;
+  if (search.agreement >= kLeastAgreement) middles.push_back(search.direction_enu);
+  if (at_the_end) {
+    middles.insert(middles.begin(), TurnedClockwise(stated_sun_enu, near.azimuth_offset_rad));
   }
-  result.all.stddev_rad *= FrameDisagreement(result);
-  if (result.all.determined && result.all.stddev_rad > kLargestStddevRad) {
-    result.all.determined = false;
-    result.all.reason = "the frames contradict each other";
+  for (const glm::dvec3& middle : middles) {
+    const ShadowDirection there = impl.ResultOf({impl.MakePicture(frame, middle)}).all;
+    if (!there.determined) continue;
+    shown.direction_enu = TurnedClockwise(middle, there.azimuth_offset_rad);
+    shown.stddev_rad = there.stddev_rad;
+    shown.contradicts = AzimuthBetween(shown.direction_enu, stated_sun_enu) >=
+                            std::max(kWorthAWarningRad, kSurelyOffSigmas * there.stddev_rad) ||
+                        AngleBetween(shown.direction_enu, stated_sun_enu) >= kSurelyOffRad;
+    break;
   }
-  return result;
+  return shown;
 }
 
 }  // namespace pleinair

@@ -59,6 +59,15 @@ struct ShadowDirectionResult {
   std::vector<FrameShadowDirection> frames;  // Those that were kept.
 };
 
+// Where one frame's shadows show the sun, sought in all directions.
+struct ShownSun {
+  // It is 3 deg or more from the stated one, of azimuth or, far off, in all, and clearly so.
+  bool contradicts = false;
+  glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // The stated one where nothing better was found.
+  double stddev_rad = 0.0;                  // 0 where nothing was found.
+  ShadowDirection near_stated;              // By small turns about the vertical alone.
+};
+
 // Collects frames, and finds the one turn of the sun about the vertical under which the shadows
 // that the mesh casts explain the pictures best.
 //
@@ -82,6 +91,12 @@ class ShadowDirectionFinder {
   // `sun_direction_enu`: the computed sun, in the model's frame. A sun below the horizon adds
   // nothing.
   void Add(const Frame& frame, const glm::dvec3& sun_direction_enu);
+
+  // By `frame` alone, which is not added. First all directions are searched, for a place, a time or
+  // an orientation that is wrong by anything; then turns about the vertical near the stated sun, or
+  // where that explains next to nothing of what another one does, near that.
+  // Cost  an overcast picture 0.2 s, a sunlit one 0.5 s on two cores: rays.
+  ShownSun ShownBy(const Frame& frame, const glm::dvec3& stated_sun_enu);
 
   // Of all frames added.
   ShadowDirectionResult Result() const;

@@ -63,7 +63,7 @@ std::optional<Levels> LevelsUnder(const ShadowPicture& picture,
   std::vector<double> lit;
   std::vector<double> shaded;
   for (const std::size_t i : plane) {
-    const int quarters = picture.shares[i * picture.grid.Size() + candidate];
+    const int quarters = picture.shares[i * picture.candidates + candidate];
     if (quarters == kLit) lit.push_back(picture.log_radiance[i]);
     if (quarters == kShaded) shaded.push_back(picture.log_radiance[i]);
   }
@@ -85,7 +85,7 @@ double SpreadAround(const Levels& levels,
                     std::size_t candidate) {
   std::vector<double> distances;
   for (const std::size_t i : plane) {
-    const int quarters = picture.shares[i * picture.grid.Size() + candidate];
+    const int quarters = picture.shares[i * picture.candidates + candidate];
     if (quarters == kLit) distances.push_back(std::abs(picture.log_radiance[i] - levels.lit));
     if (quarters == kShaded) distances.push_back(std::abs(picture.log_radiance[i] - levels.shaded));
   }
@@ -122,7 +122,7 @@ std::vector<double> LogMeanOverElevations(const std::vector<double>& log_likelih
 }  // namespace
 
 std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
-  const std::size_t candidates = picture.grid.Size();
+  const std::size_t candidates = picture.candidates;
   std::vector<double> misfit(candidates, 0.0);
   for (const std::vector<std::size_t>& plane : PixelsByPlane(picture)) {
     std::vector<double> values;
@@ -142,10 +142,29 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
   return misfit;
 }
 
+double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate) {
+  std::array<double, 2> all{};
+  std::array<double, 2> agree{};
+  for (const std::vector<std::size_t>& plane : PixelsByPlane(picture)) {
+    const std::optional<Levels> levels = LevelsUnder(picture, plane, candidate);
+    if (!levels) continue;
+    for (const std::size_t i : plane) {
+      const int quarters = picture.shares[i * picture.candidates + candidate];
+      if (quarters != kLit && quarters != kShaded) continue;
+      const bool lit = quarters == kLit;
+      const bool looks_lit = picture.log_radiance[i] > 0.5 * (levels->lit + levels->shaded);
+      all[lit] += 1.0;
+      agree[lit] += looks_lit == lit ? 1.0 : 0.0;
+    }
+  }
+  if (all[0] == 0.0 || all[1] == 0.0) return 0.0;
+  return std::min(agree[0] / all[0], agree[1] / all[1]);
+}
+
 PictureEvidence EvidenceNear(const ShadowPicture& picture,
                              std::size_t candidate,
                              std::span<const std::vector<std::uint8_t>> raised_shares) {
-  const std::size_t candidates = picture.grid.Size();
+  const std::size_t candidates = picture.candidates;
   const std::size_t raised = raised_shares.size();
   struct Sum {
     std::vector<double> log_likelihood;

@@ -11,9 +11,9 @@
 
 namespace pleinair {
 
-// One picture's usable pixels. Vectors have one entry a pixel; shares are pixels x grid.Size().
+// One picture's usable pixels. Vectors have one entry a pixel; shares are pixels x candidates.
 struct ShadowPicture {
-  OffsetGrid grid;
+  std::size_t candidates = 0;  // Suns that `shares` are for.
   std::vector<ShadowPixel> surface;
   std::vector<double> log_radiance;
   std::vector<std::uint32_t> plane;
@@ -26,6 +26,10 @@ struct ShadowPicture {
 // Robust misfit of the whole picture under each candidate: every plane takes the lit and the shaded
 // level that suit it, so that neither light nor albedo need be known. Low is good.
 std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
+
+// Of the pixels that `candidate` has in sun, and of those that it has in shade, the share that is
+// nearer to its own level than to the other: the smaller of the two. 0 where no plane has levels.
+double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate);
 
 // One tile's log-likelihood of each candidate, up to a constant.
 struct TileEvidence {

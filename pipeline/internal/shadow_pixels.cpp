@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
 
 #include "calib/lens.h"
@@ -134,8 +135,8 @@ std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
     suns.emplace_back(TurnedClockwise(sun_direction_enu, grid.OffsetRad(k)));
   }
   std::vector<std::uint8_t> shares(pixels.size() * candidates);
-  std::vector<std::uint8_t> lit(candidates);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
+  tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+    std::vector<std::uint8_t> lit(candidates);
     const auto cast = [&](std::size_t k) {
       lit[k] = glm::dot(pixels[i].normal, suns[k]) > 0.0f &&
                !caster.Occluded(pixels[i].start_m, suns[k]);
@@ -159,7 +160,22 @@ std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
       const std::size_t after = std::min(k + 1, candidates - 1);
       share[k] = static_cast<std::uint8_t>(lit[before] + 2 * lit[k] + lit[after]);
     }
-  }
+  });
+  return shares;
+}
+
+std::vector<std::uint8_t> SharesOfSuns(std::span<const ShadowPixel> pixels,
+                                       const RayCaster& caster,
+                                       std::span<const glm::dvec3> suns) {
+  std::vector<std::uint8_t> shares(pixels.size() * suns.size());
+  tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+    for (std::size_t k = 0; k < suns.size(); ++k) {
+      const glm::vec3 sun(suns[k]);
+      const bool lit = sun.z > 0.0f && glm::dot(pixels[i].normal, sun) > 0.0f &&
+                       !caster.Occluded(pixels[i].start_m, sun);
+      shares[i * suns.size() + k] = lit ? 4 : 0;
+    }
+  });
   return shares;
 }
 

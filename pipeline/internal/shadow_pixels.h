@@ -53,4 +53,9 @@ std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
                                       const glm::dvec3& sun_direction_enu,
                                       const OffsetGrid& grid);
 
+// The same of any suns: 4 where a pixel sees the middle of the disc, else 0. Shape: pixels x suns.
+std::vector<std::uint8_t> SharesOfSuns(std::span<const ShadowPixel> pixels,
+                                       const RayCaster& caster,
+                                       std::span<const glm::dvec3> suns);
+
 }  // namespace pleinair

@@ -8,12 +8,14 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
 #include "calib/lens.h"
+#include "pipeline/sun_check.h"
 #include "scene/ray_caster.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
@@ -225,6 +227,112 @@ TEST(ShadowDirection, DoesNotDependOnTheScaleOfLight) {
   // Float's rounding of the pictures.
   EXPECT_NEAR(plain.azimuth_offset_rad, bright.azimuth_offset_rad, 1e-4);
   EXPECT_NEAR(plain.stddev_rad, bright.stddev_rad, 1e-4);
+}
+
+double AngleDeg(const glm::dvec3& a, const glm::dvec3& b) {
+  return DegFromRad(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
+}
+
+// Of a frame under a sun at azimuth 150 deg, elevation 40 deg.
+ShownSun ShownFor(const glm::dvec3& stated, const Shading& shading = TwoLevels) {
+  const Mesh yard = Yard(4.0f);
+  ShadowDirectionFinder finder(yard, kGround, Quick());
+  return finder.ShownBy(Photograph(yard, Sun(150.0, 40.0), 3, shading), stated);
+}
+
+// Orientation, time zone, place: off by anything from 5 deg on, and found to half a degree of
+// azimuth about the sun that was found, or to the 3 deg that a search over all directions has.
+TEST(ShownSun, ContradictsASunThatIsFarFromItsShadows) {
+  for (const auto& [azimuth_deg, elevation_deg] :
+       std::vector<std::pair<double, double>>{{157.0, 40.0},
+                                              {142.0, 40.0},
+                                              {170.0, 40.0},
+                                              {128.0, 40.0},
+                                              {240.0, 40.0},
+                                              {330.0, 40.0},
+                                              {-30.0, 40.0},
+                                              {150.0, 62.0},
+                                              {165.0, 55.0},
+                                              {150.0, -20.0}}) {
+    SCOPED_TRACE(std::to_string(azimuth_deg) + ", " + std::to_string(elevation_deg));
+    const ShownSun shown = ShownFor(Sun(azimuth_deg, elevation_deg));
+    EXPECT_TRUE(shown.contradicts);
+    EXPECT_LT(AngleDeg(shown.direction_enu, Sun(150.0, 40.0)), 4.0);
+    EXPECT_GT(shown.stddev_rad, 0.0);
+  }
+}
+
+TEST(ShownSun, SaysNothingOfASunThatIsInItsPlaceOrNearIt) {
+  for (const double azimuth_deg : {150.0, 149.0, 151.0, 148.0, 152.0}) {
+    EXPECT_FALSE(ShownFor(Sun(azimuth_deg, 40.0)).contradicts) << azimuth_deg;
+  }
+  // Heights of casters are not known better.
+  EXPECT_FALSE(ShownFor(Sun(150.0, 42.0)).contradicts);
+}
+
+TEST(ShownSun, TakesNothingFromCloudsTextureOrDarkness) {
+  const auto overcast = [](const glm::vec3& position_m, bool) {
+    return 0.4 * (0.45 + 0.55 * std::min(1.0, std::abs(double(position_m.y) - 3.0) / 8.0));
+  };
+  const auto stripes = [](const glm::vec3& position_m, bool) {
+    return std::fmod(std::abs(double(position_m.x) + 0.4 * double(position_m.y)), 6.0) < 3.0
+               ? kLit
+               : kShaded;
+  };
+  const auto nothing = [](const glm::vec3&, bool) {
+    return std::numeric_limits<double>::quiet_NaN();
+  };
+  for (const Shading& shading : {Shading(overcast), Shading(stripes), Shading(nothing)}) {
+    for (const glm::dvec3& stated : {Sun(150.0, 40.0),
+                                     Sun(10.0, 40.0),
+                                     glm::dvec3(0.0, 0.0, -1.0),
+                                     glm::dvec3(0.0, 0.0, 1.0)}) {
+      EXPECT_FALSE(ShownFor(stated, shading).contradicts);
+    }
+  }
+}
+
+// Clouds are stated, and the sun shines.
+TEST(ShownSun, ContradictsASunThatIsSaidNotToBeThere) {
+  const ShownSun shown = ShownFor({0.0, 0.0, -1.0});
+  EXPECT_TRUE(shown.contradicts);
+  EXPECT_LT(AngleDeg(shown.direction_enu, Sun(150.0, 40.0)), 4.0);
+}
+
+Lighting LightOf(const glm::dvec3& sun, double irradiance) {
+  Lighting lighting;
+  lighting.sun.direction_enu = sun;
+  lighting.sun.irradiance_rgb = glm::dvec3(irradiance);
+  lighting.sky = {{"uniform", glm::dvec3(1.0)}};
+  return lighting;
+}
+
+TEST(SunCheck, WarnsOnceAndAgainWhenTheSunIsElsewhere) {
+  const Mesh yard = Yard(4.0f);
+  SunCheck check(yard, kGround);
+  const Frame frame = Photograph(yard, Sun(150.0, 40.0), 5, TwoLevels);
+  EXPECT_FALSE(check.Look(frame, LightOf(Sun(150.0, 40.0), 1.0)));
+  // The second frame, the fourth, one whose sun has moved.
+  const auto found = check.Look(frame, LightOf(Sun(170.0, 40.0), 1.0));
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->frame, 5);
+  EXPECT_NEAR(DegFromRad(found->angle_rad), AngleDeg(Sun(150.0, 40.0), Sun(170.0, 40.0)), 0.5);
+  EXPECT_FALSE(check.Look(frame, LightOf(Sun(170.0, 40.0), 1.0))) << "the third: no look";
+  EXPECT_FALSE(check.Look(frame, LightOf(Sun(170.0, 40.0), 1.0))) << "said before";
+  EXPECT_TRUE(check.Look(frame, LightOf(Sun(250.0, 40.0), 1.0)));
+}
+
+// Overcast at first, so that nothing is looked at but for the light that has changed.
+TEST(SunCheck, LooksWhenTheSunComesOut) {
+  const Mesh yard = Yard(4.0f);
+  SunCheck check(yard, kGround);
+  const Frame clouds =
+      Photograph(yard, Sun(150.0, 40.0), 0, [](const glm::vec3&, bool) { return 0.3; });
+  const Frame sunny = Photograph(yard, Sun(150.0, 40.0), 1, TwoLevels);
+  const glm::dvec3 stated = Sun(185.0, 40.0);
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(check.Look(clouds, LightOf(stated, 0.0)));
+  EXPECT_FALSE(check.Look(sunny, LightOf(stated, 0.1))) << "the fifth, nothing new";
+  EXPECT_TRUE(check.Look(sunny, LightOf(stated, 3.0)));
 }
 
 TEST(ShadowDirectionHardCases, NightZenithAndSpoiltPixelsAddNothing) {

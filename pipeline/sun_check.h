@@ -1,0 +1,58 @@
+// Warns of a sun whose place the pictures' shadows contradict.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include <glm/vec3.hpp>
+
+#include "datasets/frame_source.h"
+#include "pipeline/shadow_direction.h"
+#include "scene/lighting.h"
+#include "scene/mesh.h"
+
+namespace pleinair {
+
+struct SunContradiction {
+  int frame = 0;
+  glm::dvec3 stated_enu{0.0, 0.0, 1.0};
+  glm::dvec3 shown_enu{0.0, 0.0, 1.0};
+  double angle_rad = 0.0;
+  double stddev_rad = 0.0;
+};
+
+// Looks at a few frames of a run: the 1st, 2nd, 4th, 8th ..., and those whose sun has moved by 10
+// deg or whose share of the light has changed by a third since the last look; at most kMostLooks.
+class SunCheck {
+ public:
+  static constexpr int kMostLooks = 12;
+
+  // Throws as ShadowDirectionFinder.
+  SunCheck(Mesh mesh, std::span<const std::string> diffuse_regions);
+
+  // `lighting`: what the frame was lit with, its sun in the place stated or computed for it. What
+  // contradicts that, once: again only where the shadows show it 5 deg or more from the last time.
+  // A look costs as ShadowDirectionFinder::ShownBy; other calls, nothing.
+  std::optional<SunContradiction> Look(const Frame& frame, const Lighting& lighting);
+
+ private:
+  bool IsDue(const Lighting& lighting);
+
+  struct Looked {
+    glm::dvec3 sun_enu{0.0};
+    double sun_share = 0.0;
+  };
+  ShadowDirectionFinder finder_;
+  int calls_ = 0;
+  int looks_ = 0;
+  std::optional<Looked> last_look_;
+  // Turn about the vertical by all looks near the stated sun, as weighted sums.
+  double information_ = 0.0;
+  double weighted_offset_rad_ = 0.0;
+  double weighted_square_ = 0.0;
+  int turns_ = 0;
+  std::optional<double> warned_of_rad_;  // Angle.
+};
+
+}  // namespace pleinair
