@@ -16,7 +16,10 @@
 #include "datasets/fisheye_setup.h"
 #include "datasets/marker_frame_source.h"
 #include "estimation/fisheye_lighting_source.h"
+#include "pipeline/north_correction.h"
 #include "pipeline/self_calibration.h"
+#include "scene/mesh_io.h"
+#include "sunmodel/angles.h"
 #include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
@@ -92,6 +95,38 @@ void LeaveOutEnvironment(Sequence& sequence) {
   if (!sequence.environment) return;
   sequence.sun_direction_enu = sequence.environment->sun_direction_enu;
   sequence.environment.reset();
+}
+
+// Where the model's orientation is said to be uncertain. Returns what was found, for the report.
+std::string CorrectNorthOf(const SequenceRunOptions& options, LoadedSequence& loaded) {
+  Sequence& sequence = loaded.sequence;
+  if (!sequence.site || !(sequence.north_stddev_rad > 0.0)) return {};
+  std::vector<std::string> unused_notes;
+  const NorthCorrection north =
+      CorrectNorth([&] { return FramesOfRun(options, loaded, unused_notes); },
+                   *sequence.site,
+                   LoadMesh(sequence.folder / sequence.scene_mesh).mesh,
+                   sequence.diffuse_regions,
+                   sequence.north_stddev_rad);
+  if (!north.determined) {
+    return fmt::format(
+        "north: the shadows in {} frame(s) do not correct it: {}; it stays as stated, give or take "
+        "{:.2f} deg",
+        north.frames,
+        north.reason,
+        DegFromRad(north.stddev_rad));
+  }
+  sequence.site->model_north_azimuth_rad = north.north_azimuth_rad;
+  return fmt::format(
+      "north: the model's +Y is taken to point to true azimuth {:+.2f} deg (sigma {:.2f}); shadows "
+      "in "
+      "{} frame(s) say {:+.2f} (sigma {:.2f}), the sequence 0 (sigma {:.2f})",
+      DegFromRad(north.north_azimuth_rad),
+      DegFromRad(north.stddev_rad),
+      north.frames,
+      DegFromRad(north.shadows_azimuth_rad),
+      DegFromRad(north.shadows_stddev_rad),
+      DegFromRad(sequence.north_stddev_rad));
 }
 
 void CalibrateAlbedo(const SequenceRunOptions& options, LoadedSequence& loaded) {
@@ -250,7 +285,9 @@ std::shared_ptr<const LoadedSequence> LoadForRun(const SequenceRunOptions& optio
                              ": --albedo survey: expected the key environment, with an image");
   }
   if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded->sequence);
+  const std::string note_on_north = CorrectNorthOf(options, *loaded);
   loaded->site = LoadSequenceSite(loaded->sequence);
+  if (!note_on_north.empty()) loaded->site.notes.push_back(note_on_north);
   loaded->site.notes.insert(loaded->site.notes.end(), notes_on_sun.begin(), notes_on_sun.end());
   if (albedo == AlbedoSource::kMaterials && !loaded->site.materials_note.empty()) {
     loaded->site.notes.push_back(loaded->site.materials_note);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -15,6 +17,7 @@
 #include "relight/map_sun.h"
 #include "relight/shading_mesh.h"
 #include "scene/image_io.h"
+#include "scene/lat_long.h"
 #include "scene/mesh_io.h"
 #include "scene/mesh_orientation.h"
 #include "scene/ray_caster.h"
@@ -84,9 +87,59 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
              : "the map's orientation, north, place or time (zone)");
 }
 
-SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& notes) {
+// Where the site's model is turned from true north: by how much a map has to be turned clockwise to
+// be in the model's frame. 0 where its sun stands in the model's frame already, or none tells.
+double TurnToModel(const Sequence& sequence,
+                   const RgbImage& radiance,
+                   std::vector<std::string>& notes) {
+  Site true_north = sequence.site.value();
+  if (true_north.model_north_azimuth_rad == 0.0) return 0.0;
+  true_north.model_north_azimuth_rad = 0.0;
   const EnvironmentEntry& entry = *sequence.environment;
+  const glm::dvec3 about_true_north = SunOverSite(true_north, entry.time).direction_enu;
+  const glm::dvec3 in_model = SunOverSite(*sequence.site, entry.time).direction_enu;
+  const std::optional<MapSun> shown = FindMapSun(radiance);
+  const double to_model = shown ? glm::distance(shown->direction_enu, in_model) : 0.0;
+  const double to_true = shown ? glm::distance(shown->direction_enu, about_true_north) : 0.0;
+  const double apart_rad = std::abs(to_model - to_true);
+  if (!shown || apart_rad < shown->uncertain_rad) {
+    notes.push_back(entry.image.string() +
+                    ": it does not tell by its sun whether it is turned as the model is, or stands "
+                    "to true north: taken to be turned as the model");
+    return 0.0;
+  }
+  if (to_model < to_true) return 0.0;
+  notes.push_back(entry.image.string() +
+                  ": its sun stands to true north: it is turned along with the model");
+  return -sequence.site->model_north_azimuth_rad;
+}
+
+// What may be sampled of neither of two pixels may not be of what lies between them.
+Gray8Image TurnedMask(const Gray8Image& mask, double clockwise_rad) {
+  Gray8Image turned(mask.width, mask.height);
+  const double shift_px = clockwise_rad / (2.0 * std::numbers::pi) * mask.width;
+  for (int x = 0; x < mask.width; ++x) {
+    const auto column = [&](double at) {
+      return static_cast<int>(at - mask.width * std::floor(at / mask.width)) % mask.width;
+    };
+    const int left = column(std::floor(x - shift_px));
+    const int right = column(std::ceil(x - shift_px));
+    for (int y = 0; y < mask.height; ++y) {
+      turned.At(x, y) = std::min(mask.At(left, y), mask.At(right, y));
+    }
+  }
+  return turned;
+}
+
+struct LoadedMap {
   SurveyMap map;
+  double turned_rad = 0.0;  // Clockwise, from how its file has it.
+};
+
+LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& notes) {
+  const EnvironmentEntry& entry = *sequence.environment;
+  LoadedMap loaded;
+  SurveyMap& map = loaded.map;
   map.radiance = ReadRadianceImage(sequence.folder / entry.image);
   const ImageDefects defects = RepairRadiance(map.radiance);
   if (defects.Count() > 0) {
@@ -102,6 +155,8 @@ SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
     const SunState sun = SunOverSite(*sequence.site, entry.time);
     map.sun_direction_enu = sun.direction_enu;
     map.sun_angular_radius_rad = sun.angular_radius_rad;
+    loaded.turned_rad = TurnToModel(sequence, map.radiance, notes);
+    if (loaded.turned_rad != 0.0) map.radiance = TurnedLatLong(map.radiance, loaded.turned_rad);
   } else {
     const std::optional<MapSun> shown = FindMapSun(map.radiance);
     map.sun_direction_enu = shown ? shown->direction_enu : kNoSunDirectionEnu;
@@ -116,7 +171,7 @@ SurveyMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
   if (std::min({clear.diffuse_rgb.x, clear.diffuse_rgb.y, clear.diffuse_rgb.z}) > 0.0) {
     map.clear_sky_beam_to_diffuse_rgb = clear.beam_rgb / clear.diffuse_rgb;
   }
-  return map;
+  return loaded;
 }
 
 void Include(const BoundingBox& other, BoundingBox& box) {
@@ -292,8 +347,11 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   LoadedMesh scene = LoadMesh(sequence.folder / sequence.scene_mesh);
   NoteLoading(sequence.scene_mesh, scene.report, site.notes);
   site.model.mesh = std::move(scene.mesh);
+  double map_turned_rad = 0.0;
   if (sequence.environment) {
-    site.model.environment = LoadEnvironment(sequence, site.notes);
+    LoadedMap loaded = LoadEnvironment(sequence, site.notes);
+    map_turned_rad = loaded.turned_rad;
+    site.model.environment = std::move(loaded.map);
   } else if (!sequence.albedos_known) {
     site.albedo_is_a_guess = sequence.albedos_assumed;
     site.model.material_albedo_stddev =
@@ -306,6 +364,9 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   site.model.diffuse_regions = sequence.diffuse_regions;
   if (sequence.diffuse_mask && sequence.environment) {
     site.model.diffuse_mask = ReadMaskImage(sequence.folder / *sequence.diffuse_mask);
+    if (map_turned_rad != 0.0) {
+      site.model.diffuse_mask = TurnedMask(*site.model.diffuse_mask, map_turned_rad);
+    }
   }
   for (const VirtualObjectEntry& entry : sequence.virtual_objects)
     LoadObject(sequence, entry, site);

@@ -82,9 +82,9 @@ double FrameDisagreement(const ShadowDirectionResult& result) {
 }  // namespace
 
 void ShadowDirectionOptions::Validate() const {
-  if (!(largest_offset_rad > 0.0) || !(largest_offset_rad <= std::numbers::pi / 2.0)) {
+  if (!(largest_offset_rad > 0.0) || !(largest_offset_rad <= std::numbers::pi)) {
     throw std::invalid_argument("largest_offset_rad " + std::to_string(largest_offset_rad) +
-                                ": expected above 0, to pi/2");
+                                ": expected above 0, to pi");
   }
   if (!(step_rad > 0.0) || !(step_rad <= largest_offset_rad)) {
     throw std::invalid_argument("step_rad " + std::to_string(step_rad) +

@@ -17,7 +17,7 @@ namespace pleinair {
 
 struct ShadowDirectionOptions {
   double largest_offset_rad =
-      0.3491;                  // Candidates reach this far to either side (20 deg); (0, pi/2].
+      0.3491;                  // Candidates reach this far to either side (20 deg); (0, pi].
   double step_rad = 0.004363;  // Between candidates (0.25 deg); (0, largest_offset_rad].
   // At most, of one picture; at least 100. With few, the corners of shadows go unseen, and what is
   // left may speak for another sun.

@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "sunmodel/north.h"
 #include "sunmodel/refraction.h"
 #include "sunmodel/sun_position.h"
 
@@ -30,7 +31,11 @@ double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 SunState SunOverSite(const Site& site, UtcTime time) {
   const SunPosition sun = ComputeSunPosition(site, time);
-  return {ApparentDirection(sun.direction_enu, StandardAtmosphere(site.height_m)),
+  const glm::dvec3 about_true_north =
+      ApparentDirection(sun.direction_enu, StandardAtmosphere(site.height_m));
+  return {site.model_north_azimuth_rad == 0.0
+              ? about_true_north
+              : TurnedClockwise(about_true_north, -site.model_north_azimuth_rad),
           sun.angular_radius_rad};
 }
 

@@ -14,7 +14,8 @@
 
 namespace pleinair {
 
-// The apparent sun over `site`, under the standard atmosphere at its height.
+// The apparent sun over `site`, under the standard atmosphere at its height, in the frame of the
+// site's model.
 SunState SunOverSite(const Site& site, UtcTime time);
 
 // The sun of a frame: the source's own word where it has one, else place and time; of an overcast

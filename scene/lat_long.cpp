@@ -96,6 +96,18 @@ glm::vec3 SampleLatLong(const RgbImage& image, const glm::dvec3& direction_enu) 
   return glm::vec3((1.0 - share) * row(y) + share * row(y + 1));
 }
 
+RgbImage TurnedLatLong(const RgbImage& image, double clockwise_rad) {
+  RequireUsable(SizeOf(image));
+  const double shift_px = clockwise_rad / (2.0 * kPi) * image.width;
+  RgbImage turned(image.width, image.height);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      turned.At(x, y) = glm::vec3(SampleRow(image, y, x - shift_px));
+    }
+  }
+  return turned;
+}
+
 RgbImage DownsampleLatLong(const RgbImage& image, LatLongSize size) {
   RequireUsable(size);
   if (image.Empty() || image.width % size.width != 0 || image.height % size.height != 0) {

@@ -34,6 +34,10 @@ double LatLongPixelSolidAngleSr(int y, LatLongSize size);
 // Bilinear look-up that wraps around the seam and over the poles.
 glm::vec3 SampleLatLong(const RgbImage& image, const glm::dvec3& direction_enu);
 
+// `image` turned about the vertical: what it shows at azimuth A is at A + clockwise_rad then.
+// Linear between pixels' centres, so that each row keeps its light.
+RgbImage TurnedLatLong(const RgbImage& image, double clockwise_rad);
+
 // Solid-angle-weighted reduction to `size` (each side must divide the image's).
 RgbImage DownsampleLatLong(const RgbImage& image, LatLongSize size);
 

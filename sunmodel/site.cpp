@@ -43,6 +43,10 @@ void Site::Validate() const {
     throw std::invalid_argument("site: longitude_rad is " + NumberText(longitude_rad) +
                                 ", expected a finite angle");
   }
+  if (!std::isfinite(model_north_azimuth_rad)) {
+    throw std::invalid_argument("site: model_north_azimuth_rad is " +
+                                NumberText(model_north_azimuth_rad) + ", expected a finite angle");
+  }
   if (!(height_m >= kLowestM && height_m <= kHighestM)) {
     throw std::invalid_argument("site: height_m is " + NumberText(height_m) + ", expected " +
                                 NumberText(kLowestM) + " to " + NumberText(kHighestM));

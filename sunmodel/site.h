@@ -1,4 +1,4 @@
-// Where on earth: a place, as plain data and as text.
+// Where on earth, and how a model of the place is turned: as plain data and as text.
 #pragma once
 
 #include <string_view>
@@ -9,6 +9,9 @@ struct Site {
   double latitude_rad = 0.0;   // WGS84, [-pi/2, pi/2], north positive.
   double longitude_rad = 0.0;  // East positive; any turn.
   double height_m = 0.0;       // Over the ellipsoid, -11 000 to 1 000 000.
+  // True azimuth of +Y of the world frame that the site's model is in; finite. What the sun's
+  // position itself says is about true north.
+  double model_north_azimuth_rad = 0.0;
 
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;

@@ -1,6 +1,7 @@
 // Where the sun of a sequence is that states no place, and what is said of one stated wrongly.
 #include "apps/sequence_site.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -156,6 +157,38 @@ TEST_F(SequenceSiteTest, WarnsOfANightThatTheMapShowsTheSunIn) {
   document_["environment"]["time_utc"] = "2005-06-21T23:30:00Z";
   WriteMap(TrueSun());
   EXPECT_THAT(Notes(), ElementsAre(HasSubstr("the map shows the sun")));
+}
+
+// A model whose +Y points to true azimuth 6 deg: a map to true north is turned into its frame, and
+// its mask with it, one in the model's frame is left.
+TEST_F(SequenceSiteTest, TurnsAMapToTrueNorthAlongWithTheModel) {
+  SetSite();
+  document_["diffuse_mask"] = "mask.png";
+  Rgb8Image mask(kSize.width, kSize.height, glm::u8vec3(0));
+  const glm::dvec3 marked_enu = TurnedClockwise({0.0, 0.8, -0.6}, RadFromDeg(40.0));
+  const glm::ivec2 marked = LatLongPixelFromDirection(marked_enu, kSize);
+  for (int x = marked.x - 3; x <= marked.x + 3; ++x) mask.At(x, marked.y) = glm::u8vec3(255);
+  WritePng(folder_ / "mask.png", mask);
+  const double north_rad = RadFromDeg(6.0);
+  const glm::dvec3 in_model = TurnedClockwise(TrueSun(), -north_rad);
+  for (const bool to_true_north : {true, false}) {
+    WriteMap(to_true_north ? TrueSun() : in_model);
+    Sequence sequence = Read();
+    sequence.site->model_north_azimuth_rad = north_rad;
+    const SequenceSite site = LoadSequenceSite(sequence);
+    const SurveyMap& map = site.model.environment.value();
+    EXPECT_LT(AngleDeg(map.sun_direction_enu, in_model), 1e-6);
+    const glm::ivec2 at = LatLongPixelFromDirection(in_model, kSize);
+    float brightest = 0.0f;
+    for (int x = at.x - 1; x <= at.x + 1; ++x) {
+      brightest = std::max(brightest, map.radiance.At(x, at.y).x);
+    }
+    EXPECT_GT(brightest, 1000.0f) << "the disc is where the model has the sun";
+    const glm::ivec2 mask_at = LatLongPixelFromDirection(
+        to_true_north ? TurnedClockwise(marked_enu, -north_rad) : marked_enu, kSize);
+    EXPECT_EQ(site.model.diffuse_mask->At(mask_at.x, mask_at.y), 255);
+    EXPECT_EQ(site.notes.size(), to_true_north ? 1u : 0u);
+  }
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair::sun_state_test {
@@ -59,6 +60,18 @@ TEST(ScaledClearSky, HasNoBeamBelowTheHorizon) {
   const ClearSkyExpectation night = ScaledClearSky(kAalborg, &survey).At(DirectionAt(-0.2));
   EXPECT_EQ(night.beam_rgb, glm::dvec3(0.0));
   EXPECT_TRUE(std::isfinite(night.diffuse_rgb.x));
+}
+
+// What stands in the true east stands 10 deg left of the east of a model whose +Y points to 10 deg.
+TEST(SunOverSite, IsInTheModelsFrame) {
+  Site turned = kAalborg;
+  turned.model_north_azimuth_rad = RadFromDeg(10.0);
+  const UtcTime time = ParseUtcTime("2005-06-21T09:50:00Z");
+  const glm::dvec3 sun = SunOverSite(kAalborg, time).direction_enu;
+  const glm::dvec3 in_model = SunOverSite(turned, time).direction_enu;
+  EXPECT_NEAR(
+      DegFromRad(std::atan2(sun.x, sun.y) - std::atan2(in_model.x, in_model.y)), 10.0, 1e-9);
+  EXPECT_NEAR(sun.z, in_model.z, 1e-15);
 }
 
 TEST(SunOfFrame, TakesTheFramesOwnDirectionFirst) {

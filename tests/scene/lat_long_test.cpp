@@ -117,5 +117,19 @@ TEST(LatLong, RefusesSizesThatDoNotDivide) {
   EXPECT_THROW(DownsampleLatLong(image, {0, 0}), std::invalid_argument);
 }
 
+// 22.5 deg are two of 32 columns; a third of a column keeps each row's light.
+TEST(TurnedLatLong, TakesWhatIsInTheNorthClockwise) {
+  RgbImage image(32, 16, glm::vec3(0.0f));
+  const glm::ivec2 north = LatLongPixelFromDirection({0.0, 1.0, 0.5}, {32, 16});
+  image.At(north.x, north.y) = glm::vec3(8.0f, 4.0f, 2.0f);
+  const RgbImage turned = TurnedLatLong(image, std::numbers::pi / 8.0);
+  EXPECT_EQ(turned.At(north.x + 2, north.y), image.At(north.x, north.y));
+  EXPECT_EQ(TurnedLatLong(turned, -std::numbers::pi / 8.0).pixels, image.pixels);
+  const RgbImage part = TurnedLatLong(image, std::numbers::pi / 48.0);
+  EXPECT_NEAR(part.At(north.x, north.y).x, 8.0f * 2.0f / 3.0f, 1e-5f);
+  EXPECT_NEAR(part.At(north.x + 1, north.y).x, 8.0f / 3.0f, 1e-5f);
+  EXPECT_THROW(TurnedLatLong(RgbImage(), 1.0), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace pleinair::lat_long_test
