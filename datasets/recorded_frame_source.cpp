@@ -178,8 +178,9 @@ class RecordedFrameSource final : public FrameSource {
 
   RgbImage ReadFisheye(const std::filesystem::path& file) const {
     RgbImage radiance = ReadRadianceImage(file);
-    RequireCameraSize(frame.radiance, frame.camera.intrinsics, "camera", file);
-    frame.defects = DefectsOfPicture(frame.radiance, file);
+    RequireCameraSize(radiance, fisheye_.value().camera.intrinsics, "fisheye", file);
+    DefectsOfPicture(radiance, file);
+    RequireNormalLight(radiance, file);
     if (!fisheye_->room_from_fisheye_rgb) return radiance;
     const glm::mat3 room_from_fisheye(*fisheye_->room_from_fisheye_rgb);
     for (glm::vec3& pixel : radiance.pixels) pixel = room_from_fisheye * pixel;

@@ -133,15 +133,33 @@ class SampleDraw {
     for (int c = 0; c < 3; ++c) {
       if (!(albedo[c] >= kLeastAlbedo && albedo[c] <= kLargestAlbedo)) return false;
     }
-    const float visibility = view_.sun_visibility.pixels[pixel];
+    if (JudgedAt(pixel) == JudgedSun::kGrazing) return false;
+    const float visibility = SunVisibilityAt(pixel);
     if (visibility <= kFullyShaded) return true;
     if (!(visibility >= kFullyLit)) return false;
     const double cosine = glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_);
     return cosine <= 0.0 || cosine >= kLeastSunCosine;
   }
 
+  JudgedSun JudgedAt(std::size_t pixel) const {
+    return view_.judged_sun.pixels.empty() ? JudgedSun::kUnknown : view_.judged_sun.pixels[pixel];
+  }
+
+  float SunVisibilityAt(std::size_t pixel) const {
+    switch (JudgedAt(pixel)) {
+      case JudgedSun::kLit:
+        return 1.0f;
+      case JudgedSun::kShaded:
+        return 0.0f;
+      case JudgedSun::kUnknown:
+      case JudgedSun::kGrazing:
+        break;
+    }
+    return view_.sun_visibility.pixels[pixel];
+  }
+
   bool IsLit(std::size_t pixel) const {
-    return view_.sun_visibility.pixels[pixel] >= kFullyLit &&
+    return SunVisibilityAt(pixel) >= kFullyLit &&
            glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_) > 0.0;
   }
 
@@ -328,7 +346,7 @@ class SampleDraw {
         const glm::dvec3 reflectance =
             glm::dvec3(view_.albedo_rgb.pixels[pixel]) / std::numbers::pi;
         const glm::dvec3 sun_seen = glm::dvec3(view_.normal_world.pixels[pixel]) *
-                                    double{view_.sun_visibility.pixels[pixel]};
+                                    double{SunVisibilityAt(pixel)};
         for (int c = 0; c < 3; ++c) {
           footprint.direct[static_cast<std::size_t>(c)] += reflectance[c] * sun_seen;
         }

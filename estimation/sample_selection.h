@@ -36,7 +36,8 @@ struct SampleSelectionOptions {
 // whichever is more, inside one region and one plane, clear of every edge of the model. Left out
 // are pixels that graze the sun (n.l below 0.1: there a degree of error changes the light by a
 // sixth), that lie in a half shadow, and whose albedo is an outlier of its region (windows, doors,
-// plants).
+// plants). Where a person has judged whether the sun reaches a place, that counts and the model's
+// shadows do not; places judged to graze the sun are left out.
 //
 // Strata are region x lit or shaded x facing (the nearest of the six axes); each gets an equal
 // share, or as the choice says, and what a small one cannot use goes to the others. Within a
