@@ -404,8 +404,9 @@ class SequenceReader {
         continue;
       }
       const std::string frame = "frames[" + std::to_string(i) + "]";
-      throw JsonError((folder_ / "sequence.json").string() + ": site: expected a value, or " +
-                      frame + ".sun_direction_enu, or \"overcast\" as " + frame +
+      throw JsonError((folder_ / "sequence.json").string() +
+                      ": site: expected latitude_deg, longitude_deg and height_m, or " + frame +
+                      ".sun_direction_enu, or \"overcast\" as " + frame +
                       ".weather: nothing says where the sun is");
     }
   }
