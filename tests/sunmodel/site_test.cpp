@@ -85,7 +85,9 @@ TEST(Site, NamesFieldAndValueOnBadNumbers) {
   EXPECT_THAT(ErrorOf([&] { Site{nan, 0.0, 0.0}.Validate(); }), HasSubstr("latitude_rad is nan"));
   EXPECT_THAT(ErrorOf([&] { Site{0.0, inf, 0.0}.Validate(); }), HasSubstr("longitude_rad is inf"));
   EXPECT_THAT(ErrorOf([&] { Site{0.0, 0.0, nan}.Validate(); }), HasSubstr("height_m is nan"));
-  EXPECT_THAT(ErrorOf([&] { Site{0.0, 0.0, 0.0, nan}.Validate(); }),
+  EXPECT_THAT(ErrorOf([&] {
+                Site{0.0, 0.0, 0.0, nan}.Validate();
+              }),
               HasSubstr("model_north_azimuth_rad is nan"));
   EXPECT_THAT(ErrorOf([] { Site{0.0, 0.0, 1.1e6}.Validate(); }), HasSubstr("height_m is 1100000"));
 }
