@@ -74,11 +74,21 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
   const double angle_rad =
       std::atan2(glm::length(glm::cross(shown->direction_enu, map.sun_direction_enu)),
                  glm::dot(shown->direction_enu, map.sun_direction_enu));
-  if (!(angle_rad - shown->uncertain_rad >= kWorthAWarningRad)) return {};
+  // Under a high sun a wrong north moves it less than it turns shadows.
+  const glm::dvec3& a = shown->direction_enu;
+  const glm::dvec3& b = map.sun_direction_enu;
+  const double turn_rad = std::abs(std::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y));
+  const double uncertain_turn_rad = shown->uncertain_rad / std::max(std::hypot(a.x, a.y), 1e-6);
+  if (!(angle_rad - shown->uncertain_rad >= kWorthAWarningRad) &&
+      !(turn_rad - uncertain_turn_rad >= kWorthAWarningRad)) {
+    return {};
+  }
   return fmt::format(
-      "the map shows the sun {:.1f} deg from where it is {}: at {} ({}), not at {}: {} may be "
-      "wrong",
+      "the map shows the sun {:.1f} deg ({:.1f} of azimuth) from where it is {}: at {} ({}), not "
+      "at "
+      "{}: {} may be wrong",
       DegFromRad(angle_rad),
+      DegFromRad(turn_rad),
       stated ? "stated" : "computed",
       AzimuthAndElevation(shown->direction_enu),
       Describe(shown->kind),

@@ -134,7 +134,7 @@ TEST_F(SequenceSiteTest, WarnsWhereTheMapShowsTheSunElsewhere) {
       WriteMap(TurnedClockwise(TrueSun(), RadFromDeg(turn_deg)));
       EXPECT_THAT(Notes(), IsEmpty()) << turn_deg;
     }
-    for (const double turn_deg : {7.0, -20.0, 180.0}) {
+    for (const double turn_deg : {5.0, 7.0, -20.0, 180.0}) {
       const glm::dvec3 shown = TurnedClockwise(TrueSun(), RadFromDeg(turn_deg));
       WriteMap(shown);
       const std::vector<std::string> notes = Notes();
