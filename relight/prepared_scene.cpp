@@ -18,7 +18,7 @@ namespace {
 using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
-constexpr std::string_view kFormat = "pleinair-prepared-6";
+constexpr std::string_view kFormat = "pleinair-prepared-7";
 
 std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   ContentHash hash;
@@ -47,6 +47,7 @@ std::string SurveyKey(const std::string& patch_key,
   const SurveyMap& map = *site.environment;
   hash.AddImage(map.radiance).AddVector(map.position_m).AddVector(map.sun_direction_enu);
   hash.Add(map.sun_angular_radius_rad).AddVector(map.clear_sky_beam_to_diffuse_rgb);
+  hash.Add(map.misplacement.turned_rad).Add(map.misplacement.moved_m);
   for (const std::string& name : site.diffuse_regions) hash.Add(name);
   if (site.diffuse_mask) hash.AddImage(*site.diffuse_mask);
   return hash.Hex();

@@ -15,6 +15,7 @@
 #include "relight/internal/edge_distance.h"
 #include "relight/internal/map_rays.h"
 #include "relight/internal/shadow_pairs.h"
+#include "relight/internal/shadow_side.h"
 #include "relight/internal/sun_disc.h"
 #include "relight/internal/surface_gather.h"
 #include "relight/internal/survey_albedo.h"
@@ -41,14 +42,28 @@ double SunSeenFrom(const SurveyMap& map, const PatchScene& scene, int samples) {
 
 double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
-// Whether the sun is to be that of the shadows.
-bool SunIsTheShadows(const SurveyLight& light, const SunFromShadows& shadows) {
+// What is known of the sun before the shadows, `light` being that of the map alone.
+SunPrior PriorOf(const SurveyLight& light, const SurveyMap& map) {
+  // The air's own: of clear skies, whose haze varies, and of the camera's colours.
+  constexpr double kHueLogStddev = 0.12;
+  // Where the map's disc may be cut or faint, any sun.
+  constexpr double kAnySunLogStddev = 1.5;
+  const glm::dvec3 clear_beam_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
+  if (light.sun_origin != SunOrigin::kClearSky) {
+    return {clear_beam_rgb, kAnySunLogStddev, 2.0 * kHueLogStddev};
+  }
+  const double relative =
+      MeanOf(light.sun_irradiance_stddev_rgb) / MeanOf(light.sun_irradiance_rgb);
+  return {clear_beam_rgb,
+          std::sqrt(std::max(relative * relative - kHueLogStddev * kHueLogStddev, 0.0)),
+          kHueLogStddev};
+}
+
+// Whether the map's disc holds much less than its shadows say.
+bool IsCutShort(const SurveyLight& light, const SunFromShadows& shadows) {
   constexpr double kSignificant = 3.0;
-  const double sun = MeanOf(shadows.irradiance_rgb);
-  const double stddev = MeanOf(shadows.stddev_rgb);
-  if (light.sun_origin == SunOrigin::kClearSky)
-    return stddev < MeanOf(light.sun_irradiance_stddev_rgb);
-  return MeanOf(light.sun_irradiance_rgb) < 0.5 * (sun - kSignificant * stddev);
+  return MeanOf(light.sun_irradiance_rgb) <
+         0.5 * (MeanOf(shadows.irradiance_rgb) - kSignificant * MeanOf(shadows.stddev_rgb));
 }
 
 void NoteSun(const std::optional<SunFromShadows>& shadows, SurveyLight& light) {
@@ -141,6 +156,13 @@ void SurveyMap::Validate() const {
     Refuse("sun_angular_radius_rad is " + std::to_string(sun_angular_radius_rad),
            "more than 0 and less than 0.1");
   }
+  if (!(misplacement.turned_rad >= 0.0) || !(misplacement.turned_rad < 0.5)) {
+    Refuse("misplacement.turned_rad is " + std::to_string(misplacement.turned_rad),
+           "0 or more and less than 0.5");
+  }
+  if (!(misplacement.moved_m >= 0.0) || !std::isfinite(misplacement.moved_m)) {
+    Refuse("misplacement.moved_m is " + std::to_string(misplacement.moved_m), "0 or more metres");
+  }
 }
 
 Survey MakeSurvey(const SurveyMap& map,
@@ -195,9 +217,11 @@ Survey MakeSurvey(const SurveyMap& map,
       survey.light.sun_direction_enu, map.sun_angular_radius_rad, options.sun_disc_samples);
   CastSunVisibility(scene.caster, disc, 1, view);
   Gray8Image edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
+  const GrayImage mesh_edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
   AddShadowEdges(view, rays.wraps_x, edges);
   view.edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
   view.footprint_radius_px = GrayImage(rays.width, rays.height, 0.5f);
+  const Image<ShadowSide> side = FindShadowSides(scene.caster, disc, rays, map.misplacement, view);
 
   const auto gather =
       std::make_shared<SurfaceGather>(scene, rays, view, options.receiver_block_px, options.gather);
@@ -220,26 +244,34 @@ Survey MakeSurvey(const SurveyMap& map,
   constexpr int kMostTurns = 5;
   constexpr double kPartOfTheWay = 0.65;
   constexpr double kSettled = 5e-3;
+  const SunPrior prior = PriorOf(survey.light, map);
   std::optional<SunFromShadows> shadows;
   for (int turn = 0; turn < kMostTurns && survey.light.sun_origin != SunOrigin::kNone; ++turn) {
     shadows = MeasureSunFromShadows({.radiance = map.radiance,
                                      .view = view,
+                                     .side = side,
+                                     .mesh_edge_distance_px = mesh_edge_distance_px,
+                                     .misplacement = map.misplacement,
+                                     .origin_m = rays.origin_m,
                                      .face = face,
                                      .scene = scene,
                                      .patch_is_diffuse = patch_is_diffuse,
                                      .mask = mask,
-                                     .sky_irradiance_rgb = survey.light.sky_irradiance_rgb});
+                                     .sky_irradiance_rgb = survey.light.sky_irradiance_rgb,
+                                     .prior = prior});
     if (!shadows) break;
     SurveyLight& light = survey.light;
-    if (turn == 0) {
-      if (!SunIsTheShadows(light, *shadows)) break;
-      if (light.sun_origin == SunOrigin::kDisc) {
-        light.notes.emplace_back(
-            "survey map: the sun's disc holds less than half of what shadows say: clipped");
-      }
+    if (turn == 0 && light.sun_origin == SunOrigin::kDisc) {
+      if (!IsCutShort(light, *shadows)) break;
+      light.notes.emplace_back(
+          "survey map: the sun's disc holds less than half of what shadows say: clipped");
       light.sun_clipped = true;
-      light.sun_origin = SunOrigin::kShadows;
     }
+    // Else the shadows hardly add to the clear sky.
+    constexpr double kSharper = 0.7;
+    const double relative = MeanOf(shadows->stddev_rgb) / MeanOf(shadows->irradiance_rgb);
+    light.sun_origin =
+        relative < kSharper * prior.shared_log_stddev ? SunOrigin::kShadows : SunOrigin::kClearSky;
     const glm::dvec3 move = shadows->irradiance_rgb - light.sun_irradiance_rgb;
     light.sun_irradiance_rgb += (turn == 0 ? 1.0 : kPartOfTheWay) * move;
     light.sun_irradiance_stddev_rgb = shadows->stddev_rgb;

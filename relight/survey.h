@@ -17,6 +17,13 @@ namespace pleinair {
 
 class SurfaceGather;  // internal/surface_gather.h
 
+// How far mesh and map may be from where they are said to be: two standard deviations of a site
+// that was measured by hand.
+struct Misplacement {
+  double turned_rad = 0.025;  // The map about the vertical, against the mesh.
+  double moved_m = 0.06;      // Vertices of the mesh.
+};
+
 // A lat-long HDR map of a site, and where and when it was taken.
 struct SurveyMap {
   RgbImage radiance;  // Repaired (see RepairRadiance).
@@ -27,6 +34,7 @@ struct SurveyMap {
   // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
   // the whole disc.
   glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
+  Misplacement misplacement = {};
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };

@@ -8,7 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 
 #include "scene/lat_long.h"
 
@@ -28,7 +32,11 @@ constexpr std::size_t kMostPoints = 8192;
 // that face different ways see different parts of what the mesh lacks.
 constexpr double kSameFacingError = 0.05;
 constexpr double kOtherFacingError = 0.10;
-constexpr double kHuber = 1.5;
+// Between the channels' errors: what the mesh lacks, and most stains, darken all of them.
+constexpr double kChannelCorrelation = 0.8;
+constexpr double kStudentDegrees = 4.0;
+// A few cells scatter by chance less than surfaces do.
+constexpr double kLeastCellScatter = 0.15;
 
 struct Point {
   std::size_t pixel = 0;
@@ -41,12 +49,6 @@ struct Comparison {
   const Points* lit = nullptr;
   const Points* shaded = nullptr;
   double shared_error = 0.0;
-};
-
-// An estimate and its variance.
-struct Estimate {
-  double value = 0.0;
-  double variance = 0.0;
 };
 
 // The nearest of the six axes.
@@ -83,36 +85,16 @@ class SunSearch {
 
   const std::vector<Comparison>& Comparisons() const { return comparisons_; }
 
-  // Of one channel of a comparison; none where no sun explains it.
-  std::optional<Estimate> SunOf(const Comparison& comparison, int channel) const {
-    const double sky = input_.sky_irradiance_rgb[channel];
-    // The lit ones' albedo falls with the sun and the shaded ones' hardly does: one crossing.
-    const auto brighter_lit = [&](double sun) {
-      return LogAlbedo(*comparison.lit, sun, channel) - LogAlbedo(*comparison.shaded, sun, channel);
-    };
-    double low = 0.0;
-    double high = sky;
-    // No clear sky's beam is more than some twenty times its diffuse light.
-    constexpr double kMostOverSky = 100.0;
-    while (brighter_lit(high) > 0.0) {
-      low = high;
-      high *= 2.0;
-      if (high > kMostOverSky * sky) return std::nullopt;
-    }
-    constexpr double kPrecision = 1e-4;
-    while (high - low > kPrecision * (sky + high)) {
-      const double middle = 0.5 * (low + high);
-      (brighter_lit(middle) > 0.0 ? low : high) = middle;
-    }
-    const double sun = 0.5 * (low + high);
-    // How far the sun moves for a relative error of the albedos' ratio.
-    const double step = 0.1 * (sun + sky);
-    const double slope = (brighter_lit(sun) - brighter_lit(sun + step)) / step;
-    if (!(slope > 0.0)) return std::nullopt;
-    const double variance = comparison.shared_error * comparison.shared_error +
-                            MedianVariance(*comparison.lit, sun, channel) +
-                            MedianVariance(*comparison.shaded, sun, channel);
-    return Estimate{sun, variance / (slope * slope)};
+  // By how much lit pixels have the larger albedo, in logarithms. It falls with the sun: the lit
+  // ones' albedo does, and the shaded ones' hardly.
+  double LitOverShaded(const Comparison& comparison, double sun, int channel) const {
+    return LogAlbedo(*comparison.lit, sun, channel) - LogAlbedo(*comparison.shaded, sun, channel);
+  }
+
+  double VarianceOf(const Comparison& comparison, double sun, int channel) const {
+    return comparison.shared_error * comparison.shared_error +
+           MedianVariance(*comparison.lit, sun, channel) +
+           MedianVariance(*comparison.shaded, sun, channel);
   }
 
  private:
@@ -126,6 +108,15 @@ class SunSearch {
   std::vector<Comparison> comparisons_;
   mutable std::vector<Weighted> scratch_;
 
+  // Beyond it a misplaced mesh shows the same surface.
+  float ClearOfEdgesPx(std::size_t i) const {
+    const double pixel_rad = std::numbers::pi / view_.Height();
+    const double range_m = glm::distance(view_.position_world_m.pixels[i], input_.origin_m);
+    const Misplacement& off = input_.misplacement;
+    return kClearOfEdgesPx +
+           static_cast<float>((off.turned_rad + off.moved_m / range_m) / pixel_rad);
+  }
+
   bool IsUsable(std::size_t i) const {
     if (input_.face.pixels[i] == PatchScene::kSky) return false;
     const auto patch = static_cast<std::size_t>(input_.face.pixels[i]) / 2;
@@ -136,7 +127,7 @@ class SunSearch {
     if (input_.mask != nullptr && input_.mask->pixels[i] != 255) return false;
     const glm::vec3& radiance = input_.radiance.pixels[i];
     return std::min({radiance.x, radiance.y, radiance.z}) > 0.0f &&
-           view_.edge_distance_px.pixels[i] >= kClearOfEdgesPx;
+           input_.mesh_edge_distance_px.pixels[i] >= ClearOfEdgesPx(i);
   }
 
   void Sort() {
@@ -156,14 +147,11 @@ class SunSearch {
                 .triangle_material[static_cast<std::size_t>(input_.face.pixels[i]) / 2];
         const Point point{i, weight, y / cell_px * (kCellsAround + 1) + x / cell_px};
         const std::pair key{material, Facing(normal)};
-        const float seen = view_.sun_visibility.pixels[i];
-        if (cosine < 0.0f) {
-          turned_[key].push_back(point);
-        } else if (seen >= 1.0f) {
+        if (input_.side.pixels[i] == ShadowSide::kLit) {
           lit_[material].push_back(point);
           lit_facing_[key].push_back(point);
-        } else if (seen <= 0.0f) {
-          cast_[key].push_back(point);
+        } else if (input_.side.pixels[i] == ShadowSide::kShaded) {
+          (cosine < 0.0f ? turned_ : cast_)[key].push_back(point);
         }
       }
     }
@@ -236,62 +224,94 @@ class SunSearch {
     }
     const double middle = Median(medians);
     for (Weighted& median : medians) median.value = std::abs(median.value - middle);
-    const double scatter = 1.4826 * Median(medians);
+    const double scatter = std::max(1.4826 * Median(medians), kLeastCellScatter);
     return 0.5 * std::numbers::pi * scatter * scatter * squares / (whole * whole);
   }
 };
 
-// Huber's mean, started at the weighted median.
-Estimate RobustMean(const std::vector<Estimate>& estimates) {
-  std::vector<Weighted> values;
-  values.reserve(estimates.size());
-  for (const Estimate& estimate : estimates) {
-    values.push_back({estimate.value, 1.0 / estimate.variance});
+// All channels' errors, of which `correlation` is between any two of them.
+glm::dmat3 Covariance(const glm::dvec3& variance, double correlation) {
+  const glm::dvec3 stddev = glm::sqrt(variance);
+  glm::dmat3 covariance = correlation * glm::outerProduct(stddev, stddev);
+  for (int c = 0; c < 3; ++c) covariance[c][c] = variance[c];
+  return covariance;
+}
+
+glm::dmat3 Covariance(const SunPrior& prior) {
+  const double shared = prior.shared_log_stddev * prior.shared_log_stddev;
+  const double hue = prior.hue_log_stddev * prior.hue_log_stddev;
+  return Covariance(glm::dvec3(shared + hue), shared / (shared + hue));
+}
+
+// What a comparison says of the logarithm of the sun, around a place.
+struct Linearised {
+  glm::dvec3 difference{0.0};  // LitOverShaded.
+  glm::dvec3 slope{0.0};
+  glm::dmat3 information{0.0};  // Inverse of the difference's covariance.
+};
+
+Linearised LineariseAt(const SunSearch& search,
+                       const Comparison& comparison,
+                       const glm::dvec3& log_sun) {
+  constexpr double kStep = 0.05;
+  Linearised at;
+  glm::dvec3 variance;
+  for (int c = 0; c < 3; ++c) {
+    at.difference[c] = search.LitOverShaded(comparison, std::exp(log_sun[c]), c);
+    const double more = search.LitOverShaded(comparison, std::exp(log_sun[c] + kStep), c);
+    const double less = search.LitOverShaded(comparison, std::exp(log_sun[c] - kStep), c);
+    at.slope[c] = (more - less) / (2.0 * kStep);
+    variance[c] = search.VarianceOf(comparison, std::exp(log_sun[c]), c);
   }
-  Estimate mean{Median(values), 0.0};
-  constexpr int kPasses = 20;
-  double squares = 0.0;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    double sum = 0.0;
-    double weights = 0.0;
-    squares = 0.0;
-    for (const Estimate& estimate : estimates) {
-      const double deviation = std::abs(estimate.value - mean.value) / std::sqrt(estimate.variance);
-      const double weight = std::min(1.0, kHuber / std::max(deviation, kHuber)) / estimate.variance;
-      sum += weight * estimate.value;
-      weights += weight;
-      squares += weight * estimate.variance * deviation * deviation;
-    }
-    mean = {sum / weights, 1.0 / weights};
-  }
-  // Comparisons that scatter more than they should say so.
-  if (estimates.size() > 1) {
-    mean.variance *= std::max(1.0, squares / static_cast<double>(estimates.size() - 1));
-  }
-  return mean;
+  at.information = glm::inverse(Covariance(variance, kChannelCorrelation));
+  return at;
 }
 
 }  // namespace
 
 std::optional<SunFromShadows> MeasureSunFromShadows(const ShadowPairsInput& input) {
   const glm::dvec3& sky = input.sky_irradiance_rgb;
-  if (!(std::min({sky.x, sky.y, sky.z}) > 0.0)) return std::nullopt;
+  const glm::dvec3& median = input.prior.median_rgb;
+  if (!(std::min({sky.x, sky.y, sky.z, median.x, median.y, median.z}) > 0.0)) return std::nullopt;
   const SunSearch search(input);
-  SunFromShadows sun;
-  for (int channel = 0; channel < 3; ++channel) {
-    std::vector<Estimate> estimates;
-    sun.shaded_pixels = 0;
+  if (search.Comparisons().empty()) return std::nullopt;
+
+  const glm::dmat3 prior_information = glm::inverse(Covariance(input.prior));
+  const glm::dvec3 prior_log = glm::log(median);
+  glm::dvec3 log_sun = prior_log;
+  glm::dmat3 information(0.0);
+  constexpr int kMostSteps = 20;
+  constexpr double kLongestStep = 0.5;
+  constexpr double kSettled = 1e-4;
+  for (int step = 0; step < kMostSteps; ++step) {
+    information = prior_information;
+    glm::dvec3 pull = prior_information * (prior_log - log_sun);
     for (const Comparison& comparison : search.Comparisons()) {
-      const std::optional<Estimate> estimate = search.SunOf(comparison, channel);
-      if (!estimate) continue;
-      estimates.push_back(*estimate);
-      sun.shaded_pixels += static_cast<int>(comparison.shaded->size());
+      const Linearised at = LineariseAt(search, comparison, log_sun);
+      const double distance2 = glm::dot(at.difference, at.information * at.difference);
+      const double weight = (kStudentDegrees + 3.0) / (kStudentDegrees + distance2);
+      for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) {
+          const double each = weight * at.information[column][row] * at.slope[row];
+          information[column][row] += each * at.slope[column];
+          pull[row] -= each * at.difference[column];
+        }
+      }
     }
-    if (estimates.empty()) return std::nullopt;
-    sun.comparisons = static_cast<int>(estimates.size());
-    const Estimate mean = RobustMean(estimates);
-    sun.irradiance_rgb[channel] = mean.value;
-    sun.stddev_rgb[channel] = std::sqrt(mean.variance);
+    const glm::dvec3 move =
+        glm::clamp(glm::inverse(information) * pull, -kLongestStep, kLongestStep);
+    log_sun += move;
+    if (glm::length(move) < kSettled) break;
+  }
+  const glm::dmat3 covariance = glm::inverse(information);
+  SunFromShadows sun;
+  for (int c = 0; c < 3; ++c) {
+    sun.irradiance_rgb[c] = std::exp(log_sun[c]);
+    sun.stddev_rgb[c] = sun.irradiance_rgb[c] * std::sqrt(covariance[c][c]);
+  }
+  sun.comparisons = static_cast<int>(search.Comparisons().size());
+  for (const Comparison& comparison : search.Comparisons()) {
+    sun.shaded_pixels += static_cast<int>(comparison.shaded->size());
   }
   return sun;
 }

@@ -28,8 +28,10 @@ constexpr double kPointingRad = 0.5 * std::numbers::pi / 180.0;
 constexpr double kFollowRad = 5.0 * std::numbers::pi / 180.0;
 // Of a disc that was integrated: pixel edges, limb and aureole (the sequences' own check: 0.1 %).
 constexpr double kDiscRelativeStddev = 0.01;
-// Of the clear-sky model where the disc could not be measured: from thin cloud to clear.
-constexpr double kModelRelativeStddev = 0.5;
+// Of the clear-sky model where the disc is clipped, so that the sun is out: thin cloud and haze.
+constexpr double kShiningRelativeStddev = 0.4;
+// And where it is hidden: from thin cloud to clear.
+constexpr double kHiddenRelativeStddev = 0.5;
 
 // Of a spot over the sky around it.
 constexpr double kMuchBrighter = 10.0;
@@ -302,7 +304,7 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
   light.sun_direction_enu = computed;
   const bool sun_up = computed.z > -std::sin(map.sun_angular_radius_rad);
   std::vector<MapPixel> window;
-  bool measured = true;
+  double unmeasured_relative_stddev = 0.0;
   if (!sun_up) {
     light.sun_origin = SunOrigin::kNone;
     light.notes.emplace_back("survey map: no sun above the horizon");
@@ -323,19 +325,19 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
   if (sun_up) {
     constexpr double kSignificant = 5.0;
     if (IsClipped(map, shows_sky, window, light, clear_beam_rgb)) {
-      measured = false;
+      unmeasured_relative_stddev = kShiningRelativeStddev;
       light.notes.emplace_back("survey map: the sun's disc is clipped");
     } else if (sun_seen < 0.5 && !(Mean(light.sun_irradiance_rgb) >
                                    kSignificant * Mean(light.sun_irradiance_stddev_rgb))) {
-      measured = false;
+      unmeasured_relative_stddev = kHiddenRelativeStddev;
       light.notes.emplace_back("survey map: the sun's disc is not in view");
     }
   }
-  if (!measured) {
+  if (unmeasured_relative_stddev > 0.0) {
     light.sun_clipped = true;
     light.sun_origin = SunOrigin::kClearSky;
     light.sun_irradiance_rgb = clear_beam_rgb;
-    light.sun_irradiance_stddev_rgb = kModelRelativeStddev * clear_beam_rgb;
+    light.sun_irradiance_stddev_rgb = unmeasured_relative_stddev * clear_beam_rgb;
   }
   if (!(Mean(light.sky_irradiance_rgb) > 0.0)) {
     light.notes.emplace_back("survey map: it shows no light from the sky");

@@ -1,12 +1,18 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "relight/internal/map_rays.h"
+#include "relight/internal/shadow_side.h"
 #include "relight/internal/sky_completion.h"
+#include "relight/internal/sun_disc.h"
 #include "relight/internal/survey_light.h"
 #include "relight/survey.h"
 #include "tests/relight/survey_test_site.h"
@@ -175,6 +181,13 @@ RgbImage Clipped(RgbImage map, float limit) {
   return map;
 }
 
+KnownSite SiteWithPosts() {
+  KnownSite site;
+  AddBoxOfMaterial(site.mesh, {-5.0f, -4.0f, 0.0f}, {-4.0f, -1.0f, 3.0f}, 2);
+  AddBoxOfMaterial(site.mesh, {-1.0f, -4.0f, 0.0f}, {0.0f, -2.5f, 3.0f}, 2);
+  return site;
+}
+
 // Median over the region's measured pixels of the albedo over the other's, mean of RGB.
 double AlbedoOver(const PreparedScene& a, const PreparedScene& b, std::int32_t region) {
   std::vector<double> ratios;
@@ -192,9 +205,7 @@ double AlbedoOver(const PreparedScene& a, const PreparedScene& b, std::int32_t r
 // 3 % of the unclipped map's albedo is the catalogue's. The disc is one pixel of this map: nothing
 // but the light on the surfaces tells that it was cut.
 TEST(SurveyHardCases, AClippedSunIsFoundFromShadows) {
-  KnownSite site;
-  AddBoxOfMaterial(site.mesh, {-5.0f, -4.0f, 0.0f}, {-4.0f, -1.0f, 3.0f}, 2);
-  AddBoxOfMaterial(site.mesh, {-1.0f, -4.0f, 0.0f}, {0.0f, -2.5f, 3.0f}, 2);
+  const KnownSite site = SiteWithPosts();
   const RgbImage map = site.Map();
   const PreparedScene whole = Prepare(site.Model(map));
   EXPECT_EQ(whole.survey->light.sun_origin, SunOrigin::kDisc);
@@ -237,6 +248,111 @@ TEST(SurveyHardCases, AClippedSunWithoutShadowsIsTheClearSkysWithAnErrorThatCove
     }
     EXPECT_LT(std::abs(AlbedoOver(clipped, whole, 0) - 1.0), 2.0 * light.albedo_stddev_rgb.y);
   }
+}
+
+// The site turned against its map, its vertices off by some centimetres.
+SiteModel Misplaced(const KnownSite& site,
+                    const RgbImage& map,
+                    double turned_rad,
+                    double stddev_m) {
+  SiteModel model = site.Model(map);
+  const auto cosine = static_cast<float>(std::cos(turned_rad));
+  const auto sine = static_cast<float>(std::sin(turned_rad));
+  std::mt19937 random(7);
+  std::normal_distribution<float> off_m(0.0f, static_cast<float>(stddev_m / std::sqrt(3.0)));
+  std::map<std::array<float, 3>, glm::vec3> offsets_m;
+  for (glm::vec3& p : model.mesh.positions_m) {
+    glm::vec3& offset_m = offsets_m[{p.x, p.y, p.z}];
+    if (offset_m == glm::vec3(0.0f)) {
+      offset_m = {off_m(random), off_m(random), p.z == 0.0f ? 0.0f : off_m(random)};
+    }
+    const glm::vec3 moved = p + offset_m;
+    p = {cosine * moved.x - sine * moved.y, sine * moved.x + cosine * moved.y, moved.z};
+  }
+  for (glm::vec3& n : model.mesh.normals) {
+    n = {cosine * n.x - sine * n.y, sine * n.x + cosine * n.y, n.z};
+  }
+  return model;
+}
+
+TEST(SurveyHardCases, AClippedSunIsCoveredThoughMeshAndNorthAreOff) {
+  const KnownSite site = SiteWithPosts();
+  const RgbImage map = Clipped(site.Map(), 1e3f);
+  for (const double turned_deg : {-0.7, 0.7}) {
+    const PreparedScene prepared =
+        Prepare(Misplaced(site, map, turned_deg * std::numbers::pi / 180.0, 0.03));
+    const SurveyLight& light = prepared.survey->light;
+    EXPECT_EQ(light.sun_origin, SunOrigin::kShadows);
+    for (int c = 0; c < 3; ++c) {
+      const double error = light.sun_irradiance_rgb[c] - site.sun_irradiance_rgb[c];
+      EXPECT_LT(std::abs(error), 2.0 * light.sun_irradiance_stddev_rgb[c]) << turned_deg;
+      EXPECT_LT(light.sun_irradiance_stddev_rgb[c], 0.25 * light.sun_irradiance_rgb[c]);
+    }
+  }
+}
+
+// Pale paving where the shadows are: the ground asks for a sun of a few percent, the house and the
+// posts for the true one.
+TEST(SurveyHardCases, OneSurfaceThatIsPaleInTheShadeDoesNotHideAClippedSun) {
+  const KnownSite site = SiteWithPosts();
+  RgbImage map = site.Map();
+  const PreparedScene whole = Prepare(site.Model(map));
+  const SurfaceView& view = whole.survey->view;
+  int changed = 0;
+  for (std::size_t i = 0; i < map.pixels.size(); ++i) {
+    if (view.region.pixels[i] != 0 || view.sun_visibility.pixels[i] > 0.0f) continue;
+    map.pixels[i] *= 5.0f;
+    ++changed;
+  }
+  ASSERT_GT(changed, 500);
+  const PreparedScene clipped = Prepare(site.Model(Clipped(map, 1e3f)));
+  const SurveyLight& light = clipped.survey->light;
+  for (int c = 0; c < 3; ++c) {
+    const double error = light.sun_irradiance_rgb[c] - site.sun_irradiance_rgb[c];
+    EXPECT_LT(std::abs(error), 2.0 * light.sun_irradiance_stddev_rgb[c]) << c;
+    EXPECT_LT(light.sun_irradiance_stddev_rgb[c], 0.5 * light.sun_irradiance_rgb[c]) << c;
+  }
+}
+
+// A roof's straight edge: what a point of the ground is off the shadow's, across the rays, decides.
+TEST(ShadowSide, IsUnsureAsFarFromAnEdgeAsThingsMayBeMoved) {
+  Mesh mesh;
+  AddGround(mesh, 30.0f);
+  AddQuad(mesh, {-30, 0, 3}, {30, 0, 3}, {30, 30, 3}, {-30, 30, 3});
+  mesh.triangle_material.assign(mesh.triangles.size(), 0);
+  mesh.triangle_group.assign(mesh.triangles.size(), 0);
+  mesh.materials = {{.name = "all"}};
+  mesh.group_names = {"all"};
+  const PatchScene scene = BuildPatchScene(mesh, {.patch_size_m = 60.0, .extend_ground = false});
+  const glm::dvec3 sun = glm::normalize(glm::dvec3(0.0, -0.6, 0.8));
+  const ViewRays rays = MapRays({512, 256}, {0.0f, 1.0f, 1.5f});
+  SurfaceView view;
+  CastGeometry(scene, rays, view);
+  const SunDisc disc(sun, 1e-4, 1);
+  CastSunVisibility(scene.caster, disc, 1, view);
+  constexpr double kMoved = 0.2;
+  const Image<ShadowSide> sides =
+      FindShadowSides(scene.caster, disc, rays, {.turned_rad = 0.0, .moved_m = kMoved}, view);
+  std::array<int, 3> seen{};
+  for (std::size_t i = 0; i < sides.pixels.size(); ++i) {
+    const glm::vec3& p = view.position_world_m.pixels[i];
+    if (view.region.pixels[i] < 0 || p.z > 1.0f || std::abs(p.x) > 10.0f) continue;
+    // The edge's shadow lies at y = 3 * 0.6 / 0.8; a step along y is 0.8 of it across the rays.
+    const double off = 0.8 * (double{p.y} - 2.25);
+    if (off > 20.0) continue;
+    const ShadowSide side = sides.pixels[i];
+    if (std::abs(off) < 0.7 * kMoved) {
+      EXPECT_EQ(side, ShadowSide::kUnsure) << p.y;
+    }
+    if (off > 1.01 * kMoved) {
+      EXPECT_EQ(side, ShadowSide::kShaded) << p.y;
+    }
+    if (off < -1.01 * kMoved) {
+      EXPECT_EQ(side, ShadowSide::kLit) << p.y;
+    }
+    ++seen[static_cast<std::size_t>(side)];
+  }
+  for (const int count : seen) EXPECT_GT(count, 20);
 }
 
 // 1 %: 1024 points a pixel and the tangent plane's area of the disc.
