@@ -231,6 +231,7 @@ Survey MakeSurvey(const SurveyMap& map,
                         .light = survey.light,
                         .sun_angular_radius_rad = map.sun_angular_radius_rad,
                         .face = face,
+                        .side = side,
                         .gather = *gather,
                         .transport = transport,
                         .bounces = options.bounces},
@@ -283,6 +284,11 @@ Survey MakeSurvey(const SurveyMap& map,
     survey.light.notes.push_back("survey albedo: still moved by " +
                                  std::to_string(solved.last_change) + " after " +
                                  std::to_string(solved.iterations) + " iterations");
+  }
+  if (solved.on_wrong_side > 0) {
+    survey.light.notes.push_back(
+        "survey albedo: " + std::to_string(solved.on_wrong_side) +
+        " pixels beside shadow edges, which mesh and map place differently, have their surface's");
   }
   MarkSampleable(scene, face, patch_is_diffuse, mask, view);
   survey.light.albedo_stddev_rgb = AlbedoStddev(survey.light, view);

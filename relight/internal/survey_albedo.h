@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "relight/internal/shadow_side.h"
 #include "relight/internal/surface_gather.h"
 #include "relight/patch_scene.h"
 #include "relight/survey.h"
@@ -17,6 +18,7 @@ struct AlbedoInput {
   const SurveyLight& light;
   double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
   const Image<std::int32_t>& face;  // What each pixel shows.
+  const Image<ShadowSide>& side;    // Where the model's shadows are certain.
   const SurfaceGather& gather;
   const PatchTransport& transport;
   int bounces = kAllBounces;
@@ -24,7 +26,8 @@ struct AlbedoInput {
 
 struct AlbedoResult {
   int iterations = 0;
-  double last_change = 0.0;  // Largest move of a face's albedo in the last iteration.
+  double last_change = 0.0;       // Largest move of a face's albedo in the last iteration.
+  std::size_t on_wrong_side = 0;  // Pixels beside shadow edges that the mesh misplaces.
 };
 
 // Iterates face albedos (in `scene`) and fills albedo_rgb, albedo_measured, sky_response and
@@ -34,6 +37,13 @@ struct AlbedoResult {
 // receiver's rays bring from the open sky: 6 % of it with 256 rays. Fewer rays are too few to
 // divide by. Above 0.98 in a channel it is taken for a surface that the mesh lacks (a lamp, glass,
 // a sunlit spot in modelled shadow): clamped, and not measured.
+//
+// Where a shadow's edge may be misplaced (ShadowSide::kUnsure) a pixel whose albedo is off that of
+// its surface's certain pixels, by more than they scatter and by a quarter or more of the way to
+// what the other side of the edge would make of it, is light that the model misplaces, if that
+// surface would have its level and colour under some mixture of the two sides' lights. So is what
+// is connected to such pixels within 3.4 deg and looks as on the other side: the shadow of an eave
+// that the mesh lacks. These take their surface's albedo, and are not measured.
 AlbedoResult SolveAlbedo(const AlbedoInput& input, PatchScene& scene, SurfaceView& view);
 
 }  // namespace pleinair

@@ -314,6 +314,71 @@ TEST(SurveyHardCases, OneSurfaceThatIsPaleInTheShadeDoesNotHideAClippedSun) {
   }
 }
 
+// What of the ground away from the mesh's edges, and within a few pixels of a shadow's, has an
+// albedo off by more than 0.3 in logarithms; the ground's own.
+struct Seams {
+  int pixels = 0;
+  int wrong = 0;
+};
+
+Seams SeamsOfTheGround(const PreparedScene& prepared) {
+  const SurfaceView& view = prepared.survey->view;
+  constexpr int kNear = 4;
+  Seams seams;
+  for (int y = kNear; y + kNear < view.Height(); ++y) {
+    for (int x = kNear; x + kNear < view.Width(); ++x) {
+      bool lit = false;
+      bool shaded = false;
+      bool ground = true;
+      for (int dy = -kNear; dy <= kNear; ++dy) {
+        for (int dx = -kNear; dx <= kNear; ++dx) {
+          ground = ground && view.region.At(x + dx, y + dy) == 0;
+          (view.sun_visibility.At(x + dx, y + dy) > 0.0f ? lit : shaded) = true;
+        }
+      }
+      if (!ground || !lit || !shaded) continue;
+      ++seams.pixels;
+      const double albedo = view.albedo_rgb.At(x, y).y;
+      seams.wrong += std::abs(std::log(albedo / double{KnownSite::AlbedoOf(0).y})) > 0.3;
+    }
+  }
+  return seams;
+}
+
+// The map's wrong pixels are those of the model with its own word taken for where shadows end.
+TEST(SurveyHardCases, MisplacedShadowsLeaveNoSeamsInTheAlbedo) {
+  const KnownSite site = SiteWithPosts();
+  SiteModel model = Misplaced(site, site.Map(), 0.02, 0.03);
+  const Seams seams = SeamsOfTheGround(Prepare(model));
+  model.environment->misplacement = {0.0, 0.0};
+  const Seams as_modelled = SeamsOfTheGround(Prepare(model));
+  ASSERT_GT(as_modelled.wrong, 20);
+  EXPECT_LT(seams.wrong, 0.35 * as_modelled.wrong);
+}
+
+// An eave that the mesh lacks widens a shadow.
+TEST(SurveyHardCases, AnEaveThatTheMeshLacksLeavesNoDarkBand) {
+  KnownSite site = SiteWithPosts();
+  // From 4 m above the ground the eaves' shadows are 3 deg wide.
+  site.position_m.z = 4.0;
+  KnownSite with_eave = site;
+  AddBoxOfMaterial(with_eave.mesh, {-5.0f, -1.0f, 2.9f}, {-4.0f, -0.7f, 3.0f}, 2);
+  AddBoxOfMaterial(with_eave.mesh, {-1.0f, -2.5f, 2.9f}, {0.0f, -2.2f, 3.0f}, 2);
+  SiteModel model = site.Model(with_eave.Map());
+  const Seams seams = SeamsOfTheGround(Prepare(model));
+  model.environment->misplacement = {0.0, 0.0};
+  const Seams as_modelled = SeamsOfTheGround(Prepare(model));
+  ASSERT_GT(as_modelled.wrong, 20);
+  EXPECT_LT(seams.wrong, 0.5 * as_modelled.wrong) << "of " << as_modelled.wrong;
+}
+
+TEST(SurveyHardCases, SeamsAreNotSoughtWhereThereAreNone) {
+  const KnownSite site = SiteWithPosts();
+  const Seams seams = SeamsOfTheGround(Prepare(site.Model(site.Map())));
+  EXPECT_GT(seams.pixels, 200);
+  EXPECT_LT(seams.wrong, 0.01 * seams.pixels);
+}
+
 // A roof's straight edge: what a point of the ground is off the shadow's, across the rays, decides.
 TEST(ShadowSide, IsUnsureAsFarFromAnEdgeAsThingsMayBeMoved) {
   Mesh mesh;
