@@ -21,6 +21,14 @@ glm::dvec3 ReadRgb(const JsonCursor& at) {
   return rgb;
 }
 
+std::filesystem::path FileOf(const Sequence& sequence) {
+  const std::filesystem::path file = sequence.folder / "truth" / "truth.json";
+  if (!ResolveInside(sequence.folder, "truth/truth.json")) {
+    throw JsonError(file.string() + ": expected a file inside the sequence's folder");
+  }
+  return file;
+}
+
 // As `key` names it, or else under its usual name where that is there.
 std::optional<std::filesystem::path> Picture(const Sequence& sequence,
                                              const JsonCursor& at,
@@ -44,10 +52,7 @@ std::optional<std::filesystem::path> Picture(const Sequence& sequence,
 }  // namespace
 
 std::vector<TruthFrame> ReadTruth(const Sequence& sequence) {
-  const std::filesystem::path file = sequence.folder / "truth" / "truth.json";
-  if (!ResolveInside(sequence.folder, "truth/truth.json")) {
-    throw JsonError(file.string() + ": expected a file inside the sequence's folder");
-  }
+  const std::filesystem::path file = FileOf(sequence);
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
   std::vector<TruthFrame> frames;
@@ -65,6 +70,22 @@ std::vector<TruthFrame> ReadTruth(const Sequence& sequence) {
     frames.push_back(std::move(frame));
   }
   return frames;
+}
+
+std::map<std::string, glm::dvec3> ReadTrueAlbedos(const Sequence& sequence) {
+  const std::filesystem::path file = FileOf(sequence);
+  const nlohmann::json document = LoadJson(file);
+  std::map<std::string, glm::dvec3> albedos;
+  if (const auto materials = JsonCursor(document, file.string()).Optional("materials")) {
+    for (const auto& [name, unused] : materials->Value().items()) {
+      const auto albedo = materials->Required(name).Optional("mean_albedo_rgb");
+      if (albedo) albedos.emplace(name, ReadRgb(*albedo));
+    }
+  }
+  if (albedos.empty()) {
+    throw JsonError(file.string() + ": materials: expected the mean_albedo_rgb of some");
+  }
+  return albedos;
 }
 
 }  // namespace pleinair

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -26,5 +28,9 @@ struct TruthFrame {
 // Throws  std::runtime_error naming file, key and what was expected: a frame that the sequence does
 //         not have or that is there twice, a path outside the sequence's folder.
 std::vector<TruthFrame> ReadTruth(const Sequence& sequence);
+
+// Mean albedos of the materials that truth/truth.json knows one of, by name. Throws
+// std::runtime_error as ReadTruth; where it knows none.
+std::map<std::string, glm::dvec3> ReadTrueAlbedos(const Sequence& sequence);
 
 }  // namespace pleinair

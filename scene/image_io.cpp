@@ -61,16 +61,32 @@ cv::Mat DecodeDisplay(const std::filesystem::path& file) {
   return decoded;
 }
 
-void EncodePng(const std::filesystem::path& file, const cv::Mat& image) {
+// `format` is an extension that OpenCV knows.
+void Encode(const std::filesystem::path& file,
+            const cv::Mat& image,
+            const char* format,
+            const std::vector<int>& settings = {}) {
   std::vector<unsigned char> encoded;
   bool done = false;
   try {
-    done = cv::imencode(".png", image, encoded);
+    done = cv::imencode(format, image, encoded, settings);
   } catch (const std::exception& error) {
     throw std::runtime_error(file.string() + ": cannot be encoded: " + OneLine(error.what()));
   }
-  if (!done) throw std::runtime_error(file.string() + ": cannot be encoded as PNG");
+  if (!done) throw std::runtime_error(file.string() + ": cannot be encoded as " + format);
   WriteWholeFile(file, std::as_bytes(std::span(encoded)));
+}
+
+cv::Mat BgrOf(const Rgb8Image& image) {
+  cv::Mat bgr(image.height, image.width, CV_8UC3);
+  for (int y = 0; y < image.height; ++y) {
+    cv::Vec3b* row = bgr.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < image.width; ++x) {
+      const glm::u8vec3& pixel = image.At(x, y);
+      row[x] = {pixel.b, pixel.g, pixel.r};
+    }
+  }
+  return bgr;
 }
 
 }  // namespace
@@ -186,22 +202,23 @@ void WriteHdr(const std::filesystem::path& file, const RgbImage& image) {
 
 void WritePng(const std::filesystem::path& file, const Rgb8Image& image) {
   RequirePixels(file, image);
-  cv::Mat bgr(image.height, image.width, CV_8UC3);
-  for (int y = 0; y < image.height; ++y) {
-    cv::Vec3b* row = bgr.ptr<cv::Vec3b>(y);
-    for (int x = 0; x < image.width; ++x) {
-      const glm::u8vec3& pixel = image.At(x, y);
-      row[x] = {pixel.b, pixel.g, pixel.r};
-    }
-  }
-  EncodePng(file, bgr);
+  Encode(file, BgrOf(image), ".png");
 }
 
 void WritePng(const std::filesystem::path& file, const Gray8Image& image) {
   RequirePixels(file, image);
   cv::Mat gray(image.height, image.width, CV_8UC1);
   std::copy(image.pixels.begin(), image.pixels.end(), gray.ptr<std::uint8_t>());
-  EncodePng(file, gray);
+  Encode(file, gray, ".png");
+}
+
+void WriteJpeg(const std::filesystem::path& file, const Rgb8Image& image, int quality) {
+  RequirePixels(file, image);
+  if (quality < 0 || quality > 100) {
+    throw std::invalid_argument(file.string() + ": quality " + std::to_string(quality) +
+                                ": expected 0 to 100");
+  }
+  Encode(file, BgrOf(image), ".jpg", {cv::IMWRITE_JPEG_QUALITY, quality});
 }
 
 }  // namespace pleinair

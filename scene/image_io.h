@@ -60,5 +60,7 @@ void WriteExr(const std::filesystem::path& file, const RgbImage& image, ExrPreci
 void WriteHdr(const std::filesystem::path& file, const RgbImage& image);
 void WritePng(const std::filesystem::path& file, const Rgb8Image& image);
 void WritePng(const std::filesystem::path& file, const Gray8Image& image);
+// `quality` from 0 to 100, as the JPEG library counts it. Throws std::invalid_argument beyond.
+void WriteJpeg(const std::filesystem::path& file, const Rgb8Image& image, int quality);
 
 }  // namespace pleinair
