@@ -247,7 +247,10 @@ Finding CheckEmbree() {
 
 Finding CheckGnuplot() {
   try {
-    DrawChart({"a line", "x", "y", {{"y", "#000000", ChartSeries::Style::kLine, {0, 1}, {0, 1}}}});
+    ChartSeries line{"y", "#000000"};
+    line.points = {{ChartValue::Exact(0.0), ChartValue::Exact(0.0), ""},
+                   {ChartValue::Exact(1.0), ChartValue::Exact(1.0), ""}};
+    DrawChart({"a line", {"x"}, {"y"}, {std::move(line)}});
     return {"gnuplot", State::kOk, "draws charts", ""};
   } catch (const std::runtime_error& error) {
     return {"gnuplot",

@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -80,34 +80,27 @@ MeanAndStddev MeanOf(const Lighting& lighting, bool sun) {
 }
 
 std::string LightChart(const RunReport& report, bool sun) {
-  ChartSeries estimated{"estimate ± σ", sun ? "#d07000" : "#2060c0"};
-  ChartSeries truth{"truth", "#000000", ChartSeries::Style::kPoints};
+  ChartSeries estimated{"estimate ± σ", sun ? "#d07000" : "#2060c0", ChartSeries::Style::kBand, {}};
+  ChartSeries truth{"truth", "#000000", ChartSeries::Style::kPoints, {}};
   const UtcTime start = report.frames.front().time;
   for (const ReportFrame& frame : report.frames) {
-    const double minutes =
-        std::chrono::duration<double, std::ratio<60>>(frame.time - start).count();
+    const ChartValue minutes = ChartValue::Exact(
+        std::chrono::duration<double, std::ratio<60>>(frame.time - start).count());
     const MeanAndStddev light = frame.error.empty() ? MeanOf(frame.lighting, sun) : MeanAndStddev{};
-    estimated.x.push_back(minutes);
-    estimated.y.push_back(light.mean);
-    estimated.stddev.push_back(light.stddev);
+    estimated.points.push_back(
+        {minutes, {light.mean, light.mean - light.stddev, light.mean + light.stddev}, ""});
     const auto& true_rgb = sun ? frame.true_sun_irradiance_rgb : frame.true_sky_irradiance_rgb;
     if (true_rgb) {
-      truth.x.push_back(minutes);
-      truth.y.push_back((true_rgb->x + true_rgb->y + true_rgb->z) / 3.0);
+      truth.points.push_back(
+          {minutes, ChartValue::Exact((true_rgb->x + true_rgb->y + true_rgb->z) / 3.0), ""});
     }
   }
-  Chart chart{sun ? "Sun: irradiance normal to the beam, mean of RGB"
-                  : "Sky: horizontal irradiance, mean of RGB",
-              "minutes since the first frame",
-              "W m^{-2} per channel (or relative)",
-              {std::move(estimated)}};
-  if (!truth.x.empty()) chart.series.push_back(std::move(truth));
-  try {
-    return DrawChart(chart);
-  } catch (const std::runtime_error& error) {
-    spdlog::warn("{}: the report is without it", error.what());
-    return "<p class=\"bad\">" + EscapeHtml(error.what()) + "</p>";
-  }
+  const Chart chart{sun ? "Sun: irradiance normal to the beam, mean of RGB"
+                        : "Sky: horizontal irradiance, mean of RGB",
+                    {"minutes since the first frame", ChartAxis::Scale::kFromZero},
+                    {"W/m² per channel (or relative)", ChartAxis::Scale::kFromZero},
+                    {std::move(estimated), std::move(truth)}};
+  return ChartsForPage(std::span(&chart, 1));
 }
 
 std::string TimingTable(const RunReport& report) {

@@ -15,9 +15,21 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/html_text.h"
 
 namespace pleinair {
 namespace {
+
+constexpr int kWidthPx = 520;
+constexpr int kHeightPx = 330;
+constexpr int kCategoryPx = 24;       // Of a chart whose upright axis has names.
+constexpr int kAroundPx = 110;        // Its title, marks and key.
+constexpr int kFontPx = 14;           // On a phone 360 px wide it is shown with 10.
+constexpr double kFarApart = 4.0;     // Largest over smallest, from which a scale is logarithmic.
+constexpr double kMargin = 0.06;      // Of the range, left free at the ends of an axis.
+constexpr double kLabelMargin = 0.2;  // The same right of points with labels.
 
 // A file in memory that goes with the scope: gnuplot needs no folder that can be written.
 class MemoryFile {
@@ -54,21 +66,6 @@ class MemoryFile {
   int file_;
 };
 
-// gnuplot's rows of a series; an empty line breaks the curve.
-std::string DataOf(const ChartSeries& series) {
-  std::string rows;
-  for (std::size_t i = 0; i < series.x.size(); ++i) {
-    const double stddev = series.stddev.empty() ? 0.0 : series.stddev[i];
-    rows += std::isfinite(series.y[i]) ? fmt::format("{} {} {} {}\n",
-                                                     series.x[i],
-                                                     series.y[i],
-                                                     series.y[i] - stddev,
-                                                     series.y[i] + stddev)
-                                       : std::string("\n");
-  }
-  return rows;
-}
-
 // gnuplot quotes the command first, and says at the end what is wrong with it.
 std::string LastLineOf(std::string text) {
   text.erase(text.find_last_not_of(" \n") + 1);
@@ -86,8 +83,10 @@ std::string RunGnuplot(const std::string& script, const std::string& title) {
   posix_spawn_file_actions_adddup2(&actions, output.Descriptor(), STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, log.Descriptor(), STDERR_FILENO);
   std::string program = "gnuplot";
+  std::string without_settings_of_users = "-d";
   std::string from_standard_input = "-";
-  const std::array<char*, 3> arguments{program.data(), from_standard_input.data(), nullptr};
+  const std::array<char*, 4> arguments{
+      program.data(), without_settings_of_users.data(), from_standard_input.data(), nullptr};
   pid_t child = 0;
   const int failure =
       posix_spawnp(&child, program.c_str(), &actions, nullptr, arguments.data(), environ);
@@ -108,94 +107,253 @@ std::string RunGnuplot(const std::string& script, const std::string& title) {
   return svg.substr(begin);
 }
 
-}  // namespace
-
-std::string DrawChart(const Chart& chart) {
-  std::string script =
-      "set terminal svg size 900,300 font 'sans,11' background '#ffffff'\n"
-      "set grid\nset key outside right top\nset border 3\nset tics nomirror\n"
-      "set yrange [0:*]\nset xrange [*:*] noextend\nset offsets graph 0.02, graph 0.02, 0, 0\n";
-  script += fmt::format("set title \"{}\"\nset xlabel \"{}\"\nset ylabel \"{}\"\n",
-                        chart.title,
-                        chart.x_label,
-                        chart.y_label);
-  std::string plots;
-  for (std::size_t i = 0; i < chart.series.size(); ++i) {
-    const ChartSeries& series = chart.series[i];
-    const std::string data = fmt::format("$series{}", i);
-    script += fmt::format("{} << E\n{}E\n", data, DataOf(series));
-    if (!series.stddev.empty()) {
-      plots += fmt::format(
-          "{}{} using 1:3:4 with filledcurves fillcolor rgb '{}' fillstyle transparent solid 0.2 "
-          "noborder notitle",
-          plots.empty() ? "" : ", ",
-          data,
-          series.colour);
-    }
-    plots += fmt::format("{}{} using 1:2 with {} linecolor rgb '{}' title \"{}\"",
-                         plots.empty() ? "" : ", ",
-                         data,
-                         series.style == ChartSeries::Style::kLine
-                             ? "linespoints linewidth 2 pointtype 7 pointsize 0.3"
-                             : "points pointtype 6 pointsize 0.8",
-                         series.colour,
-                         series.label);
+// As gnuplot reads it back unchanged: nothing within single quotes is replaced or run.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') quoted += '\'';
+    quoted += c == '\n' ? ' ' : c;
   }
-  return RunGnuplot(script + "plot " + plots + "\n", chart.title);
+  return quoted + "'";
 }
 
-// Front points joined as the stairs that no setting gets below; labels over their points.
-std::string DrawScatter(const ScatterChart& chart) {
-  std::vector<ScatterPoint> front;
-  double least_x = std::numeric_limits<double>::infinity();
-  double most_x = 0.0;
-  std::string all;
-  std::string marked;
-  for (const ScatterPoint& point : chart.points) {
-    const std::string line = fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} \"{}\"\n",
-                                         point.x,
-                                         point.y,
-                                         point.x_smallest,
-                                         point.x_largest,
-                                         point.y_smallest,
-                                         point.y_largest,
-                                         point.label);
-    (point.is_marked ? marked : all) += line;
-    least_x = std::min(least_x, point.x_smallest);
-    most_x = std::max(most_x, 1.1 * point.x_largest);
-    if (point.on_front) front.push_back(point);
+// For data, where no quote can be escaped.
+std::string DataText(std::string text) {
+  for (char& c : text) {
+    if (c == '"' || c == '\\' || c == '\n') c = ' ';
   }
-  std::sort(front.begin(), front.end(), [](const ScatterPoint& a, const ScatterPoint& b) {
-    return a.x < b.x;
-  });
-  std::string script =
-      "set terminal svg size 760,300 font 'sans,11' noenhanced\n"
-      "set border 3\nset tics nomirror\nset logscale x\nset yrange [0:*]\n"
-      "set offsets 0, 0, graph 0.08, 0\nset key off\n";
-  script += fmt::format("set xlabel \"{}\"\nset ylabel \"{}\"\n", chart.x_label, chart.y_label);
-  // Room for the labels on the right.
-  script += fmt::format(
-      "set xrange [{:.6g}:{:.6g}]\n", 0.9 * least_x, most_x * std::pow(most_x / least_x, 0.15));
-  script += "$front << E\n";
-  for (const ScatterPoint& point : front)
-    script += fmt::format("{:.6g} {:.6g}\n", point.x, point.y);
-  script += fmt::format("E\n$all << E\n{}E\n$marked << E\n{}E\n", all, marked);
-  std::string plots;
-  const auto add = [&](const std::string& plot) { plots += (plots.empty() ? "" : ", ") + plot; };
-  if (!front.empty()) add("$front with steps linewidth 1.5 linecolor rgb '#2060c0'");
-  const auto add_points = [&](const char* data, const char* colour, const char* style) {
-    add(fmt::format(
-        "{} using 1:2:3:4:5:6 with xyerrorbars pointtype 7 pointsize {} linecolor rgb '{}'",
-        data,
-        style,
-        colour));
-    add(fmt::format(
-        "{} using 1:2:7 with labels left offset 0.6,0.6 textcolor rgb '{}'", data, colour));
+  return '"' + text + '"';
+}
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  bool is_logarithmic = false;
+};
+
+Range RangeOf(const Chart& chart, ChartValue ChartPoint::*of_point, const ChartAxis& axis) {
+  Range range;
+  bool has_labels = false;
+  for (const ChartSeries& series : chart.series) {
+    for (const ChartPoint& point : series.points) {
+      const ChartValue& value = point.*of_point;
+      has_labels = has_labels || !point.label.empty();
+      for (const double end : {value.value, value.low, value.high}) {
+        if (!std::isfinite(end)) continue;
+        range.low = std::min(range.low, end);
+        range.high = std::max(range.high, end);
+      }
+    }
+  }
+  if (!(range.low <= range.high)) throw std::runtime_error("chart: no point to draw");
+  if (!axis.categories.empty()) {
+    range.low = 0.5;
+    range.high = static_cast<double>(axis.categories.size()) + 0.5;
+    return range;
+  }
+  const double beyond = of_point == &ChartPoint::x && has_labels ? kLabelMargin : kMargin;
+  if (axis.scale == ChartAxis::Scale::kByValues && range.low > 0.0 &&
+      range.high >= kFarApart * range.low) {
+    range.is_logarithmic = true;
+    const double whole = range.high / range.low;
+    range.low *= std::pow(whole, -kMargin);
+    range.high *= std::pow(whole, beyond);
+    return range;
+  }
+  if (axis.scale == ChartAxis::Scale::kFromZero) range.low = std::min(0.0, range.low);
+  double whole = range.high - range.low;
+  if (!(whole > 0.0)) whole = std::max(1e-6, 0.2 * std::abs(range.high));  // One value.
+  if (range.low != 0.0) range.low -= kMargin * whole;
+  range.high += beyond * whole;
+  return range;
+}
+
+void WriteAxis(const char* name, const ChartAxis& axis, const Range& range, std::string& script) {
+  const bool from_top = name[0] == 'y' && !axis.categories.empty();
+  script += fmt::format("unset logscale {0}\nset {0}label {1}\n", name, Quoted(axis.label));
+  script += fmt::format("set {}range [{:.8g}:{:.8g}] noextend\n",
+                        name,
+                        from_top ? range.high : range.low,
+                        from_top ? range.low : range.high);
+  std::string marks;
+  const auto add = [&marks](const std::string& text, double at) {
+    marks += fmt::format("{}{} {:.8g}", marks.empty() ? "" : ", ", Quoted(text), at);
   };
-  if (!all.empty()) add_points("$all", "#606060", "0.4");
-  if (!front.empty()) add("$front with points pointtype 7 pointsize 0.6 linecolor rgb '#2060c0'");
-  if (!marked.empty()) add_points("$marked", "#c03000", "0.7");
-  return RunGnuplot(script + "plot " + plots + "\n", chart.y_label);
+  if (!axis.categories.empty()) {
+    for (std::size_t i = 0; i < axis.categories.size(); ++i) {
+      add(axis.categories[i], static_cast<double>(i) + 1.0);
+    }
+  } else if (range.is_logarithmic) {
+    script += fmt::format("set logscale {}\n", name);
+    for (const double mark : LogarithmicMarks(range.low, range.high)) {
+      add(fmt::format("{:.6g}", mark), mark);
+    }
+  }
+  if (marks.empty()) {
+    script += fmt::format("set {}tics autofreq nomirror\n", name);
+  } else {
+    script += fmt::format("set {}tics ({}) nomirror\n", name, marks);
+  }
+}
+
+// gnuplot's rows of a series; an empty line breaks the curve.
+std::string DataOf(const ChartSeries& series) {
+  std::string rows;
+  for (const ChartPoint& point : series.points) {
+    if (!std::isfinite(point.x.value) || !std::isfinite(point.y.value)) {
+      rows += "\n";
+      continue;
+    }
+    rows += fmt::format("{:.8g} {:.8g} {:.8g} {:.8g} {:.8g} {:.8g} {}\n",
+                        point.x.value,
+                        point.y.value,
+                        point.x.low,
+                        point.x.high,
+                        point.y.low,
+                        point.y.high,
+                        DataText(point.label));
+  }
+  return rows;
+}
+
+// What `plot` is given for a series; its data are in the block `data`.
+std::string PlotsOf(const ChartSeries& series, const std::string& data) {
+  std::string plots;
+  const auto add = [&](const std::string& columns, const std::string& style) {
+    plots += fmt::format("{}{} using {} with {} linecolor rgb '{}' ",
+                         plots.empty() ? "" : ", ",
+                         data,
+                         columns,
+                         style,
+                         series.colour);
+  };
+  const std::string title =
+      series.label.empty() ? "notitle" : "title " + Quoted(series.label) + " noenhanced";
+  const auto is_exact = [](const ChartValue& value) { return value.low == value.high; };
+  bool has_bars = false;
+  bool has_labels = false;
+  for (const ChartPoint& point : series.points) {
+    has_bars = has_bars || !is_exact(point.x) || !is_exact(point.y);
+    has_labels = has_labels || !point.label.empty();
+  }
+  const std::string points =
+      fmt::format("points pointtype 7 pointsize {:.3g}", 0.6 * series.point_size);
+  switch (series.style) {
+    case ChartSeries::Style::kBand:
+      if (has_bars) {
+        add("1:5:6", "filledcurves fillstyle transparent solid 0.2 noborder");
+        plots += "notitle";
+      }
+      add("1:2", "linespoints linewidth 2 pointtype 7 pointsize 0.4");
+      break;
+    case ChartSeries::Style::kStairs:
+      add("1:2", "steps linewidth 2");
+      plots += "notitle";
+      add("1:2", points);
+      break;
+    case ChartSeries::Style::kLine:
+      add("1:2", fmt::format("linespoints linewidth 2 pointtype 7 pointsize 0.5"));
+      break;
+    case ChartSeries::Style::kPoints:
+      add("1:2", points);
+      break;
+  }
+  plots += title;
+  if (has_bars && series.style != ChartSeries::Style::kBand) {
+    add("1:2:3:4:5:6", "xyerrorbars pointsize 0 linewidth 1");
+    plots += "notitle";
+  }
+  if (has_labels) {
+    plots += fmt::format(
+        ", {} using 1:2:7 with labels noenhanced left offset 0.6,0.6 textcolor rgb '{}' notitle",
+        data,
+        series.colour);
+  }
+  return plots;
+}
+
+int HeightPx(const Chart& chart) {
+  if (chart.y.categories.empty()) return kHeightPx;
+  return kAroundPx + kCategoryPx * static_cast<int>(chart.y.categories.size());
+}
+
+void WriteChart(const Chart& chart, std::size_t number, std::string& script) {
+  if (chart.title.empty()) {
+    script += "unset title\n";
+  } else {
+    script += fmt::format("set title {} noenhanced\n", Quoted(chart.title));
+  }
+  WriteAxis("x", chart.x, RangeOf(chart, &ChartPoint::x, chart.x), script);
+  WriteAxis("y", chart.y, RangeOf(chart, &ChartPoint::y, chart.y), script);
+  std::string plots;
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    if (chart.series[i].points.empty()) continue;
+    const std::string data = fmt::format("$data{}_{}", number, i);
+    script += fmt::format("{} << E\n{}E\n", data, DataOf(chart.series[i]));
+    plots += (plots.empty() ? "" : ", ") + PlotsOf(chart.series[i], data);
+  }
+  script += fmt::format("plot {}\n", plots);
+}
+
+}  // namespace
+
+std::vector<double> LogarithmicMarks(double low, double high) {
+  static const std::vector<std::vector<double>> kDigits = {
+      {1}, {1, 3}, {1, 2, 5}, {1, 1.5, 2, 3, 5, 7}, {1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9}};
+  constexpr std::size_t kEnough = 4;
+  std::vector<double> marks;
+  for (const std::vector<double>& digits : kDigits) {
+    marks.clear();
+    for (int decade = static_cast<int>(std::floor(std::log10(low)));
+         decade <= static_cast<int>(std::floor(std::log10(high)));
+         ++decade) {
+      for (const double digit : digits) {
+        const double mark = digit * std::pow(10.0, decade);
+        if (mark >= low && mark <= high) marks.push_back(mark);
+      }
+    }
+    if (marks.size() >= kEnough) break;
+  }
+  return marks;
+}
+
+std::string DrawChart(const Chart& chart) { return DrawCharts(std::span(&chart, 1)); }
+
+std::string DrawCharts(std::span<const Chart> charts) {
+  if (charts.empty()) throw std::runtime_error("charts: none to draw");
+  int height_px = 0;
+  for (const Chart& chart : charts) height_px += HeightPx(chart);
+  std::string script =
+      fmt::format("set terminal svg noenhanced size {},{} font 'sans,{}' background '#ffffff'\n",
+                  kWidthPx,
+                  height_px,
+                  kFontPx);
+  script += "set encoding utf8\nset grid\nset key below\nset border 3\nset format '%h'\n";
+  if (charts.size() > 1) script += "set multiplot\n";
+  int above_px = 0;
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    const int this_px = HeightPx(charts[i]);
+    above_px += this_px;
+    script += fmt::format("set size 1,{:.6g}\nset origin 0,{:.6g}\n",
+                          double(this_px) / height_px,
+                          1.0 - double(above_px) / height_px);
+    // Scales of charts under one another begin at one place.
+    const bool has_names = !charts[i].y.categories.empty();
+    script += charts.size() > 1 && !has_names ? "set lmargin 9\n" : "unset lmargin\n";
+    WriteChart(charts[i], i, script);
+  }
+  if (charts.size() > 1) script += "unset multiplot\n";
+  const Chart& first = charts.front();
+  return RunGnuplot(script, first.title.empty() ? first.y.label : first.title);
+}
+
+std::string ChartsForPage(std::span<const Chart> charts) {
+  try {
+    return DrawCharts(charts);
+  } catch (const std::runtime_error& error) {
+    spdlog::warn("{}: the page is without it", error.what());
+    return "<p class=\"bad\">" + EscapeHtml(error.what()) + "</p>";
+  }
 }
 
 }  // namespace pleinair

@@ -1,6 +1,8 @@
 #include "apps/tradeoff_page.h"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -55,6 +57,10 @@ const char* TimeWords(const SweepAxis& axis) {
       return "frame under a new sun, without files, ms";
   }
   return "";
+}
+
+ChartValue InUnit(const Spread& spread, double unit) {
+  return {unit * spread.median, unit * spread.smallest, unit * spread.largest};
 }
 
 std::optional<double> MedianOf(const SweepResult& result,
@@ -115,28 +121,27 @@ std::string DefaultSentence(const SweptAxis& swept, const AxisView& view) {
 
 std::string ChartOf(const SweptAxis& swept, const AxisView& view) {
   const double unit = ErrorUnit(swept.axis);
-  ScatterChart chart{TimeWords(swept.axis), ErrorWords(swept.axis), {}};
+  ChartSeries front{"front", "#2060c0", ChartSeries::Style::kStairs, {}};
+  ChartSeries others{"other values", "#606060", ChartSeries::Style::kPoints, {}};
+  ChartSeries standard{"default", "#c03000", ChartSeries::Style::kPoints, {}, 1.5};
   for (std::size_t i = 0; i < swept.results.size(); ++i) {
     const std::optional<Spread> error = SpreadOf(view.points[i].error);
     const std::optional<Spread> time_ms = SpreadOf(view.points[i].time_ms);
     if (!error || !(time_ms->smallest > 0.0)) continue;
-    chart.points.push_back({swept.results[i].value,
-                            time_ms->median,
-                            time_ms->smallest,
-                            time_ms->largest,
-                            unit * error->median,
-                            unit * error->smallest,
-                            unit * error->largest,
-                            view.places[i].on_front,
-                            swept.results[i].is_default});
+    ChartPoint point{InUnit(*time_ms, 1.0), InUnit(*error, unit), swept.results[i].value};
+    (swept.results[i].is_default ? standard : others).points.push_back(point);
+    point.label.clear();
+    if (view.places[i].on_front) front.points.push_back(std::move(point));
   }
-  if (chart.points.empty()) return {};
-  try {
-    return DrawScatter(chart);
-  } catch (const std::runtime_error& error) {
-    // Hours of measuring are in the tables: they are not lost for a picture.
-    return "<p class=\"bad\">" + EscapeHtml(error.what()) + "</p>";
-  }
+  if (standard.points.empty() && others.points.empty()) return {};
+  std::sort(front.points.begin(), front.points.end(), [](const ChartPoint& a, const ChartPoint& b) {
+    return a.x.value < b.x.value;
+  });
+  const Chart chart{"",
+                    {TimeWords(swept.axis)},
+                    {ErrorWords(swept.axis)},
+                    {std::move(front), std::move(others), std::move(standard)}};
+  return ChartsForPage(std::span(&chart, 1));
 }
 
 // The marks that gnuplot defines are the same in every chart of a page.
@@ -256,7 +261,8 @@ std::string DefaultsText(const TradeoffPage& page) {
 
 std::string TradeoffHtml(const TradeoffPage& page) {
   std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>"
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+      "<meta name=\"viewport\" content=\"width=device-width\"><title>{0}</title>"
       "<style>{1}</style></head>\n<body><h1>{0}</h1>\n<ul>\n",
       EscapeHtml(page.title),
       kPageStyle);

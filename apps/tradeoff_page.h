@@ -18,7 +18,7 @@ struct TradeoffPage {
 std::string TradeoffCsv(const TradeoffPage& page);
 
 // One file that needs nothing else: for each axis a chart with the Pareto front, the default and
-// the spread, a table, and a sentence on the default. Throws std::runtime_error as DrawScatter.
+// the spread, a table, and a sentence on the default. Charts as by ChartsForPage.
 std::string TradeoffHtml(const TradeoffPage& page);
 
 // For people: whether each axis's default is on its front, a line each.
