@@ -82,7 +82,10 @@ void AddTradeoff(CLI::App& app, Work& work) {
   tradeoff.footer(
       "Example: pleinair tradeoff datasets/samples/courtyard --sweep samples,loss --out tradeoff");
   TrialSettings& trials = options->trials;
-  tradeoff.add_option("sequence", trials.sequence, "Folder with sequence.json and truth/")
+  tradeoff
+      .add_option("sequence",
+                  options->sequences,
+                  "Folder with sequence.json and truth/; for imperfections any number of them")
       ->required();
   tradeoff.add_option("--out", options->out, "Folder for tradeoff.csv and tradeoff.html")
       ->default_str("pleinair-tradeoff");
@@ -95,17 +98,33 @@ void AddTradeoff(CLI::App& app, Work& work) {
           "map-width,shadow,influence,threshold,sun-block,receiver-block,object-samples; "
           "with "
           "a fish-eye regions; indoors light-samples,shadow-map,windows (default: all that mean "
-          "something)")
+          "something). front: combinations of them, the one front of the program. Or "
+          "imperfections, all or "
+          "by name "
+          "(gain,exposure,veil,vignette,saturation,curve,sharpen,jpeg,pose_deg,pose_m,mesh_m,"
+          "north_deg,clip,albedo): what they cost, one at a time")
       ->delimiter(',');
-  tradeoff.add_option("--seeds", trials.seeds, "Of settings that only the estimate hangs on")
+  tradeoff.add_option("--seeds", trials.seeds, "Of settings that only the estimate depends on")
       ->check(CLI::Range(1, 1000));
   tradeoff
       .add_option("--costly-seeds",
                   trials.costly_seeds,
-                  "Of settings for which rays or pictures are made anew")
+                  "Of settings for which rays or pictures are recomputed, and of imperfections")
       ->check(CLI::Range(1, 1000));
-  tradeoff.add_option("--frames-limit", trials.frames_limit, "So many, spread over the sequence")
+  tradeoff
+      .add_option("--frames-limit",
+                  options->frames_limit,
+                  "So many, spread over the sequence (default 24; of imperfections 4)")
       ->check(CLI::Range(1, 100000));
+  tradeoff
+      .add_option("--combinations",
+                  options->most_combinations,
+                  "Of settings: how many are tried for the front")
+      ->check(CLI::Range(1, 10000));
+  tradeoff
+      .add_option("--patch-size", trials.prepare.patch_size_m, "As run has it, where not swept")
+      ->check(Positive());
+  tradeoff.add_option("--rays", trials.prepare.rays, "Likewise")->check(CLI::Range(1, 65536));
   tradeoff.add_option("--cache",
                       trials.cache,
                       "Folder for prepared data (default: pleinair in the user's cache folder)");

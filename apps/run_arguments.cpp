@@ -7,10 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "apps/effect_names.h"
 #include "apps/number_pair.h"
+#include "apps/quality.h"
 #include "apps/run_command.h"
 
 namespace pleinair {
@@ -125,6 +127,27 @@ void AddDaylight(CLI::App& run, RunCommandOptions& options) {
       ->check(CLI::Range(0, 1024));
 }
 
+// Once all is read, so that what is given wins wherever it stands.
+void AddQuality(CLI::App& run, RunCommandOptions& options) {
+  auto quality = std::make_shared<Quality>(Quality::kBalanced);
+  CLI::Option* option = run.add_option("--quality",
+                                       *quality,
+                                       fmt::format("fast ({}), balanced (as said at each option) "
+                                                   "or best ({}); an option that is given wins",
+                                                   QualityInWords(Quality::kFast),
+                                                   QualityInWords(Quality::kBest)));
+  std::map<std::string, Quality> by_name;
+  for (const Quality each : kAllQualities) by_name.emplace(NameOf(each), each);
+  option->transform(CLI::CheckedTransformer(by_name))->default_str("balanced");
+  run.parse_complete_callback([&run, &options, quality, option] {
+    if (option->count() == 0) return;
+    ApplyQuality(
+        *quality,
+        [&run](const std::string& name) { return run.get_option("--" + name)->count() > 0; },
+        options);
+  });
+}
+
 }  // namespace
 
 void AddRun(CLI::App& app, Work& work) {
@@ -226,6 +249,15 @@ void AddRun(CLI::App& app, Work& work) {
                  "Side in pixels of blocks that are lit alike when their corners are; 1: each "
                  "pixel looks for the sun itself")
       ->check(CLI::Range(1, 64));
+  run.add_option("--receiver-block",
+                 options->receiver_block_px,
+                 "Side in pixels of the blocks for which light from the sky and by reflection is "
+                 "gathered")
+      ->check(CLI::Range(1, 64));
+  run.add_option("--object-samples",
+                 options->object_samples_per_side,
+                 "Side n of the n^2 + 1 samples of a pixel that shows an object: 2, 4, 6 or 8")
+      ->check(CLI::IsMember({2, 4, 6, 8}));
   AddEffects(run, options->effects);
   run.add_option("--penumbra-samples",
                  options->penumbra_samples,
@@ -253,6 +285,7 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_flag(
       "--strict", options->stop_on_bad_frame, "Stop at the first frame that can't be done");
   AddCache(run, options->cache);
+  AddQuality(run, *options);
   run.callback([options, &work] {
     work = [options] {
       RunRunCommand(*options);

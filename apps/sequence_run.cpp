@@ -338,11 +338,16 @@ std::optional<RunStep> SequenceRun::Next(const std::function<bool(int)>& wanted)
     const auto given = given_suns_.find((*frame)->index);
     if (given != given_suns_.end()) (*frame)->sun_direction_enu = given->second;
     const double read_ms = MsSince(read_start);
-    RunStep step{std::move(**frame), {}};
-    step.result = pipeline_->Process(*step.frame, PosesAt(step.frame->time));
+    RunStep step = Process(std::move(**frame));
     if (step.result) step.result->timing_ms.read = read_ms;
     return step;
   }
+}
+
+RunStep SequenceRun::Process(Frame frame) {
+  RunStep step{std::move(frame), {}};
+  step.result = pipeline_->Process(*step.frame, PosesAt(step.frame->time));
+  return step;
 }
 
 SequenceRun::Environment SequenceRun::EnvironmentOf(const Lighting& lighting) {

@@ -126,6 +126,9 @@ class SequenceRun {
   std::optional<RunStep> Next();
   std::optional<RunStep> Next(const std::function<bool(int)>& wanted);
 
+  // Of a frame that is not the sequence's, or is so again, at the same place.
+  RunStep Process(Frame frame);
+
   // What was assumed, mended or left out since the last call, marker poses included.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
   // The real light where the objects are, or without any where the survey's map was taken, or the

@@ -254,12 +254,17 @@ std::string PlotsOf(const ChartSeries& series, const std::string& data) {
     case ChartSeries::Style::kLine:
       add("1:2", fmt::format("linespoints linewidth 2 pointtype 7 pointsize 0.5"));
       break;
+    case ChartSeries::Style::kDashes:
+      add("1:2", "lines dashtype 2 linewidth 1.5");
+      break;
     case ChartSeries::Style::kPoints:
       add("1:2", points);
       break;
   }
   plots += title;
-  if (has_bars && series.style != ChartSeries::Style::kBand) {
+  const bool draws_bars =
+      series.style != ChartSeries::Style::kBand && series.style != ChartSeries::Style::kDashes;
+  if (has_bars && draws_bars) {
     add("1:2:3:4:5:6", "xyerrorbars pointsize 0 linewidth 1");
     plots += "notitle";
   }

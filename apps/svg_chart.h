@@ -26,6 +26,7 @@ struct ChartSeries {
   enum class Style {
     kLine,    // Joined points, with bars.
     kBand,    // The same, with a band in place of bars.
+    kDashes,  // A dashed line without points or bars.
     kPoints,  // Points with bars.
     kStairs,  // As a Pareto front is joined: what lies right of a step is as low as it.
   };

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <thread>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/front_page.h"
+#include "apps/imperfection_page.h"
 #include "apps/progress.h"
 #include "apps/run_folder.h"
 #include "apps/tradeoff_page.h"
@@ -44,13 +48,23 @@ std::vector<SweepAxis> ChosenAxes(const std::vector<std::string>& names, const S
   return axes;
 }
 
-}  // namespace
+std::string MachineLine() {
+  return fmt::format("{}, {} threads; pleinair {}",
+                     ProcessorName(),
+                     std::thread::hardware_concurrency(),
+                     PLEINAIR_VERSION);
+}
 
-std::string RunTradeoffCommand(const TradeoffCommandOptions& options) {
-  RequireApart(options.out, options.trials.sequence);
-  TradeoffTrials trials(options.trials, ProgressOnStandardError());
+std::string NameOf(const Sequence& sequence) {
+  return sequence.name.empty() ? sequence.folder.filename().string() : sequence.name;
+}
+
+std::string SweepAxes(const TradeoffCommandOptions& options,
+                      const TrialSettings& settings,
+                      const std::vector<std::string>& names) {
+  TradeoffTrials trials(settings, ProgressOnStandardError());
   const SweepCase here = trials.Case();
-  const std::vector<SweepAxis> axes = ChosenAxes(options.sweep, here);
+  const std::vector<SweepAxis> axes = ChosenAxes(names, here);
   const Sequence& sequence = trials.Loaded().sequence;
   if (axes.empty()) {
     throw std::runtime_error(sequence.folder.string() +
@@ -61,22 +75,18 @@ std::string RunTradeoffCommand(const TradeoffCommandOptions& options) {
   std::filesystem::create_directories(options.out);
 
   TradeoffPage page;
-  page.title = "Error against time: " +
-               (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
+  page.title = "Error against time: " + NameOf(sequence);
   page.settings = {
       fmt::format("{}x{} pixels; light measured on {} frames, pictures on {}",
                   sequence.intrinsics.width_px,
                   sequence.intrinsics.height_px,
                   here.light_is_fitted ? trials.LightFrames() : trials.PictureFrames(),
                   trials.PictureFrames()),
-      fmt::format("{} seeds where the light alone is estimated, {} where rays or pictures are made "
-                  "anew; no filter over time, all other settings at their defaults",
-                  options.trials.seeds,
-                  options.trials.costly_seeds),
-      fmt::format("{}, {} threads; pleinair {}",
-                  ProcessorName(),
-                  std::thread::hardware_concurrency(),
-                  PLEINAIR_VERSION),
+      fmt::format("{} seeds where the light alone is estimated, {} where rays or pictures are "
+                  "recomputed; no filter over time, all other settings at their defaults",
+                  settings.seeds,
+                  settings.costly_seeds),
+      MachineLine(),
       "the recording's frames are minutes apart: each pays for a new sun, which a camera's frames "
       "share for 48 s"};
   page.axes = trials.Measure(axes);
@@ -89,6 +99,109 @@ std::string RunTradeoffCommand(const TradeoffCommandOptions& options) {
   WriteWholeText(options.out / "tradeoff.csv", TradeoffCsv(page));
   WriteWholeText(options.out / "tradeoff.html", TradeoffHtml(page));
   return DefaultsText(page) + (options.out / "tradeoff.html").string();
+}
+
+std::string SearchTheFront(const TradeoffCommandOptions& options, const TrialSettings& settings) {
+  FrontTrials trials(settings, ProgressOnStandardError());
+  std::filesystem::create_directories(options.out);
+  FrontPage page;
+  const CameraIntrinsics& camera = trials.Recording().intrinsics;
+  page.title = "What a frame costs, and what comes of it: " + NameOf(trials.Recording());
+  page.points = trials.Search(options.most_combinations);
+  page.settings = {fmt::format("{}x{} pixels, {} frames, {} seeds; {} combinations tried",
+                               camera.width_px,
+                               camera.height_px,
+                               trials.Frames(),
+                               settings.costly_seeds,
+                               page.points.size()),
+                   "times are ratios to the default's, measured side by side, times its median",
+                   MachineLine()};
+  for (const FrontPoint& point : page.points) {
+    if (!point.failure.empty()) spdlog::warn("a combination failed: {}", point.failure);
+  }
+  WriteWholeText(options.out / "front.csv", FrontCsv(page));
+  WriteWholeText(options.out / "front.svg", FrontChart(page));
+  WriteWholeText(options.out / "front.html", FrontHtml(page));
+  return QualitiesInWords(page) + (options.out / "front.html").string();
+}
+
+// None where the names are of something else.
+std::vector<ImperfectionDial> ChosenImperfections(const std::vector<std::string>& names) {
+  const std::vector<ImperfectionDial> all = ImperfectionDials();
+  std::vector<ImperfectionDial> chosen;
+  std::size_t known = 0;
+  for (const std::string& name : names) {
+    const auto begin = chosen.size();
+    std::copy_if(all.begin(), all.end(), std::back_inserter(chosen), [&](const auto& dial) {
+      return name == kImperfectionSweep || name == dial.name;
+    });
+    known += chosen.size() > begin ? 1 : 0;
+  }
+  if (chosen.empty() || known == names.size()) return chosen;
+  std::vector<std::string> expected{kImperfectionSweep};
+  for (const ImperfectionDial& dial : all) expected.push_back(dial.name);
+  throw std::invalid_argument(
+      fmt::format("--sweep {}: expected settings alone, or imperfections alone: {}",
+                  fmt::join(names, ","),
+                  fmt::join(expected, ",")));
+}
+
+std::string SweepImperfections(const TradeoffCommandOptions& options,
+                               const std::vector<ImperfectionDial>& dials) {
+  const TrialSettings& trials = options.trials;
+  ImperfectionSettings settings;
+  settings.sequences = options.sequences;
+  settings.cache = trials.cache;
+  settings.seeds = trials.costly_seeds;
+  settings.prepare = trials.prepare;
+  if (options.frames_limit) settings.frames_limit = *options.frames_limit;
+  ImperfectionPage page;
+  page.dials = dials;
+  page.recordings = MeasureImperfections(settings, page.dials, ProgressOnStandardError());
+  std::vector<std::string> recordings;
+  for (const ImperfectRecording& recording : page.recordings) {
+    recordings.push_back(fmt::format("{} ({} frames)", recording.name, recording.frames));
+    for (std::size_t dial = 0; dial < page.dials.size(); ++dial) {
+      for (const ImperfectionResult& result : recording.dials[dial]) {
+        if (result.failure.empty()) continue;
+        spdlog::warn(
+            "{}, {} {:g}: {}", recording.name, page.dials[dial].name, result.size, result.failure);
+      }
+    }
+  }
+  page.settings = {
+      fmt::format("{}", fmt::join(recordings, ", ")),
+      fmt::format("{} seeds; 8-bit frames with a camera's noise; pleinair {}, settings by default",
+                  settings.seeds,
+                  PLEINAIR_VERSION)};
+  std::filesystem::create_directories(options.out);
+  WriteWholeText(options.out / "imperfections.csv", ImperfectionCsv(page));
+  WriteWholeText(options.out / "imperfections.svg", ImperfectionOverview(page));
+  WriteWholeText(options.out / "imperfections.html", ImperfectionHtml(page));
+  return ImperfectionsInWords(page) + (options.out / "imperfections.html").string();
+}
+
+}  // namespace
+
+std::string RunTradeoffCommand(const TradeoffCommandOptions& options) {
+  for (const std::filesystem::path& sequence : options.sequences) {
+    RequireApart(options.out, sequence);
+  }
+  const std::vector<ImperfectionDial> imperfections = ChosenImperfections(options.sweep);
+  if (!imperfections.empty()) return SweepImperfections(options, imperfections);
+  if (options.sequences.size() != 1) {
+    throw std::invalid_argument(fmt::format(
+        "{} sequences: expected one, or --sweep {}", options.sequences.size(), kImperfectionSweep));
+  }
+  TrialSettings settings = options.trials;
+  settings.sequence = options.sequences.front();
+  if (options.frames_limit) settings.frames_limit = *options.frames_limit;
+  std::vector<std::string> axes = options.sweep;
+  const bool with_front = std::erase(axes, kFrontSweep) > 0;
+  std::string said;
+  if (!axes.empty() || !with_front) said = SweepAxes(options, settings, axes);
+  if (with_front) said += (said.empty() ? "" : "\n") + SearchTheFront(options, settings);
+  return said;
 }
 
 }  // namespace pleinair

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,22 @@
 namespace pleinair {
 
 struct TradeoffCommandOptions {
-  TrialSettings trials;
+  std::vector<std::filesystem::path> sequences;  // One; of imperfections any number.
+  TrialSettings trials;                          // Their sequence is set from those.
+  std::optional<int> frames_limit;               // Of the trials; none: by sweep.
   std::filesystem::path out;
-  std::vector<std::string> sweep;  // Names of axes; empty: all that mean something here.
+  int most_combinations = 60;  // That are tried for the front.
+  // Names of axes, or kFrontSweep; empty: all that mean something here. Or of imperfections,
+  // kImperfectionSweep for all of them.
+  std::vector<std::string> sweep;
 };
 
-// Writes OUT/tradeoff.csv and OUT/tradeoff.html, each whole or not at all; returns what to print.
+inline constexpr const char* kFrontSweep = "front";
+inline constexpr const char* kImperfectionSweep = "imperfections";
+
+// Writes OUT/tradeoff.csv and .html for axes; OUT/front.csv, .html and .svg for combinations of
+// settings; OUT/imperfections.csv, .html and .svg for those. Each is whole or not there. Returns
+// what to print.
 // Throws std::runtime_error or std::invalid_argument, one line.
 std::string RunTradeoffCommand(const TradeoffCommandOptions& options);
 

@@ -6,20 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "apps/chart_page.h"
 #include "apps/html_text.h"
-#include "apps/svg_chart.h"
-#include "pipeline/tradeoff.h"
 
 namespace pleinair {
 namespace {
-
-const char* const kPageStyle = R"css(
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 900px; padding: 0 1em; color: #222 }
-h1 { font-size: 1.5em } h2 { font-size: 1.15em; margin-top: 2em }
-table { border-collapse: collapse; font-size: .9em } td, th { padding: .1em .7em; text-align: right; border-bottom: 1px solid #ddd }
-td:first-child, th:first-child { text-align: left } .default { color: #c03000; font-weight: bold }
-svg { max-width: 100%; height: auto } .bad { color: #a00 }
-)css";
 
 // One axis, ready to be told.
 struct AxisView {
@@ -57,10 +48,6 @@ const char* TimeWords(const SweepAxis& axis) {
       return "frame under a new sun, without files, ms";
   }
   return "";
-}
-
-ChartValue InUnit(const Spread& spread, double unit) {
-  return {unit * spread.median, unit * spread.smallest, unit * spread.largest};
 }
 
 std::optional<double> MedianOf(const SweepResult& result,
@@ -144,14 +131,6 @@ std::string ChartOf(const SweptAxis& swept, const AxisView& view) {
   return ChartsForPage(std::span(&chart, 1));
 }
 
-// The marks that gnuplot defines are the same in every chart of a page.
-std::string WithoutDefinitions(const std::string& svg) {
-  const std::size_t begin = svg.find("<defs>");
-  const std::size_t end = svg.find("</defs>");
-  if (begin == std::string::npos || end == std::string::npos) return svg;
-  return svg.substr(0, begin) + svg.substr(end + 7);
-}
-
 std::string TableOf(const SweptAxis& swept, const AxisView& view) {
   const bool light = swept.axis.JudgesLight();
   std::string html = fmt::format(
@@ -194,12 +173,6 @@ std::string TableOf(const SweptAxis& swept, const AxisView& view) {
   return html + "</table>\n";
 }
 
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
 }  // namespace
 
 std::string TradeoffCsv(const TradeoffPage& page) {
@@ -232,7 +205,7 @@ std::string TradeoffCsv(const TradeoffPage& page) {
       const std::optional<Spread> time_ms = SpreadOf(view.points[i].time_ms);
       csv += fmt::format("{},{},{},{},{},{}",
                          swept.axis.name,
-                         Quoted(result.value),
+                         CsvText(result.value),
                          result.is_default ? 1 : 0,
                          view.places[i].on_front ? 1 : 0,
                          swept.axis.JudgesLight() ? "light" : "picture",
@@ -245,7 +218,7 @@ std::string TradeoffCsv(const TradeoffPage& page) {
       }
       for (const Column& column : kColumns) csv += "," + number(MedianOf(result, column.figure));
       csv += "," + number(result.prepare_s) + ",";
-      csv += (result.failure.empty() ? std::string() : Quoted(result.failure)) + "\n";
+      csv += (result.failure.empty() ? std::string() : CsvText(result.failure)) + "\n";
     }
   }
   return csv;
@@ -260,12 +233,7 @@ std::string DefaultsText(const TradeoffPage& page) {
 }
 
 std::string TradeoffHtml(const TradeoffPage& page) {
-  std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width\"><title>{0}</title>"
-      "<style>{1}</style></head>\n<body><h1>{0}</h1>\n<ul>\n",
-      EscapeHtml(page.title),
-      kPageStyle);
+  std::string html = ChartPageHead(page.title) + "<ul>\n";
   for (const std::string& line : page.settings) html += "<li>" + EscapeHtml(line) + "</li>\n";
   html +=
       "</ul>\n<p>Points are medians over seeds, bars their smallest and largest. The blue stairs "

@@ -21,21 +21,25 @@ std::optional<double> MedianOf(const std::vector<double>& values) {
   return Percentile(values, 0.5);
 }
 
-SequenceRunOptions OptionsFor(const TrialSettings& settings) {
-  SequenceRunOptions options;
-  options.sequence = settings.sequence;
-  options.cache = settings.cache;
-  options.prepare = settings.prepare;
-  options.filter = false;  // Each frame by itself.
-  return options;
-}
-
 const LightSummary& JudgedFrames(const LightSummaries& light) {
   return light.well_posed.frames > 0 ? light.well_posed : light.all;
 }
 
 std::optional<double> MedianOf(const std::optional<Distribution>& distribution) {
   return distribution ? std::optional(distribution->median) : std::nullopt;
+}
+
+double CodesOfPsnr(double psnr_db) { return 255.0 * std::pow(10.0, -psnr_db / 20.0); }
+
+}  // namespace
+
+SequenceRunOptions TrialRunOptions(const TrialSettings& settings) {
+  SequenceRunOptions options;
+  options.sequence = settings.sequence;
+  options.cache = settings.cache;
+  options.prepare = settings.prepare;
+  options.filter = false;  // Each frame by itself.
+  return options;
 }
 
 // Mean of sun's and sky's error, median over the frames that are judged.
@@ -50,8 +54,6 @@ std::optional<double> LightError(const Score& score) {
   return MedianOf(errors);
 }
 
-double CodesOfPsnr(double psnr_db) { return 255.0 * std::pow(10.0, -psnr_db / 20.0); }
-
 std::optional<double> PictureError(const Score& score) {
   std::vector<double> errors;
   for (const FrameScore& frame : score.frames) {
@@ -62,8 +64,6 @@ std::optional<double> PictureError(const Score& score) {
   }
   return MedianOf(errors);
 }
-
-}  // namespace
 
 // A value of an axis and the seeds that it is measured with at once.
 struct TradeoffTrials::Job {
@@ -82,7 +82,7 @@ struct TradeoffTrials::Job {
 TradeoffTrials::TradeoffTrials(const TrialSettings& settings, const Progress& progress)
     : settings_(settings),
       progress_(progress),
-      default_(LoadForRun(OptionsFor(settings), progress)),
+      default_(LoadForRun(TrialRunOptions(settings), progress)),
       scorer_([this]() -> const Sequence& {
         const Sequence& sequence = default_->sequence;
         if (!std::filesystem::exists(sequence.folder / "truth" / "truth.json")) {
@@ -117,7 +117,7 @@ TradeoffTrials::TradeoffTrials(const TrialSettings& settings, const Progress& pr
 TradeoffTrials::~TradeoffTrials() = default;
 
 SweepCase TradeoffTrials::Case() const {
-  const SequenceRunOptions options = OptionsFor(settings_);
+  const SequenceRunOptions options = TrialRunOptions(settings_);
   SweepCase sweep_case;
   sweep_case.light_is_fitted = SourceOf(options, default_->sequence) == SourceKind::kOutdoor;
   sweep_case.has_pictures = PictureFrames() > 0 && !default_->site.objects.empty();
@@ -149,7 +149,7 @@ std::vector<SweptAxis> TradeoffTrials::Measure(const std::vector<SweepAxis>& axe
     const bool is_costly = axis.rays_by_seed || !axis.JudgesLight();
     const int seeds = is_costly ? settings_.costly_seeds : settings_.seeds;
     const auto add = [&](std::size_t v, const std::vector<std::uint64_t>& with) {
-      Job job{&axis, &of_axis.results[v], OptionsFor(settings_), with, false};
+      Job job{&axis, &of_axis.results[v], TrialRunOptions(settings_), with, false};
       axis.values[v].apply(job.options);
       if (axis.rays_by_seed) job.options.prepare.seed = with.front();
       jobs.push_back(std::move(job));

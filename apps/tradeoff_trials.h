@@ -39,6 +39,13 @@ struct TrialFigures {
   std::optional<double> render_ms;     // And read back.
 };
 
+// What a sweep begins from: each frame by itself, without the filter over time.
+SequenceRunOptions TrialRunOptions(const TrialSettings& settings);
+
+// See TradeoffTrials. None where nothing of the kind was scored.
+std::optional<double> LightError(const Score& score);
+std::optional<double> PictureError(const Score& score);  // Code values.
+
 struct SweepResult {
   std::string value;
   bool is_default = false;

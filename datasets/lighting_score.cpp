@@ -16,6 +16,9 @@ constexpr double kMaxStddevOfClearBeam = 0.4;
 // Of the largest true sun, below which its ratio to the sky is noise.
 constexpr double kLeastSunOfARatio = 0.05;
 
+// Between an estimated ratio and the true one: from here on there is as good as none.
+constexpr double kLargestFactor = 100.0;
+
 double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 // Well conditioned for small angles too.
@@ -135,6 +138,23 @@ std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
     score.sun_direction_error_rad = AngleRad(*estimate.sun_direction_enu, truth.sun_direction_enu);
   }
   return score;
+}
+
+std::optional<glm::dvec3> LogSunOverSkyError(const RecordedLight& estimate,
+                                             const TruthFrame& truth,
+                                             double largest_true_sun) {
+  if (!estimate.sun_irradiance_rgb || !estimate.sky_irradiance_rgb) return std::nullopt;
+  if (!(Mean(truth.sun_irradiance_rgb) >= kLeastSunOfARatio * largest_true_sun)) {
+    return std::nullopt;
+  }
+  glm::dvec3 error;
+  for (int c = 0; c < 3; ++c) {
+    const double estimated = (*estimate.sun_irradiance_rgb)[c] * truth.sky_irradiance_rgb[c];
+    const double expected = (*estimate.sky_irradiance_rgb)[c] * truth.sun_irradiance_rgb[c];
+    if (!(std::max(estimated, expected) > 0.0)) return std::nullopt;
+    error[c] = std::min(std::abs(std::log(estimated / expected)), std::log(kLargestFactor));
+  }
+  return error;
 }
 
 LightSummary SummariseLight(const std::vector<LightScore>& scores) {

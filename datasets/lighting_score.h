@@ -48,6 +48,13 @@ std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
                                      double largest_true_sun,
                                      const glm::dvec3& clear_beam_rgb);
 
+// |log| of the estimated sun over sky, over the true one, per channel: what an unknown exposure and
+// white balance leave alone. At most log(100), which stands for no sun or no sky at all. None where
+// the record has no light, and where sun_to_sky_error is.
+std::optional<glm::dvec3> LogSunOverSkyError(const RecordedLight& estimate,
+                                             const TruthFrame& truth,
+                                             double largest_true_sun);
+
 // Share of the truths (channels of all frames) within 1 and 2 standard deviations of the estimate;
 // a calibrated estimate has 0.68 and 0.95.
 struct SigmaCoverage {

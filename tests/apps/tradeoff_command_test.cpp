@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/imperfection_trials.h"
 #include "tests/apps/command_folder.h"
 
 namespace pleinair::tradeoff_command_test {
@@ -23,11 +24,11 @@ class TradeoffCommand : public CommandFolder {
  protected:
   TradeoffCommandOptions Quick(std::vector<std::string> sweep) const {
     TradeoffCommandOptions options;
-    options.trials.sequence = kCourtyard;
+    options.sequences = {kCourtyard};
     options.trials.cache = folder_ / "cache";
     options.trials.seeds = 3;
     options.trials.costly_seeds = 1;
-    options.trials.frames_limit = 1;
+    options.frames_limit = 1;
     options.trials.prepare.patch_size_m = 4.0;
     options.trials.prepare.rays = 16;
     options.out = folder_ / "out";
@@ -85,17 +86,90 @@ TEST_F(TradeoffCommand, RefusesWhatItCannotSweep) {
               AllOf(HasSubstr("--sweep colour: "), HasSubstr("samples,choice,loss")));
   EXPECT_THAT(refusal(Quick({"regions"})), HasSubstr("--sweep regions"))
       << "there is no fish-eye outdoors";
+  EXPECT_THAT(refusal(Quick({"samples", "north_deg"})),
+              AllOf(HasSubstr("--sweep samples,north_deg: expected"), HasSubstr("imperfections")));
+  TradeoffCommandOptions two = Quick({"samples"});
+  two.sequences.push_back(kCourtyard);
+  EXPECT_THAT(refusal(two), HasSubstr("2 sequences: expected one"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 
   TradeoffCommandOptions blind = Quick({"samples"});
-  blind.trials.sequence = folder_ / "blind";
-  fs::create_directories(blind.trials.sequence);
+  blind.sequences = {folder_ / "blind"};
+  fs::create_directories(blind.sequences[0]);
   for (const fs::directory_entry& entry : fs::directory_iterator(kCourtyard)) {
     if (entry.path().filename() == "truth") continue;
     fs::copy(
-        entry.path(), blind.trials.sequence / entry.path().filename(), fs::copy_options::recursive);
+        entry.path(), blind.sequences[0] / entry.path().filename(), fs::copy_options::recursive);
   }
   EXPECT_THAT(refusal(blind), HasSubstr("truth.json: expected the truth"));
+  blind.sweep = {"imperfections"};
+  EXPECT_THAT(refusal(blind), HasSubstr("truth.json: expected the truth"));
+}
+
+// A gamma that is off by a quarter makes shadows that are much too dark or too bright.
+TEST_F(TradeoffCommand, StatesWhatAnImperfectionCosts) {
+  TradeoffCommandOptions options = Quick({"curve"});
+  const std::string said = RunTradeoffCommand(options);
+  EXPECT_THAT(said, HasSubstr("off by a factor of exp of 0.06: sun over sky is "));
+  const std::string csv = Read("imperfections.csv");
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  const auto commas = std::count(line.begin(), line.end(), ',');
+  std::vector<double> light;
+  std::vector<double> objects;
+  while (std::getline(lines, line)) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas) << line;
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    light.push_back(std::stod(cells.at(4)));
+    objects.push_back(std::stod(cells.at(13)));
+  }
+  ASSERT_EQ(light.size(), 6u) << "without, and five sizes";
+  EXPECT_GT(light[5], 3.0 * light[0]);
+  EXPECT_GT(light[5], 3.0 * light[1]);
+  EXPECT_GT(objects[0], 0.0);
+  EXPECT_THAT(Read("imperfections.svg"), testing::StartsWith("<svg"));
+  EXPECT_THAT(Read("imperfections.html"), AllOf(HasSubstr("<svg"), HasSubstr("</html>")));
+}
+
+TEST_F(TradeoffCommand, AnImperfectionCostsTheSameEachTime) {
+  ImperfectionSettings settings;
+  settings.sequences = {kCourtyard};
+  settings.cache = folder_ / "cache";
+  settings.seeds = 1;
+  settings.frames_limit = 1;
+  settings.prepare.patch_size_m = 4.0;
+  settings.prepare.rays = 16;
+  ImperfectionDial dial = ImperfectionDials().front();
+  dial.sizes = {dial.usual};
+  const auto measure = [&] {
+    const ImperfectRecording measured =
+        MeasureImperfections(settings, {dial}, [](auto, auto) {}).at(0);
+    return std::pair(measured.perfect.runs.at(0), measured.dials.at(0).at(0).runs.at(0));
+  };
+  const auto [without, with] = measure();
+  EXPECT_NE(without, with);
+  EXPECT_EQ(measure(), std::pair(without, with));
+}
+
+TEST(ImperfectionDials, HaveFiveAscendingOrDescendingSizesAndTheUsualAmongThem) {
+  std::set<std::string> names;
+  for (const ImperfectionDial& dial : ImperfectionDials()) {
+    EXPECT_TRUE(names.insert(dial.name).second) << dial.name;
+    ASSERT_EQ(dial.sizes.size(), 5u) << dial.name;
+    EXPECT_EQ(std::count(dial.sizes.begin(), dial.sizes.end(), dial.usual), 1) << dial.name;
+    const bool ascends = dial.sizes[1] > dial.sizes[0];
+    for (std::size_t i = 1; i < dial.sizes.size(); ++i) {
+      EXPECT_EQ(dial.sizes[i] > dial.sizes[i - 1], ascends) << dial.name;
+    }
+    // Each turns something, which can be written.
+    Imperfections imperfections;
+    dial.set(imperfections, dial.usual);
+    EXPECT_NO_THROW(imperfections.Validate()) << dial.name;
+  }
+  EXPECT_EQ(names.size(), 14u);
 }
 
 TEST(SweepAxes, EveryAxisHasItsDefaultAmongItsValues) {

@@ -84,6 +84,23 @@ TEST(LightScore, HoldsRelativeLightToTheRatioOfSunToSky) {
   EXPECT_FALSE(ScoreLight(no_sky, truth, 1000.0, {})->sun_to_sky_error);
 }
 
+// Twice too much and half as much are as wrong, whatever the exposure and white balance.
+TEST(LightScore, ComparesSunOverSkyAsALogarithm) {
+  const TruthFrame truth = Truth({500.0, 500.0, 500.0}, {80.0, 100.0, 120.0});
+  const RecordedLight estimate{
+      {}, glm::dvec3(1000.0, 250.0, 15.0), glm::dvec3(80.0, 100.0, 3.6), {}, {}};
+  const glm::dvec3 error = LogSunOverSkyError(estimate, truth, 500.0).value();
+  EXPECT_NEAR(error.x, std::log(2.0), 1e-12);
+  EXPECT_NEAR(error.y, std::log(2.0), 1e-12);
+  EXPECT_NEAR(error.z, 0.0, 1e-12);
+  const RecordedLight no_sun{{}, glm::dvec3(0.0), glm::dvec3(100.0), {}, {}};
+  EXPECT_EQ(LogSunOverSkyError(no_sun, truth, 500.0)->y, std::log(100.0));
+  const RecordedLight no_sky{{}, glm::dvec3(500.0), glm::dvec3(0.0), {}, {}};
+  EXPECT_EQ(LogSunOverSkyError(no_sky, truth, 500.0)->y, std::log(100.0));
+  EXPECT_FALSE(LogSunOverSkyError({}, truth, 500.0));
+  EXPECT_FALSE(LogSunOverSkyError(estimate, truth, 1e6)) << "the true sun is noise";
+}
+
 TEST(LightScore, HasNothingToSayOfBlackLight) {
   const TruthFrame overcast = Truth(glm::dvec3(0.0), glm::dvec3(200.0));
   const RecordedLight estimate{{}, glm::dvec3(0.0), glm::dvec3(0.0), glm::dvec3(0.0), {}};

@@ -1,0 +1,210 @@
+#include "apps/front_trials.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/mat4x4.hpp>
+
+#include "apps/elapsed.h"
+#include "apps/lighting_log.h"
+#include "apps/sequence_figures.h"
+#include "datasets/statistics.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+// The first of a kind sets up what the others keep.
+constexpr int kStillFrames = 5;
+constexpr int kMovingFrames = 4;
+constexpr double kTurnOfAFrameDeg = 0.5;
+
+Camera TurnedAboutItself(const Camera& camera, double angle_rad) {
+  const glm::dvec3 centre(glm::inverse(camera.camera_from_world)[3]);
+  glm::dmat4 turn = glm::translate(glm::dmat4(1.0), centre);
+  turn = glm::rotate(turn, angle_rad, glm::dvec3(0.0, 0.0, 1.0));
+  turn = glm::translate(turn, -centre);
+  return {camera.intrinsics, camera.camera_from_world * turn};
+}
+
+Combination CombinationOf(Quality quality) {
+  Combination combination;
+  for (const QualitySetting& setting : QualitySettings()) {
+    combination.push_back(setting.IndexAt(quality));
+  }
+  return combination;
+}
+
+double TimedMs(SequenceRun& run, Frame frame) {
+  const auto start = std::chrono::steady_clock::now();
+  const RunStep step = run.Process(std::move(frame));
+  if (!step.result) throw std::runtime_error(step.result.error().reason);
+  return MsSince(start);
+}
+
+}  // namespace
+
+FrontTrials::FrontTrials(const TrialSettings& settings, const Progress& progress)
+    : settings_(settings),
+      progress_(progress),
+      default_(Load(OptionsOf(CombinationOf(Quality::kBalanced), 1))),
+      scorer_(default_->sequence) {
+  std::vector<int> pictured;
+  const int count = static_cast<int>(default_->sequence.frames.size());
+  for (int i = 0; i < count; ++i) {
+    if (scorer_.HasPictureOf(i)) pictured.push_back(i);
+  }
+  if (pictured.empty() || default_->site.objects.empty()) {
+    throw std::runtime_error(default_->sequence.folder.string() +
+                             ": its truth has no picture with an object: expected some, to tell "
+                             "errors by");
+  }
+  const std::vector<bool> taken =
+      SpreadOver(static_cast<int>(pictured.size()), settings_.frames_limit);
+  wanted_.assign(static_cast<std::size_t>(count), false);
+  for (std::size_t i = 0; i < pictured.size(); ++i) {
+    if (taken[i]) wanted_[static_cast<std::size_t>(pictured[i])] = true;
+  }
+  default_run_ =
+      std::make_unique<SequenceRun>(default_, OptionsOf(CombinationOf(Quality::kBalanced), 1));
+}
+
+int FrontTrials::Frames() const {
+  return static_cast<int>(std::count(wanted_.begin(), wanted_.end(), true));
+}
+
+std::vector<FrontPoint> FrontTrials::Search(int most_trials) {
+  FrontSearch search;
+  for (const QualitySetting& setting : QualitySettings()) {
+    search.value_counts.push_back(static_cast<int>(setting.values.size()));
+  }
+  search.most_trials = most_trials;
+  // The first one is what others vary.
+  for (const Quality quality : {Quality::kBalanced, Quality::kFast, Quality::kBest}) {
+    search.start.push_back(CombinationOf(quality));
+  }
+  std::vector<Measured> all;
+  SearchFront(search, [&](std::span<const Combination> combinations) {
+    std::vector<std::optional<CombinationCost>> costs;
+    for (const Combination& combination : combinations) {
+      progress_("combinations", static_cast<double>(all.size()) / most_trials);
+      all.push_back(Measure(combination));
+      costs.emplace_back();
+      if (all.back().pairs.empty()) continue;
+      costs.back() = CostOf(all.back());
+    }
+    return costs;
+  });
+  progress_("combinations", 1.0);
+
+  std::vector<double> still;
+  std::vector<double> moving;
+  for (const Measured& measured : all) {
+    for (const Pair& pair : measured.pairs) {
+      still.push_back(pair.of_default.still);
+      moving.push_back(pair.of_default.moving);
+    }
+  }
+  std::vector<FrontPoint> points;
+  for (Measured& measured : all) {
+    for (const Pair& pair : measured.pairs) {
+      measured.point.still_ms.push_back(Percentile(still, 0.5) * pair.of_combination.still /
+                                        pair.of_default.still);
+      measured.point.moving_ms.push_back(Percentile(moving, 0.5) * pair.of_combination.moving /
+                                         pair.of_default.moving);
+    }
+    points.push_back(std::move(measured.point));
+  }
+  if (points.size() > 1) std::swap(points[0], points[1]);  // Balanced is second by name.
+  return points;
+}
+
+SequenceRunOptions FrontTrials::OptionsOf(const Combination& combination,
+                                          std::uint64_t seed) const {
+  SequenceRunOptions options = TrialRunOptions(settings_);
+  for (std::size_t s = 0; s < combination.size(); ++s) {
+    QualitySettings()[s].values[static_cast<std::size_t>(combination[s])].apply(options);
+  }
+  options.seed = seed;
+  options.object_ray_seed = seed;
+  return options;
+}
+
+std::shared_ptr<const LoadedSequence> FrontTrials::Load(const SequenceRunOptions& options) {
+  for (const auto& [settings, loaded] : loaded_) {
+    if (settings == options.prepare) return loaded;
+  }
+  loaded_.emplace_back(options.prepare, LoadForRun(options, progress_));
+  return loaded_.back().second;
+}
+
+Frame FrontTrials::Run(SequenceRun& run, FrontPoint& point) {
+  std::optional<Frame> last;
+  while (std::optional<RunStep> step =
+             run.Next([&](int i) { return bool{wanted_[static_cast<std::size_t>(i)]}; })) {
+    if (!step->result) throw std::runtime_error(step->result.error().reason);
+    const Composite& made = step->result->composite;
+    scorer_.Add(RecordOf(step->frame->index, step->result), [&made] {
+      return ScoredComposite{RoundToHalf(made.radiance), made.change};
+    });
+    last = std::move(step->frame);
+  }
+  if (!last) throw std::runtime_error("no frame could be read");
+  const Score score = scorer_.Finish();
+  point.picture_error.push_back(PictureError(score).value());
+  if (const auto error = LightError(score)) point.light_error.push_back(*error);
+  return std::move(*last);
+}
+
+FrontTrials::Times FrontTrials::Time(SequenceRun& run, const Frame& frame) {
+  std::vector<double> still;
+  for (int i = 0; i < kStillFrames; ++i) {
+    const double ms = TimedMs(run, frame);
+    if (i > 0) still.push_back(ms);
+  }
+  std::vector<double> moving;
+  for (int i = 1; i <= kMovingFrames; ++i) {
+    Frame turned = frame;
+    turned.camera = TurnedAboutItself(frame.camera, RadFromDeg(i * kTurnOfAFrameDeg));
+    const double ms = TimedMs(run, std::move(turned));
+    if (i > 1) moving.push_back(ms);
+  }
+  return {Percentile(std::move(still), 0.5), Percentile(std::move(moving), 0.5)};
+}
+
+FrontTrials::Measured FrontTrials::Measure(const Combination& combination) {
+  Measured measured;
+  measured.point.combination = combination;
+  try {
+    for (int s = 1; s <= settings_.costly_seeds; ++s) {
+      const auto seed = static_cast<std::uint64_t>(s);
+      const SequenceRunOptions options = OptionsOf(combination, seed);
+      SequenceRun run(Load(options), options);
+      const Frame frame = Run(run, measured.point);
+      const Times of_default = Time(*default_run_, frame);
+      measured.pairs.push_back({of_default, Time(run, frame)});
+    }
+  } catch (const std::exception& error) {
+    measured.point.failure = error.what();
+    measured.pairs.clear();
+  }
+  return measured;
+}
+
+// By the default's own times as they were for this one: ratios are what compares.
+CombinationCost FrontTrials::CostOf(const Measured& measured) const {
+  std::vector<double> still;
+  std::vector<double> moving;
+  for (const Pair& pair : measured.pairs) {
+    still.push_back(pair.of_combination.still / pair.of_default.still);
+    moving.push_back(pair.of_combination.moving / pair.of_default.moving);
+  }
+  return {Percentile(measured.point.picture_error, 0.5),
+          {Percentile(std::move(still), 0.5), Percentile(std::move(moving), 0.5)}};
+}
+
+}  // namespace pleinair

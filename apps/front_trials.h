@@ -1,0 +1,76 @@
+// Measures combinations of settings over the complete program: what a frame costs, and what comes
+// of it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/quality.h"
+#include "apps/tradeoff_trials.h"
+#include "pipeline/front_search.h"
+
+namespace pleinair {
+
+// A combination of QualitySettings' values; lists have one entry a seed.
+struct FrontPoint {
+  Combination combination;
+  // As TradeoffTrials has them.
+  std::vector<double> picture_error;  // Code values.
+  std::vector<double> light_error;    // A share.
+  // A frame without files, where the same one comes again, and where each is from another
+  // direction. Milliseconds: the default's median times the ratio to the default, which was
+  // measured right before.
+  std::vector<double> still_ms;
+  std::vector<double> moving_ms;
+  std::string failure;  // Empty: none.
+};
+
+class FrontTrials {
+ public:
+  // As TradeoffTrials; throws std::runtime_error as well where the truth has no picture with an
+  // object.
+  FrontTrials(const TrialSettings& settings, const Progress& progress);
+
+  const Sequence& Recording() const { return default_->sequence; }
+  int Frames() const;
+
+  // The named qualities are first, in their order.
+  std::vector<FrontPoint> Search(int most_trials);
+
+ private:
+  // Of one combination with one seed, in milliseconds.
+  struct Times {
+    double still = 0.0;
+    double moving = 0.0;
+  };
+  struct Pair {
+    Times of_default;
+    Times of_combination;
+  };
+  struct Measured {
+    FrontPoint point;
+    std::vector<Pair> pairs;  // One a seed.
+  };
+
+  SequenceRunOptions OptionsOf(const Combination& combination, std::uint64_t seed) const;
+  std::shared_ptr<const LoadedSequence> Load(const SequenceRunOptions& options);
+  // Runs the pictured frames; returns the last for Time.
+  Frame Run(SequenceRun& run, FrontPoint& point);
+  static Times Time(SequenceRun& run, const Frame& frame);
+  Measured Measure(const Combination& combination);
+  CombinationCost CostOf(const Measured& measured) const;
+
+  TrialSettings settings_;
+  Progress progress_;
+  // By what is prepared, as it was asked for.
+  std::vector<std::pair<PrepareSettings, std::shared_ptr<const LoadedSequence>>> loaded_;
+  std::shared_ptr<const LoadedSequence> default_;
+  RunScorer scorer_;
+  std::vector<bool> wanted_;
+  HeadlessContext context_;
+  std::unique_ptr<SequenceRun> default_run_;  // To time the others against.
+};
+
+}  // namespace pleinair

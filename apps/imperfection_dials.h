@@ -1,0 +1,27 @@
+// What may be wrong with a recording, and by how much: what `tradeoff --sweep imperfections` turns.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "datasets/degradation.h"
+
+namespace pleinair {
+
+struct ImperfectionDial {
+  std::string name;   // In tables.
+  std::string words;  // "north is off by"
+  std::string unit;   // "°"; empty: a plain number.
+  // Five, from the slightest on: about what a careful survey leaves, what a phone at a place that
+  // was measured with a tape does, what a guess does, and beyond.
+  std::vector<double> sizes;
+  double usual = 0.0;  // Among the sizes: a phone's, or a guess where a phone has none.
+  std::function<void(Imperfections&, double)> set;
+  // Means something only where the survey has no map: compared with a recording that lacks it, too.
+  bool without_map = false;
+};
+
+std::vector<ImperfectionDial> ImperfectionDials();
+
+}  // namespace pleinair

@@ -1,0 +1,31 @@
+// What imperfections of recordings cost, as a table, as charts and in words.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/imperfection_trials.h"
+
+namespace pleinair {
+
+struct ImperfectionPage {
+  std::vector<std::string> settings;  // One a line: frames, seeds, version.
+  std::vector<ImperfectionDial> dials;
+  std::vector<ImperfectRecording> recordings;
+};
+
+// A line a recording, dial and size, 0 included: comma-separated, medians over seeds with smallest
+// and largest.
+std::string ImperfectionCsv(const ImperfectionPage& page);
+
+// A line a dial: what its usual size costs, median over recordings and seeds; the dearest first.
+std::string ImperfectionsInWords(const ImperfectionPage& page);
+
+// What each dial's usual size adds to the errors of light and picture, as an SVG file.
+std::string ImperfectionOverview(const ImperfectionPage& page);
+
+// One file that needs nothing else: the words, the overview, and for each dial both errors against
+// its size, with the spread over seeds, and a table. Throws std::runtime_error as DrawCharts.
+std::string ImperfectionHtml(const ImperfectionPage& page);
+
+}  // namespace pleinair
