@@ -233,7 +233,7 @@ std::string QualitiesInWords(const FrontPage& page) {
 std::string FrontChart(const FrontPage& page) {
   std::vector<Chart> charts;
   for (const FrontError& error : kErrors) charts.push_back(ChartOfError(page, error));
-  return DrawCharts(charts);
+  return ChartsForPage(charts);
 }
 
 std::string FrontHtml(const FrontPage& page) {

@@ -23,7 +23,7 @@ std::string QualitiesInWords(const FrontPage& page);
 // Errors of picture and light against time, still and moving, with the named qualities: an SVG.
 std::string FrontChart(const FrontPage& page);
 
-// One file that needs nothing else. Throws std::runtime_error as DrawCharts.
+// One file that needs nothing else. Charts as by ChartsForPage.
 std::string FrontHtml(const FrontPage& page);
 
 }  // namespace pleinair

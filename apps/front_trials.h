@@ -40,7 +40,8 @@ class FrontTrials {
   std::vector<FrontPoint> Search(int most_trials);
 
  private:
-  // Of one combination with one seed, in milliseconds.
+  // Of one combination with one seed, in milliseconds; the least of some frames, to which what else
+  // the machine does can only add.
   struct Times {
     double still = 0.0;
     double moving = 0.0;

@@ -11,6 +11,7 @@ namespace pleinair {
 
 struct ImperfectionDial {
   std::string name;   // In tables.
+  std::string label;  // In charts: "north".
   std::string words;  // "north is off by"
   std::string unit;   // "°"; empty: a plain number.
   // Five, from the slightest on: about what a careful survey leaves, what a phone at a place that

@@ -49,23 +49,23 @@ const ImperfectionResult* AtSize(const std::vector<ImperfectionResult>& results,
   return found == results.end() ? nullptr : &*found;
 }
 
-// Of a dial at its usual size, over recordings and seeds.
+// Of a dial at one of its sizes, over recordings and seeds.
 struct Cost {
   std::optional<Spread> with;
   std::optional<Spread> without;
   std::optional<Spread> added;  // Seed by seed.
 };
 
-Cost CostOf(const ImperfectionPage& page, std::size_t dial, Figure figure) {
+Cost CostOf(const ImperfectionPage& page, std::size_t dial, double size, Figure figure) {
   std::vector<double> with;
   std::vector<double> without;
   std::vector<double> added;
   for (const ImperfectRecording& recording : page.recordings) {
-    const ImperfectionResult* usual = AtSize(recording.dials[dial], page.dials[dial].usual);
+    const ImperfectionResult* result = AtSize(recording.dials[dial], size);
     const ImperfectionResult& base = recording.BaseOf(page.dials[dial]);
-    if (usual == nullptr) continue;
-    for (std::size_t s = 0; s < std::min(usual->runs.size(), base.runs.size()); ++s) {
-      const std::optional<double>& is = usual->runs[s].*figure;
+    if (result == nullptr) continue;
+    for (std::size_t s = 0; s < std::min(result->runs.size(), base.runs.size()); ++s) {
+      const std::optional<double>& is = result->runs[s].*figure;
       const std::optional<double>& was = base.runs[s].*figure;
       if (!is || !was) continue;
       with.push_back(*is);
@@ -80,7 +80,8 @@ Cost CostOf(const ImperfectionPage& page, std::size_t dial, Figure figure) {
 std::vector<std::size_t> ByCost(const ImperfectionPage& page) {
   std::vector<double> costs;
   for (std::size_t dial = 0; dial < page.dials.size(); ++dial) {
-    const std::optional<Spread> added = CostOf(page, dial, kLight.figure).added;
+    const std::optional<Spread> added =
+        CostOf(page, dial, page.dials[dial].usual, kLight.figure).added;
     costs.push_back(added ? added->median : 0.0);
   }
   std::vector<std::size_t> order(page.dials.size());
@@ -97,8 +98,8 @@ std::string WithUnit(const ImperfectionDial& dial, double size) {
 }
 
 std::string InWords(const ImperfectionPage& page, std::size_t dial) {
-  const Cost light = CostOf(page, dial, kLight.figure);
-  const Cost picture = CostOf(page, dial, kPicture.figure);
+  const Cost light = CostOf(page, dial, page.dials[dial].usual, kLight.figure);
+  const Cost picture = CostOf(page, dial, page.dials[dial].usual, kPicture.figure);
   std::string text =
       page.dials[dial].words + " " + WithUnit(page.dials[dial], page.dials[dial].usual) + ":";
   if (light.with) {
@@ -122,10 +123,11 @@ Chart OverviewChart(const ImperfectionPage& page,
   ChartSeries series{"", kColours[0], ChartSeries::Style::kPoints, {}, 1.3};
   ChartSeries none{"", "#606060", ChartSeries::Style::kDashes, {}};
   for (const std::size_t dial : order) {
-    chart.y.categories.push_back(page.dials[dial].name + " " +
+    chart.y.categories.push_back(page.dials[dial].label + " " +
                                  WithUnit(page.dials[dial], page.dials[dial].usual));
     const auto place = static_cast<double>(chart.y.categories.size());
-    const std::optional<Spread> added = CostOf(page, dial, judged.figure).added;
+    const std::optional<Spread> added =
+        CostOf(page, dial, page.dials[dial].usual, judged.figure).added;
     if (added) {
       series.points.push_back({InUnit(*added, judged.unit), ChartValue::Exact(place), ""});
     }
@@ -140,7 +142,7 @@ Chart OverviewChart(const ImperfectionPage& page,
 Chart DialChart(const ImperfectionPage& page, std::size_t dial, const Judged& judged) {
   const ImperfectionDial& turned = page.dials[dial];
   const std::string unit = turned.unit.empty() ? "" : ", " + turned.unit;
-  Chart chart{"", {turned.name + unit}, {judged.words}, {}};
+  Chart chart{"", {turned.label + unit}, {judged.words}, {}};
   for (std::size_t r = 0; r < page.recordings.size(); ++r) {
     const ImperfectRecording& recording = page.recordings[r];
     const char* colour = kColours[r % kColours.size()];
@@ -168,7 +170,7 @@ std::string ChartsOf(const ImperfectionPage& page, std::size_t dial) {
     Chart chart = DialChart(page, dial, judged);
     if (!chart.series.empty()) charts.push_back(std::move(chart));
   }
-  return charts.empty() ? std::string() : DrawCharts(charts);
+  return charts.empty() ? std::string() : ChartsForPage(charts);
 }
 
 std::string Cell(const std::optional<Spread>& spread, double unit) {
@@ -255,7 +257,40 @@ std::string ImperfectionOverview(const ImperfectionPage& page) {
     Chart chart = OverviewChart(page, order, judged);
     if (!chart.series.back().points.empty()) charts.push_back(std::move(chart));
   }
-  return charts.empty() ? std::string() : DrawCharts(charts);
+  return charts.empty() ? std::string() : ChartsForPage(charts);
+}
+
+std::string ImperfectionMarkdown(const ImperfectionPage& page) {
+  std::string text =
+      "# What imperfections cost\n\nWritten by `pleinair tradeoff --sweep imperfections`.\n";
+  for (const std::string& line : page.settings) text += "- " + line + "\n";
+  text += "\n![added errors](imperfections.svg)\n\nOne at a time, at its usual size:\n\n";
+  for (const std::size_t dial : ByCost(page)) text += "- " + InWords(page, dial) + "\n";
+  text +=
+      "\nError of sun over sky in per cent (|log|) / of objects in code values, by size:\n\n"
+      "| imperfection | without | | | | | |\n| --- | --- | --- | --- | --- | --- | --- |\n";
+  const auto number = [](const std::optional<Spread>& spread, double unit) {
+    return spread ? fmt::format("{:.1f}", unit * spread->median) : std::string("-");
+  };
+  for (std::size_t dial = 0; dial < page.dials.size(); ++dial) {
+    const ImperfectionDial& turned = page.dials[dial];
+    text += "| " + turned.name;
+    for (const double size : turned.sizes) {
+      const Cost light = CostOf(page, dial, size, kLight.figure);
+      const Cost picture = CostOf(page, dial, size, kPicture.figure);
+      if (size == turned.sizes.front()) {
+        text += fmt::format(" | {} / {}",
+                            number(light.without, kLight.unit),
+                            number(picture.without, kPicture.unit));
+      }
+      text += fmt::format(" | {}: **{} / {}**",
+                          WithUnit(turned, size),
+                          number(light.with, kLight.unit),
+                          number(picture.with, kPicture.unit));
+    }
+    text += " |\n";
+  }
+  return text;
 }
 
 std::string ImperfectionHtml(const ImperfectionPage& page) {

@@ -24,8 +24,12 @@ std::string ImperfectionsInWords(const ImperfectionPage& page);
 // What each dial's usual size adds to the errors of light and picture, as an SVG file.
 std::string ImperfectionOverview(const ImperfectionPage& page);
 
+// The words, the overview (as imperfections.svg beside it) and a table of all dials and sizes,
+// medians over recordings and seeds.
+std::string ImperfectionMarkdown(const ImperfectionPage& page);
+
 // One file that needs nothing else: the words, the overview, and for each dial both errors against
-// its size, with the spread over seeds, and a table. Throws std::runtime_error as DrawCharts.
+// its size, with the spread over seeds, and a table. Charts as by ChartsForPage.
 std::string ImperfectionHtml(const ImperfectionPage& page);
 
 }  // namespace pleinair

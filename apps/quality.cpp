@@ -33,7 +33,7 @@ std::vector<QualitySetting> MakeQualitySettings() {
            CountsOf({16, 8, 4, 2}, [](RunOptions& o, int px) { o.receiver_block_px = px; }),
            "8",
            "4",
-           "2"},
+           "4"},
           {"sun-block",
            CountsOf({8, 4, 2, 1}, [](RunOptions& o, int px) { o.sun_block_px = px; }),
            "4",
@@ -53,7 +53,7 @@ std::vector<QualitySetting> MakeQualitySettings() {
            "1024"},
           {"penumbra-samples",
            CountsOf({4, 8, 32, 128}, [](RunOptions& o, int n) { o.penumbra_samples = n; }),
-           "8",
+           "32",
            "32",
            "128"},
           {"object-samples",
@@ -67,7 +67,7 @@ std::vector<QualitySetting> MakeQualitySettings() {
             {"0", [](RunOptions& o) { o.effects.threshold_code_values = 0.0; }}},
            "4",
            "1",
-           "0"}};
+           "1"}};
 }
 
 }  // namespace

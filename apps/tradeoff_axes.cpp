@@ -216,7 +216,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
     axes.push_back(
         {"receiver-block",
          "Resolution of the response to sky and bounces: side in pixels of a receiver's "
-         "block (SurfaceViewOptions::receiver_block_px)",
+         "block (--receiver-block)",
          Judge::kPicture,
          false,
          Numbers<int>({2, 4, 8, 16}, [](Options& o, int px) { o.receiver_block_px = px; }),
@@ -224,7 +224,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   }
   axes.push_back({"object-samples",
                   "Resolution of the objects: side n of a pixel's n^2 + 1 samples "
-                  "(CompositorOptions::object_samples_per_side)",
+                  "(--object-samples)",
                   Judge::kPicture,
                   false,
                   Numbers<int>({2, 4, 8}, [](Options& o, int n) { o.object_samples_per_side = n; }),

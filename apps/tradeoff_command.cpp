@@ -16,6 +16,7 @@
 #include "apps/run_folder.h"
 #include "apps/tradeoff_page.h"
 #include "apps/whole_text.h"
+#include "datasets/truth.h"
 
 namespace pleinair {
 namespace {
@@ -57,6 +58,11 @@ std::string MachineLine() {
 
 std::string NameOf(const Sequence& sequence) {
   return sequence.name.empty() ? sequence.folder.filename().string() : sequence.name;
+}
+
+// Where it could be drawn; the page says why it could not.
+void WriteChart(const std::filesystem::path& file, const std::string& svg) {
+  if (svg.starts_with("<svg")) WriteWholeText(file, svg);
 }
 
 std::string SweepAxes(const TradeoffCommandOptions& options,
@@ -101,6 +107,17 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
   return DefaultsText(page) + (options.out / "tradeoff.html").string();
 }
 
+// Whether a picture's error can be measured.
+bool HasPictures(const std::filesystem::path& folder) {
+  const Sequence sequence = ReadSequence(folder);
+  if (sequence.virtual_objects.empty()) return false;
+  if (!std::filesystem::exists(folder / "truth" / "truth.json")) return false;
+  const std::vector<TruthFrame> truth = ReadTruth(sequence);
+  return std::any_of(truth.begin(), truth.end(), [](const TruthFrame& frame) {
+    return frame.with_object && frame.coverage;
+  });
+}
+
 std::string SearchTheFront(const TradeoffCommandOptions& options, const TrialSettings& settings) {
   FrontTrials trials(settings, ProgressOnStandardError());
   std::filesystem::create_directories(options.out);
@@ -120,7 +137,7 @@ std::string SearchTheFront(const TradeoffCommandOptions& options, const TrialSet
     if (!point.failure.empty()) spdlog::warn("a combination failed: {}", point.failure);
   }
   WriteWholeText(options.out / "front.csv", FrontCsv(page));
-  WriteWholeText(options.out / "front.svg", FrontChart(page));
+  WriteChart(options.out / "front.svg", FrontChart(page));
   WriteWholeText(options.out / "front.html", FrontHtml(page));
   return QualitiesInWords(page) + (options.out / "front.html").string();
 }
@@ -176,7 +193,8 @@ std::string SweepImperfections(const TradeoffCommandOptions& options,
                   PLEINAIR_VERSION)};
   std::filesystem::create_directories(options.out);
   WriteWholeText(options.out / "imperfections.csv", ImperfectionCsv(page));
-  WriteWholeText(options.out / "imperfections.svg", ImperfectionOverview(page));
+  WriteChart(options.out / "imperfections.svg", ImperfectionOverview(page));
+  WriteWholeText(options.out / "imperfections.md", ImperfectionMarkdown(page));
   WriteWholeText(options.out / "imperfections.html", ImperfectionHtml(page));
   return ImperfectionsInWords(page) + (options.out / "imperfections.html").string();
 }
@@ -197,9 +215,10 @@ std::string RunTradeoffCommand(const TradeoffCommandOptions& options) {
   settings.sequence = options.sequences.front();
   if (options.frames_limit) settings.frames_limit = *options.frames_limit;
   std::vector<std::string> axes = options.sweep;
-  const bool with_front = std::erase(axes, kFrontSweep) > 0;
+  const bool with_front = std::erase(axes, kFrontSweep) > 0 ||
+                          (options.sweep.empty() && HasPictures(settings.sequence));
   std::string said;
-  if (!axes.empty() || !with_front) said = SweepAxes(options, settings, axes);
+  if (!axes.empty() || options.sweep.empty()) said = SweepAxes(options, settings, axes);
   if (with_front) said += (said.empty() ? "" : "\n") + SearchTheFront(options, settings);
   return said;
 }

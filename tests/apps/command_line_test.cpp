@@ -104,6 +104,30 @@ TEST_F(CommandLine, RefusesSettingsOutOfRange) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "refused before anything is written";
 }
 
+// An option wins over what the quality asks for, whichever stands first.
+TEST_F(CommandLine, AnOptionWinsOverTheQuality) {
+  const auto samples_used = [&](const std::string& arguments) {
+    const Ended ended = Call("run " PLEINAIR_SOURCE_DIR
+                             "/datasets/samples/courtyard --bounces 0 "
+                             "--patch-size 8 --effects sun-shading --cache " +
+                             (folder_ / "cache").string() + " --out " + (folder_ / "out").string() +
+                             " " + arguments);
+    EXPECT_EQ(ended.exit_code, 0) << ended.output;
+    std::ifstream lighting(folder_ / "out" / "lighting.jsonl");
+    std::string line;
+    std::getline(lighting, line);
+    const std::string key = "\"samples_used\":";
+    const std::size_t at = line.find(key);
+    return at == std::string::npos ? -1 : std::stoi(line.substr(at + key.size()));
+  };
+  const int fast = samples_used("--quality fast --rays 16");
+  EXPECT_GT(fast, 100);
+  EXPECT_LT(fast, 300) << "balanced has 500";
+  EXPECT_NEAR(samples_used("--samples 77 --rays 16 --quality fast"), 77, 20);
+  ExpectOneLineAndCode2("run " PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard --quality quick",
+                        "--quality");
+}
+
 TEST_F(CommandLine, NamesTheFileThatIsNotThere) {
   ExpectOneLineAndCode2("run " + folder_.string() + " --out " + (folder_ / "out").string(),
                         "sequence.json");

@@ -131,6 +131,7 @@ TEST_F(TradeoffCommand, StatesWhatAnImperfectionCosts) {
   EXPECT_GT(light[5], 3.0 * light[1]);
   EXPECT_GT(objects[0], 0.0);
   EXPECT_THAT(Read("imperfections.svg"), testing::StartsWith("<svg"));
+  EXPECT_THAT(Read("imperfections.md"), HasSubstr("| curve | "));
   EXPECT_THAT(Read("imperfections.html"), AllOf(HasSubstr("<svg"), HasSubstr("</html>")));
 }
 
