@@ -47,6 +47,8 @@ struct LightingPrior {
   // Of sun and sky as the sum over its shapes. None: nothing is known of the weather.
   std::vector<WeatherLight> weathers;
   double repeats = 0.0;  // See WeatherBelief.
+  // Of what else the picture shows, per weather; empty: nothing.
+  std::vector<double> log_likelihood;
   // The weathers' light is known up to one factor, which the picture gives.
   bool gain_is_free = false;
   // Of a factor of each channel, common to sun and sky: white balance, albedos' colour.

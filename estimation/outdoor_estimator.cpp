@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "estimation/shadow_cues.h"
+
 namespace pleinair {
 namespace {
 
@@ -26,9 +28,12 @@ bool AnyOfTheDiscIsUp(const SunState& sun) {
   return sun.direction_enu.z > -std::sin(sun.angular_radius_rad);
 }
 
+// By deep night, or where there is no sun, its light is no number to compute with.
 bool IsKnown(const ClearSkyExpectation& clear_sky) {
-  return std::min({clear_sky.diffuse_rgb.x, clear_sky.diffuse_rgb.y, clear_sky.diffuse_rgb.z}) >
-         0.0;
+  constexpr double kLowestSine = -0.2;
+  return clear_sky.sine_of_elevation > kLowestSine &&
+         std::min({clear_sky.diffuse_rgb.x, clear_sky.diffuse_rgb.y, clear_sky.diffuse_rgb.z}) >
+             0.0;
 }
 
 // What two Gaussians know that may share their errors: in each direction what the better one does.
@@ -104,10 +109,14 @@ void Describe(const OutdoorConditions& conditions,
 }  // namespace
 
 tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
-    std::span<const DiffuseSample> samples, const OutdoorConditions& conditions) {
+    std::span<DiffuseSample> samples, const OutdoorConditions& conditions) {
   const int sky_shapes = static_cast<int>(conditions.sky_shape_names.size());
   const bool sun_is_up = AnyOfTheDiscIsUp(conditions.sun);
-  const Expectation expectation = Expect(conditions, sky_shapes);
+  Expectation expectation = Expect(conditions, sky_shapes);
+  if (!conditions.surveyed && sun_is_up && !expectation.prior.weathers.empty()) {
+    const auto log_likelihood = LogLikelihood(FindShadows(samples));
+    expectation.prior.log_likelihood.assign(log_likelihood.begin(), log_likelihood.end());
+  }
   // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each
   // found by themselves.
   const auto since = last_time_ ? conditions.time - *last_time_ : UtcTime::duration::max();

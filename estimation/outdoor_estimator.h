@@ -33,7 +33,8 @@ class OutdoorEstimator {
  public:
   explicit OutdoorEstimator(const LightingFitOptions& options) : fitter_(options) {}
 
-  tl::expected<LightingEstimate, LightingFailure> Estimate(std::span<const DiffuseSample> samples,
+  // Samples in a shadow that the mesh does not cast are changed: see FindShadows.
+  tl::expected<LightingEstimate, LightingFailure> Estimate(std::span<DiffuseSample> samples,
                                                            const OutdoorConditions& conditions);
 
  private:

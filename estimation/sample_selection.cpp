@@ -345,8 +345,8 @@ class SampleDraw {
         }
         const glm::dvec3 reflectance =
             glm::dvec3(view_.albedo_rgb.pixels[pixel]) / std::numbers::pi;
-        const glm::dvec3 sun_seen = glm::dvec3(view_.normal_world.pixels[pixel]) *
-                                    double{SunVisibilityAt(pixel)};
+        const glm::dvec3 sun_seen =
+            glm::dvec3(view_.normal_world.pixels[pixel]) * double{SunVisibilityAt(pixel)};
         for (int c = 0; c < 3; ++c) {
           footprint.direct[static_cast<std::size_t>(c)] += reflectance[c] * sun_seen;
         }

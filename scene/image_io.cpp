@@ -22,7 +22,6 @@
 namespace pleinair {
 namespace {
 
-
 template <typename Pixel>
 void RequirePixels(const std::filesystem::path& file, const Image<Pixel>& image) {
   if (image.Empty()) throw std::invalid_argument(file.string() + ": an image without pixels");

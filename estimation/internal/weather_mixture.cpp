@@ -37,11 +37,13 @@ void WeatherMixture::Load(const LightingPrior& prior, const FitProblem& problem)
   repeats_ = prior.repeats;
   likeliest_before_ = 0;
   weathers_.clear();
-  for (const WeatherLight& given : prior.weathers) {
+  for (std::size_t w = 0; w < prior.weathers.size(); ++w) {
+    const WeatherLight& given = prior.weathers[w];
     if (!(given.share > 0.0)) continue;
     Weather& weather = weathers_.emplace_back();
     weather.log_share = std::log(given.share);
     weather.last_log_evidence = given.log_evidence;
+    if (w < prior.log_likelihood.size()) weather.log_likelihood = prior.log_likelihood[w];
     weather.light = given.light;
     Rescale(1.0 / problem.irradiance_unit, weather.light);
     SetInformation(weather, 1.0);
@@ -137,7 +139,8 @@ void WeatherMixture::Solve(const Evidence& evidence, Which which) {
     solution.light = MinimiseNonNegative(normal, gradient);
     const LightVector& x = solution.light;
     const double cost = x.dot(normal * x) - 2.0 * x.dot(gradient) + weather.mean_square;
-    solution.log_evidence = 0.5 * (weather.log_determinant - LogDeterminant(normal) - cost);
+    solution.log_evidence =
+        0.5 * (weather.log_determinant - LogDeterminant(normal) - cost) + weather.log_likelihood;
   }
   std::array<double, kSkyStates> log_share{};
   double largest = -std::numeric_limits<double>::infinity();

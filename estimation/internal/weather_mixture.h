@@ -57,7 +57,8 @@ class WeatherMixture {
   struct Weather {
     double log_share = 0.0;
     double last_log_evidence = 0.0;
-    LightGaussian light;  // In the fit's units, with a gain of 1.
+    double log_likelihood = 0.0;  // Of what else the picture shows.
+    LightGaussian light;          // In the fit's units, with a gain of 1.
     // With the gain as chosen.
     SunAndSkyMatrix information;
     SunAndSky information_times_mean;
