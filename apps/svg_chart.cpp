@@ -168,6 +168,16 @@ Range RangeOf(const Chart& chart, ChartValue ChartPoint::*of_point, const ChartA
   return range;
 }
 
+// Round, and so long that at most seven marks have room.
+double LinearStep(double whole) {
+  constexpr double kMostSteps = 6.0;
+  const double decade = std::pow(10.0, std::floor(std::log10(whole / kMostSteps)));
+  for (const double digit : {1.0, 2.0, 5.0}) {
+    if (digit * decade * kMostSteps >= whole) return digit * decade;
+  }
+  return 10.0 * decade;
+}
+
 void WriteAxis(const char* name, const ChartAxis& axis, const Range& range, std::string& script) {
   const bool from_top = name[0] == 'y' && !axis.categories.empty();
   script += fmt::format("unset logscale {0}\nset {0}label {1}\n", name, Quoted(axis.label));
@@ -190,7 +200,7 @@ void WriteAxis(const char* name, const ChartAxis& axis, const Range& range, std:
     }
   }
   if (marks.empty()) {
-    script += fmt::format("set {}tics autofreq nomirror\n", name);
+    script += fmt::format("set {}tics {:.8g} nomirror\n", name, LinearStep(range.high - range.low));
   } else {
     script += fmt::format("set {}tics ({}) nomirror\n", name, marks);
   }
@@ -265,7 +275,7 @@ std::string PlotsOf(const ChartSeries& series, const std::string& data) {
   const bool draws_bars =
       series.style != ChartSeries::Style::kBand && series.style != ChartSeries::Style::kDashes;
   if (has_bars && draws_bars) {
-    add("1:2:3:4:5:6", "xyerrorbars pointsize 0 linewidth 1");
+    add("1:2:3:4:5:6", "xyerrorbars pointtype -1 linewidth 1");
     plots += "notitle";
   }
   if (has_labels) {
