@@ -35,8 +35,8 @@ constexpr StateModel kModels[kSkyStates] = {
 
 // Of one channel against the others, relative: haze, dust and ozone redden the beam, clouds and the
 // ground colour the sky.
-constexpr double kSunHueStddev = 0.05;
-constexpr double kSkyHueStddev = 0.08;
+constexpr double kSunHueStddev = 0.06;
+constexpr double kSkyHueStddev = 0.12;
 // A sun at the horizon has no beam, and its Gaussian no width: this part of the sky.
 constexpr double kLeastStddev = 0.002;
 

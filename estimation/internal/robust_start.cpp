@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "estimation/internal/random.h"
-#include "scene/upper_median.h"
 
 namespace pleinair::estimation_internal {
 namespace {
@@ -12,6 +11,9 @@ namespace {
 // With 40 % of wrong samples a pair is right with a chance of 0.36: 24 pairs are all wrong with one
 // of 2e-5.
 constexpr int kPairs = 24;
+// Relative: what a sample farther off than this says of a guess is that it is an outlier. A median
+// would not do: where a quarter of the samples are in the sun, no sun at all explains the most.
+constexpr double kOutlierFrom = 0.3;
 // Samples that judge a guess: enough to tell a right guess from a wrong one, which is all it takes.
 constexpr int kJudges = 96;
 
@@ -106,9 +108,9 @@ void RobustStart::GatherWitnesses(const FitProblem& problem) {
   }
 }
 
-double RobustStart::MedianDeviation(const NoiseUnits& noise,
+double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
                                     const std::array<TwoLights, 3>& lights) {
-  deviation_.clear();
+  double total = 0.0;
   for (std::size_t judge = 0; judge < witnesses_.size(); judge += 3) {
     double sum = 0.0;
     int channels = 0;
@@ -120,9 +122,9 @@ double RobustStart::MedianDeviation(const NoiseUnits& noise,
       sum += residual * residual * noise.InverseSquare(predicted, witness.noise, witness.weight);
       channels += witness.weight > 0.0 ? 1 : 0;
     }
-    deviation_.push_back(sum / channels);
+    total += std::min(sum / channels, kOutlierFrom * kOutlierFrom);
   }
-  return UpperMedianInPlace(deviation_);
+  return total;
 }
 
 LightVector RobustStart::Find(const FitProblem& problem,
@@ -134,7 +136,7 @@ LightVector RobustStart::Find(const FitProblem& problem,
   if (problem.sample_count >= 2) {
     SplitBySunShare(problem);
     GatherWitnesses(problem);
-    double best_deviation = MedianDeviation(noise, best);
+    double best_deviation = TruncatedDeviation(noise, best);
     const int half = problem.sample_count / 2;
     SplitMix64 random(seed);
     for (int pair = 0; pair < kPairs; ++pair) {
@@ -142,7 +144,7 @@ LightVector RobustStart::Find(const FitProblem& problem,
       const auto lit = static_cast<std::size_t>(half + random.Below(problem.sample_count - half));
       const std::array<TwoLights, 3> lights =
           SolvePair(problem, by_sun_share_[lit], by_sun_share_[shaded]);
-      const double deviation = MedianDeviation(noise, lights);
+      const double deviation = TruncatedDeviation(noise, lights);
       if (deviation < best_deviation) {
         best_deviation = deviation;
         best = lights;

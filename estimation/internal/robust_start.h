@@ -14,7 +14,7 @@ struct TwoLights {
   double sky = 0.0;  // Of each shape.
 };
 
-// Least median of squares over solutions of random pairs, one sample of each that sees much sun and
+// Least truncated squares over solutions of random pairs, one sample of each that sees much sun and
 // one that sees little (Rousseeuw, Journal of the American Statistical Association 79, 1984). All
 // sky shapes count as equally strong.
 class RobustStart {
@@ -35,11 +35,10 @@ class RobustStart {
   std::vector<int> by_sun_share_;
   std::vector<double> sun_share_;
   std::vector<Witness> witnesses_;  // RGB of each judge.
-  std::vector<double> deviation_;
 
   void SplitBySunShare(const FitProblem& problem);
   void GatherWitnesses(const FitProblem& problem);
-  double MedianDeviation(const NoiseUnits& noise, const std::array<TwoLights, 3>& lights);
+  double TruncatedDeviation(const NoiseUnits& noise, const std::array<TwoLights, 3>& lights);
 };
 
 }  // namespace pleinair::estimation_internal
