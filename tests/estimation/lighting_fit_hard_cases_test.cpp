@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Cholesky>
 
 #include "estimation/lighting_fit.h"
 #include "tests/estimation/synthetic_scene.h"
@@ -329,6 +330,78 @@ TEST(LightingFitHardCases, OutliersThatFillOneRegionAreSaidOrCovered) {
     ExpectSane(fit);
     if (fit.inlier_fraction > 0.75) ExpectTruthWithinThreeSigma(fit, scene);
   }
+}
+
+// Problems that decide nothing or contradict themselves, under weather that the climate knows: one
+// plane, black walls, a clipped channel, no sun, hardly any samples, a plane of a wrong albedo.
+struct BadProblem {
+  std::vector<DiffuseSample> samples;
+  glm::dvec3 sun{0.0};
+  glm::dvec3 sky{0.0};
+};
+
+BadProblem MakeBadProblem(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> uniform;
+  std::normal_distribution<double> gauss;
+  const SkyClimate climate = MakeSkyClimate(SyntheticClearSky());
+  std::size_t state = 0;
+  for (double share = uniform(random); state + 1 < kSkyStates; ++state) {
+    share -= climate.states[state].share;
+    if (share < 0.0) break;
+  }
+  const LightGaussian& light = climate.states[state].light;
+  const SunAndSkyMatrix root = light.covariance.llt().matrixL();
+  SunAndSky draw;
+  for (int a = 0; a < 6; ++a) draw[a] = gauss(random);
+  const SunAndSky drawn = (light.mean + root * draw).cwiseMax(0.0);
+
+  SyntheticScene scene;
+  scene.seed = random();
+  scene.samples = 1 + static_cast<int>(200.0 * uniform(random));
+  scene.sun = {drawn[0], drawn[1], drawn[2]};
+  scene.sky = {drawn[3], drawn[4], drawn[5]};
+  scene.albedo_noise = 0.1 * uniform(random);
+  scene.region_noise = 0.1 * uniform(random);
+  scene.one_plane = uniform(random) < 0.5;
+  scene.lit_share = std::round(2.0 * uniform(random)) / 2.0;
+  BadProblem problem{MakeSamples(scene), scene.sun, scene.sky};
+  const int fault = static_cast<int>(5.0 * uniform(random));
+  const int channel = static_cast<int>(3.0 * uniform(random));
+  for (DiffuseSample& sample : problem.samples) {
+    if (fault == 0) sample.radiance_rgb[channel] = std::numeric_limits<double>::quiet_NaN();
+    if (fault == 1) {  // Black walls.
+      for (glm::dvec3* part :
+           {&sample.radiance_rgb, &sample.sun_transport_rgb, &sample.sky_transport_rgb[0]}) {
+        *part *= 1e-3;
+      }
+    }
+    if (fault == 2 && sample.plane == 0 && !scene.one_plane)
+      sample.radiance_rgb *= 0.5;  // A wrong albedo.
+  }
+  return problem;
+}
+
+TEST(LightingFitHardCases, DeviationsCoverTheErrorsOfBadProblems) {
+  std::mt19937_64 random(11);
+  LightingFitter fitter(ClosedOptions());
+  constexpr int kProblems = 3000;
+  int values = 0;
+  int covered = 0;
+  for (int i = 0; i < kProblems; ++i) {
+    const BadProblem problem = MakeBadProblem(random);
+    fitter.Forget();
+    const LightingFit fit = fitter.Fit(problem.samples, SyntheticPrior(), true);
+    ExpectSane(fit);
+    for (int c = 0; c < 3; ++c) {
+      for (const int u : {c, 3 + c}) {
+        const double truth = u < 3 ? problem.sun[c] : problem.sky[c];
+        const double error = std::abs(fit.irradiance_rgb[u] - truth);
+        ++values;
+        covered += std::sqrt(fit.covariance(u, u)) >= 0.5 * error ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GE(covered, 0.95 * values);
 }
 
 }  // namespace
