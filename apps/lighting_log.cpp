@@ -125,6 +125,13 @@ std::string LightingLine(const Frame& frame,
     line["exposure_change"] = ToJson(estimate.exposure_change);
   }
   line["sun_observable"] = estimate.sun_observable;
+  line["light_known"] = LightIsKnown(estimate.lighting);
+  if (estimate.weather_shares) {
+    for (const Weather weather : kAllWeathers) {
+      line["weather"][std::string(NameOf(weather))] =
+          (*estimate.weather_shares)[static_cast<std::size_t>(weather)];
+    }
+  }
   line["samples_used"] = estimate.samples_used;
   line["inlier_fraction"] = estimate.inlier_fraction;
   line["condition_number"] =

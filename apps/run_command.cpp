@@ -370,7 +370,12 @@ void RunRunCommand(const RunCommandOptions& options) {
                  sequence.frames.size(),
                  (sun.x + sun.y + sun.z) / 3.0,
                  (sky.x + sky.y + sky.z) / 3.0,
-                 result.estimate.sun_observable ? "" : " (sun not observable)");
+                 !LightIsKnown(result.estimate.lighting)
+                     ? " (hardly known: the picture shows neither "
+                       "sun nor shade; earlier light and "
+                       "weather answer)"
+                 : result.estimate.sun_observable ? ""
+                                                  : " (sun not observable)");
   }
   folder.Finish();
   if (video) video->Finish();

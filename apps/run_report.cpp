@@ -233,7 +233,9 @@ std::string FrameSection(const ReportFrame& frame) {
       frame.estimate.samples_used,
       100.0 * frame.estimate.inlier_fraction,
       100.0 * frame.estimate.relative_residual,
-      ModelMismatch(frame.estimate) ? " (picture and model do not fit)" : "",
+      !LightIsKnown(frame.estimate.lighting) ? " (sun and sky hardly known)"
+      : ModelMismatch(frame.estimate)        ? " (picture and model do not fit)"
+                                             : "",
       LeftOut(frame.plan));
   html += Figure("input", frame.input) + Figure("composite", frame.composite);
   if (frame.truth) html += Figure("truth", *frame.truth);

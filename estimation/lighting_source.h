@@ -1,6 +1,8 @@
 // Where the light comes from: one interface for every way to measure it.
 #pragma once
 
+#include <array>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <span>
@@ -16,6 +18,7 @@
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
 #include "scene/surface_view.h"
+#include "scene/weather.h"
 
 namespace pleinair {
 
@@ -57,6 +60,8 @@ struct LightingEstimate {
   double new_sample_set_ms = 0.0;  // Spent on drawing samples in this call; 0 when they were kept.
   // Of each region of a source that measures the sky itself; empty for others.
   std::vector<glm::dvec3> sky_radiance_rgb;
+  // How probable each weather is, in kAllWeathers' order; none where the source does not ask.
+  std::optional<std::array<double, std::size(kAllWeathers)>> weather_shares;
   // How far the data are from the model, as a relative rms over inliers.
   double relative_residual = 0.0;
 };
@@ -71,6 +76,10 @@ inline bool ModelMismatch(const LightingEstimate& estimate) {
   return estimate.samples_used > 0 && !(estimate.relative_residual <= kLargestResidual &&
                                         estimate.inlier_fraction >= kFewestInliers);
 }
+
+// Whether sun and sky are known apart well enough to be believed: the sun to a third of all light.
+// Otherwise the light is that of the last frame that was known, or of the climate.
+bool LightIsKnown(const Lighting& lighting);
 
 struct LightingFailure {
   std::string reason;

@@ -106,6 +106,19 @@ void Describe(const OutdoorConditions& conditions,
   estimate.relative_residual = fit.relative_residual;
 }
 
+// Of the prior's weathers, which are the belief's states with a share.
+void DescribeWeather(const WeatherBelief& belief,
+                     const LightingFit& fit,
+                     LightingEstimate& estimate) {
+  estimate.weather_shares.emplace();
+  std::size_t w = 0;
+  for (std::size_t s = 0; s < kSkyStates; ++s) {
+    if (!(belief.states[s].share > 0.0)) continue;
+    const auto weather = static_cast<std::size_t>(WeatherOf(static_cast<SkyState>(s)));
+    (*estimate.weather_shares)[weather] += fit.weathers[w++].share;
+  }
+}
+
 }  // namespace
 
 tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
@@ -139,6 +152,9 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   estimate.units = conditions.units;
   estimate.exposure_change = conditions.exposure_change;
   Describe(conditions, fit, climate_gain_, estimate);
+  if (fit.sun_is_fitted && !expectation.prior.weathers.empty()) {
+    DescribeWeather(expectation.belief, fit, estimate);
+  }
   return estimate;
 }
 
