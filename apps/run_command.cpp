@@ -114,12 +114,14 @@ void AddTruth(const Sequence& sequence,
     report.notes.push_back(std::string("the report is without truth: ") + error.what());
     spdlog::warn("{}", report.notes.back());
   }
+  std::string missing;
   for (ReportFrame& frame : report.frames) {
     const auto found = truth.find(frame.index);
     if (found == truth.end()) continue;
     frame.true_sun_irradiance_rgb = found->second.sun_irradiance_rgb;
     frame.true_sky_irradiance_rgb = found->second.sky_irradiance_rgb;
-    if (found->second.with_object && frame.error.empty()) {
+    if (!found->second.with_object || !frame.error.empty()) continue;
+    try {
       const RgbImage picture = ReadRadianceImage(*found->second.with_object);
       const Rgb8Image truth_shown =
           writer.Display(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure);
@@ -127,8 +129,13 @@ void AddTruth(const Sequence& sequence,
       frame.difference = MakeReportPicture(
           Difference(ReadDisplayImage(out / "composite" / fmt::format("{:06}.png", frame.index)),
                      truth_shown));
+    } catch (const std::exception& error) {
+      if (missing.empty()) missing = error.what();
     }
   }
+  if (missing.empty()) return;
+  report.notes.push_back("the report is without some true pictures: " + missing);
+  spdlog::warn("{}", report.notes.back());
 }
 
 // What the real shadows say of the sun, into the log and the report.
