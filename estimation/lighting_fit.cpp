@@ -123,6 +123,7 @@ struct LightingFitter::Impl {
                      const Evidence& evidence,
                      LightMatrix& covariance) const;
   void Describe(const LightingPrior& prior, const LightVector& x, LightingFit& fit) const;
+  glm::dvec3 PictureOverLight(const LightVector& x) const;
   void DescribeCamera(const CameraErrors& camera,
                       const Evidence& with_errors,
                       LightingFit& fit) const;
@@ -415,6 +416,31 @@ double LightingFitter::Impl::ConditionNumber(const LightMatrix& normal) const {
   return std::sqrt(largest / smallest);
 }
 
+// Mean radiance of the samples over that of their light alone: what a response that is not the
+// stated one makes of light as bright as theirs. A picture of unknown exposure is drawn into with
+// light in its own units, so these are the ones to report.
+glm::dvec3 LightingFitter::Impl::PictureOverLight(const LightVector& x) const {
+  if (!(problem.exponent_stddev > 0.0)) return glm::dvec3(1.0);
+  glm::dvec3 picture(0.0);
+  glm::dvec3 light(0.0);
+  for (int i = 0; i < problem.sample_count; ++i) {
+    const double weight = reweighting.Weights()[static_cast<std::size_t>(i)];
+    for (int c = 0; c < 3; ++c) {
+      const auto v = static_cast<std::size_t>(i * 3 + c);
+      if (!(problem.weight[v] > 0.0)) continue;
+      const double* row = problem.Transport(i, c);
+      picture[c] += weight * problem.radiance[v];
+      for (int j = 0; j < problem.basis_count; ++j) {
+        light[c] += weight * row[j] * x[c * problem.basis_count + j];
+      }
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    picture[c] = picture[c] > 0.0 && light[c] > 0.0 ? picture[c] / light[c] : 1.0;
+  }
+  return picture;
+}
+
 void LightingFitter::Impl::DescribeCamera(const CameraErrors& camera,
                                           const Evidence& with_errors,
                                           LightingFit& fit) const {
@@ -543,6 +569,7 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   const LightVector x = impl_->Iterate(prior, fit);
   impl_->Describe(prior, x, fit);
   impl_->last_irradiance_rgb = fit.irradiance_rgb;
+  fit.picture_over_light_rgb = impl_->PictureOverLight(x);
   return fit;
 }
 

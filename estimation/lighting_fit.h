@@ -39,6 +39,8 @@ struct LightingFit {
   double veil = 0.0;
   double exponent = 0.0;
   double exponent_stddev = 0.0;
+  // What the camera's errors make of light as bright as the samples': 1 where there are none.
+  glm::dvec3 picture_over_light_rgb{1.0};
   // Of the sun, from the samples alone; large but finite where they cannot tell.
   glm::dvec3 sun_stddev_data_rgb{0.0};
   // Ratio of the extreme singular values of the whitened data Jacobian, sun and sky in one unit, no

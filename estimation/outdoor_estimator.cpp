@@ -81,7 +81,10 @@ void Describe(const OutdoorConditions& conditions,
   lighting.time = conditions.time;
   lighting.sun.direction_enu = conditions.sun.direction_enu;
   lighting.sun.angular_radius_rad = conditions.sun.angular_radius_rad;
-  const LightVector& light = fit.irradiance_rgb;
+  // In the picture's own units, so that what is drawn into it fits it.
+  const glm::dvec3& unit = fit.picture_over_light_rgb;
+  LightVector light = fit.irradiance_rgb;
+  for (Eigen::Index u = 0; u < light.size(); ++u) light[u] *= unit[static_cast<int>(u % 3)];
   lighting.sun.irradiance_rgb = {light[0], light[1], light[2]};
   for (std::size_t k = 0; k < conditions.sky_shape_names.size(); ++k) {
     const auto first = static_cast<Eigen::Index>(3 * (1 + k));
@@ -95,11 +98,12 @@ void Describe(const OutdoorConditions& conditions,
     for (Eigen::Index v = 0; v < unknowns; ++v) {
       const double shared =
           scale[static_cast<int>(u % 3)] * light[u] * scale[static_cast<int>(v % 3)] * light[v];
-      lighting.covariance.push_back(fit.covariance(u, v) + shared);
+      const double units = unit[static_cast<int>(u % 3)] * unit[static_cast<int>(v % 3)];
+      lighting.covariance.push_back(units * fit.covariance(u, v) + shared);
     }
   }
   estimate.sun_observable = fit.sun_is_fitted && conditions.sun.direction_enu.z > 0.0 &&
-                            TellsTheSun(fit, BeamOf(conditions, climate_gain, light));
+                            TellsTheSun(fit, BeamOf(conditions, climate_gain, fit.irradiance_rgb));
   estimate.samples_used = fit.samples_used;
   estimate.inlier_fraction = fit.inlier_fraction;
   estimate.condition_number = fit.condition_number;

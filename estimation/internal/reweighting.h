@@ -82,6 +82,8 @@ class Reweighting {
   // The whitened rows of one channel times another's, summed over the samples, times the
   // correlation of the two channels' noise in one sample.
   BasisMatrix CrossNormal(int c, int d) const;
+  // w, per sample.
+  const std::vector<double>& Weights() const { return weight_; }
   double SharedError() const { return shared_error_; }
   double SkyShapeError() const { return sky_shape_error_; }
   double InlierFraction() const;
