@@ -109,7 +109,7 @@ void RobustStart::GatherWitnesses(const FitProblem& problem) {
 }
 
 double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
-                                    const std::array<TwoLights, 3>& lights) {
+                                       const std::array<TwoLights, 3>& lights) {
   double total = 0.0;
   for (std::size_t judge = 0; judge < witnesses_.size(); judge += 3) {
     double sum = 0.0;
