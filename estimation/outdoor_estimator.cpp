@@ -73,6 +73,49 @@ double BeamOf(const OutdoorConditions& conditions,
   return beam / 3.0;
 }
 
+// Air alone scatters more than half of a standard clear sky's light: with a sun there is a sky, of
+// every colour.
+bool HasASkyForItsSun(const ClearSkyExpectation& clear_sky, const LightVector& irradiance_rgb) {
+  constexpr double kLeastOfClear = 0.4;
+  for (int c = 0; c < 3; ++c) {
+    if (!(clear_sky.beam_rgb[c] > 0.0)) return true;
+    const double clear = irradiance_rgb[c] * clear_sky.diffuse_rgb[c] / clear_sky.beam_rgb[c];
+    if (SkyOf(irradiance_rgb, c) < kLeastOfClear * clear) return false;
+  }
+  return true;
+}
+
+// The sky over the sun is the clear sky's, to a thousandth: no samples contradict that.
+void HoldSkyToSun(const ClearSkyExpectation& clear_sky,
+                  const LightVector& irradiance_rgb,
+                  LightingPrior& prior) {
+  constexpr double kHeldTo = 1e-3;
+  for (int c = 0; c < 3; ++c) {
+    const double ratio = clear_sky.diffuse_rgb[c] / clear_sky.beam_rgb[c];
+    const double deviation = kHeldTo * ratio * irradiance_rgb[c];
+    if (!(deviation > 0.0)) continue;
+    LightVector row = LightVector::Zero(prior.information_times_mean.size());
+    row[c] = -ratio / deviation;
+    for (Eigen::Index u = 3 + c; u < row.size(); u += 3) row[u] = 1.0 / deviation;
+    prior.information += row * row.transpose();
+  }
+}
+
+// What was held is no knowledge: real skies are from half a clear one's light to twice it.
+void WidenHeldSky(LightingFit& fit) {
+  constexpr double kStddev = 0.6;
+  const auto shapes = static_cast<double>(fit.irradiance_rgb.size() / 3 - 1);
+  for (int c = 0; c < 3; ++c) {
+    const double deviation = kStddev * SkyOf(fit.irradiance_rgb, c) / shapes;
+    for (Eigen::Index u = 3 + c; u < fit.irradiance_rgb.size(); u += 3) {
+      for (Eigen::Index v = 3 + c; v < fit.irradiance_rgb.size(); v += 3) {
+        fit.covariance(u, v) += deviation * deviation;
+      }
+    }
+    fit.data_covariance(3 + c, 3 + c) += std::pow(shapes * deviation, 2);
+  }
+}
+
 void Describe(const OutdoorConditions& conditions,
               const LightingFit& fit,
               double climate_gain,
@@ -139,7 +182,15 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   const auto since = last_time_ ? conditions.time - *last_time_ : UtcTime::duration::max();
   if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
   last_time_ = conditions.time;
-  const LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
+  LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
+  // Surfaces that are all in the sun say little of the sky, and a model that errs may say that
+  // there is none.
+  if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held &&
+      !HasASkyForItsSun(conditions.clear_sky, fit.irradiance_rgb)) {
+    HoldSkyToSun(conditions.clear_sky, fit.irradiance_rgb, expectation.prior);
+    fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
+    WidenHeldSky(fit);
+  }
   if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
     return tl::unexpected(LightingFailure{
         "no usable sample: expected at least one, or a clear-sky light with a survey's units to "
