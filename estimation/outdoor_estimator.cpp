@@ -104,7 +104,8 @@ void HoldSkyToSun(const ClearSkyExpectation& clear_sky,
 // What was held is no knowledge: real skies are from half a clear one's light to twice it.
 void WidenHeldSky(LightingFit& fit) {
   constexpr double kStddev = 0.6;
-  const auto shapes = static_cast<double>(fit.irradiance_rgb.size() / 3 - 1);
+  const Eigen::Index lights = fit.irradiance_rgb.size() / 3;
+  const auto shapes = static_cast<double>(lights - 1);
   for (int c = 0; c < 3; ++c) {
     const double deviation = kStddev * SkyOf(fit.irradiance_rgb, c) / shapes;
     for (Eigen::Index u = 3 + c; u < fit.irradiance_rgb.size(); u += 3) {
