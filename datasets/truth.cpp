@@ -22,7 +22,7 @@ glm::dvec3 ReadRgb(const JsonCursor& at) {
 }
 
 std::filesystem::path FileOf(const Sequence& sequence) {
-  const std::filesystem::path file = sequence.folder / "truth" / "truth.json";
+  std::filesystem::path file = sequence.folder / "truth" / "truth.json";
   if (!ResolveInside(sequence.folder, "truth/truth.json")) {
     throw JsonError(file.string() + ": expected a file inside the sequence's folder");
   }

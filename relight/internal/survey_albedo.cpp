@@ -274,6 +274,7 @@ class AlbedoSolver {
       pixels[surface].insert(pixels[surface].end(), of_face.begin(), of_face.end());
     }
     std::vector<std::optional<SurfaceAlbedo>> albedos;
+    albedos.reserve(pixels.size());
     for (const auto& of_surface : pixels) albedos.push_back(CertainAlbedo(of_surface));
     return albedos;
   }
