@@ -124,7 +124,8 @@ void AddTradeoff(CLI::App& app, Work& work) {
   tradeoff
       .add_option("--patch-size", trials.prepare.patch_size_m, "As run has it, where not swept")
       ->check(Positive());
-  tradeoff.add_option("--rays", trials.prepare.rays, "Likewise")->check(CLI::Range(1, 65536));
+  tradeoff.add_option("--rays", trials.prepare.rays, "Rays that each receiver of light casts")
+      ->check(CLI::Range(1, 65536));
   tradeoff.add_option("--cache",
                       trials.cache,
                       "Folder for prepared data (default: pleinair in the user's cache folder)");

@@ -113,7 +113,7 @@ void RequireKept(const fs::path& file, const fs::path& out, const std::string& o
   }
   if (!is_removed) return;
   throw std::invalid_argument(option + ": " + file.string() +
-                              " is of the run in --out, which is written anew: expected another "
+                              " is of the run in --out, which is replaced: expected another "
                               "folder for one of them");
 }
 

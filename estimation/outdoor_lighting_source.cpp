@@ -22,8 +22,8 @@ namespace {
 constexpr double kLeastShareOfKeptSet = 0.8;
 
 // Veils, as a share of the mean radiance of the picture: of linear frames, of the 8-bit frames of
-// a camera whose exposure somebody states, and of one of which nothing is known. Good lenses veil
-// by half a per cent, those of phones by one to three.
+// a camera whose exposure somebody states, and of one of which nothing is known. Assumed, not
+// measured on cameras.
 constexpr double kVeilOfLinear = 0.0005;
 constexpr double kVeilOfStated = 0.005;
 constexpr double kVeilOfUnknown = 0.015;

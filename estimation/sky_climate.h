@@ -55,9 +55,8 @@ struct SkyClimate {
 // b, k and g normally distributed and common to the channels, and an error of hue beside: clear
 // blue and cloud grey are the two ends of a sky's colour, so no channel can vanish.
 //
-// Source     Shares and spreads are rounded from one-minute direct and diffuse irradiance of the
-//            stations that docs/method.md names, relative to ComputeClearSky, and from the diffuse
-//            share under overcast skies in Kasten and Czeplak, Solar Energy 24(2), 1980.
+// Source     Shares and spreads are assumptions, set by hand and not fitted to measurements;
+//            docs/method.md compares them with one measured day.
 // Throws     std::invalid_argument for a clear sky that is negative or not finite.
 SkyClimate MakeSkyClimate(const ClearSkyExpectation& clear_sky);
 
