@@ -175,7 +175,11 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   const bool sun_is_up = AnyOfTheDiscIsUp(conditions.sun);
   Expectation expectation = Expect(conditions, sky_shapes);
   if (!conditions.surveyed && sun_is_up && !expectation.prior.weathers.empty()) {
-    const auto log_likelihood = LogLikelihood(FindShadows(samples));
+    auto log_likelihood = LogLikelihood(FindShadows(samples));
+    if (conditions.texture) {
+      const auto of_texture = LogLikelihood(*conditions.texture);
+      for (std::size_t s = 0; s < kSkyStates; ++s) log_likelihood[s] += of_texture[s];
+    }
     expectation.prior.log_likelihood.assign(log_likelihood.begin(), log_likelihood.end());
   }
   // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each

@@ -8,6 +8,7 @@
 #include "estimation/diffuse_sample.h"
 #include "estimation/lighting_fit.h"
 #include "estimation/lighting_source.h"
+#include "estimation/texture_contrast.h"
 #include "scene/weather.h"
 
 namespace pleinair {
@@ -21,6 +22,8 @@ struct OutdoorConditions {
   LightUnits units = LightUnits::kAbsolute;
   ExposureChange exposure_change;  // Looked at where units are relative per frame.
   std::optional<Weather> weather;  // As a person saw it.
+  // Looked at without a survey, whose light says more.
+  std::optional<TextureContrast> texture;
   std::optional<SurveyedLight> surveyed;
   std::optional<HeldIrradiance> held;
   glm::dvec3 albedo_stddev_rgb{0.0};  // Relative: an error that all samples share.

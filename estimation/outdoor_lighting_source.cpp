@@ -14,6 +14,7 @@
 #include "estimation/outdoor_estimator.h"
 #include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
+#include "estimation/texture_contrast.h"
 
 namespace pleinair {
 namespace {
@@ -103,6 +104,10 @@ class OutdoorLightingSource final : public LightingSource {
     }
     conditions.weather = observation.frame.weather;
     conditions.surveyed = observation.surveyed;
+    if (!observation.surveyed) {
+      conditions.texture =
+          texture_watch_.Look(observation.frame, observation.view.camera, samples_);
+    }
     conditions.held = observation.held;
     conditions.albedo_stddev_rgb = observation.albedo_stddev_rgb;
     conditions.plane_albedo_stddev = observation.plane_albedo_stddev;
@@ -126,6 +131,7 @@ class OutdoorLightingSource final : public LightingSource {
   std::vector<DiffuseSample> samples_;
   OutdoorEstimator estimator_;
   ExposureWatch exposure_watch_;
+  TextureWatch texture_watch_;
   // What the set was drawn for.
   bool drawn_ = false;
   std::uint64_t geometry_version_ = 0;

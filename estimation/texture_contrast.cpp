@@ -1,0 +1,92 @@
+#include "estimation/texture_contrast.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "scene/upper_median.h"
+
+namespace pleinair {
+namespace {
+
+// Below, the median is chance.
+constexpr std::size_t kLeastSquares = 60;
+
+// Of log-normal values, by their mean above 0 and their variance.
+double LogStddev(double mean, double variance) {
+  return std::sqrt(std::log1p(std::max(0.0, variance) / (mean * mean)));
+}
+
+// nullopt where a pixel of the square is outside the picture or unusable, or where there is no
+// light. Every other pixel of
+// every other row, as much as a standard deviation needs.
+std::optional<double> ContrastAround(const Frame& frame, const glm::ivec2& pixel) {
+  constexpr int kReach = kTextureWindowPx / 2;
+  const RgbImage& radiance = frame.radiance;
+  if (pixel.x < kReach || pixel.y < kReach || pixel.x + kReach >= radiance.width ||
+      pixel.y + kReach >= radiance.height) {
+    return std::nullopt;
+  }
+  double sum = 0.0;
+  double squares = 0.0;
+  double count = 0.0;
+  for (int y = pixel.y - kReach; y <= pixel.y + kReach; y += 2) {
+    for (int x = pixel.x - kReach; x <= pixel.x + kReach; x += 2) {
+      if (frame.unusable.At(x, y) == kUnusable) return std::nullopt;
+      const double green = radiance.At(x, y).g;
+      sum += green;
+      squares += green * green;
+      count += 1.0;
+    }
+  }
+  const double mean = sum / count;
+  if (!(mean > 0.0) || !std::isfinite(squares)) return std::nullopt;
+  return LogStddev(mean, squares / count - mean * mean);
+}
+
+// 0 up to `from`, 1 from `to` on.
+double Ramp(double from, double to, double value) {
+  return std::clamp((value - from) / (to - from), 0.0, 1.0);
+}
+
+}  // namespace
+
+std::optional<double> FineContrast(const Frame& frame, std::span<const DiffuseSample> samples) {
+  std::vector<double> contrasts;
+  contrasts.reserve(samples.size());
+  for (const DiffuseSample& sample : samples) {
+    if (const auto contrast = ContrastAround(frame, sample.pixel)) contrasts.push_back(*contrast);
+  }
+  if (contrasts.size() < kLeastSquares) return std::nullopt;
+  return UpperMedian(contrasts);
+}
+
+std::array<double, kSkyStates> LogLikelihood(const TextureContrast& contrast) {
+  // In SkyState's order. Few surfaces are painted as deep as the sun's shadows are.
+  static constexpr std::array<double, kSkyStates> kDeep{1.0, 1.0, 0.4, 0.1, 0.1};
+  static constexpr std::array<double, kSkyStates> kNoLongerDeep{0.1, 0.1, 0.5, 1.0, 1.0};
+  const double deep = Ramp(0.35, 0.5, contrast.now);
+  const double was_deep = Ramp(0.35, 0.5, contrast.most);
+  const double lost =
+      contrast.most > 0.0 ? Ramp(0.15, 0.35, 1.0 - contrast.now / contrast.most) : 0.0;
+  const double no_longer = was_deep * lost * (1.0 - deep);
+  std::array<double, kSkyStates> log{};
+  for (std::size_t s = 0; s < log.size(); ++s) {
+    log[s] = deep * std::log(kDeep[s]) + no_longer * std::log(kNoLongerDeep[s]);
+  }
+  return log;
+}
+
+std::optional<TextureContrast> TextureWatch::Look(const Frame& frame,
+                                                  const Camera& camera,
+                                                  std::span<const DiffuseSample> samples) {
+  if (camera_ != camera) most_ = 0.0;
+  camera_ = camera;
+  const auto now = FineContrast(frame, samples);
+  if (!now) return std::nullopt;
+  most_ = std::max(most_, *now);
+  return TextureContrast{*now, most_};
+}
+
+}  // namespace pleinair
