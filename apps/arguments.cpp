@@ -8,7 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "apps/sequence_site.h"
+#include "session/sequence_site.h"
 
 namespace pleinair {
 namespace {

@@ -31,9 +31,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
-#include "apps/file_blob_store.h"
 #include "apps/svg_chart.h"
 #include "render/gl_context.h"
+#include "session/file_blob_store.h"
 
 namespace pleinair {
 namespace {

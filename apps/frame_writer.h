@@ -2,26 +2,21 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
-#include "calib/response.h"
-#include "datasets/frame_source.h"
 #include "render/compositor.h"
+#include "scene/image.h"
 
 namespace pleinair {
 
-// Writes composite/NNNNNN.exr (scene-linear half), composite/NNNNNN.png (as the camera would have
-// shown it; where the camera gave code values, unchanged pixels keep them) and mask/NNNNNN.png
-// (PixelChange values).
 class FrameWriter {
  public:
-  // Makes the folders. `response` is the 8-bit camera's.
-  FrameWriter(const std::filesystem::path& out, ResponseCurve response);
+  // Makes the folders.
+  explicit FrameWriter(const std::filesystem::path& out);
 
-  // Light as the camera would have shown it at `exposure`; where that is unknown, at one that was
-  // chosen for the first frame written.
-  Rgb8Image Display(const RgbImage& radiance, std::optional<double> exposure) const;
+  // composite/NNNNNN.exr (scene-linear half), composite/NNNNNN.png (`shown`, the composite as the
+  // camera would have shown it) and mask/NNNNNN.png (PixelChange values).
+  void Write(int frame, const Composite& composite, const Rgb8Image& shown) const;
 
   // Lat-long, 32-bit float: environment/NNNNNN.exr with the sun,
   // environment/NNNNNN_without_sun.exr.
@@ -31,13 +26,8 @@ class FrameWriter {
   // sky/NNNNNN.exr.
   std::string WriteSky(int frame, const RgbImage& sky) const;
 
-  // The composite as written to the PNG.
-  Rgb8Image Write(const Frame& frame, const Composite& composite);
-
  private:
   std::filesystem::path out_;
-  ResponseCurve response_;
-  std::optional<double> chosen_exposure_;
 };
 
 }  // namespace pleinair

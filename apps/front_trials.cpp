@@ -11,10 +11,10 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/mat4x4.hpp>
 
-#include "apps/elapsed.h"
 #include "apps/lighting_log.h"
 #include "apps/sequence_figures.h"
 #include "datasets/statistics.h"
+#include "scene/elapsed.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -41,9 +41,9 @@ Combination CombinationOf(Quality quality) {
   return combination;
 }
 
-double TimedMs(SequenceRun& run, Frame frame) {
+double TimedMs(SequenceSession& run, Frame frame) {
   const auto start = std::chrono::steady_clock::now();
-  const RunStep step = run.Process(std::move(frame));
+  const SessionStep step = run.Process(std::move(frame));
   if (!step.result) throw std::runtime_error(step.result.error().reason);
   return MsSince(start);
 }
@@ -71,8 +71,8 @@ FrontTrials::FrontTrials(const TrialSettings& settings, const Progress& progress
   for (std::size_t i = 0; i < pictured.size(); ++i) {
     if (taken[i]) wanted_[static_cast<std::size_t>(pictured[i])] = true;
   }
-  default_run_ =
-      std::make_unique<SequenceRun>(default_, OptionsOf(CombinationOf(Quality::kBalanced), 1));
+  default_run_ = std::make_unique<SequenceSession>(
+      default_, OptionsOf(CombinationOf(Quality::kBalanced), 1), context_);
 }
 
 int FrontTrials::Frames() const {
@@ -133,9 +133,8 @@ std::vector<FrontPoint> FrontTrials::Search(int most_trials) {
   return points;
 }
 
-SequenceRunOptions FrontTrials::OptionsOf(const Combination& combination,
-                                          std::uint64_t seed) const {
-  SequenceRunOptions options = TrialRunOptions(settings_);
+SessionOptions FrontTrials::OptionsOf(const Combination& combination, std::uint64_t seed) const {
+  SessionOptions options = TrialRunOptions(settings_);
   for (std::size_t s = 0; s < combination.size(); ++s) {
     QualitySettings()[s].values[static_cast<std::size_t>(combination[s])].apply(options);
   }
@@ -144,17 +143,17 @@ SequenceRunOptions FrontTrials::OptionsOf(const Combination& combination,
   return options;
 }
 
-std::shared_ptr<const LoadedSequence> FrontTrials::Load(const SequenceRunOptions& options) {
+std::shared_ptr<const LoadedSequence> FrontTrials::Load(const SessionOptions& options) {
   for (const auto& [settings, loaded] : loaded_) {
     if (settings == options.prepare) return loaded;
   }
-  loaded_.emplace_back(options.prepare, LoadForRun(options, progress_));
+  loaded_.emplace_back(options.prepare, LoadSequence(options, progress_));
   return loaded_.back().second;
 }
 
-Frame FrontTrials::Run(SequenceRun& run, FrontPoint& point) {
+Frame FrontTrials::Run(SequenceSession& run, FrontPoint& point) {
   std::optional<Frame> last;
-  while (std::optional<RunStep> step =
+  while (std::optional<SessionStep> step =
              run.Next([&](int i) { return bool{wanted_[static_cast<std::size_t>(i)]}; })) {
     if (!step->result) throw std::runtime_error(step->result.error().reason);
     const Composite& made = step->result->composite;
@@ -170,7 +169,7 @@ Frame FrontTrials::Run(SequenceRun& run, FrontPoint& point) {
   return std::move(*last);
 }
 
-FrontTrials::Times FrontTrials::Time(SequenceRun& run, const Frame& frame) {
+FrontTrials::Times FrontTrials::Time(SequenceSession& run, const Frame& frame) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Times least{kNone, kNone};
   for (int i = 0; i < kStillFrames; ++i) {
@@ -192,8 +191,8 @@ FrontTrials::Measured FrontTrials::Measure(const Combination& combination) {
   try {
     for (int s = 1; s <= settings_.costly_seeds; ++s) {
       const auto seed = static_cast<std::uint64_t>(s);
-      const SequenceRunOptions options = OptionsOf(combination, seed);
-      SequenceRun run(Load(options), options);
+      const SessionOptions options = OptionsOf(combination, seed);
+      SequenceSession run(Load(options), options, context_);
       const Frame frame = Run(run, measured.point);
       const Times of_default = Time(*default_run_, frame);
       measured.pairs.push_back({of_default, Time(run, frame)});

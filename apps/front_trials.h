@@ -55,11 +55,11 @@ class FrontTrials {
     std::vector<Pair> pairs;  // One a seed.
   };
 
-  SequenceRunOptions OptionsOf(const Combination& combination, std::uint64_t seed) const;
-  std::shared_ptr<const LoadedSequence> Load(const SequenceRunOptions& options);
+  SessionOptions OptionsOf(const Combination& combination, std::uint64_t seed) const;
+  std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options);
   // Runs the pictured frames; returns the last for Time.
-  Frame Run(SequenceRun& run, FrontPoint& point);
-  static Times Time(SequenceRun& run, const Frame& frame);
+  Frame Run(SequenceSession& run, FrontPoint& point);
+  static Times Time(SequenceSession& run, const Frame& frame);
   Measured Measure(const Combination& combination);
   CombinationCost CostOf(const Measured& measured) const;
 
@@ -70,8 +70,8 @@ class FrontTrials {
   std::shared_ptr<const LoadedSequence> default_;
   RunScorer scorer_;
   std::vector<bool> wanted_;
-  HeadlessContext context_;
-  std::unique_ptr<SequenceRun> default_run_;  // To time the others against.
+  std::shared_ptr<const HeadlessContext> context_ = std::make_shared<const HeadlessContext>();
+  std::unique_ptr<SequenceSession> default_run_;  // To time the others against.
 };
 
 }  // namespace pleinair

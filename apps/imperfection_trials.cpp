@@ -16,8 +16,8 @@
 #include "datasets/lighting_score.h"
 #include "datasets/statistics.h"
 #include "datasets/truth.h"
-#include "render/gl_context.h"
 #include "scene/image_io.h"
+#include "session/session_choices.h"
 
 namespace pleinair {
 namespace {
@@ -88,7 +88,7 @@ class ObjectError {
 CompositeScore ScoreObject(const TruthFrame& truth,
                            const Sequence& source,
                            const Degradation& degradation,
-                           const RunStep& step) {
+                           const SessionStep& step) {
   const Frame& frame = *step.frame;
   const FrameEntry& entry = source.frames[static_cast<std::size_t>(truth.frame)];
   const Rgb8Image codes = degradation.Picture(
@@ -109,16 +109,16 @@ CompositeScore ScoreObject(const TruthFrame& truth,
 void RunOnce(const Recording& recording,
              const Imperfections& imperfections,
              std::uint64_t seed,
-             const SequenceRunOptions& options,
+             const SessionOptions& options,
              ImperfectionResult& result) {
   const Degradation degradation(imperfections, seed);
   degradation.Write(recording.sequence, recording.frames, options.sequence);
-  SequenceRun run(LoadForRun(options, [](auto, auto) {}), options);
+  SequenceSession run(options);
   std::vector<double> ratios;
   std::vector<double> suns;
   std::vector<double> skies;
   ObjectError objects;
-  while (const std::optional<RunStep> step = run.Next()) {
+  while (const std::optional<SessionStep> step = run.Next()) {
     if (!step->result) {
       result.failure = step->result.error().reason;
       continue;
@@ -152,9 +152,8 @@ std::vector<ImperfectRecording> MeasureImperfections(const ImperfectionSettings&
   for (const std::filesystem::path& folder : settings.sequences) {
     recordings.push_back(ReadRecording(folder, settings.frames_limit));
   }
-  const HeadlessContext context;
   const ScratchFolder scratch;
-  SequenceRunOptions options;
+  SessionOptions options;
   options.sequence = scratch.Path() / "sequence";
   options.cache = settings.cache.empty() ? scratch.Path() / "cache" : settings.cache;
   options.prepare = settings.prepare;

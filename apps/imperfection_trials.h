@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "apps/imperfection_dials.h"
-#include "apps/sequence_run.h"
 #include "relight/progress.h"
+#include "session/sequence_session.h"
 
 namespace pleinair {
 

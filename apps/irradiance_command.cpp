@@ -10,13 +10,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "apps/available_memory.h"
-#include "apps/file_blob_store.h"
 #include "apps/irradiance_file.h"
 #include "apps/number_pair.h"
 #include "apps/progress.h"
-#include "apps/sequence_run.h"
-#include "apps/sequence_site.h"
 #include "apps/shared_ranks.h"
 #include "apps/whole_text.h"
 #include "pipeline/frame_view.h"
@@ -24,6 +20,11 @@
 #include "relight/surface_view_builder.h"
 #include "scene/mesh_io.h"
 #include "scene/whole_file.h"
+#include "session/available_memory.h"
+#include "session/file_blob_store.h"
+#include "session/sequence_session.h"
+#include "session/sequence_site.h"
+#include "session/session_choices.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -110,7 +111,7 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
                                             (options.sequence / "sequence.json").string(),
                                             sequence.frames.size() - 1));
   }
-  SequenceRunOptions run;
+  SessionOptions run;
   run.seed = options.gather.seed;
   FindSunInMap(sequence);
   const SequenceSite site = LoadSequenceSite(sequence);

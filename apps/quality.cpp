@@ -6,7 +6,7 @@
 namespace pleinair {
 namespace {
 
-using RunOptions = SequenceRunOptions;
+using RunOptions = SessionOptions;
 
 template <typename Set>
 std::vector<SweepValue> CountsOf(std::initializer_list<int> counts, const Set& set) {
@@ -103,7 +103,7 @@ const std::vector<QualitySetting>& QualitySettings() {
 
 void ApplyQuality(Quality quality,
                   const std::function<bool(const std::string&)>& is_given,
-                  SequenceRunOptions& options) {
+                  SessionOptions& options) {
   for (const QualitySetting& setting : QualitySettings()) {
     if (is_given(setting.option)) continue;
     setting.values[static_cast<std::size_t>(setting.IndexAt(quality))].apply(options);

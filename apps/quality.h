@@ -33,7 +33,7 @@ const std::vector<QualitySetting>& QualitySettings();
 // QualitySetting) stay as they are.
 void ApplyQuality(Quality quality,
                   const std::function<bool(const std::string&)>& is_given,
-                  SequenceRunOptions& options);
+                  SessionOptions& options);
 
 // "samples 200, object-rays 64": what differs from balanced; empty where nothing does.
 std::string QualityInWords(Quality quality);

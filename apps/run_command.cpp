@@ -14,9 +14,7 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/calibrate_north_command.h"
-#include "apps/elapsed.h"
 #include "apps/frame_writer.h"
-#include "apps/given_lighting.h"
 #include "apps/lighting_log.h"
 #include "apps/plan_log.h"
 #include "apps/progress.h"
@@ -27,9 +25,11 @@
 #include "datasets/truth.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_check.h"
-#include "render/gl_context.h"
+#include "scene/elapsed.h"
 #include "scene/half_float.h"
 #include "scene/image_io.h"
+#include "session/given_lighting.h"
+#include "session/session_choices.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -59,8 +59,7 @@ std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSit
 std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
                                           const Sequence& sequence,
                                           const SequenceSite& site,
-                                          const HeadlessContext& context) {
-  const GlDescription gl = context.Describe();
+                                          const GlDescription& gl) {
   return {
       fmt::format("{} frames, {}x{}",
                   sequence.frames.size(),
@@ -105,7 +104,7 @@ Rgb8Image Difference(const Rgb8Image& a, const Rgb8Image& b) {
 
 void AddTruth(const Sequence& sequence,
               const std::filesystem::path& out,
-              const FrameWriter& writer,
+              const PictureDisplay& display,
               RunReport& report) {
   std::map<int, TruthFrame> truth;
   try {
@@ -124,7 +123,7 @@ void AddTruth(const Sequence& sequence,
     try {
       const RgbImage picture = ReadRadianceImage(*found->second.with_object);
       const Rgb8Image truth_shown =
-          writer.Display(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure);
+          display.Show(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure);
       frame.truth = MakeReportPicture(truth_shown);
       frame.difference = MakeReportPicture(
           Difference(ReadDisplayImage(out / "composite" / fmt::format("{:06}.png", frame.index)),
@@ -252,7 +251,7 @@ ReportFrame FailedFrame(const FrameError& error) {
 }
 
 // What the run has noted since the last call, into the log and the report.
-void TakeNotes(SequenceRun& run, RunReport& report) {
+void TakeNotes(SequenceSession& run, RunReport& report) {
   for (std::string& note : run.TakeNotes()) {
     spdlog::warn("{}", note);
     report.notes.push_back(std::move(note));
@@ -263,13 +262,13 @@ void TakeNotes(SequenceRun& run, RunReport& report) {
 
 void RunPrepareCommand(const PrepareCommandOptions& options) {
   if (options.maps) RequireApart(*options.maps, options.sequence);
-  SequenceRunOptions run;
+  SessionOptions run;
   run.sequence = options.sequence;
   run.cache = options.cache;
   run.prepare = options.prepare;
   // What `run` finds from the frames is not kept.
   if (!ReadSequence(options.sequence).environment) run.albedo = AlbedoSource::kMaterials;
-  const auto loaded = LoadForRun(run, ProgressOnStandardError());
+  const auto loaded = LoadSequence(run, ProgressOnStandardError());
   for (const std::string& note : loaded->site.notes) spdlog::warn("{}", note);
   const PreparedScene& scene = loaded->scene;
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
@@ -282,16 +281,14 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
 
 void RunRunCommand(const RunCommandOptions& options) {
   RequireInputsKept(options);
-  const auto loaded = LoadForRun(options, ProgressOnStandardError());
+  const auto loaded = LoadSequence(options, ProgressOnStandardError());
   const Sequence& sequence = loaded->sequence;
-  const ResponseCurve response = ResponseOf(sequence);
-  const HeadlessContext context;
-  SequenceRun run(loaded, options);
+  SequenceSession run(loaded, options);
 
   RunReport report;
   report.title =
       "pleinair: " + (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
-  report.settings = DescribeSettings(options, sequence, loaded->site, context);
+  report.settings = DescribeSettings(options, sequence, loaded->site, run.Renderer());
   if (loaded->board)
     report.settings.push_back("camera poses from the markers of " + options.markers.string());
   TakeNotes(run, report);
@@ -316,14 +313,14 @@ void RunRunCommand(const RunCommandOptions& options) {
                  options.out.string(),
                  folder.TakenOverFrom());
   }
-  FrameWriter writer(options.out, response);
+  const FrameWriter writer(options.out);
   std::optional<VideoFile> video;
   if (options.video) {
     video.emplace(options.out / "composite.mp4", options.video_frames_per_second);
   }
   int done = 0;
   PictureDefects defects;
-  while (std::optional<RunStep> step = run.Next()) {
+  while (std::optional<SessionStep> step = run.Next()) {
     TakeNotes(run, report);
     if (!step->result) {
       const FrameError& error = step->result.error();
@@ -340,10 +337,11 @@ void RunRunCommand(const RunCommandOptions& options) {
     const Frame& frame = *step->frame;
     FrameResult& result = *step->result;
     const auto write_start = std::chrono::steady_clock::now();
-    const Rgb8Image shown = writer.Write(frame, result.composite);
+    const Rgb8Image shown = run.Show(*step);
+    writer.Write(frame.index, result.composite, shown);
     if (video) video->Add(shown);
     if (options.write_environment) {
-      const SequenceRun::Environment environment = run.EnvironmentOf(result.estimate.lighting);
+      const SequenceSession::Environment environment = run.EnvironmentOf(result.estimate.lighting);
       writer.WriteEnvironment(frame.index, environment.with_sun, environment.without_sun);
     }
     std::string sky_image;
@@ -358,7 +356,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     reported.index = frame.index;
     reported.time = frame.time;
     reported.input = MakeReportPicture(
-        frame.codes ? *frame.codes : writer.Display(frame.radiance, frame.exposure));
+        frame.codes ? *frame.codes : run.Display().Show(frame.radiance, frame.exposure));
     reported.composite = MakeReportPicture(shown);
     reported.lighting = result.estimate.lighting;
     reported.estimate = result.estimate;
@@ -388,7 +386,7 @@ void RunRunCommand(const RunCommandOptions& options) {
   if (video) video->Finish();
   defects.Report(report);
   if (shadows && done > 0) ReportShadows(*shadows, report);
-  AddTruth(sequence, options.out, writer, report);
+  AddTruth(sequence, options.out, run.Display(), report);
   WriteRunReport(options.out / "report.html", report);
   spdlog::info("{} of {} frames done; report: {}",
                done,

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "apps/sequence_run.h"
+#include "session/sequence_session.h"
 
 namespace pleinair {
 
@@ -15,7 +15,7 @@ struct PrepareCommandOptions {
   std::optional<std::filesystem::path> maps;  // Where to write the survey's maps.
 };
 
-struct RunCommandOptions : SequenceRunOptions {
+struct RunCommandOptions : SessionOptions {
   std::filesystem::path out;
   bool measure_shadows = false;
   bool stop_on_bad_frame = false;

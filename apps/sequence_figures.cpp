@@ -4,9 +4,9 @@
 
 #include "apps/lighting_log.h"
 #include "apps/progress.h"
-#include "apps/sequence_run.h"
 #include "datasets/run_scorer.h"
 #include "render/gl_context.h"
+#include "session/sequence_session.h"
 
 namespace pleinair {
 namespace {
@@ -54,13 +54,13 @@ SeededFigures MeasureFigures(const std::filesystem::path& sequence,
                              const FigureSettings& settings,
                              int seeds,
                              const std::filesystem::path& cache) {
-  SequenceRunOptions options;
+  SessionOptions options;
   options.sequence = sequence;
   options.cache = cache;
   options.prepare.patch_size_m = settings.patch_size_m;
   options.prepare.rays = settings.rays;
   options.with_objects = settings.pictures;
-  const auto loaded = LoadForRun(options, ProgressOnStandardError());
+  const auto loaded = LoadSequence(options, ProgressOnStandardError());
   const std::vector<bool> wanted =
       SpreadOver(static_cast<int>(loaded->sequence.frames.size()), settings.frames_limit);
   std::optional<RunScorer> scorer;
@@ -68,13 +68,13 @@ SeededFigures MeasureFigures(const std::filesystem::path& sequence,
     scorer.emplace(loaded->sequence);
   }
 
-  const HeadlessContext context;
+  const auto context = std::make_shared<const HeadlessContext>();
   SeededFigures figures;
   for (int seed = 1; seed <= seeds; ++seed) {
     options.seed = static_cast<std::uint64_t>(seed);
-    SequenceRun run(loaded, options);
+    SequenceSession run(loaded, options, context);
     RunFacts facts;
-    while (const std::optional<RunStep> step =
+    while (const std::optional<SessionStep> step =
                run.Next([&](int i) { return bool{wanted[static_cast<std::size_t>(i)]}; })) {
       if (step->result) AddFrame(*step->frame, *step->result, settings.pictures, facts);
       if (!scorer) continue;

@@ -24,7 +24,7 @@ std::vector<bool> SpreadOver(int count, int limit);
 
 // Runs the sequence with the seeds 1 .. `seeds` of the sample draw; what is prepared and loaded is
 // so once. Where there is a truth/, figures against it are among the result.
-// Throws  as LoadForRun and RunScorer.
+// Throws  as LoadSequence and RunScorer.
 SeededFigures MeasureFigures(const std::filesystem::path& sequence,
                              const FigureSettings& settings,
                              int seeds,

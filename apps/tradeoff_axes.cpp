@@ -9,7 +9,7 @@ namespace pleinair {
 namespace {
 
 using Judge = SweepAxis::Judge;
-using Options = SequenceRunOptions;
+using Options = SessionOptions;
 
 // Values that are numbers, each put where `set` says.
 template <typename Number, typename Set>

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/sequence_run.h"
+#include "session/sequence_session.h"
 
 namespace pleinair {
 
 struct SweepValue {
   std::string text;
-  std::function<void(SequenceRunOptions&)> apply;
+  std::function<void(SessionOptions&)> apply;
 };
 
 struct SweepAxis {

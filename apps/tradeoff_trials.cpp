@@ -12,6 +12,7 @@
 #include "apps/sequence_figures.h"
 #include "datasets/statistics.h"
 #include "pipeline/light_trials.h"
+#include "session/session_choices.h"
 
 namespace pleinair {
 namespace {
@@ -33,8 +34,8 @@ double CodesOfPsnr(double psnr_db) { return 255.0 * std::pow(10.0, -psnr_db / 20
 
 }  // namespace
 
-SequenceRunOptions TrialRunOptions(const TrialSettings& settings) {
-  SequenceRunOptions options;
+SessionOptions TrialRunOptions(const TrialSettings& settings) {
+  SessionOptions options;
   options.sequence = settings.sequence;
   options.cache = settings.cache;
   options.prepare = settings.prepare;
@@ -69,7 +70,7 @@ std::optional<double> PictureError(const Score& score) {
 struct TradeoffTrials::Job {
   const SweepAxis* axis = nullptr;
   SweepResult* result = nullptr;
-  SequenceRunOptions options;
+  SessionOptions options;
   std::vector<std::uint64_t> seeds;
   bool done = false;
 
@@ -82,7 +83,7 @@ struct TradeoffTrials::Job {
 TradeoffTrials::TradeoffTrials(const TrialSettings& settings, const Progress& progress)
     : settings_(settings),
       progress_(progress),
-      default_(LoadForRun(TrialRunOptions(settings), progress)),
+      default_(LoadSequence(TrialRunOptions(settings), progress)),
       scorer_([this]() -> const Sequence& {
         const Sequence& sequence = default_->sequence;
         if (!std::filesystem::exists(sequence.folder / "truth" / "truth.json")) {
@@ -117,7 +118,7 @@ TradeoffTrials::TradeoffTrials(const TrialSettings& settings, const Progress& pr
 TradeoffTrials::~TradeoffTrials() = default;
 
 SweepCase TradeoffTrials::Case() const {
-  const SequenceRunOptions options = TrialRunOptions(settings_);
+  const SessionOptions options = TrialRunOptions(settings_);
   SweepCase sweep_case;
   sweep_case.light_is_fitted = SourceOf(options, default_->sequence) == SourceKind::kOutdoor;
   sweep_case.has_pictures = PictureFrames() > 0 && !default_->site.objects.empty();
@@ -192,14 +193,14 @@ std::vector<SweptAxis> TradeoffTrials::Measure(const std::vector<SweepAxis>& axe
   return swept;
 }
 
-std::shared_ptr<const LoadedSequence> TradeoffTrials::Load(const SequenceRunOptions& options,
+std::shared_ptr<const LoadedSequence> TradeoffTrials::Load(const SessionOptions& options,
                                                            double& prepare_s) {
   prepare_s = 0.0;
   if (options.prepare == settings_.prepare) return default_;
   if (other_ == nullptr || !(options.prepare == other_settings_)) {
     other_.reset();  // Before the next one takes as much.
     const auto start = std::chrono::steady_clock::now();
-    other_ = LoadForRun(options, [](auto, auto) {});
+    other_ = LoadSequence(options, [](auto, auto) {});
     other_settings_ = options.prepare;
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     if (!other_->scene.from_store) prepare_s = spent.count();
@@ -222,7 +223,7 @@ void TradeoffTrials::MeasureLight(const std::vector<Job*>& alike) {
   for (Job* job : alike) {
     if (prepare_s > 0.0) job->result->prepare_s = prepare_s;
     for (const std::uint64_t seed : job->seeds) {
-      SequenceRunOptions options = job->options;
+      SessionOptions options = job->options;
       options.seed = seed;
       sources.push_back(
           MakeSourceFor(options, loaded->sequence, loaded->scene.aerosol_optical_depth_500nm));
@@ -281,17 +282,17 @@ void TradeoffTrials::MeasurePicture(Job& job) {
   const auto loaded = Load(job.options, prepare_s);
   if (prepare_s > 0.0) job.result->prepare_s = prepare_s;
   for (const std::uint64_t seed : job.seeds) {
-    SequenceRunOptions options = job.options;
+    SessionOptions options = job.options;
     options.seed = seed;
     options.object_ray_seed = seed;
     options.direct_daylight.sampling.seed = seed;
-    SequenceRun run(loaded, options);
+    SequenceSession run(loaded, options, context_);
     std::vector<double> transport_ms;
     std::vector<double> estimate_ms;
     std::vector<double> objects_ms;
     std::vector<double> render_ms;
     std::vector<double> total_ms;
-    while (const std::optional<RunStep> step = run.Next(
+    while (const std::optional<SessionStep> step = run.Next(
                [&](int i) { return bool{wanted_pictures_[static_cast<std::size_t>(i)]}; })) {
       if (!step->result) {
         job.result->failure = step->result.error().reason;

@@ -40,7 +40,7 @@ struct TrialFigures {
 };
 
 // What a sweep begins from: each frame by itself, without the filter over time.
-SequenceRunOptions TrialRunOptions(const TrialSettings& settings);
+SessionOptions TrialRunOptions(const TrialSettings& settings);
 
 // See TradeoffTrials. None where nothing of the kind was scored.
 std::optional<double> LightError(const Score& score);
@@ -64,8 +64,8 @@ struct SweptAxis {
 // over what the object changes elsewhere, in display code values; the mean of both.
 class TradeoffTrials {
  public:
-  // Reads the sequence and its truth. Throws as LoadForRun and RunScorer; std::runtime_error where
-  // there is no truth.
+  // Reads the sequence and its truth. Throws as LoadSequence and RunScorer; std::runtime_error
+  // where there is no truth.
   TradeoffTrials(const TrialSettings& settings, const Progress& progress);
   ~TradeoffTrials();
 
@@ -80,7 +80,7 @@ class TradeoffTrials {
  private:
   struct Job;
 
-  std::shared_ptr<const LoadedSequence> Load(const SequenceRunOptions& options, double& prepare_s);
+  std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options, double& prepare_s);
   void MeasureLight(const std::vector<Job*>& alike);
   void MeasurePicture(Job& job);
 
@@ -93,7 +93,7 @@ class TradeoffTrials {
   RunScorer scorer_;
   std::vector<Frame> frames_;          // That the light is measured on.
   std::vector<bool> wanted_pictures_;  // Which frames composites are measured on.
-  HeadlessContext context_;
+  std::shared_ptr<const HeadlessContext> context_ = std::make_shared<const HeadlessContext>();
 };
 
 }  // namespace pleinair

@@ -11,12 +11,12 @@
 
 #include <benchmark/benchmark.h>
 
-#include "apps/file_blob_store.h"
-#include "apps/sequence_site.h"
 #include "datasets/sequence.h"
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/object_interreflection.h"
 #include "relight/object_influence.h"
+#include "session/file_blob_store.h"
+#include "session/sequence_site.h"
 
 namespace pleinair {
 namespace {

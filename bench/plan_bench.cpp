@@ -27,8 +27,6 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "apps/file_blob_store.h"
-#include "apps/sequence_site.h"
 #include "bench/cut_mesh.h"
 #include "bench/resized_frame.h"
 #include "datasets/sequence.h"
@@ -37,6 +35,8 @@
 #include "render/gl_context.h"
 #include "scene/mesh_io.h"
 #include "scene/upper_median.h"
+#include "session/file_blob_store.h"
+#include "session/sequence_site.h"
 #include "tests/pipeline/ground_stage.h"
 #include "tests/render/textured_meshes.h"
 

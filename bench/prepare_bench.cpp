@@ -14,23 +14,17 @@
 #include <benchmark/benchmark.h>
 #include <glm/geometric.hpp>
 
-#include "apps/sequence_site.h"
 #include "datasets/sequence.h"
 #include "pipeline/sun_state.h"
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
+#include "session/sequence_site.h"
 #include "sunmodel/sky_shapes.h"
 
 namespace pleinair {
 namespace {
 
 std::filesystem::path g_sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
-
-class NoStore : public BlobStore {
- public:
-  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-  void Save(std::string_view, std::string_view) override {}
-};
 
 struct Recorded {
   Sequence sequence = ReadSequence(g_sequence);
@@ -39,7 +33,7 @@ struct Recorded {
   SunState sun = SunOverSite(sequence.site.value_or(Site{}), sequence.frames[0].time);
 
   PreparedScene Prepare(const PrepareOptions& options) const {
-    NoStore store;
+    KeepsNothing store;
     return PrepareScene(site.model, options, store, {});
   }
 };

@@ -17,14 +17,14 @@
 #include <benchmark/benchmark.h>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "apps/file_blob_store.h"
-#include "apps/sequence_site.h"
 #include "bench/resized_frame.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/sequence.h"
 #include "estimation/fisheye_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 #include "render/gl_context.h"
+#include "session/file_blob_store.h"
+#include "session/sequence_site.h"
 
 namespace pleinair {
 namespace {

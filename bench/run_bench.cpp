@@ -14,12 +14,12 @@
 
 #include <benchmark/benchmark.h>
 
-#include "apps/file_blob_store.h"
-#include "apps/sequence_site.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 #include "render/gl_context.h"
+#include "session/file_blob_store.h"
+#include "session/sequence_site.h"
 
 namespace pleinair {
 namespace {

@@ -1,6 +1,5 @@
 // Plays a recorded sequence, one file a frame.
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <sstream>
 #include <stdexcept>
@@ -11,6 +10,7 @@
 #include "datasets/fisheye_setup.h"
 #include "datasets/frame_source.h"
 #include "datasets/internal/sequence_folder.h"
+#include "datasets/picture_frame.h"
 #include "scene/image_io.h"
 
 namespace pleinair {
@@ -54,23 +54,15 @@ void RequireKindOfFrame(const std::filesystem::path& file, FrameKind kind) {
                            DescribeContent(file));
 }
 
-ImageDefects DefectsOfPicture(const RgbImage& radiance, const std::filesystem::path& file) {
-  const ImageDefects defects = DefectsOf(radiance);
-  if (defects.not_finite == static_cast<std::int64_t>(radiance.pixels.size())) {
-    throw std::runtime_error(file.string() + ": expected finite radiances, found none");
-  }
-  return defects;
+void RequireFinite(const RgbImage& radiance,
+                   const ImageDefects& defects,
+                   const std::filesystem::path& file) {
+  if (HasFinitePixel(radiance, defects)) return;
+  throw std::runtime_error(file.string() + ": expected finite radiances, found none");
 }
 
 // Of a diffuse mask.
 constexpr std::uint8_t kMaySample = 255;
-
-bool IsUsable(const glm::vec3& radiance) {
-  for (int c = 0; c < 3; ++c) {
-    if (!std::isfinite(radiance[c]) || radiance[c] < 0.0f) return false;
-  }
-  return true;
-}
 
 class RecordedFrameSource final : public FrameSource {
  public:
@@ -147,39 +139,23 @@ class RecordedFrameSource final : public FrameSource {
 
   static void ReadLinear(const std::filesystem::path& file, Frame& frame) {
     RequireKindOfFrame(file, FrameKind::kLinear);
-    frame.radiance = ReadRadianceImage(file);
-    RequireCameraSize(frame.radiance, frame.camera.intrinsics, "camera", file);
-    frame.defects = DefectsOfPicture(frame.radiance, file);
-    frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
-    frame.unusable = frame.clipped;
-    for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
-      frame.unusable.pixels[i] = IsUsable(frame.radiance.pixels[i]) ? 0 : kUnusable;
-    }
+    RgbImage radiance = ReadRadianceImage(file);
+    RequireCameraSize(radiance, frame.camera.intrinsics, "camera", file);
+    SetRadiance(std::move(radiance), frame);
+    RequireFinite(frame.radiance, frame.defects, file);
   }
 
   void ReadCodes(const std::filesystem::path& file, Frame& frame) const {
     RequireKindOfFrame(file, FrameKind::kLdr);
-    frame.codes = ReadDisplayImage(file);
-    RequireCameraSize(*frame.codes, frame.camera.intrinsics, "camera", file);
-    frame.radiance = RadianceFromCodes(*frame.codes, response_, frame.exposure.value_or(1.0));
-    frame.noise = noise_;
-    frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
-    frame.unusable = frame.clipped;
-    for (std::size_t i = 0; i < frame.codes->pixels.size(); ++i) {
-      const glm::u8vec3& code = frame.codes->pixels[i];
-      const int brightest = std::max({code.x, code.y, code.z});
-      const int darkest = std::min({code.x, code.y, code.z});
-      frame.clipped.pixels[i] = brightest >= kClippedFromCode ? 1 : 0;
-      frame.unusable.pixels[i] = brightest >= kClippedFromCode    ? kUnusable
-                                 : darkest <= kNoiseFloorUpToCode ? kNearBlack
-                                                                  : 0;
-    }
+    Rgb8Image codes = ReadDisplayImage(file);
+    RequireCameraSize(codes, frame.camera.intrinsics, "camera", file);
+    SetCodes(std::move(codes), response_, noise_, frame);
   }
 
   RgbImage ReadFisheye(const std::filesystem::path& file) const {
     RgbImage radiance = ReadRadianceImage(file);
     RequireCameraSize(radiance, fisheye_.value().camera.intrinsics, "fisheye", file);
-    DefectsOfPicture(radiance, file);
+    RequireFinite(radiance, DefectsOf(radiance), file);
     RequireNormalLight(radiance, file);
     if (!fisheye_->room_from_fisheye_rgb) return radiance;
     const glm::mat3 room_from_fisheye(*fisheye_->room_from_fisheye_rgb);

@@ -20,7 +20,11 @@ Camera Sequence::CameraOfFrame(std::size_t frame) const {
 
 std::optional<glm::dvec3> Sequence::StatedSunDirectionEnu(std::size_t frame) const {
   const FrameEntry& entry = frames.at(frame);
-  if (entry.sun_direction_enu || site) return entry.sun_direction_enu;
+  return entry.sun_direction_enu ? entry.sun_direction_enu : StatedSunDirectionEnu();
+}
+
+std::optional<glm::dvec3> Sequence::StatedSunDirectionEnu() const {
+  if (site) return std::nullopt;
   return environment ? environment->sun_direction_enu : sun_direction_enu;
 }
 

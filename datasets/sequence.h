@@ -103,6 +103,8 @@ struct Sequence {
   // The frame's own direction, or without a site the environment's; none: it follows from place
   // and time.
   std::optional<glm::dvec3> StatedSunDirectionEnu(std::size_t frame) const;
+  // Of a frame that says nothing of its own.
+  std::optional<glm::dvec3> StatedSunDirectionEnu() const;
   // The frame's own, or the sequence's; none where nobody has said.
   std::optional<Weather> WeatherOfFrame(std::size_t frame) const;
 };

@@ -7,15 +7,12 @@
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/frame_view.h"
 #include "pipeline/internal/observation.h"
+#include "scene/elapsed.h"
 
 namespace pleinair {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double MsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 }  // namespace
 

@@ -16,4 +16,10 @@ class BlobStore {
   virtual void Save(std::string_view key, std::string_view bytes) = 0;
 };
 
+class KeepsNothing final : public BlobStore {
+ public:
+  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
+  void Save(std::string_view, std::string_view) override {}
+};
+
 }  // namespace pleinair

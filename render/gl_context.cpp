@@ -173,6 +173,13 @@ HeadlessContext::~HeadlessContext() {
   eglDestroyContext(impl_->display, impl_->context);
 }
 
+void HeadlessContext::MakeCurrent() const {
+  if (eglGetCurrentContext() == impl_->context) return;
+  if (eglMakeCurrent(impl_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, impl_->context) != EGL_TRUE) {
+    Fail("cannot make the context current");
+  }
+}
+
 GlDescription HeadlessContext::Describe() const {
   constexpr unsigned kGlVendor = 0x1f00;
   constexpr unsigned kGlRenderer = 0x1f01;

@@ -14,7 +14,8 @@ struct GlDescription {
   std::string version;
 };
 
-// A surfaceless EGL context, current on the thread that made it until it is destroyed.
+// A surfaceless EGL context, current on the thread that made it until another is made current or it
+// is destroyed.
 class HeadlessContext {
  public:
   // Throws std::runtime_error, one line: which step failed, with EGL's word for it, and what to
@@ -23,6 +24,10 @@ class HeadlessContext {
   ~HeadlessContext();
   HeadlessContext(const HeadlessContext&) = delete;
   HeadlessContext& operator=(const HeadlessContext&) = delete;
+
+  // On the thread that made it; does nothing where it is current already. Throws
+  // std::runtime_error, one line, where that cannot be.
+  void MakeCurrent() const;
 
   GlDescription Describe() const;
 

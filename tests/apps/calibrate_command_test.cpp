@@ -15,7 +15,7 @@
 #include "calib/response.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::calibrate_command_test {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
-#include "tests/apps/command_folder.h"
 #include "tests/calib/marker_scene.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::calibrate_markers_command_test {
 namespace {

@@ -31,8 +31,8 @@ TEST(Quality, EachSettingHasEachQualityAmongItsValues) {
 
 // Balanced is what `run` does unasked: where a default changes, the table has to follow.
 TEST(Quality, BalancedIsTheDefaults) {
-  const SequenceRunOptions defaults;
-  SequenceRunOptions balanced;
+  const SessionOptions defaults;
+  SessionOptions balanced;
   ApplyQuality(Quality::kBalanced, NothingGiven, balanced);
   EXPECT_EQ(balanced.samples, defaults.samples);
   EXPECT_EQ(balanced.receiver_block_px, defaults.receiver_block_px);
@@ -47,16 +47,16 @@ TEST(Quality, BalancedIsTheDefaults) {
 }
 
 TEST(Quality, AnOptionThatIsGivenWins) {
-  SequenceRunOptions options;
+  SessionOptions options;
   options.samples = 77;
   ApplyQuality(
       Quality::kFast, [](const std::string& name) { return name == "samples"; }, options);
   EXPECT_EQ(options.samples, 77);
-  SequenceRunOptions fast;
+  SessionOptions fast;
   ApplyQuality(Quality::kFast, NothingGiven, fast);
   EXPECT_NE(fast.samples, 77);
   EXPECT_EQ(options.object_samples_per_side, fast.object_samples_per_side);
-  EXPECT_NE(fast.object_samples_per_side, SequenceRunOptions{}.object_samples_per_side);
+  EXPECT_NE(fast.object_samples_per_side, SessionOptions{}.object_samples_per_side);
   EXPECT_THAT(QualityInWords(Quality::kFast), HasSubstr("object-samples 2"));
 }
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/regression_baseline.h"
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::regress_command_test {
 namespace {

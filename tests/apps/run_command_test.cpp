@@ -13,7 +13,7 @@
 #include "datasets/lighting_record.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::run_command_test {
 namespace {

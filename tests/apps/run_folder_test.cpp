@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::run_folder_test {
 namespace {

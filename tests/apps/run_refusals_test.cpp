@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/run_command.h"
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::run_refusals_test {
 namespace {
@@ -147,7 +147,7 @@ TEST_F(RunRefusals, PreparesNothingButProbesForAnotherObject) {
   const Progress progress = [&](std::string_view stage, double share) {
     if (share == 0.0) stages.emplace_back(stage);
   };
-  LoadForRun(options_, progress);
+  LoadSequence(options_, progress);
   EXPECT_EQ(stages.size(), 3u);
   stages.clear();
   Write("seq/other.obj",
@@ -155,10 +155,10 @@ TEST_F(RunRefusals, PreparesNothingButProbesForAnotherObject) {
   document_["virtual_object"]["mesh"] = "other.obj";
   document_["virtual_object"]["world_from_object"][0][3] = 1.5;
   Save();
-  LoadForRun(options_, progress);
+  LoadSequence(options_, progress);
   EXPECT_THAT(stages, ElementsAre("probes"));
   stages.clear();
-  LoadForRun(options_, progress);
+  LoadSequence(options_, progress);
   EXPECT_THAT(stages, IsEmpty());
 }
 

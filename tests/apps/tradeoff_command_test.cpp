@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/imperfection_trials.h"
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::tradeoff_command_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/videoio.hpp>
 
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::video_file_test {
 namespace {

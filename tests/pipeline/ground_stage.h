@@ -66,7 +66,7 @@ class GroundStage {
     options.probes.rays_per_probe = 64;
     options.probe_box = {{-2.0f, -2.0f, 0.1f}, {2.0f, 2.0f, 2.0f}};
     options.probe_counts = {3, 3, 2};
-    NoStore store;
+    KeepsNothing store;
     scene_ = PrepareScene(site_, options, store, [](auto, auto) {});
   }
 
@@ -125,12 +125,6 @@ class GroundStage {
   const Mesh& Phantom() const { return site_.mesh; }
 
  private:
-  class NoStore : public BlobStore {
-   public:
-    std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-    void Save(std::string_view, std::string_view) override {}
-  };
-
   SiteModel site_;
   PreparedScene scene_;
 };

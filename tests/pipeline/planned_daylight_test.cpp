@@ -30,7 +30,7 @@ class Corridor : public testing::Test {
     options.probes.rays_per_probe = 256;
     options.probe_box = {{0.3f, 0.3f, 0.2f}, {4.7f, 39.7f, 2.8f}};
     options.probe_counts = {3, 12, 3};
-    NoStore store;
+    KeepsNothing store;
     scene_ =
         std::make_unique<PreparedScene>(PrepareScene(*site_, options, store, [](auto, auto) {}));
   }
@@ -81,11 +81,6 @@ class Corridor : public testing::Test {
   }
 
  private:
-  class NoStore : public BlobStore {
-   public:
-    std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-    void Save(std::string_view, std::string_view) override {}
-  };
   static std::unique_ptr<SiteModel> site_;
   static std::unique_ptr<PreparedScene> scene_;
 };

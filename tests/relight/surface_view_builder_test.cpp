@@ -51,7 +51,7 @@ const PreparedScene& SiteWithoutAMap() {
     site.diffuse_regions = {"ground", "house"};
     PrepareOptions options = KnownSite::Options();
     options.patches = {.patch_size_m = 1.5, .growth_per_m = 0.4};
-    NoStore store;
+    KeepsNothing store;
     return PrepareScene(site, options, store, {});
   }();
   return prepared;

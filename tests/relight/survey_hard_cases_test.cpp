@@ -29,7 +29,7 @@ PrepareOptions Coarse() {
 }
 
 PreparedScene Prepare(const SiteModel& site) {
-  NoStore store;
+  KeepsNothing store;
   return PrepareScene(site, Coarse(), store, {});
 }
 

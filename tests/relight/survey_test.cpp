@@ -107,7 +107,7 @@ TEST(Survey, OnlyDiffuseRegionsInsideTheMaskMayBeSampled) {
   site.diffuse_regions = {"ground", "brick"};  // A group and a material.
   site.diffuse_mask = Gray8Image(256, 128, 255);
   for (int y = 0; y < 128; ++y) site.diffuse_mask->At(200, y) = 0;
-  NoStore store;
+  KeepsNothing store;
   PrepareOptions options = KnownSite::Options();
   options.gather.rays_per_receiver = 16;
   options.survey_receiver_block_px = 8;

@@ -16,12 +16,6 @@
 namespace pleinair {
 
 // Nothing is kept.
-class NoStore : public BlobStore {
- public:
-  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-  void Save(std::string_view, std::string_view) override {}
-};
-
 struct KnownSite {
   static constexpr LatLongSize kMapSize{256, 128};
 
@@ -154,7 +148,7 @@ inline const RgbImage& TheKnownMap() {
 
 inline const PreparedScene& ThePreparedSite() {
   static const PreparedScene prepared = [] {
-    NoStore store;
+    KeepsNothing store;
     return PrepareScene(TheKnownSite().Model(TheKnownMap()), KnownSite::Options(), store, {});
   }();
   return prepared;

@@ -1,4 +1,4 @@
-#include "apps/available_memory.h"
+#include "session/available_memory.h"
 
 #include <algorithm>
 #include <fstream>

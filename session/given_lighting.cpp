@@ -1,4 +1,4 @@
-#include "apps/given_lighting.h"
+#include "session/given_lighting.h"
 
 #include <stdexcept>
 

@@ -7,22 +7,16 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/sequence_site.h"
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
+#include "session/sequence_site.h"
 
 namespace pleinair::photo_light_recorded_test {
 namespace {
-
-class NoStore : public BlobStore {
- public:
-  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-  void Save(std::string_view, std::string_view) override {}
-};
 
 // Each frame by itself, without what its albedos' common error adds: that moves all three alike.
 std::vector<LightingEstimate> EstimateEachFrame(const Sequence& sequence) {
@@ -32,7 +26,7 @@ std::vector<LightingEstimate> EstimateEachFrame(const Sequence& sequence) {
   options.gather.rays_per_receiver = 64;
   options.probe_counts = {2, 2, 2};
   options.probes.rays_per_probe = 16;
-  NoStore store;
+  KeepsNothing store;
   const PreparedScene scene = PrepareScene(site.model, options, store, {});
   EXPECT_GT(scene.albedo_stddev_rgb.x, 0.2) << "a guess is not a measurement";
 

@@ -1,4 +1,4 @@
-#include "apps/file_blob_store.h"
+#include "session/file_blob_store.h"
 
 #include <chrono>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-#include "apps/sequence_site.h"
+#include "session/sequence_site.h"
 
 #include <algorithm>
 #include <chrono>
@@ -12,7 +12,6 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "apps/available_memory.h"
 #include "pipeline/sun_state.h"
 #include "relight/map_sun.h"
 #include "relight/shading_mesh.h"
@@ -22,6 +21,7 @@
 #include "scene/mesh_orientation.h"
 #include "scene/ray_caster.h"
 #include "scene/sky_shape.h"
+#include "session/available_memory.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/clear_sky.h"
 

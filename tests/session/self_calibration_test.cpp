@@ -13,21 +13,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/sequence_run.h"
-#include "apps/sequence_site.h"
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "pipeline/self_calibration.h"
 #include "relight/surface_view_builder.h"
+#include "session/sequence_session.h"
+#include "session/sequence_site.h"
+#include "session/session_choices.h"
 
 namespace pleinair::self_calibration_test {
 namespace {
-
-class NoStore : public BlobStore {
- public:
-  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-  void Save(std::string_view, std::string_view) override {}
-};
 
 PreparedScene Prepare(const SequenceSite& site) {
   PrepareOptions options = PrepareOptionsFor(site);
@@ -37,7 +32,7 @@ PreparedScene Prepare(const SequenceSite& site) {
   options.survey_receiver_block_px = 8;
   options.probe_counts = {2, 2, 2};
   options.probes.rays_per_probe = 16;
-  NoStore store;
+  KeepsNothing store;
   return PrepareScene(site.model, options, store, {});
 }
 
@@ -128,16 +123,16 @@ TEST_F(BundledCourtyard, RefusesASurveyAndImpossibleOptions) {
 }
 
 TEST_F(BundledCourtyard, IsCalibratedByItselfOnlyWhereNothingSaysBetter) {
-  const SequenceRunOptions options;
+  const SessionOptions options;
   EXPECT_EQ(AlbedoSourceOf(options, sequence_), AlbedoSource::kSurvey);
   sequence_.environment.reset();
   EXPECT_EQ(AlbedoSourceOf(options, sequence_), AlbedoSource::kSelfCalibrated);
-  SequenceRunOptions given;
+  SessionOptions given;
   given.lighting = "lighting.jsonl";
   EXPECT_EQ(AlbedoSourceOf(given, sequence_), AlbedoSource::kMaterials);
   sequence_.albedos_assumed = true;
   EXPECT_EQ(AlbedoSourceOf(options, sequence_), AlbedoSource::kMaterials);
-  SequenceRunOptions asked;
+  SessionOptions asked;
   asked.albedo = AlbedoSource::kSelfCalibrated;
   EXPECT_EQ(AlbedoSourceOf(asked, sequence_), AlbedoSource::kSelfCalibrated);
 }

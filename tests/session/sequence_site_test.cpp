@@ -1,5 +1,5 @@
 // Where the sun of a sequence is that states no place, and what is said of one stated wrongly.
-#include "apps/sequence_site.h"
+#include "session/sequence_site.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
 #include "sunmodel/time_text.h"
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::sequence_site_test {
 namespace {

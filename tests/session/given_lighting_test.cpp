@@ -1,4 +1,4 @@
-#include "apps/given_lighting.h"
+#include "session/given_lighting.h"
 
 #include <filesystem>
 #include <fstream>
@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/apps/command_folder.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::given_lighting_test {
 namespace {

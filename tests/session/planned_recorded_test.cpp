@@ -1,6 +1,6 @@
 // The effect plan held to its word on the recordings, prepared coarsely: the plan is about what
 // effects do, not about how well the site is known.
-#include "planned_frames.h"
+#include "tests/pipeline/planned_frames.h"
 
 #include <filesystem>
 #include <memory>
@@ -10,20 +10,15 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/sequence_run.h"
 #include "render/gl_context.h"
+#include "session/sequence_session.h"
+#include "session/session_choices.h"
 
 namespace pleinair::planned_recorded_test {
 namespace {
 
 constexpr EffectSet kOfTheSun{
     Effect::kSunShading, Effect::kSunShadow, Effect::kObjectShadow, Effect::kPenumbra};
-
-class NoStore : public BlobStore {
- public:
-  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-  void Save(std::string_view, std::string_view) override {}
-};
 
 // Estimates each frame once: done again, it has the same light.
 class LightOnce : public LightingSource {
@@ -72,7 +67,7 @@ void ExpectThePlanToHold(const std::string& name, const std::vector<RecordedFram
   prepare.probes.rays_per_probe = 16;
   prepare.probe_counts = {2, 2, 2};
   prepare.survey_receiver_block_px = 32;
-  NoStore store;
+  KeepsNothing store;
   loaded.scene = PrepareScene(loaded.site.model, prepare, store, [](auto, auto) {});
   FramePipelineOptions options = PipelineOptionsFor({}, loaded);
   options.view.receiver_block_px = 8;

@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "apps/sequence_site.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/sun_state.h"
@@ -20,6 +19,7 @@
 #include "relight/survey_maps.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
+#include "session/sequence_site.h"
 #include "sunmodel/time_text.h"
 #include "tests/scene/temporary_folder.h"
 
@@ -155,11 +155,7 @@ class PanoramaSequence {
 };
 
 PreparedScene PrepareCoarsely(const SequenceSite& site) {
-  class NoStore : public BlobStore {
-   public:
-    std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-    void Save(std::string_view, std::string_view) override {}
-  } store;
+  KeepsNothing store;
   PrepareOptions options = PrepareOptionsFor(site);
   options.patches.patch_size_m = 4.0;
   options.patches.growth_per_m = 0.5;

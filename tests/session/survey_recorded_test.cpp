@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 #include <glm/common.hpp>
 
-#include "apps/sequence_site.h"
 #include "datasets/sequence.h"
 #include "relight/survey.h"
+#include "session/sequence_site.h"
 
 namespace pleinair::survey_recorded_test {
 namespace {

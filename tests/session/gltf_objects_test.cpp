@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "apps/sequence_site.h"
-#include "ground_stage.h"
 #include "scene/mesh_io.h"
+#include "session/sequence_site.h"
+#include "tests/pipeline/ground_stage.h"
 #include "tests/render/textured_meshes.h"
 #include "tests/scene/gltf_file.h"
 #include "tests/scene/temporary_folder.h"

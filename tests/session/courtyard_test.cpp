@@ -11,12 +11,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/sequence_site.h"
 #include "datasets/truth.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/light_trials.h"
 #include "render/gl_context.h"
+#include "session/sequence_site.h"
 #include "tests/pipeline/ground_stage.h"
 
 namespace pleinair::courtyard_test {
@@ -24,20 +24,13 @@ namespace {
 
 const std::filesystem::path kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
 
-// Keeps nothing: every test prepares anew.
-class NoStore : public BlobStore {
- public:
-  std::optional<std::string> Load(std::string_view) override { return std::nullopt; }
-  void Save(std::string_view, std::string_view) override {}
-};
-
 // Prepared once for all tests of the file.
 class Courtyard : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     sequence_ = ReadSequence(kCourtyard);
     site_ = LoadSequenceSite(*sequence_);
-    NoStore store;
+    KeepsNothing store;
     scene_ = std::make_unique<PreparedScene>(
         PrepareScene(site_->model, PrepareOptionsFor(*site_), store, [](auto, auto) {}));
   }

@@ -1,0 +1,54 @@
+#include "datasets/picture_frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace pleinair {
+namespace {
+
+bool IsUsable(const glm::vec3& radiance) {
+  for (int c = 0; c < 3; ++c) {
+    if (!std::isfinite(radiance[c]) || radiance[c] < 0.0f) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void SetRadiance(RgbImage radiance, Frame& frame) {
+  frame.defects = DefectsOf(radiance);
+  frame.radiance = std::move(radiance);
+  frame.clipped = Gray8Image(frame.radiance.width, frame.radiance.height);
+  frame.unusable = frame.clipped;
+  for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
+    frame.unusable.pixels[i] = IsUsable(frame.radiance.pixels[i]) ? 0 : kUnusable;
+  }
+}
+
+bool HasFinitePixel(const RgbImage& radiance, const ImageDefects& defects) {
+  return defects.not_finite < static_cast<std::int64_t>(radiance.pixels.size());
+}
+
+void SetCodes(Rgb8Image codes,
+              const ResponseCurve& response,
+              std::shared_ptr<const SignalNoise> noise,
+              Frame& frame) {
+  frame.noise = std::move(noise);
+  frame.radiance = RadianceFromCodes(codes, response, frame.exposure.value_or(1.0));
+  frame.clipped = Gray8Image(codes.width, codes.height);
+  frame.unusable = frame.clipped;
+  for (std::size_t i = 0; i < codes.pixels.size(); ++i) {
+    const glm::u8vec3& code = codes.pixels[i];
+    const int brightest = std::max({code.x, code.y, code.z});
+    const int darkest = std::min({code.x, code.y, code.z});
+    frame.clipped.pixels[i] = brightest >= kClippedFromCode ? 1 : 0;
+    frame.unusable.pixels[i] = brightest >= kClippedFromCode    ? kUnusable
+                               : darkest <= kNoiseFloorUpToCode ? kNearBlack
+                                                                : 0;
+  }
+  frame.codes = std::move(codes);
+}
+
+}  // namespace pleinair

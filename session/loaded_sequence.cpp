@@ -1,0 +1,156 @@
+#include "session/loaded_sequence.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "datasets/marker_frame_source.h"
+#include "pipeline/north_correction.h"
+#include "pipeline/self_calibration.h"
+#include "scene/mesh_io.h"
+#include "session/file_blob_store.h"
+#include "session/session_choices.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+// With markers the sequence's own poses are not used, and may be absent.
+Sequence ReadSequenceOf(const SessionOptions& options, const std::optional<MarkerBoard>& board) {
+  Sequence sequence =
+      board ? WithFirstMarkerPose(
+                  ReadSequence(options.sequence, SequencePoses::kMayBeAbsent, options.weather),
+                  options.frames,
+                  *board)
+            : ReadSequence(options.sequence, SequencePoses::kRequired, options.weather);
+  if (options.ignore_exposure) {
+    for (FrameEntry& frame : sequence.frames) {
+      frame.exposure.reset();
+      frame.exposure_s.reset();
+    }
+  }
+  return sequence;
+}
+
+// As though it had no map; what the map says of the sun stays.
+void LeaveOutEnvironment(Sequence& sequence) {
+  if (!sequence.environment) return;
+  sequence.sun_direction_enu = sequence.environment->sun_direction_enu;
+  sequence.environment.reset();
+}
+
+// Where the model's orientation is said to be uncertain. Returns what was found, for the report.
+std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded) {
+  Sequence& sequence = loaded.sequence;
+  if (!sequence.site || !(sequence.north_stddev_rad > 0.0)) return {};
+  std::vector<std::string> unused_notes;
+  const NorthCorrection north =
+      CorrectNorth([&] { return FramesOf(options, loaded, unused_notes); },
+                   *sequence.site,
+                   LoadMesh(sequence.folder / sequence.scene_mesh).mesh,
+                   sequence.diffuse_regions,
+                   sequence.north_stddev_rad);
+  if (!north.determined) {
+    return fmt::format(
+        "north: the shadows in {} frame(s) do not correct it: {}; it stays as stated, give or take "
+        "{:.2f} deg",
+        north.frames,
+        north.reason,
+        DegFromRad(north.stddev_rad));
+  }
+  sequence.site->model_north_azimuth_rad = north.north_azimuth_rad;
+  return fmt::format(
+      "north: the model's +Y is taken to point to true azimuth {:+.2f} deg (sigma {:.2f}); shadows "
+      "in "
+      "{} frame(s) say {:+.2f} (sigma {:.2f}), the sequence 0 (sigma {:.2f})",
+      DegFromRad(north.north_azimuth_rad),
+      DegFromRad(north.stddev_rad),
+      north.frames,
+      DegFromRad(north.shadows_azimuth_rad),
+      DegFromRad(north.shadows_stddev_rad),
+      DegFromRad(sequence.north_stddev_rad));
+}
+
+void CalibrateAlbedo(const SessionOptions& options, LoadedSequence& loaded) {
+  SelfCalibrationOptions calibration;
+  calibration.seed = options.seed;
+  calibration.sky_shapes = options.sky_shapes;
+  calibration.joint.expected_stddev = loaded.site.model.material_albedo_stddev;
+  // Ground and walls, from asphalt to bright plaster (Oke, Boundary Layer Climates, 1987,
+  // table 8.1: 0.05 to 0.5). Kd that nobody has guessed says less.
+  constexpr double kUsualAlbedo = 0.3;
+  if (!loaded.site.albedo_is_a_guess && !loaded.sequence.albedos_known) {
+    calibration.mean_albedo = kUsualAlbedo;
+  }
+  // Of the scale, where Kd is measured but asked to be found anew.
+  constexpr double kKnownAlbedoStddev = 0.05;
+  if (loaded.sequence.albedos_known) calibration.joint.expected_stddev = kKnownAlbedoStddev;
+  std::vector<std::string> unused_notes;
+  SelfCalibrateAlbedo([&] { return FramesOf(options, loaded, unused_notes); },
+                      loaded.sequence.site,
+                      calibration,
+                      loaded.scene);
+}
+
+void Prepare(const SessionOptions& options, const Progress& progress, LoadedSequence& loaded) {
+  const PrepareOptions prepare = PrepareOptionsFor(loaded.site, options.prepare);
+  if (options.store) {
+    loaded.scene = PrepareScene(loaded.site.model, prepare, *options.store, progress);
+    return;
+  }
+  FileBlobStore files(options.cache);
+  loaded.scene = PrepareScene(loaded.site.model, prepare, files, progress);
+  if (files.SaveFailure().empty()) return;
+  loaded.site.notes.push_back("this site will be prepared again by the next run: " +
+                              files.SaveFailure());
+}
+
+}  // namespace
+
+std::unique_ptr<FrameSource> FramesOf(const SessionOptions& options,
+                                      const LoadedSequence& loaded,
+                                      std::vector<std::string>& notes) {
+  if (!loaded.board) {
+    return MakeRecordedFrameSource(loaded.sequence, options.frames, options.camera_noise);
+  }
+  MarkerFrameOptions markers;
+  markers.camera_noise = options.camera_noise;
+  markers.on_frame = [&notes](const MarkerFrameReport& frame) {
+    if (!frame.used || frame.used->origin == PoseOrigin::kFound) return;
+    notes.push_back(fmt::format("frame {}: the camera pose of {} frame(s) before: {}",
+                                frame.index,
+                                frame.used->carried_frames,
+                                frame.reason));
+  };
+  return MakeRecordedMarkerFrameSource(
+      loaded.sequence, options.frames, *loaded.board, std::move(markers));
+}
+
+std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options,
+                                                   const Progress& progress) {
+  auto loaded = std::make_shared<LoadedSequence>();
+  if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
+  loaded->sequence = ReadSequenceOf(options, loaded->board);
+  const std::vector<std::string> notes_on_sun = FindSunInMap(loaded->sequence);
+  const AlbedoSource albedo = AlbedoSourceOf(options, loaded->sequence);
+  if (albedo == AlbedoSource::kSurvey && !loaded->sequence.environment) {
+    throw std::runtime_error((loaded->sequence.folder / "sequence.json").string() +
+                             ": albedo survey: expected the key environment, with an image");
+  }
+  if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded->sequence);
+  const std::string note_on_north = CorrectNorthOf(options, *loaded);
+  loaded->site = LoadSequenceSite(loaded->sequence);
+  if (!note_on_north.empty()) loaded->site.notes.push_back(note_on_north);
+  loaded->site.notes.insert(loaded->site.notes.end(), notes_on_sun.begin(), notes_on_sun.end());
+  if (albedo == AlbedoSource::kMaterials && !loaded->site.materials_note.empty()) {
+    loaded->site.notes.push_back(loaded->site.materials_note);
+  }
+  // A source that there are no data for is refused before the work begins.
+  MakeSourceFor(options, loaded->sequence, kStandardAerosolDepth500nm);
+  Prepare(options, progress, *loaded);
+  if (albedo == AlbedoSource::kSelfCalibrated) CalibrateAlbedo(options, *loaded);
+  return loaded;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,39 @@
+// A sequence that is read and prepared: what sessions of it share while their offline settings are
+// the same.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/marker_board.h"
+#include "datasets/frame_source.h"
+#include "datasets/sequence.h"
+#include "relight/prepared_scene.h"
+#include "relight/progress.h"
+#include "session/sequence_site.h"
+#include "session/session_options.h"
+
+namespace pleinair {
+
+struct LoadedSequence {
+  Sequence sequence;
+  SequenceSite site;
+  PreparedScene scene;
+  std::optional<MarkerBoard> board;
+};
+
+// Reads and prepares, or loads what is prepared; finds albedos from the frames where
+// AlbedoSourceOf says so. Throws as ReadSequence, LoadSequenceSite and PrepareScene. A cache that
+// cannot keep what was prepared is a note of the site's.
+std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options,
+                                                   const Progress& progress = {});
+
+// The sequence's frames. What the markers could not give goes to `notes`, which outlives the
+// source.
+std::unique_ptr<FrameSource> FramesOf(const SessionOptions& options,
+                                      const LoadedSequence& loaded,
+                                      std::vector<std::string>& notes);
+
+}  // namespace pleinair

@@ -1,0 +1,32 @@
+// Light as the camera itself would have shown it, for pictures that people look at.
+#pragma once
+
+#include <optional>
+
+#include "calib/response.h"
+#include "datasets/frame_source.h"
+#include "render/compositor.h"
+#include "scene/image.h"
+
+namespace pleinair {
+
+class PictureDisplay {
+ public:
+  // `response` is the 8-bit camera's.
+  explicit PictureDisplay(ResponseCurve response) : response_(response) {}
+
+  const ResponseCurve& Response() const { return response_; }
+
+  // At `exposure`; where that is unknown, at one that was chosen for the first composite shown, or
+  // 1.
+  Rgb8Image Show(const RgbImage& radiance, std::optional<double> exposure) const;
+
+  // Where the camera gave code values, unchanged pixels keep them.
+  Rgb8Image Show(const Frame& frame, const Composite& composite);
+
+ private:
+  ResponseCurve response_;
+  std::optional<double> chosen_exposure_;
+};
+
+}  // namespace pleinair

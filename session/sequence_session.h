@@ -1,0 +1,107 @@
+// From a sequence's folder to composites, frame by frame: of its own frames, or of a caller's.
+// Nothing is written but the cache.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <glm/vec3.hpp>
+#include <tl/expected.hpp>
+
+#include "datasets/frame_source.h"
+#include "pipeline/frame_pipeline.h"
+#include "relight/progress.h"
+#include "render/gl_context.h"
+#include "session/loaded_sequence.h"
+#include "session/picture_display.h"
+#include "session/session_options.h"
+
+namespace pleinair {
+
+struct SessionStep {
+  std::optional<Frame> frame;  // None where it could not be read.
+  tl::expected<FrameResult, FrameError> result;
+};
+
+// A picture of the caller's own, from the sequence's camera or another one at its place.
+struct CapturedPicture {
+  // Scene-linear radiance, or the camera's code values, which SessionOptions::response and the
+  // exposure make light of.
+  std::variant<RgbImage, Rgb8Image> picture;
+  UtcTime time{};
+  std::optional<Camera> camera;    // None: that of the sequence's first frame.
+  std::optional<double> exposure;  // Of codes: radiance to [0, 1]. None: unknown.
+  // The sky camera's, where the session's source is the fish-eye: as Frame has it.
+  std::optional<RgbImage> fisheye_radiance;
+};
+
+// Draws in an OpenGL context of its own unless it is given one, and makes that current itself. Used
+// on the thread that made it, or the context.
+class SequenceSession {
+ public:
+  // Reads and prepares first. Throws as LoadSequence, and as HeadlessContext where it makes one.
+  explicit SequenceSession(const SessionOptions& options, const Progress& progress = {});
+
+  // Of loaded data only what `options` says of the offline part, markers and exposure has to agree.
+  SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
+                  const SessionOptions& options,
+                  std::shared_ptr<const HeadlessContext> context = nullptr);
+  ~SequenceSession();
+  SequenceSession(const SequenceSession&) = delete;
+  SequenceSession& operator=(const SequenceSession&) = delete;
+
+  // The sequence's next frame; none at the end. Frames for which `wanted` is false are passed over.
+  std::optional<SessionStep> Next();
+  std::optional<SessionStep> Next(const std::function<bool(int)>& wanted);
+
+  // Of a frame that is not the sequence's, or is so again, at the same place.
+  SessionStep Process(Frame frame);
+  // Such pictures are counted from 0 on. One that does not fit its camera is that step's error.
+  SessionStep Process(CapturedPicture captured);
+
+  // The composite of a step that succeeded, as the camera would have shown it.
+  Rgb8Image Show(const SessionStep& step);
+  const PictureDisplay& Display() const { return display_; }
+  const LoadedSequence& Loaded() const { return *loaded_; }
+  GlDescription Renderer() const { return context_->Describe(); }
+
+  // What was assumed, repaired or left out since the last call, marker poses included.
+  std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
+  // The real light where the objects are, or without any where the survey's map was taken, or the
+  // first frame's camera. Lat-long, after a frame that succeeded, with its lighting; the second one
+  // has the sun's disc in it.
+  struct Environment {
+    RgbImage without_sun;
+    RgbImage with_sun;
+  };
+  Environment EnvironmentOf(const Lighting& lighting);
+  // Lat-long, of the last frame that succeeded, where the names of its shapes do not tell its sky:
+  // that was seen by a fish-eye camera, or given as a picture.
+  std::optional<RgbImage> SkyImageOf(const Lighting& lighting) const;
+  // See FramePipeline.
+  std::string DaylightNote() const { return pipeline_->DaylightNote(); }
+
+ private:
+  std::vector<glm::dmat4> PosesAt(UtcTime time) const;
+
+  std::shared_ptr<const LoadedSequence> loaded_;
+  std::shared_ptr<const HeadlessContext> context_;
+  SessionOptions options_;
+  PictureDisplay display_;
+  std::shared_ptr<const SignalNoise> noise_;  // Of captured code values.
+  int captured_ = 0;
+  std::vector<std::string> notes_;
+  std::map<int, glm::dvec3> given_suns_;  // Directions that a lighting file gives, by frame.
+  std::optional<EnvironmentView> environment_view_;  // Made when first asked for.
+  Compositor compositor_;
+  std::unique_ptr<FramePipeline> pipeline_;
+  std::unique_ptr<FrameSource> frames_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,131 @@
+#include "session/session_choices.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "datasets/fisheye_setup.h"
+#include "estimation/fisheye_lighting_source.h"
+#include "estimation/given_lighting_source.h"
+#include "session/given_lighting.h"
+
+namespace pleinair {
+namespace {
+
+bool HasFisheyePictures(const Sequence& sequence) {
+  return std::any_of(sequence.frames.begin(), sequence.frames.end(), [](const FrameEntry& frame) {
+    return frame.fisheye.has_value();
+  });
+}
+
+bool CameraMoves(const Sequence& sequence) {
+  for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
+    if (!(sequence.CameraOfFrame(i) == sequence.CameraOfFrame(0))) return true;
+  }
+  return false;
+}
+
+OutdoorLightingOptions OutdoorOptionsFor(const SessionOptions& options,
+                                         double aerosol_optical_depth_500nm) {
+  OutdoorLightingOptions outdoor;
+  outdoor.samples = options.samples;
+  outdoor.seed = options.seed;
+  outdoor.choice = options.sample_choice;
+  outdoor.fit.loss = options.loss;
+  outdoor.fit.solver = options.solver;
+  outdoor.sky_shapes = options.sky_shapes;
+  outdoor.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
+  return outdoor;
+}
+
+}  // namespace
+
+ResponseCurve ResponseOf(const SessionOptions& options, const Sequence& sequence) {
+  if (options.response) return *options.response;
+  return sequence.response_ldr == "srgb8"
+             ? ResponseCurve::Srgb()
+             : ResponseCurve::FromFile(sequence.folder / sequence.response_ldr);
+}
+
+SourceKind SourceOf(const SessionOptions& options, const Sequence& sequence) {
+  return options.source.value_or(HasFisheyePictures(sequence) ? SourceKind::kFisheye
+                                                              : SourceKind::kOutdoor);
+}
+
+AlbedoSource AlbedoSourceOf(const SessionOptions& options, const Sequence& sequence) {
+  if (options.albedo) return *options.albedo;
+  if (sequence.environment) return AlbedoSource::kSurvey;
+  const bool estimated =
+      SourceOf(options, sequence) == SourceKind::kOutdoor && options.lighting.empty();
+  const bool told = sequence.albedos_known || sequence.albedos_assumed;
+  return told || !estimated ? AlbedoSource::kMaterials : AlbedoSource::kSelfCalibrated;
+}
+
+Daylight DaylightOf(const SessionOptions& options, const SequenceSite& site) {
+  const bool smooth = options.object_light == ObjectLight::kVolume ||
+                      options.object_light == ObjectLight::kVolumeByMap;
+  return options.daylight.value_or(site.is_indoors && smooth ? Daylight::kSamples
+                                                             : Daylight::kGather);
+}
+
+std::unique_ptr<LightingSource> MakeSourceFor(const SessionOptions& options,
+                                              const Sequence& sequence,
+                                              double aerosol_optical_depth_500nm) {
+  if (!options.lighting.empty()) {
+    const OutdoorLightingOptions outdoor = OutdoorOptionsFor(options, aerosol_optical_depth_500nm);
+    return MakeGivenLightingSource(ReadGivenLighting(options.lighting),
+                                   MakeOutdoorLightingSource(outdoor),
+                                   aerosol_optical_depth_500nm);
+  }
+  if (SourceOf(options, sequence) == SourceKind::kFisheye) {
+    if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
+      throw std::runtime_error((sequence.folder / "sequence.json").string() +
+                               ": source fisheye: expected the key fisheye, and frames that name "
+                               "a fish-eye picture");
+    }
+    FisheyeLightingOptions fisheye;
+    fisheye.samples = options.samples;
+    fisheye.seed = options.seed;
+    if (options.sky_regions) {
+      fisheye.regions = *options.sky_regions;
+      fisheye.detail = SkyDetail::kRegions;
+    }
+    return MakeFisheyeLightingSource(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera,
+                                     fisheye);
+  }
+  return MakeOutdoorLightingSource(OutdoorOptionsFor(options, aerosol_optical_depth_500nm));
+}
+
+FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
+                                        const LoadedSequence& loaded) {
+  const Sequence& sequence = loaded.sequence;
+  FramePipelineOptions pipeline;
+  pipeline.object_light = options.object_light;
+  pipeline.object_gather.rays_per_receiver = options.object_rays;
+  pipeline.one_place = options.one_place;
+  pipeline.one_place.seed = options.object_ray_seed;
+  pipeline.object_gather.seed = options.object_ray_seed;
+  // A source that samples the picture is worth receivers of its own for each new view; another one
+  // is not.
+  if (SourceOf(options, sequence) == SourceKind::kFisheye &&
+      (loaded.board || CameraMoves(sequence))) {
+    pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+    pipeline.influence_at = InfluenceAt::kFaces;
+  }
+  pipeline.view.sun_block_px = options.sun_block_px;
+  pipeline.view.receiver_block_px = options.receiver_block_px;
+  pipeline.effects = options.effects;
+  if (options.camera_noise_is_known) pipeline.camera_matching.camera_noise = options.camera_noise;
+  pipeline.display_response = ResponseOf(options, sequence);
+  pipeline.daylight_colours = SourceOf(options, sequence) == SourceKind::kOutdoor;
+  pipeline.soft_sun.disc_samples = options.penumbra_samples;
+  if (options.influence_at) pipeline.influence_at = *options.influence_at;
+  pipeline.daylight = DaylightOf(options, loaded.site);
+  pipeline.direct_daylight = options.direct_daylight;
+  for (const WindowEntry& window : sequence.windows) {
+    pipeline.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
+  }
+  if (!options.filter || !options.lighting.empty()) pipeline.filter.reset();
+  return pipeline;
+}
+
+}  // namespace pleinair

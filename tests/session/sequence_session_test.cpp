@@ -1,0 +1,151 @@
+#include "session/sequence_session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "relight/blob_store.h"
+
+namespace pleinair::sequence_session_test {
+namespace {
+
+using testing::HasSubstr;
+
+SessionOptions CoarseOptions() {
+  SessionOptions options;
+  options.sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+  options.store = std::make_shared<KeepsNothing>();
+  options.prepare.patch_size_m = 4.0;
+  options.prepare.rays = 64;
+  options.prepare.probe_counts = {2, 2, 2};
+  options.object_light = ObjectLight::kOnePlace;
+  return options;
+}
+
+// Prepared once for all tests of the file.
+class SequenceSessionTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { loaded_ = LoadSequence(CoarseOptions()); }
+  static void TearDownTestSuite() { loaded_.reset(); }
+
+  static SequenceSession MakeSession(const SessionOptions& options = CoarseOptions()) {
+    return SequenceSession(loaded_, options);
+  }
+
+  static std::shared_ptr<const LoadedSequence> loaded_;
+};
+std::shared_ptr<const LoadedSequence> SequenceSessionTest::loaded_;
+
+// How far apart two composites are at most, of radiances that are both finite.
+float LargestDifference(const RgbImage& a, const RgbImage& b) {
+  EXPECT_EQ(a.pixels.size(), b.pixels.size());
+  float largest = 0.0f;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    for (int c = 0; c < 3; ++c)
+      largest = std::max(largest, std::abs(a.pixels[i][c] - b.pixels[i][c]));
+  }
+  return largest;
+}
+
+TEST_F(SequenceSessionTest, ACapturedPictureIsCompositedAsTheSequencesOwn) {
+  SequenceSession recorded = MakeSession();
+  const auto step = recorded.Next();
+  ASSERT_TRUE(step && step->result);
+  CapturedPicture captured;
+  captured.picture = step->frame->radiance;
+  captured.time = step->frame->time;
+  SequenceSession own = MakeSession();
+  const SessionStep of_own = own.Process(captured);
+  ASSERT_TRUE(of_own.result) << of_own.result.error().reason;
+  EXPECT_EQ(LargestDifference(step->result->composite.radiance, of_own.result->composite.radiance),
+            0.0f);
+}
+
+TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
+  SessionOptions options = CoarseOptions();
+  options.frames = FrameKind::kLdr;
+  options.ignore_exposure = true;
+  SequenceSession recorded(loaded_, CoarseOptions());
+  const auto step = recorded.Next();
+  ASSERT_TRUE(step && step->result);
+  CapturedPicture captured;
+  captured.picture = recorded.Show(*step);
+  captured.time = step->frame->time;
+  SequenceSession own = MakeSession(options);
+  const SessionStep relative = own.Process(captured);
+  ASSERT_TRUE(relative.result) << relative.result.error().reason;
+  EXPECT_EQ(relative.result->estimate.units, LightUnits::kRelativePerFrame);
+  captured.exposure = 0.02;
+  const SessionStep absolute = own.Process(captured);
+  ASSERT_TRUE(absolute.result);
+  EXPECT_EQ(absolute.result->estimate.units, LightUnits::kAbsolute);
+  EXPECT_EQ(absolute.frame->index, 1);
+  // What nothing virtual touches keeps the camera's codes.
+  const Rgb8Image shown = own.Show(absolute);
+  const auto& codes = std::get<Rgb8Image>(captured.picture);
+  const Composite& composite = absolute.result->composite;
+  for (std::size_t i = 0; i < shown.pixels.size(); ++i) {
+    if (composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kNone)) continue;
+    ASSERT_EQ(shown.pixels[i], codes.pixels[i]);
+  }
+}
+
+TEST_F(SequenceSessionTest, ACapturedPictureThatCannotBeIsItsOwnErrorAlone) {
+  SequenceSession session = MakeSession();
+  const UtcTime time = loaded_->sequence.frames.at(0).time;
+  const CameraIntrinsics& camera = loaded_->sequence.intrinsics;
+  const auto reason = [&](CapturedPicture captured) {
+    captured.time = time;
+    const SessionStep step = session.Process(std::move(captured));
+    return step.result ? std::string("composited") : step.result.error().reason;
+  };
+  CapturedPicture small;
+  small.picture = RgbImage(3, 2);
+  EXPECT_THAT(reason(small), HasSubstr("found 3x2"));
+  CapturedPicture empty;
+  EXPECT_THAT(reason(empty), HasSubstr("found 0x0"));
+  CapturedPicture dark;
+  dark.picture = Rgb8Image(camera.width_px, camera.height_px);
+  dark.exposure = -1.0;
+  EXPECT_THAT(reason(dark), HasSubstr("expected an exposure above 0"));
+  CapturedPicture broken;
+  RgbImage not_finite(camera.width_px, camera.height_px);
+  for (glm::vec3& pixel : not_finite.pixels) {
+    pixel = glm::vec3(std::numeric_limits<float>::quiet_NaN());
+  }
+  broken.picture = not_finite;
+  EXPECT_THAT(reason(broken), HasSubstr("expected finite radiances"));
+  const auto next = session.Next();
+  ASSERT_TRUE(next && next->result);
+}
+
+// Each draws in a context of its own.
+TEST_F(SequenceSessionTest, TwoSessionsTakeTurnsOnOneThread) {
+  auto first = std::make_unique<SequenceSession>(loaded_, CoarseOptions());
+  const auto of_first = first->Next();
+  SequenceSession second = MakeSession();
+  const auto of_second = second.Next();
+  ASSERT_TRUE(of_first && of_first->result && of_second && of_second->result);
+  EXPECT_EQ(LargestDifference(of_first->result->composite.radiance,
+                              of_second->result->composite.radiance),
+            0.0f);
+  const auto first_again = first->Next();
+  ASSERT_TRUE(first_again && first_again->result);
+  first.reset();
+  const auto second_again = second.Next();
+  ASSERT_TRUE(second_again && second_again->result);
+  EXPECT_EQ(LargestDifference(first_again->result->composite.radiance,
+                              second_again->result->composite.radiance),
+            0.0f);
+}
+
+}  // namespace
+}  // namespace pleinair::sequence_session_test
