@@ -1,4 +1,4 @@
-// How deep the shadows are that rough surfaces, such as leaves, grass or gravel, cast on themselves.
+// How deep the shadows are that rough surfaces (leaves, grass, gravel) cast on themselves.
 #pragma once
 
 #include <array>
