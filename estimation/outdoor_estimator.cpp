@@ -38,7 +38,7 @@ bool IsKnown(const ClearSkyExpectation& clear_sky) {
 
 // What two Gaussians know that may share their errors: in each direction what the better one does.
 // A picture's errors of albedo and geometry are the next picture's, too, so that many pictures know
-// hardly more than one (after Sijs and Lazar, Automatica 46(1), 2010, ellipsoidal intersection).
+// hardly more than one (after Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal intersection).
 SunAndSkyMatrix BetterOf(const SunAndSkyMatrix& known, const SunAndSkyMatrix& measured) {
   const Eigen::LLT<SunAndSkyMatrix> root(known);
   const SunAndSkyMatrix lower = root.matrixL();
