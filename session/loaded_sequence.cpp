@@ -60,6 +60,7 @@ std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded
         DegFromRad(north.stddev_rad));
   }
   sequence.site->model_north_azimuth_rad = north.north_azimuth_rad;
+  const double stated_stddev_rad = std::exchange(sequence.north_stddev_rad, north.stddev_rad);
   return fmt::format(
       "north: the model's +Y is taken to point to true azimuth {:+.2f} deg (sigma {:.2f}); shadows "
       "in "
@@ -69,7 +70,7 @@ std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded
       north.frames,
       DegFromRad(north.shadows_azimuth_rad),
       DegFromRad(north.shadows_stddev_rad),
-      DegFromRad(sequence.north_stddev_rad));
+      DegFromRad(stated_stddev_rad));
 }
 
 void CalibrateAlbedo(const SessionOptions& options, LoadedSequence& loaded) {

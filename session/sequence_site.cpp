@@ -159,6 +159,10 @@ LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
   }
   map.position_m = entry.position_m;
   map.time = entry.time;
+  if (sequence.north_stddev_rad > 0.0) {
+    constexpr double kMostTurnedRad = RadFromDeg(20.0);  // As far as shadows are sought to correct.
+    map.misplacement.turned_rad = std::min(2.0 * sequence.north_stddev_rad, kMostTurnedRad);
+  }
   if (entry.sun_direction_enu) {
     map.sun_direction_enu = glm::normalize(*entry.sun_direction_enu);
   } else if (sequence.site) {

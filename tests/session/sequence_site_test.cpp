@@ -191,5 +191,18 @@ TEST_F(SequenceSiteTest, TurnsAMapToTrueNorthAlongWithTheModel) {
   }
 }
 
+// Two stated deviations, where there is one.
+TEST_F(SequenceSiteTest, ExpectsTheMapAsFarTurnedAsTheModelsNorthIsUncertain) {
+  SetSite();
+  const auto turned_deg = [&] {
+    return DegFromRad(LoadSequenceSite(Read()).model.environment->misplacement.turned_rad);
+  };
+  EXPECT_EQ(turned_deg(), DegFromRad(Misplacement{}.turned_rad));
+  document_["site"]["north_uncertain_deg"] = 3.0;
+  EXPECT_NEAR(turned_deg(), 6.0, 1e-9);
+  document_["site"]["north_uncertain_deg"] = 180.0;
+  EXPECT_NEAR(turned_deg(), 20.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace pleinair::sequence_site_test
