@@ -139,13 +139,14 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   const auto basis = source->BasisFor(**frame, sun);
   if (!basis) throw failed(basis.error().reason);
   EstimatedFrame estimated;
-  estimated.light.sky_shapes.assign(basis->begin(), basis->end());
   SurfaceViewBuilder views(scene, {});
   const SurfaceView& view = views.Update((*frame)->camera,
                                          sun.direction_enu,
                                          sun.angular_radius_rad,
-                                         estimated.light.sky_shapes,
+                                         *basis,
                                          SampleRegionsOf(**frame));
+  const auto shapes = views.SkyShapes();
+  estimated.light.sky_shapes.assign(shapes.begin(), shapes.end());
   auto estimate = source->Estimate({**frame, view, sun, clear_sky.At(sun.direction_enu)});
   if (!estimate) throw failed(estimate.error().reason);
   estimated.light.lighting = std::move(estimate->lighting);

@@ -93,6 +93,7 @@ void WriteSurveyMaps(const PreparedScene& scene, const std::filesystem::path& fo
   WriteBoth(folder, "ambient_weight", maps.ambient_weight, maps.ambient_weight, 1.0);
   WriteBoth(folder, "sun_visibility", maps.sun_visibility, maps.sun_visibility, 1.0);
   WriteBoth(folder, "sky", maps.sky_radiance, maps.sky_radiance, ExposureFor(maps.sky_radiance));
+  WriteBoth(folder, "skyline", maps.skyline, maps.skyline, 1.0);
   WriteWholeText(folder / "survey.json", Describe(scene.survey->light));
   WriteBoth(folder, "relit", maps.relit, maps.relit, ExposureFor(maps.relit));
 }

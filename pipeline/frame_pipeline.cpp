@@ -106,9 +106,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
     result.timing_ms.transport += result.estimate.new_sample_set_ms;
 
-    effects_->Render(
-        {frame, view, view_builder_, sky_shapes_, transport_sun, result.timing_ms.estimate},
-        result);
+    effects_->Render({frame, view, view_builder_, transport_sun, result.timing_ms.estimate},
+                     result);
     return result;
   } catch (const std::exception& error) {
     effects_->Forget();
@@ -127,8 +126,9 @@ RgbImage FramePipeline::EnvironmentRadiance(const EnvironmentView& view,
                                             const Lighting& lighting) const {
   const FaceLight& sun = view_builder_.SunFaces();
   std::vector<EnvironmentLight> basis{{nullptr, sun.radiosity, sun.direct_irradiance}};
-  for (std::size_t k = 0; k < sky_shapes_.size(); ++k) {
-    basis.push_back({sky_shapes_[k].get(), view_builder_.SkyFaces(k).radiosity, {}});
+  const auto shapes = view_builder_.SkyShapes();
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    basis.push_back({shapes[k].get(), view_builder_.SkyFaces(k).radiosity, {}});
   }
   return view.Radiance(lighting, basis);
 }

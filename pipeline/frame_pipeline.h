@@ -167,8 +167,8 @@ class FramePipeline {
   // disc. `lighting` is that frame's.
   RgbImage EnvironmentRadiance(const EnvironmentView& view, const Lighting& lighting) const;
 
-  // The sky of the last frame that succeeded, without the sun's disc and black below the horizon:
-  // lat-long. `lighting` is that frame's.
+  // The sky of the last frame that succeeded, without the sun's disc, black below the horizon, and
+  // unoccluded as its irradiance is: lat-long. `lighting` is that frame's.
   RgbImage SkyRadiance(const Lighting& lighting, LatLongSize size) const;
 
   // What daylight samples are restricted to, in a line; empty without such.

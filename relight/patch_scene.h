@@ -8,6 +8,7 @@
 
 #include "scene/mesh.h"
 #include "scene/ray_caster.h"
+#include "scene/skyline.h"
 
 namespace pleinair {
 
@@ -37,6 +38,7 @@ struct PatchScene {
   bool ground_extended = false;
   bool ground_laid = false;  // By PatchOptions::ground_albedo.
   RayCaster caster{Mesh{}};  // Over `mesh`: a hit's triangle is the patch.
+  Skyline skyline;           // What hides the sky beside `mesh`: found by a survey.
 
   std::size_t FaceCount() const { return 2 * mesh.triangles.size(); }
   // The face that a ray along `direction` meets on `hit`.

@@ -18,7 +18,7 @@ namespace {
 using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
-constexpr std::string_view kFormat = "pleinair-prepared-7";
+constexpr std::string_view kFormat = "pleinair-prepared-8";
 
 std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   ContentHash hash;
@@ -244,6 +244,7 @@ PreparedScene PrepareScene(const SiteModel& site,
           internal::ArchiveSurvey(archive, survey);
           internal::ArchiveBlock(archive, prepared.patches.face_albedo_rgb);
         });
+    prepared.patches.skyline = survey.skyline;
     prepared.notes.insert(
         prepared.notes.end(), survey.light.notes.begin(), survey.light.notes.end());
     prepared.albedo_stddev_rgb = survey.light.albedo_stddev_rgb;

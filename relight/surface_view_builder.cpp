@@ -69,8 +69,9 @@ struct SurfaceViewBuilder::Impl {
   Gray8Image mesh_edges;
   GrayImage survey_edge_distance_px;  // In view pixels; infinite where the survey says nothing.
 
-  std::vector<std::shared_ptr<const SkyShape>> shapes;
-  std::vector<FaceLight> sky_faces;  // Per shape.
+  std::vector<std::shared_ptr<const SkyShape>> bare_shapes;
+  std::vector<std::shared_ptr<const SkyShape>> shapes;  // Those, past the skyline.
+  std::vector<FaceLight> sky_faces;                     // Per shape.
   FaceLight sun_faces;
   std::uint64_t sun_faces_version = 0;
 
@@ -101,14 +102,16 @@ struct SurfaceViewBuilder::Impl {
   // Makes what is not there yet: all of it where the view has changed, else where a shape has.
   void BuildSky(std::span<const std::shared_ptr<const SkyShape>> wanted, bool view_has_changed) {
     const std::vector<std::shared_ptr<const SkyShape>> before = std::exchange(
-        shapes, std::vector<std::shared_ptr<const SkyShape>>(wanted.begin(), wanted.end()));
-    if (!view_has_changed && before == shapes) return;
+        bare_shapes, std::vector<std::shared_ptr<const SkyShape>>(wanted.begin(), wanted.end()));
+    if (!view_has_changed && before == bare_shapes) return;
+    shapes.resize(bare_shapes.size());
     sky_faces.resize(shapes.size());
     view.sky_shape_names.resize(shapes.size());
     view.sky_response.resize(shapes.size());
     for (std::size_t k = 0; k < shapes.size(); ++k) {
-      const bool is_new = k >= before.size() || before[k] != shapes[k];
+      const bool is_new = k >= before.size() || before[k] != bare_shapes[k];
       if (is_new) {
+        shapes[k] = scene.survey ? SeenPast(scene.survey->skyline, bare_shapes[k]) : bare_shapes[k];
         sky_faces[k] = scene.transport.SolveSky(scene.patches, *shapes[k], scene.options.bounces);
         view.sky_shape_names[k] = shapes[k]->Name();
       }
@@ -310,6 +313,10 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
 const FaceLight& SurfaceViewBuilder::SunFaces() const { return impl_->sun_faces; }
 
 std::uint64_t SurfaceViewBuilder::SunFacesVersion() const { return impl_->sun_faces_version; }
+
+std::span<const std::shared_ptr<const SkyShape>> SurfaceViewBuilder::SkyShapes() const {
+  return impl_->shapes;
+}
 
 const Image<std::int32_t>& SurfaceViewBuilder::PixelFaces() const { return impl_->face; }
 

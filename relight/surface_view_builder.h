@@ -62,6 +62,9 @@ class SurfaceViewBuilder {
   // Radiosity of the faces for the unit sun that the last Update stands for; and for sky shape k.
   const FaceLight& SunFaces() const;
   const FaceLight& SkyFaces(std::size_t k) const;
+  // The shapes of the last Update as the site sees them, past the survey's skyline: what the view
+  // and SkyFaces are under, and what stays where they do.
+  std::span<const std::shared_ptr<const SkyShape>> SkyShapes() const;
   // Changes when SunFaces() does; the view's sun_version also changes with the camera.
   std::uint64_t SunFacesVersion() const;
 

@@ -21,6 +21,7 @@
 #include "relight/internal/survey_albedo.h"
 #include "relight/internal/survey_haze.h"
 #include "relight/internal/survey_light.h"
+#include "relight/internal/survey_skyline.h"
 #include "scene/lat_long.h"
 
 namespace pleinair {
@@ -84,6 +85,22 @@ void NoteSun(const std::optional<SunFromShadows>& shadows, SurveyLight& light) {
   light.notes.back() += ", give or take " + std::to_string(std::lround(100.0 * relative)) +
                         " %; albedos of what it lit, " +
                         std::to_string(std::lround(100.0 * MeanOf(light.albedo_stddev_rgb))) + " %";
+}
+
+void NoteSkyline(const Skyline& skyline, SurveyLight& light) {
+  if (skyline.Empty()) return;
+  double hidden = 0.0;
+  for (std::size_t cell = 0; cell < SkyTable::kCells; ++cell) {
+    hidden += SkyTable::SolidAngleSr(cell) * SkyTable::DirectionOfCell(cell).z *
+              skyline.hidden[cell] / std::numbers::pi;
+  }
+  char text[128];
+  std::snprintf(text,
+                sizeof(text),
+                "survey map: things that the mesh lacks hide %.1f %% of the light of an even sky "
+                "from level ground",
+                100.0 * hidden);
+  light.notes.emplace_back(text);
 }
 
 // Root mean square over what may be sampled and saw the whole disc, by solid angle.
@@ -165,6 +182,10 @@ void SurveyMap::Validate() const {
   }
 }
 
+std::shared_ptr<const SkyShape> OwnSkyShape(const SurveyLight& light, const Skyline& skyline) {
+  return SeenPast(skyline, MakeImageSkyShape("survey", light.sky_radiance));
+}
+
 Survey MakeSurvey(const SurveyMap& map,
                   const PatchTransport& transport,
                   std::span<const std::uint8_t> patch_is_diffuse,
@@ -199,8 +220,15 @@ Survey MakeSurvey(const SurveyMap& map,
       shows_sky.At(x, y) = free && rays.direction(x, y)->z > 0.0f ? 255 : 0;
     }
   }
+  const Gray8Image hidden = FindHiddenSky(map.radiance, shows_sky);
+  for (std::size_t i = 0; i < hidden.pixels.size(); ++i) {
+    if (hidden.pixels[i] != 0) shows_sky.pixels[i] = 0;
+  }
   survey.light =
       MeasureSurveyLight(map, shows_sky, SunSeenFrom(map, scene, options.sun_disc_samples));
+  scene.skyline = SkylineOf(map.radiance, hidden, survey.light.sky_irradiance_rgb);
+  survey.skyline = scene.skyline;
+  NoteSkyline(survey.skyline, survey.light);
 
   survey.light.aerosol_optical_depth_500nm =
       MeasureAerosolDepth(map.radiance, shows_sky, survey.light.sun_direction_enu);
@@ -229,6 +257,7 @@ Survey MakeSurvey(const SurveyMap& map,
   const auto solve = [&] {
     return SolveAlbedo({.radiance = map.radiance,
                         .light = survey.light,
+                        .skyline = survey.skyline,
                         .sun_angular_radius_rad = map.sun_angular_radius_rad,
                         .face = face,
                         .side = side,

@@ -10,6 +10,7 @@
 
 #include "relight/transport.h"
 #include "scene/lighting.h"
+#include "scene/skyline.h"
 #include "scene/surface_view.h"
 #include "scene/utc_time.h"
 
@@ -20,7 +21,7 @@ class SurfaceGather;  // internal/surface_gather.h
 // How far mesh and map may be from where they are said to be: two standard deviations of a site
 // that was measured by hand.
 struct Misplacement {
-  double turned_rad = 0.025;  // The map about the vertical, against the mesh.
+  double turned_rad = 0.025;  // The map about the vertical, against the mesh; less than 0.5.
   double moved_m = 0.06;      // Vertices of the mesh.
 };
 
@@ -60,7 +61,8 @@ struct SurveyLight {
   glm::dvec3 albedo_stddev_rgb{0.0};
   // At 500 nm: how hazy the map's sky is. None where it does not tell.
   std::optional<double> aerosol_optical_depth_500nm;
-  // Lat-long, without the disc, what buildings hide filled in, black below the horizon.
+  // Lat-long, without the disc, what buildings and the skyline hide filled in, black below the
+  // horizon.
   RgbImage sky_radiance;
   std::vector<std::string> notes;  // What was assumed; for the report.
 };
@@ -68,14 +70,18 @@ struct SurveyLight {
 // A lat-long survey map over the patch scene: the paper's offline maps (jensen-2006, section 4.1).
 // `view` has the map's size (its camera is not used); albedo, normal, sky_response, sun_visibility
 // are the maps of the paper; pixels without a surface show the sky. As made, sky_response holds the
-// map's own sky shape (MakeImageSkyShape of light.sky_radiance) and the sun_* images stand for the
-// sun of the survey, so that relighting with `light` gives the map back wherever albedo_measured.
+// map's own sky (OwnSkyShape) and the sun_* images stand for the sun of the survey, so that
+// relighting with `light` gives the map back wherever albedo_measured.
 struct Survey {
   glm::dvec3 position_m{0.0};
   SurveyLight light;
+  Skyline skyline;  // What the map shows against the sky and the mesh lacks.
   SurfaceView view;
   std::shared_ptr<const SurfaceGather> gather;  // For other skies and suns.
 };
+
+// The shape of the survey's own sky, seen past its skyline.
+std::shared_ptr<const SkyShape> OwnSkyShape(const SurveyLight& light, const Skyline& skyline);
 
 struct SurveyOptions {
   GatherOptions gather;
@@ -88,7 +94,8 @@ struct SurveyOptions {
 // Surveys `map`: light, then albedo = pi L / E with E gathered at each pixel from the map's own
 // sky, its sun and what the faces reflect, face albedos being means over the map's pixels and
 // iterated to convergence (as in grosch-2005). Faces that the map does not see get their material's
-// mean, or its diffuse albedo where the map sees none of it. Sets scene.face_albedo_rgb.
+// mean, or its diffuse albedo where the map sees none of it. Sets scene.face_albedo_rgb and
+// scene.skyline.
 //
 // Where the disc is clipped or hidden, or holds less than half of what shadows say, the sun is that
 // of the shadows (lit and shaded points of one surface), found together with the albedo; where

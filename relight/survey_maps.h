@@ -15,6 +15,7 @@ struct SurveyMaps {
   RgbImage ambient_weight;  // c of a uniform sky, without bounces; an open vertical wall has 0.5.
   RgbImage sun_visibility;  // Share of the disc seen, at the time of the survey.
   RgbImage sky_radiance;    // Without the disc, what buildings hide filled in.
+  RgbImage skyline;         // Share of the sky that is hidden though the mesh lacks what hides it.
   RgbImage relit;           // The map under its own light, without the disc.
 };
 

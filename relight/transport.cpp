@@ -15,6 +15,7 @@
 #include "relight/internal/low_discrepancy.h"
 #include "relight/internal/radiosity_solver.h"
 #include "relight/internal/sun_disc.h"
+#include "scene/lat_long.h"
 
 namespace pleinair {
 namespace {
@@ -76,6 +77,15 @@ struct AtPoint {
   }
 };
 
+// `share` of a receiver's rays would meet what the skyline hides, were there no mesh.
+float HiddenScale(const Skyline& skyline, const glm::vec3& normal, float share) {
+  // Where fewer meet it the rays hardly do, and there is nothing to scale.
+  constexpr float kMost = 2.0f;
+  if (!(share > 0.0f)) return 1.0f;
+  const float irradiance = SampleLatLong(skyline.irradiance_of_hidden, glm::dvec3(normal)).x;
+  return std::clamp(irradiance / (std::numbers::pi_v<float> * share), 1.0f / kMost, kMost);
+}
+
 bool IsUnit(const glm::vec3& normal) { return std::abs(glm::dot(normal, normal) - 1.0f) < 1e-3f; }
 
 }  // namespace
@@ -107,6 +117,7 @@ void GatheredRays::Gather(const PatchScene& scene,
     std::vector<std::int32_t> face;
     std::vector<float> face_share;
     std::vector<std::uint32_t> sky;
+    std::vector<float> hidden_scale;
   };
   std::vector<Batch> batches((receiver_count + kReceiversPerBatch - 1) / kReceiversPerBatch);
   tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t b) {
@@ -117,6 +128,7 @@ void GatheredRays::Gather(const PatchScene& scene,
       const std::size_t faces_before = batch.face.size();
       const std::size_t skies_before = batch.sky.size();
       const glm::vec3 normal = ray_origin.Normal(i);
+      float hidden = 0.0f;
       if (IsUnit(normal)) {
         hits.clear();
         const NormalFrame frame(normal);
@@ -126,6 +138,11 @@ void GatheredRays::Gather(const PatchScene& scene,
         for (int k = 0; k < options.rays_per_receiver; ++k) {
           const glm::vec3 direction = frame.CosineDirection(
               FibonacciPoint(k * sharers + part, options.rays_per_receiver * sharers, rotation));
+          if (!scene.skyline.Empty() && direction.z > 0.0f) {
+            // As it is kept: a rounding may take it over a cell's edge.
+            const glm::vec3 kept = UnpackUpperDirection(PackUpperDirection(direction));
+            hidden += scene.skyline.hidden[SkyTable::CellOf(kept)];
+          }
           const glm::vec3 origin = ray_origin.Origin(i, k, rotation);
           if (const auto hit = scene.caster.Intersect(origin, direction)) {
             hits.push_back(PatchScene::FaceOfHit(*hit, direction));
@@ -134,6 +151,9 @@ void GatheredRays::Gather(const PatchScene& scene,
           }
         }
         AppendShares(hits, share, batch.face, batch.face_share);
+      }
+      if (!scene.skyline.Empty()) {
+        batch.hidden_scale.push_back(HiddenScale(scene.skyline, normal, hidden * share));
       }
       batch.face_count.push_back(static_cast<std::uint32_t>(batch.face.size() - faces_before));
       batch.sky_count.push_back(static_cast<std::uint32_t>(batch.sky.size() - skies_before));
@@ -157,6 +177,7 @@ void GatheredRays::Gather(const PatchScene& scene,
     face_.insert(face_.end(), batch.face.begin(), batch.face.end());
     face_share_.insert(face_share_.end(), batch.face_share.begin(), batch.face_share.end());
     sky_direction_.insert(sky_direction_.end(), batch.sky.begin(), batch.sky.end());
+    hidden_scale_.insert(hidden_scale_.end(), batch.hidden_scale.begin(), batch.hidden_scale.end());
     batch = Batch{};
   }
   FindSkyCells();
@@ -233,10 +254,17 @@ GatheredRays GatheredRays::OfExposedFaces(const PatchScene& scene,
 
 std::vector<glm::vec3> GatheredRays::FromSky(const SkyShape& shape) const {
   std::vector<glm::vec3> irradiance(ReceiverCount(), glm::vec3(0.0f));
-  const std::vector<glm::vec3>* const table = shape.Table();
+  const PartlyHiddenTables* const hidden = shape.PartlyHidden();
+  const std::vector<glm::vec3>* const table = hidden != nullptr ? &hidden->bare : shape.Table();
   tbb::parallel_for(std::size_t{0}, irradiance.size(), [&](std::size_t i) {
     const double scale = std::numbers::pi / RayCountOf(i);
     glm::dvec3 sum(0.0);
+    if (hidden != nullptr) {
+      for (std::uint64_t k = sky_begin_[i]; k < sky_begin_[i + 1]; ++k) {
+        sum += glm::dvec3(hidden->change[sky_cell_[k]]);
+      }
+      if (!hidden_scale_.empty()) sum *= static_cast<double>(hidden_scale_[i]);
+    }
     for (std::uint64_t k = sky_begin_[i]; k < sky_begin_[i + 1]; ++k) {
       sum += glm::dvec3(table != nullptr ? (*table)[sky_cell_[k]]
                                          : shape.Radiance(UnpackUpperDirection(sky_direction_[k])));

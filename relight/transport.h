@@ -97,6 +97,10 @@ class GatheredRays {
   std::vector<std::uint32_t> sky_direction_;
   std::vector<std::uint16_t> sky_cell_;  // Of SkyTable, that each lies in.
   std::int32_t rays_per_receiver_ = 1;
+  // Where the scene has a skyline: what it hides from each receiver, mesh apart, over what the
+  // receiver's rays say of that. Their scatter would else look like light that differs from place
+  // to place, on level ground where it is all one.
+  std::vector<float> hidden_scale_;
   // Rays of each receiver where they differ; else empty.
   std::vector<std::int32_t> ray_count_;
 

@@ -13,6 +13,14 @@
 
 namespace pleinair {
 
+// Per cell of SkyTable.
+struct PartlyHiddenTables {
+  std::vector<glm::vec3> bare;
+  // What the hiding changes, with the mean of what is reflected: for an even sky the same in each
+  // cell, times the share that is hidden.
+  std::vector<glm::vec3> change;
+};
+
 // Radiance over the upper hemisphere, scaled per channel so that an unoccluded horizontal plane
 // gets irradiance 1. Immutable, safe from any thread.
 class SkyShape {
@@ -24,6 +32,8 @@ class SkyShape {
   // For who knows the cells of many directions: radiance of each of SkyTable's cells, where that is
   // what Radiance looks up; else null.
   virtual const std::vector<glm::vec3>* Table() const { return nullptr; }
+  // Of a sky that is hidden in part, the shape apart from what hides it; else null.
+  virtual const PartlyHiddenTables* PartlyHidden() const { return nullptr; }
 };
 
 std::shared_ptr<const SkyShape> MakeUniformSkyShape();

@@ -33,10 +33,9 @@ glm::vec3 LargestSkyIrradiance(const SkyShape& shape) {
 
 }  // namespace
 
-void FrameBasis::Update(SurfaceViewBuilder& builder,
-                        std::span<const std::shared_ptr<const SkyShape>> shapes,
-                        const DirectionalLight& sun) {
+void FrameBasis::Update(SurfaceViewBuilder& builder, const DirectionalLight& sun) {
   builder_ = &builder;
+  const std::span<const std::shared_ptr<const SkyShape>> shapes = builder.SkyShapes();
   const std::size_t lights = 1 + shapes.size();
   const auto same_kind = [](const auto& a, const auto& b) {
     return a == b || a->Name() == b->Name();

@@ -19,9 +19,7 @@ class FrameBasis {
  public:
   // Takes over what `builder`, which outlives this, was last updated for. `sun` is what the sun's
   // part is made for, without an intensity.
-  void Update(SurfaceViewBuilder& builder,
-              std::span<const std::shared_ptr<const SkyShape>> shapes,
-              const DirectionalLight& sun);
+  void Update(SurfaceViewBuilder& builder, const DirectionalLight& sun);
   // All lights count as new.
   void Forget();
 

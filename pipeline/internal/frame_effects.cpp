@@ -246,7 +246,7 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
     return;
   }
   Stopwatch watch;
-  basis_.Update(lit.view_builder, lit.sky_shapes, lit.transport_sun);
+  basis_.Update(lit.view_builder, lit.transport_sun);
   Expose(lit.frame);
   BoundInput input{
       lit.frame, lit.view, basis_, lighting, codes_, {}, 0.0, settings_.threshold_code_values};

@@ -20,8 +20,7 @@ namespace pleinair {
 struct LitFrame {
   const Frame& frame;
   const SurfaceView& view;
-  SurfaceViewBuilder& view_builder;  // As of `view`.
-  std::span<const std::shared_ptr<const SkyShape>> sky_shapes;
+  SurfaceViewBuilder& view_builder;       // As of `view`.
   const DirectionalLight& transport_sun;  // What the sun's part is made for.
   double spent_ms = 0.0;                  // On this frame's light, of a budget.
 };

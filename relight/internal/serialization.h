@@ -73,6 +73,9 @@ void ArchiveSurvey(Archive& archive, Survey& survey) {
   ArchivePlain(archive, light.albedo_stddev_rgb);
   archive(light.sun_clipped, light.aerosol_optical_depth_500nm, light.notes);
   ArchiveImage(archive, light.sky_radiance);
+  ArchiveBlock(archive, survey.skyline.hidden);
+  ArchiveBlock(archive, survey.skyline.reflected);
+  ArchiveImage(archive, survey.skyline.irradiance_of_hidden);
   ArchiveView(archive, survey.view);
   // Only the loading side may write through the pointer: it has just made what it points to.
   if constexpr (Archive::is_loading::value) {
@@ -96,6 +99,7 @@ void GatheredRays::serialize(Archive& archive) {
   internal::ArchiveBlock(archive, sky_begin_);
   internal::ArchiveBlock(archive, sky_direction_);
   internal::ArchiveBlock(archive, ray_count_);
+  internal::ArchiveBlock(archive, hidden_scale_);
   archive(rays_per_receiver_);
   if constexpr (Archive::is_loading::value) FindSkyCells();
 }

@@ -110,7 +110,7 @@ class AlbedoSolver {
         scene_(scene),
         view_(view),
         pixels_(input.face, scene.FaceCount()),
-        shape_(MakeImageSkyShape("survey", input.light.sky_radiance)),
+        shape_(OwnSkyShape(input.light, input.skyline)),
         sun_(input.light.sun_irradiance_rgb),
         sky_(input.light.sky_irradiance_rgb),
         sun_relative_stddev_(glm::length(input.light.sun_irradiance_stddev_rgb) /

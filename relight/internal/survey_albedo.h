@@ -16,6 +16,7 @@ namespace pleinair {
 struct AlbedoInput {
   const RgbImage& radiance;
   const SurveyLight& light;
+  const Skyline& skyline;
   double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
   const Image<std::int32_t>& face;  // What each pixel shows.
   const Image<ShadowSide>& side;    // Where the model's shadows are certain.
