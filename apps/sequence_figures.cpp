@@ -4,6 +4,7 @@
 
 #include "apps/lighting_log.h"
 #include "apps/progress.h"
+#include "datasets/judged_sunshine.h"
 #include "datasets/run_scorer.h"
 #include "render/gl_context.h"
 #include "session/sequence_session.h"
@@ -11,31 +12,24 @@
 namespace pleinair {
 namespace {
 
-// None where the composite has changed every pixel.
-std::optional<double> UntouchedShare(const Frame& frame, const Composite& composite) {
-  std::size_t outside = 0;
-  std::size_t untouched = 0;
-  for (std::size_t i = 0; i < composite.change.pixels.size(); ++i) {
-    if (composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kNone)) continue;
-    ++outside;
-    const glm::vec3& was = frame.radiance.pixels[i];
-    const glm::vec3& is = composite.radiance.pixels[i];
-    untouched += was == is || (std::isnan(was.x + was.y + was.z) && std::isnan(is.x + is.y + is.z));
+FrameFacts FactsOf(const Frame& frame, const FrameResult& result, bool pictures) {
+  const LightingEstimate& estimate = result.estimate;
+  FrameFacts facts;
+  facts.time = frame.time;
+  facts.sun_irradiance_rgb = estimate.lighting.sun.irradiance_rgb;
+  facts.sky_irradiance_rgb = estimate.lighting.SkyIrradianceRgb();
+  facts.has_common_unit = estimate.units != LightUnits::kRelativePerFrame;
+  facts.light_is_known = LightIsKnown(estimate.lighting);
+  if (estimate.samples_used > 0) {
+    facts.inlier_fraction = estimate.inlier_fraction;
+    facts.relative_residual = estimate.relative_residual;
   }
-  if (outside == 0) return std::nullopt;
-  return static_cast<double>(untouched) / static_cast<double>(outside);
-}
-
-void AddFrame(const Frame& frame, const FrameResult& result, bool pictures, RunFacts& facts) {
-  ++facts.frames_done;
-  if (result.estimate.samples_used > 0) {
-    facts.inlier_fraction.push_back(result.estimate.inlier_fraction);
-    facts.relative_residual.push_back(result.estimate.relative_residual);
+  if (pictures) {
+    facts.untouched_share = UntouchedShare(frame.radiance, result.composite);
+    facts.glowing_pixels = CountGlowingPixels(frame.radiance, result.composite);
+    facts.clamped_pixels = result.clamped_pixels;
   }
-  if (!pictures) return;
-  if (const auto share = UntouchedShare(frame, result.composite)) {
-    facts.untouched_pixels.push_back(*share);
-  }
+  return facts;
 }
 
 }  // namespace
@@ -50,10 +44,10 @@ std::vector<bool> SpreadOver(int count, int limit) {
   return taken;
 }
 
-SeededFigures MeasureFigures(const std::filesystem::path& sequence,
-                             const FigureSettings& settings,
-                             int seeds,
-                             const std::filesystem::path& cache) {
+std::vector<RunToJudge> RunForFigures(const std::filesystem::path& sequence,
+                                      const FigureSettings& settings,
+                                      int seeds,
+                                      const std::filesystem::path& cache) {
   SessionOptions options;
   options.sequence = sequence;
   options.cache = cache;
@@ -67,18 +61,24 @@ SeededFigures MeasureFigures(const std::filesystem::path& sequence,
   if (std::filesystem::exists(loaded->sequence.folder / "truth" / "truth.json")) {
     scorer.emplace(loaded->sequence);
   }
+  const std::vector<std::optional<bool>> judged = ReadJudgedSunshine(loaded->sequence);
 
   const auto context = std::make_shared<const HeadlessContext>();
-  SeededFigures figures;
+  std::vector<RunToJudge> runs;
   for (int seed = 1; seed <= seeds; ++seed) {
     options.seed = static_cast<std::uint64_t>(seed);
     SequenceSession run(loaded, options, context);
-    RunFacts facts;
+    RunToJudge& to_judge = runs.emplace_back();
     while (const std::optional<SessionStep> step =
                run.Next([&](int i) { return bool{wanted[static_cast<std::size_t>(i)]}; })) {
-      if (step->result) AddFrame(*step->frame, *step->result, settings.pictures, facts);
-      if (!scorer) continue;
       const int index = step->result ? step->frame->index : step->result.error().index;
+      if (step->result) {
+        to_judge.done.push_back(FactsOf(*step->frame, *step->result, settings.pictures));
+        to_judge.done.back().judged_sunshine = judged[static_cast<std::size_t>(index)];
+      } else {
+        ++to_judge.frames_failed;
+      }
+      if (!scorer) continue;
       const bool compare = settings.pictures && step->result && scorer->HasPictureOf(index);
       const auto composite = [&] {
         const Composite& made = step->result->composite;
@@ -87,9 +87,18 @@ SeededFigures MeasureFigures(const std::filesystem::path& sequence,
       scorer->Add(RecordOf(index, step->result),
                   compare ? std::function<ScoredComposite()>(composite) : nullptr);
     }
-    std::optional<Score> score;
-    if (scorer) score = scorer->Finish();
-    AddSeed(FiguresOf(facts, score ? &*score : nullptr), figures);
+    if (scorer) to_judge.score = scorer->Finish();
+  }
+  return runs;
+}
+
+SeededFigures MeasureFigures(const std::filesystem::path& sequence,
+                             const FigureSettings& settings,
+                             int seeds,
+                             const std::filesystem::path& cache) {
+  SeededFigures figures;
+  for (const RunToJudge& run : RunForFigures(sequence, settings, seeds, cache)) {
+    AddSeed(FiguresOf(run), figures);
   }
   return figures;
 }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "pipeline/regression.h"
 
@@ -22,9 +23,15 @@ struct FigureSettings {
 // evenly between.
 std::vector<bool> SpreadOver(int count, int limit);
 
-// Runs the sequence with the seeds 1 .. `seeds` of the sample draw; what is prepared and loaded is
-// so once. Where there is a truth/, figures against it are among the result.
-// Throws  as LoadSequence and RunScorer.
+// Runs the sequence with the seeds 1 .. `seeds` of the sample draw, one after the other; what is
+// prepared and loaded is so once. Where there is a truth/ or a judged.json, runs hold what they
+// say. Throws  as LoadSequence, RunScorer and ReadJudgedSunshine.
+std::vector<RunToJudge> RunForFigures(const std::filesystem::path& sequence,
+                                      const FigureSettings& settings,
+                                      int seeds,
+                                      const std::filesystem::path& cache);
+
+// The figures of those runs.
 SeededFigures MeasureFigures(const std::filesystem::path& sequence,
                              const FigureSettings& settings,
                              int seeds,

@@ -7,8 +7,16 @@
 #include <vector>
 
 #include "datasets/scoring.h"
+#include "pipeline/plausibility.h"
 
 namespace pleinair {
+
+// What figures are made from.
+struct RunToJudge {
+  std::vector<FrameFacts> done;  // In the run's order.
+  int frames_failed = 0;
+  std::optional<Score> score;  // None without truth.
+};
 
 // One figure of merit of a run.
 struct FigureKind {
@@ -17,23 +25,15 @@ struct FigureKind {
   bool higher_is_better = false;
   // Up to this it moves by what another compiler, processor or GL driver rounds otherwise.
   double rounding = 0.0;
+  // None, or not finite, where the run does not have it.
+  std::optional<double> (*of)(const RunToJudge& run) = nullptr;
 };
 
 // In the order in which they are shown.
 const std::vector<FigureKind>& AllFigureKinds();
 
-// What can be said of a run without any truth.
-struct RunFacts {
-  int frames_done = 0;
-  // Of the frames that were measured from samples; none of other frames.
-  std::vector<double> inlier_fraction;
-  std::vector<double> relative_residual;
-  // Share of the pixels outside the composite's own mask that are the camera's, a frame.
-  std::vector<double> untouched_pixels;
-};
-
-// By name; a figure that the run does not have is left out. `score` may be null: no truth.
-std::map<std::string, double> FiguresOf(const RunFacts& facts, const Score* score);
+// By name; a figure that the run does not have is left out.
+std::map<std::string, double> FiguresOf(const RunToJudge& run);
 
 // Values of each figure, one for each seed of the sample draw.
 using SeededFigures = std::map<std::string, std::vector<double>>;

@@ -1,7 +1,9 @@
 // What counts as worse.
 #include "pipeline/regression.h"
 
+#include <chrono>
 #include <limits>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,6 +15,8 @@ using Outcome = FigureComparison::Outcome;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing::Pair;
+using testing::UnorderedElementsAre;
 
 FigureComparison Compare(const std::string& name,
                          const std::vector<double>& baseline,
@@ -69,31 +73,69 @@ TEST(Regression, AFigureThatVanishesIsWorseAndANewOneIsNot) {
 }
 
 TEST(Regression, WithoutTruthARunIsHeldToWhatItSaysOfItself) {
-  RunFacts facts;
-  facts.frames_done = 3;
-  facts.inlier_fraction = {0.9, 0.8, 0.7};
-  facts.untouched_pixels = {1.0, 0.99};
-  const std::map<std::string, double> figures = FiguresOf(facts, nullptr);
-  EXPECT_EQ(figures.size(), 3u);
-  EXPECT_EQ(figures.at("frames_done"), 3.0);
-  EXPECT_EQ(figures.at("inlier_share_median"), 0.8);
-  EXPECT_EQ(figures.at("untouched_pixels_smallest"), 0.99);
+  RunToJudge run;
+  run.frames_failed = 2;
+  for (const double share : {0.9, 0.8, 0.7}) {
+    FrameFacts& frame = run.done.emplace_back();
+    frame.time = UtcTime{std::chrono::hours(24 * static_cast<int>(run.done.size()))};
+    frame.sky_irradiance_rgb = {100.0 * share, 100.0, 80.0};
+    frame.inlier_fraction = share;
+    frame.untouched_share = share < 0.75 ? std::nullopt : std::optional(share);
+    frame.light_is_known = share > 0.75;
+  }
+  run.done[1].glowing_pixels = 5;
+  run.done[2].glowing_pixels = 7;
+  const std::map<std::string, double> figures = FiguresOf(run);
+  EXPECT_THAT(figures,
+              UnorderedElementsAre(Pair("frames_done", 3.0),
+                                   Pair("frames_failed", 2.0),
+                                   Pair("light_hardly_known", 1.0),
+                                   Pair("inlier_share_median", 0.8),
+                                   Pair("sky_hue_smallest", 0.7),
+                                   Pair("untouched_pixels_smallest", 0.8),
+                                   Pair("glowing_pixels", 12.0)));
+}
+
+TEST(Regression, APersonsWordIsHeldAgainstTheLight) {
+  RunToJudge run;
+  const auto add = [&](std::optional<bool> judged, double sun_over_sky) {
+    FrameFacts& frame = run.done.emplace_back();
+    frame.time = UtcTime{std::chrono::hours(24 * static_cast<int>(run.done.size()))};
+    frame.judged_sunshine = judged;
+    frame.sun_irradiance_rgb = glm::dvec3(100.0 * sun_over_sky);
+    frame.sky_irradiance_rgb = glm::dvec3(100.0);
+  };
+  add(std::nullopt, 9.0);
+  add(true, 4.0);
+  add(true, 0.1);
+  add(false, 0.02);
+  add(false, 0.2);
+  const std::map<std::string, double> figures = FiguresOf(run);
+  EXPECT_EQ(figures.at("sunshine_right"), 0.75);
+  EXPECT_DOUBLE_EQ(figures.at("sunny_sun_over_sky_smallest"), 0.1);
+  EXPECT_DOUBLE_EQ(figures.at("sunless_sun_over_sky_largest"), 0.2);
+  run.done.resize(1);
+  EXPECT_EQ(FiguresOf(run).count("sunshine_right"), 0u) << "nobody has judged";
 }
 
 TEST(Regression, FiguresOfAScoreAreItsOwn) {
   Score score;
   score.light.all.frames = 10;
   score.light.all.sun_error = Distribution{10, 0.0, 0.01, 0.05, 0.1};
+  score.light.all.sun_colour_angle_rad = Distribution{10, 0.0, std::numbers::pi / 180.0, 0.0, 0.0};
+  score.light.all.sun_sigma = SigmaCoverage{30, 0.5, 0.9};
   score.light.well_posed.frames = 4;
   score.light.well_posed.sun_error = Distribution{4, 0.0, 0.02, 0.06, 0.1};
   score.composite.object_psnr_db =
       Distribution{4, 0.0, std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
-  std::map<std::string, double> figures = FiguresOf({}, &score);
+  std::map<std::string, double> figures = FiguresOf({{}, 0, score});
   EXPECT_EQ(figures.at("sun_error_95th"), 0.05);
+  EXPECT_NEAR(figures.at("sun_colour_angle_median_deg"), 1.0, 1e-12);
+  EXPECT_EQ(figures.at("sun_within_2_stddev"), 0.9);
   EXPECT_EQ(figures.at("well_posed_sun_error_median"), 0.02);
   EXPECT_EQ(figures.count("object_psnr_median_db"), 0u) << "not a number is not a figure";
   score.light.well_posed.frames = 10;
-  figures = FiguresOf({}, &score);
+  figures = FiguresOf({{}, 0, score});
   EXPECT_EQ(figures.count("well_posed_sun_error_median"), 0u) << "all frames are well posed";
 }
 
