@@ -15,6 +15,7 @@
 #include "scene/half_float.h"
 #include "scene/internal/encoded_image.h"
 #include "scene/internal/exr_codec.h"
+#include "scene/internal/picture_codes.h"
 #include "scene/internal/picture_format.h"
 #include "scene/internal/radiance_hdr.h"
 #include "scene/whole_file.h"
@@ -38,26 +39,9 @@ void RefuseUnlessOf(const std::filesystem::path& file,
              std::string("expected ") + expected + ", found " + std::string(DescribeBytes(bytes)));
 }
 
-// BGR, 8 bits; pixels in the order that the file stores them.
-cv::Mat DecodeDisplay(const std::filesystem::path& file) {
+Image<glm::u8vec4> DecodeDisplay(const std::filesystem::path& file) {
   RefuseUnlessOf(file, {PictureFormat::kPng, PictureFormat::kJpeg}, "a PNG or JPEG picture");
-  std::vector<std::byte> bytes = ReadWholeFile(file);
-  if (PictureFormatOf(bytes) == PictureFormat::kPng) {
-    CheckPng(file, bytes);
-  } else {
-    CheckJpeg(file, bytes);
-  }
-  cv::Mat decoded;
-  try {
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, bytes.data());
-    decoded = cv::imdecode(encoded, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const std::exception& error) {
-    throw std::runtime_error(file.string() + ": cannot be decoded: " + OneLine(error.what()));
-  }
-  if (decoded.empty() || decoded.type() != CV_8UC3) {
-    throw std::runtime_error(file.string() + ": the image data is damaged");
-  }
-  return decoded;
+  return DecodePicture(file, ReadWholeFile(file));
 }
 
 // `format` is an extension that OpenCV knows.
@@ -109,22 +93,19 @@ RgbImage ReadRadianceImage(const std::filesystem::path& file) {
 }
 
 Rgb8Image ReadDisplayImage(const std::filesystem::path& file) {
-  const cv::Mat decoded = DecodeDisplay(file);
-  Rgb8Image image(decoded.cols, decoded.rows);
-  for (int y = 0; y < image.height; ++y) {
-    const cv::Vec3b* row = decoded.ptr<cv::Vec3b>(y);
-    for (int x = 0; x < image.width; ++x) image.At(x, y) = {row[x][2], row[x][1], row[x][0]};
-  }
+  const Image<glm::u8vec4> codes = DecodeDisplay(file);
+  Rgb8Image image(codes.width, codes.height);
+  std::copy(codes.pixels.begin(), codes.pixels.end(), image.pixels.begin());
   return image;
 }
 
 Gray8Image ReadMaskImage(const std::filesystem::path& file) {
-  const cv::Mat decoded = DecodeDisplay(file);
-  Gray8Image image(decoded.cols, decoded.rows);
-  for (int y = 0; y < image.height; ++y) {
-    const cv::Vec3b* row = decoded.ptr<cv::Vec3b>(y);
-    for (int x = 0; x < image.width; ++x) image.At(x, y) = row[x][2];
-  }
+  const Image<glm::u8vec4> codes = DecodeDisplay(file);
+  Gray8Image image(codes.width, codes.height);
+  std::transform(
+      codes.pixels.begin(), codes.pixels.end(), image.pixels.begin(), [](const glm::u8vec4& code) {
+        return code.r;
+      });
   return image;
 }
 

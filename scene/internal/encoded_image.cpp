@@ -62,7 +62,8 @@ std::string OneLine(std::string_view text) {
   return line;
 }
 
-void CheckPng(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+std::vector<std::byte> CheckedPng(const std::filesystem::path& file,
+                                  std::span<const std::byte> bytes) {
   constexpr std::array<unsigned char, 8> kSignature = {0x89, 'P', 'N', 'G', 13, 10, 26, 10};
   const bool signed_as_png =
       bytes.size() >= kSignature.size() &&
@@ -71,6 +72,7 @@ void CheckPng(const std::filesystem::path& file, std::span<const std::byte> byte
       });
   if (!signed_as_png) RefuseFile(file, "not a PNG image");
 
+  std::vector<std::byte> kept(bytes.begin(), bytes.begin() + kSignature.size());
   bool first = true;
   for (std::size_t offset = kSignature.size();;) {
     // length (4), type (4), data, check sum (4)
@@ -91,8 +93,13 @@ void CheckPng(const std::filesystem::path& file, std::span<const std::byte> byte
       }
       first = false;
     }
-    if (type == ChunkType("IEND")) return;
-    offset += length + 12;
+    const std::span<const std::byte> chunk = bytes.subspan(offset, length + 12);
+    const bool is_critical = (type & 0x20000000u) == 0;  // Its first letter is a capital.
+    if (is_critical || type == ChunkType("tRNS")) {
+      kept.insert(kept.end(), chunk.begin(), chunk.end());
+    }
+    if (type == ChunkType("IEND")) return kept;
+    offset += chunk.size();
   }
 }
 

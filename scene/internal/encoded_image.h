@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace pleinair {
 
@@ -19,8 +20,10 @@ void RequireImageSize(const std::filesystem::path& file, std::int64_t width, std
 std::string OneLine(std::string_view text);
 
 // Walks a PNG's chunks: signature, size, depth, check sums, end. Throws std::runtime_error naming
-// the file when one is wrong. libpng itself would print to the error stream.
-void CheckPng(const std::filesystem::path& file, std::span<const std::byte> bytes);
+// the file when one is wrong. Returns the picture without what its codes do not depend on: gamma
+// and colour profiles, which libpng would apply, and texts.
+std::vector<std::byte> CheckedPng(const std::filesystem::path& file,
+                                  std::span<const std::byte> bytes);
 
 // Walks a JPEG's segments to its end marker. Throws std::runtime_error naming the file when that is
 // missing: libjpeg would fill the rest of a truncated picture with grey.

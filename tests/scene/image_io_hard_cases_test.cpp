@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <random>
@@ -241,6 +242,57 @@ TEST(ImageIoHardCases, DamagedFilesNeverCrash) {
     }
   }
   EXPECT_GT(errors, 30) << "the damage did not reach what is checked";
+}
+
+// The CRC-32 of PNG (ISO 3309), as four bytes.
+std::string PngCheckSum(const std::string& bytes) {
+  std::uint32_t crc = 0xffffffffu;
+  for (const char byte : bytes) {
+    crc ^= static_cast<unsigned char>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1u) != 0 ? 0xedb88320u ^ crc >> 1 : crc >> 1;
+  }
+  std::string text;
+  for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>(~crc >> shift);
+  return text;
+}
+
+// What passes all check sums is found by the decoders: one line, which is the exception's.
+TEST(ImageIoHardCases, DecodersPrintNothing) {
+  const TemporaryFolder folder;
+  Rgb8Image picture(64, 64);
+  std::mt19937 random(14);
+  for (glm::u8vec3& pixel : picture.pixels) pixel = glm::u8vec3(random(), random(), random());
+  WritePng(folder / "a.png", picture);
+  std::string png = ContentOf(folder / "a.png");
+  const std::size_t data = png.find("IDAT");
+  ASSERT_NE(data, std::string::npos);
+  std::size_t length = 0;
+  for (std::size_t i = data - 4; i < data; ++i) length = length << 8 | static_cast<uint8_t>(png[i]);
+  for (std::size_t i = data + 100; i < data + 140; ++i) png[i] = '\xff';
+  png.replace(data + 4 + length, 4, PngCheckSum(png.substr(data, 4 + length)));
+  folder.Write("a.png", png);
+
+  WriteJpeg(folder / "a.jpg", picture, 90);
+  std::string jpeg = ContentOf(folder / "a.jpg");
+  jpeg.erase(jpeg.size() / 2, jpeg.size() / 2 - 2);  // The end marker stays.
+  folder.Write("a.jpg", jpeg);
+
+  testing::internal::CaptureStderr();
+  const std::string of_png = ReadingMessage(folder / "a.png");
+  const std::string of_jpeg = ReadingMessage(folder / "a.jpg");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_THAT(of_png, StartsWith((folder / "a.png").string() + ": the PNG image is damaged ("));
+  EXPECT_THAT(of_jpeg, StartsWith((folder / "a.jpg").string() + ": the JPEG image is damaged ("));
+}
+
+// The response curve is one of the codes that the camera has written.
+TEST(ImageIoHardCases, CodesAreThoseStoredWhateverGammaIsStated) {
+  const TemporaryFolder folder;
+  WritePng(folder / "a.png", Rgb8Image(2, 2, glm::u8vec3(10, 100, 200)));
+  std::string png = ContentOf(folder / "a.png");
+  const std::string linear = std::string("gAMA\0\1\x86\xa0", 8);  // 100000: codes are linear.
+  png.insert(png.find("IDAT") - 4, std::string("\0\0\0\4", 4) + linear + PngCheckSum(linear));
+  EXPECT_EQ(ReadDisplayImage(folder.Write("a.png", png)).At(1, 1), glm::u8vec3(10, 100, 200));
 }
 
 TEST(ImageIoHardCases, RefusesHugeImagesBeforeAllocating) {

@@ -1,11 +1,13 @@
 #include "scene/internal/texture_decoding.h"
 
 #include <cstddef>
+#include <cstring>
 #include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace pleinair::texture_decoding_test {
 namespace {
@@ -34,6 +36,33 @@ TEST(TextureDecoding, DoesNotTurnPicturesAsCamerasWereHeld) {
     ASSERT_NE(texture, nullptr);
     EXPECT_EQ(texture->Width(), 16);
     EXPECT_EQ(texture->Height(), 8);
+  }
+}
+
+// The decoder that is used here against another one, bit for bit.
+TEST(TextureDecoding, GivesTheCodesOfOpenCv) {
+  cv::Mat picture(37, 53, CV_8UC4);
+  cv::theRNG().state = 15;
+  cv::randu(picture, 0, 256);
+  cv::Mat colours;
+  cv::Mat grey;
+  cv::cvtColor(picture, colours, cv::COLOR_BGRA2BGR);
+  cv::cvtColor(picture, grey, cv::COLOR_BGRA2GRAY);
+  for (const cv::Mat& drawn : {picture, colours, grey}) {
+    for (const char* format : {".png", ".jpg"}) {
+      std::vector<unsigned char> encoded;
+      cv::imencode(format, drawn, encoded);
+      cv::Mat expected = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
+      if (expected.channels() == 1) cv::cvtColor(expected, expected, cv::COLOR_GRAY2BGR);
+      cv::cvtColor(
+          expected, expected, expected.channels() == 4 ? cv::COLOR_BGRA2RGBA : cv::COLOR_BGR2RGBA);
+      const auto texture = DecodeTexture(std::as_bytes(std::span(encoded)), true);
+      ASSERT_NE(texture, nullptr);
+      const auto& texels = texture->Level(0).pixels;
+      ASSERT_EQ(texels.size(), expected.total());
+      EXPECT_EQ(std::memcmp(texels.data(), expected.data, 4 * expected.total()), 0)
+          << format << " of " << drawn.channels() << " channels";
+    }
   }
 }
 
