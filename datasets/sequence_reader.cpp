@@ -403,10 +403,10 @@ class SequenceReader {
       if (sequence_.StatedSunDirectionEnu(i) || sequence_.WeatherOfFrame(i) == Weather::kOvercast) {
         continue;
       }
+      const std::string file = (folder_ / "sequence.json").string();
       const std::string frame = "frames[" + std::to_string(i) + "]";
-      throw JsonError((folder_ / "sequence.json").string() +
-                      ": site: expected latitude_deg, longitude_deg and height_m, or " + frame +
-                      ".sun_direction_enu, or \"overcast\" as " + frame +
+      throw JsonError(file + ": site: expected latitude_deg, longitude_deg and height_m, or " +
+                      frame + ".sun_direction_enu, or \"overcast\" as " + frame +
                       ".weather: nothing says where the sun is");
     }
   }

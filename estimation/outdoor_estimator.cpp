@@ -198,8 +198,9 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   }
   if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
     return tl::unexpected(LightingFailure{
-        "no usable sample: expected at least one, or a clear-sky light with a survey's units to "
-        "fall back on"});
+        "no usable sample: expected a surface of the mesh in view that is neither clipped nor "
+        "masked, "
+        "or, to fall back on a clear sky, site and environment.image in the sequence"});
   }
   if (sun_is_up && !expectation.prior.weathers.empty()) {
     Learn(expectation, fit);

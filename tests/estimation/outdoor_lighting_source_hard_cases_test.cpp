@@ -66,6 +66,7 @@ TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReas
   const auto failure = MakeOutdoorLightingSource({})->Estimate(unknown);
   ASSERT_FALSE(failure.has_value());
   EXPECT_NE(failure.error().reason.find("no usable sample"), std::string::npos);
+  EXPECT_NE(failure.error().reason.find("environment.image"), std::string::npos);
 }
 
 double SunError(const LightingEstimate& estimate, const SyntheticPicture& picture) {
