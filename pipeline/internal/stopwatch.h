@@ -5,18 +5,38 @@
 
 namespace pleinair {
 
+// While one lives, time stands still for the stopwatches of its thread: what is planned by measured
+// times is then the same however busy the machine is. For tests.
+class StoppedTime {
+ public:
+  StoppedTime() { ++count; }
+  ~StoppedTime() { --count; }
+  StoppedTime(const StoppedTime&) = delete;
+  StoppedTime& operator=(const StoppedTime&) = delete;
+
+  static bool IsThere() { return count > 0; }
+
+ private:
+  static inline thread_local int count = 0;
+};
+
 // Milliseconds since construction or the last lap.
 class Stopwatch {
  public:
   double LapMs() {
-    const auto now = std::chrono::steady_clock::now();
+    const auto now = Now();
     const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
     last_ = now;
     return ms;
   }
 
  private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  using Clock = std::chrono::steady_clock;
+  static Clock::time_point Now() {
+    return StoppedTime::IsThere() ? Clock::time_point() : Clock::now();
+  }
+
+  Clock::time_point last_ = Now();
 };
 
 }  // namespace pleinair
