@@ -1,9 +1,14 @@
-# How every target of ours is made: warnings are errors, flags sit on targets.
+# How every target of ours is made: flags sit on targets.
 
+include(GNUInstallDirs)
+
+if(NOT PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_COMPILE_WARNING_AS_ERROR OFF)  # Another project's strictness is for its own sources.
+endif()
 add_library(pleinair_flags INTERFACE)
 target_compile_options(pleinair_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor
-  -Woverloaded-virtual -Werror)
+  -Woverloaded-virtual $<$<BOOL:${PLEINAIR_WARNINGS_AS_ERRORS}>:-Werror>)
 # The compiler else stops to collect its own garbage every few seconds: a tenth of the build.
 target_compile_options(pleinair_flags INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-heapsize=1048576>)
@@ -12,20 +17,36 @@ target_compile_options(pleinair_flags INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 if(PLEINAIR_SANITIZE)
   target_compile_options(pleinair_flags INTERFACE
-    -fsanitize=${PLEINAIR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    -fsanitize=${PLEINAIR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
+    # With sanitizers GCC 12 raises this warning where nothing is wrong, inside <regex> for one.
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(pleinair_flags INTERFACE -fsanitize=${PLEINAIR_SANITIZE})
 endif()
+
+# Programs and shared libraries find the libraries beside them, wherever they are installed.
+file(RELATIVE_PATH libraries_from_programs
+  ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+set(CMAKE_INSTALL_RPATH $ORIGIN $ORIGIN/${libraries_from_programs})
 
 # pleinair_add_library(<folder> SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
 # PUBLIC are libraries that appear in the folder's headers.
 function(pleinair_add_library folder)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
-  add_library(pleinair_${folder} STATIC ${ARG_SOURCES})
+  add_library(pleinair_${folder} ${ARG_SOURCES})
   add_library(pleinair::${folder} ALIAS pleinair_${folder})
-  set_target_properties(pleinair_${folder} PROPERTIES EXPORT_NAME ${folder})
+  # A version without promises yet: a program needs the very minor version that it was linked with.
+  set_target_properties(pleinair_${folder} PROPERTIES
+    EXPORT_NAME ${folder}
+    VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   target_compile_features(pleinair_${folder} PUBLIC cxx_std_20)
+  # Users write "pleinair/scene/mesh.h", from the build folder as from an installed package.
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/pleinair)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${folder} ${PROJECT_BINARY_DIR}/include/pleinair/${folder}
+    SYMBOLIC)
   target_include_directories(pleinair_${folder} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/pleinair>)
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(pleinair_${folder}
     PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:pleinair_flags>)
   set_property(GLOBAL APPEND PROPERTY PLEINAIR_LIBRARIES pleinair_${folder})
@@ -51,6 +72,12 @@ function(pleinair_add_test_headers)
     pleinair::scene Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock pleinair_test_flags)
 endfunction()
 
+# Seconds, on a busy machine.
+set(pleinair_test_timeout 300)
+if(PLEINAIR_SANITIZE)
+  set(pleinair_test_timeout 1200)
+endif()
+
 # pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...]): one test program a folder,
 # tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that share a
 # costly beginning.
@@ -70,7 +97,7 @@ function(pleinair_add_test folder)
     set_tests_properties(${folder}.All PROPERTIES LABELS ${folder} TIMEOUT 1200)
   else()
     gtest_discover_tests(pleinair_${folder}_tests DISCOVERY_MODE PRE_TEST
-      PROPERTIES LABELS ${folder} TIMEOUT 300)
+      PROPERTIES LABELS ${folder} TIMEOUT ${pleinair_test_timeout})
   endif()
 endfunction()
 

@@ -1,4 +1,5 @@
-# Installs the build to an empty prefix and builds, links and runs consumer/ against that alone.
+# Installs the build to an empty prefix and builds, links and runs consumer/ against that alone; then
+# compiles it within subproject/, which has the sources of pleinair in its tree.
 cmake_minimum_required(VERSION 3.25)
 
 set(prefix ${WORK_DIR}/prefix)
@@ -14,9 +15,10 @@ function(run)
 endfunction()
 
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
-run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${consumer_build} -G Ninja
-  -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${COMPILER}
-  -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -D CMAKE_EXE_LINKER_FLAGS=${LINKER_FLAGS})
+set(toolchain -G Ninja -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
+  -D CMAKE_EXE_LINKER_FLAGS=${LINKER_FLAGS})
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${consumer_build} ${toolchain}
+  -D CMAKE_PREFIX_PATH=${prefix})
 run(${CMAKE_COMMAND} --build ${consumer_build})
 run(${consumer_build}/consumer)
 run(${prefix}/bin/pleinair --version)
@@ -40,3 +42,15 @@ foreach(package_file IN LISTS package_files)
     endif()
   endforeach()
 endforeach()
+
+set(subproject_build ${WORK_DIR}/subproject)
+file(REMOVE_RECURSE ${subproject_build})
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/subproject -B ${subproject_build} ${toolchain})
+run(${CMAKE_COMMAND} --build ${subproject_build} --target consumer)
+# Its strictness is its own: another compiler may warn of what ours does not.
+file(READ ${subproject_build}/compile_commands.json commands)
+string(REGEX MATCHALL "-Werror" strict "${commands}")
+list(LENGTH strict strict_count)
+if(NOT strict_count EQUAL 1)
+  message(FATAL_ERROR "${strict_count} sources have -Werror: expected consumer/main.cpp alone")
+endif()

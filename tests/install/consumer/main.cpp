@@ -1,9 +1,9 @@
 // A stranger's program: the lowest and the highest library, and the bundled sequence.
 #include <cstdio>
 
-#include "datasets/sequence.h"
-#include "pipeline/frame_pipeline.h"
-#include "sunmodel/sun_position.h"
+#include <pleinair/datasets/sequence.h>
+#include <pleinair/pipeline/frame_pipeline.h>
+#include <pleinair/sunmodel/sun_position.h>
 
 int main() {
   const pleinair::Sequence courtyard = pleinair::ReadSequence(SAMPLE);
