@@ -1,6 +1,7 @@
 // Where markers of one size stand to one another, from pictures that show several at a time.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>

@@ -1,6 +1,7 @@
 // The fish-eye camera of a sequence, put together from what sequence.json and its calibration say.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 
 #include <glm/mat3x3.hpp>

@@ -5,7 +5,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
 #include "calib/camera_noise.h"

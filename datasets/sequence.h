@@ -1,6 +1,7 @@
 // The sequence format, version 1: a folder with sequence.json, frames, mesh and environment.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>

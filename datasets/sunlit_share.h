@@ -1,6 +1,7 @@
 // How much of what a camera sees is in the sun and how much is not, by geometry alone.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>

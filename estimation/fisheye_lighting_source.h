@@ -1,6 +1,7 @@
 // Sun and sky from a fish-eye camera that looks at the sky (grosch-2007).
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "calib/fisheye_camera.h"

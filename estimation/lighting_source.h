@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
 #include "datasets/frame_source.h"

@@ -5,6 +5,9 @@
 #include <span>
 #include <string>
 
+#include <glm/vec3.hpp>
+#include <tl/expected.hpp>
+
 #include "estimation/diffuse_sample.h"
 #include "estimation/lighting_fit.h"
 #include "estimation/lighting_source.h"

@@ -2,6 +2,7 @@
 // by samples (grosch-2007, section 7).
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <span>

@@ -1,11 +1,15 @@
 // One frame from the camera's picture to the composite.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
 #include <tl/expected.hpp>
 
 #include "datasets/frame_source.h"

@@ -2,6 +2,7 @@
 // the irradiance volume is an approximation of, for objects that stand still.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -1,9 +1,12 @@
 // The survey's environment map for the current light, pixel by pixel (jensen-2006, section 4.2).
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "relight/survey.h"
 #include "scene/image.h"

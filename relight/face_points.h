@@ -1,6 +1,7 @@
 // The part of each face that light can reach, as points on it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

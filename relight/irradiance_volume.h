@@ -1,6 +1,7 @@
 // The irradiance volume for the current light, by either of two routes that give the same probes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -2,6 +2,7 @@
 // that mirror them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -1,6 +1,7 @@
 // Sunlight on the real surfaces close to virtual objects, as points on the objects see it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

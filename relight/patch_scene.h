@@ -1,6 +1,7 @@
 // The site's mesh cut into small patches: what light is carried between.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 

@@ -1,11 +1,15 @@
 // The offline part of relighting as one whole: made once per site, stored, loaded in a blink.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "relight/blob_store.h"
 #include "relight/probe_operator.h"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "relight/patch_scene.h"
 #include "relight/rank_group.h"

@@ -1,6 +1,8 @@
 // An object's mesh, fine enough for light that is worked out at its vertices.
 #pragma once
 
+#include <cstddef>
+
 #include "scene/mesh.h"
 
 namespace pleinair {

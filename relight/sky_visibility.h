@@ -1,6 +1,7 @@
 // Which directions of the sky receivers see, kept as one bit a direction.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>

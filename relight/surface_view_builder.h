@@ -1,10 +1,15 @@
 // Makes and keeps up to date the SurfaceView of a camera.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 
 #include "relight/prepared_scene.h"
 #include "scene/image.h"

@@ -1,8 +1,10 @@
 // The one-off survey of a site: what its HDR environment map says of sun, sky and albedo.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 

@@ -2,6 +2,7 @@
 // every basis light, bounce and albedo is then a sum over them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>

@@ -1,6 +1,7 @@
 // Ray queries against a mesh, through Embree.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>

@@ -2,6 +2,7 @@
 // lighting estimate and the composite stand. Made by relight, plain data.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>

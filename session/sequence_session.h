@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 

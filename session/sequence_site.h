@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
 #include "datasets/sequence.h"
 #include "relight/prepared_scene.h"
 #include "render/compositor.h"
