@@ -403,11 +403,12 @@ class SequenceReader {
       if (sequence_.StatedSunDirectionEnu(i) || sequence_.WeatherOfFrame(i) == Weather::kOvercast) {
         continue;
       }
-      const std::string file = (folder_ / "sequence.json").string();
       const std::string frame = "frames[" + std::to_string(i) + "]";
-      throw JsonError(file + ": site: expected latitude_deg, longitude_deg and height_m, or " +
-                      frame + ".sun_direction_enu, or \"overcast\" as " + frame +
-                      ".weather: nothing says where the sun is");
+      std::string message = (folder_ / "sequence.json").string();
+      message += ": site: expected latitude_deg, longitude_deg and height_m, or ";
+      message += frame + ".sun_direction_enu, or \"overcast\" as ";
+      message += frame + ".weather: nothing says where the sun is";
+      throw JsonError(message);
     }
   }
 
