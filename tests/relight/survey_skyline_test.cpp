@@ -319,7 +319,7 @@ double SkyIrradianceFrom(const PreparedScene& prepared, const RgbImage& picture)
 // which half is counted as sky.
 TEST(SurveySkyline, TheSkyBehindARingOfTreesIsRecovered) {
   const KnownSite surveyed = SiteInRing(TheKnownSite().sky);
-  NoStore store;
+  KeepsNothing store;
   PreparedScene prepared =
       PrepareScene(surveyed.Model(surveyed.Map()), KnownSite::Options(), store, {});
   ASSERT_TRUE(prepared.survey);
