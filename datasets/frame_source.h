@@ -27,6 +27,8 @@ inline constexpr std::uint8_t kUnusable = 1;
 // At the noise floor by itself. A mean over such pixels and others can be well above it, and would
 // be too bright without them.
 inline constexpr std::uint8_t kNearBlack = 2;
+// Red, green or blue is clipped: its true value is at least the pixel's. The others are sound.
+inline constexpr std::uint8_t kClipped[3] = {4, 8, 16};
 
 struct Frame {
   int index = 0;  // 0-based, into the sequence's frames.
@@ -41,9 +43,9 @@ struct Frame {
   RgbImage radiance;
   ImageDefects defects;
   LightUnits units = LightUnits::kAbsolute;
-  // Not 0 where a channel is clipped, at the noise floor (kNearBlack) or not finite, or outside the
-  // diffuse mask of a sequence whose mask is over its first frame (frames of that camera): not to
-  // be measured from.
+  // Not 0 where a channel is clipped (kClipped), at the noise floor (kNearBlack) or not finite, or
+  // outside the diffuse mask of a sequence whose mask is over its first frame (frames of that
+  // camera): not to be measured from as it is.
   Gray8Image unusable;
   Gray8Image clipped;  // 1 where a channel is clipped: its true value is at least that.
   // The camera's own code values, where the frame came as 8 bit: what stays untouched in the

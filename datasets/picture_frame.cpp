@@ -44,9 +44,9 @@ void SetCodes(Rgb8Image codes,
     const int brightest = std::max({code.x, code.y, code.z});
     const int darkest = std::min({code.x, code.y, code.z});
     frame.clipped.pixels[i] = brightest >= kClippedFromCode ? 1 : 0;
-    frame.unusable.pixels[i] = brightest >= kClippedFromCode    ? kUnusable
-                               : darkest <= kNoiseFloorUpToCode ? kNearBlack
-                                                                : 0;
+    int unusable = darkest <= kNoiseFloorUpToCode ? kNearBlack : 0;
+    for (int c = 0; c < 3; ++c) unusable |= code[c] >= kClippedFromCode ? kClipped[c] : 0;
+    frame.unusable.pixels[i] = static_cast<std::uint8_t>(unusable);
   }
   frame.codes = std::move(codes);
 }

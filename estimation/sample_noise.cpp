@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include <glm/vec3.hpp>
+
 #include "estimation/rough_light.h"
 
 namespace pleinair {
@@ -16,17 +18,20 @@ constexpr double kReachOfNoise = 3.0;
 // error that the fit expects.
 constexpr double kReachOfModel = 0.15;
 
-// What samples should show on average, of one plane in the sun or in the shade.
+// Of a plane's sunlit or shaded samples: with more of them clipped, the others are the darker ones.
+constexpr double kMostClipped = 0.1;
+
+// The samples of one plane in the sun or in the shade.
 struct Group {
-  glm::dvec3 signal{0.0};
+  glm::dvec3 signal{0.0};  // Of what they should show, the sum.
+  glm::ivec3 clipped{0};
   int samples = 0;
 };
 
 }  // namespace
 
-int ApplySignalNoise(const SignalNoise& noise,
-                     double exposure,
-                     std::vector<DiffuseSample>& samples) {
+void ApplySignalNoise(const SignalNoise& noise, double exposure, std::span<DiffuseSample> samples) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
   const RoughLight light = FindRoughLight(samples);
   const glm::dvec3 sun = exposure * light.sun_rgb;
   const glm::dvec3 sky = exposure * light.sky_rgb;
@@ -42,27 +47,30 @@ int ApplySignalNoise(const SignalNoise& noise,
   for (const DiffuseSample& sample : samples) {
     Group& group = group_of(sample);
     group.signal += signal_of(sample);
+    for (int c = 0; c < 3; ++c) {
+      group.clipped[c] += std::isinf(sample.radiance_stddev_rgb[c]) ? 1 : 0;
+    }
     ++group.samples;
   }
-  return static_cast<int>(std::erase_if(samples, [&](DiffuseSample& sample) {
+  for (DiffuseSample& sample : samples) {
     const glm::dvec3 signal = signal_of(sample);
     const Group& group = group_of(sample);
     for (int c = 0; c < 3; ++c) {
-      if (signal[c] * (1.0 + kReachOfModel) +
-              kReachOfNoise * std::sqrt(noise.Variance(c, signal[c])) >=
-          noise.ClippedFrom(c)) {
-        return true;
-      }
+      double& stddev = sample.radiance_stddev_rgb[c];
       const double mean = group.signal[c] / group.samples;
       const double of_pixel = std::sqrt(noise.Variance(c, mean));
-      sample.radiance_stddev_rgb[c] =
-          mean > kReachOfNoise * of_pixel
-              ? of_pixel / mean * signal[c] /
-                    (exposure * std::sqrt(static_cast<double>(sample.pixels)))
-              : std::numeric_limits<double>::infinity();
+      const bool may_be_clipped = std::isinf(stddev) ||
+                                  group.clipped[c] > kMostClipped * group.samples ||
+                                  signal[c] * (1.0 + kReachOfModel) +
+                                          kReachOfNoise * std::sqrt(noise.Variance(c, signal[c])) >=
+                                      noise.ClippedFrom(c);
+      const bool may_be_black = !(mean > kReachOfNoise * of_pixel);
+      stddev = may_be_clipped || may_be_black
+                   ? kUnknown
+                   : of_pixel / mean * signal[c] /
+                         (exposure * std::sqrt(static_cast<double>(sample.pixels)));
     }
-    return false;
-  }));
+  }
 }
 
 }  // namespace pleinair

@@ -433,6 +433,9 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
     sample.pixels = across * across;
     sample.radiance_rgb = sum / static_cast<double>(sample.pixels);
     for (int c = 0; c < 3; ++c) {
+      if ((any_unusable & kClipped[c]) != 0) {
+        sample.radiance_stddev_rgb[c] = std::numeric_limits<double>::infinity();
+      }
       const double direct =
           std::max(0.0, glm::dot(footprint.direct[static_cast<std::size_t>(c)], sun_direction_enu));
       sample.sun_transport_rgb[c] = direct + footprint.bounce[c];

@@ -46,7 +46,8 @@ class SampleSet {
  public:
   // Draws a new set. Pixels that are kUnusable, or not finite in `radiance`, are passed over now;
   // Measure leaves out those that become so later. Those that are only kNearBlack count: a mean
-  // without them would be too bright. A pure function of its arguments.
+  // without them would be too bright. So do clipped ones: on a surface that is clipped, those that
+  // are not are panes and shadows that the mesh lacks. A pure function of its arguments.
   // Throws std::invalid_argument when the images' sizes differ from the view's, or when the view
   // has no sky response or more than kMaxSkyShapes.
   void Draw(const SurfaceView& view,
@@ -55,10 +56,10 @@ class SampleSet {
             const Gray8Image& unusable,
             const SampleSelectionOptions& options);
 
-  // Writes a sample for each footprint that is usable as a whole (a mean without its clipped pixels
-  // would be too dark), keeping the memory of `samples`; plane by plane and there in row-major
-  // order of their pixels. Returns how many footprints had to be left out. Throws
-  // std::invalid_argument when the images' sizes differ from those that were drawn from.
+  // Writes a sample for each footprint that is usable as a whole, keeping the memory of `samples`;
+  // plane by plane and there in row-major order of their pixels. A channel with a clipped pixel has
+  // an infinite deviation: its mean is too dark. Returns how many footprints had to be left out.
+  // Throws std::invalid_argument when the images' sizes differ from those that were drawn from.
   int Measure(const glm::dvec3& sun_direction_enu,
               const RgbImage& radiance,
               const Gray8Image& unusable,

@@ -34,6 +34,7 @@ struct Level {
 bool ReadLevel(const DiffuseSample& sample, Level& level) {
   std::array<double, 3> log{};
   for (int c = 0; c < 3; ++c) {
+    if (!std::isfinite(sample.radiance_stddev_rgb[c])) return false;
     const double transport = sample.sun_transport_rgb[c] + MeanSkyTransport(sample, c);
     const double ratio = sample.radiance_rgb[c] / transport;
     if (!(ratio > 0.0) || !std::isfinite(ratio)) return false;

@@ -40,24 +40,41 @@ TwoLights SolveChannel(
 }
 
 std::array<TwoLights, 3> SolvePair(const FitProblem& problem, int lit, int shaded) {
+  struct OneSample {
+    double sun = 0.0;
+    double sky = 0.0;
+    double radiance = 0.0;
+    bool is_usable = false;
+  };
+  const auto read = [&](int sample, int channel) {
+    const double* row = problem.Transport(sample, channel);
+    const auto v = static_cast<std::size_t>(sample * 3 + channel);
+    OneSample seen{problem.has_sun ? row[0] : 0.0, 0.0, problem.radiance[v]};
+    for (int j = problem.has_sun ? 1 : 0; j < problem.basis_count; ++j) seen.sky += row[j];
+    seen.is_usable = problem.weight[v] > 0.0;
+    return seen;
+  };
   std::array<TwoLights, 3> lights;
+  TwoLights sum;
   for (int c = 0; c < 3; ++c) {
-    const double* row0 = problem.Transport(lit, c);
-    const double* row1 = problem.Transport(shaded, c);
-    const int first_sky = problem.has_sun ? 1 : 0;
-    double sky0 = 0.0;
-    double sky1 = 0.0;
-    for (int j = first_sky; j < problem.basis_count; ++j) {
-      sky0 += row0[j];
-      sky1 += row1[j];
-    }
-    lights[static_cast<std::size_t>(c)] =
-        SolveChannel(problem.has_sun ? row0[0] : 0.0,
-                     sky0,
-                     problem.radiance[static_cast<std::size_t>(lit * 3 + c)],
-                     problem.has_sun ? row1[0] : 0.0,
-                     sky1,
-                     problem.radiance[static_cast<std::size_t>(shaded * 3 + c)]);
+    const OneSample a = read(lit, c);
+    const OneSample b = read(shaded, c);
+    if (!a.is_usable || !b.is_usable) continue;
+    TwoLights& light = lights[static_cast<std::size_t>(c)];
+    light = SolveChannel(a.sun, a.sky, a.radiance, b.sun, b.sky, b.radiance);
+    sum.sun += light.sun;
+    sum.sky += light.sky;
+  }
+  // A channel that is clipped in one of them: sun over sky as in the others.
+  for (int c = 0; c < 3; ++c) {
+    const OneSample a = read(lit, c);
+    const OneSample b = read(shaded, c);
+    if (a.is_usable == b.is_usable) continue;
+    const OneSample& seen = a.is_usable ? a : b;
+    const double response = sum.sun * seen.sun + sum.sky * seen.sky;
+    if (!(response > 0.0)) continue;
+    const double gain = seen.radiance / response;
+    lights[static_cast<std::size_t>(c)] = {gain * sum.sun, gain * sum.sky};
   }
   return lights;
 }

@@ -93,7 +93,7 @@ TEST_F(FrameSourceTest, PlaysEightBitFramesAsRadiance) {
   EXPECT_EQ(frame.codes->pixels, codes_.pixels);
   EXPECT_NEAR(frame.radiance.At(0, 0).y, LinearFromSrgb(120.0 / 255.0) / 0.0125, 1e-4);
   const int clipped[8] = {0, 1, 0, 0, 0, 0, 0, 0};
-  const int unusable[8] = {0, kUnusable, 0, kNearBlack, 0, 0, 0, 0};
+  const int unusable[8] = {0, kClipped[1], 0, kNearBlack, 0, 0, 0, 0};
   EXPECT_EQ(frame.units, LightUnits::kAbsolute);
   ASSERT_NE(frame.noise, nullptr);
   EXPECT_GT(frame.noise->Variance(0, 0.5), 0.0);

@@ -215,6 +215,29 @@ TEST(SampleSelection, LeavesOutFootprintsThatBecomeUnusableLater) {
   for (const DiffuseSample& sample : samples) EXPECT_NE(sample.pixel, hit);
 }
 
+// What is not clipped of a wall that is, panes and shadows, is no better place to measure it.
+TEST(SampleSelection, MarksClippedChannelsAndLooksForNoOtherPlaces) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  Frame frame = MakeFrame(picture, view);
+  SampleSet set;
+  set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+  std::vector<DiffuseSample> sound;
+  set.Measure(view.sun_direction_enu, frame.radiance, frame.unusable, sound);
+  const glm::ivec2 hit = sound[10].pixel;
+  frame.unusable.At(hit.x + 1, hit.y - 1) = kClipped[2];
+  std::vector<DiffuseSample> samples = DrawAndMeasure(view, frame);
+  ASSERT_EQ(samples.size(), sound.size());
+  int marked = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_EQ(samples[i].pixel, sound[i].pixel);
+    EXPECT_EQ(samples[i].radiance_stddev_rgb.x, 0.0);
+    marked += std::isinf(samples[i].radiance_stddev_rgb.z) ? 1 : 0;
+  }
+  EXPECT_TRUE(std::isinf(samples[10].radiance_stddev_rgb.z));
+  EXPECT_LT(marked, 10);
+}
+
 TEST(SampleSelection, FollowsTheSunAlittleWithoutDrawingAnew) {
   const SyntheticPicture picture;
   const SurfaceView view = MakeView(picture);

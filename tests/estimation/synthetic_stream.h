@@ -91,9 +91,9 @@ inline Frame SeenByCamera(const Frame& scene,
     const glm::u8vec3& code = frame.codes->pixels[i];
     frame.clipped.pixels[i] = std::max({code.x, code.y, code.z}) >= kClippedFromCode ? 1 : 0;
     const bool near_black = std::min({code.x, code.y, code.z}) <= kNoiseFloorUpToCode;
-    frame.unusable.pixels[i] = frame.clipped.pixels[i] != 0 ? kUnusable
-                               : near_black                 ? kNearBlack
-                                                            : 0;
+    int unusable = near_black ? kNearBlack : 0;
+    for (int c = 0; c < 3; ++c) unusable |= code[c] >= kClippedFromCode ? kClipped[c] : 0;
+    frame.unusable.pixels[i] = static_cast<std::uint8_t>(unusable);
   }
   frame.radiance = RadianceFromCodes(*frame.codes, kResponse, frame.exposure.value_or(1.0));
   return frame;
