@@ -218,7 +218,7 @@ LightVector LightingFitter::Impl::Begin() {
   }
   reweighting.Forget();
   camera_errors.setZero();
-  return start.Find(problem, NoiseUnits(options), options.seed);
+  return start.Find(problem, NoiseUnits(options), options.shared_error, options.seed);
 }
 
 // Reweighted least squares from a good start. The early passes are closed solves (they only

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "estimation/internal/random.h"
+#include "estimation/internal/square.h"
+#include "scene/upper_median.h"
 
 namespace pleinair::estimation_internal {
 namespace {
@@ -14,6 +16,8 @@ constexpr int kPairs = 24;
 // Relative: what a sample farther off than this says of a guess is that it is an outlier. A median
 // would not do: where a quarter of the samples are in the sun, no sun at all explains the most.
 constexpr double kOutlierFrom = 0.3;
+// Of a sample by itself, relative, beside its plane's albedo: texture, and what the model misses.
+constexpr double kOwnError = 0.1;
 // Samples that judge a guess: enough to tell a right guess from a wrong one, which is all it takes.
 constexpr int kJudges = 96;
 
@@ -115,7 +119,12 @@ void RobustStart::GatherWitnesses(const FitProblem& problem) {
     for (int c = 0; c < 3; ++c) {
       const auto v = static_cast<std::size_t>(i * 3 + c);
       const double* row = problem.Transport(i, c);
-      Witness witness{problem.radiance[v], 0.0, 0.0, problem.noise[v], problem.weight[v]};
+      Witness witness{problem.radiance[v],
+                      0.0,
+                      0.0,
+                      problem.noise[v],
+                      problem.weight[v],
+                      problem.plane[static_cast<std::size_t>(i)]};
       if (problem.has_sun) witness.sun_transport = row[0];
       for (int j = problem.has_sun ? 1 : 0; j < problem.basis_count; ++j) {
         witness.sky_transport += row[j];
@@ -125,16 +134,62 @@ void RobustStart::GatherWitnesses(const FitProblem& problem) {
   }
 }
 
+// How many times as bright as under `lights` the judges first .. last - 1 of one plane are: as far
+// as its albedo can be off.
+double RobustStart::AlbedoError(std::size_t first,
+                                std::size_t last,
+                                std::size_t channel,
+                                const TwoLights& light,
+                                double shared_error) {
+  ratios_.clear();
+  for (std::size_t judge = first; judge < last; judge += 3) {
+    const Witness& witness = witnesses_[judge + channel];
+    const double predicted = witness.Predicted(light);
+    if (witness.weight > 0.0 && predicted > 0.0 && witness.radiance > 0.0) {
+      ratios_.push_back(witness.radiance / predicted);
+    }
+  }
+  if (ratios_.empty()) return 1.0;
+  const double count = static_cast<double>(ratios_.size());
+  const double known = Square(kOwnError / shared_error);
+  return std::pow(UpperMedianInPlace(ratios_), count / (count + known));
+}
+
 double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
-                                       const std::array<TwoLights, 3>& lights) {
+                                       const std::array<TwoLights, 3>& lights,
+                                       double shared_error) {
   double total = 0.0;
-  for (std::size_t judge = 0; judge < witnesses_.size(); judge += 3) {
+  for (std::size_t first = 0; first < witnesses_.size();) {
+    std::size_t last = first;
+    while (last < witnesses_.size() && witnesses_[last].plane == witnesses_[first].plane) last += 3;
+    const auto witnesses = std::span(witnesses_).subspan(first, last - first);
+    double deviation = TruncatedDeviation(noise, lights, witnesses);
+    if (shared_error > 0.0) {
+      std::array<TwoLights, 3> on_plane;
+      double of_albedo = 0.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double error = AlbedoError(first, last, c, lights[c], shared_error);
+        on_plane[c] = {error * lights[c].sun, error * lights[c].sky};
+        of_albedo += Square(kOwnError / shared_error * std::log(error)) / 3.0;
+      }
+      deviation = std::min(deviation, of_albedo + TruncatedDeviation(noise, on_plane, witnesses));
+    }
+    total += deviation;
+    first = last;
+  }
+  return total;
+}
+
+double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
+                                       const std::array<TwoLights, 3>& lights,
+                                       std::span<const Witness> witnesses) {
+  double total = 0.0;
+  for (std::size_t judge = 0; judge < witnesses.size(); judge += 3) {
     double sum = 0.0;
     int channels = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-      const Witness& witness = witnesses_[judge + c];
-      const double predicted =
-          lights[c].sun * witness.sun_transport + lights[c].sky * witness.sky_transport;
+      const Witness& witness = witnesses[judge + c];
+      const double predicted = witness.Predicted(lights[c]);
       const double residual = witness.radiance - predicted;
       sum += residual * residual * noise.InverseSquare(predicted, witness.noise, witness.weight);
       channels += witness.weight > 0.0 ? 1 : 0;
@@ -146,6 +201,7 @@ double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
 
 LightVector RobustStart::Find(const FitProblem& problem,
                               const NoiseUnits& noise,
+                              double shared_error,
                               std::uint64_t seed) {
   // One unit of sky is what explains the median sample of each channel (see FitProblem's units).
   std::array<TwoLights, 3> best;
@@ -153,7 +209,7 @@ LightVector RobustStart::Find(const FitProblem& problem,
   if (problem.sample_count >= 2) {
     SplitBySunShare(problem);
     GatherWitnesses(problem);
-    double best_deviation = TruncatedDeviation(noise, best);
+    double best_deviation = TruncatedDeviation(noise, best, shared_error);
     const int half = problem.sample_count / 2;
     SplitMix64 random(seed);
     for (int pair = 0; pair < kPairs; ++pair) {
@@ -161,7 +217,7 @@ LightVector RobustStart::Find(const FitProblem& problem,
       const auto lit = static_cast<std::size_t>(half + random.Below(problem.sample_count - half));
       const std::array<TwoLights, 3> lights =
           SolvePair(problem, by_sun_share_[lit], by_sun_share_[shaded]);
-      const double deviation = TruncatedDeviation(noise, lights);
+      const double deviation = TruncatedDeviation(noise, lights, shared_error);
       if (deviation < best_deviation) {
         best_deviation = deviation;
         best = lights;

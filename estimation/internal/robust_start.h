@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "estimation/internal/fit_problem.h"
@@ -20,7 +22,12 @@ struct TwoLights {
 class RobustStart {
  public:
   // Unknowns of `problem`, all >= 0. The same problem and seed give the same answer.
-  LightVector Find(const FitProblem& problem, const NoiseUnits& noise, std::uint64_t seed);
+  // `shared_error`: of each plane's albedo, relative. Lit and shaded samples of a plane share it,
+  // so that where albedos are but guessed their contrast says the most of the light.
+  LightVector Find(const FitProblem& problem,
+                   const NoiseUnits& noise,
+                   double shared_error,
+                   std::uint64_t seed);
 
  private:
   // What one channel of one judging sample says.
@@ -30,15 +37,31 @@ class RobustStart {
     double sky_transport;  // Of all shapes together.
     double noise;
     double weight;
+    std::int32_t plane;
+    double Predicted(const TwoLights& light) const {
+      return light.sun * sun_transport + light.sky * sky_transport;
+    }
   };
 
   std::vector<int> by_sun_share_;
   std::vector<double> sun_share_;
-  std::vector<Witness> witnesses_;  // RGB of each judge.
+  std::vector<Witness> witnesses_;  // RGB of each judge, plane by plane.
+  std::vector<double> ratios_;
 
   void SplitBySunShare(const FitProblem& problem);
   void GatherWitnesses(const FitProblem& problem);
-  double TruncatedDeviation(const NoiseUnits& noise, const std::array<TwoLights, 3>& lights);
+  double AlbedoError(std::size_t first,
+                     std::size_t last,
+                     std::size_t channel,
+                     const TwoLights& light,
+                     double shared_error);
+  double TruncatedDeviation(const NoiseUnits& noise,
+                            const std::array<TwoLights, 3>& lights,
+                            double shared_error);
+  // Of one plane's witnesses.
+  static double TruncatedDeviation(const NoiseUnits& noise,
+                                   const std::array<TwoLights, 3>& lights,
+                                   std::span<const Witness> witnesses);
 };
 
 }  // namespace pleinair::estimation_internal

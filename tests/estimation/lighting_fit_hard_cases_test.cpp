@@ -404,5 +404,44 @@ TEST(LightingFitHardCases, DeviationsCoverTheErrorsOfBadProblems) {
   EXPECT_GE(covered, 0.95 * values);
 }
 
+// Guessed albedos are off by a fifth, and the high sun's light falls much as the sky's does. One
+// plane is partly in shade by the mesh, and as dark there as less sky makes it: there is no sun,
+// although the planes' errors look as much like one.
+TEST(LightingFitHardCases, ShadeOnOnePlaneSaysMoreThanGuessedAlbedos) {
+  constexpr int kRuns = 40;
+  constexpr int kPerPlane = 62;
+  int with_sun = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(run + 1));
+    std::normal_distribution<double> gauss;
+    std::vector<DiffuseSample> samples;
+    const auto add = [&](int plane, double error, double sun, double sky) {
+      for (int i = 0; i < kPerPlane; ++i) {
+        DiffuseSample& sample = samples.emplace_back();
+        sample.plane = plane;
+        sample.pixel = {i, plane};
+        sample.sun_transport_rgb = glm::dvec3(sun);
+        sample.sky_transport_rgb[0] = glm::dvec3(sky);
+        sample.radiance_rgb = glm::dvec3(sky * error * (1.0 + 0.08 * gauss(random)));
+      }
+    };
+    const auto error = [&] { return std::exp(0.22 * gauss(random)); };
+    const double of_ground = error();
+    add(0, of_ground, 0.009, 0.050);
+    add(0, of_ground, 0.107, 0.098);
+    add(1, error(), 0.111, 0.116);
+    add(2, error(), 0.053, 0.079);
+    add(3, error(), 0.061, 0.047);
+    add(4, error(), 0.050, 0.044);
+    add(5, error(), 0.051, 0.033);
+    add(6, error(), 0.041, 0.048);
+    LightingPrior prior = LightingPrior::Nothing(1);
+    prior.albedo_stddev = 0.175;
+    const LightingFit fit = FitLighting(samples, prior, true);
+    with_sun += fit.irradiance_rgb[1] > 0.3 * fit.irradiance_rgb[4] ? 1 : 0;
+  }
+  EXPECT_EQ(with_sun, 0);
+}
+
 }  // namespace
 }  // namespace pleinair::lighting_fit_hard_cases_test
