@@ -49,6 +49,9 @@ constexpr double kLeastShareOfExplained = 0.3;
 // Under a recording's own sun at least 0.83 of the pixels look as it has them; stripes of paving,
 // under the sun whose shadows fit them best, 0.6.
 constexpr double kLeastAgreement = 0.8;
+// What shade has of its light comes from the sky. Under clouds corners are dark, too, and may fit
+// some sun's shadows, but no bluer. A logarithm.
+constexpr double kLeastBlueness = 0.04;
 // The search's own deviation is 3 deg: of the elevation, which nothing later refines.
 constexpr double kSurelyOffRad = RadFromDeg(12.0);
 
@@ -300,8 +303,11 @@ ShownSun ShadowDirectionFinder::ShownBy(const Frame& frame, const glm::dvec3& st
     middles.insert(middles.begin(), TurnedClockwise(stated_sun_enu, near.azimuth_offset_rad));
   }
   for (const glm::dvec3& middle : middles) {
-    const ShadowDirection there = impl.ResultOf({impl.MakePicture(frame, middle)}).all;
+    const Impl::Picture picture = impl.MakePicture(frame, middle);
+    const ShadowDirection there = impl.ResultOf({picture}).all;
     if (!there.determined) continue;
+    const std::size_t candidate = impl.grid.Nearest(there.azimuth_offset_rad);
+    if (!(BluenessOfShade(picture.pixels, candidate) >= kLeastBlueness)) continue;
     shown.direction_enu = TurnedClockwise(middle, there.azimuth_offset_rad);
     shown.stddev_rad = there.stddev_rad;
     shown.contradicts = AzimuthBetween(shown.direction_enu, stated_sun_enu) >=

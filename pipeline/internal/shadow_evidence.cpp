@@ -142,6 +142,26 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
   return misfit;
 }
 
+double BluenessOfShade(const ShadowPicture& picture, std::size_t candidate) {
+  double sum = 0.0;
+  double weights = 0.0;
+  for (const std::vector<std::size_t>& plane : PixelsByPlane(picture)) {
+    std::vector<double> lit;
+    std::vector<double> shaded;
+    for (const std::size_t i : plane) {
+      const int quarters = picture.shares[i * picture.candidates + candidate];
+      if (!std::isfinite(picture.log_blue_over_red[i])) continue;
+      if (quarters == kLit) lit.push_back(picture.log_blue_over_red[i]);
+      if (quarters == kShaded) shaded.push_back(picture.log_blue_over_red[i]);
+    }
+    const std::size_t fewer = std::min(lit.size(), shaded.size());
+    if (fewer < kLeastPixels) continue;
+    sum += static_cast<double>(fewer) * (MedianOf(shaded) - MedianOf(lit));
+    weights += static_cast<double>(fewer);
+  }
+  return weights > 0.0 ? sum / weights : 0.0;
+}
+
 double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate) {
   std::array<double, 2> all{};
   std::array<double, 2> agree{};

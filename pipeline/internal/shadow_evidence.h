@@ -16,6 +16,7 @@ struct ShadowPicture {
   std::size_t candidates = 0;  // Suns that `shares` are for.
   std::vector<ShadowPixel> surface;
   std::vector<double> log_radiance;
+  std::vector<double> log_blue_over_red;  // NaN where the pixel does not say.
   std::vector<std::uint32_t> plane;
   std::vector<std::uint32_t> tile;
   std::vector<std::uint8_t> shares;  // In quarters, as SunShares gives them.
@@ -30,6 +31,10 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
 // Of the pixels that `candidate` has in sun, and of those that it has in shade, the share that is
 // nearer to its own level than to the other: the smaller of the two. 0 where no plane has levels.
 double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate);
+
+// How much bluer shade is than sun on the same planes, as `candidate` has them: a natural
+// logarithm. 0 where no plane has both.
+double BluenessOfShade(const ShadowPicture& picture, std::size_t candidate);
 
 // One tile's log-likelihood of each candidate, up to a constant.
 struct TileEvidence {

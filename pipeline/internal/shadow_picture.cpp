@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace pleinair {
@@ -51,6 +52,11 @@ ShadowPicture MakeShadowPicture(const Frame& frame, std::span<const ShadowPixel>
     if (!MayBeUsed(frame, i) || !(luminance > 0.0) || !std::isfinite(luminance)) continue;
     picture.surface.push_back(surface);
     picture.log_radiance.push_back(std::log(luminance));
+    const glm::vec3& rgb = frame.radiance.pixels[i];
+    const bool has_colour =
+        rgb.x > 0.0f && rgb.z > 0.0f && (frame.clipped.Empty() || frame.clipped.pixels[i] == 0);
+    picture.log_blue_over_red.push_back(has_colour ? std::log(double{rgb.z} / rgb.x)
+                                                   : std::numeric_limits<double>::quiet_NaN());
     picture.plane.push_back(surface.plane);
     picture.tile.push_back(
         static_cast<std::uint32_t>(1000 * (surface.y / tile_px) + surface.x / tile_px));

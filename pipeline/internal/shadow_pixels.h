@@ -2,6 +2,8 @@
 // is turned about the vertical.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -24,6 +26,10 @@ struct OffsetGrid {
   std::size_t Size() const { return static_cast<std::size_t>(2 * half + 1); }
   double OffsetRad(std::size_t candidate) const {
     return (static_cast<double>(candidate) - half) * step_rad;
+  }
+  std::size_t Nearest(double offset_rad) const {
+    const double steps = std::clamp(offset_rad / step_rad, -double(half), double(half));
+    return static_cast<std::size_t>(std::lround(steps) + half);
   }
 };
 

@@ -38,6 +38,7 @@ ShadowPicture EvenChoice(const ShadowPicture& picture) {
   for (std::size_t i = 0; i < picture.Size(); i += every) {
     few.surface.push_back(picture.surface[i]);
     few.log_radiance.push_back(picture.log_radiance[i]);
+    few.log_blue_over_red.push_back(picture.log_blue_over_red[i]);
     few.plane.push_back(picture.plane[i]);
     few.tile.push_back(picture.tile[i]);
   }

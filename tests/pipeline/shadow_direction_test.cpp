@@ -205,6 +205,18 @@ TEST(ShownSun, TakesNothingFromCloudsTextureOrDarkness) {
   }
 }
 
+// Corners that are dark under clouds look like a sun's shadows, but for their colour.
+TEST(ShownSun, TakesNoSunFromShadeThatIsNotBluer) {
+  const Mesh yard = Yard(4.0f);
+  ShadowDirectionFinder finder(yard, kGround, Quick());
+  for (const double azimuth_deg : {170.0, 240.0, 330.0}) {
+    const Frame grey = Photograph(yard, Sun(150.0, 40.0), 3, TwoLevels, glm::vec3(1.0f));
+    EXPECT_FALSE(finder.ShownBy(grey, Sun(azimuth_deg, 40.0)).contradicts) << azimuth_deg;
+    const Frame sunny = Photograph(yard, Sun(150.0, 40.0), 3, TwoLevels);
+    EXPECT_TRUE(finder.ShownBy(sunny, Sun(azimuth_deg, 40.0)).contradicts) << azimuth_deg;
+  }
+}
+
 // Clouds are stated, and the sun shines.
 TEST(ShownSun, ContradictsASunThatIsSaidNotToBeThere) {
   const ShownSun shown = ShownFor({0.0, 0.0, -1.0});

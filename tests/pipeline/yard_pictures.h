@@ -74,11 +74,15 @@ using Shading = std::function<double(const glm::vec3& position_m, bool lit)>;
 
 inline double TwoLevels(const glm::vec3&, bool lit) { return lit ? kLit : kShaded; }
 
-// 15 % of texture and noise, seeded by the frame's number.
+// Of a blue sky, as bright as white.
+inline const glm::vec3 kOfShade{0.95f, 1.0f, 1.147f};
+
+// 15 % of texture and noise, seeded by the frame's number. `of_shade`: colour of what has no sun.
 inline Frame Photograph(const Mesh& mesh,
                         const glm::dvec3& sun,
                         int index,
-                        const Shading& shading) {
+                        const Shading& shading,
+                        const glm::vec3& of_shade = kOfShade) {
   const RayCaster caster(mesh);
   Frame frame;
   frame.index = index;
@@ -100,7 +104,8 @@ inline Frame Photograph(const Mesh& mesh,
       const bool lit =
           glm::dot(hit->geometric_normal, to_sun) > 0.0f &&
           !caster.Occluded(OffsetFromSurface(hit->position_m, hit->geometric_normal), to_sun);
-      frame.radiance.At(x, y) = glm::vec3(float(factor * shading(hit->position_m, lit)));
+      frame.radiance.At(x, y) =
+          float(factor * shading(hit->position_m, lit)) * (lit ? glm::vec3(1.0f) : of_shade);
     }
   }
   return frame;
