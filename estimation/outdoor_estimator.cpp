@@ -85,6 +85,19 @@ bool HasASkyForItsSun(const ClearSkyExpectation& clear_sky, const LightVector& i
   return true;
 }
 
+// Whether the samples know the sun, as a share of it, better than the sky.
+bool TellsMoreOfTheSun(const LightingFit& fit) {
+  double sun = 0.0;
+  double sky = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    sun += fit.irradiance_rgb[c];
+    sky += SkyOf(fit.irradiance_rgb, c);
+  }
+  const double sun_variance = fit.data_covariance.topLeftCorner<3, 3>().trace();
+  const double sky_variance = fit.data_covariance.bottomRightCorner<3, 3>().trace();
+  return sun_variance * sky * sky < sky_variance * sun * sun;
+}
+
 // The sky over the sun is the clear sky's, to a thousandth: no samples contradict that.
 void HoldSkyToSun(const ClearSkyExpectation& clear_sky,
                   const LightVector& irradiance_rgb,
@@ -190,7 +203,7 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
   // Surfaces that are all in the sun say little of the sky, and a model that errs may say that
   // there is none.
-  if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held &&
+  if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held && TellsMoreOfTheSun(fit) &&
       !HasASkyForItsSun(conditions.clear_sky, fit.irradiance_rgb)) {
     HoldSkyToSun(conditions.clear_sky, fit.irradiance_rgb, expectation.prior);
     fit = fitter_.Fit(samples, expectation.prior, sun_is_up);

@@ -1,3 +1,5 @@
+#include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,35 @@ TEST(OutdoorEstimatorHardCases, ASunHasASkyWhateverAWrongModelSays) {
     const double clear =
         light.sun.irradiance_rgb[c] * clear_sky.diffuse_rgb[c] / clear_sky.beam_rgb[c];
     EXPECT_GT(light.SkyIrradianceRgb()[c], 0.3 * clear);
+  }
+}
+
+// Nor does a dull sky over surfaces that are all in shade say that the sun, which they do not show,
+// is as dull.
+TEST(OutdoorEstimatorHardCases, ASkyThatIsSeenSaysNothingOfASunThatIsNot) {
+  const std::vector<std::string> shapes{"uniform"};
+  const ClearSkyExpectation clear_sky = SyntheticClearSky();
+  SyntheticScene scene;
+  scene.lit_share = 0.0;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> texture(1.0, 0.1);
+  for (DiffuseSample& sample : samples) {
+    sample.sun_transport_rgb *= 0.01;
+    sample.radiance_rgb =
+        texture(random) * (0.25 * clear_sky.diffuse_rgb * sample.sky_transport_rgb[0] +
+                           clear_sky.beam_rgb * sample.sun_transport_rgb);
+  }
+  OutdoorConditions conditions = ConditionsOf(shapes);
+  const auto estimate = OutdoorEstimator(LightingFitOptions{}).Estimate(samples, conditions);
+  ASSERT_TRUE(estimate.has_value());
+  const Lighting& light = estimate->lighting;
+  for (int c = 0; c < 3; ++c) {
+    const double stddev = std::sqrt(light.covariance[static_cast<std::size_t>(7 * c)]);
+    EXPECT_NEAR(light.sun.irradiance_rgb[c], clear_sky.beam_rgb[c], 3.0 * stddev);
+    EXPECT_NEAR(light.SkyIrradianceRgb()[c],
+                0.25 * clear_sky.diffuse_rgb[c],
+                0.05 * clear_sky.diffuse_rgb[c]);
   }
 }
 
