@@ -217,6 +217,7 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   }
   if (sun_is_up && !expectation.prior.weathers.empty()) {
     Learn(expectation, fit);
+    last_clear_sky_ = conditions.clear_sky;
   } else {
     belief_.reset();
     climate_gain_ = expectation.climate_gain;
@@ -250,6 +251,7 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
                               change.kind == ExposureChange::Kind::kExposure);
 
     std::optional<WeatherBelief> last = belief_;
+    if (last) FollowTheSun(MakeSkyClimate(last_clear_sky_), climate, *last);
     expectation.climate_gain = is_tied ? 1.0 : is_followed ? climate_gain_ : 1.0;
     if (last && !is_tied && is_followed && conditions.units == LightUnits::kRelativePerFrame) {
       Rescale(change.factor_rgb, *last);
@@ -264,6 +266,7 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
       };
       if (!last || gap(conditions.surveyed->time) < gap(last->time)) {
         last = BeliefFromSurvey(*conditions.surveyed);
+        FollowTheSun(MakeSkyClimate(conditions.surveyed->clear_sky), climate, *last);
       }
     }
     for (SkyClimate::State& state : climate.states) {

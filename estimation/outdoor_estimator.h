@@ -48,6 +48,7 @@ class OutdoorEstimator {
   std::optional<UtcTime> last_time_;
   // In the last frame's units, which are climate_gain_ times those of its clear sky.
   std::optional<WeatherBelief> belief_;
+  ClearSkyExpectation last_clear_sky_;  // Of belief_.
   double climate_gain_ = 1.0;
   // Of the camera: what earlier pictures say of its response, and when the last one did.
   struct Response {

@@ -188,6 +188,27 @@ WeatherBelief Predict(const WeatherBelief& last, const SkyClimate& climate, UtcT
   return next;
 }
 
+void FollowTheSun(const SkyClimate& then, const SkyClimate& now, WeatherBelief& belief) {
+  // Of a sun that was at the horizon there is little to conclude from; one that sets leaves a
+  // covariance that is positive definite.
+  constexpr double kMost = 4.0;
+  constexpr double kLeast = 1e-3;
+  // A state without a sun has the clear one's to go by.
+  constexpr auto kClear = static_cast<std::size_t>(SkyState::kClear);
+  for (std::size_t s = 0; s < kSkyStates; ++s) {
+    SunAndSky factor = SunAndSky::Ones();
+    for (int a = 0; a < 6; ++a) {
+      const std::size_t of = a < 3 ? kClear : s;
+      const double before = then.states[of].light.mean[a];
+      if (!(before > 0.0)) continue;
+      factor[a] = std::clamp(now.states[of].light.mean[a] / before, kLeast, kMost);
+    }
+    LightGaussian& light = belief.states[s].light;
+    light.mean = light.mean.cwiseProduct(factor);
+    light.covariance = factor.asDiagonal() * light.covariance * factor.asDiagonal();
+  }
+}
+
 void Believe(Weather seen, WeatherBelief& belief) {
   SkyClimate shares;
   for (std::size_t s = 0; s < kSkyStates; ++s) shares.states[s].share = belief.states[s].share;

@@ -50,6 +50,10 @@ WeatherBelief BeliefFromSurvey(const SurveyedLight& survey);
 // Control 33(8), 1988).
 WeatherBelief Predict(const WeatherBelief& last, const SkyClimate& climate, UtcTime time);
 
+// As it would be under the sun of `now`, known under that of `then`: each state's light goes with
+// its climate's, up to some times as strong.
+void FollowTheSun(const SkyClimate& then, const SkyClimate& now, WeatherBelief& belief);
+
 // As the same function of a climate.
 void Believe(Weather seen, WeatherBelief& belief);
 

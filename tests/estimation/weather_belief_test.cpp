@@ -115,6 +115,34 @@ TEST(WeatherBelief, IsADistributionAtAllTimes) {
   }
 }
 
+// A clear noon's survey says of a clear evening that it is clear, not that it is as bright.
+TEST(WeatherBelief, GoesWithTheSun) {
+  ClearSkyExpectation evening = SyntheticClearSky();
+  evening.beam_rgb *= 0.5;
+  evening.diffuse_rgb *= 0.6;
+  WeatherBelief belief = BeliefFromSurvey(Clear());
+  const WeatherBelief noon = belief;
+  FollowTheSun(Climate(), Climate(), belief);
+  ExpectSameBelief(belief, noon, 1e-12);
+
+  FollowTheSun(Climate(), MakeSkyClimate(evening), belief);
+  const LightGaussian& clear = StateOf(belief, SkyState::kClear).light;
+  const LightGaussian& before = StateOf(noon, SkyState::kClear).light;
+  EXPECT_NEAR(clear.mean[1], 0.5 * before.mean[1], 1e-9);
+  EXPECT_GT(clear.mean[4], 0.5 * before.mean[4]);
+  EXPECT_LT(clear.mean[4], 0.6 * before.mean[4] + 1e-9);
+  EXPECT_NEAR(clear.covariance(0, 0), 0.25 * before.covariance(0, 0), 1e-9);
+
+  // At night there is nothing to go by, and nothing breaks.
+  evening.beam_rgb = glm::dvec3(0.0);
+  FollowTheSun(Climate(), MakeSkyClimate(evening), belief);
+  FollowTheSun(MakeSkyClimate(evening), Climate(), belief);
+  for (const WeatherLight& state : belief.states) {
+    const Eigen::SelfAdjointEigenSolver<SunAndSkyMatrix> eigen(state.light.covariance);
+    EXPECT_GT(eigen.eigenvalues().minCoeff(), 0.0);
+  }
+}
+
 TEST(WeatherBelief, RescalesWithThePicture) {
   WeatherBelief belief = BeliefFromSurvey(Clear());
   const WeatherBelief before = belief;
