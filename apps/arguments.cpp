@@ -4,34 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <regex>
 
 #include <CLI/CLI.hpp>
 
 #include "session/sequence_site.h"
 
 namespace pleinair {
-namespace {
-
-// "8x8x8", or a spacing in metres.
-void ReadProbes(const std::string& text, PrepareSettings& settings) {
-  static const std::regex kCounts("([0-9]{1,3})x([0-9]{1,3})x([0-9]{1,3})");
-  std::smatch counts;
-  if (std::regex_match(text, counts, kCounts)) {
-    settings.probe_counts =
-        glm::ivec3(std::stoi(counts[1]), std::stoi(counts[2]), std::stoi(counts[3]));
-    return;
-  }
-  try {
-    std::size_t end = 0;
-    settings.probe_spacing_m = std::stod(text, &end);
-    if (end == text.size()) return;
-  } catch (const std::exception&) {
-  }
-  throw CLI::ValidationError("--probes", text + ": expected XxYxZ or a spacing in metres");
-}
-
-}  // namespace
 
 int Print(const std::string& text) {
   std::fputs(text.c_str(), stdout);
@@ -99,34 +77,8 @@ void AddGroundAlbedo(CLI::App& command, double& albedo) {
       ->capture_default_str();
 }
 
-void AddPrepareSettings(CLI::App& command, PrepareSettings& settings) {
-  AddBounces(command, settings.bounces);
-  command
-      .add_option("--patch-size",
-                  settings.patch_size_m,
-                  "Longest edge of patches near what the cameras look at, metres")
-      ->check(Positive());
-  command.add_option("--rays", settings.rays, "Rays that each receiver of light casts")
-      ->check(CLI::Range(1, 65536));
-  AddGroundAlbedo(command, settings.ground_albedo);
-  command
-      .add_option_function<std::string>(
-          "--probes",
-          [&settings](const std::string& text) { ReadProbes(text, settings); },
-          "Grid of the irradiance volume: XxYxZ probes, or their spacing in metres")
-      ->type_name("XxYxZ|M")
-      ->default_str("8x8x8");
-  command.add_option("--probe-rays", settings.probe_rays, "Rays that each probe casts")
-      ->check(CLI::Range(1, 1 << 20));
-  command
-      .add_option("--map-width",
-                  settings.map_width,
-                  "Of the environment map, in pixels: its own (default) or a part of that")
-      ->check(CLI::Range(1, 1 << 16));
-}
-
-void AddCache(CLI::App& command, std::filesystem::path& cache) {
-  command.add_option(
+CLI::Option* AddCache(CLI::App& command, std::filesystem::path& cache) {
+  return command.add_option(
       "--cache", cache, "Folder for prepared data (default: pleinair in the user's cache folder)");
 }
 

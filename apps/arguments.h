@@ -7,12 +7,11 @@
 
 namespace CLI {
 class App;
+class Option;
 class Validator;
 }  // namespace CLI
 
 namespace pleinair {
-
-struct PrepareSettings;
 
 // What the command line asks for, once it is read; returns the exit code.
 using Work = std::function<int()>;
@@ -32,9 +31,7 @@ CLI::Validator WholeNumber();
 void AddBounces(CLI::App& command, int& bounces);
 // --ground-albedo
 void AddGroundAlbedo(CLI::App& command, double& albedo);
-// All of the offline part: bounces, patches, rays, ground and probes.
-void AddPrepareSettings(CLI::App& command, PrepareSettings& settings);
 // --cache
-void AddCache(CLI::App& command, std::filesystem::path& cache);
+CLI::Option* AddCache(CLI::App& command, std::filesystem::path& cache);
 
 }  // namespace pleinair

@@ -50,9 +50,9 @@ std::string DifferencesInWords(const Combination& combination) {
   std::string words;
   for (std::size_t s = 0; s < combination.size(); ++s) {
     const QualitySetting& setting = QualitySettings()[s];
-    const std::string& text = setting.values[static_cast<std::size_t>(combination[s])].text;
+    const std::string& text = setting.values[static_cast<std::size_t>(combination[s])];
     if (text == setting.balanced) continue;
-    words += (words.empty() ? "" : ", ") + setting.option + " " + text;
+    words += (words.empty() ? "" : ", ") + setting.name + " " + text;
   }
   return words;
 }
@@ -185,7 +185,7 @@ std::string TableOf(const FrontPage& page) {
 
 std::string FrontCsv(const FrontPage& page) {
   std::string csv = "quality";
-  for (const QualitySetting& setting : QualitySettings()) csv += "," + setting.option;
+  for (const QualitySetting& setting : QualitySettings()) csv += "," + setting.name;
   csv += ",seeds";
   for (const char* name : {"picture_error", "light_error", "still_ms", "moving_ms"}) {
     csv += fmt::format(",{0},{0}_smallest,{0}_largest", name);
@@ -198,7 +198,7 @@ std::string FrontCsv(const FrontPage& page) {
     const auto quality = QualityOf(point.combination);
     csv += quality ? NameOf(*quality) : "";
     for (std::size_t s = 0; s < point.combination.size(); ++s) {
-      csv += "," + QualitySettings()[s].values[static_cast<std::size_t>(point.combination[s])].text;
+      csv += "," + QualitySettings()[s].values[static_cast<std::size_t>(point.combination[s])];
     }
     csv += fmt::format(",{}", point.still_ms.size());
     for (const Values values : {&FrontPoint::picture_error,

@@ -136,10 +136,10 @@ std::vector<FrontPoint> FrontTrials::Search(int most_trials) {
 SessionOptions FrontTrials::OptionsOf(const Combination& combination, std::uint64_t seed) const {
   SessionOptions options = TrialRunOptions(settings_);
   for (std::size_t s = 0; s < combination.size(); ++s) {
-    QualitySettings()[s].values[static_cast<std::size_t>(combination[s])].apply(options);
+    const QualitySetting& setting = QualitySettings()[s];
+    setting.Apply(setting.values[static_cast<std::size_t>(combination[s])], options);
   }
-  options.seed = seed;
-  options.object_ray_seed = seed;
+  SetSeed(seed, options);
   return options;
 }
 

@@ -169,11 +169,11 @@ std::vector<ImperfectRecording> MeasureImperfections(const ImperfectionSettings&
              static_cast<double>(done++) / static_cast<double>(sizes * recordings.size()));
     ImperfectionResult result;
     for (int seed = 1; seed <= settings.seeds; ++seed) {
-      options.seed = static_cast<std::uint64_t>(seed);
+      options.light.seed = static_cast<std::uint64_t>(seed);
       std::filesystem::remove_all(options.sequence);
       std::filesystem::create_directories(options.sequence);
       try {
-        RunOnce(recording, imperfections, options.seed, options, result);
+        RunOnce(recording, imperfections, options.light.seed, options, result);
       } catch (const std::exception& error) {
         result.failure = error.what();
       }

@@ -112,7 +112,7 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
                                             sequence.frames.size() - 1));
   }
   SessionOptions run;
-  run.seed = options.gather.seed;
+  run.light.seed = options.gather.seed;
   FindSunInMap(sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   for (const std::string& note : site.notes) spdlog::warn("{}", note);

@@ -26,6 +26,7 @@
 #include "apps/run_arguments.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
+#include "apps/settings_arguments.h"
 #include "apps/shared_ranks.h"
 #include "apps/sun_command.h"
 
@@ -88,14 +89,21 @@ void AddSun(CLI::App& app, Work& work) {
 
 void AddPrepare(CLI::App& app, Work& work) {
   auto options = std::make_shared<PrepareCommandOptions>();
+  auto given = std::make_shared<GivenSettings>();
   CLI::App& prepare =
       *app.add_subcommand("prepare", "The offline part of a site, kept in the cache");
   prepare.footer("Example: pleinair prepare datasets/samples/courtyard --maps maps");
   prepare.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
   prepare.add_option(
       "--maps", options->maps, "Write albedo, normal, ambient weight, ... as EXR and PNG");
-  AddPrepareSettings(prepare, options->prepare);
+  AddSettingOption(prepare, "--bounces", "prepare.bounces", *given, "Options");
+  AddSettings(prepare, *given);
   AddCache(prepare, options->cache);
+  prepare.parse_complete_callback([options, given] {
+    SessionOptions session;
+    given->ApplyTo(session);
+    options->prepare = session.prepare;
+  });
   prepare.callback([options, &work] {
     work = [options] {
       RunPrepareCommand(*options);
@@ -213,6 +221,7 @@ int RunCommandLine(int argc, char** argv) {
   AddTradeoff(app, work);
   AddCalibrate(app, work);
   AddIrradiance(app, work);
+  AddSettingsCommand(app, work);
   AddDoctor(app, work);
   try {
     app.parse(argc, argv);
@@ -226,6 +235,8 @@ int RunCommandLine(int argc, char** argv) {
   } catch (
       const std::invalid_argument& error) {  // An argument that reads well, and makes no sense.
     return Refuse(error.what() + std::string(kSeeHelp));
+  } catch (const std::exception& error) {  // A file of settings.
+    return Refuse(error.what());
   }
   if (shared && SharedRanks()->Count() > 1 && !app.got_subcommand("irradiance")) {
     return Refuse("ranks can share the command irradiance alone");

@@ -1,11 +1,10 @@
 // How much of a frame's time accuracy is worth: `run --quality`, and the settings behind it.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "apps/tradeoff_axes.h"
+#include "session/session_options.h"
 
 namespace pleinair {
 
@@ -15,8 +14,8 @@ const char* NameOf(Quality quality);  // "fast"
 
 // A setting that trades time for accuracy. What `tradeoff --sweep front` combines.
 struct QualitySetting {
-  std::string option;              // Of `run`, without its dashes.
-  std::vector<SweepValue> values;  // From the quickest on.
+  std::string name;                 // As session/settings.h has it.
+  std::vector<std::string> values;  // From the quickest on.
   // Among the values, by quality: fast, balanced, best.
   std::string fast;
   std::string balanced;  // What `run` takes where nothing is said.
@@ -25,17 +24,14 @@ struct QualitySetting {
   const std::string& TextAt(Quality quality) const;
   // Its place among the values.
   int IndexAt(Quality quality) const;
+  void Apply(const std::string& value, SessionOptions& options) const;
 };
 
 const std::vector<QualitySetting>& QualitySettings();
 
-// Sets what the quality asks for. Options for which `is_given` is true (a name as in
-// QualitySetting) stay as they are.
-void ApplyQuality(Quality quality,
-                  const std::function<bool(const std::string&)>& is_given,
-                  SessionOptions& options);
+void ApplyQuality(Quality quality, SessionOptions& options);
 
-// "samples 200, object-rays 64": what differs from balanced; empty where nothing does.
+// "light.samples 200, prepare.rays 64": what differs from balanced; empty where nothing does.
 std::string QualityInWords(Quality quality);
 
 }  // namespace pleinair

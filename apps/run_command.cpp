@@ -50,7 +50,7 @@ void RequireInputsKept(const RunCommandOptions& options) {
 
 std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSite& site) {
   if (DaylightOf(options, site) == Daylight::kGather) return "with the rest";
-  const DirectDaylightOptions& direct = options.direct_daylight;
+  const DirectDaylightOptions& direct = options.pipeline.direct_daylight;
   return fmt::format("by {} samples a shape of the sky, shadow maps of {} px",
                      direct.sampling.samples,
                      direct.shadows.map_size_px);
@@ -69,15 +69,15 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
           "frames {}, {} samples, seed {}, bounces {}, object light by {}, direct daylight {}, "
           "light {}",
           options.frames == FrameKind::kLinear ? "linear" : "ldr",
-          options.samples,
-          options.seed,
+          options.light.samples,
+          options.light.seed,
           options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),
-          options.object_light == ObjectLight::kGather     ? "rays at vertices"
-          : options.object_light == ObjectLight::kOnePlace ? "rays at one place"
-          : options.object_light == ObjectLight::kVolume   ? "folded probes"
-                                                           : "probes from the map",
+          options.pipeline.object_light == ObjectLight::kGather     ? "rays at vertices"
+          : options.pipeline.object_light == ObjectLight::kOnePlace ? "rays at one place"
+          : options.pipeline.object_light == ObjectLight::kVolume   ? "folded probes"
+                                                                    : "probes from the map",
           DescribeDaylight(options, site),
-          options.filter ? "filtered over time" : "of each frame by itself"),
+          options.pipeline.filter ? "filtered over time" : "of each frame by itself"),
       fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
 }
 
@@ -350,7 +350,7 @@ void RunRunCommand(const RunCommandOptions& options) {
     }
     result.timing_ms.write = MsSince(write_start);
     folder.AddLighting(LightingLine(frame, result, sky_image));
-    folder.AddPlan(PlanLine(frame, result, options.effects));
+    folder.AddPlan(PlanLine(frame, result, options.pipeline.effects));
 
     ReportFrame reported;
     reported.index = frame.index;

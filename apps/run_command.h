@@ -17,7 +17,6 @@ struct PrepareCommandOptions {
 
 struct RunCommandOptions : SessionOptions {
   std::filesystem::path out;
-  bool measure_shadows = false;
   bool stop_on_bad_frame = false;
   bool video = false;
   bool write_environment = false;

@@ -66,7 +66,7 @@ std::vector<RunToJudge> RunForFigures(const std::filesystem::path& sequence,
   const auto context = std::make_shared<const HeadlessContext>();
   std::vector<RunToJudge> runs;
   for (int seed = 1; seed <= seeds; ++seed) {
-    options.seed = static_cast<std::uint64_t>(seed);
+    options.light.seed = static_cast<std::uint64_t>(seed);
     SequenceSession run(loaded, options, context);
     RunToJudge& to_judge = runs.emplace_back();
     while (const std::optional<SessionStep> step =

@@ -27,49 +27,49 @@ std::vector<SweepValue> Numbers(std::initializer_list<Number> numbers, const Set
 }
 
 SweepValue Shapes(std::string text, std::vector<SkyShapeKind> kinds) {
-  return {std::move(text), [kinds = std::move(kinds)](Options& o) { o.sky_shapes = kinds; }};
+  return {std::move(text), [kinds = std::move(kinds)](Options& o) { o.light.sky_shapes = kinds; }};
 }
 
 void AddFitAxes(std::vector<SweepAxis>& axes) {
   using Loss = LightingFitOptions::Loss;
   using Solver = LightingFitOptions::Solver;
   axes.push_back({"samples",
-                  "Pixels to measure from (--samples)",
+                  "Pixels to measure from (light.samples)",
                   Judge::kEstimate,
                   false,
                   Numbers<int>({25, 50, 100, 200, 500, 1000, 2000, 4000, 8000},
-                               [](Options& o, int samples) { o.samples = samples; }),
+                               [](Options& o, int samples) { o.light.samples = samples; }),
                   "500"});
   axes.push_back(
       {"choice",
-       "How they are chosen (--sample-choice)",
+       "How they are chosen (light.choice)",
        Judge::kEstimate,
        false,
-       {{"balanced", [](Options& o) { o.sample_choice = SampleChoice::kBalanced; }},
-        {"proportional", [](Options& o) { o.sample_choice = SampleChoice::kProportional; }},
-        {"random", [](Options& o) { o.sample_choice = SampleChoice::kRandom; }}},
+       {{"balanced", [](Options& o) { o.light.choice = SampleChoice::kBalanced; }},
+        {"proportional", [](Options& o) { o.light.choice = SampleChoice::kProportional; }},
+        {"random", [](Options& o) { o.light.choice = SampleChoice::kRandom; }}},
        "balanced"});
   axes.push_back({"loss",
-                  "What a sample far from the model counts (--loss)",
+                  "What a sample far from the model counts (light.fit.loss)",
                   Judge::kEstimate,
                   false,
-                  {{"tukey", [](Options& o) { o.loss = Loss::kTukey; }},
-                   {"huber", [](Options& o) { o.loss = Loss::kHuber; }},
-                   {"squares", [](Options& o) { o.loss = Loss::kSquares; }}},
+                  {{"tukey", [](Options& o) { o.light.fit.loss = Loss::kTukey; }},
+                   {"huber", [](Options& o) { o.light.fit.loss = Loss::kHuber; }},
+                   {"squares", [](Options& o) { o.light.fit.loss = Loss::kSquares; }}},
                   "tukey"});
   axes.push_back({"solver",
-                  "Of the fit (--solver)",
+                  "Of the fit (light.fit.solver)",
                   Judge::kEstimate,
                   false,
-                  {{"ceres", [](Options& o) { o.solver = Solver::kCeres; }},
-                   {"closed", [](Options& o) { o.solver = Solver::kClosed; }}},
+                  {{"ceres", [](Options& o) { o.light.fit.solver = Solver::kCeres; }},
+                   {"closed", [](Options& o) { o.light.fit.solver = Solver::kClosed; }}},
                   "ceres"});
 }
 
 void AddModelAxes(std::vector<SweepAxis>& axes) {
   using Kind = SkyShapeKind;
   axes.push_back({"sky-shapes",
-                  "What the sky is a mix of (--sky-shapes)",
+                  "What the sky is a mix of (light.sky_shapes)",
                   Judge::kTransport,
                   false,
                   {Shapes("uniform", {Kind::kUniform}),
@@ -81,7 +81,7 @@ void AddModelAxes(std::vector<SweepAxis>& axes) {
                    Shapes("all three", {Kind::kUniform, Kind::kOvercast, Kind::kClear})},
                   "all three"});
   axes.push_back({"bounces",
-                  "Reflections between surfaces (--bounces)",
+                  "Reflections between surfaces (prepare.bounces)",
                   Judge::kTransport,
                   false,
                   {{"0", [](Options& o) { o.prepare.bounces = 0; }},
@@ -94,51 +94,56 @@ void AddModelAxes(std::vector<SweepAxis>& axes) {
 void AddOfflineAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   const Judge judge = sweep_case.light_is_fitted ? Judge::kTransport : Judge::kPicture;
   axes.push_back({"rays",
-                  "Rays that each receiver of light casts (--rays)",
+                  "Rays that each receiver of light casts (prepare.rays)",
                   judge,
                   true,
                   Numbers<int>({16, 64, 256, 512}, [](Options& o, int n) { o.prepare.rays = n; }),
                   "256"});
   const auto set_patches = [](Options& o, double m) { o.prepare.patch_size_m = m; };
-  axes.push_back({"patch-size",
-                  "Longest edge of patches near what the cameras look at, in metres (--patch-size)",
-                  judge,
-                  true,
-                  sweep_case.is_indoors ? Numbers<double>({2.0, 1.0, 0.5, 0.25, 0.125}, set_patches)
-                                        : Numbers<double>({4.0, 2.0, 1.0, 0.5}, set_patches),
-                  sweep_case.is_indoors ? "0.25" : "0.5"});
+  axes.push_back(
+      {"patch-size",
+       "Longest edge of patches near what the cameras look at, in metres (prepare.patch_size_m)",
+       judge,
+       true,
+       sweep_case.is_indoors ? Numbers<double>({2.0, 1.0, 0.5, 0.25, 0.125}, set_patches)
+                             : Numbers<double>({4.0, 2.0, 1.0, 0.5}, set_patches),
+       sweep_case.is_indoors ? "0.25" : "0.5"});
 }
 
 void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
-  const auto volume = [](Options& o) { o.object_light = ObjectLight::kVolume; };
-  const auto one_place = [](Options& o) { o.object_light = ObjectLight::kOnePlace; };
-  axes.push_back({"object-light",
-                  "Where objects get their light from (--object-light)",
-                  Judge::kPicture,
-                  false,
-                  {{"gather", [](Options& o) { o.object_light = ObjectLight::kGather; }},
-                   {"probe", one_place},
-                   {"volume", volume},
-                   {"map", [](Options& o) { o.object_light = ObjectLight::kVolumeByMap; }}},
-                  "gather"});
-  axes.push_back({"object-rays",
-                  "Rays at an object's vertices (--object-rays)",
-                  Judge::kPicture,
-                  false,
-                  Numbers<int>({16, 64, 256, 1024}, [](Options& o, int n) { o.object_rays = n; }),
-                  "256"});
+  const auto volume = [](Options& o) { o.pipeline.object_light = ObjectLight::kVolume; };
+  const auto one_place = [](Options& o) { o.pipeline.object_light = ObjectLight::kOnePlace; };
+  axes.push_back(
+      {"object-light",
+       "Where objects get their light from (pipeline.object_light)",
+       Judge::kPicture,
+       false,
+       {{"gather", [](Options& o) { o.pipeline.object_light = ObjectLight::kGather; }},
+        {"probe", one_place},
+        {"volume", volume},
+        {"map", [](Options& o) { o.pipeline.object_light = ObjectLight::kVolumeByMap; }}},
+       "gather"});
+  axes.push_back(
+      {"object-rays",
+       "Rays at an object's vertices (pipeline.object_gather.rays_per_receiver)",
+       Judge::kPicture,
+       false,
+       Numbers<int>({16, 64, 256, 1024},
+                    [](Options& o, int n) { o.pipeline.object_gather.rays_per_receiver = n; }),
+       "256"});
   axes.push_back({"sh-bands",
-                  "Bands of the light at one place (--sh-bands), with --object-light probe",
+                  "Bands of the light at one place (pipeline.one_place.sh_bands), with "
+                  "pipeline.object_light probe",
                   Judge::kPicture,
                   false,
                   Numbers<int>({1, 2, 3, 5, 7, 10},
                                [one_place](Options& o, int bands) {
                                  one_place(o);
-                                 o.one_place.sh_bands = bands;
+                                 o.pipeline.one_place.sh_bands = bands;
                                }),
                   std::to_string(OnePlaceOptions{}.sh_bands)});
   SweepAxis probes{"probes",
-                   "Probe grid (--probes), with --object-light volume",
+                   "Probe grid (prepare.probe_counts), with pipeline.object_light volume",
                    Judge::kPicture,
                    false,
                    {},
@@ -151,7 +156,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   }
   axes.push_back(std::move(probes));
   axes.push_back({"probe-rays",
-                  "Rays a probe (--probe-rays), with --object-light volume",
+                  "Rays a probe (prepare.probe_rays), with pipeline.object_light volume",
                   Judge::kPicture,
                   true,
                   Numbers<int>({64, 256, 1024, 4096},
@@ -162,7 +167,8 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   "1024"});
   if (sweep_case.map_width > 0) {
     SweepAxis map{"map-width",
-                  "Width of the environment map in pixels (--map-width), with --object-light map",
+                  "Width of the environment map in pixels (prepare.map_width), with "
+                  "pipeline.object_light map",
                   Judge::kPicture,
                   false,
                   {},
@@ -171,7 +177,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
       if (sweep_case.map_width % part != 0) continue;
       const int width = sweep_case.map_width / part;
       map.values.push_back({std::to_string(width), [width](Options& o) {
-                              o.object_light = ObjectLight::kVolumeByMap;
+                              o.pipeline.object_light = ObjectLight::kVolumeByMap;
                               o.prepare.map_width = width;
                             }});
     }
@@ -180,85 +186,93 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   SweepAxis shadow{
       "shadow",
       "Virtual shadows of the sun: hard (--effects without penumbra, shadow volumes), "
-      "or soft with so many points of its disc (--penumbra-samples)",
+      "or soft with so many points of its disc (pipeline.soft_sun.disc_samples)",
       Judge::kPicture,
       false,
-      {{"hard", [](Options& o) { o.effects[Effect::kPenumbra] = EffectSwitch::kOff; }}},
+      {{"hard", [](Options& o) { o.pipeline.effects[Effect::kPenumbra] = EffectSwitch::kOff; }}},
       "32"};
-  for (SweepValue& value :
-       Numbers<int>({4, 8, 32, 128}, [](Options&o, int n) { o.penumbra_samples = n; })) {
+  for (SweepValue& value : Numbers<int>(
+           {4, 8, 32, 128}, [](Options&o, int n) { o.pipeline.soft_sun.disc_samples = n; })) {
     shadow.values.push_back(std::move(value));
   }
   axes.push_back(std::move(shadow));
   axes.push_back({"influence",
-                  "Where it is worked out what objects hide and send (--influence)",
+                  "Where it is worked out what objects hide and send (influence_at)",
                   Judge::kPicture,
                   false,
                   {{"pixels", [](Options& o) { o.influence_at = InfluenceAt::kPixels; }},
                    {"faces", [](Options& o) { o.influence_at = InfluenceAt::kFaces; }}},
                   sweep_case.influence_at == InfluenceAt::kFaces ? "faces" : "pixels"});
-  axes.push_back(
-      {"threshold",
-       "What the effect plan may leave out, in code values (--threshold)",
-       Judge::kPicture,
-       false,
-       Numbers<double>({0.0, 0.25, 1.0, 4.0, 16.0},
-                       [](Options& o, double codes) { o.effects.threshold_code_values = codes; }),
-       "1"});
-  axes.push_back({"sun-block",
-                  "Side in pixels of blocks that are lit alike (--sun-block)",
+  axes.push_back({"threshold",
+                  "What the effect plan may leave out, in code values "
+                  "(pipeline.effects.threshold_code_values)",
                   Judge::kPicture,
                   false,
-                  Numbers<int>({1, 2, 4, 8}, [](Options& o, int px) { o.sun_block_px = px; }),
+                  Numbers<double>({0.0, 0.25, 1.0, 4.0, 16.0},
+                                  [](Options& o, double codes) {
+                                    o.pipeline.effects.threshold_code_values = codes;
+                                  }),
                   "1"});
+  axes.push_back(
+      {"sun-block",
+       "Side in pixels of blocks that are lit alike (pipeline.view.sun_block_px)",
+       Judge::kPicture,
+       false,
+       Numbers<int>({1, 2, 4, 8}, [](Options& o, int px) { o.pipeline.view.sun_block_px = px; }),
+       "1"});
   // At patches' corners there are no blocks.
   if (sweep_case.influence_at == InfluenceAt::kPixels) {
     axes.push_back(
         {"receiver-block",
          "Resolution of the response to sky and bounces: side in pixels of a receiver's "
-         "block (--receiver-block)",
+         "block (pipeline.view.receiver_block_px)",
          Judge::kPicture,
          false,
-         Numbers<int>({2, 4, 8, 16}, [](Options& o, int px) { o.receiver_block_px = px; }),
+         Numbers<int>({2, 4, 8, 16},
+                      [](Options& o, int px) { o.pipeline.view.receiver_block_px = px; }),
          "4"});
   }
-  axes.push_back({"object-samples",
-                  "Resolution of the objects: side n of a pixel's n^2 + 1 samples "
-                  "(--object-samples)",
-                  Judge::kPicture,
-                  false,
-                  Numbers<int>({2, 4, 8}, [](Options& o, int n) { o.object_samples_per_side = n; }),
-                  "4"});
+  axes.push_back(
+      {"object-samples",
+       "Resolution of the objects: side n of a pixel's n^2 + 1 samples "
+       "(compositor.object_samples_per_side)",
+       Judge::kPicture,
+       false,
+       Numbers<int>({2, 4, 8}, [](Options& o, int n) { o.compositor.object_samples_per_side = n; }),
+       "4"});
 }
 
 void AddDaylightAxes(std::vector<SweepAxis>& axes) {
   const auto sampled = [](Options& o) { o.daylight = Daylight::kSamples; };
   SweepAxis light{"light-samples",
-                  "Direct daylight (--daylight): gathered, or so many samples (--daylight-samples)",
+                  "Direct daylight (daylight): gathered, or so many samples "
+                  "(pipeline.direct_daylight.sampling.samples)",
                   Judge::kPicture,
                   false,
                   {{"gather", [](Options& o) { o.daylight = Daylight::kGather; }}},
                   "gather"};
   for (SweepValue& value : Numbers<int>({16, 64, 256, 1024}, [sampled](Options&o, int samples) {
          sampled(o);
-         o.direct_daylight.sampling.samples = samples;
+         o.pipeline.direct_daylight.sampling.samples = samples;
        })) {
     light.values.push_back(std::move(value));
   }
   axes.push_back(std::move(light));
   axes.push_back({"shadow-map",
-                  "Side of a sample's shadow map in pixels, 0: rays (--daylight-map-size), with "
-                  "--daylight samples",
+                  "Side of a sample's shadow map in pixels, 0: rays "
+                  "(pipeline.direct_daylight.shadows.map_size_px), with "
+                  "daylight samples",
                   Judge::kPicture,
                   false,
                   Numbers<int>({16, 32, 64, 128, 0},
                                [sampled](Options& o, int px) {
                                  sampled(o);
-                                 o.direct_daylight.shadows.map_size_px = px;
+                                 o.pipeline.direct_daylight.shadows.map_size_px = px;
                                }),
                   "64"});
   SweepAxis windows{"windows",
-                    "Where samples are drawn (--daylight-sampling), with --daylight samples and 64 "
+                    "Where samples are drawn (pipeline.direct_daylight.sampling.restriction), with "
+                    "daylight samples and 64 "
                     "of them",
                     Judge::kPicture,
                     false,
@@ -269,8 +283,8 @@ void AddDaylightAxes(std::vector<SweepAxis>& axes) {
                                           std::pair{"whole-sky", DaylightRestriction::kWholeSky}}) {
     windows.values.push_back({text, [sampled, restriction = restriction](Options& o) {
                                 sampled(o);
-                                o.direct_daylight.sampling.samples = 64;
-                                o.direct_daylight.sampling.restriction = restriction;
+                                o.pipeline.direct_daylight.sampling.samples = 64;
+                                o.pipeline.direct_daylight.sampling.restriction = restriction;
                               }});
   }
   axes.push_back(std::move(windows));
@@ -278,7 +292,7 @@ void AddDaylightAxes(std::vector<SweepAxis>& axes) {
 
 void AddRegionAxis(std::vector<SweepAxis>& axes) {
   SweepAxis regions{"regions",
-                    "Regions that the fish-eye's sky is averaged over (--sky-regions)",
+                    "Regions that the fish-eye's sky is averaged over (sky_regions)",
                     Judge::kPicture,
                     false,
                     {},

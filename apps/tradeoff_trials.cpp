@@ -39,7 +39,7 @@ SessionOptions TrialRunOptions(const TrialSettings& settings) {
   options.sequence = settings.sequence;
   options.cache = settings.cache;
   options.prepare = settings.prepare;
-  options.filter = false;  // Each frame by itself.
+  options.pipeline.filter.reset();  // Each frame by itself.
   return options;
 }
 
@@ -76,7 +76,7 @@ struct TradeoffTrials::Job {
 
   bool SeesAsMuchAs(const Job& other) const {
     return options.prepare == other.options.prepare &&
-           options.sky_shapes == other.options.sky_shapes;
+           options.light.sky_shapes == other.options.light.sky_shapes;
   }
 };
 
@@ -224,7 +224,7 @@ void TradeoffTrials::MeasureLight(const std::vector<Job*>& alike) {
     if (prepare_s > 0.0) job->result->prepare_s = prepare_s;
     for (const std::uint64_t seed : job->seeds) {
       SessionOptions options = job->options;
-      options.seed = seed;
+      options.light.seed = seed;
       sources.push_back(
           MakeSourceFor(options, loaded->sequence, loaded->scene.aerosol_optical_depth_500nm));
       trials.push_back({job, {}, {}, {}, ""});
@@ -283,9 +283,7 @@ void TradeoffTrials::MeasurePicture(Job& job) {
   if (prepare_s > 0.0) job.result->prepare_s = prepare_s;
   for (const std::uint64_t seed : job.seeds) {
     SessionOptions options = job.options;
-    options.seed = seed;
-    options.object_ray_seed = seed;
-    options.direct_daylight.sampling.seed = seed;
+    SetSeed(seed, options);
     SequenceSession run(loaded, options, context_);
     std::vector<double> transport_ms;
     std::vector<double> estimate_ms;

@@ -116,7 +116,7 @@ void Check(const SiteModel& site, const PrepareOptions& options) {
   const int width = options.survey_map_width;
   if (width < 0 ||
       (width > 0 && (map.width % width != 0 || map.height % (map.width / width) != 0))) {
-    refuse("survey_map_width (--map-width) is " + std::to_string(width) +
+    refuse("survey_map_width (setting prepare.map_width) is " + std::to_string(width) +
            ": expected the environment map's " + std::to_string(map.width) +
            " over a number that divides it and the map's height, " + std::to_string(map.height));
   }
@@ -176,7 +176,7 @@ void RequireMemoryFor(const PreparedScene& prepared) {
   if (limit == 0 || TransportBytes(prepared) <= limit) return;
   throw std::runtime_error(LightBetweenPatches(prepared) + ", but " + MiBText(limit) +
                            " are there: expected a larger patch_size_m or fewer "
-                           "rays_per_receiver (--patch-size, --rays)");
+                           "rays_per_receiver (settings prepare.patch_size_m, prepare.rays)");
 }
 
 }  // namespace

@@ -74,9 +74,9 @@ std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded
 }
 
 void CalibrateAlbedo(const SessionOptions& options, LoadedSequence& loaded) {
-  SelfCalibrationOptions calibration;
-  calibration.seed = options.seed;
-  calibration.sky_shapes = options.sky_shapes;
+  SelfCalibrationOptions calibration = options.calibration;
+  calibration.seed = options.light.seed;
+  calibration.sky_shapes = options.light.sky_shapes;
   calibration.joint.expected_stddev = loaded.site.model.material_albedo_stddev;
   // Ground and walls, from asphalt to bright plaster (Oke, Boundary Layer Climates, 1987,
   // table 8.1: 0.05 to 0.5). Kd that nobody has guessed says less.

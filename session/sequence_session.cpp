@@ -94,7 +94,7 @@ SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
                                            options.camera_noise)),
       notes_(loaded_->site.notes),
       given_suns_(GivenSuns(options)),
-      compositor_({.object_samples_per_side = options.object_samples_per_side}) {
+      compositor_(options.compositor) {
   const std::vector<std::string>& of_scene = loaded_->scene.notes;
   notes_.insert(notes_.end(), of_scene.begin(), of_scene.end());
   pipeline_ = std::make_unique<FramePipeline>(

@@ -389,7 +389,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   if (site.is_indoors) {
     site.notes.emplace_back(
         "the camera stands indoors: the mesh's ground is not carried on outside; without "
-        "--ground-albedo nothing shines from below the horizon");
+        "the setting prepare.ground_albedo nothing shines from below the horizon");
   }
   site.viewed_m = MiddlesOfViews(sequence, caster);
   const glm::vec3 middle_m(site.viewed_m.front());

@@ -26,18 +26,19 @@ bool CameraMoves(const Sequence& sequence) {
 
 OutdoorLightingOptions OutdoorOptionsFor(const SessionOptions& options,
                                          double aerosol_optical_depth_500nm) {
-  OutdoorLightingOptions outdoor;
-  outdoor.samples = options.samples;
-  outdoor.seed = options.seed;
-  outdoor.choice = options.sample_choice;
-  outdoor.fit.loss = options.loss;
-  outdoor.fit.solver = options.solver;
-  outdoor.sky_shapes = options.sky_shapes;
+  OutdoorLightingOptions outdoor = options.light;
   outdoor.aerosol_optical_depth_500nm = aerosol_optical_depth_500nm;
   return outdoor;
 }
 
 }  // namespace
+
+void SetSeed(std::uint64_t seed, SessionOptions& options) {
+  options.light.seed = seed;
+  options.pipeline.object_gather.seed = seed;
+  options.pipeline.one_place.seed = seed;
+  options.pipeline.direct_daylight.sampling.seed = seed;
+}
 
 ResponseCurve ResponseOf(const SessionOptions& options, const Sequence& sequence) {
   if (options.response) return *options.response;
@@ -61,8 +62,8 @@ AlbedoSource AlbedoSourceOf(const SessionOptions& options, const Sequence& seque
 }
 
 Daylight DaylightOf(const SessionOptions& options, const SequenceSite& site) {
-  const bool smooth = options.object_light == ObjectLight::kVolume ||
-                      options.object_light == ObjectLight::kVolumeByMap;
+  const ObjectLight light = options.pipeline.object_light;
+  const bool smooth = light == ObjectLight::kVolume || light == ObjectLight::kVolumeByMap;
   return options.daylight.value_or(site.is_indoors && smooth ? Daylight::kSamples
                                                              : Daylight::kGather);
 }
@@ -83,8 +84,8 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SessionOptions& options,
                                "a fish-eye picture");
     }
     FisheyeLightingOptions fisheye;
-    fisheye.samples = options.samples;
-    fisheye.seed = options.seed;
+    fisheye.samples = options.light.samples;
+    fisheye.seed = options.light.seed;
     if (options.sky_regions) {
       fisheye.regions = *options.sky_regions;
       fisheye.detail = SkyDetail::kRegions;
@@ -98,12 +99,7 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SessionOptions& options,
 FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
                                         const LoadedSequence& loaded) {
   const Sequence& sequence = loaded.sequence;
-  FramePipelineOptions pipeline;
-  pipeline.object_light = options.object_light;
-  pipeline.object_gather.rays_per_receiver = options.object_rays;
-  pipeline.one_place = options.one_place;
-  pipeline.one_place.seed = options.object_ray_seed;
-  pipeline.object_gather.seed = options.object_ray_seed;
+  FramePipelineOptions pipeline = options.pipeline;
   // A source that samples the picture is worth receivers of its own for each new view; another one
   // is not.
   if (SourceOf(options, sequence) == SourceKind::kFisheye &&
@@ -111,20 +107,15 @@ FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
     pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
     pipeline.influence_at = InfluenceAt::kFaces;
   }
-  pipeline.view.sun_block_px = options.sun_block_px;
-  pipeline.view.receiver_block_px = options.receiver_block_px;
-  pipeline.effects = options.effects;
   if (options.camera_noise_is_known) pipeline.camera_matching.camera_noise = options.camera_noise;
   pipeline.display_response = ResponseOf(options, sequence);
-  pipeline.daylight_colours = SourceOf(options, sequence) == SourceKind::kOutdoor;
-  pipeline.soft_sun.disc_samples = options.penumbra_samples;
+  if (SourceOf(options, sequence) != SourceKind::kOutdoor) pipeline.daylight_colours = false;
   if (options.influence_at) pipeline.influence_at = *options.influence_at;
   pipeline.daylight = DaylightOf(options, loaded.site);
-  pipeline.direct_daylight = options.direct_daylight;
   for (const WindowEntry& window : sequence.windows) {
     pipeline.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
   }
-  if (!options.filter || !options.lighting.empty()) pipeline.filter.reset();
+  if (!options.lighting.empty()) pipeline.filter.reset();
   return pipeline;
 }
 

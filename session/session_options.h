@@ -5,15 +5,15 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "calib/camera_noise.h"
 #include "calib/response.h"
 #include "datasets/frame_source.h"
-#include "estimation/lighting_fit_options.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
+#include "pipeline/self_calibration.h"
 #include "relight/blob_store.h"
+#include "render/compositor.h"
 #include "scene/sky_regions.h"
 #include "scene/weather.h"
 #include "session/sequence_site.h"
@@ -41,36 +41,32 @@ struct SessionOptions {
   // A lighting.jsonl to use instead of estimating; empty: estimate.
   std::filesystem::path lighting;
   std::optional<AlbedoSource> albedo;  // None: as AlbedoSourceOf has it.
-  // What an outdoor sky is a mix of.
-  std::vector<SkyShapeKind> sky_shapes = OutdoorLightingOptions{}.sky_shapes;
-  // That a fish-eye's sky is averaged over before it lights the scene. None: its picture lights it.
-  std::optional<SkyRegions> sky_regions;
-  int samples = 500;
-  std::uint64_t seed = 1;
-  SampleChoice sample_choice = SampleChoice::kBalanced;
-  LightingFitOptions::Loss loss = LightingFitOptions::Loss::kTukey;
-  LightingFitOptions::Solver solver = LightingFitOptions::Solver::kCeres;
-  PrepareSettings prepare;
-  ObjectLight object_light = ObjectLight::kGather;
-  int object_rays = GatherOptions{}.rays_per_receiver;  // At their vertices.
-  std::uint64_t object_ray_seed = GatherOptions{}.seed;
-  OnePlaceOptions one_place;  // Its seed is object_ray_seed.
-  // None: gathered, but for the irradiance volume indoors, which is too smooth for windows.
-  std::optional<Daylight> daylight;
-  DirectDaylightOptions direct_daylight;    // Its windows are the sequence's.
-  std::optional<InfluenceAt> influence_at;  // None: faces where a fish-eye lights a moving camera.
-  int sun_block_px = SurfaceViewOptions{}.sun_block_px;
-  int receiver_block_px = SurfaceViewOptions{}.receiver_block_px;
-  int object_samples_per_side = CompositorOptions{}.object_samples_per_side;
-  EffectSettings effects;
-  int penumbra_samples = SoftSunOptions{}.disc_samples;
-  bool filter = true;  // The light over time.
-  bool ignore_exposure = false;
-  std::optional<Weather> weather;  // Of all frames, in place of what the sequence says.
+  std::optional<Weather> weather;      // Of all frames, in place of what the sequence says.
+  bool ignore_exposure = false;        // Of 8-bit frames: light is then relative.
   CameraNoise camera_noise;
   // That camera_noise is not the default but this camera's: virtual objects get it, too.
   bool camera_noise_is_known = false;
-  bool with_objects = true;  // False: the light alone, composites are the frames.
+  // That a fish-eye's sky is averaged over before it lights the scene. None: its picture lights it.
+  std::optional<SkyRegions> sky_regions;
+
+  OutdoorLightingOptions
+      light;  // Its haze is the survey's. Samples and seed are a fish-eye's, too.
+  SelfCalibrationOptions calibration;  // Its seed and sky shapes are those of `light`.
+  PrepareSettings prepare;
+  // What a sequence decides is set by PipelineOptionsFor: display, windows, camera noise, and,
+  // where a fish-eye lights a moving camera, where receivers are.
+  FramePipelineOptions pipeline;
+  // In place of the pipeline's. None: gathered, but for the irradiance volume indoors, which is too
+  // smooth for windows.
+  std::optional<Daylight> daylight;
+  // In place of the pipeline's. None: faces where a fish-eye lights a moving camera.
+  std::optional<InfluenceAt> influence_at;
+  CompositorOptions compositor;
+  bool measure_shadows = false;  // Compares the real shadows' direction with the sun's.
+  bool with_objects = true;      // False: the light alone, composites are the frames.
 };
+
+// Of all that is drawn at random.
+void SetSeed(std::uint64_t seed, SessionOptions& options);
 
 }  // namespace pleinair

@@ -80,8 +80,11 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
 
 TEST_F(CommandLine, RefusesUnknownWords) {
   ExpectOneLineAndCode2("", "subcommand");
-  ExpectOneLineAndCode2("run folder --sky-regions 4by16", "--sky-regions '4by16'");
-  ExpectOneLineAndCode2("run folder --sky-regions 0x16", "0 bands");
+  ExpectOneLineAndCode2("run folder --set sky_regions=4by16", "found '4by16'");
+  ExpectOneLineAndCode2("run folder --set sky_regions=0x16", "found '0x16'");
+  ExpectOneLineAndCode2("run folder --set light.sample=3", "such as light.samples");
+  ExpectOneLineAndCode2("run folder --settings nowhere", "nowhere: expected a file of settings");
+  ExpectOneLineAndCode2("run folder --video=0", "video");
   ExpectOneLineAndCode2("run folder --weather sunny", "overcast");
   ExpectOneLineAndCode2("paint", "paint");
   ExpectOneLineAndCode2("sun --site 57,9 --time 2005-06-21T09:50:00Z --colour red", "colour");
@@ -99,7 +102,7 @@ TEST_F(CommandLine, RefusesSettingsOutOfRange) {
   ExpectOneLineAndCode2(run + " --samples 0", "samples");
   ExpectOneLineAndCode2(run + " --bounces some", "bounces");
   ExpectOneLineAndCode2(run + " --frames both", "frames");
-  ExpectOneLineAndCode2(run + " --seed -1", "expected an integer from 0");
+  ExpectOneLineAndCode2(run + " --seed -1", "light.seed: expected 0 or more");
   ExpectOneLineAndCode2(run + " --effects sparkle", "effects");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "refused before anything is written";
 }
@@ -109,7 +112,7 @@ TEST_F(CommandLine, AnOptionWinsOverTheQuality) {
   const auto samples_used = [&](const std::string& arguments) {
     const Ended ended = Call("run " PLEINAIR_SOURCE_DIR
                              "/datasets/samples/courtyard --bounces 0 "
-                             "--patch-size 8 --effects sun-shading --cache " +
+                             "--set prepare.patch_size_m=8 --effects sun-shading --cache " +
                              (folder_ / "cache").string() + " --out " + (folder_ / "out").string() +
                              " " + arguments);
     EXPECT_EQ(ended.exit_code, 0) << ended.output;
@@ -120,10 +123,10 @@ TEST_F(CommandLine, AnOptionWinsOverTheQuality) {
     const std::size_t at = line.find(key);
     return at == std::string::npos ? -1 : std::stoi(line.substr(at + key.size()));
   };
-  const int fast = samples_used("--quality fast --rays 16");
+  const int fast = samples_used("--quality fast --set prepare.rays=16");
   EXPECT_GT(fast, 100);
   EXPECT_LT(fast, 300) << "balanced has 500";
-  EXPECT_NEAR(samples_used("--samples 77 --rays 16 --quality fast"), 77, 20);
+  EXPECT_NEAR(samples_used("--samples 77 --set prepare.rays=16 --quality fast"), 77, 20);
   ExpectOneLineAndCode2("run " PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard --quality quick",
                         "--quality");
 }

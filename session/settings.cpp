@@ -1,0 +1,598 @@
+#include "session/settings.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace pleinair {
+namespace {
+
+using Options = SessionOptions;
+
+[[noreturn]] void Refuse(const Setting& setting, const std::string& text) {
+  throw std::invalid_argument(
+      fmt::format("{}: expected {}, found '{}'", setting.name, setting.values, text));
+}
+
+template <typename Number>
+std::optional<Number> ParseNumber(std::string_view text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+// A range of numbers; `unit` is said behind it.
+template <typename Number>
+struct Range {
+  Number least{};
+  Number most{};
+  std::string unit{};
+  bool least_is_excluded = false;
+
+  bool Holds(Number number) const {
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(number)) return false;
+    }
+    return (least_is_excluded ? number > least : number >= least) && number <= most;
+  }
+  std::string Words() const {
+    const bool open = most == std::numeric_limits<Number>::max();
+    std::string words = least_is_excluded ? fmt::format("above {}", least)
+                        : open            ? fmt::format("{} or more", least)
+                                          : fmt::format("{} to {}", least, most);
+    if (least_is_excluded && !open) words += fmt::format(", up to {}", most);
+    return unit.empty() ? words : words + " " + unit;
+  }
+};
+
+template <typename Number>
+Range<Number> Between(Number least, Number most, std::string unit = {}) {
+  return {least, most, std::move(unit)};
+}
+template <typename Number>
+Range<Number> From(Number least, std::string unit = {}) {
+  return {least, std::numeric_limits<Number>::max(), std::move(unit)};
+}
+template <typename Number>
+Range<Number> Above(Number least, std::string unit = {}) {
+  return {least, std::numeric_limits<Number>::max(), std::move(unit), true};
+}
+
+template <typename Value>
+struct Unwrapped {
+  using Type = Value;
+};
+template <typename Value>
+struct Unwrapped<std::optional<Value>> {
+  using Type = Value;
+};
+
+// `field` gives the number's place in the options. Where that is optional, `standard` says in words
+// what holds without it.
+template <typename Field, typename Number>
+Setting NumberSetting(std::string name,
+                      std::string meaning,
+                      Range<Number> range,
+                      Field field,
+                      std::string standard = {}) {
+  Setting setting{std::move(name), std::move(meaning), range.Words(), std::move(standard), {}};
+  using Stored = std::remove_reference_t<decltype(field(std::declval<Options&>()))>;
+  if constexpr (std::is_same_v<Stored, Number>) {
+    Options defaults;
+    setting.standard = fmt::format("{}", field(defaults));
+  }
+  setting.set = [setting, range, field](const std::string& text, Options& options) {
+    const auto number = ParseNumber<Number>(text);
+    if (!number || !range.Holds(*number)) Refuse(setting, text);
+    field(options) = *number;
+  };
+  return setting;
+}
+
+template <typename Field>
+using Choices =
+    std::vector<std::pair<std::string,
+                          typename Unwrapped<std::remove_reference_t<decltype(std::declval<Field>()(
+                              std::declval<Options&>()))>>::Type>>;
+
+// "a, b or c".
+std::string Listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
+  }
+  return text;
+}
+
+template <typename Field>
+Setting ChoiceSetting(std::string name,
+                      std::string meaning,
+                      const Field& field,
+                      Choices<Field> choices,
+                      std::string standard = {}) {
+  std::vector<std::string> words;
+  for (const auto& choice : choices) words.push_back(choice.first);
+  Setting setting{std::move(name), std::move(meaning), Listed(words), std::move(standard), {}};
+  if (setting.standard.empty()) {
+    Options defaults;
+    for (const auto& [word, value] : choices) {
+      if (field(defaults) == value) setting.standard = word;
+    }
+  }
+  setting.set = [setting, field, choices = std::move(choices)](const std::string& text,
+                                                               Options& options) {
+    for (const auto& [word, value] : choices) {
+      if (word != text) continue;
+      field(options) = value;
+      return;
+    }
+    Refuse(setting, text);
+  };
+  return setting;
+}
+
+template <typename Field>
+Setting SwitchSetting(std::string name, std::string meaning, const Field& field) {
+  return ChoiceSetting(std::move(name), std::move(meaning), field, {{"on", true}, {"off", false}});
+}
+
+// Electrons of the camera's own noise; who states one knows the camera.
+template <typename Field>
+Setting NoiseSetting(std::string name, std::string meaning, const Field& field) {
+  Setting setting =
+      NumberSetting(std::move(name), std::move(meaning), Above(0.0, "electrons"), field);
+  setting.set = [read = setting.set](const std::string& text, Options& options) {
+    read(text, options);
+    options.camera_noise_is_known = true;
+  };
+  return setting;
+}
+
+// "4x16" or "8x8x8": as many whole numbers above 0 as `counts` has, at most `most` each.
+template <std::size_t kCount>
+std::optional<std::array<int, kCount>> ParseCounts(const std::string& text, int most) {
+  std::array<int, kCount> counts{};
+  std::string_view rest(text);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const std::size_t end = i + 1 < kCount ? rest.find('x') : rest.size();
+    if (end == std::string_view::npos) return std::nullopt;
+    const auto count = ParseNumber<int>(rest.substr(0, end));
+    if (!count || *count < 1 || *count > most) return std::nullopt;
+    counts[i] = *count;
+    rest.remove_prefix(std::min(rest.size(), end + 1));
+  }
+  return counts;
+}
+
+Setting SkyRegionsSetting() {
+  Setting setting{"sky_regions",
+                  "regions of elevation and azimuth that a fish-eye's sky is averaged over before "
+                  "it lights the scene",
+                  "BANDSxSECTORS, or picture",
+                  "picture",
+                  {}};
+  setting.set = [setting](const std::string& text, Options& options) {
+    if (text == "picture") return options.sky_regions.reset();
+    constexpr int kMost = 1024;
+    const auto counts = ParseCounts<2>(text, kMost);
+    if (!counts) Refuse(setting, text);
+    options.sky_regions.emplace((*counts)[0], (*counts)[1]);
+  };
+  return setting;
+}
+
+Setting SkyShapesSetting() {
+  Setting setting{"light.sky_shapes",
+                  "what an outdoor sky is a mix of; jensen-2006 has uniform alone",
+                  "some of uniform, overcast and clear, with commas between them",
+                  "uniform,overcast,clear",
+                  {}};
+  setting.set = [setting](const std::string& text, Options& options) {
+    std::vector<SkyShapeKind> shapes;
+    for (std::size_t from = 0; from <= text.size();) {
+      const std::size_t end = std::min(text.find(',', from), text.size());
+      const std::string_view name = std::string_view(text).substr(from, end - from);
+      const auto* found = std::find_if(std::begin(kAllSkyShapeKinds),
+                                       std::end(kAllSkyShapeKinds),
+                                       [&](SkyShapeKind kind) { return name == NameOf(kind); });
+      const bool is_new = found != std::end(kAllSkyShapeKinds) &&
+                          std::find(shapes.begin(), shapes.end(), *found) == shapes.end();
+      if (!is_new) Refuse(setting, text);
+      shapes.push_back(*found);
+      from = end + 1;
+    }
+    options.light.sky_shapes = std::move(shapes);
+  };
+  return setting;
+}
+
+Setting BouncesSetting() {
+  constexpr int kMost = 100;
+  Setting setting{"prepare.bounces",
+                  "reflections between surfaces; jensen-2006 has 0",
+                  fmt::format("0 to {}, or all", kMost),
+                  "all",
+                  {}};
+  setting.set = [setting](const std::string& text, Options& options) {
+    const auto bounces = text == "all" ? std::optional(kAllBounces) : ParseNumber<int>(text);
+    const bool is_known = bounces && (text == "all" || (*bounces >= 0 && *bounces <= kMost));
+    if (!is_known) Refuse(setting, text);
+    options.prepare.bounces = *bounces;
+  };
+  return setting;
+}
+
+Setting ProbeCountsSetting() {
+  Setting setting{
+      "prepare.probe_counts", "grid of the irradiance volume", "XxYxZ, up to 64 each", "8x8x8", {}};
+  setting.set = [setting](const std::string& text, Options& options) {
+    constexpr int kMost = 64;
+    const auto counts = ParseCounts<3>(text, kMost);
+    if (!counts) Refuse(setting, text);
+    options.prepare.probe_counts = glm::ivec3((*counts)[0], (*counts)[1], (*counts)[2]);
+  };
+  return setting;
+}
+
+Setting FilterSetting() {
+  Setting setting{"pipeline.filter",
+                  "averages the light over frames while it is steady",
+                  "on or off",
+                  "on",
+                  {}};
+  setting.set = [setting](const std::string& text, Options& options) {
+    if (text != "on" && text != "off") Refuse(setting, text);
+    options.pipeline.filter = text == "on" ? std::optional(LightingFilterOptions{}) : std::nullopt;
+  };
+  return setting;
+}
+
+void AddInput(std::vector<Setting>& settings) {
+  settings.push_back(ChoiceSetting("frames",
+                                   "which frames where there are both",
+                                   [](Options & o) -> auto& { return o.frames; },
+                                   {{"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}));
+  settings.push_back(ChoiceSetting(
+      "source",
+      "what the light is measured from: diffuse walls and paving, or a "
+      "fish-eye picture of the sky",
+      [](Options & o) -> auto& { return o.source; },
+      {{"outdoor", SourceKind::kOutdoor}, {"fisheye", SourceKind::kFisheye}},
+      "fisheye where frames have such a picture"));
+  settings.push_back(ChoiceSetting(
+      "albedo",
+      "albedo of real surfaces: from the environment map, the mesh's "
+      "materials, or the frames themselves",
+      [](Options & o) -> auto& { return o.albedo; },
+      {{"survey", AlbedoSource::kSurvey},
+       {"materials", AlbedoSource::kMaterials},
+       {"self-calibrated", AlbedoSource::kSelfCalibrated}},
+      "survey where there is a map; else materials where their albedo "
+      "is known or assumed; else self-calibrated"));
+  settings.push_back(ChoiceSetting(
+      "weather",
+      "the sky in all frames, as a person saw it",
+      [](Options & o) -> auto& { return o.weather; },
+      {{std::string(NameOf(Weather::kOvercast)), Weather::kOvercast},
+       {std::string(NameOf(Weather::kBroken)), Weather::kBroken},
+       {std::string(NameOf(Weather::kClear)), Weather::kClear}},
+      "as the sequence says"));
+  settings.push_back(SwitchSetting(
+      "ignore_exposure",
+      "treats the exposure of 8-bit frames as unknown: light is then "
+      "relative",
+      [](Options & o) -> auto& { return o.ignore_exposure; }));
+  settings.push_back(NoiseSetting(
+      "camera_noise.full_well_electrons",
+      "brightest signal of the 8-bit camera, for its shot noise; where "
+      "it is given, objects have this noise and not the measured one",
+      [](Options & o) -> auto& { return o.camera_noise.full_well_electrons; }));
+  settings.push_back(NoiseSetting(
+      "camera_noise.read_noise_electrons", "read noise of the 8-bit camera; as above", [
+      ](Options & o) -> auto& { return o.camera_noise.read_noise_electrons; }));
+  settings.push_back(SkyRegionsSetting());
+}
+
+void AddLight(std::vector<Setting>& settings) {
+  using Loss = LightingFitOptions::Loss;
+  using Solver = LightingFitOptions::Solver;
+  settings.push_back(NumberSetting(
+      "light.samples", "pixels that the light is measured from", Between(1, 100000), [
+      ](Options & o) -> auto& { return o.light.samples; }));
+  settings.push_back(NumberSetting(
+      "light.seed", "seed of the choice of pixels", From<std::uint64_t>(0), [
+      ](Options & o) -> auto& { return o.light.seed; }));
+  settings.push_back(ChoiceSetting("light.choice",
+                                   "which pixels: as many lit as shaded of each region and facing, "
+                                   "evenly over the view, or at random",
+                                   [](Options & o) -> auto& { return o.light.choice; },
+                                   {{"balanced", SampleChoice::kBalanced},
+                                    {"proportional", SampleChoice::kProportional},
+                                    {"random", SampleChoice::kRandom}}));
+  settings.push_back(ChoiceSetting(
+      "light.fit.loss",
+      "what a sample far from the model counts: nothing, less, or as "
+      "much as any",
+      [](Options & o) -> auto& { return o.light.fit.loss; },
+      {{"tukey", Loss::kTukey}, {"huber", Loss::kHuber}, {"squares", Loss::kSquares}}));
+  settings.push_back(ChoiceSetting("light.fit.solver",
+                                   "solver of the fit; closed is an independent check",
+                                   [](Options & o) -> auto& { return o.light.fit.solver; },
+                                   {{"ceres", Solver::kCeres}, {"closed", Solver::kClosed}}));
+  settings.push_back(SkyShapesSetting());
+  settings.push_back(FilterSetting());
+  settings.push_back(NumberSetting(
+      "calibration.frames", "frames that self-calibration takes albedos from", Between(1, 100000), [
+      ](Options & o) -> auto& { return o.calibration.frames; }));
+  settings.push_back(NumberSetting(
+      "calibration.samples", "samples of each of these frames", Between(1, 100000), [
+      ](Options & o) -> auto& { return o.calibration.samples; }));
+  settings.push_back(NumberSetting(
+      "calibration.rounds",
+      "times that self-calibration recomputes the light between "
+      "surfaces",
+      Between(1, 100),
+      [](Options & o) -> auto& { return o.calibration.rounds; }));
+}
+
+void AddPrepare(std::vector<Setting>& settings) {
+  settings.push_back(BouncesSetting());
+  settings.push_back(NumberSetting(
+      "prepare.patch_size_m",
+      "longest edge of patches near what the cameras look at",
+      Above(0.0, "metres"),
+      [](Options & o) -> auto& { return o.prepare.patch_size_m; },
+      "0.5, indoors 0.25"));
+  settings.push_back(NumberSetting(
+      "prepare.rays",
+      "rays that each receiver of light casts",
+      Between(1, 65536),
+      [](Options & o) -> auto& { return o.prepare.rays; },
+      std::to_string(GatherOptions{}.rays_per_receiver)));
+  settings.push_back(NumberSetting(
+      "prepare.ground_albedo",
+      "albedo of a ground at the mesh's foot, out to the horizon; 0: "
+      "none",
+      Between(0.0, 0.99),
+      [](Options & o) -> auto& { return o.prepare.ground_albedo; }));
+  settings.push_back(ProbeCountsSetting());
+  settings.push_back(NumberSetting(
+      "prepare.probe_spacing_m",
+      "the same grid, by the distance between its probes",
+      Above(0.0, "metres"),
+      [](Options & o) -> auto& { return o.prepare.probe_spacing_m; },
+      "by prepare.probe_counts"));
+  settings.push_back(NumberSetting(
+      "prepare.probe_rays",
+      "rays that each probe casts",
+      Between(1, 1 << 20),
+      [](Options & o) -> auto& { return o.prepare.probe_rays; },
+      std::to_string(ProbeOptions{}.rays_per_probe)));
+  settings.push_back(NumberSetting(
+      "prepare.map_width",
+      "width of the environment map: its own or a part of that",
+      Between(1, 1 << 16, "pixels"),
+      [](Options & o) -> auto& { return o.prepare.map_width; },
+      "its own"));
+}
+
+void AddObjects(std::vector<Setting>& settings) {
+  settings.push_back(ChoiceSetting(
+      "pipeline.object_light",
+      "light on objects: rays at their vertices, rays at one place among them, an irradiance "
+      "volume, or the same volume by way of an environment map",
+      [](Options & o) -> auto& { return o.pipeline.object_light; },
+      {{"gather", ObjectLight::kGather},
+       {"probe", ObjectLight::kOnePlace},
+       {"volume", ObjectLight::kVolume},
+       {"map", ObjectLight::kVolumeByMap}}));
+  settings.push_back(NumberSetting(
+      "pipeline.object_gather.rays_per_receiver",
+      "rays at each vertex of an object",
+      Between(1, 65536),
+      [](Options & o) -> auto& { return o.pipeline.object_gather.rays_per_receiver; }));
+  settings.push_back(NumberSetting(
+      "pipeline.one_place.rays", "rays at one place", Between(1, 1 << 20), [
+      ](Options & o) -> auto& { return o.pipeline.one_place.rays; }));
+  settings.push_back(NumberSetting(
+      "pipeline.one_place.sh_bands",
+      "bands of the spherical harmonics of the light at one place",
+      Between(1, OnePlaceOptions::kMostShBands),
+      [](Options & o) -> auto& { return o.pipeline.one_place.sh_bands; }));
+  settings.push_back(ChoiceSetting(
+      "daylight",
+      "light straight from the sky on objects: gathered with the rest, "
+      "or by samples of the sky, for rooms with windows",
+      [](Options & o) -> auto& { return o.daylight; },
+      {{"gather", Daylight::kGather}, {"samples", Daylight::kSamples}},
+      "gather; samples indoors with an irradiance volume"));
+  settings.push_back(NumberSetting(
+      "pipeline.direct_daylight.sampling.samples",
+      "samples of each shape of the sky",
+      Between(1, 65536),
+      [](Options & o) -> auto& { return o.pipeline.direct_daylight.sampling.samples; }));
+  settings.push_back(ChoiceSetting(
+      "pipeline.direct_daylight.sampling.restriction",
+      "where they are drawn: what windows let through, the sky until enough come through, or the "
+      "complete sky",
+      [](Options & o) -> auto& { return o.pipeline.direct_daylight.sampling.restriction; },
+      {{"windows", DaylightRestriction::kWindows},
+       {"rejection", DaylightRestriction::kRejection},
+       {"whole-sky", DaylightRestriction::kWholeSky}}));
+  settings.push_back(NumberSetting(
+      "pipeline.direct_daylight.shadows.map_size_px",
+      "side of a sample's shadow map; 0: rays in place of maps",
+      Between(0, 1024, "pixels"),
+      [](Options & o) -> auto& { return o.pipeline.direct_daylight.shadows.map_size_px; }));
+  settings.push_back(ChoiceSetting(
+      "influence_at",
+      "where it is computed what objects occlude and reflect: at "
+      "pixels of each view, or on the surfaces, kept while the camera "
+      "moves",
+      [](Options & o) -> auto& { return o.influence_at; },
+      {{"pixels", InfluenceAt::kPixels}, {"faces", InfluenceAt::kFaces}},
+      "faces where a fish-eye lights a moving camera, else pixels"));
+  settings.push_back(NumberSetting(
+      "pipeline.influence.rays_per_receiver",
+      "rays from a real surface over each object's bounding sphere",
+      Between(1, 65536),
+      [](Options & o) -> auto& { return o.pipeline.influence.rays_per_receiver; }));
+  settings.push_back(NumberSetting(
+      "pipeline.influence.least_spacing",
+      "distance of receivers on surfaces near an object, over its radius",
+      Above(0.0),
+      [](Options & o) -> auto& { return o.pipeline.influence.least_spacing; }));
+  settings.push_back(NumberSetting(
+      "pipeline.soft_sun.disc_samples",
+      "points of the sun's disc for a pixel near the edge of a virtual shadow",
+      Between(4, 65536),
+      [](Options & o) -> auto& { return o.pipeline.soft_sun.disc_samples; }));
+  settings.push_back(NumberSetting(
+      "pipeline.mirror.rays_per_pixel", "rays of a pixel that shows a mirror", Between(1, 65536), [
+      ](Options & o) -> auto& { return o.pipeline.mirror.rays_per_pixel; }));
+  settings.push_back(NumberSetting(
+      "pipeline.mirror.rays_per_place",
+      "rays from a mirrored surface to what objects occlude from it; 0: none",
+      Between(0, 65536),
+      [](Options & o) -> auto& { return o.pipeline.mirror.rays_per_place; }));
+}
+
+void AddPicture(std::vector<Setting>& settings) {
+  settings.push_back(NumberSetting(
+      "pipeline.sun_step_s",
+      "age that the sun's transport may reach; 0: none",
+      From(0.0, "seconds"),
+      [](Options & o) -> auto& { return o.pipeline.sun_step_s; }));
+  settings.push_back(NumberSetting(
+      "pipeline.view.sun_block_px",
+      "side of blocks that are lit alike when their corners are; 1: none",
+      Between(1, 64, "pixels"),
+      [](Options & o) -> auto& { return o.pipeline.view.sun_block_px; }));
+  settings.push_back(NumberSetting(
+      "pipeline.view.receiver_block_px",
+      "side of the blocks for which light from the sky and by reflection is gathered",
+      Between(1, 64, "pixels"),
+      [](Options & o) -> auto& { return o.pipeline.view.receiver_block_px; }));
+  settings.push_back(
+      ChoiceSetting("compositor.object_samples_per_side",
+                    "side n of the n^2 + 1 samples of a pixel that shows an object",
+                    [](Options & o) -> auto& { return o.compositor.object_samples_per_side; },
+                    {{"2", 2}, {"4", 4}, {"6", 6}, {"8", 8}}));
+  settings.push_back(NumberSetting(
+      "pipeline.effects.threshold_code_values",
+      "what the effects that the plan leaves out may change in all",
+      From(0.0, "8-bit code values"),
+      [](Options & o) -> auto& { return o.pipeline.effects.threshold_code_values; }));
+  settings.push_back(NumberSetting(
+      "pipeline.effects.budget_ms",
+      "time for a frame, which the plan's choice then has to fit",
+      Above(0.0, "milliseconds"),
+      [](Options & o) -> auto& { return o.pipeline.effects.budget_ms; },
+      "none"));
+  settings.push_back(SwitchSetting(
+      "pipeline.daylight_colours",
+      "draws pictures in light of colours that daylight has; never where a fish-eye "
+      "measures the sky",
+      [](Options & o) -> auto& { return o.pipeline.daylight_colours; }));
+}
+
+void AddReport(std::vector<Setting>& settings) {
+  settings.push_back(SwitchSetting(
+      "measure_shadows",
+      "compares the direction of the real shadows with the sun's, in "
+      "about 0.5 s a frame",
+      [](Options & o) -> auto& { return o.measure_shadows; }));
+}
+
+std::vector<Setting> MakeSettings() {
+  std::vector<Setting> settings;
+  AddInput(settings);
+  AddLight(settings);
+  AddPrepare(settings);
+  AddObjects(settings);
+  AddPicture(settings);
+  AddReport(settings);
+  return settings;
+}
+
+// Letters to change, add or leave out (Levenshtein's distance).
+std::size_t EditDistance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = std::exchange(row[j], std::min({changed, row[j] + 1, row[j - 1] + 1}));
+    }
+  }
+  return row.back();
+}
+
+std::string Trimmed(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r";
+  const std::size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(kSpace) - first + 1));
+}
+
+}  // namespace
+
+const std::vector<Setting>& Settings() {
+  static const std::vector<Setting> kSettings = MakeSettings();
+  return kSettings;
+}
+
+const Setting& SettingOf(std::string_view name) {
+  const auto distance = [&](const Setting& setting) { return EditDistance(name, setting.name); };
+  const auto nearest = std::min_element(
+      Settings().begin(), Settings().end(), [&](const Setting& a, const Setting& b) {
+        return distance(a) < distance(b);
+      });
+  if (nearest->name == name) return *nearest;
+  throw std::invalid_argument(
+      fmt::format("'{}' is no setting: expected one that `pleinair settings` lists, such as {}",
+                  name,
+                  nearest->name));
+}
+
+void ApplySetting(const std::string& assignment, SessionOptions& options) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos) {
+    throw std::invalid_argument(
+        fmt::format("'{}': expected name=value, as `pleinair settings` lists them", assignment));
+  }
+  const std::string name = Trimmed(std::string_view(assignment).substr(0, equals));
+  SettingOf(name).set(Trimmed(std::string_view(assignment).substr(equals + 1)), options);
+}
+
+void ApplySettings(const std::filesystem::path& file, SessionOptions& options) {
+  std::ifstream lines(file);
+  if (!lines) throw std::runtime_error(file.string() + ": expected a file of settings, found none");
+  SessionOptions changed = options;
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    const std::string text = Trimmed(line);
+    if (text.empty() || text.front() == '#') continue;
+    try {
+      ApplySetting(text, changed);
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error(fmt::format("{}:{}: {}", file.string(), number, error.what()));
+    }
+  }
+  if (lines.bad()) throw std::runtime_error(file.string() + ": cannot be read to its end");
+  options = std::move(changed);
+}
+
+}  // namespace pleinair
