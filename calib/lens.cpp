@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "calib/internal/check_number.h"
+#include "calib/internal/distortion.h"
 #include "calib/internal/polynomial.h"
 
 namespace pleinair {
@@ -50,8 +51,8 @@ Distorted Distort(const std::array<double, 5>& distortion, const glm::dvec2& poi
   const double s = x * x + y * y;
   const double magnification = 1.0 + s * (k1 + s * (k2 + s * k3));
   const double slope = 2.0 * (k1 + s * (2.0 * k2 + s * 3.0 * k3));  // 2 dD/d(r^2).
-  return {{x * magnification + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
-           y * magnification + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y},
+  const auto [distorted_x, distorted_y] = DistortedPoint(distortion, x, y);
+  return {{distorted_x, distorted_y},
           magnification + slope * x * x + 2.0 * p1 * y + 6.0 * p2 * x,
           slope * x * y + 2.0 * p1 * x + 2.0 * p2 * y,
           magnification + slope * y * y + 6.0 * p1 * y + 2.0 * p2 * x};

@@ -23,8 +23,8 @@ double SumSquaresPx(const Lens& lens,
                     const DetectedMarker& marker,
                     const glm::dmat4& camera_from_marker);
 
-// Levenberg-Marquardt of at most `steps`, Huber's weights beyond 1 px. The reference marker stays.
-// Markers and views that the layout does not have are left alone.
+// Levenberg-Marquardt (Ceres) of at most `steps`, Huber's loss beyond 1 px. The reference marker
+// stays. Markers and views that the layout does not have are left alone.
 void AdjustMarkerLayout(const Lens& lens,
                         const std::array<glm::dvec3, 4>& square,
                         const std::vector<const MarkerView*>& views,
