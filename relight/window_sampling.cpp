@@ -89,7 +89,7 @@ class Opening {
     std::vector<glm::dvec2> corners;
     for (const glm::dvec3& corner : window.polygon_m) corners.push_back(plane.Project(corner));
     outwards_ = normal;
-    const std::vector<glm::dvec2> hull = ConvexHull(std::move(corners));
+    const std::vector<glm::dvec2> hull = ConvexHull(corners);
     const glm::dvec2 centre = plane.Project(object.centre_m);
     double beyond_m = 0.0;  // How far the centre's foot is beyond the farthest edge.
     for (std::size_t i = 0; i < hull.size(); ++i) {

@@ -12,7 +12,8 @@ inline double TurnOf(const glm::dvec2& o, const glm::dvec2& a, const glm::dvec2&
   return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
 }
 
-// Counter-clockwise, no point on a line between its neighbours (Andrew's monotone chain).
-std::vector<glm::dvec2> ConvexHull(std::vector<glm::dvec2> points);
+// Counter-clockwise, of these points. OpenCV compares them as float: of points in metres near the
+// origin none is outside by more than 1e-6 m.
+std::vector<glm::dvec2> ConvexHull(const std::vector<glm::dvec2>& points);
 
 }  // namespace pleinair

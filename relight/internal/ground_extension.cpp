@@ -84,7 +84,7 @@ std::optional<Ground> FindGround(const Mesh& mesh) {
                        area_of_material.end(),
                        [](const auto& p, const auto& q) { return p.second < q.second; })
           ->first;
-  ground.outline_m = ConvexHull(std::move(corners));
+  ground.outline_m = ConvexHull(corners);
   return ground;
 }
 
