@@ -20,7 +20,8 @@ struct PixelBox {
 // The mean of the SSIM over the box's pixels, of the luma (ITU-R BT.601) of code values 0 .. 255: a
 // Gaussian window of standard deviation 1.5 over 11 pixels a side, which looks beyond the box where
 // there is picture and mirrors it at the picture's border; constants 0.01 and 0.03. 1 for equal
-// pictures. Both pictures are of one size and hold the box, which is not empty.
+// pictures. Both pictures are of one size and hold the box, which is not empty. (QualitySSIM of
+// OpenCV, in double.)
 double StructuralSimilarity(const Image<glm::dvec3>& codes,
                             const Image<glm::dvec3>& reference_codes,
                             const PixelBox& box);
