@@ -39,7 +39,7 @@ decltype(EffectSettings::switches) SwitchesOf(std::span<const std::string> names
   if (is_named("probe-shading") || is_named("sky-occlusion")) {
     effects[Effect::kDaylight] = EffectSwitch::kOn;
   }
-  // Parts of all that needs the light on objects; --object-light probe leaves the first out.
+  // Parts of all that needs the light on objects; light from one place leaves the first out.
   if (others == EffectSwitch::kOff) {
     for (const Effect effect :
          {Effect::kLightVariation, Effect::kSelfOcclusion, Effect::kCurrentLight}) {

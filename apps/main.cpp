@@ -102,6 +102,10 @@ void AddPrepare(CLI::App& app, Work& work) {
   prepare.parse_complete_callback([options, given] {
     SessionOptions session;
     given->ApplyTo(session);
+    for (const std::string& assignment : given->assignments) {
+      if (assignment.starts_with("prepare.")) continue;
+      throw std::invalid_argument("--set " + assignment + ": expected a setting of prepare.");
+    }
     options->prepare = session.prepare;
   });
   prepare.callback([options, &work] {

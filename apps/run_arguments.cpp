@@ -74,7 +74,10 @@ void AddOutput(CLI::App& run, RunCommandOptions& options) {
                                     options.video_frames_per_second,
                                     "composite.mp4 as well; --video=RATE at so many frames a "
                                     "second (0.1 to 240; default: 10)");
-  video->check(CLI::Range(0.1, 240.0))->default_str("")->group(kOutput);
+  video->check(CLI::Range(0.1, 240.0).description(""))
+      ->type_name("")
+      ->default_str("")
+      ->group(kOutput);
   video->each([&options](const std::string&) { options.video = true; });
   run.add_flag("--write-environment",
                options.write_environment,
@@ -118,7 +121,7 @@ void AddRun(CLI::App& app, Work& work) {
   AddSettingOption(run, "--bounces", "prepare.bounces", *given, kLight);
   run.add_flag_function(
          "--no-filter",
-         [options](std::int64_t) { options->pipeline.filter.reset(); },
+         [given](std::int64_t) { given->assignments.emplace_back("pipeline.filter=off"); },
          "each frame's own light, not averaged over time")
       ->group(kLight);
   AddQuality(run, *given);

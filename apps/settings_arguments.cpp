@@ -71,6 +71,7 @@ void AddSettings(CLI::App& command, GivenSettings& given) {
                 given.assignments.end(), assignments.begin(), assignments.end());
           },
           "name=value, of what `pleinair settings` lists; repeatable")
+      ->allow_extra_args(false)
       ->type_name("NAME=VALUE")
       ->group(kGroup);
   command.add_option("--settings", given.file, "a file with a name=value a line")

@@ -13,14 +13,18 @@ namespace {
 // Below, the median is chance.
 constexpr std::size_t kLeastSquares = 60;
 
+constexpr int kGreenIsUnsound = kUnusable | kClipped[1];
+// Of a square, at the noise floor: deep shadows are among its pixels, but what is all dark has the
+// camera's own grain.
+constexpr double kMostNearBlack = 0.5;
+
 // Of log-normal values, by their mean above 0 and their variance.
 double LogStddev(double mean, double variance) {
   return std::sqrt(std::log1p(std::max(0.0, variance) / (mean * mean)));
 }
 
-// nullopt where a pixel of the square is outside the picture or unusable, or where there is no
-// light. Every other pixel of
-// every other row, as much as a standard deviation needs.
+// nullopt where a pixel of the square is outside the picture or unsound, or where there is no
+// light. Every other pixel of every other row, as much as a standard deviation needs.
 std::optional<double> ContrastAround(const Frame& frame, const glm::ivec2& pixel) {
   constexpr int kReach = kTextureWindowPx / 2;
   const RgbImage& radiance = frame.radiance;
@@ -31,15 +35,18 @@ std::optional<double> ContrastAround(const Frame& frame, const glm::ivec2& pixel
   double sum = 0.0;
   double squares = 0.0;
   double count = 0.0;
+  double near_black = 0.0;
   for (int y = pixel.y - kReach; y <= pixel.y + kReach; y += 2) {
     for (int x = pixel.x - kReach; x <= pixel.x + kReach; x += 2) {
-      if (frame.unusable.At(x, y) == kUnusable) return std::nullopt;
+      if ((frame.unusable.At(x, y) & kGreenIsUnsound) != 0) return std::nullopt;
+      near_black += (frame.unusable.At(x, y) & kNearBlack) != 0 ? 1.0 : 0.0;
       const double green = radiance.At(x, y).g;
       sum += green;
       squares += green * green;
       count += 1.0;
     }
   }
+  if (near_black > kMostNearBlack * count) return std::nullopt;
   const double mean = sum / count;
   if (!(mean > 0.0) || !std::isfinite(squares)) return std::nullopt;
   return LogStddev(mean, squares / count - mean * mean);
@@ -66,8 +73,10 @@ std::array<double, kSkyStates> LogLikelihood(const TextureContrast& contrast) {
   // In SkyState's order. Few surfaces are painted as deep as the sun's shadows are.
   static constexpr std::array<double, kSkyStates> kDeep{1.0, 1.0, 0.4, 0.1, 0.1};
   static constexpr std::array<double, kSkyStates> kNoLongerDeep{0.1, 0.1, 0.5, 1.0, 1.0};
-  const double deep = Ramp(0.35, 0.5, contrast.now);
-  const double was_deep = Ramp(0.35, 0.5, contrast.most);
+  constexpr double kDeepFrom = 0.35;
+  constexpr double kDeepTo = 0.5;
+  const double deep = Ramp(kDeepFrom, kDeepTo, contrast.now);
+  const double was_deep = Ramp(kDeepFrom, kDeepTo, contrast.most);
   const double lost =
       contrast.most > 0.0 ? Ramp(0.15, 0.35, 1.0 - contrast.now / contrast.most) : 0.0;
   const double no_longer = was_deep * lost * (1.0 - deep);

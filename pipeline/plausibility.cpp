@@ -39,6 +39,7 @@ bool AreOfOneLight(const FrameFacts& a, const FrameFacts& b) {
 }
 
 double Step(double before, double after) {
+  if (before == after) return 0.0;
   constexpr double kLargestFactor = 100.0;
   const double step = std::abs(std::log(after / before));
   return step <= std::log(kLargestFactor) ? step : std::log(kLargestFactor);  // Not a number, too.

@@ -87,7 +87,7 @@ class SelfCalibrator {
     }
     if (spots_.All().empty()) {
       throw std::runtime_error("self-calibration: no frame shows a diffuse surface (" + last_error +
-                               "): expected one, or --albedo materials");
+                               "): expected one, or the setting albedo=materials");
     }
     std::vector<glm::dvec3> expected(surfaces_.All().size());
     for (const auto& [key, surface] : surfaces_.All()) {

@@ -22,8 +22,8 @@ class DiscPoints;    // internal/disc_points.h
 
 struct SoftSunOptions {
   // Points of the disc, each cast to from another place in the pixel, for a pixel near an edge of
-  // shadow; on objects its samples have a quarter of them each. The others are told by 4 (objects)
-  // or 5 points alone. Converged: as many as wished. At least 4.
+  // shadow; on objects its samples have a quarter of them each. The others are shaded by 4
+  // (objects) or 5 points alone. Converged: as many as wished. At least 4.
   int disc_samples = 32;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;

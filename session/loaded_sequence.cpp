@@ -84,7 +84,7 @@ void CalibrateAlbedo(const SessionOptions& options, LoadedSequence& loaded) {
   if (!loaded.site.albedo_is_a_guess && !loaded.sequence.albedos_known) {
     calibration.mean_albedo = kUsualAlbedo;
   }
-  // Of the scale, where Kd is measured but asked to be found anew.
+  // Of the scale, where Kd is measured but to be found again.
   constexpr double kKnownAlbedoStddev = 0.05;
   if (loaded.sequence.albedos_known) calibration.joint.expected_stddev = kKnownAlbedoStddev;
   std::vector<std::string> unused_notes;

@@ -122,6 +122,10 @@ std::optional<SessionStep> SequenceSession::Next() {
 }
 
 std::optional<SessionStep> SequenceSession::Next(const std::function<bool(int)>& wanted) {
+  if (options_.response) {
+    throw std::invalid_argument(
+        "SessionOptions::response: the sequence's frames have their own, expected none");
+  }
   for (;;) {
     const auto read_start = std::chrono::steady_clock::now();
     auto frame = frames_->Next();
@@ -151,8 +155,11 @@ SessionStep SequenceSession::Process(CapturedPicture captured) {
   frame.time = captured.time;
   frame.camera = captured.camera.value_or(sequence.CameraOfFrame(0));
   frame.sun_direction_enu = sequence.StatedSunDirectionEnu();
-  frame.weather = options_.weather;
-  frame.exposure = captured.exposure;
+  if (const auto given = given_suns_.find(frame.index); given != given_suns_.end()) {
+    frame.sun_direction_enu = given->second;
+  }
+  frame.weather = options_.weather ? options_.weather : sequence.weather;
+  if (!options_.ignore_exposure) frame.exposure = captured.exposure;
   frame.fisheye_radiance = std::move(captured.fisheye_radiance);
   if (const std::string fault = FaultOf(captured, frame.camera.intrinsics); !fault.empty()) {
     const FrameError error{frame.index, frame.time, fault};
@@ -164,7 +171,19 @@ SessionStep SequenceSession::Process(CapturedPicture captured) {
   } else {
     SetRadiance(std::move(std::get<RgbImage>(captured.picture)), frame);
   }
-  return Process(std::move(frame));
+  // The sequence's frames were looked at when they were read; these are looked at here.
+  const FrameError place{frame.index, frame.time, {}};
+  try {
+    return Process(std::move(frame));
+  } catch (const std::invalid_argument& error) {
+    return SessionStep{std::nullopt,
+                       tl::unexpected(FrameError{place.index, place.time, error.what()})};
+  }
+}
+
+GlDescription SequenceSession::Renderer() const {
+  context_->MakeCurrent();
+  return context_->Describe();
 }
 
 Rgb8Image SequenceSession::Show(const SessionStep& step) {

@@ -42,14 +42,15 @@ struct CapturedPicture {
   std::optional<RgbImage> fisheye_radiance;
 };
 
-// Draws in an OpenGL context of its own unless it is given one, and makes that current itself. Used
-// on the thread that made it, or the context.
+// Draws in an OpenGL context of its own unless it is given one, and makes that current itself; it
+// stays current. Used on the thread that made it, or the context.
 class SequenceSession {
  public:
   // Reads and prepares first. Throws as LoadSequence, and as HeadlessContext where it makes one.
   explicit SequenceSession(const SessionOptions& options, const Progress& progress = {});
 
-  // Of loaded data only what `options` says of the offline part, markers and exposure has to agree.
+  // What `options` says of the offline part, frames, markers, exposure, weather and camera noise
+  // has to be as it was when `loaded` was made.
   SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
                   const SessionOptions& options,
                   std::shared_ptr<const HeadlessContext> context = nullptr);
@@ -63,14 +64,15 @@ class SequenceSession {
 
   // Of a frame that is not the sequence's, or is so again, at the same place.
   SessionStep Process(Frame frame);
-  // Such pictures are counted from 0 on. One that does not fit its camera is that step's error.
+  // Such pictures are counted from 0 on. One that does not fit its camera is that step's error. A
+  // diffuse mask over the sequence's first frame does not hold for them.
   SessionStep Process(CapturedPicture captured);
 
   // The composite of a step that succeeded, as the camera would have shown it.
   Rgb8Image Show(const SessionStep& step);
   const PictureDisplay& Display() const { return display_; }
   const LoadedSequence& Loaded() const { return *loaded_; }
-  GlDescription Renderer() const { return context_->Describe(); }
+  GlDescription Renderer() const;
 
   // What was assumed, repaired or left out since the last call, marker poses included.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }

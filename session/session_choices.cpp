@@ -57,8 +57,8 @@ AlbedoSource AlbedoSourceOf(const SessionOptions& options, const Sequence& seque
   if (sequence.environment) return AlbedoSource::kSurvey;
   const bool estimated =
       SourceOf(options, sequence) == SourceKind::kOutdoor && options.lighting.empty();
-  const bool told = sequence.albedos_known || sequence.albedos_assumed;
-  return told || !estimated ? AlbedoSource::kMaterials : AlbedoSource::kSelfCalibrated;
+  const bool is_given = sequence.albedos_known || sequence.albedos_assumed;
+  return is_given || !estimated ? AlbedoSource::kMaterials : AlbedoSource::kSelfCalibrated;
 }
 
 Daylight DaylightOf(const SessionOptions& options, const SequenceSite& site) {

@@ -35,7 +35,9 @@ struct SessionOptions {
   std::filesystem::path cache;       // Folder of what was prepared; empty: the user's cache folder.
   std::shared_ptr<BlobStore> store;  // In place of `cache`, where set.
   FrameKind frames = FrameKind::kLinear;
-  std::optional<ResponseCurve> response;  // Of the 8-bit camera; none: the sequence's.
+  // Of captured 8-bit pictures; none: the sequence's. The sequence's own frames keep theirs: a
+  // session that has this takes captured pictures alone.
+  std::optional<ResponseCurve> response;
   std::filesystem::path markers;  // Board file that camera poses come from; empty: the sequence's.
   std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
   // A lighting.jsonl to use instead of estimating; empty: estimate.

@@ -147,7 +147,7 @@ Setting SwitchSetting(std::string name, std::string meaning, const Field& field)
   return ChoiceSetting(std::move(name), std::move(meaning), field, {{"on", true}, {"off", false}});
 }
 
-// Electrons of the camera's own noise; who states one knows the camera.
+// Electrons of the camera's own noise; stating one makes camera_noise_is_known true.
 template <typename Field>
 Setting NoiseSetting(std::string name, std::string meaning, const Field& field) {
   Setting setting =
@@ -496,7 +496,7 @@ void AddPicture(std::vector<Setting>& settings) {
       [](Options & o) -> auto& { return o.pipeline.effects.threshold_code_values; }));
   settings.push_back(NumberSetting(
       "pipeline.effects.budget_ms",
-      "time for a frame, which the plan's choice then has to fit",
+      "time for a frame, which the plan then fits, whatever the threshold",
       Above(0.0, "milliseconds"),
       [](Options & o) -> auto& { return o.pipeline.effects.budget_ms; },
       "none"));

@@ -52,6 +52,7 @@ LogMap LogOf(const RgbImage& radiance, int reach_px) {
   const int rows = radiance.height / 2;
   double mean = 0.0;
   for (const glm::vec3& value : radiance.pixels) {
+    if (!std::isfinite(value.x + value.y + value.z)) continue;
     mean += std::min({value.x, value.y, value.z}) / static_cast<double>(radiance.pixels.size());
   }
   LogMap log{Image<double>(width, rows, 0.0), Image<double>(width, rows, 0.0)};
@@ -63,8 +64,12 @@ LogMap LogOf(const RgbImage& radiance, int reach_px) {
     for (int x = 0; x < width; ++x) {
       const glm::dvec3 value(radiance.At(x, y));
       const auto i = static_cast<std::size_t>(x);
-      brightness[i] = std::log2(std::max((value.x + value.y + value.z) / 3.0, floor));
-      blueness[i] = std::log2(std::max(value.z, floor) / std::max(value.x, floor));
+      // A pixel that is not finite is as dark as can be.
+      const auto held = [floor](double light) {
+        return std::isfinite(light) ? std::max(light, floor) : floor;
+      };
+      brightness[i] = std::log2(held((value.x + value.y + value.z) / 3.0));
+      blueness[i] = std::log2(held(value.z) / held(value.x));
     }
     for (int x = 0; x < width; ++x) {
       for (int dx = -reach_px; dx <= reach_px; ++dx) {

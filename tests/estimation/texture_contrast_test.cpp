@@ -62,8 +62,13 @@ TEST(TextureContrast, SaysNothingOfClippedOrFewSquares) {
   std::vector<DiffuseSample> few = SamplesOnARaster();
   few.resize(40);
   EXPECT_FALSE(FineContrast(frame, few).has_value());
-  for (std::uint8_t& pixel : frame.unusable.pixels) pixel = kUnusable;
-  EXPECT_FALSE(FineContrast(frame, SamplesOnARaster()).has_value());
+  for (const std::uint8_t unsound : {kUnusable, kNearBlack, kClipped[1]}) {
+    for (std::uint8_t& pixel : frame.unusable.pixels) pixel = unsound;
+    EXPECT_FALSE(FineContrast(frame, SamplesOnARaster()).has_value());
+  }
+  // Green alone is read.
+  for (std::uint8_t& pixel : frame.unusable.pixels) pixel = kClipped[0];
+  EXPECT_TRUE(FineContrast(frame, SamplesOnARaster()).has_value());
   frame = Grain(0.4);
   for (glm::vec3& pixel : frame.radiance.pixels) pixel.g = std::nanf("");
   EXPECT_FALSE(FineContrast(frame, SamplesOnARaster()).has_value());

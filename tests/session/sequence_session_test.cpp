@@ -72,7 +72,6 @@ TEST_F(SequenceSessionTest, ACapturedPictureIsCompositedAsTheSequencesOwn) {
 TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
   SessionOptions options = CoarseOptions();
   options.frames = FrameKind::kLdr;
-  options.ignore_exposure = true;
   SequenceSession recorded(loaded_, CoarseOptions());
   const auto step = recorded.Next();
   ASSERT_TRUE(step && step->result);
@@ -88,6 +87,10 @@ TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
   ASSERT_TRUE(absolute.result);
   EXPECT_EQ(absolute.result->estimate.units, LightUnits::kAbsolute);
   EXPECT_EQ(absolute.frame->index, 1);
+  options.ignore_exposure = true;
+  const SessionStep ignored = MakeSession(options).Process(captured);
+  ASSERT_TRUE(ignored.result);
+  EXPECT_EQ(ignored.result->estimate.units, LightUnits::kRelativePerFrame);
   // What nothing virtual touches keeps the camera's codes.
   const Rgb8Image shown = own.Show(absolute);
   const auto& codes = std::get<Rgb8Image>(captured.picture);
