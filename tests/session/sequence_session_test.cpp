@@ -33,16 +33,16 @@ SessionOptions CoarseOptions() {
 // Prepared once for all tests of the file.
 class SequenceSessionTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { loaded_ = LoadSequence(CoarseOptions()); }
-  static void TearDownTestSuite() { loaded_.reset(); }
+  static void SetUpTestSuite() { loaded = LoadSequence(CoarseOptions()); }
+  static void TearDownTestSuite() { loaded.reset(); }
 
   static SequenceSession MakeSession(const SessionOptions& options = CoarseOptions()) {
-    return SequenceSession(loaded_, options);
+    return SequenceSession(loaded, options);
   }
 
-  static std::shared_ptr<const LoadedSequence> loaded_;
+  static std::shared_ptr<const LoadedSequence> loaded;
 };
-std::shared_ptr<const LoadedSequence> SequenceSessionTest::loaded_;
+std::shared_ptr<const LoadedSequence> SequenceSessionTest::loaded;
 
 // How far apart two composites are at most, of radiances that are both finite.
 float LargestDifference(const RgbImage& a, const RgbImage& b) {
@@ -72,7 +72,7 @@ TEST_F(SequenceSessionTest, ACapturedPictureIsCompositedAsTheSequencesOwn) {
 TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
   SessionOptions options = CoarseOptions();
   options.frames = FrameKind::kLdr;
-  SequenceSession recorded(loaded_, CoarseOptions());
+  SequenceSession recorded(loaded, CoarseOptions());
   const auto step = recorded.Next();
   ASSERT_TRUE(step && step->result);
   CapturedPicture captured;
@@ -103,8 +103,8 @@ TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
 
 TEST_F(SequenceSessionTest, ACapturedPictureThatCannotBeIsItsOwnErrorAlone) {
   SequenceSession session = MakeSession();
-  const UtcTime time = loaded_->sequence.frames.at(0).time;
-  const CameraIntrinsics& camera = loaded_->sequence.intrinsics;
+  const UtcTime time = loaded->sequence.frames.at(0).time;
+  const CameraIntrinsics& camera = loaded->sequence.intrinsics;
   const auto reason = [&](CapturedPicture captured) {
     captured.time = time;
     const SessionStep step = session.Process(std::move(captured));
@@ -132,7 +132,7 @@ TEST_F(SequenceSessionTest, ACapturedPictureThatCannotBeIsItsOwnErrorAlone) {
 
 // Each draws in a context of its own.
 TEST_F(SequenceSessionTest, TwoSessionsTakeTurnsOnOneThread) {
-  auto first = std::make_unique<SequenceSession>(loaded_, CoarseOptions());
+  auto first = std::make_unique<SequenceSession>(loaded, CoarseOptions());
   const auto of_first = first->Next();
   SequenceSession second = MakeSession();
   const auto of_second = second.Next();
