@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimation/internal/random.h"
 #include "estimation/internal/square.h"
@@ -157,9 +158,10 @@ double RobustStart::AlbedoError(std::size_t first,
 
 double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
                                        const std::array<TwoLights, 3>& lights,
-                                       double shared_error) {
+                                       double shared_error,
+                                       double enough) {
   double total = 0.0;
-  for (std::size_t first = 0; first < witnesses_.size();) {
+  for (std::size_t first = 0; first < witnesses_.size() && total < enough;) {
     std::size_t last = first;
     while (last < witnesses_.size() && witnesses_[last].plane == witnesses_[first].plane) last += 3;
     const auto witnesses = std::span(witnesses_).subspan(first, last - first);
@@ -172,7 +174,9 @@ double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
         on_plane[c] = {error * lights[c].sun, error * lights[c].sky};
         of_albedo += Square(kOwnError / shared_error * std::log(error)) / 3.0;
       }
-      deviation = std::min(deviation, of_albedo + TruncatedDeviation(noise, on_plane, witnesses));
+      if (of_albedo < deviation) {
+        deviation = std::min(deviation, of_albedo + TruncatedDeviation(noise, on_plane, witnesses));
+      }
     }
     total += deviation;
     first = last;
@@ -209,7 +213,8 @@ LightVector RobustStart::Find(const FitProblem& problem,
   if (problem.sample_count >= 2) {
     SplitBySunShare(problem);
     GatherWitnesses(problem);
-    double best_deviation = TruncatedDeviation(noise, best, shared_error);
+    double best_deviation =
+        TruncatedDeviation(noise, best, shared_error, std::numeric_limits<double>::infinity());
     const int half = problem.sample_count / 2;
     SplitMix64 random(seed);
     for (int pair = 0; pair < kPairs; ++pair) {
@@ -217,7 +222,7 @@ LightVector RobustStart::Find(const FitProblem& problem,
       const auto lit = static_cast<std::size_t>(half + random.Below(problem.sample_count - half));
       const std::array<TwoLights, 3> lights =
           SolvePair(problem, by_sun_share_[lit], by_sun_share_[shaded]);
-      const double deviation = TruncatedDeviation(noise, lights, shared_error);
+      const double deviation = TruncatedDeviation(noise, lights, shared_error, best_deviation);
       if (deviation < best_deviation) {
         best_deviation = deviation;
         best = lights;

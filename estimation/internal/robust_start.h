@@ -55,9 +55,11 @@ class RobustStart {
                      std::size_t channel,
                      const TwoLights& light,
                      double shared_error);
+  // Of all witnesses; from `enough` on it need not be complete: those lights are not the best.
   double TruncatedDeviation(const NoiseUnits& noise,
                             const std::array<TwoLights, 3>& lights,
-                            double shared_error);
+                            double shared_error,
+                            double enough);
   // Of one plane's witnesses.
   static double TruncatedDeviation(const NoiseUnits& noise,
                                    const std::array<TwoLights, 3>& lights,

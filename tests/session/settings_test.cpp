@@ -50,6 +50,13 @@ TEST(Settings, RefuseWhatIsNotAmongTheirValues) {
   }
 }
 
+TEST(Settings, RefuseWholeNumbersThatNoNumberHolds) {
+  for (const char* name : {"light.samples", "light.seed", "prepare.rays", "prepare.bounces"}) {
+    EXPECT_THAT(RefusalOf(std::string(name) + "=99999999999999999999"), HasSubstr("expected "))
+        << name;
+  }
+}
+
 TEST(Settings, ReachTheFieldsThatTheyAreNamedAfter) {
   SessionOptions options;
   ApplySetting("light.samples = 77", options);
