@@ -5,9 +5,9 @@
 
 #include <tl/expected.hpp>
 
-#include "datasets/frame_source.h"
 #include "datasets/lighting_record.h"
 #include "pipeline/frame_pipeline.h"
+#include "scene/frame.h"
 
 namespace pleinair {
 

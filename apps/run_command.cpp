@@ -50,7 +50,7 @@ void RequireInputsKept(const RunCommandOptions& options) {
 
 std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSite& site) {
   if (DaylightOf(options, site) == Daylight::kGather) return "with the rest";
-  const DirectDaylightOptions& direct = options.pipeline.direct_daylight;
+  const DirectDaylightOptions& direct = options.pipeline.object_light.direct_daylight;
   return fmt::format("by {} samples a shape of the sky, shadow maps of {} px",
                      direct.sampling.samples,
                      direct.shadows.map_size_px);
@@ -72,10 +72,10 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
           options.light.samples,
           options.light.seed,
           options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),
-          options.pipeline.object_light == ObjectLight::kGather     ? "rays at vertices"
-          : options.pipeline.object_light == ObjectLight::kOnePlace ? "rays at one place"
-          : options.pipeline.object_light == ObjectLight::kVolume   ? "folded probes"
-                                                                    : "probes from the map",
+          options.pipeline.object_light.route == ObjectLight::kGather     ? "rays at vertices"
+          : options.pipeline.object_light.route == ObjectLight::kOnePlace ? "rays at one place"
+          : options.pipeline.object_light.route == ObjectLight::kVolume   ? "folded probes"
+                                                                          : "probes from the map",
           DescribeDaylight(options, site),
           options.pipeline.filter ? "filtered over time" : "of each frame by itself"),
       fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};

@@ -1,7 +1,7 @@
 // The ranks that this process shares its job with.
 #pragma once
 
-#include "relight/rank_group.h"
+#include "relight/transport/rank_group.h"
 
 namespace pleinair {
 

@@ -10,8 +10,8 @@
 
 #include "apps/whole_text.h"
 #include "calib/response.h"
-#include "relight/environment.h"
-#include "relight/survey_maps.h"
+#include "relight/survey/survey_maps.h"
+#include "relight/volume/environment.h"
 #include "scene/image_io.h"
 
 namespace pleinair {

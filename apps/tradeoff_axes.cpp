@@ -111,39 +111,41 @@ void AddOfflineAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
 }
 
 void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
-  const auto volume = [](Options& o) { o.pipeline.object_light = ObjectLight::kVolume; };
-  const auto one_place = [](Options& o) { o.pipeline.object_light = ObjectLight::kOnePlace; };
+  const auto volume = [](Options& o) { o.pipeline.object_light.route = ObjectLight::kVolume; };
+  const auto one_place = [](Options& o) { o.pipeline.object_light.route = ObjectLight::kOnePlace; };
   axes.push_back(
       {"object-light",
-       "Where objects get their light from (pipeline.object_light)",
+       "Where objects get their light from (pipeline.object_light.route)",
        Judge::kPicture,
        false,
-       {{"gather", [](Options& o) { o.pipeline.object_light = ObjectLight::kGather; }},
+       {{"gather", [](Options& o) { o.pipeline.object_light.route = ObjectLight::kGather; }},
         {"probe", one_place},
         {"volume", volume},
-        {"map", [](Options& o) { o.pipeline.object_light = ObjectLight::kVolumeByMap; }}},
+        {"map", [](Options& o) { o.pipeline.object_light.route = ObjectLight::kVolumeByMap; }}},
        "gather"});
-  axes.push_back(
-      {"object-rays",
-       "Rays at an object's vertices (pipeline.object_gather.rays_per_receiver)",
-       Judge::kPicture,
-       false,
-       Numbers<int>({16, 64, 256, 1024},
-                    [](Options& o, int n) { o.pipeline.object_gather.rays_per_receiver = n; }),
-       "256"});
-  axes.push_back({"sh-bands",
-                  "Bands of the light at one place (pipeline.one_place.sh_bands), with "
-                  "pipeline.object_light probe",
+  axes.push_back({"object-rays",
+                  "Rays at an object's vertices (pipeline.object_light.gather.rays_per_receiver)",
                   Judge::kPicture,
                   false,
-                  Numbers<int>({1, 2, 3, 5, 7, 10},
-                               [one_place](Options& o, int bands) {
-                                 one_place(o);
-                                 o.pipeline.one_place.sh_bands = bands;
+                  Numbers<int>({16, 64, 256, 1024},
+                               [](Options& o, int n) {
+                                 o.pipeline.object_light.gather.rays_per_receiver = n;
                                }),
-                  std::to_string(OnePlaceOptions{}.sh_bands)});
+                  "256"});
+  axes.push_back(
+      {"sh-bands",
+       "Bands of the light at one place (pipeline.object_light.one_place.sh_bands), with "
+       "pipeline.object_light.route probe",
+       Judge::kPicture,
+       false,
+       Numbers<int>({1, 2, 3, 5, 7, 10},
+                    [one_place](Options& o, int bands) {
+                      one_place(o);
+                      o.pipeline.object_light.one_place.sh_bands = bands;
+                    }),
+       std::to_string(OnePlaceOptions{}.sh_bands)});
   SweepAxis probes{"probes",
-                   "Probe grid (prepare.probe_counts), with pipeline.object_light volume",
+                   "Probe grid (prepare.probe_counts), with pipeline.object_light.route volume",
                    Judge::kPicture,
                    false,
                    {},
@@ -156,7 +158,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   }
   axes.push_back(std::move(probes));
   axes.push_back({"probe-rays",
-                  "Rays a probe (prepare.probe_rays), with pipeline.object_light volume",
+                  "Rays a probe (prepare.probe_rays), with pipeline.object_light.route volume",
                   Judge::kPicture,
                   true,
                   Numbers<int>({64, 256, 1024, 4096},
@@ -168,7 +170,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   if (sweep_case.map_width > 0) {
     SweepAxis map{"map-width",
                   "Width of the environment map in pixels (prepare.map_width), with "
-                  "pipeline.object_light map",
+                  "pipeline.object_light.route map",
                   Judge::kPicture,
                   false,
                   {},
@@ -177,7 +179,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
       if (sweep_case.map_width % part != 0) continue;
       const int width = sweep_case.map_width / part;
       map.values.push_back({std::to_string(width), [width](Options& o) {
-                              o.pipeline.object_light = ObjectLight::kVolumeByMap;
+                              o.pipeline.object_light.route = ObjectLight::kVolumeByMap;
                               o.prepare.map_width = width;
                             }});
     }
@@ -246,45 +248,47 @@ void AddDaylightAxes(std::vector<SweepAxis>& axes) {
   const auto sampled = [](Options& o) { o.daylight = Daylight::kSamples; };
   SweepAxis light{"light-samples",
                   "Direct daylight (daylight): gathered, or so many samples "
-                  "(pipeline.direct_daylight.sampling.samples)",
+                  "(pipeline.object_light.direct_daylight.sampling.samples)",
                   Judge::kPicture,
                   false,
                   {{"gather", [](Options& o) { o.daylight = Daylight::kGather; }}},
                   "gather"};
   for (SweepValue& value : Numbers<int>({16, 64, 256, 1024}, [sampled](Options&o, int samples) {
          sampled(o);
-         o.pipeline.direct_daylight.sampling.samples = samples;
+         o.pipeline.object_light.direct_daylight.sampling.samples = samples;
        })) {
     light.values.push_back(std::move(value));
   }
   axes.push_back(std::move(light));
   axes.push_back({"shadow-map",
                   "Side of a sample's shadow map in pixels, 0: rays "
-                  "(pipeline.direct_daylight.shadows.map_size_px), with "
+                  "(pipeline.object_light.direct_daylight.shadows.map_size_px), with "
                   "daylight samples",
                   Judge::kPicture,
                   false,
                   Numbers<int>({16, 32, 64, 128, 0},
                                [sampled](Options& o, int px) {
                                  sampled(o);
-                                 o.pipeline.direct_daylight.shadows.map_size_px = px;
+                                 o.pipeline.object_light.direct_daylight.shadows.map_size_px = px;
                                }),
                   "64"});
-  SweepAxis windows{"windows",
-                    "Where samples are drawn (pipeline.direct_daylight.sampling.restriction), with "
-                    "daylight samples and 64 "
-                    "of them",
-                    Judge::kPicture,
-                    false,
-                    {},
-                    "windows"};
+  SweepAxis windows{
+      "windows",
+      "Where samples are drawn (pipeline.object_light.direct_daylight.sampling.restriction), with "
+      "daylight samples and 64 "
+      "of them",
+      Judge::kPicture,
+      false,
+      {},
+      "windows"};
   for (const auto& [text, restriction] : {std::pair{"windows", DaylightRestriction::kWindows},
                                           std::pair{"rejection", DaylightRestriction::kRejection},
                                           std::pair{"whole-sky", DaylightRestriction::kWholeSky}}) {
     windows.values.push_back({text, [sampled, restriction = restriction](Options& o) {
                                 sampled(o);
-                                o.pipeline.direct_daylight.sampling.samples = 64;
-                                o.pipeline.direct_daylight.sampling.restriction = restriction;
+                                o.pipeline.object_light.direct_daylight.sampling.samples = 64;
+                                o.pipeline.object_light.direct_daylight.sampling.restriction =
+                                    restriction;
                               }});
   }
   axes.push_back(std::move(windows));

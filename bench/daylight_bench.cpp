@@ -13,9 +13,9 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "relight/daylight_shadows.h"
-#include "relight/window_sampling.h"
-#include "relight/windows.h"
+#include "objects/daylight_shadows.h"
+#include "relight/daylight/window_sampling.h"
+#include "relight/daylight/windows.h"
 #include "scene/mesh_io.h"
 #include "scene/ray_caster.h"
 

@@ -11,10 +11,11 @@
 
 #include <benchmark/benchmark.h>
 
+#include "datasets/frame_source.h"
 #include "datasets/sequence.h"
+#include "objects/object_influence.h"
+#include "objects/object_interreflection.h"
 #include "pipeline/frame_pipeline.h"
-#include "pipeline/object_interreflection.h"
-#include "relight/object_influence.h"
 #include "session/file_blob_store.h"
 #include "session/sequence_site.h"
 

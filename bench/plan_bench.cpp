@@ -29,6 +29,7 @@
 
 #include "bench/cut_mesh.h"
 #include "bench/resized_frame.h"
+#include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"

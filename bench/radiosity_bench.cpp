@@ -20,9 +20,9 @@
 #include <glm/geometric.hpp>
 
 #include "bench/bench_room.h"
-#include "relight/probe_operator.h"
-#include "relight/region_radiosity.h"
-#include "relight/sky_visibility.h"
+#include "relight/transport/region_radiosity.h"
+#include "relight/transport/sky_visibility.h"
+#include "relight/volume/probe_operator.h"
 #include "tests/relight/reference_path_tracer.h"
 
 namespace pleinair {

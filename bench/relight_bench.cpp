@@ -11,10 +11,10 @@
 #include <glm/geometric.hpp>
 
 #include "bench/bench_room.h"
-#include "relight/environment.h"
-#include "relight/irradiance_volume.h"
-#include "relight/region_radiosity.h"
-#include "relight/vertex_irradiance.h"
+#include "relight/transport/region_radiosity.h"
+#include "relight/volume/environment.h"
+#include "relight/volume/irradiance_volume.h"
+#include "relight/volume/vertex_irradiance.h"
 #include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 

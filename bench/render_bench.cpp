@@ -10,8 +10,8 @@
 #include <glm/matrix.hpp>
 
 #include "bench/cut_mesh.h"
-#include "relight/object_view.h"
-#include "relight/soft_sun.h"
+#include "objects/object_view.h"
+#include "objects/soft_sun.h"
 #include "render/compositor.h"
 #include "render/gl_context.h"
 #include "scene/mesh_io.h"

@@ -1,7 +1,7 @@
 // A recorded frame at another size.
 #pragma once
 
-#include "datasets/frame_source.h"
+#include "scene/frame.h"
 
 namespace pleinair {
 

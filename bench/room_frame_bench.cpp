@@ -19,6 +19,7 @@
 
 #include "bench/resized_frame.h"
 #include "datasets/fisheye_setup.h"
+#include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/fisheye_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
@@ -142,10 +143,10 @@ void RunRoom(benchmark::State& state, What what, const FramePipelineOptions& opt
 
 FramePipelineOptions Route(ObjectLight object_light, Daylight daylight) {
   FramePipelineOptions options;
-  options.object_light = object_light;
-  options.daylight = daylight;
-  options.direct_daylight.sampling.samples = 64;
-  options.direct_daylight.shadows.map_size_px = 32;
+  options.object_light.route = object_light;
+  options.object_light.daylight = daylight;
+  options.object_light.direct_daylight.sampling.samples = 64;
+  options.object_light.direct_daylight.shadows.map_size_px = 32;
   options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
   options.view.sun_block_px = 4;
   options.influence_at = InfluenceAt::kFaces;

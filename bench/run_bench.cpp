@@ -14,6 +14,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
@@ -42,7 +43,7 @@ void RunRepeatedFrame(benchmark::State& state,
   const HeadlessContext context;
   Compositor compositor;
   FramePipelineOptions options;
-  options.object_light = object_light;
+  options.object_light.route = object_light;
   options.effects.budget_ms = budget_ms;
   FramePipeline pipeline(scene,
                          site.model.mesh,

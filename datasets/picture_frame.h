@@ -5,7 +5,7 @@
 
 #include "calib/camera_noise.h"
 #include "calib/response.h"
-#include "datasets/frame_source.h"
+#include "scene/frame.h"
 
 namespace pleinair {
 

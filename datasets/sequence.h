@@ -12,19 +12,12 @@
 #include <glm/vec3.hpp>
 
 #include "scene/camera.h"
-#include "scene/judged_sun.h"
+#include "scene/frame.h"
 #include "scene/utc_time.h"
 #include "scene/weather.h"
 #include "sunmodel/site.h"
 
 namespace pleinair {
-
-struct SamplePolygon {
-  std::string material;
-  std::string group;
-  JudgedSun sun = JudgedSun::kUnknown;
-  std::vector<glm::dvec2> polygon_px;
-};
 
 // Paths are relative to Sequence::folder.
 struct FrameEntry {

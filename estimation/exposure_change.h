@@ -7,7 +7,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "datasets/frame_source.h"
+#include "scene/frame.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {

@@ -12,22 +12,17 @@
 #include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
-#include "datasets/frame_source.h"
 #include "estimation/exposure_change.h"
 #include "estimation/sky_climate.h"
 #include "estimation/weather_belief.h"
+#include "scene/frame.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
+#include "scene/sun_state.h"
 #include "scene/surface_view.h"
 #include "scene/weather.h"
 
 namespace pleinair {
-
-// Where the sun is and how large; apparent (refracted).
-struct SunState {
-  glm::dvec3 direction_enu{0.0, 0.0, 1.0};
-  double angular_radius_rad = kMeanSunAngularRadiusRad;
-};
 
 // Light that is known, so that only the sky's shape is left to find.
 struct HeldIrradiance {

@@ -11,9 +11,9 @@
 
 #include <glm/geometric.hpp>
 
-#include "datasets/frame_source.h"  // kUnusable
 #include "estimation/internal/lit_limits.h"
 #include "estimation/internal/random.h"
+#include "scene/frame.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {

@@ -5,10 +5,10 @@
 #include <optional>
 #include <span>
 
-#include "datasets/frame_source.h"
 #include "estimation/diffuse_sample.h"
 #include "estimation/sky_climate.h"
 #include "scene/camera.h"
+#include "scene/frame.h"
 
 namespace pleinair {
 

@@ -5,8 +5,8 @@
 
 #include "calib/camera_noise.h"
 #include "calib/edge_blur.h"
-#include "datasets/frame_source.h"
 #include "render/compositor.h"
+#include "scene/frame.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {

@@ -11,7 +11,7 @@
 #include "pipeline/frame_view.h"
 #include "pipeline/internal/frame_effects.h"
 #include "pipeline/internal/observation.h"
-#include "pipeline/internal/stopwatch.h"
+#include "scene/stopwatch.h"
 
 namespace pleinair {
 namespace {
@@ -22,30 +22,12 @@ const SurveyLight* LightOf(const PreparedScene& scene) {
 
 }  // namespace
 
-void OnePlaceOptions::Validate() const {
-  if (rays < 1 || rays > (1 << 20)) {
-    throw std::invalid_argument("OnePlaceOptions::rays is " + std::to_string(rays) +
-                                ": expected 1 to 1048576");
-  }
-  if (sh_bands < 1 || sh_bands > kMostShBands) {
-    throw std::invalid_argument("OnePlaceOptions::sh_bands is " + std::to_string(sh_bands) +
-                                ": expected 1 to " + std::to_string(kMostShBands));
-  }
-}
-
 void FramePipelineOptions::Validate() const {
   if (!(sun_step_s >= 0.0) || !std::isfinite(sun_step_s)) {
     throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
                                 ": expected 0 or more seconds");
   }
-  if (daylight == Daylight::kSamples) {
-    direct_daylight.Validate();
-    if (object_light == ObjectLight::kOnePlace) {
-      throw std::invalid_argument(
-          "object_light is at one place with daylight by samples: expected gathered daylight");
-    }
-  }
-  one_place.Validate();
+  object_light.Validate();
   influence.Validate();
   effects.Validate();
   soft_sun.Validate();

@@ -12,22 +12,22 @@
 #include <glm/mat4x4.hpp>
 #include <tl/expected.hpp>
 
-#include "datasets/frame_source.h"
 #include "estimation/lighting_filter.h"
 #include "estimation/lighting_source.h"
+#include "objects/mirror_image.h"
+#include "objects/object_influence.h"
+#include "objects/object_light_options.h"
+#include "objects/posed_objects.h"
+#include "objects/soft_sun.h"
 #include "pipeline/camera_matching.h"
-#include "pipeline/direct_daylight.h"
 #include "pipeline/effect_plan.h"
-#include "pipeline/posed_objects.h"
 #include "pipeline/sun_state.h"
-#include "relight/environment_view.h"
-#include "relight/irradiance_volume.h"
-#include "relight/mirror_image.h"
-#include "relight/object_influence.h"
 #include "relight/prepared_scene.h"
-#include "relight/soft_sun.h"
 #include "relight/surface_view_builder.h"
+#include "relight/volume/environment_view.h"
+#include "relight/volume/irradiance_volume.h"
 #include "render/compositor.h"
+#include "scene/frame.h"
 #include "scene/lat_long.h"
 #include "sunmodel/site.h"
 
@@ -35,51 +35,13 @@ namespace pleinair {
 
 class FrameEffects;
 
-// Where virtual objects get the light from that is not the sun's own.
-enum class ObjectLight {
-  // Rays at their vertices: the accurate one, for objects that stand still; or at one place where
-  // the plan says so.
-  kGather,
-  kVolume,       // The irradiance volume, operator and maps folded once per sun direction.
-  kVolumeByMap,  // The same volume, by an environment map made and pushed through for each frame.
-  // As kGather with Effect::kLightVariation off.
-  kOnePlace,
-};
-
-// Light on objects found at one place: what the plan takes where Effect::kLightVariation cannot be
-// seen.
-struct OnePlaceOptions {
-  static constexpr int kMostShBands = 12;
-  int rays = 4096;   // Over the sphere. Converged: many, up to 2^20.
-  int sh_bands = 7;  // 1 to kMostShBands. Of a small source's light 3 miss up to 9 %, 7 up to 4 %.
-  std::uint64_t seed = 1;
-  // Throws std::invalid_argument naming the field and its value.
-  void Validate() const;
-};
-
-// How light straight from the sky reaches virtual objects, and is taken by them from real surfaces.
-enum class Daylight {
-  kGather,   // As all other light: by the rays, probes or map that ObjectLight says.
-  kSamples,  // By samples of the sky: sharp shadows through windows.
-};
-
-// Where it is worked out what objects hide and send on real surfaces.
-enum class InfluenceAt {
-  kPixels,  // Anew for each view.
-  kFaces,   // On a lattice over the surfaces, kept while the camera moves.
-};
-
 struct FramePipelineOptions {
   SurfaceViewOptions view;
   // The sun's transport is made for times on this raster, so that it is a pure function of a
   // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
   // every frame.
   double sun_step_s = 48.0;
-  ObjectLight object_light = ObjectLight::kGather;
-  GatherOptions object_gather;
-  OnePlaceOptions one_place;
-  Daylight daylight = Daylight::kGather;
-  DirectDaylightOptions direct_daylight;  // For samples, and looked at for them alone.
+  ObjectLightOptions object_light;
   InfluenceAt influence_at = InfluenceAt::kPixels;
   ObjectInfluenceOptions influence;
   SoftSunOptions soft_sun;

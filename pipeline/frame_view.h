@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
 #include "relight/surface_view_builder.h"
+#include "scene/frame.h"
 #include "sunmodel/site.h"
 
 namespace pleinair {

@@ -8,11 +8,11 @@
 
 #include <tl/expected.hpp>
 
-#include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
 #include "pipeline/sun_state.h"
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
+#include "scene/frame.h"
 #include "sunmodel/site.h"
 
 namespace pleinair {

@@ -10,7 +10,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "datasets/frame_source.h"
+#include "scene/frame.h"
 #include "scene/mesh.h"
 
 namespace pleinair {

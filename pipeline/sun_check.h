@@ -7,8 +7,8 @@
 
 #include <glm/vec3.hpp>
 
-#include "datasets/frame_source.h"
 #include "pipeline/shadow_direction.h"
+#include "scene/frame.h"
 #include "scene/lighting.h"
 #include "scene/mesh.h"
 

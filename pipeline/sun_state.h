@@ -5,9 +5,9 @@
 
 #include <glm/vec3.hpp>
 
-#include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
-#include "relight/survey.h"
+#include "relight/survey/survey.h"
+#include "scene/frame.h"
 #include "scene/utc_time.h"
 #include "sunmodel/clear_sky.h"
 #include "sunmodel/site.h"

@@ -11,14 +11,14 @@
 #include <glm/geometric.hpp>
 
 #include "relight/internal/content_hash.h"
-#include "relight/internal/is_finite.h"
-#include "relight/internal/low_discrepancy.h"
-#include "relight/internal/patch_refinement.h"
 #include "relight/internal/serialization.h"
 #include "relight/internal/sphere_gather.h"
 #include "relight/internal/stored_stages.h"
-#include "relight/internal/sun_disc.h"
-#include "relight/region_radiosity.h"
+#include "relight/transport/patch_refinement.h"
+#include "relight/transport/region_radiosity.h"
+#include "relight/transport/sun_disc.h"
+#include "scene/is_finite.h"
+#include "scene/low_discrepancy.h"
 
 namespace pleinair {
 namespace {

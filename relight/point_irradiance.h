@@ -13,11 +13,11 @@
 #include <glm/vec3.hpp>
 
 #include "relight/blob_store.h"
-#include "relight/patch_scene.h"
 #include "relight/progress.h"
-#include "relight/rank_group.h"
-#include "relight/sky_visibility.h"
-#include "relight/transport.h"
+#include "relight/transport/patch_scene.h"
+#include "relight/transport/rank_group.h"
+#include "relight/transport/sky_visibility.h"
+#include "relight/transport/transport.h"
 #include "scene/mesh.h"
 #include "scene/sky_regions.h"
 #include "scene/spherical_harmonics.h"

@@ -12,10 +12,10 @@
 #include <glm/vec3.hpp>
 
 #include "relight/blob_store.h"
-#include "relight/probe_operator.h"
 #include "relight/progress.h"
-#include "relight/survey.h"
-#include "relight/transport.h"
+#include "relight/survey/survey.h"
+#include "relight/transport/transport.h"
+#include "relight/volume/probe_operator.h"
 #include "sunmodel/clear_sky.h"
 
 namespace pleinair {

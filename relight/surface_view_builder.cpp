@@ -12,11 +12,11 @@
 #include <glm/geometric.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "relight/internal/camera_pixels.h"
-#include "relight/internal/edge_distance.h"
-#include "relight/internal/sun_disc.h"
-#include "relight/internal/surface_gather.h"
-#include "relight/internal/survey_look_up.h"
+#include "relight/survey/survey_look_up.h"
+#include "relight/transport/camera_pixels.h"
+#include "relight/transport/edge_distance.h"
+#include "relight/transport/sun_disc.h"
+#include "relight/transport/surface_gather.h"
 
 namespace pleinair {
 namespace {

@@ -9,6 +9,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
+#include "objects/virtual_object.h"
 #include "scene/camera.h"
 #include "scene/image.h"
 #include "scene/irradiance_change.h"
@@ -26,13 +27,6 @@ struct CompositeEffects {
   bool sun_shadow = true;     // Of virtual objects on real surfaces.
   bool object_shadow = true;  // On virtual objects: of real casters and their own.
   bool probe_shading = true;  // Irradiance at the vertices.
-};
-
-// Materials are drawn with their diffuse albedo and the sun's GGX highlight, and what a glossy
-// surface mirrors of its surroundings as CompositeInput's mirrored says; without that as if it were
-// diffuse, with albedo plus specular reflectance.
-struct VirtualObject {
-  Mesh mesh;  // In world coordinates. Needs normals.
 };
 
 // One frame's input. References live for the call only.

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "calib/response.h"
-#include "datasets/frame_source.h"
 #include "render/compositor.h"
+#include "scene/frame.h"
 #include "scene/image.h"
 
 namespace pleinair {

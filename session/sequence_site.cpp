@@ -13,8 +13,8 @@
 #include <glm/matrix.hpp>
 
 #include "pipeline/sun_state.h"
-#include "relight/map_sun.h"
-#include "relight/shading_mesh.h"
+#include "relight/survey/map_sun.h"
+#include "relight/transport/shading_mesh.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/mesh_io.h"

@@ -35,9 +35,9 @@ OutdoorLightingOptions OutdoorOptionsFor(const SessionOptions& options,
 
 void SetSeed(std::uint64_t seed, SessionOptions& options) {
   options.light.seed = seed;
-  options.pipeline.object_gather.seed = seed;
-  options.pipeline.one_place.seed = seed;
-  options.pipeline.direct_daylight.sampling.seed = seed;
+  options.pipeline.object_light.gather.seed = seed;
+  options.pipeline.object_light.one_place.seed = seed;
+  options.pipeline.object_light.direct_daylight.sampling.seed = seed;
 }
 
 ResponseCurve ResponseOf(const SessionOptions& options, const Sequence& sequence) {
@@ -62,7 +62,7 @@ AlbedoSource AlbedoSourceOf(const SessionOptions& options, const Sequence& seque
 }
 
 Daylight DaylightOf(const SessionOptions& options, const SequenceSite& site) {
-  const ObjectLight light = options.pipeline.object_light;
+  const ObjectLight light = options.pipeline.object_light.route;
   const bool smooth = light == ObjectLight::kVolume || light == ObjectLight::kVolumeByMap;
   return options.daylight.value_or(site.is_indoors && smooth ? Daylight::kSamples
                                                              : Daylight::kGather);
@@ -111,9 +111,9 @@ FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
   pipeline.display_response = ResponseOf(options, sequence);
   if (SourceOf(options, sequence) != SourceKind::kOutdoor) pipeline.daylight_colours = false;
   if (options.influence_at) pipeline.influence_at = *options.influence_at;
-  pipeline.daylight = DaylightOf(options, loaded.site);
+  pipeline.object_light.daylight = DaylightOf(options, loaded.site);
   for (const WindowEntry& window : sequence.windows) {
-    pipeline.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
+    pipeline.object_light.direct_daylight.windows.push_back({window.name, window.polygon_world_m});
   }
   if (!options.lighting.empty()) pipeline.filter.reset();
   return pipeline;

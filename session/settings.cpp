@@ -389,27 +389,27 @@ void AddPrepare(std::vector<Setting>& settings) {
 
 void AddObjects(std::vector<Setting>& settings) {
   settings.push_back(ChoiceSetting(
-      "pipeline.object_light",
+      "pipeline.object_light.route",
       "light on objects: rays at their vertices, rays at one place among them, an irradiance "
       "volume, or the same volume by way of an environment map",
-      [](Options & o) -> auto& { return o.pipeline.object_light; },
+      [](Options & o) -> auto& { return o.pipeline.object_light.route; },
       {{"gather", ObjectLight::kGather},
        {"probe", ObjectLight::kOnePlace},
        {"volume", ObjectLight::kVolume},
        {"map", ObjectLight::kVolumeByMap}}));
   settings.push_back(NumberSetting(
-      "pipeline.object_gather.rays_per_receiver",
+      "pipeline.object_light.gather.rays_per_receiver",
       "rays at each vertex of an object",
       Between(1, 65536),
-      [](Options & o) -> auto& { return o.pipeline.object_gather.rays_per_receiver; }));
+      [](Options & o) -> auto& { return o.pipeline.object_light.gather.rays_per_receiver; }));
   settings.push_back(NumberSetting(
-      "pipeline.one_place.rays", "rays at one place", Between(1, 1 << 20), [
-      ](Options & o) -> auto& { return o.pipeline.one_place.rays; }));
+      "pipeline.object_light.one_place.rays", "rays at one place", Between(1, 1 << 20), [
+      ](Options & o) -> auto& { return o.pipeline.object_light.one_place.rays; }));
   settings.push_back(NumberSetting(
-      "pipeline.one_place.sh_bands",
+      "pipeline.object_light.one_place.sh_bands",
       "bands of the spherical harmonics of the light at one place",
       Between(1, OnePlaceOptions::kMostShBands),
-      [](Options & o) -> auto& { return o.pipeline.one_place.sh_bands; }));
+      [](Options & o) -> auto& { return o.pipeline.object_light.one_place.sh_bands; }));
   settings.push_back(ChoiceSetting(
       "daylight",
       "light straight from the sky on objects: gathered with the rest, "
@@ -418,23 +418,29 @@ void AddObjects(std::vector<Setting>& settings) {
       {{"gather", Daylight::kGather}, {"samples", Daylight::kSamples}},
       "gather; samples indoors with an irradiance volume"));
   settings.push_back(NumberSetting(
-      "pipeline.direct_daylight.sampling.samples",
+      "pipeline.object_light.direct_daylight.sampling.samples",
       "samples of each shape of the sky",
       Between(1, 65536),
-      [](Options & o) -> auto& { return o.pipeline.direct_daylight.sampling.samples; }));
+      [](Options & o) -> auto& {
+        return o.pipeline.object_light.direct_daylight.sampling.samples;
+      }));
   settings.push_back(ChoiceSetting(
-      "pipeline.direct_daylight.sampling.restriction",
+      "pipeline.object_light.direct_daylight.sampling.restriction",
       "where they are drawn: what windows let through, the sky until enough come through, or the "
       "complete sky",
-      [](Options & o) -> auto& { return o.pipeline.direct_daylight.sampling.restriction; },
+      [](Options & o) -> auto& {
+        return o.pipeline.object_light.direct_daylight.sampling.restriction;
+      },
       {{"windows", DaylightRestriction::kWindows},
        {"rejection", DaylightRestriction::kRejection},
        {"whole-sky", DaylightRestriction::kWholeSky}}));
   settings.push_back(NumberSetting(
-      "pipeline.direct_daylight.shadows.map_size_px",
+      "pipeline.object_light.direct_daylight.shadows.map_size_px",
       "side of a sample's shadow map; 0: rays in place of maps",
       Between(0, 1024, "pixels"),
-      [](Options & o) -> auto& { return o.pipeline.direct_daylight.shadows.map_size_px; }));
+      [](Options & o) -> auto& {
+        return o.pipeline.object_light.direct_daylight.shadows.map_size_px;
+      }));
   settings.push_back(ChoiceSetting(
       "influence_at",
       "where it is computed what objects occlude and reflect: at "

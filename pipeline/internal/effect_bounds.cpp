@@ -11,7 +11,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 
-#include "relight/mirror_image.h"
+#include "objects/mirror_image.h"
 #include "render/real_sun.h"
 #include "scene/textured_material.h"
 

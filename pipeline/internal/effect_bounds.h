@@ -10,14 +10,14 @@
 
 #include <glm/vec3.hpp>
 
-#include "datasets/frame_source.h"
+#include "objects/frame_basis.h"
+#include "objects/object_reach.h"
+#include "objects/soft_sun.h"
+#include "objects/vertex_light.h"
 #include "pipeline/display_codes.h"
 #include "pipeline/effect_plan.h"
-#include "pipeline/internal/frame_basis.h"
-#include "pipeline/internal/vertex_light.h"
-#include "relight/object_reach.h"
-#include "relight/patch_scene.h"
-#include "relight/soft_sun.h"
+#include "relight/transport/patch_scene.h"
+#include "scene/frame.h"
 #include "scene/lighting.h"
 #include "scene/surface_view.h"
 

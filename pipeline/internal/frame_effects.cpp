@@ -11,8 +11,8 @@
 
 #include "pipeline/daylight_colours.h"
 #include "pipeline/internal/rms_share.h"
-#include "pipeline/internal/stopwatch.h"
 #include "scene/half_float.h"
+#include "scene/stopwatch.h"
 
 namespace pleinair {
 namespace {
@@ -26,6 +26,11 @@ constexpr double kChooseMs = 0.5;  // Of the plan's choice.
 // Where nothing moves, a budget counts what is made once as shared by so many frames: else a frame
 // that could afford an effect ever after would never begin it.
 constexpr double kFramesThatShare = 30.0;
+
+void Add(const VertexLight::EvaluationTimes& light, StageTimes& times) {
+  times.relight = light.environment_ms;
+  times.probes += light.light_ms;
+}
 
 glm::vec3 HighestAlbedo(const PreparedScene& scene) {
   glm::vec3 highest(0.0f);
@@ -46,9 +51,9 @@ FrameEffects::FrameEffects(const PreparedScene& scene,
       objects_(objects),
       compositor_(compositor),
       options_(options),
-      room_(options.daylight == Daylight::kSamples ? phantom : Mesh()),
+      room_(options.object_light.daylight == Daylight::kSamples ? phantom : Mesh()),
       real_caster_(phantom),
-      vertex_light_(scene, room_, options),
+      vertex_light_(scene, room_, options.object_light),
       soft_sun_(real_caster_, vertex_light_.Objects(), options.soft_sun),
       bounds_(real_caster_, vertex_light_.Objects(), soft_sun_, HighestAlbedo(scene)),
       codes_(options.display_response, 1.0),
@@ -68,10 +73,11 @@ FrameEffects::FrameEffects(const PreparedScene& scene,
 void FrameEffects::SetEffects(const EffectSettings& effects) {
   settings_ = effects;
   // What is not there to be simulated.
-  if (options_.daylight != Daylight::kSamples) settings_[Effect::kDaylight] = EffectSwitch::kOff;
+  if (options_.object_light.daylight != Daylight::kSamples)
+    settings_[Effect::kDaylight] = EffectSwitch::kOff;
   EffectSwitch& varies = settings_[Effect::kLightVariation];
   if (!vertex_light_.MayBeAtOnePlace()) varies = EffectSwitch::kOn;
-  if (options_.object_light == ObjectLight::kOnePlace) varies = EffectSwitch::kOff;
+  if (options_.object_light.route == ObjectLight::kOnePlace) varies = EffectSwitch::kOff;
   if (!options_.camera_matching.blur) settings_[Effect::kCameraBlur] = EffectSwitch::kOff;
   if (!options_.camera_matching.noise) settings_[Effect::kCameraNoise] = EffectSwitch::kOff;
   EffectSwitch& mirrors = settings_[Effect::kGlossyReflection];
@@ -305,7 +311,7 @@ void FrameEffects::Render(const LitFrame& lit, FrameResult& result) {
     vertex_ms = watch.LapMs();
     if (with_daylight) vertex_light_.UpdateDaylight(basis_);
     daylight_ms = watch.LapMs();
-    vertex_light_.Evaluate(basis_, lighting, result.timing_ms);
+    Add(vertex_light_.Evaluate(basis_, lighting), result.timing_ms);
     vertex_ms += watch.LapMs();
     input.vertex_irradiance = vertex_light_.Irradiance();
   }
@@ -424,7 +430,7 @@ void FrameEffects::Work(const LitFrame& lit,
   times.transport += whole.LapMs();
 
   if (runs.Has(Effect::kProbeShading) && !has_vertex_light) {
-    timed(light_work, [&] { vertex_light_.Evaluate(basis_, lighting, result.timing_ms); });
+    timed(light_work, [&] { Add(vertex_light_.Evaluate(basis_, lighting), times); });
   }
   if (runs.Has(Effect::kGlossyReflection)) {
     timed(kMirrorImage, [&] { mirror_.Evaluate(lighting); });

@@ -6,13 +6,13 @@
 #include <span>
 #include <vector>
 
+#include "objects/frame_basis.h"
+#include "objects/vertex_light.h"
 #include "pipeline/display_codes.h"
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/internal/effect_bounds.h"
-#include "pipeline/internal/frame_basis.h"
 #include "pipeline/internal/frame_works.h"
 #include "pipeline/internal/kept_effects.h"
-#include "pipeline/internal/vertex_light.h"
 
 namespace pleinair {
 

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "objects/vertex_light.h"
 #include "pipeline/effect_plan.h"
 #include "pipeline/internal/kept_effects.h"
-#include "pipeline/internal/vertex_light.h"
 
 namespace pleinair {
 

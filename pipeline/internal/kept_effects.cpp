@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "pipeline/internal/stopwatch.h"
+#include "scene/stopwatch.h"
 
 namespace pleinair {
 namespace {

@@ -7,14 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "objects/frame_basis.h"
+#include "objects/learned_cost.h"
+#include "objects/mirror_image.h"
+#include "objects/object_influence.h"
+#include "objects/object_view.h"
+#include "objects/soft_sun.h"
+#include "objects/vertex_light.h"
 #include "pipeline/frame_pipeline.h"
-#include "pipeline/internal/frame_basis.h"
-#include "pipeline/internal/learned_cost.h"
-#include "pipeline/internal/vertex_light.h"
-#include "relight/mirror_image.h"
-#include "relight/object_influence.h"
-#include "relight/object_view.h"
-#include "relight/soft_sun.h"
 
 namespace pleinair {
 

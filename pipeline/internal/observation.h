@@ -1,10 +1,10 @@
 // What a lighting source is given of one frame at a prepared site.
 #pragma once
 
-#include "datasets/frame_source.h"
 #include "estimation/lighting_source.h"
 #include "pipeline/sun_state.h"
 #include "relight/prepared_scene.h"
+#include "scene/frame.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {

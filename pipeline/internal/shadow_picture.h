@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "datasets/frame_source.h"
 #include "pipeline/internal/shadow_evidence.h"
+#include "scene/frame.h"
 #include "scene/mesh.h"
 
 namespace pleinair {

@@ -11,9 +11,9 @@
 #include <cereal/types/string.hpp>
 #include <cereal/types/vector.hpp>
 
-#include "relight/internal/surface_gather.h"
-#include "relight/survey.h"
-#include "relight/transport.h"
+#include "relight/survey/survey.h"
+#include "relight/transport/surface_gather.h"
+#include "relight/transport/transport.h"
 #include "scene/surface_view.h"
 
 namespace pleinair::internal {

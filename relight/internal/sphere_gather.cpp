@@ -6,7 +6,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "relight/internal/sphere_directions.h"
+#include "scene/sphere_directions.h"
 
 namespace pleinair::internal {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "relight/patch_scene.h"
+#include "relight/transport/patch_scene.h"
 #include "scene/spherical_harmonics.h"
 
 namespace pleinair::internal {

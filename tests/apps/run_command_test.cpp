@@ -96,7 +96,7 @@ TEST_F(RunCommand, TakesSkiesOfOtherShapesFromFrameToFrame) {
       R"({"frame": 1, "sun_irradiance_rgb": [0, 0, 0], "sky_irradiance_rgb": [60, 90, 120], "sky_shape": {"clear": [1, 1, 1]}})"
       "\n");
   for (const ObjectLight light : {ObjectLight::kGather, ObjectLight::kVolume}) {
-    options_.pipeline.object_light = light;
+    options_.pipeline.object_light.route = light;
     options_.pipeline.effects = EffectSettings::Everything();
     options_.pipeline.effects[Effect::kCurrentLight] = EffectSwitch::kOff;
     RunRunCommand(options_);

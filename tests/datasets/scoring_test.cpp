@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "datasets/frame_source.h"
 #include "datasets/lighting_record.h"
+#include "scene/frame.h"
 #include "scene/image_io.h"
 
 namespace pleinair::scoring_test {

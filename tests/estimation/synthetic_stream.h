@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "calib/camera_noise.h"
 #include "calib/response.h"
 #include "estimation/lighting_source.h"
 #include "tests/estimation/synthetic_view.h"

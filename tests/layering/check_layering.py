@@ -2,7 +2,7 @@
 """Fails when a folder knows a folder that stands below it.
 
 The folders are layers in a fixed order; CMakeLists.txt holds the one list. A file may include its own
-folder and the folders above it. Beyond the order: nobody includes another folder's internal/,
+folder and the folders above it. Beyond the order: nobody includes another folder's internal/, nor another room's,
 estimation never sees a mesh or a GL handle, render never sees a camera driver or a solver, and only
 apps prints. The CMake links are held to the same order.
 
@@ -42,15 +42,23 @@ def includes_of(path):
             yield number, match.group(1)
 
 
-def why_not(own, included, order):
-    """Returns why a file of folder `own` (None: of bench/) may not include this path, or None."""
+def why_not(home, included, order):
+    """Returns why a file in folder `home` (of a test, the folder that it tests; None: of bench/) may
+    not include this path, or None."""
     if included.startswith("../") or "/../" in included:
         return "includes are written from the root, without '..'"
-    target, _, rest = included.partition("/")
+    target = included.partition("/")[0]
     if target in order:
-        if rest.startswith("internal/") and target != own:
-            return f"{target}/internal/ belongs to {target} alone"
+        owner, inside, _ = included.rpartition("/internal/")
+        if inside and not f"{home}/".startswith(f"{owner}/"):
+            return f"{owner}/internal/ belongs to {owner} alone"
     return None
+
+
+def why_not_in_test(tested, included, order):
+    """A test may look into every room of the folder that it tests."""
+    home = included.rpartition("/internal/")[0] if included.startswith(f"{tested}/") else None
+    return why_not(home, included, order)
 
 
 def why_not_in_layer(own, included, order):
@@ -76,15 +84,15 @@ def include_faults(root, order):
     for own in order:
         for path in sources_under(root / own):
             for number, included in includes_of(path):
-                reason = why_not(own, included, order) or why_not_in_layer(own, included, order)
+                home = path.parent.relative_to(root).as_posix()
+                reason = why_not(home, included, order) or why_not_in_layer(own, included, order)
                 if reason:
                     yield f"{path.relative_to(root)}:{number}: includes {included}: {reason}"
     for test_root in TEST_ROOTS:
         for path in sources_under(root / test_root):
             parts = path.relative_to(root / test_root).parts
-            own = parts[0] if parts[0] in order else None
             for number, included in includes_of(path):
-                reason = why_not(own, included, order)
+                reason = why_not_in_test(parts[0], included, order)
                 if reason:
                     yield f"{path.relative_to(root)}:{number}: includes {included}: {reason}"
 

@@ -62,6 +62,14 @@ class CheckLayering(unittest.TestCase):
         self.assert_fault({"tests/render/pass_test.cpp": faulty}, "belongs to scene alone")
         self.assert_clean({"tests/scene/texel_test.cpp": faulty})
 
+    def test_fails_on_the_internals_of_another_room(self):
+        faulty = '#include "scene/maps/internal/texel.h"\n'
+        self.assert_fault({"scene/image.cpp": faulty}, "belongs to scene/maps alone")
+        self.assert_fault({"scene/rays/ray.cpp": faulty}, "belongs to scene/maps alone")
+        self.assert_clean({"scene/maps/map.cpp": faulty, "scene/maps/internal/a.cpp": faulty})
+        self.assert_clean({"tests/scene/texel_test.cpp": faulty})
+        self.assert_clean({"scene/maps/map.cpp": '#include "scene/internal/bits.h"\n'})
+
     def test_fails_when_estimation_sees_a_mesh_or_gl(self):
         for header in ("scene/mesh.h", "scene/ray_caster.h", "embree3/rtcore.h", "epoxy/gl.h"):
             self.assert_fault({"estimation/fit.cpp": f"#include <{header}>\n"}, "never sees a mesh")

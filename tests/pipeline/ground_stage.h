@@ -114,7 +114,7 @@ class GroundStage {
   // Few rays and no filter.
   static FramePipelineOptions QuickOptions() {
     FramePipelineOptions options;
-    options.object_gather.rays_per_receiver = 32;
+    options.object_light.gather.rays_per_receiver = 32;
     options.influence.rays_per_receiver = 64;
     options.influence.least_spacing = 0.2;
     options.filter.reset();

@@ -43,11 +43,11 @@ glm::dmat4 Turned() {
 
 std::vector<FramePipelineOptions> EveryRoute() {
   std::vector<FramePipelineOptions> routes(4, GroundStage::QuickOptions());
-  routes[1].object_light = ObjectLight::kVolume;
+  routes[1].object_light.route = ObjectLight::kVolume;
   routes[1].effects[Effect::kPenumbra] = EffectSwitch::kOff;
-  routes[2].daylight = Daylight::kSamples;
-  routes[2].direct_daylight.sampling.samples = 16;
-  routes[3].object_light = ObjectLight::kVolumeByMap;
+  routes[2].object_light.daylight = Daylight::kSamples;
+  routes[2].object_light.direct_daylight.sampling.samples = 16;
+  routes[3].object_light.route = ObjectLight::kVolumeByMap;
   routes[3].influence_at = InfluenceAt::kFaces;
   routes[3].view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
   return routes;
@@ -76,8 +76,8 @@ TEST_F(MovingObjects, AMovedObjectIsAsOneThatStandsThereByEveryRoute) {
 
 TEST_F(MovingObjects, WhatStandsStillIsNotMadeAnew) {
   FramePipelineOptions options = GroundStage::QuickOptions();
-  options.daylight = Daylight::kSamples;
-  options.direct_daylight.sampling.samples = 16;
+  options.object_light.daylight = Daylight::kSamples;
+  options.object_light.direct_daylight.sampling.samples = 16;
   const std::vector<glm::dmat4> poses{Turned(), glm::dmat4(1.0)};
   const std::vector<FrameResult> results = stage_->Run(TwoBoxes(), options, {{}, {}, poses, poses});
   EXPECT_GT(results[0].daylight->maps_drawn, 0u);

@@ -42,10 +42,10 @@ class Corridor : public testing::Test {
   // A ball so far from the window, seen from beside it.
   static FrameResult Planned(float distance_m, const std::string& name) {
     FramePipelineOptions options = GroundStage::QuickOptions();
-    options.object_light = ObjectLight::kVolume;
-    options.daylight = Daylight::kSamples;
-    options.direct_daylight.sampling.samples = 64;
-    options.direct_daylight.windows = {SouthWindow(kHole)};
+    options.object_light.route = ObjectLight::kVolume;
+    options.object_light.daylight = Daylight::kSamples;
+    options.object_light.direct_daylight.sampling.samples = 64;
+    options.object_light.direct_daylight.windows = {SouthWindow(kHole)};
     Material plaster;
     plaster.diffuse_albedo = glm::vec3(0.6f);
     const HeadlessContext context;

@@ -17,7 +17,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "ground_stage.h"
-#include "pipeline/internal/stopwatch.h"
+#include "scene/stopwatch.h"
 #include "tests/render/textured_meshes.h"
 
 namespace pleinair::planned_frames_test {
@@ -107,8 +107,9 @@ class PlannedFrames : public testing::Test {
     FramePipelineOptions options = GroundStage::QuickOptions();
     options.influence.rays_per_receiver = 16;
     // Noise of rays is no effect: it is far below a code value.
-    options.object_gather.rays_per_receiver = object.mesh.positions_m.size() > 100 ? 1024 : 4096;
-    options.object_light = object_light;
+    options.object_light.gather.rays_per_receiver =
+        object.mesh.positions_m.size() > 100 ? 1024 : 4096;
+    options.object_light.route = object_light;
     return FramePipeline(stage.Scene(),
                          stage.Phantom(),
                          std::nullopt,
@@ -282,17 +283,18 @@ TEST_F(PlannedFrames, LightAtOnePlaceIsTheFieldsOwn) {
 TEST(OnePlaceOptions, RefuseWhatMakesNoSense) {
   const auto refused = [](const auto& spoil) {
     FramePipelineOptions options;
-    options.object_light = ObjectLight::kOnePlace;
+    options.object_light.route = ObjectLight::kOnePlace;
     options.Validate();
     spoil(options);
     EXPECT_THROW(options.Validate(), std::invalid_argument);
   };
-  refused([](FramePipelineOptions& options) { options.one_place.rays = 0; });
-  refused([](FramePipelineOptions& options) { options.one_place.sh_bands = 0; });
+  refused([](FramePipelineOptions& options) { options.object_light.one_place.rays = 0; });
+  refused([](FramePipelineOptions& options) { options.object_light.one_place.sh_bands = 0; });
   refused([](FramePipelineOptions& options) {
-    options.one_place.sh_bands = OnePlaceOptions::kMostShBands + 1;
+    options.object_light.one_place.sh_bands = OnePlaceOptions::kMostShBands + 1;
   });
-  refused([](FramePipelineOptions& options) { options.daylight = Daylight::kSamples; });
+  refused(
+      [](FramePipelineOptions& options) { options.object_light.daylight = Daylight::kSamples; });
 }
 
 TEST_F(PlannedFrames, AStillFrameKeepsTheLastOnesWork) {

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "datasets/frame_source.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_state.h"
 #include "scene/mesh_io.h"

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "pipeline/shadow_edge_marks.h"
 #include "pipeline/sun_state.h"

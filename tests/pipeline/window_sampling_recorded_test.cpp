@@ -13,9 +13,9 @@
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/fisheye_sky.h"
+#include "objects/daylight_shadows.h"
 #include "pipeline/sun_state.h"
-#include "relight/daylight_shadows.h"
-#include "relight/window_sampling.h"
+#include "relight/daylight/window_sampling.h"
 #include "scene/mesh_io.h"
 
 namespace pleinair::window_sampling_recorded_test {

@@ -11,7 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "calib/lens.h"
-#include "datasets/frame_source.h"
+#include "scene/frame.h"
 #include "scene/ray_caster.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "relight/basis_probes.h"
+#include "relight/volume/basis_probes.h"
 
 namespace pleinair::basis_probes_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "relight/environment.h"
+#include "relight/volume/environment.h"
 #include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 

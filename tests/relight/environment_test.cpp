@@ -1,4 +1,4 @@
-#include "relight/environment.h"
+#include "relight/volume/environment.h"
 
 #include <cmath>
 #include <cstdint>

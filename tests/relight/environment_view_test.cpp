@@ -1,4 +1,4 @@
-#include "relight/environment_view.h"
+#include "relight/volume/environment_view.h"
 
 #include <cmath>
 #include <numbers>

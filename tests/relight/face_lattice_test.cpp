@@ -1,5 +1,5 @@
 // Receivers that stay on the surfaces.
-#include "relight/internal/face_lattice.h"
+#include "relight/transport/face_lattice.h"
 
 #include <stdexcept>
 

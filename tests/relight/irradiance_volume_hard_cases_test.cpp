@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "relight/irradiance_volume.h"
-#include "relight/vertex_irradiance.h"
+#include "relight/volume/irradiance_volume.h"
+#include "relight/volume/vertex_irradiance.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair::irradiance_volume_hard_cases_test {

@@ -1,4 +1,4 @@
-#include "relight/irradiance_volume.h"
+#include "relight/volume/irradiance_volume.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "relight/vertex_irradiance.h"
+#include "relight/volume/vertex_irradiance.h"
 #include "scene/sky_shape.h"
 #include "tests/relight/probe_test_scenes.h"
 

@@ -1,5 +1,5 @@
 // Skies made with a sun that is whole, cut off, veiled or not there; and what looks like a sun.
-#include "relight/map_sun.h"
+#include "relight/survey/map_sun.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "relight/internal/map_pixels.h"
+#include "relight/survey/internal/map_pixels.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/lighting.h"

@@ -1,4 +1,4 @@
-#include "relight/patch_scene.h"
+#include "relight/transport/patch_scene.h"
 
 #include <cmath>
 #include <limits>
@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "relight/internal/patch_refinement.h"
+#include "relight/transport/patch_refinement.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair::patch_scene_test {

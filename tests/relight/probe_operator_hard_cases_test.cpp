@@ -6,7 +6,7 @@
 #include <tbb/global_control.h>
 #include <cereal/archives/binary.hpp>
 
-#include "relight/probe_operator.h"
+#include "relight/volume/probe_operator.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair::probe_operator_hard_cases_test {

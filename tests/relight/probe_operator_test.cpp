@@ -1,4 +1,4 @@
-#include "relight/probe_operator.h"
+#include "relight/volume/probe_operator.h"
 
 #include <cmath>
 #include <numbers>

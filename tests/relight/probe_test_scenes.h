@@ -6,8 +6,8 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "relight/patch_scene.h"
-#include "relight/survey.h"
+#include "relight/survey/survey.h"
+#include "relight/transport/patch_scene.h"
 #include "scene/lat_long.h"
 #include "scene/mesh.h"
 

@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "relight/internal/region_irradiance.h"
-#include "relight/region_radiosity.h"
+#include "relight/transport/internal/region_irradiance.h"
+#include "relight/transport/region_radiosity.h"
 #include "tests/relight/window_room.h"
 
 namespace pleinair::radiosity_hard_cases_test {

@@ -1,4 +1,4 @@
-#include "relight/internal/region_irradiance.h"
+#include "relight/transport/internal/region_irradiance.h"
 
 #include <cmath>
 #include <memory>
@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "relight/sky_visibility.h"
-#include "relight/transport.h"
+#include "relight/transport/sky_visibility.h"
+#include "relight/transport/transport.h"
 #include "tests/relight/window_room.h"
 
 namespace pleinair::region_irradiance_test {

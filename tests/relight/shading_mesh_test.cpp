@@ -1,4 +1,4 @@
-#include "relight/shading_mesh.h"
+#include "relight/transport/shading_mesh.h"
 
 #include <algorithm>
 #include <cmath>

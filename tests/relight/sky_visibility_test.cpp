@@ -1,4 +1,4 @@
-#include "relight/sky_visibility.h"
+#include "relight/transport/sky_visibility.h"
 
 #include <array>
 #include <cmath>

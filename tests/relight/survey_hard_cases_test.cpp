@@ -9,12 +9,12 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "relight/internal/map_rays.h"
-#include "relight/internal/shadow_side.h"
-#include "relight/internal/sky_completion.h"
-#include "relight/internal/sun_disc.h"
-#include "relight/internal/survey_light.h"
-#include "relight/survey.h"
+#include "relight/survey/internal/map_rays.h"
+#include "relight/survey/internal/shadow_side.h"
+#include "relight/survey/internal/sky_completion.h"
+#include "relight/survey/internal/survey_light.h"
+#include "relight/survey/survey.h"
+#include "relight/transport/sun_disc.h"
 #include "tests/relight/survey_test_site.h"
 
 namespace pleinair::survey_hard_cases_test {

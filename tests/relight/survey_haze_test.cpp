@@ -1,4 +1,4 @@
-#include "relight/internal/survey_haze.h"
+#include "relight/survey/internal/survey_haze.h"
 
 #include <cmath>
 #include <cstdint>

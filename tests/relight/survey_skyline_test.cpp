@@ -1,4 +1,4 @@
-#include "relight/internal/survey_skyline.h"
+#include "relight/survey/internal/survey_skyline.h"
 
 #include <algorithm>
 #include <cmath>

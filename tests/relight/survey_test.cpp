@@ -1,4 +1,4 @@
-#include "relight/survey.h"
+#include "relight/survey/survey.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "relight/environment.h"
-#include "relight/survey_maps.h"
+#include "relight/survey/survey_maps.h"
+#include "relight/volume/environment.h"
 #include "tests/relight/survey_test_site.h"
 
 namespace pleinair::survey_test {

@@ -7,9 +7,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "relight/internal/map_rays.h"
-#include "relight/internal/surface_gather.h"
 #include "relight/prepared_scene.h"
+#include "relight/survey/internal/map_rays.h"
+#include "relight/transport/surface_gather.h"
 #include "scene/lat_long.h"
 #include "tests/relight/probe_test_scenes.h"
 

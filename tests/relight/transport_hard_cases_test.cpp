@@ -7,7 +7,7 @@
 #include <tbb/global_control.h>
 #include <glm/geometric.hpp>
 
-#include "relight/transport.h"
+#include "relight/transport/transport.h"
 #include "scene/lighting.h"
 #include "tests/relight/probe_test_scenes.h"
 

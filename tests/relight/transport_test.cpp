@@ -1,4 +1,4 @@
-#include "relight/transport.h"
+#include "relight/transport/transport.h"
 
 #include <array>
 #include <cmath>

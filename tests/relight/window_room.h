@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "relight/patch_scene.h"
+#include "relight/transport/patch_scene.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair {

@@ -6,7 +6,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "relight/windows.h"
+#include "relight/daylight/windows.h"
 #include "scene/mesh.h"
 #include "tests/relight/probe_test_scenes.h"
 

@@ -1,4 +1,4 @@
-#include "relight/window_sampling.h"
+#include "relight/daylight/window_sampling.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "relight/internal/low_discrepancy.h"
-#include "relight/transport.h"
+#include "relight/transport/transport.h"
+#include "scene/low_discrepancy.h"
 #include "scene/ray_caster.h"
 #include "tests/relight/window_rooms.h"
 

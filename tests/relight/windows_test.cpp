@@ -1,4 +1,4 @@
-#include "relight/windows.h"
+#include "relight/daylight/windows.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "datasets/frame_source.h"
 #include "datasets/truth.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
@@ -43,7 +44,7 @@ class Courtyard : public testing::Test {
   static std::vector<FrameResult> RunAll(ObjectLight object_light,
                                          std::vector<IrradianceVolume>* volumes = nullptr) {
     FramePipelineOptions options;
-    options.object_light = object_light;
+    options.object_light.route = object_light;
     return Run(options, sequence_->frames.size(), volumes);
   }
 
@@ -153,9 +154,9 @@ TEST_F(Courtyard, BothProbeRoutesGiveTheSameProbes) {
 
 FramePipelineOptions BySamples(ObjectLight object_light, int samples) {
   FramePipelineOptions options;
-  options.object_light = object_light;
-  options.daylight = Daylight::kSamples;
-  options.direct_daylight.sampling.samples = samples;
+  options.object_light.route = object_light;
+  options.object_light.daylight = Daylight::kSamples;
+  options.object_light.direct_daylight.sampling.samples = samples;
   return options;
 }
 
@@ -167,7 +168,7 @@ TEST_F(Courtyard, BothProbeRoutesLeaveSampledDaylightOut) {
   Run(BySamples(ObjectLight::kVolume, 1), 1, &folded);
   Run(BySamples(ObjectLight::kVolumeByMap, 1), 1, &by_map);
   FramePipelineOptions volume;
-  volume.object_light = ObjectLight::kVolume;
+  volume.object_light.route = ObjectLight::kVolume;
   Run(volume, 1, &with_sky);
   for (std::size_t probe = 0; probe < with_sky[0].probes.size(); ++probe) {
     if (folded[0].valid[probe] == 0) continue;  // No object needs it, or it is in a wall.

@@ -12,11 +12,12 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
-#include "relight/survey_maps.h"
+#include "relight/survey/survey_maps.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "session/sequence_site.h"

@@ -71,7 +71,7 @@ void ExpectThePlanToHold(const std::string& name, const std::vector<RecordedFram
   loaded.scene = PrepareScene(loaded.site.model, prepare, store, [](auto, auto) {});
   FramePipelineOptions options = PipelineOptionsFor({}, loaded);
   options.view.receiver_block_px = 8;
-  options.object_gather.rays_per_receiver = 16;
+  options.object_light.gather.rays_per_receiver = 16;
   options.influence.rays_per_receiver = 24;
   options.soft_sun.disc_samples = 8;
   options.mirror.rays_per_pixel = 2;

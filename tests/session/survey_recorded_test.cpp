@@ -9,7 +9,7 @@
 #include <glm/common.hpp>
 
 #include "datasets/sequence.h"
-#include "relight/survey.h"
+#include "relight/survey/survey.h"
 #include "session/sequence_site.h"
 
 namespace pleinair::survey_recorded_test {

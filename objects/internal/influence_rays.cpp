@@ -1,0 +1,124 @@
+#include "objects/internal/influence_rays.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <optional>
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include "objects/internal/object_cone.h"
+#include "scene/ray_caster.h"
+
+namespace pleinair {
+namespace {
+
+// What is a small share of a surface's view bears a larger error in itself: half the rays for half
+// the share.
+constexpr float kShareOfAllRays = 1.0f / 16.0f;
+
+// Rays of one receiver that are cast together: a few packets.
+class RayBatch {
+ public:
+  RayBatch(const PatchScene& real, const PatchScene& objects) : real_(real), objects_(objects) {}
+
+  void Add(const glm::vec3& start_m,
+           std::uint32_t group,
+           const glm::vec3& direction,
+           float share,
+           std::vector<InfluenceRays::Hit>& hits) {
+    directions_[count_] = direction;
+    shares_[count_] = share;
+    if (++count_ == kRays) Cast(start_m, group, hits);
+  }
+
+  // Those that meet the object `group` before all else.
+  void Cast(const glm::vec3& start_m, std::uint32_t group, std::vector<InfluenceRays::Hit>& hits) {
+    objects_.caster.IntersectFrom(
+        start_m, RayCaster::Origin::kOffMesh, directions_.data(), count_, on_objects_.data());
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const FaceHit& hit = on_objects_[i];
+      // Cones may overlap: each object's own cone counts it.
+      if (hit.triangle == FaceHit::kNone || objects_.mesh.triangle_group[hit.triangle] != group) {
+        continue;
+      }
+      on_objects_[kept] = hit;
+      directions_[kept] = directions_[i];
+      shares_[kept] = shares_[i];
+      ++kept;
+    }
+    real_.caster.IntersectFrom(
+        start_m, RayCaster::Origin::kMayBeOnMesh, directions_.data(), kept, behind_.data());
+    for (std::size_t i = 0; i < kept; ++i) {
+      const FaceHit& behind = behind_[i];
+      if (behind.distance_m < on_objects_[i].distance_m) continue;
+      hits.push_back(
+          {shares_[i],
+           PatchScene::FaceOfHit(on_objects_[i]),
+           behind.triangle == FaceHit::kNone ? PatchScene::kSky : PatchScene::FaceOfHit(behind),
+           directions_[i]});
+    }
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t kRays = 64;
+
+  const PatchScene& real_;
+  const PatchScene& objects_;
+  std::size_t count_ = 0;
+  std::array<glm::vec3, kRays> directions_;
+  std::array<float, kRays> shares_{};
+  std::array<FaceHit, kRays> on_objects_;
+  std::array<FaceHit, kRays> behind_;
+};
+
+}  // namespace
+
+InfluenceRays::InfluenceRays(const PatchScene& real,
+                             const PatchScene& objects,
+                             std::span<const Receiver> receivers,
+                             int rays_per_receiver)
+    : runs_((receivers.size() + kRun - 1) / kRun) {
+  const std::vector<std::optional<ObjectBounds>> bounds = BoundsOfObjects(objects.mesh);
+  const ConeDirections direction_sets[] = {ConeDirections(rays_per_receiver),
+                                           ConeDirections((rays_per_receiver + 1) / 2),
+                                           ConeDirections((rays_per_receiver + 3) / 4),
+                                           ConeDirections((rays_per_receiver + 7) / 8)};
+  tbb::enumerable_thread_specific<std::vector<Hit>> hits_of_run;
+  tbb::parallel_for(std::size_t{0}, runs_.size(), [&](std::size_t r) {
+    Run& run = runs_[r];
+    std::vector<Hit>& hits = hits_of_run.local();
+    hits.clear();
+    RayBatch batch(real, objects);
+    const std::size_t first = r * kRun;
+    for (std::size_t i = first; i < std::min(first + kRun, receivers.size()); ++i) {
+      run.begin.push_back(static_cast<std::uint32_t>(hits.size()));
+      const auto& [position_m, normal] = receivers[i];
+      const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
+      for (std::uint32_t group = 0; group < bounds.size(); ++group) {
+        if (!bounds[group]) continue;
+        const BoundingBox& box = bounds[group]->box;
+        const ObjectCone cone(*bounds[group], position_m);
+        const float share_of_rays = cone.LargestShare(normal) / kShareOfAllRays;
+        std::size_t set = 0;
+        while (set + 1 < std::size(direction_sets) &&
+               share_of_rays < 1.0f / static_cast<float>(1u << set)) {
+          ++set;
+        }
+        direction_sets[set].ForEach(cone, normal, [&](const glm::vec3& direction, float share) {
+          if (MayMeet(box, start_m, direction)) {
+            batch.Add(start_m, group, direction, share, hits);
+          }
+        });
+        batch.Cast(start_m, group, hits);
+      }
+    }
+    run.begin.push_back(static_cast<std::uint32_t>(hits.size()));
+    run.hits = hits;
+  });
+}
+
+}  // namespace pleinair

@@ -1,0 +1,51 @@
+// Where rays from receivers into the cones in which they see objects meet one, and what they met
+// before it stood there.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/transport/patch_scene.h"
+#include "relight/transport/transport.h"
+
+namespace pleinair {
+
+class InfluenceRays {
+ public:
+  struct Hit {
+    float share = 0.0f;  // Of the receiver's cosine-weighted hemisphere.
+    std::int32_t object_face = 0;
+    std::int32_t behind = PatchScene::kSky;  // Real face.
+    glm::vec3 direction{0.0f};
+  };
+
+  InfluenceRays() = default;
+  // The objects are the groups of `objects`. Rays as of ObjectInfluenceOptions::rays_per_receiver.
+  // Keeps no reference.
+  // Threads  the result does not depend on their number.
+  InfluenceRays(const PatchScene& real,
+                const PatchScene& objects,
+                std::span<const Receiver> receivers,
+                int rays_per_receiver);
+
+  std::span<const Hit> HitsOf(std::size_t receiver) const {
+    const Run& run = runs_[receiver / kRun];
+    const std::size_t i = receiver % kRun;
+    return std::span(run.hits).subspan(run.begin[i], run.begin[i + 1] - run.begin[i]);
+  }
+
+ private:
+  // Receivers that share their memory: few enough to spread over threads.
+  static constexpr std::size_t kRun = 64;
+  struct Run {
+    std::vector<std::uint32_t> begin;  // Per receiver, hits [begin, next begin).
+    std::vector<Hit> hits;
+  };
+  std::vector<Run> runs_;
+};
+
+}  // namespace pleinair

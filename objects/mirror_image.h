@@ -1,0 +1,113 @@
+// What glossy virtual objects mirror: sky, real surfaces and objects as seen from the very points
+// that mirror them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "objects/object_view.h"
+#include "relight/survey/survey.h"
+#include "relight/transport/patch_scene.h"
+#include "scene/lighting.h"
+#include "scene/mirrored_light.h"
+#include "scene/sky_shape.h"
+
+namespace pleinair {
+
+struct MirrorImageOptions {
+  // Over a pixel's square and the lobe around the mirror direction. Converged: many.
+  int rays_per_pixel = 32;
+  // Of a mirrored real surface, for what objects hide from it. Converged: many; 0: nothing is.
+  int rays_per_place = 8;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// Light that a unit of one basis light sends about, for MirrorImage::Fold.
+struct MirroredBasis {
+  const SkyShape* sky = nullptr;  // Null for the sun.
+  // Radiosity of the faces; of the real ones without the objects.
+  std::span<const glm::vec3> real_radiosity;
+  std::span<const glm::vec3> object_radiosity;
+  // For the sun: what its disc alone brings to the real faces. Else empty.
+  std::span<const glm::vec3> real_direct;
+  DirectionalLight sun;
+};
+
+// Set up once per view and pose: rays leave what is glossy in a pixel's square along half vectors
+// of the visible GGX normals (Heitz 2018, "Sampling the GGX distribution of visible normals"), and
+// what each meets is stored. A real surface is shown with the survey's albedo at the very place, in
+// the sun where a ray from there reaches it past real and virtual casters, and less lit by what
+// objects hide from it. The disc itself is not mirrored: the renderer's glint is analytic. Other
+// mirrors are shown as if they were diffuse.
+//
+// Threads  The result does not depend on their number.
+class MirrorImage {
+ public:
+  // Mirrors nothing.
+  MirrorImage() = default;
+  // `survey` may be null: real surfaces have their face's albedo. Keeps no reference.
+  MirrorImage(const PatchScene& real,
+              const PatchScene& objects,
+              const ObjectView& view,
+              const Survey* survey,
+              const MirrorImageOptions& options = {});
+
+  // Whether any glossy surface is in view.
+  bool Empty() const { return entries_.empty(); }
+
+  // Works out the response to a unit of basis light `light`; 0 is the sun, 1 + k sky shape k. The
+  // scenes are those of construction.
+  // Throws std::invalid_argument where a number of faces is another.
+  void Fold(std::size_t light,
+            const MirroredBasis& basis,
+            const PatchScene& real,
+            const PatchScene& objects);
+
+  // The image under `lighting`, which has the sky components that were folded; `image` keeps its
+  // memory. Throws std::invalid_argument for another number of components.
+  void Evaluate(const Lighting& lighting, MirroredLight& image) const;
+
+ private:
+  struct Entry {
+    glm::vec3 weight{0.0f};     // Reflectance over the number of rays.
+    glm::vec3 direction{0.0f};  // Of the ray.
+    std::int32_t place = kSky;  // In places_, or kSky, or -2 - object face.
+  };
+  static constexpr std::int32_t kSky = -1;
+  // A real surface as it is met.
+  struct Place {
+    glm::vec3 start_m{0.0f};  // Off the surface.
+    std::int32_t face = 0;
+    glm::vec3 tint{1.0f};  // Albedo there over the face's.
+    std::uint32_t first_hider = 0;
+    std::uint32_t hider_count = 0;  // Object faces, of rays_per_place_ rays.
+  };
+
+  glm::vec3 RadiosityAt(const Place& place,
+                        std::size_t index,
+                        const MirroredBasis& basis,
+                        const PatchScene& real,
+                        const PatchScene& objects,
+                        std::span<const glm::vec3> to_sun) const;
+
+  int x_px_ = 0;
+  int y_px_ = 0;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  int rays_per_place_ = 0;
+  std::vector<std::uint32_t> first_entry_;  // Per pixel, entries [begin, next begin).
+  std::vector<Entry> entries_;
+  std::vector<Place> places_;
+  std::vector<std::int32_t> hiders_;
+  std::vector<std::vector<glm::vec3>> responses_;  // Per basis light and pixel.
+};
+
+// Whether any material of the mesh mirrors.
+bool IsGlossy(const Mesh& mesh);
+
+}  // namespace pleinair

@@ -1,0 +1,100 @@
+#include "objects/near_sunlight.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <tbb/parallel_for.h>
+#include <glm/geometric.hpp>
+
+#include "relight/transport/sun_disc.h"
+#include "scene/low_discrepancy.h"
+
+namespace pleinair {
+namespace {
+
+// Places of one receiver see as many points of the disc between them: it is seen whole by all.
+constexpr int kNearDiscPoints = 16;
+
+}  // namespace
+
+void NearSunlightOptions::Validate() const {
+  if (rays_per_receiver < 1) {
+    throw std::invalid_argument("NearSunlightOptions::rays_per_receiver is " +
+                                std::to_string(rays_per_receiver) + ": expected at least 1");
+  }
+  if (!(reach >= 0.0) || !std::isfinite(reach)) {
+    throw std::invalid_argument("NearSunlightOptions::reach is " + std::to_string(reach) +
+                                ": expected 0 or more");
+  }
+}
+
+NearSunlight::NearSunlight(const PatchScene& real,
+                           const PatchScene& objects,
+                           std::span<const Receiver> receivers,
+                           const NearSunlightOptions& options) {
+  options.Validate();
+  first_place_.assign(receivers.size() + 1, 0);
+  share_ = 1.0f / static_cast<float>(options.rays_per_receiver);
+  if (objects.mesh.Empty()) return;
+  const BoundingBox box = BoundingBoxOf(objects.mesh);
+  const glm::vec3 centre_m = 0.5f * (box.lower_m + box.upper_m);
+  const float radius_m = 0.5f * glm::distance(box.lower_m, box.upper_m);
+  const float reach_m = static_cast<float>(1.0 + options.reach) * radius_m;
+  std::vector<std::vector<Place>> of_receiver(receivers.size());
+  tbb::parallel_for(std::size_t{0}, receivers.size(), [&](std::size_t i) {
+    const Receiver& receiver = receivers[i];
+    const float length = glm::dot(receiver.normal, receiver.normal);
+    if (!(std::abs(length - 1.0f) < 1e-3f)) return;
+    const NormalFrame frame(receiver.normal);
+    const glm::dvec2 rotation = RotationOf(options.seed, i);
+    const glm::vec3 origin_m = OffsetFromSurface(receiver.position_m, receiver.normal);
+    // No place within reach is farther; a thousandth for rounding.
+    const float farthest_m = 1.001f * (reach_m + glm::distance(origin_m, centre_m));
+    for (int k = 0; k < options.rays_per_receiver; ++k) {
+      const glm::vec3 direction =
+          frame.CosineDirection(FibonacciPoint(k, options.rays_per_receiver, rotation));
+      const auto hit = real.caster.Intersect(origin_m, direction, farthest_m);
+      if (!hit || glm::distance(hit->position_m, centre_m) > reach_m) continue;
+      if (objects.caster.Occluded(origin_m, direction, hit->distance_m)) continue;
+      const std::int32_t face = PatchScene::FaceOfHit(*hit, direction);
+      const glm::vec3 normal = real.FaceNormal(static_cast<std::size_t>(face));
+      of_receiver[i].push_back({OffsetFromSurface(hit->position_m, normal), face});
+    }
+  });
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    places_.insert(places_.end(), of_receiver[i].begin(), of_receiver[i].end());
+    first_place_[i + 1] = static_cast<std::uint32_t>(places_.size());
+  }
+}
+
+std::vector<glm::vec3> NearSunlight::Change(const PatchScene& real,
+                                            const PatchScene& objects,
+                                            const DirectionalLight& sun,
+                                            std::span<const glm::vec3> real_direct) const {
+  if (real_direct.size() != real.FaceCount()) {
+    throw std::invalid_argument(
+        std::string("near sunlight: real_direct has ") + std::to_string(real_direct.size()) +
+        " entries, expected one a face, " + std::to_string(real.FaceCount()));
+  }
+  std::vector<glm::vec3> change(ReceiverCount(), glm::vec3(0.0f));
+  const SunDisc disc(sun.direction_enu, sun.angular_radius_rad, kNearDiscPoints);
+  const std::vector<glm::vec3>& to_sun = disc.Samples();
+  tbb::parallel_for(std::size_t{0}, change.size(), [&](std::size_t i) {
+    glm::vec3 sum(0.0f);
+    for (std::uint32_t p = first_place_[i]; p < first_place_[i + 1]; ++p) {
+      const Place& place = places_[p];
+      const auto face = static_cast<std::size_t>(place.face);
+      const glm::vec3& direction = to_sun[(p - first_place_[i]) % to_sun.size()];
+      const float cosine = glm::dot(real.FaceNormal(face), direction);
+      const bool is_lit = cosine > 0.0f && direction.z > 0.0f &&
+                          !objects.caster.Occluded(place.start_m, direction) &&
+                          !real.caster.Occluded(place.start_m, direction);
+      sum += real.face_albedo_rgb[face] * (glm::vec3(is_lit ? cosine : 0.0f) - real_direct[face]);
+    }
+    change[i] = share_ * sum;
+  });
+  return change;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,351 @@
+#include "objects/object_influence.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <glm/common.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "objects/internal/influence_plan.h"
+#include "objects/internal/influence_rays.h"
+#include "objects/internal/object_cone.h"
+#include "relight/transport/face_lattice.h"
+#include "relight/transport/plane_blocks.h"
+#include "relight/volume/basis_sum.h"
+
+namespace pleinair {
+namespace {
+
+// See the header.
+constexpr float kLeastChange = 1.0f / 512.0f;
+// A receiver whose view objects fill to this share stands under or in one.
+constexpr float kShareInside = 0.95f;
+// Below that what a pixel shows is all within an object.
+constexpr float kLeastOpen = 0.01f;
+
+void RequireFaces(std::size_t given, std::size_t expected, const char* what) {
+  if (given != expected) {
+    throw std::invalid_argument(std::string("object influence: ") + what + " has " +
+                                std::to_string(given) + " faces, expected " +
+                                std::to_string(expected));
+  }
+}
+
+}  // namespace
+
+void ObjectInfluenceOptions::Validate() const {
+  if (rays_per_receiver < 1 || rays_per_receiver > 65536) {
+    throw std::invalid_argument("rays_per_receiver is " + std::to_string(rays_per_receiver) +
+                                ": expected 1 to 65536");
+  }
+  if (!(least_spacing > 0.0) || !std::isfinite(least_spacing)) {
+    throw std::invalid_argument("least_spacing is " + std::to_string(least_spacing) +
+                                ": expected more than 0, of an object's radius");
+  }
+}
+
+ObjectInfluence::ObjectInfluence(const PatchScene& real,
+                                 const PatchScene& objects,
+                                 const SurfaceView& view,
+                                 const ObjectInfluenceOptions& options)
+    : real_faces_(real.FaceCount()),
+      object_faces_(objects.FaceCount()),
+      picture_width_px_(view.Width()),
+      picture_height_px_(view.Height()) {
+  options.Validate();
+  const PixelPlan plan = PlanPixels(objects, BoundsOfObjects(objects.mesh), view);
+  // Pixels of their own receiver come first.
+  std::vector<std::uint32_t> first_of_row;
+  for (std::size_t pixel = 0; pixel < plan.size.pixels.size(); ++pixel) {
+    if (pixel % static_cast<std::size_t>(view.Width()) == 0) {
+      first_of_row.push_back(static_cast<std::uint32_t>(stands_at_.size()));
+    }
+    if (plan.size.pixels[pixel] == 1) stands_at_.push_back(pixel);
+  }
+  const glm::vec3 eye_m(view.camera.CentreWorldM());
+  std::vector<PlaneBlocks> blocks;
+  std::vector<std::uint32_t> first_receiver;
+  for (std::size_t size = 1; size < kInfluenceBlocksPx.size(); ++size) {
+    const Gray8Image candidates = Candidates(plan, size);
+    blocks.emplace_back(
+        view,
+        eye_m,
+        PlaneBlocks::Options{
+            .block_px = kInfluenceBlocksPx[size], .wraps_x = false, .candidates = &candidates});
+    first_receiver.push_back(static_cast<std::uint32_t>(stands_at_.size()));
+    const std::vector<std::size_t>& pixels = blocks.back().ReceiverPixels();
+    stands_at_.insert(stands_at_.end(), pixels.begin(), pixels.end());
+  }
+  if (stands_at_.empty()) return;
+  for (const std::size_t pixel : stands_at_) {
+    receivers_.push_back({view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]});
+  }
+  rows_.resize(static_cast<std::size_t>(view.Height()));
+  tbb::parallel_for(0, view.Height(), [&](int y) {
+    Row& row = rows_[static_cast<std::size_t>(y)];
+    const auto matters = [&](int x) { return plan.size.At(x, y) != 0; };
+    int end = view.Width();
+    while (row.first_px < end && !matters(row.first_px)) ++row.first_px;
+    while (row.first_px < end && !matters(end - 1)) --end;
+    std::uint32_t own = first_of_row[static_cast<std::size_t>(y)];
+    row.begin.reserve(static_cast<std::size_t>(end - row.first_px) + 1);
+    row.entries.reserve(4 * static_cast<std::size_t>(end - row.first_px));
+    row.begin.push_back(0);
+    for (int x = row.first_px; x < end; ++x) {
+      const std::size_t first = row.entries.size();
+      if (plan.size.At(x, y) == 1) {
+        row.entries.push_back({own++, 1.0f});
+      } else if (matters(x)) {
+        const std::size_t size = plan.size.At(x, y) - 2u;
+        double sum = 0.0;
+        blocks[size].ForPixel(x, y, [&](std::uint32_t receiver, double weight) {
+          row.entries.push_back({first_receiver[size] + receiver, static_cast<float>(weight)});
+          sum += weight;
+        });
+        const auto scale = static_cast<float>(1.0 / sum);
+        for (std::size_t i = first; i < row.entries.size(); ++i) row.entries[i].weight *= scale;
+      }
+      row.begin.push_back(static_cast<std::uint32_t>(row.entries.size()));
+    }
+  });
+  FindSpans();
+  rays_ =
+      std::make_shared<const InfluenceRays>(real, objects, receivers_, options.rays_per_receiver);
+}
+
+ObjectInfluence::ObjectInfluence(const PatchScene& real,
+                                 const PatchScene& objects,
+                                 const ObjectInfluenceOptions& options)
+    : real_faces_(real.FaceCount()),
+      object_faces_(objects.FaceCount()),
+      face_albedo_rgb_(real.face_albedo_rgb) {
+  options.Validate();
+  lattice_ = std::make_shared<const FaceLattice>(
+      real, PartsOfFaces(real, BoundsOfObjects(objects.mesh), options.least_spacing));
+  receivers_ = lattice_->Receivers();
+  stands_at_.assign(lattice_->FaceOfReceiver().begin(), lattice_->FaceOfReceiver().end());
+  rays_ =
+      std::make_shared<const InfluenceRays>(real, objects, receivers_, options.rays_per_receiver);
+  for (std::size_t i = 0; i < receivers_.size(); ++i) {
+    float share = 0.0f;
+    for (const InfluenceRays::Hit& hit : rays_->HitsOf(i)) share += hit.share;
+    is_open_.push_back(share > kShareInside ? 0.0f : 1.0f);
+  }
+}
+
+void ObjectInfluence::See(const PatchScene& real,
+                          const SurfaceView& view,
+                          const Image<std::int32_t>& faces) {
+  if (lattice_ == nullptr) {
+    throw std::logic_error("object influence: See is for receivers on faces");
+  }
+  RequireFaces(real.FaceCount(), real_faces_, "the real scene");
+  if (faces.width != view.Width() || faces.height != view.Height()) {
+    throw std::invalid_argument(std::string("object influence: faces of a picture of ") +
+                                std::to_string(faces.width) + "x" + std::to_string(faces.height) +
+                                ", expected the view's " + std::to_string(view.Width()) + "x" +
+                                std::to_string(view.Height()));
+  }
+  picture_width_px_ = faces.width;
+  picture_height_px_ = faces.height;
+  rows_.resize(static_cast<std::size_t>(faces.height));
+  tbb::parallel_for(0, faces.height, [&](int y) {
+    Row& row = rows_[static_cast<std::size_t>(y)];
+    // Three a pixel, of no weight where nothing changes.
+    const auto width = static_cast<std::size_t>(faces.width);
+    row.first_px = 0;
+    row.entries.assign(3 * width, Entry{0, 0.0f});
+    row.begin.resize(width + 1);
+    for (std::size_t i = 0; i <= width; ++i) row.begin[i] = static_cast<std::uint32_t>(3 * i);
+    for (int x = 0; x < faces.width; ++x) {
+      const std::size_t pixel = faces.Index(x, y);
+      if (faces.pixels[pixel] == PatchScene::kSky) continue;
+      const auto face = static_cast<std::size_t>(faces.pixels[pixel]);
+      if (!lattice_->HasReceivers(face)) continue;
+      const auto around = lattice_->Around(real, face, view.position_world_m.pixels[pixel]);
+      // What an object stands on is not to darken what lies beside it.
+      float open = 0.0f;
+      for (const FaceLattice::Weighted& at : around) open += at.weight * is_open_[at.receiver];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float weight = open > kLeastOpen
+                                 ? around[k].weight * is_open_[around[k].receiver] / open
+                                 : around[k].weight;
+        row.entries[3 * static_cast<std::size_t>(x) + k] = {around[k].receiver, weight};
+      }
+    }
+  });
+  FindSpans();
+}
+
+// What a frame asks first of its rows, without a look at every pixel.
+void ObjectInfluence::FindSpans() {
+  // Per thread and receiver, where its span is: true where that one says so.
+  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> places_of_thread(
+      std::vector<std::uint32_t>(receivers_.size(), 0));
+  tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
+    Row& row = rows_[y];
+    std::vector<std::uint32_t>& places = places_of_thread.local();
+    row.spans.clear();
+    for (int x = row.first_px; x < row.EndPx(); ++x) {
+      for (const Entry& entry : row.EntriesOf(x)) {
+        if (entry.weight == 0.0f) continue;
+        std::uint32_t& place = places[entry.receiver];
+        if (place >= row.spans.size() || row.spans[place].receiver != entry.receiver) {
+          place = static_cast<std::uint32_t>(row.spans.size());
+          row.spans.push_back({entry.receiver, x, x});
+        }
+        row.spans[place].end_px = x + 1;
+      }
+    }
+  });
+}
+
+void ObjectInfluence::Fold(std::size_t light,
+                           const SkyShape* sky,
+                           const SurfaceView& view,
+                           std::span<const glm::vec3> real_radiosity,
+                           std::span<const glm::vec3> object_radiosity,
+                           std::span<const glm::vec3> hidden_sky) {
+  if (!hidden_sky.empty() && hidden_sky.size() != receivers_.size()) {
+    throw std::invalid_argument(std::string("object influence: hidden_sky has ") +
+                                std::to_string(hidden_sky.size()) + " entries, expected " +
+                                std::to_string(receivers_.size()) + ", one a receiver");
+  }
+  RequireFaces(real_radiosity.size(), real_faces_, "the real scene's radiosity");
+  RequireFaces(object_radiosity.size(), object_faces_, "the objects' radiosity");
+  if (lattice_ == nullptr &&
+      (view.Width() != picture_width_px_ || view.Height() != picture_height_px_ ||
+       (light > 0 && view.sky_response.size() < light))) {
+    throw std::invalid_argument("object influence: basis light " + std::to_string(light) +
+                                " of a view of " + std::to_string(view.Width()) + "x" +
+                                std::to_string(view.Height()) + " with " +
+                                std::to_string(view.sky_response.size()) +
+                                " sky shapes: expected the view of construction");
+  }
+  if (responses_.size() <= light) responses_.resize(light + 1);
+  std::vector<Response>& responses = responses_[light];
+  responses.resize(receivers_.size());
+  tbb::parallel_for(std::size_t{0}, receivers_.size(), [&](std::size_t i) {
+    Response response;
+    if (!hidden_sky.empty()) response.hidden = hidden_sky[i];
+    for (const InfluenceRays::Hit& hit : rays_->HitsOf(i)) {
+      if (hit.behind != PatchScene::kSky) {
+        response.hidden += hit.share * real_radiosity[static_cast<std::size_t>(hit.behind)];
+      } else if (sky != nullptr) {
+        response.hidden += hit.share * std::numbers::pi_v<float> * sky->Radiance(hit.direction);
+      }
+      response.gained += hit.share * object_radiosity[static_cast<std::size_t>(hit.object_face)];
+    }
+    response.before = Before(light, i, view, real_radiosity);
+    responses[i] = response;
+  });
+}
+
+glm::vec3 ObjectInfluence::Before(std::size_t light,
+                                  std::size_t receiver,
+                                  const SurfaceView& view,
+                                  std::span<const glm::vec3> real_radiosity) const {
+  if (lattice_ == nullptr) {
+    return light == 0 ? SunResponse(view, stands_at_[receiver], view.sun_direction_enu)
+                      : view.sky_response[light - 1].pixels[stands_at_[receiver]];
+  }
+  // What the face reflects, by what it reflects of it. What is black changes nothing in a picture.
+  const std::size_t face = stands_at_[receiver];
+  glm::vec3 irradiance(0.0f);
+  for (int channel = 0; channel < 3; ++channel) {
+    const float albedo = face_albedo_rgb_[face][channel];
+    if (albedo > 0.0f) irradiance[channel] = real_radiosity[face][channel] / albedo;
+  }
+  return irradiance;
+}
+
+std::vector<glm::vec3> ObjectInfluence::AtReceivers(const Lighting& lighting,
+                                                    const InfluenceParts& parts) const {
+  const std::vector<glm::vec3> weights =
+      internal::BasisWeights(lighting, responses_.size(), "object influence");
+  std::vector<glm::vec3> at_receivers(receivers_.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, receivers_.size(), 1024),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                        Response sum;
+                        for (std::size_t light = 0; light < weights.size(); ++light) {
+                          const Response& response = responses_[light][i];
+                          sum.hidden += weights[light] * response.hidden;
+                          sum.gained += weights[light] * response.gained;
+                          sum.before += weights[light] * response.before;
+                        }
+                        const glm::vec3 change =
+                            (parts.object_light ? sum.gained : glm::vec3(0.0f)) -
+                            (parts.hidden_light ? sum.hidden : glm::vec3(0.0f));
+                        const bool matters =
+                            glm::any(glm::greaterThan(glm::abs(change), kLeastChange * sum.before));
+                        at_receivers[i] = matters ? change : glm::vec3(0.0f);
+                      }
+                    });
+  return at_receivers;
+}
+
+std::array<int, 2> ObjectInfluence::PixelsThatChange(
+    const Row& row, std::span<const glm::vec3> at_receivers) const {
+  int begin = picture_width_px_;
+  int end = 0;
+  for (const Span& span : row.spans) {
+    if (span.begin_px >= begin && span.end_px <= end) continue;
+    if (at_receivers[span.receiver] == glm::vec3(0.0f)) continue;
+    begin = std::min(begin, span.begin_px);
+    end = std::max(end, span.end_px);
+  }
+  return {begin, end};
+}
+
+void ObjectInfluence::Evaluate(const Lighting& lighting,
+                               const InfluenceParts& parts,
+                               IrradianceChange& change) const {
+  RgbImage& image = change.irradiance_rgb;
+  image.width = 0;
+  image.height = 0;
+  if (receivers_.empty()) return image.pixels.clear();
+  const std::vector<glm::vec3> at_receivers = AtReceivers(lighting, parts);
+  std::vector<std::array<int, 2>> changing(rows_.size());
+  tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
+    changing[y] = PixelsThatChange(rows_[y], at_receivers);
+  });
+  glm::ivec2 lower(picture_width_px_, picture_height_px_);
+  glm::ivec2 upper(0);
+  for (int y = 0; y < static_cast<int>(rows_.size()); ++y) {
+    const auto [begin, end] = changing[static_cast<std::size_t>(y)];
+    if (end == 0) continue;
+    lower = glm::min(lower, glm::ivec2(begin, y));
+    upper = glm::max(upper, glm::ivec2(end, y + 1));
+  }
+  if (upper.x <= lower.x) return image.pixels.clear();
+  change.x_px = lower.x;
+  change.y_px = lower.y;
+  image.width = upper.x - lower.x;
+  image.height = upper.y - lower.y;
+  image.pixels.resize(static_cast<std::size_t>(image.width) *
+                      static_cast<std::size_t>(image.height));
+  tbb::parallel_for(0, image.height, [&](int y) {
+    const auto in_picture = static_cast<std::size_t>(lower.y + y);
+    const auto [begin, end] = changing[in_picture];
+    for (int x = 0; x < image.width; ++x) {
+      glm::vec3 sum(0.0f);
+      if (lower.x + x >= begin && lower.x + x < end) {
+        for (const Entry& entry : rows_[in_picture].EntriesOf(lower.x + x)) {
+          sum += entry.weight * at_receivers[entry.receiver];
+        }
+      }
+      image.At(x, y) = sum;
+    }
+  });
+}
+
+}  // namespace pleinair

@@ -1,0 +1,50 @@
+// What of virtual objects the samples of a picture show.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "relight/transport/patch_scene.h"
+#include "scene/camera.h"
+#include "scene/image.h"
+
+namespace pleinair {
+
+// Over the part of the undistorted picture (see UndistortedCover) that objects may show in. Real
+// surfaces are not there: what they hide is cheaper to ask for than to find out about.
+struct ObjectView {
+  static constexpr int kSamplesPerSide = 2;  // Of a pixel.
+  static constexpr std::uint32_t kNothing = 0xffffffffu;
+  struct Sample {
+    std::uint32_t triangle = kNothing;
+    glm::vec2 barycentric{0.0f};
+  };
+
+  int x_px = 0;  // Of the first pixel in the undistorted picture.
+  int y_px = 0;
+  int width_px = 0;
+  int height_px = 0;
+  glm::vec3 eye_m{0.0f};
+  glm::dmat3 world_from_picture{1.0};  // Of (u, v, 1), a place of that picture, along its ray.
+  Image<Sample> samples;               // kSamplesPerSide times as wide and as high.
+
+  bool Empty() const { return samples.Empty(); }
+};
+
+// One ray a sample. `objects` in the world; only their mesh and caster are looked at.
+// Threads  The result does not depend on their number.
+ObjectView SeeObjects(const PatchScene& objects, const Camera& camera);
+
+// What the eye sees at other places of that picture, which is not empty: so that a mean over a
+// pixel can be one over its square. `samples` gets an entry each of `places_px`.
+void SeeObjectsAt(const ObjectView& view,
+                  const PatchScene& objects,
+                  std::span<const glm::dvec2> places_px,
+                  std::vector<ObjectView::Sample>& samples);
+
+}  // namespace pleinair

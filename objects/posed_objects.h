@@ -1,0 +1,35 @@
+// Virtual objects that move: where each of them is in a frame.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+
+#include "objects/virtual_object.h"
+
+namespace pleinair {
+
+class PosedObjects {
+ public:
+  PosedObjects() = default;
+  // As they stand until they are posed.
+  explicit PosedObjects(std::vector<VirtualObject> objects);
+
+  // Takes each object from where it was given, not from where it is, to `world_from_given`, an
+  // affine transform an object; empty: all are where they were given. Returns whether anything is
+  // elsewhere than before. The unit matrix gives an object back to the bit.
+  // Throws  std::invalid_argument for another number of poses than of objects, naming it, and as
+  //         TransformMesh for impossible ones, naming the object; then all stay where they were.
+  bool Pose(std::span<const glm::dmat4> world_from_given);
+
+  // In world coordinates.
+  const std::vector<VirtualObject>& Objects() const { return posed_; }
+
+ private:
+  std::vector<VirtualObject> given_;
+  std::vector<VirtualObject> posed_;
+  std::vector<glm::dmat4> world_from_given_;
+};
+
+}  // namespace pleinair

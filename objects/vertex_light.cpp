@@ -1,0 +1,435 @@
+#include "objects/vertex_light.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "relight/volume/environment.h"
+#include "scene/stopwatch.h"
+
+namespace pleinair {
+namespace {
+
+// First guesses on two cores, for some 4000 vertices: see bench/run_bench.cpp.
+constexpr double kSetUpGuessMs = 110.0;
+constexpr double kNearGuessMs = 40.0;
+constexpr double kLightGuessMs = 10.0;
+constexpr double kOnePlaceGuessMs = 3.0;
+constexpr double kAloneGuessMs = 1.5;
+constexpr double kBetweenGuessMs = 50.0;
+constexpr double kDaylightGuessMs = 40.0;
+constexpr double kSumGuessMs = 0.2;
+
+}  // namespace
+
+VertexLight::VertexLight(const PreparedScene& scene,
+                         const Mesh& room,
+                         const ObjectLightOptions& options)
+    : scene_(scene),
+      room_(room),
+      options_(options),
+      interreflection_({}),
+      one_place_(scene.patches, options.one_place),
+      set_up_cost_(kSetUpGuessMs),
+      near_cost_(kNearGuessMs),
+      light_costs_{
+          LearnedCost(kLightGuessMs), LearnedCost(kOnePlaceGuessMs), LearnedCost(kAloneGuessMs)},
+      between_cost_(kBetweenGuessMs),
+      daylight_cost_(kDaylightGuessMs),
+      sum_cost_(kSumGuessMs) {}
+
+void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
+  objects_ = &objects;
+  interreflection_ = ObjectInterreflection(objects);
+  daylight_.reset();
+  if (options_.daylight == Daylight::kSamples && !objects.empty()) {
+    daylight_ = std::make_unique<DirectDaylight>(
+        room_, scene_.patches.caster, interreflection_.Objects(), options_.direct_daylight);
+  }
+  sampled_shapes_.clear();
+  irradiance_.clear();
+  std::vector<BoundingBox> boxes;
+  for (const VirtualObject& object : objects) {
+    irradiance_.emplace_back(object.mesh.positions_m.size(), glm::vec3(0.0f));
+    boxes.push_back(BoundingBoxOf(object.mesh));
+  }
+  of_unit_ = irradiance_;
+  if (!IsGathered()) {
+    needed_probes_ = ProbesNeededIn(scene_.probes.Grid(), scene_.probes.Valid(), boxes);
+  }
+  gather_ = ObjectGather();
+  near_sunlight_.reset();
+  one_place_.Pose(interreflection_.Objects().mesh);
+  responses_ = {};
+  objects_sun_version_ = 0;
+  daylight_response_.clear();
+  daylight_done_.Forget();
+  vertices_.clear();
+}
+
+void VertexLight::Forget() {
+  for (Responses& responses : responses_) responses.done.Forget();
+  daylight_done_.Forget();
+}
+
+const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
+                                                  const Lighting& lighting) {
+  one_place_.UpdateOthers(basis, lighting);
+  return one_place_;
+}
+
+VertexLight::Costs VertexLight::Expected(const Mode& mode,
+                                         const FrameBasis& basis,
+                                         const Lighting& lighting) const {
+  Costs costs = CostsBy(&LearnedCost::Ms, mode, basis, lighting);
+  if (LacksRaysBetween(mode)) costs.once_ms += between_cost_.Ms();
+  const std::vector<std::size_t> lacking = Done(mode).StaleIn(basis, lighting, Upto::kLacking);
+  if (!IsGathered() || lacking.empty()) return costs;
+  if (mode.at == At::kVertices && gather_.VertexCount() == 0) costs.once_ms += set_up_cost_.Ms();
+  if (LooksForSun(mode, lacking)) costs.once_ms += near_cost_.Ms();
+  return costs;
+}
+
+bool VertexLight::LacksRaysBetween(const Mode& mode) const {
+  const bool meets_objects = IsGathered() && mode.at == At::kVertices;
+  return mode.with_objects && !meets_objects && !interreflection_.HasCastRays();
+}
+
+bool VertexLight::LooksForSun(const Mode& mode, const std::vector<std::size_t>& lights) const {
+  const bool sees_objects = mode.at == At::kVertices || mode.with_objects;
+  return sees_objects && !lights.empty() && lights.front() == 0 && !near_sunlight_ &&
+         scene_.options.bounces != 0;
+}
+
+VertexLight::Costs VertexLight::Nominal(const Mode& mode,
+                                        const FrameBasis& basis,
+                                        const Lighting& lighting) const {
+  return CostsBy(&LearnedCost::NominalMs, mode, basis, lighting);
+}
+
+VertexLight::Costs VertexLight::CostsBy(double (LearnedCost::*ms)() const,
+                                        const Mode& mode,
+                                        const FrameBasis& basis,
+                                        const Lighting& lighting) const {
+  const LightsDone& done = Done(mode);
+  const double light_ms = (light_costs_[WayOf(mode)].*ms)();
+  const auto lacking = static_cast<double>(done.StaleIn(basis, lighting, Upto::kLacking).size());
+  const auto all = static_cast<double>(done.StaleIn(basis, lighting).size());
+  return {lacking * light_ms, (all - lacking) * light_ms, (sum_cost_.*ms)()};
+}
+
+const SkyShape& VertexLight::GatheredSky(const FrameBasis& basis, std::size_t light) const {
+  static const std::shared_ptr<const SkyShape> black =
+      MakeTableSkyShape("black", std::vector<glm::vec3>(SkyTable::kCells, glm::vec3(0.0f)));
+  return daylight_ != nullptr ? *black : *basis.Sky(light);
+}
+
+bool VertexLight::IsDaylightCurrent(const FrameBasis& basis) const {
+  if (daylight_ == nullptr) return true;
+  const auto shapes = basis.Shapes();
+  return std::equal(shapes.begin(), shapes.end(), sampled_shapes_.begin(), sampled_shapes_.end());
+}
+
+void VertexLight::UpdateDaylight(const FrameBasis& basis) {
+  if (IsDaylightCurrent(basis)) return;
+  const auto shapes = basis.Shapes();
+  Stopwatch watch;
+  daylight_->Update(shapes);
+  daylight_cost_.Learn(watch.LapMs());
+  sampled_shapes_.assign(shapes.begin(), shapes.end());
+  daylight_is_new_ = true;
+}
+
+void VertexLight::UpdateDaylightResponses(const FrameBasis& basis) {
+  if (daylight_ == nullptr) return;
+  UpdateDaylight(basis);
+  daylight_response_.resize(basis.LightCount());
+  for (std::size_t light = 1; light < basis.LightCount(); ++light) {
+    if (daylight_done_.IsCurrent(basis, light)) continue;
+    daylight_response_[light] = WithReflection(light, daylight_->OnObjects(light - 1));
+    daylight_done_.Done(basis, light);
+  }
+}
+
+glm::vec3 VertexLight::LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const {
+  glm::vec3 largest(0.0f);
+  if (daylight_ == nullptr) return largest;
+  for (std::size_t light = 1; light < basis.LightCount(); ++light) {
+    const glm::vec3 intensity = IntensityOf(lighting, light);
+    if (intensity == glm::vec3(0.0f)) continue;
+    largest += intensity * daylight_->LargestIrradiance(basis.Shapes()[light - 1]);
+  }
+  return largest;
+}
+
+std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
+  if (daylight_ == nullptr) return std::nullopt;
+  DirectDaylightSummary summary = daylight_->Summary();
+  if (!std::exchange(daylight_is_new_, false)) summary.maps_drawn = 0;
+  return summary;
+}
+
+void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting) {
+  mode_ = mode;
+  const At at = mode.at;
+  const std::vector<std::size_t> stale = Done(mode).StaleIn(basis, lighting, upto);
+  const PatchScene& objects = interreflection_.Objects();
+  Stopwatch watch;
+  if (LacksRaysBetween(mode)) {
+    interreflection_.CastRays();
+    between_cost_.Learn(watch.LapMs());
+  }
+  // Faces are lit by the sun that light is made for.
+  const bool makes_sun = !stale.empty() && stale.front() == 0;
+  if ((makes_sun || objects_sun_version_ == 0 || upto == Upto::kCurrent) &&
+      objects_sun_version_ != basis.Version(0) && IntensityOf(lighting, 0) != glm::vec3(0.0f)) {
+    interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
+    objects_sun_version_ = basis.Version(0);
+  }
+  if (!IsGathered()) {
+    if (!stale.empty() || basis_.sky_radiance.size() != basis.LightCount()) {
+      UpdateVolume(basis, stale);
+      light_costs_[WayOf(mode)].Learn(watch.LapMs() /
+                                      static_cast<double>(std::max<std::size_t>(stale.size(), 1)));
+    }
+    return;
+  }
+  if (stale.empty()) return;
+  if (at == At::kVertices && gather_.VertexCount() == 0) {
+    gather_ = ObjectGather(objects, scene_.patches, options_.gather);
+    set_up_cost_.Learn(watch.LapMs());
+  }
+  if (LooksForSun(mode, stale)) {
+    near_sunlight_.emplace(scene_.patches, objects, ObjectGather::PointsAround(objects.mesh));
+    near_cost_.Learn(watch.LapMs());
+  }
+  Responses& responses = Of(mode);
+  responses.of_light.resize(basis.LightCount());
+  if (at == At::kOnePlace) one_place_.Update(basis, lighting);
+  for (const std::size_t light : stale) {
+    if (at == At::kVertices) {
+      UpdateGathered(basis, light);
+    } else {
+      responses.of_light[light] =
+          mode.with_objects ? AtOnePlaceWithObjects(basis, light) : one_place_.OnObjects(light);
+    }
+    responses.done.Done(basis, light);
+  }
+  light_costs_[WayOf(mode)].Learn(watch.LapMs() / static_cast<double>(stale.size()));
+}
+
+// Map, sky directions and fold of what has changed; at first of all lights.
+void VertexLight::UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights) {
+  const Survey* survey = basis.SurveyUnderCurrentSun();
+  const std::vector<glm::vec3>& directions = scene_.probes.SkyDirections();
+  const bool is_first = basis_.sky_radiance.size() != basis.LightCount();
+  std::vector<std::size_t> wanted(lights.begin(), lights.end());
+  if (is_first) {
+    basis_ = {};
+    basis_.environment.resize(basis.LightCount());
+    basis_.face_radiosity.resize(basis.LightCount());
+    basis_.sky_radiance.resize(basis.LightCount());
+    basis_.sky_radiance[0].assign(directions.size(), glm::vec3(0.0f));
+    wanted.clear();
+    for (std::size_t light = 0; light < basis.LightCount(); ++light) wanted.push_back(light);
+  }
+  for (const std::size_t light : wanted) {
+    basis_.face_radiosity[light] = basis.FaceRadiosity(light);
+    if (survey != nullptr) {
+      basis_.environment[light] =
+          light == 0 ? EnvironmentOfSun(*survey, survey->view.sun_direction_enu)
+                     : EnvironmentOfSky(*survey, light - 1, GatheredSky(basis, light));
+    }
+    folded_done_.Done(basis, light);
+    if (light == 0) continue;
+    basis_.sky_radiance[light].clear();
+    for (const glm::vec3& direction : directions) {
+      basis_.sky_radiance[light].push_back(GatheredSky(basis, light).Radiance(direction));
+    }
+  }
+  if (is_first) {
+    folded_ = FoldedVolume(scene_.probes, basis_);
+  } else {
+    for (const std::size_t light : wanted) folded_.Refold(scene_.probes, basis_, light);
+  }
+}
+
+void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
+  const PatchScene& objects = interreflection_.Objects();
+  const std::vector<glm::vec3> dark_objects(objects.FaceCount(), glm::vec3(0.0f));
+  std::vector<glm::vec3> irradiance = gather_.Irradiance(
+      IsSampled(light) ? nullptr : basis.Sky(light), dark_objects, basis.FaceRadiosity(light));
+  if (light == 0) {
+    AddNearSunlight(
+        basis,
+        [this](std::span<const glm::vec3> at_points) { return gather_.AtVertices(at_points); },
+        irradiance);
+  }
+  Of(mode_).of_light[light] = WithReflection(light, std::move(irradiance));
+}
+
+template <class AtVertices>
+void VertexLight::AddNearSunlight(const FrameBasis& basis,
+                                  const AtVertices& at_vertices,
+                                  std::vector<glm::vec3>& irradiance) {
+  if (!near_sunlight_) return;
+  const std::vector<glm::vec3> change = at_vertices(near_sunlight_->Change(
+      scene_.patches, interreflection_.Objects(), basis.Sun(), basis.DirectIrradiance()));
+  for (std::size_t v = 0; v < irradiance.size(); ++v) {
+    // Both are estimates by few rays: their sum may fall below zero.
+    irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));
+  }
+}
+
+std::vector<glm::vec3> VertexLight::AtOnePlaceWithObjects(const FrameBasis& basis,
+                                                          std::size_t light) {
+  std::vector<glm::vec3> irradiance = one_place_.OnObjects(light);
+  if (light == 0) {
+    const auto mean_of_points = [](std::span<const glm::vec3> at_points) {
+      constexpr std::size_t kPoints = ObjectGather::kPointsPerVertex;
+      std::vector<glm::vec3> means(at_points.size() / kPoints, glm::vec3(0.0f));
+      for (std::size_t i = 0; i < at_points.size(); ++i) {
+        means[i / kPoints] += at_points[i] / static_cast<float>(kPoints);
+      }
+      return means;
+    };
+    AddNearSunlight(basis, mean_of_points, irradiance);
+  }
+  SpreadOverObjects(irradiance);
+  DirectionalLight sun;
+  if (light == 0) sun.irradiance_rgb = glm::dvec3(1.0);
+  interreflection_.Apply(sun, of_unit_);
+  std::vector<glm::vec3> response;
+  for (const std::vector<glm::vec3>& of_object : of_unit_) {
+    response.insert(response.end(), of_object.begin(), of_object.end());
+  }
+  return response;
+}
+
+void VertexLight::SpreadOverObjects(const std::vector<glm::vec3>& irradiance) {
+  std::size_t first = 0;
+  for (std::vector<glm::vec3>& of_object : of_unit_) {
+    std::copy_n(irradiance.begin() + static_cast<std::ptrdiff_t>(first),
+                of_object.size(),
+                of_object.begin());
+    first += of_object.size();
+  }
+}
+
+std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
+                                                   std::vector<glm::vec3> irradiance) {
+  SpreadOverObjects(irradiance);
+  DirectionalLight sun;
+  if (light == 0) sun.irradiance_rgb = glm::dvec3(1.0);
+  const std::vector<glm::vec3> dark_scene(scene_.patches.FaceCount(), glm::vec3(0.0f));
+  const std::vector<glm::vec3> reflected =
+      gather_.Irradiance(nullptr, interreflection_.FaceRadiosity(sun, of_unit_), dark_scene);
+  for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += reflected[v];
+  return irradiance;
+}
+
+void VertexLight::SumResponses(const FrameBasis& basis, const Lighting& lighting, PerObject& sum) {
+  if (mode_.with_daylight) UpdateDaylightResponses(basis);
+  const std::vector<std::vector<glm::vec3>>& responses = Of(mode_).of_light;
+  std::size_t first = 0;
+  for (std::vector<glm::vec3>& irradiance : sum) {
+    std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));
+    const auto add = [&](const std::vector<glm::vec3>& response, const glm::vec3& intensity) {
+      if (response.empty()) return;
+      const auto own = std::span(response).subspan(first, irradiance.size());
+      for (std::size_t v = 0; v < irradiance.size(); ++v) irradiance[v] += intensity * own[v];
+    };
+    for (std::size_t light = 0; light < basis.LightCount(); ++light) {
+      const glm::vec3 intensity = IntensityOf(lighting, light);
+      if (intensity == glm::vec3(0.0f) || light >= responses.size()) continue;
+      add(responses[light], intensity);
+      if (mode_.with_daylight && IsSampled(light)) add(daylight_response_[light], intensity);
+    }
+    first += irradiance.size();
+  }
+}
+
+std::vector<glm::vec3> VertexLight::DirectAtVertices(const FrameBasis& basis,
+                                                     const Lighting& lighting) {
+  std::vector<glm::vec3> direct;
+  if (daylight_ == nullptr) return direct;
+  UpdateDaylight(basis);
+  direct.assign(interreflection_.Objects().mesh.positions_m.size(), glm::vec3(0.0f));
+  for (std::size_t light = 1; light < basis.LightCount(); ++light) {
+    const glm::vec3 intensity = IntensityOf(lighting, light);
+    if (intensity == glm::vec3(0.0f)) continue;
+    const std::vector<glm::vec3>& of_unit = daylight_->OnObjects(light - 1);
+    for (std::size_t v = 0; v < direct.size(); ++v) direct[v] += intensity * of_unit[v];
+  }
+  return direct;
+}
+
+void VertexLight::LightVertices(const IrradianceVolume& volume,
+                                const FrameBasis& basis,
+                                const Lighting& lighting,
+                                PerObject& sum) {
+  if (vertices_.empty()) {
+    for (const VirtualObject& object : *objects_) {
+      vertices_.emplace_back(volume, object.mesh.positions_m, object.mesh.normals);
+    }
+  }
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    vertices_[i].Evaluate(volume, sum[i]);
+  }
+  const std::vector<glm::vec3> direct =
+      mode_.with_daylight ? DirectAtVertices(basis, lighting) : std::vector<glm::vec3>();
+  if (mode_.with_objects) {
+    interreflection_.Apply(lighting.sun, sum, direct);
+    return;
+  }
+  auto own = direct.begin();
+  for (std::vector<glm::vec3>& irradiance : sum) {
+    for (std::size_t v = 0; v < irradiance.size() && own != direct.end(); ++v) {
+      irradiance[v] += *own++;
+    }
+  }
+}
+
+std::vector<glm::vec3> VertexLight::ObjectRadiosity(const FrameBasis& basis, std::size_t light) {
+  const Lighting unit = UnitOf(light, basis.LightCount());
+  if (!IsGathered()) {
+    folded_.Combine(unit, needed_probes_, volume_of_unit_);
+    LightVertices(volume_of_unit_, basis, unit, of_unit_);
+  } else {
+    SumResponses(basis, unit, of_unit_);
+  }
+  return interreflection_.FaceRadiosity(unit.sun, of_unit_);
+}
+
+std::vector<glm::vec3> VertexLight::SampledSkyHiddenFrom(const FrameBasis& basis,
+                                                         std::size_t light,
+                                                         std::span<const Receiver> receivers) {
+  if (!IsSampled(light) || !mode_.with_daylight) return {};
+  UpdateDaylight(basis);
+  return daylight_->HiddenFrom(light - 1, receivers);
+}
+
+VertexLight::EvaluationTimes VertexLight::Evaluate(const FrameBasis& basis,
+                                                   const Lighting& lighting) {
+  Stopwatch watch;
+  EvaluationTimes times;
+  if (IsGathered()) {
+    SumResponses(basis, lighting, irradiance_);
+  } else {
+    if (options_.route == ObjectLight::kVolumeByMap) {
+      SynthesiseEnvironment(basis_.environment, lighting, environment_);
+      times.environment_ms = watch.LapMs();
+      volume_ = VolumeFromEnvironment(scene_.probes, basis_, environment_, lighting);
+    } else {
+      folded_.Combine(lighting, needed_probes_, volume_);
+    }
+    LightVertices(volume_, basis, lighting, irradiance_);
+  }
+  times.light_ms = watch.LapMs();
+  sum_cost_.Learn(times.environment_ms + times.light_ms);
+  return times;
+}
+
+}  // namespace pleinair

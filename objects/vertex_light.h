@@ -1,0 +1,212 @@
+// All light at the vertices of virtual objects but the sun's disc, and what they make of it: kept
+// while light and objects stand still.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "objects/direct_daylight.h"
+#include "objects/frame_basis.h"
+#include "objects/learned_cost.h"
+#include "objects/near_sunlight.h"
+#include "objects/object_gather.h"
+#include "objects/object_interreflection.h"
+#include "objects/object_light_options.h"
+#include "objects/one_place_light.h"
+#include "relight/prepared_scene.h"
+#include "relight/volume/irradiance_volume.h"
+#include "relight/volume/vertex_irradiance.h"
+
+namespace pleinair {
+
+class VertexLight {
+ public:
+  // Where the light is found that vertices get.
+  enum class At {
+    kVertices,  // Or the volume's probes.
+    kOnePlace,  // By rays.
+  };
+
+  struct Mode {
+    At at = At::kVertices;
+    bool with_daylight = false;  // Straight from the sky, where that is sampled.
+    // With what objects hide from themselves and reflect, and, at one place, sunlight close to them
+    // as each vertex sees it. Rays at vertices know no other way.
+    bool with_objects = true;
+    bool operator==(const Mode&) const = default;
+  };
+
+  // `scene`, `room` (the mesh as given) and `options` outlive this.
+  VertexLight(const PreparedScene& scene, const Mesh& room, const ObjectLightOptions& options);
+
+  // Where objects are now; all that hangs on it is made anew.
+  void Pose(const std::vector<VirtualObject>& objects);
+  void Forget();
+
+  // All objects' triangles, a group an object. Stays at one address.
+  const PatchScene& Objects() const { return interreflection_.Objects(); }
+  const IrradianceVolume& Volume() const { return volume_; }
+  // Null where daylight is gathered.
+  const DirectDaylight* Daylight() const { return daylight_.get(); }
+
+  // Whether one place can stand for the vertices: light is gathered by rays, all of it.
+  bool MayBeAtOnePlace() const { return IsGathered() && daylight_ == nullptr; }
+  // Made for the lights that shine in `lighting`, for who wants to know whether it is good enough.
+  const OnePlaceLight& LightAtOnePlace(const FrameBasis& basis, const Lighting& lighting);
+  // Bound of the irradiance that sampled daylight brings to objects, and that they hide of it.
+  glm::vec3 LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const;
+  // Whether at vertices it comes with objects, whatever the mode says.
+  bool VerticesSeeObjects() const { return IsGathered(); }
+  // See ObjectInterreflection.
+  std::optional<float> LargestHiddenUpTo(float most) {
+    return interreflection_.LargestHiddenUpTo(most);
+  }
+
+  // Whether nothing but a sum is left to do.
+  bool IsCurrent(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const {
+    return Done(mode).StaleIn(basis, lighting).empty();
+  }
+  // What Update and Evaluate take.
+  struct Costs {
+    // For what was never made: not again where no object moves, as later it will do as older.
+    double once_ms = 0.0;
+    double now_ms = 0.0;  // For what was made for an older sun or sky.
+    double sum_ms = 0.0;
+  };
+  Costs Expected(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
+  // Without what a new pose takes.
+  Costs Nominal(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
+
+  // Works out lights that shine in `lighting`; what follows is of them in that mode.
+  void Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting);
+  Mode UpdatedIn() const { return mode_; }
+  // Of which suns and skies it is, in a mode.
+  const LightsDone& Done(const Mode& mode) const {
+    return IsGathered() ? Of(mode).done : folded_done_;  // A volume stands where objects move.
+  }
+  // Draws samples for skies that are new, where daylight is sampled. Whoever needs them draws them;
+  // to do so first tells what they cost.
+  void UpdateDaylight(const FrameBasis& basis);
+  bool IsDaylightCurrent(const FrameBasis& basis) const;
+  const LearnedCost& DaylightMs() const { return daylight_cost_; }
+  // What daylight samples are; none where it is gathered. Its maps_drawn are those since the last
+  // call.
+  std::optional<DirectDaylightSummary> TakeDaylightSummary();
+
+  // Radiosity of the faces of Objects() per unit of a light that Update was given.
+  std::vector<glm::vec3> ObjectRadiosity(const FrameBasis& basis, std::size_t light);
+  // The same of what stands between: what real surfaces lose of the sampled sky. Empty where it is
+  // not sampled, or left out.
+  std::vector<glm::vec3> SampledSkyHiddenFrom(const FrameBasis& basis,
+                                              std::size_t light,
+                                              std::span<const Receiver> receivers);
+
+  // Wall time, milliseconds.
+  struct EvaluationTimes {
+    double environment_ms = 0.0;  // Of the map, where the route needs it.
+    double light_ms = 0.0;
+  };
+  // What reaches the vertices.
+  EvaluationTimes Evaluate(const FrameBasis& basis, const Lighting& lighting);
+  // One list an object.
+  const std::vector<std::vector<glm::vec3>>& Irradiance() const { return irradiance_; }
+
+ private:
+  using PerObject = std::vector<std::vector<glm::vec3>>;
+  // Of lights, by rays: for all objects' vertices.
+  struct Responses {
+    std::vector<std::vector<glm::vec3>> of_light;
+    LightsDone done;
+  };
+
+  // Ways of finding it that have responses and a cost of their own.
+  static std::size_t WayOf(const Mode& mode) {
+    if (mode.at == At::kVertices) return 0;
+    return mode.with_objects ? 1 : 2;
+  }
+  Responses& Of(const Mode& mode) { return responses_[WayOf(mode)]; }
+  const Responses& Of(const Mode& mode) const { return responses_[WayOf(mode)]; }
+  bool IsGathered() const {
+    return options_.route == ObjectLight::kGather || options_.route == ObjectLight::kOnePlace;
+  }
+  // Whether rays between objects have yet to be cast, where those at vertices do not meet them.
+  bool LacksRaysBetween(const Mode& mode) const;
+  // Whether sunlight close to the objects has yet to be looked for to work these out.
+  bool LooksForSun(const Mode& mode, const std::vector<std::size_t>& lights) const;
+  Costs CostsBy(double (LearnedCost::*ms)() const,
+                const Mode& mode,
+                const FrameBasis& basis,
+                const Lighting& lighting) const;
+  // Works out what daylight samples bring to vertices, with what is reflected.
+  void UpdateDaylightResponses(const FrameBasis& basis);
+  bool IsSampled(std::size_t light) const { return light > 0 && daylight_ != nullptr; }
+  // What rays and probes take the sky for: black where it is sampled.
+  const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
+  void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
+  void UpdateGathered(const FrameBasis& basis, std::size_t light);
+  std::vector<glm::vec3> AtOnePlaceWithObjects(const FrameBasis& basis, std::size_t light);
+  // Adds what sunlight close to the objects changes at their points, `at_vertices` at the vertices.
+  template <class AtVertices>
+  void AddNearSunlight(const FrameBasis& basis,
+                       const AtVertices& at_vertices,
+                       std::vector<glm::vec3>& irradiance);
+  // Into of_unit_.
+  void SpreadOverObjects(const std::vector<glm::vec3>& irradiance);
+  // With one reflection off the objects.
+  std::vector<glm::vec3> WithReflection(std::size_t light, std::vector<glm::vec3> irradiance);
+  void SumResponses(const FrameBasis& basis, const Lighting& lighting, PerObject& sum);
+  std::vector<glm::vec3> DirectAtVertices(const FrameBasis& basis, const Lighting& lighting);
+  void LightVertices(const IrradianceVolume& volume,
+                     const FrameBasis& basis,
+                     const Lighting& lighting,
+                     PerObject& sum);
+
+  const PreparedScene& scene_;
+  const Mesh& room_;
+  const ObjectLightOptions& options_;
+  const std::vector<VirtualObject>* objects_ = nullptr;
+  ObjectInterreflection interreflection_;
+  std::unique_ptr<DirectDaylight> daylight_;
+  std::vector<std::shared_ptr<const SkyShape>> sampled_shapes_;
+  bool daylight_is_new_ = false;
+  PerObject irradiance_;
+  PerObject of_unit_;  // Scratch, as long.
+  Mode mode_;
+  std::uint64_t objects_sun_version_ = 0;  // Of the sun that the objects' faces were lit by.
+  std::array<Responses, 3> responses_;     // By WayOf; by probes without responses.
+
+  // By rays.
+  ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.
+  std::optional<NearSunlight> near_sunlight_;  // With the first one in the sun.
+  // Per basis light, all objects' vertices: what is sampled.
+  std::vector<std::vector<glm::vec3>> daylight_response_;
+  LightsDone daylight_done_;
+  OnePlaceLight one_place_;
+
+  // By probes.
+  BasisLights basis_;
+  FoldedVolume folded_;
+  LightsDone folded_done_;
+  std::vector<std::uint8_t> needed_probes_;  // By the objects' bounding boxes.
+  RgbImage environment_;
+  IrradianceVolume volume_;
+  IrradianceVolume volume_of_unit_;         // Scratch.
+  std::vector<VertexIrradiance> vertices_;  // Per object; set up with its first volume.
+
+  LearnedCost set_up_cost_;
+  LearnedCost near_cost_;
+  std::array<LearnedCost, 3> light_costs_;  // By WayOf.
+  LearnedCost between_cost_;                // Of the rays between objects.
+  LearnedCost daylight_cost_;
+  LearnedCost sum_cost_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,15 @@
+// What is put into the picture.
+#pragma once
+
+#include "scene/mesh.h"
+
+namespace pleinair {
+
+// Materials are drawn with their diffuse albedo and the sun's GGX highlight; what a glossy surface
+// mirrors of its surroundings is worked out apart (mirror_image.h): without it the surface is drawn
+// as if it were diffuse, with albedo plus specular reflectance.
+struct VirtualObject {
+  Mesh mesh;  // In world coordinates. Needs normals.
+};
+
+}  // namespace pleinair

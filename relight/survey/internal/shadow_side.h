@@ -1,0 +1,30 @@
+// Which side of the survey sun's shadow edges a map's pixels are on, with mesh and map not exactly
+// in place.
+#pragma once
+
+#include <cstdint>
+
+#include "relight/survey/survey.h"
+#include "relight/transport/sun_disc.h"
+#include "relight/transport/surface_gather.h"
+#include "scene/image.h"
+
+namespace pleinair {
+
+enum class ShadowSide : std::uint8_t {
+  kUnsure,  // Also: turned from the sun, or in a penumbra.
+  kLit,
+  kShaded,
+};
+
+// kLit or kShaded where the pixel of `view` (its geometry and sun_visibility, made of `rays` and
+// `disc`) stays on that side of the shadows' edges with the map turned either way, and with the
+// surface moved across the sun's rays in four directions; also where the surface is turned from the
+// sun by more than that turns it (kShaded).
+Image<ShadowSide> FindShadowSides(const RayCaster& caster,
+                                  const SunDisc& disc,
+                                  const ViewRays& rays,
+                                  const Misplacement& misplacement,
+                                  const SurfaceView& view);
+
+}  // namespace pleinair

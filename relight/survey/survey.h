@@ -1,0 +1,116 @@
+// The one-off survey of a site: what its HDR environment map says of sun, sky and albedo.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/transport/transport.h"
+#include "scene/lighting.h"
+#include "scene/skyline.h"
+#include "scene/surface_view.h"
+#include "scene/utc_time.h"
+
+namespace pleinair {
+
+class SurfaceGather;  // relight/transport/surface_gather.h
+
+// How far mesh and map may be from where they are said to be: two standard deviations of a site
+// that was measured by hand.
+struct Misplacement {
+  double turned_rad = 0.025;  // The map about the vertical, against the mesh; less than 0.5.
+  double moved_m = 0.06;      // Vertices of the mesh.
+};
+
+// A lat-long HDR map of a site, and where and when it was taken.
+struct SurveyMap {
+  RgbImage radiance;  // Repaired (see RepairRadiance).
+  glm::dvec3 position_m{0.0};
+  glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
+  double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
+  std::optional<UtcTime> time = std::nullopt;  // For who compares its light with a frame's.
+  // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
+  // the whole disc.
+  glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
+  Misplacement misplacement = {};
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// What the survey's sun was measured from.
+enum class SunOrigin {
+  kNone,      // It was below the horizon.
+  kDisc,      // The map's own disc.
+  kShadows,   // Pairs of lit and shaded surfaces.
+  kClearSky,  // The map's sky and the clear-sky model.
+};
+
+// Sun and sky at the time of the survey, from the map itself.
+struct SurveyLight {
+  glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent.
+  glm::dvec3 sun_irradiance_rgb{0.0};           // Of the disc, normal to the beam.
+  glm::dvec3 sun_irradiance_stddev_rgb{0.0};
+  SunOrigin sun_origin = SunOrigin::kDisc;
+  glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, unoccluded, without the disc.
+  bool sun_clipped = false;            // The disc could not be measured in the map.
+  // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
+  // relative. The same error for all of them.
+  glm::dvec3 albedo_stddev_rgb{0.0};
+  // At 500 nm: how hazy the map's sky is. None where it does not tell.
+  std::optional<double> aerosol_optical_depth_500nm;
+  // Lat-long, without the disc, what buildings and the skyline hide filled in, black below the
+  // horizon.
+  RgbImage sky_radiance;
+  std::vector<std::string> notes;  // What was assumed; for the report.
+};
+
+// A lat-long survey map over the patch scene: the paper's offline maps (jensen-2006, section 4.1).
+// `view` has the map's size (its camera is not used); albedo, normal, sky_response, sun_visibility
+// are the maps of the paper; pixels without a surface show the sky. As made, sky_response holds the
+// map's own sky (OwnSkyShape) and the sun_* images stand for the sun of the survey, so that
+// relighting with `light` gives the map back wherever albedo_measured.
+struct Survey {
+  glm::dvec3 position_m{0.0};
+  SurveyLight light;
+  Skyline skyline;  // What the map shows against the sky and the mesh lacks.
+  SurfaceView view;
+  std::shared_ptr<const SurfaceGather> gather;  // For other skies and suns.
+};
+
+// The shape of the survey's own sky, seen past its skyline.
+std::shared_ptr<const SkyShape> OwnSkyShape(const SurveyLight& light, const Skyline& skyline);
+
+struct SurveyOptions {
+  GatherOptions gather;
+  int bounces = kAllBounces;
+  // As SurfaceViewOptions::receiver_block_px, in map pixels.
+  int receiver_block_px = 4;
+  int sun_disc_samples = 16;
+};
+
+// Surveys `map`: light, then albedo = pi L / E with E gathered at each pixel from the map's own
+// sky, its sun and what the faces reflect, face albedos being means over the map's pixels and
+// iterated to convergence (as in grosch-2005). Faces that the map does not see get their material's
+// mean, or its diffuse albedo where the map sees none of it. Sets scene.face_albedo_rgb and
+// scene.skyline.
+//
+// Where the disc is clipped or hidden, or holds less than half of what shadows say, the sun is that
+// of the shadows (lit and shaded points of one surface), found together with the albedo; where
+// there are none, the clear-sky model's for the map's sky.
+//
+// `patch_is_diffuse`  per patch: may be sampled.
+// `mask`              null, or of the map's size: 255 may be sampled.
+// Throws std::invalid_argument for a map with defects, or sizes that don't fit.
+Survey MakeSurvey(const SurveyMap& map,
+                  const PatchTransport& transport,
+                  std::span<const std::uint8_t> patch_is_diffuse,
+                  const Gray8Image* mask,
+                  const SurveyOptions& options,
+                  PatchScene& scene);
+
+}  // namespace pleinair

@@ -1,0 +1,63 @@
+// A camera's image points as rays into the world, lens distortion included.
+#pragma once
+
+#include <optional>
+
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "calib/lens.h"
+#include "relight/transport/view_rays.h"
+#include "scene/camera.h"
+
+namespace pleinair {
+
+class CameraPixels {
+ public:
+  explicit CameraPixels(const Camera& camera)
+      : intrinsics_(camera.intrinsics),
+        world_from_camera_(glm::transpose(glm::dmat3(camera.camera_from_world))),
+        origin_m_(camera.CentreWorldM()) {}
+
+  const glm::dvec3& OriginM() const { return origin_m_; }
+
+  // Unit direction through an image point.
+  std::optional<glm::dvec3> Direction(const glm::dvec2& pixel) const {
+    const std::optional<glm::dvec3> direction = DirectionFromPixel(intrinsics_, pixel);
+    if (!direction) return std::nullopt;
+    return glm::normalize(world_from_camera_ * *direction);
+  }
+
+  // Where the ray through an image point meets a plane; none where it runs along or away from it.
+  std::optional<glm::vec3> OnPlane(const glm::dvec2& pixel,
+                                   const glm::vec3& position_m,
+                                   const glm::vec3& normal) const {
+    const std::optional<glm::dvec3> direction = Direction(pixel);
+    if (!direction) return std::nullopt;
+    const double approach = glm::dot(*direction, glm::dvec3(normal));
+    const double height_m = glm::dot(glm::dvec3(position_m) - origin_m_, glm::dvec3(normal));
+    if (!(approach * height_m > 0.0)) return std::nullopt;
+    return glm::vec3(origin_m_ + height_m / approach * *direction);
+  }
+
+  ViewRays Rays() const {
+    return {.width = intrinsics_.width_px,
+            .height = intrinsics_.height_px,
+            .wraps_x = false,
+            .origin_m = glm::vec3(origin_m_),
+            .direction = [this](int x, int y) -> std::optional<glm::vec3> {
+              const auto direction = Direction({static_cast<double>(x), static_cast<double>(y)});
+              if (!direction) return std::nullopt;
+              return glm::vec3(*direction);
+            }};
+  }
+
+ private:
+  CameraIntrinsics intrinsics_;
+  glm::dmat3 world_from_camera_;
+  glm::dvec3 origin_m_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,37 @@
+// What each face gets straight from each region of the sky.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "relight/progress.h"
+#include "relight/transport/face_points.h"
+#include "relight/transport/patch_scene.h"
+#include "scene/sky_regions.h"
+
+namespace pleinair::internal {
+
+// Neighbouring patches, both sides, that are looked at together: dealing faces out in multiples of
+// it wastes nothing.
+inline constexpr std::size_t kFacesPerGroup = 32;
+
+// Irradiance of the faces [first, last) from unit radiance of each region: [face - first][region].
+//
+// `rays_per_face` are shared by the regions, at least one each, evenly over region and face. Most
+// are not cast: regions, and cells of some 16 rays, of which neighbouring faces that face the same
+// way see all by a few rays, or nothing, and the like of their neighbours. In a room the rays that
+// are cast so go through the windows.
+//
+// Accuracy  a room with a window, 64 regions, 2400 patches: bench/radiosity_bench.cpp.
+// Threads   the result does not depend on their number, nor on how faces are dealt out.
+// Throws    std::invalid_argument for points of other faces than the scene's, or less than 1 ray.
+std::vector<float> RegionIrradiance(const PatchScene& scene,
+                                    const FacePoints& points,
+                                    const SkyRegions& regions,
+                                    int rays_per_face,
+                                    std::uint64_t seed,
+                                    std::size_t first,
+                                    std::size_t last,
+                                    const Progress& progress);
+
+}  // namespace pleinair::internal

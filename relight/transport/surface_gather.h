@@ -1,0 +1,72 @@
+// What the pixels of one view show of the patch scene, and how they gather light: at a few of them
+// by rays, at the rest by blending. Shared by the survey's map and the camera's view.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "relight/transport/corner_gather.h"
+#include "relight/transport/patch_scene.h"
+#include "relight/transport/sun_disc.h"
+#include "relight/transport/transport.h"
+#include "relight/transport/view_rays.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+// Casts the view's rays: sets region_names, region, position_world_m and normal_world of `view`,
+// and returns the face that each pixel shows (PatchScene::kSky where none).
+Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, SurfaceView& view);
+
+class SurfaceGather {
+ public:
+  static constexpr std::int32_t kBlendedBlocks = 4;
+
+  SurfaceGather() = default;
+  // One receiver for each plane that a block of `block_px` pixels shows, at the pixel nearest to
+  // the middle of what shows it. A pixel blends the same plane's receivers of the four blocks
+  // around it, bilinearly. block_px 1 gathers at every pixel. Throws std::invalid_argument for
+  // block_px < 1.
+  SurfaceGather(const PatchScene& scene,
+                const ViewRays& rays,
+                const SurfaceView& view,
+                int block_px,
+                const GatherOptions& options);
+
+  // Keeps the corners' receivers; a pixel blends those of its face, `face` being CastGeometry's.
+  SurfaceGather(const CornerGather& corners,
+                const PatchScene& scene,
+                const Image<std::int32_t>& face,
+                const SurfaceView& view);
+
+  const GatheredRays& Rays() const { return *rays_; }
+  std::size_t PixelCount() const { return entry_begin_.empty() ? 0 : entry_begin_.size() - 1; }
+  // Spreads values of the receivers over the pixels; zero where no surface is. Shape: PixelCount().
+  void Blend(std::span<const glm::vec3> at_receivers, std::vector<glm::vec3>& at_pixels) const;
+
+  // Defined in relight/internal/serialization.h.
+  template <class Archive>
+  void serialize(Archive& archive);
+
+ private:
+  struct Entry {
+    std::uint32_t receiver;
+    float weight;
+  };
+  std::shared_ptr<const GatheredRays> rays_ = std::make_shared<const GatheredRays>();
+  std::vector<std::uint32_t> entry_begin_;  // Per pixel, entries [begin, next begin).
+  std::vector<Entry> entries_;
+};
+
+// Share of the disc seen at each pixel; 0 where no surface is. In blocks of `block_px` (1: none)
+// pixels on one plane whose four corners all see the disc, or all don't, are taken to do alike.
+void CastSunVisibility(const RayCaster& caster,
+                       const SunDisc& disc,
+                       int block_px,
+                       SurfaceView& view);
+
+}  // namespace pleinair

@@ -1,0 +1,516 @@
+#include "relight/transport/transport.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "relight/transport/internal/exposed_gather.h"
+#include "relight/transport/internal/radiosity_solver.h"
+#include "relight/transport/sun_disc.h"
+#include "scene/lat_long.h"
+#include "scene/low_discrepancy.h"
+
+namespace pleinair {
+namespace {
+
+// Points on a patch that are tried for the sun.
+constexpr int kSunPointsPerPatch = 6;
+// A receiver's batch is stored on its own, so that rays are cast without a common lock and joined
+// in order. Large enough to hide the scheduling, small enough to spread over many cores.
+constexpr std::size_t kReceiversPerBatch = 64;
+
+// Upper hemisphere to the unit diamond, turned by 45 deg to fill a square of 16-bit steps.
+std::uint32_t PackUpperDirection(const glm::vec3& direction) {
+  const float scale =
+      1.0f / (std::abs(direction.x) + std::abs(direction.y) + std::abs(direction.z));
+  const float x = direction.x * scale;
+  const float y = direction.y * scale;
+  const auto quantise = [](float value) {
+    return static_cast<std::uint32_t>(
+        std::lround((glm::clamp(value, -1.0f, 1.0f) * 0.5f + 0.5f) * 65535.0f));
+  };
+  return (quantise(x + y) << 16) | quantise(x - y);
+}
+
+glm::vec3 UnpackUpperDirection(std::uint32_t packed) {
+  const float u = static_cast<float>(packed >> 16) * (2.0f / 65535.0f) - 1.0f;
+  const float v = static_cast<float>(packed & 0xffffu) * (2.0f / 65535.0f) - 1.0f;
+  // A direction that was above the horizon stays above it.
+  const float z = std::max(1.0f - std::max(std::abs(u), std::abs(v)), 1e-6f);
+  return glm::normalize(glm::vec3(0.5f * (u + v), 0.5f * (u - v), z));
+}
+
+void CheckFaceCount(std::size_t given, std::size_t expected, const char* what) {
+  if (given != expected) {
+    throw std::invalid_argument(std::string(what) + " has " + std::to_string(given) +
+                                " faces: expected " + std::to_string(expected));
+  }
+}
+
+// Each face of `hits` once, ascending, with `share` for each of its hits. Sorts `hits`.
+void AppendShares(std::vector<std::int32_t>& hits,
+                  float share,
+                  std::vector<std::int32_t>& face,
+                  std::vector<float>& face_share) {
+  std::sort(hits.begin(), hits.end());
+  for (std::size_t first = 0; first < hits.size();) {
+    std::size_t last = first;
+    while (last < hits.size() && hits[last] == hits[first]) ++last;
+    face.push_back(hits[first]);
+    face_share.push_back(share * static_cast<float>(last - first));
+    first = last;
+  }
+}
+
+struct AtPoint {
+  std::span<const Receiver> receivers;
+  glm::vec3 Normal(std::size_t i) const { return receivers[i].normal; }
+  glm::vec3 Origin(std::size_t i, int, const glm::dvec2&) const {
+    return OffsetFromSurface(receivers[i].position_m, receivers[i].normal);
+  }
+};
+
+// `share` of a receiver's rays would meet what the skyline hides, were there no mesh.
+float HiddenScale(const Skyline& skyline, const glm::vec3& normal, float share) {
+  // Where fewer meet it the rays hardly do, and there is nothing to scale.
+  constexpr float kMost = 2.0f;
+  if (!(share > 0.0f)) return 1.0f;
+  const float irradiance = SampleLatLong(skyline.irradiance_of_hidden, glm::dvec3(normal)).x;
+  return std::clamp(irradiance / (std::numbers::pi_v<float> * share), 1.0f / kMost, kMost);
+}
+
+bool IsUnit(const glm::vec3& normal) { return std::abs(glm::dot(normal, normal) - 1.0f) < 1e-3f; }
+
+}  // namespace
+
+void GatherOptions::Validate() const {
+  if (rays_per_receiver < 1 || rays_per_receiver > 65536) {
+    throw std::invalid_argument("rays_per_receiver is " + std::to_string(rays_per_receiver) +
+                                ": expected 1 to 65536");
+  }
+  if (receivers_per_set < 1 || receivers_per_set > 1024) {
+    throw std::invalid_argument("receivers_per_set is " + std::to_string(receivers_per_set) +
+                                ": expected 1 to 1024");
+  }
+}
+
+template <class RayOrigin>
+void GatheredRays::Gather(const PatchScene& scene,
+                          std::size_t receiver_count,
+                          const GatherOptions& options,
+                          const RayOrigin& ray_origin) {
+  options.Validate();
+  rays_per_receiver_ = options.rays_per_receiver;
+  const float share = 1.0f / static_cast<float>(options.rays_per_receiver);
+  const int sharers = options.receivers_per_set;
+
+  struct Batch {
+    std::vector<std::uint32_t> face_count;
+    std::vector<std::uint32_t> sky_count;
+    std::vector<std::int32_t> face;
+    std::vector<float> face_share;
+    std::vector<std::uint32_t> sky;
+    std::vector<float> hidden_scale;
+  };
+  std::vector<Batch> batches((receiver_count + kReceiversPerBatch - 1) / kReceiversPerBatch);
+  tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t b) {
+    Batch& batch = batches[b];
+    std::vector<std::int32_t> hits;
+    const std::size_t end = std::min(receiver_count, (b + 1) * kReceiversPerBatch);
+    for (std::size_t i = b * kReceiversPerBatch; i < end; ++i) {
+      const std::size_t faces_before = batch.face.size();
+      const std::size_t skies_before = batch.sky.size();
+      const glm::vec3 normal = ray_origin.Normal(i);
+      float hidden = 0.0f;
+      if (IsUnit(normal)) {
+        hits.clear();
+        const NormalFrame frame(normal);
+        const auto set = i / static_cast<std::size_t>(sharers);
+        const auto part = static_cast<int>(i % static_cast<std::size_t>(sharers));
+        const glm::dvec2 rotation = RotationOf(options.seed, set);
+        for (int k = 0; k < options.rays_per_receiver; ++k) {
+          const glm::vec3 direction = frame.CosineDirection(
+              FibonacciPoint(k * sharers + part, options.rays_per_receiver * sharers, rotation));
+          if (!scene.skyline.Empty() && direction.z > 0.0f) {
+            // As it is kept: a rounding may take it over a cell's edge.
+            const glm::vec3 kept = UnpackUpperDirection(PackUpperDirection(direction));
+            hidden += scene.skyline.hidden[SkyTable::CellOf(kept)];
+          }
+          const glm::vec3 origin = ray_origin.Origin(i, k, rotation);
+          if (const auto hit = scene.caster.Intersect(origin, direction)) {
+            hits.push_back(PatchScene::FaceOfHit(*hit, direction));
+          } else if (direction.z > 0.0f) {
+            batch.sky.push_back(PackUpperDirection(direction));
+          }
+        }
+        AppendShares(hits, share, batch.face, batch.face_share);
+      }
+      if (!scene.skyline.Empty()) {
+        batch.hidden_scale.push_back(HiddenScale(scene.skyline, normal, hidden * share));
+      }
+      batch.face_count.push_back(static_cast<std::uint32_t>(batch.face.size() - faces_before));
+      batch.sky_count.push_back(static_cast<std::uint32_t>(batch.sky.size() - skies_before));
+    }
+  });
+
+  face_begin_.assign(1, 0);
+  sky_begin_.assign(1, 0);
+  for (Batch& batch : batches) {
+    for (const std::uint32_t count : batch.face_count) {
+      face_begin_.push_back(face_begin_.back() + count);
+    }
+    for (const std::uint32_t count : batch.sky_count) {
+      sky_begin_.push_back(sky_begin_.back() + count);
+    }
+  }
+  face_.reserve(face_begin_.back());
+  face_share_.reserve(face_begin_.back());
+  sky_direction_.reserve(sky_begin_.back());
+  for (Batch& batch : batches) {
+    face_.insert(face_.end(), batch.face.begin(), batch.face.end());
+    face_share_.insert(face_share_.end(), batch.face_share.begin(), batch.face_share.end());
+    sky_direction_.insert(sky_direction_.end(), batch.sky.begin(), batch.sky.end());
+    hidden_scale_.insert(hidden_scale_.end(), batch.hidden_scale.begin(), batch.hidden_scale.end());
+    batch = Batch{};
+  }
+  FindSkyCells();
+}
+
+void GatheredRays::FindSkyCells() {
+  static_assert(SkyTable::kCells <= 65536);
+  sky_cell_.resize(sky_direction_.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sky_cell_.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t k = range.begin(); k < range.end(); ++k) {
+                        sky_cell_[k] = static_cast<std::uint16_t>(
+                            SkyTable::CellOf(UnpackUpperDirection(sky_direction_[k])));
+                      }
+                    });
+}
+
+GatheredRays::GatheredRays(const PatchScene& scene,
+                           std::span<const Receiver> receivers,
+                           const GatherOptions& options) {
+  Gather(scene, receivers.size(), options, AtPoint{receivers});
+}
+
+GatheredRays GatheredRays::OfFaces(const PatchScene& scene, const GatherOptions& options) {
+  struct OnFace {
+    const PatchScene& scene;
+    glm::vec3 Normal(std::size_t face) const { return scene.FaceNormal(face); }
+    glm::vec3 Origin(std::size_t face, int ray, const glm::dvec2& rotation) const {
+      const glm::uvec3& v = scene.mesh.triangles[face / 2];
+      const glm::vec3 point = TrianglePoint(scene.mesh.positions_m[v[0]],
+                                            scene.mesh.positions_m[v[1]],
+                                            scene.mesh.positions_m[v[2]],
+                                            R2Point(ray, {rotation.y, rotation.x}));
+      return OffsetFromSurface(point, scene.FaceNormal(face));
+    }
+  };
+  GatheredRays rays;
+  rays.Gather(scene, scene.FaceCount(), options, OnFace{scene});
+  return rays;
+}
+
+GatheredRays GatheredRays::OfExposedFaces(const PatchScene& scene,
+                                          const GatherOptions& options,
+                                          FacePoints& points) {
+  options.Validate();
+  internal::ExposedRays exposed = internal::GatherFromExposedFaces(scene, options);
+  const auto per_point = static_cast<std::size_t>(exposed.rays_per_point);
+  GatheredRays rays;
+  rays.rays_per_receiver_ = exposed.rays_per_point * FacePoints::kCells;
+  rays.face_begin_.assign(1, 0);
+  rays.sky_begin_.assign(1, 0);
+  std::vector<std::int32_t> hits;
+  for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+    const std::size_t first = exposed.points.begin[face];
+    const std::size_t last = exposed.points.begin[face + 1];
+    hits.clear();
+    for (std::size_t ray = first * per_point; ray < last * per_point; ++ray) {
+      if (exposed.source[ray] >= 0) hits.push_back(exposed.source[ray]);
+    }
+    // At least 1, so that a face without rays divides nothing by zero.
+    rays.ray_count_.push_back(std::max(1, static_cast<std::int32_t>((last - first) * per_point)));
+    AppendShares(
+        hits, 1.0f / static_cast<float>(rays.ray_count_.back()), rays.face_, rays.face_share_);
+    rays.face_begin_.push_back(rays.face_.size());
+    for (std::uint64_t k = exposed.sky_begin[first]; k < exposed.sky_begin[last]; ++k) {
+      rays.sky_direction_.push_back(PackUpperDirection(exposed.sky_direction[k]));
+    }
+    rays.sky_begin_.push_back(rays.sky_direction_.size());
+  }
+  rays.FindSkyCells();
+  points = std::move(exposed.points);
+  return rays;
+}
+
+std::vector<glm::vec3> GatheredRays::FromSky(const SkyShape& shape) const {
+  std::vector<glm::vec3> irradiance(ReceiverCount(), glm::vec3(0.0f));
+  const PartlyHiddenTables* const hidden = shape.PartlyHidden();
+  const std::vector<glm::vec3>* const table = hidden != nullptr ? &hidden->bare : shape.Table();
+  tbb::parallel_for(std::size_t{0}, irradiance.size(), [&](std::size_t i) {
+    const double scale = std::numbers::pi / RayCountOf(i);
+    glm::dvec3 sum(0.0);
+    if (hidden != nullptr) {
+      for (std::uint64_t k = sky_begin_[i]; k < sky_begin_[i + 1]; ++k) {
+        sum += glm::dvec3(hidden->change[sky_cell_[k]]);
+      }
+      if (!hidden_scale_.empty()) sum *= static_cast<double>(hidden_scale_[i]);
+    }
+    for (std::uint64_t k = sky_begin_[i]; k < sky_begin_[i + 1]; ++k) {
+      sum += glm::dvec3(table != nullptr ? (*table)[sky_cell_[k]]
+                                         : shape.Radiance(UnpackUpperDirection(sky_direction_[k])));
+    }
+    irradiance[i] = glm::vec3(scale * sum);
+  });
+  return irradiance;
+}
+
+glm::vec3 GatheredRays::FromFacesAt(std::size_t receiver,
+                                    std::span<const glm::vec3> face_radiosity) const {
+  glm::vec3 sum(0.0f);
+  for (std::uint64_t k = face_begin_[receiver]; k < face_begin_[receiver + 1]; ++k) {
+    sum += face_share_[k] * face_radiosity[static_cast<std::size_t>(face_[k])];
+  }
+  return sum;
+}
+
+std::vector<glm::vec3> GatheredRays::FromFaces(std::span<const glm::vec3> face_radiosity) const {
+  std::vector<glm::vec3> irradiance(ReceiverCount());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, irradiance.size(), 256),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                        irradiance[i] = FromFacesAt(i, face_radiosity);
+                      }
+                    });
+  return irradiance;
+}
+
+std::vector<glm::vec3> GatheredRays::FromFaces(std::span<const glm::vec3> face_radiosity,
+                                               std::size_t lights) const {
+  std::vector<glm::vec3> irradiance(ReceiverCount() * lights, glm::vec3(0.0f));
+  tbb::parallel_for(std::size_t{0}, ReceiverCount(), [&](std::size_t i) {
+    glm::vec3* const sum = irradiance.data() + i * lights;
+    for (std::uint64_t k = face_begin_[i]; k < face_begin_[i + 1]; ++k) {
+      const glm::vec3* const source =
+          face_radiosity.data() + static_cast<std::size_t>(face_[k]) * lights;
+      for (std::size_t light = 0; light < lights; ++light) {
+        sum[light] += face_share_[k] * source[light];
+      }
+    }
+  });
+  return irradiance;
+}
+
+std::vector<GatheredRays::FaceShare> GatheredRays::FacesOf(std::size_t receiver) const {
+  std::vector<FaceShare> faces;
+  for (std::uint64_t k = face_begin_[receiver]; k < face_begin_[receiver + 1]; ++k) {
+    faces.push_back({face_[k], face_share_[k]});
+  }
+  return faces;
+}
+
+double GatheredRays::SkyShareOf(std::size_t receiver) const {
+  return static_cast<double>(sky_begin_[receiver + 1] - sky_begin_[receiver]) /
+         RayCountOf(receiver);
+}
+
+float SunVisibility(const RayCaster& caster,
+                    const Receiver& receiver,
+                    const glm::dvec3& sun_direction_enu,
+                    double sun_angular_radius_rad,
+                    int samples) {
+  return SunDisc(sun_direction_enu, sun_angular_radius_rad, samples).Visibility(caster, receiver);
+}
+
+PatchTransport::PatchTransport(const PatchScene& scene, const GatherOptions& options)
+    : face_rays_(options.from_exposed_parts
+                     ? GatheredRays::OfExposedFaces(scene, options, face_points_)
+                     : GatheredRays::OfFaces(scene, options)) {}
+
+std::vector<glm::vec3> PatchTransport::DirectFromSun(const PatchScene& scene,
+                                                     const glm::dvec3& sun_direction_enu,
+                                                     double sun_angular_radius_rad) const {
+  const bool exposed = face_points_.FaceCount() == scene.FaceCount();
+  const SunDisc disc(
+      sun_direction_enu, sun_angular_radius_rad, exposed ? FacePoints::kCells : kSunPointsPerPatch);
+  std::vector<glm::vec3> irradiance(scene.FaceCount(), glm::vec3(0.0f));
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, scene.mesh.triangles.size(), 256),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        std::vector<glm::vec3> on_patch(kSunPointsPerPatch);
+        for (std::size_t patch = range.begin(); patch < range.end(); ++patch) {
+          const glm::uvec3& v = scene.mesh.triangles[patch];
+          // The same places on every patch: a fixed set has no noise, and a patch half in shadow
+          // gets about half.
+          for (int i = 0; i < kSunPointsPerPatch; ++i) {
+            on_patch[static_cast<std::size_t>(i)] = TrianglePoint(scene.mesh.positions_m[v[0]],
+                                                                  scene.mesh.positions_m[v[1]],
+                                                                  scene.mesh.positions_m[v[2]],
+                                                                  R2Point(i, {0.5, 0.5}));
+          }
+          // The disc may be cut by the patch's own plane, so the side away from its centre is
+          // looked at too, close to grazing.
+          const auto margin = static_cast<float>(std::sin(sun_angular_radius_rad));
+          for (std::size_t face = 2 * patch; face < 2 * patch + 2; ++face) {
+            const glm::vec3 normal = scene.FaceNormal(face);
+            if (!(glm::dot(normal, disc.Direction()) > -margin)) continue;
+            const std::span<const glm::vec3> points =
+                exposed ? face_points_.Of(face) : std::span<const glm::vec3>(on_patch);
+            irradiance[face] = glm::vec3(disc.MeanIrradiance(scene.caster, points, normal));
+          }
+        }
+      });
+  return irradiance;
+}
+
+FaceLight PatchTransport::SolveSky(const PatchScene& scene,
+                                   const SkyShape& shape,
+                                   int bounces) const {
+  CheckFaceCount(scene.FaceCount(), face_rays_.ReceiverCount(), "scene");
+  return Solve(scene, DirectFromSky(shape), bounces);
+}
+
+FaceLight PatchTransport::SolveSun(const PatchScene& scene,
+                                   const glm::dvec3& sun_direction_enu,
+                                   double sun_angular_radius_rad,
+                                   int bounces) const {
+  CheckFaceCount(scene.FaceCount(), face_rays_.ReceiverCount(), "scene");
+  std::vector<glm::vec3> direct = DirectFromSun(scene, sun_direction_enu, sun_angular_radius_rad);
+  FaceLight light = Solve(scene, direct, bounces);
+  light.direct_irradiance = std::move(direct);
+  return light;
+}
+
+FaceLight PatchTransport::Solve(const PatchScene& scene,
+                                std::span<const glm::vec3> direct_irradiance,
+                                int bounces) const {
+  SolveOptions options;
+  options.bounces = bounces;
+  FaceLights lights = SolveBlocks(scene, direct_irradiance, 1, options);
+  return {std::move(lights.radiosity), lights.iterations, lights.residual, {}};
+}
+
+FaceLights PatchTransport::SolveMany(const PatchScene& scene,
+                                     std::span<const glm::vec3> direct_irradiance,
+                                     std::size_t lights,
+                                     const SolveOptions& options) const {
+  FaceLights solved = SolveBlocks(scene, direct_irradiance, lights, options);
+  if (options.bounces != 0) solved.energy_error = EnergyError(scene, solved);
+  return solved;
+}
+
+FaceLights PatchTransport::SolveBlocks(const PatchScene& scene,
+                                       std::span<const glm::vec3> direct_irradiance,
+                                       std::size_t lights,
+                                       const SolveOptions& options) const {
+  options.Validate();
+  const std::size_t faces = face_rays_.ReceiverCount();
+  CheckFaceCount(scene.FaceCount(), faces, "scene");
+  CheckFaceCount(scene.face_albedo_rgb.size(), faces, "face_albedo_rgb");
+  if (lights < 1 || direct_irradiance.size() != faces * lights) {
+    throw std::invalid_argument("direct_irradiance has " +
+                                std::to_string(direct_irradiance.size()) + " entries: expected " +
+                                std::to_string(faces) + " faces x " + std::to_string(lights) +
+                                " lights, one light at least");
+  }
+  FaceLights solved;
+  solved.lights = lights;
+  solved.radiosity.assign(faces * lights, glm::vec3(0.0f));
+  if (options.bounces == 0) return solved;
+
+  const internal::FormFactorRows rows{
+      face_rays_.face_begin_, face_rays_.face_, face_rays_.face_share_};
+  for (std::size_t first = 0; first < lights; first += internal::kLightsPerBlock) {
+    const std::size_t count = std::min(internal::kLightsPerBlock, lights - first);
+    if (options.progress) {
+      options.progress("radiosity", static_cast<double>(first) / static_cast<double>(lights));
+    }
+    const internal::BlockSolution block = internal::SolveBlock(rows,
+                                                               scene.face_albedo_rgb,
+                                                               direct_irradiance,
+                                                               lights,
+                                                               first,
+                                                               count,
+                                                               options.bounces,
+                                                               options.tolerance,
+                                                               solved.radiosity);
+    solved.iterations = std::max(solved.iterations, block.iterations);
+    solved.residual = std::max(solved.residual, block.residual);
+  }
+  if (options.progress) options.progress("radiosity", 1.0);
+  return solved;
+}
+
+// Arrived at face i: A_i sum_j F_ij B_j; sent by face i: A_i B_i sum_j F_ij.
+double PatchTransport::EnergyError(const PatchScene& scene, const FaceLights& solved) const {
+  const std::size_t lights = solved.lights;
+  std::vector<double> weight(solved.FaceCount(), 0.0);  // By which face j's radiosity arrives.
+  std::vector<double> sent_weight(solved.FaceCount(), 0.0);
+  for (std::size_t i = 0; i < solved.FaceCount(); ++i) {
+    const double share = face_points_.FaceCount() == 0 ? 1.0 : face_points_.ExposedShareOf(i);
+    const double area_m2 = share * scene.PatchAreaM2(i / 2);
+    for (std::uint64_t k = face_rays_.face_begin_[i]; k < face_rays_.face_begin_[i + 1]; ++k) {
+      weight[static_cast<std::size_t>(face_rays_.face_[k])] += area_m2 * face_rays_.face_share_[k];
+      sent_weight[i] += area_m2 * face_rays_.face_share_[k];
+    }
+  }
+  std::vector<glm::dvec2> sums(lights, glm::dvec2(0.0));  // Arrived, sent; of all channels.
+  for (std::size_t i = 0; i < solved.FaceCount(); ++i) {
+    for (std::size_t light = 0; light < lights; ++light) {
+      const glm::vec3& rgb = solved.radiosity[i * lights + light];
+      const double radiosity = double{rgb.x} + double{rgb.y} + double{rgb.z};
+      sums[light] += radiosity * glm::dvec2(weight[i], sent_weight[i]);
+    }
+  }
+  double worst = 0.0;
+  for (const glm::dvec2& sum : sums) {
+    if (sum.y > 0.0) worst = std::max(worst, std::abs(sum.x - sum.y) / sum.y);
+  }
+  return worst;
+}
+
+std::vector<glm::vec3> FaceLights::OfLight(std::size_t light) const {
+  std::vector<glm::vec3> of_light;
+  of_light.reserve(FaceCount());
+  for (std::size_t i = light; i < radiosity.size(); i += lights) of_light.push_back(radiosity[i]);
+  return of_light;
+}
+
+void SolveOptions::Validate() const {
+  if (bounces < kAllBounces) {
+    throw std::invalid_argument("bounces is " + std::to_string(bounces) +
+                                ": expected a count >= 0, or -1 for all");
+  }
+  if (!(tolerance > 0.0) || !(tolerance < 1.0)) {
+    throw std::invalid_argument("tolerance is " + std::to_string(tolerance) +
+                                ": expected a share in (0, 1)");
+  }
+}
+
+std::size_t RadiosityBytes(std::size_t patches,
+                           std::size_t lights,
+                           const GatherOptions& options,
+                           std::size_t sky_directions) {
+  const std::size_t faces = 2 * patches;
+  const auto rays = static_cast<std::size_t>(options.rays_per_receiver + FacePoints::kCells);
+  // While rays are gathered each has a face and a direction; afterwards an entry of 8 bytes, or a
+  // packed direction. Both forms are there for a moment.
+  const std::size_t of_rays = faces * rays * (sizeof(std::int32_t) + sizeof(glm::vec3) + 8);
+  const std::size_t of_sky = faces * (sky_directions / 8 + 8);
+  // The sky's share of each region, direct light and radiosity of all lights, and a block's two.
+  const std::size_t of_lights =
+      faces * (lights * (sizeof(float) + 2 * sizeof(glm::vec3)) +
+               2 * std::min(lights, internal::kLightsPerBlock) * sizeof(glm::vec3));
+  return of_rays + of_sky + of_lights;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,229 @@
+// The one transport engine: how receivers respond to unit basis lights. Ray hits are stored once;
+// every basis light, bounce and albedo is then a sum over them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "relight/progress.h"
+#include "relight/transport/face_points.h"
+#include "relight/transport/patch_scene.h"
+#include "scene/sky_shape.h"
+
+namespace pleinair {
+
+inline constexpr int kAllBounces = -1;
+
+// A point on a surface that gathers light over the hemisphere around its normal.
+struct Receiver {
+  glm::vec3 position_m{0.0f};
+  glm::vec3 normal{0.0f, 0.0f, 1.0f};  // Unit, to the side that gathers.
+};
+
+struct GatherOptions {
+  // Cosine-distributed, low-discrepancy. Converged: as many as wished, up to 65536.
+  int rays_per_receiver = 256;
+  std::uint64_t seed = 1;
+  // Faces alone: rays start from where light can reach, see FacePoints; faces that it can't reach
+  // see nothing and stay dark. Only for light that comes from sky and sun. Rays are rounded up to a
+  // multiple of FacePoints::kCells.
+  bool from_exposed_parts = false;
+  // So many receivers in a row, of one normal, cast parts of one set of directions: together they
+  // see what they see alike as evenly as one receiver with all their rays. 1 to 1024.
+  int receivers_per_set = 1;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// What receivers see: per receiver the faces hit, and the directions that reach the sky. A ray that
+// meets nothing and does not rise above the horizon is dark. The result does not depend on the
+// number of threads; receiver i's rays depend on the seed, i and the receiver alone.
+class GatheredRays {
+ public:
+  GatheredRays() = default;
+  // A receiver without a unit normal sees nothing.
+  GatheredRays(const PatchScene& scene,
+               std::span<const Receiver> receivers,
+               const GatherOptions& options);
+  // One receiver a face, its rays starting all over the patch: face-to-face form factors.
+  static GatheredRays OfFaces(const PatchScene& scene, const GatherOptions& options);
+  // The same from the exposed parts of faces, whatever options.from_exposed_parts says; returns
+  // them in `points`.
+  static GatheredRays OfExposedFaces(const PatchScene& scene,
+                                     const GatherOptions& options,
+                                     FacePoints& points);
+
+  std::size_t ReceiverCount() const { return face_begin_.empty() ? 0 : face_begin_.size() - 1; }
+  int RaysPerReceiver() const { return rays_per_receiver_; }
+  // Entries of all receivers' faces: what a sum over them costs.
+  std::size_t EntryCount() const { return face_.size(); }
+  // Irradiance at each receiver straight from the sky (c, for a uniform shape).
+  std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
+  // Irradiance at each receiver from faces of given radiosity.
+  std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity) const;
+  // The same for many lights at once.
+  // Shape  face_radiosity [face * lights + light], the result [receiver * lights + light].
+  std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity,
+                                   std::size_t lights) const;
+  // The same for one light and one receiver, unchecked: for inner loops.
+  glm::vec3 FromFacesAt(std::size_t receiver, std::span<const glm::vec3> face_radiosity) const;
+
+  // The share of a receiver's rays that meet each face (an estimate of its form factors), and that
+  // reach the sky.
+  struct FaceShare {
+    std::int32_t face;
+    float share;
+  };
+  std::vector<FaceShare> FacesOf(std::size_t receiver) const;
+  double SkyShareOf(std::size_t receiver) const;
+
+  // Defined in relight/internal/serialization.h.
+  template <class Archive>
+  void serialize(Archive& archive);
+
+ private:
+  // Per receiver i the entries [face_begin_[i], face_begin_[i + 1]): each face once, ascending,
+  // with its share of rays.
+  std::vector<std::uint64_t> face_begin_;
+  std::vector<std::int32_t> face_;
+  std::vector<float> face_share_;
+  // Per receiver the directions that reach the sky, packed to 32 bits (0.003 deg); each carries
+  // 1 / rays_per_receiver.
+  std::vector<std::uint64_t> sky_begin_;
+  std::vector<std::uint32_t> sky_direction_;
+  std::vector<std::uint16_t> sky_cell_;  // Of SkyTable, that each lies in.
+  std::int32_t rays_per_receiver_ = 1;
+  // Where the scene has a skyline: what it hides from each receiver, mesh apart, over what the
+  // receiver's rays say of that. Their scatter would else look like light that differs from place
+  // to place, on level ground where it is all one.
+  std::vector<float> hidden_scale_;
+  // Rays of each receiver where they differ; else empty.
+  std::vector<std::int32_t> ray_count_;
+
+  friend class PatchTransport;
+  std::int32_t RayCountOf(std::size_t receiver) const {
+    return ray_count_.empty() ? rays_per_receiver_ : ray_count_[receiver];
+  }
+
+  void FindSkyCells();
+  template <class RayOrigin>
+  void Gather(const PatchScene& scene,
+              std::size_t receiver_count,
+              const GatherOptions& options,
+              const RayOrigin& ray_origin);
+};
+
+// Radiosity (W m^-2 per unit of irradiance) of every face for one unit basis light.
+struct FaceLight {
+  std::vector<glm::vec3> radiosity;
+  int iterations = 0;
+  // Largest change in the last iteration, relative to the largest radiosity. 0 where the asked-for
+  // bounces are finite.
+  double residual = 0.0;
+  // Irradiance of every face straight from the light, where SolveSun made it; else empty.
+  std::vector<glm::vec3> direct_irradiance{};
+};
+
+// The same for many basis lights at once.
+struct FaceLights {
+  std::size_t lights = 0;
+  std::vector<glm::vec3> radiosity;  // [face * lights + light].
+  int iterations = 0;                // The most that a block of lights took.
+  double residual = 0.0;             // The largest of any light, relative to that light.
+  // |arrived - sent| / sent of the light that faces send to each other, the worst of all lights:
+  // what arrives by the receivers' rays and what leaves by the senders' is one light, and differs
+  // by their noise and the patches' size. 0 where no light is sent.
+  double energy_error = 0.0;
+
+  std::size_t FaceCount() const { return lights == 0 ? 0 : radiosity.size() / lights; }
+  std::vector<glm::vec3> OfLight(std::size_t light) const;
+};
+
+struct SolveOptions {
+  // Reflections on the way to a receiver: 0 leaves every face dark, 1 has faces reflect direct
+  // light only, kAllBounces iterates to convergence.
+  int bounces = kAllBounces;
+  // All bounces: what may be missing of each light, as a share of its largest radiosity.
+  double tolerance = 1e-6;
+  Progress progress{};  // May be empty.
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+// Memory that working out `patches` patches under `lights` lights takes at its peak: rays, sky
+// visibility of `sky_directions` directions, direct light and radiosities. An upper bound.
+std::size_t RadiosityBytes(std::size_t patches,
+                           std::size_t lights,
+                           const GatherOptions& options,
+                           std::size_t sky_directions);
+
+// Share of the sun's disc that is seen from a point, 0..1, from up to `samples` rays spread over
+// the disc; see SunDisc in sun_disc.h for where fewer are cast. What is below the horizon
+// is not seen.
+float SunVisibility(const RayCaster& caster,
+                    const Receiver& receiver,
+                    const glm::dvec3& sun_direction_enu,
+                    double sun_angular_radius_rad,
+                    int samples);
+
+// Light between the patches of a scene.
+class PatchTransport {
+ public:
+  PatchTransport() = default;
+  PatchTransport(const PatchScene& scene, const GatherOptions& options);
+
+  // `bounces` counts reflections on the way to a receiver: 0 leaves every face dark, 1 has faces
+  // reflect direct light only, kAllBounces iterates to convergence (what is missing is below 1e-6
+  // of the largest radiosity). Throws std::invalid_argument when the scene is not the one of
+  // construction (by face count), or bounces < -1.
+  FaceLight SolveSky(const PatchScene& scene, const SkyShape& shape, int bounces) const;
+  FaceLight SolveSun(const PatchScene& scene,
+                     const glm::dvec3& sun_direction_enu,
+                     double sun_angular_radius_rad,
+                     int bounces) const;
+
+  // The parts of the above, for who changes albedos and keeps the light.
+  std::vector<glm::vec3> DirectFromSky(const SkyShape& shape) const {
+    return face_rays_.FromSky(shape);
+  }
+  std::vector<glm::vec3> DirectFromSun(const PatchScene& scene,
+                                       const glm::dvec3& sun_direction_enu,
+                                       double sun_angular_radius_rad) const;
+  // Also for faces that shine by themselves: `direct_irradiance` is then emission / albedo.
+  FaceLight Solve(const PatchScene& scene,
+                  std::span<const glm::vec3> direct_irradiance,
+                  int bounces) const;
+
+  // All lights in one pass over the form factors: [face * lights + light]. Solve is its case of
+  // one light. Throws std::invalid_argument as Solve.
+  FaceLights SolveMany(const PatchScene& scene,
+                       std::span<const glm::vec3> direct_irradiance,
+                       std::size_t lights,
+                       const SolveOptions& options) const;
+
+  const GatheredRays& FaceRays() const { return face_rays_; }
+  // Empty unless made with from_exposed_parts.
+  const FacePoints& Points() const { return face_points_; }
+
+  // Defined in relight/internal/serialization.h.
+  template <class Archive>
+  void serialize(Archive& archive);
+
+ private:
+  FaceLights SolveBlocks(const PatchScene& scene,
+                         std::span<const glm::vec3> direct_irradiance,
+                         std::size_t lights,
+                         const SolveOptions& options) const;
+  double EnergyError(const PatchScene& scene, const FaceLights& solved) const;
+
+  // Before face_rays_, whose making fills it.
+  FacePoints face_points_;
+  GatheredRays face_rays_;
+};
+
+}  // namespace pleinair
