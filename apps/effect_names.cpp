@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "pipeline/effects/frame_effect.h"
+
 namespace pleinair {
 namespace {
 
@@ -32,18 +34,14 @@ decltype(EffectSettings::switches) SwitchesOf(std::span<const std::string> names
   EffectSettings effects;
   effects.switches = EffectSettings::Filled(others);
   for (const Effect effect : kAllEffects) {
-    if (is_named(NameOf(effect))) effects[effect] = EffectSwitch::kOn;
-  }
-  // Their other halves.
-  if (is_named("sun-shadow")) effects[Effect::kObjectShadow] = EffectSwitch::kOn;
-  if (is_named("probe-shading") || is_named("sky-occlusion")) {
-    effects[Effect::kDaylight] = EffectSwitch::kOn;
-  }
-  // Parts of all that needs the light on objects; light from one place leaves the first out.
-  if (others == EffectSwitch::kOff) {
-    for (const Effect effect :
-         {Effect::kLightVariation, Effect::kSelfOcclusion, Effect::kCurrentLight}) {
+    const EffectDefinition& definition = DefinitionOf(effect);
+    if (definition.is_way_of_others && others == EffectSwitch::kOff) {
       effects[effect] = EffectSwitch::kOn;
+    }
+    if (!is_named(definition.name)) continue;
+    effects[effect] = EffectSwitch::kOn;
+    for (const Effect other : kAllEffects) {
+      if (definition.brings.Has(other)) effects[other] = EffectSwitch::kOn;
     }
   }
   for (const Effect effect : kAllEffects) {

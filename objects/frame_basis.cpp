@@ -41,7 +41,8 @@ void FrameBasis::Update(SurfaceViewBuilder& builder, const DirectionalLight& sun
     return a == b || a->Name() == b->Name();
   };
   if (!std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same_kind)) {
-    Forget();
+    versions_.clear();
+    shapes_.clear();
     ++generation_;
   }
   const bool is_first = versions_.empty();
@@ -65,11 +66,6 @@ void FrameBasis::Update(SurfaceViewBuilder& builder, const DirectionalLight& sun
   sun_faces_version_ = builder.SunFacesVersion();
   shapes_.assign(shapes.begin(), shapes.end());
   sun_ = sun;
-}
-
-void FrameBasis::Forget() {
-  versions_.clear();
-  shapes_.clear();
 }
 
 const std::vector<glm::vec3>& FrameBasis::FaceRadiosity(std::size_t light) const {

@@ -20,8 +20,6 @@ class FrameBasis {
   // Takes over what `builder`, which outlives this, was last updated for. `sun` is what the sun's
   // part is made for, without an intensity.
   void Update(SurfaceViewBuilder& builder, const DirectionalLight& sun);
-  // All lights count as new.
-  void Forget();
 
   std::size_t LightCount() const { return versions_.size(); }
   // Changes when a light's place in the order is another one's, or they are more or fewer: what was
@@ -73,7 +71,6 @@ enum class Upto {
 // Of which versions of the basis lights something has been worked out.
 class LightsDone {
  public:
-  void Forget() { made_.clear(); }
   // Whether it was, of this version or of an older sun or sky in the same place.
   bool Ever(const FrameBasis& basis, std::size_t light) const {
     return light < made_.size() && made_[light].generation == basis.Generation() &&

@@ -83,9 +83,9 @@ void OnePlaceLight::Pose(const Mesh& objects) {
   here_ = there_ = SphereView();
   normal_basis_.clear();
   lights_.clear();
-  done_.Forget();
+  done_ = {};
   comparisons_.clear();
-  compared_.Forget();
+  compared_ = {};
 }
 
 void OnePlaceLight::Update(const FrameBasis& basis, const Lighting& lighting) {

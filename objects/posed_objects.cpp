@@ -33,6 +33,7 @@ bool PosedObjects::Pose(std::span<const glm::dmat4> world_from_given) {
   }
   posed_ = std::move(posed);
   world_from_given_ = std::move(poses);
+  ++version_;
   return true;
 }
 

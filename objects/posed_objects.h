@@ -1,6 +1,7 @@
 // Virtual objects that move: where each of them is in a frame.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,9 @@ class PosedObjects {
   //         TransformMesh for impossible ones, naming the object; then all stay where they were.
   bool Pose(std::span<const glm::dmat4> world_from_given);
 
+  // Another after each Pose that has moved something; no two states share one.
+  std::uint64_t Version() const { return version_; }
+
   // In world coordinates.
   const std::vector<VirtualObject>& Objects() const { return posed_; }
 
@@ -30,6 +34,7 @@ class PosedObjects {
   std::vector<VirtualObject> given_;
   std::vector<VirtualObject> posed_;
   std::vector<glm::dmat4> world_from_given_;
+  std::uint64_t version_ = 0;
 };
 
 }  // namespace pleinair

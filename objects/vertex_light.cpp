@@ -65,13 +65,8 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
   responses_ = {};
   objects_sun_version_ = 0;
   daylight_response_.clear();
-  daylight_done_.Forget();
+  daylight_done_ = {};
   vertices_.clear();
-}
-
-void VertexLight::Forget() {
-  for (Responses& responses : responses_) responses.done.Forget();
-  daylight_done_.Forget();
 }
 
 const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
@@ -242,7 +237,6 @@ void VertexLight::UpdateVolume(const FrameBasis& basis, std::span<const std::siz
           light == 0 ? EnvironmentOfSun(*survey, survey->view.sun_direction_enu)
                      : EnvironmentOfSky(*survey, light - 1, GatheredSky(basis, light));
     }
-    folded_done_.Done(basis, light);
     if (light == 0) continue;
     basis_.sky_radiance[light].clear();
     for (const glm::vec3& direction : directions) {
@@ -254,6 +248,7 @@ void VertexLight::UpdateVolume(const FrameBasis& basis, std::span<const std::siz
   } else {
     for (const std::size_t light : wanted) folded_.Refold(scene_.probes, basis_, light);
   }
+  for (const std::size_t light : wanted) folded_done_.Done(basis, light);
 }
 
 void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
@@ -411,25 +406,22 @@ std::vector<glm::vec3> VertexLight::SampledSkyHiddenFrom(const FrameBasis& basis
   return daylight_->HiddenFrom(light - 1, receivers);
 }
 
-VertexLight::EvaluationTimes VertexLight::Evaluate(const FrameBasis& basis,
-                                                   const Lighting& lighting) {
+void VertexLight::Evaluate(const FrameBasis& basis, const Lighting& lighting) {
   Stopwatch watch;
-  EvaluationTimes times;
   if (IsGathered()) {
     SumResponses(basis, lighting, irradiance_);
   } else {
     if (options_.route == ObjectLight::kVolumeByMap) {
+      Stopwatch making;
       SynthesiseEnvironment(basis_.environment, lighting, environment_);
-      times.environment_ms = watch.LapMs();
+      environment_ms_ += making.LapMs();
       volume_ = VolumeFromEnvironment(scene_.probes, basis_, environment_, lighting);
     } else {
       folded_.Combine(lighting, needed_probes_, volume_);
     }
     LightVertices(volume_, basis, lighting, irradiance_);
   }
-  times.light_ms = watch.LapMs();
-  sum_cost_.Learn(times.environment_ms + times.light_ms);
-  return times;
+  sum_cost_.Learn(watch.LapMs());
 }
 
 }  // namespace pleinair

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -47,9 +48,8 @@ class VertexLight {
   // `scene`, `room` (the mesh as given) and `options` outlive this.
   VertexLight(const PreparedScene& scene, const Mesh& room, const ObjectLightOptions& options);
 
-  // Where objects are now; all that hangs on it is made anew.
+  // Where objects are now: nothing of the light on them stands.
   void Pose(const std::vector<VirtualObject>& objects);
-  void Forget();
 
   // All objects' triangles, a group an object. Stays at one address.
   const PatchScene& Objects() const { return interreflection_.Objects(); }
@@ -109,13 +109,10 @@ class VertexLight {
                                               std::size_t light,
                                               std::span<const Receiver> receivers);
 
-  // Wall time, milliseconds.
-  struct EvaluationTimes {
-    double environment_ms = 0.0;  // Of the map, where the route needs it.
-    double light_ms = 0.0;
-  };
   // What reaches the vertices.
-  EvaluationTimes Evaluate(const FrameBasis& basis, const Lighting& lighting);
+  void Evaluate(const FrameBasis& basis, const Lighting& lighting);
+  // Milliseconds that environment maps took, where the route needs them, since the last call.
+  double TakeEnvironmentMs() { return std::exchange(environment_ms_, 0.0); }
   // One list an object.
   const std::vector<std::vector<glm::vec3>>& Irradiance() const { return irradiance_; }
 
@@ -201,6 +198,7 @@ class VertexLight {
   IrradianceVolume volume_of_unit_;         // Scratch.
   std::vector<VertexIrradiance> vertices_;  // Per object; set up with its first volume.
 
+  double environment_ms_ = 0.0;
   LearnedCost set_up_cost_;
   LearnedCost near_cost_;
   std::array<LearnedCost, 3> light_costs_;  // By WayOf.

@@ -9,21 +9,6 @@
 namespace pleinair {
 namespace {
 
-constexpr std::array<std::string_view, kEffectCount> kNames{"sun-shading",
-                                                            "sun-shadow",
-                                                            "object-shadow",
-                                                            "penumbra",
-                                                            "probe-shading",
-                                                            "light-variation",
-                                                            "self-occlusion",
-                                                            "current-light",
-                                                            "daylight",
-                                                            "sky-occlusion",
-                                                            "colour-bleeding",
-                                                            "glossy-reflection",
-                                                            "camera-blur",
-                                                            "camera-noise"};
-
 void RequireNotNegative(double value, std::string_view name, const char* what) {
   if (value >= 0.0 && std::isfinite(value)) return;
   throw std::invalid_argument(std::string("effect plan: ") + what + " of " + std::string(name) +
@@ -121,20 +106,6 @@ bool IsKept(std::span<const WorkOffer> works, EffectSet runs, Effect effect) {
 }
 
 }  // namespace
-
-std::string_view NameOf(Effect effect) { return kNames.at(static_cast<std::size_t>(effect)); }
-
-void EffectSettings::Validate() const {
-  if (!(threshold_code_values >= 0.0) || !std::isfinite(threshold_code_values)) {
-    throw std::invalid_argument("threshold_code_values is " +
-                                std::to_string(threshold_code_values) +
-                                ": expected 0 or more code values");
-  }
-  if (budget_ms && (!(*budget_ms > 0.0) || !std::isfinite(*budget_ms))) {
-    throw std::invalid_argument("budget_ms is " + std::to_string(*budget_ms) +
-                                ": expected more than 0 milliseconds");
-  }
-}
 
 EffectPlan PlanEffects(const EffectSettings& settings,
                        std::span<const EffectOffer> offers,

@@ -1,111 +1,17 @@
 // Which effects a frame calls for: as many as needed so that what is left out cannot be seen, or as
-// many as a time allows. Plain numbers in, a choice out; what they say of a scene is
-// internal/effect_bounds.h's.
+// many as a time allows. Plain numbers in, a choice out; what they say of a scene is each effect's
+// (effects/).
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
+
+#include "pipeline/effect.h"
 
 namespace pleinair {
-
-// One thing that can be simulated.
-enum class Effect : std::uint8_t {
-  kSunShading,        // The sun on virtual objects.
-  kSunShadow,         // The shadow that they cast on real surfaces.
-  kObjectShadow,      // On them: of real casters and their own.
-  kPenumbra,          // Of the sun's disc, in both of these.
-  kProbeShading,      // All other light on virtual objects.
-  kLightVariation,    // That it is another at each of their vertices; without, found at one place.
-  kSelfOcclusion,     // What objects hide of it from themselves, and reflect; sunlight beside them.
-  kCurrentLight,      // That it is made for where the sun is now; without, for where it last was.
-  kDaylight,          // Light straight from the sky by samples, where it is sampled.
-  kSkyOcclusion,      // What virtual objects hide of the light on real surfaces.
-  kColourBleeding,    // What they send instead.
-  kGlossyReflection,  // What they mirror.
-  kCameraBlur,        // As soft as what the camera sees.
-  kCameraNoise,       // As noisy; likewise.
-};
-inline constexpr std::array kAllEffects{Effect::kSunShading,
-                                        Effect::kSunShadow,
-                                        Effect::kObjectShadow,
-                                        Effect::kPenumbra,
-                                        Effect::kProbeShading,
-                                        Effect::kLightVariation,
-                                        Effect::kSelfOcclusion,
-                                        Effect::kCurrentLight,
-                                        Effect::kDaylight,
-                                        Effect::kSkyOcclusion,
-                                        Effect::kColourBleeding,
-                                        Effect::kGlossyReflection,
-                                        Effect::kCameraBlur,
-                                        Effect::kCameraNoise};
-inline constexpr std::size_t kEffectCount = kAllEffects.size();
-
-// As on the command line and in plan.jsonl.
-std::string_view NameOf(Effect effect);
-
-class EffectSet {
- public:
-  constexpr EffectSet() = default;
-  constexpr EffectSet(std::initializer_list<Effect> effects) {
-    for (const Effect effect : effects) bits_ |= BitOf(effect);
-  }
-  static constexpr EffectSet All() { return EffectSet((1u << kEffectCount) - 1u); }
-  static constexpr EffectSet FromBits(std::uint32_t bits) { return EffectSet(bits); }
-
-  constexpr bool Has(Effect effect) const { return (bits_ & BitOf(effect)) != 0; }
-  constexpr bool HasAny(EffectSet others) const { return (bits_ & others.bits_) != 0; }
-  constexpr bool HasAll(EffectSet others) const { return (bits_ & others.bits_) == others.bits_; }
-  constexpr bool Empty() const { return bits_ == 0; }
-  constexpr std::uint32_t Bits() const { return bits_; }
-  constexpr EffectSet With(Effect effect) const { return EffectSet(bits_ | BitOf(effect)); }
-  constexpr EffectSet Without(Effect effect) const { return EffectSet(bits_ & ~BitOf(effect)); }
-  bool operator==(const EffectSet&) const = default;
-
- private:
-  explicit constexpr EffectSet(std::uint32_t bits) : bits_(bits) {}
-  static constexpr std::uint32_t BitOf(Effect effect) {
-    return 1u << static_cast<std::uint32_t>(effect);
-  }
-  std::uint32_t bits_ = 0;
-};
-
-enum class EffectSwitch : std::uint8_t { kOff, kPlan, kOn };
-
-struct EffectSettings {
-  // By Effect.
-  std::array<EffectSwitch, kEffectCount> switches = Filled(EffectSwitch::kPlan);
-  // What may be left out in all, in code values of the 8-bit picture.
-  double threshold_code_values = 1.0;
-  // Milliseconds for a frame, from the estimate on: what is made for a new view or sun before is
-  // the same for all choices. Given, the plan asks not what can be left out, but what can be had
-  // for it.
-  std::optional<double> budget_ms;
-
-  EffectSwitch& operator[](Effect effect) { return switches[static_cast<std::size_t>(effect)]; }
-  EffectSwitch operator[](Effect effect) const {
-    return switches[static_cast<std::size_t>(effect)];
-  }
-  static constexpr std::array<EffectSwitch, kEffectCount> Filled(EffectSwitch all) {
-    std::array<EffectSwitch, kEffectCount> switches{};
-    switches.fill(all);
-    return switches;
-  }
-  static EffectSettings Everything() {
-    EffectSettings settings;
-    settings.switches = Filled(EffectSwitch::kOn);
-    return settings;
-  }
-  // Throws std::invalid_argument naming the field and its value.
-  void Validate() const;
-};
 
 // What an effect says before it is run.
 struct EffectOffer {
@@ -113,8 +19,8 @@ struct EffectOffer {
   // Upper bound of what leaving it out changes in any pixel, the effects of `needs_any` being run.
   double bound_code_values = 0.0;
   // It is part of these: where none of them is run neither is it, and their bounds speak for it.
-  EffectSet needs_any;
-  std::string_view why;  // The bound is what it is; in few words.
+  EffectSet needs_any = {};
+  std::string_view why = {};  // The bound is what it is; in few words.
   // What leaving it out changes, as a root mean square over the objects' pixels, over its bound:
   // about, as it usually is. A budget goes by it: an edge is missed less than an object that stays
   // black, though both may change some pixel from black to white.

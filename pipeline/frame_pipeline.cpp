@@ -8,6 +8,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "pipeline/daylight_colours.h"
 #include "pipeline/frame_view.h"
 #include "pipeline/internal/frame_effects.h"
 #include "pipeline/internal/observation.h"
@@ -51,8 +52,7 @@ FramePipeline::FramePipeline(const PreparedScene& scene,
       view_builder_(scene, options.view) {
   options_.Validate();
   if (options_.filter) filter_.emplace(*options_.filter);
-  effects_ =
-      std::make_unique<FrameEffects>(scene_, phantom, objects_.Objects(), compositor, options_);
+  effects_ = std::make_unique<FrameEffects>(scene_, phantom, objects_, compositor, options_);
 }
 
 FramePipeline::~FramePipeline() = default;
@@ -78,7 +78,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
                                                    sun.angular_radius_rad,
                                                    sky_shapes_,
                                                    SampleRegionsOf(frame));
-    if (objects_.Pose(object_poses)) effects_->ObjectsMoved();
+    objects_.Pose(object_poses);
     result.timing_ms.transport = watch.LapMs();
 
     auto estimate = source_->Estimate(Observe(scene_, clear_sky_, frame, view, result.sun));
@@ -88,11 +88,18 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
     result.timing_ms.transport += result.estimate.new_sample_set_ms;
 
-    effects_->Render({frame, view, view_builder_, transport_sun, result.timing_ms.estimate},
-                     result);
+    if (options_.daylight_colours) {
+      result.drawn_lighting = WithDaylightColours(result.estimate.lighting);
+    }
+    const Lighting& lighting =
+        result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
+    const StageTimes before = result.timing_ms;
+    static_cast<RenderedFrame&>(result) =
+        effects_->Render({frame, view, view_builder_, transport_sun, lighting, before.estimate});
+    result.timing_ms.transport += before.transport;
+    result.timing_ms.estimate = before.estimate;
     return result;
   } catch (const std::exception& error) {
-    effects_->Forget();
     return failed(error.what());
   }
 }

@@ -81,17 +81,11 @@ struct PlannedWork {
   double ms = 0.0;  // 0 for drawing, whose parts are not timed apart.
 };
 
-struct FrameResult {
-  SunState sun;
-  ClearSkyExpectation clear_sky;
-  LightingEstimate estimate;  // Its lighting is the filter's.
-  Lighting raw_lighting;      // The frame's own.
-  FilterSpan sun_filter;
-  FilterSpan sky_filter;
+// What is drawn in a frame whose light is known.
+struct RenderedFrame {
   Composite composite;
-  std::int64_t clamped_pixels = 0;         // Of the composite, by ClampToHalf.
-  std::optional<Lighting> drawn_lighting;  // Where it is other than the estimate's.
-  EffectPlan plan;                         // Without objects nothing is planned.
+  std::int64_t clamped_pixels = 0;  // Of the composite, by ClampToHalf.
+  EffectPlan plan;                  // Without objects nothing is planned.
   std::vector<PlannedWork> works;
   double camera_blur_px = 0.0;       // By the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.
@@ -100,6 +94,16 @@ struct FrameResult {
   // last frame could stay.
   std::optional<DirectDaylightSummary> daylight;
   StageTimes timing_ms;
+};
+
+struct FrameResult : RenderedFrame {
+  SunState sun;
+  ClearSkyExpectation clear_sky;
+  LightingEstimate estimate;  // Its lighting is the filter's.
+  Lighting raw_lighting;      // The frame's own.
+  FilterSpan sun_filter;
+  FilterSpan sky_filter;
+  std::optional<Lighting> drawn_lighting;  // Where it is other than the estimate's.
 };
 
 // Keeps what may be kept from frame to frame. One thread at a time.

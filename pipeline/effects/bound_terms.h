@@ -1,0 +1,85 @@
+// Terms that several effects' bounds are made of.
+//
+// Bounds are upper ones but for four things, each as fine as the effect itself is: what reaches an
+// object between its vertices and the middles of its faces is missed (AnySeesSun), what a shadow
+// narrower than a pixel does (SoftSun), the noise of the rays at vertices, which the light at one
+// place has less of (light-variation), and shadows where objects hide more than three quarters of
+// the light from elsewhere, under what overhangs (sun-shadow).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "objects/object_reach.h"
+#include "pipeline/effects/frame_effect.h"
+#include "scene/textured_material.h"
+
+namespace pleinair {
+
+class EffectStage;
+
+inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+// Bounds this many times above the threshold are not looked into.
+inline constexpr double kFarAbove = 4.0;
+
+// To look at some 256 of `count` before all.
+inline std::size_t StepOverFew(std::size_t count) { return (count + 255) / 256; }
+
+inline bool IsDark(const glm::vec3& light) {
+  return !glm::any(glm::greaterThan(light, glm::vec3(0.0f)));
+}
+
+inline glm::vec3 SunOf(const Lighting& lighting) { return glm::vec3(lighting.sun.irradiance_rgb); }
+
+inline bool IsClipped(const Frame& frame, std::size_t pixel) {
+  return !frame.clipped.Empty() && frame.clipped.pixels[pixel] != 0;
+}
+
+// The model's light of a real pixel without virtual objects.
+struct PixelLight {
+  glm::vec3 indirect{0.0f};
+  glm::vec3 direct{0.0f};  // With all of the disc seen.
+};
+PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel);
+
+// Of any place of it.
+inline TexturedMaterial::Reflectances BrightestOf(const Material& material) {
+  if (material.by_place) return material.by_place->Brightest();
+  return {material.diffuse_albedo, material.specular_reflectance};
+}
+
+template <class Value>
+float LargestOver(std::size_t count, const Value& value) {
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, count, 1024),
+      0.0f,
+      [&](const tbb::blocked_range<std::size_t>& range, float largest) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          largest = std::max(largest, value(i));
+        }
+        return largest;
+      },
+      [](float a, float b) { return std::max(a, b); });
+}
+
+// Code values by which real pixels in reach change where their light is at least (1 - hidden) of
+// itself, and grows by `added` at most.
+double ChangeOfReached(const EffectFrame& frame,
+                       const InfluenceReach& reach,
+                       const glm::vec3& hidden,
+                       const glm::vec3& added);
+
+// All light on objects but the sun's.
+Bound LightOnObjects(EffectStage& stage, const EffectFrame& frame);
+// The sun on objects in the sun, whether or not they are.
+Bound SunOnObjects(EffectStage& stage, const EffectFrame& frame);
+
+}  // namespace pleinair

@@ -1,0 +1,54 @@
+// That light on virtual objects is made again as the sun or the sky changes; without, light made
+// for where the sun last was stands in.
+#include <algorithm>
+
+#include "pipeline/effects/bound_terms.h"
+#include "pipeline/effects/effect_stage.h"
+#include "pipeline/effects/light_on_objects.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+class CurrentLight : public FrameEffect {
+ public:
+  explicit CurrentLight(EffectStage& stage) : stage_(stage) {}
+
+  Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
+    return HasOlder(frame) ? Bound{kWhiteCode, "made for where the sun was, or another sky"}
+                           : Bound{0.0, "all is of this sun and sky"};
+  }
+  EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
+  // By how far the sun has gone on.
+  double RmsShare(const EffectFrame& frame, double usual) override {
+    double gone_on_rad =
+        stage_.Light().Done(frame.light.mode).SunGoneOnRad(frame.basis, frame.lighting);
+    if (stage_.AnyGlossy()) {
+      gone_on_rad =
+          std::max(gone_on_rad, stage_.Mirror().Done().SunGoneOnRad(frame.basis, frame.lighting));
+    }
+    constexpr double kADegree = 0.005;
+    return std::clamp(kADegree * DegFromRad(gone_on_rad), usual, kProbeShadingEffect.rms_share);
+  }
+
+ private:
+  // Within a budget the plan may choose any way, and says so where that has older light.
+  bool HasOlder(const EffectFrame& frame) {
+    const LightCosts& costs = frame.light.costs;
+    return (frame.has_budget ? costs.AnyHasOlder() : costs.Of(frame.light.mode).HasOlder()) ||
+           (stage_.AnyGlossy() && stage_.Mirror().Cost(frame).HasOlder());
+  }
+
+  EffectStage& stage_;
+};
+
+}  // namespace
+
+const EffectDefinition kCurrentLightEffect{
+    .name = "current-light",
+    .help = "light on objects is made again as the sun moves; always so without a budget",
+    .rms_share = 0.03,
+    .make = MakeEffect<CurrentLight>,
+    .is_way_of_others = true};
+
+}  // namespace pleinair

@@ -1,0 +1,20 @@
+// The one list of effects, in the order in which they are planned, worked out and reported.
+#pragma once
+
+// An effect `Penumbra` is Effect::kPenumbra, and effects/penumbra.cpp defines kPenumbraEffect: its
+// name, help, bound, works and drawing (effects/frame_effect.h).
+#define PLEINAIR_EFFECTS(EFFECT) \
+  EFFECT(SunShading)             \
+  EFFECT(SunShadow)              \
+  EFFECT(ObjectShadow)           \
+  EFFECT(Penumbra)               \
+  EFFECT(ProbeShading)           \
+  EFFECT(LightVariation)         \
+  EFFECT(SelfOcclusion)          \
+  EFFECT(CurrentLight)           \
+  EFFECT(Daylight)               \
+  EFFECT(SkyOcclusion)           \
+  EFFECT(ColourBleeding)         \
+  EFFECT(GlossyReflection)       \
+  EFFECT(CameraBlur)             \
+  EFFECT(CameraNoise)

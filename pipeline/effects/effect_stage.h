@@ -1,0 +1,83 @@
+// What effects share: the objects among the real surfaces, the light on them, and what is kept of
+// both from frame to frame.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "objects/object_influence.h"
+#include "objects/object_reach.h"
+#include "objects/soft_sun.h"
+#include "objects/vertex_light.h"
+#include "objects/virtual_object.h"
+#include "pipeline/effects/frame_effect.h"
+#include "pipeline/effects/kept_influence.h"
+#include "pipeline/effects/kept_mirror.h"
+#include "pipeline/effects/kept_object_view.h"
+#include "pipeline/frame_pipeline.h"
+#include "scene/cached.h"
+
+namespace pleinair {
+
+class EffectStage {
+ public:
+  // `scene`, `phantom` and `options` outlive this. Without objects until Pose.
+  EffectStage(const PreparedScene& scene, const Mesh& phantom, const FramePipelineOptions& options);
+  EffectStage(const EffectStage&) = delete;
+  EffectStage& operator=(const EffectStage&) = delete;
+
+  // Where objects are now, in place of those before; they outlive this.
+  void Pose(const std::vector<VirtualObject>& objects);
+
+  const PreparedScene& Scene() const { return scene_; }
+  const FramePipelineOptions& Options() const { return options_; }
+  const PatchScene& Objects() const { return light_.Objects(); }
+  const SoftSun& SunPastObjects() const { return soft_sun_; }
+  VertexLight& Light() { return light_; }
+  const VertexLight& Light() const { return light_; }
+  KeptObjectView& ViewOfObjects() { return object_view_; }
+  KeptInfluence& Influence() { return influence_; }
+  KeptMirror& Mirror() { return mirror_; }
+
+  // Of the objects' materials: whether any is glossy, and the highest of each.
+  bool AnyGlossy() const { return any_glossy_; }
+  const glm::vec3& LargestDiffuse() const { return largest_diffuse_; }
+  const glm::vec3& LargestAlbedo() const { return largest_albedo_; }  // What they mirror included.
+
+  // Bounds that several effects' bounds are made of.
+  bool InView(const EffectFrame& frame);
+  bool SunReachesObjects(const EffectFrame& frame);
+  const InfluenceReach& Reach(const EffectFrame& frame);
+  // Irradiance that nothing in the scene exceeds, the disc's own left out.
+  glm::vec3 LargestIrradiance(const EffectFrame& frame) const;
+  // The same with what objects send each other.
+  glm::vec3 LargestIrradianceOnObjects(const EffectFrame& frame) const;
+
+ private:
+  struct SunOfPose {
+    std::uint64_t sun = 0;  // FrameBasis::Version(0).
+    std::uint64_t pose = 0;
+    bool operator==(const SunOfPose&) const = default;
+  };
+
+  const PreparedScene& scene_;
+  const FramePipelineOptions& options_;
+  const Mesh room_;        // As given, where daylight is sampled.
+  RayCaster real_caster_;  // Over the mesh as given: its triangles are fewer than the patches.
+  glm::vec3 scene_albedo_{0.0f};  // The highest of the real surfaces.
+  VertexLight light_;
+  SoftSun soft_sun_;
+  KeptObjectView object_view_;
+  KeptInfluence influence_;
+  KeptMirror mirror_;
+  glm::vec3 largest_diffuse_{0.0f};
+  glm::vec3 largest_albedo_{0.0f};
+  bool any_glossy_ = false;
+  Cached<bool, ViewOfPose> in_view_;
+  Cached<InfluenceReach, ViewOfPose> reach_;
+  Cached<bool, SunOfPose> sun_reaches_;
+};
+
+}  // namespace pleinair

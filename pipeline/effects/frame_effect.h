@@ -1,0 +1,165 @@
+// What one effect says of a frame before anything is done, and does once the plan has taken it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "objects/frame_basis.h"
+#include "objects/vertex_light.h"
+#include "pipeline/display_codes.h"
+#include "pipeline/effect_plan.h"
+#include "pipeline/effects/work_cost.h"
+#include "render/compositor.h"
+#include "scene/frame.h"
+#include "scene/lighting.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+class EffectStage;  // effect_stage.h
+
+// Where objects are in a view: equal where neither has changed.
+struct ViewOfPose {
+  std::uint64_t view = 0;  // SurfaceView::geometry_version or sun_version.
+  std::uint64_t pose = 0;  // PosedObjects::Version().
+  bool operator==(const ViewOfPose&) const = default;
+};
+
+// Among how many frames what is made once is shared, and what is made for each sun.
+struct WorkSharing {
+  double frames_that_stand_still = 1.0;
+  double frames_a_sun = 1.0;
+};
+
+// Light on the objects, as far as it is known before the plan.
+struct LightBeforePlan {
+  // The way in which it will be found, or is likely to be.
+  VertexLight::Mode mode;
+  // Before anything was made.
+  LightCosts costs;
+  WorkCost daylight;
+  // The way in which it has been found already, and how long that took.
+  std::optional<VertexLight::Mode> made;
+  double made_ms = 0.0;
+  double evaluated_ms = 0.0;  // Its sum over this frame's intensities.
+  double daylight_made_ms = 0.0;
+  // At the vertices, one list an object; empty where it has not been.
+  std::span<const std::vector<glm::vec3>> irradiance;
+};
+
+// A frame whose light is known. References live for the call only.
+struct EffectFrame {
+  const Frame& frame;
+  const SurfaceView& view;
+  const Image<std::int32_t>& pixel_faces;  // As SurfaceViewBuilder has them.
+  const FrameBasis& basis;
+  const Lighting& lighting;
+  const DisplayCodes& codes;
+  std::uint64_t pose = 0;  // Of the objects.
+  LightBeforePlan light = {};
+  double camera_blur_px = 0.0;  // As measured.
+  // Bounds that are far above this need not be any closer.
+  double threshold_code_values = 1.0;
+  bool has_budget = false;
+  WorkSharing sharing = {};
+  double draw_scale = 1.0;  // Of drawing, over its nominal time.
+
+  ViewOfPose Geometry() const { return {view.geometry_version, pose}; }
+  ViewOfPose UnderSun() const { return {view.sun_version, pose}; }
+};
+
+struct Bound {
+  double code_values = 0.0;
+  std::string_view why;
+};
+
+// Effects on real surfaces.
+inline constexpr EffectSet kOnSurfaces{
+    Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
+
+// Nominal times of drawing are those of an object of 4000 faces over 4000 pixels at 640x480 that
+// stands on the ground, neither it nor the camera moving, by software on two cores
+// (bench/plan_bench.cpp). This one is for objects without any effect.
+inline constexpr double kDrawObjectsMs = 1.0;
+
+// A piece of work as the plan knows it, and how it is done.
+struct FrameWork {
+  WorkOffer offer;
+  // What stays while light and geometry stand still. Empty for drawing.
+  std::function<void(EffectSet runs)> make = nullptr;
+  // What follows once all works are made: sums over this frame's intensities. May be empty.
+  std::function<void(EffectSet runs)> sum = nullptr;
+  // What is left to do to what the compositor made. May be empty.
+  std::function<void(Composite& composite)> finish = nullptr;
+  double ms = 0.0;  // That it took; drawing's parts are not timed apart.
+};
+
+// A work that `for_any` of the effects need; `cost` as a budget shares it.
+FrameWork WorkOf(std::string_view name,
+                 const WorkCost& cost,
+                 const EffectFrame& frame,
+                 EffectSet for_any);
+// What the compositor draws for them.
+FrameWork DrawingOf(std::string_view name,
+                    double nominal_ms,
+                    const EffectFrame& frame,
+                    EffectSet for_any);
+
+// One effect of one pipeline. Keeps what its works may keep from frame to frame.
+class FrameEffect {
+ public:
+  virtual ~FrameEffect() = default;
+
+  // What the switch comes to where there is nothing to be simulated, or no way without.
+  virtual EffectSwitch SwitchFor(EffectSwitch asked) const { return asked; }
+
+  // What leaving it out would change in any pixel, at most. `before`: the offers of the effects
+  // before it in the list, of 0 for those that are off. Not asked of an effect that is off.
+  virtual Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> before) = 0;
+  // The effects that it is part of: see EffectOffer.
+  virtual EffectSet PartOf(const EffectFrame& frame);
+  // See EffectOffer; `usual` is the definition's.
+  virtual double RmsShare(const EffectFrame& frame, double usual);
+
+  // Adds the works that are its own to those of the frame, in the order in which they are done.
+  virtual void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works);
+
+  // Adds what it has made to what the compositor is given; only where it is run.
+  virtual void Draw(const EffectFrame& frame, EffectSet runs, CompositeInput& input) const;
+};
+
+// An effect as it is listed.
+struct EffectDefinition {
+  std::string_view name;  // As on the command line and in plan.jsonl.
+  std::string_view help;  // What it is, in a line.
+  // What a picture usually loses without it, as a root mean square over the objects' pixels, over a
+  // bound of 255: measured on recordings (docs/accuracy.md, "A budget").
+  double rms_share = 1.0;
+  std::unique_ptr<FrameEffect> (*make)(EffectStage& stage) = nullptr;
+  // Asked for by name it brings these along: its other half.
+  EffectSet brings = {};
+  // A way of doing other effects: on with them, unless refused by name.
+  bool is_way_of_others = false;
+};
+
+// For EffectDefinition::make.
+template <class Made>
+std::unique_ptr<FrameEffect> MakeEffect(EffectStage& stage) {
+  return std::make_unique<Made>(stage);
+}
+
+#define PLEINAIR_DECLARATION(name) extern const EffectDefinition k##name##Effect;
+PLEINAIR_EFFECTS(PLEINAIR_DECLARATION)
+#undef PLEINAIR_DECLARATION
+
+const EffectDefinition& DefinitionOf(Effect effect);
+
+}  // namespace pleinair

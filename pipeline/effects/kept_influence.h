@@ -1,0 +1,47 @@
+// What objects hide from real surfaces, and send them: kept while neither they nor their light
+// change.
+#pragma once
+
+#include "objects/learned_cost.h"
+#include "objects/object_influence.h"
+#include "pipeline/effects/frame_effect.h"
+#include "pipeline/effects/light_by_light.h"
+#include "scene/cached.h"
+
+namespace pleinair {
+
+class KeptInfluence {
+ public:
+  explicit KeptInfluence(InfluenceAt at) : at_(at) {}
+
+  WorkCost Cost(const EffectFrame& frame) const;
+  // Lights that shine in the frame have to have been worked out in the stage's light; of an older
+  // sun they are made again when that is.
+  void Update(EffectStage& stage, const EffectFrame& frame);
+  void Evaluate(const Lighting& lighting, const InfluenceParts& parts);
+  const IrradianceChange& Change() const { return change_; }
+
+ private:
+  struct Gathered {
+    ObjectInfluence influence;
+    bool has_all_lights = false;  // All have been worked out once: their sum is defined.
+  };
+  struct Seen {};
+
+  bool OnFaces() const { return at_ == InfluenceAt::kFaces; }
+  // Receivers on faces stay while the camera moves.
+  GatheredFor RaysFor(const EffectFrame& frame) const;
+  GatheredFor SeenFrom(const EffectFrame& frame) const {
+    return {frame.Geometry(), frame.basis.LightCount()};
+  }
+
+  InfluenceAt at_;
+  Cached<Gathered, GatheredFor> influence_;
+  Cached<Seen, GatheredFor> seen_;  // Of receivers on faces: which pixels show them.
+  Cached<LitByLight, LitFor> lit_;
+  IrradianceChange change_;
+  LightByLightCosts costs_{LearnedCost(150.0), LearnedCost(2.0), LearnedCost(1.0)};
+  LearnedCost see_cost_{4.0};
+};
+
+}  // namespace pleinair

@@ -1,0 +1,71 @@
+#include "pipeline/effects/kept_mirror.h"
+
+#include <vector>
+
+#include "pipeline/effects/effect_stage.h"
+#include "scene/stopwatch.h"
+
+namespace pleinair {
+
+LightCost KeptMirror::Cost(const EffectFrame& frame) const {
+  const bool is_new = !mirror_.IsOf(RaysFor(frame)) || !mirror_.Kept().has_all_lights;
+  const LightsDone none;
+  const LightsDone& done = lit_.IsOf({RaysFor(frame), frame.light.mode}) ? lit_.Kept().done : none;
+  const std::size_t all = LightsToDo(done, is_new, frame, Upto::kCurrent).size();
+  const std::size_t lacking = LightsToDo(done, is_new, frame, Upto::kLacking).size();
+  LightCost cost;
+  cost.lacking = costs_.Of(is_new, lacking);
+  cost.lacking.is_kept = !is_new && all == 0;
+  cost.now.is_kept = true;
+  if (all > lacking) {
+    const auto older = static_cast<double>(all - lacking);
+    cost.now.expected_ms = cost.now.sun_ms = older * costs_.light.Ms();
+    cost.now.is_kept = false;
+    cost.now.nominal_ms = older * costs_.light.NominalMs();
+  }
+  return cost;
+}
+
+void KeptMirror::Update(EffectStage& stage, const EffectFrame& frame, Upto upto) {
+  const PreparedScene& scene = stage.Scene();
+  VertexLight& vertex_light = stage.Light();
+  const ObjectView& object_view = stage.ViewOfObjects().Update(stage.Objects(), frame);
+  Stopwatch watch;
+  Gathered& mirror = mirror_.Get(RaysFor(frame), [&] {
+    Gathered gathered{MirrorImage(scene.patches,
+                                  stage.Objects(),
+                                  object_view,
+                                  scene.survey ? &*scene.survey : nullptr,
+                                  stage.Options().mirror)};
+    costs_.gather.Learn(watch.LapMs());
+    return gathered;
+  });
+  LitByLight& lit =
+      lit_.Get({RaysFor(frame), vertex_light.UpdatedIn()}, [] { return LitByLight(); });
+  const LightsDone& source = vertex_light.Done(vertex_light.UpdatedIn());
+  const std::vector<std::size_t> lights =
+      LightsToDo(lit, source, !mirror.has_all_lights, frame, upto);
+  if (lights.empty()) return;
+  for (const std::size_t light : lights) {
+    const std::vector<glm::vec3> object_radiosity =
+        vertex_light.ObjectRadiosity(frame.basis, light);
+    MirroredBasis of_light;
+    of_light.sky = frame.basis.Sky(light);
+    of_light.real_radiosity = frame.basis.FaceRadiosity(light);
+    of_light.object_radiosity = object_radiosity;
+    if (light == 0) of_light.real_direct = frame.basis.DirectIrradiance();
+    of_light.sun = frame.basis.Sun();
+    mirror.image.Fold(light, of_light, scene.patches, stage.Objects());
+    NoteLight(frame, light, source, lit);
+  }
+  mirror.has_all_lights = true;
+  costs_.light.Learn(watch.LapMs() / static_cast<double>(lights.size()));
+}
+
+void KeptMirror::Evaluate(const Lighting& lighting) {
+  Stopwatch watch;
+  mirror_.Kept().image.Evaluate(lighting, image_);
+  costs_.sum.Learn(watch.LapMs());
+}
+
+}  // namespace pleinair

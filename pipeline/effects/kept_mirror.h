@@ -1,0 +1,38 @@
+// What glossy objects mirror: kept while neither they, nor the camera, nor their light change.
+#pragma once
+
+#include "objects/learned_cost.h"
+#include "objects/mirror_image.h"
+#include "pipeline/effects/frame_effect.h"
+#include "pipeline/effects/light_by_light.h"
+#include "pipeline/effects/light_on_objects.h"
+#include "scene/cached.h"
+
+namespace pleinair {
+
+class KeptMirror {
+ public:
+  LightCost Cost(const EffectFrame& frame) const;
+  // As KeptInfluence has it.
+  void Update(EffectStage& stage, const EffectFrame& frame, Upto upto);
+  void Evaluate(const Lighting& lighting);
+  const MirroredLight& Image() const { return image_; }
+  const LightsDone& Done() const { return lit_.Kept().done; }
+
+ private:
+  struct Gathered {
+    MirrorImage image;
+    bool has_all_lights = false;  // All have been worked out once: their sum is defined.
+  };
+
+  static GatheredFor RaysFor(const EffectFrame& frame) {
+    return {frame.Geometry(), frame.basis.LightCount()};
+  }
+
+  Cached<Gathered, GatheredFor> mirror_;
+  Cached<LitByLight, LitFor> lit_;
+  MirroredLight image_;
+  LightByLightCosts costs_{LearnedCost(60.0), LearnedCost(8.0), LearnedCost(0.5)};
+};
+
+}  // namespace pleinair

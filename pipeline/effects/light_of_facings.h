@@ -1,0 +1,40 @@
+// How much a change of the light at one place can show.
+#pragma once
+
+#include <algorithm>
+#include <numbers>
+
+#include <glm/common.hpp>
+
+#include "objects/one_place_light.h"
+#include "pipeline/effects/bound_terms.h"
+#include "pipeline/effects/effect_stage.h"
+
+namespace pleinair {
+
+// Share of a vertex's view from which on what objects hide from themselves is seen under any sky.
+inline constexpr float kMostHidden = 0.02f;
+
+// Of a surface that faces any way, whose light changes so much and by what objects hide of it.
+template <class ChangeOf>
+float ChangeOfFacings(const EffectStage& stage,
+                      const EffectFrame& frame,
+                      float hidden,
+                      const OnePlaceLight& one_place,
+                      const ChangeOf& change_of) {
+  const glm::vec3 of_hidden =
+      hidden * std::numbers::pi_v<float> * one_place.LargestRadiance(frame.lighting);
+  const auto white = static_cast<float>(1.0 / frame.codes.Exposure());
+  float largest = 0.0f;
+  for (const OnePlaceLight::Compared& compared : one_place.Compare(frame.lighting)) {
+    const glm::vec3 change = change_of(compared.here, compared.there) + of_hidden;
+    const glm::vec3 least = glm::max(compared.here - change, glm::vec3(0.0f));
+    // A brighter material shows more of a change, until it is white.
+    const glm::vec3 to_radiance = glm::min(kInvPi * stage.LargestAlbedo(),
+                                           white / glm::max(compared.here, glm::vec3(1e-30f)));
+    largest = std::max(largest, frame.codes.LargestRise(to_radiance * least, to_radiance * change));
+  }
+  return largest;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,61 @@
+// That light on virtual objects differs from place to place; without, it is found at one place
+// among them.
+#include <cstddef>
+#include <optional>
+
+#include <glm/common.hpp>
+
+#include "pipeline/effects/bound_terms.h"
+#include "pipeline/effects/effect_stage.h"
+#include "pipeline/effects/light_of_facings.h"
+#include "pipeline/effects/light_on_objects.h"
+
+namespace pleinair {
+namespace {
+
+class LightVariation : public FrameEffect {
+ public:
+  explicit LightVariation(EffectStage& stage) : stage_(stage) {}
+
+  EffectSwitch SwitchFor(EffectSwitch asked) const override {
+    if (stage_.Options().object_light.route == ObjectLight::kOnePlace) return EffectSwitch::kOff;
+    return stage_.Light().MayBeAtOnePlace() ? asked : EffectSwitch::kOn;
+  }
+  Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
+    if (!stage_.Light().MayBeAtOnePlace()) return {kWhiteCode, "light by probes or samples"};
+    if (!stage_.InView(frame)) {
+      // What they send to surfaces in view is not bounded here.
+      return stage_.Reach(frame).largest_share == 0.0f
+                 ? Bound{0.0, "no surface near an object in view"}
+                 : Bound{kWhiteCode, "objects out of view send light"};
+    }
+    const Bound all = LightOnObjects(stage_, frame);
+    if (all.code_values == 0.0) return all;
+    // More is seen under any sky, and places need not be looked at.
+    const std::optional<float> hidden = stage_.Light().LargestHiddenUpTo(kMostHidden);
+    if (!hidden) return {kWhiteCode, "objects hide light from themselves"};
+    const OnePlaceLight& one_place = stage_.Light().LightAtOnePlace(frame.basis, frame.lighting);
+    // For what lies between the places that are compared.
+    constexpr float kMargin = 1.5f;
+    const float largest = ChangeOfFacings(
+        stage_, frame, *hidden, one_place, [](const glm::vec3& here, const glm::vec3& there) {
+          return kMargin * glm::abs(there - here);
+        });
+    return {largest, "light at places around the objects"};
+  }
+  EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
+
+ private:
+  EffectStage& stage_;
+};
+
+}  // namespace
+
+const EffectDefinition kLightVariationEffect{
+    .name = "light-variation",
+    .help = "each part of an object gets the light of its own place; without, of one place for all",
+    .rms_share = 0.01,
+    .make = MakeEffect<LightVariation>,
+    .is_way_of_others = true};
+
+}  // namespace pleinair

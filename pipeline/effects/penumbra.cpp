@@ -1,0 +1,101 @@
+// Soft edges of the sun's shadows: the disc is half a degree wide.
+#include <cstddef>
+#include <vector>
+
+#include "objects/learned_cost.h"
+#include "pipeline/effects/effect_stage.h"
+#include "scene/cached.h"
+#include "scene/stopwatch.h"
+
+namespace pleinair {
+namespace {
+
+// A part of the shares that the compositor is given.
+struct Done {};
+
+class Penumbra : public FrameEffect {
+ public:
+  explicit Penumbra(EffectStage& stage) : stage_(stage) {}
+
+  // That of the shadows whose edges are soft.
+  Bound BoundOf(const EffectFrame& /*frame*/, std::span<const EffectOffer> before) override {
+    const EffectOffer& cast = before[static_cast<std::size_t>(Effect::kSunShadow)];
+    const EffectOffer& on_objects = before[static_cast<std::size_t>(Effect::kObjectShadow)];
+    const bool is_cast = cast.bound_code_values > on_objects.bound_code_values;
+    const EffectOffer& larger = is_cast ? cast : on_objects;
+    return {larger.bound_code_values, larger.why};
+  }
+  EffectSet PartOf(const EffectFrame& /*frame*/) override {
+    return {Effect::kSunShadow, Effect::kObjectShadow};
+  }
+
+  void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works) override {
+    works.push_back(WorkOf("objects in view",
+                           stage_.ViewOfObjects().Cost(frame),
+                           frame,
+                           {Effect::kPenumbra, Effect::kGlossyReflection}));
+    works.back().make = [this, &frame](EffectSet runs) {
+      // Soft shadows on real surfaces do without.
+      if (runs.HasAny({Effect::kObjectShadow, Effect::kGlossyReflection})) {
+        stage_.ViewOfObjects().Update(stage_.Objects(), frame);
+      }
+    };
+    works.push_back(
+        WorkOf("sun past objects", CostOf(real_, real_cost_, frame), frame, {Effect::kSunShadow}));
+    works.back().offer.with_all = {Effect::kPenumbra};
+    works.back().make = [this, &frame](EffectSet) { UpdateReal(frame); };
+    works.push_back(WorkOf("sun on objects",
+                           CostOf(on_objects_, object_cost_, frame),
+                           frame,
+                           {Effect::kObjectShadow}));
+    works.back().offer.with_all = {Effect::kPenumbra};
+    works.back().make = [this, &frame](EffectSet) { UpdateObjects(frame); };
+  }
+
+  void Draw(const EffectFrame& /*frame*/,
+            EffectSet /*runs*/,
+            CompositeInput& input) const override {
+    input.sun_shares = &shares_;
+  }
+
+ private:
+  using Made = Cached<Done, ViewOfPose>;
+  static WorkCost CostOf(const Made& made, const LearnedCost& cost, const EffectFrame& frame) {
+    if (made.IsOf(frame.UnderSun())) return {.is_kept = true};
+    return {.expected_ms = cost.Ms(), .nominal_ms = cost.NominalMs(), .sun_ms = cost.Ms()};
+  }
+
+  void UpdateReal(const EffectFrame& frame) {
+    real_.Get(frame.UnderSun(), [&] {
+      Stopwatch watch;
+      shares_.real = stage_.SunPastObjects().OnReal(frame.view, frame.basis.Sun());
+      real_cost_.Learn(watch.LapMs());
+      return Done();
+    });
+  }
+  void UpdateObjects(const EffectFrame& frame) {
+    on_objects_.Get(frame.UnderSun(), [&] {
+      const ObjectView& view = stage_.ViewOfObjects().Update(stage_.Objects(), frame);
+      Stopwatch watch;
+      shares_.objects = stage_.SunPastObjects().OnObjects(view, frame.basis.Sun());
+      object_cost_.Learn(watch.LapMs());
+      return Done();
+    });
+  }
+
+  SunShares shares_;
+  Made real_;
+  Made on_objects_;
+  LearnedCost real_cost_{4.0};
+  LearnedCost object_cost_{4.0};
+  EffectStage& stage_;
+};
+
+}  // namespace
+
+const EffectDefinition kPenumbraEffect{.name = "penumbra",
+                                       .help = "soft edges of the sun's shadows",
+                                       .rms_share = 0.016,
+                                       .make = MakeEffect<Penumbra>};
+
+}  // namespace pleinair

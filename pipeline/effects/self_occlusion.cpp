@@ -1,0 +1,54 @@
+// What virtual objects hide of the light from themselves and reflect to themselves, and sunlight on
+// the ground beside them.
+#include <cstddef>
+#include <optional>
+
+#include "pipeline/effects/bound_terms.h"
+#include "pipeline/effects/effect_stage.h"
+#include "pipeline/effects/light_of_facings.h"
+#include "pipeline/effects/light_on_objects.h"
+
+namespace pleinair {
+namespace {
+
+class SelfOcclusion : public FrameEffect {
+ public:
+  explicit SelfOcclusion(EffectStage& stage) : stage_(stage) {}
+
+  Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
+    if (!stage_.InView(frame)) {
+      return stage_.Reach(frame).largest_share == 0.0f
+                 ? Bound{0.0, "no surface near an object in view"}
+                 : Bound{kWhiteCode, "objects out of view send light"};
+    }
+    const Bound all = LightOnObjects(stage_, frame);
+    if (all.code_values == 0.0) return all;
+    if (!IsDark(SunOf(frame.lighting))) return {all.code_values, "sunlight beside them"};
+    const std::optional<float> hidden = stage_.Light().MayBeAtOnePlace()
+                                            ? stage_.Light().LargestHiddenUpTo(kMostHidden)
+                                            : std::nullopt;
+    if (!hidden) return {all.code_values, "objects hide light from themselves"};
+    const OnePlaceLight& one_place = stage_.Light().LightAtOnePlace(frame.basis, frame.lighting);
+    return {ChangeOfFacings(stage_,
+                            frame,
+                            *hidden,
+                            one_place,
+                            [](const glm::vec3&, const glm::vec3&) { return glm::vec3(0.0f); }),
+            "what objects hide from themselves"};
+  }
+  EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
+
+ private:
+  EffectStage& stage_;
+};
+
+}  // namespace
+
+const EffectDefinition kSelfOcclusionEffect{
+    .name = "self-occlusion",
+    .help = "what objects hide of sky and reflected light from themselves, and reflect",
+    .rms_share = 0.02,
+    .make = MakeEffect<SelfOcclusion>,
+    .is_way_of_others = true};
+
+}  // namespace pleinair
