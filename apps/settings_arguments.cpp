@@ -1,11 +1,13 @@
 #include "apps/settings_arguments.h"
 
 #include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "pipeline/effect.h"
 #include "session/settings.h"
 
 namespace pleinair {
@@ -21,6 +23,10 @@ std::string ListOfSettings() {
                         setting.values,
                         setting.standard);
   }
+  text += "\nEffects, for --effects\n";
+  for (const Effect effect : kAllEffects) {
+    text += fmt::format("    {}: {}\n", NameOf(effect), HelpOf(effect));
+  }
   return text;
 }
 
@@ -32,6 +38,15 @@ std::string JsonOfSettings() {
                     {"values", setting.values},
                     {"default", setting.standard}});
   }
+  auto effects = nlohmann::ordered_json::array();
+  for (const Effect effect : kAllEffects) {
+    effects.push_back({{"name", NameOf(effect)}, {"meaning", HelpOf(effect)}});
+  }
+  list.push_back({{"name", "effects"},
+                  {"meaning", "which effects are run"},
+                  {"values", "plan, all, or names"},
+                  {"default", "plan"},
+                  {"effects", std::move(effects)}});
   constexpr int kIndent = 1;
   return list.dump(kIndent) + "\n";
 }

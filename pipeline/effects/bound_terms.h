@@ -3,7 +3,7 @@
 // Bounds are upper ones but for four things, each as fine as the effect itself is: what reaches an
 // object between its vertices and the middles of its faces is missed (AnySeesSun), what a shadow
 // narrower than a pixel does (SoftSun), the noise of the rays at vertices, which the light at one
-// place has less of (light-variation), and shadows where objects hide more than three quarters of
+// place has less of (local-light), and shadows where objects hide more than three quarters of
 // the light from elsewhere, under what overhangs (sun-shadow).
 #pragma once
 

@@ -9,9 +9,9 @@
   EFFECT(ObjectShadow)           \
   EFFECT(Penumbra)               \
   EFFECT(ProbeShading)           \
-  EFFECT(LightVariation)         \
-  EFFECT(SelfOcclusion)          \
-  EFFECT(CurrentLight)           \
+  EFFECT(LocalLight)             \
+  EFFECT(AmbientOcclusion)       \
+  EFFECT(LightUpdate)            \
   EFFECT(Daylight)               \
   EFFECT(SkyOcclusion)           \
   EFFECT(ColourBleeding)         \

@@ -21,9 +21,9 @@ LightCost CostOfLight(const VertexLight& light,
 
 VertexLight::Mode ModeOfLight(const VertexLight& light, EffectSet runs) {
   VertexLight::Mode mode;
-  if (!runs.Has(Effect::kLightVariation)) mode.at = VertexLight::At::kOnePlace;
+  if (!runs.Has(Effect::kLocalLight)) mode.at = VertexLight::At::kOnePlace;
   mode.with_daylight = runs.Has(Effect::kDaylight);
-  mode.with_objects = runs.Has(Effect::kSelfOcclusion) ||
+  mode.with_objects = runs.Has(Effect::kAmbientOcclusion) ||
                       (mode.at == VertexLight::At::kVertices && light.VerticesSeeObjects());
   return mode;
 }
@@ -64,12 +64,12 @@ LikelyLight LikelyLightOf(const EffectSettings& settings,
   };
   LikelyLight likely;
   // Where the plan has yet to decide between two lights that look alike, the cheaper one will do.
-  const EffectSwitch varies = settings[Effect::kLightVariation];
+  const EffectSwitch varies = settings[Effect::kLocalLight];
   const bool at_one_place = varies == EffectSwitch::kOff ||
-                            (varies == EffectSwitch::kPlan && !is_seen(Effect::kLightVariation) &&
+                            (varies == EffectSwitch::kPlan && !is_seen(Effect::kLocalLight) &&
                              costs.at_one_place.NominalMs() <= costs.at_vertices.NominalMs());
-  if (!at_one_place) likely.effects = likely.effects.With(Effect::kLightVariation);
-  for (const Effect effect : {Effect::kDaylight, Effect::kSelfOcclusion}) {
+  if (!at_one_place) likely.effects = likely.effects.With(Effect::kLocalLight);
+  for (const Effect effect : {Effect::kDaylight, Effect::kAmbientOcclusion}) {
     if (is_likely(effect)) likely.effects = likely.effects.With(effect);
   }
   likely.is_sure = settings[Effect::kProbeShading] == EffectSwitch::kOn ||

@@ -40,6 +40,6 @@ LikelyLight LikelyLightOf(const EffectSettings& settings,
 
 // Effects whose offers come first, as light on the objects is found by them.
 inline constexpr EffectSet kDecideOnLight{
-    Effect::kProbeShading, Effect::kLightVariation, Effect::kSelfOcclusion, Effect::kDaylight};
+    Effect::kProbeShading, Effect::kLocalLight, Effect::kAmbientOcclusion, Effect::kDaylight};
 
 }  // namespace pleinair

@@ -46,19 +46,19 @@ class ProbeShading : public FrameEffect {
   static constexpr Way kAtVertices{"light at vertices",
                                    "light at vertices, of this sun",
                                    &LightCosts::at_vertices,
-                                   {Effect::kLightVariation},
+                                   {Effect::kLocalLight},
                                    {}};
   static constexpr Way kAtOnePlace{"light at one place",
                                    "light at one place, of this sun",
                                    &LightCosts::at_one_place,
-                                   {Effect::kSelfOcclusion},
-                                   {Effect::kLightVariation}};
+                                   {Effect::kAmbientOcclusion},
+                                   {Effect::kLocalLight}};
   static constexpr Way kAlone{"light at one place, objects left out",
                               "light at one place, objects left out, of this sun",
                               &LightCosts::alone,
                               {},
-                              {Effect::kLightVariation, Effect::kSelfOcclusion}};
-  static constexpr EffectSet kBetween{Effect::kSelfOcclusion};
+                              {Effect::kLocalLight, Effect::kAmbientOcclusion}};
+  static constexpr EffectSet kBetween{Effect::kAmbientOcclusion};
 
   // Light in that way, then its update for this sun.
   void AddWay(const Way& way, const EffectFrame& frame, std::vector<FrameWork>& works) const {
@@ -74,9 +74,9 @@ class ProbeShading : public FrameEffect {
       works.push_back(std::move(work));
     };
     FrameWork light =
-        WorkOf(way.name, cost.lacking, frame, kOnLightAtVertices.With(Effect::kSelfOcclusion));
+        WorkOf(way.name, cost.lacking, frame, kOnLightAtVertices.With(Effect::kAmbientOcclusion));
     light.sum = [this, &frame](EffectSet runs) { Evaluate(frame, runs); };
-    FrameWork update = WorkOf(way.name_of_update, cost.now, frame, {Effect::kCurrentLight});
+    FrameWork update = WorkOf(way.name_of_update, cost.now, frame, {Effect::kLightUpdate});
     if (before.made && &before.costs.Of(*before.made) == &cost) {
       (cost.HasOlder() ? update : light).ms = before.made_ms + before.evaluated_ms;
     }

@@ -112,7 +112,7 @@ void FrameEffects::AddOffers(EffectSet effects,
 
 LightBeforePlan FrameEffects::MakeLight(const VertexLight::Mode& mode, const EffectFrame& frame) {
   const Upto upto =
-      settings_[Effect::kCurrentLight] == EffectSwitch::kOff ? Upto::kLacking : Upto::kCurrent;
+      settings_[Effect::kLightUpdate] == EffectSwitch::kOff ? Upto::kLacking : Upto::kCurrent;
   VertexLight& light = stage_.Light();
   LightBeforePlan before = frame.light;
   Stopwatch watch;
@@ -209,8 +209,8 @@ EffectPlan FrameEffects::Plan(std::span<const EffectOffer> offers,
                               std::span<const FrameWork> works,
                               std::optional<double> budget_ms) {
   EffectSettings settings = settings_;
-  EffectSwitch& current = settings[Effect::kCurrentLight];
-  const EffectOffer& update = offers[static_cast<std::size_t>(Effect::kCurrentLight)];
+  EffectSwitch& current = settings[Effect::kLightUpdate];
+  const EffectOffer& update = offers[static_cast<std::size_t>(Effect::kLightUpdate)];
   // A frame without a budget is the same whatever was before it.
   if (update.bound_code_values > 0.0 && !budget_ms && current == EffectSwitch::kPlan) {
     current = EffectSwitch::kOn;

@@ -28,8 +28,8 @@ TEST(EffectNames, ThoseThatAreNamedAreOnAndTheOthersOff) {
   const EffectSettings chosen = Chosen({"probe-shading"});
   for (const Effect effect : kAllEffects) {
     const bool is_on = effect == Effect::kProbeShading || effect == Effect::kDaylight ||
-                       effect == Effect::kLightVariation || effect == Effect::kSelfOcclusion ||
-                       effect == Effect::kCurrentLight;
+                       effect == Effect::kLocalLight || effect == Effect::kAmbientOcclusion ||
+                       effect == Effect::kLightUpdate;
     EXPECT_EQ(chosen[effect], is_on ? EffectSwitch::kOn : EffectSwitch::kOff) << NameOf(effect);
   }
   EXPECT_EQ(Chosen({"sun-shadow"})[Effect::kObjectShadow], EffectSwitch::kOn);

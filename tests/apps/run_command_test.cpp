@@ -98,7 +98,7 @@ TEST_F(RunCommand, TakesSkiesOfOtherShapesFromFrameToFrame) {
   for (const ObjectLight light : {ObjectLight::kGather, ObjectLight::kVolume}) {
     options_.pipeline.object_light.route = light;
     options_.pipeline.effects = EffectSettings::Everything();
-    options_.pipeline.effects[Effect::kCurrentLight] = EffectSwitch::kOff;
+    options_.pipeline.effects[Effect::kLightUpdate] = EffectSwitch::kOff;
     RunRunCommand(options_);
     const auto records = ReadLightingRecords(options_.out / "lighting.jsonl");
     ASSERT_FALSE(records.at(1).error) << *records.at(1).error;

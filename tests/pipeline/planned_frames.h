@@ -66,7 +66,7 @@ inline FrameResult ExpectThatBoundsHold(FramePipeline& pipeline,
     const FrameResult left_out = ProcessWith(pipeline, frame, without, poses);
     const std::vector<float> change = Differences(all.composite, left_out.composite, codes);
     const float largest = *std::max_element(change.begin(), change.end());
-    const float noise = effect.effect == Effect::kLightVariation ? kRayNoise : 0.0f;
+    const float noise = effect.effect == Effect::kLocalLight ? kRayNoise : 0.0f;
     EXPECT_LE(largest, static_cast<float>(effect.bound_code_values) + kHalfRounding + noise)
         << name << ": without " << NameOf(effect.effect) << " (" << effect.why << ")";
   }

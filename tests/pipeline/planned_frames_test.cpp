@@ -33,10 +33,10 @@ const Material kMirror{.name = "mirror",
 constexpr EffectSet kSky{Effect::kProbeShading, Effect::kSkyOcclusion, Effect::kColourBleeding};
 // The sun shines, and on the ground beside the object.
 constexpr EffectSet kSkyBesideAWall =
-    kSky.With(Effect::kLightVariation).With(Effect::kSelfOcclusion);
+    kSky.With(Effect::kLocalLight).With(Effect::kAmbientOcclusion);
 // In an open field: light on the object is the same all over it but for which way it faces.
 constexpr EffectSet kSkyAndSun{Effect::kProbeShading,
-                               Effect::kSelfOcclusion,
+                               Effect::kAmbientOcclusion,
                                Effect::kSkyOcclusion,
                                Effect::kColourBleeding,
                                Effect::kSunShading,
@@ -67,7 +67,7 @@ const StagedFrame kFarFromSurfaces{.name = "far from surfaces",
                                    .object_at_m = {0.0, -4.94, 2.85},
                                    .object_size = 0.01,
                                    .called_for = {Effect::kProbeShading,
-                                                  Effect::kSelfOcclusion,
+                                                  Effect::kAmbientOcclusion,
                                                   Effect::kSunShading,
                                                   Effect::kObjectShadow,
                                                   Effect::kPenumbra}};
@@ -218,10 +218,10 @@ TEST_F(PlannedFrames, InAnOpenFieldLightIsFoundAtOnePlace) {
       }
     }
     EXPECT_EQ(planned.plan.runs.Bits(), staged.called_for.Bits()) << staged.name;
-    EXPECT_EQ(planned.plan.Of(Effect::kLightVariation).fate, EffectFate::kLeftOut);
-    EXPECT_GT(planned.plan.Of(Effect::kLightVariation).bound_code_values, 0.0);
+    EXPECT_EQ(planned.plan.Of(Effect::kLocalLight).fate, EffectFate::kLeftOut);
+    EXPECT_GT(planned.plan.Of(Effect::kLocalLight).bound_code_values, 0.0);
     // Under a grey sky nothing is to be seen of what the ball does to its own light.
-    const std::string_view expected = staged.called_for.Has(Effect::kSelfOcclusion)
+    const std::string_view expected = staged.called_for.Has(Effect::kAmbientOcclusion)
                                           ? "light at one place"
                                           : "light at one place, objects left out";
     for (const PlannedWork& work : planned.works) {
@@ -238,7 +238,7 @@ TEST_F(PlannedFrames, InAnOpenFieldLightIsFoundAtOnePlace) {
     FramePipeline asked_to = PipelineFor(staged, ball, ObjectLight::kOnePlace, compositor);
     const FrameResult at_one_place = ProcessWith(asked_to, frame, EffectSettings());
     EXPECT_TRUE(at_one_place.composite.radiance.pixels == planned.composite.radiance.pixels);
-    EXPECT_EQ(at_one_place.plan.Of(Effect::kLightVariation).fate, EffectFate::kOff);
+    EXPECT_EQ(at_one_place.plan.Of(Effect::kLocalLight).fate, EffectFate::kOff);
   }
   EXPECT_LT(draw_calls["overcast"], draw_calls["sunny"]);
 }
@@ -253,7 +253,7 @@ TEST_F(PlannedFrames, AnObjectThatHidesLightFromItselfIsLitAtItsVertices) {
   FramePipeline pipeline = PipelineFor(kOvercast, bench, ObjectLight::kGather, compositor);
   const FrameResult planned =
       ExpectThatBoundsHold(pipeline, FrameOf(kOvercast), "a bench under a grey sky");
-  EXPECT_TRUE(planned.plan.runs.Has(Effect::kLightVariation));
+  EXPECT_TRUE(planned.plan.runs.Has(Effect::kLocalLight));
 }
 
 // Exact on a level ground under an even sky: a face that looks up gets the sky, one that stands
@@ -345,7 +345,7 @@ TEST_F(PlannedFrames, ABudgetTellsWhatItCost) {
   EXPECT_GT(poor.plan.left_out_code_values, 100.0);
   settings.budget_ms = 1e6;
   const FrameResult rich = ProcessWith(pipeline, FrameOf(kSunny), settings);
-  EXPECT_EQ(rich.plan.runs, kSkyAndSun.With(Effect::kLightVariation));
+  EXPECT_EQ(rich.plan.runs, kSkyAndSun.With(Effect::kLocalLight));
   EXPECT_EQ(rich.plan.left_out_code_values, 0.0);
 }
 
@@ -371,13 +371,13 @@ TEST_F(PlannedFrames, ABudgetBeginsWhatLaterFramesCanAfford) {
 
 // What light on an object is cheapest under a budget: it stands in the sky's and the sun's light,
 // but hides neither from itself.
-TEST_F(PlannedFrames, SelfOcclusionIsAnEffectOfItsOwn) {
+TEST_F(PlannedFrames, AmbientOcclusionIsAnEffectOfItsOwn) {
   const HeadlessContext context;
   Compositor compositor;
   VirtualObject bench = BoxObject({-0.5f, -0.3f, 0.0f}, {0.5f, 0.3f, 0.3f}, kRed);
   AddBox(bench.mesh, {-0.5f, 0.2f, 0.3f}, {0.5f, 0.3f, 0.9f});
   EffectSettings without = EffectSettings::Everything();
-  without[Effect::kSelfOcclusion] = EffectSwitch::kOff;
+  without[Effect::kAmbientOcclusion] = EffectSwitch::kOff;
   EffectSettings dark = without;
   dark[Effect::kProbeShading] = EffectSwitch::kOff;
   for (const ObjectLight light : {ObjectLight::kOnePlace, ObjectLight::kVolume}) {
@@ -411,7 +411,7 @@ TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
 
   FramePipeline fresh = PipelineFor(kGlossy, compositor);
   const FrameResult expected = ProcessWith(fresh, noon, EffectSettings());
-  EXPECT_EQ(expected.plan.Of(Effect::kCurrentLight).bound_code_values, 0.0);
+  EXPECT_EQ(expected.plan.Of(Effect::kLightUpdate).bound_code_values, 0.0);
   EffectSettings dark;
   dark[Effect::kProbeShading] = dark[Effect::kGlossyReflection] = EffectSwitch::kOff;
   const FrameResult without = ProcessWith(fresh, noon, dark);
@@ -419,7 +419,7 @@ TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
   FramePipeline pipeline = PipelineFor(kGlossy, compositor);
   ProcessWith(pipeline, morning, EffectSettings());
   EffectSettings older;
-  older[Effect::kCurrentLight] = EffectSwitch::kOff;
+  older[Effect::kLightUpdate] = EffectSwitch::kOff;
   const FrameResult stands_in = ProcessWith(pipeline, noon, older);
   const DisplayCodes codes(ResponseCurve::Srgb(), noon.exposure.value());
   const auto largest = [&](const FrameResult& result) {
@@ -431,9 +431,9 @@ TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
 
   // And is made in the end, by whoever asks for it.
   const FrameResult made = ProcessWith(pipeline, noon, EffectSettings());
-  EXPECT_EQ(made.plan.Of(Effect::kCurrentLight).fate, EffectFate::kRun);
+  EXPECT_EQ(made.plan.Of(Effect::kLightUpdate).fate, EffectFate::kRun);
   EXPECT_EQ(made.composite.radiance.pixels, expected.composite.radiance.pixels);
-  EXPECT_EQ(ProcessWith(pipeline, noon, EffectSettings()).plan.Of(Effect::kCurrentLight).fate,
+  EXPECT_EQ(ProcessWith(pipeline, noon, EffectSettings()).plan.Of(Effect::kLightUpdate).fate,
             EffectFate::kLeftOut);
 }
 
@@ -446,7 +446,7 @@ TEST_F(PlannedFrames, MirrorsFollowTheLightOfWhatTheyShow) {
   AddBox(pair.mesh, {0.1f, -0.3f, 0.0f}, {0.6f, 0.3f, 0.8f});
   const Frame noon = AtNoon(FrameOf(kGlossy));
   EffectSettings older = EffectSettings::Everything();
-  older[Effect::kCurrentLight] = EffectSwitch::kOff;
+  older[Effect::kLightUpdate] = EffectSwitch::kOff;
   EffectSettings matt = EffectSettings::Everything();
   matt[Effect::kGlossyReflection] = EffectSwitch::kOff;
   FramePipeline pipeline = PipelineFor(kGlossy, pair, ObjectLight::kGather, compositor);
@@ -488,7 +488,7 @@ TEST_F(PlannedFrames, WhatOlderLightDoesToSurfacesIsKept) {
   const Frame noon = AtNoon(FrameOf(kSunny));
   const std::vector<glm::dmat4> moved{glm::translate(glm::dmat4(1.0), glm::dvec3(0.2, 0.1, 0.0))};
   EffectSettings older = EffectSettings::Everything();
-  older[Effect::kCurrentLight] = EffectSwitch::kOff;
+  older[Effect::kLightUpdate] = EffectSwitch::kOff;
   const VirtualObject box = BoxObject({-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.8f}, kRed);
   for (const ObjectLight light : {ObjectLight::kGather, ObjectLight::kVolume}) {
     FramePipeline pipeline = PipelineFor(kSunny, box, light, compositor);

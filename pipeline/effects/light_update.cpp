@@ -10,9 +10,9 @@
 namespace pleinair {
 namespace {
 
-class CurrentLight : public FrameEffect {
+class LightUpdate : public FrameEffect {
  public:
-  explicit CurrentLight(EffectStage& stage) : stage_(stage) {}
+  explicit LightUpdate(EffectStage& stage) : stage_(stage) {}
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     return HasOlder(frame) ? Bound{kWhiteCode, "made for where the sun was, or another sky"}
@@ -44,11 +44,11 @@ class CurrentLight : public FrameEffect {
 
 }  // namespace
 
-const EffectDefinition kCurrentLightEffect{
-    .name = "current-light",
+const EffectDefinition kLightUpdateEffect{
+    .name = "light-update",
     .help = "light on objects is made again as the sun moves; always so without a budget",
     .rms_share = 0.03,
-    .make = MakeEffect<CurrentLight>,
+    .make = MakeEffect<LightUpdate>,
     .is_way_of_others = true};
 
 }  // namespace pleinair

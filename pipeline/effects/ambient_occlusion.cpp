@@ -11,9 +11,9 @@
 namespace pleinair {
 namespace {
 
-class SelfOcclusion : public FrameEffect {
+class AmbientOcclusion : public FrameEffect {
  public:
-  explicit SelfOcclusion(EffectStage& stage) : stage_(stage) {}
+  explicit AmbientOcclusion(EffectStage& stage) : stage_(stage) {}
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     if (!stage_.InView(frame)) {
@@ -44,11 +44,11 @@ class SelfOcclusion : public FrameEffect {
 
 }  // namespace
 
-const EffectDefinition kSelfOcclusionEffect{
-    .name = "self-occlusion",
+const EffectDefinition kAmbientOcclusionEffect{
+    .name = "ambient-occlusion",
     .help = "what objects hide of sky and reflected light from themselves, and reflect",
     .rms_share = 0.02,
-    .make = MakeEffect<SelfOcclusion>,
+    .make = MakeEffect<AmbientOcclusion>,
     .is_way_of_others = true};
 
 }  // namespace pleinair

@@ -13,9 +13,9 @@
 namespace pleinair {
 namespace {
 
-class LightVariation : public FrameEffect {
+class LocalLight : public FrameEffect {
  public:
-  explicit LightVariation(EffectStage& stage) : stage_(stage) {}
+  explicit LocalLight(EffectStage& stage) : stage_(stage) {}
 
   EffectSwitch SwitchFor(EffectSwitch asked) const override {
     if (stage_.Options().object_light.route == ObjectLight::kOnePlace) return EffectSwitch::kOff;
@@ -51,11 +51,11 @@ class LightVariation : public FrameEffect {
 
 }  // namespace
 
-const EffectDefinition kLightVariationEffect{
-    .name = "light-variation",
+const EffectDefinition kLocalLightEffect{
+    .name = "local-light",
     .help = "each part of an object gets the light of its own place; without, of one place for all",
     .rms_share = 0.01,
-    .make = MakeEffect<LightVariation>,
+    .make = MakeEffect<LocalLight>,
     .is_way_of_others = true};
 
 }  // namespace pleinair
