@@ -15,15 +15,19 @@
 namespace pleinair {
 namespace {
 
+struct CommandName {
+  const char* name;
+  const char* what;
+};
+
 // The subcommand that `run` does, with its options filled in.
 template <typename Options>
 CLI::App& AddCalibration(CLI::App& calibrate,
                          Work& work,
-                         const char* name,
-                         const char* what,
+                         const CommandName& named,
                          const std::shared_ptr<Options>& options,
                          std::string (*run)(const Options&)) {
-  CLI::App& command = *calibrate.add_subcommand(name, what);
+  CLI::App& command = *calibrate.add_subcommand(named.name, named.what);
   command.callback(
       [options, run, &work] { work = [options, run] { return Print(run(*options)); }; });
   return command;
@@ -40,12 +44,12 @@ void AddExposures(CLI::App& command, std::vector<double>& exposures) {
 
 void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
   auto options = std::make_shared<CalibrateNorthOptions>();
-  CLI::App& north = AddCalibration(calibrate,
-                                   work,
-                                   "north",
-                                   "How far the model's north is off, from the shadows in frames",
-                                   options,
-                                   RunCalibrateNorth);
+  CLI::App& north =
+      AddCalibration(calibrate,
+                     work,
+                     {"north", "How far the model's north is off, from the shadows in frames"},
+                     options,
+                     RunCalibrateNorth);
   north.footer("Example: pleinair calibrate north datasets/samples/courtyard");
   north.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
   north.add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
@@ -75,12 +79,12 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
 
 void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
   auto markers = std::make_shared<CalibrateMarkersOptions>();
-  CLI::App& board = AddCalibration(calibrate,
-                                   work,
-                                   "markers",
-                                   "Where ArUco or AprilTag markers stand, from pictures of them",
-                                   markers,
-                                   RunCalibrateMarkers);
+  CLI::App& board =
+      AddCalibration(calibrate,
+                     work,
+                     {"markers", "Where ArUco or AprilTag markers stand, from pictures of them"},
+                     markers,
+                     RunCalibrateMarkers);
   board.footer(
       "Example: pleinair calibrate markers tags/*.jpg --camera courtyard --size 0.2 --out "
       "board.json");
@@ -104,12 +108,12 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
   board.add_option("--out", markers->out, "The board file")->required();
 
   auto pose = std::make_shared<CalibratePoseOptions>();
-  CLI::App& poses = AddCalibration(calibrate,
-                                   work,
-                                   "pose",
-                                   "Camera poses of a sequence's frames, from markers in them",
-                                   pose,
-                                   RunCalibratePose);
+  CLI::App& poses =
+      AddCalibration(calibrate,
+                     work,
+                     {"pose", "Camera poses of a sequence's frames, from markers in them"},
+                     pose,
+                     RunCalibratePose);
   poses.footer(
       "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
   poses.add_option("sequence", pose->sequence, "Folder with sequence.json")->required();
@@ -136,8 +140,7 @@ void AddCalibrate(CLI::App& app, Work& work) {
   auto fisheye = std::make_shared<CalibrateFisheyeOptions>();
   CLI::App& lens = AddCalibration(calibrate,
                                   work,
-                                  "fisheye",
-                                  "A fish-eye lens from pictures of a chessboard",
+                                  {"fisheye", "A fish-eye lens from pictures of a chessboard"},
                                   fisheye,
                                   RunCalibrateFisheye);
   lens.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
@@ -152,12 +155,12 @@ void AddCalibrate(CLI::App& app, Work& work) {
   lens.add_option("--out", fisheye->out, "The fish-eye's file")->required();
 
   auto response = std::make_shared<CalibrateResponseOptions>();
-  CLI::App& curve = AddCalibration(calibrate,
-                                   work,
-                                   "response",
-                                   "A camera's response from brackets or a ColorChecker",
-                                   response,
-                                   RunCalibrateResponse);
+  CLI::App& curve =
+      AddCalibration(calibrate,
+                     work,
+                     {"response", "A camera's response from brackets or a ColorChecker"},
+                     response,
+                     RunCalibrateResponse);
   curve.footer("Example: pleinair calibrate response bracket/*.jpg --out response.json");
   curve.add_option("pictures", response->pictures, "PNG or JPEG")->required();
   AddExposures(curve, response->exposures);
@@ -174,8 +177,7 @@ void AddCalibrate(CLI::App& app, Work& work) {
   auto merge = std::make_shared<CalibrateMergeOptions>();
   CLI::App& hdr = AddCalibration(calibrate,
                                  work,
-                                 "merge",
-                                 "One HDR picture from an exposure bracket",
+                                 {"merge", "One HDR picture from an exposure bracket"},
                                  merge,
                                  RunCalibrateMerge);
   hdr.footer("Example: pleinair calibrate merge bracket/*.jpg --response r.json --out sky.exr");
@@ -185,12 +187,12 @@ void AddCalibrate(CLI::App& app, Work& work) {
   hdr.add_option("--out", merge->out, "EXR or HDR")->required();
 
   auto average = std::make_shared<CalibrateAverageOptions>();
-  CLI::App& mean = AddCalibration(calibrate,
-                                  work,
-                                  "average",
-                                  "The mean of HDR frames of a camera that stands still",
-                                  average,
-                                  RunCalibrateAverage);
+  CLI::App& mean =
+      AddCalibration(calibrate,
+                     work,
+                     {"average", "The mean of HDR frames of a camera that stands still"},
+                     average,
+                     RunCalibrateAverage);
   mean.footer("Example: pleinair calibrate average frames/*.exr --out mean.exr");
   mean.add_option("frames", average->frames, "EXR or HDR")->required();
   mean.add_option("--out", average->out, "EXR or HDR")->required();
@@ -198,8 +200,7 @@ void AddCalibrate(CLI::App& app, Work& work) {
   auto colour = std::make_shared<CalibrateColourOptions>();
   CLI::App& tie = AddCalibration(calibrate,
                                  work,
-                                 "colour",
-                                 "Tie the fish-eye's colours to the room camera's",
+                                 {"colour", "Tie the fish-eye's colours to the room camera's"},
                                  colour,
                                  RunCalibrateColour);
   tie.footer("Example: pleinair calibrate colour sky.json --pairs pairs.csv");
@@ -220,12 +221,12 @@ void AddCalibrate(CLI::App& app, Work& work) {
   tie.add_option("--out", colour->out, "Where to write (default: the same file)");
 
   auto orientation = std::make_shared<CalibrateOrientationOptions>();
-  CLI::App& north = AddCalibration(calibrate,
-                                   work,
-                                   "orientation",
-                                   "Up and north of a fish-eye, from marks or the sun's image",
-                                   orientation,
-                                   RunCalibrateOrientation);
+  CLI::App& north =
+      AddCalibration(calibrate,
+                     work,
+                     {"orientation", "Up and north of a fish-eye, from marks or the sun's image"},
+                     orientation,
+                     RunCalibrateOrientation);
   north.footer(
       "Example: pleinair calibrate orientation sky.json --site 50.36,7.56,75 --levelled"
       " --sun noon.exr --time 2007-03-20T11:40:00Z");

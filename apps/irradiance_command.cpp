@@ -264,7 +264,7 @@ void RunIrradianceCommand(const IrradianceCommandOptions& options) {
 
   FileBlobStore store(options.cache);
   PointIrradiance points(
-      mesh, asked.points_m, asked.normals, gather, ProgressOnStandardError(), &store);
+      mesh, {asked.points_m, asked.normals}, gather, ProgressOnStandardError(), &store);
   if (options.light != LightPart::kDirect && gather.bounces != 0) {
     spdlog::info("{} patches, {} lights, at most {:.0f} MiB for the radiosity",
                  points.Summary().patches,

@@ -42,8 +42,8 @@ struct Setting {
   }
 
   void Fold(ObjectInfluence& influence) const {
-    influence.Fold(0, nullptr, view, builder->SunFaces().radiosity, object_glow);
-    influence.Fold(1, shape.get(), view, builder->SkyFaces(0).radiosity, object_glow);
+    influence.Fold(0, {nullptr, builder->SunFaces().radiosity, object_glow}, view);
+    influence.Fold(1, {shape.get(), builder->SkyFaces(0).radiosity, object_glow}, view);
   }
 
   Sequence sequence;

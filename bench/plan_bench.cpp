@@ -143,13 +143,11 @@ void RunFrames(benchmark::State& state,
     options.effects[Effect::kObjectShadow] = EffectSwitch::kOff;
     options.effects[Effect::kPenumbra] = EffectSwitch::kOff;
   }
-  FramePipeline pipeline(yard.scene,
-                         yard.site.model.mesh,
-                         yard.sequence.site,
-                         {{std::move(mesh)}},
-                         std::make_unique<Staged>(under),
-                         compositor,
-                         options);
+  FramePipeline pipeline(
+      {yard.scene, yard.site.model.mesh, yard.sequence.site, {{std::move(mesh)}}},
+      std::make_unique<Staged>(under),
+      compositor,
+      options);
   std::vector<glm::dmat4> poses;
   if (under == Under::kSunOutOfSight) {
     poses = {glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, -2000.0, 0.0))};
@@ -204,10 +202,7 @@ void RunOpenField(benchmark::State& state, bool planned, Skin skin = Skin::kPlai
   const Material white{.name = "white", .diffuse_albedo = glm::vec3(0.6f)};
   VirtualObject ball = BallObject({0.0f, 0.0f, 0.4f}, 0.4f, 34, white);
   if (skin == Skin::kTextured) ball.mesh = Painted(std::move(ball.mesh));
-  FramePipeline pipeline(stage.Scene(),
-                         stage.Phantom(),
-                         std::nullopt,
-                         {std::move(ball)},
+  FramePipeline pipeline({stage.Scene(), stage.Phantom(), std::nullopt, {std::move(ball)}},
                          std::make_unique<StillLight>(),
                          compositor,
                          options);

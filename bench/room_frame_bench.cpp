@@ -86,10 +86,7 @@ void RunRoom(benchmark::State& state, What what, const FramePipelineOptions& opt
   const HeadlessContext context;
   Compositor compositor;
   FramePipeline pipeline(
-      room.scene,
-      room.site.model.mesh,
-      room.sequence.site,
-      room.site.objects,
+      {room.scene, room.site.model.mesh, room.sequence.site, room.site.objects},
       MakeFisheyeLightingSource(MakeFisheyeSetup(*room.sequence.fisheye, kFolder).camera, {}),
       compositor,
       options);

@@ -45,10 +45,7 @@ void RunRepeatedFrame(benchmark::State& state,
   FramePipelineOptions options;
   options.object_light.route = object_light;
   options.effects.budget_ms = budget_ms;
-  FramePipeline pipeline(scene,
-                         site.model.mesh,
-                         sequence.site,
-                         site.objects,
+  FramePipeline pipeline({scene, site.model.mesh, sequence.site, site.objects},
                          MakeOutdoorLightingSource({}),
                          compositor,
                          options);

@@ -218,10 +218,9 @@ MirrorImage::MirrorImage(const PatchScene& real,
 // and in the sun where a ray says so.
 glm::vec3 MirrorImage::RadiosityAt(const Place& place,
                                    std::size_t index,
-                                   const MirroredBasis& basis,
-                                   const PatchScene& real,
-                                   const PatchScene& objects,
-                                   std::span<const glm::vec3> to_sun) const {
+                                   const LitScene& lit) const {
+  const MirroredBasis& basis = lit.basis;
+  const PatchScene& real = lit.real;
   const auto face = static_cast<std::size_t>(place.face);
   const glm::vec3& albedo = real.face_albedo_rgb[face];
   const bool is_sun = !basis.real_direct.empty();
@@ -238,9 +237,10 @@ glm::vec3 MirrorImage::RadiosityAt(const Place& place,
     radiosity += albedo * from_hiders / rays;
   }
   if (is_sun) {
-    const glm::vec3& direction = to_sun[index % to_sun.size()];
+    const glm::vec3& direction = lit.to_sun[index % lit.to_sun.size()];
     const float cosine = glm::dot(real.FaceNormal(face), direction);
-    if (cosine > 0.0f && direction.z > 0.0f && !objects.caster.Occluded(place.start_m, direction) &&
+    if (cosine > 0.0f && direction.z > 0.0f &&
+        !lit.objects.caster.Occluded(place.start_m, direction) &&
         !real.caster.Occluded(place.start_m, direction)) {
       radiosity += albedo * cosine;
     }
@@ -259,10 +259,10 @@ void MirrorImage::Fold(std::size_t light,
     RequireFaceCount("mirror image: real_direct", basis.real_direct.size(), real.FaceCount());
   }
   if (Empty()) return;
-  std::vector<glm::vec3> to_sun;
+  LitScene lit{basis, real, objects, {}};
   if (!basis.real_direct.empty()) {
-    to_sun = SunDisc(basis.sun.direction_enu, basis.sun.angular_radius_rad, kMirroredDiscPoints)
-                 .Samples();
+    lit.to_sun = SunDisc(basis.sun.direction_enu, basis.sun.angular_radius_rad, kMirroredDiscPoints)
+                     .Samples();
   }
   if (responses_.size() <= light) responses_.resize(light + 1);
   std::vector<glm::vec3>& response = responses_[light];
@@ -279,12 +279,7 @@ void MirrorImage::Fold(std::size_t light,
           continue;
         }
         const glm::vec3 radiosity =
-            entry.place >= 0 ? RadiosityAt(places_[static_cast<std::size_t>(entry.place)],
-                                           i,
-                                           basis,
-                                           real,
-                                           objects,
-                                           to_sun)
+            entry.place >= 0 ? RadiosityAt(places_[static_cast<std::size_t>(entry.place)], i, lit)
                              : basis.object_radiosity[static_cast<std::size_t>(-2 - entry.place)];
         sum += entry.weight * radiosity * std::numbers::inv_pi_v<float>;
       }

@@ -88,12 +88,14 @@ class MirrorImage {
     std::uint32_t hider_count = 0;  // Object faces, of rays_per_place_ rays.
   };
 
-  glm::vec3 RadiosityAt(const Place& place,
-                        std::size_t index,
-                        const MirroredBasis& basis,
-                        const PatchScene& real,
-                        const PatchScene& objects,
-                        std::span<const glm::vec3> to_sun) const;
+  // A basis light on real surfaces and objects; directions to points of the sun's disc, for its.
+  struct LitScene {
+    const MirroredBasis& basis;
+    const PatchScene& real;
+    const PatchScene& objects;
+    std::vector<glm::vec3> to_sun;
+  };
+  glm::vec3 RadiosityAt(const Place& place, std::size_t index, const LitScene& lit) const;
 
   int x_px_ = 0;
   int y_px_ = 0;

@@ -209,18 +209,15 @@ void ObjectInfluence::FindSpans() {
 }
 
 void ObjectInfluence::Fold(std::size_t light,
-                           const SkyShape* sky,
-                           const SurfaceView& view,
-                           std::span<const glm::vec3> real_radiosity,
-                           std::span<const glm::vec3> object_radiosity,
-                           std::span<const glm::vec3> hidden_sky) {
-  if (!hidden_sky.empty() && hidden_sky.size() != receivers_.size()) {
+                           const InfluenceBasis& basis,
+                           const SurfaceView& view) {
+  if (!basis.hidden_sky.empty() && basis.hidden_sky.size() != receivers_.size()) {
     throw std::invalid_argument(std::string("object influence: hidden_sky has ") +
-                                std::to_string(hidden_sky.size()) + " entries, expected " +
+                                std::to_string(basis.hidden_sky.size()) + " entries, expected " +
                                 std::to_string(receivers_.size()) + ", one a receiver");
   }
-  RequireFaces(real_radiosity.size(), real_faces_, "the real scene's radiosity");
-  RequireFaces(object_radiosity.size(), object_faces_, "the objects' radiosity");
+  RequireFaces(basis.real_radiosity.size(), real_faces_, "the real scene's radiosity");
+  RequireFaces(basis.object_radiosity.size(), object_faces_, "the objects' radiosity");
   if (lattice_ == nullptr &&
       (view.Width() != picture_width_px_ || view.Height() != picture_height_px_ ||
        (light > 0 && view.sky_response.size() < light))) {
@@ -235,16 +232,18 @@ void ObjectInfluence::Fold(std::size_t light,
   responses.resize(receivers_.size());
   tbb::parallel_for(std::size_t{0}, receivers_.size(), [&](std::size_t i) {
     Response response;
-    if (!hidden_sky.empty()) response.hidden = hidden_sky[i];
+    if (!basis.hidden_sky.empty()) response.hidden = basis.hidden_sky[i];
     for (const InfluenceRays::Hit& hit : rays_->HitsOf(i)) {
       if (hit.behind != PatchScene::kSky) {
-        response.hidden += hit.share * real_radiosity[static_cast<std::size_t>(hit.behind)];
-      } else if (sky != nullptr) {
-        response.hidden += hit.share * std::numbers::pi_v<float> * sky->Radiance(hit.direction);
+        response.hidden += hit.share * basis.real_radiosity[static_cast<std::size_t>(hit.behind)];
+      } else if (basis.sky != nullptr) {
+        response.hidden +=
+            hit.share * std::numbers::pi_v<float> * basis.sky->Radiance(hit.direction);
       }
-      response.gained += hit.share * object_radiosity[static_cast<std::size_t>(hit.object_face)];
+      response.gained +=
+          hit.share * basis.object_radiosity[static_cast<std::size_t>(hit.object_face)];
     }
-    response.before = Before(light, i, view, real_radiosity);
+    response.before = Before(light, i, view, basis.real_radiosity);
     responses[i] = response;
   });
 }

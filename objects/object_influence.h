@@ -50,6 +50,18 @@ struct InfluenceParts {
   bool object_light = true;  // What the objects send instead.
 };
 
+// A unit of a basis light, as the scene has it.
+struct InfluenceBasis {
+  // Null for the sun, whose disc is not in it, and where `hidden_sky` is given.
+  const SkyShape* sky = nullptr;
+  // Of the faces of the real scene, and of the objects.
+  std::span<const glm::vec3> real_radiosity;
+  std::span<const glm::vec3> object_radiosity;
+  // What the objects take of the sky's own light at each of Receivers(), where that is known by
+  // other means; else empty.
+  std::span<const glm::vec3> hidden_sky = {};
+};
+
 // For one view and one pose of the objects: where rays from the real surfaces meet an object, and
 // what they met before it stood there,
 //   change of irradiance = sum over rays of weight * pi * (L_object - L_behind).
@@ -87,19 +99,11 @@ class ObjectInfluence {
   const std::vector<Receiver>& Receivers() const { return receivers_; }
 
   // Works out the response to a unit of basis light `light`: 0 is the sun, 1 + k the view's sky
-  // shape k. `sky` is null for the sun, whose disc is not in it. `view` is that of construction,
-  // with its present responses, and not looked at for receivers on faces; radiosities are of the
-  // faces of `real` and `objects` per unit of the light. Where it is known by other means what the
-  // objects take of the sky's own light at each of Receivers(), `sky` is null and `hidden_sky` says
-  // it; else that is empty. Throws  std::invalid_argument where a number of faces or receivers is
-  // another, or the view's
-  //         size.
-  void Fold(std::size_t light,
-            const SkyShape* sky,
-            const SurfaceView& view,
-            std::span<const glm::vec3> real_radiosity,
-            std::span<const glm::vec3> object_radiosity,
-            std::span<const glm::vec3> hidden_sky = {});
+  // shape k. `view` is that of construction, with its present responses, and not looked at for
+  // receivers on faces.
+  // Throws std::invalid_argument where a number of faces or receivers, or the view's size, is
+  // another.
+  void Fold(std::size_t light, const InfluenceBasis& basis, const SurfaceView& view);
 
   // The change under `lighting`, which has the sky components that were folded; 0 where it is less
   // than 1/512 of what the surface gets, a quarter of a code value in white. `change` keeps its

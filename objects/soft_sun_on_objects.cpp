@@ -45,9 +45,8 @@ std::optional<Start> StartOf(const ObjectView::Sample& sample,
 // What each of a pixel's samples sees of another point of the rim; `is_asked` becomes 1 for samples
 // that are turned to the sun's centre.
 Image<Verdict> VerdictsOn(const ObjectView& view,
-                          const Mesh& mesh,
                           const DiscPoints& disc,
-                          const RayCaster& objects,
+                          const PatchScene& objects,
                           const RayCaster& real,
                           Gray8Image& is_asked) {
   Image<Verdict> verdicts(view.width_px, view.height_px, Verdict::kNothing);
@@ -60,14 +59,15 @@ Image<Verdict> VerdictsOn(const ObjectView& view,
       for (int x = 0; x < view.width_px; ++x) {
         const int sample_x = kSide * x + corner % kSide;
         const int sample_y = kSide * row + corner / kSide;
-        const auto start = StartOf(view.samples.At(sample_x, sample_y), mesh, view.eye_m, disc);
+        const auto start =
+            StartOf(view.samples.At(sample_x, sample_y), objects.mesh, view.eye_m, disc);
         if (start && start->Faces(disc.Centre())) is_asked.At(sample_x, sample_y) = 1;
         const glm::vec3& direction = disc.Rim()[static_cast<std::size_t>(corner)];
         if (!start || !start->Faces(direction)) continue;
         ++asked[static_cast<std::size_t>(x)];
         rays.Add(start->origin_m, direction, static_cast<std::uint32_t>(x));
       }
-      rays.PassBy(objects);
+      rays.PassBy(objects.caster);
       rays.PassBy(real);
       for (std::size_t ray = 0; ray < rays.Count(); ++ray) ++seen[rays.Tag(ray)];
     }
@@ -111,7 +111,7 @@ ObjectSunShare SoftSun::OnObjects(const ObjectView& view, const DirectionalLight
   share.y_px = view.y_px;
   share.seen = GrayImage(width, view.samples.height, 0.0f);
   Gray8Image is_asked(width, view.samples.height, 0);
-  const Image<Verdict> verdicts = VerdictsOn(view, mesh, disc, objects_.caster, real_, is_asked);
+  const Image<Verdict> verdicts = VerdictsOn(view, disc, objects_, real_, is_asked);
 
   tbb::parallel_for(0, view.height_px, [&](int row) {
     ShadowRays rays;

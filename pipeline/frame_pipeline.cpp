@@ -36,23 +36,20 @@ void FramePipelineOptions::Validate() const {
   camera_matching.Validate();
 }
 
-FramePipeline::FramePipeline(const PreparedScene& scene,
-                             const Mesh& phantom,
-                             std::optional<Site> site,
-                             std::vector<VirtualObject> objects,
+FramePipeline::FramePipeline(CompositedScene scene,
                              std::unique_ptr<LightingSource> source,
                              Compositor& compositor,
                              const FramePipelineOptions& options)
-    : scene_(scene),
-      site_(site),
-      objects_(std::move(objects)),
+    : scene_(scene.scene),
+      site_(scene.site),
+      objects_(std::move(scene.objects)),
       source_(std::move(source)),
       options_(options),
-      clear_sky_(site_, LightOf(scene)),
-      view_builder_(scene, options.view) {
+      clear_sky_(site_, LightOf(scene_)),
+      view_builder_(scene_, options.view) {
   options_.Validate();
   if (options_.filter) filter_.emplace(*options_.filter);
-  effects_ = std::make_unique<FrameEffects>(scene_, phantom, objects_, compositor, options_);
+  effects_ = std::make_unique<FrameEffects>(scene_, scene.phantom, objects_, compositor, options_);
 }
 
 FramePipeline::~FramePipeline() = default;

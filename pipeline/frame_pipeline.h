@@ -106,15 +106,19 @@ struct FrameResult : RenderedFrame {
   std::optional<Lighting> drawn_lighting;  // Where it is other than the estimate's.
 };
 
+// A real scene, and what is put into it.
+struct CompositedScene {
+  const PreparedScene& scene;  // Outlives the pipeline.
+  const Mesh& phantom;         // The mesh as given; looked at for the call only.
+  std::optional<Site> site;
+  std::vector<VirtualObject> objects;  // In world coordinates; none: the composite is the frame.
+};
+
 // Keeps what may be kept from frame to frame. One thread at a time.
 class FramePipeline {
  public:
-  // `scene`, `compositor` outlive the pipeline; the compositor's context is current at each call.
-  // `objects` are in world coordinates; none is allowed: then the composite is the frame.
-  FramePipeline(const PreparedScene& scene,
-                const Mesh& phantom,
-                std::optional<Site> site,
-                std::vector<VirtualObject> objects,
+  // `compositor` outlives the pipeline; its context is current at each call.
+  FramePipeline(CompositedScene scene,
                 std::unique_ptr<LightingSource> source,
                 Compositor& compositor,
                 const FramePipelineOptions& options);

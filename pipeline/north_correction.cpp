@@ -37,11 +37,8 @@ struct Found {
 // With the sun turned by `turn_rad` beforehand.
 Found FindTurn(FrameSource& frames,
                const Site& site,
-               const Mesh& mesh,
-               std::span<const std::string> diffuse_regions,
-               const ShadowDirectionOptions& options,
+               ShadowDirectionFinder finder,
                double turn_rad) {
-  ShadowDirectionFinder finder(mesh, diffuse_regions, options);
   Found found;
   const std::optional<int> count = frames.Count();
   while (const auto frame = frames.Next()) {
@@ -74,10 +71,10 @@ NorthCorrection CorrectNorth(const std::function<std::unique_ptr<FrameSource>()>
     coarse.largest_offset_rad = range_rad;
     coarse.step_rad = kCoarseStepRad;
     coarse.pixels = kCoarsePixels;
-    turn_rad = FindTurn(*open_frames(), true_north, mesh, diffuse_regions, coarse, 0.0)
+    turn_rad = FindTurn(*open_frames(), true_north, {mesh, diffuse_regions, coarse}, 0.0)
                    .shadow.azimuth_offset_rad;
   }
-  const Found found = FindTurn(*open_frames(), true_north, mesh, diffuse_regions, fine, turn_rad);
+  const Found found = FindTurn(*open_frames(), true_north, {mesh, diffuse_regions, fine}, turn_rad);
 
   NorthCorrection north;
   north.stddev_rad = stated_stddev_rad;

@@ -156,13 +156,12 @@ void PointIrradianceOptions::Validate() const {
 }
 
 PointIrradiance::PointIrradiance(const Mesh& mesh,
-                                 std::vector<glm::vec3> points_m,
-                                 std::vector<glm::vec3> normals,
+                                 AskedPoints asked,
                                  const PointIrradianceOptions& options,
                                  Progress progress,
                                  BlobStore* store)
-    : points_m_(std::move(points_m)),
-      normals_(std::move(normals)),
+    : points_m_(std::move(asked.points_m)),
+      normals_(std::move(asked.normals)),
       options_(options),
       progress_(std::move(progress)),
       store_(store) {

@@ -63,6 +63,12 @@ struct RadiositySummary {
   double energy_error = 0.0;
 };
 
+// Every point is asked with every normal.
+struct AskedPoints {
+  std::vector<glm::vec3> points_m;
+  std::vector<glm::vec3> normals;  // Unit.
+};
+
 // Every point with every normal, for one mesh, taken as it is: no ground is added unless asked for,
 // a ray that misses the mesh and rises above the horizon is sky, nothing shines from below it.
 //
@@ -77,8 +83,7 @@ class PointIrradiance {
   // Throws std::invalid_argument for options or a mesh that make no sense, a point that is not
   // finite or a normal that is not unit, naming it by its index.
   PointIrradiance(const Mesh& mesh,
-                  std::vector<glm::vec3> points_m,
-                  std::vector<glm::vec3> normals,
+                  AskedPoints asked,
                   const PointIrradianceOptions& options,
                   Progress progress,
                   BlobStore* store = nullptr);

@@ -235,8 +235,7 @@ PreparedScene PrepareScene(const SiteModel& site,
           const std::optional<Gray8Image>& mask = small ? small->mask : site.diffuse_mask;
           survey = MakeSurvey(small ? small->map : *site.environment,
                               prepared.transport,
-                              prepared.patch_is_diffuse,
-                              mask ? &*mask : nullptr,
+                              {prepared.patch_is_diffuse, mask ? &*mask : nullptr},
                               survey_options,
                               prepared.patches);
         },

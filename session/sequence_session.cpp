@@ -98,10 +98,10 @@ SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
   const std::vector<std::string>& of_scene = loaded_->scene.notes;
   notes_.insert(notes_.end(), of_scene.begin(), of_scene.end());
   pipeline_ = std::make_unique<FramePipeline>(
-      loaded_->scene,
-      loaded_->site.model.mesh,
-      loaded_->sequence.site,
-      options.with_objects ? loaded_->site.objects : std::vector<VirtualObject>(),
+      CompositedScene{loaded_->scene,
+                      loaded_->site.model.mesh,
+                      loaded_->sequence.site,
+                      options.with_objects ? loaded_->site.objects : std::vector<VirtualObject>()},
       MakeSourceFor(options, loaded_->sequence, loaded_->scene.aerosol_optical_depth_500nm),
       compositor_,
       PipelineOptionsFor(options, *loaded_));

@@ -57,11 +57,11 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
   for (const std::size_t light : lights) {
     const bool is_sampled = light > 0 && has_samples;
     influence.Fold(light,
-                   is_sampled ? nullptr : frame.basis.Sky(light),
-                   frame.view,
-                   frame.basis.FaceRadiosity(light),
-                   vertex_light.ObjectRadiosity(frame.basis, light),
-                   vertex_light.SampledSkyHiddenFrom(frame.basis, light, receivers));
+                   {is_sampled ? nullptr : frame.basis.Sky(light),
+                    frame.basis.FaceRadiosity(light),
+                    vertex_light.ObjectRadiosity(frame.basis, light),
+                    vertex_light.SampledSkyHiddenFrom(frame.basis, light, receivers)},
+                   frame.view);
     NoteLight(frame, light, source, lit);
   }
   gathered.has_all_lights = true;

@@ -188,10 +188,11 @@ std::shared_ptr<const SkyShape> OwnSkyShape(const SurveyLight& light, const Skyl
 
 Survey MakeSurvey(const SurveyMap& map,
                   const PatchTransport& transport,
-                  std::span<const std::uint8_t> patch_is_diffuse,
-                  const Gray8Image* mask,
+                  const DiffuseParts& diffuse,
                   const SurveyOptions& options,
                   PatchScene& scene) {
+  const auto& patch_is_diffuse = diffuse.patch_is_diffuse;
+  const Gray8Image* const mask = diffuse.mask;
   map.Validate();
   if (patch_is_diffuse.size() != scene.mesh.triangles.size()) {
     throw std::invalid_argument("patch_is_diffuse has " + std::to_string(patch_is_diffuse.size()) +

@@ -93,6 +93,12 @@ struct SurveyOptions {
   int sun_disc_samples = 16;
 };
 
+// What may be sampled.
+struct DiffuseParts {
+  std::span<const std::uint8_t> patch_is_diffuse;  // Per patch.
+  const Gray8Image* mask = nullptr;                // Of the map's size, 255 may be; null: all.
+};
+
 // Surveys `map`: light, then albedo = pi L / E with E gathered at each pixel from the map's own
 // sky, its sun and what the faces reflect, face albedos being means over the map's pixels and
 // iterated to convergence (as in grosch-2005). Faces that the map does not see get their material's
@@ -103,13 +109,10 @@ struct SurveyOptions {
 // of the shadows (lit and shaded points of one surface), found together with the albedo; where
 // there are none, the clear-sky model's for the map's sky.
 //
-// `patch_is_diffuse`  per patch: may be sampled.
-// `mask`              null, or of the map's size: 255 may be sampled.
 // Throws std::invalid_argument for a map with defects, or sizes that don't fit.
 Survey MakeSurvey(const SurveyMap& map,
                   const PatchTransport& transport,
-                  std::span<const std::uint8_t> patch_is_diffuse,
-                  const Gray8Image* mask,
+                  const DiffuseParts& diffuse,
                   const SurveyOptions& options,
                   PatchScene& scene);
 

@@ -56,14 +56,12 @@ float LeastSpacing(const ProbeGrid& grid) {
 // Casts from each clear stand of a probe and keeps the one that sees the most sky, or else the most
 // fronts: of the two sides of a sheet that is the outside, however the sheet is wound.
 std::optional<glm::vec3> CastProbe(const ProbeRays& rays,
-                                   const RayCaster& caster,
-                                   const glm::vec3& position_m,
-                                   float spacing_m,
+                                   std::span<const glm::vec3> clear_stands_m,
                                    std::span<std::uint32_t> sources,
                                    RayCounts& counts) {
   std::optional<glm::vec3> best;
   std::vector<std::uint32_t> tried(sources.size());
-  for (const glm::vec3& stand : internal::ClearStands(caster, position_m, spacing_m)) {
+  for (const glm::vec3& stand : clear_stands_m) {
     const RayCounts seen = rays.Cast(stand, tried);
     if (best && std::tie(seen.sky, seen.front) <= std::tie(counts.sky, counts.front)) continue;
     best = stand;
@@ -155,12 +153,11 @@ ProbeOperator::ProbeOperator(const PatchScene& scene,
   std::vector<std::optional<glm::vec3>> stands_m(probes);
   std::vector<RayCounts> counts(probes);
   tbb::parallel_for(std::size_t{0}, probes, [&](std::size_t probe) {
-    stands_m[probe] = CastProbe(rays,
-                                scene.caster,
-                                grid.PositionM(probe),
-                                LeastSpacing(grid),
-                                std::span(sources_).subspan(probe * RayCount(), RayCount()),
-                                counts[probe]);
+    stands_m[probe] =
+        CastProbe(rays,
+                  internal::ClearStands(scene.caster, grid.PositionM(probe), LeastSpacing(grid)),
+                  std::span(sources_).subspan(probe * RayCount(), RayCount()),
+                  counts[probe]);
   });
   valid_ = internal::InFreeAir(scene.caster, grid, stands_m, counts, static_cast<int>(RayCount()));
   for (std::size_t probe = 0; probe < probes; ++probe) {

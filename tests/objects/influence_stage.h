@@ -90,12 +90,12 @@ struct InfluenceStage {
   }
   // Light 0 is the sun, which nothing reflects.
   void FoldNoSun() {
-    influence.Fold(0, nullptr, view, RealGlow(glm::vec3(0.0f)), ObjectGlow(glm::vec3(0.0f)));
+    influence.Fold(0, {nullptr, RealGlow(glm::vec3(0.0f)), ObjectGlow(glm::vec3(0.0f))}, view);
   }
   // Light 1 is a uniform sky, whose light real and virtual faces have the given radiosity of.
   void FoldUniformSky(const glm::vec3& real_glow, const glm::vec3& object_glow) {
     influence.Fold(
-        1, MakeUniformSkyShape().get(), view, RealGlow(real_glow), ObjectGlow(object_glow));
+        1, {MakeUniformSkyShape().get(), RealGlow(real_glow), ObjectGlow(object_glow)}, view);
   }
   // In picture size.
   RgbImage Change(const Lighting& lighting, const InfluenceParts& parts = {}) const {

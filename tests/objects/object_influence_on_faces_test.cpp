@@ -61,8 +61,8 @@ TEST(ObjectInfluenceOnFaces, ReceiversDoAsThoseAtPixelsWhileTheCameraMoves) {
   const auto fold = [](InfluenceStage& setting, ObjectInfluence& influence) {
     const std::vector<glm::vec3> no_real = setting.RealGlow(glm::vec3(0.0f));
     const std::vector<glm::vec3> no_object = setting.ObjectGlow(glm::vec3(0.0f));
-    influence.Fold(0, nullptr, setting.view, no_real, no_object);
-    influence.Fold(1, MakeUniformSkyShape().get(), setting.view, no_real, no_object);
+    influence.Fold(0, {nullptr, no_real, no_object}, setting.view);
+    influence.Fold(1, {MakeUniformSkyShape().get(), no_real, no_object}, setting.view);
   };
   fold(first, on_faces);
   for (const double y_m : {0.0, 1.5}) {
@@ -92,8 +92,8 @@ TEST(ObjectInfluenceOnFaces, WhatStandsUnderAnObjectDoesNotDarkenFacesBesideIt) 
   ObjectInfluence on_faces(setting.real, setting.object);
   const std::vector<glm::vec3> no_real = setting.RealGlow(glm::vec3(0.0f));
   const std::vector<glm::vec3> no_object = setting.ObjectGlow(glm::vec3(0.0f));
-  on_faces.Fold(0, nullptr, setting.view, no_real, no_object);
-  on_faces.Fold(1, MakeUniformSkyShape().get(), setting.view, no_real, no_object);
+  on_faces.Fold(0, {nullptr, no_real, no_object}, setting.view);
+  on_faces.Fold(1, {MakeUniformSkyShape().get(), no_real, no_object}, setting.view);
   const RgbImage change = ChangeOnFaces(setting, on_faces, SurfaceView(setting.view));
   for (std::size_t i = 0; i < change.pixels.size(); ++i) {
     if (IsCovered(setting.object, setting.view, i)) continue;

@@ -151,17 +151,16 @@ TEST(ObjectInfluence, IsLinearInTheLight) {
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) half_sky.At(x, y) = glm::vec3(4.0f);
   }
-  setting.influence.Fold(0,
-                         nullptr,
-                         setting.view,
-                         setting.RealGlow({0.2f, 0.1f, 0.3f}),
-                         setting.ObjectGlow({0.5f, 0.6f, 0.4f}));
+  setting.influence.Fold(
+      0,
+      {nullptr, setting.RealGlow({0.2f, 0.1f, 0.3f}), setting.ObjectGlow({0.5f, 0.6f, 0.4f})},
+      setting.view);
   setting.FoldUniformSky({0.3f, 0.3f, 0.2f}, {0.1f, 0.2f, 0.1f});
   setting.influence.Fold(2,
-                         MakeImageSkyShape("half", half_sky).get(),
-                         setting.view,
-                         setting.RealGlow({0.1f, 0.2f, 0.2f}),
-                         setting.ObjectGlow({0.3f, 0.1f, 0.1f}));
+                         {MakeImageSkyShape("half", half_sky).get(),
+                          setting.RealGlow({0.1f, 0.2f, 0.2f}),
+                          setting.ObjectGlow({0.3f, 0.1f, 0.1f})},
+                         setting.view);
   Lighting first;
   first.sun.irradiance_rgb = {3.0, 0.0, 1.0};
   first.sky = {{"uniform", {1.0, 2.0, 0.0}}, {"half", {0.0, 1.0, 4.0}}};
@@ -257,10 +256,10 @@ TEST(ObjectInfluence, ObjectsApartAddUp) {
   for (InfluenceStage* setting : {&together, &first, &second}) {
     setting->FoldNoSun();
     setting->influence.Fold(1,
-                            MakeUniformSkyShape().get(),
-                            setting->view,
-                            setting->RealGlow(glm::vec3(0.0f)),
-                            setting->ObjectGlow(glm::vec3(0.0f)));
+                            {MakeUniformSkyShape().get(),
+                             setting->RealGlow(glm::vec3(0.0f)),
+                             setting->ObjectGlow(glm::vec3(0.0f))},
+                            setting->view);
   }
   const Lighting sky = OneSky(glm::dvec3(1.0));
   const RgbImage sum = together.Change(sky);
@@ -379,11 +378,11 @@ TEST(ObjectInfluence, TakesWhatIsKnownToBeHiddenOfTheSky) {
   }
   const auto fold = [&](const std::vector<glm::vec3>& hidden_sky) {
     setting.influence.Fold(1,
-                           nullptr,
-                           setting.view,
-                           setting.RealGlow(glm::vec3(0.0f)),
-                           setting.ObjectGlow(glm::vec3(0.0f)),
-                           hidden_sky);
+                           {nullptr,
+                            setting.RealGlow(glm::vec3(0.0f)),
+                            setting.ObjectGlow(glm::vec3(0.0f)),
+                            hidden_sky},
+                           setting.view);
   };
   fold(std::vector<glm::vec3>(receivers.size(), glm::vec3(0.25f)));
   int changed = 0;
@@ -403,9 +402,11 @@ TEST(ObjectInfluence, RefusesWhatDoesNotFit) {
   InfluenceStage setting(Ground(), std::move(object), LookingEast({-4.0, 1.0, 1.5}));
   const std::vector<glm::vec3> real = setting.RealGlow(glm::vec3(0.0f));
   const std::vector<glm::vec3> glow = setting.ObjectGlow(glm::vec3(0.0f));
-  EXPECT_THROW(setting.influence.Fold(0, nullptr, setting.view, glow, glow), std::invalid_argument);
-  EXPECT_THROW(setting.influence.Fold(0, nullptr, setting.view, real, real), std::invalid_argument);
-  EXPECT_THROW(setting.influence.Fold(3, MakeUniformSkyShape().get(), setting.view, real, glow),
+  EXPECT_THROW(setting.influence.Fold(0, {nullptr, glow, glow}, setting.view),
+               std::invalid_argument);
+  EXPECT_THROW(setting.influence.Fold(0, {nullptr, real, real}, setting.view),
+               std::invalid_argument);
+  EXPECT_THROW(setting.influence.Fold(3, {MakeUniformSkyShape().get(), real, glow}, setting.view),
                std::invalid_argument)
       << "the view has two shapes";
   setting.FoldNoSun();

@@ -29,10 +29,7 @@ class AbsurdLight : public testing::Test {
                       const VirtualObject& object) {
     FramePipelineOptions options = GroundStage::QuickOptions();
     options.effects = EffectSettings::Everything();
-    FramePipeline pipeline(stage_.Scene(),
-                           stage_.Phantom(),
-                           std::nullopt,
-                           {object},
+    FramePipeline pipeline({stage_.Scene(), stage_.Phantom(), std::nullopt, {object}},
                            std::make_unique<StillLight>(sun, sky),
                            compositor_,
                            options);

@@ -223,10 +223,10 @@ TEST(CameraMatching, ThePipelineMatchesFramesOfCodes) {
     FramePipelineOptions options = GroundStage::QuickOptions();
     options.camera_matching.noise = matched;
     options.camera_matching.camera_noise = kNoisyCamera;
-    FramePipeline pipeline(stage.Scene(),
-                           stage.Phantom(),
-                           std::nullopt,
-                           {BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, material)},
+    FramePipeline pipeline({stage.Scene(),
+                            stage.Phantom(),
+                            std::nullopt,
+                            {BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, material)}},
                            std::make_unique<StillLight>(),
                            compositor,
                            options);

@@ -96,10 +96,7 @@ class GroundStage {
                                const std::vector<std::vector<glm::dmat4>>& poses = {{}}) const {
     const HeadlessContext context;
     Compositor compositor;
-    FramePipeline pipeline(scene_,
-                           site_.mesh,
-                           std::nullopt,
-                           objects,
+    FramePipeline pipeline({scene_, site_.mesh, std::nullopt, objects},
                            std::make_unique<StillLight>(),
                            compositor,
                            options);

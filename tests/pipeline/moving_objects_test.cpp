@@ -165,10 +165,7 @@ TEST_F(MovingObjects, OneObjectShadesTheOther) {
 TEST_F(MovingObjects, RefusesPosesThatMakeNoSenseAndGoesOn) {
   const HeadlessContext context;
   Compositor compositor;
-  FramePipeline pipeline(stage_->Scene(),
-                         stage_->Phantom(),
-                         std::nullopt,
-                         TwoBoxes(),
+  FramePipeline pipeline({stage_->Scene(), stage_->Phantom(), std::nullopt, TwoBoxes()},
                          std::make_unique<StillLight>(),
                          compositor,
                          GroundStage::QuickOptions());

@@ -51,10 +51,10 @@ class Corridor : public testing::Test {
     const HeadlessContext context;
     Compositor compositor;
     const auto make_pipeline = [&] {
-      return FramePipeline(*scene_,
-                           site_->mesh,
-                           std::nullopt,
-                           {BallObject({1.3f, distance_m, 1.2f}, 0.2f, 8, plaster)},
+      return FramePipeline({*scene_,
+                            site_->mesh,
+                            std::nullopt,
+                            {BallObject({1.3f, distance_m, 1.2f}, 0.2f, 8, plaster)}},
                            std::make_unique<StillLight>(0.0, 50.0),
                            compositor,
                            options);

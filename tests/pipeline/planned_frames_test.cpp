@@ -110,10 +110,7 @@ class PlannedFrames : public testing::Test {
     options.object_light.gather.rays_per_receiver =
         object.mesh.positions_m.size() > 100 ? 1024 : 4096;
     options.object_light.route = object_light;
-    return FramePipeline(stage.Scene(),
-                         stage.Phantom(),
-                         std::nullopt,
-                         {object},
+    return FramePipeline({stage.Scene(), stage.Phantom(), std::nullopt, {object}},
                          std::make_unique<StillLight>(staged.sun, staged.sky),
                          compositor,
                          options);

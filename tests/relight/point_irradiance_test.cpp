@@ -81,7 +81,7 @@ TEST(PointIrradiance, RegionsAgreeWithAPathTracer) {
   const std::vector<glm::vec3> points = {{1.0f, 2.5f, 1.2f}, {3.0f, 1.0f, 0.02f}};
   PointIrradianceOptions options = Quick();
   options.regions = SkyRegions();
-  PointIrradiance room(mesh, points, kSixWays, options, {});
+  PointIrradiance room(mesh, {points, kSixWays}, options, {});
   ReferenceLight light;
   light.bins = 64;
   light.bin_of = FourBySixteen;
@@ -110,7 +110,7 @@ TEST(PointIrradiance, SunAgreesWithAPathTracer) {
   for (const int bounces : {kAllBounces, 2}) {
     PointIrradianceOptions options = Quick();
     options.bounces = bounces;
-    PointIrradiance room(mesh, points, kSixWays, options, {});
+    PointIrradiance room(mesh, {points, kSixWays}, options, {});
     ReferenceOptions reference{.paths = 30000};
     if (bounces != kAllBounces) reference.bounces = bounces;
     const auto one = ReferenceIndirect(mesh, EveryWay(points), light, reference);
@@ -128,7 +128,7 @@ TEST(PointIrradiance, PartsAddUp) {
   const Mesh mesh = RoomWithWindow(glm::vec3(0.5f));
   PointIrradianceOptions options = Quick();
   options.patch_size_m = 1.0;
-  PointIrradiance room(mesh, {{2, 1, 1}}, kSixWays, options, {});
+  PointIrradiance room(mesh, {{{2, 1, 1}}, kSixWays}, options, {});
   const auto sky = [](const glm::vec3& direction) { return glm::vec3(1.0f, direction.z, 0.5f); };
   const auto direct = room.OfSky(sky, LightPart::kDirect);
   const auto indirect = room.OfSky(sky, LightPart::kIndirect);
@@ -137,7 +137,7 @@ TEST(PointIrradiance, PartsAddUp) {
     EXPECT_NEAR(total[i].y, direct[i].y + indirect[i].y, 1e-6);
   }
   options.bounces = 0;
-  PointIrradiance dark(mesh, {{2, 1, 1}}, kSixWays, options, {});
+  PointIrradiance dark(mesh, {{{2, 1, 1}}, kSixWays}, options, {});
   for (const glm::vec3& rgb : dark.OfSky(sky, LightPart::kIndirect)) {
     EXPECT_EQ(rgb, glm::vec3(0.0f));
   }
@@ -148,7 +148,7 @@ TEST(PointIrradiance, PartsAddUp) {
 TEST(PointIrradiance, CoefficientsOfAnOpenSkyAreTheClosedForm) {
   PointIrradianceOptions options = Quick();
   options.rays_per_point = 16384;
-  PointIrradiance open({}, {{0, 0, 1}}, {}, options, {});
+  PointIrradiance open({}, {{{0, 0, 1}}, {}}, options, {});
   const std::vector<ShRgb> sh = open.ShOfRegions(LightPart::kTotal);
   ASSERT_EQ(sh.size(), 1u);
   EXPECT_NEAR(sh[0][0].x, 2.0 * std::numbers::pi * 0.2820948, 1e-4);
@@ -162,7 +162,7 @@ TEST(PointIrradiance, CoefficientsOfAnOpenSkyAreTheClosedForm) {
 // at most 8 % of the largest right beside a wall.
 TEST(PointIrradiance, CoefficientsGiveTheIrradianceBack) {
   const Mesh mesh = RoomWithWindow(glm::vec3(0.5f));
-  PointIrradiance room(mesh, {{2, 2, 1.5f}}, kSixWays, Quick(), {});
+  PointIrradiance room(mesh, {{{2, 2, 1.5f}}, kSixWays}, Quick(), {});
   const auto sky = [](const glm::vec3&) { return glm::vec3(1.0f); };
   const auto irradiance = room.OfSky(sky, LightPart::kIndirect);
   const auto sh = room.ShOfSky(sky, LightPart::kIndirect);
@@ -178,21 +178,23 @@ TEST(PointIrradiance, AClosedRoomIsDark) {
   AddBox(mesh, {0, 0, 0}, {4, 3, 2.5f}, true);
   mesh.materials.resize(1);
   mesh.group_names = {"room"};
-  PointIrradiance room(mesh, {{2, 1, 1}}, kSixWays, Quick(), {});
+  PointIrradiance room(mesh, {{{2, 1, 1}}, kSixWays}, Quick(), {});
   for (const glm::vec3& rgb : room.OfRegions(LightPart::kTotal)) EXPECT_EQ(rgb, glm::vec3(0.0f));
 }
 
 TEST(PointIrradiance, RefusesWhatMakesNoSense) {
   const Mesh mesh = RoomWithWindow(glm::vec3(0.5f));
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(PointIrradiance(mesh, {{nan, 0, 0}}, kSixWays, Quick(), {}), std::invalid_argument);
-  EXPECT_THROW(PointIrradiance(mesh, {{0, 0, 0}}, {{0, 0, 2}}, Quick(), {}), std::invalid_argument);
+  EXPECT_THROW(PointIrradiance(mesh, {{{nan, 0, 0}}, kSixWays}, Quick(), {}),
+               std::invalid_argument);
+  EXPECT_THROW(PointIrradiance(mesh, {{{0, 0, 0}}, {{0, 0, 2}}}, Quick(), {}),
+               std::invalid_argument);
   PointIrradianceOptions options = Quick();
   options.rays_per_point = 0;
-  EXPECT_THROW(PointIrradiance(mesh, {{0, 0, 0}}, kSixWays, options, {}), std::invalid_argument);
+  EXPECT_THROW(PointIrradiance(mesh, {{{0, 0, 0}}, kSixWays}, options, {}), std::invalid_argument);
   options = Quick();
   options.patch_size_m = -1.0;
-  EXPECT_THROW(PointIrradiance(mesh, {{0, 0, 0}}, kSixWays, options, {}), std::invalid_argument);
+  EXPECT_THROW(PointIrradiance(mesh, {{{0, 0, 0}}, kSixWays}, options, {}), std::invalid_argument);
 }
 
 class MemoryStore : public BlobStore {
@@ -220,7 +222,7 @@ TEST(PointIrradiance, RadiositiesOfRegionsAreKeptByContent) {
     const auto count = [&](std::string_view stage, double share) {
       if (stage == "sky over patches" && share == 0.0) ++solves;
     };
-    PointIrradiance irradiance(mesh, points, kSixWays, options, count, &store);
+    PointIrradiance irradiance(mesh, {points, kSixWays}, options, count, &store);
     std::vector<glm::vec3> values = irradiance.OfRegions(LightPart::kIndirect);
     EXPECT_GT(irradiance.Summary().iterations, 0);
     EXPECT_GT(irradiance.Summary().exposed_faces, 0u);
@@ -257,7 +259,7 @@ TEST(PointIrradiance, ALaidGroundSendsBackItsShareOfSunAndSky) {
   const glm::dvec3 sun(0.6, 0.0, 0.8);
   const auto gather = [&](double albedo) {
     options.ground_albedo = albedo;
-    PointIrradiance irradiance(mesh, points, normals, options, {});
+    PointIrradiance irradiance(mesh, {points, normals}, options, {});
     std::vector<glm::vec3> values = irradiance.OfRegions(LightPart::kIndirect);
     const std::vector<glm::vec3> of_sun = irradiance.OfSun(sun, 0.0046, LightPart::kIndirect);
     values.insert(values.end(), of_sun.begin(), of_sun.end());

@@ -109,8 +109,7 @@ TEST(PointIrradiance, GivesTheIndirectLightOfARenderedRoom) {
   options.sky_rays_per_patch = 1024;
   options.rays_per_patch = 256;
   PointIrradiance room(LoadMesh(kRoom / "scene.obj").mesh,
-                       Vectors(truth.at("points")),
-                       Vectors(truth.at("normals")),
+                       {Vectors(truth.at("points")), Vectors(truth.at("normals"))},
                        options,
                        {});
   for (const nlohmann::json& set : truth.at("sets")) {

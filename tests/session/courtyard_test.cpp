@@ -53,10 +53,7 @@ class Courtyard : public testing::Test {
                                       std::vector<IrradianceVolume>* volumes = nullptr) {
     const HeadlessContext context;
     Compositor compositor;
-    FramePipeline pipeline(*scene_,
-                           site_->model.mesh,
-                           sequence_->site,
-                           site_->objects,
+    FramePipeline pipeline({*scene_, site_->model.mesh, sequence_->site, site_->objects},
                            MakeOutdoorLightingSource({}),
                            compositor,
                            options);
@@ -218,10 +215,7 @@ TEST_F(Courtyard, AMovedCameraSeesWhatAFreshPipelineSees) {
   const auto process = [&](const std::vector<const Frame*>& frames) {
     const HeadlessContext context;
     Compositor compositor;
-    FramePipeline pipeline(*scene_,
-                           site_->model.mesh,
-                           sequence_->site,
-                           site_->objects,
+    FramePipeline pipeline({*scene_, site_->model.mesh, sequence_->site, site_->objects},
                            std::make_unique<StillLight>(),
                            compositor,
                            options);

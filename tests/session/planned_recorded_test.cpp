@@ -79,14 +79,12 @@ void ExpectThePlanToHold(const std::string& name, const std::vector<RecordedFram
   options.filter.reset();
   const HeadlessContext context;
   Compositor compositor;
-  FramePipeline pipeline(loaded.scene,
-                         loaded.site.model.mesh,
-                         loaded.sequence.site,
-                         loaded.site.objects,
-                         std::make_unique<LightOnce>(MakeSourceFor(
-                             {}, loaded.sequence, loaded.scene.aerosol_optical_depth_500nm)),
-                         compositor,
-                         options);
+  FramePipeline pipeline(
+      {loaded.scene, loaded.site.model.mesh, loaded.sequence.site, loaded.site.objects},
+      std::make_unique<LightOnce>(
+          MakeSourceFor({}, loaded.sequence, loaded.scene.aerosol_optical_depth_500nm)),
+      compositor,
+      options);
   const auto frames = MakeRecordedFrameSource(loaded.sequence, FrameKind::kLinear);
   for (const RecordedFrame& recorded : wanted) {
     const Frame frame = frames->Next().value().value();

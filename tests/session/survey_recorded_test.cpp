@@ -33,7 +33,7 @@ struct SurveySite {
     for (std::size_t face = 0; face < patches.FaceCount(); ++face) {
       patches.face_albedo_rgb[face] = glm::vec3(0.5f);
     }
-    return MakeSurvey(map, transport, diffuse, nullptr, {kRays, kAllBounces, 8, 4}, patches);
+    return MakeSurvey(map, transport, {diffuse}, {kRays, kAllBounces, 8, 4}, patches);
   }
 };
 
