@@ -1,5 +1,7 @@
 // The nodes of a glTF file and how its first animation moves them. Read here and not taken from
-// assimp, which takes every track for a LINEAR one.
+// assimp, which takes every track for a LINEAR one. tinygltf 2.7 was tried: it accepts a
+// translation of two numbers, nodes and buffer views that do not exist, and buffers outside the
+// file's folder, all without an error, so that every check here would stay.
 #pragma once
 
 #include <filesystem>
