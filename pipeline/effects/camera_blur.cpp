@@ -27,7 +27,7 @@ class CameraBlur : public FrameEffect {
     works.push_back(DrawingOf("draw blur", kDrawMs, frame, {Effect::kCameraBlur}));
   }
 
-  void Draw(const EffectFrame& frame, EffectSet /*runs*/, CompositeInput& input) const override {
+  void Draw(const EffectFrame& frame, CompositeInput& input) const override {
     input.camera_blur_px = static_cast<float>(frame.camera_blur_px);
   }
 

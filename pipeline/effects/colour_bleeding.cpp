@@ -23,9 +23,7 @@ class ColourBleeding : public FrameEffect {
             "a small share of a surface's view"};
   }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.irradiance_change = &stage_.Influence().Change();
   }
 

@@ -29,9 +29,7 @@ double FrameEffect::RmsShare(const EffectFrame& /*frame*/, double usual) { retur
 
 void FrameEffect::AddWorks(const EffectFrame& /*frame*/, std::vector<FrameWork>& /*works*/) {}
 
-void FrameEffect::Draw(const EffectFrame& /*frame*/,
-                       EffectSet /*runs*/,
-                       CompositeInput& /*input*/) const {}
+void FrameEffect::Draw(const EffectFrame& /*frame*/, CompositeInput& /*input*/) const {}
 
 const EffectDefinition& DefinitionOf(Effect effect) {
 #define PLEINAIR_ADDRESS(name) &k##name##Effect,

@@ -133,7 +133,7 @@ class FrameEffect {
   virtual void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works);
 
   // Adds what it has made to what the compositor is given; only where it is run.
-  virtual void Draw(const EffectFrame& frame, EffectSet runs, CompositeInput& input) const;
+  virtual void Draw(const EffectFrame& frame, CompositeInput& input) const;
 };
 
 // An effect as it is listed.

@@ -39,9 +39,7 @@ class GlossyReflection : public FrameEffect {
     };
   }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.mirrored = &stage_.Mirror().Image();
   }
 

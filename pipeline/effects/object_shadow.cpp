@@ -14,9 +14,7 @@ class ObjectShadow : public FrameEffect {
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override { return {Effect::kSunShading}; }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.effects.object_shadow = true;
   }
 

@@ -52,9 +52,7 @@ class Penumbra : public FrameEffect {
     works.back().make = [this, &frame](EffectSet) { UpdateObjects(frame); };
   }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.sun_shares = &shares_;
   }
 

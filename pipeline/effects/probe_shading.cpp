@@ -29,9 +29,7 @@ class ProbeShading : public FrameEffect {
     AddWay(kAlone, frame, works);
   }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.effects.probe_shading = true;
   }
 

@@ -37,9 +37,7 @@ class SkyOcclusion : public FrameEffect {
     works.push_back(DrawingOf("draw relit surfaces", kDrawMs, frame, kOnSurfaces));
   }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.irradiance_change = &stage_.Influence().Change();
   }
 

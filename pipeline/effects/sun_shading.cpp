@@ -20,9 +20,7 @@ class SunShading : public FrameEffect {
     works.push_back(DrawingOf("draw sun", kDrawMs, frame, {Effect::kSunShading}));
   }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.effects.sun_shading = true;
   }
 

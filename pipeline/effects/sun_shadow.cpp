@@ -106,9 +106,7 @@ class SunShadow : public FrameEffect {
     works.push_back(std::move(volumes));
   }
 
-  void Draw(const EffectFrame& /*frame*/,
-            EffectSet /*runs*/,
-            CompositeInput& input) const override {
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.effects.sun_shadow = true;
   }
 

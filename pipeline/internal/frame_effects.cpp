@@ -173,7 +173,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   rendered.daylight = stage_.Light().TakeDaylightSummary();
   CompositeInput input = InputOf(lit);
   for (const Effect effect : kAllEffects) {
-    if (rendered.plan.runs.Has(effect)) Of(effect).Draw(frame, rendered.plan.runs, input);
+    if (rendered.plan.runs.Has(effect)) Of(effect).Draw(frame, input);
   }
   rendered.composite = Draw(input, rendered.timing_ms);
   for (FrameWork& work : works) {
