@@ -97,6 +97,7 @@ void FrameEffects::AddOffers(EffectSet effects,
   for (const Effect effect : kAllEffects) {
     if (!effects.Has(effect)) continue;
     EffectOffer& offer = offers[static_cast<std::size_t>(effect)];
+    offer.effect = effect;
     const double usual_share = DefinitionOf(effect).rms_share;
     if (settings_[effect] == EffectSwitch::kOff) {
       offer.why = "off";
@@ -146,8 +147,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   rendered.camera_blur_px = frame.camera_blur_px;
 
   // What is sure to be run is run at once, as what it brings makes other bounds closer.
-  std::vector<EffectOffer> offers;
-  for (const Effect effect : kAllEffects) offers.push_back({.effect = effect});
+  std::vector<EffectOffer> offers(kEffectCount);
   AddOffers(kDecideOnLight, frame, offers);
   const LikelyLight likely = LikelyLightOf(settings_, offers, frame.light.costs);
   const VertexLight::Mode mode = ModeOfLight(stage_.Light(), likely.effects);
@@ -183,6 +183,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
     work.ms += finishing.LapMs();
   }
   rendered.clamped_pixels = ClampToHalf(rendered.composite.radiance);
+  rendered.works.reserve(works.size());
   for (const FrameWork& work : works) rendered.works.push_back(PlannedOf(work, rendered.plan.runs));
   LearnDrawing(works, rendered);
   last_geometry_ = frame.Geometry();
@@ -216,6 +217,7 @@ EffectPlan FrameEffects::Plan(std::span<const EffectOffer> offers,
     current = EffectSwitch::kOn;
   }
   std::vector<WorkOffer> of_works;
+  of_works.reserve(works.size());
   for (const FrameWork& work : works) of_works.push_back(work.offer);
   Stopwatch choosing;
   EffectPlan plan = PlanEffects(settings, offers, of_works, budget_ms);
