@@ -15,7 +15,6 @@ namespace pleinair {
 namespace {
 
 constexpr double kSolarConstantWm2 = 1361.0;  // Kopp and Lean, GRL 38, 2011: 1360.8.
-constexpr double kSeaPressureHpa = 1013.25;
 constexpr double kDiscDiameterDeg = 0.533;
 // Clear twilight falls from 410 to 585 lx at sunset (centre at -0.833 deg) to 2 to 3.5 lx at -6 deg
 // (Glossary of Meteorology, AMS, "civil twilight"): ln(490 / 2.65) / 5.17 deg.
@@ -54,7 +53,7 @@ Transmittances TransmittancesAt(const Band& band,
   const double log_um = std::log(um / 0.4);
   const double scattering_albedo =
       kScatteringAlbedoAt400nm * std::exp(-kScatteringAlbedoVariation * log_um * log_um);
-  return {std::exp(-rayleigh_depth * air_mass * pressure_hpa / kSeaPressureHpa),
+  return {std::exp(-rayleigh_depth * air_mass * pressure_hpa / kSeaLevelPressureHpa),
           std::exp(-band.ozone_per_atm_cm * conditions.ozone_atm_cm * ozone_mass),
           std::exp(-scattering_albedo * aerosol_depth * air_mass),
           std::exp(-(1.0 - scattering_albedo) * aerosol_depth * air_mass)};

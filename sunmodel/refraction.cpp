@@ -44,7 +44,6 @@ Atmosphere StandardAtmosphere(double height_m) {
   constexpr double kEarthRadiusM = 6356766.0;
   const double h_m = kEarthRadiusM * height_m / (kEarthRadiusM + height_m);
 
-  constexpr double kSeaPressureHpa = 1013.25;
   constexpr double kSeaTemperatureK = 288.15;
   constexpr double kLapseKPerM = 0.0065;
   constexpr double kTropopauseM = 11000.0;
@@ -54,8 +53,8 @@ Atmosphere StandardAtmosphere(double height_m) {
   const double troposphere_m = std::min(h_m, kTropopauseM);
   const double temperature_k = kSeaTemperatureK - kLapseKPerM * troposphere_m;
   const double lapse_pressure_hpa =
-      kSeaPressureHpa * std::pow(temperature_k / kSeaTemperatureK,
-                                 kGravityTimesMassOverGasConstantKPerM / kLapseKPerM);
+      kSeaLevelPressureHpa * std::pow(temperature_k / kSeaTemperatureK,
+                                      kGravityTimesMassOverGasConstantKPerM / kLapseKPerM);
   const double above_m = h_m - troposphere_m;
   return {lapse_pressure_hpa *
               std::exp(-kGravityTimesMassOverGasConstantKPerM * above_m / temperature_k),

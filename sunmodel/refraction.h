@@ -7,10 +7,13 @@
 
 namespace pleinair {
 
+// The standard atmosphere's pressure at sea level (ISO 2533).
+inline constexpr double kSeaLevelPressureHpa = 1013.25;
+
 // The air at the site.
 struct Atmosphere {
-  double pressure_hpa = 1013.25;  // [0, 1200].
-  double temperature_c = 15.0;    // [-150, 100].
+  double pressure_hpa = kSeaLevelPressureHpa;  // [0, 1200].
+  double temperature_c = 15.0;                 // [-150, 100].
 
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;

@@ -41,7 +41,6 @@ struct Ground {
     scene = SceneOf(std::move(mesh), glm::vec3(kAlbedo));
     view = EnvironmentView(scene, nullptr, {0.0f, 0.0f, 1.0f}, kSize);
     sky = MakeUniformSkyShape();
-    const glm::vec3 up(0.0f, 0.0f, 1.0f);
     for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
       const bool is_top = scene.FaceNormal(face).z > 0.0f;
       of_sky.push_back(is_top ? glm::vec3(kAlbedo) : glm::vec3(0.0f));
