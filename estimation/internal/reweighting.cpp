@@ -110,9 +110,9 @@ void Reweighting::Standardise(FitProblem& problem,
   }
   for (std::size_t e = 0; e < errors; ++e) {
     const double error = camera_errors[static_cast<Eigen::Index>(e)];
-    const double* column = problem.transport.data() + columns - errors + e;
+    const std::size_t column = columns - errors + e;
     for (std::size_t v = 0; v < 3 * count; ++v) {
-      residual_[v] -= error * column[v * columns] * inverse_unit_[v];
+      residual_[v] -= error * problem.transport[v * columns + column] * inverse_unit_[v];
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
