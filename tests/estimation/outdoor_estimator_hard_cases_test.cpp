@@ -69,7 +69,9 @@ TEST(OutdoorEstimatorHardCases, ASkyThatIsSeenSaysNothingOfASunThatIsNot) {
   const Lighting& light = estimate->lighting;
   for (int c = 0; c < 3; ++c) {
     const double stddev = std::sqrt(light.covariance[static_cast<std::size_t>(7 * c)]);
-    EXPECT_NEAR(light.sun.irradiance_rgb[c], clear_sky.beam_rgb[c], 3.0 * stddev);
+    EXPECT_NEAR(light.sun.irradiance_rgb[c], clear_sky.beam_rgb[c], stddev);
+    // That of any sun between none and a clear sky's being as likely: the climate knows more.
+    EXPECT_LT(stddev, clear_sky.beam_rgb[c] / std::sqrt(12.0));
     EXPECT_NEAR(light.SkyIrradianceRgb()[c],
                 0.25 * clear_sky.diffuse_rgb[c],
                 0.05 * clear_sky.diffuse_rgb[c]);
