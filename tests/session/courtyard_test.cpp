@@ -82,6 +82,29 @@ std::unique_ptr<PreparedScene> Courtyard::scene_;
 
 double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
+double QuantileOf(std::vector<double> values, double share) {
+  const auto there =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), there, values.end());
+  return *there;
+}
+
+// Variance of channel `c` of the sum over the sky's shapes.
+double SkyVariance(const Lighting& light, std::size_t c) {
+  const std::size_t side = 3 * (1 + light.sky.size());
+  double variance = 0.0;
+  for (std::size_t a = 3 + c; a < side; a += 3) {
+    for (std::size_t b = 3 + c; b < side; b += 3) variance += light.covariance[a * side + b];
+  }
+  return variance;
+}
+
+// docs/accuracy.md, "The bundled courtyard": with seeds 1 to 5 of the samples the sun is at most
+// 3.2 % of the largest sun off, the sky 8.1 % of itself; medians over the frames are at most 1.4 %
+// and 1.6 %. Another choice of samples, or another machine's rounding, moves the worst frames by
+// 0.5 % and 1.4 % and the medians by 0.4 % and 0.2 % (standard deviations between seeds), which is
+// added once. What is stated must hold the truth: each channel is within twice its deviation (1.7
+// times at most), and deviations are 3.2 % and 7.5 % at most, 0.2 % and 0.5 % of which are noise.
 TEST_F(Courtyard, LightFollowsTheClouds) {
   const std::vector<FrameResult> results = RunAll(ObjectLight::kGather);
   ASSERT_EQ(results.size(), sequence_->frames.size());
@@ -91,17 +114,33 @@ TEST_F(Courtyard, LightFollowsTheClouds) {
   for (const TruthFrame& frame : truth) {
     largest_sun = std::max(largest_sun, MeanOf(frame.sun_irradiance_rgb));
   }
+  std::vector<double> sun_errors;
+  std::vector<double> sky_errors;
   for (std::size_t i = 0; i < results.size(); ++i) {
     const Lighting& found = results[i].estimate.lighting;
-    // The 95th percentiles that the full recording is held to: 10 % of the largest sun, 35 % of the
-    // sky.
-    EXPECT_NEAR(
-        MeanOf(found.sun.irradiance_rgb), MeanOf(truth[i].sun_irradiance_rgb), 0.10 * largest_sun)
-        << "frame " << i;
-    EXPECT_NEAR(MeanOf(found.SkyIrradianceRgb()) / MeanOf(truth[i].sky_irradiance_rgb), 1.0, 0.35)
-        << "frame " << i;
+    const glm::dvec3 found_sky = found.SkyIrradianceRgb();
+    sun_errors.push_back(
+        std::abs(MeanOf(found.sun.irradiance_rgb) - MeanOf(truth[i].sun_irradiance_rgb)) /
+        largest_sun);
+    sky_errors.push_back(std::abs(MeanOf(found_sky) / MeanOf(truth[i].sky_irradiance_rgb) - 1.0));
+    EXPECT_LT(sun_errors.back(), 0.037) << "frame " << i;
+    EXPECT_LT(sky_errors.back(), 0.095) << "frame " << i;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int channel = static_cast<int>(c);
+      const double sun_stddev = std::sqrt(found.covariance[c * (3 * (1 + found.sky.size()) + 1)]);
+      const double sky_stddev = std::sqrt(SkyVariance(found, c));
+      EXPECT_LT(sun_stddev, 0.034 * largest_sun) << "frame " << i;
+      EXPECT_LT(sky_stddev, 0.08 * found_sky[channel]) << "frame " << i;
+      EXPECT_NEAR(
+          found.sun.irradiance_rgb[channel], truth[i].sun_irradiance_rgb[channel], 2.0 * sun_stddev)
+          << "frame " << i;
+      EXPECT_NEAR(found_sky[channel], truth[i].sky_irradiance_rgb[channel], 2.0 * sky_stddev)
+          << "frame " << i;
+    }
     EXPECT_TRUE(results[i].estimate.sun_observable) << "frame " << i;
   }
+  EXPECT_LT(QuantileOf(sun_errors, 0.5), 0.018);
+  EXPECT_LT(QuantileOf(sky_errors, 0.5), 0.018);
 }
 
 // One view for two sources, of whom the first is the pipeline's.
@@ -177,8 +216,10 @@ TEST_F(Courtyard, BothProbeRoutesLeaveSampledDaylightOut) {
   }
 }
 
-// Medians over the pixels that the object changes, relative: 256 rays a vertex and 192 a pixel on
-// the one side, 128 samples a shape on the other, 2 %.
+// 95 % of the pixels that the object changes, relative. The difference falls with the samples of
+// each shape: 3.2 % for one, 1.5 % for 32, 0.45 % for 128 and 0.41 % for 256, where the noise of
+// the gathered picture's own 256 rays a vertex and 192 a pixel is left. Its tolerance is that of
+// 128 samples and a third of it.
 TEST_F(Courtyard, SamplesOfTheSkyGiveTheGatheredPicture) {
   const FrameResult gathered = std::move(Run(FramePipelineOptions(), 1).at(0));
   const FrameResult sampled = std::move(Run(BySamples(ObjectLight::kGather, 128), 1).at(0));
@@ -191,9 +232,7 @@ TEST_F(Courtyard, SamplesOfTheSkyGiveTheGatheredPicture) {
         double{sampled.composite.radiance.pixels[i].y / gathered.composite.radiance.pixels[i].y} -
         1.0));
   }
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  EXPECT_LT(*middle, 0.02);
+  EXPECT_LT(QuantileOf(differences, 0.95), 0.006);
   EXPECT_FALSE(gathered.daylight.has_value());
   ASSERT_TRUE(sampled.daylight.has_value());
   EXPECT_EQ(sampled.daylight->samples, 3u * 128u);

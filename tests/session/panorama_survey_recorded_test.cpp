@@ -276,52 +276,65 @@ struct SurveyedPanorama {
   const SurveyLight& Light() const { return scene.survey->light; }
 };
 
-class RecordedPanorama : public testing::TestWithParam<const char*> {
+// A panorama, and how far its frame's ground may be off under the light that is found in it. The
+// frame's pixels are the map's nearest, their albedo is blended between the map's: paving hardly
+// has scatter of its own, the dry grass of the last two has much.
+struct GroundBound {
+  const char* name;
+  double median;
+  double beyond_share;
+};
+
+class SunnyPanorama : public testing::TestWithParam<GroundBound> {
  protected:
   void SetUp() override {
     if (!fs::exists(kPanoramas)) GTEST_SKIP() << kPanoramas << " is absent";
   }
 };
 
-const auto kName = [](const auto& instance) { return std::string(instance.param); };
-
-class SunnyPanorama : public RecordedPanorama {};
-
+// docs/accuracy.md has the figures. Each tolerance is the figure and a tenth of it, as rays and
+// samples are drawn with one seed.
 TEST_P(SunnyPanorama, IsSplitIntoSunAndSkyAndGivesItsGroundBack) {
-  const SurveyedPanorama panorama(GetParam());
+  const SurveyedPanorama panorama(GetParam().name);
   const SurveyLight& light = panorama.Light();
   EXPECT_EQ(light.sun_origin, SunOrigin::kDisc);
-  EXPECT_LT(AngleBetween(light.sun_direction_enu, panorama.files.Brightest().centroid), 0.5 * kDeg);
-  EXPECT_LE(BrightestLeftOverRing(light), 3.0);
+  // 0.18 deg, half of a pixel.
+  EXPECT_LT(AngleBetween(light.sun_direction_enu, panorama.files.Brightest().centroid),
+            0.20 * kDeg);
+  EXPECT_LE(BrightestLeftOverRing(light), 2.0);  // 1.81.
   // A disc and its glare outshine any sky.
   EXPECT_GT(Mean(light.sun_irradiance_rgb), Mean(light.sky_irradiance_rgb));
-  EXPECT_LT(Mean(light.sun_irradiance_stddev_rgb), 0.05 * Mean(light.sun_irradiance_rgb));
+  EXPECT_LT(Mean(light.sun_irradiance_stddev_rgb),
+            0.04 * Mean(light.sun_irradiance_rgb));  // 3.6 %.
 
-  // Of the ground's own pixels some are too bright for any albedo (1 %).
-  EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).beyond_share, 0.01);
-  // The frame's pixels are the map's nearest, their albedo is blended between the map's: grass has
-  // its own scatter, the plain ground hardly any.
+  // Of the ground's own pixels some are too bright for any albedo: 0.5 %.
+  EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).beyond_share, 0.0055);
   const FrameLight frame = EstimateFrame(panorama.sequence, panorama.scene);
-  EXPECT_LT(frame.relit.median, 0.10);
-  if (GetParam() == std::string("modern_buildings_2_1k")) {
-    EXPECT_LT(frame.relit.beyond_share, 0.10);
-  }
-  // A plane of ground cannot tell sun from sky; the survey, taken at that moment, can.
+  EXPECT_LT(frame.relit.median, GetParam().median);
+  EXPECT_LT(frame.relit.beyond_share, GetParam().beyond_share);
+  // A plane of ground cannot tell sun from sky; the survey, taken at that moment, can: to 4.9 %.
   EXPECT_FALSE(frame.estimate.sun_observable);
-  EXPECT_NEAR(
-      Mean(frame.estimate.lighting.sun.irradiance_rgb) / Mean(light.sun_irradiance_rgb), 1.0, 0.1);
+  EXPECT_NEAR(Mean(frame.estimate.lighting.sun.irradiance_rgb) / Mean(light.sun_irradiance_rgb),
+              1.0,
+              0.054);
 }
 
 INSTANTIATE_TEST_SUITE_P(Recorded,
                          SunnyPanorama,
-                         testing::Values("modern_buildings_2_1k",
-                                         "kloofendal_48d_partly_cloudy_1k",
-                                         "kloppenheim_05_1k",
-                                         "spruit_sunrise_1k"),
-                         kName);
+                         testing::Values(GroundBound{"modern_buildings_2_1k", 0.028, 0.056},
+                                         GroundBound{
+                                             "kloofendal_48d_partly_cloudy_1k", 0.013, 0.001},
+                                         GroundBound{"kloppenheim_05_1k", 0.066, 0.33},
+                                         GroundBound{"spruit_sunrise_1k", 0.080, 0.42}),
+                         [](const auto& instance) { return std::string(instance.param.name); });
 
 // An overcast square, a low sun behind clouds, two rooms.
-class SunlessPanorama : public RecordedPanorama {};
+class SunlessPanorama : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kPanoramas)) GTEST_SKIP() << kPanoramas << " is absent";
+  }
+};
 
 TEST_P(SunlessPanorama, HasNoSunInvented) {
   const SurveyedPanorama panorama(GetParam());
@@ -345,7 +358,7 @@ INSTANTIATE_TEST_SUITE_P(Recorded,
                                          "blouberg_sunrise_2_1k",
                                          "lebombo_1k",
                                          "st_fagans_interior_1k"),
-                         kName);
+                         [](const auto& instance) { return std::string(instance.param); });
 
 }  // namespace
 }  // namespace pleinair::panorama_survey_recorded_test

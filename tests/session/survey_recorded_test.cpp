@@ -68,7 +68,10 @@ std::filesystem::path Recording(const char* name) {
   return std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences" / name;
 }
 
-// 3 % of the unclipped map's albedo is the catalogue's.
+// docs/accuracy.md has the figures, of seeds 1 to 5 of the rays. 3 % of the unclipped map's albedo
+// is the law for maps with lit and shaded pairs, and what the worst seed is off. The sun is at
+// most 4.5 % off, with 0.6 % of noise (standard deviation between seeds), and within one stated
+// deviation. That is at most 6.4 %, of the albedo 5.6 %, with 0.1 % of noise.
 TEST(RecordedSurvey, ShadowsTellTheSunOfACourtyard) {
   const std::filesystem::path folder = Recording("courtyard-clouds");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
@@ -83,15 +86,22 @@ TEST(RecordedSurvey, ShadowsTellTheSunOfACourtyard) {
     const double ratio = MedianRatio(clipped, whole);
     EXPECT_NEAR(ratio, 1.0, 0.03) << limit;
     EXPECT_LT(std::abs(ratio - 1.0), clipped.light.albedo_stddev_rgb.y) << limit;
+    const glm::dvec3 sun = clipped.light.sun_irradiance_rgb / whole.light.sun_irradiance_rgb;
+    const glm::dvec3 stddev =
+        clipped.light.sun_irradiance_stddev_rgb / whole.light.sun_irradiance_rgb;
     for (int c = 0; c < 3; ++c) {
-      EXPECT_NEAR(clipped.light.sun_irradiance_rgb[c],
-                  whole.light.sun_irradiance_rgb[c],
-                  2.0 * clipped.light.sun_irradiance_stddev_rgb[c]);
+      EXPECT_NEAR(sun[c], 1.0, 0.051) << limit;
+      EXPECT_NEAR(sun[c], 1.0, stddev[c]) << limit;
+      EXPECT_LT(stddev[c], 0.065) << limit;
+      EXPECT_LT(clipped.light.albedo_stddev_rgb[c], 0.058) << limit;
     }
   }
 }
 
 // Its map shows some hundred shaded pixels of one material: too few to be better than a clear sky.
+// So neither result has noise of the rays: albedo 6.1 % off, the sun 29, 7 and 2 %, each to be no
+// worse than another 1 %. The clear sky's beam is stated to 40 % of itself, the albedo to what
+// follows from it, and the error of the red channel is just one deviation.
 TEST(RecordedSurvey, TheClearSkyCoversASunWithoutShadows) {
   const std::filesystem::path folder = Recording("parking-shadow");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
@@ -100,11 +110,16 @@ TEST(RecordedSurvey, TheClearSkyCoversASunWithoutShadows) {
   const Survey whole = site.Make(map);
   const Survey clipped = site.Make(Cut(map, 1e4f));
   EXPECT_EQ(clipped.light.sun_origin, SunOrigin::kClearSky);
-  EXPECT_LT(std::abs(MedianRatio(clipped, whole) - 1.0), clipped.light.albedo_stddev_rgb.y);
+  const double ratio = MedianRatio(clipped, whole);
+  EXPECT_NEAR(ratio, 1.0, 0.071);
+  EXPECT_LT(std::abs(ratio - 1.0), clipped.light.albedo_stddev_rgb.y);
+  const glm::dvec3 sun = clipped.light.sun_irradiance_rgb / whole.light.sun_irradiance_rgb;
+  const glm::dvec3 worst(0.30, 0.08, 0.03);
   for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(clipped.light.sun_irradiance_rgb[c],
-                whole.light.sun_irradiance_rgb[c],
-                2.0 * clipped.light.sun_irradiance_stddev_rgb[c]);
+    EXPECT_NEAR(sun[c], 1.0, worst[c]);
+    const double stddev = clipped.light.sun_irradiance_stddev_rgb[c];
+    EXPECT_NEAR(stddev, 0.40 * clipped.light.sun_irradiance_rgb[c], 0.01 * stddev);
+    EXPECT_LT(clipped.light.albedo_stddev_rgb[c], 0.37);
   }
 }
 
