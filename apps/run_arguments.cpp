@@ -28,7 +28,8 @@ void AddEffects(CLI::App& run, EffectSettings& effects) {
          [&effects](const std::vector<std::string>& names) {
            effects.switches = SwitchesOf(names);
          },
-         "plan (what is visible), all, or names with commas between them (`pleinair settings` lists "
+         "plan (what is visible), all, or names with commas between them (`pleinair settings` "
+         "lists "
          "them); no-NAME leaves one out (default: plan)")
       ->delimiter(',')
       ->check(CLI::Validator(
