@@ -1,6 +1,6 @@
 // Runs of real pictures, made into sequences by scripts/make-real-sequences: as good as they were,
 // and never absurd. The others of datasets/baselines/real-pictures.json are checked by `pleinair
-// regress` (docs/accuracy.md).
+// regress` (docs/regress.md).
 #include <cstdlib>
 
 #include <string>
