@@ -72,10 +72,11 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
           options.light.samples,
           options.light.seed,
           options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),
-          options.pipeline.object_light.route == ObjectLight::kGather     ? "rays at vertices"
-          : options.pipeline.object_light.route == ObjectLight::kOnePlace ? "rays at one place"
-          : options.pipeline.object_light.route == ObjectLight::kVolume   ? "folded probes"
-                                                                          : "probes from the map",
+          options.pipeline.object_light.route == ObjectLight::kGather ? "rays at vertices"
+          : options.pipeline.object_light.route == ObjectLight::kSingleProbe
+              ? "rays at a single probe"
+          : options.pipeline.object_light.route == ObjectLight::kVolume ? "folded probes"
+                                                                        : "probes from the map",
           DescribeDaylight(options, site),
           options.pipeline.filter ? "filtered over time" : "of each frame by itself"),
       fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};

@@ -51,8 +51,8 @@ const char* NameOf(SunOrigin origin) {
   switch (origin) {
     case SunOrigin::kNone:
       return "none: it was below the horizon";
-    case SunOrigin::kDisc:
-      return "disc";
+    case SunOrigin::kMap:
+      return "map";
     case SunOrigin::kShadows:
       return "shadows";
     case SunOrigin::kClearSky:

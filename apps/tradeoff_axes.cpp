@@ -112,14 +112,16 @@ void AddOfflineAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
 
 void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   const auto volume = [](Options& o) { o.pipeline.object_light.route = ObjectLight::kVolume; };
-  const auto one_place = [](Options& o) { o.pipeline.object_light.route = ObjectLight::kOnePlace; };
+  const auto single_probe = [](Options& o) {
+    o.pipeline.object_light.route = ObjectLight::kSingleProbe;
+  };
   axes.push_back(
       {"object-light",
        "Where objects get their light from (pipeline.object_light.route)",
        Judge::kPicture,
        false,
        {{"gather", [](Options& o) { o.pipeline.object_light.route = ObjectLight::kGather; }},
-        {"probe", one_place},
+        {"probe", single_probe},
         {"volume", volume},
         {"map", [](Options& o) { o.pipeline.object_light.route = ObjectLight::kVolumeByMap; }}},
        "gather"});
@@ -134,16 +136,16 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   "256"});
   axes.push_back(
       {"sh-bands",
-       "Bands of the light at one place (pipeline.object_light.one_place.sh_bands), with "
+       "Bands of the light at a single probe (pipeline.object_light.single_probe.sh_bands), with "
        "pipeline.object_light.route probe",
        Judge::kPicture,
        false,
        Numbers<int>({1, 2, 3, 5, 7, 10},
-                    [one_place](Options& o, int bands) {
-                      one_place(o);
-                      o.pipeline.object_light.one_place.sh_bands = bands;
+                    [single_probe](Options& o, int bands) {
+                      single_probe(o);
+                      o.pipeline.object_light.single_probe.sh_bands = bands;
                     }),
-       std::to_string(OnePlaceOptions{}.sh_bands)});
+       std::to_string(SingleProbeOptions{}.sh_bands)});
   SweepAxis probes{"probes",
                    "Probe grid (prepare.probe_counts), with pipeline.object_light.route volume",
                    Judge::kPicture,

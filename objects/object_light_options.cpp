@@ -5,13 +5,13 @@
 
 namespace pleinair {
 
-void OnePlaceOptions::Validate() const {
+void SingleProbeOptions::Validate() const {
   if (rays < 1 || rays > (1 << 20)) {
-    throw std::invalid_argument("OnePlaceOptions::rays is " + std::to_string(rays) +
+    throw std::invalid_argument("SingleProbeOptions::rays is " + std::to_string(rays) +
                                 ": expected 1 to 1048576");
   }
   if (sh_bands < 1 || sh_bands > kMostShBands) {
-    throw std::invalid_argument("OnePlaceOptions::sh_bands is " + std::to_string(sh_bands) +
+    throw std::invalid_argument("SingleProbeOptions::sh_bands is " + std::to_string(sh_bands) +
                                 ": expected 1 to " + std::to_string(kMostShBands));
   }
 }
@@ -19,12 +19,12 @@ void OnePlaceOptions::Validate() const {
 void ObjectLightOptions::Validate() const {
   if (daylight == Daylight::kSamples) {
     direct_daylight.Validate();
-    if (route == ObjectLight::kOnePlace) {
+    if (route == ObjectLight::kSingleProbe) {
       throw std::invalid_argument(
-          "object_light is at one place with daylight by samples: expected gathered daylight");
+          "object_light is at a single probe with daylight by samples: expected gathered daylight");
     }
   }
-  one_place.Validate();
+  single_probe.Validate();
 }
 
 }  // namespace pleinair

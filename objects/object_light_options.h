@@ -10,16 +10,16 @@ namespace pleinair {
 
 // Where virtual objects get the light from that is not the sun's own.
 enum class ObjectLight {
-  // Rays at their vertices: the accurate one, for objects that stand still; or at one place where
-  // a frame's plan says so.
+  // Rays at their vertices, the most accurate for objects that stand still; or at a single probe
+  // where a frame's plan says so.
   kGather,
   kVolume,       // The irradiance volume, operator and maps folded once per sun direction.
   kVolumeByMap,  // The same volume, by an environment map made and pushed through for each frame.
-  kOnePlace,     // Rays at one place among the objects, for all of them.
+  kSingleProbe,  // Rays at a single probe among the objects, for all of them.
 };
 
-// Light on objects found at one place: for where its variation over them cannot be seen.
-struct OnePlaceOptions {
+// Light on objects found at a single probe: for light whose variation over them is not visible.
+struct SingleProbeOptions {
   static constexpr int kMostShBands = 12;
   int rays = 4096;   // Over the sphere. Converged: many, up to 2^20.
   int sh_bands = 7;  // 1 to kMostShBands. Of a small source's light 3 miss up to 9 %, 7 up to 4 %.
@@ -37,7 +37,7 @@ enum class Daylight {
 struct ObjectLightOptions {
   ObjectLight route = ObjectLight::kGather;
   GatherOptions gather;
-  OnePlaceOptions one_place;
+  SingleProbeOptions single_probe;
   Daylight daylight = Daylight::kGather;
   DirectDaylightOptions direct_daylight;  // For samples, and looked at for them alone.
   // Throws std::invalid_argument naming the field and its value.

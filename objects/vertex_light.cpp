@@ -16,8 +16,8 @@ namespace {
 constexpr double kSetUpGuessMs = 110.0;
 constexpr double kNearGuessMs = 40.0;
 constexpr double kLightGuessMs = 10.0;
-constexpr double kOnePlaceGuessMs = 3.0;
-constexpr double kAloneGuessMs = 1.5;
+constexpr double kSingleProbeGuessMs = 3.0;
+constexpr double kWithoutObjectsGuessMs = 1.5;
 constexpr double kBetweenGuessMs = 50.0;
 constexpr double kDaylightGuessMs = 40.0;
 constexpr double kSumGuessMs = 0.2;
@@ -31,11 +31,12 @@ VertexLight::VertexLight(const PreparedScene& scene,
       room_(room),
       options_(options),
       interreflection_({}),
-      one_place_(scene.patches, options.one_place),
+      single_probe_(scene.patches, options.single_probe),
       set_up_cost_(kSetUpGuessMs),
       near_cost_(kNearGuessMs),
-      light_costs_{
-          LearnedCost(kLightGuessMs), LearnedCost(kOnePlaceGuessMs), LearnedCost(kAloneGuessMs)},
+      light_costs_{LearnedCost(kLightGuessMs),
+                   LearnedCost(kSingleProbeGuessMs),
+                   LearnedCost(kWithoutObjectsGuessMs)},
       between_cost_(kBetweenGuessMs),
       daylight_cost_(kDaylightGuessMs),
       sum_cost_(kSumGuessMs) {}
@@ -61,7 +62,7 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
   }
   gather_ = ObjectGather();
   near_sunlight_.reset();
-  one_place_.Pose(interreflection_.Objects().mesh);
+  single_probe_.Pose(interreflection_.Objects().mesh);
   responses_ = {};
   objects_sun_version_ = 0;
   daylight_response_.clear();
@@ -69,10 +70,10 @@ void VertexLight::Pose(const std::vector<VirtualObject>& objects) {
   vertices_.clear();
 }
 
-const OnePlaceLight& VertexLight::LightAtOnePlace(const FrameBasis& basis,
-                                                  const Lighting& lighting) {
-  one_place_.UpdateOthers(basis, lighting);
-  return one_place_;
+const SingleProbeLight& VertexLight::LightAtSingleProbe(const FrameBasis& basis,
+                                                        const Lighting& lighting) {
+  single_probe_.UpdateOthers(basis, lighting);
+  return single_probe_;
 }
 
 VertexLight::Costs VertexLight::Expected(const Mode& mode,
@@ -202,13 +203,13 @@ void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Li
   }
   Responses& responses = Of(mode);
   responses.of_light.resize(basis.LightCount());
-  if (at == At::kOnePlace) one_place_.Update(basis, lighting);
+  if (at == At::kSingleProbe) single_probe_.Update(basis, lighting);
   for (const std::size_t light : stale) {
     if (at == At::kVertices) {
       UpdateGathered(basis, light);
     } else {
-      responses.of_light[light] =
-          mode.with_objects ? AtOnePlaceWithObjects(basis, light) : one_place_.OnObjects(light);
+      responses.of_light[light] = mode.with_objects ? AtSingleProbeWithObjects(basis, light)
+                                                    : single_probe_.OnObjects(light);
     }
     responses.done.Done(basis, light);
   }
@@ -278,9 +279,9 @@ void VertexLight::AddNearSunlight(const FrameBasis& basis,
   }
 }
 
-std::vector<glm::vec3> VertexLight::AtOnePlaceWithObjects(const FrameBasis& basis,
-                                                          std::size_t light) {
-  std::vector<glm::vec3> irradiance = one_place_.OnObjects(light);
+std::vector<glm::vec3> VertexLight::AtSingleProbeWithObjects(const FrameBasis& basis,
+                                                             std::size_t light) {
+  std::vector<glm::vec3> irradiance = single_probe_.OnObjects(light);
   if (light == 0) {
     const auto mean_of_points = [](std::span<const glm::vec3> at_points) {
       constexpr std::size_t kPoints = ObjectGather::kPointsPerVertex;

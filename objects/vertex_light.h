@@ -21,7 +21,7 @@
 #include "objects/object_gather.h"
 #include "objects/object_interreflection.h"
 #include "objects/object_light_options.h"
-#include "objects/one_place_light.h"
+#include "objects/single_probe_light.h"
 #include "relight/prepared_scene.h"
 #include "relight/volume/irradiance_volume.h"
 #include "relight/volume/vertex_irradiance.h"
@@ -30,17 +30,17 @@ namespace pleinair {
 
 class VertexLight {
  public:
-  // Where the light is found that vertices get.
+  // Where the light that vertices get is computed.
   enum class At {
-    kVertices,  // Or the volume's probes.
-    kOnePlace,  // By rays.
+    kVertices,     // Or at the volume's probes.
+    kSingleProbe,  // By rays.
   };
 
   struct Mode {
     At at = At::kVertices;
     bool with_daylight = false;  // Straight from the sky, where that is sampled.
-    // With what objects hide from themselves and reflect, and, at one place, sunlight close to them
-    // as each vertex sees it. Rays at vertices know no other way.
+    // With what objects hide from themselves and reflect, and, at a single probe, with sunlight
+    // close to them as each vertex sees it. Rays at vertices always include this.
     bool with_objects = true;
     bool operator==(const Mode&) const = default;
   };
@@ -48,7 +48,7 @@ class VertexLight {
   // `scene`, `room` (the mesh as given) and `options` outlive this.
   VertexLight(const PreparedScene& scene, const Mesh& room, const ObjectLightOptions& options);
 
-  // Where objects are now: nothing of the light on them stands.
+  // Sets where objects are; all light on them has to be computed again.
   void Pose(const std::vector<VirtualObject>& objects);
 
   // All objects' triangles, a group an object. Stays at one address.
@@ -57,10 +57,10 @@ class VertexLight {
   // Null where daylight is gathered.
   const DirectDaylight* Daylight() const { return daylight_.get(); }
 
-  // Whether one place can stand for the vertices: light is gathered by rays, all of it.
-  bool MayBeAtOnePlace() const { return IsGathered() && daylight_ == nullptr; }
-  // Made for the lights that shine in `lighting`, for who wants to know whether it is good enough.
-  const OnePlaceLight& LightAtOnePlace(const FrameBasis& basis, const Lighting& lighting);
+  // Whether a single probe can replace the vertices: all light is gathered by rays.
+  bool MayUseSingleProbe() const { return IsGathered() && daylight_ == nullptr; }
+  // For the lights that shine in `lighting`, for callers that need to know its error.
+  const SingleProbeLight& LightAtSingleProbe(const FrameBasis& basis, const Lighting& lighting);
   // Bound of the irradiance that sampled daylight brings to objects, and that they hide of it.
   glm::vec3 LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const;
   // Whether at vertices it comes with objects, whatever the mode says.
@@ -132,7 +132,7 @@ class VertexLight {
   Responses& Of(const Mode& mode) { return responses_[WayOf(mode)]; }
   const Responses& Of(const Mode& mode) const { return responses_[WayOf(mode)]; }
   bool IsGathered() const {
-    return options_.route == ObjectLight::kGather || options_.route == ObjectLight::kOnePlace;
+    return options_.route == ObjectLight::kGather || options_.route == ObjectLight::kSingleProbe;
   }
   // Whether rays between objects have yet to be cast, where those at vertices do not meet them.
   bool LacksRaysBetween(const Mode& mode) const;
@@ -149,7 +149,7 @@ class VertexLight {
   const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
   void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
   void UpdateGathered(const FrameBasis& basis, std::size_t light);
-  std::vector<glm::vec3> AtOnePlaceWithObjects(const FrameBasis& basis, std::size_t light);
+  std::vector<glm::vec3> AtSingleProbeWithObjects(const FrameBasis& basis, std::size_t light);
   // Adds what sunlight close to the objects changes at their points, `at_vertices` at the vertices.
   template <class AtVertices>
   void AddNearSunlight(const FrameBasis& basis,
@@ -186,7 +186,7 @@ class VertexLight {
   // Per basis light, all objects' vertices: what is sampled.
   std::vector<std::vector<glm::vec3>> daylight_response_;
   LightsDone daylight_done_;
-  OnePlaceLight one_place_;
+  SingleProbeLight single_probe_;
 
   // By probes.
   BasisLights basis_;

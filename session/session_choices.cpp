@@ -36,7 +36,7 @@ OutdoorLightingOptions OutdoorOptionsFor(const SessionOptions& options,
 void SetSeed(std::uint64_t seed, SessionOptions& options) {
   options.light.seed = seed;
   options.pipeline.object_light.gather.seed = seed;
-  options.pipeline.object_light.one_place.seed = seed;
+  options.pipeline.object_light.single_probe.seed = seed;
   options.pipeline.object_light.direct_daylight.sampling.seed = seed;
 }
 

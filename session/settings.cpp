@@ -390,11 +390,11 @@ void AddPrepare(std::vector<Setting>& settings) {
 void AddObjects(std::vector<Setting>& settings) {
   settings.push_back(ChoiceSetting(
       "pipeline.object_light.route",
-      "light on objects: rays at their vertices, rays at one place among them, an irradiance "
+      "light on objects: rays at their vertices, rays at a single probe among them, an irradiance "
       "volume, or the same volume by way of an environment map",
       [](Options & o) -> auto& { return o.pipeline.object_light.route; },
       {{"gather", ObjectLight::kGather},
-       {"probe", ObjectLight::kOnePlace},
+       {"probe", ObjectLight::kSingleProbe},
        {"volume", ObjectLight::kVolume},
        {"map", ObjectLight::kVolumeByMap}}));
   settings.push_back(NumberSetting(
@@ -403,13 +403,13 @@ void AddObjects(std::vector<Setting>& settings) {
       Between(1, 65536),
       [](Options & o) -> auto& { return o.pipeline.object_light.gather.rays_per_receiver; }));
   settings.push_back(NumberSetting(
-      "pipeline.object_light.one_place.rays", "rays at one place", Between(1, 1 << 20), [
-      ](Options & o) -> auto& { return o.pipeline.object_light.one_place.rays; }));
+      "pipeline.object_light.single_probe.rays", "rays at a single probe", Between(1, 1 << 20), [
+      ](Options & o) -> auto& { return o.pipeline.object_light.single_probe.rays; }));
   settings.push_back(NumberSetting(
-      "pipeline.object_light.one_place.sh_bands",
-      "bands of the spherical harmonics of the light at one place",
-      Between(1, OnePlaceOptions::kMostShBands),
-      [](Options & o) -> auto& { return o.pipeline.object_light.one_place.sh_bands; }));
+      "pipeline.object_light.single_probe.sh_bands",
+      "bands of the spherical harmonics of the light at a single probe",
+      Between(1, SingleProbeOptions::kMostShBands),
+      [](Options & o) -> auto& { return o.pipeline.object_light.single_probe.sh_bands; }));
   settings.push_back(ChoiceSetting(
       "daylight",
       "light straight from the sky on objects: gathered with the rest, "

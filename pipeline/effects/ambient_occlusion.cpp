@@ -24,15 +24,16 @@ class AmbientOcclusion : public FrameEffect {
     const Bound all = LightOnObjects(stage_, frame);
     if (all.code_values == 0.0) return all;
     if (!IsDark(SunOf(frame.lighting))) return {all.code_values, "sunlight beside them"};
-    const std::optional<float> hidden = stage_.Light().MayBeAtOnePlace()
+    const std::optional<float> hidden = stage_.Light().MayUseSingleProbe()
                                             ? stage_.Light().LargestHiddenUpTo(kMostHidden)
                                             : std::nullopt;
     if (!hidden) return {all.code_values, "objects hide light from themselves"};
-    const OnePlaceLight& one_place = stage_.Light().LightAtOnePlace(frame.basis, frame.lighting);
+    const SingleProbeLight& single_probe =
+        stage_.Light().LightAtSingleProbe(frame.basis, frame.lighting);
     return {ChangeOfFacings(stage_,
                             frame,
                             *hidden,
-                            one_place,
+                            single_probe,
                             [](const glm::vec3&, const glm::vec3&) { return glm::vec3(0.0f); }),
             "what objects hide from themselves"};
   }

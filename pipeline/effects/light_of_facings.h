@@ -1,4 +1,4 @@
-// How much a change of the light at one place can show.
+// How much a change of the light at a single probe can show.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 #include <glm/common.hpp>
 
-#include "objects/one_place_light.h"
+#include "objects/single_probe_light.h"
 #include "pipeline/effects/bound_terms.h"
 #include "pipeline/effects/effect_stage.h"
 
@@ -20,13 +20,13 @@ template <class ChangeOf>
 float ChangeOfFacings(const EffectStage& stage,
                       const EffectFrame& frame,
                       float hidden,
-                      const OnePlaceLight& one_place,
+                      const SingleProbeLight& single_probe,
                       const ChangeOf& change_of) {
   const glm::vec3 of_hidden =
-      hidden * std::numbers::pi_v<float> * one_place.LargestRadiance(frame.lighting);
+      hidden * std::numbers::pi_v<float> * single_probe.LargestRadiance(frame.lighting);
   const auto white = static_cast<float>(1.0 / frame.codes.Exposure());
   float largest = 0.0f;
-  for (const OnePlaceLight::Compared& compared : one_place.Compare(frame.lighting)) {
+  for (const SingleProbeLight::Compared& compared : single_probe.Compare(frame.lighting)) {
     const glm::vec3 change = change_of(compared.here, compared.there) + of_hidden;
     const glm::vec3 least = glm::max(compared.here - change, glm::vec3(0.0f));
     // A brighter material shows more of a change, until it is white.

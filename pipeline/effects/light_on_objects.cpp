@@ -21,7 +21,7 @@ LightCost CostOfLight(const VertexLight& light,
 
 VertexLight::Mode ModeOfLight(const VertexLight& light, EffectSet runs) {
   VertexLight::Mode mode;
-  if (!runs.Has(Effect::kLocalLight)) mode.at = VertexLight::At::kOnePlace;
+  if (!runs.Has(Effect::kLocalLight)) mode.at = VertexLight::At::kSingleProbe;
   mode.with_daylight = runs.Has(Effect::kDaylight);
   mode.with_objects = runs.Has(Effect::kAmbientOcclusion) ||
                       (mode.at == VertexLight::At::kVertices && light.VerticesSeeObjects());
@@ -36,8 +36,8 @@ LightCosts CostsOfLight(const VertexLight& light,
   const auto cost_of = [&](const Mode& mode) { return CostOfLight(light, mode, basis, lighting); };
   LightCosts costs;
   costs.at_vertices = cost_of(Mode{.at = At::kVertices, .with_objects = false});
-  costs.at_one_place = cost_of(Mode{.at = At::kOnePlace, .with_objects = true});
-  costs.alone = cost_of(Mode{.at = At::kOnePlace, .with_objects = false});
+  costs.at_single_probe = cost_of(Mode{.at = At::kSingleProbe, .with_objects = true});
+  costs.without_objects = cost_of(Mode{.at = At::kSingleProbe, .with_objects = false});
   const LightCost with_objects = cost_of(Mode{.at = At::kVertices, .with_objects = true});
   costs.between.once_ms = with_objects.lacking.once_ms - costs.at_vertices.lacking.once_ms;
   costs.between.expected_ms = costs.between.once_ms;
@@ -65,10 +65,10 @@ LikelyLight LikelyLightOf(const EffectSettings& settings,
   LikelyLight likely;
   // Where the plan has yet to decide between two lights that look alike, the cheaper one will do.
   const EffectSwitch varies = settings[Effect::kLocalLight];
-  const bool at_one_place = varies == EffectSwitch::kOff ||
-                            (varies == EffectSwitch::kPlan && !is_seen(Effect::kLocalLight) &&
-                             costs.at_one_place.NominalMs() <= costs.at_vertices.NominalMs());
-  if (!at_one_place) likely.effects = likely.effects.With(Effect::kLocalLight);
+  const bool at_single_probe = varies == EffectSwitch::kOff ||
+                               (varies == EffectSwitch::kPlan && !is_seen(Effect::kLocalLight) &&
+                                costs.at_single_probe.NominalMs() <= costs.at_vertices.NominalMs());
+  if (!at_single_probe) likely.effects = likely.effects.With(Effect::kLocalLight);
   for (const Effect effect : {Effect::kDaylight, Effect::kAmbientOcclusion}) {
     if (is_likely(effect)) likely.effects = likely.effects.With(effect);
   }

@@ -1,5 +1,5 @@
-// How light on virtual objects is found in a frame: at their vertices or at one place among them,
-// with or without what they do to each other; and what each of these ways costs.
+// How light on virtual objects is computed in a frame: at their vertices or at a single probe, with
+// or without what they hide from and reflect to each other; and the cost of each of these ways.
 #pragma once
 
 #include <span>

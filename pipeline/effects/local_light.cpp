@@ -1,5 +1,5 @@
-// That light on virtual objects differs from place to place; without, it is found at one place
-// among them.
+// Light on virtual objects that varies over them; without this effect it is computed at a single
+// probe among them.
 #include <cstddef>
 #include <optional>
 
@@ -18,11 +18,11 @@ class LocalLight : public FrameEffect {
   explicit LocalLight(EffectStage& stage) : stage_(stage) {}
 
   EffectSwitch SwitchFor(EffectSwitch asked) const override {
-    if (stage_.Options().object_light.route == ObjectLight::kOnePlace) return EffectSwitch::kOff;
-    return stage_.Light().MayBeAtOnePlace() ? asked : EffectSwitch::kOn;
+    if (stage_.Options().object_light.route == ObjectLight::kSingleProbe) return EffectSwitch::kOff;
+    return stage_.Light().MayUseSingleProbe() ? asked : EffectSwitch::kOn;
   }
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
-    if (!stage_.Light().MayBeAtOnePlace()) return {kWhiteCode, "light by probes or samples"};
+    if (!stage_.Light().MayUseSingleProbe()) return {kWhiteCode, "light by probes or samples"};
     if (!stage_.InView(frame)) {
       // What they send to surfaces in view is not bounded here.
       return stage_.Reach(frame).largest_share == 0.0f
@@ -34,11 +34,12 @@ class LocalLight : public FrameEffect {
     // More is seen under any sky, and places need not be looked at.
     const std::optional<float> hidden = stage_.Light().LargestHiddenUpTo(kMostHidden);
     if (!hidden) return {kWhiteCode, "objects hide light from themselves"};
-    const OnePlaceLight& one_place = stage_.Light().LightAtOnePlace(frame.basis, frame.lighting);
+    const SingleProbeLight& single_probe =
+        stage_.Light().LightAtSingleProbe(frame.basis, frame.lighting);
     // For what lies between the places that are compared.
     constexpr float kMargin = 1.5f;
     const float largest = ChangeOfFacings(
-        stage_, frame, *hidden, one_place, [](const glm::vec3& here, const glm::vec3& there) {
+        stage_, frame, *hidden, single_probe, [](const glm::vec3& here, const glm::vec3& there) {
           return kMargin * glm::abs(there - here);
         });
     return {largest, "light at places around the objects"};
@@ -51,11 +52,12 @@ class LocalLight : public FrameEffect {
 
 }  // namespace
 
-const EffectDefinition kLocalLightEffect{
-    .name = "local-light",
-    .help = "each part of an object gets the light of its own place; without, of one place for all",
-    .rms_share = 0.01,
-    .make = MakeEffect<LocalLight>,
-    .is_way_of_others = true};
+const EffectDefinition kLocalLightEffect{.name = "local-light",
+                                         .help =
+                                             "each part of an object gets the light at its own "
+                                             "place; without: of a single probe for all",
+                                         .rms_share = 0.01,
+                                         .make = MakeEffect<LocalLight>,
+                                         .is_way_of_others = true};
 
 }  // namespace pleinair

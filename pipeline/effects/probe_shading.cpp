@@ -25,8 +25,8 @@ class ProbeShading : public FrameEffect {
     works.push_back(WorkOf("light between objects", between, frame, kBetween));
     works.back().offer.with_all = kAtVertices.with_all;
     if (!frame.light.costs.between_is_apart) works.back().offer.for_any = {};
-    AddWay(kAtOnePlace, frame, works);
-    AddWay(kAlone, frame, works);
+    AddWay(kAtSingleProbe, frame, works);
+    AddWay(kWithoutObjects, frame, works);
   }
 
   void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
@@ -46,16 +46,16 @@ class ProbeShading : public FrameEffect {
                                    &LightCosts::at_vertices,
                                    {Effect::kLocalLight},
                                    {}};
-  static constexpr Way kAtOnePlace{"light at one place",
-                                   "light at one place, of this sun",
-                                   &LightCosts::at_one_place,
-                                   {Effect::kAmbientOcclusion},
-                                   {Effect::kLocalLight}};
-  static constexpr Way kAlone{"light at one place, objects left out",
-                              "light at one place, objects left out, of this sun",
-                              &LightCosts::alone,
-                              {},
-                              {Effect::kLocalLight, Effect::kAmbientOcclusion}};
+  static constexpr Way kAtSingleProbe{"light at a single probe",
+                                      "light at a single probe, of this sun",
+                                      &LightCosts::at_single_probe,
+                                      {Effect::kAmbientOcclusion},
+                                      {Effect::kLocalLight}};
+  static constexpr Way kWithoutObjects{"light at a single probe, without objects",
+                                       "light at a single probe, without objects, of this sun",
+                                       &LightCosts::without_objects,
+                                       {},
+                                       {Effect::kLocalLight, Effect::kAmbientOcclusion}};
   static constexpr EffectSet kBetween{Effect::kAmbientOcclusion};
 
   // Light in that way, then its update for this sun.

@@ -26,20 +26,20 @@ struct LightCost {
   double NominalMs() const { return lacking.nominal_ms + now.nominal_ms; }
 };
 
-// Of light on the objects, by the ways of finding it.
+// Costs of light on the objects, by the ways of computing it.
 struct LightCosts {
   LightCost at_vertices;
-  LightCost at_one_place;
-  LightCost alone;   // At one place, without what objects do to each other.
-  WorkCost between;  // That, at vertices, where it is a work of its own.
+  LightCost at_single_probe;
+  LightCost without_objects;  // At a single probe, without what objects hide and reflect.
+  WorkCost between;  // What objects hide and reflect at vertices, where it is a separate work.
   bool between_is_apart = false;
 
   bool AnyHasOlder() const {
-    return at_vertices.HasOlder() || at_one_place.HasOlder() || alone.HasOlder();
+    return at_vertices.HasOlder() || at_single_probe.HasOlder() || without_objects.HasOlder();
   }
   const LightCost& Of(const VertexLight::Mode& mode) const {
     if (mode.at == VertexLight::At::kVertices) return at_vertices;
-    return mode.with_objects ? at_one_place : alone;
+    return mode.with_objects ? at_single_probe : without_objects;
   }
 };
 

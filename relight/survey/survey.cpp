@@ -292,7 +292,7 @@ Survey MakeSurvey(const SurveyMap& map,
                                      .prior = prior});
     if (!shadows) break;
     SurveyLight& light = survey.light;
-    if (turn == 0 && light.sun_origin == SunOrigin::kDisc) {
+    if (turn == 0 && light.sun_origin == SunOrigin::kMap) {
       if (!IsCutShort(light, *shadows)) break;
       light.notes.emplace_back(
           "survey map: the sun's disc holds less than half of what shadows say: clipped");

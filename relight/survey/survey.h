@@ -45,7 +45,7 @@ struct SurveyMap {
 // What the survey's sun was measured from.
 enum class SunOrigin {
   kNone,      // It was below the horizon.
-  kDisc,      // The map's own disc.
+  kMap,       // The map around the sun's place: the disc, or an overcast sky without one.
   kShadows,   // Pairs of lit and shaded surfaces.
   kClearSky,  // The map's sky and the clear-sky model.
 };
@@ -55,7 +55,7 @@ struct SurveyLight {
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent.
   glm::dvec3 sun_irradiance_rgb{0.0};           // Of the disc, normal to the beam.
   glm::dvec3 sun_irradiance_stddev_rgb{0.0};
-  SunOrigin sun_origin = SunOrigin::kDisc;
+  SunOrigin sun_origin = SunOrigin::kMap;
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, unoccluded, without the disc.
   bool sun_clipped = false;            // The disc could not be measured in the map.
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,

@@ -35,8 +35,8 @@ inline FrameResult ProcessWith(FramePipeline& pipeline,
 
 // The pictures are half floats, or were in part: 2^-11 of 255.
 inline constexpr float kHalfRounding = 0.13f;
-// Light at one place and at another comes by other rays: with a thousand and more a thousandth of
-// it, in white and by sRGB.
+// Light at two probes comes by different rays: with a thousand or more rays it differs by a
+// thousandth, in white and by sRGB.
 inline constexpr float kRayNoise = 0.12f;
 
 // A code value, but at a thousandth of the pixels: at edges.

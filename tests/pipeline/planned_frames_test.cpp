@@ -197,9 +197,9 @@ TEST_F(PlannedFrames, BoundsAreThoseOfATexturesBrightestPlaces) {
   }
 }
 
-// A ball on open ground under sky and sun: one place will do for all its vertices, and looks as
-// they do. Its own shadow on the ground, which its foot sees, is each vertex's own all the same.
-TEST_F(PlannedFrames, InAnOpenFieldLightIsFoundAtOnePlace) {
+// A ball on open ground under sky and sun: a single probe suffices for all its vertices and
+// looks the same. Its own shadow on the ground, seen by its foot, still differs by vertex.
+TEST_F(PlannedFrames, InAnOpenFieldASingleProbeIsUsed) {
   const HeadlessContext context;
   Compositor compositor;
   const VirtualObject ball = BallObject({0.0f, 0.0f, 0.4f}, 0.4f, 24, kRed);
@@ -219,8 +219,8 @@ TEST_F(PlannedFrames, InAnOpenFieldLightIsFoundAtOnePlace) {
     EXPECT_GT(planned.plan.Of(Effect::kLocalLight).bound_code_values, 0.0);
     // Under a grey sky nothing is to be seen of what the ball does to its own light.
     const std::string_view expected = staged.called_for.Has(Effect::kAmbientOcclusion)
-                                          ? "light at one place"
-                                          : "light at one place, objects left out";
+                                          ? "light at a single probe"
+                                          : "light at a single probe, without objects";
     for (const PlannedWork& work : planned.works) {
       if (work.name.starts_with("light at ")) {
         EXPECT_EQ(work.is_done, work.name == expected) << work.name << staged.name;
@@ -232,10 +232,10 @@ TEST_F(PlannedFrames, InAnOpenFieldLightIsFoundAtOnePlace) {
     draw_calls[staged.name] = again.composite.draw_calls;
     ExpectNothingToBeSeenBetween(all, planned, frame, staged.name);
 
-    FramePipeline asked_to = PipelineFor(staged, ball, ObjectLight::kOnePlace, compositor);
-    const FrameResult at_one_place = ProcessWith(asked_to, frame, EffectSettings());
-    EXPECT_TRUE(at_one_place.composite.radiance.pixels == planned.composite.radiance.pixels);
-    EXPECT_EQ(at_one_place.plan.Of(Effect::kLocalLight).fate, EffectFate::kOff);
+    FramePipeline asked_to = PipelineFor(staged, ball, ObjectLight::kSingleProbe, compositor);
+    const FrameResult at_single_probe = ProcessWith(asked_to, frame, EffectSettings());
+    EXPECT_TRUE(at_single_probe.composite.radiance.pixels == planned.composite.radiance.pixels);
+    EXPECT_EQ(at_single_probe.plan.Of(Effect::kLocalLight).fate, EffectFate::kOff);
   }
   EXPECT_LT(draw_calls["overcast"], draw_calls["sunny"]);
 }
@@ -256,11 +256,11 @@ TEST_F(PlannedFrames, AnObjectThatHidesLightFromItselfIsLitAtItsVertices) {
 // Exact on a level ground under an even sky: a face that looks up gets the sky, one that stands
 // upright half of the sky and half of what the ground sends. 0.3 %: the picture's half floats, and
 // 4096 rays of which half have to be above the horizon.
-TEST_F(PlannedFrames, LightAtOnePlaceIsTheFieldsOwn) {
+TEST_F(PlannedFrames, LightAtASingleProbeIsTheFieldsOwn) {
   const HeadlessContext context;
   Compositor compositor;
   const VirtualObject box = BoxObject({-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.8f}, kRed);
-  FramePipeline pipeline = PipelineFor(kOvercast, box, ObjectLight::kOnePlace, compositor);
+  FramePipeline pipeline = PipelineFor(kOvercast, box, ObjectLight::kSingleProbe, compositor);
   const Frame frame = FrameOf(kOvercast);
   const FrameResult result = ProcessWith(pipeline, frame, EffectSettings::Everything());
   const auto radiance_at = [&](const glm::dvec3& place_m) {
@@ -277,18 +277,18 @@ TEST_F(PlannedFrames, LightAtOnePlaceIsTheFieldsOwn) {
   EXPECT_NEAR(radiance_at({0.0, -0.3, 0.4}).r, side, 0.003 * side);
 }
 
-TEST(OnePlaceOptions, RefuseWhatMakesNoSense) {
+TEST(SingleProbeOptions, RefuseWhatMakesNoSense) {
   const auto refused = [](const auto& spoil) {
     FramePipelineOptions options;
-    options.object_light.route = ObjectLight::kOnePlace;
+    options.object_light.route = ObjectLight::kSingleProbe;
     options.Validate();
     spoil(options);
     EXPECT_THROW(options.Validate(), std::invalid_argument);
   };
-  refused([](FramePipelineOptions& options) { options.object_light.one_place.rays = 0; });
-  refused([](FramePipelineOptions& options) { options.object_light.one_place.sh_bands = 0; });
+  refused([](FramePipelineOptions& options) { options.object_light.single_probe.rays = 0; });
+  refused([](FramePipelineOptions& options) { options.object_light.single_probe.sh_bands = 0; });
   refused([](FramePipelineOptions& options) {
-    options.object_light.one_place.sh_bands = OnePlaceOptions::kMostShBands + 1;
+    options.object_light.single_probe.sh_bands = SingleProbeOptions::kMostShBands + 1;
   });
   refused(
       [](FramePipelineOptions& options) { options.object_light.daylight = Daylight::kSamples; });
@@ -377,7 +377,7 @@ TEST_F(PlannedFrames, AmbientOcclusionIsAnEffectOfItsOwn) {
   without[Effect::kAmbientOcclusion] = EffectSwitch::kOff;
   EffectSettings dark = without;
   dark[Effect::kProbeShading] = EffectSwitch::kOff;
-  for (const ObjectLight light : {ObjectLight::kOnePlace, ObjectLight::kVolume}) {
+  for (const ObjectLight light : {ObjectLight::kSingleProbe, ObjectLight::kVolume}) {
     FramePipeline pipeline = PipelineFor(kOvercast, bench, light, compositor);
     const Frame frame = FrameOf(kOvercast);
     const DisplayCodes codes(ResponseCurve::Srgb(), frame.exposure.value());

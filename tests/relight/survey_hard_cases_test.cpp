@@ -208,7 +208,7 @@ TEST(SurveyHardCases, AClippedSunIsFoundFromShadows) {
   const KnownSite site = SiteWithPosts();
   const RgbImage map = site.Map();
   const PreparedScene whole = Prepare(site.Model(map));
-  EXPECT_EQ(whole.survey->light.sun_origin, SunOrigin::kDisc);
+  EXPECT_EQ(whole.survey->light.sun_origin, SunOrigin::kMap);
   for (const float limit : {1e4f, 1e3f, 4.0f * BrightestOf(site.sky)}) {
     const PreparedScene clipped = Prepare(site.Model(Clipped(map, limit)));
     const SurveyLight& light = clipped.survey->light;

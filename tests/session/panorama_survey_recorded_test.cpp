@@ -297,7 +297,7 @@ class SunnyPanorama : public testing::TestWithParam<GroundBound> {
 TEST_P(SunnyPanorama, IsSplitIntoSunAndSkyAndGivesItsGroundBack) {
   const SurveyedPanorama panorama(GetParam().name);
   const SurveyLight& light = panorama.Light();
-  EXPECT_EQ(light.sun_origin, SunOrigin::kDisc);
+  EXPECT_EQ(light.sun_origin, SunOrigin::kMap);
   // 0.18 deg, half of a pixel.
   EXPECT_LT(AngleBetween(light.sun_direction_enu, panorama.files.Brightest().centroid),
             0.20 * kDeg);
@@ -339,7 +339,7 @@ class SunlessPanorama : public testing::TestWithParam<const char*> {
 TEST_P(SunlessPanorama, HasNoSunInvented) {
   const SurveyedPanorama panorama(GetParam());
   const SurveyLight& light = panorama.Light();
-  EXPECT_EQ(light.sun_origin, SunOrigin::kDisc);
+  EXPECT_EQ(light.sun_origin, SunOrigin::kMap);
   // A lamp has some per cent of a room's light.
   EXPECT_LT(Mean(light.sun_irradiance_rgb), 0.08 * Mean(light.sky_irradiance_rgb));
   EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).median, 0.10);

@@ -26,7 +26,7 @@ SessionOptions CoarseOptions() {
   options.prepare.patch_size_m = 4.0;
   options.prepare.rays = 64;
   options.prepare.probe_counts = {2, 2, 2};
-  options.pipeline.object_light.route = ObjectLight::kOnePlace;
+  options.pipeline.object_light.route = ObjectLight::kSingleProbe;
   return options;
 }
 

@@ -78,7 +78,7 @@ TEST(RecordedSurvey, ShadowsTellTheSunOfACourtyard) {
   SurveySite site(folder);
   const SurveyMap& map = *site.site.model.environment;
   const Survey whole = site.Make(map);
-  EXPECT_EQ(whole.light.sun_origin, SunOrigin::kDisc);
+  EXPECT_EQ(whole.light.sun_origin, SunOrigin::kMap);
   // A limit of 10^3 cuts the same pixels as one of 10^4.
   for (const float limit : {1e4f, 4.0f * BrightestSky(whole)}) {
     const Survey clipped = site.Make(Cut(map, limit));

@@ -1,4 +1,4 @@
-#include "objects/one_place_light.h"
+#include "objects/single_probe_light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,10 +62,10 @@ glm::vec3 IrradianceOf(std::span<const glm::vec3> radiance,
 
 }  // namespace
 
-OnePlaceLight::OnePlaceLight(const PatchScene& real, const OnePlaceOptions& options)
+SingleProbeLight::SingleProbeLight(const PatchScene& real, const SingleProbeOptions& options)
     : real_(real), options_(options), facings_(Facings()), facing_basis_(BasisAt(facings_)) {}
 
-std::vector<float> OnePlaceLight::BasisAt(std::span<const glm::vec3> directions) const {
+std::vector<float> SingleProbeLight::BasisAt(std::span<const glm::vec3> directions) const {
   const auto count = static_cast<std::size_t>(ShCoefficientCount(options_.sh_bands));
   std::vector<float> basis(directions.size() * count);
   tbb::parallel_for(std::size_t{0}, directions.size(), [&](std::size_t i) {
@@ -76,7 +76,7 @@ std::vector<float> OnePlaceLight::BasisAt(std::span<const glm::vec3> directions)
   return basis;
 }
 
-void OnePlaceLight::Pose(const Mesh& objects) {
+void SingleProbeLight::Pose(const Mesh& objects) {
   normals_ = objects.normals;
   places_m_.clear();
   if (!objects.Empty()) places_m_ = PlacesOf(BoundingBoxOf(objects));
@@ -88,7 +88,7 @@ void OnePlaceLight::Pose(const Mesh& objects) {
   compared_ = {};
 }
 
-void OnePlaceLight::Update(const FrameBasis& basis, const Lighting& lighting) {
+void SingleProbeLight::Update(const FrameBasis& basis, const Lighting& lighting) {
   const std::vector<std::size_t> stale = done_.StaleIn(basis, lighting);
   if (stale.empty() || places_m_.empty()) return;
   if (here_.PlaceCount() == 0) {
@@ -103,7 +103,7 @@ void OnePlaceLight::Update(const FrameBasis& basis, const Lighting& lighting) {
   }
 }
 
-void OnePlaceLight::UpdateOthers(const FrameBasis& basis, const Lighting& lighting) {
+void SingleProbeLight::UpdateOthers(const FrameBasis& basis, const Lighting& lighting) {
   Update(basis, lighting);
   const std::vector<std::size_t> stale = compared_.StaleIn(basis, lighting);
   if (stale.empty() || places_m_.empty()) return;
@@ -118,8 +118,8 @@ void OnePlaceLight::UpdateOthers(const FrameBasis& basis, const Lighting& lighti
   }
 }
 
-OnePlaceLight::OfLight OnePlaceLight::Make(const SkyShape* sky,
-                                           std::span<const glm::vec3> face_radiosity) const {
+SingleProbeLight::OfLight SingleProbeLight::Make(const SkyShape* sky,
+                                                 std::span<const glm::vec3> face_radiosity) const {
   OfLight light;
   light.radiance = here_.Radiance(0, sky, face_radiosity);
   const int bands = options_.sh_bands;
@@ -141,7 +141,7 @@ OnePlaceLight::OfLight OnePlaceLight::Make(const SkyShape* sky,
   return light;
 }
 
-OnePlaceLight::Comparison OnePlaceLight::MakeComparison(
+SingleProbeLight::Comparison SingleProbeLight::MakeComparison(
     const OfLight& light, const SkyShape* sky, std::span<const glm::vec3> face_radiosity) const {
   Comparison comparison;
   for (std::size_t i = 0; i < facings_.size(); ++i) {
@@ -165,7 +165,7 @@ OnePlaceLight::Comparison OnePlaceLight::MakeComparison(
   return comparison;
 }
 
-glm::vec3 OnePlaceLight::Irradiance(const OfLight& light, const float* basis) {
+glm::vec3 SingleProbeLight::Irradiance(const OfLight& light, const float* basis) {
   glm::vec3 irradiance(0.0f);
   for (std::size_t k = 0; k < light.coefficients.size(); ++k) {
     irradiance += basis[k] * light.coefficients[k];
@@ -173,7 +173,7 @@ glm::vec3 OnePlaceLight::Irradiance(const OfLight& light, const float* basis) {
   return glm::max(irradiance, glm::vec3(0.0f));
 }
 
-std::vector<glm::vec3> OnePlaceLight::OnObjects(std::size_t light) const {
+std::vector<glm::vec3> SingleProbeLight::OnObjects(std::size_t light) const {
   const OfLight& of_light = lights_.at(light);
   std::vector<glm::vec3> irradiance(normals_.size());
   tbb::parallel_for(std::size_t{0}, normals_.size(), [&](std::size_t v) {
@@ -182,7 +182,7 @@ std::vector<glm::vec3> OnePlaceLight::OnObjects(std::size_t light) const {
   return irradiance;
 }
 
-std::vector<OnePlaceLight::Compared> OnePlaceLight::Compare(const Lighting& lighting) const {
+std::vector<SingleProbeLight::Compared> SingleProbeLight::Compare(const Lighting& lighting) const {
   std::vector<Compared> compared;
   for (std::size_t light = 0; light < comparisons_.size(); ++light) {
     const glm::vec3 intensity = IntensityOf(lighting, light);
@@ -197,7 +197,7 @@ std::vector<OnePlaceLight::Compared> OnePlaceLight::Compare(const Lighting& ligh
   return compared;
 }
 
-glm::vec3 OnePlaceLight::LargestRadiance(const Lighting& lighting) const {
+glm::vec3 SingleProbeLight::LargestRadiance(const Lighting& lighting) const {
   std::vector<glm::vec3> radiance(here_.Directions().size(), glm::vec3(0.0f));
   glm::vec3 largest(0.0f);
   for (std::size_t i = 0; i < radiance.size(); ++i) {

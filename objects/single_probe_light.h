@@ -1,5 +1,5 @@
-// Light on virtual objects as it is at one place among them: for a field without walls near by,
-// where it is the same all over an object but for which way a surface faces.
+// Light on virtual objects from a single probe among them: for a field without walls near by,
+// where the light on an object depends only on which way its surface faces.
 #pragma once
 
 #include <cstddef>
@@ -16,40 +16,40 @@
 
 namespace pleinair {
 
-// What objects hide from themselves and each other, and sunlight close to them, is not in it.
+// Leaves out what objects hide from themselves and each other, and sunlight close to them.
 //
-// How good it is is told from fourteen other places, the corners and the middles of the sides of
+// Its error is estimated from fourteen other places, the corners and the middles of the sides of
 // the box around all objects (pulled in by a hundredth: objects stand on the ground). They see with
-// few rays, and the middle with as few beside its own: what few rays do wrong they do alike.
-class OnePlaceLight {
+// few rays, and so does the middle for the comparison: both then have the same errors of few rays.
+class SingleProbeLight {
  public:
   // `real` and `options` outlive this.
-  OnePlaceLight(const PatchScene& real, const OnePlaceOptions& options);
+  SingleProbeLight(const PatchScene& real, const SingleProbeOptions& options);
 
   // The objects are elsewhere; see ObjectInterreflection::Objects().
   void Pose(const Mesh& objects);
   // Works out the lights that shine in `lighting` and are not current; casts the rays at first.
   void Update(const FrameBasis& basis, const Lighting& lighting);
-  // And those at the other places, for Compare.
+  // The same at the other places, for Compare.
   void UpdateOthers(const FrameBasis& basis, const Lighting& lighting);
 
-  // Per vertex of the objects, of a unit of a light that Update was given.
+  // Irradiance per vertex of the objects, from one unit of a light that Update was given.
   std::vector<glm::vec3> OnObjects(std::size_t light) const;
 
-  // A facing, as it is lit here and at another place of the objects.
+  // Irradiance of one facing, here and at another place of the objects.
   struct Compared {
     glm::vec3 here{0.0f};
     glm::vec3 there{0.0f};
   };
   // Of lights that UpdateOthers was given.
   std::vector<Compared> Compare(const Lighting& lighting) const;
-  // The brightest that is seen from here.
+  // The largest radiance that is seen from here.
   glm::vec3 LargestRadiance(const Lighting& lighting) const;
 
  private:
   struct OfLight {
     std::vector<glm::vec3> coefficients;  // SH, of irradiance.
-    std::vector<glm::vec3> radiance;      // That is seen from here.
+    std::vector<glm::vec3> radiance;      // Seen from here.
   };
   struct Comparison {
     std::vector<glm::vec3> here;   // Irradiance from the coefficients, by facing.
@@ -65,7 +65,7 @@ class OnePlaceLight {
                             std::span<const glm::vec3> face_radiosity) const;
 
   const PatchScene& real_;
-  const OnePlaceOptions& options_;
+  const SingleProbeOptions& options_;
   std::vector<glm::vec3> normals_;  // Of the objects' vertices.
   std::vector<glm::vec3> places_m_;
   std::vector<glm::vec3> facings_;
