@@ -70,12 +70,13 @@ DecidedEffects Decided(const EffectSettings& settings,
   DecidedEffects decided;
   for (const EffectOffer& offer : offers) {
     const EffectSwitch wanted = settings[offer.effect];
-    const bool is_whole = offer.needs_any.Empty();
+    const bool is_independent = offer.needs_any.Empty();
     const bool is_seen = !has_budget && offer.bound_code_values > settings.threshold_code_values;
     // What changes nothing only takes time.
     const bool is_idle = wanted == EffectSwitch::kPlan && offer.bound_code_values == 0.0;
     if (wanted == EffectSwitch::kOff || is_idle) decided.never = decided.never.With(offer.effect);
-    if (is_whole && (wanted == EffectSwitch::kOn || (wanted == EffectSwitch::kPlan && is_seen))) {
+    if (is_independent &&
+        (wanted == EffectSwitch::kOn || (wanted == EffectSwitch::kPlan && is_seen))) {
       decided.always = decided.always.With(offer.effect);
     }
   }

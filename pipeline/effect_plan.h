@@ -18,7 +18,8 @@ struct EffectOffer {
   Effect effect = Effect::kSunShading;
   // Upper bound of what leaving it out changes in any pixel, the effects of `needs_any` being run.
   double bound_code_values = 0.0;
-  // It is part of these: where none of them is run neither is it, and their bounds speak for it.
+  // It is part of these: where none of them is run it is not run either, and their bounds include
+  // it.
   EffectSet needs_any = {};
   std::string_view why = {};  // The bound is what it is; in few words.
   // What leaving it out changes, as a root mean square over the objects' pixels, over its bound:

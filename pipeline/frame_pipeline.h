@@ -51,7 +51,7 @@ struct FramePipelineOptions {
   // Of the camera that gives code values: what the plan counts in.
   ResponseCurve display_response = ResponseCurve::Srgb();
   // Pictures are drawn in light as WithDaylightColours has it. Not for a source that measures the
-  // sky itself: what it sees is there.
+  // sky itself, whose colours are real.
   bool daylight_colours = true;
   // None: each frame's own estimate is reported.
   std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
@@ -124,8 +124,8 @@ class FramePipeline {
                 const FramePipelineOptions& options);
   ~FramePipeline();
 
-  // A frame that can't be done is an error of its own; the next one may succeed. `object_poses` as
-  // PosedObjects has them: what hangs on where objects are is made anew where one has moved.
+  // A frame that fails is an error of its own; the next one may succeed. `object_poses` as in
+  // PosedObjects: what depends on where objects are is recomputed where one has moved.
   tl::expected<FrameResult, FrameError> Process(const Frame& frame,
                                                 std::span<const glm::dmat4> object_poses = {});
 

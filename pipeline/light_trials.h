@@ -30,7 +30,7 @@ class LightTrials {
               const SurfaceViewOptions& options);
 
   // One entry a source, which may fail by itself. The sky bases of `sources` are of the same
-  // shapes. Fails as a whole where the frame has no sun direction or no view.
+  // shapes. Fails for all where the frame has no sun direction or no view.
   tl::expected<std::vector<tl::expected<LightTrial, LightingFailure>>, FrameError> Process(
       const Frame& frame, std::span<const std::unique_ptr<LightingSource>> sources);
 

@@ -34,7 +34,7 @@ struct Found {
   int frames = 0;
 };
 
-// With the sun turned by `turn_rad` beforehand.
+// With the sun turned by `turn_rad` in advance.
 Found FindTurn(FrameSource& frames,
                const Site& site,
                ShadowDirectionFinder finder,

@@ -51,8 +51,9 @@ struct FigureComparison {
   };
   FigureKind kind;
   Outcome outcome = Outcome::kSame;
-  std::optional<double> now;       // Median over the seeds.
-  std::optional<double> baseline;  // Likewise.
+  // Medians over the seeds.
+  std::optional<double> now;
+  std::optional<double> baseline;
   // How far apart the best and the worst of the baseline's seeds are, kind.rounding at least.
   double noise = 0.0;
   double limit = 0.0;  // What would still not be worse. Without a baseline: no meaning.

@@ -23,7 +23,7 @@ struct SelfCalibrationOptions {
   std::uint64_t seed = 1;
   // Of the sky, as the light is estimated with.
   std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
-  // How often light between surfaces is worked out anew with the albedos found. >= 1.
+  // How often light between surfaces is worked out again with the albedos found. >= 1.
   int rounds = 3;
   // What the mean albedo is taken to be, in (0, 1]; none: the materials' own.
   std::optional<double> mean_albedo;
@@ -46,7 +46,7 @@ struct SelfCalibration {
 // Finds the albedos of what the frames show (FitAlbedoAndLight; surfaces are what one material of a
 // group shows to one side, spots the scene's patches), and sets scene.patches.face_albedo_rgb: what
 // no frame shows takes its group's mean, or its material's. Sets scene.albedo_stddev_rgb to the
-// scale's, which no picture tells, and adds a note.
+// scale's, which no picture determines, and adds a note.
 //
 // `open_frames`  gives the recording from its start, at each call.
 // Throws std::invalid_argument for a scene with a survey, std::runtime_error where no frame could

@@ -35,7 +35,7 @@ constexpr double kLargestElevationRad = RadFromDeg(85.0);
 // An answer has to be better than this, and rest on this many tiles.
 constexpr double kLargestStddevRad = RadFromDeg(3.0);
 constexpr std::size_t kLeastTiles = 4;
-// Two ways to know the uncertainty that differ by more than this speak of two different answers.
+// Two estimates of the uncertainty that differ by more than this belong to two different answers.
 constexpr double kLargestStddevRatio = 6.0;
 constexpr double kClearlyOffRad = RadFromDeg(0.5);
 constexpr double kClearlyOffSigmas = 3.0;
@@ -206,7 +206,7 @@ struct ShadowDirectionFinder::Impl {
     } else if (tiles < kLeastTiles) {
       shadow.reason = "hardly any shadow's edge is in view";
     } else if (shadow.stddev_rad > kLargestStddevRad) {
-      shadow.reason = "several directions explain the pictures alike";
+      shadow.reason = "several directions explain the pictures equally well";
     } else if (reach_rad > options.largest_offset_rad) {
       shadow.reason = "the best direction is at the end of the range searched";
     } else if (shadow.spread_stddev_rad > kLargestStddevRatio * shadow.curvature_stddev_rad) {

@@ -19,8 +19,8 @@ struct ShadowDirectionOptions {
   double largest_offset_rad =
       0.3491;                  // Candidates reach this far to either side (20 deg); (0, pi].
   double step_rad = 0.004363;  // Between candidates (0.25 deg); (0, largest_offset_rad].
-  // At most, of one picture; at least 100. With few, the corners of shadows go unseen, and what is
-  // left may speak for another sun.
+  // At most, of one picture; at least 100. With few, the corners of shadows go unseen, and the
+  // rest may support another sun.
   int pixels = 8000;
   int frames = 64;  // At most; of more, an even choice is kept. At least 1.
 
@@ -42,15 +42,15 @@ struct ShadowDirection {
   double curvature_stddev_rad = 0.0;  // How sharply the pictures' parts agree.
   double spread_stddev_rad = 0.0;     // By leaving out frames, and blocks of the picture.
 
-  // 3 standard deviations and half a degree: the picture speaks for another sun.
+  // 3 standard deviations and half a degree: the picture contradicts the computed sun.
   bool ContradictsTheSun() const;
 };
 
 struct FrameShadowDirection {
   int frame = 0;
-  bool sunlit = false;     // Lit and shaded parts of one plane are told apart.
+  bool sunlit = false;     // Lit and shaded parts of one plane are distinct.
   double contrast = 1.0;   // Lit over shaded radiance, where sunlit.
-  std::size_t tiles = 0;   // Parts of the picture that tell one offset from another.
+  std::size_t tiles = 0;   // Parts of the picture that distinguish offsets.
   ShadowDirection shadow;  // By this frame alone.
 };
 

@@ -140,7 +140,7 @@ ShadowEdgeFit FitShadowEdges(const RayCaster& mesh, std::span<const ShadowEdgeMa
     const double change = TurnTable::TurnRad(turns.Best(left_out)) - *fit.azimuth_offset_rad;
     squares += change * change;
   }
-  // The jackknife's, not below what the raster can tell.
+  // The jackknife's, not below the raster's step.
   fit.azimuth_stddev_rad = std::max(kStep, std::sqrt(squares * (count - 1.0) / count));
   return fit;
 }

@@ -1,6 +1,6 @@
 // The angle between real shadows and the computed sun, from places that a person has marked on the
-// edges of shadows: for pictures whose surfaces are too patchy to tell sun from shade by
-// themselves.
+// edges of shadows: for pictures whose surfaces are too patchy to separate sun and
+// shade automatically.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +40,7 @@ struct ShadowEdgeFit {
   double rms_after_rad = 0.0;  // With the sun turned so.
 };
 
-// Angles are told to kShadowEdgeStepRad, and looked for up to kShadowEdgeReachRad away from the
+// Angles are found in steps of kShadowEdgeStepRad, up to kShadowEdgeReachRad away from the
 // sun.
 inline constexpr double kShadowEdgeStepRad = 0.000873;  // 0.05 deg.
 inline constexpr double kShadowEdgeReachRad = 0.1745;   // 10 deg.

@@ -64,7 +64,7 @@ ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLigh
   if (!(std::min({diffuse_scale.x, diffuse_scale.y, diffuse_scale.z}) > 0.0)) return;
   absolute_ = true;
   // The sky under broken cloud is brighter than the clear one, never so by the factor that hides
-  // the beam: a beam far weaker than the sky's scale speaks of a cloud before the disc.
+  // the beam: a beam far weaker than the sky's scale means a cloud before the disc.
   const bool shows_beam = survey->sun_origin != SunOrigin::kClearSky &&
                           beam_scale.y >= kLeastClearBeamShare * diffuse_scale.y;
   if (shows_beam) {

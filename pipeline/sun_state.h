@@ -18,8 +18,8 @@ namespace pleinair {
 // site's model.
 SunState SunOverSite(const Site& site, UtcTime time);
 
-// The sun of a frame: the source's own word where it has one, else place and time; of an overcast
-// frame without either, kNoSunDirectionEnu.
+// The sun's direction in a frame: the source's where it states one, else from place and time; for
+// an overcast frame without either, kNoSunDirectionEnu.
 // Throws std::invalid_argument when there is none of these.
 SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame);
 

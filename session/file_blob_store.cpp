@@ -28,7 +28,7 @@ constexpr std::size_t kLongestKey = 128;
 // takes this long.
 constexpr std::chrono::hours kTemporaryFileLife{1};
 
-// The key goes into the checksum, so that a file under another's name is not taken for it.
+// The key goes into the checksum, so that a file under another's name is refused.
 std::string Checksum(std::string_view key, std::string_view bytes) {
   XXH3_state_t* state = XXH3_createState();
   XXH3_128bits_reset(state);

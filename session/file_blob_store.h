@@ -19,8 +19,8 @@ std::filesystem::path DefaultCacheFolder();
 constexpr std::uint64_t kDefaultCacheLimitBytes = 2ULL << 30;
 
 // One file a blob, `<key>.blob`; other files in the folder are never touched. Processes may share a
-// folder: a blob appears whole, by a rename, and its checksum and key are looked at when it is
-// read. When the blobs exceed the limit, those go first whose last use is longest ago.
+// folder: a blob appears when complete, by a rename, and its checksum and key are looked at when it
+// is read. When the blobs exceed the limit, those go first whose last use is longest ago.
 //
 // Keys     1 to 128 letters, digits, '-' and '_' (hex digests, as a rule). Others throw
 //          std::invalid_argument: they could lead out of the folder.

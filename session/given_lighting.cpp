@@ -22,7 +22,7 @@ std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file) {
     light.sun_irradiance_rgb = *record.light.sun_irradiance_rgb;
     light.sky_irradiance_rgb = *record.light.sky_irradiance_rgb;
     light.sky_image = record.sky_image;
-    // An image speaks for itself; the shape beside it is what a run made of it.
+    // An image overrides the shape beside it, which a run derived from it.
     if (!light.sky_image) light.sky_shares = record.sky_shape;
     light.sun_observable = record.sun_observable.value_or(false);
     try {

@@ -8,7 +8,7 @@
 
 namespace pleinair {
 
-// By frame; lines that tell of a failed frame are left out. Throws std::runtime_error naming file,
+// By frame; lines of failed frames are left out. Throws std::runtime_error naming file,
 // frame, key and what was expected: no light in a line, a light that GivenLight refuses, a sky
 // image that is not there.
 std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file);

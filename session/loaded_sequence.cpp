@@ -53,7 +53,7 @@ std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded
                    sequence.north_stddev_rad);
   if (!north.determined) {
     return fmt::format(
-        "north: the shadows in {} frame(s) do not correct it: {}; it stays as stated, give or take "
+        "north: the shadows in {} frame(s) do not correct it: {}; it stays as stated, +/- "
         "{:.2f} deg",
         north.frames,
         north.reason,

@@ -84,8 +84,8 @@ class SequenceSession {
     RgbImage with_sun;
   };
   Environment EnvironmentOf(const Lighting& lighting);
-  // Lat-long, of the last frame that succeeded, where the names of its shapes do not tell its sky:
-  // that was seen by a fish-eye camera, or given as a picture.
+  // Lat-long, of the last frame that succeeded, where the names of its shapes do not describe its
+  // sky: a sky seen by a fish-eye camera, or given as a picture.
   std::optional<RgbImage> SkyImageOf(const Lighting& lighting) const;
   // See FramePipeline.
   std::string DaylightNote() const { return pipeline_->DaylightNote(); }

@@ -45,10 +45,10 @@ constexpr double kIndoorPatchSizeM = 0.25;
 void NoteLoading(const std::filesystem::path& file,
                  const MeshReport& report,
                  std::vector<std::string>& notes) {
-  const std::int64_t mended = report.degenerate_triangles_removed +
-                              report.duplicate_triangles_removed +
-                              report.non_finite_triangles_removed;
-  if (mended > 0) notes.push_back(file.filename().string() + ": " + report.Summary());
+  const std::int64_t repaired = report.degenerate_triangles_removed +
+                                report.duplicate_triangles_removed +
+                                report.non_finite_triangles_removed;
+  if (repaired > 0) notes.push_back(file.filename().string() + ": " + report.Summary());
   for (const std::string& note : report.notes) {
     notes.push_back(file.filename().string() + ": " + note);
   }
@@ -98,7 +98,7 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
 }
 
 // Where the site's model is turned from true north: by how much a map has to be turned clockwise to
-// be in the model's frame. 0 where its sun stands in the model's frame already, or none tells.
+// be in the model's frame. 0 where its sun stands in the model's frame already, or none is found.
 double TurnToModel(const Sequence& sequence,
                    const RgbImage& radiance,
                    std::vector<std::string>& notes) {
@@ -114,8 +114,8 @@ double TurnToModel(const Sequence& sequence,
   const double apart_rad = std::abs(to_model - to_true);
   if (!shown || apart_rad < shown->uncertain_rad) {
     notes.push_back(entry.image.string() +
-                    ": it does not tell by its sun whether it is turned as the model is, or stands "
-                    "to true north: taken to be turned as the model");
+                    ": its sun does not determine whether it is turned as the model is, or "
+                    "stands to true north: assumed to be turned as the model");
     return 0.0;
   }
   if (to_model < to_true) return 0.0;
@@ -155,7 +155,7 @@ LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
   if (defects.Count() > 0) {
     notes.push_back(entry.image.string() + ": " + std::to_string(defects.not_finite) +
                     " pixels not finite and " + std::to_string(defects.negative) +
-                    " negative were mended");
+                    " negative were repaired");
   }
   map.position_m = entry.position_m;
   map.time = entry.time;
@@ -302,7 +302,7 @@ glm::dmat4 ObjectMotion::WorldFromStart(double time_s) const {
   const glm::dmat4 file_from_start = of_part.FileFromStart(time_s);
   if (file_from_start == glm::dmat4(1.0)) return file_from_start;
   glm::dmat4 world_from_start = world_from_file * file_from_start * glm::inverse(world_from_file);
-  // Affine to the bit: the product's last row has rounding errors.
+  // Exactly affine: the product's last row has rounding errors.
   for (int column = 0; column < 4; ++column) world_from_start[column].w = column == 3 ? 1.0 : 0.0;
   return world_from_start;
 }
@@ -371,7 +371,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
     site.model.material_albedo_stddev =
         sequence.albedos_assumed ? kAssumedAlbedoStddev : kUnknownAlbedoStddev;
     site.materials_note = fmt::format(
-        "no environment map: the materials' {} is used, give or take {:.0f} %",
+        "no environment map: the materials' {} is used, +/- {:.0f} %",
         sequence.albedos_assumed ? "assumed albedo" : "Kd, which is neither known nor assumed,",
         100.0 * site.model.material_albedo_stddev);
   }

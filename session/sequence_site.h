@@ -35,7 +35,7 @@ struct SequenceSite {
   // prepared serves other objects, too.
   std::vector<glm::dvec3> viewed_m;
   bool is_indoors = false;         // The first camera sees little of the sky.
-  std::vector<std::string> notes;  // What was mended or assumed in loading.
+  std::vector<std::string> notes;  // What was repaired or assumed in loading.
   // What there is to say where the materials' albedo is used: without an environment map.
   std::string materials_note;
   bool albedo_is_a_guess = false;  // The materials'.

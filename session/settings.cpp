@@ -32,7 +32,7 @@ std::optional<Number> ParseNumber(std::string_view text) {
   return number;
 }
 
-// A range of numbers; `unit` is said behind it.
+// A range of numbers; `unit` follows it in messages.
 template <typename Number>
 struct Range {
   Number least{};
@@ -78,8 +78,8 @@ struct Unwrapped<std::optional<Value>> {
   using Type = Value;
 };
 
-// `field` gives the number's place in the options. Where that is optional, `standard` says in words
-// what holds without it.
+// `field` returns the number in the options. Where that is optional, `standard` describes the value
+// used without it.
 template <typename Field, typename Number>
 Setting NumberSetting(std::string name,
                       std::string meaning,
@@ -482,7 +482,7 @@ void AddPicture(std::vector<Setting>& settings) {
       [](Options & o) -> auto& { return o.pipeline.sun_step_s; }));
   settings.push_back(NumberSetting(
       "pipeline.view.sun_block_px",
-      "side of blocks that are lit alike when their corners are; 1: none",
+      "side of blocks that are lit in the same way when their corners are; 1: none",
       Between(1, 64, "pixels"),
       [](Options & o) -> auto& { return o.pipeline.view.sun_block_px; }));
   settings.push_back(NumberSetting(

@@ -19,11 +19,11 @@ class AmbientOcclusion : public FrameEffect {
     if (!stage_.InView(frame)) {
       return stage_.Reach(frame).largest_share == 0.0f
                  ? Bound{0.0, "no surface near an object in view"}
-                 : Bound{kWhiteCode, "objects out of view send light"};
+                 : Bound{kWhiteCode, "objects out of view reflect light"};
     }
     const Bound all = LightOnObjects(stage_, frame);
     if (all.code_values == 0.0) return all;
-    if (!IsDark(SunOf(frame.lighting))) return {all.code_values, "sunlight beside them"};
+    if (!IsDark(SunOf(frame.lighting))) return {all.code_values, "sunlight beside objects"};
     const std::optional<float> hidden = stage_.Light().MayUseSingleProbe()
                                             ? stage_.Light().LargestHiddenUpTo(kMostHidden)
                                             : std::nullopt;

@@ -49,7 +49,7 @@ double SunOnFaces(const PatchScene& objects, const EffectFrame& frame) {
     }
     return frame.codes.LargestRise(to_radiance * without, to_radiance * cosine * sun);
   };
-  // Some faces, to see whether there is anything to find out.
+  // Some faces first: they may already exceed the threshold.
   const std::size_t step = StepOverFew(mesh.triangles.size());
   for (std::size_t t = step / 2; t < mesh.triangles.size(); t += step) {
     if (on_face(t) > kFarAbove * frame.threshold_code_values) return kWhiteCode;
@@ -89,7 +89,7 @@ double ChangeOfReached(const EffectFrame& frame,
     glm::vec3 less = without;
     glm::vec3 more = without;
     for (int c = 0; c < 3; ++c) {
-      // As RelitRadiance has it, or more.
+      // RelitRadiance's value, or more.
       const bool is_possible = without[c] < kInvPi * light.indirect[c];
       more[c] += (is_possible ? without[c] / light.indirect[c] : kInvPi) * added[c];
       if (!(light.indirect[c] > 0.0f)) continue;
@@ -104,22 +104,22 @@ Bound LightOnObjects(EffectStage& stage, const EffectFrame& frame) {
   const glm::vec3 irradiance = stage.LargestIrradianceOnObjects(frame);
   if (IsDark(irradiance)) return {0.0, "no light"};
   return {frame.codes.LargestRise(glm::vec3(0.0f), kInvPi * stage.LargestAlbedo() * irradiance),
-          "all light there is on white"};
+          "all light in the scene on a white object"};
 }
 
 Bound SunOnObjects(EffectStage& stage, const EffectFrame& frame) {
   const glm::vec3 sun = SunOf(frame.lighting);
   if (IsDark(sun)) return {0.0, "no sun"};
   if (!stage.InView(frame)) return {0.0, "no object in view"};
-  if (stage.AnyGlossy()) return {kWhiteCode, "a glint"};
+  if (stage.AnyGlossy()) return {kWhiteCode, "glint of the sun on a glossy object"};
   const Bound on_black{
       frame.codes.LargestRise(glm::vec3(0.0f), kInvPi * stage.LargestDiffuse() * sun),
-      "sun on black"};
+      "sun on a black object"};
   if (on_black.code_values <= frame.threshold_code_values || frame.light.irradiance.empty()) {
     return on_black;
   }
   return {std::min(on_black.code_values, SunOnFaces(stage.Objects(), frame)),
-          "sun on the light that is there"};
+          "sun on top of the current light"};
 }
 
 }  // namespace pleinair

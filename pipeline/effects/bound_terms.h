@@ -1,10 +1,10 @@
 // Terms that several effects' bounds are made of.
 //
-// Bounds are upper ones but for four things, each as fine as the effect itself is: what reaches an
-// object between its vertices and the middles of its faces is missed (AnySeesSun), what a shadow
-// narrower than a pixel does (SoftSun), the noise of the rays at vertices, which the light at one
-// place has less of (local-light), and shadows where objects hide more than three quarters of
-// the light from elsewhere, under what overhangs (sun-shadow).
+// Bounds are upper bounds but for four things, each as small as the effect itself: sun that reaches
+// an object between its vertices and the middles of its faces (AnySeesSun), shadows narrower than a
+// pixel (SoftSun), the noise of the rays at vertices, of which light at a single probe has less
+// (local-light), and shadows under overhangs, where objects hide more than three quarters of the
+// other light (sun-shadow).
 #pragma once
 
 #include <algorithm>
@@ -27,10 +27,10 @@ namespace pleinair {
 class EffectStage;
 
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
-// Bounds this many times above the threshold are not looked into.
+// Bounds this many times above the threshold are not refined.
 inline constexpr double kFarAbove = 4.0;
 
-// To look at some 256 of `count` before all.
+// Step that visits some 256 of `count` elements first.
 inline std::size_t StepOverFew(std::size_t count) { return (count + 255) / 256; }
 
 inline bool IsDark(const glm::vec3& light) {

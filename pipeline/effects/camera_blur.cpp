@@ -1,4 +1,4 @@
-// Virtual objects as soft as what the camera sees.
+// Blurs virtual objects as the camera blurs what it sees.
 #include <vector>
 
 #include "pipeline/effects/bound_terms.h"
@@ -15,10 +15,10 @@ class CameraBlur : public FrameEffect {
     return stage_.Options().camera_matching.blur ? asked : EffectSwitch::kOff;
   }
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
-    if (!(frame.camera_blur_px > 0.0)) return {0.0, "no blur to be seen in the picture"};
+    if (!(frame.camera_blur_px > 0.0)) return {0.0, "no blur found in the picture"};
     return {kWhiteCode, "edges as soft as the picture's"};
   }
-  // Of objects out of view the shadows' edges are left.
+  // Shadows of objects out of view may still be in view.
   EffectSet PartOf(const EffectFrame& frame) override {
     return stage_.InView(frame) ? EffectSet() : EffectSet{Effect::kSunShadow};
   }

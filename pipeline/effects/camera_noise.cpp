@@ -1,4 +1,4 @@
-// Virtual objects as noisy as what the camera sees.
+// Gives virtual objects the noise of the camera.
 #include <vector>
 
 #include "objects/learned_cost.h"
@@ -18,8 +18,8 @@ class CameraNoiseOnObjects : public FrameEffect {
     return stage_.Options().camera_matching.noise ? asked : EffectSwitch::kOff;
   }
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
-    if (!frame.frame.codes) return {0.0, "a linear frame"};
-    return {kWhiteCode, "unknown noise"};
+    if (!frame.frame.codes) return {0.0, "linear frames have no noise"};
+    return {kWhiteCode, "noise of the frame not yet measured"};
   }
   // Pixels that nothing else changes have the camera's own noise.
   EffectSet PartOf(const EffectFrame& frame) override {

@@ -1,5 +1,5 @@
-// What virtual objects send to real surfaces in place of what they hide. Its work is
-// sky-occlusion's.
+// Light that virtual objects reflect to real surfaces in place of what they hide. Its work is that
+// of sky-occlusion.
 #include "pipeline/effects/bound_terms.h"
 #include "pipeline/effects/effect_stage.h"
 
@@ -20,7 +20,7 @@ class ColourBleeding : public FrameEffect {
       return {kWhiteCode, "an object close to a surface"};
     }
     return {ChangeOfReached(frame, reach, glm::vec3(0.0f), reach.largest_share * of_objects),
-            "a small share of a surface's view"};
+            "objects fill a small share of a surface's view"};
   }
 
   void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {

@@ -1,4 +1,4 @@
-// Light straight from the sky by samples of it, where it is sampled (grosch-2007, section 7).
+// Direct light from the sky, where it is sampled (grosch-2007, section 7).
 #include <algorithm>
 #include <vector>
 
@@ -32,7 +32,7 @@ class DaylightBySamples : public FrameEffect {
       codes = std::max(codes,
                        ChangeOfReached(frame, reach, irradiance, reach.largest_share * of_objects));
     }
-    return {codes, "all that windows let through to the objects"};
+    return {codes, "all light through windows onto the objects"};
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override {
     return kOnLightAtVertices.Without(Effect::kDaylight);
@@ -50,7 +50,7 @@ class DaylightBySamples : public FrameEffect {
 
 }  // namespace
 
-// The sun's share stands for its rms: what the sun is outdoors, daylight is in a room.
+// Its rms share is the sun's: daylight is to a room what the sun is outdoors.
 const EffectDefinition kDaylightEffect{
     .name = "daylight",
     .help = "light through windows by samples of the sky, with setting daylight=samples",

@@ -28,7 +28,7 @@ class EffectStage {
   EffectStage(const EffectStage&) = delete;
   EffectStage& operator=(const EffectStage&) = delete;
 
-  // Where objects are now, in place of those before; they outlive this.
+  // Replaces the objects and their poses; they outlive this.
   void Pose(const std::vector<VirtualObject>& objects);
 
   const PreparedScene& Scene() const { return scene_; }
@@ -50,7 +50,7 @@ class EffectStage {
   bool InView(const EffectFrame& frame);
   bool SunReachesObjects(const EffectFrame& frame);
   const InfluenceReach& Reach(const EffectFrame& frame);
-  // Irradiance that nothing in the scene exceeds, the disc's own left out.
+  // Upper bound of the irradiance anywhere in the scene, without the sun's disc.
   glm::vec3 LargestIrradiance(const EffectFrame& frame) const;
   // The same with what objects send each other.
   glm::vec3 LargestIrradianceOnObjects(const EffectFrame& frame) const;

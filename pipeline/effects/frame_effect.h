@@ -1,4 +1,4 @@
-// What one effect says of a frame before anything is done, and does once the plan has taken it.
+// What one effect states about a frame before the plan, and does once the plan includes it.
 #pragma once
 
 #include <cstddef>
@@ -95,9 +95,9 @@ struct FrameWork {
   WorkOffer offer;
   // What stays while light and geometry stand still. Empty for drawing.
   std::function<void(EffectSet runs)> make = nullptr;
-  // What follows once all works are made: sums over this frame's intensities. May be empty.
+  // What follows when all works are done: sums over this frame's intensities. May be empty.
   std::function<void(EffectSet runs)> sum = nullptr;
-  // What is left to do to what the compositor made. May be empty.
+  // Changes to the finished composite. May be empty.
   std::function<void(Composite& composite)> finish = nullptr;
   double ms = 0.0;  // That it took; drawing's parts are not timed apart.
 };
@@ -118,7 +118,7 @@ class FrameEffect {
  public:
   virtual ~FrameEffect() = default;
 
-  // What the switch comes to where there is nothing to be simulated, or no way without.
+  // The switch's value where there is nothing to simulate, or no way to leave the effect out.
   virtual EffectSwitch SwitchFor(EffectSwitch asked) const { return asked; }
 
   // What leaving it out would change in any pixel, at most. `before`: the offers of the effects

@@ -16,12 +16,12 @@ class GlossyReflection : public FrameEffect {
     return asked == EffectSwitch::kOn && !stage_.AnyGlossy() ? EffectSwitch::kPlan : asked;
   }
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
-    if (!stage_.AnyGlossy()) return {0.0, "nothing mirrors"};
+    if (!stage_.AnyGlossy()) return {0.0, "no glossy object"};
     if (!stage_.InView(frame)) return {0.0, "no object in view"};
     // At grazing angles all is reflected.
     const glm::vec3 radiance = kInvPi * stage_.LargestIrradianceOnObjects(frame);
     if (IsDark(radiance)) return {0.0, "no light"};
-    return {frame.codes.LargestRise(glm::vec3(0.0f), radiance), "all light there is, mirrored"};
+    return {frame.codes.LargestRise(glm::vec3(0.0f), radiance), "all light in the scene, mirrored"};
   }
 
   void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works) override {

@@ -1,5 +1,5 @@
-// What objects hide from real surfaces, and send them: kept while neither they nor their light
-// change.
+// Light that objects hide from real surfaces and reflect to them: kept while neither the objects
+// nor their light change.
 #pragma once
 
 #include "objects/learned_cost.h"
@@ -15,8 +15,8 @@ class KeptInfluence {
   explicit KeptInfluence(InfluenceAt at) : at_(at) {}
 
   WorkCost Cost(const EffectFrame& frame) const;
-  // Lights that shine in the frame have to have been worked out in the stage's light; of an older
-  // sun they are made again when that is.
+  // The stage must have computed the lights that shine in the frame. If it had them for an older
+  // sun, they are recomputed when the stage's are.
   void Update(EffectStage& stage, const EffectFrame& frame);
   void Evaluate(const Lighting& lighting, const InfluenceParts& parts);
   const IrradianceChange& Change() const { return change_; }

@@ -40,13 +40,13 @@ struct LightByLightCosts {
   WorkCost Of(bool is_new, std::size_t lights) const;
 };
 
-// Lights that never were worked out are, even if they do not shine, so that the sum over all of
-// them is defined; those are not done.
+// Lights that were never computed, even if they do not shine, so that the sum over all of them is
+// defined.
 std::vector<std::size_t> LightsToDo(const LightsDone& done,
                                     bool is_new,
                                     const EffectFrame& frame,
                                     Upto upto = Upto::kCurrent);
-// And those whose light on the objects, `source`, has been made again since.
+// The same, and lights whose light on the objects, `source`, has been recomputed since.
 std::vector<std::size_t> LightsToDo(const LitByLight& lit,
                                     const LightsDone& source,
                                     bool is_new,

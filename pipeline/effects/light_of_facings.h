@@ -12,10 +12,10 @@
 
 namespace pleinair {
 
-// Share of a vertex's view from which on what objects hide from themselves is seen under any sky.
+// Above this share of a vertex's view, what objects hide from themselves is visible under any sky.
 inline constexpr float kMostHidden = 0.02f;
 
-// Of a surface that faces any way, whose light changes so much and by what objects hide of it.
+// Bound for a surface of any facing whose light changes so much, and by what objects hide of it.
 template <class ChangeOf>
 float ChangeOfFacings(const EffectStage& stage,
                       const EffectFrame& frame,

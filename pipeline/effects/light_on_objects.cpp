@@ -63,7 +63,7 @@ LikelyLight LikelyLightOf(const EffectSettings& settings,
            (settings[effect] == EffectSwitch::kPlan && is_seen(effect));
   };
   LikelyLight likely;
-  // Where the plan has yet to decide between two lights that look alike, the cheaper one will do.
+  // Where the plan has yet to decide between two lights that look the same, take the cheaper one.
   const EffectSwitch varies = settings[Effect::kLocalLight];
   const bool at_single_probe = varies == EffectSwitch::kOff ||
                                (varies == EffectSwitch::kPlan && !is_seen(Effect::kLocalLight) &&

@@ -1,5 +1,5 @@
-// That light on virtual objects is made again as the sun or the sky changes; without, light made
-// for where the sun last was stands in.
+// Recomputes light on virtual objects as the sun or the sky changes; without this effect the light
+// of an earlier sun is used.
 #include <algorithm>
 
 #include "pipeline/effects/bound_terms.h"
@@ -15,8 +15,8 @@ class LightUpdate : public FrameEffect {
   explicit LightUpdate(EffectStage& stage) : stage_(stage) {}
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
-    return HasOlder(frame) ? Bound{kWhiteCode, "made for where the sun was, or another sky"}
-                           : Bound{0.0, "all is of this sun and sky"};
+    return HasOlder(frame) ? Bound{kWhiteCode, "light computed for an earlier sun or sky"}
+                           : Bound{0.0, "all light is of the current sun and sky"};
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
   // By how far the sun has gone on.
@@ -46,7 +46,7 @@ class LightUpdate : public FrameEffect {
 
 const EffectDefinition kLightUpdateEffect{
     .name = "light-update",
-    .help = "light on objects is made again as the sun moves; always so without a budget",
+    .help = "light on objects is recomputed as the sun moves; always so without a budget",
     .rms_share = 0.03,
     .make = MakeEffect<LightUpdate>,
     .is_way_of_others = true};

@@ -22,16 +22,17 @@ class LocalLight : public FrameEffect {
     return stage_.Light().MayUseSingleProbe() ? asked : EffectSwitch::kOn;
   }
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
-    if (!stage_.Light().MayUseSingleProbe()) return {kWhiteCode, "light by probes or samples"};
+    if (!stage_.Light().MayUseSingleProbe())
+      return {kWhiteCode, "light comes from probes or samples"};
     if (!stage_.InView(frame)) {
-      // What they send to surfaces in view is not bounded here.
+      // The light that they reflect to surfaces in view is not bounded here.
       return stage_.Reach(frame).largest_share == 0.0f
                  ? Bound{0.0, "no surface near an object in view"}
-                 : Bound{kWhiteCode, "objects out of view send light"};
+                 : Bound{kWhiteCode, "objects out of view reflect light"};
     }
     const Bound all = LightOnObjects(stage_, frame);
     if (all.code_values == 0.0) return all;
-    // More is seen under any sky, and places need not be looked at.
+    // More is visible under any sky, and places need not be compared.
     const std::optional<float> hidden = stage_.Light().LargestHiddenUpTo(kMostHidden);
     if (!hidden) return {kWhiteCode, "objects hide light from themselves"};
     const SingleProbeLight& single_probe =
@@ -42,7 +43,7 @@ class LocalLight : public FrameEffect {
         stage_, frame, *hidden, single_probe, [](const glm::vec3& here, const glm::vec3& there) {
           return kMargin * glm::abs(there - here);
         });
-    return {largest, "light at places around the objects"};
+    return {largest, "light differs between places around the objects"};
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
 

@@ -20,7 +20,7 @@ class SkyOcclusion : public FrameEffect {
       return {kWhiteCode, "an object close to a surface"};
     }
     return {ChangeOfReached(frame, reach, reach.largest_share * largest, glm::vec3(0.0f)),
-            "a small share of a surface's view"};
+            "objects fill a small share of a surface's view"};
   }
 
   void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works) override {

@@ -60,7 +60,7 @@ class SunShadow : public FrameEffect {
     constexpr float kHiddenClose = 0.75f;
     const float share = stage_.Reach(frame).largest_share;
     const float hidden_share = share >= InfluenceReach::kDecisive ? kHiddenClose : share;
-    // Some pixels, to see whether there is anything to find out.
+    // Some pixels first: they may already exceed the threshold.
     const std::size_t step = StepOverFew(near_shadow.size());
     const glm::vec3 to_sun(frame.basis.Sun().direction_enu);
     for (std::size_t i = step / 2; i < near_shadow.size(); i += step) {
@@ -70,7 +70,7 @@ class SunShadow : public FrameEffect {
       const glm::vec3 start_m = OffsetFromSurface(frame.view.position_world_m.pixels[pixel],
                                                   frame.view.normal_world.pixels[pixel]);
       if (stage_.Objects().caster.Occluded(start_m, to_sun))
-        return {kWhiteCode, "a shadow in sunlight"};
+        return {kWhiteCode, "a shadow on a sunlit surface"};
     }
     std::vector<float> falls(near_shadow.size());
     const float largest = LargestOver(near_shadow.size(), [&](std::size_t i) {
@@ -79,7 +79,7 @@ class SunShadow : public FrameEffect {
     });
     constexpr double kWorthRays = 0.25;
     if (!(largest > kWorthRays * frame.threshold_code_values)) {
-      return {largest, "little sun where a shadow may fall"};
+      return {largest, "little sunlight where a shadow may fall"};
     }
     // Shadows are narrower than the boxes around objects.
     constexpr float kUnseen = 1.0f / 64.0f;
@@ -96,7 +96,8 @@ class SunShadow : public FrameEffect {
       if (loses[i] != 0) bound = std::max(bound, lit_falls[i]);
     }
     return {bound,
-            bound > kUnseen ? "a shadow in some sunlight" : "no sunlit surface in view is shaded"};
+            bound > kUnseen ? "a shadow on a partly sunlit surface"
+                            : "no sunlit surface in view is shaded"};
   }
 
   void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works) override {

@@ -1,4 +1,4 @@
-// What pieces of work cost, as the plan is told.
+// What pieces of work cost, as input of the plan.
 #pragma once
 
 #include "objects/vertex_light.h"
@@ -8,16 +8,16 @@ namespace pleinair {
 // What a piece of work will cost.
 struct WorkCost {
   double expected_ms = 0.0;  // As learned here.
-  double nominal_ms = 0.0;   // The same everywhere.
+  double nominal_ms = 0.0;   // The same on every machine.
   bool is_kept = false;
-  // Of expected_ms, what later frames need not do again where nothing moves, and what they need not
-  // before the sun has moved on.
+  // Parts of expected_ms that later frames need not repeat where nothing moves, and until the sun
+  // has moved on.
   double once_ms = 0.0;
   double sun_ms = 0.0;
 };
 
-// Of light that is worked out once and again as the sun moves: what was never made, and what was
-// made for an older sun.
+// Cost of light that is computed once and again as the sun moves: for lights never computed, and
+// for lights of an older sun.
 struct LightCost {
   WorkCost lacking;
   WorkCost now;

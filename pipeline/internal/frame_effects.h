@@ -52,7 +52,7 @@ class FrameEffects {
   void Expose(const Frame& frame);
   // Of a budget; without one each frame pays for itself.
   WorkSharing SharingOf(const LitFrame& lit) const;
-  // Over how many frames a budget may spread what the next sun makes anew.
+  // Over how many frames a budget may spread what the next sun makes again.
   double FramesASun(const Frame& frame) const;
   EffectFrame Begin(const LitFrame& lit);
   // Fills in what these effects offer, in the order of the list.

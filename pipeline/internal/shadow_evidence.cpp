@@ -13,7 +13,7 @@ namespace {
 // A pixel counts by its distance from its state's level in log radiance, up to this: lit and shaded
 // are about 1.2 apart (3.5 : 1); what is farther off than half of that is another thing.
 constexpr double kLargestMisfit = 0.6;
-// A plane speaks when each of its states has this many pixels.
+// A plane is used when each of its states has this many pixels.
 constexpr std::size_t kLeastPixels = 12;
 // Quarters of sun with which a pixel counts as plainly lit or shaded.
 constexpr int kLit = 4;

@@ -24,8 +24,8 @@ struct ShadowPicture {
   std::size_t Size() const { return log_radiance.size(); }
 };
 
-// Robust misfit of the whole picture under each candidate: every plane takes the lit and the shaded
-// level that suit it, so that neither light nor albedo need be known. Low is good.
+// Robust misfit of the entire picture under each candidate: every plane takes the lit and the
+// shaded level that suit it, so that neither light nor albedo need be known. Low is good.
 std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
 
 // Of the pixels that `candidate` has in sun, and of those that it has in shade, the share that is
@@ -43,14 +43,14 @@ struct TileEvidence {
 };
 
 struct PictureEvidence {
-  std::vector<TileEvidence> tiles;  // Those that tell candidates apart.
+  std::vector<TileEvidence> tiles;  // Those that distinguish candidates.
   double contrast = 1.0;            // Lit over shaded radiance, median over shadow pixels.
   bool sunlit = false;              // Some plane has a lit and a shaded part.
 };
 
 // With the planes' levels as found under `candidate`. `raised_shares`: as picture.shares, for suns
 // at other elevations, all as likely a priori: a mesh whose eaves or chimneys are a little too high
-// or too low moves shadows along the sun's azimuth, and such edges must not speak for another one.
+// or too low moves shadows along the sun's azimuth, and such edges must not support another one.
 PictureEvidence EvidenceNear(const ShadowPicture& picture,
                              std::size_t candidate,
                              std::span<const std::vector<std::uint8_t>> raised_shares);

@@ -20,7 +20,7 @@ constexpr double kEdgeShareOfWidth = 1.0 / 160.0;
 constexpr std::uint32_t kNoPlane = 0xffffffffu;
 // States are cast at every so many candidates; between two that agree nothing changes.
 constexpr int kCoarseStep = 4;
-// Facings are told apart to about 6 deg.
+// Facings are distinguished to about 6 deg.
 constexpr float kFacingSteps = 10.0f;
 
 struct PlaneOfTriangle {

@@ -213,7 +213,8 @@ TEST(CameraMatching, LightFromWhiteOnGetsNoNoise) {
   EXPECT_EQ(noisy, 32 * 128);
 }
 
-// The whole pipeline, with 8-bit frames of a noisy camera: the object's noise, and nothing else's.
+// The complete pipeline, with 8-bit frames of a noisy camera: the object's noise, and nothing
+// else's.
 TEST(CameraMatching, ThePipelineMatchesFramesOfCodes) {
   const GroundStage stage;
   const HeadlessContext context;

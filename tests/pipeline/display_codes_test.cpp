@@ -10,8 +10,8 @@
 namespace pleinair::display_codes_test {
 namespace {
 
-// IEC 61966-2-1; between two codes the curve is taken for straight: its second difference there, at
-// most a twentieth of a code.
+// IEC 61966-2-1; between two codes the curve is treated as straight: its second difference there,
+// at most a twentieth of a code.
 TEST(DisplayCodes, FollowTheCamerasCurve) {
   const DisplayCodes codes(ResponseCurve::Srgb(), 0.01);
   for (double linear = 0.0; linear <= 1.0; linear += 1.0 / 977.0) {

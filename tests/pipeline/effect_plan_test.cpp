@@ -58,7 +58,7 @@ TEST(EffectPlan, SumsBoundsAndSavesTheMostTime) {
   EXPECT_LE(plan.left_out_code_values, all.settings.threshold_code_values);
 }
 
-TEST(EffectPlan, AThresholdsChoiceDoesNotHangOnTheClock) {
+TEST(EffectPlan, AThresholdsChoiceDoesNotDependOnTheClock) {
   Case all;
   all.Offer(Effect::kSunShadow).bound_code_values = 0.6;
   all.Offer(Effect::kSkyOcclusion).bound_code_values = 0.6;
@@ -83,7 +83,7 @@ TEST(EffectPlan, WhatIsPartOfALeftOutEffectIsLeftOutWithIt) {
 }
 
 // Leaving out one of two that share a work saves nothing: both go, or none.
-TEST(EffectPlan, SharedWorkIsSavedWhole) {
+TEST(EffectPlan, SharedWorkIsSavedOnlyWithAllItsEffects) {
   Case all;
   all.Work(Effect::kColourBleeding).for_any = {Effect::kSkyOcclusion, Effect::kColourBleeding};
   all.Work(Effect::kSkyOcclusion).nominal_ms = all.Work(Effect::kSkyOcclusion).expected_ms = 0.0;
@@ -93,7 +93,7 @@ TEST(EffectPlan, SharedWorkIsSavedWhole) {
   EXPECT_FALSE(all.Plan().runs.HasAny({Effect::kSkyOcclusion, Effect::kColourBleeding}));
 }
 
-TEST(EffectPlan, KeptWorkCostsNothingAndIsTold) {
+TEST(EffectPlan, KeptWorkCostsNothingAndIsReported) {
   Case all;
   all.Offer(Effect::kSkyOcclusion).bound_code_values = 0.5;
   all.Work(Effect::kSkyOcclusion) = {"kept", 0.0, 0.0, true, false, {Effect::kSkyOcclusion}};
@@ -143,7 +143,7 @@ TEST(EffectPlan, ABudgetMissesAnEdgeLessThanABlackObject) {
 
 // Laws over many random cases: the threshold is kept, no cheaper choice is passed over that leaves
 // out one effect less or more, and a higher threshold or budget is never worse.
-TEST(EffectPlan, KeepsItsWordInAnyCase) {
+TEST(EffectPlan, HoldsItsBoundsInAnyCase) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> bound(0.0, 0.6);
   std::uniform_real_distribution<double> ms(0.0, 5.0);

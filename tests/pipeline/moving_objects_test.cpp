@@ -74,7 +74,7 @@ TEST_F(MovingObjects, AMovedObjectIsAsOneThatStandsThereByEveryRoute) {
   }
 }
 
-TEST_F(MovingObjects, WhatStandsStillIsNotMadeAnew) {
+TEST_F(MovingObjects, WhatStandsStillIsNotRecomputed) {
   FramePipelineOptions options = GroundStage::QuickOptions();
   options.object_light.daylight = Daylight::kSamples;
   options.object_light.direct_daylight.sampling.samples = 16;

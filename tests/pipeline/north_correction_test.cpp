@@ -60,7 +60,7 @@ NorthCorrection CorrectedFor(const std::vector<Frame>& frames, double stated_deg
                       RadFromDeg(stated_deg));
 }
 
-// Half a degree is what two frames tell; the stated uncertainty must hold the error.
+// Two frames determine north to half a degree; the stated uncertainty must hold the error.
 TEST(NorthCorrection, FindsTheNorthOfTheModel) {
   for (const auto& [north_deg, stated_deg] :
        std::vector<std::pair<double, double>>{{1.5, 1.5}, {-4.0, 3.0}, {0.0, 2.0}, {60.0, 45.0}}) {

@@ -211,13 +211,14 @@ TEST_F(PlannedFrames, InAnOpenFieldASingleProbeIsUsed) {
     const FrameResult all = ProcessWith(pipeline, frame, EffectSettings::Everything());
     for (const PlannedWork& work : all.works) {
       if (work.name == "influence on surfaces") {
-        EXPECT_FALSE(work.is_kept) << "what the ball sends hangs on where its light was found";
+        EXPECT_FALSE(work.is_kept)
+            << "what the ball reflects depends on where its light was computed";
       }
     }
     EXPECT_EQ(planned.plan.runs.Bits(), staged.called_for.Bits()) << staged.name;
     EXPECT_EQ(planned.plan.Of(Effect::kLocalLight).fate, EffectFate::kLeftOut);
     EXPECT_GT(planned.plan.Of(Effect::kLocalLight).bound_code_values, 0.0);
-    // Under a grey sky nothing is to be seen of what the ball does to its own light.
+    // Under a grey sky the ball's effect on its own light is not visible.
     const std::string_view expected = staged.called_for.Has(Effect::kAmbientOcclusion)
                                           ? "light at a single probe"
                                           : "light at a single probe, without objects";
@@ -313,7 +314,7 @@ TEST_F(PlannedFrames, AStillFrameKeepsTheLastOnesWork) {
   }
 }
 
-// An effect that sat out while the object moved is that of a pipeline which never left it out.
+// An effect that was left out while the object moved equals that of a pipeline which always ran it.
 TEST_F(PlannedFrames, WhatWasLeftOutIsMadeWhenItIsWanted) {
   const HeadlessContext context;
   Compositor compositor;
@@ -330,7 +331,7 @@ TEST_F(PlannedFrames, WhatWasLeftOutIsMadeWhenItIsWanted) {
   EXPECT_EQ(found.composite.radiance.pixels, expected.composite.radiance.pixels);
 }
 
-TEST_F(PlannedFrames, ABudgetTellsWhatItCost) {
+TEST_F(PlannedFrames, ABudgetReportsWhatItCost) {
   const HeadlessContext context;
   Compositor compositor;
   FramePipeline pipeline = PipelineFor(kSunny, compositor);
@@ -346,8 +347,8 @@ TEST_F(PlannedFrames, ABudgetTellsWhatItCost) {
   EXPECT_EQ(rich.plan.left_out_code_values, 0.0);
 }
 
-// Casting the rays around the object takes more than the budget, what hangs on them in later frames
-// does not: it is begun, as the view may stand still, and not where the object moves.
+// Casting the rays around the object takes more than the budget, what depends on them in later
+// frames does not: it is begun, as the view may stand still, and not where the object moves.
 TEST_F(PlannedFrames, ABudgetBeginsWhatLaterFramesCanAfford) {
   const HeadlessContext context;
   Compositor compositor;
@@ -434,7 +435,7 @@ TEST_F(PlannedFrames, LightOfAnOlderSunStandsInUntilItsOwnIsMade) {
             EffectFate::kLeftOut);
 }
 
-// A mirror that showed an object in older light shows it anew, also where that was made current in
+// A mirror that showed an object in older light shows it again, also where that was made current in
 // a frame without mirrors.
 TEST_F(PlannedFrames, MirrorsFollowTheLightOfWhatTheyShow) {
   const HeadlessContext context;
@@ -478,7 +479,7 @@ TEST_F(PlannedFrames, LightOfAnObjectOutOfViewIsOfThisSun) {
   EXPECT_TRUE(found) << "an object out of view that lights the ground in view";
 }
 
-// Of older light as of any other: it is worked out once, and anew when that light is.
+// Of older light as of any other: it is worked out once, and again when that light is.
 TEST_F(PlannedFrames, WhatOlderLightDoesToSurfacesIsKept) {
   const HeadlessContext context;
   Compositor compositor;

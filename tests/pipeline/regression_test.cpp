@@ -96,7 +96,7 @@ TEST(Regression, WithoutTruthARunIsHeldToWhatItSaysOfItself) {
                                    Pair("glowing_pixels", 12.0)));
 }
 
-TEST(Regression, APersonsWordIsHeldAgainstTheLight) {
+TEST(Regression, APersonsJudgmentIsComparedWithTheLight) {
   RunToJudge run;
   const auto add = [&](std::optional<bool> judged, double sun_over_sky) {
     FrameFacts& frame = run.done.emplace_back();

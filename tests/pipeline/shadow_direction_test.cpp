@@ -1,4 +1,4 @@
-// A made yard, photographed under a sun that is turned from the one told.
+// A made yard, photographed under a sun that is turned from the stated one.
 #include "pipeline/shadow_direction.h"
 
 #include <cmath>
@@ -27,12 +27,12 @@ ShadowDirectionOptions Quick() {
   return options;
 }
 
-// Two frames, morning and afternoon; the sun told is turned by `turn_deg`.
+// Two frames, morning and afternoon; the stated sun is turned by `turn_deg`.
 ShadowDirectionResult Measure(const Mesh& pictured,
-                              const Mesh& told,
+                              const Mesh& modelled,
                               double turn_deg,
                               const Shading& shading) {
-  ShadowDirectionFinder finder(told, kGround, Quick());
+  ShadowDirectionFinder finder(modelled, kGround, Quick());
   int index = 0;
   for (const double azimuth_deg : {120.0, 215.0}) {
     const glm::dvec3 sun = Sun(azimuth_deg, 40.0);
@@ -58,7 +58,7 @@ TEST(ShadowDirection, FindsTheSunFromWhereItWasTurned) {
   }
 }
 
-TEST(ShadowDirection, SpeaksUpOnlyWhereTheSunIsElsewhere) {
+TEST(ShadowDirection, WarnsOnlyWhereTheSunIsElsewhere) {
   const Mesh yard = Yard(4.0f);
   EXPECT_FALSE(Measure(yard, yard, 0.0, TwoLevels).all.ContradictsTheSun());
   EXPECT_TRUE(Measure(yard, yard, 6.0, TwoLevels).all.ContradictsTheSun());
@@ -218,7 +218,7 @@ TEST(ShownSun, TakesNoSunFromShadeThatIsNotBluer) {
 }
 
 // Clouds are stated, and the sun shines.
-TEST(ShownSun, ContradictsASunThatIsSaidNotToBeThere) {
+TEST(ShownSun, ContradictsAnAbsenceOfTheSun) {
   const ShownSun shown = ShownFor({0.0, 0.0, -1.0});
   EXPECT_TRUE(shown.contradicts);
   EXPECT_LT(AngleDeg(shown.direction_enu, Sun(150.0, 40.0)), 4.0);

@@ -21,7 +21,7 @@ void AddQuad(Mesh& mesh, const std::vector<glm::vec3>& corners) {
   mesh.triangles.push_back({first, first + 2, first + 3});
 }
 
-// Ground, and a wall of two parts: its top tells elevation, its ends tell azimuth.
+// Ground, and a wall of two parts: its top determines elevation, its ends azimuth.
 Mesh GroundAndWall() {
   Mesh mesh;
   AddQuad(mesh, {{-50, -50, 0}, {50, -50, 0}, {50, 50, 0}, {-50, 50, 0}});
@@ -75,7 +75,7 @@ TEST(ShadowEdgeMarks, FitTheSunThatCastThem) {
   EXPECT_NEAR(*fit.azimuth_offset_rad, 0.0, 2.0 * kShadowEdgeStepRad);
 }
 
-TEST(ShadowEdgeMarks, TellHowFarTheSunIsTurned) {
+TEST(ShadowEdgeMarks, MeasureHowFarTheSunIsTurned) {
   const glm::dvec3 sun = Sun(200.0, 40.0);
   const RayCaster mesh(GroundAndWall());
   for (const double turn_deg : {-4.0, 1.0, 3.0}) {

@@ -38,7 +38,7 @@ TEST(ScaledClearSky, GivesTheSurveysOwnLightBackAtItsTime) {
   }
 }
 
-// An overcast sky sends a third of the clear global irradiance: taken for a clear sky's blue light
+// An overcast sky sends a third of the clear global irradiance: treated as a clear sky's blue light
 // it would promise a beam several times too strong.
 TEST(ScaledClearSky, ASurveyUnderCloudTiesTheUnitsRoughly) {
   SurveyLight survey = ClearSurvey(DirectionAt(0.7), 1.0);

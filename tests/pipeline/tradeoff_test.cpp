@@ -36,7 +36,7 @@ TEST(Tradeoff, EqualPointsAreBothOnTheFront) {
   EXPECT_FALSE(places[2].on_front) << "as good, but slower";
 }
 
-// Medians decide; seed by seed it is told how sure that is.
+// Medians decide; the comparison seed by seed states how certain that is.
 TEST(Tradeoff, CountsTheSeedsWithWhichAPointIsBeaten) {
   const std::vector<TradeoffPoint> points{{{0.3, 0.1, 0.3}, {2.0, 2.0, 9.0}},
                                           {{0.2, 0.2, 0.2}, {1.0, 9.0, 1.0}}};

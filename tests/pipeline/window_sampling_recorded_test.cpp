@@ -59,7 +59,7 @@ Spread SpreadOf(DaylightShadows& light,
 }
 
 // The bar, for 64 samples, in every other frame: a quarter of the variance or less, and the mean of
-// 200 draws within 1 % of one of 65536 samples from the whole sky.
+// 200 draws within 1 % of one of 65536 samples from the entire sky.
 TEST(WindowSamplingRecorded, HasAQuarterOfTheVarianceUnderTheRecordedSkies) {
   if (!std::filesystem::exists(kRoom)) GTEST_SKIP() << kRoom << " is not there";
   const Sequence sequence = ReadSequence(kRoom);

@@ -239,7 +239,7 @@ TEST_F(Courtyard, SamplesOfTheSkyGiveTheGatheredPicture) {
   EXPECT_EQ(sampled.daylight->sky_share, 1.0) << "a courtyard has no windows";
 }
 
-// What is kept while the camera moves is what would be made anew: light, samples, maps, and on
+// What is kept while the camera moves is what would be made again: light, samples, maps, and on
 // faces what objects change. The sky stands still, so no map is drawn.
 TEST_F(Courtyard, AMovedCameraSeesWhatAFreshPipelineSees) {
   FramePipelineOptions options = BySamples(ObjectLight::kGather, 16);

@@ -34,7 +34,7 @@ class FileBlobStoreTest : public ::testing::Test {
   }
   fs::path BlobPath(const std::string& key) const { return folder_ / "cache" / (key + ".blob"); }
 
-  // Moves the last use of a blob into the past: the clock of files is too coarse to tell apart two
+  // Moves the last use of a blob into the past: the clock of files is too coarse to separate two
   // writes in a row.
   void Age(const fs::path& path, std::chrono::minutes age) const {
     fs::last_write_time(path, fs::file_time_type::clock::now() - age);

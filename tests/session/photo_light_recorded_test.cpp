@@ -18,7 +18,7 @@
 namespace pleinair::photo_light_recorded_test {
 namespace {
 
-// Each frame by itself, without what its albedos' common error adds: that moves all three alike.
+// Each frame by itself, without the common error of the albedos, which moves all three equally.
 std::vector<LightingEstimate> EstimateEachFrame(const Sequence& sequence) {
   const SequenceSite site = LoadSequenceSite(sequence);
   PrepareOptions options = PrepareOptionsFor(site);

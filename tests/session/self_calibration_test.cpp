@@ -1,4 +1,4 @@
-// Courtyards without their survey map: the albedos that their frames tell, against the survey's.
+// Courtyards without their survey map: albedos found from their frames, against the survey's.
 
 #include <algorithm>
 #include <array>
@@ -80,8 +80,8 @@ class BundledCourtyard : public testing::Test {
   }
 };
 
-// A few frames, a third of each in which nothing but a prior speaks: sound numbers, of the size
-// that was asked for.
+// A few frames, a third of each determined only by the prior: finite numbers, of the size that was
+// asked for.
 TEST_F(BundledCourtyard, GetsAlbedosOfTheStatedMean) {
   sequence_.environment.reset();
   PreparedScene scene = Prepare(LoadSequenceSite(sequence_));
@@ -97,7 +97,7 @@ TEST_F(BundledCourtyard, GetsAlbedosOfTheStatedMean) {
   glm::dvec3 mean(0.0);
   const auto groups = GroupAlbedos(scene, sequence_.CameraOfFrame(0));
   for (const auto& [group, albedo] : groups) mean += albedo / double(groups.size());
-  // Groups count alike here, samples there.
+  // Groups count equally here, samples there.
   EXPECT_NEAR((mean.x + mean.y + mean.z) / 3.0, 0.3, 0.1);
   EXPECT_THAT(scene.notes.back(), testing::HasSubstr("their mean is taken to be 0.30"));
 }

@@ -95,7 +95,7 @@ TEST(Settings, AnUnknownNameIsAnsweredByTheNearest) {
 
 class SettingsFile : public CommandFolder {};
 
-TEST_F(SettingsFile, IsAppliedAsAWholeOrNotAtAll) {
+TEST_F(SettingsFile, IsAppliedCompletelyOrNotAtAll) {
   SessionOptions options;
   ApplySettings(Write("good", "# for a slow machine\n\nlight.samples=100\r\n light.seed = 9"),
                 options);
