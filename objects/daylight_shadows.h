@@ -31,7 +31,7 @@ struct DaylightShadowOptions {
 //         needed, since a map holds no receiver. Only there a ray asks whether the real scene let
 //         the light through before, so nothing darkens twice.
 // Beside  grosch-2007, which draws a second map of the real geometry: a ray for the few points that
-//         an object shades costs less than a map of the whole room, and has no stair steps.
+//         an object shades costs less than a map of the entire room, and has no stair steps.
 class DaylightShadows {
  public:
   // Both casters outlive this; `sphere` holds all that `objects` has. Throws std::invalid_argument

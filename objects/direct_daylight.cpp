@@ -59,7 +59,7 @@ DirectDaylight::DirectDaylight(const Mesh& room,
   DaylightSamplingOptions sampling = options.sampling;
   std::vector<Window> windows = options.windows;
   if (sampling.restriction == DaylightRestriction::kWholeSky) {
-    note_ = "direct daylight: samples of the whole sky";
+    note_ = "direct daylight: samples of the entire sky";
   } else {
     const std::vector<glm::dvec3> middles_m = MiddlesOf(objects.mesh);
     std::string origin = windows.size() == 1 ? std::string("1 window given")
@@ -72,7 +72,7 @@ DirectDaylight::DirectDaylight(const Mesh& room,
     note_ = "direct daylight: " + origin;
     if (SeesSkyPastWindows(real, windows, middles_m)) {
       sampling.restriction = DaylightRestriction::kWholeSky;
-      note_ += "; objects see sky past them: samples of the whole sky";
+      note_ += "; objects see sky past them: samples of the entire sky";
     }
   }
   sampler_ = std::make_unique<DaylightSampler>(windows, sphere_, sampling);

@@ -40,7 +40,7 @@ struct DirectDaylightSummary {
 // that light stays a sum of basis lights: where the shapes stand, intensities alone change.
 //
 // Windows   restrict the samples only where the objects see no sky past them: outdoors, or in a
-//           room that lacks a wall, samples are drawn from the whole sky.
+//           room that lacks a wall, samples are drawn from the entire sky.
 class DirectDaylight {
  public:
   // `objects` as ObjectInterreflection::Objects() has them, which outlives this as `real` does; the

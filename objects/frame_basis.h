@@ -62,7 +62,7 @@ glm::vec3 IntensityOf(const Lighting& lighting, std::size_t light);
 // One unit of basis light `light` of `count`, for the sun's and the skies' intensities alone.
 Lighting UnitOf(std::size_t light, std::size_t count);
 
-// Which lights are worked out anew.
+// Which lights are worked out again.
 enum class Upto {
   kLacking,  // Those that never were: of the others what was made for an older sun or sky will do.
   kCurrent,  // All that are not of the present sun and sky.

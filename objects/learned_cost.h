@@ -9,8 +9,7 @@ class LearnedCost {
   explicit LearnedCost(double first_guess_ms) : guess_ms_(first_guess_ms), ms_(first_guess_ms) {}
 
   double Ms() const { return ms_; }
-  // The same on every machine and in every run: what a choice that must not hang on the clock is
-  // made by.
+  // The same on every machine and in every run: for choices that must not depend on the clock.
   double NominalMs() const { return guess_ms_; }
 
   void Learn(double ms) {

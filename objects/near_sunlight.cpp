@@ -13,7 +13,7 @@
 namespace pleinair {
 namespace {
 
-// Places of one receiver see as many points of the disc between them: it is seen whole by all.
+// The places of one receiver share these points of the disc; together they see all of it.
 constexpr int kNearDiscPoints = 16;
 
 }  // namespace

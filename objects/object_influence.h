@@ -27,7 +27,7 @@ class InfluenceRays;
 
 // Where it is worked out what objects hide and send on real surfaces.
 enum class InfluenceAt {
-  kPixels,  // Anew for each view.
+  kPixels,  // Recomputed for each view.
   kFaces,   // On a lattice over the surfaces, kept while the camera moves.
 };
 

@@ -29,24 +29,24 @@ class ObjectInterreflection {
   void UpdateSun(const RayCaster& real, const glm::dvec3& sun_direction_enu);
 
   // Turns the volume's irradiance at the vertices, one list an object, into what reaches them.
-  // `direct` is what reaches them besides, past objects already, and is reflected alike: all
-  // objects' vertices in one list, or empty.
+  // `direct` is what reaches them besides, with objects' shadows in it already, and is reflected
+  // too: all objects' vertices in one list, or empty.
   void Apply(const DirectionalLight& sun,
              std::span<std::vector<glm::vec3>> vertex_irradiance,
              std::span<const glm::vec3> direct = {});
 
   // Bound of the share of a vertex's view, cosine-weighted, that objects hide from it: by more than
   // its own tangent plane does, and of any of its triangles. 0 for a box and, nearly, for a ball.
-  // None where it is more than `most`, which a few vertices tell; else all rays are cast.
+  // None where it is more than `most`, which a few vertices can show; else all rays are cast.
   std::optional<float> LargestHiddenUpTo(float most);
-  // The rays between the objects; whoever needs them first casts them.
+  // The rays between the objects; cast at the first call.
   void CastRays();
   bool HasCastRays() const { return has_cast_rays_; }
 
   // All objects' triangles in the world, a group an object.
   const PatchScene& Objects() const { return scene_; }
   // Radiosity of the faces of Objects() under the sun and the irradiance that Apply made. What they
-  // mirror of sky and surfaces is taken for diffuse; what they mirror of the sun is left out: it
+  // mirror of sky and surfaces is treated as diffuse; what they mirror of the sun is left out: it
   // lands in a spot, and spread all around it would light what it misses.
   // Shape  one entry a face; `vertex_irradiance` as for Apply.
   std::vector<glm::vec3> FaceRadiosity(
@@ -56,7 +56,7 @@ class ObjectInterreflection {
   PatchScene scene_;
   std::vector<Receiver> vertices_;
   bool has_cast_rays_ = false;
-  float least_known_ = 0.0f;  // LargestHidden is more, as far as a few vertices have told.
+  float least_known_ = 0.0f;  // LargestHidden is at least this, by a few vertices.
   GatheredRays rays_;
   std::vector<glm::vec3> hidden_;  // Per vertex: share of its hemisphere.
   std::vector<glm::vec3> face_diffuse_albedo_;

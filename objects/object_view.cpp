@@ -20,7 +20,7 @@ struct Extent {
   glm::ivec2 upper{0};  // Past the last pixel.
 };
 
-// Of the pixels that the vertices' picture spans, one of margin; the whole picture where an object
+// Of the pixels that the vertices' picture spans, one of margin; the entire picture where an object
 // reaches behind the camera.
 Extent ExtentOf(const Mesh& mesh, const Camera& camera, const CameraIntrinsics& picture) {
   const glm::ivec2 size(picture.width_px, picture.height_px);

@@ -14,8 +14,8 @@
 namespace pleinair {
 
 // Rays are cast once; any basis light's radiance along them is then looked up. All places share one
-// set of directions: what it does wrong it does alike, so that two places that see the same get the
-// same light to the bit.
+// set of directions with the same errors, so that two places that see the same get the same light
+// bit for bit.
 //
 // Threads  The result does not depend on their number.
 class SphereView {

@@ -92,8 +92,8 @@ class VertexLight {
   const LightsDone& Done(const Mode& mode) const {
     return IsGathered() ? Of(mode).done : folded_done_;  // A volume stands where objects move.
   }
-  // Draws samples for skies that are new, where daylight is sampled. Whoever needs them draws them;
-  // to do so first tells what they cost.
+  // Draws samples for skies that are new, where daylight is sampled. Update does so where needed; a
+  // separate call measures their cost.
   void UpdateDaylight(const FrameBasis& basis);
   bool IsDaylightCurrent(const FrameBasis& basis) const;
   const LearnedCost& DaylightMs() const { return daylight_cost_; }

@@ -1,4 +1,4 @@
-// The offline part of relighting as one whole: made once per site, stored, loaded in a blink.
+// The complete offline part of relighting: computed once per site, stored, and loaded later.
 #pragma once
 
 #include <cstddef>
@@ -65,7 +65,7 @@ struct PreparedScene {
 
 // Works out, or loads from `store`, the stages: transport between patches; survey light and albedo
 // (interreflection iterated to convergence); probe operator. Each stage is saved when done, so that
-// an interrupted preparation goes on where it stopped. A damaged part is made anew.
+// an interrupted preparation goes on where it stopped. A damaged part is made again.
 //
 // Throws  std::invalid_argument for options or data that make no sense, naming the field; a
 //         diffuse region that is neither a group nor a material of the mesh, naming it.

@@ -28,8 +28,8 @@ struct SurfaceViewOptions {
   // exact: every pixel gathers.
   int receiver_block_px = 4;
   int sun_disc_samples = 16;
-  // Blocks whose corners all see the sun, or all don't, are taken to do alike: what is smaller may
-  // be missed. 1 is exact: every pixel casts.
+  // Blocks whose corners all see the sun, or all do not, are treated as uniform: smaller details
+  // may be missed. 1 is exact: every pixel casts.
   int sun_block_px = 1;
 };
 

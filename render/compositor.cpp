@@ -134,7 +134,7 @@ struct Compositor::Impl {
   struct Drawn {
     const FrameBuffer* objects = nullptr;
     PixelRect object_rect;  // In the layers.
-    PixelRect shadow_rect;  // Likewise, of shadows by volumes.
+    PixelRect shadow_rect;  // In the layers, of shadows by volumes.
     const RealSunShare* hidden_sun = nullptr;
   };
 

@@ -31,7 +31,7 @@ class DiscPoints {
   const glm::vec3& Centre() const { return disc_.Direction(); }
   // Four points of the rim, one for each of a pixel's samples.
   const std::array<glm::vec3, 4>& Rim() const { return disc_.Rim(); }
-  // Over the whole pixel.
+  // Over the entire pixel.
   std::span<const Point> OfPixel() const { return of_pixel_; }
   // Over the part of the pixel that sample `corner` stands for, row by row.
   std::span<const Point> OfSample(int corner) const {

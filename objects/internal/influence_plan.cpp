@@ -22,7 +22,7 @@ constexpr std::size_t kCoveredSize = 1;
 // falls with the distance's cube, of which a linear blend over a share k of it has up to 3/2 k^2
 // too much.
 constexpr std::array<float, kInfluenceBlocksPx.size() - 1> kBlockPerDistance{0.5f, 0.4f, 0.3f};
-// On faces likewise.
+// Spacing on faces per distance.
 constexpr float kSpacingPerDistance = 0.25f;
 // Of a face's edge: 8000 receivers. A patch is some ten times as large as what stands there at
 // most.

@@ -24,7 +24,7 @@ inline constexpr std::array<int, 4> kInfluenceBlocksPx{1, 3, 7, 15};
 // How the pixels of a view are served.
 struct PixelPlan {
   Gray8Image size;     // 0 where no object can matter, else 1 + the index of its block's side.
-  Gray8Image covered;  // Where a size is: an object hides the surface that the view speaks of.
+  Gray8Image covered;  // Where a size is: an object hides the surface that the view describes.
 };
 
 PixelPlan PlanPixels(const PatchScene& objects,

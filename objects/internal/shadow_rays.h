@@ -16,7 +16,7 @@ namespace pleinair {
 class ShadowRays {
  public:
   void Clear();
-  // `tag`: whatever the caller tells them apart by.
+  // `tag`: any number by which the caller identifies the ray.
   void Add(const glm::vec3& origin_m, const glm::vec3& direction, std::uint32_t tag);
   std::size_t Count() const { return tags_.size(); }
   std::uint32_t Tag(std::size_t ray) const { return tags_[ray]; }

@@ -291,7 +291,7 @@ DaylightSamples DaylightSampler::Draw(std::span<const glm::vec3> sky_radiance) c
       if (through_window_[cell]) cells.push_back(cell);
     }
     if (cells.empty()) {
-      drawn.why_none = "no draw from the whole sky came through a window";
+      drawn.why_none = "no draw from the entire sky came through a window";
       return drawn;
     }
   } else {

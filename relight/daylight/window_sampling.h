@@ -28,8 +28,8 @@ BoundingSphere BoundingSphereOf(std::span<const glm::vec3> points_m);
 
 enum class DaylightRestriction {
   kWindows,    // Drawn from the sky that can reach the object through a window.
-  kRejection,  // Drawn from the whole sky until enough of the draws come through a window.
-  kWholeSky,   // Drawn from the whole sky.
+  kRejection,  // Drawn from the entire sky until enough of the draws come through a window.
+  kWholeSky,   // Drawn from the entire sky.
 };
 
 struct DaylightSamplingOptions {
@@ -50,7 +50,7 @@ struct DaylightSample {
 struct DaylightSamples {
   std::vector<DaylightSample> samples;
   // Share of the sky's light (radiance over solid angle, RGB added up) that the windows let through
-  // to the object's bounding sphere; 1 for the whole sky.
+  // to the object's bounding sphere; 1 for the entire sky.
   double sky_share = 0.0;
   std::string why_none;  // Empty where there are samples.
 };
@@ -72,7 +72,7 @@ std::vector<glm::vec3> SkyRadianceTable(const Lighting& lighting,
 // Unbiased  over seeds: nothing that can reach the object is left out. A sphere that meets a
 //           window's opening is taken to see all of the sky.
 // Not       kept: which side is inside. For an object outdoors ask SeesSkyPastWindows first, and
-//           draw from the whole sky.
+//           draw from the entire sky.
 class DaylightSampler {
  public:
   // Throws std::invalid_argument for bad options, windows or sphere.

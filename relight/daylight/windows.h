@@ -26,7 +26,7 @@ struct Window {
 };
 
 struct WindowSearchOptions {
-  // Over the whole sphere, from each point inside. A window of a thousandth of the sphere (1.3 m^2
+  // Over the entire sphere, from each point inside. A window of a thousandth of the sphere (1.3 m^2
   // in 10 m) gets 33 of them. Converged: as many as wished, up to 2^22.
   int rays_per_point = 32768;
   // Openings are found to a cell; larger for walls of more than 2048 cells.

@@ -44,7 +44,7 @@ class StoredStages {
 
  private:
   // Hash of key and bytes, put in front of the bytes, so that a damaged part, or another key's, is
-  // told from a good one before anything believes the sizes in it.
+  // detected before anything reads the sizes in it.
   static std::string Seal(std::string_view key, std::string_view bytes) {
     return ContentHash().Add(key).Add(bytes).Hex();
   }

@@ -32,8 +32,8 @@ constexpr double kLeastDiscContrast = 10.0;
 constexpr double kOneLevel = 1e-5;  // Above float's step, below any noise.
 constexpr int kLeastFlatPixels = 3;
 constexpr double kLeastFlatContrast = 2.5;
-// A whole lamp of even brightness is flat, too, and far brighter than any limit that a sun is cut
-// at but for one that lets it keep its share.
+// An unclipped lamp of even brightness is flat, too, and far brighter than any limit that a sun is
+// cut at but for one that lets it keep its share.
 constexpr double kMostFlatContrast = 100.0;
 
 // Of four real panoramas' suns, cut at 3 to 20 times the brightest hundredth of the sky: radius at

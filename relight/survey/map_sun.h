@@ -31,7 +31,7 @@ struct MapSun {
 //           cut at one level that nothing else in the map reaches, or fades into a glow of a few
 //           degrees that holds 2 % of the light. Lamps and reflections in windows hold less; bright
 //           clouds and windows are larger, or do not fade.
-// Not       told from the sun: one lamp of a room that holds a tenth of its light.
+// Not       distinguished from the sun: one lamp that holds a tenth of a room's light.
 std::optional<MapSun> FindMapSun(const RgbImage& map);
 
 }  // namespace pleinair

@@ -82,7 +82,7 @@ void NoteSun(const std::optional<SunFromShadows>& shadows, SurveyLight& light) {
   }
   const double relative =
       MeanOf(light.sun_irradiance_stddev_rgb) / std::max(MeanOf(light.sun_irradiance_rgb), 1e-300);
-  light.notes.back() += ", give or take " + std::to_string(std::lround(100.0 * relative)) +
+  light.notes.back() += ", +/- " + std::to_string(std::lround(100.0 * relative)) +
                         " %; albedos of what it lit, " +
                         std::to_string(std::lround(100.0 * MeanOf(light.albedo_stddev_rgb))) + " %";
 }
@@ -103,7 +103,7 @@ void NoteSkyline(const Skyline& skyline, SurveyLight& light) {
   light.notes.emplace_back(text);
 }
 
-// Root mean square over what may be sampled and saw the whole disc, by solid angle.
+// Root mean square over what may be sampled and saw the entire disc, by solid angle.
 glm::dvec3 AlbedoStddev(const SurveyLight& light, const SurfaceView& view) {
   glm::dvec3 sum(0.0);
   double weights = 0.0;
@@ -269,7 +269,7 @@ Survey MakeSurvey(const SurveyMap& map,
                        view);
   };
   AlbedoResult solved = solve();
-  // Albedo, and with it the bounces in the shadows, hang on the sun: the two are found in turn.
+  // Albedo, and with it the bounces in the shadows, depend on the sun: the two are found in turn.
   // A stronger sun brightens the shadows, which then ask for a weaker one: part of the way is less
   // than that swings.
   constexpr int kMostTurns = 5;

@@ -35,7 +35,7 @@ struct SurveyMap {
   double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
   std::optional<UtcTime> time = std::nullopt;  // For who compares its light with a frame's.
   // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
-  // the whole disc.
+  // the entire disc.
   glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
   Misplacement misplacement = {};
   // Throws std::invalid_argument naming the field and its value.
@@ -61,7 +61,7 @@ struct SurveyLight {
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};
-  // At 500 nm: how hazy the map's sky is. None where it does not tell.
+  // At 500 nm: how hazy the map's sky is. None where the sky does not determine it.
   std::optional<double> aerosol_optical_depth_500nm;
   // Lat-long, without the disc, what buildings and the skyline hide filled in, black below the
   // horizon.

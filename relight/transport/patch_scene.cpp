@@ -17,7 +17,7 @@ namespace pleinair {
 namespace {
 
 constexpr std::size_t kMaxPatches = std::size_t{1} << 21;
-// A border nearer than this is not taken for the horizon: seen from eye height, ground at 1 km is
+// A border nearer than this is not treated as the horizon: seen from eye height, ground at 1 km is
 // within 0.1 deg of it.
 constexpr double kNearHorizonM = 1000.0;
 constexpr double kGroundRadiusM = 2000.0;

@@ -21,7 +21,7 @@ class PlaneBlocks {
     int block_px = 4;
     // The first and last column are neighbours (lat-long maps).
     bool wraps_x = false;
-    // Not 0 where a pixel may speak for its plane; null: all that show a surface. Keeps nothing.
+    // Not 0 where a pixel may represent its plane; null: all that show a surface. Keeps nothing.
     const Gray8Image* candidates = nullptr;
   };
 

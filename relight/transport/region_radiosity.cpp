@@ -16,7 +16,7 @@ struct Ending {
   double energy_error;
 };
 
-// Of the whole: [face * lights + light], as one rank alone would have it.
+// For all faces and lights: [face * lights + light], as a single rank would have it.
 std::vector<glm::vec3> DirectLight(const PatchScene& scene,
                                    const PatchTransport& transport,
                                    const RegionRadiosityOptions& options) {
@@ -64,7 +64,7 @@ FaceLights SolveShared(const PatchScene& scene,
     solved = transport.SolveMany(
         scene, Columns(direct, lights, mine), mine.last - mine.first, options.solve);
   }
-  // Ranks' columns follow each other as blocks of whole light; they go back among the rows.
+  // Ranks' columns follow each other as blocks of complete lights; they go back among the rows.
   std::vector<glm::vec3> by_light(solved.radiosity.size());
   const std::size_t faces = scene.FaceCount();
   for (std::size_t face = 0; face < faces; ++face) {

@@ -33,7 +33,7 @@ Mesh MakeShadingMesh(const Mesh& mesh, const ShadingMeshOptions& options) {
   const auto grown =
       static_cast<std::size_t>(options.most_growth * static_cast<double>(mesh.triangles.size()));
   const std::size_t most = std::max(grown, ShadingMeshOptions::kFewTriangles);
-  // Each step has half as many triangles; at the whole diagonal no edge is cut.
+  // Each step has half as many triangles; at the entire diagonal no edge is cut.
   for (double edge_m = options.longest_edge * diagonal_m; edge_m < diagonal_m;
        edge_m *= std::sqrt(2.0)) {
     auto refined = TryRefineMesh(

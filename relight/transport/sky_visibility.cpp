@@ -132,7 +132,7 @@ SkyVisibility::SkyVisibility(const PatchScene& scene,
 }
 
 // First a few rays to each region. Where all faces of the group see all of a region, or nothing,
-// and the like of its neighbours, more rays would tell nothing new.
+// and the like of its neighbours, more rays would add nothing.
 template <class RayOrigin>
 void SkyVisibility::CastGroup(const PatchScene& scene,
                               std::size_t group,

@@ -34,7 +34,7 @@ struct GatherOptions {
   // multiple of FacePoints::kCells.
   bool from_exposed_parts = false;
   // So many receivers in a row, of one normal, cast parts of one set of directions: together they
-  // see what they see alike as evenly as one receiver with all their rays. 1 to 1024.
+  // sample what they all see as evenly as one receiver with all their rays. 1 to 1024.
   int receivers_per_set = 1;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;

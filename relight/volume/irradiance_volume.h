@@ -72,7 +72,7 @@ class FoldedVolume {
  public:
   FoldedVolume() = default;
   FoldedVolume(const ProbeOperator& probes, const BasisLights& basis);
-  // Folds basis light `light` anew (0 is the sun). Throws std::logic_error before anything was
+  // Folds basis light `light` again (0 is the sun). Throws std::logic_error before anything was
   // folded, std::invalid_argument for another operator, another number of lights, or no such light.
   void Refold(const ProbeOperator& probes, const BasisLights& basis, std::size_t light);
   // Writes into `volume`, which keeps its memory from frame to frame.

@@ -48,7 +48,7 @@ std::size_t MapPixels(const Survey* survey) {
   return pixels;
 }
 
-// The least spacing between neighbours; of a lone probe, the grid's own word.
+// The least spacing between neighbours; of a single probe, the grid's stated one.
 float LeastSpacing(const ProbeGrid& grid) {
   return std::min({grid.spacing_m.x, grid.spacing_m.y, grid.spacing_m.z});
 }

@@ -39,7 +39,7 @@ struct ProbeGrid {
 ProbeGrid MakeProbeGrid(const BoundingBox& box, glm::ivec3 counts);
 
 struct ProbeOptions {
-  int rays_per_probe = 1024;  // Over the whole sphere, low-discrepancy; rounded up to even.
+  int rays_per_probe = 1024;  // Over the entire sphere, low-discrepancy; rounded up to even.
   std::uint64_t seed = 1;
   // Throws std::invalid_argument unless 1 <= rays_per_probe <= 2^24.
   void Validate() const;
@@ -50,7 +50,7 @@ struct ProbeOptions {
 // that pixel; else the face; a ray to the sky takes the map's pixel of that direction where the map
 // shows sky there, else the direction itself.
 //
-// All probes share one set of directions: what the set does wrong it does alike at neighbours, so
+// All probes share one set of directions: its errors are the same at neighbours, so
 // that nothing flickers or ripples as an object moves between them; and a stored ray is the index
 // of what it sees, nothing else (4 bytes; 2 MB for 8^3 probes of 1024 rays).
 //

@@ -39,7 +39,7 @@ double PastEdge(double middle_px, double sigma_px) {
 
 // Over edges everywhere in a pixel, of sharp pixels blurred by such a kernel against the lens.
 double SquaredError(double variance, double sigma_px) {
-  constexpr int kPlaces = 8;  // Of half a pixel: the other half is alike.
+  constexpr int kPlaces = 8;  // In half a pixel: the other half is the same.
   const int reach = ReachOf(sigma_px);
   const std::vector<double> weights = SampledGaussian(variance, reach);
   double sum = 0.0;
@@ -75,10 +75,10 @@ double BestVariance(double sigma_px) {
   return 0.5 * (lower + upper);
 }
 
-// From a table that is made once, as frames ask anew.
+// From a table that is made once, as frames repeat their requests.
 double VarianceFor(double sigma_px) {
   constexpr int kStepsPerPx = 32;
-  constexpr double kAsItIsPx = 1.5;  // From here on there is nothing to mend.
+  constexpr double kAsItIsPx = 1.5;  // From here on no correction is needed.
   if (sigma_px >= kAsItIsPx) return sigma_px * sigma_px;
   static const auto table = [] {
     std::array<double, static_cast<std::size_t>(kStepsPerPx * kAsItIsPx) + 1> best{};

@@ -61,7 +61,7 @@ void CheckedContext::RequireNotLost() const {
   if (tells_loss_ && glGetGraphicsResetStatus() != GL_NO_ERROR) {
     throw std::runtime_error(
         "compositor: the OpenGL context has been lost (the device was reset or taken away): "
-        "expected to be made anew in another context");
+        "expected a new one in another context");
   }
 }
 

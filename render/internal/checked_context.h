@@ -3,7 +3,7 @@
 
 namespace pleinair {
 
-// First member of its owner, so that it speaks before any shader is compiled.
+// First member of its owner, so that it throws before any shader is compiled.
 class CheckedContext {
  public:
   // Throws std::runtime_error where none is current, or it lacks something, naming it.

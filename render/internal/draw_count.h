@@ -1,4 +1,4 @@
-// How often the passes draw: what a frame's effects cost, told without a clock.
+// How often the passes draw: what a frame's effects cost, measured without a clock.
 #pragma once
 
 namespace pleinair {

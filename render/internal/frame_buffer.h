@@ -18,7 +18,7 @@ class FrameBuffer {
 
   FrameBuffer(std::string name, GLenum colour_format, DepthStencil depth_stencil);
 
-  // Makes the attachments anew where the size is another; true then, and their content is
+  // Makes the attachments again where the size is another; true then, and their content is
   // undefined. Throws std::runtime_error naming the buffer and the format where the device cannot
   // draw into it.
   bool Resize(int width, int height);

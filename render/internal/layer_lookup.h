@@ -15,7 +15,7 @@ namespace pleinair {
 // that this texture gives for each pixel.
 class LayerLookup {
  public:
-  // Makes the texture anew where the camera is another one.
+  // Makes the texture again where the camera is another one.
   void Update(const CameraIntrinsics& camera);
 
   // The layers' camera: the smallest undistorted one that covers the picture.

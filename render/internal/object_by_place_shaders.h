@@ -84,7 +84,7 @@ void main() {
 }
 )";
 
-// As kObjectTriangleFragmentShader, where the texture says that something is there.
+// As kObjectTriangleFragmentShader, where the texture is not cut out.
 inline constexpr std::string_view kByPlaceTriangleFragmentShader = R"(
 uniform int u_first_triangle;
 out uint o_number;

@@ -49,7 +49,7 @@ struct LayerLight {
 //   L = d/pi E + M + s P max(0, n.l) (d/pi + GGX(k, alpha)) ,
 // n the shading normal, turned to the viewer; s is the share of the disc seen, or 0 in the shadow
 // of any caster, and 0 where the triangle's visible side faces away. M is what a glossy surface
-// mirrors of its surroundings; where that is not known, the surface is taken for diffuse, with
+// mirrors of its surroundings; where that is not known, the surface is treated as diffuse, with
 // min(d + k, 1). Of materials by place d and k are each sample's own, looked up at the level of its
 // texture whose texels are as wide as the sample; M is not: it comes with that of the triangle.
 //
@@ -88,7 +88,7 @@ class ObjectLayerPass {
     glm::dmat4 clip_from_local{0.0};
     glm::ivec2 size_px{0};
     PixelRect rect;
-    bool mirrors = false;  // Only shares by place tell.
+    bool mirrors = false;  // Only of shares by place.
     bool operator==(const KeptFor&) const = default;
   };
 
@@ -120,7 +120,7 @@ class ObjectLayerPass {
   std::optional<ShaderProgram> triangle_program_;  // Where they are.
   ShaderProgram sun_program_;
   ShaderProgram mean_program_;
-  // As those, of materials by place; made when one is there.
+  // As those, of materials by place; made when there is one.
   std::optional<ShaderProgram> ambient_by_place_;
   std::optional<ShaderProgram> triangle_by_place_;
   std::optional<ShaderProgram> sun_by_place_;

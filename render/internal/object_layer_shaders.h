@@ -26,7 +26,7 @@ void main() {
 
 // In which part of which pixel a sample lies, see SampleLattice: pixels have `parts_per_side`. One
 // in the middle of a pixel of four goes to the last: where side is 4 that moves light by 0.015 px.
-// Whole numbers in floats, half of one off what they are divided by: whole ones divide slowly.
+// Whole numbers in floats, half of one off what they are divided by: integers divide slowly.
 inline constexpr std::string_view kObjectPlaceOfSample = R"(
 uniform ivec3 u_lattice;  // Side, turn, and the pixels' width.
 ivec2 PlaceOfSample(int parts_per_side) {

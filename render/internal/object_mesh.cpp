@@ -30,7 +30,7 @@ struct PlaceOfVertex {
   glm::vec4 colour{1.0f};
 };
 
-// A vertex of an object and its place, to the bit.
+// A vertex of an object and its place, compared bit for bit.
 using PlaceKey = std::array<std::uint32_t, 7>;
 
 PlaceKey KeyOf(std::uint32_t vertex, const PlaceOfVertex& place) {

@@ -16,10 +16,10 @@
 
 namespace pleinair {
 
-// All objects in one vertex buffer. A vertex that triangles of several materials share is there
+// All objects in one vertex buffer. A vertex that triangles of several materials share is stored
 // once for each. Attributes: 0 (position, 1), 1 normal, 2 diffuse albedo, 3 (specular reflectance,
 // GGX alpha), 4 irradiance; of materials by place 5 the place in the texture, 6 the vertex' colour,
-// and 2 and 3 without meaning but for alpha. A vertex is there once for each such place, too.
+// and 2 and 3 without meaning but for alpha. A vertex is stored once for each such place, too.
 class ObjectMesh {
  public:
   // Triangles that are drawn together.

@@ -74,7 +74,7 @@ void ValidateColours(const Mesh& mesh, const std::string& name) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const glm::vec2& uv = mesh.triangle_colours[i].texture_uv[corner];
       const glm::vec4& colour = mesh.triangle_colours[i].vertex_colour[corner];
-      constexpr float kMost = 1e6f;  // Coordinates beyond it have no fractions left to speak of.
+      constexpr float kMost = 1e6f;  // Coordinates beyond it have hardly a fraction left.
       for (const float value : {uv.x, uv.y, colour.r, colour.g, colour.b, colour.a}) {
         if (std::abs(value) <= kMost) continue;
         Refuse(name,

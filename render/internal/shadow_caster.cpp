@@ -385,7 +385,7 @@ void ShadowCaster::AppendBatch(std::span<const std::int8_t> weights,
       const EdgeUse& use = edge_uses_[edge.first_use + i];
       net += use.sign * weights[use.triangle];
     }
-    // A cap runs along the edge from `from` to `to`; the side that hangs on it runs back.
+    // A cap runs along the edge from `from` to `to`; the side attached to it runs back.
     const std::uint32_t from = net > 0 ? edge.lower : edge.higher;
     const std::uint32_t to = net > 0 ? edge.higher : edge.lower;
     for (std::int32_t i = 0; i < std::abs(net); ++i) {

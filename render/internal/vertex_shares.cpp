@@ -177,7 +177,7 @@ VertexShares::VertexShares(const Samples& samples, const std::vector<bool>& is_g
         }
       }
       const auto count = static_cast<float>(lattice.PerPixel());
-      pixel.coverage = static_cast<float>(covered) / count;  // A whole pixel's is 1.
+      pixel.coverage = static_cast<float>(covered) / count;  // 1 for a fully covered pixel.
       pixel.glossy = static_cast<float>(glossy) / count;
       pixel.end = static_cast<std::uint32_t>(row.entries.size());
       if (!samples.by_place.empty()) {

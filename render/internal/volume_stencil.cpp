@@ -67,7 +67,7 @@ void VolumeStencil::Fold() {
   glBindVertexArray(no_vertices_.Name());
   glDepthFunc(GL_ALWAYS);
   glStencilMask(0xff);
-  // Where the count is not 0: keep the shadow, begin the count anew.
+  // Where the count is not 0: keep the shadow, begin the count again.
   glStencilFunc(GL_NOTEQUAL, static_cast<GLint>(kShadowBit), kCountBits);
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   DrawScreen();

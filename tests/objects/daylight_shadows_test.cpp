@@ -156,11 +156,11 @@ TEST_F(DaylightShadowsInARoom, DrawsTheMapsOfNewDirectionsOnly) {
   shadows.SetSamples(brighter);
   EXPECT_EQ(shadows.MapsDrawn(), 1u);
   // As if set at once; and fewer samples leave no trace of the others.
-  DaylightShadows anew(room_, objects_, sphere_);
+  DaylightShadows again(room_, objects_, sphere_);
   brighter.resize(10);
-  anew.SetSamples(brighter);
+  again.SetSamples(brighter);
   shadows.SetSamples(brighter);
-  EXPECT_EQ(shadows.HiddenFrom(floor_), anew.HiddenFrom(floor_));
+  EXPECT_EQ(shadows.HiddenFrom(floor_), again.HiddenFrom(floor_));
 }
 
 TEST_F(DaylightShadowsInARoom, HaveNothingToHideWithoutSamples) {

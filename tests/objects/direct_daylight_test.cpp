@@ -102,7 +102,7 @@ TEST_F(DirectDaylightInARoom, NewShadowsAreWhatTheObjectTakesFromTheFloor) {
 
   DirectDaylight daylight = Daylight(Samples(4096));
   daylight.Update(std::array{sky_});
-  // What is lost is a fifth of what is there, and its noise that of a fifth of the rays.
+  // A fifth of the light is lost; its noise is that of a fifth of the rays.
   EXPECT_LT(RelativeRms(daylight.HiddenFrom(0, floor), taken), 0.1);
 }
 
@@ -123,7 +123,7 @@ TEST_F(DirectDaylightInARoom, NothingGetsOrLosesMoreThanTheWindowLetsThrough) {
   for (const glm::vec3& hidden : daylight.HiddenFrom(0, floor)) EXPECT_LT(hidden.g, largest.g);
 }
 
-TEST_F(DirectDaylightInARoom, AStillSkyDrawsNothingAnew) {
+TEST_F(DirectDaylightInARoom, AStillSkyDrawsNoNewSamples) {
   DirectDaylightOptions options;
   options.sampling.samples = 64;
   DirectDaylight daylight = Daylight(options);
@@ -137,7 +137,7 @@ TEST_F(DirectDaylightInARoom, AStillSkyDrawsNothingAnew) {
   daylight.Update(std::array{sky_, uniform});
   EXPECT_EQ(daylight.Summary().maps_drawn, 0u);
   EXPECT_EQ(daylight.Summary().samples, 128u);
-  // The same light in another object: drawn anew, in the same directions.
+  // The same light in another object: drawn again, in the same directions.
   daylight.Update(std::array{BrightBelow(), uniform});
   EXPECT_EQ(daylight.Summary().maps_drawn, 0u);
   EXPECT_EQ(daylight.OnObjects(0), before);

@@ -48,7 +48,7 @@ TEST(NearSunlight, AnObjectSeesItsOwnShadow) {
   EXPECT_NEAR(change.g / kAlbedo, -FormFactor(), 0.016);
 }
 
-// Patches that were taken for dark, as if a real shadow lay over all of them, are lit where they
+// Patches that were treated as dark, as if a real shadow lay over all of them, are lit where they
 // are near: within the reach of the lid, but for its shadow.
 TEST(NearSunlight, APatchsMeanGivesWayToThePlace) {
   const PatchScene ground = Square(50.0f, 0.0f);

@@ -144,7 +144,7 @@ TEST(ObjectInterreflection, OnlyTheDiffusePartReflectsTheSun) {
 }
 
 // Light that is past the objects already is hidden no second time, and reflected once.
-TEST(ObjectInterreflection, DirectLightIsAddedWholeAndReflected) {
+TEST(ObjectInterreflection, DirectLightIsAddedInFullAndReflected) {
   Mesh room;
   AddBox(room, {-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 1.0f}, true);
   const std::vector<VirtualObject> objects{ObjectOf(room, glm::vec3(0.4f)),
@@ -163,7 +163,7 @@ TEST(ObjectInterreflection, DirectLightIsAddedWholeAndReflected) {
                std::invalid_argument);
 }
 
-TEST(ObjectInterreflection, TellsItsObjectsApart) {
+TEST(ObjectInterreflection, KeepsItsObjectsApart) {
   const std::vector<VirtualObject> objects{ObjectOf(Tile({0.0f, 0.0f, 0.0f}), glm::vec3(0.1f)),
                                            ObjectOf(Mesh{}, glm::vec3(0.5f)),
                                            ObjectOf(Tile({1.0f, 0.0f, 0.0f}), glm::vec3(0.9f))};
@@ -179,8 +179,8 @@ TEST(ObjectInterreflection, TellsItsObjectsApart) {
 }
 
 // A box hides nothing from itself, a room all from a tile within; between them a seat with its
-// back. Whether a few vertices tell or all do, and after they have been asked for.
-TEST(ObjectInterreflection, TellsHowMuchObjectsHideFromThemselves) {
+// back. By a few vertices or by all, and at repeated calls.
+TEST(ObjectInterreflection, ReportsHowMuchObjectsHideFromThemselves) {
   Mesh box;
   AddBox(box, {-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.6f});
   ObjectInterreflection of_box({ObjectOf(box, glm::vec3(0.5f))});
@@ -192,7 +192,7 @@ TEST(ObjectInterreflection, TellsHowMuchObjectsHideFromThemselves) {
   ObjectInterreflection of_seat({ObjectOf(seat, glm::vec3(0.5f))});
   EXPECT_FALSE(of_seat.LargestHiddenUpTo(0.02f));
   EXPECT_FALSE(of_seat.LargestHiddenUpTo(0.02f)) << "remembered";
-  EXPECT_FALSE(of_seat.HasCastRays()) << "a few told";
+  EXPECT_FALSE(of_seat.HasCastRays()) << "a few vertices suffice";
   const std::optional<float> largest = of_seat.LargestHiddenUpTo(1.0f);
   ASSERT_TRUE(largest);
   EXPECT_GT(*largest, 0.02f);

@@ -32,7 +32,7 @@ Camera LevelCamera() {
   return camera;
 }
 
-TEST(MayBeInView, TellsWhatIsBeforeTheCameraFromWhatIsNot) {
+TEST(MayBeInView, DistinguishesWhatIsInFrontOfTheCamera) {
   const Camera camera = LevelCamera();
   EXPECT_TRUE(MayBeInView(BoxAt({0.0f, 5.0f, 0.0f}, 0.5f), camera));
   EXPECT_FALSE(MayBeInView(BoxAt({0.0f, -5.0f, 0.0f}, 0.5f), camera));
@@ -75,7 +75,7 @@ TEST(ReachOfInfluence, GrowsAsTheObjectComesNear) {
   EXPECT_TRUE(none.pixels.empty());
 }
 
-TEST(AnySeesSun, TellsAnObjectInTheSceneShadow) {
+TEST(AnySeesSun, IsFalseForAnObjectInTheSceneShadow) {
   const DirectionalLight sun{glm::normalize(glm::dvec3(1.0, 0.0, 1.0))};
   Mesh scene;
   AddGround(scene, 20.0f);

@@ -240,7 +240,7 @@ TEST(SoftSunHardCases, NothingInViewGivesNothing) {
       SoftSun(nothing, objects).OnReal(view, {{0.0, 0.0, -1.0}, {}, kRadius}).hidden.Empty());
 }
 
-// Around the camera: the whole picture is looked at.
+// Around the camera: the entire picture is looked at.
 TEST(SoftSunHardCases, AnObjectAroundTheCameraIsSeen) {
   Mesh floor;
   AddPlate(-50.0f, -50.0f, 50.0f, 50.0f, 1.0f, floor);

@@ -64,7 +64,7 @@ TEST(BasisProbes, SumsAreThoseOfThePlainLoop) {
   EXPECT_EQ(sum, PlainSum(lights, weights));
 }
 
-TEST(BasisProbes, UnwantedBlocksAreBlackAndOthersWhole) {
+TEST(BasisProbes, UnwantedBlocksAreBlackAndOthersComplete) {
   constexpr std::size_t kProbes = 12;
   std::mt19937 random(5);
   BasisProbes basis(2, kProbes);

@@ -51,7 +51,7 @@ TEST(IrradianceVolumeHardCases, TheNearestValidProbeStandsInForAWholeCell) {
   for (int trial = 0; trial < 200; ++trial) {
     IrradianceVolume volume = GrayVolume({5, 4, 6});
     for (std::size_t probe = 0; probe < volume.probes.size(); ++probe) {
-      volume.probes[probe][0] *= static_cast<float>(probe + 1);  // Tells which one was taken.
+      volume.probes[probe][0] *= static_cast<float>(probe + 1);  // To identify it.
       if (random() % 50 != 0) MarkInvalid(volume, probe);
     }
     std::uniform_real_distribution<float> unit(0.0f, 1.0f);

@@ -211,16 +211,16 @@ TEST(IrradianceVolume, IsLinearInTheLight) {
   EXPECT_LT(LargestApart(volume_mixed.probes, sum), 1e-5 * LargestOf(sum));
 }
 
-TEST(IrradianceVolume, RefoldingTheSunIsFoldingAnew) {
+TEST(IrradianceVolume, RefoldingTheSunIsTheSameAsFolding) {
   LitYard yard;
   FoldedVolume kept(yard.probes, yard.basis);
   yard.basis.environment[0] = EnvironmentOfSun(yard.survey, {0.0, 0.0, 1.0});
   yard.basis.face_radiosity[0] = yard.FaceLight(5);
   kept.Refold(yard.probes, yard.basis, 0);
-  IrradianceVolume refolded, anew;
+  IrradianceVolume refolded, again;
   kept.Combine(kDay, refolded);
-  FoldedVolume(yard.probes, yard.basis).Combine(kDay, anew);
-  EXPECT_EQ(refolded.probes, anew.probes);
+  FoldedVolume(yard.probes, yard.basis).Combine(kDay, again);
+  EXPECT_EQ(refolded.probes, again.probes);
 }
 
 // Trilinear interpolation gives a field back that is linear in position. Two roundings of a float

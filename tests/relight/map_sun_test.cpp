@@ -1,4 +1,4 @@
-// Skies made with a sun that is whole, cut off, veiled or not there; and what looks like a sun.
+// Skies made with a sun that is complete, cut off, veiled or absent; and what looks like a sun.
 #include "relight/survey/map_sun.h"
 
 #include <algorithm>

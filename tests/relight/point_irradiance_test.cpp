@@ -40,7 +40,7 @@ struct Difference {
   double bias = 0.0;
 };
 
-// Two independent halves of a reference tell its noise: half their difference.
+// Two independent halves of a reference measure its noise: half their difference.
 template <class Value>
 Difference Compare(const std::vector<glm::vec3>& values,
                    const std::vector<Value>& one,

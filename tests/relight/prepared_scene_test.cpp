@@ -97,7 +97,7 @@ TEST(PreparedScene, GoesOnWhereItWasCutOff) {
   EXPECT_EQ(stages, std::vector<std::string>{"probes"});
 }
 
-TEST(PreparedScene, DamagedAndForeignPartsAreMadeAnew) {
+TEST(PreparedScene, DamagedAndForeignPartsAreRecomputed) {
   MemoryStore store;
   const PreparedScene made = PrepareScene(Site(), Quick(), store, {});
   const auto good = store.blobs;
@@ -110,44 +110,44 @@ TEST(PreparedScene, DamagedAndForeignPartsAreMadeAnew) {
   EXPECT_FALSE(PrepareScene(Site(), Quick(), store, {}).from_store);
   for (auto& [key, blob] : store.blobs) blob.clear();
   EXPECT_FALSE(PrepareScene(Site(), Quick(), store, {}).from_store);
-  // Whole parts, each under another's key.
+  // Undamaged parts, each under another's key.
   store.blobs = good;
   auto first = store.blobs.begin();
   std::swap(first->second, std::next(first)->second);
   again = PrepareScene(Site(), Quick(), store, {});
   EXPECT_FALSE(again.from_store);
   ExpectSame(made, again);
-  EXPECT_TRUE(PrepareScene(Site(), Quick(), store, {}).from_store) << "and was mended";
+  EXPECT_TRUE(PrepareScene(Site(), Quick(), store, {}).from_store) << "and was repaired";
 }
 
 TEST(PreparedScene, AnythingThatMattersMakesAnotherKey) {
   MemoryStore store;
   PrepareScene(Site(), Quick(), store, {});
-  const auto is_made_anew = [&](const SiteModel& site, const PrepareOptions& options) {
+  const auto is_recomputed = [&](const SiteModel& site, const PrepareOptions& options) {
     return !PrepareScene(site, options, store, {}).from_store;
   };
-  EXPECT_FALSE(is_made_anew(Site(), Quick()));
+  EXPECT_FALSE(is_recomputed(Site(), Quick()));
   SiteModel site = Site();
   site.environment->radiance.At(3, 100).x += 1e-3f;
-  EXPECT_TRUE(is_made_anew(site, Quick()));
+  EXPECT_TRUE(is_recomputed(site, Quick()));
   site = Site();
   site.mesh.positions_m[0].x += 1e-3f;
-  EXPECT_TRUE(is_made_anew(site, Quick()));
+  EXPECT_TRUE(is_recomputed(site, Quick()));
   site = Site();
   site.diffuse_regions = {"ground"};
-  EXPECT_TRUE(is_made_anew(site, Quick()));
+  EXPECT_TRUE(is_recomputed(site, Quick()));
   PrepareOptions options = Quick();
   options.bounces = 1;
-  EXPECT_TRUE(is_made_anew(Site(), options));
+  EXPECT_TRUE(is_recomputed(Site(), options));
   options = Quick();
   options.gather.seed = 2;
-  EXPECT_TRUE(is_made_anew(Site(), options));
+  EXPECT_TRUE(is_recomputed(Site(), options));
   options = Quick();
   options.probes.seed = 2;
-  EXPECT_TRUE(is_made_anew(Site(), options));
+  EXPECT_TRUE(is_recomputed(Site(), options));
   options = Quick();
   options.survey_map_width = 128;
-  EXPECT_TRUE(is_made_anew(Site(), options));
+  EXPECT_TRUE(is_recomputed(Site(), options));
 }
 
 // A survey by means over 4 x 4 pixels: the same as by a map that came so, and with nearly the same

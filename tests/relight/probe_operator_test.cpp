@@ -51,7 +51,7 @@ TEST(ProbeGrid, SpansTheBoxXFastest) {
   EXPECT_EQ(grid.PositionM(23), glm::vec3(2.0f, 13.0f, 1.0f));
 }
 
-TEST(ProbeGrid, ALoneProbeStandsInTheMiddle) {
+TEST(ProbeGrid, ASingleProbeStandsInTheMiddle) {
   const ProbeGrid grid = MakeProbeGrid({{0.0f, 0.0f, 0.0f}, {2.0f, 4.0f, 6.0f}}, {1, 1, 1});
   EXPECT_EQ(grid.PositionM(0), glm::vec3(1.0f, 2.0f, 3.0f));
 }
@@ -130,7 +130,7 @@ TEST(ProbeOperator, AnotherSeedTurnsTheRaysButNotTheAnswer) {
   EXPECT_LT(apart, 0.02 * Rms(one));  // Each within 1 %, see above.
 }
 
-// How much of band 0, which sees all directions alike, comes from each of the three sources.
+// How much of band 0, which weights all directions equally, comes from each of the three sources.
 struct Shares {
   float map = 0.0f;
   float faces = 0.0f;

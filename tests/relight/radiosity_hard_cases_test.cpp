@@ -183,8 +183,8 @@ TEST(RadiosityHardCases, OneToTenThousandPatchesConverge) {
   const PatchScene single = SceneOf(std::move(one), glm::vec3(0.25f));
   RegionRadiosityOptions options;
   options.sky_rays_per_patch = 1024;
-  const PatchTransport lone(single, kExposed);
-  const FaceLights lights = SolveRegions(single, lone, options);
+  const PatchTransport of_single(single, kExposed);
+  const FaceLights lights = SolveRegions(single, of_single, options);
   double sum = 0.0;
   for (std::size_t region = 0; region < 64; ++region) sum += lights.radiosity[region].x;
   EXPECT_NEAR(sum, 0.25 * std::numbers::pi, 0.005);
@@ -204,7 +204,7 @@ TEST(RadiosityHardCases, OneToTenThousandPatchesConverge) {
   }
 }
 
-// 10^4:1, side by side: an open plane, whose upper faces get the whole sky and no light from each
+// 10^4:1, side by side: an open plane, whose upper faces get the entire sky and no light from each
 // other.
 TEST(RadiosityHardCases, SliversAreAPlane) {
   Mesh mesh;

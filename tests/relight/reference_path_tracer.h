@@ -1,5 +1,5 @@
 // A path tracer that shares nothing with relight's transport but the ray queries: no patches, no
-// radiosity, no lattices. For tests to compare with; its noise is told by two halves.
+// radiosity, no lattices. For tests to compare with; its noise is measured by two halves.
 #pragma once
 
 #include <cmath>

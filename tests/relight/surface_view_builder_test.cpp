@@ -159,7 +159,7 @@ TEST(SurfaceViewBuilder, BlocksOfSunComeCloseToPixels) {
   EXPECT_THROW(SurfaceViewBuilder(SiteWithoutAMap(), {.sun_block_px = 0}), std::invalid_argument);
 }
 
-// The sun's faces are told apart from the sun's view: with a new camera the first stay.
+// The sun on faces is kept apart from the sun in the view: with a new camera the first stays.
 TEST(SurfaceViewBuilder, ANewCameraKeepsTheSunsFaces) {
   SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;

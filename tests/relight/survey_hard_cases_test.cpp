@@ -159,7 +159,7 @@ TEST(SurveyHardCases, ScaleOfTheMapChangesTheLightAndNoAlbedo) {
   }
 }
 
-TEST(SurveyHardCases, AnOvercastMapHasNoSunAndIsNotTakenForClipped) {
+TEST(SurveyHardCases, AnOvercastMapHasNoSunAndIsNotTreatedAsClipped) {
   const PreparedScene prepared =
       Prepare(TheKnownSite().Model(TheKnownSite().Map(/*with_sun=*/false)));
   const SurveyLight& light = prepared.survey->light;
@@ -202,8 +202,8 @@ double AlbedoOver(const PreparedScene& a, const PreparedScene& b, std::int32_t r
   return ratios[ratios.size() / 2];
 }
 
-// 3 % of the unclipped map's albedo is the catalogue's. The disc is one pixel of this map: nothing
-// but the light on the surfaces tells that it was cut.
+// 3 % of the unclipped map's albedo is the catalogue's. The disc is one pixel of this map: only
+// the light on the surfaces shows that it was cut.
 TEST(SurveyHardCases, AClippedSunIsFoundFromShadows) {
   const KnownSite site = SiteWithPosts();
   const RgbImage map = site.Map();
@@ -345,7 +345,8 @@ Seams SeamsOfTheGround(const PreparedScene& prepared) {
   return seams;
 }
 
-// The map's wrong pixels are those of the model with its own word taken for where shadows end.
+// The map's wrong pixels are those that the model predicts when its shadow edges are taken as
+// exact.
 TEST(SurveyHardCases, MisplacedShadowsLeaveNoSeamsInTheAlbedo) {
   const KnownSite site = SiteWithPosts();
   SiteModel model = Misplaced(site, site.Map(), 0.02, 0.03);

@@ -82,7 +82,7 @@ TEST(SurveyHaze, IsFoundInPartOfTheSky) {
   EXPECT_EQ(MeasureAerosolDepth(sky, shows_sky, kSunEnu), 0.0);
 }
 
-TEST(SurveyHaze, IsTheStandardOneWhereTheSkyDoesNotTell) {
+TEST(SurveyHaze, IsTheStandardOneWhereTheSkyDoesNotDetermineIt) {
   const MadeUpSky overcast{.clear = 0.0, .uniform = 0.0, .overcast = 1.0};
   EXPECT_EQ(MeasureAerosolDepth(MakeSky(overcast), UpperHemisphere(), kSunEnu),
             kStandardAerosolDepth500nm);

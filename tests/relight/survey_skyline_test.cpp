@@ -153,7 +153,7 @@ TEST(SurveySkyline, AWoodBeforeAClearSkyIsFound) {
   EXPECT_LT(found.of_sky, kEdgesOfWood);
 }
 
-// Dark clouds that stand on the wood may be taken for it.
+// Dark clouds that stand on the wood may be treated as it.
 TEST(SurveySkyline, AWoodBeforeBrokenCloudsIsFound) {
   for (const std::uint32_t seed : {1u, 2u, 3u}) {
     const Found found =

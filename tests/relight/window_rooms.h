@@ -33,7 +33,7 @@ void AroundHole(const glm::vec2& size, const WallHole& hole, const Add& add) {
   add(glm::vec2(hole.lower.x, hole.upper.y), glm::vec2(hole.upper.x, size.y));
 }
 
-// Walls are sheets; a wall without a hole is whole.
+// Walls are sheets; a wall without a hole is one rectangle.
 inline Mesh SheetRoom(const std::vector<WallHole>& south, const std::vector<WallHole>& east = {}) {
   Mesh mesh;
   mesh.materials.resize(1);

@@ -75,7 +75,7 @@ glm::dvec3 FromSamples(const RayCaster& caster,
   return sum;
 }
 
-// Nine points of every cell of the whole sky.
+// Nine points of every cell of the entire sky.
 glm::dvec3 Reference(const RayCaster& caster,
                      const Receiver& receiver,
                      const std::vector<glm::vec3>& sky) {
@@ -197,7 +197,7 @@ TEST_F(WindowSampling, HasTheSameMeanBySetting) {
 }
 
 // A sun that comes out behind the wall: what is seen through the window does not change, and its
-// samples don't. Rejection has thrown its draws anew.
+// samples don't. Rejection has thrown its draws again.
 TEST_F(WindowSampling, DoesNotFlickerWithASkyThatIsNotSeen) {
   const std::vector<glm::vec3> dim = SkyWithASpot(0.0f);
   const auto largest_move = [&](DaylightRestriction restriction) {
@@ -308,7 +308,7 @@ TEST_F(WindowSampling, RestrictsTheSkyToLittleMoreThanTheWindowsCone) {
   EXPECT_LT(sampler.OpenSolidAngleSr(), 1.2);
   EXPECT_GT(sampler.OpenSolidAngleSr(), 0.3);
   const DaylightSampler whole(windows_, kObject, {.restriction = DaylightRestriction::kWholeSky});
-  // Cells at the rim of the table count whole or not at all.
+  // Cells at the rim of the table count completely or not at all.
   EXPECT_NEAR(whole.OpenSolidAngleSr(), 2.0 * std::numbers::pi, 1e-3);
 }
 

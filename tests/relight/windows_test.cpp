@@ -95,7 +95,7 @@ TEST(Windows, FindsABandOfGlassBehindFurniture) {
   EXPECT_FALSE(found.Open());
 }
 
-// Where a whole wall is missing there is no frame: said, not guessed.
+// Where a wall is missing there is no frame: reported, not guessed.
 TEST(Windows, CallsARoomWithoutAWallOpen) {
   const FoundWindows found = FindWindows(SheetRoom({{{0.0f, 0.0f}, {5.0f, 3.0f}}}), kMiddle);
   EXPECT_TRUE(found.windows.empty());
@@ -128,7 +128,7 @@ TEST(Windows, FindsTheRecordedRoomsWindow) {
   EXPECT_FALSE(found.Open());
 }
 
-TEST(Windows, TellsWhereLightComesFromElsewhereToo) {
+TEST(Windows, ReportsWhereLightComesFromElsewhereToo) {
   const std::vector<Window> windows{SouthWindow(kSouthHole)};
   const RayCaster room(SheetRoom({kSouthHole}));
   EXPECT_FALSE(SeesSkyPastWindows(room, windows, kMiddle));

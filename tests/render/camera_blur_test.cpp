@@ -15,8 +15,8 @@
 namespace pleinair::test::camera_blur_test {
 namespace {
 
-// Upright edges would all lie alike in their pixels, and a blur from pixel to pixel leaves an edge
-// between two of them by a sixth of a pixel's square narrower than the mean.
+// Upright edges would all lie at the same place in their pixels, and a blur from pixel to pixel
+// leaves an edge between two of them by a sixth of a pixel's square narrower than the mean.
 Mesh LeaningBox(float angle_rad = 0.25f) {
   Mesh box = Box({-0.5f, -0.5f, -0.55f}, {0.5f, 0.5f, 0.55f});
   const glm::mat4 leaning = glm::rotate(

@@ -204,7 +204,7 @@ TEST_F(CompositeByBoth, IsTheSameWithAllThatRayCastingSays) {
 }
 
 // Light that cannot be, under a picture that has other light, and one pixel that is far brighter
-// than all: the two do alike, and nothing is brighter than the picture and what shines on it.
+// than all: both give the same, and nothing is brighter than the picture and what shines on it.
 TEST_F(CompositeByBoth, IsTheSameUnderLightThatCannotBe) {
   IrradianceChange change{20, 10, RgbImage(140, 110)};
   for (std::size_t i = 0; i < change.irradiance_rgb.pixels.size(); ++i) {
@@ -294,7 +294,7 @@ TEST_F(CompositeByBoth, IsTheSameOfPicturesOnObjects) {
   }
 }
 
-// New light on samples that were kept, and on samples found anew: bit for bit.
+// New light on samples that were kept, and on samples found again: bit for bit.
 TEST_F(CompositeByBoth, KeptSamplesShowNothingOfFramesBefore) {
   Compositor kept(CompositorOptions{.composite_by = CompositeBy::kProcessor});
   RenderBy(kept);
@@ -304,10 +304,10 @@ TEST_F(CompositeByBoth, KeptSamplesShowNothingOfFramesBefore) {
     scene_.lighting.sun.irradiance_rgb = sunshine * sun;
     scene_.RenderCameraFromModel();
     const Composite still = Again(kept);
-    const Composite anew = Render(CompositeBy::kProcessor);
-    EXPECT_EQ(still.radiance.pixels, anew.radiance.pixels) << sunshine;
-    EXPECT_EQ(still.change.pixels, anew.change.pixels) << sunshine;
-    EXPECT_LT(still.draw_calls, anew.draw_calls);
+    const Composite again = Render(CompositeBy::kProcessor);
+    EXPECT_EQ(still.radiance.pixels, again.radiance.pixels) << sunshine;
+    EXPECT_EQ(still.change.pixels, again.change.pixels) << sunshine;
+    EXPECT_LT(still.draw_calls, again.draw_calls);
   }
 }
 

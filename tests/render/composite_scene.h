@@ -25,7 +25,7 @@ class CompositeScene {
   explicit CompositeScene(const glm::dvec3& to_sun, int width_px = 240, int height_px = 180);
 
   const pleinair::Camera& Camera() const { return view.camera; }
-  // Another lens in front of the same camera; the view and the picture are made anew.
+  // Another lens in front of the same camera; the view and the picture are made again.
   void SetIntrinsics(const CameraIntrinsics& intrinsics);
   // Fills `radiance` with the model's.
   void RenderCameraFromModel();

@@ -110,7 +110,7 @@ TEST_P(CompositorHardCase, AStripOf4096Pixels) {
   EXPECT_GT(CountChanged(all_along), 4096u);
 }
 
-TEST_P(CompositorHardCase, ObjectsThatAreNotThereChangeNothing) {
+TEST_P(CompositorHardCase, AbsentObjectsChangeNothing) {
   const CompositeScene scene(to_sun_);
   EXPECT_EQ(CountChanged(Render(scene, Mesh{})), 0u);
   EXPECT_EQ(CountChanged(Render(scene, Sphere({9.0f, -10.0f, 1.0f}, 0.5f, 8))), 0u);

@@ -280,7 +280,7 @@ TEST_P(CompositorTest, AClippedPixelTakesTheModelsRadianceInANewShadowOnly) {
   int scaled = 0;
   for (std::size_t i = 0; i < composite.change.pixels.size(); ++i) {
     if (composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kScaled)) continue;
-    // Whole in the shadow; on its edge, where a pixel is in part, between both.
+    // Full change in the shadow; between both on its edge, where a pixel is partly in it.
     const double shaded = scene_.ModelRadiance(i, 0.0).g;
     const double lit = scene_.ModelRadiance(i, 1.0).g;
     const double found = composite.radiance.pixels[i].g;

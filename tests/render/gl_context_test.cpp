@@ -47,8 +47,8 @@ TEST(Compositor, SaysSoWhereItsContextIsGoneOrAnotherIsCurrent) {
   const auto other = std::make_unique<HeadlessContext>();
   EXPECT_THAT(message(), testing::HasSubstr("not current"));
   EXPECT_THROW(compositor.SetObjects({}), std::runtime_error);
-  Compositor anew;
-  EXPECT_NO_THROW(anew.RenderShadowMask(camera, {0.0, 0.0, 1.0}));
+  Compositor again;
+  EXPECT_NO_THROW(again.RenderShadowMask(camera, {0.0, 0.0, 1.0}));
   context.reset();
   EXPECT_THAT(message(), testing::HasSubstr("not current"));
 }

@@ -61,7 +61,7 @@ class RayCastLightTest : public testing::TestWithParam<CompositeBy> {
     mirror.roughness = roughness;
     return mirror;
   }
-  // The same share on all samples, of the whole picture.
+  // The same share on all samples, of the entire picture.
   ObjectSunShare Everywhere(float seen) const {
     return {0,
             0,
@@ -108,7 +108,7 @@ TEST_P(RayCastLightTest, RealPixelsLoseTheShareOfTheDiscThatIsHidden) {
   EXPECT_GT(scaled, 1000);
 }
 
-// Sunlight on the object is the share's multiple of the whole: sky and sun add up.
+// Sunlight on the object is the share times the unshadowed sunlight: sky and sun add up.
 TEST_P(RayCastLightTest, AnObjectsSunIsTheShareThatItSees) {
   const SunShares dark{{}, Everywhere(0.0f)};
   const SunShares half{{}, Everywhere(0.5f)};

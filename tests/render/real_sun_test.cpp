@@ -114,7 +114,7 @@ class OnePlane {
   float lit_over_shaded_;
 };
 
-TEST(SunSeenWithout, TakesTheMeshsWordWhereTheTwoPredictionsAreOne) {
+TEST(SunSeenWithout, FollowsTheMeshWhereTheTwoPredictionsAreOne) {
   const OnePlane plane(1.0f);
   RealPixel pixel;
   pixel.observed = pixel.lit = pixel.shaded = glm::vec3(1.0f);

@@ -51,7 +51,7 @@ TEST(RelitPixel, IsScaledByTheModelsRatioWhereTheModelIsRight) {
   }
 }
 
-// Whatever camera and model say: each of zero, tiny, huge light is there.
+// For any values of camera and model: zero, tiny and huge light are all covered.
 TEST(RelitPixel, BrightensByNoMoreThanTheRadianceOfWhatShinesOnIt) {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);

@@ -73,7 +73,7 @@ void ExpectVolumesHoldTheShadow(const Mesh& mesh, const glm::dvec3& to_sun, cons
     EXPECT_GE(prisms, 0) << what << ", seed " << kSeed << ", point " << i;
     in_shadow += is_shadowed ? 1 : 0;
   }
-  EXPECT_GT(in_shadow, 5) << what;  // The case shows what it is there for.
+  EXPECT_GT(in_shadow, 5) << what;  // The case covers what it tests.
 }
 
 TEST(ShadowCaster, VolumesHoldTheShadowOfClosedMeshes) {

@@ -38,7 +38,7 @@ void ExpectLikeRayCasting(const Mesh& phantom,
   compositor.SetObjects({{object}});
   const MaskComparison comparison =
       CompareShadowMasks(compositor, Join(phantom, object), camera, to_sun);
-  EXPECT_GT(comparison.shadowed, 20u) << what;  // The case shows what it is there for.
+  EXPECT_GT(comparison.shadowed, 20u) << what;  // The case covers what it tests.
   EXPECT_GT(comparison.lit, 20u) << what;
   EXPECT_LE(comparison.DifferentShare(), kMaxDifferentShare)
       << what << ": " << comparison.different_off_edges << " pixels";

@@ -204,7 +204,7 @@ TEST_P(TexturedObjects, ColoursOfVerticesGoFromOneToTheOther) {
 }
 
 // The left half is not there: neither its light nor, in the sun, its glint.
-TEST_P(TexturedObjects, WhatAMaskCutsOutIsNotThere) {
+TEST_P(TexturedObjects, WhatAMaskCutsOutIsTransparent) {
   Texture::Codes codes(8, 8, glm::u8vec4(200, 150, 90, 255));
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 4; ++x) codes.At(x, y).a = 0;
@@ -278,12 +278,12 @@ TEST_P(TexturedObjects, WhatMakesNoSenseIsRefusedByName) {
   };
   Mesh board = Board(material, 20.0f, 0.0f, 1.0f);
   EXPECT_EQ(message(board), "");
-  for (const auto& [value, told] : {std::pair{std::numeric_limits<float>::infinity(), "inf"},
+  for (const auto& [value, name] : {std::pair{std::numeric_limits<float>::infinity(), "inf"},
                                     std::pair{std::numeric_limits<float>::quiet_NaN(), "nan"},
                                     std::pair{2e6f, "2000000.000000"}}) {
     board.triangle_colours[1].texture_uv[0].y = value;
     EXPECT_EQ(message(board),
-              std::string("objects[0].mesh: triangle_colours[1] holds ") + told +
+              std::string("objects[0].mesh: triangle_colours[1] holds ") + name +
                   ", expected numbers of at most a million");
   }
   board.triangle_colours.pop_back();

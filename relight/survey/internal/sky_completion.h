@@ -1,4 +1,4 @@
-// The whole sky from the part of it that a map shows.
+// The entire sky from the part of it that a map shows.
 #pragma once
 
 #include "scene/image.h"

@@ -294,7 +294,7 @@ class AlbedoSolver {
 
   // How far the light that the surface's albedo asks for at a pixel is from the model's, as a share
   // of the way to the other side of a shadow's edge. None where the surface's own scatter may
-  // explain it, or the sides look alike.
+  // explain it, or the sides look the same.
   std::optional<double> WayToOtherSide(std::uint32_t pixel, const SurfaceAlbedo& surface) const {
     const double least_contrast = std::log(1.2);
     constexpr double kSameLight = 0.25;  // In logarithms: stains, and what the bounces miss.
@@ -331,7 +331,7 @@ class AlbedoSolver {
   // See the header; returns their number.
   std::size_t ReplaceMisplacedLight() {
     constexpr double kPartOfTheWay = 0.25;
-    constexpr double kAllTheWay = 0.5;  // Give or take this share.
+    constexpr double kAllTheWay = 0.5;  // +/- this share.
     constexpr double kReachRad = 0.06;
     const auto wholes = CertainAlbedoOfSurfaces();
     std::vector<std::optional<SurfaceAlbedo>> surfaces(scene_.FaceCount());

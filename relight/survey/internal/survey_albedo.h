@@ -36,7 +36,7 @@ struct AlbedoResult {
 //
 // Albedo is unknown (and its face's taken) where a channel's irradiance is below what 16 of a
 // receiver's rays bring from the open sky: 6 % of it with 256 rays. Fewer rays are too few to
-// divide by. Above 0.98 in a channel it is taken for a surface that the mesh lacks (a lamp, glass,
+// divide by. Above 0.98 in a channel it is treated as a surface that the mesh lacks (a lamp, glass,
 // a sunlit spot in modelled shadow): clamped, and not measured.
 //
 // Where a shadow's edge may be misplaced (ShadowSide::kUnsure) a pixel whose albedo is off that of

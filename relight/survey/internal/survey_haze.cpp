@@ -25,7 +25,7 @@ constexpr std::array<double, 12> kDepths{
     0.0, 0.01, 0.02, 0.03, 0.05, kStandardAerosolDepth500nm, 0.12, 0.18, 0.27, 0.4, 0.6, 1.0};
 // Clouds are large: a sky is not more than some dozens of independent readings.
 constexpr double kIndependentReadings = 50.0;
-// Before the sky is looked at, the depth is the standard one give or take a factor e; the offset
+// Before the sky is looked at, the depth is the standard one within a factor e; the offset
 // leaves air without haze within reach.
 constexpr double kDepthOffset = 0.01;
 // The sun's disc, and what a lens spreads of it.

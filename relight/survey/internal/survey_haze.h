@@ -11,9 +11,9 @@ namespace pleinair {
 
 // The aerosol optical depth at 500 nm whose cloudless sky (ClearSkyDistribution), mixed with a
 // uniform and an overcast one, comes nearest to what `radiance` shows of the sky. Clouds are
-// outliers: the fit is robust, each channel by itself. A sky that tells little, as an overcast one,
-// gives the standard depth; one too small to tell anything, or without a sun above the horizon,
-// none.
+// outliers: the fit is robust, each channel by itself. A sky with little information, as an
+// overcast one, gives the standard depth; one too small for any, or without a sun above the
+// horizon, none.
 //
 // `shows_sky`  of the map's size: not zero where the pixel sees past the scene, above the horizon.
 std::optional<double> MeasureAerosolDepth(const RgbImage& radiance,

@@ -24,7 +24,7 @@ namespace {
 // How far the map may be turned against the sun's computed place and still have its disc found at
 // once: half a degree is what a carefully levelled tripod gives.
 constexpr double kPointingRad = 0.5 * std::numbers::pi / 180.0;
-// A brighter spot within this of the computed place is taken for the sun all the same.
+// A brighter spot within this of the computed place is treated as the sun all the same.
 constexpr double kFollowRad = 5.0 * std::numbers::pi / 180.0;
 // Of a disc that was integrated: pixel edges, limb and aureole (the sequences' own check: 0.1 %).
 constexpr double kDiscRelativeStddev = 0.01;
@@ -35,7 +35,7 @@ constexpr double kHiddenRelativeStddev = 0.5;
 
 // Of a spot over the sky around it.
 constexpr double kMuchBrighter = 10.0;
-// Lenses spread a disc of 10^4 times the sky over some degrees. What is there above twice the sky
+// Lenses spread a disc of 10^4 times the sky over some degrees. Light above twice the sky
 // farther off, up to 10 deg, is the disc's light.
 constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
 constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
@@ -91,8 +91,8 @@ int MostFullyCovered(double radius_rad, double elevation_rad, LatLongSize size) 
 constexpr double kEqual = 1e-5;       // Above float's step, below any noise.
 constexpr double kAboveTheSky = 1.5;  // An evenly white sky has equal maxima, too.
 
-// A disc that the camera could not hold has a flat top wider than the disc itself: a whole disc's
-// pixels are equal only where it covers them fully.
+// A disc that the camera could not hold has a flat top wider than the disc itself: an unclipped
+// disc's pixels are equal only where it covers them fully.
 bool HasFlatTop(const RgbImage& map,
                 const std::vector<MapPixel>& window,
                 const glm::dvec3& whole_sky_median,
@@ -145,7 +145,7 @@ struct DiscPlace {
 };
 
 // The computed direction; the centre of a much brighter spot around or near it where that is
-// farther off than the map's pixels can tell.
+// farther off than the map's pixels resolve.
 DiscPlace FindDisc(const RgbImage& map,
                    const Gray8Image& shows_sky,
                    const glm::dvec3& computed,

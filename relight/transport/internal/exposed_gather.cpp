@@ -49,7 +49,7 @@ glm::vec2 PointInCell(std::size_t cell, glm::dvec2 point) {
 }
 
 struct FoundCell {
-  std::size_t cell;  // Of the whole scene.
+  std::size_t cell;  // Of the entire scene.
   glm::vec3 point_m;
 };
 

@@ -1,4 +1,4 @@
-// Radiosity for many lights at once: one pass over the form factors serves a whole block of them.
+// Radiosity for many lights at once: one pass over the form factors serves a block of them.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What the rays of a probe meet, told as entries of the operator's three sources of light.
+// What the rays of a probe meet, as entries of the operator's three sources of light.
 #pragma once
 
 #include <cstdint>

@@ -28,7 +28,7 @@ std::vector<glm::vec3> ClearStands(const RayCaster& caster,
 // any sky is seen; but not when there is a free line from it to a neighbour that is in free air. So
 // a room of single sheets wound the wrong way stays usable as long as one of its probes sees the
 // sky; in a solid, or under the ground, no line leads out. A probe without a stand is in a wall.
-// What can't be told: a solid wound inside out, whose probes stay valid and dark.
+// Not detected: a solid wound inside out, whose probes stay valid and dark.
 //
 // Shape  stands_m, counts: one entry a probe.
 std::vector<std::uint8_t> InFreeAir(const RayCaster& caster,
