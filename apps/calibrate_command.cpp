@@ -54,7 +54,7 @@ std::string Report(const ResponseFit& fit) {
                  channel.lowest_code,
                  channel.highest_code,
                  100.0 * channel.rms_relative,
-                 channel.falls_mended > 0 ? ", falling parts made to rise" : "");
+                 channel.falls_repaired > 0 ? ", falling parts made to rise" : "");
   }
   return text;
 }

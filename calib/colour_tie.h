@@ -1,4 +1,4 @@
-// Two cameras tied in colour: what one measures, told as the other would have measured it.
+// Two cameras tied in colour: colours that one measures, converted to those of the other.
 #pragma once
 
 #include <span>
@@ -26,8 +26,8 @@ struct ColourTie {
   std::vector<bool> counts;               // False: farther off than kOutlierRatio times the median.
 };
 
-// Least squares of relative errors, each pair weighing alike however bright, reweighted until pairs
-// that do not fit (moved, clipped, glossy ones) no longer pull.
+// Least squares of relative errors, each pair with the same weight however bright, reweighted until
+// pairs that do not fit (moved, clipped, glossy ones) no longer pull.
 //
 // Throws  std::invalid_argument naming the pair whose colours are not positive, no pair at all;
 //         std::runtime_error where a matrix is asked of colours that do not determine one.

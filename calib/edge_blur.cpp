@@ -188,8 +188,8 @@ double LeastErrorAround(const PixelSteps& steps, const Profile& profile, std::si
   return std::max(error, 0.0);
 }
 
-// Brings a line's sides to 0 and 1, and tells where half of the step is behind: by its area, which
-// noise moves little. None where the line shows something else than a step.
+// Scales a line's sides to 0 and 1 and returns where half of the step is reached: by its area,
+// which noise changes little. None where the line shows something else than a step.
 std::optional<double> MiddleOfStep(Profile& profile) {
   double low = 0.0;
   double high = 0.0;

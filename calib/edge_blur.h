@@ -10,7 +10,7 @@ namespace pleinair {
 
 struct EdgeBlur {
   // Standard deviation of the Gaussian that blurs a picture of light averaged over each pixel; 0
-  // where there is none to speak of, or too few edges tell.
+  // where it is negligible, or too few edges show it.
   double sigma_px = 0.0;
   int edges = 0;             // Profiles that the answer is from.
   bool is_measured = false;  // They were enough.
@@ -23,8 +23,8 @@ struct EdgeBlur {
 // coarse, things stand in the way or a penumbra lies there, lines show other widths, each another
 // one, and the width is taken that most agree on.
 //
-// Accuracy  some 5 % from 20 edges on that are 30 times the noise high, of the whole width: the
-//           pixel's own square and what is told here.
+// Accuracy  some 5 % from 20 edges on that are 30 times the noise high, of the entire width: the
+//           pixel's own square and what is returned here.
 class EdgeBlurMeter {
  public:
   // Pictures of one camera. `radiance` is linear and has the view's size; where `clipped` is not 0

@@ -27,7 +27,7 @@ struct FisheyeCamera {
 // anything else, or where axis and word contradict each other.
 std::optional<glm::dvec3> WorldAxisFromText(std::string_view text);
 
-// world_from_camera for an optical axis, a picture's up and a picture's right that are told as
+// world_from_camera for an optical axis, a picture's up and a picture's right that are given as
 // world directions; none where two of them are not perpendicular (to 1e-6).
 std::optional<glm::dmat3> FisheyeOrientationFromAxes(const glm::dvec3& axis_world,
                                                      const glm::dvec3& image_up_world,

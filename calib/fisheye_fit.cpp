@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::size_t kFewestPictures = 3;
 constexpr int kFewestCornersASide = 3;
-// A picture that fits this many times worse than the median one tells of something else than this
-// lens: corners on the wrong squares, a bent board, motion.
+// A picture that fits this many times worse than the median one has another fault than this lens:
+// corners on the wrong squares, a bent board, motion.
 constexpr double kWorstShare = 2.5;
 // What corner finding alone may cost on small, strongly bent boards.
 constexpr double kWorstPx = 0.75;
@@ -42,7 +42,7 @@ class Calibration {
     }
   }
 
-  // None where OpenCV gives up; *culprit then tells which picture it named, -1 for none.
+  // None where OpenCV gives up; *culprit is then the picture that it named, -1 for none.
   std::optional<Solution> Solve(const std::vector<const BoardPicture*>& pictures,
                                 int* culprit) const {
     std::vector<std::vector<cv::Vec3d>> boards(pictures.size(), board_);

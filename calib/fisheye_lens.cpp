@@ -131,7 +131,7 @@ std::optional<double> FisheyeLens::Angle(double radius) const {
     case FisheyeModel::kOpenCv:
       break;
   }
-  // The radius rises over the whole interval: Newton's method, with bisection where a step leaves
+  // The radius rises over the entire interval: Newton's method, with bisection where a step leaves
   // the bracket.
   double low = 0.0;
   double high = model_limit_rad_;

@@ -106,7 +106,7 @@ Agreement AgreeingWith(std::span<const DirectionPair> units,
 
 // Connected pixels of kBlobShare of the brightest one's light or more.
 constexpr float kBlobShare = 0.5f;
-// What the file's format and merging round alike.
+// Values above this share are equal but for rounding by the file's format and merging.
 constexpr float kFlatShare = 0.995f;
 
 struct Blob {
@@ -141,7 +141,7 @@ Blob TakeBlob(const Image<float>& light,
         if (light.At(next.x, next.y) >= kBlobShare * brightest) {
           open.push_back(next);
         } else if (light.At(next.x, next.y) > 0.0f) {
-          // A small disc covers the pixels at its limb in part: they too tell where its centre is.
+          // A small disc covers the pixels at its limb in part: they too determine its centre.
           blob.flux_direction += lens.PixelSolidAngleSr(next) *
                                  static_cast<double>(light.At(next.x, next.y)) *
                                  *lens.DirectionFromPixel(next);
@@ -268,7 +268,7 @@ std::optional<SunImage> FindSunImage(const RgbImage& radiance, const FisheyeLens
       2.0 * std::asin(std::min(std::sqrt(largest.solid_angle_sr / (4.0 * std::numbers::pi)), 1.0));
   if (!(sun.angular_radius_rad <= kLargestSunRad)) return std::nullopt;
   sun.direction_camera = glm::normalize(largest.flux_direction);
-  // A disc that is not clipped has a limb and a few pixels of aliasing: not four pixels alike.
+  // A disc that is not clipped has a limb and a few pixels of aliasing: not four equal pixels.
   sun.clipped = largest.flat_count >= 4;
   return sun;
 }

@@ -20,8 +20,9 @@ struct FrameNoise {
 // Looks at blocks of 16 x 16 pixels for what neighbours differ by beyond any slope (Immerkaer 1996,
 // "Fast noise variance estimation"), and believes the quietest quarter of blocks of one brightness:
 // texture only adds. Neighbouring pixels are taken to be independent: of a picture whose
-// demosaicing or compression has smoothed the noise only what is left of it is told. All zero where
-// nothing can be told: too few blocks that are neither clipped nor black, noise below the rounding.
+// demosaicing or compression has smoothed the noise only the rest is measured. All zero where
+// there is no measurement: too few blocks that are neither clipped nor black, noise below the
+// rounding.
 //
 // Accuracy  some 5 % of the standard deviation, from 100 even blocks on; no more than 500 blocks,
 //           spread over the picture, are looked at.

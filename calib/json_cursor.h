@@ -21,7 +21,7 @@ class JsonError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Parses a whole file of at most 256 MiB.
+// Parses a complete file of at most 256 MiB.
 // Throws  JsonError naming the file, and line and column where there is one: unreadable, not JSON,
 //         not UTF-8, a key given twice, nested deeper than 64.
 nlohmann::json LoadJson(const std::filesystem::path& file);

@@ -25,7 +25,7 @@ constexpr int kMaxCoverSidePx = 16384;
 //   [ d(r) + 6 p r cos(theta)      -2 p r sin(theta)       ]
 //   [ -2 p r sin(theta)            D(r) + 2 p r cos(theta) ]
 // with D = 1 + k1 r^2 + k2 r^4 + k3 r^6 and d = (r D)'. The part with p has no eigenvalue below
-// -6 p r, so the whole is positive definite while min(d, D) > 6 p r (exactly up to there, where
+// -6 p r, so the sum is positive definite while min(d, D) > 6 p r (exactly up to there, where
 // d <= D: barrel distortion folds on the side away from (p2, p1)). The mapping is then the gradient
 // of a strictly convex function on a disc: one-to-one.
 double RadiusOfValidity(const std::array<double, 5>& distortion) {
@@ -59,7 +59,7 @@ Distorted Distort(const std::array<double, 5>& distortion, const glm::dvec2& poi
 }
 
 // The radius in [0, limit] whose radially distorted one is `distorted_radius`, or the limit. r D(r)
-// rises over the whole interval.
+// rises over the entire interval.
 double UndistortRadius(const std::array<double, 5>& distortion,
                        double distorted_radius,
                        double limit) {

@@ -212,7 +212,7 @@ std::optional<std::string> WhyNot(const MarkerView& view) {
   for (const DetectedMarker& marker : view.markers) ++count[marker.id];
   for (const auto& [id, times] : count) {
     if (times == 1) continue;
-    return "marker " + std::to_string(id) + " is there " + std::to_string(times) +
+    return "marker " + std::to_string(id) + " occurs " + std::to_string(times) +
            " times, expected each id once";
   }
   if (count.size() >= 2) return std::nullopt;

@@ -13,7 +13,7 @@
 namespace pleinair {
 namespace {
 
-// Fewer pixels tell nothing of a median.
+// Fewer pixels do not determine a median.
 constexpr int kFewestPixels = 20;
 // More do not make it surer: what is left is the scene's and the camera's own.
 constexpr double kMostPixels = 400.0;
@@ -224,7 +224,7 @@ ResponseFit FitResponseFromBrackets(std::span<const ExposedPicture> pictures,
       channel.highest_code =
           std::max(channel.highest_code, static_cast<int>(std::ceil(pair.brighter_code)));
     }
-    // Without a reach of codes there is no curve to tell.
+    // Without a range of codes there is no curve.
     constexpr int kFewestCodes = 32;
     if (channel.highest_code - channel.lowest_code < kFewestCodes) {
       throw std::runtime_error(std::string("response of ") +
@@ -244,19 +244,19 @@ ResponseFit FitResponseFromBrackets(std::span<const ExposedPicture> pictures,
     const std::vector<double> rising =
         IsotonicRegression(values, std::vector<double>(values.size(), 1.0));
     for (std::size_t code = 1; code < 256; ++code) {
-      channel.falls_mended += values[code] < values[code - 1] ? 1 : 0;
+      channel.falls_repaired += values[code] < values[code - 1] ? 1 : 0;
     }
-    const Eigen::VectorXd mended = Eigen::Map<const Eigen::VectorXd>(rising.data(), 256);
+    const Eigen::VectorXd repaired = Eigen::Map<const Eigen::VectorXd>(rising.data(), 256);
     double sum = 0.0;
     double weight = 0.0;
     for (const CodePair& pair : pairs) {
-      const double error = Interpolated(mended, pair.brighter_code) -
-                           Interpolated(mended, pair.darker_code) - pair.log_ratio;
+      const double error = Interpolated(repaired, pair.brighter_code) -
+                           Interpolated(repaired, pair.darker_code) - pair.log_ratio;
       sum += pair.weight * pair.weight * error * error;
       weight += pair.weight * pair.weight;
     }
     channel.rms_relative = std::sqrt(sum / weight);
-    fit.table[static_cast<std::size_t>(c)] = TableFromLog(mended, darkest_code, brightest_code);
+    fit.table[static_cast<std::size_t>(c)] = TableFromLog(repaired, darkest_code, brightest_code);
   }
   return fit;
 }

@@ -19,7 +19,7 @@ struct ResponseChannelFit {
   // Relative light, root mean square: how far what was measured lies from the curve.
   double rms_relative = 0.0;
   // Codes at which the unconstrained curve fell, before it was made to rise.
-  int falls_mended = 0;
+  int falls_repaired = 0;
 };
 
 struct ResponseFit {

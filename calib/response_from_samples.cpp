@@ -141,7 +141,7 @@ ResponseFit FitMonotoneResponse(const std::array<std::vector<ResponseSample>, 3>
     double sum = 0.0;
     for (std::size_t i = 0; i < sorted.size(); ++i) {
       sum += (rising[i] - log_light[i]) * (rising[i] - log_light[i]);
-      if (i > 0 && log_light[i] < log_light[i - 1]) ++channel.falls_mended;
+      if (i > 0 && log_light[i] < log_light[i - 1]) ++channel.falls_repaired;
       // A node for each level: the middle of the codes that share it.
       std::size_t end = i;
       while (end + 1 < sorted.size() && rising[end + 1] == rising[i]) ++end;

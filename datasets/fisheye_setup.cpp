@@ -19,7 +19,7 @@ constexpr double kRoughOrientationRad = RadFromDeg(20.0);
 struct StatedAxis {
   const char* key;
   const std::string& text;
-  // The column of world_from_camera that it tells, and its sign there.
+  // The column of world_from_camera that it gives, and its sign there.
   int column;
   double sign;
 };
@@ -45,7 +45,7 @@ glm::dmat3 OrientationOf(const FisheyeEntry& entry, const std::optional<glm::dma
       if (calibrated) continue;
       throw std::runtime_error(std::string(axis.key) +
                                ": expected a world axis such as \"+Y north\", as no calibration "
-                               "tells the orientation");
+                               "states the orientation");
     }
     const glm::dvec3 direction = ParseAxis(axis);
     stated[axis.column] = axis.sign * direction;

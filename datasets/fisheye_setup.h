@@ -20,11 +20,9 @@ struct FisheyeSetup {
 // The setup of the fish-eye camera that `entry` describes; the calibration is read from `folder`.
 //
 // Lens         the calibration's, of the stated model and size, valid up to half the stated field
-// of
-//              view; without one the ideal lens whose circle fills the shorter side.
+//              of view; without one the ideal lens whose circle fills the shorter side.
 // Orientation  the calibration's; without one that of `up`, `image_up` and `image_right`. Where
-// both
-//              speak, the words may be rough (a camera levelled by eye) but not wrong: 20 degrees.
+//              both exist, they may differ by 20 degrees (a camera levelled by eye).
 // Throws       std::runtime_error, one line: calibration that cannot be read or is of another model
 //              or size, axes that are unknown, missing or not perpendicular, orientations that
 //              contradict each other.

@@ -9,7 +9,7 @@
 namespace pleinair {
 namespace {
 
-// What an estimate owes where sun and sky cannot be told apart.
+// What is required of an estimate where sun and sky cannot be distinguished.
 constexpr double kMaxErrorSigmas = 3.0;
 constexpr double kMaxStddevOfClearBeam = 0.4;
 

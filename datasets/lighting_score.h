@@ -34,7 +34,7 @@ struct LightScore {
   std::optional<double> sky_stddev_of_clear_beam;
 
   // Whether all channels of sun and sky are within 3 standard deviations, and those within 40 % of
-  // the clear-sky beam: what is asked where the picture does not tell sun from sky.
+  // the clear-sky beam: required where the picture does not distinguish sun and sky.
   std::optional<bool> SaysWhatItDoesNotKnow() const;
 };
 

@@ -19,7 +19,7 @@ struct FrameScore {
   std::optional<LightScore> light;
   std::optional<LightScore> raw;
   std::optional<CompositeScore> composite;
-  bool made_from_linear = true;      // Of the two kinds of frame, where a composite tells.
+  bool made_from_linear = true;      // Else from 8-bit frames. Only with a composite.
   std::vector<std::string> without;  // What was not scored, and why.
 
   bool IsWellPosed() const { return sunlit && sunlit->IsWellPosed(); }

@@ -124,11 +124,11 @@ Sequence ReadSequence(const std::filesystem::path& folder,
                       std::optional<Weather> weather = std::nullopt);
 
 // The lens alone: `camera` of a sequence.json or of the one in a folder, which may be no sequence
-// yet: of all other keys only `format` is looked at, where it is there. Throws as ReadSequence.
+// yet: of all other keys only `format` is read, where it exists. Throws as ReadSequence.
 CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder);
 
-// Writes sequence.json, whole or not at all, so that ReadSequence gives the same back (angles to
-// the last bit of a double). The referenced files are the caller's, and so is the folder. Throws
+// Writes sequence.json, completely or not at all, so that ReadSequence gives the same back (angles
+// to the last bit of a double). The referenced files are the caller's, and so is the folder. Throws
 // std::runtime_error naming the file.
 void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder);
 

@@ -190,7 +190,7 @@ class SequenceReader {
     std::filesystem::path path = PathInside(at);
     std::error_code error;
     if (!std::filesystem::is_regular_file(folder_ / path, error)) {
-      at.Fail("the path of a file that is there");
+      at.Fail("the path of an existing file");
     }
     return path;
   }
@@ -243,7 +243,7 @@ class SequenceReader {
     if (const auto mapping = at.Optional("mapping")) CheckMapping(*mapping);
     const auto image = at.Optional("image");
     if (!image) {
-      // Position and time say nothing without a map; what the sun is may still be told here.
+      // Position and time have no use without a map; the sun may still be stated here.
       if (!sun) at.Fail("an object with `image` or `sun_direction_enu`");
       sequence_.sun_direction_enu = sun;
       return;

@@ -1,5 +1,5 @@
-// How alike two pictures look (Wang, Bovik, Sheikh and Simoncelli, Image Quality Assessment: From
-// Error Visibility to Structural Similarity, 2004).
+// Structural similarity of two pictures (Wang, Bovik, Sheikh and Simoncelli, Image Quality
+// Assessment: From Error Visibility to Structural Similarity, 2004).
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -16,7 +16,7 @@
 namespace pleinair {
 
 // A frame is well posed where at least this share of its visible diffuse pixels is sunlit, and at
-// least as much is not: then sun and sky can be told apart.
+// least as much is not: then sun and sky can be distinguished.
 inline constexpr double kWellPosedShare = 0.03;
 
 struct SunlitShare {

@@ -26,7 +26,7 @@ struct TruthFrame {
 // Reads truth/truth.json of the sequence; keys that scoring does not use are passed over. Pictures
 // that it does not name are looked for under their usual names.
 // Throws  std::runtime_error naming file, key and what was expected: a frame that the sequence does
-//         not have or that is there twice, a path outside the sequence's folder.
+//         not have or that occurs twice, a path outside the sequence's folder.
 std::vector<TruthFrame> ReadTruth(const Sequence& sequence);
 
 // Mean albedos of the materials that truth/truth.json knows one of, by name. Throws

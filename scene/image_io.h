@@ -36,7 +36,7 @@ RgbImage ReadRadianceImage(const std::filesystem::path& file);
 
 // Reads 8-bit RGB code values from PNG or JPEG (grey is spread to three channels, alpha left out).
 // Pixels stay where the file stores them: an EXIF orientation is not applied, because a camera's
-// intrinsics speak of the sensor's rows and columns. Throws as above, also for 16-bit files.
+// intrinsics refer to the sensor's rows and columns. Throws as above, also for 16-bit files.
 Rgb8Image ReadDisplayImage(const std::filesystem::path& file);
 
 // Reads the first channel of an 8-bit PNG or JPEG.
@@ -51,7 +51,7 @@ ImageDefects RepairRadiance(RgbImage& image);
 enum class ExrPrecision { kHalf, kFloat };
 
 // The writers go through a temporary file beside the target and rename it, so that a file under its
-// final name is whole. Throw std::runtime_error naming the file when that fails. EXR is lossless
+// final name is complete. Throw std::runtime_error naming the file when that fails. EXR is lossless
 // (ZIP); kHalf refuses finite values beyond half float's 65504 with std::invalid_argument, and
 // keeps NaN and infinities as they are: what was read from half floats is written back bit for bit.
 // HDR holds each pixel to 1/256 of its largest channel, and refuses what is not finite, negative or

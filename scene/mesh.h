@@ -21,8 +21,8 @@ struct Material {
   glm::vec3 diffuse_albedo{0.5f};        // Linear RGB in [0, 1).
   glm::vec3 specular_reflectance{0.0f};  // Linear RGB at normal incidence.
   float roughness = 1.0f;                // GGX with alpha = roughness^2.
-  // Where its colour is another at each place: what that is looked up in. The values above are then
-  // the means over a triangle, for who wants no more. Null: it is the same all over.
+  // Where its colour varies from place to place: its texture. The values above are then the means
+  // over a triangle, for callers that need no more. Null: it is the same all over.
   std::shared_ptr<const TexturedMaterial> by_place{};
 };
 

@@ -11,14 +11,14 @@
 
 namespace pleinair {
 
-// What loading had to mend or leave out. All zero for a clean file.
+// What loading had to repair or leave out. All zero for a clean file.
 struct MeshReport {
   std::int64_t degenerate_triangles_removed = 0;  // No area, relative to the mesh's size.
   std::int64_t duplicate_triangles_removed = 0;   // Same three corners, same winding.
   std::int64_t non_finite_triangles_removed = 0;  // A corner is NaN or infinite.
   std::int64_t normals_computed = 0;              // Vertices whose normal was missing or zero.
 
-  // Edges of the mended mesh, vertices of equal position taken as one.
+  // Edges of the repaired mesh, vertices of equal position taken as one.
   std::int64_t open_edges = 0;          // One triangle only.
   std::int64_t non_manifold_edges = 0;  // More than two.
   std::int64_t misoriented_edges = 0;   // Two that disagree on which side is outside.

@@ -12,7 +12,7 @@ namespace pleinair {
 // position. Open parts stay as they are: they have no outside. So does a part's normal that already
 // points against its winding, outwards.
 //
-// For objects alone: a room that is seen from inside is inside out by right, and a hollow body's
+// For objects alone: a room that is seen from inside is rightly inside out, and a hollow body's
 // inner wall, which this would turn too, is never seen.
 std::int64_t TurnClosedPartsOutward(Mesh& mesh);
 

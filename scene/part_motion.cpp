@@ -99,7 +99,7 @@ glm::dmat4 PartMotion::FileFromStart(double time_s) const {
         "other than 0");
   }
   glm::dmat4 file_from_start = now * glm::inverse(start);
-  // Affine to the bit: the product's last row has rounding errors.
+  // Exactly affine: the product's last row has rounding errors.
   for (int column = 0; column < 4; ++column) file_from_start[column].w = column == 3 ? 1.0 : 0.0;
   return file_from_start;
 }

@@ -1,4 +1,4 @@
-// How a part of a mesh file moves: the animation of the nodes that it hangs on.
+// How a part of a mesh file moves: the animation of the nodes above it.
 #pragma once
 
 #include <optional>

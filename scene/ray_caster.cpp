@@ -32,7 +32,7 @@ constexpr std::size_t kPacket = 8;
 // One device for the process: it holds no state of a query.
 RTCDevice SharedDevice() {
   static const RTCDevice device = [] {
-    // Without a configuration: threads=1 would hold the whole process's TBB to one thread. The
+    // Without a configuration: threads=1 would limit TBB in the entire process to one thread. The
     // tree, and with it the choice between hits at equal distance, is the same for any number.
     const RTCDevice made = rtcNewDevice(nullptr);
     if (made == nullptr) throw std::runtime_error("ray casting: Embree could not start");

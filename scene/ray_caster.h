@@ -54,15 +54,15 @@ class RayCaster {
       float max_distance_m = std::numeric_limits<float>::infinity()) const;
 
   // `count` queries at once; faster than one by one where rays are coherent. Of two hits at one
-  // distance another one may be told.
+  // distance another one may be returned.
   // Shape  origins_m, directions, hits: count entries each.
   void Intersect(const glm::vec3* origins_m,
                  const glm::vec3* directions,
                  std::size_t count,
                  std::optional<RayHit>* hits) const;
 
-  // Likewise of `count` rays from one point, told in short: quicker again; and more so for a point
-  // that is known to be off the mesh, where single precision decides on triangles' sides.
+  // The same for `count` rays from one point, with short results: faster again; and more so for a
+  // point that is known to be off the mesh, where single precision decides on triangles' sides.
   // Shape  directions, hits: count entries each.
   enum class Origin : std::uint8_t { kMayBeOnMesh, kOffMesh };
   void IntersectFrom(const glm::vec3& origin_m,

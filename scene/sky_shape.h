@@ -29,8 +29,8 @@ class SkyShape {
   virtual std::string Name() const = 0;  // As in lighting.jsonl's sky_shape.
   // Zero on and below the horizon. `direction_enu` is unit.
   virtual glm::vec3 Radiance(const glm::vec3& direction_enu) const = 0;
-  // For who knows the cells of many directions: radiance of each of SkyTable's cells, where that is
-  // what Radiance looks up; else null.
+  // For callers that know the cells of many directions: radiance of each of SkyTable's cells, where
+  // Radiance looks that up; else null.
   virtual const std::vector<glm::vec3>* Table() const { return nullptr; }
   // Of a sky that is hidden in part, the shape apart from what hides it; else null.
   virtual const PartlyHiddenTables* PartlyHidden() const { return nullptr; }
@@ -39,7 +39,7 @@ class SkyShape {
 std::shared_ptr<const SkyShape> MakeUniformSkyShape();
 
 // A sky by a table over the hemisphere's equal-area map to a disc: a look-up costs a square root.
-// Directions within one cell, 0.45 deg across, are alike.
+// Directions within one cell, 0.45 deg across, have the same radiance.
 class SkyTable {
  public:
   static constexpr int kSide = 256;

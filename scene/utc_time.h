@@ -1,4 +1,4 @@
-// Time as the whole project counts it.
+// Time as all of the project counts it.
 #pragma once
 
 #include <chrono>

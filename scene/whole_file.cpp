@@ -56,7 +56,8 @@ void RequireReplaceable(const std::filesystem::path& file) {
 
 void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   RequireReplaceable(file);
-  // Two threads or processes may write the same file at once: the last rename wins, whole.
+  // Two threads or processes may write the same file at once: the last rename wins, with a complete
+  // file.
   static std::atomic<unsigned> counter{0};
   std::string name(".");
   name += file.filename().string() + "." + std::to_string(getpid()) + "." +

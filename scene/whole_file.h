@@ -1,4 +1,4 @@
-// Files that are either whole or not there.
+// Files that are either complete or absent.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,12 @@ void RequireFile(const std::filesystem::path& file);
 // empty.
 std::vector<std::byte> ReadWholeFile(const std::filesystem::path& file);
 
-// Throws std::runtime_error naming it unless `file` is a regular file, or a link to one, or not
-// there: a device or a pipe must not be replaced by a file, nor a folder.
+// Throws std::runtime_error naming it unless `file` is a regular file, or a link to one, or
+// absent: a device or a pipe must not be replaced by a file, nor a folder.
 void RequireReplaceable(const std::filesystem::path& file);
 
 // Writes `bytes` to a temporary file beside `file` (".NAME.PID.N.part") and renames it: `file` is
-// replaced whole or not at all. Throws std::runtime_error naming it when that fails, or as
+// replaced completely or not at all. Throws std::runtime_error naming it when that fails, or as
 // RequireReplaceable; the temporary file is removed then.
 void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes);
 

@@ -31,7 +31,7 @@ struct ClearSkyConditions {
 // fades in while the disc's centre rises by the disc's width, and is exactly 0 with the centre at
 // or below the horizon; the sky dims by e per degree below it.
 //
-// Units      Each channel as though the whole solar constant had that channel's loss: above the
+// Units      Each channel as though the entire solar constant had that channel's loss: above the
 //            atmosphere the beam is white, 1361 W m^-2 in every channel at 1 au.
 // Source     Bird and Riordan, SERI/TR-215-2436, 1984 (SPECTRL2), at 610, 550 and 460 nm: section
 //            2 for the beam, section 3 for the sky. The pressure is the standard atmosphere's at

@@ -28,8 +28,8 @@ struct Atmosphere {
 Atmosphere StandardAtmosphere(double height_m);
 
 // Apparent minus airless elevation, >= 0 and exactly 0 at the zenith. Apparent elevation is
-// continuous and strictly rising in airless elevation; refraction is whole down to -1 deg (the disc
-// has set there) and fades smoothly to none at -2 deg.
+// continuous and strictly rising in airless elevation; refraction is complete down to -1 deg (the
+// disc has set there) and fades smoothly to none at -2 deg.
 //
 // Source     Saemundsson, Sky and Telescope 72, 1986, p. 70, scaled to pressure and temperature as
 //            in Meeus, Astronomical Algorithms, chapter 16, his zenith offset taken off.

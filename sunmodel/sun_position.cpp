@@ -108,7 +108,7 @@ SunPosition ComputeSunPosition(const Site& site, UtcTime time, const EarthRotati
   // au and au per day, celestial axes, from the solar system's barycentre.
   double heliocentric[2][3];
   double barycentric[2][3];
-  // Status 1, outside 1900 to 2100, is IsInEphemerisSpan's to tell.
+  // Status 1, outside 1900 to 2100, is checked by IsInEphemerisSpan.
   eraEpv00(tt.days, tt.fraction, heliocentric, barycentric);
   const glm::dvec3 sun_au = VectorFrom(barycentric[0]) - VectorFrom(heliocentric[0]);
   const glm::dvec3 sun_au_per_day = VectorFrom(barycentric[1]) - VectorFrom(heliocentric[1]);

@@ -43,8 +43,8 @@ struct EarthRotation {
 // Threads    safe from any.
 SunPosition ComputeSunPosition(const Site& site, UtcTime time, const EarthRotation& rotation = {});
 
-// Whether `time` is in the span that the ephemeris promises its accuracy for (1900 to 2100, both
-// years whole).
+// Whether `time` is in the span for which the ephemeris states its accuracy (1900 to 2100, both
+// years included).
 bool IsInEphemerisSpan(UtcTime time);
 
 }  // namespace pleinair

@@ -17,7 +17,7 @@ constexpr int kFirstYear = 1678;
 constexpr int kLastYear = 2261;
 constexpr int kMaxDecimals = 9;
 
-// Reads the text from left to right; every refusal names the whole text.
+// Reads the text from left to right; every refusal names the entire text.
 class TimeReader {
  public:
   explicit TimeReader(std::string_view text) : text_(text), rest_(text) {}

@@ -12,7 +12,7 @@ namespace pleinair {
 // Holds no reference to the mesh. Safe from any thread.
 class CutOuts {
  public:
-  // Triangles without a material or colours are whole.
+  // Triangles without a material or colours have no cut-outs.
   explicit CutOuts(const Mesh& mesh);
 
   bool Empty() const { return cut_.empty(); }

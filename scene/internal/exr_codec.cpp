@@ -95,9 +95,9 @@ RgbImage ReadPixels(const std::filesystem::path& file) {
   }
   input.setFrameBuffer(frame);
   input.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
-  const bool whole = data.x == display.x && data.y == display.y && data.width == display.width &&
-                     data.height == display.height;
-  return whole ? image : Crop(image, data, display);
+  const bool fills_display = data.x == display.x && data.y == display.y &&
+                             data.width == display.width && data.height == display.height;
+  return fills_display ? image : Crop(image, data, display);
 }
 
 }  // namespace

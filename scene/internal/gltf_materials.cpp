@@ -110,7 +110,7 @@ void NoteWhatIsLeftOut(const aiMaterial& source,
   aiString alpha_mode;
   if (source.Get(AI_MATKEY_GLTF_ALPHAMODE, alpha_mode) == aiReturn_SUCCESS &&
       std::string(alpha_mode.C_Str()) == "BLEND") {
-    notes.push_back(label + "alphaMode BLEND left out, taken for opaque");
+    notes.push_back(label + "alphaMode BLEND left out, treated as opaque");
   }
   aiColor3D emitted(0.0f, 0.0f, 0.0f);
   source.Get(AI_MATKEY_COLOR_EMISSIVE, emitted);

@@ -11,7 +11,7 @@ namespace {
 constexpr float kColourSteps = 127.0f;
 constexpr std::uint32_t kExactly = 0xffffffffu;
 
-// sRGB without its straight foot: only the spacing of the steps hangs on it.
+// sRGB without its straight foot: only the spacing of the steps depends on it.
 constexpr float kGamma = 2.2f;
 
 }  // namespace

@@ -258,7 +258,7 @@ void MeshCollector::NoteTexture(const SourceMaterial& material) {
   if (material.alpha_cutoff > 0.0f) {
     report_.notes.push_back(label + "alphaMode MASK " +
                             (by_place ? "does not cut hard shadows, which are of whole faces"
-                                      : "left out, taken for opaque"));
+                                      : "left out, treated as opaque"));
   }
 }
 
@@ -315,7 +315,7 @@ void MeshCollector::SettleByMaterial(std::vector<LooseTriangle>& triangles) {
     glm::dvec3 colour{0.0};
     double area_m2 = 0.0;
     glm::vec3 first{0.0f};
-    bool is_one = true;  // All faces have the first one's colour, which then stands to the bit.
+    bool is_one = true;  // All faces have the first one's colour, then kept bit for bit.
   };
   std::map<std::uint32_t, Sum> of_source;
   for (const LooseTriangle& triangle : triangles) {
@@ -356,13 +356,13 @@ LoadedParts MeshCollector::Finish() {
     } else {
       SettleByMaterial(part.triangles);
     }
-    MeshPart mended;
+    MeshPart repaired;
     MeshReport of_part;
-    MendTriangles(part.triangles, mended.mesh, of_part);
+    RepairTriangles(part.triangles, repaired.mesh, of_part);
     AddCounts(of_part, report_);
-    if (mended.mesh.Empty()) continue;
-    mended.motion = std::move(part.motion);
-    loaded.parts.push_back(std::move(mended));
+    if (repaired.mesh.Empty()) continue;
+    repaired.motion = std::move(part.motion);
+    loaded.parts.push_back(std::move(repaired));
   }
   if (loaded.parts.empty()) {
     throw std::runtime_error(file_.string() + ": no triangle with an area: expected a mesh");

@@ -13,7 +13,7 @@
 
 #include "scene/internal/gltf_motion.h"
 #include "scene/internal/material_list.h"
-#include "scene/internal/mesh_mending.h"
+#include "scene/internal/mesh_repair.h"
 #include "scene/internal/obj_materials.h"
 #include "scene/internal/source_material.h"
 #include "scene/internal/texture_decoding.h"

@@ -1,4 +1,4 @@
-#include "scene/internal/mesh_mending.h"
+#include "scene/internal/mesh_repair.h"
 
 #include <algorithm>
 #include <bit>
@@ -150,7 +150,7 @@ bool IsUsable(const glm::vec3& normal) {
 
 }  // namespace
 
-void MendTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport& report) {
+void RepairTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport& report) {
   const Kept kept = KeepSound(loose, report);
   if (kept.triangles.empty()) return;
   CountEdges(kept.triangles, report);

@@ -30,6 +30,6 @@ struct LooseTriangle {
 // leaves out triangles that are not finite, without area or there twice, makes missing normals, and
 // welds corners whose position and normal are equal. Order is kept. Colours are filled in where any
 // triangle is by place.
-void MendTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport& report);
+void RepairTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport& report);
 
 }  // namespace pleinair

@@ -1,6 +1,6 @@
-// The material libraries that an OBJ file names. Read here and not taken from assimp, which doesn't
-// tell a missing key from a default, nor an undefined name from a defined one, and has its own
-// defaults.
+// The material libraries that an OBJ file names. Read here and not by assimp, which does not
+// distinguish a missing key from a default, nor an undefined name from a defined one, and has its
+// own defaults.
 #pragma once
 
 #include <filesystem>

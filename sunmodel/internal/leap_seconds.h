@@ -5,7 +5,7 @@
 
 namespace pleinair {
 
-// The first day of UTC with whole leap seconds; before it there is no TAI - UTC to speak of here.
+// The first day of UTC with whole leap seconds; before it TAI - UTC is not defined here.
 inline constexpr std::chrono::sys_days kFirstLeapSecondDay =
     std::chrono::year{1972} / std::chrono::January / 1;
 

@@ -81,8 +81,8 @@ TEST(CameraPoseHardCases, ThreePointsLeaveSeveralPosesOpen) {
   EXPECT_THAT(Reason({matches[0], matches[1]}), HasSubstr("2 points"));
 }
 
-// Flat boards at all distances and tilts: whatever is called found is right, whatever is not is
-// told apart, and both happen.
+// Flat boards at all distances and tilts: every pose that is called found is right, the others are
+// refused, and both happen.
 TEST(CameraPoseHardCases, AFlatBoardsMirroredPoseIsNeverTaken) {
   const Lens lens(MarkerCamera());
   std::mt19937 random(3);

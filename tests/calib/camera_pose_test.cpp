@@ -40,9 +40,9 @@ TEST(CameraPose, IsExactForExactPoints) {
   }
 }
 
-// Errors over the sigmas that are told with them. 200 draws: the mean of 3 squared standard normals
+// Errors over their reported sigmas. 200 draws: the mean of 3 squared standard normals
 // over 3 is 1 to 0.058; three times that.
-TEST(CameraPose, KnowsHowWellItIsKnown) {
+TEST(CameraPose, StatesItsOwnUncertainty) {
   constexpr int kDraws = 200;
   const Lens lens(MarkerCamera());
   const glm::dmat4 truth = LookAt({2.0, -2.0, 1.5}, {0, 0, 0});

@@ -70,7 +70,7 @@ TEST(EdgeBlur, IsTheLenss) {
         const Edge edge(slant_rad, sigma_px, 0.01, 0.7, is_upright);
         const EdgeBlur blur = BlurOf(edge.picture, {}, edge.view);
         EXPECT_GE(blur.edges, 20);
-        // Of the whole width, of which a narrow lens has little; half for the grid of widths and
+        // Of the entire width, of which a narrow lens has little; half for the grid of widths and
         // its parabola, half for noise.
         EXPECT_NEAR(blur.sigma_px, sigma_px, 0.1 * sigma_px)
             << "slant " << slant_rad << " upright " << is_upright;
@@ -101,7 +101,7 @@ TEST(EdgeBlur, IsWhatMostEdgesAgreeOn) {
 }
 
 // Each of them alone has too few edges.
-TEST(EdgeBlur, PicturesTellItTogether) {
+TEST(EdgeBlur, IsMeasuredFromAllPicturesTogether) {
   EdgeBlurMeter meter;
   Edge edge(0.1, 0.6, 0.01);
   for (int y = 0; y < kHeight; ++y) {
@@ -116,7 +116,7 @@ TEST(EdgeBlur, PicturesTellItTogether) {
   EXPECT_NEAR(meter.Blur().sigma_px, 0.6, 0.06);
 }
 
-TEST(EdgeBlur, WhereNothingTellsThereIsNone) {
+TEST(EdgeBlur, IsEmptyWithoutEvidence) {
   Edge edge(0.1, 1.0);
   const RgbImage even(kWidth, kHeight, glm::vec3(1.0f));
   EXPECT_EQ(BlurOf(even, {}, edge.view).edges, 0) << "no contrast";

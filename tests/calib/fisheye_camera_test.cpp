@@ -56,7 +56,7 @@ TEST(FisheyeCamera, FollowsTheStatedFormulaOfSkyPictures) {
   }
 }
 
-TEST(FisheyeCamera, TellsAMirroredPictureFromACamerasOwn) {
+TEST(FisheyeCamera, DistinguishesAMirroredPictureFromACamerasOwn) {
   FisheyeCamera camera;
   camera.world_from_camera = *FisheyeOrientationFromAxes(kUp, kNorth, -kEast);
   EXPECT_FALSE(camera.IsMirrored());

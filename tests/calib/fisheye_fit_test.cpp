@@ -118,7 +118,7 @@ TEST(FisheyeFitHardCases, NamesThePicturesThatDoNotFit) {
   EXPECT_NEAR(fit.rms_px, 0.14, 0.02);
 }
 
-TEST(FisheyeFitHardCases, GivesUpInWordsWhereNothingFits) {
+TEST(FisheyeFitHardCases, ReportsWhyNothingFits) {
   std::vector<BoardPicture> boards = Boards(0.1, 2);
   try {
     FitFisheyeLens(boards, kBoard, 1000, 800);
@@ -168,7 +168,7 @@ TEST(FisheyeFit, CalibratesARealLens) {
   EXPECT_EQ(without.rejected[0].name, "Fisheye1_4.jpg");
 }
 
-// As OpenCV's fit of a board taken for another one gave it: fx 904, fy 502, off by 5 px.
+// As OpenCV's fit of a board treated as another one gave it: fx 904, fy 502, off by 5 px.
 TEST(FisheyeFit, IsInDoubtWhereItMissesOrPixelsAreNotSquare) {
   FisheyeFit fit;
   fit.lens.fx_px = 337.0;

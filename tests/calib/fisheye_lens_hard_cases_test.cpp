@@ -37,8 +37,8 @@ glm::dvec3 Direction(double angle_rad, double azimuth_rad) {
 }
 
 // Every model, to 90 degrees and beyond, up to the rim itself: pixel -> direction -> pixel is the
-// identity to 1e-6 px, and so is direction -> pixel -> direction wherever a pixel tells directions
-// apart. Random distortions, folding and not.
+// identity to 1e-6 px, and so is direction -> pixel -> direction wherever a pixel resolves
+// directions. Random distortions, folding and not.
 TEST(FisheyeLensHardCases, RoundTripInsideTheValidity) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -110,7 +110,7 @@ TEST(FisheyeLensHardCases, StopWhereTheDistortionFolds) {
   }
 }
 
-// The whole sphere: straight backwards is refused, all else has its pixel.
+// The entire sphere: straight backwards is refused, all else has its pixel.
 TEST(FisheyeLensHardCases, SeeNearlyTheWholeSphere) {
   for (const FisheyeModel model :
        {FisheyeModel::kEquidistant, FisheyeModel::kEquisolid, FisheyeModel::kStereographic}) {

@@ -100,7 +100,7 @@ TEST(FisheyeOrientation, TakesNorthFromOneSunAndUpAsGiven) {
                           {glm::transpose(truth) * sun, sun},
                           mirrored ? Handedness::kMirrored : Handedness::kRightHanded);
     EXPECT_LT(Apart(fit.world_from_camera, truth), 1e-12);
-    // A sun seen a degree too high is told, and turns nothing.
+    // A sun seen a degree too high is reported, and turns nothing.
     const glm::dvec3 higher = glm::dvec3(
         glm::rotate(glm::dmat4(1.0), RadFromDeg(1.0), glm::cross(sun, glm::dvec3(0, 0, 1))) *
         glm::dvec4(sun, 0.0));
@@ -174,7 +174,7 @@ TEST(SunImage, IsNotMadeUp) {
   RgbImage two = Sky(lens, sun, RadFromDeg(1.0), 1e5f);
   const RgbImage other = Sky(lens, glm::normalize(glm::dvec3(1, 0, 1)), RadFromDeg(1.0), 1e5f);
   for (std::size_t i = 0; i < two.pixels.size(); ++i) two.pixels[i] += other.pixels[i];
-  EXPECT_FALSE(FindSunImage(two, lens)) << "two alike";
+  EXPECT_FALSE(FindSunImage(two, lens)) << "two equal ones";
   RgbImage broken = Sky(lens, sun, RadFromDeg(1.0), 1e5f);
   broken.At(10, 128) = glm::vec3(std::nanf(""));
   EXPECT_TRUE(FindSunImage(broken, lens));

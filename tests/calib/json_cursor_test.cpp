@@ -53,7 +53,7 @@ TEST(Json, RefusesAKeyGivenTwice) {
             "x.json: expected each key once, found \"b\" twice");
 }
 
-TEST(JsonCursor, TellsFilePathAndExpectation) {
+TEST(JsonCursor, NamesFilePathAndExpectation) {
   const nlohmann::json document =
       ParseJson(R"({"camera": {"fx": [1, "x"]}, "deep": [[1]]})", "s.json");
   const JsonCursor root(document, "s.json");

@@ -128,7 +128,7 @@ TEST(MarkerBundleHardCases, NamesThePicturesThatAreOfNoUse) {
   EXPECT_NEAR(fit.rms_px, 0.14, 0.04);
 }
 
-TEST(MarkerBundleHardCases, GivesUpInWords) {
+TEST(MarkerBundleHardCases, ReportsWhyItFails) {
   const Lens lens(MarkerCamera());
   const MarkerBoard board = RoomBoard();
   std::vector<MarkerView> views = Views(board, 3, 0.1);

@@ -102,7 +102,7 @@ TEST(PoseTracker, FramesFarApartStandForThemselves) {
   ASSERT_TRUE(tracker.Update(At(0), Standing(0.0)));
   EXPECT_EQ(tracker.Update(At(600000), Standing(50.0))->origin, PoseOrigin::kFound);
   EXPECT_FALSE(tracker.Update(At(1200000), {}, "no marker is seen"));
-  // Backwards likewise.
+  // The same backwards.
   EXPECT_EQ(tracker.Update(At(0), Standing(0.0))->origin, PoseOrigin::kFound);
 }
 

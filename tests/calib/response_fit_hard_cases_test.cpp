@@ -130,12 +130,12 @@ TEST(ResponseHardCases, IsotonicRegressionPoolsWhatFalls) {
   EXPECT_TRUE(IsotonicRegression({}, {}).empty());
 }
 
-TEST(ResponseHardCases, SamplesThatAreNoCurveAreMendedOrRefused) {
+TEST(ResponseHardCases, SamplesThatAreNoCurveAreRepairedOrRefused) {
   std::array<std::vector<ResponseSample>, 3> samples;
   samples.fill({{0.03, 20.0}, {0.2, 90.0}, {0.1, 100.0}, {0.9, 200.0}});
   const ResponseFit fit = FitMonotoneResponse(samples);
   ExpectInvertible(fit.table, "one fall");
-  EXPECT_EQ(fit.channels[0].falls_mended, 1);
+  EXPECT_EQ(fit.channels[0].falls_repaired, 1);
   EXPECT_GT(fit.channels[0].rms_relative, 0.1);
   ExpectInvertible(FitLogarithmicResponse(samples).response.table, "logarithmic");
 

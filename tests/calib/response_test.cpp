@@ -68,8 +68,8 @@ TEST(ResponseCurve, GivesEveryCodeBack) {
   }
 }
 
-// The second way: rounding the encoded value. They may differ only where float cannot tell the
-// half apart, which these odd steps do not meet.
+// The second way: rounding the encoded value. They may differ only where float does not
+// resolve the half, which these odd steps do not meet.
 TEST(ResponseCurve, RoundsToTheNearestCode) {
   const ResponseCurve srgb = ResponseCurve::Srgb();
   for (double linear = 0.00013; linear < 1.0; linear += 0.000737) {

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 const fs::path kBundled = fs::path(PLEINAIR_SOURCE_DIR) / "datasets/samples/courtyard";
 
-TEST(BundledSequence, PlaysWhole) {
+TEST(BundledSequence, PlaysToItsEnd) {
   const Sequence sequence = ReadSequence(kBundled);
   EXPECT_EQ(sequence.name, "courtyard");
   EXPECT_TRUE(sequence.environment);
@@ -43,7 +43,7 @@ TEST(BundledSequence, StaysSmall) {
 
 // Rounded mantissas: every value within 2^-7, and what the map adds up to, disc included, within a
 // hundredth of that (200 000 independent roundings of the upper hemisphere; the disc's few pixels
-// share one true value, so they may round alike: 2^-7 of its part).
+// share one true value, so they may round in the same way: 2^-7 of its part).
 TEST(BundledSequence, HasTheRecordingsSurveyMap) {
   const fs::path recorded =
       fs::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds/environment.exr";

@@ -101,7 +101,7 @@ TEST(LightScore, ComparesSunOverSkyAsALogarithm) {
   EXPECT_FALSE(LogSunOverSkyError(estimate, truth, 1e6)) << "the true sun is noise";
 }
 
-TEST(LightScore, HasNothingToSayOfBlackLight) {
+TEST(LightScore, IsEmptyForBlackLight) {
   const TruthFrame overcast = Truth(glm::dvec3(0.0), glm::dvec3(200.0));
   const RecordedLight estimate{{}, glm::dvec3(0.0), glm::dvec3(0.0), glm::dvec3(0.0), {}};
   const auto score = ScoreLight(estimate, overcast, 0.0, glm::dvec3(0.0));

@@ -1,4 +1,4 @@
-// The whole of a score, on the bundled sequence and a run made up from its truth.
+// A complete score, of the bundled sequence and a run made up from its truth.
 #include "datasets/scoring.h"
 
 #include <filesystem>

@@ -357,7 +357,7 @@ TEST_F(SequenceHardCases, RefuseWhatIsNoSequenceInOneLine) {
   EXPECT_THROW(ReadSequence(folder_ / "scene.obj"), std::runtime_error);
 }
 
-// Cut anywhere, the document is refused; only the whole one, or a cut in white space, is read.
+// Cut anywhere, the document is refused; only the complete one, or a cut in white space, is read.
 TEST_F(SequenceHardCases, RefuseATruncatedDocument) {
   const std::string text = Everything().dump();
   for (std::size_t length = 0; length < text.size(); length += 37) {

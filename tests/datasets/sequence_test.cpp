@@ -108,7 +108,7 @@ TEST_F(SequenceTest, ComesBackAsItWasWritten) {
   }
 }
 
-TEST_F(SequenceTest, WritesWholeFilesOrNone) {
+TEST_F(SequenceTest, WritesCompleteFilesOrNone) {
   WriteDocument(Everything());
   const Sequence sequence = ReadSequence(folder_);
   EXPECT_THROW(WriteSequence(sequence, folder_ / "absent"), std::runtime_error);

@@ -252,7 +252,7 @@ TEST(GltfTextures, APictureThatCannotBeReadIsAnErrorWhereItWouldBeSeen) {
   }
 }
 
-TEST(GltfTextures, AMaskSaysWhatIsThere) {
+TEST(GltfTextures, AMaskCutsOut) {
   const TemporaryFolder folder;
   GltfFile file;
   const std::string png = PngOf(FourColours());

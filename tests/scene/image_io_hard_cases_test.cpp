@@ -51,7 +51,7 @@ std::string ReadingMessage(const std::filesystem::path& file) {
   return MessageOf([&] { ReadDisplayImage(file); });
 }
 
-TEST(ImageIoHardCases, CountsAndMendsEachDefect) {
+TEST(ImageIoHardCases, CountsAndRepairsEachDefect) {
   RgbImage image(4, 2, glm::vec3(1.0f));
   image.pixels[0] = {kNaN, 2.0f, -3.0f};      // Counts as not finite, once.
   image.pixels[1] = {kInfinity, 5.0f, 1.0f};  // A sun that overflowed.

@@ -166,7 +166,7 @@ TEST(MeshIo, WeldsCornersAndKeepsTheFilesNormals) {
   }
 }
 
-// What lies about the recordings: names as in the file, nothing mended, nothing noted.
+// What lies about the recordings: names as in the file, nothing repaired, nothing noted.
 TEST(MeshIo, ReadsTheRecordedScenes) {
   const std::filesystem::path shared = std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences";
   if (!std::filesystem::exists(shared / "courtyard-clouds/scene.obj")) {

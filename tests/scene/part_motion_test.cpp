@@ -80,7 +80,7 @@ TEST(PartMotion, GoesDownItsChainOfNodes) {
   EXPECT_NEAR(glm::distance(glm::dvec3(moved), glm::dvec3(5.0, 1.0, 0.0)), 0.0, 1e-12);
 }
 
-TEST(PartMotion, BeginsAnewWhenItEndsAndBeforeItBegins) {
+TEST(PartMotion, RepeatsAfterItsEndAndBeforeItsBeginning) {
   const PartMotion motion({Shifted(0.0, 4.0)}, 2.0);
   for (const double time_s : {0.5, 2.5, 200.5, -1.5}) {
     EXPECT_NEAR(motion.FileFromPart(time_s)[3].x, 1.0, 1e-12) << time_s;

@@ -44,7 +44,7 @@ Mesh SkewBox(double scale) {
 }
 
 // Moeller and Trumbore's test in double precision. `doubtful` when the ray passes an edge or the
-// plane's near side within what single precision can tell.
+// plane's near side within what single precision resolves.
 struct Reference {
   std::optional<double> distance_m;
   bool doubtful = false;
@@ -115,7 +115,7 @@ TEST(RayCasterHardCases, AgreesWithBruteForceInDoublePrecision) {
       continue;
     }
     ++hits;
-    // The plane's distance is exact; two surfaces within 1e-5 may be taken for one another.
+    // The plane's distance is exact; two surfaces within 1e-5 may be treated as one another.
     ASSERT_NEAR(hit->distance_m, *expected.distance_m, 1e-5);
     // The point is on the ray but for the barycentric weights' rounding over the triangle's size.
     const glm::vec3 on_ray = origin + hit->distance_m * direction;
@@ -283,7 +283,7 @@ TEST(RayCasterHardCases, CornersThatAreNotFiniteAreLeftOut) {
   }
 }
 
-// Two casters of one mesh answer alike, hit for hit, rays through vertices included.
+// Two casters of one mesh return the same, hit for hit, rays through vertices included.
 TEST(RayCasterHardCases, AnswersAreRepeatable) {
   std::mt19937 random(kSeed);
   const Mesh mesh = TriangleSoup(random);

@@ -164,7 +164,7 @@ TEST(RayCaster, ManyRaysFromOnePointSayTheSame) {
 }
 
 // To faces, edges and corners of a box, from both sides.
-TEST(RayCaster, TellsTheDistanceToTheNearestTriangle) {
+TEST(RayCaster, ReturnsTheDistanceToTheNearestTriangle) {
   const glm::vec3 lower_m(-1.0f, -2.0f, 0.0f);
   const glm::vec3 upper_m(1.0f, 1.0f, 0.5f);
   const RayCaster caster(BoxMesh(lower_m, upper_m));
@@ -187,7 +187,7 @@ TEST(RayCaster, TellsTheDistanceToTheNearestTriangle) {
   EXPECT_EQ(RayCaster(Mesh{}).DistanceTo(glm::vec3(0.0f), 7.0f), 7.0f);
 }
 
-TEST(RayCaster, RefusesTrianglesOfVerticesThatAreNotThere) {
+TEST(RayCaster, RefusesTrianglesWithMissingVertices) {
   Mesh mesh = UnitTriangle();
   mesh.triangles.push_back({0, 1, 3});
   EXPECT_THROW(RayCaster{mesh}, std::invalid_argument);

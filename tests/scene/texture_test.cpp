@@ -55,7 +55,7 @@ TEST(TextureTest, ShowsItsTexelsAtTheirMiddles) {
   }
 }
 
-TEST(TextureTest, GoesLinearlyFromTexelToTexelAndOverTheEdgeAsItIsTold) {
+TEST(TextureTest, GoesLinearlyFromTexelToTexelAndOverTheEdgeAsItsSamplerStates) {
   Texture::Codes codes(2, 1);
   codes.At(0, 0) = glm::u8vec4(0, 0, 0, 255);
   codes.At(1, 0) = glm::u8vec4(255);

@@ -15,7 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 // At the pole the sun rises once a year and sets once, within days of the equinoxes (refraction and
-// disc make 0.85 deg, at 0.4 deg a day), and then is there, or away, for half a year.
+// disc make 0.85 deg, at 0.4 deg a day), and then is up, or down, for half a year.
 TEST(SolarDayHardCases, PoleHasOneSunriseAndOneSunsetAYear) {
   for (const double latitude_rad : {std::numbers::pi / 2.0, -std::numbers::pi / 2.0}) {
     int rising = 0;
