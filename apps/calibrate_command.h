@@ -1,5 +1,5 @@
 // `pleinair calibrate`: camera files from pictures of boards, charts, brackets, marks and the sun.
-// Each function writes its file, whole or not at all, and returns the report to print.
+// Each function writes its file, completely or not at all, and returns the report to print.
 #pragma once
 
 #include <filesystem>

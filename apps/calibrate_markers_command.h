@@ -20,7 +20,7 @@ struct CalibrateMarkersOptions {
   std::filesystem::path anchor;  // A board file that says where some of the markers stand.
   std::filesystem::path out;
 };
-// Writes the board file, whole or not at all, and returns the report to print. Throws
+// Writes the board file, completely or not at all, and returns the report to print. Throws
 // std::runtime_error or std::invalid_argument, one line.
 std::string RunCalibrateMarkers(const CalibrateMarkersOptions& options);
 

@@ -52,12 +52,14 @@ double NorthOffsetDeg(const ShadowDirection& shadow) {
 std::string Advice(const ShadowDirection& shadow) {
   const double offset_deg = NorthOffsetDeg(shadow);
   if (!shadow.determined) {
-    return "The pictures cannot tell: " + shadow.reason +
+    return "The pictures do not determine north: " + shadow.reason +
            ". Frames with sharp shadows of the mesh's own corners, hours apart, would help.";
   }
-  if (!shadow.ContradictsTheSun()) return "The model's north is as good as the pictures can tell.";
+  if (!shadow.ContradictsTheSun())
+    return "The model's north agrees with the pictures within their accuracy.";
   return fmt::format(
-      "To mend it, turn mesh, objects and camera poses together about the vertical by {:.2f} deg "
+      "To correct it, turn mesh, objects and camera poses together about the vertical by {:.2f} "
+      "deg "
       "{} (seen from above).",
       std::abs(offset_deg),
       offset_deg > 0.0 ? "clockwise" : "counter-clockwise");
@@ -67,7 +69,7 @@ std::string DescribeFrame(const FrameShadowDirection& frame) {
   if (!frame.sunlit) return fmt::format("{:>5}  {}", frame.frame, frame.shadow.reason);
   const std::string light = fmt::format(
       "{:>5}  lit : shaded {:>5.1f}, {:>3} parts", frame.frame, frame.contrast, frame.tiles);
-  if (!frame.shadow.determined) return light + "  cannot tell: " + frame.shadow.reason;
+  if (!frame.shadow.determined) return light + "  not determined: " + frame.shadow.reason;
   return fmt::format("{}  {:+6.2f} deg, sigma {:.2f}",
                      light,
                      NorthOffsetDeg(frame.shadow),
@@ -84,7 +86,7 @@ std::string AsText(const ShadowDirectionResult& result,
                        NorthOffsetDeg(result.all),
                        DegFromRad(result.all.stddev_rad));
     text += fmt::format(
-        "The model's +Y points to true azimuth {:.2f} deg; {} north was taken for it ({:.2f} "
+        "The model's +Y points to true azimuth {:.2f} deg; {} north was assumed ({:.2f} "
         "deg).\n",
         DegFromRad(stated_rad) + NorthOffsetDeg(result.all),
         NameOf(options.model_north),
@@ -170,7 +172,8 @@ std::string RunCalibrateNorth(const CalibrateNorthOptions& options) {
 }
 
 std::string DescribeShadowDirection(const ShadowDirection& shadow) {
-  if (!shadow.determined) return "the real shadows do not tell where the sun is: " + shadow.reason;
+  if (!shadow.determined)
+    return "the real shadows do not determine where the sun is: " + shadow.reason;
   return fmt::format(
       "real and virtual shadows on level ground differ by {:+.2f} deg (sigma {:.2f})",
       DegFromRad(shadow.azimuth_offset_rad),

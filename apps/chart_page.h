@@ -17,7 +17,8 @@ ChartValue InUnit(const Spread& spread, double unit);
 // As a cell of comma-separated values.
 std::string CsvText(const std::string& text);
 
-// An <svg> without the marks that gnuplot defines alike in all: for all but a page's first.
+// An <svg> without the marks that gnuplot defines in the same way in each: for all but a page's
+// first.
 std::string WithoutDefinitions(const std::string& svg);
 
 }  // namespace pleinair

@@ -62,8 +62,8 @@ std::string_view Word(State state) {
 }
 
 // `absent` is what it means that there is no such context: desktop OpenGL draws the composites, ES
-// is what small boards have. The first of `libraries` that is there has its entry points; they are
-// looked up only when one is called, so a context can be had without them.
+// is what small boards have. The first of `libraries` that exists has its entry points; they are
+// looked up only when one is called, so a context can be created without them.
 Finding CheckGl(GlApi api,
                 std::string name,
                 State absent,
@@ -129,8 +129,7 @@ Finding CheckClock() {
   }
   timex kernel_clock{};
   const int state = adjtimex(&kernel_clock);
-  if (state < 0)
-    return {"clock", State::kOk, text + "; cannot tell whether it is synchronised", ""};
+  if (state < 0) return {"clock", State::kOk, text + "; whether it is synchronised is unknown", ""};
   if (state == TIME_ERROR || (kernel_clock.status & STA_UNSYNC) != 0) {
     return {"clock",
             State::kMissing,
@@ -166,7 +165,7 @@ std::vector<Finding> CheckCameras() {
       findings.push_back({name,
                           State::kMissing,
                           label + (label.empty() ? "" : ": ") + "may not be opened by this user",
-                          "join the group video: adduser $USER video, then log in anew"});
+                          "join the group video: adduser $USER video, then log in again"});
     }
   }
   return findings;
@@ -206,11 +205,10 @@ Finding CheckCache() {
       present = present.parent_path();
     }
     if (access(present.c_str(), W_OK | X_OK) != 0 || !fs::is_directory(present, error)) {
-      return {
-          "cache",
-          State::kMissing,
-          fmt::format("{}: not writable; every run would prepare its site anew", folder.string()),
-          "give --cache DIR, set XDG_CACHE_HOME, or mend the permissions"};
+      return {"cache",
+              State::kMissing,
+              fmt::format("{}: not writable; every run prepares its site again", folder.string()),
+              "give --cache DIR, set XDG_CACHE_HOME, or correct the permissions"};
     }
     const fs::space_info space = fs::space(present, error);
     const std::string found =
@@ -303,10 +301,10 @@ std::string AsJson(const std::vector<Finding>& findings, bool all_well) {
                       {"found", finding.found},
                       {"advice", finding.advice}});
   }
-  const nlohmann::json whole = {
+  const nlohmann::json report = {
       {"version", PLEINAIR_VERSION}, {"all_well", all_well}, {"checks", checks}};
   // Names of devices and drivers are foreign text: what is not UTF-8 in them is replaced.
-  return whole.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+  return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
 }
 
 std::string AsText(const std::vector<Finding>& findings) {

@@ -10,7 +10,7 @@ namespace pleinair {
 //
 //   ok       works
 //   missing  not there, and only some uses need it: the line says which, and how to get it
-//   broken   recordings cannot be worked on, or times would be wrong, until it is mended
+//   broken   recordings cannot be worked on, or times would be wrong, until it is repaired
 //
 // `all_well` is false where something is broken. Makes and removes OpenGL contexts on the calling
 // thread; changes nothing on the disc.

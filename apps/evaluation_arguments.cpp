@@ -49,21 +49,21 @@ void AddRegress(CLI::App& app, Work& work) {
   regress
       .add_option("--frames-limit",
                   settings.frames_limit,
-                  "Of the baseline: so many frames, spread over each sequence; 0: all")
+                  "For the baseline: so many frames, spread over each sequence; 0: all")
       ->check(CLI::Range(0, 1000000))
       ->needs(write);
   regress
       .add_flag_function(
           "--light-alone",
           [&settings](std::int64_t) { settings.pictures = false; },
-          "Of the baseline: no composites, which take most of the time")
+          "For the baseline: no composites, which take most of the time")
       ->needs(write);
   regress
       .add_option(
-          "--patch-size", settings.patch_size_m, "Of the baseline: as run has it, to be quick")
+          "--patch-size", settings.patch_size_m, "For the baseline: as in run; coarser is faster")
       ->check(Positive())
       ->needs(write);
-  regress.add_option("--rays", settings.rays, "Of the baseline: likewise")
+  regress.add_option("--rays", settings.rays, "For the baseline: as in run; fewer are faster")
       ->check(CLI::Range(1, 65536))
       ->needs(write);
   regress.add_option("--cache",

@@ -62,8 +62,8 @@ FrontTrials::FrontTrials(const TrialSettings& settings, const Progress& progress
   }
   if (pictured.empty() || default_->site.objects.empty()) {
     throw std::runtime_error(default_->sequence.folder.string() +
-                             ": its truth has no picture with an object: expected some, to tell "
-                             "errors by");
+                             ": its truth has no picture with an object: expected some, to "
+                             "measure errors");
   }
   const std::vector<bool> taken =
       SpreadOver(static_cast<int>(pictured.size()), settings_.frames_limit);

@@ -44,7 +44,7 @@ Recording ReadRecording(const std::filesystem::path& folder, int frames_limit) {
   }
   if (!std::filesystem::exists(folder / "truth" / "truth.json")) {
     throw std::runtime_error((folder / "truth" / "truth.json").string() +
-                             ": expected the truth, to tell errors by");
+                             ": expected the truth, to measure errors");
   }
   const std::vector<TruthFrame> truth = ReadTruth(recording.sequence);
   recording.largest_true_sun = LargestTrueSun(truth);

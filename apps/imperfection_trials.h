@@ -17,7 +17,7 @@ struct ImperfectionSettings {
   std::filesystem::path cache;                   // Of what is prepared; empty: gone with the sweep.
   int seeds = 2;
   int frames_limit = 4;     // Spread over those that have a picture with the object.
-  PrepareSettings prepare;  // Of all runs alike.
+  PrepareSettings prepare;  // Of all runs.
 };
 
 // Of one run.

@@ -186,7 +186,7 @@ std::vector<ShRgb> CoefficientsUnder(const FrameLight& light,
 }
 
 std::string DescribeRegions(const SkyRegions& regions, bool uniform) {
-  if (uniform) return R"({"sky": "uniform", "of": "unit radiance of the whole sky"})";
+  if (uniform) return R"({"sky": "uniform", "of": "unit radiance of the entire sky"})";
   return fmt::format(
       R"({{"sky_regions": {{"bands": {}, "sectors": {}}}, "of": "unit radiance of each region; )"
       R"(bands equal in sin(elevation), band 0 at the horizon, sector 0 from north clockwise, )"

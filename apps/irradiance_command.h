@@ -29,7 +29,8 @@ struct IrradianceCommandOptions {
   std::filesystem::path cache;    // Of prepared data and radiosities; empty: the user's.
 };
 
-// Writes `out`, whole or not at all. Throws std::runtime_error or std::invalid_argument, one line.
+// Writes `out`, completely or not at all. Throws std::runtime_error or std::invalid_argument, one
+// line.
 void RunIrradianceCommand(const IrradianceCommandOptions& options);
 
 }  // namespace pleinair

@@ -32,7 +32,7 @@ struct IrradianceHeading {
   RadiositySummary radiosity;
 };
 
-// The whole text of the output, with points and normals as they were read.
+// The entire text of the output, with points and normals as they were read.
 // Shape  irradiance [(point * normals + normal) * lights + light], coefficients
 //        [point * lights + light].
 std::string IrradianceText(const IrradianceHeading& heading,

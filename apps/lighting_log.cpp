@@ -48,7 +48,7 @@ Json SkyShapeShares(const Lighting& lighting) {
   for (std::size_t k = 0; k < lighting.sky.size(); ++k) {
     glm::dvec3 share(0.0);
     for (int channel = 0; channel < 3; ++channel) {
-      // A black sky has no shape to tell: all of it is put on the first.
+      // A black sky has no shape: all of it is put on the first.
       share[channel] = sum[channel] > 0.0 ? lighting.sky[k].irradiance_rgb[channel] / sum[channel]
                                           : (k == 0 ? 1.0 : 0.0);
     }

@@ -77,7 +77,9 @@ void AddSun(CLI::App& app, Work& work) {
   sun.add_option("--pressure-hpa",
                  options->pressure_hpa,
                  "For refraction (default: standard atmosphere at the site's height)");
-  sun.add_option("--temperature-c", options->temperature_c, "For refraction (default: likewise)");
+  sun.add_option("--temperature-c",
+                 options->temperature_c,
+                 "For refraction (default: the standard atmosphere's)");
   sun.add_flag("--json", options->json, "Print JSON");
   sun.callback([options, &work] {
     work = [options] {
@@ -147,7 +149,7 @@ void AddIrradiance(CLI::App& app, Work& work) {
       .add_option_function<std::string>(
           "--sky",
           [options](const std::string&) { options->uniform_sky = true; },
-          "uniform: unit radiance of the whole sky")
+          "uniform: unit radiance of the entire sky")
       ->check(CLI::IsMember({"uniform"}));
   irradiance.add_option(
       "--sun", options->sun, "AZ,EL in degrees, azimuth from north clockwise: unit irradiance");
@@ -170,9 +172,11 @@ void AddIrradiance(CLI::App& app, Work& work) {
                         options->gather.patch_size_m,
                         "Longest edge of patches at a point, in metres; 0: as short as 16000 "
                         "patches allow");
-  irradiance.add_option("--rays", options->gather.rays_per_point, "Gathering, a point and normal")
+  irradiance
+      .add_option("--rays", options->gather.rays_per_point, "Gathering rays per point and normal")
       ->check(CLI::Range(1, 65536));
-  irradiance.add_option("--sky-rays", options->gather.sky_rays_per_point, "To the sky, likewise");
+  irradiance.add_option(
+      "--sky-rays", options->gather.sky_rays_per_point, "Rays to the sky per point");
   irradiance.add_option("--patch-rays", options->gather.rays_per_patch, "Of form factors, a patch")
       ->check(CLI::Range(1, 65536));
   irradiance.add_option(
@@ -211,7 +215,7 @@ int RunCommandLine(int argc, char** argv) {
   if (shared && SharedRanks()->Rank() != 0) spdlog::set_level(spdlog::level::off);
 
   CLI::App app(
-      "Virtual objects in the picture of an ordinary camera, lit by the light that is there.");
+      "Virtual objects in the picture of an ordinary camera, lit by the real light of the scene.");
   app.name("pleinair");
   app.require_subcommand(1);
   app.set_version_flag("--version", PLEINAIR_VERSION);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kMostBytes = 2000;
 
-// How many bytes the printable character at the beginning has; 0: none is there.
+// How many bytes the printable character at the beginning has; 0: there is none.
 std::size_t PrintableBytes(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x80) return byte(0) >= 0x20 && byte(0) != 0x7f ? 1 : 0;

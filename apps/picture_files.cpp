@@ -60,7 +60,7 @@ ChartCorners ChartIn(const Rgb8Image& picture,
     const auto found = FindColourChart(picture);
     if (found) return *found;
     throw std::runtime_error(
-        file.string() + ": expected a ColorChecker of 24 patches, found none: tell its corners");
+        file.string() + ": expected a ColorChecker of 24 patches, found none: give its corners");
   }
   const std::vector<double> numbers = ParseNumbers(corners, "corners");
   if (numbers.size() != 8) {

@@ -20,7 +20,7 @@ using RegressionBaseline = std::map<std::string, SequenceBaseline>;
 // Throws std::runtime_error naming file, key and what was expected.
 RegressionBaseline ReadRegressionBaseline(const std::filesystem::path& file);
 
-// Whole or not at all. Throws std::runtime_error naming the file.
+// Written completely or not at all. Throws std::runtime_error naming the file.
 void WriteRegressionBaseline(const RegressionBaseline& baseline, const std::filesystem::path& file);
 
 }  // namespace pleinair

@@ -150,7 +150,7 @@ void ReportShadows(const ShadowDirectionFinder& finder, RunReport& report) {
   spdlog::info("{}", all);
   if (!result.all.ContradictsTheSun()) return;
   report.notes.push_back(fmt::format(
-      "the shadows speak for a sun {:.1f} deg {} of the computed one: north, place or time may be "
+      "the shadows indicate a sun {:.1f} deg {} of the computed one: north, place or time may be "
       "wrong; see `pleinair calibrate north`",
       std::abs(DegFromRad(result.all.azimuth_offset_rad)),
       result.all.azimuth_offset_rad > 0.0 ? "clockwise" : "counter-clockwise"));

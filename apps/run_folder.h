@@ -38,8 +38,8 @@ class FolderLock {
 };
 
 // One run's output: nothing of an earlier run, ended or killed, stays beside the new one's; all
-// else does. lighting.jsonl and plan.jsonl have their names only when they are whole. The folder is
-// locked while this lives.
+// else does. lighting.jsonl and plan.jsonl have their names only when they are complete. The folder
+// is locked while this lives.
 class RunFolder {
  public:
   // Throws as FolderLock, and where what is to be replaced is no regular file.

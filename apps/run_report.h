@@ -39,11 +39,11 @@ struct ReportFrame {
 struct RunReport {
   std::string title;
   std::vector<std::string> settings;  // One a line.
-  std::vector<std::string> notes;     // What was assumed, mended, left out.
+  std::vector<std::string> notes;     // What was assumed, repaired, left out.
   std::vector<ReportFrame> frames;
 };
 
-// Writes the file whole or not at all. Throws std::runtime_error naming the file.
+// Writes the file completely or not at all. Throws std::runtime_error naming the file.
 void WriteRunReport(const std::filesystem::path& file, const RunReport& report);
 
 }  // namespace pleinair

@@ -12,7 +12,7 @@ struct ScoreCommandOptions {
   bool json = false;               // The text is JSON in place of a table.
 };
 
-// Scores the run, writes OUT/score.json (whole or not at all) and returns what to print.
+// Scores the run, writes OUT/score.json (completely or not at all) and returns what to print.
 // Throws std::runtime_error naming file and place.
 std::string RunScoreCommand(const ScoreCommandOptions& options);
 

@@ -155,25 +155,25 @@ Range RangeOf(const Chart& chart, ChartValue ChartPoint::*of_point, const ChartA
   if (axis.scale == ChartAxis::Scale::kByValues && range.low > 0.0 &&
       range.high >= kFarApart * range.low) {
     range.is_logarithmic = true;
-    const double whole = range.high / range.low;
-    range.low *= std::pow(whole, -kMargin);
-    range.high *= std::pow(whole, beyond);
+    const double span = range.high / range.low;
+    range.low *= std::pow(span, -kMargin);
+    range.high *= std::pow(span, beyond);
     return range;
   }
   if (axis.scale == ChartAxis::Scale::kFromZero) range.low = std::min(0.0, range.low);
-  double whole = range.high - range.low;
-  if (!(whole > 0.0)) whole = std::max(1e-6, 0.2 * std::abs(range.high));  // One value.
-  if (range.low != 0.0) range.low -= kMargin * whole;
-  range.high += beyond * whole;
+  double span = range.high - range.low;
+  if (!(span > 0.0)) span = std::max(1e-6, 0.2 * std::abs(range.high));  // One value.
+  if (range.low != 0.0) range.low -= kMargin * span;
+  range.high += beyond * span;
   return range;
 }
 
 // Round, and so long that at most seven marks have room.
-double LinearStep(double whole) {
+double LinearStep(double span) {
   constexpr double kMostSteps = 6.0;
-  const double decade = std::pow(10.0, std::floor(std::log10(whole / kMostSteps)));
+  const double decade = std::pow(10.0, std::floor(std::log10(span / kMostSteps)));
   for (const double digit : {1.0, 2.0, 5.0}) {
-    if (digit * decade * kMostSteps >= whole) return digit * decade;
+    if (digit * decade * kMostSteps >= span) return digit * decade;
   }
   return 10.0 * decade;
 }

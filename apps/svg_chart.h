@@ -7,7 +7,7 @@
 
 namespace pleinair {
 
-// A value and how far it may be off. All three alike: no bar is drawn.
+// A value and how far it may be off. If all three are equal, no bar is drawn.
 struct ChartValue {
   double value = 0.0;  // NaN leaves a gap in a line.
   double low = 0.0;

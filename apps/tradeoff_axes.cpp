@@ -219,7 +219,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                   "1"});
   axes.push_back(
       {"sun-block",
-       "Side in pixels of blocks that are lit alike (pipeline.view.sun_block_px)",
+       "Side in pixels of blocks that are lit in the same way (pipeline.view.sun_block_px)",
        Judge::kPicture,
        false,
        Numbers<int>({1, 2, 4, 8}, [](Options& o, int px) { o.pipeline.view.sun_block_px = px; }),

@@ -24,7 +24,7 @@ struct SweepAxis {
   std::string name;   // As --sweep has it.
   std::string words;  // What it is, and the option that sets it.
   Judge judge = Judge::kEstimate;
-  bool rays_by_seed = false;  // What is prepared is so anew for each seed: its rays are the noise.
+  bool rays_by_seed = false;  // Each seed prepares the site again: its rays are the noise.
   std::vector<SweepValue> values;
   std::string default_text;  // Among the values'.
 

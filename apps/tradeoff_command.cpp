@@ -21,7 +21,7 @@
 namespace pleinair {
 namespace {
 
-// As the system tells it; empty where it doesn't.
+// As the system reports it; empty where it does not.
 std::string ProcessorName() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
@@ -75,7 +75,7 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
   if (axes.empty()) {
     throw std::runtime_error(sequence.folder.string() +
                              ": its light is measured by a fish-eye and its truth has no pictures "
-                             "with the object: expected something to tell errors by");
+                             "with the object: expected something to measure errors");
   }
   for (const SweepAxis& axis : axes) spdlog::info("{}: {}", axis.name, axis.words);
   std::filesystem::create_directories(options.out);

@@ -25,8 +25,8 @@ inline constexpr const char* kFrontSweep = "front";
 inline constexpr const char* kImperfectionSweep = "imperfections";
 
 // Writes OUT/tradeoff.csv and .html for axes; OUT/front.csv, .html and .svg for combinations of
-// settings; OUT/imperfections.csv, .html, .md and .svg for those. Each is whole or not there.
-// Returns what to print. Throws std::runtime_error or std::invalid_argument, one line.
+// settings; OUT/imperfections.csv, .html, .md and .svg for those. Each is written completely or not
+// at all. Returns what to print. Throws std::runtime_error or std::invalid_argument, one line.
 std::string RunTradeoffCommand(const TradeoffCommandOptions& options);
 
 }  // namespace pleinair

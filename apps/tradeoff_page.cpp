@@ -12,7 +12,7 @@
 namespace pleinair {
 namespace {
 
-// One axis, ready to be told.
+// One axis, ready to be written.
 struct AxisView {
   std::vector<TradeoffPoint> points;  // One a result.
   std::vector<FrontPlace> places;

@@ -88,7 +88,7 @@ TradeoffTrials::TradeoffTrials(const TrialSettings& settings, const Progress& pr
         const Sequence& sequence = default_->sequence;
         if (!std::filesystem::exists(sequence.folder / "truth" / "truth.json")) {
           throw std::runtime_error((sequence.folder / "truth" / "truth.json").string() +
-                                   ": expected the truth, to tell errors by");
+                                   ": expected the truth, to measure errors");
         }
         return sequence;
       }()) {
@@ -161,7 +161,7 @@ std::vector<SweptAxis> TradeoffTrials::Measure(const std::vector<SweepAxis>& axe
       for (std::size_t v = 0; v < axis.values.size(); ++v) add(v, all);
       continue;
     }
-    // Seed by seed, so that what else the machine does meanwhile falls on all values alike.
+    // Seed by seed, so that other load on the machine affects all values equally.
     for (const std::uint64_t seed : all) {
       for (std::size_t v = 0; v < axis.values.size(); ++v) add(v, {seed});
     }
@@ -171,23 +171,23 @@ std::vector<SweptAxis> TradeoffTrials::Measure(const std::vector<SweepAxis>& axe
   for (Job& job : jobs) {
     if (job.done) continue;
     progress_("settings", static_cast<double>(done) / static_cast<double>(jobs.size()));
-    std::vector<Job*> alike;
+    std::vector<Job*> batch;
     for (Job& other : jobs) {
       const bool goes_along = job.axis->JudgesLight() && other.axis->JudgesLight() && !other.done &&
                               job.SeesAsMuchAs(other);
-      if (&other == &job || goes_along) alike.push_back(&other);
+      if (&other == &job || goes_along) batch.push_back(&other);
     }
     try {
       if (job.axis->JudgesLight()) {
-        MeasureLight(alike);
+        MeasureLight(batch);
       } else {
         MeasurePicture(job);
       }
     } catch (const std::exception& error) {
-      for (Job* failed : alike) failed->result->failure = error.what();
+      for (Job* failed : batch) failed->result->failure = error.what();
     }
-    for (Job* measured : alike) measured->done = true;
-    done += alike.size();
+    for (Job* measured : batch) measured->done = true;
+    done += batch.size();
   }
   progress_("settings", 1.0);
   return swept;
@@ -208,7 +208,7 @@ std::shared_ptr<const LoadedSequence> TradeoffTrials::Load(const SessionOptions&
   return other_;
 }
 
-void TradeoffTrials::MeasureLight(const std::vector<Job*>& alike) {
+void TradeoffTrials::MeasureLight(const std::vector<Job*>& batch) {
   struct Trial {
     Job* job;
     std::vector<LightingRecord> records;
@@ -217,10 +217,10 @@ void TradeoffTrials::MeasureLight(const std::vector<Job*>& alike) {
     std::string failure;
   };
   double prepare_s = 0.0;
-  const auto loaded = Load(alike.front()->options, prepare_s);
+  const auto loaded = Load(batch.front()->options, prepare_s);
   std::vector<Trial> trials;
   std::vector<std::unique_ptr<LightingSource>> sources;
-  for (Job* job : alike) {
+  for (Job* job : batch) {
     if (prepare_s > 0.0) job->result->prepare_s = prepare_s;
     for (const std::uint64_t seed : job->seeds) {
       SessionOptions options = job->options;
@@ -233,7 +233,7 @@ void TradeoffTrials::MeasureLight(const std::vector<Job*>& alike) {
 
   LightTrials views(loaded->scene,
                     loaded->sequence.site,
-                    PipelineOptionsFor(alike.front()->options, *loaded).view);
+                    PipelineOptionsFor(batch.front()->options, *loaded).view);
   std::vector<double> view_ms;
   for (const Frame& frame : frames_) {
     const auto found = views.Process(frame, sources);

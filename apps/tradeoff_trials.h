@@ -18,16 +18,16 @@ namespace pleinair {
 struct TrialSettings {
   std::filesystem::path sequence;
   std::filesystem::path cache;  // Empty: the user's cache folder.
-  int seeds = 20;               // Of settings that the light is judged by.
-  int costly_seeds = 3;         // Of those that pictures or rays are made anew for.
+  int seeds = 20;               // Of settings that are judged by the light.
+  int costly_seeds = 3;         // Of settings that need new pictures or rays.
   int frames_limit = 24;        // Spread over the sequence.
   PrepareSettings prepare;      // Where they are not swept.
 };
 
 // With one seed; medians over frames. None where it was not measured.
 struct TrialFigures {
-  double error = 0.0;    // What the axis is judged by.
-  double time_ms = 0.0;  // Likewise.
+  double error = 0.0;  // What the axis is judged by, as is the time.
+  double time_ms = 0.0;
   std::optional<double> sun_error;
   std::optional<double> sky_error;
   std::optional<double> object_psnr_db;
@@ -74,14 +74,14 @@ class TradeoffTrials {
   int PictureFrames() const;
   const LoadedSequence& Loaded() const { return *default_; }
 
-  // What is prepared or seen alike is so once for all axes.
+  // Preparations and views that axes share are made once.
   std::vector<SweptAxis> Measure(const std::vector<SweepAxis>& axes);
 
  private:
   struct Job;
 
   std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options, double& prepare_s);
-  void MeasureLight(const std::vector<Job*>& alike);
+  void MeasureLight(const std::vector<Job*>& batch);
   void MeasurePicture(Job& job);
 
   TrialSettings settings_;

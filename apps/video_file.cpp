@@ -12,7 +12,7 @@ namespace pleinair {
 
 struct VideoFile::Impl {
   std::filesystem::path path;
-  std::filesystem::path partial;  // Its ending tells OpenCV the container.
+  std::filesystem::path partial;  // OpenCV chooses the container by its ending.
   double frames_per_second;
   cv::VideoWriter writer;
   cv::Size size;  // Of the pictures.

@@ -8,7 +8,7 @@
 
 namespace pleinair {
 
-// Written beside its final name and moved there whole by Finish; without that nothing is left.
+// Written beside its final name and moved there by Finish when complete; otherwise nothing is left.
 class VideoFile {
  public:
   // `frames_per_second` > 0, the speed at which it is shown. An older file stays until Finish.

@@ -1,4 +1,4 @@
-// Text files that are either whole or not there.
+// Text files that are either complete or absent.
 #pragma once
 
 #include <filesystem>

@@ -1,16 +1,16 @@
-// The whole frame at 640x480, with the plan and with everything on, under light that calls for more
-// or less: the recorded courtyard and its statue, brought to 4000 or 15000 faces. The camera stands
-// still and time goes on by a second a frame; files are read before and nothing is written.
-// `moving` has the statue half a centimetre farther in each frame, under a sun that stands still;
-// in the open field a ball of 4488 faces moves by a centimetre. Still ones and the ball also with a
-// texture.
+// The entire frame at 640x480, with the plan and with everything on, under light that calls for
+// more or less: the recorded courtyard and its statue, reduced to 4000 or 15000 faces. The camera
+// stands still and time goes on by a second a frame; files are read in advance and nothing is
+// written. `moving` has the statue half a centimetre farther in each frame, under a sun that stands
+// still; in the open field a ball of 4488 faces moves by a centimetre. Still ones and the ball also
+// with a texture.
 //
 //   pleinair_plan_bench [Google Benchmark's options]
 //
-// Medians over frames, so that the sun's steps are not in them: of the whole frame, `median_ms`; of
-// its processor time, all threads together, `cpu_ms`; of the estimate, `light_ms`; of the view and
-// what effects need before drawing, `effects_ms`; of drawing, `draw_ms`; and `readback_ms`. In the
-// open field `light_ms` is a mean, of light on the ball and of planning. Where objects move,
+// Medians over frames, so that the sun's steps are not in them: of the entire frame, `median_ms`;
+// of its processor time, all threads together, `cpu_ms`; of the estimate, `light_ms`; of the view
+// and what effects need before drawing, `effects_ms`; of drawing, `draw_ms`; and `readback_ms`. In
+// the open field `light_ms` is a mean, of light on the ball and of planning. Where objects move,
 // `influence_ms` is what they do to real surfaces beside the sun's shadow.
 
 #include <time.h>

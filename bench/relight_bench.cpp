@@ -95,7 +95,7 @@ void ProbesByMap(benchmark::State& state) {
   }
 }
 
-void FoldTheSunAnew(benchmark::State& state) {
+void RefoldTheSun(benchmark::State& state) {
   const Site& site = TheSite();
   FoldedVolume folded(site.probes, site.basis);
   for (auto _ : state) folded.Refold(site.probes, site.basis, 0);
@@ -225,7 +225,7 @@ void Configure(benchmark::internal::Benchmark* bench) {
 BENCHMARK(EnvironmentMap)->Apply(Configure);
 BENCHMARK(ProbesByFolding)->Apply(Configure);
 BENCHMARK(ProbesByMap)->Apply(Configure);
-BENCHMARK(FoldTheSunAnew)->Apply(Configure);
+BENCHMARK(RefoldTheSun)->Apply(Configure);
 BENCHMARK(EnvironmentOfAMovedSun)->Apply(Configure);
 BENCHMARK(VerticesOfAKeptPose)->Arg(7500)->Arg(15000)->Apply(Configure);
 BENCHMARK(VerticesOfANewPose)->Arg(7500)->Arg(15000)->Apply(Configure);

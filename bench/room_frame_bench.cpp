@@ -1,6 +1,6 @@
-// The whole frame indoors while the camera moves: the recorded room at 512x496, lit by its fish-eye
-// pictures through the window, objects of 4000 and more faces. The camera walks around the object;
-// files are read before and nothing is written.
+// The entire frame indoors while the camera moves: the recorded room at 512x496, lit by its
+// fish-eye pictures through the window, objects of 4000 and more faces. The camera walks around the
+// object; files are read before and nothing is written.
 //
 //   pleinair_room_frame_bench [Google Benchmark's options]
 //

@@ -1,6 +1,6 @@
-// The whole of `run` on one recorded frame, repeated with its time advanced by a second a frame, so
-// that the sun's transport is paid for as often as it would be live. Files are read before and
-// nothing is written.
+// The complete `run` on one recorded frame, repeated with its time advanced by a second per frame,
+// so that the sun's transport costs as much as it would live. Files are read in advance and nothing
+// is written.
 //
 //   pleinair_run_bench [--sequence=DIR] [--frame=N] [Google Benchmark's options]
 
@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
         })
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime()
-        // Four steps of the sun's raster; moved objects are alike in each frame.
+        // Four steps of the sun's raster; moved objects are the same in each frame.
         ->Iterations(one.objects_move ? 24 : 192);
   }
   benchmark::Initialize(&rest_count, rest.data());

@@ -1,4 +1,5 @@
-# Everything that pleinair takes from Debian. scripts/install-dependencies says why each is there.
+# Everything that pleinair takes from Debian. scripts/install-dependencies gives the reason for
+# each.
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 # A project that adds this one by add_subdirectory links them through our libraries.
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)

@@ -78,9 +78,9 @@ if(PLEINAIR_SANITIZE)
   set(pleinair_test_timeout 1200)
 endif()
 
-# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...]): one test program a folder,
-# tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that share a
-# costly beginning.
+# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...]): one test program per folder,
+# tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that share an
+# expensive set-up.
 function(pleinair_add_test folder)
   cmake_parse_arguments(ARG "WHOLE" "" "SOURCES;LIBS" ${ARGN})
   add_executable(pleinair_${folder}_tests ${ARG_SOURCES})

@@ -148,8 +148,8 @@ TEST_F(CalibrateCommand, OrientsByMarks) {
   EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation), HasSubstr("--time"));
 }
 
-// The recorded room's sky camera is told to be levelled, north up: its suns say the same, to a
-// tenth of a degree (a third of a pixel).
+// The recorded room's sky camera is stated to be levelled, north up: its suns agree to a tenth of a
+// degree (a third of a pixel).
 TEST_F(CalibrateCommand, OrientsByTheSunsOfARecording) {
   const std::filesystem::path fisheye = kShared / "sequences/room-window/fisheye";
   if (!std::filesystem::is_directory(fisheye)) GTEST_SKIP() << "no recordings in " << kShared;

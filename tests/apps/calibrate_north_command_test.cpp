@@ -17,7 +17,7 @@ CalibrateNorthOptions Courtyard() {
   return options;
 }
 
-// The recording's model has true north: taken for grid north, it is off by the convergence, and no
+// The recording's model has true north: treated as grid north, it is off by the convergence, and no
 // more than three of its own standard deviations beside that.
 TEST(CalibrateNorth, ReportsTheOffsetFromTheNorthThatIsSaid) {
   CalibrateNorthOptions options = Courtyard();
@@ -34,7 +34,7 @@ TEST(CalibrateNorth, ReportsTheOffsetFromTheNorthThatIsSaid) {
   EXPECT_EQ(report.at("frames").size(), 6u);
 }
 
-TEST(CalibrateNorth, SaysThatTheMagneticModelIsNotThere) {
+TEST(CalibrateNorth, ReportsAMissingMagneticModel) {
   CalibrateNorthOptions options = Courtyard();
   options.model_north = NorthKind::kMagnetic;
   options.magnetic = {"no-such-model", "no-such-folder"};

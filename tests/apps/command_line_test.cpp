@@ -131,7 +131,7 @@ TEST_F(CommandLine, AnOptionWinsOverTheQuality) {
                         "--quality");
 }
 
-TEST_F(CommandLine, NamesTheFileThatIsNotThere) {
+TEST_F(CommandLine, NamesTheMissingFile) {
   ExpectOneLineAndCode2("run " + folder_.string() + " --out " + (folder_ / "out").string(),
                         "sequence.json");
   ExpectOneLineAndCode2("score " + folder_.string() + " " + folder_.string(), "sequence.json");
@@ -168,7 +168,7 @@ TEST_F(CommandLine, KeepsAnEarlierResultWhenTheNewInputIsBad) {
   EXPECT_TRUE(std::filesystem::exists(out / "lighting.jsonl"));
 }
 
-TEST_F(CommandLine, TellsTheSunAsJson) {
+TEST_F(CommandLine, PrintsTheSunAsJson) {
   const Ended ended = Call("sun --site 57.0488,9.9217,15 --time 2005-06-21T09:50:00Z --json");
   EXPECT_EQ(ended.exit_code, 0);
   for (const char* key : {"azimuth_deg",

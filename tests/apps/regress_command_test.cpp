@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 // The other figures are those of a moment ago.
-TEST_F(RegressCommand, TellsAFigureThatGotWorseByMoreThanItsNoise) {
+TEST_F(RegressCommand, ReportsAFigureThatGotWorseByMoreThanItsNoise) {
   RegressCommandOptions options = Quick();
   WriteRegressionBaseline({{"elsewhere", {{3, false, 0.5, 32}, {{"frames_done", {3.0}}}}}},
                           options.baseline);

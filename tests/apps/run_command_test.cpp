@@ -24,7 +24,7 @@ using testing::HasSubstr;
 class RunCommand : public CommandFolder {
  protected:
   // The first frames of the bundled sequence, coarsely prepared, under a sky that no shape's name
-  // tells: bright in the east.
+  // describes: bright in the east.
   void SetUp() override {
     CommandFolder::SetUp();
     RgbImage sky(64, 32);

@@ -103,7 +103,7 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
   for (const char* name : gone) Touch(name);
   for (const char* name : kept) Touch(name);
   RunFolder folder(folder_);
-  // The logs of the new run have their working names till they are whole.
+  // The logs of the new run have their working names until they are complete.
   for (const char* name : gone) {
     const bool is_new = std::string(name).ends_with("jsonl.partial");
     EXPECT_EQ(IsThere(name), is_new) << name;

@@ -43,7 +43,7 @@ class TradeoffCommand : public CommandFolder {
   }
 };
 
-TEST_F(TradeoffCommand, TellsErrorAndTimeOfEachSetting) {
+TEST_F(TradeoffCommand, ReportsErrorAndTimeOfEachSetting) {
   const std::string said = RunTradeoffCommand(Quick({"solver", "samples", "influence"}));
   EXPECT_THAT(said,
               AllOf(HasSubstr("solver: the default, ceres, "),
@@ -178,7 +178,7 @@ TEST(SweepAxes, EveryAxisHasItsDefaultAmongItsValues) {
     for (const bool indoors : {false, true}) {
       std::set<std::string> names;
       for (const SweepAxis& axis : SweepAxesFor({fitted, true, indoors, InfluenceAt::kFaces})) {
-        EXPECT_TRUE(names.insert(axis.name).second) << axis.name << " is there twice";
+        EXPECT_TRUE(names.insert(axis.name).second) << axis.name << " occurs twice";
         const auto defaults =
             std::count_if(axis.values.begin(), axis.values.end(), [&](const SweepValue& value) {
               return value.text == axis.default_text;

@@ -20,7 +20,7 @@ TEST_F(VideoFileTest, HoldsTheFramesInTheirOrder) {
   const std::filesystem::path path = folder_ / "composite.mp4";
   VideoFile video(path, 5.0);
   for (int i = 0; i < 10; ++i) video.Add(Plain(65, 48, 20 + 20 * i));
-  EXPECT_FALSE(std::filesystem::exists(path));  // Not before it is whole.
+  EXPECT_FALSE(std::filesystem::exists(path));  // Not before it is complete.
   video.Finish();
 
   cv::VideoCapture read(path.string());
