@@ -16,7 +16,7 @@ namespace pleinair {
 // What the command line asks for, once it is read; returns the exit code.
 using Work = std::function<int()>;
 
-// To standard output, ending with a new line; returns 0.
+// Prints to standard output, ending with a new line; returns 0.
 int Print(const std::string& text);
 
 // A finite number above 0.

@@ -8,13 +8,13 @@
 
 namespace pleinair {
 
-// Of an HTML page, up to its heading; readable on a phone. What follows ends with "</body></html>".
+// Beginning of an HTML page, up to its heading; readable on a phone. End with "</body></html>".
 std::string ChartPageHead(const std::string& title);
 
 // The median with the smallest and the largest as its bar, times `unit`.
 ChartValue InUnit(const Spread& spread, double unit);
 
-// As a cell of comma-separated values.
+// `text` as a cell of comma-separated values.
 std::string CsvText(const std::string& text);
 
 // An <svg> without the marks that gnuplot defines in the same way in each: for all but a page's

@@ -204,7 +204,7 @@ FrontTrials::Measured FrontTrials::Measure(const Combination& combination) {
   return measured;
 }
 
-// By the default's own times as they were for this one: ratios are what compares.
+// Relative to the default's times under the same conditions: ratios are comparable.
 CombinationCost FrontTrials::CostOf(const Measured& measured) const {
   std::vector<double> still;
   std::vector<double> moving;

@@ -16,7 +16,7 @@ namespace pleinair {
 // A combination of QualitySettings' values; lists have one entry a seed.
 struct FrontPoint {
   Combination combination;
-  // As TradeoffTrials has them.
+  // The figures of TradeoffTrials.
   std::vector<double> picture_error;  // Code values.
   std::vector<double> light_error;    // A share.
   // A frame without files, where the same one comes again, and where each is from another
@@ -40,8 +40,8 @@ class FrontTrials {
   std::vector<FrontPoint> Search(int most_trials);
 
  private:
-  // Of one combination with one seed, in milliseconds; the least of some frames, to which what else
-  // the machine does can only add.
+  // Times of one combination with one seed, in milliseconds; the least of some frames, because
+  // other load on the machine can only add to it.
   struct Times {
     double still = 0.0;
     double moving = 0.0;
@@ -65,7 +65,7 @@ class FrontTrials {
 
   TrialSettings settings_;
   Progress progress_;
-  // By what is prepared, as it was asked for.
+  // Loaded sequences by the settings that they were prepared with.
   std::vector<std::pair<PrepareSettings, std::shared_ptr<const LoadedSequence>>> loaded_;
   std::shared_ptr<const LoadedSequence> default_;
   RunScorer scorer_;

@@ -49,7 +49,7 @@ const ImperfectionResult* AtSize(const std::vector<ImperfectionResult>& results,
   return found == results.end() ? nullptr : &*found;
 }
 
-// Of a dial at one of its sizes, over recordings and seeds.
+// The cost of a dial at one of its sizes, over recordings and seeds.
 struct Cost {
   std::optional<Spread> with;
   std::optional<Spread> without;

@@ -20,11 +20,11 @@ struct ImperfectionSettings {
   PrepareSettings prepare;  // Of all runs.
 };
 
-// Of one run.
+// Figures of one run.
 struct ImperfectionFigures {
   // |log| of sun over sky against the truth's, median over channels and the frames with a true sun.
   std::optional<double> sun_over_sky;
-  // As LightScore has them, median over frames; none where exposure is withheld.
+  // Errors as in LightScore, median over frames; none where exposure is withheld.
   std::optional<double> sun;
   std::optional<double> sky;
   // Root mean square over the pixels that objects cover, in code values, against the object really

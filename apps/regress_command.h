@@ -16,7 +16,7 @@ struct RegressCommandOptions {
   std::filesystem::path cache;     // Empty: the user's cache folder.
   std::optional<int> seeds;        // None: 5 for a baseline, else 1.
   bool write_baseline = false;
-  // For a new baseline alone: a check measures as its baseline did.
+  // Only for a new baseline: a check measures with its baseline's settings.
   FigureSettings settings;
 };
 

@@ -31,7 +31,7 @@ constexpr const char* kRunFiles[] = {
     "lighting.jsonl", "plan.jsonl", "report.html", "score.json", "composite.mp4"};
 constexpr const char* kLockName = ".pleinair.lock";
 
-// As WriteWholeFile names what it has not finished.
+// Whether the name is one that WriteWholeFile gives to an unfinished file.
 bool IsPartOf(std::string_view name, std::string_view whole) {
   return name.starts_with(".") && name.substr(1).starts_with(whole) && name.ends_with(".part");
 }
@@ -143,7 +143,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLockName) {
   }
   taken_over_from_ = ReadAll(descriptor_);
   const std::string holder = ThisProcess() + "\n";
-  // That the lock says who holds it is a courtesy: it holds on a full disc, too.
+  // The holder's name in the lock is only information: the lock holds on a full disc, too.
   const bool is_said =
       ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, holder.data(), holder.size(), 0) > 0;
   static_cast<void>(is_said);

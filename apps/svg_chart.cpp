@@ -107,7 +107,7 @@ std::string RunGnuplot(const std::string& script, const std::string& title) {
   return svg.substr(begin);
 }
 
-// As gnuplot reads it back unchanged: nothing within single quotes is replaced or run.
+// Quotes text so that gnuplot reads it unchanged: in single quotes nothing is replaced or run.
 std::string Quoted(const std::string& text) {
   std::string quoted = "'";
   for (const char c : text) {

@@ -15,7 +15,7 @@ struct SweepValue {
 };
 
 struct SweepAxis {
-  // By which error and which time.
+  // Which error and which time judge an axis.
   enum class Judge {
     kEstimate,  // Error of the light; what each frame pays, from the samples' pixels to covariance.
     kTransport,  // Error of the light; what a new sun costs, too: the view, drawing the samples.

@@ -21,7 +21,7 @@ std::string TradeoffCsv(const TradeoffPage& page);
 // the spread, a table, and a sentence on the default. Charts as by ChartsForPage.
 std::string TradeoffHtml(const TradeoffPage& page);
 
-// For people: whether each axis's default is on its front, a line each.
+// Whether each axis's default is on its front, one line each, to print.
 std::string DefaultsText(const TradeoffPage& page);
 
 }  // namespace pleinair

@@ -29,8 +29,8 @@ class SignalNoise {
  public:
   explicit SignalNoise(const ResponseCurve& response, const CameraNoise& camera = {});
 
-  // Of a pixel whose mean signal is `signal`, whatever its noise has made of it: weights from noisy
-  // values would favour the dark ones. Signals outside [0, 1] count as its ends.
+  // Variance of a pixel whose mean signal is `signal`. Do not pass noisy values: weights from these
+  // would favour the dark ones. Signals outside [0, 1] count as its ends.
   double Variance(int channel, double signal) const;
 
   // Signals from here on are clipped (kClippedFromCode).

@@ -14,7 +14,7 @@
 namespace pleinair {
 namespace {
 
-// Of any colour's channel: within, no product of the fit leaves what doubles hold.
+// Range of a colour's channel: within it, no product of the fit leaves the range of double.
 constexpr double kLeastLight = 1e-12;
 constexpr double kMostLight = 1e12;
 // Below this the third colour is noise on the others.

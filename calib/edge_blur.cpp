@@ -27,7 +27,7 @@ constexpr double kSteepest = 0.7;  // Of an edge against the line across it, in 
 // A pixel's own square.
 constexpr double kPixelVariance = 1.0 / 12.0;
 constexpr double kLeastPx = 0.15;  // Less moves 1 % of an edge's contrast.
-// Of a line, in variances: three deviations off it shows something else.
+// Largest doubt of a line, in variances: three deviations off, it shows something else.
 constexpr double kMostDoubt = 9.0;
 
 using Profile = std::array<double, kCount>;

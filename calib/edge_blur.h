@@ -32,7 +32,7 @@ class EdgeBlurMeter {
   // size.
   void Add(const RgbImage& radiance, const Gray8Image& clipped, const SurfaceView& view);
 
-  // By all pictures so far.
+  // The blur found from all pictures so far.
   EdgeBlur Blur() const;
 
  private:

@@ -36,7 +36,7 @@ class ChannelModel {
   bool IsClipped(int code) const { return code >= clipped_from_; }
   static bool IsAtNoiseFloor(int code) { return code <= kNoiseFloorUpToCode; }
 
-  // At the code that was measured; `linear` may be a better word on the light.
+  // Variance at the measured code; `linear` may be a better estimate of the light.
   double Variance(int code, double linear) const {
     return noise_.Variance(linear) + rounding_variance_[Index(code)];
   }

@@ -23,7 +23,7 @@ glm::dmat3 ReadMatrix(const JsonCursor& at) {
   return matrix;
 }
 
-// From one camera's colours to another's: white stays light. Single factors may be below 0.
+// Converts one camera's colours to another's: white stays light. Single factors may be below 0.
 glm::dmat3 ReadColourMatrix(const JsonCursor& at) {
   constexpr double kLargestFactor = 1e25;  // Between colours that FitColourTie takes.
   const auto rows = at.List(3, 3);

@@ -258,7 +258,7 @@ std::optional<SunImage> FindSunImage(const RgbImage& radiance, const FisheyeLens
       if (blob.flux > largest.flux) largest = blob;
     }
   }
-  // As bright elsewhere: clouds or lamps, and which one is the sun nobody can say. A flare or two
+  // As bright elsewhere: clouds or lamps; which one is the sun is unknown. A flare or two
   // are well below this.
   constexpr double kLeastShare = 0.75;
   if (!(largest.flux >= kLeastShare * all_flux)) return std::nullopt;

@@ -23,8 +23,8 @@ class FrameAverage {
 
   // 0 where every frame's pixel was left out.
   RgbImage Mean() const;
-  // Of the mean, from the frames' own scatter: falls with the square root of their number. Infinite
-  // where fewer than two frames count.
+  // Standard error of the mean, from the frames' scatter: falls with the root of their number.
+  // Infinite where fewer than two frames count.
   RgbImage StandardError() const;
 
  private:

@@ -21,7 +21,7 @@ namespace pleinair {
 
 struct BoardMarker {
   int id = 0;
-  // Of the black border, in DetectedMarker's order.
+  // Corners of the black border, in DetectedMarker's order.
   std::array<glm::dvec3, 4> corners_world_m{};
 };
 

@@ -43,8 +43,8 @@ std::vector<DetectedMarker> DetectMarkers(const Gray8Image& picture, const std::
 
 // A picture as DetectMarkers takes it: the mean of its code values.
 Gray8Image MarkerPicture(const Rgb8Image& codes);
-// From light: white is the 98th percentile of it, and codes go as sRGB's, so that markers in shade
-// keep their contrast. What is not finite or negative is black.
+// An 8-bit picture of `radiance`: white is its 98th percentile, and codes are sRGB's, so that
+// markers in shade keep their contrast. Values that are not finite or negative become black.
 Gray8Image MarkerPicture(const RgbImage& radiance);
 
 // The marker to print: `pixels_per_cell` to a cell, a white rim of one cell around it.

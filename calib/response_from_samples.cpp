@@ -93,7 +93,7 @@ LogarithmicCurve FitCurve(std::span<const ResponseSample> samples) {
     brightest = std::max(brightest, sample.light);
   }
   // From next to nothing (a straight logarithm) to far above all light (a straight line); the
-  // error has one valley there, but a grid costs nothing and takes no such word for it.
+  // error has one valley there, but a grid costs nothing and does not rely on that.
   LogarithmicCurve best = FitLine(samples, 0.0);
   const double low = std::log(1e-4 * darkest);
   const double high = std::log(1e3 * brightest);

@@ -10,7 +10,7 @@
 
 namespace pleinair {
 
-// Of an exact match, which has no finite one.
+// Stated for an exact match, which has no finite one.
 inline constexpr double kHighestPsnrDb = 100.0;
 // An object's effect on a pixel that it does not cover counts from here on.
 inline constexpr double kEffectCodes = 2.0;
@@ -51,7 +51,7 @@ struct CompositeScore {
 // Throws std::invalid_argument where sizes differ or the exposure is not positive.
 CompositeScore ScoreComposite(const CompositePictures& pictures);
 
-// As a composite is written: each value the nearest in half precision.
+// Rounds each value to half precision, as a composite is written.
 RgbImage RoundToHalf(RgbImage image);
 
 // How many pixels of the composite are the input's, rounded to half precision.

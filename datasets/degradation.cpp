@@ -79,7 +79,7 @@ constexpr double kAlbedoTogether = 0.82;
 constexpr double kAlbedoApart = 0.58;
 constexpr double kDarkestGuess = 0.02;
 constexpr double kBrightestGuess = 0.9;
-// Of the survey map's upper half: what counts as its brightest sky.
+// Quantile of the survey map's upper half that counts as its brightest sky.
 constexpr double kBrightestSkyShare = 0.99;
 
 // NaN is black.
@@ -122,7 +122,7 @@ void WriteLines(const fs::path& file, const std::vector<std::string>& lines) {
   if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-// Of the lines "KEY WORD" the words, and of others nothing.
+// The word of a line "KEY WORD"; none for other lines.
 std::optional<std::string> WordAfter(const std::string& line, const char* key) {
   std::istringstream words(line);
   std::string first;

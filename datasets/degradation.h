@@ -19,7 +19,7 @@ namespace pleinair {
 
 // How large each imperfection is. All 0: an 8-bit camera with noise, known in all else.
 struct Imperfections {
-  // Of the camera's pictures, in the order in which they come about.
+  // Imperfections of the camera's pictures, in the order in which they arise.
   double gain_log_stddev = 0.0;   // White balance unknown: of red's and blue's gain over green's.
   double exposure_ev = 0.0;       // Above 0 no frame states it, and it wanders by about this.
   double veil_share = 0.0;        // Of the mean picture, added by flare and haze.
@@ -28,12 +28,12 @@ struct Imperfections {
   double curve_log_stddev = 0.0;  // Of a gamma on top of sRGB.
   double sharpening = 0.0;        // Amount of the unsharp mask.
   double jpeg_loss = 0.0;         // The quality is 100 less this.
-  // Of what was measured once.
+  // Imperfections of measurements that are made once.
   double pose_deg = 0.0;   // The camera is turned by this about some axis,
   double pose_m = 0.0;     // and off by about this.
   double mesh_m = 0.0;     // Vertices are off by about this; those on the ground stay on it.
   double north_deg = 0.0;  // Mesh, objects and cameras are turned by this about the zenith.
-  // Of the survey.
+  // Imperfections of the survey.
   std::optional<double> map_clipped_at;  // Times its brightest sky (99th percentile).
   bool map_withheld = false;             // Albedos are then the materials', guessed:
   double albedo_log_stddev = 0.0;        // a material's true mean, off by about this.

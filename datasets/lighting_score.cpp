@@ -13,7 +13,7 @@ namespace {
 constexpr double kMaxErrorSigmas = 3.0;
 constexpr double kMaxStddevOfClearBeam = 0.4;
 
-// Of the largest true sun, below which its ratio to the sky is noise.
+// Share of the largest true sun below which the ratio of sun to sky is noise.
 constexpr double kLeastSunOfARatio = 0.05;
 
 // Between an estimated ratio and the true one: from here on there is as good as none.

@@ -74,7 +74,7 @@ struct LightSummary {
   std::optional<Distribution> sun_direction_error_rad;
   std::optional<SigmaCoverage> sun_sigma;
   std::optional<SigmaCoverage> sky_sigma;
-  // Of the frames with known standard deviations: how many say what they do not know.
+  // How many of the frames with known standard deviations state what they do not know.
   int says_what_it_does_not_know = 0;
   int with_stddev = 0;
 };

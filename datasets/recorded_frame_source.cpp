@@ -29,7 +29,7 @@ void RequireCameraSize(const Image<Pixel>& image,
                            key + ".width and " + key + ".height say the former)");
 }
 
-// Of light that only denormal numbers hold no shares can be taken: a file in wrong units.
+// Light in denormal numbers has no accurate shares: the file has wrong units.
 void RequireNormalLight(const RgbImage& radiance, const std::filesystem::path& file) {
   constexpr float kLeastLight = 1e-30f;
   float brightest = 0.0f;
@@ -61,7 +61,7 @@ void RequireFinite(const RgbImage& radiance,
   throw std::runtime_error(file.string() + ": expected finite radiances, found none");
 }
 
-// Of a diffuse mask.
+// Value of a diffuse mask.
 constexpr std::uint8_t kMaySample = 255;
 
 class RecordedFrameSource final : public FrameSource {

@@ -34,7 +34,7 @@ class RunScorer {
   // no score. Empty: the run has no composites, and none are missed.
   void Add(const LightingRecord& record, const std::function<ScoredComposite()>& composite);
 
-  // Of all that was added since the last call, which is forgotten: the next run may be added.
+  // The score of all that was added since the last call. Forgets it: the next run may be added.
   Score Finish();
 
  private:

@@ -57,7 +57,7 @@ Score ScoreRun(const std::filesystem::path& sequence_folder, const std::filesyst
 
 // One object; angles in degrees, shares and errors as ratios, null for what there is not.
 std::string ToJson(const Score& score);
-// For people: a line a frame, then the summaries.
+// A table to print: one line per frame, then the summaries.
 std::string ToTable(const Score& score);
 
 }  // namespace pleinair

@@ -97,9 +97,9 @@ struct Sequence {
   // The frame's own direction, or without a site the environment's; none: it follows from place
   // and time.
   std::optional<glm::dvec3> StatedSunDirectionEnu(std::size_t frame) const;
-  // Of a frame that says nothing of its own.
+  // The sun's direction for frames that do not state their own.
   std::optional<glm::dvec3> StatedSunDirectionEnu() const;
-  // The frame's own, or the sequence's; none where nobody has said.
+  // The frame's own, or the sequence's; none where neither is stated.
   std::optional<Weather> WeatherOfFrame(std::size_t frame) const;
 };
 

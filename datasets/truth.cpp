@@ -29,7 +29,7 @@ std::filesystem::path FileOf(const Sequence& sequence) {
   return file;
 }
 
-// As `key` names it, or else under its usual name where that exists.
+// The file that `key` names, or else the one under its usual name where that exists.
 std::optional<std::filesystem::path> Picture(const Sequence& sequence,
                                              const JsonCursor& at,
                                              const char* key,

@@ -42,7 +42,7 @@ class DaylightShadows {
                   const DaylightShadowOptions& options = {});
 
   void SetSamples(std::span<const DaylightSample> samples);
-  // By the last SetSamples.
+  // How many maps the last SetSamples drew.
   std::size_t MapsDrawn() const { return maps_drawn_; }
 
   // Irradiance from all samples at points of the objects, past real scene and objects, by rays.

@@ -19,7 +19,7 @@
 namespace pleinair {
 
 struct DirectDaylightOptions {
-  // Of each shape of the sky; grosch-2007 takes 64.
+  // Samples of each shape of the sky; grosch-2007 takes 64.
   DaylightSamplingOptions sampling{.samples = 256};
   DaylightShadowOptions shadows;
   // Known ones. None: they are looked for around the objects.

@@ -37,7 +37,7 @@ class FrameBasis {
   }
   // Per unit of the light.
   const std::vector<glm::vec3>& FaceRadiosity(std::size_t light) const;
-  // Of the sun.
+  // Direct irradiance of the sun on the faces.
   const std::vector<glm::vec3>& DirectIrradiance() const;
   const Survey* SurveyUnderCurrentSun() const { return builder_->SurveyUnderCurrentSun(); }
 
@@ -68,7 +68,7 @@ enum class Upto {
   kCurrent,  // All that are not of the present sun and sky.
 };
 
-// Of which versions of the basis lights something has been worked out.
+// The versions of the basis lights from which something has been computed.
 class LightsDone {
  public:
   // Whether it was, of this version or of an older sun or sky in the same place.

@@ -214,8 +214,8 @@ MirrorImage::MirrorImage(const PatchScene& real,
   }
 }
 
-// Of a real surface at one place: the face's, as bright as the place is, less what objects hide,
-// and in the sun where a ray says so.
+// Radiance of a real surface at one place: the face's, scaled to the place's brightness, less what
+// objects hide, and with the sun where a ray reaches it.
 glm::vec3 MirrorImage::RadiosityAt(const Place& place,
                                    std::size_t index,
                                    const LitScene& lit) const {

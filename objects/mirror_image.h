@@ -21,7 +21,7 @@ namespace pleinair {
 struct MirrorImageOptions {
   // Over a pixel's square and the lobe around the mirror direction. Converged: many.
   int rays_per_pixel = 32;
-  // Of a mirrored real surface, for what objects hide from it. Converged: many; 0: nothing is.
+  // Rays from a mirrored real surface, for what objects hide from it. Converged: many; 0: none.
   int rays_per_place = 8;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
@@ -33,7 +33,7 @@ struct MirroredBasis {
   // Radiosity of the faces; of the real ones without the objects.
   std::span<const glm::vec3> real_radiosity;
   std::span<const glm::vec3> object_radiosity;
-  // For the sun: what its disc alone brings to the real faces. Else empty.
+  // For the sun: the irradiance of the real faces by its disc. Else empty.
   std::span<const glm::vec3> real_direct;
   DirectionalLight sun;
 };

@@ -29,7 +29,7 @@ namespace pleinair {
 class ObjectGather {
  public:
   static constexpr std::size_t kPointsPerVertex = 4;
-  // Of each vertex of `objects` in turn, on its triangles.
+  // Receivers of each vertex of `objects` in turn, on its triangles.
   static std::vector<Receiver> PointsAround(const Mesh& objects);
 
   ObjectGather() = default;

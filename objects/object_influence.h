@@ -54,7 +54,7 @@ struct InfluenceParts {
 struct InfluenceBasis {
   // Null for the sun, whose disc is not in it, and where `hidden_sky` is given.
   const SkyShape* sky = nullptr;
-  // Of the faces of the real scene, and of the objects.
+  // Radiosity of the faces of the real scene, and of the objects.
   std::span<const glm::vec3> real_radiosity;
   std::span<const glm::vec3> object_radiosity;
   // What the objects take of the sky's own light at each of Receivers(), where that is known by
@@ -149,7 +149,7 @@ class ObjectInfluence {
                    const SurfaceView& view,
                    std::span<const glm::vec3> real_radiosity) const;
   std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
-  // Of a row, the first pixel that may change and the one after the last; the second is 0 if none.
+  // The first pixel of a row that may change and the one after the last; the second is 0 if none.
   std::array<int, 2> PixelsThatChange(const Row& row,
                                       std::span<const glm::vec3> at_receivers) const;
 

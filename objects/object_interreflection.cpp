@@ -15,7 +15,7 @@ namespace {
 // With stratified directions a share is good to about 1 / rays: half a code value.
 constexpr int kRaysPerVertex = 128;
 
-// As a group of its own.
+// Appends `mesh` as a group of its own.
 void AppendAsGroup(const Mesh& mesh, Mesh& joined) {
   const auto group = static_cast<std::uint32_t>(joined.group_names.size());
   joined.group_names.push_back("object " + std::to_string(group));

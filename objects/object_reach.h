@@ -26,7 +26,7 @@ struct InfluenceReach {
   static constexpr float kDecisive = 0.05f;
 };
 
-// Of the pixels where ObjectInfluence has or may blend receivers.
+// The reach over the pixels where ObjectInfluence has or may blend receivers.
 // Cost     a sixteenth of the picture's pixels are asked first; where one is decisive that is all.
 // Threads  the result does not depend on their number.
 InfluenceReach ReachOfInfluence(const PatchScene& objects, const SurfaceView& view);

@@ -20,8 +20,8 @@ struct Extent {
   glm::ivec2 upper{0};  // Past the last pixel.
 };
 
-// Of the pixels that the vertices' picture spans, one of margin; the entire picture where an object
-// reaches behind the camera.
+// The pixels that the vertices' picture spans, with a margin of one; the entire picture where an
+// object reaches behind the camera.
 Extent ExtentOf(const Mesh& mesh, const Camera& camera, const CameraIntrinsics& picture) {
   const glm::ivec2 size(picture.width_px, picture.height_px);
   glm::dvec2 lower(std::numeric_limits<double>::infinity());

@@ -14,7 +14,7 @@ namespace pleinair {
 class PosedObjects {
  public:
   PosedObjects() = default;
-  // As they stand until they are posed.
+  // Objects in the poses that they have until the first Pose.
   explicit PosedObjects(std::vector<VirtualObject> objects);
 
   // Takes each object from where it was given, not from where it is, to `world_from_given`, an

@@ -14,7 +14,7 @@
 namespace pleinair {
 namespace {
 
-// To compare places: rays 6 deg apart, surfaces that face ways 25 deg apart.
+// To compare places: rays 6 deg apart, facings 25 deg apart.
 constexpr int kComparingRays = 1024;
 constexpr int kFacings = 64;
 constexpr float kPulledIn = 0.99f;
@@ -49,7 +49,7 @@ std::vector<glm::vec3> Facings() {
   return facings;
 }
 
-// Of a surface that faces along `normal`.
+// Irradiance of a surface that faces along `normal`.
 glm::vec3 IrradianceOf(std::span<const glm::vec3> radiance,
                        std::span<const glm::vec3> directions,
                        const glm::vec3& normal) {

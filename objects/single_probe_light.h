@@ -41,7 +41,7 @@ class SingleProbeLight {
     glm::vec3 here{0.0f};
     glm::vec3 there{0.0f};
   };
-  // Of lights that UpdateOthers was given.
+  // For lights that UpdateOthers was given.
   std::vector<Compared> Compare(const Lighting& lighting) const;
   // The largest radiance that is seen from here.
   glm::vec3 LargestRadiance(const Lighting& lighting) const;

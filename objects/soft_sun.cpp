@@ -19,7 +19,7 @@ namespace {
 // Pixels of which a run is cast at a time: rays of neighbours are near each other.
 constexpr std::size_t kRun = 256;
 
-// Of each pixel, by the disc's centre and rim past `objects`.
+// Verdict of each pixel, by rays to the disc's centre and rim past `objects`.
 std::vector<Verdict> VerdictsOf(const SurfaceView& view,
                                 std::span<const std::uint32_t> pixels,
                                 const DiscPoints& disc,

@@ -34,8 +34,8 @@ class SphereView {
   // Unit; each stands for 4 pi / their number steradians.
   const std::vector<glm::vec3>& Directions() const { return directions_; }
 
-  // That comes to `place` from each direction: the sky's (null: none), or what a face of the given
-  // radiosity sends. What is neither, below the horizon, is dark.
+  // The radiance at `place` from each direction: the sky's (null: none), or that of a face with the
+  // given radiosity. Directions with neither, below the horizon, are dark.
   // Throws std::invalid_argument for another number of faces than the scene's, or no such place.
   std::vector<glm::vec3> Radiance(std::size_t place,
                                   const SkyShape* sky,

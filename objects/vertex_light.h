@@ -76,7 +76,7 @@ class VertexLight {
   }
   // What Update and Evaluate take.
   struct Costs {
-    // For what was never made: not again where no object moves, as later it will do as older.
+    // For light never computed. Not needed again while no object moves: it then counts as older.
     double once_ms = 0.0;
     double now_ms = 0.0;  // For what was made for an older sun or sky.
     double sum_ms = 0.0;
@@ -88,7 +88,7 @@ class VertexLight {
   // Works out lights that shine in `lighting`; what follows is of them in that mode.
   void Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting);
   Mode UpdatedIn() const { return mode_; }
-  // Of which suns and skies it is, in a mode.
+  // The suns and skies for which the light is computed, in a mode.
   const LightsDone& Done(const Mode& mode) const {
     return IsGathered() ? Of(mode).done : folded_done_;  // A volume stands where objects move.
   }
@@ -118,7 +118,7 @@ class VertexLight {
 
  private:
   using PerObject = std::vector<std::vector<glm::vec3>>;
-  // Of lights, by rays: for all objects' vertices.
+  // Responses to lights, by rays: for all objects' vertices.
   struct Responses {
     std::vector<std::vector<glm::vec3>> of_light;
     LightsDone done;

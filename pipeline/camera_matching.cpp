@@ -22,10 +22,10 @@ std::uint64_t SplitMix(std::uint64_t value) {
   return value ^ (value >> 31);
 }
 
-// In (0, 1].
+// A number in (0, 1].
 double Uniform(std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 1.0) * 0x1p-53; }
 
-// Of mean 0 and variance 1 (Box and Muller).
+// A normal deviate of mean 0 and variance 1 (Box and Muller).
 double Normal(std::uint64_t key) {
   const std::uint64_t first = SplitMix(key);
   const double radius = std::sqrt(-2.0 * std::log(Uniform(first)));

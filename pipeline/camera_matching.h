@@ -24,8 +24,8 @@ class CameraMatching {
  public:
   explicit CameraMatching(const CameraMatchingOptions& options);
 
-  // For CompositeInput::camera_blur_px. Measured in all of the first frames together, each of them
-  // looked at once, and then kept: a lens stays as it is.
+  // Blur for CompositeInput::camera_blur_px. Measured in the first frames together, each of them
+  // used once, and then kept: a lens does not change.
   double BlurPx(const Frame& frame, const SurfaceView& view);
 
   // Adds noise to the pixels that the composite has changed, and to no other: all of a pixel's that

@@ -17,7 +17,7 @@ inline constexpr double kLeastSkyChannel = 0.25;
 // at 20 degrees) where it is measured well. In any white balance, as that divides out. A shadow
 // that is redder than the sunlight around it is wrong.
 inline constexpr double kLeastRiseOfSkyOverSun = 1.0 / 1.2;
-// From 30 degrees on; below, each air mass takes e^0.1 more of the beam.
+// From 30 degrees of elevation on; below, each air mass takes e^0.1 more of the beam.
 inline constexpr double kMostRiseOfSkyOverSun = 2.5;
 
 // `lighting` where it has none of these colours: with channels of the sky raised to

@@ -27,7 +27,7 @@ class DisplayCodes {
   void SetExposure(double exposure);
   double Exposure() const { return exposure_; }
 
-  // Of a radiance in a channel; NaN gives 0.
+  // The code value of a radiance in a channel; NaN gives 0.
   float Code(int channel, float radiance) const;
   // The largest difference between codes of two radiances, over the channels.
   float Difference(const glm::vec3& a, const glm::vec3& b) const;

@@ -20,9 +20,9 @@ inline constexpr std::array kAllEffects{PLEINAIR_EFFECTS(PLEINAIR_ELEMENT)};
 #undef PLEINAIR_ELEMENT
 inline constexpr std::size_t kEffectCount = kAllEffects.size();
 
-// As on the command line and in plan.jsonl.
+// The name on the command line and in plan.jsonl.
 std::string_view NameOf(Effect effect);
-// What it is, in a line.
+// One line of help.
 std::string_view HelpOf(Effect effect);
 
 class EffectSet {

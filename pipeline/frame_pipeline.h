@@ -48,7 +48,7 @@ struct FramePipelineOptions {
   MirrorImageOptions mirror;
   EffectSettings effects;
   CameraMatchingOptions camera_matching;  // What is false in it is off.
-  // Of the camera that gives code values: what the plan counts in.
+  // Response of the camera that gives code values: the unit in which the plan counts.
   ResponseCurve display_response = ResponseCurve::Srgb();
   // Pictures are drawn in light as WithDaylightColours has it. Not for a source that measures the
   // sky itself, whose colours are real.
@@ -129,12 +129,12 @@ class FramePipeline {
   tl::expected<FrameResult, FrameError> Process(const Frame& frame,
                                                 std::span<const glm::dmat4> object_poses = {});
 
-  // From the next frame on, in place of the options'; what was kept stays. Throws
+  // Replaces the options' effects from the next frame on; cached results stay. Throws
   // std::invalid_argument naming field and value.
   void SetEffects(const EffectSettings& effects);
 
-  // Of the last frame that succeeded; empty unless objects get their light from it. Folded, it
-  // holds the probes that objects need alone; the others are not valid.
+  // The volume of the last frame that succeeded; empty unless objects get their light from it.
+  // Folded, it holds only the probes that objects need; the others are not valid.
   const IrradianceVolume& Volume() const;
 
   // The real light around the view's place in the last frame that succeeded, without the sun's

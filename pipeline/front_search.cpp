@@ -22,7 +22,7 @@ class ErrorOverTime {
  public:
   void Add(double time_ms, double error) { points_.emplace_back(time_ms, error); }
 
-  // By how much, as a logarithm, a point is below; negative: above.
+  // How far, as a logarithm, a point is below the front; negative: above.
   double Below(double time_ms, double error) const {
     double least = std::numeric_limits<double>::infinity();
     double quickest_ms = std::numeric_limits<double>::infinity();
@@ -70,7 +70,7 @@ class Search {
     return tried_.size() < most ? most - tried_.size() : 0;
   }
 
-  // In batches; those that were tried already are passed over.
+  // Measures in batches; combinations that were tried already are skipped.
   void Try(std::vector<Combination> combinations) {
     std::erase_if(combinations, [&](const Combination& c) { return !known_.insert(c).second; });
     combinations.resize(std::min(combinations.size(), Left()));
@@ -126,7 +126,7 @@ class Search {
     }
   }
 
-  // By the nearest that was measured. None where a value's effect is not known.
+  // Expected cost, by the nearest measured one. None where a value's effect is not known.
   std::optional<CombinationCost> Expected(const Combination& combination,
                                           double least_error) const {
     const TriedCombination* nearest = nullptr;

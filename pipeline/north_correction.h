@@ -16,11 +16,11 @@ struct NorthCorrection {
   // Whether shadows say anything; where not, `reason` says why, and north is what it was.
   bool determined = false;
   std::string reason;
-  // Of the model's +Y, clockwise from true north: with what was stated of it taken as a normal
-  // distribution about 0. Without shadows 0 and the stated deviation.
+  // Azimuth of the model's +Y, clockwise from true north, with the stated deviation as a normal
+  // prior about 0. Without shadows 0 and the stated deviation.
   double north_azimuth_rad = 0.0;
   double stddev_rad = 0.0;
-  // By the shadows alone.
+  // From the shadows only.
   double shadows_azimuth_rad = 0.0;
   double shadows_stddev_rad = 0.0;
   int frames = 0;  // That were looked at.

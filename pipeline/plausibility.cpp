@@ -19,7 +19,7 @@ float Brightest(const glm::vec3& rgb) {
 
 cv::Mat View(GrayImage& image) { return {image.height, image.width, CV_32F, image.pixels.data()}; }
 
-// Of every pixel's neighbourhood, that pixel included.
+// The largest value in each pixel's neighbourhood, the pixel included.
 GrayImage LargestAround(GrayImage values, int reach_px) {
   GrayImage largest(values.width, values.height);
   if (values.Empty()) return largest;

@@ -67,13 +67,13 @@ Figure HardlyKnown(const RunToJudge& run) {
   return static_cast<double>(std::ranges::count(run.done, false, &FrameFacts::light_is_known));
 }
 
-// Of all frames with truth.
+// A figure over all frames with truth.
 template <std::optional<Distribution> LightSummary::*kOf, double Distribution::*kPart>
 Figure OfLight(const RunToJudge& run) {
   return run.score ? PartOf(run.score->light.all.*kOf, kPart) : std::nullopt;
 }
 
-// Of those that are well posed, where not all are.
+// A figure over the well-posed frames, where not all are.
 template <std::optional<Distribution> LightSummary::*kOf, double Distribution::*kPart>
 Figure OfWellPosed(const RunToJudge& run) {
   if (!run.score || run.score->light.well_posed.frames >= run.score->light.all.frames) return {};

@@ -29,10 +29,10 @@ struct FigureKind {
   std::optional<double> (*of)(const RunToJudge& run) = nullptr;
 };
 
-// In the order in which they are shown.
+// All kinds of figures, in the order in which they are shown.
 const std::vector<FigureKind>& AllFigureKinds();
 
-// By name; a figure that the run does not have is left out.
+// The run's figures by name; a figure that it does not have is left out.
 std::map<std::string, double> FiguresOf(const RunToJudge& run);
 
 // Values of each figure, one for each seed of the sample draw.

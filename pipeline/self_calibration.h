@@ -21,7 +21,7 @@ struct SelfCalibrationOptions {
   int frames = 16;     // At most, spread evenly over the recording. >= 1.
   int samples = 1000;  // A frame. 1 .. 100000.
   std::uint64_t seed = 1;
-  // Of the sky, as the light is estimated with.
+  // Shapes of the sky with which the light is estimated.
   std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
   // How often light between surfaces is worked out again with the albedos found. >= 1.
   int rounds = 3;
@@ -37,7 +37,7 @@ struct SelfCalibrationOptions {
 struct SelfCalibration {
   int frames = 0;
   int surfaces = 0;
-  // Of the albedos of surfaces against each other, relative, median over surfaces and RGB.
+  // Relative deviation of the surfaces' albedos from each other, median over surfaces and RGB.
   double surface_stddev = 0.0;
   bool colour_from_sun = false;
   bool converged = false;

@@ -41,7 +41,7 @@ constexpr double kClearlyOffRad = RadFromDeg(0.5);
 constexpr double kClearlyOffSigmas = 3.0;
 constexpr double kWorthAWarningRad = RadFromDeg(3.0);
 constexpr double kSurelyOffSigmas = 4.0;
-// Of a search over all directions: shadows explain 0.01 to 0.02 of what differs in overcast
+// For a search over all directions: shadows explain 0.01 to 0.02 of what differs in overcast
 // pictures, 0.03 and more in sunlit ones; those of a sun within some degrees of the best, most of
 // that.
 constexpr double kLeastExplained = 0.025;
@@ -294,7 +294,7 @@ ShownSun ShadowDirectionFinder::ShownBy(const Frame& frame, const glm::dvec3& st
                         std::max(kWorthAWarningRad, kSurelyOffSigmas * near.stddev_rad);
     return shown;
   }
-  // At the end of the range searched about the stated sun, or where all directions say.
+  // At the end of the range about the stated sun, or where the search of all directions found it.
   const bool at_the_end = near.stddev_rad > 0.0 && near.stddev_rad <= kLargestStddevRad &&
                           std::abs(near.azimuth_offset_rad) > 0.5 * impl.options.largest_offset_rad;
   std::vector<glm::dvec3> middles;

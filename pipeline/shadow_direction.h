@@ -19,7 +19,7 @@ struct ShadowDirectionOptions {
   double largest_offset_rad =
       0.3491;                  // Candidates reach this far to either side (20 deg); (0, pi].
   double step_rad = 0.004363;  // Between candidates (0.25 deg); (0, largest_offset_rad].
-  // At most, of one picture; at least 100. With few, the corners of shadows go unseen, and the
+  // At most, per picture; at least 100. With few, the corners of shadows go unseen, and the
   // rest may support another sun.
   int pixels = 8000;
   int frames = 64;  // At most; of more, an even choice is kept. At least 1.
@@ -92,13 +92,13 @@ class ShadowDirectionFinder {
   // nothing.
   void Add(const Frame& frame, const glm::dvec3& sun_direction_enu);
 
-  // By `frame` alone, which is not added. First all directions are searched, for a place, a time or
-  // an orientation that is wrong by anything; then turns about the vertical near the stated sun, or
-  // where that explains next to nothing of what another one does, near that.
+  // The sun that `frame` shows; the frame is not added. First all directions are searched, for a
+  // place, time or orientation with any error; then turns about the vertical near the stated sun,
+  // or near another one that explains far more.
   // Cost  an overcast picture 0.2 s, a sunlit one 0.5 s on two cores: rays.
   ShownSun ShownBy(const Frame& frame, const glm::dvec3& stated_sun_enu);
 
-  // Of all frames added.
+  // The result from all frames added.
   ShadowDirectionResult Result() const;
 
  private:

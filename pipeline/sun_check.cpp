@@ -22,7 +22,7 @@ double AngleOf(const glm::dvec3& a, const glm::dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-// Of the light on level ground.
+// The sun's share of the light on level ground.
 double SunShare(const Lighting& lighting) {
   const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
   const double sun = sum(lighting.sun.irradiance_rgb) * std::max(lighting.sun.direction_enu.z, 0.0);

@@ -18,9 +18,9 @@ namespace {
 // of the sky, but not those of the beam.
 constexpr double kLeastClearBeamShare = 0.3;
 
-// Of the factor between the survey's units and the model's, assumed: a clear survey is reproduced
-// and keeps 5 % of radiometry; under cloud the sky sends anything from a tenth to a half of the
-// clear global irradiance.
+// Deviation of the factor between the survey's units and the model's, assumed: a clear survey is
+// reproduced and keeps 5 % of radiometry; under cloud the sky sends anything from a tenth to a half
+// of the clear global irradiance.
 constexpr double kClearGainStddev = 0.05;
 constexpr double kCloudedShare = 0.35;
 constexpr double kCloudedGainStddev = 0.5;

@@ -28,7 +28,7 @@ struct TradeoffPoint {
 struct FrontPlace {
   // No other point has less error for no more time, or takes less time for no more error.
   bool on_front = true;
-  // Of those that beat it, the one with the least error; none for points on the front.
+  // The point with the least error of those that beat it; none for points on the front.
   std::optional<std::size_t> beaten_by;
   int seeds_beaten = 0;  // Of `seeds`, pair by pair, those with which that one has less error.
   int seeds = 0;

@@ -7,7 +7,7 @@
 
 namespace pleinair {
 
-// By content key. An implementation may keep nothing.
+// A store of blobs by content key. An implementation may keep nothing.
 class BlobStore {
  public:
   virtual ~BlobStore() = default;

@@ -45,7 +45,7 @@ struct PointIrradianceOptions {
   double ground_albedo = 0.0;  // As PatchOptions has it; 0: no ground is added.
   std::uint64_t seed = 1;
 
-  // That share the regions' radiosity; see RegionRadiosityOptions. Nothing is stored then.
+  // Ranks that share the regions' radiosity; see RegionRadiosityOptions. Nothing is stored then.
   RankGroup* ranks = nullptr;
 
   static constexpr std::size_t kPatchBudget = 16000;
@@ -89,11 +89,11 @@ class PointIrradiance {
                   BlobStore* store = nullptr);
 
   // Irradiance [(point * normals + normal) * lights + light].
-  // For unit radiance of each of options.regions: as many lights.
+  // Irradiance from unit radiance of each of options.regions: as many lights.
   std::vector<glm::vec3> OfRegions(LightPart part);
-  // For one sky.
+  // Irradiance from one sky.
   std::vector<glm::vec3> OfSky(const SkyRadiance& radiance, LightPart part);
-  // For a disc of unit irradiance normal to its beam.
+  // Irradiance from a disc of unit irradiance normal to its beam.
   std::vector<glm::vec3> OfSun(const glm::dvec3& direction_enu,
                                double angular_radius_rad,
                                LightPart part);
@@ -106,7 +106,7 @@ class PointIrradiance {
                              double angular_radius_rad,
                              LightPart part);
 
-  // Of the radiosity of the last call; without indirect light nothing is worked out.
+  // Summary of the last call's radiosity; without indirect light nothing is computed.
   const RadiositySummary& Summary() const { return summary_; }
 
  private:

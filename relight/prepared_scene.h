@@ -25,7 +25,7 @@ struct SiteModel {
   Mesh mesh;
   // Absent where a site has only its mesh and given albedos.
   std::optional<SurveyMap> environment;
-  // Of the materials' albedo, relative and shared by all; where there is no environment.
+  // Relative deviation of the materials' albedo, shared by all; where there is no environment.
   double material_albedo_stddev = 0.0;
   std::vector<std::string> diffuse_regions;  // Groups or materials; empty means all.
   std::optional<Gray8Image> diffuse_mask;    // Over the map; 255 = may be sampled.
@@ -41,10 +41,10 @@ struct PrepareOptions {
   BoundingBox probe_box;  // Where virtual objects stand: of the probes alone.
   glm::ivec3 probe_counts{8};
   int survey_receiver_block_px = 4;  // As SurfaceViewOptions::receiver_block_px.
-  // Of the environment map that the site is surveyed by: means over its own pixels. Divides its own
+  // Width of the environment map used for the survey: means over its own pixels. Divides its own
   // width, by a number that divides its height; 0: its own.
   int survey_map_width = 0;
-  // What light between patches may take; more is refused before the work begins. 0: no limit.
+  // Memory that light between patches may take; more is refused before work begins. 0: no limit.
   std::size_t memory_limit_bytes = 0;
 };
 

@@ -116,7 +116,7 @@ EGLContext CreateContext(EGLDisplay display, GlApi api) {
       display, config, EGL_NO_CONTEXT, desktop ? desktop_attributes.data() : es_attributes.data());
 }
 
-// By way of EGL, since libepoxy's header and EGL's own do not go into one file.
+// Through EGL, because libepoxy's header and EGL's own cannot be included in one file.
 std::string GlString(unsigned name) {
   using GetString = const unsigned char* (*)(unsigned);
   const auto get_string = EglFunction<GetString>("glGetString");

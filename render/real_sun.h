@@ -50,7 +50,7 @@ inline constexpr float kLogSigmaGuessed = 0.5f;
 inline constexpr float kSharedLogSigmaMeasured = 0.2f;
 inline constexpr float kSharedLogSigmaGuessed = 0.35f;
 inline constexpr int kAroundPx = 2;  // From one of the three to the next.
-// Of the two normals.
+// Least cosine between the two normals.
 inline constexpr float kOnePlaneCosine = 0.95f;
 // The mesh is right about sun or shade in 19 of 20 pixels away from its edges (it lacks trees and
 // roof edges), and its edges are good to some pixels.

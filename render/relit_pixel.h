@@ -36,7 +36,7 @@ RelitRadiance Relit(const PixelInNewLight& pixel);
 // What a half float would round off is no change; relative.
 inline constexpr float kLeastRelitChange = 1.0f / 2048.0f;
 inline constexpr float kMostAlbedoSigmas = 2.0f;
-// Of real surfaces; soot and black velvet are the darkest with 0.02 or so.
+// Least albedo of real surfaces; soot and black velvet are the darkest with 0.02 or so.
 inline constexpr float kLeastAlbedo = 0.02f;
 
 }  // namespace pleinair

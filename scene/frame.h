@@ -60,8 +60,8 @@ struct Frame {
   // output.
   std::optional<Rgb8Image> codes;
   std::optional<double> exposure;  // Radiance to [0, 1]; see sequence_format.
-  // Of the signal in [0, 1], radiance times exposure (1 where that is unknown). None where the
-  // camera's noise is nothing beside other errors: linear frames.
+  // Noise of the signal in [0, 1], radiance times exposure (1 where that is unknown). None where
+  // the camera's noise is nothing beside other errors: linear frames.
   std::shared_ptr<const SignalNoise> noise;
   std::vector<SamplePolygon> sample_polygons;
   // The sky camera's picture where the frame has one: scene-linear, as MakeFisheyeSetup's camera

@@ -12,7 +12,7 @@ enum class JudgedSun : std::uint8_t { kUnknown, kLit, kShaded, kGrazing };
 inline constexpr JudgedSun kAllJudgments[] = {
     JudgedSun::kLit, JudgedSun::kShaded, JudgedSun::kGrazing};
 
-// As sequence.json spells it; empty for kUnknown, which no key states.
+// The name in sequence.json; empty for kUnknown, which no key states.
 constexpr std::string_view NameOf(JudgedSun sun) {
   switch (sun) {
     case JudgedSun::kLit:

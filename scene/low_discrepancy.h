@@ -19,7 +19,7 @@ inline std::uint64_t HashBits(std::uint64_t value) {
   return value ^ (value >> 31);
 }
 
-// In [0, 1).
+// A number in [0, 1).
 inline double UnitFromHash(std::uint64_t bits) {
   return static_cast<double>(bits >> 11) * 0x1.0p-53;
 }

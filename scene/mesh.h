@@ -28,7 +28,7 @@ struct Material {
 
 // Where a triangle's corners lie in what its material is looked up in; linear in between.
 struct TriangleColours {
-  // From the picture's upper left corner to the right and down, (1, 1) its lower right one.
+  // Right and down from the picture's upper left corner; (1, 1) is its lower right one.
   std::array<glm::vec2, 3> texture_uv{};
   // Linear RGB and alpha, each in [0, 1].
   std::array<glm::vec4, 3> vertex_colour{glm::vec4(1.0f), glm::vec4(1.0f), glm::vec4(1.0f)};

@@ -36,10 +36,10 @@ struct LoadedMesh {
 
 // How textures, and the vertex colours of glTF, count.
 enum class MeshColours {
-  // By a material's mean: for a scene, whose materials are measured as one.
+  // A material's mean: for a scene, each of whose materials has one measured albedo.
   kMaterials,
-  // By place: for what is drawn. Each triangle gets a material of its name with the means over it,
-  // and by_place where it is not of one colour.
+  // By place: for objects to draw. Each triangle gets a material of its name with the means over
+  // it, and by_place where it is not of one colour.
   kByPlace,
 };
 
@@ -76,8 +76,8 @@ struct LoadedParts {
   MeshReport report;            // Of all.
 };
 
-// As LoadMesh, but for the first animation of a glTF, which takes its nodes along. Skins and morph
-// targets stay as they rest, noted. Throws as well for animations that make no sense.
+// As LoadMesh, with the nodes moved by the first animation of a glTF. Skins and morph targets stay
+// at rest, noted. Throws as well for animations that make no sense.
 LoadedParts LoadMeshParts(const std::filesystem::path& file, MeshColours colours);
 
 }  // namespace pleinair

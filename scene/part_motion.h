@@ -22,14 +22,14 @@ struct KeyTrack {
 
   // The first value before the first time, the last one after the last.
   glm::dvec4 At(double time_s) const;
-  // Of unit quaternions (x, y, z, w): LINEAR goes along the shorter arc.
+  // For unit quaternions (x, y, z, w): LINEAR follows the shorter arc.
   glm::dquat RotationAt(double time_s) const;
 };
 
 // A node's transform to its parent's frame. Where no track moves it, `rest` holds.
 struct MovingNode {
   glm::dmat4 rest{1.0};
-  // Of a node that has tracks; rest is then made of these.
+  // For a node that has tracks: the parts of rest.
   glm::dvec3 translation{0.0};
   glm::dquat rotation{1.0, 0.0, 0.0, 0.0};
   glm::dvec3 scale{1.0};

@@ -22,7 +22,7 @@ struct RayHit {
   glm::vec3 geometric_normal{0.0f};  // Unit, by winding, not turned to the ray.
 };
 
-// Of a ray among many: what it meets, and no more.
+// The short result of one ray among many.
 struct FaceHit {
   static constexpr std::uint32_t kNone = 0xffffffffu;
   std::uint32_t triangle = kNone;

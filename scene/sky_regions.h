@@ -28,9 +28,9 @@ class SkyRegions {
   // The region that a unit direction lies in; none on and below the horizon. The zenith lies in
   // the last band's sector 0.
   std::optional<std::size_t> RegionOf(const glm::dvec3& direction_enu) const;
-  // Of each region.
+  // Solid angle of each region.
   double SolidAngleSr() const;
-  // Of an unoccluded horizontal plane, from unit radiance of `region` alone. They sum to pi.
+  // Irradiance of an unoccluded horizontal plane by unit radiance of `region`. They sum to pi.
   double HorizontalIrradiance(std::size_t region) const;
   // The direction at a point of the unit square, which is laid over the region so that equal areas
   // are equal solid angles: x along the azimuth, y upwards.

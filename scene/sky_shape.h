@@ -32,7 +32,7 @@ class SkyShape {
   // For callers that know the cells of many directions: radiance of each of SkyTable's cells, where
   // Radiance looks that up; else null.
   virtual const std::vector<glm::vec3>* Table() const { return nullptr; }
-  // Of a sky that is hidden in part, the shape apart from what hides it; else null.
+  // For a sky that is partly hidden: the shape separate from what hides it; else null.
   virtual const PartlyHiddenTables* PartlyHidden() const { return nullptr; }
 };
 
@@ -49,7 +49,7 @@ class SkyTable {
   static glm::dvec3 DirectionOfCell(std::size_t cell);
   // Solid angle that a cell's value counts for in an integral; 0 outside the disc.
   static double SolidAngleSr(std::size_t cell);
-  // Of a unit direction above the horizon.
+  // The cell of a unit direction above the horizon.
   static std::size_t CellOf(const glm::vec3& direction_enu);
 };
 

@@ -59,7 +59,7 @@ RgbImage IrradianceOf(const std::vector<float>& hidden) {
   return irradiance;
 }
 
-// Of what hides, weighted as level ground sees it.
+// Mean of what hides the sky, weighted as level ground sees it.
 glm::vec3 MeanReflected(const Skyline& skyline) {
   glm::dvec3 sum(0.0);
   double hidden = 0.0;

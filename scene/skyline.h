@@ -10,8 +10,8 @@
 
 namespace pleinair {
 
-// By direction alone, as seen from one place: right for what is far off, and an approximation at
-// other places for what is near. Per cell of SkyTable; both empty where nothing hides the sky.
+// A function of direction, as seen from one place: correct for far objects, and an approximation at
+// other places for near ones. Per cell of SkyTable; both empty where nothing hides the sky.
 struct Skyline {
   std::vector<float> hidden;  // Share of the cell's sky, 0..1.
   // Radiance of what hides it, per unit of the sky's irradiance on an unoccluded horizontal plane,

@@ -41,7 +41,7 @@ class Texture {
   // Throws std::invalid_argument for a picture without texels.
   explicit Texture(Codes picture);
 
-  // Of level 0.
+  // Size of level 0.
   int Width() const { return levels_.front().width; }
   int Height() const { return levels_.front().height; }
   int LevelCount() const { return static_cast<int>(levels_.size()); }

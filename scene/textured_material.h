@@ -48,7 +48,7 @@ struct TexturedMaterial {
   // Whether any place may mirror something.
   bool IsGlossy() const;
 
-  // Of texture and vertices together: at a place, at a level of the texture; and the mean over a
+  // Colour of texture times vertices: at a place, at a level of the texture; and the mean over a
   // triangle.
   glm::vec4 ColourAt(const glm::vec2& uv, float level, const glm::vec4& vertex_colour) const;
   glm::vec3 MeanOver(const TriangleColours& colours) const;

@@ -14,7 +14,7 @@ enum class Weather {
 
 inline constexpr Weather kAllWeathers[] = {Weather::kOvercast, Weather::kBroken, Weather::kClear};
 
-// As sequence.json and the command line spell it.
+// The name in sequence.json and on the command line.
 constexpr std::string_view NameOf(Weather weather) {
   switch (weather) {
     case Weather::kOvercast:

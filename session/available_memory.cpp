@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
 
-// Of Linux; see proc(5).
+// Linux's MemAvailable; see proc(5).
 std::size_t MemAvailableBytes() {
   std::ifstream file("/proc/meminfo");
   std::string name;

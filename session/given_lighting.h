@@ -8,7 +8,7 @@
 
 namespace pleinair {
 
-// By frame; lines of failed frames are left out. Throws std::runtime_error naming file,
+// Lighting by frame, without lines of failed frames. Throws std::runtime_error naming file,
 // frame, key and what was expected: no light in a line, a light that GivenLight refuses, a sky
 // image that is not there.
 std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file);

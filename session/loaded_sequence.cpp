@@ -33,7 +33,7 @@ Sequence ReadSequenceOf(const SessionOptions& options, const std::optional<Marke
   return sequence;
 }
 
-// As though it had no map; what the map says of the sun stays.
+// Removes the map from the sequence; the sun found in it stays.
 void LeaveOutEnvironment(Sequence& sequence) {
   if (!sequence.environment) return;
   sequence.sun_direction_enu = sequence.environment->sun_direction_enu;
@@ -84,7 +84,7 @@ void CalibrateAlbedo(const SessionOptions& options, LoadedSequence& loaded) {
   if (!loaded.site.albedo_is_a_guess && !loaded.sequence.albedos_known) {
     calibration.mean_albedo = kUsualAlbedo;
   }
-  // Of the scale, where Kd is measured but to be found again.
+  // Deviation of the scale, where Kd is measured but to be found again.
   constexpr double kKnownAlbedoStddev = 0.05;
   if (loaded.sequence.albedos_known) calibration.joint.expected_stddev = kKnownAlbedoStddev;
   std::vector<std::string> unused_notes;

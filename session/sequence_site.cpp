@@ -34,8 +34,8 @@ constexpr float kProbeFootShare = 0.03f;
 constexpr float kDefaultViewDistanceM = 10.0f;
 constexpr float kDefaultProbeBoxM = 2.0f;
 
-// Of materials' albedos that somebody guessed, and of defaults that nobody did: what surfaces
-// outdoors have is 0.1 to 0.6.
+// Deviation of guessed albedos of materials, and of defaults: albedos of surfaces outdoors are 0.1
+// to 0.6.
 constexpr double kAssumedAlbedoStddev = 0.25;
 constexpr double kUnknownAlbedoStddev = 0.4;
 
@@ -232,7 +232,7 @@ glm::vec3 MiddleOfView(const Camera& camera, const RayCaster& caster) {
   return centre_m + distance_m * glm::normalize(forward);
 }
 
-// Of all frames, those left out that are near an earlier one.
+// The middles of all frames' views, without frames near an earlier one.
 std::vector<glm::dvec3> MiddlesOfViews(const Sequence& sequence, const RayCaster& caster) {
   constexpr double kNearM = 2.0;
   std::vector<glm::dvec3> middles_m;

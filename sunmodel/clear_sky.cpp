@@ -102,7 +102,7 @@ ClearSkyIrradiance ComputeClearSky(const Site& site,
   const double air_mass = RelativeAirMass(apparent_elevation_rad);
   const double elevation_deg = DegFromRad(apparent_elevation_rad);
   const double sin_elevation = std::max(std::sin(apparent_elevation_rad), 0.0);
-  // In place of the cosine of the zenith angle for what is scattered: the same above 10 deg (2 %),
+  // Replaces the cosine of the zenith angle for scattered light: the same above 10 deg (2 %),
   // but not zero at the horizon, where the curved atmosphere is still lit.
   const double cos_zenith = 1.0 / air_mass;
   const double ozone_mass = OzoneMass(sin_elevation);

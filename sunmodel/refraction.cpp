@@ -21,7 +21,7 @@ void CheckElevation(const char* field, double elevation_rad) {
   CheckRange(field, elevation_rad, -std::numbers::pi / 2.0, std::numbers::pi / 2.0);
 }
 
-// In degrees, at 1010 hPa and 10 C.
+// Refraction in degrees, at 1010 hPa and 10 C.
 double SaemundssonDeg(double airless_deg) {
   return 1.02 / 60.0 / std::tan(RadFromDeg(airless_deg + 10.3 / (airless_deg + 5.11)));
 }

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kHuberPx = 1.0;
 
-// Of one corner, by the motions of the camera and of the marker.
+// Error of one corner and its derivatives by the motions of the camera and of the marker.
 struct CornerError {
   // Flattened: in a unity build GCC's budget for inlining ends within the jets, which costs 1.5
   // times the time.

@@ -17,7 +17,7 @@ struct MarkerLayout {
   std::map<std::size_t, glm::dmat4> camera_from_world;  // By view.
 };
 
-// Of the corners of `square`, as a camera sees them there; infinite where it cannot.
+// Squared errors of the corners of `square` as seen by a camera there; infinite where it cannot.
 double SumSquaresPx(const Lens& lens,
                     const std::array<glm::dvec3, 4>& square,
                     const DetectedMarker& marker,

@@ -14,14 +14,14 @@ inline constexpr double kOnALine = 1e-6;
 
 struct PointSpread {
   glm::dvec3 centre{0.0};
-  // Of the points less their centre, largest first: root of the sum of squares along each axis.
+  // Extents of the points about their centre, largest first: root of the sum of squares by axis.
   glm::dvec3 singular_values{0.0};
   glm::dmat3 axes_from_world{1.0};  // A rotation; rows are the axes, in the same order.
 
   bool IsALine() const { return !(singular_values.y > kOnALine * singular_values.x); }
 };
 
-// Of at least one point.
+// The spread of at least one point.
 PointSpread SpreadOf(std::span<const glm::dvec3> points);
 
 }  // namespace pleinair

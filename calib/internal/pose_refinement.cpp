@@ -8,7 +8,7 @@
 namespace pleinair {
 namespace {
 
-// Of all matches, by the camera's motion from `pose`.
+// Errors of all matches and their derivatives by the camera's motion from `pose`.
 struct PixelErrors {
   int NumResiduals() const { return 2 * static_cast<int>(matches.size()); }
 

@@ -15,7 +15,7 @@ inline glm::dvec3 ReadVector3(const JsonCursor& at) {
   return {entries[0].Number(), entries[1].Number(), entries[2].Number()};
 }
 
-// Of length 1, as far as decimals go.
+// A vector of length 1, to the accuracy of the decimals.
 inline glm::dvec3 ReadDirection(const JsonCursor& at) {
   constexpr double kUnitTolerance = 1e-3;
   const glm::dvec3 direction = ReadVector3(at);

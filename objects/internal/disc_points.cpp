@@ -19,8 +19,8 @@ DiscPoints::DiscPoints(const DirectionalLight& sun, int count)
   level_ =
       glm::length(level) > 1e-6 ? glm::vec3(glm::normalize(level)) : NormalFrame(Centre()).tangent;
   upright_ = glm::cross(Centre(), level_);
-  // Of the disc's samples no two are on one straight edge; of the places that go with them the same
-  // holds.
+  // No two of the disc's samples are on one straight edge, nor are two of the places that belong to
+  // them.
   for (int i = 0; i < count; ++i) {
     of_pixel_.push_back(
         {disc_.Samples()[static_cast<std::size_t>(i)], R2Point(i, glm::dvec2(0.5)) - 0.5});

@@ -17,7 +17,7 @@ namespace pleinair {
 // Each point of the disc goes with a place in the pixel's square, so that few rays stand for both.
 class DiscPoints {
  public:
-  // Of an object view.
+  // Samples of a pixel of an object view.
   static constexpr int kSamplesPerPixel = ObjectView::kSamplesPerSide * ObjectView::kSamplesPerSide;
   struct Point {
     glm::vec3 direction{0.0f};  // Unit.

@@ -24,14 +24,14 @@ constexpr std::size_t kCoveredSize = 1;
 constexpr std::array<float, kInfluenceBlocksPx.size() - 1> kBlockPerDistance{0.5f, 0.4f, 0.3f};
 // Spacing on faces per distance.
 constexpr float kSpacingPerDistance = 0.25f;
-// Of a face's edge: 8000 receivers. A patch is some ten times as large as what stands there at
-// most.
+// Most receivers on a face's edge: 8000 on a face. A patch is at most some ten times as large as an
+// object there.
 constexpr float kMostParts = 128.0f;
 
 // Squares of pixels that are planned together, of neighbours near each other.
 constexpr int kTilePx = 8;
 
-// Of a pixel: the largest block that is small beside the distance to the nearest object.
+// A pixel's block: the largest one that is small beside the distance to the nearest object.
 std::size_t SizeFor(float distance_m, float pixel_m) {
   std::size_t size = 0;
   while (size < kBlockPerDistance.size() &&
@@ -217,7 +217,7 @@ std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
     const bool matters = std::any_of(
         share.begin(), share.end(), [](float at_point) { return at_point > kLeastInfluenceShare; });
     if (!matters && !near) return;
-    // Of the boxes' corners the one farthest before the face's plane: more than rounding.
+    // The boxes' corner that is farthest in front of the face's plane: more than rounding.
     const bool faces_one =
         std::any_of(bounds.begin(), bounds.end(), [&](const std::optional<ObjectBounds>& object) {
           if (!object) return false;

@@ -53,8 +53,8 @@ float ObjectCone::LargestShare(const glm::vec3& normal) const {
 
 namespace {
 
-// Of a place in the square of side 2 around 0, by its cell of 64 x 64: what is near in this order
-// is near there.
+// Order of a place in the square of side 2 around 0, by its cell of 64 x 64: places near in this
+// order are near each other.
 std::uint32_t MortonOf(float x, float y) {
   const auto cell = [](float value) {
     return static_cast<std::uint32_t>(std::clamp(32.0f * (value + 1.0f), 0.0f, 63.0f));

@@ -23,7 +23,7 @@ struct ObjectBounds {
   BoundingBox box;
 };
 
-// Of each group's triangles; none for a group without any.
+// Bounds of each group's triangles; none for a group without any.
 std::vector<std::optional<ObjectBounds>> BoundsOfObjects(const Mesh& mesh);
 
 inline float DistanceTo(const BoundingBox& box, const glm::vec3& position_m) {

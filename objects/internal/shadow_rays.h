@@ -32,7 +32,7 @@ class ShadowRays {
 // What the few points of the disc that all pixels ask for say of a pixel.
 enum class Verdict : std::uint8_t { kNothing, kAllSeen, kAllHidden, kMixed };
 
-// Of `seen` points out of `asked`; kNothing where none was asked for.
+// The verdict from `seen` points out of `asked`; kNothing where none was asked for.
 Verdict VerdictOf(std::size_t seen, std::size_t asked);
 
 // Whether shadow may have an edge in the pixel: where it or a neighbour is mixed, or disagrees.

@@ -50,7 +50,7 @@ struct PixelLight {
 };
 PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel);
 
-// Of any place of it.
+// The highest reflectances at any place of a material.
 inline TexturedMaterial::Reflectances BrightestOf(const Material& material) {
   if (material.by_place) return material.by_place->Brightest();
   return {material.diffuse_albedo, material.specular_reflectance};

@@ -41,7 +41,7 @@ class EffectStage {
   KeptInfluence& Influence() { return influence_; }
   KeptMirror& Mirror() { return mirror_; }
 
-  // Of the objects' materials: whether any is glossy, and the highest of each.
+  // Whether any material of the objects is glossy, and their highest reflectances.
   bool AnyGlossy() const { return any_glossy_; }
   const glm::vec3& LargestDiffuse() const { return largest_diffuse_; }
   const glm::vec3& LargestAlbedo() const { return largest_albedo_; }  // What they mirror included.

@@ -13,7 +13,7 @@ namespace pleinair {
 class KeptMirror {
  public:
   LightCost Cost(const EffectFrame& frame) const;
-  // As KeptInfluence has it.
+  // As KeptInfluence::Update.
   void Update(EffectStage& stage, const EffectFrame& frame, Upto upto);
   void Evaluate(const Lighting& lighting);
   const MirroredLight& Image() const { return image_; }

@@ -23,7 +23,7 @@ LightCosts CostsOfLight(const VertexLight& light,
                         const FrameBasis& basis,
                         const Lighting& lighting);
 
-// Of drawing samples of the sky.
+// The cost of drawing samples of the sky.
 WorkCost CostOfDaylight(const VertexLight& light, const FrameBasis& basis);
 
 // What is likely to be run of the effects that say how light is found, and whether it is sure to be

@@ -19,7 +19,7 @@ class LightUpdate : public FrameEffect {
                            : Bound{0.0, "all light is of the current sun and sky"};
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
-  // By how far the sun has gone on.
+  // In proportion to the sun's motion since.
   double RmsShare(const EffectFrame& frame, double usual) override {
     double gone_on_rad =
         stage_.Light().Done(frame.light.mode).SunGoneOnRad(frame.basis, frame.lighting);

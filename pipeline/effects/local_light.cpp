@@ -37,7 +37,7 @@ class LocalLight : public FrameEffect {
     if (!hidden) return {kWhiteCode, "objects hide light from themselves"};
     const SingleProbeLight& single_probe =
         stage_.Light().LightAtSingleProbe(frame.basis, frame.lighting);
-    // For what lies between the places that are compared.
+    // For light between the places that are compared.
     constexpr float kMargin = 1.5f;
     const float largest = ChangeOfFacings(
         stage_, frame, *hidden, single_probe, [](const glm::vec3& here, const glm::vec3& there) {

@@ -17,7 +17,7 @@ class Penumbra : public FrameEffect {
  public:
   explicit Penumbra(EffectStage& stage) : stage_(stage) {}
 
-  // That of the shadows whose edges are soft.
+  // The bounds of the shadows whose edges are soft.
   Bound BoundOf(const EffectFrame& /*frame*/, std::span<const EffectOffer> before) override {
     const EffectOffer& cast = before[static_cast<std::size_t>(Effect::kSunShadow)];
     const EffectOffer& on_objects = before[static_cast<std::size_t>(Effect::kObjectShadow)];

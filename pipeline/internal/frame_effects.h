@@ -1,4 +1,4 @@
-// From the light of a frame to its composite: bounds, plan, the works that the plan picks, drawing.
+// Makes a frame's composite from its light: bounds, plan, the works that the plan picks, drawing.
 #pragma once
 
 #include <array>
@@ -50,9 +50,9 @@ class FrameEffects {
   // Takes objects over that have moved.
   void Pose();
   void Expose(const Frame& frame);
-  // Of a budget; without one each frame pays for itself.
+  // How a budget shares costs among frames; without one each frame bears its own.
   WorkSharing SharingOf(const LitFrame& lit) const;
-  // Over how many frames a budget may spread what the next sun makes again.
+  // Over how many frames a budget may spread the work that each sun requires.
   double FramesASun(const Frame& frame) const;
   EffectFrame Begin(const LitFrame& lit);
   // Fills in what these effects offer, in the order of the list.

@@ -16,7 +16,7 @@ constexpr std::array<double, 8> kScattersDeg = {0.3, 0.5, 0.8, 1.2, 1.8, 2.7, 4.
 constexpr std::array<double, 5> kOutlierShares = {0.05, 0.15, 0.3, 0.5, 0.7};
 constexpr std::size_t kModels = kScattersDeg.size() * kOutlierShares.size();
 
-// Of every model and candidate: model * grid.Size() + candidate.
+// Terms of every model and candidate: [model * grid.Size() + candidate].
 using LogTerms = std::vector<double>;
 
 // Tiles' likelihood blurred by their scatter: row d holds the weights of what a tile sees.

@@ -18,10 +18,10 @@ struct OffsetUnit {
 
 struct OffsetEstimate {
   double offset_rad = 0.0;
-  // Of the posterior: how sharply the tiles agree, their own scatter taken in.
+  // Deviation of the posterior: how closely the tiles agree, with their own scatter.
   double curvature_stddev_rad = 0.0;
-  // By leaving out one frame after the other, and one block of the picture after the other: the
-  // larger. What neighbours and frames get wrong together shows here.
+  // The larger deviation by leaving out one frame after the other, and one block of the picture
+  // after the other. Includes errors that neighbours and frames share.
   double spread_stddev_rad = 0.0;
 };
 

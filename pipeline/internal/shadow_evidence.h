@@ -28,8 +28,9 @@ struct ShadowPicture {
 // shaded level that suit it, so that neither light nor albedo need be known. Low is good.
 std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
 
-// Of the pixels that `candidate` has in sun, and of those that it has in shade, the share that is
-// nearer to its own level than to the other: the smaller of the two. 0 where no plane has levels.
+// The share of the pixels that `candidate` puts in the sun, and of those that it puts in shade,
+// that is nearer to its own level than to the other: the smaller of the two. 0 where no plane has
+// levels.
 double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate);
 
 // How much bluer shade is than sun on the same planes, as `candidate` has them: a natural

@@ -18,7 +18,7 @@ constexpr double kFirstStepRad = RadFromDeg(6.0);
 constexpr double kLastStepRad = RadFromDeg(1.5);
 constexpr double kLowestRad = RadFromDeg(4.0);
 constexpr double kHighestRad = RadFromDeg(86.0);
-// Of all pixels, so many for each of some 700 suns.
+// So many of the pixels are used for each of some 700 suns.
 constexpr std::size_t kSearchPixels = 2000;
 
 struct Place {

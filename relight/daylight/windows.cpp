@@ -20,7 +20,7 @@ namespace {
 using internal::WallPlane;
 using internal::WallRaster;
 
-// Of the rays that reach the sky: cell rounding along rims, thin gaps between meshes.
+// Least share of the rays to the sky that counts: less is rounding of cells or gaps in meshes.
 constexpr double kLeastSharePast = 0.02;
 // See the header.
 constexpr double kMeasuredByHandM = 0.05;

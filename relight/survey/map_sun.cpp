@@ -36,11 +36,11 @@ constexpr double kLeastFlatContrast = 2.5;
 // cut at but for one that lets it keep its share.
 constexpr double kMostFlatContrast = 100.0;
 
-// Of four real panoramas' suns, cut at 3 to 20 times the brightest hundredth of the sky: radius at
-// half height 1.0 to 5.4 deg, contrast 3 to 55, 5 to 25 % of the light, at most 2.1 times as long
-// as wide, near it 1.5 to 4.9 times what is farther off. Of what is no sun: a room's windows, a
-// radius of 7 deg, or 8 times as long as wide and a fading of 1.0; cloud banks before a low sun, 4
-// to 6 times as long as wide; clouds that hide it, contrasts up to 2.
+// The suns of four real panoramas, cut at 3 to 20 times the brightest hundredth of the sky: radius
+// at half height 1.0 to 5.4 deg, contrast 3 to 55, 5 to 25 % of the light, at most 2.1 times as
+// long as wide, near it 1.5 to 4.9 times what is farther off. Of what is no sun: a room's windows,
+// a radius of 7 deg, or 8 times as long as wide and a fading of 1.0; cloud banks before a low sun,
+// 4 to 6 times as long as wide; clouds that hide it, contrasts up to 2.
 constexpr double kSmallestGlowRad = RadFromDeg(0.75);
 constexpr double kLargestGlowRad = RadFromDeg(5.5);
 constexpr double kLeastGlowContrast = 3.0;

@@ -61,7 +61,7 @@ struct SurveyLight {
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};
-  // At 500 nm: how hazy the map's sky is. None where the sky does not determine it.
+  // Haze of the map's sky at 500 nm. None where the sky does not determine it.
   std::optional<double> aerosol_optical_depth_500nm;
   // Lat-long, without the disc, what buildings and the skyline hide filled in, black below the
   // horizon.

@@ -38,7 +38,7 @@ PlaceKey KeyOf(const glm::vec3& position_m, const glm::vec3& normal) {
 // Slots of the rows before row r.
 std::uint32_t RowBegin(std::uint32_t r) { return r * (r + 1) / 2; }
 
-// Of a point in a triangle; one a hair outside counts as on the edge. Patches have an area.
+// Of a point in a triangle; one outside by rounding counts as on the edge. Patches have an area.
 glm::vec3 BarycentricOf(const glm::vec3& point_m,
                         const glm::vec3& a_m,
                         const glm::vec3& b_m,

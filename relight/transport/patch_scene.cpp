@@ -21,7 +21,7 @@ constexpr std::size_t kMaxPatches = std::size_t{1} << 21;
 // within 0.1 deg of it.
 constexpr double kNearHorizonM = 1000.0;
 constexpr double kGroundRadiusM = 2000.0;
-// Of a plane that is laid under the mesh: few patches, for an albedo that is but assumed.
+// For a plane that is laid under the mesh: few patches, because its albedo is only assumed.
 constexpr double kLaidGroundGrowthPerM = 0.4;
 
 constexpr float kNoLaidGround = std::numeric_limits<float>::quiet_NaN();

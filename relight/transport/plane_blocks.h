@@ -72,7 +72,7 @@ class PlaneBlocks {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
   }
-  // From where the view is seen.
+  // Distance from the eye of the view.
   float RangeM(std::size_t pixel) const {
     return glm::distance(view_.position_world_m.pixels[pixel], origin_m_);
   }

@@ -19,7 +19,7 @@ struct RegionRadiosityOptions {
   std::uint64_t seed = 1;
   // What is missing of a thousandth is far below the noise of the rays.
   SolveOptions solve{.tolerance = 1e-4};
-  // That share the work: each looks at the sky from some of the faces, and solves for some blocks
+  // Ranks that share the work: each casts rays to the sky for some faces, and solves some blocks
   // of lights. Null: this process does all. The result is the same, bit for bit.
   RankGroup* ranks = nullptr;
 };

@@ -35,7 +35,7 @@ struct RegionSeen {
   bool some_hidden = false;
 };
 
-// Of a region and those that touch it.
+// What is seen of a region and those that touch it.
 RegionSeen SeenAround(const SkyRegions& regions,
                       std::size_t region,
                       const std::vector<RegionSeen>& seen) {

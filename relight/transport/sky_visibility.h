@@ -30,7 +30,7 @@ class SkyDirections {
   std::size_t PerRegion() const { return per_region_; }
   // Region r's are [r PerRegion(), (r + 1) PerRegion()).
   const std::vector<glm::vec3>& Directions() const { return directions_; }
-  // That each direction stands for.
+  // Solid angle that each direction represents.
   double SolidAngleSr() const;
   // A shape's, or an image's, radiance in each direction.
   std::vector<glm::vec3> RadianceOf(const SkyShape& shape) const;

@@ -31,10 +31,10 @@ class SunDisc {
                        std::span<const glm::vec3> points,
                        const glm::vec3& normal) const;
   const glm::vec3& Direction() const { return centre_; }
-  // To a point of the disc: `radius` as a share of the disc's own.
+  // Direction to a point of the disc: `radius` as a share of the disc's own.
   glm::vec3 DirectionTo(double radius, double angle_rad) const;
   const std::array<glm::vec3, 4>& Rim() const { return rim_; }
-  // Equal parts of the disc, a direction each.
+  // Directions to equal parts of the disc.
   const std::vector<glm::vec3>& Samples() const { return samples_; }
 
  private:

@@ -16,7 +16,7 @@
 namespace pleinair {
 namespace {
 
-// Of the sun: in a map of 2048 pixels a hundred fall into each that it covers.
+// Points of the sun's disc: in a map of 2048 pixels a hundred fall into each that it covers.
 constexpr int kEnvironmentDiscPoints = 1024;
 
 }  // namespace

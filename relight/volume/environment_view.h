@@ -20,7 +20,7 @@ namespace pleinair {
 struct EnvironmentLight {
   const SkyShape* sky = nullptr;  // Null for the sun.
   std::span<const glm::vec3> face_radiosity;
-  // For the sun: what its disc alone brings to the faces, W/m2. Else empty.
+  // For the sun: the irradiance of the faces by its disc, W/m2. Else empty.
   std::span<const glm::vec3> direct_irradiance;
 };
 
@@ -33,8 +33,8 @@ class EnvironmentView {
  public:
   // Nothing; Radiance() gives an empty image.
   EnvironmentView() = default;
-  // As seen from `eye_m`. `survey` may be null: real surfaces have their face's albedo. Keeps a
-  // reference to `real` alone. Throws std::invalid_argument for a size below 1.
+  // The view from `eye_m`. `survey` may be null: real surfaces then have their face's albedo. Keeps
+  // a reference only to `real`. Throws std::invalid_argument for a size below 1.
   EnvironmentView(const PatchScene& real,
                   const Survey* survey,
                   const glm::vec3& eye_m,

@@ -88,8 +88,8 @@ class ProbeOperator {
   // The directions that Apply's last argument is for, in its order: the upper half of the rays'.
   const std::vector<glm::vec3>& SkyDirections() const { return sky_directions_; }
 
-  // For cereal's binary and portable binary archives. Throws an exception (cereal's, or one that
-  // says what does not fit) for bytes that are no operator.
+  // Supports cereal's binary and portable binary archives. Throws (cereal's exception, or one that
+  // states what does not fit) for bytes that are no operator.
   template <class Archive>
   void serialize(Archive& archive);
 

@@ -11,7 +11,7 @@
 namespace pleinair {
 namespace {
 
-// From 0 to reach pixels away; over both sides they add up to 1.
+// Weights from 0 to `reach` pixels away; over both sides they add up to 1.
 std::vector<double> SampledGaussian(double variance, int reach) {
   std::vector<double> weights{1.0};
   double sum = 1.0;
@@ -58,7 +58,7 @@ double SquaredError(double variance, double sigma_px) {
   return sum;
 }
 
-// By golden sections: the error has one minimum.
+// Search by golden sections: the error has one minimum.
 double BestVariance(double sigma_px) {
   double lower = 0.0;
   double upper = sigma_px * sigma_px + 0.25;
@@ -75,7 +75,7 @@ double BestVariance(double sigma_px) {
   return 0.5 * (lower + upper);
 }
 
-// From a table that is made once, as frames repeat their requests.
+// Looked up in a table that is made once, as frames repeat their requests.
 double VarianceFor(double sigma_px) {
   constexpr int kStepsPerPx = 32;
   constexpr double kAsItIsPx = 1.5;  // From here on no correction is needed.

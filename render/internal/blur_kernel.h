@@ -21,12 +21,12 @@ class BlurKernel {
 
   // 0 leaves all as it is.
   explicit BlurKernel(float sigma_px = 0.0f);
-  // For a picture that is blurred already, by `variance_px2`: what is left to do.
+  // The remaining blur for a picture that is already blurred by `variance_px2`.
   static BlurKernel AfterBlur(float sigma_px, double variance_px2);
 
   bool IsNone() const { return weights_.size() == 1; }
   int ReachPx() const { return static_cast<int>(weights_.size()) - 1; }
-  // Of pixels 0 to ReachPx() away along a row or column; over both sides they add up to 1.
+  // Weights of pixels 0 to ReachPx() away along a row or column; over both sides they sum to 1.
   std::span<const float> Weights() const { return weights_; }
 
   // Along a row or column, in px^2.

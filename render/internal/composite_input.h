@@ -13,7 +13,7 @@ namespace pleinair {
 // All throw std::invalid_argument naming what is wrong, and what was expected.
 void ValidateCamera(const Camera& camera);
 void ValidateInput(const CompositeInput& input, std::span<const VirtualObject> objects);
-// Of length 1 to a thousandth; returned normalised.
+// `direction`, of length 1 to a thousandth, normalised.
 glm::dvec3 ValidatedDirection(const glm::dvec3& direction);
 
 }  // namespace pleinair

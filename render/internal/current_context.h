@@ -3,7 +3,7 @@
 
 namespace pleinair {
 
-// Of EGL, on this thread; null where there is none. Two contexts that live at once differ.
+// This thread's EGL context; null where there is none. Two contexts that live at once differ.
 const void* CurrentContext();
 
 }  // namespace pleinair

@@ -1,4 +1,4 @@
-// From frame buffers back into memory.
+// Reads frame buffers back into memory.
 #pragma once
 
 #include <cstdint>

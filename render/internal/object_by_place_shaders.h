@@ -5,7 +5,7 @@
 
 namespace pleinair {
 
-// For all of the passes: each takes what it wants.
+// For all of the passes: each uses the outputs that it needs.
 inline constexpr std::string_view kByPlaceVertexShader = R"(
 layout(location = 0) in vec4 a_position;
 layout(location = 1) in vec3 a_normal;

@@ -50,7 +50,7 @@ const ShaderProgram& MadeByPlace(std::optional<ShaderProgram>& program,
   return *program;
 }
 
-// For the program in use; its picture on unit 1.
+// Sets the material of the program in use; its picture is on unit 1.
 void SetMaterial(const ShaderProgram& program,
                  const TexturedMaterial& material,
                  TextureStore& textures) {
@@ -210,7 +210,7 @@ void ObjectLayerPass::DrawFromVertices(const LayerView& view,
   UnbindPictures();
 }
 
-// As DrawFromVertices, but the triangles' numbers instead of their radiance.
+// As DrawFromVertices, with the triangles' numbers instead of their radiance.
 void ObjectLayerPass::FindShares(const LayerView& view,
                                  SceneGeometry& scene,
                                  const VolumeStencil& stencil,

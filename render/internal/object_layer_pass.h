@@ -28,7 +28,7 @@ struct LayerSun {
   glm::dvec3 to_sun{0.0, 0.0, 1.0};
   glm::vec3 irradiance{0.0f};  // In the layer's units.
   double angular_radius_rad = kMeanSunAngularRadiusRad;
-  // By its shadow volumes; both null: no shadows.
+  // Its shadow volumes; both null: no shadows.
   const ShadowVolumes* of_objects = nullptr;
   const ShadowVolumes* of_real = nullptr;
 };
@@ -62,11 +62,11 @@ struct LayerLight {
 //        Then the sun alone is drawn for each frame. To rounding the layer is the same.
 class ObjectLayerPass {
  public:
-  // Of the pixels of `rect`: the side is as asked for, less where an object fills that much of a
+  // The lattice for `rect`: the side is as asked for, less where an object fills so much of a
   // large picture that its pixels would have more than 2^22 samples, but two at least.
   static SampleLattice LatticeOf(const PixelRect& rect, int wanted_side);
 
-  // To keep what samples show takes desktop OpenGL.
+  // `keeps_samples` needs desktop OpenGL.
   ObjectLayerPass(int samples_per_side, bool keeps_samples);
 
   void Draw(const LayerView& view,
@@ -120,7 +120,7 @@ class ObjectLayerPass {
   std::optional<ShaderProgram> triangle_program_;  // Where they are.
   ShaderProgram sun_program_;
   ShaderProgram mean_program_;
-  // As those, of materials by place; made when there is one.
+  // The same for materials by place; made when there is one.
   std::optional<ShaderProgram> ambient_by_place_;
   std::optional<ShaderProgram> triangle_by_place_;
   std::optional<ShaderProgram> sun_by_place_;

@@ -24,7 +24,7 @@ void main() {
 }
 )";
 
-// In which part of which pixel a sample lies, see SampleLattice: pixels have `parts_per_side`. One
+// The pixel and its part where a sample lies, see SampleLattice: pixels have `parts_per_side`. One
 // in the middle of a pixel of four goes to the last: where side is 4 that moves light by 0.015 px.
 // Whole numbers in floats, half of one off what they are divided by: integers divide slowly.
 inline constexpr std::string_view kObjectPlaceOfSample = R"(
@@ -183,7 +183,7 @@ out uint o_number;
 void main() { o_number = uint(gl_PrimitiveID + u_first_triangle) + 1u; }
 )";
 
-// Of the samples, if there are any, and what was summed without them.
+// The mean of the samples, if there are any, and of what was summed without them.
 inline constexpr std::string_view kObjectMeanFragmentShader = R"(
 uniform sampler2D u_samples;
 uniform sampler2D u_from_vertices;

@@ -163,7 +163,7 @@ void ObjectMesh::Upload(std::span<const Mesh* const> objects,
   material_of_.clear();
   materials_.clear();
   MakeBatches(objects);
-  // Of each object.
+  // First triangle of each object.
   std::vector<std::size_t> first_triangle;
   std::vector<std::size_t> first_position;
   std::vector<std::uint32_t> first_material;

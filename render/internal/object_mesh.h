@@ -28,7 +28,7 @@ class ObjectMesh {
     bool is_cut_out = false;                           // Its texture says where it is.
     std::size_t first = 0;                             // Into Triangles().
     std::size_t count = 0;
-    // Of those with their front, and with their back, in the sun.
+    // Triangles with their front, and with their back, in the sun.
     std::size_t first_front = 0;
     std::size_t front_count = 0;
     std::size_t first_back = 0;
@@ -55,7 +55,7 @@ class ObjectMesh {
   // batch one object's come after the other's.
   std::span<const Batch> Batches() const { return batches_; }
   std::span<const glm::uvec3> Triangles() const { return triangles_; }
-  // Of the last triangles, by place.
+  // The last triangles, which have materials by place.
   std::span<const TriangleByPlace> TrianglesByPlace() const { return by_place_; }
   TextureStore& Textures() { return textures_; }
   std::span<const glm::vec3> Positions() const { return positions_; }

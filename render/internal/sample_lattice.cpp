@@ -7,8 +7,8 @@
 namespace pleinair {
 namespace {
 
-// Of samples drawn, for each that counts. A square has 1.5 times, one six times as long as
-// wide 2.5.
+// Samples drawn for each that counts. A square has 1.5 times as many, a rectangle six times as long
+// as wide 2.5.
 constexpr double kMostWaste = 2.5;
 
 }  // namespace

@@ -32,12 +32,12 @@ class SampleLattice {
   int Turn() const { return turn_; }  // 0 or 1.
   int PerPixel() const { return side_ * side_ + turn_; }
   const glm::ivec2& Pixels() const { return pixels_; }
-  // Of the samples' picture.
+  // Size of the samples' picture.
   glm::ivec2 Size() const;
   // The samples of a pixel: that of the pixel, and what to add for each.
   glm::ivec2 Of(const glm::ivec2& pixel) const;
   const std::vector<glm::ivec2>& Offsets() const { return offsets_; }
-  // From clip coordinates of the pixels' picture to those of the samples'.
+  // Transforms clip coordinates of the pixels' picture to those of the samples'.
   glm::dmat4 ClipFromPixelsClip() const;
 
  private:

@@ -35,7 +35,7 @@ struct ScreenExtent {
   PixelRect rect;  // One pixel of margin, inside the picture.
 };
 
-// Of the parts of triangles that lie in an undistorted camera's view, clipped exactly to it.
+// Extent of the parts of triangles in an undistorted camera's view, clipped exactly to it.
 ScreenExtent ExtentOf(std::span<const glm::vec3> positions,
                       std::span<const glm::uvec3> triangles,
                       const CameraIntrinsics& intrinsics,

@@ -23,7 +23,7 @@ class ShaderProgram {
 
   void Use() const { glUseProgram(program_.Name()); }
 
-  // For the program in use. A name that the linker dropped as unused is not an error.
+  // Sets a uniform of the program in use. A name that the linker dropped as unused is not an error.
   void Set(const char* uniform, int value) const;
   void Set(const char* uniform, float value) const;
   void Set(const char* uniform, const glm::ivec2& value) const;

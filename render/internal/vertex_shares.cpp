@@ -24,7 +24,7 @@ class TriangleWeights {
           samples.clip_from_position * glm::vec4(samples.positions[triangle[k]], 1.0f);
       corner[static_cast<std::size_t>(k)] = glm::dvec3(clip.x, clip.y, clip.w);
     }
-    // Of the inverse only the direction matters, and its sign goes with the sum's.
+    // Only the direction of the inverse matters, and its sign goes with the sum's.
     rows_ = {glm::cross(corner[1], corner[2]),
              glm::cross(corner[2], corner[0]),
              glm::cross(corner[0], corner[1])};
@@ -63,7 +63,7 @@ class TriangleWeights {
   std::array<glm::dvec3, 3> rows_;
 };
 
-// As the device's shader does it: what a sample's place reflects of light from the vertices.
+// The albedo by which a sample's place reflects light from the vertices, as in the device's shader.
 glm::vec3 AlbedoAt(const TriangleByPlace& triangle,
                    bool mirrors,
                    const glm::vec3& weights,
@@ -89,7 +89,7 @@ struct SeenTriangle {
   const TriangleByPlace* by_place;
   bool mirrors;
   int samples = 0;
-  // Of weights; and by place of each, times albedo.
+  // Sum of weights; for materials by place, of weights times albedo.
   glm::vec3 sum{0.0f};
   std::array<glm::vec3, 3> coloured{glm::vec3(0.0f), glm::vec3(0.0f), glm::vec3(0.0f)};
 
@@ -105,7 +105,7 @@ struct SeenTriangle {
   }
 };
 
-// To a pixel's entries, which are those from `begin` on.
+// Adds to a pixel's entries, which are those from `begin` on.
 template <typename Entry, typename Weight>
 void AddShare(std::vector<Entry>& entries,
               std::size_t begin,

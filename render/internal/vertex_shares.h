@@ -34,7 +34,7 @@ class VertexShares {
     glm::mat4 clip_from_position{1.0f};  // To that picture.
     std::span<const glm::vec3> positions;
     std::span<const glm::uvec3> triangles;
-    // Of the last triangles, what they are looked up in. `mirrors`: glossy ones without what they
+    // The materials by place of the last triangles. `mirrors`: glossy ones without what they
     // mirror, which is then added.
     std::span<const TriangleByPlace> by_place{};
     bool mirrors = false;

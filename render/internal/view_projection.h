@@ -1,5 +1,5 @@
-// From the camera's pixels to OpenGL's clip space: the one place where OpenCV's pixel centres and
-// OpenGL's meet.
+// Transforms the camera's pixels to OpenGL's clip space: the only conversion between OpenCV's pixel
+// centres and OpenGL's.
 #pragma once
 
 #include <glm/mat4x4.hpp>

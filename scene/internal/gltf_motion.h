@@ -21,7 +21,7 @@ struct GltfMotion {
 };
 
 // What assimp crashes on: throws as ReadGltfMotion for sparse accessors without indices or values.
-// Of a file that is no glTF at all it says nothing.
+// Does not throw for a file that is no glTF.
 void RequireSoundAccessors(const std::filesystem::path& file);
 
 // Reads a .gltf or .glb file that assimp has read. Throws std::runtime_error, one line with the

@@ -15,9 +15,9 @@ namespace pleinair {
 
 class MaterialList {
  public:
-  // As it is.
+  // Adds it unchanged.
   std::uint32_t Add(Material material);
-  // Of `source` with that colour, and by place if so asked. Colours are taken to the next of 128
+  // The index of `source` with that colour, by place if asked. Colours are rounded to one of 128
   // steps of display code; white, and the mean of a texture, are exact.
   std::uint32_t Index(const std::shared_ptr<const TexturedMaterial>& source,
                       const glm::vec3& colour,

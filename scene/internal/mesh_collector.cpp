@@ -71,7 +71,7 @@ double AreaOf(const LooseTriangle& triangle) {
   return std::isfinite(area) ? area : 0.0;
 }
 
-// Of a vertex: within [0, 1], white where it is no number.
+// Colour of a vertex: within [0, 1], white where it is NaN.
 glm::vec4 SoundColour(const aiColor4D& colour) {
   glm::vec4 sound(colour.r, colour.g, colour.b, colour.a);
   for (int c = 0; c < 4; ++c) {

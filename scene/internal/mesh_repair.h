@@ -1,4 +1,4 @@
-// From loose triangles, as files hold them, to a clean indexed mesh.
+// Makes a clean indexed mesh from loose triangles, as files hold them.
 #pragma once
 
 #include <array>

@@ -13,10 +13,10 @@ enum class PictureFormat { kExr, kRadianceHdr, kPng, kJpeg, kNone };
 
 PictureFormat PictureFormatOf(std::span<const std::byte> bytes);
 
-// For messages: "a JPEG picture", "an MP4 video", "text", "something else".
+// A description for messages: "a JPEG picture", "an MP4 video", "text", "something else".
 std::string_view DescribeBytes(std::span<const std::byte> bytes);
 
-// As many bytes as these functions look at, or as there are. Throws std::runtime_error naming the
+// As many bytes as these functions read, or as the file has. Throws std::runtime_error naming the
 // file unless it is a regular file with something in it.
 std::vector<std::byte> FirstBytes(const std::filesystem::path& file);
 

@@ -14,8 +14,8 @@
 
 namespace pleinair {
 
-// Of a PNG or JPEG image in memory; null when DecodePicture refuses it. Alpha is 1 unless
-// `with_alpha`.
+// The texture of a PNG or JPEG image in memory; null when DecodePicture refuses it. Alpha is 1
+// unless `with_alpha`.
 std::shared_ptr<const Texture> DecodeTexture(std::span<const std::byte> encoded, bool with_alpha);
 
 // The mean of such an image whose codes stand for linear values.

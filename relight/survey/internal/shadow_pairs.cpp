@@ -28,7 +28,7 @@ constexpr int kCellsAround = 128;
 constexpr std::size_t kFewestCells = 4;
 // Evenly taken out of larger sets: their medians are then off by less than 1 % of the scatter.
 constexpr std::size_t kMostPoints = 8192;
-// Of what a comparison's surfaces share, relative: as LightingFitOptions::shared_error; surfaces
+// Relative error that a comparison's surfaces share: as LightingFitOptions::shared_error; surfaces
 // that face different ways see different parts of what the mesh lacks.
 constexpr double kSameFacingError = 0.05;
 constexpr double kOtherFacingError = 0.10;
@@ -85,8 +85,8 @@ class SunSearch {
 
   const std::vector<Comparison>& Comparisons() const { return comparisons_; }
 
-  // By how much lit pixels have the larger albedo, in logarithms. It falls with the sun: the lit
-  // ones' albedo does, and the shaded ones' hardly.
+  // Log ratio of the lit pixels' albedo to the shaded ones'. It falls with a stronger sun: the lit
+  // ones' albedo falls, the shaded ones' hardly changes.
   double LitOverShaded(const Comparison& comparison, double sun, int channel) const {
     return LogAlbedo(*comparison.lit, sun, channel) - LogAlbedo(*comparison.shaded, sun, channel);
   }
@@ -205,8 +205,8 @@ class SunSearch {
     return Median(scratch_);
   }
 
-  // Of the median, from the scatter of the cells' own: a normal distribution's, each cell counting
-  // by its weight.
+  // Variance of the median, from the scatter of the cells' medians: that of a normal distribution,
+  // each cell counting by its weight.
   double MedianVariance(const Points& points, double sun, int channel) const {
     std::map<int, std::vector<Weighted>> cells;
     for (const Point& point : points) {

@@ -27,7 +27,7 @@ struct ShadowPairsInput {
   // Over the map: sun_bounce, and sky_response[0] of the survey's own sky.
   const SurfaceView& view;
   const Image<ShadowSide>& side;
-  // To the nearest edge of the mesh, and how near to one a pixel may show what is behind it.
+  // Distance to the nearest edge of the mesh, and how near to one a pixel may show what is behind.
   const GrayImage& mesh_edge_distance_px;
   Misplacement misplacement;
   glm::vec3 origin_m{0.0f};         // Of the map.

@@ -26,7 +26,7 @@ constexpr int kMaxIterations = 30;
 constexpr float kEdgeMarginPx = 1.5f;
 // And this share of its weight at either end: glass, shadow of what the mesh lacks.
 constexpr double kTrimmedShare = 0.1;
-// As far as this from its median a surface's albedo may be by its own scatter.
+// A surface's albedo may be this many scatters from its median.
 constexpr double kScatters = 2.0;
 
 float MeanOf(const glm::vec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0f; }

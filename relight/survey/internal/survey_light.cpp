@@ -26,14 +26,14 @@ namespace {
 constexpr double kPointingRad = 0.5 * std::numbers::pi / 180.0;
 // A brighter spot within this of the computed place is treated as the sun all the same.
 constexpr double kFollowRad = 5.0 * std::numbers::pi / 180.0;
-// Of a disc that was integrated: pixel edges, limb and aureole (the sequences' own check: 0.1 %).
+// Error of an integrated disc: pixel edges, limb and aureole (the sequences' own check: 0.1 %).
 constexpr double kDiscRelativeStddev = 0.01;
-// Of the clear-sky model where the disc is clipped, so that the sun is out: thin cloud and haze.
+// Error of the clear-sky model where the disc is clipped, so that the sun is out: thin cloud, haze.
 constexpr double kShiningRelativeStddev = 0.4;
 // And where it is hidden: from thin cloud to clear.
 constexpr double kHiddenRelativeStddev = 0.5;
 
-// Of a spot over the sky around it.
+// Ratio of a bright spot to the sky around it.
 constexpr double kMuchBrighter = 10.0;
 // Lenses spread a disc of 10^4 times the sky over some degrees. Light above twice the sky
 // farther off, up to 10 deg, is the disc's light.
@@ -98,8 +98,8 @@ bool HasFlatTop(const RgbImage& map,
                 const glm::dvec3& whole_sky_median,
                 int most_fully_covered) {
   constexpr float kHalfMax = 65504.0f;  // Largest half float.
-  // Of shared-exponent files, 0.4 to 0.8 % each: a bright cloud's smooth top has some pixels equal,
-  // and as many a step below.
+  // Steps of shared-exponent files, 0.4 to 0.8 % each: a bright cloud's smooth top has some pixels
+  // equal, and as many a step below.
   constexpr double kFewSteps = 0.025;
   for (int channel = 0; channel < 3; ++channel) {
     float peak = 0.0f;

@@ -32,7 +32,7 @@ constexpr double kBluer = 0.2;         // Blue over red: as shades of things lit
 constexpr double kNeighbourhoodDeg = 0.7;
 constexpr double kShareOfNeighbours = 0.6;
 // An eave of half a metre at 7 m: what rises no farther over the mesh is a part of it, and near.
-// From elsewhere it is seen in another direction.
+// Seen from elsewhere, such a near part is in another direction.
 constexpr double kLeastOverMeshDeg = 4.0;
 // Below this share of the map's mean radiance a value counts as that.
 constexpr double kLeastOfMean = 1e-3;

@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<double, 3> kLattice = {
     0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
 
-// Of those, the ones of one facing learn from each other.
+// Neighbours whose normals have at least this cosine share what they have found.
 constexpr float kSameFacing = 0.99f;
 // With fewer regions than this there is nothing to gain from passing over some.
 constexpr std::size_t kLeastRegionsToSkip = 32;
@@ -99,7 +99,7 @@ class Directions {
     return cell_begin_[region * CellCount() + cell];
   }
   const glm::vec3& operator[](std::size_t ray) const { return direction_[ray]; }
-  // In the lattice, which the places of the rays' starts follow too.
+  // Index in the lattice, which the places of the rays' starts follow too.
   std::size_t IndexOf(std::size_t ray) const { return index_[ray]; }
 
  private:
@@ -219,7 +219,7 @@ class Gather {
     return seen;
   }
 
-  // Of a region and those that touch it.
+  // What is seen of a region and those that touch it.
   Seen SeenAround(std::size_t region, const std::vector<Seen>& seen) const {
     const int sectors = regions_.Sectors();
     const int band = static_cast<int>(region) / sectors;

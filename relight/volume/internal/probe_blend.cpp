@@ -58,7 +58,7 @@ std::uint32_t NearestValid(const ProbeGrid& grid,
   return nearest;
 }
 
-// In cells, the border's for a point outside.
+// Place in cells of the grid; the border's for a point outside.
 glm::vec3 PlaceInGrid(const ProbeGrid& grid, const glm::vec3& position_m) {
   return glm::clamp(
       (position_m - grid.lower_m) / grid.spacing_m, glm::vec3(0.0f), glm::vec3(grid.counts - 1));

@@ -13,7 +13,7 @@
 
 namespace pleinair::internal {
 
-// In the place of all eight probes where a grid has no valid one: no light.
+// Replaces all eight probes where a grid has no valid one: no light.
 inline constexpr std::uint32_t kNoProbe = 0xffffffffu;
 
 // Weights add up to 1; a probe that is named may be read, whatever its weight.

@@ -11,7 +11,7 @@
 namespace pleinair::internal {
 namespace {
 
-// Of the spacing between probes: far below what interpolation between them resolves.
+// Share of the spacing between probes: far below what interpolation between them resolves.
 constexpr float kHair = 1e-3f;
 
 // A hair is at least this share of the largest coordinate: 40 float roundings of a hit point.
