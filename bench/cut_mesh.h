@@ -90,7 +90,7 @@ inline Mesh Clustered(const Mesh& mesh, float cell_m) {
   return coarse;
 }
 
-// Of `count` triangles, to a hundredth where the mesh has more, exactly or two more where fewer.
+// A mesh of `count` triangles: to a hundredth where `mesh` has more, exactly or two more if fewer.
 inline Mesh WithTriangles(Mesh mesh, std::size_t count) {
   while (4 * mesh.triangles.size() <= count) mesh = CutInFour(mesh, mesh.triangles.size());
   if (mesh.triangles.size() <= count) {

@@ -25,7 +25,7 @@ namespace {
 const std::filesystem::path kFolder =
     std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/room-window";
 
-// As far as sequence.json's transform matters here: where the object stands.
+// The object at its place in the room; the rest of sequence.json's transform does not matter here.
 Mesh ObjectInTheRoom() {
   return TransformMesh(glm::translate(glm::dmat4(1.0), glm::dvec3(1.95, 1.75, 0.0)),
                        LoadMesh(kFolder / "object.obj").mesh);
@@ -49,7 +49,7 @@ struct Room {
     for (std::size_t v = 0; v < object.positions_m.size(); ++v) {
       vertices.push_back({object.positions_m[v], object.normals[v]});
     }
-    // As many as a picture of 512x496 has every two pixels where an object fills much of it.
+    // As many as in every second pixel of a 512x496 picture where an object fills much of it.
     for (int i = 0; i < 128; ++i) {
       for (int k = 0; k < 128; ++k) {
         floor.push_back({{0.9f + 2.1f * static_cast<float>(i) / 128.0f,
@@ -120,7 +120,7 @@ void BM_VertexLight(benchmark::State& state) {
 }
 BENCHMARK(BM_VertexLight)->Arg(16)->Arg(64)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-// By maps of 64^2, and by a ray a sample.
+// Shadows by maps of 64^2, and by one ray per sample.
 void BM_NewShadows(benchmark::State& state) {
   const Room* room = TheRoom(state);
   if (room == nullptr) return;

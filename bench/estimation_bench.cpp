@@ -113,7 +113,7 @@ SyntheticPicture CameraPicture() {
   return picture;
 }
 
-// As a clear and an overcast sky light the ground and a wall, beside the view's uniform one.
+// Adds the light of a clear and an overcast sky on the ground and a wall to the view's uniform one.
 void AddSkyShapes(SurfaceView& view) {
   const Image<glm::vec3> uniform = view.sky_response[0];
   for (const auto& [name, on_wall] : {std::pair("overcast", 0.8f), std::pair("clear", 1.4f)}) {

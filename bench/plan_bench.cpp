@@ -92,7 +92,7 @@ double ProcessorMs() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
-// Of a frame.
+// Time for the influence of objects in a frame.
 double InfluenceMs(const FrameResult& result) {
   double ms = 0.0;
   for (const PlannedWork& work : result.works) {
@@ -127,7 +127,7 @@ void RunFrames(benchmark::State& state,
     return;
   }
   static const Yard yard;
-  // As its file has it: `run` would cut its large faces.
+  // Unchanged from its file: `run` would cut its large faces.
   const VirtualObjectEntry& statue = yard.sequence.virtual_objects.at(0);
   Mesh mesh = WithTriangles(
       TransformMesh(statue.world_from_object, LoadMesh(kCourtyard / statue.mesh).mesh), faces);

@@ -5,8 +5,8 @@
 
 namespace pleinair {
 
-// Of nearest pixels, with nothing clipped or unusable; the lens covers the recorded width, without
-// distortion.
+// A frame resized by nearest pixels, with nothing clipped or unusable; the lens covers the recorded
+// width, without distortion.
 inline void Resize(int width_px, int height_px, Frame& frame) {
   CameraIntrinsics& lens = frame.camera.intrinsics;
   const double scale = static_cast<double>(width_px) / lens.width_px;

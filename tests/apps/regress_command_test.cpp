@@ -107,7 +107,7 @@ TEST_F(RegressCommand, WritesABaselineOnlyWhenAskedTo) {
   EXPECT_FALSE(fs::exists(folder_ / "baseline.json"));
 }
 
-// Of two sequences one is broken: the other is still checked.
+// One of two sequences is broken: the other is still checked.
 TEST_F(RegressCommand, ASequenceThatCannotBeRunIsAReasonOfItsOwn) {
   Write("baseline.json",
         R"({"format": "pleinair-baseline-1", "sequences": {"courtyard": {"settings":

@@ -47,7 +47,7 @@ TEST_F(RunFolderTest, ResultsAreApartFromWhatIsRead) {
   for (const char* out : {"out", "sequence", "seq2/out/", "elsewhere"}) {
     EXPECT_EQ(MessageOf([&] { RequireApart(folder_ / out, folder_ / "seq/"); }), "accepted") << out;
   }
-  // By a link: the folder itself, or one that a run clears.
+  // A link to the folder itself, or to one that a run clears.
   fs::create_directory_symlink(folder_ / "seq", folder_ / "link");
   EXPECT_NE(MessageOf([&] { RequireApart(folder_ / "link/out", folder_ / "seq"); }), "accepted");
   fs::create_directory_symlink(folder_ / "seq/frames", folder_ / "elsewhere/composite");

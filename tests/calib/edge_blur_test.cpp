@@ -70,7 +70,7 @@ TEST(EdgeBlur, IsTheLenss) {
         const Edge edge(slant_rad, sigma_px, 0.01, 0.7, is_upright);
         const EdgeBlur blur = BlurOf(edge.picture, {}, edge.view);
         EXPECT_GE(blur.edges, 20);
-        // Of the entire width, of which a narrow lens has little; half for the grid of widths and
+        // Of the entire width, to which a narrow lens adds little: half for the grid of widths and
         // its parabola, half for noise.
         EXPECT_NEAR(blur.sigma_px, sigma_px, 0.1 * sigma_px)
             << "slant " << slant_rad << " upright " << is_upright;

@@ -168,7 +168,7 @@ TEST(FisheyeFit, CalibratesARealLens) {
   EXPECT_EQ(without.rejected[0].name, "Fisheye1_4.jpg");
 }
 
-// As OpenCV's fit of a board treated as another one gave it: fx 904, fy 502, off by 5 px.
+// The result of OpenCV's fit with the wrong board size: fx 904, fy 502, off by 5 px.
 TEST(FisheyeFit, IsInDoubtWhereItMissesOrPixelsAreNotSquare) {
   FisheyeFit fit;
   fit.lens.fx_px = 337.0;

@@ -50,7 +50,7 @@ glm::dvec3 MeanSignal(const Rgb8Image& codes) {
   return MeanSignal(codes, 0, 0, codes.width, codes.height);
 }
 
-// Of a mean over all pixels of a flat picture: 4 deviations of its noise (0.005 a pixel at most,
+// Tolerance of a flat picture's mean: 4 deviations of its noise (0.005 a pixel at most,
 // over 19200 of them), and the rounding to codes, which that noise spreads over several.
 constexpr double kMeanTolerance = 4.0 * 0.005 / 138.0 + 1e-4;
 

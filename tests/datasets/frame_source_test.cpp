@@ -103,7 +103,7 @@ TEST_F(FrameSourceTest, PlaysEightBitFramesAsRadiance) {
   }
 }
 
-// Of the exposure, of a camera's metadata alone, and of neither.
+// Units with the exposure, with only a camera's metadata, and with neither.
 TEST_F(FrameSourceTest, SaysWhatEightBitLightIsMeasuredIn) {
   Sequence sequence = Read();
   FrameEntry& entry = sequence.frames.front();

@@ -14,7 +14,7 @@ namespace pleinair {
 
 class SequenceFolder : public testing::Test {
  protected:
-  // Of the lens and the orientation that Everything() states.
+  // The calibration of the lens and the orientation that Everything() states.
   static constexpr const char* kFisheyeCalibration = R"json({
     "format": "pleinair-fisheye", "version": 1, "model": "equidistant",
     "width": 512, "height": 500, "fx": 159, "fy": 159, "cx": 255.5, "cy": 249.5, "fov_deg": 180,

@@ -44,7 +44,7 @@ std::vector<Pointer> AllOf(const nlohmann::json& document) {
   return found;
 }
 
-// Of these keys: `name`, and what begins with note, formula or world, may hold anything.
+// Keys that may hold anything: `name`, and those that begin with note, formula or world.
 bool IsFree(const Pointer& pointer) {
   const std::string key = pointer.back();
   return key == "name" || key.starts_with("note") || key.starts_with("formula") || key == "world";
@@ -313,7 +313,7 @@ TEST_F(SequenceHardCases, SayWhatASequenceIsToWhoHasFramesAlone) {
   EXPECT_NE(refusal_of(folder_ / "sequence.json").find("found the file in it"), std::string::npos);
 }
 
-// Of a file that is no sequence yet: no mesh, no frames, no place.
+// A file that is no sequence yet: no mesh, no frames, no place.
 TEST_F(SequenceHardCases, GiveTheLensOfAFileThatHasNothingElse) {
   nlohmann::json lens = {{"camera", Everything()["camera"]}};
   Write(root_ / "lens.json", lens.dump());

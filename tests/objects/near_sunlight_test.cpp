@@ -28,7 +28,7 @@ PatchScene Square(float half_side_m, float height_m) {
   return scene;
 }
 
-// Of a parallel square of half side 1 m, seen from 1 m over its middle.
+// Form factor of a parallel square of half side 1 m, seen from 1 m over its middle.
 double FormFactor() {
   const double b = 1.0 / std::sqrt(2.0);
   return 4.0 / std::numbers::pi * b * std::atan(b);

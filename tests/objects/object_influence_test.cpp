@@ -35,7 +35,7 @@ Mesh Disc(const glm::vec3& centre, float radius, int corners) {
   return mesh;
 }
 
-// Of `rings` rings from pole to pole, normals outwards.
+// A ball of `rings` rings from pole to pole, normals outwards.
 Mesh Ball(const glm::vec3& centre, float radius, int rings) {
   Mesh mesh;
   const int around = 2 * rings;

@@ -32,7 +32,7 @@ void AddPlate(float x0, float y0, float x1, float y1, float z, Mesh& mesh) {
   mesh.group_names = {"object"};
 }
 
-// Of the ground z = 0; `visibility` where x is.
+// A view of the ground z = 0, with `visibility` as a function of x.
 template <typename Visibility>
 SurfaceView GroundView(const Camera& camera, const Visibility& visibility) {
   SurfaceView view;

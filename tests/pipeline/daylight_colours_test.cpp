@@ -47,7 +47,7 @@ TEST(DaylightColours, RaiseAVanishedChannelOfTheSkyInTheShapeOfTheLargest) {
   EXPECT_EQ(overcast->sun.irradiance_rgb, glm::dvec3(0.0));
 }
 
-// Of the two lights the one that has to be raised by less.
+// Takes the one of two lights that has to be raised by less.
 TEST(DaylightColours, ShadowsAreNeverRedderThanSunlight) {
   const auto red_sky = WithDaylightColours(LightOf({300, 300, 300}, {80, 40, 30}, {0, 0, 0}));
   ASSERT_TRUE(red_sky);

@@ -90,7 +90,7 @@ class GroundStage {
     return frame;
   }
 
-  // Of one frame for each list of poses, through one pipeline.
+  // Results of one frame for each list of poses, through one pipeline.
   std::vector<FrameResult> Run(const std::vector<VirtualObject>& objects,
                                const FramePipelineOptions& options,
                                const std::vector<std::vector<glm::dmat4>>& poses = {{}}) const {
@@ -126,7 +126,7 @@ class GroundStage {
   PreparedScene scene_;
 };
 
-// Of `rings` rings from pole to pole, smooth.
+// A smooth ball of `rings` rings from pole to pole.
 inline VirtualObject BallObject(const glm::vec3& centre_m,
                                 float radius_m,
                                 int rings,

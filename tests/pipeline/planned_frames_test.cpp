@@ -479,7 +479,7 @@ TEST_F(PlannedFrames, LightOfAnObjectOutOfViewIsOfThisSun) {
   EXPECT_TRUE(found) << "an object out of view that lights the ground in view";
 }
 
-// Of older light as of any other: it is worked out once, and again when that light is.
+// The influence of older light is computed once, and again when that light is.
 TEST_F(PlannedFrames, WhatOlderLightDoesToSurfacesIsKept) {
   const HeadlessContext context;
   Compositor compositor;

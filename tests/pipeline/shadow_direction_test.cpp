@@ -146,7 +146,7 @@ double AngleDeg(const glm::dvec3& a, const glm::dvec3& b) {
   return DegFromRad(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
 }
 
-// Of a frame under a sun at azimuth 150 deg, elevation 40 deg.
+// The sun shown by a frame under a sun at azimuth 150 deg, elevation 40 deg.
 ShownSun ShownFor(const glm::dvec3& stated, const Shading& shading = TwoLevels) {
   const Mesh yard = Yard(4.0f);
   ShadowDirectionFinder finder(yard, kGround, Quick());

@@ -74,7 +74,7 @@ using Shading = std::function<double(const glm::vec3& position_m, bool lit)>;
 
 inline double TwoLevels(const glm::vec3&, bool lit) { return lit ? kLit : kShaded; }
 
-// Of a blue sky, as bright as white.
+// Colour of shade under a blue sky, as bright as white.
 inline const glm::vec3 kOfShade{0.95f, 1.0f, 1.147f};
 
 // 15 % of texture and noise, seeded by the frame's number. `of_shade`: colour of what has no sun.

@@ -139,7 +139,7 @@ TEST(RadiosityHardCases, LightBetweenExposedFacesIsConserved) {
     EXPECT_LE(sum, 1.0 + 1e-5);
     EXPECT_GE(sum, scene.FaceNormal(face).z < -0.5f ? 0.0 : 0.45);
   }
-  // Of all faces less than half: not those within the walls.
+  // Less than half of all faces: not those within the walls.
   EXPECT_LT(exposed, scene.FaceCount() / 2);
   EXPECT_GT(exposed, scene.FaceCount() / 4);
   RegionRadiosityOptions options;

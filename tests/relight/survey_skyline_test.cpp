@@ -55,7 +55,7 @@ int CountOf(const Gray8Image& mask) {
       std::count_if(mask.pixels.begin(), mask.pixels.end(), [](auto pixel) { return pixel != 0; }));
 }
 
-// Of the sky's pixels that `is_thing`, and of the others, how many are found.
+// How many of the sky's pixels that `is_thing`, and of the others, are found.
 struct Found {
   double of_things = 0.0;
   double of_sky = 0.0;
@@ -208,7 +208,7 @@ TEST(SurveySkyline, ASunsetsGradientHidesNothing) {
   EXPECT_EQ(CountOf(FindHiddenSky(map, UpperHalf())), 0);
 }
 
-// As a dark cloud with an edge as sharp as can be, or a balloon.
+// A dark cloud with a perfectly sharp edge, or a balloon.
 TEST(SurveySkyline, WhatStandsOnNothingHidesNothing) {
   const RadianceOf sky = ClearSky(kHighSun, 0.1);
   const RgbImage map = MapOf([&](const glm::dvec3& direction) {

@@ -11,8 +11,8 @@
 namespace pleinair::test::blur_kernel_test {
 namespace {
 
-// Of the far side of an edge at 0: its picture by a pixel whose middle is at `x`, by so many points
-// of the pixel, through a Gaussian of that width.
+// The value of a pixel with its middle at `x` in the picture of an edge at 0, by so many points of
+// the pixel, through a Gaussian of that width.
 double Lens(double x, double sigma_px) {
   constexpr int kPoints = 200;
   double sum = 0.0;

@@ -128,8 +128,8 @@ TEST_P(CameraBlur, GoesThroughALensWithDistortion) {
   EXPECT_NEAR(measured.sigma_px, 1.2, 0.1 * 1.2);
 }
 
-// Of a shadow's edge along a column, on the rows of even, sunlit ground: how far it is smeared, by
-// the mean and the variance of where the light goes.
+// How far a shadow's edge along a column is smeared, on the rows of even, sunlit ground: mean and
+// variance of where the light goes.
 TEST_P(CameraBlur, EdgesOfShadowsAreAsWideAsAskedFor) {
   scene_ = CompositeScene(DirectionOf(215.0, 40.0));
   constexpr int kEdge = 40;

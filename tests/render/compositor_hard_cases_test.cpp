@@ -98,7 +98,7 @@ TEST_P(CompositorHardCase, PicturesOfEverySize) {
   }
 }
 
-// As wide as pictures get; a strip of it, for the sake of the test's memory.
+// The widest supported picture; only a strip of it, to limit the test's memory.
 TEST_P(CompositorHardCase, AStripOf4096Pixels) {
   const CompositeScene scene(to_sun_, 4096, 216);
   const Composite composite = Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24));

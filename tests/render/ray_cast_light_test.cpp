@@ -40,7 +40,7 @@ class RayCastLightTest : public testing::TestWithParam<CompositeBy> {
     input.mirrored = mirrored;
     return compositor_.Render(input);
   }
-  // By the sun alone, all of which is seen.
+  // Lit only by the sun, with all of its disc visible.
   Composite RenderInSun(const Mesh& object, const glm::dvec3& to_sun, double irradiance) {
     scene_.lighting.sun.irradiance_rgb = glm::dvec3(irradiance);
     scene_.lighting.sun.direction_enu = to_sun;

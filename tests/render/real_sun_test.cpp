@@ -131,8 +131,8 @@ TEST(SunSeenWithout, FollowsTheMeshWhereTheTwoPredictionsAreOne) {
   EXPECT_EQ(seen(), 0.0f);
 }
 
-// Of a real shadow that the mesh lacks there is no sun to take, be it hardly darker than the light
-// around it; its straight edge is where the picture has it.
+// A real shadow that the mesh lacks has no sun to take away, even if it is hardly darker than its
+// surroundings; its straight edge is where the picture has it.
 TEST(SunSeenWithout, KnowsBrightRealShadowsAndTheirEdges) {
   for (const bool measured : {false, true}) {
     for (const float ratio : {measured ? 1.7f : 2.5f, 4.0f, 10.0f}) {

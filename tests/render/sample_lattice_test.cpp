@@ -43,7 +43,7 @@ TEST(SampleLattice, EachPixelHasItsSamplesToItself) {
   }
 }
 
-// Of a long strip a turned picture would be mostly corners.
+// A turned picture of a long strip would be mostly corners.
 TEST(SampleLattice, IsNotTurnedWhereThatIsWasteful) {
   EXPECT_EQ(SampleLattice(4, {100, 300}).Turn(), 1);
   for (const glm::ivec2& pixels : {glm::ivec2(4096, 60), glm::ivec2(3, 900)}) {

@@ -45,7 +45,7 @@ std::vector<std::uint32_t> Everywhere(std::uint32_t number) {
   return std::vector<std::uint32_t>(static_cast<std::size_t>(size.x * size.y), number);
 }
 
-// Of a point in the triangle's plane.
+// Whether a point of the triangle's plane is inside it.
 bool IsInside(const std::vector<glm::vec3>& corners, const glm::dvec3& point) {
   const glm::dvec3 normal =
       glm::cross(glm::dvec3(corners[1] - corners[0]), glm::dvec3(corners[2] - corners[0]));
@@ -100,7 +100,7 @@ TEST(VertexShares, CountSamplesOfSeveralTrianglesAndOfNone) {
                                          {9.0f, -6.0f, 5.0f},
                                          {0.0f, 14.0f, 5.0f}};
   std::vector<std::uint32_t> numbers = Everywhere(0);
-  // Of pixel (0, 0) a sample shows the first triangle and two the second.
+  // One sample of pixel (0, 0) shows the first triangle and two show the second.
   for (const std::size_t sample : {0, 1, 2}) {
     const glm::ivec2 at = Lattice().Of({0, 0}) + Lattice().Offsets()[sample];
     numbers[static_cast<std::size_t>(at.y * Lattice().Size().x + at.x)] = sample == 0 ? 1 : 2;

@@ -67,7 +67,7 @@ class GltfFile {
     return static_cast<int>(document["bufferViews"].size()) - 1;
   }
 
-  // As it is, in the file's own axes (+Y up), with its normals; returns the mesh.
+  // Adds `mesh` unchanged, in the file's own axes (+Y up), with its normals; returns its index.
   int AddMesh(const Mesh& mesh, int material = -1, const nlohmann::json& more_attributes = {}) {
     std::vector<float> positions;
     std::vector<float> normals;

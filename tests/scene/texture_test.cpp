@@ -80,7 +80,7 @@ TEST(TextureTest, GoesLinearlyFromTexelToTexelAndOverTheEdgeAsItsSamplerStates) 
   EXPECT_NEAR(at(-9.0f, TextureWrap::kClamp), 0.0f, 1e-6f);
 }
 
-// Of whatever size: no texel counts more than another. The mean of the codes would be far darker.
+// For any size: no texel counts more than another. The mean of the codes would be far darker.
 TEST(TextureTest, LevelsHaveTheMeanOfTheLight) {
   for (const glm::ivec2 size : {glm::ivec2(64, 64),
                                 glm::ivec2(37, 23),
@@ -129,8 +129,8 @@ TEST(TextureTest, TheMeanOverATriangleIsThatOfWhatItCovers) {
   const auto mean = [&](glm::vec2 a, glm::vec2 b, glm::vec2 c) {
     return texture.MeanOver({a, b, c}, kRepeat).r;
   };
-  // To the texels of the level looked at, 16 to the triangle's side: a quarter of such a column of
-  // a triangle that has an eighth of its area along an edge.
+  // Tolerance by the texels of the level used, 16 to the triangle's side: a quarter of such a
+  // column of a triangle that has an eighth of its area along an edge.
   EXPECT_NEAR(mean({0, 0}, {1, 0}, {0, 1}), 0.25f, 0.02f);
   EXPECT_NEAR(mean({1, 0}, {1, 1}, {0, 1}), 0.75f, 0.02f);
   EXPECT_NEAR(mean({0.1f, 0.1f}, {0.4f, 0.1f}, {0.1f, 0.4f}), 0.0f, 1e-6f);

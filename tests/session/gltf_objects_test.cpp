@@ -72,7 +72,7 @@ class GltfObjects : public testing::Test {
 
 std::unique_ptr<GroundStage> GltfObjects::stage_;
 
-// Of a dielectric and of a metal, what the specification makes of them as an OBJ says it.
+// A dielectric and a metal, against OBJ materials with the values that the specification gives.
 TEST_F(GltfObjects, AreLitAsTheSameObj) {
   const TemporaryFolder folder;
   for (const bool metal : {false, true}) {

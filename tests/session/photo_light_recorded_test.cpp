@@ -47,7 +47,7 @@ std::vector<LightingEstimate> EstimateEachFrame(const Sequence& sequence) {
   return estimates;
 }
 
-// Of the sun's channels, and of the sky's sums over its shapes.
+// Variances of the sun's channels, and of the sky's sums over its shapes.
 std::vector<double> Variances(const Lighting& lighting) {
   const std::size_t side = 3 * (1 + lighting.sky.size());
   std::vector<double> variances(6, 0.0);
