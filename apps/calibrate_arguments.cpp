@@ -59,7 +59,7 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
   north
       .add_option("--model-north",
                   options->model_north,
-                  "What the model's +Y is said to be: true, grid (UTM) or magnetic")
+                  "North that the model's +Y is meant to be: true, grid (UTM) or magnetic")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, NorthKind>{{"true", NorthKind::kTrue},
                                            {"grid", NorthKind::kGrid},
@@ -82,13 +82,14 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
   CLI::App& board =
       AddCalibration(calibrate,
                      work,
-                     {"markers", "Where ArUco or AprilTag markers stand, from pictures of them"},
+                     {"markers", "Places of ArUco or AprilTag markers, from pictures of them"},
                      markers,
                      RunCalibrateMarkers);
   board.footer(
       "Example: pleinair calibrate markers tags/*.jpg --camera courtyard --size 0.2 --out "
       "board.json");
-  board.add_option("pictures", markers->pictures, "Each shows two markers or more")->required();
+  board.add_option("pictures", markers->pictures, "Pictures with two markers or more each")
+      ->required();
   board
       .add_option("--camera",
                   markers->camera,
@@ -101,10 +102,10 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
       ->check(CLI::IsMember(MarkerDictionaryNames()));
   board.add_option("--reference",
                    markers->reference,
-                   "Id of the marker that is the origin (default: the one most pictures show)");
+                   "Id of the marker at the origin (default: the one that most pictures show)");
   board.add_option("--anchor",
                    markers->anchor,
-                   "Board file that says where some of the markers stand in the world");
+                   "Board file with the places of some of the markers in the world");
   board.add_option("--out", markers->out, "The board file")->required();
 
   auto pose = std::make_shared<CalibratePoseOptions>();
@@ -168,7 +169,7 @@ void AddCalibrate(CLI::App& app, Work& work) {
   curve.add_option(
       "--corners",
       response->corners,
-      "Of the chart: X,Y of dark skin's, bluish green's, black's, white's outer corner "
+      "Corners of the chart: X,Y of dark skin's, bluish green's, black's, white's outer corner "
       "(default: found)");
   curve.add_option("--curve", response->curve, "For the chart: monotone or logarithmic")
       ->check(CLI::IsMember({"monotone", "logarithmic"}));

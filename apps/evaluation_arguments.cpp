@@ -33,7 +33,7 @@ void AddRegress(CLI::App& app, Work& work) {
   regress.add_option("folder", options->folder, "A sequence, or a folder of sequences")->required();
   regress.add_option("--baseline",
                      options->baseline,
-                     "The figures to hold them against (default: baseline.json in the folder)");
+                     "The figures to compare with (default: baseline.json in the folder)");
   regress.add_option("--out", options->out, "JSON to write");
   regress
       .add_option("--seeds",
@@ -44,7 +44,7 @@ void AddRegress(CLI::App& app, Work& work) {
   CLI::Option* write = regress.add_flag(
       "--write-baseline",
       options->write_baseline,
-      "Write the baseline in place of checking against it; what it has of other sequences stays");
+      "Write the baseline instead of checking against it; its other sequences stay");
   FigureSettings& settings = options->settings;
   regress
       .add_option("--frames-limit",
@@ -104,25 +104,25 @@ void AddTradeoff(CLI::App& app, Work& work) {
           "(gain,exposure,veil,vignette,saturation,curve,sharpen,jpeg,pose_deg,pose_m,mesh_m,"
           "north_deg,clip,albedo): what they cost, one at a time")
       ->delimiter(',');
-  tradeoff.add_option("--seeds", trials.seeds, "Of settings that only the estimate depends on")
+  tradeoff
+      .add_option("--seeds", trials.seeds, "Seeds for settings that only the estimate depends on")
       ->check(CLI::Range(1, 1000));
   tradeoff
       .add_option("--costly-seeds",
                   trials.costly_seeds,
-                  "Of settings for which rays or pictures are recomputed, and of imperfections")
+                  "Seeds for settings that need new rays or pictures, and for imperfections")
       ->check(CLI::Range(1, 1000));
   tradeoff
       .add_option("--frames-limit",
                   options->frames_limit,
-                  "So many, spread over the sequence (default 24; of imperfections 4)")
+                  "Frames, spread over the sequence (default 24; for imperfections 4)")
       ->check(CLI::Range(1, 100000));
   tradeoff
       .add_option("--combinations",
                   options->most_combinations,
-                  "Of settings: how many are tried for the front")
+                  "Combinations of settings that are tried for the front")
       ->check(CLI::Range(1, 10000));
-  tradeoff
-      .add_option("--patch-size", trials.prepare.patch_size_m, "As run has it, where not swept")
+  tradeoff.add_option("--patch-size", trials.prepare.patch_size_m, "As in run, where not swept")
       ->check(Positive());
   tradeoff.add_option("--rays", trials.prepare.rays, "Rays that each receiver of light casts")
       ->check(CLI::Range(1, 65536));

@@ -120,7 +120,7 @@ void AddPrepare(CLI::App& app, Work& work) {
 
 void AddScore(CLI::App& app, Work& work) {
   auto options = std::make_shared<ScoreCommandOptions>();
-  CLI::App& score = *app.add_subcommand("score", "How far a run is from the truth");
+  CLI::App& score = *app.add_subcommand("score", "Errors of a run against the truth");
   score.footer("Example: pleinair score datasets/samples/courtyard out");
   score.add_option("sequence", options->sequence, "Folder with sequence.json and truth/")
       ->required();
@@ -137,7 +137,8 @@ void AddIrradiance(CLI::App& app, Work& work) {
   irradiance.footer(
       "Example: pleinair irradiance --scene room.obj --points points.json --out out.json "
       "--sky-regions 4x16 --light indirect");
-  irradiance.add_option("--scene", options->scene, "Mesh, taken as it is; what misses it is sky");
+  irradiance.add_option(
+      "--scene", options->scene, "Mesh, used unchanged; rays that miss it see sky");
   irradiance
       .add_option("--points", options->points, R"({"points": [[x,y,z],...], "normals": ...})")
       ->required();
@@ -158,7 +159,7 @@ void AddIrradiance(CLI::App& app, Work& work) {
                         "In place of scene and light: a frame's own estimated light");
   irradiance.add_option("--frame", options->frame, "Which frame of the sequence, from 0");
   irradiance
-      .add_option("--light", options->light, "direct, indirect (by way of surfaces) or total")
+      .add_option("--light", options->light, "direct, indirect (reflected by surfaces) or total")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, LightPart>{{"direct", LightPart::kDirect},
                                            {"indirect", LightPart::kIndirect},
@@ -167,7 +168,7 @@ void AddIrradiance(CLI::App& app, Work& work) {
   AddBounces(irradiance, options->gather.bounces);
   irradiance.add_flag("--sh",
                       options->spherical_harmonics,
-                      "Write 9 coefficients of incident radiance a point instead");
+                      "Write 9 coefficients of incident radiance per point instead");
   irradiance.add_option("--patch-size",
                         options->gather.patch_size_m,
                         "Longest edge of patches at a point, in metres; 0: as short as 16000 "
@@ -177,12 +178,13 @@ void AddIrradiance(CLI::App& app, Work& work) {
       ->check(CLI::Range(1, 65536));
   irradiance.add_option(
       "--sky-rays", options->gather.sky_rays_per_point, "Rays to the sky per point");
-  irradiance.add_option("--patch-rays", options->gather.rays_per_patch, "Of form factors, a patch")
+  irradiance
+      .add_option("--patch-rays", options->gather.rays_per_patch, "Rays of form factors per patch")
       ->check(CLI::Range(1, 65536));
   irradiance.add_option(
-      "--patch-sky-rays", options->gather.sky_rays_per_patch, "To the sky, a patch");
+      "--patch-sky-rays", options->gather.sky_rays_per_patch, "Rays to the sky per patch");
   AddGroundAlbedo(irradiance, options->gather.ground_albedo);
-  irradiance.add_option("--seed", options->gather.seed, "Of all rays")->check(WholeNumber());
+  irradiance.add_option("--seed", options->gather.seed, "Seed of all rays")->check(WholeNumber());
   AddCache(irradiance, options->cache);
   irradiance.callback([options, &work] {
     work = [options] {
@@ -236,7 +238,7 @@ int RunCommandLine(int argc, char** argv) {
   } catch (const CLI::Success& done) {
     return app.exit(done);  // --help, --version
   } catch (const CLI::Error& error) {
-    // A word that nobody knows is the likelier cause of what is then found missing.
+    // An unknown word is the likelier cause of what is then found missing.
     const std::vector<std::string> unknown = app.remaining(true);
     const std::string reason = unknown.empty() ? error.what() : unknown.front() + ": unknown here";
     return Refuse(reason + kSeeHelp);
@@ -247,7 +249,7 @@ int RunCommandLine(int argc, char** argv) {
     return Refuse(error.what());
   }
   if (shared && SharedRanks()->Count() > 1 && !app.got_subcommand("irradiance")) {
-    return Refuse("ranks can share the command irradiance alone");
+    return Refuse("only the command irradiance can use several ranks");
   }
   try {
     return work();

@@ -17,10 +17,10 @@
 namespace pleinair {
 namespace {
 
-constexpr const char* kInput = "What is read";
+constexpr const char* kInput = "Input";
 constexpr const char* kLight = "Light";
 constexpr const char* kPicture = "Picture";
-constexpr const char* kOutput = "What is written";
+constexpr const char* kOutput = "Output";
 
 void AddEffects(CLI::App& run, EffectSettings& effects) {
   run.add_option_function<std::vector<std::string>>(
@@ -60,8 +60,8 @@ void AddQuality(CLI::App& run, GivenSettings& given) {
              ApplyQuality(quality, options);
            };
          },
-         "how much of a frame's time accuracy is worth: fast, balanced or best; a setting that is "
-         "given wins (docs/settings.md lists what each sets; default: balanced)")
+         "accuracy against time per frame: fast, balanced or best; other given settings take "
+         "precedence (docs/settings.md lists what each sets; default: balanced)")
       ->type_name("")
       ->group(kPicture);
 }
@@ -84,8 +84,7 @@ void AddOutput(CLI::App& run, RunCommandOptions& options) {
                options.write_environment,
                "the light around the objects as lat-long EXRs, with and without the sun")
       ->group(kOutput);
-  run.add_flag(
-         "--strict", options.stop_on_bad_frame, "stops at the first frame that cannot be done")
+  run.add_flag("--strict", options.stop_on_bad_frame, "stops at the first frame that fails")
       ->group(kOutput);
 }
 

@@ -165,7 +165,7 @@ void NoteContradiction(const std::optional<SunContradiction>& contradiction,
   const std::string shown = AzimuthAndElevation(contradiction->shown_enu);
   if (contradiction->stated_enu == kNoSunDirectionEnu) {
     report.notes.push_back(
-        fmt::format("frame {}: the shadows show a sun at {}, where there is said to be none: its "
+        fmt::format("frame {}: the shadows show a sun at {}, where none is stated: its "
                     "weather may be wrong, and sun_direction_enu or a site would help",
                     frame,
                     shown));
@@ -210,12 +210,12 @@ class PictureDefects {
     frames_without_colour_ += result.drawn_lighting ? 1 : 0;
   }
   void Report(RunReport& report) const {
-    NotePixels(not_finite_, "not finite: not measured from, and written as they are", report);
+    NotePixels(not_finite_, "not finite: not used for the estimate, and written unchanged", report);
     NotePixels(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), report);
     if (frames_without_colour_ == 0) return;
     Note(
         fmt::format("the estimated light of {} frames lacks a colour that daylight has: drawn with "
-                    "more of it, drawn_light in plan.jsonl",
+                    "more of it, see drawn_light in plan.jsonl",
                     frames_without_colour_),
         report);
   }
@@ -395,7 +395,7 @@ void RunRunCommand(const RunCommandOptions& options) {
                (options.out / "report.html").string());
   if (done == 0) {
     const ReportFrame& first = report.frames.front();
-    throw std::runtime_error(fmt::format("no frame of {} could be done; frame {}: {}",
+    throw std::runtime_error(fmt::format("all frames of {} failed; frame {}: {}",
                                          sequence.folder.string(),
                                          first.index,
                                          first.error));

@@ -147,7 +147,7 @@ class LogCurveFit {
     }
   }
 
-  // With g(255) = 0: the scale is nobody's to know.
+  // With g(255) = 0: the scale cannot be determined.
   Eigen::VectorXd Solve() {
     matrix_(255, 255) += 1.0;
     return matrix_.ldlt().solve(right_);

@@ -250,15 +250,13 @@ std::string ToTable(const Score& score) {
   table += "\ncomposite, medians\n";
   table += CompositeRow("PSNR on the object, dB", composite.object_psnr_db, 1.0, true);
   table += CompositeRow(
-      "  without mirroring materials, dB", composite.object_psnr_without_specular_db, 1.0, true);
+      "  without glossy materials, dB", composite.object_psnr_without_specular_db, 1.0, true);
   table += CompositeRow(
-      "PSNR where it changes what it does not cover, dB", composite.effect_psnr_db, 1.0, true);
+      "PSNR where it changes uncovered pixels, dB", composite.effect_psnr_db, 1.0, true);
   table +=
       CompositeRow("structural similarity (SSIM) around both", composite.similarity, 1.0, true);
-  table += CompositeRow("outside its mask the camera's own, % of pixels",
-                        composite.identical_outside_mask,
-                        100.0,
-                        true);
+  table += CompositeRow(
+      "unchanged outside its mask, % of pixels", composite.identical_outside_mask, 100.0, true);
   table += CompositeRow("changed though unchanged in truth, % of pixels",
                         composite.changed_of_unchanged,
                         100.0,

@@ -70,7 +70,7 @@ class VertexLight {
     return interreflection_.LargestHiddenUpTo(most);
   }
 
-  // Whether nothing but a sum is left to do.
+  // Whether only a sum is left to compute.
   bool IsCurrent(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const {
     return Done(mode).StaleIn(basis, lighting).empty();
   }

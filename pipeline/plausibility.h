@@ -22,7 +22,7 @@ struct FrameFacts {
   // Whether light is in the unit of the frames before and after.
   bool has_common_unit = true;
   bool light_is_known = true;  // LightIsKnown.
-  // What a person judged from the picture; none where nobody has, or could.
+  // What a person judged from the picture; none where that was not done or not possible.
   std::optional<bool> judged_sunshine;
   // None where light was not measured from samples.
   std::optional<double> inlier_fraction;

@@ -56,7 +56,7 @@ double PeakOf(const Lighting& lighting) {
   return std::max({irradiance.x, irradiance.y, irradiance.z}) * std::numbers::inv_pi;
 }
 
-// The brightest but for one in a thousand: a hot pixel is not to cost all others their digits.
+// The brightest except for one in a thousand: a hot pixel must not cost the others precision.
 double PeakOf(const RgbImage& radiance) {
   constexpr std::size_t kAsked = 20000;
   const std::size_t stride = std::max<std::size_t>(radiance.pixels.size() / kAsked, 1);

@@ -6,7 +6,7 @@
 
 namespace pleinair {
 
-// Asked for with another key, the value is made again; nobody has to remember to drop it. Where the
+// With another key, the value is recomputed; no caller has to remember to drop it. Where the
 // making throws, nothing is kept.
 template <class Value, class Key>
 class Cached {

@@ -79,7 +79,7 @@ void CalibrateAlbedo(const SessionOptions& options, LoadedSequence& loaded) {
   calibration.sky_shapes = options.light.sky_shapes;
   calibration.joint.expected_stddev = loaded.site.model.material_albedo_stddev;
   // Ground and walls, from asphalt to bright plaster (Oke, Boundary Layer Climates, 1987,
-  // table 8.1: 0.05 to 0.5). Kd that nobody has guessed says less.
+  // table 8.1: 0.05 to 0.5). A default Kd is less accurate.
   constexpr double kUsualAlbedo = 0.3;
   if (!loaded.site.albedo_is_a_guess && !loaded.sequence.albedos_known) {
     calibration.mean_albedo = kUsualAlbedo;

@@ -391,7 +391,7 @@ void AddObjects(std::vector<Setting>& settings) {
   settings.push_back(ChoiceSetting(
       "pipeline.object_light.route",
       "light on objects: rays at their vertices, rays at a single probe among them, an irradiance "
-      "volume, or the same volume by way of an environment map",
+      "volume, or the same volume through an environment map",
       [](Options & o) -> auto& { return o.pipeline.object_light.route; },
       {{"gather", ObjectLight::kGather},
        {"probe", ObjectLight::kSingleProbe},

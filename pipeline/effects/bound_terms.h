@@ -1,10 +1,10 @@
 // Terms that several effects' bounds are made of.
 //
-// Bounds are upper bounds but for four things, each as small as the effect itself: sun that reaches
-// an object between its vertices and the middles of its faces (AnySeesSun), shadows narrower than a
-// pixel (SoftSun), the noise of the rays at vertices, of which light at a single probe has less
-// (local-light), and shadows under overhangs, where objects hide more than three quarters of the
-// other light (sun-shadow).
+// Bounds are upper bounds except for four things, each as small as the effect itself: sun that
+// reaches an object between its vertices and the middles of its faces (AnySeesSun), shadows
+// narrower than a pixel (SoftSun), the noise of the rays at vertices, of which light at a single
+// probe has less (local-light), and shadows under overhangs, where objects hide more than three
+// quarters of the other light (sun-shadow).
 #pragma once
 
 #include <algorithm>

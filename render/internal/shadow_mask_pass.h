@@ -12,7 +12,7 @@ class ShadowMaskPass {
  public:
   ShadowMaskPass();
 
-  // 255 where the sun would light the visible side but for a caster, else 0.
+  // 255 where only a caster keeps the sun from the visible side, else 0.
   Gray8Image Draw(const LayerView& view,
                   SceneGeometry& scene,
                   const glm::dvec3& to_sun,

@@ -109,7 +109,7 @@ TEST_F(RunRefusals, EndsWithTheFirstFramesReasonWhereAllFail) {
   document_["frames"][0]["image"] = "frames/999999.exr";
   Save();
   EXPECT_THAT(Run(),
-              AllOf(HasSubstr("could be done; frame 0: "),
+              AllOf(HasSubstr("failed; frame 0: "),
                     HasSubstr("frames/999999.exr: expected an image file, found nothing")));
   EXPECT_THAT(Report(), AllOf(HasSubstr("999999.exr"), Not(HasSubstr("gnuplot"))));
   EXPECT_TRUE(fs::exists(options_.out / "lighting.jsonl"));
