@@ -307,12 +307,12 @@ TEST_P(SunnyPanorama, IsSplitIntoSunAndSkyAndGivesItsGroundBack) {
   EXPECT_LT(Mean(light.sun_irradiance_stddev_rgb),
             0.04 * Mean(light.sun_irradiance_rgb));  // 3.6 %.
 
-  // Of the ground's own pixels some are too bright for any albedo: 0.5 %.
+  // Some of the ground's own pixels are too bright for any albedo: 0.5 %.
   EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).beyond_share, 0.0055);
   const FrameLight frame = EstimateFrame(panorama.sequence, panorama.scene);
   EXPECT_LT(frame.relit.median, GetParam().median);
   EXPECT_LT(frame.relit.beyond_share, GetParam().beyond_share);
-  // A plane of ground cannot tell sun from sky; the survey, taken at that moment, can: to 4.9 %.
+  // A plane of ground cannot separate sun and sky; the survey, taken at that moment, can: to 4.9 %.
   EXPECT_FALSE(frame.estimate.sun_observable);
   EXPECT_NEAR(Mean(frame.estimate.lighting.sun.irradiance_rgb) / Mean(light.sun_irradiance_rgb),
               1.0,
