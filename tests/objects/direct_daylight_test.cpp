@@ -170,7 +170,7 @@ TEST(DirectDaylight, SamplesTheWholeSkyOutdoors) {
   DirectDaylightOptions options;
   options.sampling.samples = 1024;
   DirectDaylight daylight(real.mesh, real.caster, object, options);
-  EXPECT_THAT(daylight.Note(), HasSubstr("whole sky"));
+  EXPECT_THAT(daylight.Note(), HasSubstr("entire sky"));
   const auto sky = MakeUniformSkyShape();
   daylight.Update(std::array{sky});
   EXPECT_EQ(daylight.Summary().sky_share, 1.0);
