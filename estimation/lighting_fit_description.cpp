@@ -40,13 +40,18 @@ LightMatrix LightingFitter::Impl::SampleVariance() const {
   const int errors = problem.error_count;
   const int unknowns = problem.UnknownCount();
   LightMatrix variance = LightMatrix::Zero(unknowns + errors, unknowns + errors);
+  const auto add = [&](int c, int d, const auto& cross) {
+    variance.block(c * bases, d * bases, bases, bases) = cross.topLeftCorner(bases, bases);
+    variance.block(c * bases, unknowns, bases, errors) += cross.topRightCorner(bases, errors);
+    variance.block(unknowns, d * bases, errors, bases) += cross.bottomLeftCorner(errors, bases);
+    variance.bottomRightCorner(errors, errors) += cross.bottomRightCorner(errors, errors);
+  };
   for (int c = 0; c < 3; ++c) {
-    for (int d = 0; d < 3; ++d) {
-      const BasisMatrix cross = c == d ? reweighting.Normal(c) : reweighting.CrossNormal(c, d);
-      variance.block(c * bases, d * bases, bases, bases) = cross.topLeftCorner(bases, bases);
-      variance.block(c * bases, unknowns, bases, errors) += cross.topRightCorner(bases, errors);
-      variance.block(unknowns, d * bases, errors, bases) += cross.bottomLeftCorner(errors, bases);
-      variance.bottomRightCorner(errors, errors) += cross.bottomRightCorner(errors, errors);
+    add(c, c, reweighting.Normal(c));
+    for (int d = 0; d < c; ++d) {
+      const BasisMatrix cross = reweighting.CrossNormal(c, d);
+      add(c, d, cross);
+      add(d, c, cross.transpose());
     }
   }
   return variance;

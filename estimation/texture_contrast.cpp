@@ -12,20 +12,18 @@ namespace {
 
 // Below, the median is chance.
 constexpr std::size_t kLeastSquares = 60;
+// A median over so many is good to 8 % of their spread.
+constexpr std::size_t kEnoughSquares = 240;
 
 constexpr int kGreenIsUnsound = kUnusable | kClipped[1];
 // Of a square, at the noise floor: deep shadows are among its pixels, but what is all dark has the
 // camera's own grain.
 constexpr double kMostNearBlack = 0.5;
 
-// Of log-normal values, by their mean above 0 and their variance.
-double LogStddev(double mean, double variance) {
-  return std::sqrt(std::log1p(std::max(0.0, variance) / (mean * mean)));
-}
-
-// nullopt where a pixel of the square is outside the picture or unsound, or where there is no
-// light. Every other pixel of every other row, as much as a standard deviation needs.
-std::optional<double> ContrastAround(const Frame& frame, const glm::ivec2& pixel) {
+// The variance of radiance over its mean's square; nullopt where a pixel of the square is outside
+// the picture or unsound, or where there is no light. Every other pixel of every other row, as much
+// as a standard deviation needs.
+std::optional<double> RelativeVarianceAround(const Frame& frame, const glm::ivec2& pixel) {
   constexpr int kReach = kTextureWindowPx / 2;
   const RgbImage& radiance = frame.radiance;
   if (pixel.x < kReach || pixel.y < kReach || pixel.x + kReach >= radiance.width ||
@@ -49,7 +47,7 @@ std::optional<double> ContrastAround(const Frame& frame, const glm::ivec2& pixel
   if (near_black > kMostNearBlack * count) return std::nullopt;
   const double mean = sum / count;
   if (!(mean > 0.0) || !std::isfinite(squares)) return std::nullopt;
-  return LogStddev(mean, squares / count - mean * mean);
+  return std::max(0.0, squares / count - mean * mean) / (mean * mean);
 }
 
 // 0 up to `from`, 1 from `to` on.
@@ -60,13 +58,16 @@ double Ramp(double from, double to, double value) {
 }  // namespace
 
 std::optional<double> FineContrast(const Frame& frame, std::span<const DiffuseSample> samples) {
-  std::vector<double> contrasts;
-  contrasts.reserve(samples.size());
-  for (const DiffuseSample& sample : samples) {
-    if (const auto contrast = ContrastAround(frame, sample.pixel)) contrasts.push_back(*contrast);
+  std::vector<double> variances;
+  const std::size_t stride = std::max<std::size_t>(1, samples.size() / kEnoughSquares);
+  for (std::size_t i = 0; i < samples.size(); i += stride) {
+    if (const auto variance = RelativeVarianceAround(frame, samples[i].pixel)) {
+      variances.push_back(*variance);
+    }
   }
-  if (contrasts.size() < kLeastSquares) return std::nullopt;
-  return UpperMedian(contrasts);
+  if (variances.size() < kLeastSquares) return std::nullopt;
+  // Of the logarithm of log-normal values.
+  return std::sqrt(std::log1p(UpperMedianInPlace(variances)));
 }
 
 std::array<double, kSkyStates> LogLikelihood(const TextureContrast& contrast) {
