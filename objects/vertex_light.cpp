@@ -132,6 +132,7 @@ void VertexLight::UpdateDaylight(const FrameBasis& basis) {
   if (IsDaylightCurrent(basis)) return;
   const auto shapes = basis.Shapes();
   Stopwatch watch;
+  sampled_shapes_.clear();
   daylight_->Update(shapes);
   daylight_cost_.Learn(watch.LapMs());
   sampled_shapes_.assign(shapes.begin(), shapes.end());

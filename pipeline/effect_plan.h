@@ -32,8 +32,8 @@ struct EffectOffer {
 // of `without` are run.
 struct WorkOffer {
   std::string_view name;
-  // The same on every machine and in every run, so that what a threshold leaves out does not hang
-  // on the clock.
+  // The same on every machine and in every run, so that what a threshold leaves out does not depend
+  // on measured times.
   double nominal_ms = 0.0;
   double expected_ms = 0.0;  // Here and now.
   bool is_kept = false;      // The last frame's result stands.

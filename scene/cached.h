@@ -25,7 +25,7 @@ class Cached {
     return value_;
   }
 
-  // What was last made; Value() before.
+  // What was last made; Value() before that. Of the present key only where IsOf says so.
   const Value& Kept() const { return value_; }
   Value& Kept() { return value_; }
 

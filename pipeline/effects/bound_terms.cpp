@@ -1,7 +1,5 @@
 #include "pipeline/effects/bound_terms.h"
 
-#include <array>
-#include <cstdint>
 #include <vector>
 
 #include <glm/common.hpp>

@@ -1,7 +1,6 @@
 #include "pipeline/effects/frame_effect.h"
 
 #include <array>
-#include <utility>
 
 namespace pleinair {
 

@@ -15,7 +15,9 @@
 #include "objects/frame_basis.h"
 #include "objects/vertex_light.h"
 #include "pipeline/display_codes.h"
+#include "pipeline/effect.h"
 #include "pipeline/effect_plan.h"
+#include "pipeline/effects/effect_list.h"
 #include "pipeline/effects/work_cost.h"
 #include "render/compositor.h"
 #include "scene/frame.h"
@@ -33,7 +35,7 @@ struct ViewOfPose {
   bool operator==(const ViewOfPose&) const = default;
 };
 
-// Among how many frames what is made once is shared, and what is made for each sun.
+// How many frames share the cost of what is made once, and of what is made for each sun.
 struct WorkSharing {
   double frames_that_stand_still = 1.0;
   double frames_a_sun = 1.0;
@@ -48,6 +50,7 @@ struct LightBeforePlan {
   WorkCost daylight;
   // The way in which it has been found already, and how long that took.
   std::optional<VertexLight::Mode> made;
+  bool was_updated = false;  // For this sun and sky, where it was of older ones.
   double made_ms = 0.0;
   double evaluated_ms = 0.0;  // Its sum over this frame's intensities.
   double daylight_made_ms = 0.0;

@@ -8,7 +8,7 @@
 namespace pleinair {
 
 GatheredFor KeptInfluence::RaysFor(const EffectFrame& frame) const {
-  GatheredFor rays = SeenFrom(frame);
+  GatheredFor rays{frame.Geometry(), frame.basis.LightCount()};
   if (OnFaces()) rays.place.view = 0;
   return rays;
 }
@@ -19,7 +19,7 @@ WorkCost KeptInfluence::Cost(const EffectFrame& frame) const {
   const LightsDone none;
   const LightsDone& done = is_lit ? lit_.Kept().done : none;
   WorkCost cost = costs_.Of(is_new, LightsToDo(done, is_new, frame).size());
-  if (OnFaces() && !seen_.IsOf(SeenFrom(frame))) {
+  if (OnFaces() && (is_new || !influence_.Kept().seen.IsOf(frame.Geometry()))) {
     cost.expected_ms += see_cost_.Ms();
     cost.nominal_ms += see_cost_.NominalMs();
     cost.is_kept = false;
@@ -34,13 +34,15 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
   Stopwatch watch;
   Gathered& gathered = influence_.Get(RaysFor(frame), [&] {
     Gathered made{OnFaces() ? ObjectInfluence(real, stage.Objects(), options)
-                            : ObjectInfluence(real, stage.Objects(), frame.view, options)};
+                            : ObjectInfluence(real, stage.Objects(), frame.view, options),
+                  false,
+                  {}};
     costs_.gather.Learn(watch.LapMs());
     return made;
   });
   ObjectInfluence& influence = gathered.influence;
   if (OnFaces()) {
-    seen_.Get(SeenFrom(frame), [&] {
+    gathered.seen.Get(frame.Geometry(), [&] {
       influence.See(real, frame.view, frame.pixel_faces);
       see_cost_.Learn(watch.LapMs());
       return Seen();

@@ -22,22 +22,19 @@ class KeptInfluence {
   const IrradianceChange& Change() const { return change_; }
 
  private:
+  struct Seen {};
   struct Gathered {
     ObjectInfluence influence;
-    bool has_all_lights = false;  // All have been worked out once: their sum is defined.
+    bool has_all_lights = false;    // All have been worked out once: their sum is defined.
+    Cached<Seen, ViewOfPose> seen;  // Of receivers on faces: which pixels show them.
   };
-  struct Seen {};
 
   bool OnFaces() const { return at_ == InfluenceAt::kFaces; }
   // Receivers on faces stay while the camera moves.
   GatheredFor RaysFor(const EffectFrame& frame) const;
-  GatheredFor SeenFrom(const EffectFrame& frame) const {
-    return {frame.Geometry(), frame.basis.LightCount()};
-  }
 
   InfluenceAt at_;
   Cached<Gathered, GatheredFor> influence_;
-  Cached<Seen, GatheredFor> seen_;  // Of receivers on faces: which pixels show them.
   Cached<LitByLight, LitFor> lit_;
   IrradianceChange change_;
   LightByLightCosts costs_{LearnedCost(150.0), LearnedCost(2.0), LearnedCost(1.0)};

@@ -17,6 +17,7 @@ class KeptMirror {
   void Update(EffectStage& stage, const EffectFrame& frame, Upto upto);
   void Evaluate(const Lighting& lighting);
   const MirroredLight& Image() const { return image_; }
+  // Of the last Update, whatever view and pose that was for.
   const LightsDone& Done() const { return lit_.Kept().done; }
 
  private:

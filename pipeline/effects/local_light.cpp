@@ -1,6 +1,5 @@
 // Light on virtual objects that varies over them; without this effect it is computed at a single
 // probe among them.
-#include <cstddef>
 #include <optional>
 
 #include <glm/common.hpp>

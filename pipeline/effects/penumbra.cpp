@@ -23,6 +23,7 @@ class Penumbra : public FrameEffect {
     const EffectOffer& on_objects = before[static_cast<std::size_t>(Effect::kObjectShadow)];
     const bool is_cast = cast.bound_code_values > on_objects.bound_code_values;
     const EffectOffer& larger = is_cast ? cast : on_objects;
+    if (larger.bound_code_values == 0.0) return {0.0, "no shadow of the sun"};
     return {larger.bound_code_values, larger.why};
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override {

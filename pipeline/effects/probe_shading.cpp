@@ -76,7 +76,8 @@ class ProbeShading : public FrameEffect {
     light.sum = [this, &frame](EffectSet runs) { Evaluate(frame, runs); };
     FrameWork update = WorkOf(way.name_of_update, cost.now, frame, {Effect::kLightUpdate});
     if (before.made && &before.costs.Of(*before.made) == &cost) {
-      (cost.HasOlder() ? update : light).ms = before.made_ms + before.evaluated_ms;
+      (cost.HasOlder() && before.was_updated ? update : light).ms =
+          before.made_ms + before.evaluated_ms;
     }
     add(std::move(light), Upto::kLacking);
     add(std::move(update), Upto::kCurrent);

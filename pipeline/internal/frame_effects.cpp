@@ -15,8 +15,8 @@ namespace {
 // Nominal.
 constexpr double kReadBackMs = 0.5;
 constexpr double kChooseMs = 0.5;  // Of the plan's choice.
-// Where nothing moves, a budget counts what is made once as shared by so many frames: else a frame
-// that could afford an effect ever after would never begin it.
+// Where nothing moves, a budget shares the cost of what is made once among so many frames.
+// Otherwise it would never start an effect that is cheap from its second frame on.
 constexpr double kFramesThatShare = 30.0;
 
 PlannedWork PlannedOf(const FrameWork& work, EffectSet runs) {
@@ -124,6 +124,7 @@ LightBeforePlan FrameEffects::MakeLight(const VertexLight::Mode& mode, const Eff
   light.Evaluate(frame.basis, frame.lighting);
   before.evaluated_ms = watch.LapMs();
   before.made = mode;
+  before.was_updated = upto == Upto::kCurrent;
   before.irradiance = light.Irradiance();
   return before;
 }

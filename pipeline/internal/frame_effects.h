@@ -47,7 +47,7 @@ class FrameEffects {
 
  private:
   FrameEffect& Of(Effect effect) { return *effects_[static_cast<std::size_t>(effect)]; }
-  // Takes objects over that have moved.
+  // Hands objects that have moved to the stage and the compositor.
   void Pose();
   void Expose(const Frame& frame);
   // How a budget shares costs among frames; without one each frame bears its own.
@@ -62,7 +62,7 @@ class FrameEffects {
   EffectPlan Plan(std::span<const EffectOffer> offers,
                   std::span<const FrameWork> works,
                   std::optional<double> budget_ms);
-  // The works that what is run needs, drawing left out.
+  // The works that the effects in `runs` need, except drawing.
   void Do(EffectSet runs,
           const LightBeforePlan& light,
           std::vector<FrameWork>& works,
