@@ -184,6 +184,13 @@ struct LensTrial {
   std::vector<RejectedPicture> unread;  // And those in which there is no such board.
 };
 
+// `message` without the file that it begins with.
+std::string WithoutFile(const std::string& message, const std::filesystem::path& file) {
+  const std::string name = file.string() + ": ";
+  return message.starts_with(name) ? message.substr(name.size()) : message;
+}
+
+// Throws std::runtime_error where not one of the files can be read.
 LensTrial TryBoard(const std::vector<std::filesystem::path>& files, BoardSize board) {
   LensTrial trial;
   std::vector<BoardPicture> boards;
@@ -194,7 +201,7 @@ LensTrial TryBoard(const std::vector<std::filesystem::path>& files, BoardSize bo
     try {
       picture = GreenOf(ReadDisplayImage(file));
     } catch (const std::exception& error) {
-      trial.unread.push_back({file.string(), error.what()});
+      trial.unread.push_back({file.string(), WithoutFile(error.what(), file)});
       continue;
     }
     if (width == 0) {
@@ -215,6 +222,10 @@ LensTrial TryBoard(const std::vector<std::filesystem::path>& files, BoardSize bo
       continue;
     }
     boards.push_back({file.string(), *corners});
+  }
+  if (width == 0 && !trial.unread.empty()) {
+    throw std::runtime_error(trial.unread[0].name + ": " + trial.unread[0].reason +
+                             ": expected pictures of a board");
   }
   if (boards.empty()) {
     trial.doubt = "expected pictures of a board of so many inner corners, found none";

@@ -84,6 +84,8 @@ TEST_F(CommandLine, RefusesUnknownWords) {
   ExpectOneLineAndCode2("run folder --set sky_regions=0x16", "found '0x16'");
   ExpectOneLineAndCode2("run folder --set light.sample=3", "such as light.samples");
   ExpectOneLineAndCode2("run folder --settings nowhere", "nowhere: expected a file of settings");
+  ExpectOneLineAndCode2("calibrate fisheye nowhere.jpg --board 8x6 --out lens.json",
+                        "pleinair: nowhere.jpg: no such file: expected pictures of a board");
   ExpectOneLineAndCode2("run folder --video=0", "video");
   ExpectOneLineAndCode2("run folder --weather sunny", "overcast");
   ExpectOneLineAndCode2("paint", "paint");
