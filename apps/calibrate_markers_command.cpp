@@ -171,7 +171,7 @@ std::string RunCalibratePose(const CalibratePoseOptions& options) {
   }
   if (camera_from_world.empty()) {
     throw std::runtime_error(fmt::format("{}: expected frames that show markers of {}{}",
-                                         (sequence.folder / "sequence.json").string(),
+                                         sequence.file.string(),
                                          options.markers.string(),
                                          first_reason));
   }

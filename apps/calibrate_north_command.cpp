@@ -35,7 +35,7 @@ const char* NameOf(NorthKind kind) {
 double StatedNorthAzimuthRad(const CalibrateNorthOptions& options, const Sequence& sequence) {
   if (options.model_north == NorthKind::kTrue) return 0.0;
   if (!sequence.site) {
-    throw std::runtime_error((sequence.folder / "sequence.json").string() +
+    throw std::runtime_error(sequence.file.string() +
                              ": site is missing: expected for a grid or magnetic north");
   }
   return options.model_north == NorthKind::kGrid

@@ -117,7 +117,7 @@ Sequence WithFirstMarkerPose(Sequence sequence,
           "; frame " + std::to_string(frame->error().index) + ": " + frame->error().reason;
     }
   }
-  throw std::runtime_error((sequence.folder / "sequence.json").string() +
+  throw std::runtime_error(sequence.file.string() +
                            ": expected a frame that shows enough of the markers" + first_reason);
 }
 

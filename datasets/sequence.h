@@ -71,6 +71,7 @@ struct VirtualObjectEntry {
 
 struct Sequence {
   std::filesystem::path folder;
+  std::filesystem::path file;  // sequence.json or site.json in it, for messages.
   std::string name;
   std::optional<Site> site;
   // Standard deviation of the angle between the world frame's +Y and true north; 0: exact.
@@ -122,6 +123,15 @@ enum class SequencePoses { kRequired, kMayBeAbsent };
 Sequence ReadSequence(const std::filesystem::path& folder,
                       SequencePoses poses = SequencePoses::kRequired,
                       std::optional<Weather> weather = std::nullopt);
+
+// A site: what a sequence.json holds without its frames and weather, as `folder`/site.json
+// ("format": "pleinair-site") or else as a sequence's own file. The camera stands where it says, or
+// where the sequence's first frame says. `frames` then has one entry, without a picture, at `time`:
+// the camera where it stands. Throws as ReadSequence.
+Sequence ReadSite(const std::filesystem::path& folder,
+                  UtcTime time,
+                  SequencePoses poses = SequencePoses::kRequired,
+                  std::optional<Weather> weather = std::nullopt);
 
 // The lens alone: `camera` of a sequence.json or of the one in a folder, which may be no sequence
 // yet: of all other keys only `format` is read, where it exists. Throws as ReadSequence.

@@ -1,5 +1,6 @@
 // sequence.json in: every key checked for presence, type and range.
 #include <cmath>
+#include <functional>
 #include <set>
 #include <stdexcept>
 
@@ -123,13 +124,50 @@ CameraIntrinsics ReadIntrinsics(const JsonCursor& at) {
 
 class SequenceReader {
  public:
-  SequenceReader(const std::filesystem::path& folder,
+  SequenceReader(const std::filesystem::path& file,
                  SequencePoses poses,
                  std::optional<Weather> weather)
-      : folder_(folder), poses_(poses), weather_(weather) {}
+      : folder_(file.parent_path()), poses_(poses), weather_(weather) {
+    sequence_.folder = folder_;
+    sequence_.file = file;
+  }
 
   Sequence Read(const JsonCursor& root) {
-    root.Required("format").OneOf({"pleinair-sequence"});
+    ReadPlace(root);
+    ReadFrames(root);
+    if (weather_) {
+      sequence_.weather = weather_;
+      for (FrameEntry& frame : sequence_.frames) frame.weather.reset();
+    }
+    CheckSunIsKnown();
+    return std::move(sequence_);
+  }
+
+  // Without frames but the one that says where the camera stands.
+  Sequence ReadSite(const JsonCursor& root, UtcTime time) {
+    ReadPlace(root);
+    // Weather is of the day that was recorded.
+    sequence_.weather = weather_;
+    FrameEntry& standing = sequence_.frames.emplace_back();
+    if (const auto frames = root.Optional("frames"); frames && !sequence_.camera_from_world) {
+      standing = ReadFrame(frames->List(1, kAnyCount).front());
+      sequence_.camera_from_world = standing.camera_from_world;
+      standing = {};
+    }
+    standing.time = time;
+    if (!sequence_.camera_from_world && poses_ == SequencePoses::kRequired) {
+      root.Required("camera").FailMissing("camera_from_world",
+                                          "where the camera stands (or --markers)");
+    }
+    CheckSunIsKnown();
+    return std::move(sequence_);
+  }
+
+ private:
+  // All but the frames.
+  void ReadPlace(const JsonCursor& root) {
+    const bool is_site =
+        root.Required("format").OneOf({"pleinair-sequence", "pleinair-site"}) == "pleinair-site";
     root.Required("version").IntegerIn(1, 1);
     root.CheckKeys({"format",
                     "version",
@@ -146,7 +184,10 @@ class SequenceReader {
                     "virtual_object",
                     "virtual_objects",
                     "frames"});
-    sequence_.folder = folder_;
+    for (const char* key : {"weather", "frames"}) {
+      const auto of_a_recording = root.Optional(key);
+      if (is_site && of_a_recording) of_a_recording->Fail("a site, which has no such key");
+    }
     if (const auto name = root.Optional("name")) sequence_.name = name->FreeText();
     if (sequence_.name.empty()) sequence_.name = DefaultName();
     if (const auto at = root.Optional("site")) ReadSite(*at);
@@ -164,16 +205,8 @@ class SequenceReader {
     if (const auto at = root.Optional("environment")) ReadEnvironment(*at);
     if (const auto at = root.Optional("fisheye")) sequence_.fisheye = ReadFisheye(*at);
     ReadVirtualObjects(root);
-    ReadFrames(root);
-    if (weather_) {
-      sequence_.weather = weather_;
-      for (FrameEntry& frame : sequence_.frames) frame.weather.reset();
-    }
-    CheckSunIsKnown();
-    return std::move(sequence_);
   }
 
- private:
   std::string DefaultName() const {
     std::error_code error;
     return std::filesystem::canonical(folder_, error).filename().string();
@@ -277,7 +310,7 @@ class SequenceReader {
     } catch (const JsonError&) {
       throw;  // Names the calibration file.
     } catch (const std::exception& error) {
-      throw JsonError((folder_ / "sequence.json").string() + ": " + at.Path() + "." + error.what());
+      throw JsonError(sequence_.file.string() + ": " + at.Path() + "." + error.what());
     }
   }
 
@@ -404,7 +437,7 @@ class SequenceReader {
         continue;
       }
       const std::string frame = "frames[" + std::to_string(i) + "]";
-      std::string message = (folder_ / "sequence.json").string();
+      std::string message = sequence_.file.string();
       message += ": site: expected latitude_deg, longitude_deg and height_m, or ";
       message += frame + ".sun_direction_enu, or \"overcast\" as ";
       message += frame + ".weather: nothing says where the sun is";
@@ -486,7 +519,14 @@ void CheckFormat(const JsonCursor& root) {
   if (format->Value() == "pleinair-panorama" || format->Value() == "pleinair-relight") {
     format->Fail("\"pleinair-sequence\" (stills are not handled by this version)");
   }
-  format->OneOf({"pleinair-sequence"});
+  format->OneOf({"pleinair-sequence", "pleinair-site"});
+}
+
+Sequence ReadWith(const fs::path& file, const std::function<Sequence(const JsonCursor&)>& read) {
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  CheckFormat(root);
+  return read(root);
 }
 
 }  // namespace
@@ -494,11 +534,27 @@ void CheckFormat(const JsonCursor& root) {
 Sequence ReadSequence(const std::filesystem::path& folder,
                       SequencePoses poses,
                       std::optional<Weather> weather) {
-  const std::filesystem::path file = SequenceFileIn(folder);
-  const nlohmann::json document = LoadJson(file);
-  const JsonCursor root(document, file.string());
-  CheckFormat(root);
-  return SequenceReader(folder, poses, weather).Read(root);
+  const fs::path file = SequenceFileIn(folder);
+  return ReadWith(file, [&](const JsonCursor& root) {
+    root.Required("format").OneOf({"pleinair-sequence"});
+    return SequenceReader(file, poses, weather).Read(root);
+  });
+}
+
+Sequence ReadSite(const std::filesystem::path& folder,
+                  UtcTime time,
+                  SequencePoses poses,
+                  std::optional<Weather> weather) {
+  std::error_code error;
+  const fs::path site = folder / "site.json";
+  const bool is_site = fs::exists(site, error);
+  if (is_site && !ResolveInside(folder, "site.json")) {
+    throw JsonError(site.string() + ": expected a file inside the site's folder");
+  }
+  const fs::path file = is_site ? site : SequenceFileIn(folder);
+  return ReadWith(file, [&](const JsonCursor& root) {
+    return SequenceReader(file, poses, weather).ReadSite(root, time);
+  });
 }
 
 CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {

@@ -136,7 +136,7 @@ std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options
   const std::vector<std::string> notes_on_sun = FindSunInMap(loaded->sequence);
   const AlbedoSource albedo = AlbedoSourceOf(options, loaded->sequence);
   if (albedo == AlbedoSource::kSurvey && !loaded->sequence.environment) {
-    throw std::runtime_error((loaded->sequence.folder / "sequence.json").string() +
+    throw std::runtime_error(loaded->sequence.file.string() +
                              ": albedo survey: expected the key environment, with an image");
   }
   if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded->sequence);

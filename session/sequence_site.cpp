@@ -344,7 +344,7 @@ std::vector<std::string> FindSunInMap(Sequence& sequence) {
           fmt::format("{}: frames[{}].sun_direction_enu: expected a value, as its weather is "
                       "\"{}\": there is no "
                       "site, and no sun in {}",
-                      (sequence.folder / "sequence.json").string(),
+                      sequence.file.string(),
                       i,
                       NameOf(*sequence.WeatherOfFrame(i)),
                       entry.image.string()));

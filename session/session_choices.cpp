@@ -79,7 +79,7 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SessionOptions& options,
   }
   if (SourceOf(options, sequence) == SourceKind::kFisheye) {
     if (!sequence.fisheye || !HasFisheyePictures(sequence)) {
-      throw std::runtime_error((sequence.folder / "sequence.json").string() +
+      throw std::runtime_error(sequence.file.string() +
                                ": source fisheye: expected the key fisheye, and frames that name "
                                "a fish-eye picture");
     }

@@ -1,0 +1,56 @@
+#include "datasets/camera/camera.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "datasets/camera/v4l2_camera.h"
+
+namespace pleinair {
+namespace {
+
+void RequirePositive(const char* name, std::optional<double> value) {
+  if (!value || (*value > 0.0 && std::isfinite(*value))) return;
+  throw std::invalid_argument(fmt::format("{}: expected a number above 0, found {}", name, *value));
+}
+
+}  // namespace
+
+void CameraRequest::Validate() const {
+  RequirePositive("camera frames per second", frames_per_second);
+  RequirePositive("camera exposure", exposure_s);
+  if (gain && !(*gain >= 0.0 && std::isfinite(*gain))) {
+    throw std::invalid_argument(fmt::format("camera gain: expected 0 or more, found {}", *gain));
+  }
+  RequirePositive("camera white balance", white_balance_k);
+  for (const std::optional<int>& side : {width_px, height_px}) {
+    if (side && *side < 1) {
+      throw std::invalid_argument(fmt::format("camera size: expected 1 or more, found {}", *side));
+    }
+  }
+  if (automatic && (exposure_s || gain || white_balance_k)) {
+    throw std::invalid_argument(
+        "camera: expected automatic controls or values for them, found both");
+  }
+  if (control_delay_frames < 0) {
+    throw std::invalid_argument(
+        fmt::format("camera control delay: expected 0 or more, found {}", control_delay_frames));
+  }
+  if (development) development->Validate();
+}
+
+std::vector<CameraDescription> ListCameras() { return ListV4l2Cameras(); }
+
+bool IsCameraName(const std::string& name) { return name.starts_with("/dev/video"); }
+
+std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request) {
+  request.Validate();
+  return OpenV4l2Camera(device, request);
+}
+
+std::optional<std::string> FindCamera(const std::string& identity) {
+  return FindV4l2Camera(identity);
+}
+
+}  // namespace pleinair

@@ -1,0 +1,122 @@
+// Cameras: what they offer, and their pictures one by one as their drivers give them.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "datasets/camera/camera_picture.h"
+#include "datasets/camera/pixel_format.h"
+
+namespace pleinair {
+
+struct CameraMode {
+  PixelFormat format;
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<double> frames_per_second;  // Highest first; empty: not stated.
+};
+
+struct CameraControl {
+  std::string name;  // As the driver has it.
+  double minimum = 0.0;
+  double maximum = 0.0;
+  double value = 0.0;
+  double standard = 0.0;
+  std::string unit;  // Empty: the driver's own.
+  bool is_read_only = false;
+};
+
+struct CameraDescription {
+  std::string device;    // What OpenCamera takes: "/dev/video0", "libcamera:ID".
+  std::string name;      // Of the product.
+  std::string identity;  // Stays when the camera is plugged in elsewhere under another number.
+  std::string driver;
+  std::vector<CameraMode> modes;
+  std::vector<CameraControl> controls;
+};
+
+// What to ask of a camera; what is unset is the driver's choice.
+struct CameraRequest {
+  std::optional<PixelFormat> format;  // None: the best that can be decoded.
+  std::optional<int> width_px;
+  std::optional<int> height_px;
+  std::optional<double> frames_per_second;  // None: the highest, up to 30.
+  // Locked unless `automatic`: at these, or where they are unset at what they are when the camera
+  // is opened.
+  std::optional<double> exposure_s;
+  std::optional<double> gain;  // In the driver's unit.
+  std::optional<double> white_balance_k;
+  bool automatic = false;  // Exposure, gain and white balance stay automatic, and are read back.
+  int control_delay_frames = 2;  // From setting a control to the frame that it applies to.
+  std::optional<RawDevelopment> development;  // Of raw pictures; none: as the driver states it.
+
+  // Throws std::invalid_argument naming field and value.
+  void Validate() const;
+};
+
+// The settings that a picture was taken with; what is unset is unknown.
+struct CapturedExposure {
+  std::optional<double> exposure_s;
+  std::optional<double> gain;  // Linear, 1 is the driver's least; else unknown.
+
+  bool operator==(const CapturedExposure&) const = default;
+};
+
+struct CapturedBuffer {
+  std::vector<std::byte> bytes;
+  PictureLayout layout;
+  std::uint32_t sequence = 0;                  // The driver's count; a jump is a loss.
+  std::chrono::nanoseconds monotonic_time{0};  // Of the exposure, on CLOCK_MONOTONIC.
+  bool is_damaged = false;                     // The driver says so.
+  CapturedExposure exposure;
+  std::optional<RawDevelopment> development;  // Of raw ones.
+};
+
+enum class CameraFaultKind {
+  kEnded,  // The stream is over: of stand-ins alone.
+  kUnplugged,
+  kStalled,  // No picture in time.
+  kFormatChanged,
+  kFailed,  // Anything else that the driver refuses.
+};
+
+struct CameraFault {
+  CameraFaultKind kind = CameraFaultKind::kFailed;
+  std::string reason;  // One line: the device, and what happened.
+};
+
+// A camera that streams; stops when it is destroyed. One thread at a time.
+class CameraStream {
+ public:
+  virtual ~CameraStream() = default;
+  // The next picture, or why there is none. After a fault the stream is over, but for kStalled.
+  virtual tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) = 0;
+  virtual const PictureLayout& Layout() const = 0;
+  virtual double FramesPerSecond() const = 0;  // 0: not stated.
+  virtual const std::string& Identity() const = 0;
+  // Since the last call: each control that was refused, clamped or is missing, a line each.
+  virtual std::vector<std::string> TakeNotes() = 0;
+};
+
+// All that can be opened now, in the order of their devices. A camera that another program holds is
+// listed, too.
+std::vector<CameraDescription> ListCameras();
+
+// Whether `name` has the form of a camera's name: it may not be there.
+bool IsCameraName(const std::string& name);
+
+// Throws std::runtime_error, one line with the device and what was expected; std::invalid_argument
+// as CameraRequest::Validate.
+std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request);
+
+// The device where the camera of this identity is now; none where it is not there.
+std::optional<std::string> FindCamera(const std::string& identity);
+
+}  // namespace pleinair

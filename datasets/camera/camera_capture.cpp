@@ -1,0 +1,189 @@
+#include "datasets/camera/camera_capture.h"
+
+#include <exception>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace pleinair {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+// How soon Stop, and a camera that is back, are noticed.
+constexpr milliseconds kTick{100};
+// Drivers stamp a picture before it is handed over, and none that is older than this.
+constexpr std::chrono::seconds kOldestPicture{10};
+
+double Seconds(nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
+
+EventKind EventOf(CameraFaultKind fault) {
+  switch (fault) {
+    case CameraFaultKind::kEnded:
+      return EventKind::kEnded;
+    case CameraFaultKind::kStalled:
+      return EventKind::kStalled;
+    case CameraFaultKind::kFormatChanged:
+      return EventKind::kFormatChanged;
+    case CameraFaultKind::kUnplugged:
+    case CameraFaultKind::kFailed:
+      break;
+  }
+  return EventKind::kUnplugged;
+}
+
+}  // namespace
+
+CameraCapture::CameraCapture(const std::string& device,
+                             CameraRequest request,
+                             const CaptureOptions& options,
+                             EventLog& events)
+    : device_(device),
+      request_(std::move(request)),
+      options_(options),
+      events_(events),
+      clock_(options.clock),
+      stream_(OpenCamera(device, request_)),
+      layout_(stream_->Layout()),
+      frames_per_second_(stream_->FramesPerSecond()),
+      identity_(stream_->Identity()),
+      queue_(options.queue_frames) {
+  Note(EventKind::kStarted,
+       fmt::format("{}: {} {}x{}, {:g} frames a second",
+                   device_,
+                   NameOf(layout_.format),
+                   layout_.width_px,
+                   layout_.height_px,
+                   frames_per_second_));
+  NoteControls();
+  if (std::string warning = ClockWarning(); !warning.empty()) {
+    Note(EventKind::kClock, std::move(warning));
+  }
+  // A camera that comes back is asked for what it gave.
+  request_.format = layout_.format;
+  request_.width_px = layout_.width_px;
+  request_.height_px = layout_.height_px;
+  if (frames_per_second_ > 0.0) request_.frames_per_second = frames_per_second_;
+  thread_ = std::thread([this] { Run(); });
+}
+
+CameraCapture::~CameraCapture() {
+  Stop();
+  thread_.join();
+}
+
+std::optional<CameraFrame> CameraCapture::Next() { return stop_ ? std::nullopt : queue_.Pop(); }
+
+void CameraCapture::Stop() {
+  stop_ = true;
+  queue_.Close();
+}
+
+void CameraCapture::Run() {
+  milliseconds waited{0};
+  while (!stop_) {
+    auto buffer = stream_->Next(kTick);
+    NoteControls();
+    if (buffer) {
+      waited = milliseconds{0};
+      Take(std::move(*buffer));
+      continue;
+    }
+    const CameraFault& fault = buffer.error();
+    if (fault.kind == CameraFaultKind::kStalled) {
+      waited += kTick;
+      NoteStall(waited);
+      if (waited < options_.reopen) continue;
+      Note(EventKind::kUnplugged, device_ + ": opened again, as it gives no pictures");
+    } else {
+      Note(EventOf(fault.kind), fault.reason);
+    }
+    if (fault.kind == CameraFaultKind::kEnded) break;
+    waited = milliseconds{0};
+    Reconnect();
+  }
+  queue_.Close();
+}
+
+void CameraCapture::NoteStall(milliseconds waited) {
+  if (is_stalled_ || waited < options_.stall) return;
+  is_stalled_ = true;
+  Note(EventKind::kStalled,
+       fmt::format("{}: no picture for {:.1f} s", device_, Seconds(options_.stall)));
+}
+
+void CameraCapture::Reconnect() {
+  stream_.reset();
+  std::string last_reason;
+  while (!stop_) {
+    if (const std::optional<std::string> device = FindCamera(identity_)) {
+      try {
+        stream_ = OpenCamera(*device, request_);
+        device_ = *device;
+        last_sequence_.reset();
+        Note(EventKind::kReconnected,
+             fmt::format("{}: {} {}x{}",
+                         device_,
+                         NameOf(stream_->Layout().format),
+                         stream_->Layout().width_px,
+                         stream_->Layout().height_px));
+        NoteControls();
+        return;
+      } catch (const std::exception& error) {
+        // Also a camera that is being unplugged again.
+        if (last_reason != error.what()) Note(EventKind::kUnplugged, error.what());
+        last_reason = error.what();
+      }
+    }
+    std::this_thread::sleep_for(kTick);
+  }
+}
+
+void CameraCapture::Take(CapturedBuffer buffer) {
+  if (std::exchange(is_stalled_, false)) {
+    Note(EventKind::kReconnected, device_ + ": gives pictures again");
+  }
+  if (last_sequence_) {
+    const std::uint32_t step = buffer.sequence - *last_sequence_;  // Counts wrap around.
+    if (step > 1 && step < 0x80000000u) {
+      Note(EventKind::kFrameLost, device_ + ": lost by the driver", step - 1);
+    }
+  }
+  last_sequence_ = buffer.sequence;
+
+  const nanoseconds now = clock_.MonotonicNow();
+  nanoseconds taken = buffer.monotonic_time;
+  if (!(taken > last_time_) || taken > now || now - taken > kOldestPicture) {
+    Note(EventKind::kTimestamp,
+         fmt::format("{}: a picture's time is {:.3f} s {} the one before's, and {:.3f} s {} now: "
+                     "replaced by its arrival",
+                     device_,
+                     std::abs(Seconds(taken - last_time_)),
+                     taken > last_time_ ? "after" : "before",
+                     std::abs(Seconds(now - taken)),
+                     taken > now ? "after" : "before"));
+    taken = std::max(now, last_time_ + nanoseconds{1});
+  }
+  last_time_ = taken;
+
+  const CameraClock::Time time = clock_.UtcOf(taken);
+  if (time.step) {
+    Note(EventKind::kClock,
+         fmt::format("the system's clock was stepped by {:+.3f} s: the pictures' UTC follows it",
+                     Seconds(*time.step)));
+  }
+  if (queue_.PushOverOldest({std::move(buffer), time.utc})) {
+    Note(EventKind::kFrameDropped, "not composited: a later one was there already");
+  }
+}
+
+void CameraCapture::NoteControls() {
+  for (std::string& note : stream_->TakeNotes()) Note(EventKind::kControl, std::move(note));
+}
+
+void CameraCapture::Note(EventKind kind, std::string text, std::int64_t count) {
+  events_.Add({clock_.Now(), kind, std::move(text), count});
+}
+
+}  // namespace pleinair

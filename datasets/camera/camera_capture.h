@@ -1,0 +1,86 @@
+// Pictures of a camera on a thread of their own, through everything that happens to a camera.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "datasets/camera/camera.h"
+#include "datasets/camera/camera_clock.h"
+#include "datasets/camera/frame_queue.h"
+#include "datasets/event.h"
+#include "scene/utc_time.h"
+
+namespace pleinair {
+
+// A picture as the driver gave it, with its time.
+struct CameraFrame {
+  CapturedBuffer buffer;
+  UtcTime time{};
+};
+
+struct CaptureOptions {
+  std::size_t queue_frames = 3;           // That wait for the consumer at most.
+  std::chrono::milliseconds stall{2000};  // Without a picture: an event.
+  // Without a picture: the camera is closed and opened again.
+  std::chrono::milliseconds reopen{10000};
+  CameraClock::Read clock;  // None: the system's.
+};
+
+// Never waits for its consumer: a full queue loses its oldest picture, which is counted. A camera
+// that is unplugged, fails or changes its format is opened again, found by its identity, as it was
+// opened first; what happened is an event. Times ascend but where the system's clock is stepped
+// back.
+class CameraCapture {
+ public:
+  // Opens the camera. Throws as OpenCamera. `events` outlives it.
+  CameraCapture(const std::string& device,
+                CameraRequest request,
+                const CaptureOptions& options,
+                EventLog& events);
+  ~CameraCapture();
+  CameraCapture(const CameraCapture&) = delete;
+  CameraCapture& operator=(const CameraCapture&) = delete;
+
+  // Waits for a picture. None when the stream has ended, or after Stop.
+  std::optional<CameraFrame> Next();
+  // From any thread; pictures in the queue are lost.
+  void Stop();
+
+  // As it was opened first.
+  const PictureLayout& Layout() const { return layout_; }
+  double FramesPerSecond() const { return frames_per_second_; }  // 0: not stated.
+  const CameraClock& Clock() const { return clock_; }
+
+ private:
+  void Run();
+  // Until the camera is back, or Stop.
+  void Reconnect();
+  void Take(CapturedBuffer buffer);
+  // No frame for `waited`.
+  void NoteStall(std::chrono::milliseconds waited);
+  void NoteControls();
+  void Note(EventKind kind, std::string text, std::int64_t count = 1);
+
+  std::string device_;
+  CameraRequest request_;
+  CaptureOptions options_;
+  EventLog& events_;
+  CameraClock clock_;
+  std::unique_ptr<CameraStream> stream_;
+  PictureLayout layout_;
+  double frames_per_second_ = 0.0;
+  std::string identity_;
+  std::optional<std::uint32_t> last_sequence_;
+  std::chrono::nanoseconds last_time_{0};
+  bool is_stalled_ = false;
+  FrameQueue<CameraFrame> queue_;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace pleinair

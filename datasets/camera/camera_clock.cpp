@@ -1,0 +1,60 @@
+#include "datasets/camera/camera_clock.h"
+
+#include <sys/timex.h>
+
+#include <ctime>
+#include <utility>
+
+namespace pleinair {
+namespace {
+
+std::chrono::nanoseconds ReadClock(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+// The reading of one clock lies between two of the other; a thread that is put to sleep between
+// them would tie them wrongly, so the closest of three is taken.
+CameraClock::Reading ReadSystemClocks() {
+  CameraClock::Reading best;
+  std::chrono::nanoseconds narrowest = std::chrono::nanoseconds::max();
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    const std::chrono::nanoseconds before = ReadClock(CLOCK_MONOTONIC);
+    const std::chrono::nanoseconds utc = ReadClock(CLOCK_REALTIME);
+    const std::chrono::nanoseconds after = ReadClock(CLOCK_MONOTONIC);
+    if (after - before >= narrowest) continue;
+    narrowest = after - before;
+    best = {before + (after - before) / 2, UtcTime(utc)};
+  }
+  return best;
+}
+
+}  // namespace
+
+CameraClock::CameraClock(Read read) : read_(read ? std::move(read) : ReadSystemClocks) {
+  const Reading now = read_();
+  utc_less_monotonic_ = now.utc.time_since_epoch() - now.monotonic;
+}
+
+CameraClock::Time CameraClock::UtcOf(std::chrono::nanoseconds monotonic) {
+  const Reading now = read_();
+  const std::chrono::nanoseconds offset = now.utc.time_since_epoch() - now.monotonic;
+  const std::chrono::nanoseconds change = offset - utc_less_monotonic_;
+  Time time;
+  if (std::chrono::abs(change) > kLeastStep) {
+    utc_less_monotonic_ = offset;
+    time.step = change;
+  }
+  time.utc = UtcTime(monotonic + utc_less_monotonic_);
+  return time;
+}
+
+std::string ClockWarning() {
+  timex state{};
+  const int status = adjtimex(&state);
+  if (status != TIME_ERROR && (state.status & STA_UNSYNC) == 0) return {};
+  return "the system's clock is not synchronised: a minute's error moves the sun by 0.25 deg";
+}
+
+}  // namespace pleinair

@@ -1,0 +1,51 @@
+// A camera's bytes as a picture.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include <glm/vec3.hpp>
+#include <tl/expected.hpp>
+
+#include "datasets/camera/pixel_format.h"
+#include "scene/image.h"
+
+namespace pleinair {
+
+// The codes of all formats but Bayer; grey ones have three equal channels.
+//
+// Accuracy      YUYV and NV12 to half a code of the exact matrix, colours of neighbours shared as
+//               they were sampled (no smoothing).
+// Returns error one line: bytes that are too few for the layout, a JPEG that is damaged or of
+//               another size, a layout that no picture has. Bytes past the picture are passed over.
+tl::expected<Rgb8Image, std::string> DecodeCodes(std::span<const std::byte> bytes,
+                                                 const PictureLayout& layout);
+
+// How raw codes stand for light.
+struct RawDevelopment {
+  // Code without light, and the least code that is clipped; as codes of the format's own bits.
+  double black_level = 0.0;
+  double white_level = 255.0;
+  glm::dvec3 white_balance_rgb{1.0};  // Factors.
+
+  // Throws std::invalid_argument naming field and value.
+  void Validate() const;
+};
+
+// Of a sensor whose driver states nothing: black is a 16th of the range (64 of 1023), as most
+// sensors of cameras and telephones have it.
+RawDevelopment UsualDevelopment(int bits);
+
+struct DevelopedPicture {
+  // (code - black) / (white - black) times the white balance; noise around black may be negative.
+  RgbImage signal_rgb;
+  Gray8Image clipped;  // 1 where a colour that a pixel was made of is at the white level.
+};
+
+// Bayer alone: bilinear demosaicing by OpenCV in 16 bits. Returns error as DecodeCodes.
+tl::expected<DevelopedPicture, std::string> Develop(std::span<const std::byte> bytes,
+                                                    const PictureLayout& layout,
+                                                    const RawDevelopment& development);
+
+}  // namespace pleinair

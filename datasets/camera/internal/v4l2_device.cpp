@@ -1,0 +1,206 @@
+#include "datasets/camera/internal/v4l2_device.h"
+
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <functional>
+#include <utility>
+
+namespace pleinair {
+namespace {
+
+// A driver that goes on listing for ever must not stop us.
+constexpr std::uint32_t kMostEntries = 256;
+
+// What a driver with a range of sizes is listed with, as far as they lie in the range.
+constexpr std::array<std::pair<int, int>, 7> kUsualSizes = {
+    {{320, 240}, {640, 480}, {800, 600}, {1280, 720}, {1280, 960}, {1920, 1080}, {3840, 2160}}};
+
+template <std::size_t kSize>
+std::string Text(const __u8 (&field)[kSize]) {
+  const auto* text = reinterpret_cast<const char*>(field);
+  return {text, strnlen(text, kSize)};
+}
+
+double RateOf(const v4l2_fract& interval) {
+  return interval.numerator == 0 ? 0.0
+                                 : static_cast<double>(interval.denominator) / interval.numerator;
+}
+
+std::vector<double> RatesOf(const V4l2Device& device,
+                            std::uint32_t fourcc,
+                            std::uint32_t width,
+                            std::uint32_t height) {
+  std::vector<double> rates;
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+    v4l2_frmivalenum entry{};
+    entry.index = i;
+    entry.pixel_format = fourcc;
+    entry.width = width;
+    entry.height = height;
+    if (device.Call(VIDIOC_ENUM_FRAMEINTERVALS, &entry) != 0) break;
+    if (entry.type == V4L2_FRMIVAL_TYPE_DISCRETE) {
+      rates.push_back(RateOf(entry.discrete));
+      continue;
+    }
+    // A range: its ends.
+    rates.push_back(RateOf(entry.stepwise.min));
+    rates.push_back(RateOf(entry.stepwise.max));
+    break;
+  }
+  std::erase_if(rates, [](double rate) { return !(rate > 0.0); });
+  std::sort(rates.begin(), rates.end(), std::greater<>());
+  rates.erase(std::unique(rates.begin(), rates.end()), rates.end());
+  return rates;
+}
+
+std::vector<std::pair<int, int>> SizesOf(const V4l2Device& device, std::uint32_t fourcc) {
+  std::vector<std::pair<int, int>> sizes;
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+    v4l2_frmsizeenum entry{};
+    entry.index = i;
+    entry.pixel_format = fourcc;
+    if (device.Call(VIDIOC_ENUM_FRAMESIZES, &entry) != 0) break;
+    if (entry.type == V4L2_FRMSIZE_TYPE_DISCRETE) {
+      sizes.emplace_back(entry.discrete.width, entry.discrete.height);
+      continue;
+    }
+    const v4l2_frmsize_stepwise& range = entry.stepwise;
+    sizes.emplace_back(range.min_width, range.min_height);
+    for (const auto& [width, height] : kUsualSizes) {
+      const auto fits = [](int side, std::uint32_t least, std::uint32_t most, std::uint32_t step) {
+        const auto value = static_cast<std::uint32_t>(side);
+        return value > least && value < most && (step == 0 || (value - least) % step == 0);
+      };
+      if (fits(width, range.min_width, range.max_width, range.step_width) &&
+          fits(height, range.min_height, range.max_height, range.step_height)) {
+        sizes.emplace_back(width, height);
+      }
+    }
+    sizes.emplace_back(range.max_width, range.max_height);
+    break;
+  }
+  return sizes;
+}
+
+std::string UnitOf(std::uint32_t control) {
+  switch (control) {
+    case V4L2_CID_EXPOSURE_ABSOLUTE:
+      return "100 us";
+    case V4L2_CID_WHITE_BALANCE_TEMPERATURE:
+      return "K";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+V4l2Device::V4l2Device(std::string path, int descriptor)
+    : path_(std::move(path)), descriptor_(descriptor) {}
+
+V4l2Device::V4l2Device(V4l2Device&& other) noexcept
+    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+V4l2Device::~V4l2Device() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+std::optional<V4l2Device> V4l2Device::Open(const std::string& path, int& error_number) {
+  const int descriptor = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  error_number = descriptor < 0 ? errno : 0;
+  if (descriptor < 0) return std::nullopt;
+  return V4l2Device(path, descriptor);
+}
+
+int V4l2Device::Call(unsigned long request, void* argument) const {
+  while (ioctl(descriptor_, request, argument) != 0) {
+    if (errno != EINTR) return errno;
+  }
+  return 0;
+}
+
+std::optional<v4l2_capability> V4l2Device::Camera() const {
+  v4l2_capability camera{};
+  if (Call(VIDIOC_QUERYCAP, &camera) != 0) return std::nullopt;
+  const std::uint32_t can =
+      (camera.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? camera.device_caps : camera.capabilities;
+  constexpr std::uint32_t kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+  if ((can & kNeeded) != kNeeded) return std::nullopt;
+  return camera;
+}
+
+std::vector<CameraMode> V4l2Device::Modes() const {
+  std::vector<CameraMode> modes;
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+    v4l2_fmtdesc description{};
+    description.index = i;
+    description.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (Call(VIDIOC_ENUM_FMT, &description) != 0) break;
+    const std::optional<PixelFormat> format = PixelFormatOf(description.pixelformat);
+    if (!format) continue;
+    for (const auto& [width, height] : SizesOf(*this, description.pixelformat)) {
+      modes.push_back({*format,
+                       width,
+                       height,
+                       RatesOf(*this,
+                               description.pixelformat,
+                               static_cast<std::uint32_t>(width),
+                               static_cast<std::uint32_t>(height))});
+    }
+  }
+  return modes;
+}
+
+std::vector<CameraControl> V4l2Device::Controls() const {
+  std::vector<CameraControl> controls;
+  v4l2_queryctrl query{};
+  query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
+  for (std::uint32_t i = 0; i < kMostEntries && Call(VIDIOC_QUERYCTRL, &query) == 0; ++i) {
+    const bool is_number = query.type == V4L2_CTRL_TYPE_INTEGER ||
+                           query.type == V4L2_CTRL_TYPE_BOOLEAN ||
+                           query.type == V4L2_CTRL_TYPE_MENU;
+    if (is_number && (query.flags & V4L2_CTRL_FLAG_DISABLED) == 0) {
+      const std::optional<int> value = GetControl(query.id);
+      controls.push_back({Text(query.name),
+                          static_cast<double>(query.minimum),
+                          static_cast<double>(query.maximum),
+                          static_cast<double>(value.value_or(query.default_value)),
+                          static_cast<double>(query.default_value),
+                          UnitOf(query.id),
+                          (query.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0});
+    }
+    query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+  }
+  return controls;
+}
+
+std::optional<v4l2_queryctrl> V4l2Device::QueryControl(std::uint32_t id) const {
+  v4l2_queryctrl query{};
+  query.id = id;
+  if (Call(VIDIOC_QUERYCTRL, &query) != 0) return std::nullopt;
+  if ((query.flags & V4L2_CTRL_FLAG_DISABLED) != 0) return std::nullopt;
+  return query;
+}
+
+std::optional<int> V4l2Device::GetControl(std::uint32_t id) const {
+  v4l2_control control{id, 0};
+  if (Call(VIDIOC_G_CTRL, &control) != 0) return std::nullopt;
+  return control.value;
+}
+
+int V4l2Device::SetControl(std::uint32_t id, int value) const {
+  v4l2_control control{id, value};
+  return Call(VIDIOC_S_CTRL, &control);
+}
+
+std::string IdentityOf(const v4l2_capability& camera) {
+  return Text(camera.card) + "|" + Text(camera.bus_info);
+}
+
+}  // namespace pleinair

@@ -1,0 +1,48 @@
+// An open V4L2 device: its calls, with what they fail of.
+#pragma once
+
+#include <linux/videodev2.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "datasets/camera/camera.h"
+
+namespace pleinair {
+
+// Closes it when destroyed.
+class V4l2Device {
+ public:
+  // None where it cannot be opened; `error_number` is then errno's.
+  static std::optional<V4l2Device> Open(const std::string& path, int& error_number);
+  ~V4l2Device();
+  V4l2Device(V4l2Device&& other) noexcept;
+  V4l2Device& operator=(V4l2Device&&) = delete;
+
+  const std::string& Path() const { return path_; }
+  int Descriptor() const { return descriptor_; }
+
+  // 0, or errno's value.
+  int Call(unsigned long request, void* argument) const;
+
+  // None where it is no camera that streams in one plane.
+  std::optional<v4l2_capability> Camera() const;
+  std::vector<CameraMode> Modes() const;
+  std::vector<CameraControl> Controls() const;
+
+  std::optional<v4l2_queryctrl> QueryControl(std::uint32_t id) const;
+  std::optional<int> GetControl(std::uint32_t id) const;
+  int SetControl(std::uint32_t id, int value) const;  // As Call.
+
+ private:
+  V4l2Device(std::string path, int descriptor);
+
+  std::string path_;
+  int descriptor_ = -1;
+};
+
+std::string IdentityOf(const v4l2_capability& camera);
+
+}  // namespace pleinair

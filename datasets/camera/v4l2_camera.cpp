@@ -1,0 +1,379 @@
+#include "datasets/camera/v4l2_camera.h"
+
+#include <linux/videodev2.h>
+#include <poll.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "datasets/camera/internal/camera_lock.h"
+#include "datasets/camera/internal/v4l2_device.h"
+
+namespace pleinair {
+namespace {
+
+constexpr int kMostNumbers = 256;
+constexpr std::uint32_t kBuffers = 4;
+constexpr double kUsualRate = 30.0;
+
+std::string PathOf(int number) { return "/dev/video" + std::to_string(number); }
+
+[[noreturn]] void Refuse(const std::string& device, const std::string& why) {
+  throw std::runtime_error(device + ": " + why);
+}
+
+std::string ReasonOf(int error) {
+  return error == EBUSY ? "another program uses the camera" : std::strerror(error);
+}
+
+// The earlier, the better a picture in the format is: what is lost in it, then what it costs.
+int RankOf(const PixelFormat& format) {
+  switch (format.coding) {
+    case PixelCoding::kRgb:
+      return 0;
+    case PixelCoding::kYuyv:
+      return 1;
+    case PixelCoding::kNv12:
+      return 2;
+    case PixelCoding::kMjpeg:
+      return 3;
+    case PixelCoding::kBayer:  // Its colours are not balanced: for callers that ask for it.
+      return 4;
+    case PixelCoding::kGrey:
+      break;
+  }
+  return 5;
+}
+
+// What is asked for first: format, size, rate; then the rank of the format.
+CameraMode ChooseMode(const std::string& device,
+                      const std::vector<CameraMode>& modes,
+                      const CameraRequest& request) {
+  if (modes.empty()) Refuse(device, "expected a camera with a format that can be decoded");
+  const auto cost = [&](const CameraMode& mode) {
+    const bool other_format = request.format && !(mode.format == *request.format);
+    const int width = request.width_px.value_or(640);
+    const int height = request.height_px.value_or(request.width_px ? 0 : 480);
+    const double stretch = height > 0
+                               ? std::abs(std::log(static_cast<double>(mode.width_px) * height /
+                                                   (static_cast<double>(mode.height_px) * width)))
+                               : 0.0;
+    const double scale = std::abs(std::log(static_cast<double>(mode.width_px) / width));
+    const double wanted = request.frames_per_second.value_or(kUsualRate);
+    const double rate = mode.frames_per_second.empty() ? wanted : mode.frames_per_second.front();
+    // A rate that is short by a per cent is the same: 29.97.
+    const double slower = std::max(wanted / rate - 1.01, 0.0);
+    return std::tuple(
+        other_format, std::round(100.0 * stretch), scale, slower, RankOf(mode.format));
+  };
+  const CameraMode& best =
+      *std::min_element(modes.begin(), modes.end(), [&](const CameraMode& a, const CameraMode& b) {
+        return cost(a) < cost(b);
+      });
+  if (request.format && !(best.format == *request.format)) {
+    Refuse(
+        device,
+        fmt::format("expected a camera with the format {}, it has none", NameOf(*request.format)));
+  }
+  return best;
+}
+
+YuvCoding YuvCodingOf(const v4l2_pix_format& pix) {
+  std::uint32_t encoding = pix.ycbcr_enc;
+  if (encoding == V4L2_YCBCR_ENC_DEFAULT) encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(pix.colorspace);
+  std::uint32_t range = pix.quantization;
+  if (range == V4L2_QUANTIZATION_DEFAULT) {
+    range = V4L2_MAP_QUANTIZATION_DEFAULT(false, pix.colorspace, encoding);
+  }
+  YuvCoding coding;
+  if (encoding == V4L2_YCBCR_ENC_709 || encoding == V4L2_YCBCR_ENC_XV709) {
+    coding.matrix = YuvMatrix::kBt709;
+  } else if (encoding == V4L2_YCBCR_ENC_BT2020) {
+    coding.matrix = YuvMatrix::kBt2020;
+  }
+  coding.is_full_range = range == V4L2_QUANTIZATION_FULL_RANGE;
+  return coding;
+}
+
+PictureLayout LayoutOf(const std::string& device, const v4l2_pix_format& pix) {
+  const std::optional<PixelFormat> format = PixelFormatOf(pix.pixelformat);
+  if (!format) Refuse(device, "the driver chose a format that cannot be decoded");
+  return {*format,
+          static_cast<int>(pix.width),
+          static_cast<int>(pix.height),
+          static_cast<int>(pix.bytesperline),
+          YuvCodingOf(pix)};
+}
+
+std::chrono::nanoseconds MonotonicNow() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+}
+
+// A buffer of the driver's, mapped into our memory.
+class MappedBuffer {
+ public:
+  MappedBuffer(const V4l2Device& device, const v4l2_buffer& buffer) : length_(buffer.length) {
+    start_ = mmap(nullptr,
+                  length_,
+                  PROT_READ | PROT_WRITE,
+                  MAP_SHARED,
+                  device.Descriptor(),
+                  static_cast<off_t>(buffer.m.offset));
+    if (start_ == MAP_FAILED) Refuse(device.Path(), std::string("mmap: ") + std::strerror(errno));
+  }
+  ~MappedBuffer() {
+    if (start_ != MAP_FAILED) munmap(start_, length_);
+  }
+  MappedBuffer(MappedBuffer&& other) noexcept
+      : start_(std::exchange(other.start_, MAP_FAILED)), length_(other.length_) {}
+  MappedBuffer& operator=(MappedBuffer&&) = delete;
+
+  std::vector<std::byte> Copy(std::size_t bytes) const {
+    const auto* data = static_cast<const std::byte*>(start_);
+    return {data, data + std::min(bytes, length_)};
+  }
+
+ private:
+  void* start_ = MAP_FAILED;
+  std::size_t length_ = 0;
+};
+
+class V4l2Stream final : public CameraStream {
+ public:
+  V4l2Stream(V4l2Device device, const v4l2_capability& camera, const CameraRequest& request)
+      : device_(std::move(device)),
+        identity_(IdentityOf(camera)),
+        development_(request.development) {
+    SetMode(request);
+    lock_.emplace(device_, request);
+    StartStreaming();
+    frames_to_pass_ = lock_->HasToSettle() ? CameraLock::kSettleFrames : 0;
+  }
+
+  // Stops the stream before the buffers are unmapped and the device is closed.
+  ~V4l2Stream() override {
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    device_.Call(VIDIOC_STREAMOFF, &type);
+  }
+
+  tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) override {
+    for (;;) {
+      auto buffer = Dequeue(timeout);
+      if (!buffer) return buffer;
+      if (frames_to_pass_ == 0) return buffer;
+      if (--frames_to_pass_ == 0 && lock_->HasToSettle()) {
+        lock_->Settle();
+        frames_to_pass_ = lock_->DelayFrames();
+      }
+    }
+  }
+
+  const PictureLayout& Layout() const override { return layout_; }
+  double FramesPerSecond() const override { return frames_per_second_; }
+  const std::string& Identity() const override { return identity_; }
+  std::vector<std::string> TakeNotes() override { return lock_->TakeNotes(); }
+
+ private:
+  void SetMode(const CameraRequest& request) {
+    const CameraMode mode = ChooseMode(device_.Path(), device_.Modes(), request);
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    format.fmt.pix.width = static_cast<std::uint32_t>(mode.width_px);
+    format.fmt.pix.height = static_cast<std::uint32_t>(mode.height_px);
+    format.fmt.pix.pixelformat = FourccOf(mode.format);
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    if (const int error = device_.Call(VIDIOC_S_FMT, &format); error != 0) {
+      Refuse(device_.Path(), "setting the format: " + ReasonOf(error));
+    }
+    layout_ = LayoutOf(device_.Path(), format.fmt.pix);
+
+    v4l2_streamparm parameters{};
+    parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    // Thousandths hold all usual rates, 29.97 included, exactly enough.
+    parameters.parm.capture.timeperframe.numerator = 1000;
+    parameters.parm.capture.timeperframe.denominator = static_cast<std::uint32_t>(
+        std::lround(1000.0 * request.frames_per_second.value_or(kUsualRate)));
+    if (device_.Call(VIDIOC_S_PARM, &parameters) == 0) {
+      const v4l2_fract& interval = parameters.parm.capture.timeperframe;
+      if (interval.numerator > 0) {
+        frames_per_second_ = static_cast<double>(interval.denominator) / interval.numerator;
+      }
+    }
+  }
+
+  void StartStreaming() {
+    v4l2_event_subscription source{};
+    source.type = V4L2_EVENT_SOURCE_CHANGE;
+    device_.Call(VIDIOC_SUBSCRIBE_EVENT, &source);  // Most cameras have no such event.
+
+    v4l2_requestbuffers request{};
+    request.count = kBuffers;
+    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.memory = V4L2_MEMORY_MMAP;
+    if (const int error = device_.Call(VIDIOC_REQBUFS, &request); error != 0) {
+      Refuse(device_.Path(), "asking for buffers: " + ReasonOf(error));
+    }
+    if (request.count < 2) Refuse(device_.Path(), "expected 2 buffers or more, found fewer");
+    for (std::uint32_t i = 0; i < request.count; ++i) {
+      v4l2_buffer buffer = BufferAt(i);
+      if (const int error = device_.Call(VIDIOC_QUERYBUF, &buffer); error != 0) {
+        Refuse(device_.Path(), "a buffer: " + ReasonOf(error));
+      }
+      buffers_.emplace_back(device_, buffer);
+      if (const int error = device_.Call(VIDIOC_QBUF, &buffer); error != 0) {
+        Refuse(device_.Path(), "a buffer: " + ReasonOf(error));
+      }
+    }
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (const int error = device_.Call(VIDIOC_STREAMON, &type); error != 0) {
+      Refuse(device_.Path(), "starting the stream: " + ReasonOf(error));
+    }
+  }
+
+  static v4l2_buffer BufferAt(std::uint32_t index) {
+    v4l2_buffer buffer{};
+    buffer.index = index;
+    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    buffer.memory = V4L2_MEMORY_MMAP;
+    return buffer;
+  }
+
+  tl::unexpected<CameraFault> Fault(CameraFaultKind kind, const std::string& reason) const {
+    return tl::unexpected(CameraFault{kind, device_.Path() + ": " + reason});
+  }
+
+  tl::unexpected<CameraFault> FaultOf(int error) const {
+    switch (error) {
+      case EAGAIN:
+        return Fault(CameraFaultKind::kStalled, "no picture");
+      case EPIPE:
+        return Fault(CameraFaultKind::kEnded, "the stream has ended");
+      case ENODEV:
+      case ENXIO:
+      case EBADF:
+        return Fault(CameraFaultKind::kUnplugged, "the camera is gone");
+      default:
+        break;
+    }
+    if (FormatHasChanged()) return FormatChanged();
+    return Fault(CameraFaultKind::kFailed, std::string("the stream failed: ") + ReasonOf(error));
+  }
+
+  tl::unexpected<CameraFault> FormatChanged() const {
+    return Fault(CameraFaultKind::kFormatChanged, "the camera changed its format or size");
+  }
+
+  bool FormatHasChanged() const {
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (device_.Call(VIDIOC_G_FMT, &format) != 0) return false;
+    return static_cast<int>(format.fmt.pix.width) != layout_.width_px ||
+           static_cast<int>(format.fmt.pix.height) != layout_.height_px ||
+           PixelFormatOf(format.fmt.pix.pixelformat) != layout_.format;
+  }
+
+  bool TakesSourceChange() {
+    bool has_changed = false;
+    v4l2_event event{};
+    while (device_.Call(VIDIOC_DQEVENT, &event) == 0) {
+      has_changed = has_changed || event.type == V4L2_EVENT_SOURCE_CHANGE;
+      if (event.pending == 0) break;
+    }
+    return has_changed;
+  }
+
+  tl::expected<CapturedBuffer, CameraFault> Dequeue(std::chrono::milliseconds timeout) {
+    pollfd wait{device_.Descriptor(), POLLIN | POLLPRI, 0};
+    const int ready = poll(&wait, 1, static_cast<int>(timeout.count()));
+    if (ready == 0 || (ready < 0 && errno == EINTR)) return FaultOf(EAGAIN);
+    if (ready < 0) return FaultOf(errno);
+    if ((wait.revents & POLLPRI) != 0 && TakesSourceChange()) return FormatChanged();
+
+    v4l2_buffer buffer = BufferAt(0);
+    if (const int error = device_.Call(VIDIOC_DQBUF, &buffer); error != 0) return FaultOf(error);
+    if (buffer.index >= buffers_.size()) {
+      return Fault(CameraFaultKind::kFailed, "the driver gave a buffer that it does not have");
+    }
+    CapturedBuffer captured;
+    captured.bytes = buffers_[buffer.index].Copy(buffer.bytesused);
+    captured.layout = layout_;
+    captured.sequence = buffer.sequence;
+    captured.is_damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
+    captured.monotonic_time =
+        (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC
+            ? std::chrono::seconds(buffer.timestamp.tv_sec) +
+                  std::chrono::microseconds(buffer.timestamp.tv_usec)
+            : MonotonicNow();
+    captured.exposure = lock_->Of(buffer.sequence);
+    if (layout_.format.coding == PixelCoding::kBayer) {
+      captured.development = development_.value_or(UsualDevelopment(layout_.format.bits));
+    }
+    if (const int error = device_.Call(VIDIOC_QBUF, &buffer); error != 0) return FaultOf(error);
+    return captured;
+  }
+
+  V4l2Device device_;
+  std::string identity_;
+  std::optional<RawDevelopment> development_;
+  PictureLayout layout_;
+  double frames_per_second_ = 0.0;
+  std::optional<CameraLock> lock_;  // Once the mode is set.
+  std::vector<MappedBuffer> buffers_;
+  int frames_to_pass_ = 0;
+};
+
+}  // namespace
+
+std::vector<CameraDescription> ListV4l2Cameras() {
+  std::vector<CameraDescription> cameras;
+  for (int number = 0; number < kMostNumbers; ++number) {
+    int error = 0;
+    const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
+    if (!device) continue;
+    const std::optional<v4l2_capability> camera = device->Camera();
+    if (!camera) continue;
+    const std::string identity = IdentityOf(*camera);
+    const auto* driver = reinterpret_cast<const char*>(camera->driver);
+    cameras.push_back({device->Path(),
+                       identity.substr(0, identity.find('|')),
+                       identity,
+                       std::string(driver, strnlen(driver, sizeof camera->driver)),
+                       device->Modes(),
+                       device->Controls()});
+  }
+  return cameras;
+}
+
+std::unique_ptr<CameraStream> OpenV4l2Camera(const std::string& device,
+                                             const CameraRequest& request) {
+  int error = 0;
+  std::optional<V4l2Device> opened = V4l2Device::Open(device, error);
+  if (!opened) Refuse(device, std::string("expected a camera: ") + std::strerror(error));
+  const std::optional<v4l2_capability> camera = opened->Camera();
+  if (!camera) Refuse(device, "expected a camera that streams, found another device");
+  return std::make_unique<V4l2Stream>(std::move(*opened), *camera, request);
+}
+
+std::optional<std::string> FindV4l2Camera(const std::string& identity) {
+  for (int number = 0; number < kMostNumbers; ++number) {
+    int error = 0;
+    const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
+    if (!device) continue;
+    const std::optional<v4l2_capability> camera = device->Camera();
+    if (camera && IdentityOf(*camera) == identity) return device->Path();
+  }
+  return std::nullopt;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,60 @@
+// What happens to a live run: a drop, a reconnection, a control that was not accepted.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene/utc_time.h"
+
+namespace pleinair {
+
+enum class EventKind {
+  kStarted,
+  kControl,       // Refused, clamped or missing.
+  kClock,         // Stepped, or not synchronised.
+  kFrameDropped,  // Older than what the consumer wanted.
+  kFrameLost,     // By the driver: its count jumped.
+  kFrameDamaged,  // Truncated, or not to be decoded.
+  kTimestamp,     // Repeated, or going back.
+  kStalled,
+  kUnplugged,
+  kFormatChanged,
+  kReconnected,
+  kDisk,
+  kSite,    // Prepared, changed or gone.
+  kOutput,  // A place that the picture goes to has failed.
+  kEnded,
+};
+inline constexpr std::size_t kEventKinds = static_cast<std::size_t>(EventKind::kEnded) + 1;
+// "frame-dropped".
+std::string_view NameOf(EventKind kind);
+
+struct Event {
+  UtcTime time{};
+  EventKind kind = EventKind::kStarted;
+  std::string text;        // One line.
+  std::int64_t count = 1;  // Of drops and losses: so many frames.
+};
+
+// Any thread. Frames that are dropped, lost or damaged within a second are one event.
+class EventLog {
+ public:
+  void Add(Event event);
+  // Those that nobody has taken, in order; not what may still be added to.
+  std::vector<Event> Take(UtcTime now);
+  std::vector<Event> TakeAll();
+  // Of all events so far.
+  std::int64_t CountOf(EventKind kind) const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<Event> events_;
+  std::array<std::int64_t, kEventKinds> counts_{};
+};
+
+}  // namespace pleinair
