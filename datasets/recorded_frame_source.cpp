@@ -9,25 +9,13 @@
 #include "calib/response.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/frame_source.h"
+#include "datasets/internal/sampling_mask.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/picture_frame.h"
 #include "scene/image_io.h"
 
 namespace pleinair {
 namespace {
-
-// `Intrinsics` of either kind of camera, which stand in sequence.json under `key`.
-template <typename Pixel, typename Intrinsics>
-void RequireCameraSize(const Image<Pixel>& image,
-                       const Intrinsics& camera,
-                       const std::string& key,
-                       const std::filesystem::path& file) {
-  if (image.width == camera.width_px && image.height == camera.height_px) return;
-  throw std::runtime_error(file.string() + ": expected " + std::to_string(camera.width_px) + "x" +
-                           std::to_string(camera.height_px) + " pixels, found " +
-                           std::to_string(image.width) + "x" + std::to_string(image.height) + " (" +
-                           key + ".width and " + key + ".height say the former)");
-}
 
 // Light in denormal numbers has no accurate shares: the file has wrong units.
 void RequireNormalLight(const RgbImage& radiance, const std::filesystem::path& file) {
@@ -61,9 +49,6 @@ void RequireFinite(const RgbImage& radiance,
   throw std::runtime_error(file.string() + ": expected finite radiances, found none");
 }
 
-// Value of a diffuse mask.
-constexpr std::uint8_t kMaySample = 255;
-
 class RecordedFrameSource final : public FrameSource {
  public:
   RecordedFrameSource(const Sequence& sequence, FrameKind preferred, const CameraNoise& noise)
@@ -71,13 +56,9 @@ class RecordedFrameSource final : public FrameSource {
         preferred_(preferred),
         response_(sequence.response_ldr == "srgb8"
                       ? ResponseCurve::Srgb()
-                      : ResponseCurve::FromFile(FileInside(sequence.response_ldr))),
-        noise_(std::make_shared<SignalNoise>(response_, noise)) {
-    if (sequence.diffuse_mask && !sequence.environment) {
-      const std::filesystem::path file = FileInside(*sequence.diffuse_mask);
-      first_frame_mask_ = ReadMaskImage(file);
-      RequireCameraSize(*first_frame_mask_, sequence.intrinsics, "camera", file);
-    }
+                      : ResponseCurve::FromFile(FileOf(sequence.response_ldr))),
+        noise_(std::make_shared<SignalNoise>(response_, noise)),
+        mask_(sequence_) {
     if (sequence.fisheye) fisheye_ = MakeFisheyeSetup(*sequence.fisheye, sequence.folder);
   }
 
@@ -96,19 +77,8 @@ class RecordedFrameSource final : public FrameSource {
 
  private:
   // Checked again at each read: a link may have been put there since the sequence was read.
-  std::filesystem::path FileInside(const std::filesystem::path& relative) const {
-    const auto file = ResolveInside(sequence_.folder, relative);
-    if (!file) {
-      throw std::runtime_error((sequence_.folder / relative).string() + ": expected " +
-                               file.error());
-    }
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(*file, error)) {
-      const bool exists = std::filesystem::exists(*file, error);
-      throw std::runtime_error(file->string() + ": expected an image file, found " +
-                               (exists ? "something that is no file" : "nothing"));
-    }
-    return *file;
+  std::filesystem::path FileOf(const std::filesystem::path& relative) const {
+    return FileInside(sequence_.folder, relative);
   }
 
   Frame Read(std::size_t index) const {
@@ -123,17 +93,12 @@ class RecordedFrameSource final : public FrameSource {
     frame.sample_polygons = entry.sample_polygons;
     const bool linear =
         preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
-    linear ? ReadLinear(FileInside(*entry.image), frame)
-           : ReadCodes(FileInside(*entry.image_ldr), frame);
+    linear ? ReadLinear(FileOf(*entry.image), frame) : ReadCodes(FileOf(*entry.image_ldr), frame);
     if (!linear && !entry.exposure) {
       frame.units = frame.exposure ? LightUnits::kRelative : LightUnits::kRelativePerFrame;
     }
-    if (first_frame_mask_ && frame.camera == sequence_.CameraOfFrame(0)) {
-      for (std::size_t i = 0; i < frame.unusable.pixels.size(); ++i) {
-        if (first_frame_mask_->pixels[i] != kMaySample) frame.unusable.pixels[i] = kUnusable;
-      }
-    }
-    if (entry.fisheye) frame.fisheye_radiance = ReadFisheye(FileInside(*entry.fisheye));
+    mask_.ApplyTo(frame);
+    if (entry.fisheye) frame.fisheye_radiance = ReadFisheye(FileOf(*entry.fisheye));
     return frame;
   }
 
@@ -167,8 +132,7 @@ class RecordedFrameSource final : public FrameSource {
   FrameKind preferred_;
   ResponseCurve response_;
   std::shared_ptr<const SignalNoise> noise_;
-  // Over the first frame, where the mask is not one over an environment map.
-  std::optional<Gray8Image> first_frame_mask_;
+  SamplingMask mask_;
   std::optional<FisheyeSetup> fisheye_;
   std::size_t next_ = 0;
 };

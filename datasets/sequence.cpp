@@ -1,5 +1,6 @@
 #include "datasets/sequence.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -9,6 +10,12 @@ std::optional<double> FrameEntry::EffectiveExposure() const {
   if (exposure) return exposure;
   if (exposure_s && iso && f_number) return *exposure_s * *iso / (*f_number * *f_number);
   return std::nullopt;
+}
+
+bool Sequence::HasPictures() const {
+  return std::any_of(frames.begin(), frames.end(), [](const FrameEntry& frame) {
+    return frame.image || frame.image_ldr;
+  });
 }
 
 Camera Sequence::CameraOfFrame(std::size_t frame) const {

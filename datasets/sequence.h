@@ -93,6 +93,8 @@ struct Sequence {
   std::vector<VirtualObjectEntry> virtual_objects;
   std::vector<FrameEntry> frames;
 
+  // False of a site.
+  bool HasPictures() const;
   // Throws std::out_of_range; std::invalid_argument where neither frame nor sequence has a pose.
   Camera CameraOfFrame(std::size_t frame) const;
   // The frame's own direction, or without a site the environment's; none: it follows from place

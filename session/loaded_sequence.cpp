@@ -44,6 +44,7 @@ void LeaveOutEnvironment(Sequence& sequence) {
 std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded) {
   Sequence& sequence = loaded.sequence;
   if (!sequence.site || !(sequence.north_stddev_rad > 0.0)) return {};
+  if (!sequence.HasPictures()) return "north: stays as stated: no recorded frames show shadows";
   std::vector<std::string> unused_notes;
   const NorthCorrection north =
       CorrectNorth([&] { return FramesOf(options, loaded, unused_notes); },
@@ -107,6 +108,27 @@ void Prepare(const SessionOptions& options, const Progress& progress, LoadedSequ
                               files.SaveFailure());
 }
 
+void Load(const SessionOptions& options, const Progress& progress, LoadedSequence& loaded) {
+  const std::vector<std::string> notes_on_sun = FindSunInMap(loaded.sequence);
+  const AlbedoSource albedo = AlbedoSourceOf(options, loaded.sequence);
+  if (albedo == AlbedoSource::kSurvey && !loaded.sequence.environment) {
+    throw std::runtime_error(loaded.sequence.file.string() +
+                             ": albedo survey: expected the key environment, with an image");
+  }
+  if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded.sequence);
+  const std::string note_on_north = CorrectNorthOf(options, loaded);
+  loaded.site = LoadSequenceSite(loaded.sequence);
+  if (!note_on_north.empty()) loaded.site.notes.push_back(note_on_north);
+  loaded.site.notes.insert(loaded.site.notes.end(), notes_on_sun.begin(), notes_on_sun.end());
+  if (albedo == AlbedoSource::kMaterials && !loaded.site.materials_note.empty()) {
+    loaded.site.notes.push_back(loaded.site.materials_note);
+  }
+  // A source that there are no data for is refused before the work begins.
+  MakeSourceFor(options, loaded.sequence, kStandardAerosolDepth500nm);
+  Prepare(options, progress, loaded);
+  if (albedo == AlbedoSource::kSelfCalibrated) CalibrateAlbedo(options, loaded);
+}
+
 }  // namespace
 
 std::unique_ptr<FrameSource> FramesOf(const SessionOptions& options,
@@ -133,24 +155,16 @@ std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options
   auto loaded = std::make_shared<LoadedSequence>();
   if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
   loaded->sequence = ReadSequenceOf(options, loaded->board);
-  const std::vector<std::string> notes_on_sun = FindSunInMap(loaded->sequence);
-  const AlbedoSource albedo = AlbedoSourceOf(options, loaded->sequence);
-  if (albedo == AlbedoSource::kSurvey && !loaded->sequence.environment) {
-    throw std::runtime_error(loaded->sequence.file.string() +
-                             ": albedo survey: expected the key environment, with an image");
-  }
-  if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded->sequence);
-  const std::string note_on_north = CorrectNorthOf(options, *loaded);
-  loaded->site = LoadSequenceSite(loaded->sequence);
-  if (!note_on_north.empty()) loaded->site.notes.push_back(note_on_north);
-  loaded->site.notes.insert(loaded->site.notes.end(), notes_on_sun.begin(), notes_on_sun.end());
-  if (albedo == AlbedoSource::kMaterials && !loaded->site.materials_note.empty()) {
-    loaded->site.notes.push_back(loaded->site.materials_note);
-  }
-  // A source that there are no data for is refused before the work begins.
-  MakeSourceFor(options, loaded->sequence, kStandardAerosolDepth500nm);
-  Prepare(options, progress, *loaded);
-  if (albedo == AlbedoSource::kSelfCalibrated) CalibrateAlbedo(options, *loaded);
+  Load(options, progress, *loaded);
+  return loaded;
+}
+
+std::shared_ptr<const LoadedSequence> LoadSite(const SessionOptions& options,
+                                               UtcTime time,
+                                               const Progress& progress) {
+  auto loaded = std::make_shared<LoadedSequence>();
+  loaded->sequence = ReadSite(options.sequence, time, SequencePoses::kRequired, options.weather);
+  Load(options, progress, *loaded);
   return loaded;
 }
 

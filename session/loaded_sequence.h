@@ -12,6 +12,7 @@
 #include "datasets/sequence.h"
 #include "relight/prepared_scene.h"
 #include "relight/progress.h"
+#include "scene/utc_time.h"
 #include "session/sequence_site.h"
 #include "session/session_options.h"
 
@@ -29,6 +30,13 @@ struct LoadedSequence {
 // cannot keep what was prepared is a note of the site's.
 std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options,
                                                    const Progress& progress = {});
+
+// Of `options.sequence` as a site (see ReadSite), for frames of another source from `time` on:
+// markers, and albedos or a north that are found from frames, are not for it. Throws as
+// LoadSequence.
+std::shared_ptr<const LoadedSequence> LoadSite(const SessionOptions& options,
+                                               UtcTime time,
+                                               const Progress& progress = {});
 
 // The sequence's frames. What the markers could not give goes to `notes`, which outlives the
 // source.

@@ -86,6 +86,14 @@ SequenceSession::SequenceSession(const SessionOptions& options, const Progress& 
 SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
                                  const SessionOptions& options,
                                  std::shared_ptr<const HeadlessContext> context)
+    : SequenceSession(std::move(loaded), options, nullptr, std::move(context)) {
+  frames_ = FramesOf(options_, *loaded_, notes_);
+}
+
+SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
+                                 const SessionOptions& options,
+                                 std::unique_ptr<FrameSource> frames,
+                                 std::shared_ptr<const HeadlessContext> context)
     : loaded_(std::move(loaded)),
       context_(MadeCurrent(std::move(context))),
       options_(options),
@@ -94,7 +102,8 @@ SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
                                            options.camera_noise)),
       notes_(loaded_->site.notes),
       given_suns_(GivenSuns(options)),
-      compositor_(options.compositor) {
+      compositor_(options.compositor),
+      frames_(std::move(frames)) {
   const std::vector<std::string>& of_scene = loaded_->scene.notes;
   notes_.insert(notes_.end(), of_scene.begin(), of_scene.end());
   pipeline_ = std::make_unique<FramePipeline>(
@@ -105,7 +114,6 @@ SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
       MakeSourceFor(options, loaded_->sequence, loaded_->scene.aerosol_optical_depth_500nm),
       compositor_,
       PipelineOptionsFor(options, *loaded_));
-  frames_ = FramesOf(options, *loaded_, notes_);
 }
 
 // What the pipeline and the compositor hold is deleted in the context that it was made in.

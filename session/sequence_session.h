@@ -54,6 +54,11 @@ class SequenceSession {
   SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
                   const SessionOptions& options,
                   std::shared_ptr<const HeadlessContext> context = nullptr);
+  // Next gives frames of `frames`, in place of the sequence's own.
+  SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
+                  const SessionOptions& options,
+                  std::unique_ptr<FrameSource> frames,
+                  std::shared_ptr<const HeadlessContext> context = nullptr);
   ~SequenceSession();
   SequenceSession(const SequenceSession&) = delete;
   SequenceSession& operator=(const SequenceSession&) = delete;

@@ -57,7 +57,8 @@ AlbedoSource AlbedoSourceOf(const SessionOptions& options, const Sequence& seque
   if (sequence.environment) return AlbedoSource::kSurvey;
   const bool estimated =
       SourceOf(options, sequence) == SourceKind::kOutdoor && options.lighting.empty();
-  const bool is_given = sequence.albedos_known || sequence.albedos_assumed;
+  const bool is_given =
+      sequence.albedos_known || sequence.albedos_assumed || !sequence.HasPictures();
   return is_given || !estimated ? AlbedoSource::kMaterials : AlbedoSource::kSelfCalibrated;
 }
 

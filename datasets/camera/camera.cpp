@@ -40,6 +40,11 @@ void CameraRequest::Validate() const {
   if (development) development->Validate();
 }
 
+std::optional<double> IsoOf(const CapturedExposure& exposure) {
+  if (!exposure.gain) return std::nullopt;
+  return 100.0 * *exposure.gain;
+}
+
 std::vector<CameraDescription> ListCameras() { return ListV4l2Cameras(); }
 
 bool IsCameraName(const std::string& name) { return name.starts_with("/dev/video"); }

@@ -69,6 +69,9 @@ struct CapturedExposure {
   bool operator==(const CapturedExposure&) const = default;
 };
 
+// ISO 100 stands for the driver's least gain.
+std::optional<double> IsoOf(const CapturedExposure& exposure);
+
 struct CapturedBuffer {
   std::vector<std::byte> bytes;
   PictureLayout layout;

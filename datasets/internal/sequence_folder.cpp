@@ -27,4 +27,17 @@ tl::expected<std::filesystem::path, std::string> ResolveInside(
   return folder / normal;
 }
 
+std::filesystem::path FileInside(const std::filesystem::path& folder,
+                                 const std::filesystem::path& relative) {
+  const auto file = ResolveInside(folder, relative);
+  if (!file) throw std::runtime_error((folder / relative).string() + ": expected " + file.error());
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(*file, error)) {
+    const bool exists = std::filesystem::exists(*file, error);
+    throw std::runtime_error(file->string() + ": expected an image file, found " +
+                             (exists ? "something that is no file" : "nothing"));
+  }
+  return *file;
+}
+
 }  // namespace pleinair
