@@ -23,6 +23,7 @@
 #include "apps/evaluation_arguments.h"
 #include "apps/irradiance_command.h"
 #include "apps/message_text.h"
+#include "apps/record_arguments.h"
 #include "apps/run_arguments.h"
 #include "apps/run_command.h"
 #include "apps/score_command.h"
@@ -226,6 +227,7 @@ int RunCommandLine(int argc, char** argv) {
   AddSun(app, work);
   AddPrepare(app, work);
   AddRun(app, work);
+  AddRecord(app, work);
   AddScore(app, work);
   AddRegress(app, work);
   AddTradeoff(app, work);

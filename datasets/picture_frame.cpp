@@ -51,4 +51,15 @@ void SetCodes(Rgb8Image codes,
   frame.codes = std::move(codes);
 }
 
+void SetDeveloped(DevelopedPicture picture, Frame& frame) {
+  const auto scale = static_cast<float>(1.0 / frame.exposure.value_or(1.0));
+  for (glm::vec3& pixel : picture.signal_rgb.pixels) pixel *= scale;
+  SetRadiance(std::move(picture.signal_rgb), frame);
+  frame.clipped = std::move(picture.clipped);
+  for (std::size_t i = 0; i < frame.clipped.pixels.size(); ++i) {
+    if (frame.clipped.pixels[i] == 0) continue;
+    frame.unusable.pixels[i] |= kClipped[0] | kClipped[1] | kClipped[2];
+  }
+}
+
 }  // namespace pleinair

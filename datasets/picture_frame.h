@@ -5,6 +5,7 @@
 
 #include "calib/camera_noise.h"
 #include "calib/response.h"
+#include "datasets/camera/camera_picture.h"
 #include "scene/frame.h"
 
 namespace pleinair {
@@ -21,5 +22,9 @@ void SetCodes(Rgb8Image codes,
               const ResponseCurve& response,
               std::shared_ptr<const SignalNoise> noise,
               Frame& frame);
+
+// Sets `radiance`, `defects`, `clipped` and `unusable` of a raw picture at frame.exposure, 1 where
+// that is unknown.
+void SetDeveloped(DevelopedPicture picture, Frame& frame);
 
 }  // namespace pleinair

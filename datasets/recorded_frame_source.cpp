@@ -13,6 +13,7 @@
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/picture_frame.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {
@@ -93,8 +94,14 @@ class RecordedFrameSource final : public FrameSource {
     frame.sample_polygons = entry.sample_polygons;
     const bool linear =
         preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
-    linear ? ReadLinear(FileOf(*entry.image), frame) : ReadCodes(FileOf(*entry.image_ldr), frame);
-    if (!linear && !entry.exposure) {
+    if (entry.raw) {
+      ReadRaw(FileOf(entry.raw->image), *entry.raw, frame);
+    } else if (linear) {
+      ReadLinear(FileOf(*entry.image), frame);
+    } else {
+      ReadCodes(FileOf(*entry.image_ldr), frame);
+    }
+    if ((!linear || entry.raw) && !entry.exposure) {
       frame.units = frame.exposure ? LightUnits::kRelative : LightUnits::kRelativePerFrame;
     }
     mask_.ApplyTo(frame);
@@ -108,6 +115,15 @@ class RecordedFrameSource final : public FrameSource {
     RequireCameraSize(radiance, frame.camera.intrinsics, "camera", file);
     SetRadiance(std::move(radiance), frame);
     RequireFinite(frame.radiance, frame.defects, file);
+  }
+
+  static void ReadRaw(const std::filesystem::path& file, const RawImageEntry& raw, Frame& frame) {
+    const CameraIntrinsics& camera = frame.camera.intrinsics;
+    const PictureLayout layout = {
+        raw.format, camera.width_px, camera.height_px, raw.stride_bytes, {}};
+    auto picture = Develop(ReadWholeFile(file), layout, raw.development);
+    if (!picture) throw std::runtime_error(file.string() + ": " + picture.error());
+    SetDeveloped(std::move(*picture), frame);
   }
 
   void ReadCodes(const std::filesystem::path& file, Frame& frame) const {

@@ -11,6 +11,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "datasets/camera/camera_picture.h"
+#include "datasets/camera/pixel_format.h"
 #include "scene/camera.h"
 #include "scene/frame.h"
 #include "scene/utc_time.h"
@@ -19,10 +21,21 @@
 
 namespace pleinair {
 
+// A sensor's bytes as its driver gave them: Bayer, without a header, of the camera's size.
+struct RawImageEntry {
+  std::filesystem::path image;
+  PixelFormat format;
+  int stride_bytes = 0;
+  RawDevelopment development;
+};
+
 // Paths are relative to Sequence::folder.
 struct FrameEntry {
   std::optional<std::filesystem::path> image;
   std::optional<std::filesystem::path> image_ldr;
+  // The picture of a video file that image_ldr names, counted from 0 in the order of presentation.
+  std::optional<int> video_frame;
+  std::optional<RawImageEntry> raw;  // In place of image and image_ldr.
   std::optional<std::filesystem::path> fisheye;
   UtcTime time{};
   std::optional<double> exposure;    // Linear factor from radiance to the 8-bit camera's [0, 1].
@@ -116,6 +129,8 @@ enum class SequencePoses { kRequired, kMayBeAbsent };
 // Strictness  an unknown key is an error, except free ones (`name`, note..., formula..., world...);
 //         a transform is rigid to 1e-5, a direction unit to 1e-3 (and then made unit);
 //         camera.pixel_centers may be left out, and must be "integer" otherwise.
+// Frames  where `frames` is the name of a file, it has an entry of the list in each line; a last
+//         line without its end is passed over: a recorder was stopped there.
 // Weather  `weather`, where given, is that of all frames, in place of what the file says of any.
 // Sun     without a site, a survey map or a fish-eye camera, each frame states where the sun is, or
 //         is overcast.

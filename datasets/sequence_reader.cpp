@@ -1,6 +1,8 @@
 // sequence.json in: every key checked for presence, type and range.
 #include <cmath>
+#include <fstream>
 #include <functional>
+#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -148,13 +150,12 @@ class SequenceReader {
     ReadPlace(root);
     // Weather is of the day that was recorded.
     sequence_.weather = weather_;
-    FrameEntry& standing = sequence_.frames.emplace_back();
-    if (const auto frames = root.Optional("frames"); frames && !sequence_.camera_from_world) {
-      standing = ReadFrame(frames->List(1, kAnyCount).front());
-      sequence_.camera_from_world = standing.camera_from_world;
-      standing = {};
+    if (root.Optional("frames") && !sequence_.camera_from_world) {
+      ReadFrames(root);
+      sequence_.camera_from_world = sequence_.frames.front().camera_from_world;
+      sequence_.frames.clear();
     }
-    standing.time = time;
+    sequence_.frames.emplace_back().time = time;
     if (!sequence_.camera_from_world && poses_ == SequencePoses::kRequired) {
       root.Required("camera").FailMissing("camera_from_world",
                                           "where the camera stands (or --markers)");
@@ -380,9 +381,32 @@ class SequenceReader {
     return polygon;
   }
 
+  RawImageEntry ReadRaw(const JsonCursor& at) const {
+    at.CheckKeys(
+        {"image", "format", "stride_bytes", "black_level", "white_level", "white_balance_rgb"});
+    RawImageEntry raw;
+    raw.image = PathInside(at.Required("image"));
+    const JsonCursor format = at.Required("format");
+    const std::optional<PixelFormat> named = PixelFormatNamed(format.Text());
+    if (!named || named->coding != PixelCoding::kBayer) format.Fail("a Bayer format: SRGGB10");
+    raw.format = *named;
+    raw.stride_bytes = at.Required("stride_bytes").IntegerIn(1, 4 * kMaxImageSidePx);
+    raw.development.black_level = at.Required("black_level").Number();
+    raw.development.white_level = at.Required("white_level").Number();
+    raw.development.white_balance_rgb = ReadVector3(at.Required("white_balance_rgb"));
+    try {
+      raw.development.Validate();
+    } catch (const std::invalid_argument& error) {
+      throw JsonError(sequence_.file.string() + ": " + at.Path() + ": " + error.what());
+    }
+    return raw;
+  }
+
   FrameEntry ReadFrame(const JsonCursor& at) const {
     at.CheckKeys({"image",
                   "image_ldr",
+                  "video_frame",
+                  "raw",
                   "fisheye",
                   "time_utc",
                   "exposure",
@@ -397,7 +421,17 @@ class SequenceReader {
     FrameEntry entry;
     entry.image = ReadOptional(at, "image", path_inside);
     entry.image_ldr = ReadOptional(at, "image_ldr", path_inside);
-    if (!entry.image && !entry.image_ldr) at.Fail("an object with `image` or `image_ldr`");
+    if (const auto frame = at.Optional("video_frame")) {
+      if (!entry.image_ldr) frame->Fail("a video under `image_ldr`");
+      entry.video_frame = frame->IntegerIn(0, std::numeric_limits<int>::max());
+    }
+    if (const auto raw = at.Optional("raw")) {
+      if (entry.image || entry.image_ldr) raw->Fail("no `image` or `image_ldr` beside it");
+      entry.raw = ReadRaw(*raw);
+    }
+    if (!entry.image && !entry.image_ldr && !entry.raw) {
+      at.Fail("an object with `image`, `image_ldr` or `raw`");
+    }
     entry.fisheye = ReadOptional(at, "fisheye", path_inside);
     if (entry.fisheye && !sequence_.fisheye) {
       at.Required("fisheye").Fail("a fish-eye image only where the sequence has `fisheye`");
@@ -424,9 +458,26 @@ class SequenceReader {
   }
 
   void ReadFrames(const JsonCursor& root) {
-    for (const JsonCursor& at : root.Required("frames").List(1, kAnyCount)) {
-      sequence_.frames.push_back(ReadFrame(at));
+    const JsonCursor at = root.Required("frames");
+    if (at.Value().is_string()) return ReadFrameLines(at);
+    for (const JsonCursor& entry : at.List(1, kAnyCount)) {
+      sequence_.frames.push_back(ReadFrame(entry));
     }
+  }
+
+  void ReadFrameLines(const JsonCursor& at) {
+    const std::filesystem::path file = folder_ / ExistingFile(at);
+    std::ifstream lines(file, std::ios::binary);
+    std::string line;
+    // The end of the file ends no line.
+    for (int number = 1; std::getline(lines, line) && !lines.eof(); ++number) {
+      const std::string label = file.string() + ":" + std::to_string(number);
+      const nlohmann::json entry = ParseJson(line, label);
+      sequence_.frames.push_back(ReadFrame(JsonCursor(entry, label)));
+    }
+    if (lines.bad() || !lines.eof()) throw JsonError(file.string() + ": cannot be read");
+    if (sequence_.frames.empty())
+      throw JsonError(file.string() + ": expected a frame a line, found none");
   }
 
   // A fish-eye camera and a survey map may show the sun; a photograph does not.

@@ -1,10 +1,10 @@
 // sequence.json out.
+#include "datasets/internal/sequence_json.h"
+
 #include <span>
 #include <string>
+#include <vector>
 
-#include <nlohmann/json.hpp>
-
-#include "datasets/sequence.h"
 #include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -81,10 +81,23 @@ Json FromSamplePolygon(const SamplePolygon& polygon) {
           {"polygon_px", FromPolygon(polygon.polygon_px)}};
 }
 
-Json FromFrame(const FrameEntry& frame) {
+Json FromRaw(const RawImageEntry& raw) {
+  return {{"image", raw.image.string()},
+          {"format", NameOf(raw.format)},
+          {"stride_bytes", raw.stride_bytes},
+          {"black_level", raw.development.black_level},
+          {"white_level", raw.development.white_level},
+          {"white_balance_rgb", FromVector(raw.development.white_balance_rgb)}};
+}
+
+}  // namespace
+
+Json JsonOf(const FrameEntry& frame) {
   Json json = Json::object();
   if (frame.image) json["image"] = frame.image->string();
   if (frame.image_ldr) json["image_ldr"] = frame.image_ldr->string();
+  if (frame.video_frame) json["video_frame"] = *frame.video_frame;
+  if (frame.raw) json["raw"] = FromRaw(*frame.raw);
   if (frame.fisheye) json["fisheye"] = frame.fisheye->string();
   json["time_utc"] = FormatUtcTime(frame.time);
   if (frame.exposure) json["exposure"] = *frame.exposure;
@@ -103,7 +116,7 @@ Json FromFrame(const FrameEntry& frame) {
   return json;
 }
 
-Json FromSequence(const Sequence& sequence) {
+Json JsonOf(const Sequence& sequence) {
   Json json = {{"format", "pleinair-sequence"}, {"version", 1}};
   if (!sequence.name.empty()) json["name"] = sequence.name;
   if (sequence.site) {
@@ -139,15 +152,17 @@ Json FromSequence(const Sequence& sequence) {
          {"world_from_object", FromMatrix(object.world_from_object)}});
   }
   json["frames"] = Json::array();
-  for (const FrameEntry& frame : sequence.frames) json["frames"].push_back(FromFrame(frame));
+  for (const FrameEntry& frame : sequence.frames) json["frames"].push_back(JsonOf(frame));
   return json;
 }
 
-}  // namespace
+void WriteSequenceJson(const Json& json, const std::filesystem::path& folder) {
+  const std::string text = json.dump(1) + '\n';
+  WriteWholeFile(folder / "sequence.json", std::as_bytes(std::span(text)));
+}
 
 void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder) {
-  const std::string text = FromSequence(sequence).dump(1) + '\n';
-  WriteWholeFile(folder / "sequence.json", std::as_bytes(std::span(text)));
+  WriteSequenceJson(JsonOf(sequence), folder);
 }
 
 }  // namespace pleinair

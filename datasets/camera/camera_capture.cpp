@@ -166,6 +166,7 @@ void CameraCapture::Take(CapturedBuffer buffer) {
     taken = std::max(now, last_time_ + nanoseconds{1});
   }
   last_time_ = taken;
+  buffer.monotonic_time = taken;
 
   const CameraClock::Time time = clock_.UtcOf(taken);
   if (time.step) {

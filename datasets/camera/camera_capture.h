@@ -17,7 +17,8 @@
 
 namespace pleinair {
 
-// A picture as the driver gave it, with its time.
+// A picture as the driver gave it, with its time. Its monotonic time ascends: where the driver's
+// does not, it is the picture's arrival.
 struct CameraFrame {
   CapturedBuffer buffer;
   UtcTime time{};

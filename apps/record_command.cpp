@@ -1,0 +1,182 @@
+#include "apps/record_command.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/stop_signals.h"
+#include "datasets/camera/camera_capture.h"
+#include "datasets/sequence.h"
+
+namespace pleinair {
+namespace {
+
+using std::chrono::milliseconds;
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr milliseconds kTick{200};
+constexpr std::chrono::seconds kTerminalProgress{1};
+constexpr std::chrono::seconds kLoggedProgress{10};
+
+double SecondsSince(SteadyClock::time_point start) {
+  return std::chrono::duration<double>(SteadyClock::now() - start).count();
+}
+
+std::string SizeText(std::uint64_t bytes) {
+  constexpr double kGigabyte = 1e9;
+  const auto size = static_cast<double>(bytes);
+  return size < kGigabyte ? fmt::format("{:.0f} MB", size / 1e6)
+                          : fmt::format("{:.1f} GB", size / kGigabyte);
+}
+
+std::string ProgressText(const RecorderStatus& status, const EventLog& events, double seconds) {
+  return fmt::format(
+      "{} pictures, {:.1f} a second, {} dropped, {} lost by the driver, {} damaged, "
+      "{} written, {} free",
+      status.written,
+      static_cast<double>(status.written) / std::max(seconds, 1e-3),
+      events.CountOf(EventKind::kFrameDropped),
+      events.CountOf(EventKind::kFrameLost),
+      status.damaged,
+      SizeText(status.bytes),
+      SizeText(status.free_bytes));
+}
+
+// What goes on beside the pictures: progress, events, and reasons to end.
+class Watch {
+ public:
+  Watch(const RecordCommandOptions& options,
+        StopSignals& signals,
+        CameraCapture& capture,
+        Recorder& recorder,
+        EventLog& events)
+      : options_(options),
+        signals_(signals),
+        capture_(capture),
+        recorder_(recorder),
+        events_(events),
+        thread_([this] { Run(); }) {}
+  ~Watch() {
+    is_over_ = true;
+    thread_.join();
+    if (is_terminal_) std::fputs("\r\033[K", stderr);
+  }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+ private:
+  void Run() {
+    while (!is_over_) {
+      const bool is_told = signals_.Wait(kTick);
+      recorder_.AddEvents(events_.Take(capture_.Clock().Now()));
+      const RecorderStatus status = recorder_.Status();
+      if (is_told || !status.stopped.empty() || IsTimeUp()) {
+        capture_.Stop();
+        return;
+      }
+      ShowProgress(status);
+    }
+  }
+
+  // The pictures themselves end a recording in time; without any, a second later.
+  bool IsTimeUp() const {
+    return options_.duration_s && SecondsSince(started_) > *options_.duration_s + 1.0;
+  }
+
+  void ShowProgress(const RecorderStatus& status) {
+    if (SteadyClock::now() - shown_ < (is_terminal_ ? kTerminalProgress : kLoggedProgress)) return;
+    shown_ = SteadyClock::now();
+    const std::string text = ProgressText(status, events_, SecondsSince(started_));
+    if (is_terminal_) {
+      std::fprintf(stderr, "\r\033[K%s", text.c_str());
+      std::fflush(stderr);
+    } else {
+      spdlog::info("{}", text);
+    }
+  }
+
+  const RecordCommandOptions& options_;
+  StopSignals& signals_;
+  CameraCapture& capture_;
+  Recorder& recorder_;
+  EventLog& events_;
+  const SteadyClock::time_point started_ = SteadyClock::now();
+  SteadyClock::time_point shown_ = started_;
+  const bool is_terminal_ = isatty(STDERR_FILENO) == 1;
+  std::atomic<bool> is_over_ = false;
+  std::thread thread_;
+};
+
+void Record(const RecordCommandOptions& options, CameraCapture& capture, Recorder& recorder) {
+  std::optional<std::chrono::nanoseconds> first;
+  int recorded = 0;
+  while (std::optional<CameraFrame> frame = capture.Next()) {
+    const std::chrono::nanoseconds time = frame->buffer.monotonic_time;
+    if (!first) first = time;
+    const double seconds = std::chrono::duration<double>(time - *first).count();
+    if (options.duration_s && seconds >= *options.duration_s) return;
+    if (recorder.Offer(std::move(*frame))) ++recorded;
+    if (recorded == options.frames_limit) return;
+  }
+}
+
+// How many pictures there will be, where that is known.
+std::optional<double> ExpectedPictures(const RecordCommandOptions& options,
+                                       const CameraCapture& capture) {
+  constexpr double kUsualRate = 30.0;
+  std::optional<double> pictures;
+  if (options.duration_s) {
+    const double interval_s = std::chrono::duration<double>(options.recorder.interval).count();
+    const double rate = capture.FramesPerSecond() > 0.0 ? capture.FramesPerSecond() : kUsualRate;
+    pictures = *options.duration_s * (interval_s > 0.0 ? std::min(1.0 / interval_s, rate) : rate);
+  }
+  if (options.frames_limit) {
+    pictures = std::min(pictures.value_or(*options.frames_limit), double(*options.frames_limit));
+  }
+  return pictures;
+}
+
+}  // namespace
+
+int RunRecordCommand(const RecordCommandOptions& options) {
+  const UtcTime now = std::chrono::system_clock::now();
+  const Sequence site = ReadSite(options.site, now);
+  CameraRequest request = options.request;
+  if (!request.width_px) {
+    request.width_px = site.intrinsics.width_px;
+    request.height_px = site.intrinsics.height_px;
+  }
+  StopSignals signals;
+  EventLog events;
+  CameraCapture capture(options.camera, request, {}, events);
+  RecorderOptions recorder_options = options.recorder;
+  recorder_options.recording.expected_pictures = ExpectedPictures(options, capture);
+  Recorder recorder(site, capture.Layout(), recorder_options, events);
+  const SteadyClock::time_point started = SteadyClock::now();
+  {
+    const Watch watch(options, signals, capture, recorder, events);
+    Record(options, capture, recorder);
+  }
+  capture.Stop();
+  const double seconds = SecondsSince(started);
+  recorder.Close();
+  events.Add({capture.Clock().Now(),
+              EventKind::kEnded,
+              fmt::format("{} pictures recorded", recorder.Status().written)});
+  recorder.AddEvents(events.TakeAll());
+  recorder.Finish();
+  const RecorderStatus status = recorder.Status();
+  spdlog::info(
+      "{}: {}", options.recorder.recording.folder.string(), ProgressText(status, events, seconds));
+  if (status.stopped.empty()) return 0;
+  spdlog::error("{}", status.stopped);
+  return 1;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,25 @@
+#include "apps/stop_signals.h"
+
+#include <ctime>
+
+namespace pleinair {
+
+StopSignals::StopSignals() {
+  sigemptyset(&awaited_);
+  sigaddset(&awaited_, SIGINT);
+  sigaddset(&awaited_, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &awaited_, &before_);
+}
+
+StopSignals::~StopSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+bool StopSignals::Wait(std::chrono::milliseconds timeout) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
+  const timespec time{static_cast<time_t>(seconds.count()),
+                      static_cast<long>(std::chrono::nanoseconds(timeout - seconds).count())};
+  if (sigtimedwait(&awaited_, nullptr, &time) < 0) return false;
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  return true;
+}
+
+}  // namespace pleinair

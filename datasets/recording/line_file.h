@@ -1,0 +1,30 @@
+// A text file that grows line by line, and is complete to its last line at any moment.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace pleinair {
+
+// What was added stays when the process is killed; Sync makes it, and all else that was written to
+// the file system before, outlast a power cut.
+class LineFile {
+ public:
+  // A new one. Throws std::runtime_error naming it, as all functions here.
+  explicit LineFile(std::filesystem::path file);
+  ~LineFile();
+  LineFile(const LineFile&) = delete;
+  LineFile& operator=(const LineFile&) = delete;
+
+  // A line without its end: all of it or, where that fails, nothing.
+  void Add(std::string_view line);
+  // May be called from another thread; takes as long as the disk needs.
+  void Sync() const;
+
+ private:
+  std::filesystem::path file_;
+  int descriptor_ = -1;
+  long long size_ = 0;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,91 @@
+#include "datasets/recording/picture_files.h"
+
+#include <algorithm>
+#include <chrono>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "scene/image_io.h"
+#include "scene/whole_file.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+
+Gray8Image GreyOf(const Rgb8Image& picture) {
+  Gray8Image grey(picture.width, picture.height);
+  std::ranges::transform(
+      picture.pixels, grey.pixels.begin(), [](const glm::u8vec3& code) { return code.r; });
+  return grey;
+}
+
+class SinglePictureFiles final : public PictureFiles {
+ public:
+  explicit SinglePictureFiles(fs::path folder) : folder_(std::move(folder)) {
+    fs::create_directories(folder_ / "frames");
+  }
+
+  tl::expected<std::uint64_t, std::string> Add(const CameraFrame& frame,
+                                               FrameEntry& entry) override {
+    const CapturedBuffer& buffer = frame.buffer;
+    const auto name = [&](const char* ending) {
+      return NameByTime(folder_, "frames", frame.time, ending);
+    };
+    switch (buffer.layout.format.coding) {
+      case PixelCoding::kMjpeg:
+        entry.image_ldr = name(".jpg");
+        WriteWholeFile(folder_ / *entry.image_ldr, buffer.bytes);
+        return buffer.bytes.size();
+      case PixelCoding::kBayer:
+        entry.raw =
+            RawImageEntry{name(".raw"),
+                          buffer.layout.format,
+                          buffer.layout.stride_bytes,
+                          buffer.development.value_or(UsualDevelopment(buffer.layout.format.bits))};
+        WriteWholeFile(folder_ / entry.raw->image, buffer.bytes);
+        return buffer.bytes.size();
+      default:
+        break;
+    }
+    const auto codes = DecodeCodes(buffer.bytes, buffer.layout);
+    if (!codes) return tl::unexpected(codes.error());
+    entry.image_ldr = name(".png");
+    const fs::path file = folder_ / *entry.image_ldr;
+    if (buffer.layout.format.coding == PixelCoding::kGrey) {
+      WritePng(file, GreyOf(*codes));
+    } else {
+      WritePng(file, *codes);
+    }
+    return fs::file_size(file);
+  }
+
+ private:
+  fs::path folder_;
+};
+
+}  // namespace
+
+std::unique_ptr<PictureFiles> MakeSinglePictureFiles(const fs::path& folder) {
+  return std::make_unique<SinglePictureFiles>(folder);
+}
+
+fs::path NameByTime(const fs::path& folder,
+                    const fs::path& kind,
+                    UtcTime time,
+                    const std::string& ending) {
+  const auto second = std::chrono::floor<std::chrono::seconds>(time);
+  const auto fraction = std::chrono::floor<std::chrono::microseconds>(time - second);
+  const std::string stem = fmt::format("{:%Y%m%dT%H%M%S}.{:06}Z", second, fraction.count());
+  fs::path name = kind / (stem + ending);
+  for (int again = 2; fs::exists(folder / name); ++again) {
+    name = kind / (stem + "-" + std::to_string(again) + ending);
+  }
+  return name;
+}
+
+}  // namespace pleinair

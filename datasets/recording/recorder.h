@@ -1,0 +1,88 @@
+// Records a camera's pictures beside whatever else is done with them.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "datasets/camera/camera_capture.h"
+#include "datasets/camera/frame_queue.h"
+#include "datasets/event.h"
+#include "datasets/recording/recording.h"
+
+namespace pleinair {
+
+struct RecorderOptions {
+  RecordingOptions recording;
+  std::chrono::nanoseconds interval{0};  // From a recorded picture to the next; 0: every one.
+  // Pictures that wait for the disk, together.
+  std::uint64_t queue_bytes = 256'000'000;
+  // A power cut loses what came since the last one at most.
+  std::chrono::milliseconds sync_interval{1000};
+};
+
+struct RecorderStatus {
+  std::int64_t written = 0;   // Survive a kill of the process.
+  std::int64_t finished = 0;  // Survive a power cut.
+  std::int64_t dropped = 0;   // The disk was too slow.
+  std::int64_t damaged = 0;   // Not to be decoded, or of another size.
+  std::uint64_t bytes = 0;
+  std::uint64_t free_bytes = 0;
+  std::string stopped;  // Why it goes on no longer, one line; empty: it does.
+};
+
+// A Recording on a thread of its own. What happens is an event.
+class Recorder {
+ public:
+  // Throws as Recording. `events` outlives it.
+  Recorder(const Sequence& site,
+           const PictureLayout& layout,
+           const RecorderOptions& options,
+           EventLog& events);
+  // As Finish.
+  ~Recorder();
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  // Never waits: where the queue is full its oldest picture is dropped. False for a picture that is
+  // not to be recorded: it comes before its time, or the recorder has stopped.
+  bool Offer(CameraFrame frame);
+  // To the recording's events.jsonl, soon.
+  void AddEvents(std::vector<Event> events);
+  RecorderStatus Status() const;
+  // Waits until what is in the queue is written. Nothing more is taken but events.
+  void Close();
+  // As Close; then ends the recording, and waits until it is on the disk.
+  void Finish();
+
+ private:
+  void Write();
+  void WriteOne(const CameraFrame& frame);
+  void WriteEvents();
+  void KeepSynced();
+  void Sync();
+  // Runs `step`; where the disk fails there, nothing more is written.
+  void Guard(const std::function<void()>& step);
+
+  RecorderOptions options_;
+  EventLog& events_;
+  Recording recording_;
+  FrameQueue<CameraFrame> queue_;
+  std::optional<std::chrono::nanoseconds> next_due_;  // On the pictures' monotonic clock.
+  mutable std::mutex mutex_;                          // Of what follows.
+  RecorderStatus status_;
+  std::vector<Event> new_events_;
+  bool is_closed_ = false;
+  bool is_finished_ = false;
+  std::condition_variable closed_;
+  std::thread writer_;
+  std::thread syncer_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,145 @@
+#include "datasets/recording/recording.h"
+
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "datasets/internal/sequence_json.h"
+#include "datasets/recording/site_files.h"
+#include "scene/whole_file.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMegabyte = 1e6;
+constexpr const char* kFrames = "frames.jsonl";
+
+std::uint64_t FreeBytesAt(const fs::path& folder) { return fs::space(folder).available; }
+
+[[noreturn]] void RefuseForSpace(const fs::path& folder, std::uint64_t free, std::uint64_t needed) {
+  throw std::runtime_error(fmt::format("{}: expected {:.0f} MB of free space, found {:.0f} MB",
+                                       folder.string(),
+                                       static_cast<double>(needed) / kMegabyte,
+                                       static_cast<double>(free) / kMegabyte));
+}
+
+void MakeEmptyFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) RefuseFile(folder, "cannot be made: " + error.message());
+  if (!fs::is_empty(folder)) RefuseFile(folder, "expected a new folder, or an empty one");
+}
+
+// The site with a camera that takes pictures of this layout.
+Sequence AtLayout(Sequence site, const PictureLayout& layout) {
+  const CameraIntrinsics& camera = site.intrinsics;
+  if (camera.width_px != layout.width_px || camera.height_px != layout.height_px) {
+    throw std::runtime_error(
+        fmt::format("{}: camera: expected pictures of {}x{}, as the site's camera has, found {}x{}",
+                    site.file.string(),
+                    camera.width_px,
+                    camera.height_px,
+                    layout.width_px,
+                    layout.height_px));
+  }
+  return site;
+}
+
+// What is to be written must fit.
+void CopySite(const fs::path& site, const PictureLayout& layout, const RecordingOptions& options) {
+  const std::vector<fs::path> files = SiteFiles(site, options.folder);
+  const double pictures = options.expected_pictures.value_or(1.0);
+  const std::uint64_t needed = SizeOf(site, files) + options.keep_free_bytes +
+                               static_cast<std::uint64_t>(pictures * EstimatedBytes(layout));
+  const std::uint64_t free = FreeBytesAt(options.folder);
+  if (free < needed) RefuseForSpace(options.folder, free, needed);
+  for (const fs::path& file : files) {
+    fs::create_directories((options.folder / file).parent_path());
+    fs::copy_file(site / file, options.folder / file);
+  }
+}
+
+}  // namespace
+
+Recording::Recording(const Sequence& site,
+                     const PictureLayout& layout,
+                     const RecordingOptions& options)
+    : options_(options), layout_(layout) {
+  Sequence sequence = AtLayout(site, layout);
+  MakeEmptyFolder(options.folder);
+  CopySite(site.folder, layout, options);
+  pictures_ = MakeSinglePictureFiles(options.folder);
+  frames_ = std::make_unique<LineFile>(options.folder / kFrames);
+  events_ = std::make_unique<LineFile>(options.folder / "events.jsonl");
+  sequence.name = fs::weakly_canonical(options.folder).filename().string();
+  sequence.frames.clear();
+  nlohmann::ordered_json json = JsonOf(sequence);
+  json["frames"] = kFrames;
+  json["note_frames"] =
+      "f_number is 1 where the camera's aperture is fixed and unknown; iso is 100 times the "
+      "linear gain";
+  // The last of all: a folder without it is no recording yet.
+  WriteSequenceJson(json, options.folder);
+  Sync();
+}
+
+tl::expected<std::uint64_t, std::string> Recording::Add(const CameraFrame& frame) {
+  const CapturedBuffer& buffer = frame.buffer;
+  if (buffer.is_damaged) return tl::unexpected(std::string("the driver says that it is damaged"));
+  if (buffer.layout.format != layout_.format || buffer.layout.width_px != layout_.width_px ||
+      buffer.layout.height_px != layout_.height_px) {
+    return tl::unexpected(fmt::format("expected {} {}x{}, found {} {}x{}",
+                                      NameOf(layout_.format),
+                                      layout_.width_px,
+                                      layout_.height_px,
+                                      NameOf(buffer.layout.format),
+                                      buffer.layout.width_px,
+                                      buffer.layout.height_px));
+  }
+  const std::uint64_t free = FreeBytes();
+  if (free < options_.keep_free_bytes) {
+    RefuseForSpace(options_.folder, free, options_.keep_free_bytes);
+  }
+  FrameEntry entry;
+  entry.time = frame.time;
+  entry.exposure_s = buffer.exposure.exposure_s;
+  if (buffer.exposure.gain) {
+    entry.iso = 100.0 * *buffer.exposure.gain;
+    entry.f_number = 1.0;
+  }
+  auto bytes = pictures_->Add(frame, entry);
+  if (bytes) frames_->Add(JsonOf(entry).dump());
+  return bytes;
+}
+
+void Recording::AddEvents(std::span<const Event> events) {
+  for (const Event& event : events) events_->Add(LineOf(event));
+}
+
+void Recording::Finish() { pictures_.reset(); }
+
+std::uint64_t Recording::FreeBytes() const { return FreeBytesAt(options_.folder); }
+
+double EstimatedBytes(const PictureLayout& layout) {
+  const double pixels = static_cast<double>(layout.width_px) * layout.height_px;
+  const PixelCoding coding = layout.format.coding;
+  if (coding == PixelCoding::kMjpeg) return 0.3 * pixels;
+  if (coding == PixelCoding::kBayer)
+    return static_cast<double>(layout.stride_bytes) * layout.height_px;
+  return (coding == PixelCoding::kGrey ? 0.7 : 2.0) * pixels;
+}
+
+std::string LineOf(const Event& event) {
+  nlohmann::ordered_json json = {
+      {"time_utc", FormatUtcTime(event.time)}, {"event", NameOf(event.kind)}, {"text", event.text}};
+  if (event.count != 1) json["count"] = event.count;
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace pleinair
