@@ -30,6 +30,7 @@
 #include "apps/camera_stand_in/device_state.h"
 #include "apps/camera_stand_in/fault_list.h"
 #include "apps/camera_stand_in/pictures_file.h"
+#include "apps/camera_stand_in/shim/controls.h"
 #include "apps/message_text.h"
 #include "datasets/sequence.h"
 
@@ -41,6 +42,9 @@ constexpr int kCannotRun = 126;
 constexpr int kNoSuchCommand = 127;
 constexpr int kKilledBySignal = 128;
 constexpr int kMostPixels = 1 << 26;
+
+constexpr double kLeastRateHz = 0.01;
+constexpr double kMostRateHz = 1000.0;
 
 struct Options {
   std::string sequence;
@@ -164,6 +168,9 @@ std::string PathOf(int fd) {
 }
 
 void SetUp(const Options& options, DeviceState& state) {
+  if (!(options.rate_hz >= kLeastRateHz && options.rate_hz <= kMostRateHz)) {
+    throw std::invalid_argument("--rate: expected 0.01 to 1000 pictures a second");
+  }
   const std::vector<Fault> faults = ParseFaults(options.faults);
   Sequence sequence = ReadSequence(options.sequence, SequencePoses::kMayBeAbsent);
   KeepPictures(options.pictures, sequence);
@@ -182,6 +189,7 @@ void SetUp(const Options& options, DeviceState& state) {
   state.ycbcr_encoding = options.ycbcr_encoding;
   state.quantization = options.quantization;
   state.control_delay = options.control_delay;
+  ResetControls(state);
   state.priority = V4L2_PRIORITY_DEFAULT;
   std::copy(faults.begin(), faults.end(), state.faults.begin());
   state.fault_count = static_cast<int>(faults.size());
@@ -246,11 +254,11 @@ int Run(std::vector<char*> command) {
 
 void AddOptions(CLI::App& app, Options& options) {
   app.add_option("sequence", options.sequence, "Folder with sequence.json")->required();
-  app.add_option("--rate", options.rate_hz, "Pictures a second, unless the command asks for others")
-      ->check(CLI::Range(0.01, 1000.0));
+  app.add_option(
+      "--rate", options.rate_hz, "Pictures a second, unless the command asks for others");
   app.add_option("--loop", options.loops, "How often to play it; 0: without end")
       ->check(CLI::Range(0, 1'000'000));
-  app.add_option("--pictures", options.pictures, "FIRST[:LAST], from 0: play these only");
+  app.add_option("--pictures", options.pictures, "FIRST[:LAST] (default: to the last), from 0");
   app.add_option("--size", options.size, "WIDTHxHEIGHT at first (default: the sequence's)");
   std::vector<std::string> names;
   for (const auto& [name, code] : kFormats) names.push_back(name);

@@ -137,8 +137,8 @@ int SetFormat(DeviceState& state, Handle& handle, bool try_only, v4l2_format& wa
     if (handle.HasBuffers() || !handle.OwnsDevice()) return EBUSY;
     std::uint32_t none = 0;
     handle.Allocate(none);  // Only a handle with buffers keeps the device.
+    if (format.size != state.format.size) state.size_changed = false;
     state.format = format;
-    state.size_changed = false;
   }
   DescribeFormat(state, format, wanted.fmt.pix);
   return 0;

@@ -108,7 +108,6 @@ std::int64_t WallClockOffsetNs(const DeviceState& state) {
 struct Watched {
   std::shared_ptr<Handle> handle;
   std::size_t entry = 0;
-  std::size_t events_entry = 0;  // Of the counter of events; 0: none.
 };
 
 short ReportedEvents(Handle& handle, short wanted) {
@@ -142,10 +141,9 @@ int PollHandles(DeviceState& state,
         std::shared_ptr<Handle> handle = MayBeHandle(fds[i].fd) ? FindHandle(fds[i].fd) : nullptr;
         if (handle == nullptr) continue;
         handle->Advance();
-        Watched one{handle, i, 0};
+        const Watched one{handle, i};
         real[i].events = POLLIN;  // Errors make it readable, too.
         if ((fds[i].events & POLLPRI) != 0) {
-          one.events_entry = real.size();
           real.push_back({handle->EventFd(), POLLIN, 0});
         }
         // A handle that asks for events alone must not be woken by pictures.
@@ -170,7 +168,7 @@ int PollHandles(DeviceState& state,
         pollfd& fd = fds[one.entry];
         fd.revents = static_cast<short>((real[one.entry].revents & ~POLLIN) |
                                         ReportedEvents(*one.handle, fd.events));
-        if (one.events_entry != 0 && real[one.events_entry].revents != 0) fd.revents |= POLLPRI;
+        if ((fd.events & POLLPRI) != 0 && one.handle->HasEvent()) fd.revents |= POLLPRI;
       }
     }
     int reported = 0;

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <ctime>
 #include <limits>
+#include <utility>
 
 #include "apps/camera_stand_in/shim/controls.h"
 #include "apps/camera_stand_in/shim/handles.h"
@@ -37,6 +38,10 @@ bool IsOfControls(const Fault& fault) {
 bool EndsStream(const Fault& fault) {
   return fault.kind == FaultKind::kUnplug || fault.kind == FaultKind::kUnplugRenumber ||
          fault.kind == FaultKind::kFormatChange;
+}
+
+bool StepsClock(const Fault& fault) {
+  return fault.kind == FaultKind::kClockBack || fault.kind == FaultKind::kClockForward;
 }
 
 // Leaves a JPEG file's headers, and scrambles what they describe.
@@ -199,7 +204,7 @@ void Handle::Skip(int ticks) {
 
 // Decides what the next tick brings. Faults that only move it happen here.
 void Handle::Plan() {
-  next_ = {Next::Kind::kPicture, nullptr};
+  next_ = {Next::Kind::kPicture, std::exchange(unseen_, nullptr)};
   if (state_.stalled_until_ns == kNever) next_.kind = Next::Kind::kNothing;
   while (state_.next_fault < state_.fault_count && next_.kind == Next::Kind::kPicture &&
          next_.fault == nullptr) {
@@ -255,6 +260,11 @@ bool Handle::DoPicture() {
   if (is_last && queued_.empty()) return false;  // It waits, so that the stream has an end.
   const std::int64_t time_ns = TickNs(tick_);
   AdvanceGains(state_);
+  if (next_.fault != nullptr && StepsClock(*next_.fault)) {
+    state_.realtime_minus_monotonic_ns +=
+        next_.fault->kind == FaultKind::kClockBack ? -kClockStepNs : kClockStepNs;
+    next_.fault = nullptr;
+  }
   Capture capture{.shot = {static_cast<int>(state_.picture % state_.picture_count), state_.gains},
                   .sequence = static_cast<std::uint32_t>(tick_),
                   .time_ns = time_ns,
@@ -276,12 +286,6 @@ bool Handle::DoPicture() {
       case FaultKind::kTimeBack:
         capture.time_ns = last_time_ns_ - kTimeBackNs;
         break;
-      case FaultKind::kClockBack:
-        state_.realtime_minus_monotonic_ns -= kClockStepNs;
-        break;
-      case FaultKind::kClockForward:
-        state_.realtime_minus_monotonic_ns += kClockStepNs;
-        break;
       default:
         break;
     }
@@ -289,6 +293,7 @@ bool Handle::DoPicture() {
   last_time_ns_ = time_ns;
   if (queued_.empty()) {
     ++state_.dropped;
+    unseen_ = next_.fault;
   } else {
     capture.buffer = queued_.front();
     queued_.pop_front();

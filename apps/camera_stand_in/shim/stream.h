@@ -75,6 +75,7 @@ class Handle {
 
   bool wants_source_changes = false;
   void ReportSourceChange();
+  bool HasEvent() const { return !events_.empty(); }
   int NextEvent(v4l2_event& event);
 
  private:
@@ -117,6 +118,7 @@ class Handle {
   std::int64_t tick_ = 0;
   std::int64_t last_time_ns_ = 0;
   Next next_;
+  Fault* unseen_ = nullptr;  // Of a picture that found no buffer: the next one has it.
   std::deque<v4l2_event> events_;
   std::uint32_t event_sequence_ = 0;
 };
