@@ -149,6 +149,7 @@ std::string LightingLine(const Frame& frame,
                         {"sky_share", result.daylight->sky_share},
                         {"maps_drawn", result.daylight->maps_drawn}};
   }
+  line["sun_age_s"] = result.sun_age_s;
   line["filter"] = {{"sun_frames", result.sun_filter.frames},
                     {"sun_held", result.sun_filter.held},
                     {"sky_frames", result.sky_filter.frames},

@@ -1,5 +1,6 @@
 #include "pipeline/frame_pipeline.h"
 
+#include <chrono>
 #include <cmath>
 #include <exception>
 #include <stdexcept>
@@ -64,7 +65,8 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     FrameResult result;
     result.sun = SunOfFrame(site_, frame);
     result.clear_sky = clear_sky_.At(result.sun.direction_enu);
-    const SunState sun = TransportSun(site_, frame, result.sun, options_.sun_step_s);
+    const SunState sun = TransportSunOf(frame, result.sun);
+    result.sun_age_s = std::chrono::duration<double>(frame.time - transport_->time).count();
     const DirectionalLight transport_sun{sun.direction_enu, {}, sun.angular_radius_rad};
 
     const auto basis = source_->BasisFor(frame, sun);
@@ -75,6 +77,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
                                                    sun.angular_radius_rad,
                                                    sky_shapes_,
                                                    SampleRegionsOf(frame));
+    if (options_.sun_ahead) MakeSunAhead(frame);
     objects_.Pose(object_poses);
     result.timing_ms.transport = watch.LapMs();
 
@@ -136,6 +139,30 @@ RgbImage FramePipeline::SkyRadiance(const Lighting& lighting, LatLongSize size) 
 
 std::string FramePipeline::DaylightNote() const {
   return effects_->Daylight() != nullptr ? effects_->Daylight()->Note() : std::string();
+}
+
+SunState FramePipeline::TransportSunOf(const Frame& frame, const SunState& sun) {
+  TransportTime wanted = TransportSun(site_, frame, sun, options_.sun_step_s);
+  if (options_.sun_ahead && transport_ && transport_->time != wanted.time) {
+    const std::vector<SampleRegionPolygon> polygons = SampleRegionsOf(frame);
+    const bool must_wait = !view_builder_.Stands(frame.camera, polygons);
+    if (!must_wait &&
+        !view_builder_.IsAtHand(
+            frame.camera, wanted.sun.direction_enu, wanted.sun.angular_radius_rad, polygons)) {
+      view_builder_.MakeAhead(wanted.sun.direction_enu, wanted.sun.angular_radius_rad);
+      return transport_->sun;
+    }
+  }
+  transport_ = std::move(wanted);
+  return transport_->sun;
+}
+
+void FramePipeline::MakeSunAhead(const Frame& frame) {
+  if (!site_ || frame.sun_direction_enu || !(options_.sun_step_s > 0.0)) return;
+  Frame next;
+  next.time = frame.time + std::chrono::nanoseconds(std::llround(options_.sun_step_s * 1e9));
+  const SunState sun = TransportSun(site_, next, {}, options_.sun_step_s).sun;
+  view_builder_.MakeAhead(sun.direction_enu, sun.angular_radius_rad);
 }
 
 void FramePipeline::FilterEstimate(FrameResult& result) {

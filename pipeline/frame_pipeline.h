@@ -21,6 +21,7 @@
 #include "objects/soft_sun.h"
 #include "pipeline/camera_matching.h"
 #include "pipeline/effect_plan.h"
+#include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
@@ -41,6 +42,10 @@ struct FramePipelineOptions {
   // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
   // every frame.
   double sun_step_s = 48.0;
+  // That transport for the raster's next time is made ahead, on another thread, and a frame does
+  // not wait for it: until it is there the last one is used (FrameResult::sun_age_s). For live
+  // frames.
+  bool sun_ahead = false;
   ObjectLightOptions object_light;
   InfluenceAt influence_at = InfluenceAt::kPixels;
   ObjectInfluenceOptions influence;
@@ -98,6 +103,7 @@ struct RenderedFrame {
 
 struct FrameResult : RenderedFrame {
   SunState sun;
+  double sun_age_s = 0.0;  // From the time that the sun's transport is made for.
   ClearSkyExpectation clear_sky;
   LightingEstimate estimate;  // Its lighting is the filter's.
   Lighting raw_lighting;      // The frame's own.
@@ -149,6 +155,9 @@ class FramePipeline {
   std::string DaylightNote() const;
 
  private:
+  // The sun that the frame's transport is for.
+  SunState TransportSunOf(const Frame& frame, const SunState& sun);
+  void MakeSunAhead(const Frame& frame);
   void FilterEstimate(FrameResult& result);
 
   const PreparedScene& scene_;
@@ -159,6 +168,7 @@ class FramePipeline {
   FramePipelineOptions options_;
   ScaledClearSky clear_sky_;
   SurfaceViewBuilder view_builder_;
+  std::optional<TransportTime> transport_;                   // Of the last frame.
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;  // The source's basis.
   std::unique_ptr<FrameEffects> effects_;
 };

@@ -20,12 +20,13 @@ UtcTime SnapToRaster(UtcTime time, double step_s) {
 
 }  // namespace
 
-SunState TransportSun(const std::optional<Site>& site,
-                      const Frame& frame,
-                      const SunState& sun,
-                      double step_s) {
-  if (frame.sun_direction_enu || !site) return sun;
-  return SunOverSite(*site, SnapToRaster(frame.time, step_s));
+TransportTime TransportSun(const std::optional<Site>& site,
+                           const Frame& frame,
+                           const SunState& sun,
+                           double step_s) {
+  if (frame.sun_direction_enu || !site) return {frame.time, sun};
+  const UtcTime time = SnapToRaster(frame.time, step_s);
+  return {time, SunOverSite(*site, time)};
 }
 
 std::vector<SampleRegionPolygon> SampleRegionsOf(const Frame& frame) {

@@ -11,13 +11,18 @@
 
 namespace pleinair {
 
+struct TransportTime {
+  UtcTime time{};
+  SunState sun;
+};
+
 // The sun in the middle of the cell that the frame's time lies in, on a raster of `step_s` (0: at
 // its very time), so that transport is a pure function of time and is kept while the sun has hardly
 // moved. `sun` itself where the frame states its direction or there is no site.
-SunState TransportSun(const std::optional<Site>& site,
-                      const Frame& frame,
-                      const SunState& sun,
-                      double step_s);
+TransportTime TransportSun(const std::optional<Site>& site,
+                           const Frame& frame,
+                           const SunState& sun,
+                           double step_s);
 
 std::vector<SampleRegionPolygon> SampleRegionsOf(const Frame& frame);
 

@@ -33,7 +33,7 @@ LightTrials::Process(const Frame& frame, std::span<const std::unique_ptr<Lightin
   try {
     const SunState sun = SunOfFrame(site_, frame);
     const SunState transport_sun =
-        TransportSun(site_, frame, sun, FramePipelineOptions{}.sun_step_s);
+        TransportSun(site_, frame, sun, FramePipelineOptions{}.sun_step_s).sun;
     const SurfaceView* view = nullptr;
     for (const std::unique_ptr<LightingSource>& source : sources) {
       const auto basis = source->BasisFor(frame, transport_sun);

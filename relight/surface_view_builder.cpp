@@ -1,7 +1,9 @@
 #include "relight/surface_view_builder.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -56,6 +58,18 @@ struct SurfaceViewBuilder::Impl {
     double angular_radius_rad = 0.0;
     bool operator==(const SunKey&) const = default;
   };
+  struct SunPart {
+    SunKey key;
+    GrayImage visibility;
+    FaceLight faces;
+    RgbImage bounce;
+    GrayImage edge_distance_px;
+  };
+  // Being made on another thread, or made; waits for it when it is destroyed.
+  struct SunPartAhead {
+    SunKey key;
+    std::future<SunPart> part;
+  };
 
   const PreparedScene& scene;
   SurfaceViewOptions options;
@@ -78,6 +92,9 @@ struct SurfaceViewBuilder::Impl {
   std::optional<Survey> survey_now;
   std::vector<std::shared_ptr<const SkyShape>> survey_shapes;
   std::uint64_t survey_sun_version = 0;
+
+  // Reads what is above: the last to be made, the first to be destroyed.
+  std::optional<SunPartAhead> ahead;
 
   Impl(const PreparedScene& prepared, const SurfaceViewOptions& view_options)
       : scene(prepared), options(view_options) {}
@@ -236,28 +253,48 @@ struct SurfaceViewBuilder::Impl {
     }
   }
 
-  void BuildSun(const SunKey& key) {
+  // All that depends on the sun. Reads the geometry, which has to stand meanwhile.
+  SunPart MakeSunPart(const SunKey& key) const {
+    SunPart part{key, {}, {}, {}, {}};
     const SunDisc disc(key.direction_enu, key.angular_radius_rad, options.sun_disc_samples);
-    view.sun_direction_enu = key.direction_enu;
-    CastSunVisibility(scene.patches.caster, disc, options.sun_block_px, view);
-    if (sun != key) {
-      sun_faces = scene.transport.SolveSun(
-          scene.patches, key.direction_enu, key.angular_radius_rad, scene.options.bounces);
-      ++sun_faces_version;
-      sun = key;
-    }
-    view.sun_bounce.width = view.Width();
-    view.sun_bounce.height = view.Height();
-    gather.Blend(gather.Rays().FromFaces(sun_faces.radiosity), view.sun_bounce.pixels);
+    part.visibility = SunVisibility(scene.patches.caster, disc, options.sun_block_px, view);
+    part.faces = scene.transport.SolveSun(
+        scene.patches, key.direction_enu, key.angular_radius_rad, scene.options.bounces);
+    part.bounce.width = view.Width();
+    part.bounce.height = view.Height();
+    gather.Blend(gather.Rays().FromFaces(part.faces.radiosity), part.bounce.pixels);
 
     Gray8Image edges = mesh_edges;
-    AddShadowEdges(view, false, edges);
-    view.edge_distance_px = DistanceTo(edges, false, true);
+    AddShadowEdges(view, part.visibility, false, edges);
+    part.edge_distance_px = DistanceTo(edges, false, true);
     for (std::size_t i = 0; i < edges.pixels.size(); ++i) {
-      view.edge_distance_px.pixels[i] =
-          std::min(view.edge_distance_px.pixels[i], survey_edge_distance_px.pixels[i]);
+      part.edge_distance_px.pixels[i] =
+          std::min(part.edge_distance_px.pixels[i], survey_edge_distance_px.pixels[i]);
+    }
+    return part;
+  }
+
+  void Use(SunPart part) {
+    view.sun_direction_enu = part.key.direction_enu;
+    view.sun_visibility = std::move(part.visibility);
+    view.sun_bounce = std::move(part.bounce);
+    view.edge_distance_px = std::move(part.edge_distance_px);
+    if (sun != part.key) {
+      sun_faces = std::move(part.faces);
+      ++sun_faces_version;
+      sun = part.key;
     }
     ++view.sun_version;
+  }
+
+  bool GeometryStands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
+    return view.geometry_version > 0 && view.camera == camera &&
+           std::ranges::equal(polygons, limits);
+  }
+
+  bool IsAhead(const SunKey& key) const {
+    return ahead && ahead->key == key &&
+           ahead->part.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
 };
 
@@ -279,16 +316,51 @@ const SurfaceView& SurfaceViewBuilder::Update(
     std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
     std::span<const SampleRegionPolygon> polygons) {
   Impl& impl = *impl_;
-  const bool geometry_stands = impl.view.geometry_version > 0 && impl.view.camera == camera &&
-                               std::ranges::equal(impl.polygons, polygons);
+  const bool geometry_stands = impl.GeometryStands(camera, polygons);
   if (!geometry_stands) {
+    impl.ahead.reset();
     impl.BuildGeometry(camera);
     impl.LimitTo(polygons);
   }
   impl.BuildSky(sky_shapes, !geometry_stands);
   const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
-  if (!geometry_stands || impl.sun != key) impl.BuildSun(key);
+  if (geometry_stands && impl.sun == key) return impl.view;
+  if (impl.ahead && impl.ahead->key == key) {
+    std::future<Impl::SunPart> part = std::move(impl.ahead->part);
+    impl.ahead.reset();
+    impl.Use(part.get());
+  } else {
+    impl.Use(impl.MakeSunPart(key));
+  }
   return impl.view;
+}
+
+bool SurfaceViewBuilder::IsAtHand(const Camera& camera,
+                                  const glm::dvec3& sun_direction_enu,
+                                  double sun_angular_radius_rad,
+                                  std::span<const SampleRegionPolygon> polygons) const {
+  const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
+  return impl_->GeometryStands(camera, polygons) && (impl_->sun == key || impl_->IsAhead(key));
+}
+
+bool SurfaceViewBuilder::Stands(const Camera& camera,
+                                std::span<const SampleRegionPolygon> polygons) const {
+  return impl_->GeometryStands(camera, polygons);
+}
+
+void SurfaceViewBuilder::MakeAhead(const glm::dvec3& sun_direction_enu,
+                                   double sun_angular_radius_rad) {
+  Impl& impl = *impl_;
+  const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
+  if (!impl.sun || impl.sun == key) return;
+  if (impl.ahead) {
+    const bool is_made =
+        impl.ahead->part.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    if (!is_made || impl.ahead->key == key) return;
+  }
+  impl.ahead.reset();
+  impl.ahead.emplace(
+      key, std::async(std::launch::async, [&impl, key] { return impl.MakeSunPart(key); }));
 }
 
 const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
@@ -302,7 +374,7 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
   const SunDisc disc(
       impl.sun->direction_enu, impl.sun->angular_radius_rad, impl.options.sun_disc_samples);
   survey.view.sun_direction_enu = impl.sun->direction_enu;
-  CastSunVisibility(impl.scene.patches.caster, disc, 1, survey.view);
+  survey.view.sun_visibility = SunVisibility(impl.scene.patches.caster, disc, 1, survey.view);
   survey.gather->Blend(survey.gather->Rays().FromFaces(impl.sun_faces.radiosity),
                        survey.view.sun_bounce.pixels);
   ++survey.view.sun_version;

@@ -59,6 +59,19 @@ class SurfaceViewBuilder {
                             std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
                             std::span<const SampleRegionPolygon> polygons);
 
+  // Whether Update would have nothing slow left to do but for new sky shapes; or, of the second,
+  // but for the sun.
+  bool IsAtHand(const Camera& camera,
+                const glm::dvec3& sun_direction_enu,
+                double sun_angular_radius_rad,
+                std::span<const SampleRegionPolygon> polygons) const;
+  bool Stands(const Camera& camera, std::span<const SampleRegionPolygon> polygons) const;
+
+  // Begins to make, on another thread, what the last Update's view will be under another sun: an
+  // Update with it, and with that view, takes it, and is the same as without. One at a time: while
+  // another sun's is being made, nothing begins.
+  void MakeAhead(const glm::dvec3& sun_direction_enu, double sun_angular_radius_rad);
+
   // The survey with its map's sun_visibility, sun_bounce and sky_response (per sky shape) made for
   // the sun and shapes of the last Update; worked out at the first call after they changed.
   // Null without a survey.

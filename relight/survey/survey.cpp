@@ -244,10 +244,10 @@ Survey MakeSurvey(const SurveyMap& map,
 
   const SunDisc disc(
       survey.light.sun_direction_enu, map.sun_angular_radius_rad, options.sun_disc_samples);
-  CastSunVisibility(scene.caster, disc, 1, view);
+  view.sun_visibility = SunVisibility(scene.caster, disc, 1, view);
   Gray8Image edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
   const GrayImage mesh_edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
-  AddShadowEdges(view, rays.wraps_x, edges);
+  AddShadowEdges(view, view.sun_visibility, rays.wraps_x, edges);
   view.edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
   view.footprint_radius_px = GrayImage(rays.width, rays.height, 0.5f);
   const Image<ShadowSide> side = FindShadowSides(scene.caster, disc, rays, map.misplacement, view);

@@ -46,11 +46,14 @@ Gray8Image MeshEdges(const SurfaceView& view, const glm::vec3& origin_m, bool wr
   return edges;
 }
 
-void AddShadowEdges(const SurfaceView& view, bool wraps_x, Gray8Image& edges) {
+void AddShadowEdges(const SurfaceView& view,
+                    const GrayImage& sun_visibility,
+                    bool wraps_x,
+                    Gray8Image& edges) {
   ForNeighbours(view.Width(), view.Height(), wraps_x, [&](std::size_t a, std::size_t b) {
     const bool surfaces = view.region.pixels[a] != SurfaceView::kNoRegion &&
                           view.region.pixels[b] != SurfaceView::kNoRegion;
-    if (surfaces && view.sun_visibility.pixels[a] != view.sun_visibility.pixels[b]) {
+    if (surfaces && sun_visibility.pixels[a] != sun_visibility.pixels[b]) {
       edges.pixels[a] = edges.pixels[b] = 255;
     }
   });

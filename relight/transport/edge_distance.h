@@ -10,8 +10,11 @@ namespace pleinair {
 // taken from.
 Gray8Image MeshEdges(const SurfaceView& view, const glm::vec3& origin_m, bool wraps_x);
 
-// Sets to 255 in `edges` the pixels on either side of a jump of sun visibility, and in penumbrae.
-void AddShadowEdges(const SurfaceView& view, bool wraps_x, Gray8Image& edges);
+// Sets to 255 in `edges` the pixels on either side of a jump of `sun_visibility`, and in penumbrae.
+void AddShadowEdges(const SurfaceView& view,
+                    const GrayImage& sun_visibility,
+                    bool wraps_x,
+                    Gray8Image& edges);
 
 // Euclidean distance to the nearest edge pixel's centre, 0 on it; `border_is_edge`: what lies
 // around the picture counts as edge. Without any edge, the longer side of the picture.

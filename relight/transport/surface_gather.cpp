@@ -114,11 +114,11 @@ void SurfaceGather::Blend(std::span<const glm::vec3> at_receivers,
   });
 }
 
-void CastSunVisibility(const RayCaster& caster,
-                       const SunDisc& disc,
-                       int block_px,
-                       SurfaceView& view) {
-  view.sun_visibility = GrayImage(view.Width(), view.Height(), 0.0f);
+GrayImage SunVisibility(const RayCaster& caster,
+                        const SunDisc& disc,
+                        int block_px,
+                        const SurfaceView& view) {
+  GrayImage sun_visibility(view.Width(), view.Height(), 0.0f);
   // Casts the pixels of row y that `wanted` says.
   const auto cast_row = [&](int y, const auto& wanted) {
     std::vector<Receiver> receivers;
@@ -131,12 +131,12 @@ void CastSunVisibility(const RayCaster& caster,
     }
     const std::vector<float> visibility = disc.Visibility(caster, receivers);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      view.sun_visibility.pixels[pixels[i]] = visibility[i];
+      sun_visibility.pixels[pixels[i]] = visibility[i];
     }
   };
   if (block_px <= 1) {
     tbb::parallel_for(0, view.Height(), [&](int y) { cast_row(y, [](int) { return true; }); });
-    return;
+    return sun_visibility;
   }
   // The corners of blocks first, the last row and column among them.
   const auto at_corner = [block_px](int at, int size) {
@@ -156,7 +156,7 @@ void CastSunVisibility(const RayCaster& caster,
                      view.normal_world.pixels[corner],
                      glm::distance(eye_m, view.position_world_m.pixels[corner]));
   };
-  const GrayImage corners = view.sun_visibility;
+  const GrayImage corners = sun_visibility;
   tbb::parallel_for(0, view.Height(), [&](int y) {
     const int top = y / block_px * block_px;
     const int bottom = std::min(top + block_px, view.Height() - 1);
@@ -174,7 +174,7 @@ void CastSunVisibility(const RayCaster& caster,
         if (at_corner(x, view.Width()) && at_corner(y, view.Height())) continue;
         const std::size_t pixel = view.region.Index(x, y);
         if (agree && on_plane_of(pixel, first)) {
-          view.sun_visibility.pixels[pixel] = visibility;
+          sun_visibility.pixels[pixel] = visibility;
         } else {
           wanted[static_cast<std::size_t>(x)] = 1;
         }
@@ -182,6 +182,7 @@ void CastSunVisibility(const RayCaster& caster,
     }
     cast_row(y, [&](int x) { return wanted[static_cast<std::size_t>(x)] != 0; });
   });
+  return sun_visibility;
 }
 
 }  // namespace pleinair

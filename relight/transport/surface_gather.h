@@ -64,9 +64,9 @@ class SurfaceGather {
 
 // Share of the disc seen at each pixel; 0 where no surface is. In blocks of `block_px` (1: none)
 // pixels on one plane whose four corners all see the disc, or all do not, are treated as uniform.
-void CastSunVisibility(const RayCaster& caster,
-                       const SunDisc& disc,
-                       int block_px,
-                       SurfaceView& view);
+GrayImage SunVisibility(const RayCaster& caster,
+                        const SunDisc& disc,
+                        int block_px,
+                        const SurfaceView& view);
 
 }  // namespace pleinair

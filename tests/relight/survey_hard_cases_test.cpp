@@ -395,7 +395,7 @@ TEST(ShadowSide, IsUnsureAsFarFromAnEdgeAsThingsMayBeMoved) {
   SurfaceView view;
   CastGeometry(scene, rays, view);
   const SunDisc disc(sun, 1e-4, 1);
-  CastSunVisibility(scene.caster, disc, 1, view);
+  view.sun_visibility = SunVisibility(scene.caster, disc, 1, view);
   constexpr double kMoved = 0.2;
   const Image<ShadowSide> sides =
       FindShadowSides(scene.caster, disc, rays, {.turned_rad = 0.0, .moved_m = kMoved}, view);

@@ -78,7 +78,7 @@ struct KnownSite {
     const ViewRays rays = MapRays(kMapSize, glm::vec3(position_m));
     CastGeometry(scene, rays, view);
     view.sun_direction_enu = sun_direction_enu;
-    CastSunVisibility(
+    view.sun_visibility = SunVisibility(
         scene.caster, SunDisc(sun_direction_enu, kMeanSunAngularRadiusRad, 64), 1, view);
     const SurfaceGather gather(scene, rays, view, 3, kOwnRays);
     const auto response = [&](const std::vector<glm::vec3>& direct, const FaceLight& faces) {
