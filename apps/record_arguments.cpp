@@ -1,6 +1,7 @@
 #include "apps/record_arguments.h"
 
 #include <chrono>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -57,6 +58,18 @@ void AddRecord(CLI::App& app, Work& work) {
   record.add_option("--out", options->recorder.recording.folder, "folder to make for the sequence")
       ->type_name("FOLDER")
       ->required();
+  record
+      .add_option("--store",
+                  options->recorder.recording.store,
+                  "raw: a file a picture (MJPEG and Bayer as they come, else PNG); ffv1: lossless "
+                  "video; h264: video to look at (default: raw)")
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, PictureStore>{{"raw", PictureStore::kRaw},
+                                                          {"ffv1", PictureStore::kFfv1},
+                                                          {"h264", PictureStore::kH264}})
+                      .description(""))
+      ->type_name("FORM")
+      ->default_str("");
   record
       .add_option_function<std::string>(
           "--every",

@@ -12,6 +12,7 @@
 #include "datasets/internal/sampling_mask.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/picture_frame.h"
+#include "datasets/video/video_reader.h"
 #include "scene/image_io.h"
 #include "scene/whole_file.h"
 
@@ -50,6 +51,35 @@ void RequireFinite(const RgbImage& radiance,
   throw std::runtime_error(file.string() + ": expected finite radiances, found none");
 }
 
+// Pictures of videos, which are fast to read in order.
+class VideoPictures {
+ public:
+  // Throws std::runtime_error, one line with the file.
+  Rgb8Image Read(const std::filesystem::path& file, int picture) {
+    if (file != file_ || picture < next_) {
+      file_.clear();
+      reader_.emplace(file);
+      file_ = file;
+      next_ = 0;
+    }
+    while (next_ < picture && reader_->Skip()) ++next_;
+    auto found = next_ == picture ? reader_->Next() : std::nullopt;
+    const std::string name = file.string() + ", picture " + std::to_string(picture) + ": ";
+    if (!found) {
+      throw std::runtime_error(name + "expected it in the video, which ends after " +
+                               std::to_string(next_));
+    }
+    ++next_;
+    if (!*found) throw std::runtime_error(name + found->error());
+    return std::move((*found)->codes);
+  }
+
+ private:
+  std::filesystem::path file_;
+  std::optional<VideoReader> reader_;
+  int next_ = 0;
+};
+
 class RecordedFrameSource final : public FrameSource {
  public:
   RecordedFrameSource(const Sequence& sequence, FrameKind preferred, const CameraNoise& noise)
@@ -82,7 +112,7 @@ class RecordedFrameSource final : public FrameSource {
     return FileInside(sequence_.folder, relative);
   }
 
-  Frame Read(std::size_t index) const {
+  Frame Read(std::size_t index) {
     const FrameEntry& entry = sequence_.frames[index];
     Frame frame;
     frame.index = static_cast<int>(index);
@@ -99,7 +129,7 @@ class RecordedFrameSource final : public FrameSource {
     } else if (linear) {
       ReadLinear(FileOf(*entry.image), frame);
     } else {
-      ReadCodes(FileOf(*entry.image_ldr), frame);
+      ReadCodes(FileOf(*entry.image_ldr), entry.video_frame, frame);
     }
     if ((!linear || entry.raw) && !entry.exposure) {
       frame.units = frame.exposure ? LightUnits::kRelative : LightUnits::kRelativePerFrame;
@@ -126,9 +156,9 @@ class RecordedFrameSource final : public FrameSource {
     SetDeveloped(std::move(*picture), frame);
   }
 
-  void ReadCodes(const std::filesystem::path& file, Frame& frame) const {
-    RequireKindOfFrame(file, FrameKind::kLdr);
-    Rgb8Image codes = ReadDisplayImage(file);
+  void ReadCodes(const std::filesystem::path& file, std::optional<int> video_frame, Frame& frame) {
+    if (!video_frame) RequireKindOfFrame(file, FrameKind::kLdr);
+    Rgb8Image codes = video_frame ? video_.Read(file, *video_frame) : ReadDisplayImage(file);
     RequireCameraSize(codes, frame.camera.intrinsics, "camera", file);
     SetCodes(std::move(codes), response_, noise_, frame);
   }
@@ -150,6 +180,7 @@ class RecordedFrameSource final : public FrameSource {
   std::shared_ptr<const SignalNoise> noise_;
   SamplingMask mask_;
   std::optional<FisheyeSetup> fisheye_;
+  VideoPictures video_;
   std::size_t next_ = 0;
 };
 

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <chrono>
-#include <span>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "datasets/video/video_writer.h"
 #include "scene/image_io.h"
 #include "scene/whole_file.h"
 
@@ -16,6 +18,23 @@ namespace pleinair {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kPicturesAVideo = 1800;
+
+// "frames/20261123T005140.250000Z" and `ending`, that no file has yet.
+fs::path NameByTime(const fs::path& folder,
+                    const fs::path& kind,
+                    UtcTime time,
+                    const std::string& ending) {
+  const auto second = std::chrono::floor<std::chrono::seconds>(time);
+  const auto fraction = std::chrono::floor<std::chrono::microseconds>(time - second);
+  const std::string stem = fmt::format("{:%Y%m%dT%H%M%S}.{:06}Z", second, fraction.count());
+  fs::path name = kind / (stem + ending);
+  for (int again = 2; fs::exists(folder / name); ++again) {
+    name = kind / (stem + "-" + std::to_string(again) + ending);
+  }
+  return name;
+}
 
 Gray8Image GreyOf(const Rgb8Image& picture) {
   Gray8Image grey(picture.width, picture.height);
@@ -68,24 +87,51 @@ class SinglePictureFiles final : public PictureFiles {
   fs::path folder_;
 };
 
+class VideoFiles final : public PictureFiles {
+ public:
+  VideoFiles(VideoCodec codec, fs::path folder) : codec_(codec), folder_(std::move(folder)) {
+    fs::create_directories(folder_ / "video");
+  }
+
+  tl::expected<std::uint64_t, std::string> Add(const CameraFrame& frame,
+                                               FrameEntry& entry) override {
+    const PictureLayout& layout = frame.buffer.layout;
+    const auto codes = DecodeCodes(frame.buffer.bytes, layout);
+    if (!codes) return tl::unexpected(codes.error());
+    if (!writer_ || pictures_ == kPicturesAVideo) {
+      file_ = NameByTime(folder_, "video", frame.time, ".mkv");
+      const bool is_grey = layout.format.coding == PixelCoding::kGrey;
+      writer_.emplace(folder_ / file_, codec_, layout.width_px, layout.height_px, is_grey);
+      pictures_ = 0;
+      start_ = frame.buffer.monotonic_time;
+    }
+    const std::uint64_t bytes = writer_->Add(*codes, frame.buffer.monotonic_time - start_);
+    entry.image_ldr = file_;
+    entry.video_frame = pictures_++;
+    return bytes;
+  }
+
+ private:
+  VideoCodec codec_;
+  fs::path folder_;
+  std::optional<VideoWriter> writer_;
+  fs::path file_;
+  int pictures_ = 0;
+  std::chrono::nanoseconds start_{0};
+};
+
 }  // namespace
 
-std::unique_ptr<PictureFiles> MakeSinglePictureFiles(const fs::path& folder) {
-  return std::make_unique<SinglePictureFiles>(folder);
-}
-
-fs::path NameByTime(const fs::path& folder,
-                    const fs::path& kind,
-                    UtcTime time,
-                    const std::string& ending) {
-  const auto second = std::chrono::floor<std::chrono::seconds>(time);
-  const auto fraction = std::chrono::floor<std::chrono::microseconds>(time - second);
-  const std::string stem = fmt::format("{:%Y%m%dT%H%M%S}.{:06}Z", second, fraction.count());
-  fs::path name = kind / (stem + ending);
-  for (int again = 2; fs::exists(folder / name); ++again) {
-    name = kind / (stem + "-" + std::to_string(again) + ending);
+std::unique_ptr<PictureFiles> MakePictureFiles(PictureStore store,
+                                               const PictureLayout& layout,
+                                               const fs::path& folder) {
+  if (store == PictureStore::kRaw) return std::make_unique<SinglePictureFiles>(folder);
+  if (layout.format.coding == PixelCoding::kBayer) {
+    throw std::invalid_argument("recording: expected the store `raw` for " + NameOf(layout.format) +
+                                ", found a video");
   }
-  return name;
+  return std::make_unique<VideoFiles>(
+      store == PictureStore::kFfv1 ? VideoCodec::kFfv1 : VideoCodec::kH264, folder);
 }
 
 }  // namespace pleinair

@@ -13,6 +13,12 @@
 
 namespace pleinair {
 
+enum class PictureStore {
+  kRaw,   // A file a picture: as the driver gave it where that is MJPEG or Bayer, else PNG.
+  kFfv1,  // Video, lossless: codes bit for bit. Not of Bayer.
+  kH264,  // Video to look at: its codes are not the camera's. Not of Bayer.
+};
+
 class PictureFiles {
  public:
   virtual ~PictureFiles() = default;
@@ -23,15 +29,12 @@ class PictureFiles {
                                                        FrameEntry& entry) = 0;
 };
 
-// A file a picture in `folder`/frames, named for its UTC: 20261123T005140.250000Z.jpg. A second one
-// of the same microsecond (clocks are stepped back) has -2 behind it. MJPEG and Bayer as the driver
-// gave them (.jpg, .raw), other codes as PNG.
-std::unique_ptr<PictureFiles> MakeSinglePictureFiles(const std::filesystem::path& folder);
-
-// "frames/20261123T005140.250000Z" and `ending`, that no file has yet.
-std::filesystem::path NameByTime(const std::filesystem::path& folder,
-                                 const std::filesystem::path& kind,
-                                 UtcTime time,
-                                 const std::string& ending);
+// In `folder`, named for the UTC of the (first) picture: frames/20261123T005140.250000Z.jpg (.raw,
+// .png), video/20261123T005140.250000Z.mkv, which hold 1800 pictures each. A second one of the same
+// microsecond (clocks are stepped back) has -2 behind it.
+// Throws std::invalid_argument for a video of Bayer pictures.
+std::unique_ptr<PictureFiles> MakePictureFiles(PictureStore store,
+                                               const PictureLayout& layout,
+                                               const std::filesystem::path& folder);
 
 }  // namespace pleinair

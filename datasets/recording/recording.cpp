@@ -55,8 +55,9 @@ Sequence AtLayout(Sequence site, const PictureLayout& layout) {
 void CopySite(const fs::path& site, const PictureLayout& layout, const RecordingOptions& options) {
   const std::vector<fs::path> files = SiteFiles(site, options.folder);
   const double pictures = options.expected_pictures.value_or(1.0);
-  const std::uint64_t needed = SizeOf(site, files) + options.keep_free_bytes +
-                               static_cast<std::uint64_t>(pictures * EstimatedBytes(layout));
+  const std::uint64_t needed =
+      SizeOf(site, files) + options.keep_free_bytes +
+      static_cast<std::uint64_t>(pictures * EstimatedBytes(layout, options.store));
   const std::uint64_t free = FreeBytesAt(options.folder);
   if (free < needed) RefuseForSpace(options.folder, free, needed);
   for (const fs::path& file : files) {
@@ -73,8 +74,9 @@ Recording::Recording(const Sequence& site,
     : options_(options), layout_(layout) {
   Sequence sequence = AtLayout(site, layout);
   MakeEmptyFolder(options.folder);
+  pictures_ = MakePictureFiles(options.store, layout, options.folder);
   CopySite(site.folder, layout, options);
-  pictures_ = MakeSinglePictureFiles(options.folder);
+
   frames_ = std::make_unique<LineFile>(options.folder / kFrames);
   events_ = std::make_unique<LineFile>(options.folder / "events.jsonl");
   sequence.name = fs::weakly_canonical(options.folder).filename().string();
@@ -126,9 +128,11 @@ void Recording::Finish() { pictures_.reset(); }
 
 std::uint64_t Recording::FreeBytes() const { return FreeBytesAt(options_.folder); }
 
-double EstimatedBytes(const PictureLayout& layout) {
+double EstimatedBytes(const PictureLayout& layout, PictureStore store) {
   const double pixels = static_cast<double>(layout.width_px) * layout.height_px;
   const PixelCoding coding = layout.format.coding;
+  if (store == PictureStore::kH264) return 0.05 * pixels;
+  if (store == PictureStore::kFfv1) return (coding == PixelCoding::kGrey ? 0.6 : 1.5) * pixels;
   if (coding == PixelCoding::kMjpeg) return 0.3 * pixels;
   if (coding == PixelCoding::kBayer)
     return static_cast<double>(layout.stride_bytes) * layout.height_px;

@@ -20,7 +20,8 @@
 namespace pleinair {
 
 struct RecordingOptions {
-  std::filesystem::path folder;                 // New, or empty.
+  std::filesystem::path folder;  // New, or empty.
+  PictureStore store = PictureStore::kRaw;
   std::uint64_t keep_free_bytes = 200'000'000;  // Of the file system: a recording ends before.
   // That are to fit, as far as their sizes can be estimated.
   std::optional<double> expected_pictures;
@@ -35,8 +36,8 @@ class Recording {
  public:
   // `site` as ReadSite gives it, at pictures of this layout: its camera is scaled to them. Copies
   // the site's files (SiteFiles). Throws std::runtime_error, one line: the folder is not empty,
-  // space is short, the site's camera has another shape; std::invalid_argument for Bayer as a
-  // video.
+  // space is short, the site's camera has another size; std::invalid_argument for a video of Bayer
+  // pictures.
   Recording(const Sequence& site, const PictureLayout& layout, const RecordingOptions& options);
 
   // The picture's bytes on disk, or why there is none: damaged, of another layout than the first.
@@ -62,7 +63,7 @@ class Recording {
 };
 
 // Of a picture on disk: from pictures of courtyards and rooms.
-double EstimatedBytes(const PictureLayout& layout);
+double EstimatedBytes(const PictureLayout& layout, PictureStore store);
 
 // {"time_utc": ..., "event": "frame-dropped", "text": ..., "count": 3}, one line.
 std::string LineOf(const Event& event);

@@ -1,0 +1,35 @@
+// FFmpeg's objects with owners.
+#pragma once
+
+#include <memory>
+#include <string>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/imgutils.h>
+#include <libavutil/opt.h>
+#include <libswscale/swscale.h>
+}
+
+namespace pleinair {
+
+struct LibavDelete {
+  void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
+  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+  void operator()(SwsContext* context) const { sws_freeContext(context); }
+};
+template <typename Object>
+using LibavPointer = std::unique_ptr<Object, LibavDelete>;
+
+inline std::string LibavError(int error) {
+  char text[AV_ERROR_MAX_STRING_SIZE] = {};
+  av_strerror(error, text, sizeof text);
+  return text;
+}
+
+// FFmpeg writes to the error stream by itself.
+inline void SilenceLibav() { av_log_set_level(AV_LOG_QUIET); }
+
+}  // namespace pleinair

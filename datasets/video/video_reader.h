@@ -1,0 +1,51 @@
+// Pictures out of a video file.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "scene/image.h"
+#include "scene/utc_time.h"
+
+namespace pleinair {
+
+struct VideoPicture {
+  // As the file's matrix and range say; BT.709 from 720 rows on, else BT.601, where it says
+  // nothing. Rotation is not applied: intrinsics refer to the sensor's rows and columns.
+  Rgb8Image codes;
+  std::chrono::nanoseconds time{0};  // Of presentation, from the start of the file.
+};
+
+// What FFmpeg decodes of the common containers (Matroska, WebM, MP4, MOV, AVI, MPEG); other files
+// that a container names are not opened.
+class VideoReader {
+ public:
+  // Throws std::runtime_error, one line with the file: no video, damaged at its start, of another
+  // format.
+  explicit VideoReader(const std::filesystem::path& file);
+  ~VideoReader();
+  VideoReader(VideoReader&&) noexcept;
+  VideoReader& operator=(VideoReader&&) noexcept;
+
+  int WidthPx() const;
+  int HeightPx() const;
+  // As the camera wrote it. Some write when a recording began, others when it ended.
+  std::optional<UtcTime> CreationTime() const;
+
+  // The next one in the order of presentation; none at the end. A damaged one is an error in its
+  // place, in one line without the file.
+  std::optional<tl::expected<VideoPicture, std::string>> Next();
+  // The same without its picture. False at the end.
+  bool Skip();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pleinair

@@ -1,0 +1,189 @@
+#include "datasets/video/video_writer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "datasets/video/internal/libav.h"
+#include "scene/whole_file.h"
+
+namespace pleinair {
+namespace {
+
+// FFV1 keeps RGB without conversion; H.264 halves colours where the sides are even.
+AVPixelFormat PixelFormatFor(VideoCodec codec, int width_px, int height_px, bool is_grey) {
+  if (codec == VideoCodec::kFfv1) return is_grey ? AV_PIX_FMT_GRAY8 : AV_PIX_FMT_0RGB32;
+  return width_px % 2 == 0 && height_px % 2 == 0 ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV444P;
+}
+
+}  // namespace
+
+struct VideoWriter::Impl {
+  std::filesystem::path file;
+  AVFormatContext* container = nullptr;
+  AVStream* stream = nullptr;
+  LibavPointer<AVCodecContext> encoder;
+  LibavPointer<AVFrame> frame;
+  LibavPointer<AVPacket> packet{av_packet_alloc()};
+  LibavPointer<SwsContext> to_yuv;  // H.264 alone.
+  std::int64_t last_ms = -1;
+  std::int64_t good_bytes = 0;  // With all pictures so far.
+  bool has_failed = false;
+
+  [[noreturn]] void Refuse(const std::string& what, int error) const {
+    RefuseFile(file, what + ": " + LibavError(error));
+  }
+  void Check(int result, const char* what) const {
+    if (result < 0) Refuse(what, result);
+  }
+
+  void Open(VideoCodec codec, int width_px, int height_px, bool is_grey) {
+    SilenceLibav();
+    if (std::filesystem::exists(file)) RefuseFile(file, "expected a new file, found one");
+    const AVCodec* found =
+        avcodec_find_encoder(codec == VideoCodec::kFfv1 ? AV_CODEC_ID_FFV1 : AV_CODEC_ID_H264);
+    if (found == nullptr) RefuseFile(file, "expected FFmpeg with the encoder, found none");
+    Check(avformat_alloc_output_context2(&container, nullptr, "matroska", file.c_str()), "video");
+    encoder.reset(avcodec_alloc_context3(found));
+    encoder->width = width_px;
+    encoder->height = height_px;
+    encoder->pix_fmt = PixelFormatFor(codec, width_px, height_px, is_grey);
+    encoder->time_base = {1, 1000};
+    encoder->thread_count = 1;
+    if ((container->oformat->flags & AVFMT_GLOBALHEADER) != 0) {
+      encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+    }
+    AVDictionary* options = nullptr;
+    if (codec == VideoCodec::kFfv1) {
+      encoder->gop_size = 1;
+      // Checksums: damage is found.
+      av_dict_set(&options, "level", "3", 0);
+      av_dict_set(&options, "slicecrc", "1", 0);
+    } else {
+      encoder->gop_size = 60;
+      encoder->colorspace = AVCOL_SPC_SMPTE170M;
+      encoder->color_range = AVCOL_RANGE_MPEG;
+      // Each picture is complete at once: no picture waits for later ones.
+      av_dict_set(&options, "preset", "veryfast", 0);
+      av_dict_set(&options, "tune", "zerolatency", 0);
+      av_dict_set(&options, "crf", "20", 0);
+      to_yuv.reset(sws_getContext(width_px,
+                                  height_px,
+                                  AV_PIX_FMT_RGB24,
+                                  width_px,
+                                  height_px,
+                                  encoder->pix_fmt,
+                                  SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr));
+    }
+    const int opened = avcodec_open2(encoder.get(), found, &options);
+    av_dict_free(&options);
+    Check(opened, "expected an encoder for such pictures");
+    frame.reset(av_frame_alloc());
+    frame->width = width_px;
+    frame->height = height_px;
+    frame->format = encoder->pix_fmt;
+    Check(av_frame_get_buffer(frame.get(), 0), "video");
+    stream = avformat_new_stream(container, nullptr);
+    stream->time_base = encoder->time_base;
+    Check(avcodec_parameters_from_context(stream->codecpar, encoder.get()), "video");
+    Check(avio_open(&container->pb, file.c_str(), AVIO_FLAG_WRITE), "cannot be made");
+    Check(avformat_write_header(container, nullptr), "cannot be written");
+    Flush();
+  }
+
+  ~Impl() {
+    if (container == nullptr) return;
+    if (container->pb != nullptr) {
+      if (!has_failed) av_write_trailer(container);
+      avio_closep(&container->pb);
+    }
+    avformat_free_context(container);
+    std::error_code ignored;
+    if (has_failed) {
+      std::filesystem::resize_file(file, static_cast<std::uintmax_t>(good_bytes), ignored);
+    }
+  }
+
+  void Flush() {
+    avio_flush(container->pb);
+    Check(container->pb->error, "cannot be written");
+    good_bytes = avio_tell(container->pb);
+  }
+
+  void Fill(const Rgb8Image& picture) {
+    Check(av_frame_make_writable(frame.get()), "video");
+    if (to_yuv) {
+      const auto* rgb = reinterpret_cast<const std::uint8_t*>(picture.pixels.data());
+      const int stride = 3 * picture.width;
+      sws_scale(to_yuv.get(), &rgb, &stride, 0, picture.height, frame->data, frame->linesize);
+      return;
+    }
+    const bool is_grey = frame->format == AV_PIX_FMT_GRAY8;
+    for (int y = 0; y < picture.height; ++y) {
+      std::uint8_t* row = frame->data[0] + std::ptrdiff_t{y} * frame->linesize[0];
+      for (int x = 0; x < picture.width; ++x) {
+        const glm::u8vec3& code = picture.At(x, y);
+        if (is_grey) {
+          row[x] = code.r;
+          continue;
+        }
+        const std::uint32_t rgb =
+            (std::uint32_t{code.r} << 16) | (std::uint32_t{code.g} << 8) | std::uint32_t{code.b};
+        std::memcpy(row + 4 * x, &rgb, sizeof rgb);
+      }
+    }
+  }
+
+  void Write() {
+    Check(avcodec_send_frame(encoder.get(), frame.get()), "cannot be encoded");
+    Check(avcodec_receive_packet(encoder.get(), packet.get()), "cannot be encoded");
+    av_packet_rescale_ts(packet.get(), encoder->time_base, stream->time_base);
+    packet->stream_index = stream->index;
+    Check(av_write_frame(container, packet.get()), "cannot be written");
+    av_packet_unref(packet.get());
+    // Matroska else collects pictures until there are some megabytes of them.
+    Check(av_write_frame(container, nullptr), "cannot be written");
+    Flush();
+  }
+};
+
+VideoWriter::VideoWriter(
+    const std::filesystem::path& file, VideoCodec codec, int width_px, int height_px, bool is_grey)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->file = file;
+  impl_->Open(codec, width_px, height_px, is_grey);
+}
+
+VideoWriter::~VideoWriter() = default;
+
+std::uint64_t VideoWriter::Add(const Rgb8Image& picture, std::chrono::nanoseconds time) {
+  AVFrame& frame = *impl_->frame;
+  if (picture.width != frame.width || picture.height != frame.height) {
+    throw std::invalid_argument(fmt::format("video picture: expected {}x{}, found {}x{}",
+                                            frame.width,
+                                            frame.height,
+                                            picture.width,
+                                            picture.height));
+  }
+  if (impl_->has_failed) RefuseFile(impl_->file, "cannot be written any more");
+  const std::int64_t before = impl_->good_bytes;
+  const auto ms = std::chrono::floor<std::chrono::milliseconds>(time).count();
+  frame.pts = std::max<std::int64_t>(ms, impl_->last_ms + 1);
+  impl_->last_ms = frame.pts;
+  try {
+    impl_->Fill(picture);
+    impl_->Write();
+  } catch (...) {
+    impl_->has_failed = true;
+    throw;
+  }
+  return static_cast<std::uint64_t>(impl_->good_bytes - before);
+}
+
+}  // namespace pleinair

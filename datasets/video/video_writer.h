@@ -1,0 +1,44 @@
+// Pictures into a video file that can be read while it grows.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+enum class VideoCodec {
+  kFfv1,  // Lossless: VideoReader gives the codes back bit for bit.
+  kH264,  // To look at: colours at half the resolution, and rounded.
+};
+
+// Matroska. A picture that was added can be read, however the process ends.
+class VideoWriter {
+ public:
+  // `is_grey`: pictures have three equal channels, and are kept as one. Throws std::runtime_error
+  // naming the file: it exists, cannot be made, or there is no such encoder.
+  VideoWriter(const std::filesystem::path& file,
+              VideoCodec codec,
+              int width_px,
+              int height_px,
+              bool is_grey);
+  // Ends the file with its length and index; players jump in it then.
+  ~VideoWriter();
+  VideoWriter(const VideoWriter&) = delete;
+  VideoWriter& operator=(const VideoWriter&) = delete;
+
+  // `time` counts from the first picture. Players show whole milliseconds: a time that does not
+  // ascend by one is moved. Returns the bytes that the file has grown by. Throws std::runtime_error
+  // naming the file where the disk fails: the file ends before the picture then, and takes no more;
+  // std::invalid_argument for another size.
+  std::uint64_t Add(const Rgb8Image& picture, std::chrono::nanoseconds time);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pleinair
