@@ -14,7 +14,7 @@ std::optional<double> FrameEntry::EffectiveExposure() const {
 
 bool Sequence::HasPictures() const {
   return std::any_of(frames.begin(), frames.end(), [](const FrameEntry& frame) {
-    return frame.image || frame.image_ldr;
+    return frame.image || frame.image_ldr || frame.raw;
   });
 }
 

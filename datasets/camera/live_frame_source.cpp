@@ -6,10 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "calib/response.h"
-#include "datasets/internal/sampling_mask.h"
-#include "datasets/internal/sequence_folder.h"
-#include "datasets/picture_frame.h"
+#include "datasets/internal/site_frames.h"
 
 namespace pleinair {
 namespace {
@@ -21,81 +18,51 @@ class LiveFrameSource final : public FrameSource {
                   EventLog& events,
                   const CameraNoise& noise,
                   CameraFrameTap tap)
-      : site_(site),
-        capture_(capture),
-        events_(events),
-        response_(site.response_ldr == "srgb8"
-                      ? ResponseCurve::Srgb()
-                      : ResponseCurve::FromFile(FileInside(site.folder, site.response_ldr))),
-        noise_(std::make_shared<SignalNoise>(response_, noise)),
-        mask_(site_),
-        tap_(std::move(tap)) {}
+      : site_(site, noise), capture_(capture), events_(events), tap_(std::move(tap)) {}
 
   std::optional<tl::expected<Frame, FrameError>> Next() override {
     std::optional<CameraFrame> captured = capture_.Next();
     if (!captured) return std::nullopt;
     if (tap_) tap_(*captured);
-    Frame frame;
-    frame.index = next_++;
-    frame.time = captured->time;
+    const int index = next_++;
     try {
-      Fill(captured->buffer, frame);
+      return Make(index, *captured);
     } catch (const std::exception& error) {
       events_.Add({captured->time, EventKind::kFrameDamaged, error.what()});
-      return tl::make_unexpected(FrameError{frame.index, frame.time, error.what()});
+      return tl::make_unexpected(FrameError{index, captured->time, error.what()});
     }
-    return frame;
   }
 
   std::optional<int> Count() const override { return std::nullopt; }
 
  private:
   // Throws std::runtime_error for a picture that cannot be decoded.
-  void Fill(const CapturedBuffer& buffer, Frame& frame) {
+  Frame Make(int index, const CameraFrame& captured) const {
+    const CapturedBuffer& buffer = captured.buffer;
     if (buffer.is_damaged) throw std::runtime_error("camera picture: damaged, says the driver");
-    frame.camera = site_.CameraOfFrame(0);
-    frame.camera.intrinsics =
-        ScaledTo(frame.camera.intrinsics, buffer.layout.width_px, buffer.layout.height_px);
-    frame.sun_direction_enu = site_.StatedSunDirectionEnu(0);
-    frame.weather = site_.WeatherOfFrame(0);
-    FrameEntry settings;
-    settings.exposure_s = buffer.exposure.exposure_s;
-    settings.iso = IsoOf(buffer.exposure);
-    settings.f_number = 1.0;
-    frame.exposure = settings.EffectiveExposure();
+    FrameEntry taken;
+    taken.time = captured.time;
+    SetExposure(buffer.exposure, taken);
     if (buffer.layout.format.coding == PixelCoding::kBayer) {
-      FillRaw(buffer, frame);
-    } else {
-      auto codes = DecodeCodes(buffer.bytes, buffer.layout);
-      if (!codes) throw std::runtime_error(codes.error());
-      SetCodes(std::move(*codes), response_, noise_, frame);
+      return site_.Make(index,
+                        taken,
+                        Decoded(Develop(buffer.bytes,
+                                        buffer.layout,
+                                        buffer.development.value_or(
+                                            UsualDevelopment(buffer.layout.format.bits)))));
     }
-    frame.units = frame.exposure ? LightUnits::kRelative : LightUnits::kRelativePerFrame;
-    mask_.ApplyTo(frame);
+    return site_.Make(index, taken, Decoded(DecodeCodes(buffer.bytes, buffer.layout)));
   }
 
-  static void FillRaw(const CapturedBuffer& buffer, Frame& frame) {
-    auto developed =
-        Develop(buffer.bytes,
-                buffer.layout,
-                buffer.development.value_or(UsualDevelopment(buffer.layout.format.bits)));
-    if (!developed) throw std::runtime_error(developed.error());
-    const auto scale = static_cast<float>(1.0 / frame.exposure.value_or(1.0));
-    for (glm::vec3& pixel : developed->signal_rgb.pixels) pixel *= scale;
-    SetRadiance(std::move(developed->signal_rgb), frame);
-    frame.clipped = std::move(developed->clipped);
-    for (std::size_t i = 0; i < frame.clipped.pixels.size(); ++i) {
-      if (frame.clipped.pixels[i] == 0) continue;
-      frame.unusable.pixels[i] |= kClipped[0] | kClipped[1] | kClipped[2];
-    }
+  template <typename Picture>
+  static Picture Decoded(tl::expected<Picture, std::string> picture) {
+    if (!picture) throw std::runtime_error(picture.error());
+    return std::move(*picture);
   }
 
-  const Sequence site_;
+  SiteFrames site_;
   CameraCapture& capture_;
   EventLog& events_;
-  ResponseCurve response_;
-  std::shared_ptr<const SignalNoise> noise_;
-  SamplingMask mask_;
   CameraFrameTap tap_;
   int next_ = 0;
 };

@@ -7,7 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "datasets/camera/live_frame_source.h"
 #include "datasets/internal/sequence_json.h"
+#include "datasets/internal/site_frames.h"
 #include "datasets/recording/site_files.h"
 #include "scene/whole_file.h"
 #include "sunmodel/time_text.h"
@@ -38,16 +40,10 @@ void MakeEmptyFolder(const fs::path& folder) {
 
 // The site with a camera that takes pictures of this layout.
 Sequence AtLayout(Sequence site, const PictureLayout& layout) {
-  const CameraIntrinsics& camera = site.intrinsics;
-  if (camera.width_px != layout.width_px || camera.height_px != layout.height_px) {
-    throw std::runtime_error(
-        fmt::format("{}: camera: expected pictures of {}x{}, as the site's camera has, found {}x{}",
-                    site.file.string(),
-                    camera.width_px,
-                    camera.height_px,
-                    layout.width_px,
-                    layout.height_px));
-  }
+  const CameraIntrinsics camera = ScaledTo(site.intrinsics, layout.width_px, layout.height_px);
+  // A mask over the first picture is of the site camera's own size.
+  if (!(camera == site.intrinsics) && !site.environment) site.diffuse_mask.reset();
+  site.intrinsics = camera;
   return site;
 }
 
@@ -110,11 +106,7 @@ tl::expected<std::uint64_t, std::string> Recording::Add(const CameraFrame& frame
   }
   FrameEntry entry;
   entry.time = frame.time;
-  entry.exposure_s = buffer.exposure.exposure_s;
-  if (buffer.exposure.gain) {
-    entry.iso = 100.0 * *buffer.exposure.gain;
-    entry.f_number = 1.0;
-  }
+  SetExposure(buffer.exposure, entry);
   auto bytes = pictures_->Add(frame, entry);
   if (bytes) frames_->Add(JsonOf(entry).dump());
   return bytes;

@@ -36,7 +36,7 @@ class Recording {
  public:
   // `site` as ReadSite gives it, at pictures of this layout: its camera is scaled to them. Copies
   // the site's files (SiteFiles). Throws std::runtime_error, one line: the folder is not empty,
-  // space is short, the site's camera has another size; std::invalid_argument for a video of Bayer
+  // space is short, the site's camera has another shape; std::invalid_argument for a video of Bayer
   // pictures.
   Recording(const Sequence& site, const PictureLayout& layout, const RecordingOptions& options);
 
