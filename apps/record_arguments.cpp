@@ -1,44 +1,16 @@
 #include "apps/record_arguments.h"
 
-#include <chrono>
 #include <map>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
 #include "apps/camera_arguments.h"
+#include "apps/picture_times_arguments.h"
 #include "apps/record_command.h"
 
 namespace pleinair {
-namespace {
-
-// "10s", "2min", "0.5": seconds.
-double ParseInterval(const std::string& text) {
-  double number = 0.0;
-  std::size_t end = 0;
-  try {
-    number = std::stod(text, &end);
-  } catch (const std::exception&) {
-    end = 0;
-  }
-  const std::string unit = text.substr(end);
-  const double seconds = unit.empty() || unit == "s" ? 1.0
-                         : unit == "min"             ? 60.0
-                         : unit == "h"               ? 3600.0
-                                                     : 0.0;
-  // A day at most: what is longer has no picture of each day's light.
-  constexpr double kLongest = 86400.0;
-  if (end == 0 || !(number * seconds > 0.0) || !(number * seconds <= kLongest)) {
-    throw std::invalid_argument("--every '" + text +
-                                "': expected a time above 0, of a day at most: 10s, 2min, 1h");
-  }
-  return number * seconds;
-}
-
-}  // namespace
-
 void AddRecord(CLI::App& app, Work& work) {
   auto options = std::make_shared<RecordCommandOptions>();
   CLI::App& record = *app.add_subcommand(
@@ -74,8 +46,7 @@ void AddRecord(CLI::App& app, Work& work) {
       .add_option_function<std::string>(
           "--every",
           [options](const std::string& text) {
-            options->recorder.interval =
-                std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * ParseInterval(text)));
+            options->recorder.interval = ParseInterval(text, "--every");
           },
           "time from a recorded picture to the next, such as 10s or 2min (default: all pictures)")
       ->type_name("TIME");
