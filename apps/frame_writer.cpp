@@ -6,7 +6,9 @@
 
 namespace pleinair {
 
-FrameWriter::FrameWriter(const std::filesystem::path& out) : out_(out) {
+FrameWriter::FrameWriter(const std::filesystem::path& out, WrittenPictures written)
+    : out_(out), written_(written) {
+  if (written_ == WrittenPictures::kNone) return;
   std::filesystem::create_directories(out_ / "composite");
   std::filesystem::create_directories(out_ / "mask");
 }
@@ -30,7 +32,10 @@ std::string FrameWriter::WriteSky(int frame, const RgbImage& sky) const {
 
 void FrameWriter::Write(int frame, const Composite& composite, const Rgb8Image& shown) const {
   const std::string number = fmt::format("{:06}", frame);
-  WriteExr(out_ / "composite" / (number + ".exr"), composite.radiance, ExrPrecision::kHalf);
+  if (written_ == WrittenPictures::kNone) return;
+  if (written_ == WrittenPictures::kAll) {
+    WriteExr(out_ / "composite" / (number + ".exr"), composite.radiance, ExrPrecision::kHalf);
+  }
   WritePng(out_ / "composite" / (number + ".png"), shown);
   WritePng(out_ / "mask" / (number + ".png"), composite.change);
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "apps/run_command.h"
 #include "render/compositor.h"
 #include "scene/image.h"
 
@@ -12,10 +13,11 @@ namespace pleinair {
 class FrameWriter {
  public:
   // Makes the folders.
-  explicit FrameWriter(const std::filesystem::path& out);
+  FrameWriter(const std::filesystem::path& out, WrittenPictures written);
 
-  // composite/NNNNNN.exr (scene-linear half), composite/NNNNNN.png (`shown`, the composite as the
-  // camera would have shown it) and mask/NNNNNN.png (PixelChange values).
+  // As far as they are to be written: composite/NNNNNN.exr (scene-linear half),
+  // composite/NNNNNN.png (`shown`, the composite as the camera would have shown it) and
+  // mask/NNNNNN.png (PixelChange values).
   void Write(int frame, const Composite& composite, const Rgb8Image& shown) const;
 
   // Lat-long, 32-bit float: environment/NNNNNN.exr with the sun,
@@ -28,6 +30,7 @@ class FrameWriter {
 
  private:
   std::filesystem::path out_;
+  WrittenPictures written_;
 };
 
 }  // namespace pleinair

@@ -113,7 +113,8 @@ LightingRecord RecordOf(int frame, const tl::expected<FrameResult, FrameError>& 
 
 std::string LightingLine(const Frame& frame,
                          const FrameResult& result,
-                         const std::string& sky_image) {
+                         const std::string& sky_image,
+                         std::optional<double> latency_ms) {
   const LightingEstimate& estimate = result.estimate;
   Json line;
   line["frame"] = frame.index;
@@ -150,6 +151,7 @@ std::string LightingLine(const Frame& frame,
                         {"maps_drawn", result.daylight->maps_drawn}};
   }
   line["sun_age_s"] = result.sun_age_s;
+  if (latency_ms) line["latency_ms"] = *latency_ms;
   line["filter"] = {{"sun_frames", result.sun_filter.frames},
                     {"sun_held", result.sun_filter.held},
                     {"sky_frames", result.sky_filter.frames},

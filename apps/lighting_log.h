@@ -1,6 +1,7 @@
 // lighting.jsonl: one line a frame.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <tl/expected.hpp>
@@ -12,10 +13,11 @@
 namespace pleinair {
 
 // The line of a frame that was done, without the line's end.
-// `sky_image`: where its picture was written; empty: nowhere.
+// `sky_image`: where its picture was written; empty: nowhere. `latency_ms`: of a live frame.
 std::string LightingLine(const Frame& frame,
                          const FrameResult& result,
-                         const std::string& sky_image);
+                         const std::string& sky_image,
+                         std::optional<double> latency_ms = std::nullopt);
 
 // The line of a frame that was not.
 std::string FailureLine(const FrameError& error);

@@ -5,10 +5,12 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "apps/camera_arguments.h"
 #include "apps/effect_names.h"
 #include "apps/quality.h"
 #include "apps/run_command.h"
@@ -66,6 +68,13 @@ void AddQuality(CLI::App& run, GivenSettings& given) {
       ->group(kPicture);
 }
 
+WrittenPictures WrittenNamed(const std::string& text) {
+  if (text == "all") return WrittenPictures::kAll;
+  if (text == "shown") return WrittenPictures::kShown;
+  if (text == "none") return WrittenPictures::kNone;
+  throw std::invalid_argument("--pictures: expected all, shown or none, found '" + text + "'");
+}
+
 void AddOutput(CLI::App& run, RunCommandOptions& options) {
   run.add_option("--out", options.out, "folder for the results (default: pleinair-out)")
       ->type_name("FOLDER")
@@ -84,6 +93,37 @@ void AddOutput(CLI::App& run, RunCommandOptions& options) {
                options.write_environment,
                "the light around the objects as lat-long EXRs, with and without the sun")
       ->group(kOutput);
+  run.add_option_function<std::string>(
+         "--pictures",
+         [&options](const std::string& text) { options.written = WrittenNamed(text); },
+         "which pictures of each frame are written: all, shown (without the scene-linear ones) or "
+         "none (default: all; of a camera's frames: shown)")
+      ->type_name("WHICH")
+      ->group(kOutput);
+  run.add_option("--stream",
+                 options.picture_stream,
+                 "composites to other programs: y4m:- (standard output), y4m:PATH or "
+                 "v4l2:/dev/videoN, a loopback device")
+      ->type_name("TARGET")
+      ->group(kOutput);
+  run.add_option("--lighting-stream",
+                 options.lighting_stream,
+                 "lines of lighting.jsonl to other programs: -, PATH or unix:PATH, a socket")
+      ->type_name("TARGET")
+      ->group(kOutput);
+  run.add_option("--record",
+                 options.record,
+                 "folder to make: a sequence of the camera's frames that were composited")
+      ->type_name("FOLDER")
+      ->group(kOutput);
+  run.add_option("--duration", options.duration_s, "seconds of a camera's time")
+      ->check(Positive().description(""))
+      ->type_name("SECONDS")
+      ->group(kOutput);
+  run.add_option("--frames-limit", options.frames_limit, "frames to composite at most")
+      ->check(CLI::Range(1, 1'000'000'000).description(""))
+      ->type_name("N")
+      ->group(kOutput);
   run.add_flag("--strict", options.stop_on_bad_frame, "stops at the first frame that fails")
       ->group(kOutput);
 }
@@ -96,9 +136,17 @@ void AddRun(CLI::App& app, Work& work) {
   options->out = "pleinair-out";
   CLI::App& run = *app.add_subcommand("run", "The main job: light and composite, frame by frame");
   run.footer("Example: pleinair run datasets/samples/courtyard --out out");
-  run.add_option("sequence", options->sequence, "folder with sequence.json")
-      ->type_name("FOLDER")
+  run.add_option("input",
+                 options->input,
+                 "folder with sequence.json; with --site a camera (`pleinair cameras` lists them), "
+                 "a video or a folder of pictures")
+      ->type_name("INPUT")
       ->required();
+  run.add_option("--site",
+                 options->sequence,
+                 "folder with site.json, or a sequence's: where the input was taken")
+      ->type_name("FOLDER")
+      ->group(kInput);
   AddOutput(run, *options);
   AddSettingOption(run, "--frames", "frames", *given, kInput);
   AddSettingOption(run, "--source", "source", *given, kInput);
@@ -128,8 +176,17 @@ void AddRun(CLI::App& app, Work& work) {
   AddEffects(run, options->pipeline.effects);
   AddSettingOption(run, "--budget", "pipeline.effects.budget_ms", *given, kPicture);
   AddSettings(run, *given);
+  AddCameraOptions(run, options->camera);
   run.parse_complete_callback([options, given] {
     given->ApplyTo(*options);
+    if (options->sequence.empty()) {
+      if (IsCameraName(options->input)) {
+        throw std::invalid_argument(options->input +
+                                    ": expected --site, the folder that describes where this "
+                                    "camera stands");
+      }
+      options->sequence = std::exchange(options->input, {});
+    }
     if (!options->lighting.empty() && options->source) {
       throw std::invalid_argument("--lighting and --source exclude each other");
     }

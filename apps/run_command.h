@@ -3,7 +3,10 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
+#include "datasets/camera/camera.h"
+#include "datasets/picture_source.h"
 #include "session/sequence_session.h"
 
 namespace pleinair {
@@ -15,8 +18,26 @@ struct PrepareCommandOptions {
   std::optional<std::filesystem::path> maps;  // Where to write the survey's maps.
 };
 
+// Of the frames that `run` makes.
+enum class WrittenPictures {
+  kAll,    // Scene-linear composites, composites as shown, masks of what changed.
+  kShown,  // Without the scene-linear ones.
+  kNone,
+};
+
 struct RunCommandOptions : SessionOptions {
+  // A camera's name, a video or a folder of pictures, at the site that `sequence` then is; empty:
+  // the sequence's own frames.
+  std::string input;
+  CameraRequest camera;
+  PictureTimes times;                // Of a video or a folder of pictures.
+  std::optional<double> duration_s;  // Of camera time; none: until it is stopped.
+  std::optional<int> frames_limit;
+  std::filesystem::path record;  // Where a camera's frames are recorded to; empty: nowhere.
+  std::string picture_stream;    // As PictureStream has it; empty: none.
+  std::string lighting_stream;   // As LineStream has it; empty: none.
   std::filesystem::path out;
+  std::optional<WrittenPictures> written;  // None: all; of a camera's frames those that are shown.
   bool stop_on_bad_frame = false;
   bool video = false;
   bool write_environment = false;

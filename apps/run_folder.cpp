@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 // Folders of a run with a file or two for each frame, and what else it leaves.
 constexpr const char* kFrameFolders[] = {"composite", "mask", "sky", "environment"};
 constexpr const char* kRunFiles[] = {
-    "lighting.jsonl", "plan.jsonl", "report.html", "score.json", "composite.mp4"};
+    "lighting.jsonl", "plan.jsonl", "events.jsonl", "report.html", "score.json", "composite.mp4"};
 constexpr const char* kLockName = ".pleinair.lock";
 
 // Whether the name is one that WriteWholeFile gives to an unfinished file.
@@ -175,7 +175,13 @@ RunFolder::RunFolder(fs::path out) : out_(std::move(out)) {
   plan_.emplace(out_ / "plan.jsonl");
 }
 
+void RunFolder::AddEvent(const std::string& line) {
+  if (!events_) events_.emplace(out_ / "events.jsonl");
+  events_->Add(line);
+}
+
 void RunFolder::Finish() {
+  if (events_) events_->Finish();
   lighting_->Finish();
   plan_->Finish();
 }

@@ -38,8 +38,8 @@ class FolderLock {
 };
 
 // One run's output: nothing of an earlier run, ended or killed, stays beside the new one's; all
-// else does. lighting.jsonl and plan.jsonl have their names only when they are complete. The folder
-// is locked while this lives.
+// else does. lighting.jsonl, plan.jsonl and events.jsonl have their names only when they are
+// complete. The folder is locked while this lives.
 class RunFolder {
  public:
   // Throws as FolderLock, and where what is to be replaced is no regular file.
@@ -48,6 +48,8 @@ class RunFolder {
   const std::string& TakenOverFrom() const { return lock_->TakenOverFrom(); }
   void AddLighting(const std::string& line) { lighting_->Add(line); }
   void AddPlan(const std::string& line) { plan_->Add(line); }
+  // From any one thread. events.jsonl is there from the first event on.
+  void AddEvent(const std::string& line);
   void Finish();
 
  private:
@@ -68,6 +70,7 @@ class RunFolder {
   std::unique_ptr<FolderLock> lock_;
   std::optional<Log> lighting_;
   std::optional<Log> plan_;
+  std::optional<Log> events_;
 };
 
 }  // namespace pleinair

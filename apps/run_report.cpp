@@ -22,6 +22,10 @@ namespace {
 
 constexpr int kLargestPictureWidthPx = 480;
 constexpr int kJpegQuality = 88;
+// A page of so many frames opens within seconds.
+constexpr std::size_t kMostFrames = 400;
+constexpr std::size_t kMostLights = 4000;
+constexpr std::size_t kMostEvents = 1000;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const char* const kStyle = R"css(
@@ -52,7 +56,7 @@ std::string Base64(const std::string& bytes) {
 
 std::string Figure(const std::string& caption, const ReportPicture& picture) {
   return fmt::format(
-      "<figure><img alt=\"{0}\" "
+      "<figure><img loading=\"lazy\" decoding=\"async\" alt=\"{0}\" "
       "src=\"data:image/jpeg;base64,{1}\"><figcaption>{0}</figcaption></figure>\n",
       caption,
       Base64(picture.jpeg));
@@ -82,18 +86,21 @@ MeanAndStddev MeanOf(const Lighting& lighting, bool sun) {
 std::string LightChart(const RunReport& report, bool sun) {
   ChartSeries estimated{"estimate ± σ", sun ? "#d07000" : "#2060c0", ChartSeries::Style::kBand, {}};
   ChartSeries truth{"truth", "#000000", ChartSeries::Style::kPoints, {}};
-  const UtcTime start = report.frames.front().time;
+  const UtcTime start = report.light.front().time;
+  const auto minutes = [&](UtcTime time) {
+    return ChartValue::Exact(std::chrono::duration<double, std::ratio<60>>(time - start).count());
+  };
+  for (const ReportLight& light : report.light) {
+    const double mean = sun ? light.sun : light.sky;
+    const double stddev = sun ? light.sun_stddev : light.sky_stddev;
+    estimated.points.push_back({minutes(light.time), {mean, mean - stddev, mean + stddev}, ""});
+  }
   for (const ReportFrame& frame : report.frames) {
-    const ChartValue minutes = ChartValue::Exact(
-        std::chrono::duration<double, std::ratio<60>>(frame.time - start).count());
-    const MeanAndStddev light = frame.error.empty() ? MeanOf(frame.lighting, sun) : MeanAndStddev{};
-    estimated.points.push_back(
-        {minutes, {light.mean, light.mean - light.stddev, light.mean + light.stddev}, ""});
     const auto& true_rgb = sun ? frame.true_sun_irradiance_rgb : frame.true_sky_irradiance_rgb;
-    if (true_rgb) {
-      truth.points.push_back(
-          {minutes, ChartValue::Exact((true_rgb->x + true_rgb->y + true_rgb->z) / 3.0), ""});
-    }
+    if (!true_rgb) continue;
+    truth.points.push_back({minutes(frame.time),
+                            ChartValue::Exact((true_rgb->x + true_rgb->y + true_rgb->z) / 3.0),
+                            ""});
   }
   const Chart chart{sun ? "Sun: irradiance normal to the beam, mean of RGB"
                         : "Sky: horizontal irradiance, mean of RGB",
@@ -103,32 +110,33 @@ std::string LightChart(const RunReport& report, bool sun) {
   return ChartsForPage(std::span(&chart, 1));
 }
 
-std::string TimingTable(const RunReport& report) {
-  struct Stage {
-    const char* name;
-    double StageTimes::*member;
+struct Stage {
+  const char* name;
+  double StageTimes::*member;
+};
+constexpr std::array<Stage, kStageCount> kStages = {{{"read", &StageTimes::read},
+                                                     {"transport", &StageTimes::transport},
+                                                     {"estimate", &StageTimes::estimate},
+                                                     {"relight", &StageTimes::relight},
+                                                     {"probes", &StageTimes::probes},
+                                                     {"render", &StageTimes::render},
+                                                     {"readback", &StageTimes::readback},
+                                                     {"write", &StageTimes::write}}};
+
+std::string TimingTable(const ReportTotals& totals) {
+  std::string html =
+      "<table><tr><th>stage</th><th>median ms</th><th>99 % within ms</th><th>largest "
+      "ms</th></tr>\n";
+  const auto add = [&](const char* name, const TimeStatistics& times) {
+    if (times.Count() == 0) return;
+    html += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}</td><td>{:.2f}</td></tr>\n",
+                        name,
+                        times.QuantileMs(0.5),
+                        times.QuantileMs(0.99),
+                        times.LargestMs());
   };
-  static const Stage kStages[] = {{"read", &StageTimes::read},
-                                  {"transport", &StageTimes::transport},
-                                  {"estimate", &StageTimes::estimate},
-                                  {"relight", &StageTimes::relight},
-                                  {"probes", &StageTimes::probes},
-                                  {"render", &StageTimes::render},
-                                  {"readback", &StageTimes::readback},
-                                  {"write", &StageTimes::write}};
-  std::string html = "<table><tr><th>stage</th><th>median ms</th><th>largest ms</th></tr>\n";
-  for (const Stage& stage : kStages) {
-    std::vector<double> times;
-    for (const ReportFrame& frame : report.frames) {
-      if (frame.error.empty()) times.push_back(frame.timing_ms.*stage.member);
-    }
-    if (times.empty()) continue;
-    std::sort(times.begin(), times.end());
-    html += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}</td></tr>\n",
-                        stage.name,
-                        times[times.size() / 2],
-                        times.back());
-  }
+  for (std::size_t i = 0; i < kStageCount; ++i) add(kStages[i].name, totals.stages[i]);
+  add("from a frame's timestamp to its composite", totals.latency);
   return html + "</table>\n";
 }
 
@@ -139,34 +147,16 @@ std::string InCodeValues(double bound, double rms) {
 }
 
 // Effect by effect, over all frames.
-std::string EffectTable(const RunReport& report) {
-  double largest_left_out = 0.0;
-  double largest_rms = 0.0;
-  double saved_ms = 0.0;
-  double all_ms = 0.0;
-  int late = 0;
-  for (const ReportFrame& frame : report.frames) {
-    largest_left_out = std::max(largest_left_out, frame.plan.left_out_code_values);
-    largest_rms = std::max(largest_rms, frame.plan.left_out_rms_code_values);
-    saved_ms += frame.plan.SavedMs();
-    all_ms += frame.plan.all_expected_ms;
-    late += frame.plan.fits_budget ? 0 : 1;
-  }
+std::string EffectTable(const ReportTotals& totals) {
   std::string html =
       "<table><tr><th>effect</th><th>frames that simulate it</th><th>that keep the last one's</th>"
       "<th>that leave it out</th><th>largest bound left out, code values</th></tr>\n";
   for (const Effect effect : kAllEffects) {
-    std::array<int, 4> frames{};
-    double largest = 0.0;
-    for (const ReportFrame& frame : report.frames) {
-      if (!frame.error.empty()) continue;
-      const PlannedEffect& planned = frame.plan.Of(effect);
-      ++frames[static_cast<std::size_t>(planned.fate)];
-      if (planned.fate == EffectFate::kLeftOut) {
-        largest = std::max(largest, planned.bound_code_values);
-      }
-    }
-    const auto count = [&](EffectFate fate) { return frames[static_cast<std::size_t>(fate)]; };
+    const auto found = totals.effects.find(effect);
+    if (found == totals.effects.end()) continue;
+    const auto count = [&](EffectFate fate) {
+      return found->second.frames[static_cast<std::size_t>(fate)];
+    };
     if (count(EffectFate::kRun) + count(EffectFate::kKept) + count(EffectFate::kLeftOut) == 0) {
       continue;
     }
@@ -175,16 +165,34 @@ std::string EffectTable(const RunReport& report) {
                         count(EffectFate::kRun),
                         count(EffectFate::kKept),
                         count(EffectFate::kLeftOut),
-                        largest);
+                        found->second.largest_left_out_code_values);
   }
   html += fmt::format(
       "</table>\n<p>What a frame left out could change by {}, and saved {:.1f} of {:.1f} ms over "
       "all "
       "frames, as expected from what works took.{}</p>\n",
-      InCodeValues(largest_left_out, largest_rms),
-      saved_ms,
-      all_ms,
-      late > 0 ? fmt::format(" {} frames did not fit into the budget.", late) : std::string());
+      InCodeValues(totals.largest_left_out_code_values, totals.largest_left_out_rms_code_values),
+      totals.saved_ms,
+      totals.all_ms,
+      totals.beyond_budget > 0
+          ? fmt::format(" {} frames did not fit into the budget.", totals.beyond_budget)
+          : std::string());
+  return html;
+}
+
+std::string EventTable(const RunReport& report) {
+  std::string html = "<table><tr><th>time</th><th>event</th><th>frames</th><th></th></tr>\n";
+  for (const Event& event : report.events) {
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+                        FormatUtcTime(event.time),
+                        NameOf(event.kind),
+                        event.count,
+                        EscapeHtml(event.text));
+  }
+  html += "</table>\n";
+  if (report.events_left_out > 0) {
+    html += fmt::format("<p>{} later events are in events.jsonl.</p>\n", report.events_left_out);
+  }
   return html;
 }
 
@@ -246,7 +254,75 @@ std::string FrameSection(const ReportFrame& frame) {
   return html + "</div>\n";
 }
 
+ReportLight LightOf(const ReportFrame& frame) {
+  if (!frame.error.empty()) return {frame.time, kNaN, 0.0, kNaN, 0.0};
+  const MeanAndStddev sun = MeanOf(frame.lighting, true);
+  const MeanAndStddev sky = MeanOf(frame.lighting, false);
+  return {frame.time, sun.mean, sun.stddev, sky.mean, sky.stddev};
+}
+
+void AddTo(ReportTotals& totals, const ReportFrame& frame) {
+  ++totals.done;
+  for (std::size_t i = 0; i < kStageCount; ++i) {
+    totals.stages[i].Add(frame.timing_ms.*kStages[i].member);
+  }
+  if (frame.latency_ms) totals.latency.Add(*frame.latency_ms);
+  const EffectPlan& plan = frame.plan;
+  for (const PlannedEffect& planned : plan.effects) {
+    ReportTotals::OfEffect& effect = totals.effects[planned.effect];
+    ++effect.frames[static_cast<std::size_t>(planned.fate)];
+    if (planned.fate == EffectFate::kLeftOut) {
+      effect.largest_left_out_code_values =
+          std::max(effect.largest_left_out_code_values, planned.bound_code_values);
+    }
+  }
+  totals.largest_left_out_code_values =
+      std::max(totals.largest_left_out_code_values, plan.left_out_code_values);
+  totals.largest_left_out_rms_code_values =
+      std::max(totals.largest_left_out_rms_code_values, plan.left_out_rms_code_values);
+  totals.saved_ms += plan.SavedMs();
+  totals.all_ms += plan.all_expected_ms;
+  totals.beyond_budget += plan.fits_budget ? 0 : 1;
+}
+
+// Those that a doubled stride gives.
+template <typename Item>
+void KeepEverySecond(std::vector<Item>& items, std::int64_t& stride) {
+  for (std::size_t i = 0; 2 * i < items.size(); ++i) items[i] = std::move(items[2 * i]);
+  items.resize((items.size() + 1) / 2);
+  stride *= 2;
+}
+
 }  // namespace
+
+void RunReport::Add(ReportFrame frame) {
+  const bool is_shown = ShowsNext();
+  const bool is_in_charts = added_ % light_stride_ == 0;
+  ++added_;
+  if (is_in_charts) {
+    light.push_back(LightOf(frame));
+    if (light.size() >= kMostLights) KeepEverySecond(light, light_stride_);
+  }
+  if (frame.error.empty()) {
+    AddTo(totals, frame);
+  } else {
+    ++totals.failed;
+    if (totals.first_failure.empty()) {
+      totals.first_failure = fmt::format("frame {}: {}", frame.index, frame.error);
+    }
+  }
+  if (!is_shown) return;
+  frames.push_back(std::move(frame));
+  if (frames.size() >= kMostFrames) KeepEverySecond(frames, stride_);
+}
+
+void RunReport::AddEvent(Event event) {
+  if (events.size() < kMostEvents) {
+    events.push_back(std::move(event));
+  } else {
+    ++events_left_out;
+  }
+}
 
 ReportPicture MakeReportPicture(const Rgb8Image& image) {
   if (image.Empty()) return {};
@@ -272,16 +348,19 @@ void WriteRunReport(const std::filesystem::path& file, const RunReport& report) 
       kStyle);
   html += List(report.settings);
   if (!report.notes.empty()) html += "<h2>Notes</h2>\n" + List(report.notes);
-  const bool any_done = std::any_of(report.frames.begin(),
-                                    report.frames.end(),
-                                    [](const ReportFrame& frame) { return frame.error.empty(); });
-  if (any_done) {
+  if (!report.events.empty()) html += "<h2>Events</h2>\n" + EventTable(report);
+  if (report.totals.done > 0) {
     html += "<h2>Light over time</h2>\n" + LightChart(report, true) + "<br>\n" +
             LightChart(report, false) + "\n";
-    html += "<h2>Time per stage</h2>\n" + TimingTable(report);
-    html += "<h2>Effects</h2>\n" + EffectTable(report);
+    html += "<h2>Time per stage</h2>\n" + TimingTable(report.totals);
+    html += "<h2>Effects</h2>\n" + EffectTable(report.totals);
   }
   if (!report.frames.empty()) html += "<h2>Frames</h2>\n";
+  const std::int64_t all = report.totals.done + report.totals.failed;
+  if (all > static_cast<std::int64_t>(report.frames.size())) {
+    html +=
+        fmt::format("<p>{} of {} frames, evenly over the run.</p>\n", report.frames.size(), all);
+  }
   for (const ReportFrame& frame : report.frames) html += FrameSection(frame);
   html += "</body></html>\n";
 

@@ -1,11 +1,17 @@
 // report.html of a run: one file that needs nothing else.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/time_statistics.h"
+#include "datasets/event.h"
 #include "pipeline/frame_pipeline.h"
 #include "scene/image.h"
 
@@ -31,16 +37,64 @@ struct ReportFrame {
   Lighting lighting;
   LightingEstimate estimate;  // Its lighting is the one above.
   StageTimes timing_ms;
+  std::optional<double> latency_ms;  // Of a live frame.
   EffectPlan plan;
   std::optional<glm::dvec3> true_sun_irradiance_rgb;
   std::optional<glm::dvec3> true_sky_irradiance_rgb;
 };
 
-struct RunReport {
+// A frame's light for the charts: mean over RGB, and its deviation; NaN where the frame failed.
+struct ReportLight {
+  UtcTime time{};
+  double sun = 0.0;
+  double sun_stddev = 0.0;
+  double sky = 0.0;
+  double sky_stddev = 0.0;
+};
+
+inline constexpr std::size_t kStageCount = 8;
+
+// What all frames add up to.
+struct ReportTotals {
+  std::int64_t done = 0;
+  std::int64_t failed = 0;
+  std::string first_failure;
+  std::array<TimeStatistics, kStageCount> stages;  // In the order of StageTimes' members.
+  TimeStatistics latency;  // From a live frame's timestamp to its composite.
+  struct OfEffect {
+    std::array<std::int64_t, 4> frames{};  // By EffectFate.
+    double largest_left_out_code_values = 0.0;
+  };
+  std::map<Effect, OfEffect> effects;
+  double largest_left_out_code_values = 0.0;
+  double largest_left_out_rms_code_values = 0.0;
+  double saved_ms = 0.0;
+  double all_ms = 0.0;
+  std::int64_t beyond_budget = 0;
+};
+
+// A run's frames in bounded memory: of a long run every second, fourth ... frame is shown, evenly
+// over its length; totals are of all.
+class RunReport {
+ public:
   std::string title;
   std::vector<std::string> settings;  // One a line.
   std::vector<std::string> notes;     // What was assumed, repaired, left out.
-  std::vector<ReportFrame> frames;
+  std::vector<Event> events;          // The first ones of a live run.
+  std::int64_t events_left_out = 0;
+  std::vector<ReportFrame> frames;  // That are shown.
+  std::vector<ReportLight> light;
+  ReportTotals totals;
+
+  // Whether the next frame is one that is shown: its pictures are not needed otherwise.
+  bool ShowsNext() const { return added_ % stride_ == 0; }
+  void Add(ReportFrame frame);
+  void AddEvent(Event event);
+
+ private:
+  std::int64_t added_ = 0;
+  std::int64_t stride_ = 1;
+  std::int64_t light_stride_ = 1;
 };
 
 // Writes the file completely or not at all. Throws std::runtime_error naming the file.

@@ -31,14 +31,14 @@ class SunCheck {
   // Throws as ShadowDirectionFinder.
   SunCheck(Mesh mesh, std::span<const std::string> diffuse_regions);
 
+  // Whether this frame, counted by this call, is one to Look at.
+  bool IsDue(const Lighting& lighting);
   // `lighting`: what the frame was lit with, its sun in the place stated or computed for it. What
   // contradicts that, once: again only where the shadows show it 5 deg or more from the last time.
-  // A look costs as ShadowDirectionFinder::ShownBy; other calls, nothing.
+  // Costs as ShadowDirectionFinder::ShownBy.
   std::optional<SunContradiction> Look(const Frame& frame, const Lighting& lighting);
 
  private:
-  bool IsDue(const Lighting& lighting);
-
   struct Looked {
     glm::dvec3 sun_enu{0.0};
     double sun_share = 0.0;

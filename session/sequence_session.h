@@ -73,6 +73,9 @@ class SequenceSession {
   // diffuse mask over the sequence's first frame does not hold for them.
   SessionStep Process(CapturedPicture captured);
 
+  // As FramePipeline::SetEffects.
+  void SetEffects(const EffectSettings& effects) { pipeline_->SetEffects(effects); }
+
   // The composite of a step that succeeded, as the camera would have shown it.
   Rgb8Image Show(const SessionStep& step);
   const PictureDisplay& Display() const { return display_; }

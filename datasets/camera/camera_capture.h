@@ -25,7 +25,7 @@ struct CameraFrame {
 };
 
 struct CaptureOptions {
-  std::size_t queue_frames = 3;           // That wait for the consumer at most.
+  std::size_t queue_frames = 2;           // That wait for the consumer at most.
   std::chrono::milliseconds stall{2000};  // Without a picture: an event.
   // Without a picture: the camera is closed and opened again.
   std::chrono::milliseconds reopen{10000};
@@ -71,8 +71,8 @@ class CameraCapture {
   CameraRequest request_;
   CaptureOptions options_;
   EventLog& events_;
-  CameraClock clock_;
   std::unique_ptr<CameraStream> stream_;
+  CameraClock clock_;
   PictureLayout layout_;
   double frames_per_second_ = 0.0;
   std::string identity_;

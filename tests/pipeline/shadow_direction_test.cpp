@@ -232,19 +232,26 @@ Lighting LightOf(const glm::dvec3& sun, double irradiance) {
   return lighting;
 }
 
+std::optional<SunContradiction> LookIfDue(SunCheck& check,
+                                          const Frame& frame,
+                                          const Lighting& lighting) {
+  if (!check.IsDue(lighting)) return std::nullopt;
+  return check.Look(frame, lighting);
+}
+
 TEST(SunCheck, WarnsOnceAndAgainWhenTheSunIsElsewhere) {
   const Mesh yard = Yard(4.0f);
   SunCheck check(yard, kGround);
   const Frame frame = Photograph(yard, Sun(150.0, 40.0), 5, TwoLevels);
-  EXPECT_FALSE(check.Look(frame, LightOf(Sun(150.0, 40.0), 1.0)));
+  EXPECT_FALSE(LookIfDue(check, frame, LightOf(Sun(150.0, 40.0), 1.0)));
   // The second frame, the fourth, one whose sun has moved.
-  const auto found = check.Look(frame, LightOf(Sun(170.0, 40.0), 1.0));
+  const auto found = LookIfDue(check, frame, LightOf(Sun(170.0, 40.0), 1.0));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->frame, 5);
   EXPECT_NEAR(DegFromRad(found->angle_rad), AngleDeg(Sun(150.0, 40.0), Sun(170.0, 40.0)), 0.5);
-  EXPECT_FALSE(check.Look(frame, LightOf(Sun(170.0, 40.0), 1.0))) << "the third: no look";
-  EXPECT_FALSE(check.Look(frame, LightOf(Sun(170.0, 40.0), 1.0))) << "said before";
-  EXPECT_TRUE(check.Look(frame, LightOf(Sun(250.0, 40.0), 1.0)));
+  EXPECT_FALSE(LookIfDue(check, frame, LightOf(Sun(170.0, 40.0), 1.0))) << "the third: no look";
+  EXPECT_FALSE(LookIfDue(check, frame, LightOf(Sun(170.0, 40.0), 1.0))) << "said before";
+  EXPECT_TRUE(LookIfDue(check, frame, LightOf(Sun(250.0, 40.0), 1.0)));
 }
 
 // Overcast at first, so that nothing is looked at but for the light that has changed.
@@ -255,9 +262,9 @@ TEST(SunCheck, LooksWhenTheSunComesOut) {
       Photograph(yard, Sun(150.0, 40.0), 0, [](const glm::vec3&, bool) { return 0.3; });
   const Frame sunny = Photograph(yard, Sun(150.0, 40.0), 1, TwoLevels);
   const glm::dvec3 stated = Sun(185.0, 40.0);
-  for (int i = 0; i < 4; ++i) EXPECT_FALSE(check.Look(clouds, LightOf(stated, 0.0)));
-  EXPECT_FALSE(check.Look(sunny, LightOf(stated, 0.1))) << "the fifth, nothing new";
-  EXPECT_TRUE(check.Look(sunny, LightOf(stated, 3.0)));
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(LookIfDue(check, clouds, LightOf(stated, 0.0)));
+  EXPECT_FALSE(LookIfDue(check, sunny, LightOf(stated, 0.1))) << "the fifth, nothing new";
+  EXPECT_TRUE(LookIfDue(check, sunny, LightOf(stated, 3.0)));
 }
 
 TEST(ShadowDirectionHardCases, NightZenithAndSpoiltPixelsAddNothing) {

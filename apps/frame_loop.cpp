@@ -1,0 +1,220 @@
+#include "apps/frame_loop.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <future>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/calibrate_north_command.h"
+#include "pipeline/shadow_direction.h"
+#include "pipeline/sun_check.h"
+#include "scene/half_float.h"
+#include "session/session_choices.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+// What the real shadows say of the sun, into the log and the report.
+void ReportShadows(const ShadowDirectionFinder& finder, std::vector<std::string>& notes) {
+  const ShadowDirectionResult result = finder.Result();
+  for (const FrameShadowDirection& frame : result.frames) {
+    notes.push_back(
+        fmt::format("frame {}: {}", frame.frame, DescribeShadowDirection(frame.shadow)));
+  }
+  const std::string all = "all frames: " + DescribeShadowDirection(result.all);
+  notes.push_back(all);
+  spdlog::info("{}", all);
+  if (!result.all.ContradictsTheSun()) return;
+  notes.push_back(fmt::format(
+      "the shadows indicate a sun {:.1f} deg {} of the computed one: north, place or time may be "
+      "wrong; see `pleinair calibrate north`",
+      std::abs(DegFromRad(result.all.azimuth_offset_rad)),
+      result.all.azimuth_offset_rad > 0.0 ? "clockwise" : "counter-clockwise"));
+  spdlog::warn("{}", notes.back());
+}
+
+void NoteContradiction(const std::optional<SunContradiction>& contradiction,
+                       const Sequence& sequence,
+                       std::vector<std::string>& notes) {
+  if (!contradiction) return;
+  const auto frame = static_cast<std::size_t>(contradiction->frame);
+  const std::string shown = AzimuthAndElevation(contradiction->shown_enu);
+  if (contradiction->stated_enu == kNoSunDirectionEnu) {
+    notes.push_back(
+        fmt::format("frame {}: the shadows show a sun at {}, where none is stated: its "
+                    "weather may be wrong, and sun_direction_enu or a site would help",
+                    frame,
+                    shown));
+  } else {
+    const bool stated = (frame < sequence.frames.size() ? sequence.StatedSunDirectionEnu(frame)
+                                                        : sequence.StatedSunDirectionEnu())
+                            .has_value();
+    notes.push_back(
+        fmt::format("frame {}: the shadows show the sun {:.1f} deg (sigma {:.1f}) from where it is "
+                    "{}: at {}, not at {}: {} may be wrong; see `pleinair calibrate north`",
+                    frame,
+                    DegFromRad(contradiction->angle_rad),
+                    DegFromRad(contradiction->stddev_rad),
+                    stated ? "stated" : "computed",
+                    shown,
+                    AzimuthAndElevation(contradiction->stated_enu),
+                    stated ? "sun_direction_enu, or the camera's pose,"
+                           : "the model's north, place or time (zone)"));
+  }
+  spdlog::warn("{}", notes.back());
+}
+
+// Once a run: what the light's numbers stand for.
+void NoteUnits(LightUnits units, std::vector<std::string>& notes) {
+  static const std::string kAll =
+      "the exposure of 8-bit frames is known up to one factor: light is relative, not in the "
+      "survey's units";
+  static const std::string kEach =
+      "the exposure of 8-bit frames is not known (a frame's exposure, or exposure_s, iso and "
+      "f_number, would give it): light is relative, each frame's in the units of its own picture";
+  if (units == LightUnits::kAbsolute) return;
+  const std::string& note = units == LightUnits::kRelative ? kAll : kEach;
+  if (std::find(notes.begin(), notes.end(), note) != notes.end()) return;
+  notes.push_back(note);
+  spdlog::warn("{}", note);
+}
+
+double MsSinceTime(UtcTime time) {
+  return std::chrono::duration<double, std::milli>(std::chrono::system_clock::now() - time).count();
+}
+
+}  // namespace
+
+// What no picture could be made of as it was, over a run's frames.
+class FrameLoop::PictureDefects {
+ public:
+  void Add(const Frame& frame, const FrameResult& result) {
+    not_finite_.Add(frame.defects.not_finite);
+    clamped_.Add(result.clamped_pixels);
+    frames_without_colour_ += result.drawn_lighting ? 1 : 0;
+  }
+  void Report(std::vector<std::string>& notes) const {
+    NotePixels(not_finite_, "not finite: not used for the estimate, and written unchanged", notes);
+    NotePixels(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), notes);
+    if (frames_without_colour_ == 0) return;
+    Note(
+        fmt::format("the estimated light of {} frames lacks a colour that daylight has: drawn with "
+                    "more of it, see drawn_light in plan.jsonl",
+                    frames_without_colour_),
+        notes);
+  }
+
+ private:
+  struct Count {
+    std::int64_t pixels = 0;
+    int frames = 0;
+    void Add(std::int64_t more) {
+      pixels += more;
+      frames += more > 0 ? 1 : 0;
+    }
+  };
+  static void Note(const std::string& note, std::vector<std::string>& notes) {
+    notes.push_back(note);
+    spdlog::warn("{}", note);
+  }
+  static void NotePixels(const Count& count,
+                         const std::string& what,
+                         std::vector<std::string>& notes) {
+    if (count.pixels == 0) return;
+    Note(fmt::format("{} pixels of {} frames are {}", count.pixels, count.frames, what), notes);
+  }
+
+  Count not_finite_;
+  Count clamped_;
+  int frames_without_colour_ = 0;
+};
+
+struct FrameLoop::Checks {
+  std::optional<ShadowDirectionFinder> shadows;
+  std::optional<SunCheck> sun;
+  PictureDefects defects;
+  bool is_any_done = false;
+  // A look at a live frame; waits for it when it is destroyed.
+  std::future<std::optional<SunContradiction>> sun_look;
+};
+
+FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, bool is_live)
+    : options_(options), run_(run), is_live_(is_live), checks_(std::make_unique<Checks>()) {
+  const LoadedSequence& loaded = run.Loaded();
+  const SiteModel& model = loaded.site.model;
+  if (options.measure_shadows) checks_->shadows.emplace(model.mesh, model.diffuse_regions);
+  // A fish-eye camera sees the sun itself, and --lighting states the light.
+  if (options.lighting.empty() && SourceOf(options, loaded.sequence) == SourceKind::kOutdoor) {
+    checks_->sun.emplace(model.mesh, model.diffuse_regions);
+  }
+  TakeNotes();
+  if (const std::string note = run.DaylightNote(); !note.empty()) {
+    notes_.push_back(note);
+    spdlog::info("{}", note);
+  }
+}
+
+FrameLoop::~FrameLoop() = default;
+
+std::optional<FinishedFrame> FrameLoop::Next() {
+  std::optional<SessionStep> step = run_.Next();
+  if (!step) return std::nullopt;
+  TakeNotes();
+  FinishedFrame finished;
+  finished.step = std::move(*step);
+  if (!finished.step.result) {
+    const FrameError& error = finished.step.result.error();
+    spdlog::error("frame {}: {}", error.index, error.reason);
+    return finished;
+  }
+  const Frame& frame = *finished.step.frame;
+  const FrameResult& result = *finished.step.result;
+  finished.shown = run_.Show(finished.step);
+  finished.latency_ms = MsSinceTime(frame.time);
+  if (!frame.codes) finished.input = run_.Display().Show(frame.radiance, frame.exposure);
+  const Lighting& lighting = result.estimate.lighting;
+  if (options_.write_environment) finished.environment = run_.EnvironmentOf(lighting);
+  finished.sky = run_.SkyImageOf(lighting);
+  NoteUnits(result.estimate.units, notes_);
+  checks_->defects.Add(frame, result);
+  if (checks_->shadows) checks_->shadows->Add(frame, result.sun.direction_enu);
+  if (checks_->sun) CheckSun(finished);
+  checks_->is_any_done = true;
+  return finished;
+}
+
+std::vector<std::string> FrameLoop::Finish() {
+  checks_->defects.Report(notes_);
+  if (checks_->shadows && checks_->is_any_done) ReportShadows(*checks_->shadows, notes_);
+  return std::exchange(notes_, {});
+}
+
+void FrameLoop::CheckSun(const FinishedFrame& finished) {
+  std::future<std::optional<SunContradiction>>& look = checks_->sun_look;
+  if (look.valid()) {
+    if (look.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    NoteContradiction(look.get(), run_.Loaded().sequence, notes_);
+  }
+  const Lighting& lighting = finished.step.result->estimate.lighting;
+  if (!checks_->sun->IsDue(lighting)) return;
+  look = std::async(is_live_ ? std::launch::async : std::launch::deferred,
+                    [&sun = *checks_->sun, frame = *finished.step.frame, lighting] {
+                      return sun.Look(frame, lighting);
+                    });
+  if (!is_live_) NoteContradiction(look.get(), run_.Loaded().sequence, notes_);
+}
+
+void FrameLoop::TakeNotes() {
+  for (std::string& note : run_.TakeNotes()) {
+    spdlog::warn("{}", note);
+    notes_.push_back(std::move(note));
+  }
+}
+
+}  // namespace pleinair

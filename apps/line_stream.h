@@ -1,0 +1,36 @@
+// Lines to other programs while a run goes on.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/descriptor.h"
+
+namespace pleinair {
+
+// To standard output, a file or pipe, or every program that is connected to a Unix socket.
+class LineStream {
+ public:
+  // "-", a path, or "unix:PATH", a socket that is made (in place of one that nobody listens on) and
+  // removed again. Throws std::runtime_error, one line with the target.
+  explicit LineStream(const std::string& target);
+  ~LineStream();
+  LineStream(const LineStream&) = delete;
+  LineStream& operator=(const LineStream&) = delete;
+
+  // Throws where a file or pipe cannot be written. A socket's readers that do not keep up, or are
+  // gone, are left.
+  void Write(const std::string& line);
+
+ private:
+  void WriteToReaders(const std::string& line);
+
+  std::string target_;
+  Descriptor file_;
+  std::filesystem::path socket_path_;
+  Descriptor socket_;
+  std::vector<Descriptor> readers_;
+};
+
+}  // namespace pleinair

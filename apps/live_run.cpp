@@ -1,0 +1,288 @@
+#include "apps/live_run.h"
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/effect_budget.h"
+#include "apps/frame_loop.h"
+#include "apps/progress.h"
+#include "apps/run_description.h"
+#include "apps/run_output.h"
+#include "apps/stop_signals.h"
+#include "datasets/camera/live_frame_source.h"
+#include "datasets/recording/recorder.h"
+
+namespace pleinair {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+double SecondsSince(SteadyClock::time_point start) {
+  return std::chrono::duration<double>(SteadyClock::now() - start).count();
+}
+
+// Writes what is finished. A failure ends it, and is thrown by Finish.
+class OutputThread {
+ public:
+  explicit OutputThread(RunOutput& output) : output_(output), thread_([this] { Run(); }) {}
+  ~OutputThread() {
+    queue_.Close();
+    if (thread_.joinable()) thread_.join();
+  }
+  OutputThread(const OutputThread&) = delete;
+  OutputThread& operator=(const OutputThread&) = delete;
+
+  // Waits where writing is slower than compositing: the camera's queue then drops frames. False
+  // where writing has failed.
+  bool Push(FinishedFrame frame) { return queue_.PushWhenRoom(std::move(frame)); }
+
+  void Finish() {
+    queue_.Close();
+    thread_.join();
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  void Run() {
+    try {
+      while (std::optional<FinishedFrame> frame = queue_.Pop()) output_.Add(std::move(*frame));
+    } catch (...) {
+      failure_ = std::current_exception();
+      queue_.Close();
+    }
+  }
+
+  static constexpr std::size_t kWaitingFrames = 4;
+  RunOutput& output_;
+  FrameQueue<FinishedFrame> queue_{kWaitingFrames};
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+// What goes on beside the frames: events, and reasons to end.
+class Watch {
+ public:
+  Watch(const RunCommandOptions& options,
+        StopSignals& signals,
+        CameraCapture& capture,
+        EventLog& events,
+        RunOutput& output)
+      : options_(options),
+        signals_(signals),
+        capture_(capture),
+        events_(events),
+        output_(output),
+        thread_([this] { Run(); }) {}
+  ~Watch() {
+    is_over_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+  // Writes the last events, too.
+  void Finish() {
+    is_over_ = true;
+    thread_.join();
+    for (Event& event : events_.TakeAll()) Write(std::move(event));
+  }
+
+ private:
+  void Run() {
+    constexpr std::chrono::milliseconds kTick{200};
+    while (!is_over_) {
+      const bool is_to_stop = signals_.Wait(kTick);
+      for (Event& event : events_.Take(capture_.Clock().Now())) Write(std::move(event));
+      LookAtSite();
+      if (is_to_stop) spdlog::info("ending");
+      if (is_to_stop || IsTimeUp()) {
+        capture_.Stop();
+        return;
+      }
+    }
+  }
+
+  void Write(Event event) {
+    spdlog::log(event.kind == EventKind::kStarted ? spdlog::level::info : spdlog::level::warn,
+                "{}: {}{}",
+                NameOf(event.kind),
+                event.text,
+                event.count > 1 ? fmt::format(" ({} frames)", event.count) : std::string());
+    std::vector<Event> one;
+    one.push_back(std::move(event));
+    output_.AddEvents(std::move(one));
+  }
+
+  // A run goes on with what it has read.
+  void LookAtSite() {
+    std::error_code error;
+    const bool is_there = std::filesystem::exists(options_.sequence, error);
+    if (is_there == site_is_there_) return;
+    site_is_there_ = is_there;
+    events_.Add(
+        {capture_.Clock().Now(),
+         EventKind::kSite,
+         options_.sequence.string() +
+             (is_there ? ": is there again" : ": is gone; the run goes on with what it has read")});
+  }
+
+  // Frames themselves end a run in time; without any, a second later.
+  bool IsTimeUp() const {
+    return options_.duration_s && SecondsSince(started_) > *options_.duration_s + 1.0;
+  }
+
+  const RunCommandOptions& options_;
+  StopSignals& signals_;
+  CameraCapture& capture_;
+  EventLog& events_;
+  RunOutput& output_;
+  const SteadyClock::time_point started_ = SteadyClock::now();
+  bool site_is_there_ = true;
+  std::atomic<bool> is_over_ = false;
+  std::thread thread_;
+};
+
+CameraRequest RequestFor(const RunCommandOptions& options, const Sequence& site) {
+  CameraRequest request = options.camera;
+  if (!request.width_px) {
+    request.width_px = site.intrinsics.width_px;
+    request.height_px = site.intrinsics.height_px;
+  }
+  return request;
+}
+
+void RefuseWhatIsNotLive(const RunCommandOptions& options) {
+  const auto refuse = [](const std::string& option) {
+    throw std::invalid_argument(option + ": expected a recorded sequence, found a camera");
+  };
+  if (!options.markers.empty()) refuse("--markers");
+  if (options.source == SourceKind::kFisheye) refuse("--source fisheye");
+  if (options.albedo == AlbedoSource::kSelfCalibrated) refuse("the setting albedo");
+}
+
+// A line a second: light, rate, drops.
+class LightOfTheSecond {
+ public:
+  explicit LightOfTheSecond(const EventLog& events) : events_(events) {}
+  void Add(const FinishedFrame& finished) {
+    ++frames_;
+    const double seconds = SecondsSince(shown_);
+    if (seconds < 1.0) return;
+    LogLight(finished, std::nullopt);
+    spdlog::info("{:.1f} composites a second, {} frames dropped, {} lost by the driver",
+                 frames_ / seconds,
+                 events_.CountOf(EventKind::kFrameDropped),
+                 events_.CountOf(EventKind::kFrameLost));
+    shown_ = SteadyClock::now();
+    frames_ = 0;
+  }
+
+ private:
+  const EventLog& events_;
+  SteadyClock::time_point shown_ = SteadyClock::now();
+  int frames_ = 0;
+};
+
+bool IsOver(const RunCommandOptions& options, std::int64_t frames, double seconds) {
+  return (options.frames_limit && frames >= *options.frames_limit) ||
+         (options.duration_s && seconds >= *options.duration_s);
+}
+
+}  // namespace
+
+void RunLiveCommand(RunCommandOptions options) {
+  RefuseWhatIsNotLive(options);
+  if (!options.written) options.written = WrittenPictures::kShown;
+  options.pipeline.sun_ahead = true;
+  const Sequence site = ReadSite(options.sequence, std::chrono::system_clock::now());
+
+  StopSignals signals;  // Before there are other threads.
+  EventLog events;
+  CameraCapture capture(options.input, RequestFor(options, site), {}, events);
+  RunOutput output(options, events);
+  Watch watch(options, signals, capture, events, output);
+  const auto loaded = LoadSite(options, capture.Clock().Now(), ProgressOnStandardError());
+  if (!loaded->scene.from_store) {
+    events.Add({capture.Clock().Now(), EventKind::kSite, "prepared"});
+  }
+
+  std::optional<Recorder> recorder;
+  CameraFrameTap tap;
+  if (!options.record.empty()) {
+    RecorderOptions record;
+    record.recording.folder = options.record;
+    recorder.emplace(site, capture.Layout(), record, events);
+    tap = [&recorder](const CameraFrame& frame) { recorder->Offer(frame); };
+  }
+  EffectBudget budget(options.pipeline.effects, capture.FramesPerSecond());
+  SequenceSession run(
+      loaded,
+      options,
+      MakeLiveFrameSource(loaded->sequence, capture, events, options.camera_noise, tap));
+  FrameLoop frames(options, run, true);
+  RunReport& report = output.Report();
+  report.title = TitleOf(loaded->sequence);
+  report.settings = DescribeSettings(options, *loaded, std::nullopt, run.Renderer());
+  {
+    OutputThread writing(output);
+    LightOfTheSecond shown_light(events);
+    std::int64_t done = 0;
+    std::optional<UtcTime> first;
+    for (;;) {
+      run.SetEffects(budget.Next());
+      std::optional<FinishedFrame> finished = frames.Next();
+      if (!finished) break;
+      if (finished->step.result) {
+        budget.Look(finished->step.result->plan);
+        const UtcTime time = finished->step.frame->time;
+        if (!first) first = time;
+        ++done;
+        shown_light.Add(*finished);
+        if (!writing.Push(std::move(*finished))) break;
+        if (IsOver(options, done, std::chrono::duration<double>(time - *first).count())) break;
+      } else if (!writing.Push(std::move(*finished)) || options.stop_on_bad_frame) {
+        break;
+      }
+    }
+    capture.Stop();
+    writing.Finish();
+  }
+  if (recorder) recorder->Finish();
+  events.Add({capture.Clock().Now(),
+              EventKind::kEnded,
+              fmt::format("{} frames composited", report.totals.done)});
+  watch.Finish();
+  output.Finish();
+  for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
+  report.notes.push_back(fmt::format(
+      "{} frames composited, {} failed, {} dropped as later ones were there, {} lost by the driver",
+      report.totals.done,
+      report.totals.failed,
+      events.CountOf(EventKind::kFrameDropped),
+      events.CountOf(EventKind::kFrameLost)));
+  const TimeStatistics& latency = report.totals.latency;
+  if (latency.Count() > 0) {
+    report.notes.push_back(
+        fmt::format("from a frame's timestamp to its composite: median {:.1f} ms, 99 % within "
+                    "{:.1f} ms, worst {:.1f} ms",
+                    latency.QuantileMs(0.5),
+                    latency.QuantileMs(0.99),
+                    latency.LargestMs()));
+    spdlog::info("{}", report.notes.back());
+  }
+  output.WriteReport();
+  SayHowItEnded(options, report, loaded->sequence);
+  if (options.stop_on_bad_frame && report.totals.failed > 0) {
+    throw std::runtime_error("stopped, as asked, at " + report.totals.first_failure);
+  }
+}
+
+}  // namespace pleinair

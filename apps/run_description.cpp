@@ -1,0 +1,92 @@
+#include "apps/run_description.h"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "session/session_choices.h"
+
+namespace pleinair {
+namespace {
+
+std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSite& site) {
+  if (DaylightOf(options, site) == Daylight::kGather) return "with the rest";
+  const DirectDaylightOptions& direct = options.pipeline.object_light.direct_daylight;
+  return fmt::format("by {} samples a shape of the sky, shadow maps of {} px",
+                     direct.sampling.samples,
+                     direct.shadows.map_size_px);
+}
+
+}  // namespace
+
+std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
+                                          const LoadedSequence& loaded,
+                                          std::optional<std::size_t> frames,
+                                          const GlDescription& gl) {
+  const CameraIntrinsics& camera = loaded.sequence.intrinsics;
+  std::vector<std::string> settings = {
+      fmt::format("{}{}x{}",
+                  frames ? fmt::format("{} frames, ", *frames) : std::string(),
+                  camera.width_px,
+                  camera.height_px),
+      fmt::format(
+          "frames {}, {} samples, seed {}, bounces {}, object light by {}, direct daylight {}, "
+          "light {}",
+          options.frames == FrameKind::kLinear ? "linear" : "ldr",
+          options.light.samples,
+          options.light.seed,
+          options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),
+          options.pipeline.object_light.route == ObjectLight::kGather ? "rays at vertices"
+          : options.pipeline.object_light.route == ObjectLight::kSingleProbe
+              ? "rays at a single probe"
+          : options.pipeline.object_light.route == ObjectLight::kVolume ? "folded probes"
+                                                                        : "probes from the map",
+          DescribeDaylight(options, loaded.site),
+          options.pipeline.filter ? "filtered over time" : "of each frame by itself"),
+      fmt::format("OpenGL: {} ({})", gl.renderer, gl.version)};
+  if (loaded.board) {
+    settings.push_back("camera poses from the markers of " + options.markers.string());
+  }
+  return settings;
+}
+
+void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frames) {
+  if (!finished.step.result) return;
+  const LightingEstimate& estimate = finished.step.result->estimate;
+  const glm::dvec3 sun = estimate.lighting.sun.irradiance_rgb;
+  const glm::dvec3 sky = estimate.lighting.SkyIrradianceRgb();
+  spdlog::info("frame {}{}: sun {:.4g}, sky {:.4g}{}",
+               finished.step.frame->index + 1,
+               of_frames ? fmt::format(" of {}", *of_frames) : std::string(),
+               (sun.x + sun.y + sun.z) / 3.0,
+               (sky.x + sky.y + sky.z) / 3.0,
+               !LightIsKnown(estimate.lighting) ? " (hardly known: the picture shows neither "
+                                                  "sun nor shade; earlier light and "
+                                                  "weather answer)"
+               : estimate.sun_observable        ? ""
+                                                : " (sun not observable)");
+}
+
+std::string TitleOf(const Sequence& sequence) {
+  return "pleinair: " +
+         (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
+}
+
+void SayHowItEnded(const RunCommandOptions& options,
+                   const RunReport& report,
+                   const Sequence& sequence) {
+  spdlog::info("{} of {} frames done; report: {}",
+               report.totals.done,
+               report.totals.done + report.totals.failed,
+               (options.out / "report.html").string());
+  if (report.totals.done > 0) return;
+  throw std::runtime_error(
+      report.totals.failed == 0
+          ? sequence.folder.string() + ": expected frames, found none"
+          : fmt::format("all frames of {} failed; {}",
+                        options.input.empty() ? sequence.folder.string() : options.input,
+                        report.totals.first_failure));
+}
+
+}  // namespace pleinair

@@ -1,0 +1,118 @@
+#include "apps/run_output.h"
+
+#include <exception>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "apps/lighting_log.h"
+#include "apps/plan_log.h"
+#include "datasets/recording/recording.h"
+#include "scene/stopwatch.h"
+
+namespace pleinair {
+namespace {
+
+ReportFrame FailedFrame(const FrameError& error) {
+  ReportFrame reported;
+  reported.index = error.index;
+  reported.time = error.time;
+  reported.error = error.reason;
+  return reported;
+}
+
+}  // namespace
+
+RunOutput::RunOutput(const RunCommandOptions& options, EventLog& events)
+    : options_(options),
+      events_(events),
+      folder_(options.out),
+      writer_(options.out, options.written.value_or(WrittenPictures::kAll)) {
+  if (!folder_.TakenOverFrom().empty()) {
+    spdlog::warn("{}: an earlier run did not end ({}): what it left unfinished is removed",
+                 options.out.string(),
+                 folder_.TakenOverFrom());
+  }
+  if (options.video) {
+    video_.emplace(options.out / "composite.mp4", options.video_frames_per_second);
+  }
+  if (!options.picture_stream.empty()) pictures_.emplace(options.picture_stream);
+  if (!options.lighting_stream.empty()) lines_.emplace(options.lighting_stream);
+}
+
+template <typename Stream, typename Item>
+void RunOutput::WriteTo(std::optional<Stream>& stream, const Item& item, UtcTime time) {
+  if (!stream) return;
+  try {
+    stream->Write(item);
+  } catch (const std::exception& error) {
+    events_.Add({time, EventKind::kOutput, error.what()});
+    stream.reset();
+  }
+}
+
+void RunOutput::Add(FinishedFrame frame) {
+  if (frame.step.result) {
+    AddDone(std::move(frame));
+    return;
+  }
+  const FrameError& error = frame.step.result.error();
+  const std::string line = FailureLine(error);
+  folder_.AddLighting(line);
+  folder_.AddPlan(line);
+  WriteTo(lines_, line, error.time);
+  report_.Add(FailedFrame(error));
+}
+
+void RunOutput::AddDone(FinishedFrame finished) {
+  const Frame& frame = *finished.step.frame;
+  FrameResult& result = *finished.step.result;
+  Stopwatch watch;
+  // What somebody looks at comes before what is kept.
+  WriteTo(pictures_, finished.shown, frame.time);
+  writer_.Write(frame.index, result.composite, finished.shown);
+  if (video_) video_->Add(finished.shown);
+  if (finished.environment) {
+    writer_.WriteEnvironment(
+        frame.index, finished.environment->with_sun, finished.environment->without_sun);
+  }
+  std::string sky_image;
+  if (finished.sky) sky_image = writer_.WriteSky(frame.index, *finished.sky);
+  result.timing_ms.write = watch.LapMs();
+  const std::string line = LightingLine(frame, result, sky_image, finished.latency_ms);
+  folder_.AddLighting(line);
+  folder_.AddPlan(PlanLine(frame, result, options_.pipeline.effects));
+  WriteTo(lines_, line, frame.time);
+
+  ReportFrame reported;
+  reported.index = frame.index;
+  reported.time = frame.time;
+  if (report_.ShowsNext()) {
+    const Rgb8Image* input = finished.input ? &*finished.input : nullptr;
+    if (frame.codes) input = &*frame.codes;
+    if (input != nullptr) reported.input = MakeReportPicture(*input);
+    reported.composite = MakeReportPicture(finished.shown);
+  }
+  reported.lighting = result.estimate.lighting;
+  reported.estimate = std::move(result.estimate);
+  reported.timing_ms = result.timing_ms;
+  reported.latency_ms = finished.latency_ms;
+  reported.plan = std::move(result.plan);
+  report_.Add(std::move(reported));
+}
+
+void RunOutput::AddEvents(std::vector<Event> events) {
+  for (Event& event : events) {
+    folder_.AddEvent(LineOf(event));
+    report_.AddEvent(std::move(event));
+  }
+}
+
+void RunOutput::Finish() {
+  folder_.Finish();
+  if (video_) video_->Finish();
+}
+
+void RunOutput::WriteReport() { WriteRunReport(options_.out / "report.html", report_); }
+
+}  // namespace pleinair
