@@ -1,0 +1,87 @@
+#include "scene/internal/isolated_work.h"
+
+#include <csignal>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/scene/temporary_folder.h"
+
+namespace pleinair::isolated_work_test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr IsolationLimits kLimits{std::uint64_t{256} << 20U, std::chrono::seconds(1)};
+constexpr const char* kTooMuch = "its reader needs more than 256 MiB or 1 s";
+
+std::string Message(const std::function<std::string()>& work) {
+  return MessageOf([&] { RunIsolated(work, kLimits); });
+}
+
+TEST(IsolatedWork, ReturnsWhatTheWorkReturns) {
+  EXPECT_EQ(RunIsolated([] { return std::string("a\0b", 3); }, kLimits), std::string("a\0b", 3));
+  EXPECT_EQ(RunIsolated([] { return std::string(); }, kLimits), "");
+  // More than a pipe holds.
+  const std::string much(std::size_t{10} << 20U, 'x');
+  EXPECT_EQ(RunIsolated([&] { return much; }, kLimits), much);
+}
+
+TEST(IsolatedWork, KeepsTheWorksChangesAway) {
+  int value = 1;
+  RunIsolated(
+      [&] {
+        value = 2;
+        return std::string();
+      },
+      kLimits);
+  EXPECT_EQ(value, 1);
+}
+
+TEST(IsolatedWork, ThrowsTheWorksMessage) {
+  EXPECT_EQ(Message([]() -> std::string { throw std::runtime_error("wrong"); }), "wrong");
+}
+
+TEST(IsolatedWork, OutlivesACrash) {
+  for (const int signal : {SIGSEGV, SIGABRT, SIGKILL}) {
+    EXPECT_EQ(Message([signal] {
+                std::raise(signal);
+                return std::string();
+              }),
+              "its reader crashed");
+  }
+  // An end that is not by a signal is no result either.
+  EXPECT_EQ(Message([]() -> std::string { std::_Exit(0); }), "its reader crashed");
+}
+
+TEST(IsolatedWork, StopsWorkWithoutEnd) {
+  volatile int turns = 0;
+  EXPECT_EQ(Message([&] {
+              while (true) turns = turns + 1;
+              return std::string();
+            }),
+            kTooMuch);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(IsolatedWork, BoundsMemory) {
+  EXPECT_EQ(Message([] {
+              std::vector<std::string> blocks;
+              while (true) blocks.emplace_back(std::size_t{1} << 20U, 'x');
+              return blocks.front();
+            }),
+            kTooMuch);
+}
+#endif
+
+TEST(IsolatedWork, BoundsWhatIsReturned) {
+  const std::string more_than_allowed(std::size_t{257} << 20U, 'x');
+  EXPECT_EQ(Message([&] { return more_than_allowed; }), kTooMuch);
+}
+
+}  // namespace
+}  // namespace pleinair::isolated_work_test
