@@ -207,6 +207,15 @@ std::vector<JsonCursor> JsonCursor::List(std::size_t count_min, std::size_t coun
   return entries;
 }
 
+std::vector<JsonCursor::Entry> JsonCursor::Entries() const {
+  if (!value_->is_object()) Fail("an object");
+  std::vector<Entry> entries;
+  for (const auto& [key, value] : value_->items()) {
+    entries.push_back({key, JsonCursor(value, file_, PathOf(key))});
+  }
+  return entries;
+}
+
 double JsonCursor::Number() const {
   if (!value_->is_number() || !std::isfinite(value_->get<double>())) Fail("a number");
   return value_->get<double>();
