@@ -1,4 +1,4 @@
-// sequence.json.
+// sequence.json, and as a site.
 #include "datasets/sequence.h"
 
 #include "tests/fuzz/fuzz_input.h"
@@ -19,5 +19,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     return true;
   }();
   if (has_files) FuzzFile("sequence.json", data, size, folder);
+  pleinair::ReadsOrRefuses([] { pleinair::ReadSite(folder.Path(), pleinair::UtcTime()); });
   return pleinair::ReadsOrRefuses([] { pleinair::ReadSequence(folder.Path()); });
 }
