@@ -347,6 +347,20 @@ TEST(ImageIoHardCases, RefusesSizesBeyondWhatTheBytesHold) {
   EXPECT_THAT(ReadingMessage(folder.Write("a.jpg", jpeg)), HasSubstr(expected));
 }
 
+// Some hundred bytes a scan, and each scan goes over all of the picture.
+TEST(ImageIoHardCases, RefusesJpegOfThousandsOfScans) {
+  const TemporaryFolder folder;
+  const cv::Mat grey(64, 64, CV_8U, cv::Scalar(99));
+  cv::imwrite((folder / "a.jpg").string(), grey, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  std::string jpeg = ContentOf(folder / "a.jpg");
+  const std::string last_scan = jpeg.substr(jpeg.rfind("\xff\xda"), std::string::npos);
+  const std::string scan = last_scan.substr(0, last_scan.size() - 2);  // Without the end marker.
+  std::string many;
+  for (int i = 0; i < 3000; ++i) many += scan;
+  jpeg.insert(jpeg.size() - 2, many);
+  EXPECT_THAT(ReadingMessage(folder.Write("a.jpg", jpeg)), HasSubstr("more than 500 scans"));
+}
+
 // The flattest pictures that our writers and PNG's one bit give.
 TEST(ImageIoHardCases, ReadsPicturesThatPackWell) {
   const TemporaryFolder folder;
