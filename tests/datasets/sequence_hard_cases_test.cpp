@@ -46,7 +46,7 @@ std::vector<Pointer> AllOf(const nlohmann::json& document) {
 
 // Keys that may hold anything: `name`, and those that begin with note, formula or world.
 bool IsFree(const Pointer& pointer) {
-  const std::string key = pointer.back();
+  const std::string& key = pointer.back();
   return key == "name" || key.starts_with("note") || key.starts_with("formula") || key == "world";
 }
 

@@ -25,7 +25,7 @@ TEST(IsolatedWork, ReturnsWhatTheWorkReturns) {
   EXPECT_EQ(RunIsolated([] { return std::string("a\0b", 3); }, kLimits), std::string("a\0b", 3));
   EXPECT_EQ(RunIsolated([] { return std::string(); }, kLimits), "");
   // More than a pipe holds.
-  const std::string much(std::size_t{10} << 20U, 'x');
+  std::string much(std::size_t{10} << 20U, 'x');
   EXPECT_EQ(RunIsolated([&] { return much; }, kLimits), much);
 }
 
