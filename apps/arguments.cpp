@@ -7,14 +7,20 @@
 
 #include <CLI/CLI.hpp>
 
+#include "apps/message_text.h"
 #include "session/sequence_site.h"
 
 namespace pleinair {
 
 int Print(const std::string& text) {
-  std::fputs(text.c_str(), stdout);
+  std::fputs(OutputText(text).c_str(), stdout);
   if (!text.empty() && text.back() != '\n') std::fputc('\n', stdout);
   return 0;
+}
+
+void PrintError(const std::string& reason) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "pleinair: %s\n", MessageText(reason).c_str());
 }
 
 CLI::Validator Positive() {

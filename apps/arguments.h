@@ -16,8 +16,10 @@ namespace pleinair {
 // What the command line asks for, once it is read; returns the exit code.
 using Work = std::function<int()>;
 
-// Prints to standard output, ending with a new line; returns 0.
+// Prints to standard output, as OutputText, ending with a new line; returns 0.
 int Print(const std::string& text);
+// Prints to standard error why the program ends as it does, as MessageText.
+void PrintError(const std::string& reason);
 
 // A finite number above 0.
 CLI::Validator Positive();

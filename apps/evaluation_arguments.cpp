@@ -1,6 +1,5 @@
 #include "apps/evaluation_arguments.h"
 
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -16,10 +15,7 @@ constexpr int kGotWorse = 1;
 
 int PrintRegression(const RegressResult& result) {
   Print(result.table);
-  std::fflush(stdout);
-  for (const std::string& reason : result.reasons) {
-    std::fprintf(stderr, "pleinair: %s\n", reason.c_str());
-  }
+  for (const std::string& reason : result.reasons) PrintError(reason);
   return result.reasons.empty() ? 0 : kGotWorse;
 }
 

@@ -1,7 +1,6 @@
 // The command line: arguments in, one line and exit code 2 on bad input. The work is in
 // *_command.cpp.
 
-#include <cstdio>
 #include <ctime>
 #include <exception>
 #include <map>
@@ -39,7 +38,7 @@ constexpr const char* kSeeHelp = " (see `pleinair --help`)";
 
 // Says why in one line; returns the exit code.
 int Refuse(const std::string& reason) {
-  std::fprintf(stderr, "pleinair: %s\n", MessageText(reason).c_str());
+  PrintError(reason);
   return kBadInput;
 }
 

@@ -22,6 +22,11 @@ std::size_t PrintableBytes(std::string_view text) {
   return is_c1_control ? 0 : length;
 }
 
+// Byte by byte: what is no character has no other form.
+void AppendEscapedByte(char byte, std::string& shown) {
+  shown += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
+}
+
 }  // namespace
 
 std::string MessageText(std::string_view text) {
@@ -31,11 +36,34 @@ std::string MessageText(std::string_view text) {
     if (bytes > 0) {
       shown.append(text.substr(0, bytes));
     } else {
-      shown += fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
+      AppendEscapedByte(text.front(), shown);
     }
     text.remove_prefix(std::max<std::size_t>(bytes, 1));
   }
   if (!text.empty()) shown += fmt::format("... ({} more bytes)", text.size());
+  return shown;
+}
+
+std::string OutputText(std::string_view text) {
+  std::string shown;
+  while (!text.empty()) {
+    const auto first = static_cast<unsigned char>(text.front());
+    std::size_t bytes = PrintableBytes(text);
+    if (bytes > 0 || first == '\n' || first == '\t') {
+      bytes = std::max<std::size_t>(bytes, 1);
+      shown.append(text.substr(0, bytes));
+    } else if (first < 0x80) {
+      bytes = 1;
+      shown += fmt::format("\\u{:04x}", first);
+    } else if (first == 0xc2 && text.size() > 1 && (text[1] & 0xc0) == 0x80) {
+      bytes = 2;  // A control character above 0x7f, whose number is that of its second byte.
+      shown += fmt::format("\\u{:04x}", static_cast<unsigned char>(text[1]));
+    } else {
+      bytes = 1;
+      AppendEscapedByte(text.front(), shown);
+    }
+    text.remove_prefix(bytes);
+  }
   return shown;
 }
 

@@ -1,14 +1,13 @@
 #include "apps/regression_baseline.h"
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/whole_text.h"
+#include "calib/json_cursor.h"
 
 namespace pleinair {
 namespace {
@@ -17,65 +16,28 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "pleinair-baseline-1";
 
-[[noreturn]] void Refuse(const std::filesystem::path& file, const std::string& what) {
-  throw std::runtime_error(file.string() + ": " + what);
-}
-
-// Also of numbers that an int would hold only in part.
-bool IsIntegerFrom(int least, const Json& value) {
-  return value.is_number_integer() && value.get<double>() >= least &&
-         value.get<double>() <= std::numeric_limits<int>::max();
-}
-
-FigureSettings SettingsFrom(const std::filesystem::path& file,
-                            const std::string& name,
-                            const Json& json) {
+FigureSettings SettingsFrom(const JsonCursor& at) {
+  constexpr int kMost = std::numeric_limits<int>::max();
+  at.CheckKeys({"frames_limit", "pictures", "patch_size_m", "rays"});
   FigureSettings settings;
-  for (const auto& [key, value] : json.items()) {
-    const std::string where = fmt::format("sequences.{}.settings.{}", name, key);
-    if (key == "frames_limit" && IsIntegerFrom(0, value)) {
-      settings.frames_limit = value.get<int>();
-    } else if (key == "pictures" && value.is_boolean()) {
-      settings.pictures = value.get<bool>();
-    } else if (key == "patch_size_m" && value.is_number()) {
-      settings.patch_size_m = value.get<double>();
-    } else if (key == "rays" && IsIntegerFrom(1, value)) {
-      settings.rays = value.get<int>();
-    } else {
-      Refuse(file,
-             where + " is " + value.dump() +
-                 ": expected frames_limit (0 or more), pictures (true or false), patch_size_m or "
-                 "rays (numbers)");
-    }
+  if (const auto limit = at.Optional("frames_limit")) {
+    settings.frames_limit = limit->IntegerIn(0, kMost);
   }
+  if (const auto pictures = at.Optional("pictures")) settings.pictures = pictures->Boolean();
+  if (const auto size_m = at.Optional("patch_size_m")) settings.patch_size_m = size_m->Number();
+  if (const auto rays = at.Optional("rays")) settings.rays = rays->IntegerIn(1, kMost);
   return settings;
 }
 
-SeededFigures FiguresFrom(const std::filesystem::path& file,
-                          const std::string& name,
-                          const Json& json) {
+SeededFigures FiguresFrom(const JsonCursor& at) {
   SeededFigures figures;
-  for (const auto& [key, values] : json.items()) {
-    const std::string where = fmt::format("sequences.{}.figures.{}", name, key);
-    if (!values.is_array() || values.empty()) {
-      Refuse(file, where + ": expected a list of numbers, one for each seed");
-    }
-    for (const Json& value : values) {
-      if (!value.is_number()) Refuse(file, where + ": expected numbers, found " + value.dump());
-      figures[key].push_back(value.get<double>());
+  for (const JsonCursor::Entry& figure : at.Entries()) {
+    // One for each seed.
+    for (const JsonCursor& value : figure.at.List(1, std::numeric_limits<std::size_t>::max())) {
+      figures[figure.key].push_back(value.Number());
     }
   }
   return figures;
-}
-
-const Json& At(const std::filesystem::path& file,
-               const Json& json,
-               const std::string& key,
-               const std::string& where) {
-  if (!json.is_object() || !json.contains(key) || !json[key].is_object()) {
-    Refuse(file, where + key + ": expected an object");
-  }
-  return json[key];
 }
 
 Json ToJson(const FigureSettings& settings) {
@@ -96,22 +58,17 @@ double Rounded(double value) {
 }  // namespace
 
 RegressionBaseline ReadRegressionBaseline(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) Refuse(file, "expected a baseline there (see --write-baseline)");
-  Json json;
-  try {
-    json = Json::parse(stream);
-  } catch (const Json::exception&) {
-    Refuse(file, "expected JSON, as --write-baseline makes it");
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) {
+    throw std::runtime_error(file.string() + ": expected a baseline there (see --write-baseline)");
   }
-  if (!json.is_object() || json.value("format", Json()) != kFormat) {
-    Refuse(file, std::string("format: expected \"") + kFormat + "\"");
-  }
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  root.Required("format").OneOf({kFormat});
   RegressionBaseline baseline;
-  for (const auto& [name, entry] : At(file, json, "sequences", "").items()) {
-    const std::string where = "sequences." + name + ".";
-    baseline[name] = {SettingsFrom(file, name, At(file, entry, "settings", where)),
-                      FiguresFrom(file, name, At(file, entry, "figures", where))};
+  for (const JsonCursor::Entry& sequence : root.Required("sequences").Entries()) {
+    baseline[sequence.key] = {SettingsFrom(sequence.at.Required("settings")),
+                              FiguresFrom(sequence.at.Required("figures"))};
   }
   return baseline;
 }

@@ -9,7 +9,7 @@ namespace pleinair {
 namespace {
 
 // Deeper than any of our formats, and far from what the stack of a recursive walk would hold.
-constexpr int kMaxDepth = 64;
+constexpr std::size_t kMaxDepth = 64;
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{256} << 20;
 constexpr std::size_t kMaxQuotedCharacters = 60;
 
@@ -66,30 +66,51 @@ std::string LineAndColumn(std::string_view text, std::size_t byte) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-// Refuses what the parser would let pass: keys given twice and deep nesting.
-class StructureCheck {
+// Refuses what the parser would let pass: keys given twice and deep nesting. A pass of its own over
+// the text: the parser's callback, which could do the same, makes it walk each list at the end of
+// each of its objects, in quadratic time.
+class StructureCheck final : public nlohmann::json_sax<nlohmann::json> {
  public:
   explicit StructureCheck(const std::string& label) : label_(label) {}
 
-  bool operator()(int depth, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
-    using Event = nlohmann::json::parse_event_t;
-    if (event == Event::object_start || event == Event::array_start) {
-      if (depth >= kMaxDepth) {
-        throw JsonError(label_ + ": expected at most " + std::to_string(kMaxDepth) +
-                        " levels of nesting, found more");
-      }
-    }
-    if (event == Event::object_start) keys_.emplace_back();
-    if (event == Event::object_end) keys_.pop_back();
-    if (event == Event::key && !keys_.back().insert(parsed.get<std::string>()).second) {
-      throw JsonError(label_ + ": expected each key once, found " + Described(parsed) + " twice");
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool start_object(std::size_t) override { return Begin(); }
+  bool start_array(std::size_t) override { return Begin(); }
+  bool end_object() override { return End(); }
+  bool end_array() override { return End(); }
+  bool key(string_t& key) override {
+    if (!keys_.back().insert(key).second) {
+      throw JsonError(label_ + ": expected each key once, found " + Quoted(key) + " twice");
     }
     return true;
   }
+  // Left to the parser, which says what is wrong.
+  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override {
+    return false;
+  }
 
  private:
-  std::string label_;
-  std::vector<std::set<std::string>> keys_;
+  bool Begin() {
+    if (keys_.size() >= kMaxDepth) {
+      throw JsonError(label_ + ": expected at most " + std::to_string(kMaxDepth) +
+                      " levels of nesting, found more");
+    }
+    keys_.emplace_back();
+    return true;
+  }
+  bool End() {
+    keys_.pop_back();
+    return true;
+  }
+
+  const std::string& label_;
+  std::vector<std::set<std::string>> keys_;  // Of each open object; of a list, none.
 };
 
 }  // namespace
@@ -115,11 +136,10 @@ nlohmann::json LoadJson(const std::filesystem::path& file) {
 }
 
 nlohmann::json ParseJson(std::string_view text, const std::string& label) {
-  // A reference: the parser copies its callback, and the keys seen so far must not be.
   StructureCheck check(label);
-  const nlohmann::json::parser_callback_t callback = std::ref(check);
+  nlohmann::json::sax_parse(text.begin(), text.end(), &check);
   try {
-    return nlohmann::json::parse(text.begin(), text.end(), callback);
+    return nlohmann::json::parse(text.begin(), text.end());
   } catch (const nlohmann::json::parse_error& error) {
     throw JsonError(label + ": " + LineAndColumn(text, error.byte) +
                     ": expected valid JSON in UTF-8");
@@ -183,6 +203,15 @@ std::vector<JsonCursor> JsonCursor::List(std::size_t count_min, std::size_t coun
   entries.reserve(value_->size());
   for (std::size_t i = 0; i < value_->size(); ++i) {
     entries.push_back(JsonCursor((*value_)[i], file_, path_ + "[" + std::to_string(i) + "]"));
+  }
+  return entries;
+}
+
+std::vector<JsonCursor::Entry> JsonCursor::Entries() const {
+  if (!value_->is_object()) Fail("an object");
+  std::vector<Entry> entries;
+  for (const auto& [key, value] : value_->items()) {
+    entries.push_back({key, JsonCursor(value, file_, PathOf(key))});
   }
   return entries;
 }

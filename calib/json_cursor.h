@@ -53,6 +53,10 @@ class JsonCursor {
   // The entries of a list of `count_min` to `count_max`.
   std::vector<JsonCursor> List(std::size_t count_min, std::size_t count_max) const;
 
+  // Those of an object whose keys are names.
+  struct Entry;
+  std::vector<Entry> Entries() const;
+
   double Number() const;
   double PositiveNumber() const;
   double NumberIn(double low, double high) const;
@@ -71,6 +75,11 @@ class JsonCursor {
   const nlohmann::json* value_;
   std::string file_;
   std::string path_;
+};
+
+struct JsonCursor::Entry {
+  std::string key;
+  JsonCursor at;
 };
 
 }  // namespace pleinair

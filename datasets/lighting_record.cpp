@@ -42,10 +42,9 @@ RecordedLight Light(const JsonCursor& at) {
 }
 
 std::map<std::string, glm::dvec3> Shares(const JsonCursor& at) {
-  if (!at.Value().is_object()) at.Fail("an object of shares by shape");
   std::map<std::string, glm::dvec3> shares;
-  for (const auto& [name, value] : at.Value().items()) {
-    if (const auto share = Vector(at, name.c_str())) shares.emplace(name, *share);
+  for (const JsonCursor::Entry& entry : at.Entries()) {
+    if (const auto share = Vector(at, entry.key.c_str())) shares.emplace(entry.key, *share);
   }
   return shares;
 }

@@ -1,8 +1,10 @@
 // sequence.json in: every key checked for presence, type and range.
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <set>
 #include <stdexcept>
 
@@ -360,8 +362,18 @@ class SequenceReader {
     if (one && several) several->Fail("only one of `virtual_object` and `virtual_objects`");
     if (one) sequence_.virtual_objects.push_back(ReadVirtualObject(*one));
     if (!several) return;
+    // Surfaces that coincide are never visible, and each ray that meets them tests all of them:
+    // time would grow with the square of their number.
+    std::map<std::pair<std::filesystem::path, std::array<double, 16>>, std::string> known;
     for (const JsonCursor& at : several->List(0, kAnyCount)) {
-      sequence_.virtual_objects.push_back(ReadVirtualObject(at));
+      VirtualObjectEntry entry = ReadVirtualObject(at);
+      std::array<double, 16> place{};
+      for (std::size_t i = 0; i < place.size(); ++i) {
+        place[i] = entry.world_from_object[static_cast<int>(i / 4)][static_cast<int>(i % 4)];
+      }
+      const auto [same, is_new] = known.try_emplace({entry.mesh, place}, at.Path());
+      if (!is_new) at.Fail("a mesh or a place of its own, other than those of " + same->second);
+      sequence_.virtual_objects.push_back(std::move(entry));
     }
   }
 

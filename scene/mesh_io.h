@@ -58,10 +58,11 @@ enum class MeshColours {
 //             texture that cannot be read is left out, noted.
 // Animation   left out: nodes are where they rest.
 // Throws      std::runtime_error naming the file and what was expected: unreadable, no triangle
-//             left, a coordinate beyond 1e5 m of the origin (float would lose the millimetres:
-//             georeferenced models are to be moved to a local origin), a material name that the
-//             libraries don't define, a file outside the mesh's folder, by place a texture that
-//             cannot be read.
+//             left or more than 2^24, a coordinate beyond 1e5 m of the origin (float would lose the
+//             millimetres: georeferenced models are to be moved to a local origin), a material name
+//             that the libraries don't define, a file outside the mesh's folder, by place a texture
+//             that cannot be read.
+// Process     assimp reads in a child of this process: what it crashes on is refused as well.
 LoadedMesh LoadMesh(const std::filesystem::path& file,
                     MeshColours colours = MeshColours::kMaterials);
 

@@ -210,7 +210,8 @@ tl::expected<Rgb8Image, std::string> FromJpeg(std::span<const std::byte> bytes,
                     height));
   }
   Rgb8Image picture(width, height);
-  // A warning is damage, too: the picture goes on in grey from there.
+  // A warning is damage, too: the picture goes on in grey from there. Each scan of a progressive
+  // picture goes over all of it: at most 500.
   if (tjDecompress2(decoder.get(),
                     data,
                     bytes.size(),
@@ -219,7 +220,7 @@ tl::expected<Rgb8Image, std::string> FromJpeg(std::span<const std::byte> bytes,
                     0,
                     height,
                     TJPF_RGB,
-                    TJFLAG_STOPONWARNING) != 0) {
+                    TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS) != 0) {
     return refuse();
   }
   return picture;

@@ -16,7 +16,11 @@ class Midpoints {
  public:
   Midpoints(Mesh& mesh, const TargetLength& target) : mesh_(mesh), target_(target) {}
 
+  // An edge whose middle rounds to one of its ends cannot be cut, however long: far from the origin
+  // floats are sparse.
   bool TooLong(std::uint32_t a, std::uint32_t b) const {
+    const glm::vec3 middle = MiddleOf(a, b);
+    if (middle == mesh_.positions_m[a] || middle == mesh_.positions_m[b]) return false;
     const glm::dvec3 from(mesh_.positions_m[a]);
     const glm::dvec3 to(mesh_.positions_m[b]);
     return glm::distance(from, to) > target_(glm::vec3(0.5 * (from + to)));
@@ -27,8 +31,7 @@ class Midpoints {
     const auto found = midpoint_of_edge_.find(key);
     if (found != midpoint_of_edge_.end()) return found->second;
     const auto index = static_cast<std::uint32_t>(mesh_.positions_m.size());
-    // a + b is the same as b + a: both copies of a doubled edge get the very same point.
-    mesh_.positions_m.push_back(0.5f * (mesh_.positions_m[a] + mesh_.positions_m[b]));
+    mesh_.positions_m.push_back(MiddleOf(a, b));
     if (!mesh_.normals.empty()) {
       const glm::vec3 sum = mesh_.normals[a] + mesh_.normals[b];
       const float length = glm::length(sum);
@@ -51,6 +54,11 @@ class Midpoints {
   }
 
  private:
+  // a + b is the same as b + a: both copies of a doubled edge get the very same point.
+  glm::vec3 MiddleOf(std::uint32_t a, std::uint32_t b) const {
+    return 0.5f * (mesh_.positions_m[a] + mesh_.positions_m[b]);
+  }
+
   Mesh& mesh_;
   const TargetLength& target_;
   std::unordered_map<std::uint64_t, std::uint32_t> midpoint_of_edge_;

@@ -46,11 +46,18 @@ constexpr std::uint32_t ChunkType(const char (&name)[5]) {
 
 }  // namespace
 
-void RequireImageSize(const std::filesystem::path& file, std::int64_t width, std::int64_t height) {
+void RequireImageSize(const std::filesystem::path& file,
+                      std::int64_t width,
+                      std::int64_t height,
+                      std::uintmax_t file_bytes) {
+  const std::string size =
+      "image size " + std::to_string(width) + "x" + std::to_string(height) + ": expected ";
   if (width < 1 || height < 1 || width > kMaxImagePixels / height) {
+    RefuseFile(file, size + "at least 1x1 and at most 2^28 pixels");
+  }
+  if (static_cast<std::uintmax_t>(width * height / kMaxPixelsInAByte) > file_bytes) {
     RefuseFile(file,
-               "image size " + std::to_string(width) + "x" + std::to_string(height) +
-                   ": expected at least 1x1 and at most 2^28 pixels");
+               size + "no more pixels than " + std::to_string(file_bytes) + " bytes can hold");
   }
 }
 
@@ -86,7 +93,8 @@ std::vector<std::byte> CheckedPng(const std::filesystem::path& file,
     }
     if (first) {
       if (type != ChunkType("IHDR") || length < 13) RefuseFile(file, "not a PNG image");
-      RequireImageSize(file, NumberAt(bytes, offset + 8, 4), NumberAt(bytes, offset + 12, 4));
+      RequireImageSize(
+          file, NumberAt(bytes, offset + 8, 4), NumberAt(bytes, offset + 12, 4), bytes.size());
       const std::uint32_t depth = NumberAt(bytes, offset + 16, 1);
       if (depth > 8) {
         RefuseFile(file, std::to_string(depth) + " bits a channel: expected 8");
@@ -127,7 +135,8 @@ void CheckJpeg(const std::filesystem::path& file, std::span<const std::byte> byt
     const bool frame =
         marker >= 0xc0u && marker <= 0xcfu && marker != 0xc4u && marker != 0xc8u && marker != 0xccu;
     if (frame && length >= 8) {
-      RequireImageSize(file, NumberAt(bytes, offset + 5, 2), NumberAt(bytes, offset + 3, 2));
+      RequireImageSize(
+          file, NumberAt(bytes, offset + 5, 2), NumberAt(bytes, offset + 3, 2), bytes.size());
       const std::uint32_t depth = NumberAt(bytes, offset + 2, 1);
       if (depth != 8) RefuseFile(file, std::to_string(depth) + " bits a channel: expected 8");
     }

@@ -13,8 +13,16 @@ namespace pleinair {
 
 inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 28;
 
-// Throws std::runtime_error naming the file unless 1 <= width * height <= kMaxImagePixels.
-void RequireImageSize(const std::filesystem::path& file, std::int64_t width, std::int64_t height);
+// No picture of ours is packed more tightly: a flat PNG of one bit has 8256 pixels in a byte
+// (deflate packs 1032 to 1), an OpenEXR one of DWA 11000.
+inline constexpr std::int64_t kMaxPixelsInAByte = std::int64_t{1} << 14;
+
+// Throws std::runtime_error naming the file unless 1 <= width * height <= kMaxImagePixels, and the
+// file's bytes can hold that many: before there is memory for them.
+void RequireImageSize(const std::filesystem::path& file,
+                      std::int64_t width,
+                      std::int64_t height,
+                      std::uintmax_t file_bytes);
 
 // The text without line breaks and trailing blanks: libraries' messages have both.
 std::string OneLine(std::string_view text);

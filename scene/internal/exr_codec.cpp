@@ -72,7 +72,7 @@ RgbImage ReadPixels(const std::filesystem::path& file) {
   RequireRgb(file, header);
   const Window data = WindowOf(header.dataWindow());
   const Window display = WindowOf(header.displayWindow());
-  RequireImageSize(file, data.width, data.height);
+  RequireImageSize(file, data.width, data.height, std::filesystem::file_size(file));
   if (display.width < 1 || display.height < 1 || display.x < data.x || display.y < data.y ||
       display.x + display.width > data.x + data.width ||
       display.y + display.height > data.y + data.height) {

@@ -1,12 +1,11 @@
-// glTF's metallic-roughness materials, as assimp hands them over.
+// glTF's metallic-roughness materials.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include <assimp/scene.h>
-
+#include "scene/internal/imported_scene.h"
 #include "scene/internal/source_material.h"
 #include "scene/internal/texture_decoding.h"
 
@@ -16,8 +15,8 @@ namespace pleinair {
 // normal incidence 4 %, for a metal its colour; GGX's alpha roughness^2. The metallic-roughness
 // texture counts with its means. What is left out is a note. `textures` are those of the file.
 SourceMaterial GltfMaterial(const std::filesystem::path& file,
-                            const aiScene& scene,
-                            const aiMaterial& source,
+                            const ImportedScene& scene,
+                            const ImportedMaterial& source,
                             TexturesByName& textures,
                             std::vector<std::string>& notes);
 

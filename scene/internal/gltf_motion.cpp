@@ -15,6 +15,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
+#include "scene/internal/imported_scene.h"
+#include "scene/internal/mesh_file_check.h"
 #include "scene/internal/obj_materials.h"
 #include "scene/whole_file.h"
 
@@ -58,16 +60,20 @@ std::vector<std::byte> FromBase64(std::string_view text) {
   return bytes;
 }
 
+// As the other JSON files of ours; glTF's own keys need fewer.
+constexpr int kDeepestNesting = 64;
+
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& file) : file_(file) {
     const std::vector<std::byte> bytes = ReadWholeFile(file);
     std::span<const std::byte> text = bytes;
     if (bytes.size() >= 20 && NumberAt(bytes, 0) == 0x46546c67u) text = ReadChunks(bytes);
-    document_ = json::parse(reinterpret_cast<const char*>(text.data()),
-                            reinterpret_cast<const char*>(text.data() + text.size()),
-                            nullptr,
-                            false);
+    const std::string_view characters(reinterpret_cast<const char*>(text.data()), text.size());
+    if (JsonNesting(characters) > kDeepestNesting) {
+      Refuse("document", "at most " + std::to_string(kDeepestNesting) + " levels of nesting");
+    }
+    document_ = json::parse(characters.begin(), characters.end(), nullptr, false);
   }
 
   void RequireSoundAccessors() const {
@@ -84,6 +90,34 @@ class Reader {
         }
         Index(sparse[part], "bufferView", views.size(), where + "." + part);
       }
+    }
+  }
+
+  // A doubled child would be read twice, with all that is below it: 30 nodes make 2^30.
+  void RequireTrees() const {
+    if (!document_.is_object()) return;
+    const json& nodes = ListOf(document_, "nodes");
+    const json& scenes = ListOf(document_, "scenes");
+    if (scenes.empty()) return;
+    const json& scene = scenes[Index(document_, "scene", scenes.size(), "document", 0)];
+    if (!scene.is_object()) Refuse("scenes", "objects");
+    std::vector<int> level = Indices(scene, "nodes", nodes.size(), "scenes");
+    std::vector<bool> seen(nodes.size());
+    for (int depth = 0; !level.empty(); ++depth) {
+      std::vector<int> below;
+      for (const int node : level) {
+        const auto i = static_cast<std::size_t>(node);
+        if (seen[i]) Refuse(NodeKey(i), "one parent at most");
+        // Below the root that assimp puts above several.
+        if (depth >= kMostNodeLevels - 1) {
+          Refuse(NodeKey(i), "at most " + std::to_string(kMostNodeLevels - 1) + " levels of nodes");
+        }
+        seen[i] = true;
+        if (!nodes[i].is_object()) Refuse(NodeKey(i), "an object");
+        const std::vector<int> children = Indices(nodes[i], "children", nodes.size(), NodeKey(i));
+        below.insert(below.end(), children.begin(), children.end());
+      }
+      level = std::move(below);
     }
   }
 
@@ -364,8 +398,10 @@ class Reader {
 
 }  // namespace
 
-void RequireSoundAccessors(const std::filesystem::path& file) {
-  Reader(file).RequireSoundAccessors();
+void RequireSoundGltf(const std::filesystem::path& file) {
+  const Reader reader(file);
+  reader.RequireSoundAccessors();
+  reader.RequireTrees();
 }
 
 GltfMotion ReadGltfMotion(const std::filesystem::path& file) {

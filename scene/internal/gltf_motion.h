@@ -20,9 +20,11 @@ struct GltfMotion {
   std::vector<std::string> notes;
 };
 
-// What assimp crashes on: throws as ReadGltfMotion for sparse accessors without indices or values.
-// Does not throw for a file that is no glTF.
-void RequireSoundAccessors(const std::filesystem::path& file);
+// What is checked before assimp reads the file: throws as ReadGltfMotion for JSON nested deeper
+// than 64, sparse accessors without indices or values, and nodes that are not trees (section 3.5.2:
+// each node has one parent at most) of kMostNodeLevels or fewer. Does not throw for a file that is
+// no glTF.
+void RequireSoundGltf(const std::filesystem::path& file);
 
 // Reads a .gltf or .glb file that assimp has read. Throws std::runtime_error, one line with the
 // file, the key and what was expected, for nodes and animations that make no sense, sparse

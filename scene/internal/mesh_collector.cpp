@@ -20,32 +20,13 @@ constexpr double kMaxCoordinateM = 1e5;
 // Farther off float knows no texels of a picture of more than a thousand.
 constexpr double kMaxTextureUv = 1e4;
 
-glm::dmat4 MatrixOf(const aiMatrix4x4& m) {
-  // assimp's members are rows, GLM's arguments columns.
-  return {m.a1,
-          m.b1,
-          m.c1,
-          m.d1,
-          m.a2,
-          m.b2,
-          m.c2,
-          m.d2,
-          m.a3,
-          m.b3,
-          m.c3,
-          m.d3,
-          m.a4,
-          m.b4,
-          m.c4,
-          m.d4};
-}
-
-glm::dvec3 VectorOf(const aiVector3D& v) { return {v.x, v.y, v.z}; }
-
 // glTF has +Y up and +Z to the front; ours has +Z up, and the front towards -Y.
 glm::dmat4 ZUpFromYUp() {
   return {1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0};
 }
+
+// What assimp calls the material of faces without one.
+constexpr const char* kNoMaterial = "DefaultMaterial";
 
 // Whether assimp made the name up for a part that has none.
 bool IsMadeUp(const std::string& name) {
@@ -72,8 +53,7 @@ double AreaOf(const LooseTriangle& triangle) {
 }
 
 // Colour of a vertex: within [0, 1], white where it is NaN.
-glm::vec4 SoundColour(const aiColor4D& colour) {
-  glm::vec4 sound(colour.r, colour.g, colour.b, colour.a);
+glm::vec4 SoundColour(glm::vec4 sound) {
   for (int c = 0; c < 4; ++c) {
     sound[c] = std::isfinite(sound[c]) ? std::clamp(sound[c], 0.0f, 1.0f) : 1.0f;
   }
@@ -85,7 +65,7 @@ glm::vec4 SoundColour(const aiColor4D& colour) {
 MeshCollector::MeshCollector(const std::filesystem::path& file,
                              MeshFormat format,
                              MeshColours colours,
-                             const aiScene& scene,
+                             const ImportedScene& scene,
                              const ObjMaterials& obj_materials)
     : file_(file),
       format_(format),
@@ -98,7 +78,7 @@ void MeshCollector::Collect(const GltfMotion* motion) {
   Place root;
   if (format_ == MeshFormat::kGltf) root.root_from_node = ZUpFromYUp();
   if (motion == nullptr) {
-    CollectNode(*scene_.mRootNode, 0, root, nullptr);
+    CollectNode(scene_.root, 0, root, nullptr);
     return;
   }
   MovingNode upright;
@@ -106,24 +86,24 @@ void MeshCollector::Collect(const GltfMotion* motion) {
   root.chain.push_back(upright);
   // assimp puts a node of its own over several roots.
   if (motion->roots.size() == 1) {
-    CollectNode(*scene_.mRootNode, motion->roots[0], root, motion);
+    CollectNode(scene_.root, motion->roots[0], root, motion);
     return;
   }
-  for (std::size_t i = 0; i < motion->roots.size() && i < scene_.mRootNode->mNumChildren; ++i) {
-    CollectNode(*scene_.mRootNode->mChildren[i], motion->roots[i], root, motion);
+  for (std::size_t i = 0; i < motion->roots.size() && i < scene_.root.children.size(); ++i) {
+    CollectNode(scene_.root.children[i], motion->roots[i], root, motion);
   }
 }
 
-void MeshCollector::CollectNode(const aiNode& node,
+void MeshCollector::CollectNode(const ImportedNode& node,
                                 int gltf_node,
                                 Place place,
                                 const GltfMotion* motion) {
-  place.root_from_node = place.root_from_node * MatrixOf(node.mTransformation);
+  place.root_from_node = place.root_from_node * node.parent_from_node;
   if (motion != nullptr) {
     const auto index = static_cast<std::size_t>(gltf_node);
-    if (motion->children[index].size() != node.mNumChildren) {
+    if (motion->children[index].size() != node.children.size()) {
       throw std::runtime_error(file_.string() + ": nodes[" + std::to_string(gltf_node) +
-                               "]: expected " + std::to_string(node.mNumChildren) +
+                               "]: expected " + std::to_string(node.children.size()) +
                                " children, as the mesh has them");
     }
     place.chain.push_back(motion->nodes[index]);
@@ -133,76 +113,63 @@ void MeshCollector::CollectNode(const aiNode& node,
       place.root_from_node = parts_.back().motion.FileFromPart(0.0);
     }
   }
-  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-    CollectMesh(node, *scene_.mMeshes[node.mMeshes[i]], place);
-  }
-  for (unsigned i = 0; i < node.mNumChildren; ++i) {
+  for (const std::uint32_t mesh : node.meshes) CollectMesh(node, scene_.meshes[mesh], place);
+  for (std::size_t i = 0; i < node.children.size(); ++i) {
     const int child =
         motion != nullptr ? motion->children[static_cast<std::size_t>(gltf_node)][i] : 0;
-    CollectNode(*node.mChildren[i], child, place, motion);
+    CollectNode(node.children[i], child, place, motion);
   }
 }
 
-void MeshCollector::CollectMesh(const aiNode& node, const aiMesh& mesh, const Place& place) {
-  const bool has_polygons = std::any_of(mesh.mFaces,
-                                        mesh.mFaces + mesh.mNumFaces,
-                                        [](const aiFace& face) { return face.mNumIndices >= 3; });
-  if (!has_polygons) {
-    lines_and_points_ += mesh.mNumFaces;
-    return;
-  }
-  if (mesh.HasBones() || mesh.mNumAnimMeshes > 0) ++skins_and_morphs_;
-  const std::uint32_t material = SourceIndex(mesh.mMaterialIndex);
+void MeshCollector::CollectMesh(const ImportedNode& node,
+                                const ImportedMesh& mesh,
+                                const Place& place) {
+  lines_and_points_ += static_cast<std::int64_t>(mesh.points_and_lines);
+  if (mesh.triangles.empty()) return;
+  if (mesh.has_skin_or_morphs) ++skins_and_morphs_;
+  const std::uint32_t material = SourceIndex(mesh.material);
   const std::uint32_t group = GroupIndex(node, mesh);
   const SourceMaterial& source = *sources_[material];
-  const aiVector3D* texture_uv =
-      source.texture && source.texture_set < AI_MAX_NUMBER_OF_TEXTURECOORDS
-          ? mesh.mTextureCoords[source.texture_set]
-          : nullptr;
+  static const std::vector<glm::vec2> kNone;
+  const std::vector<glm::vec2>& texture_uv =
+      source.texture && source.texture_set < mesh.texture_uv.size()
+          ? mesh.texture_uv[source.texture_set]
+          : kNone;
   // Other formats do not say what scale their colours are in.
-  const aiColor4D* colours = format_ == MeshFormat::kGltf ? mesh.mColors[0] : nullptr;
+  const bool has_colours = format_ == MeshFormat::kGltf && !mesh.colours.empty();
   const glm::dmat3 linear(place.root_from_node);
   const double determinant = glm::determinant(linear);
   const bool mirrors = determinant < 0.0;
-  const bool has_normals = mesh.HasNormals() && format_ != MeshFormat::kStl && determinant != 0.0;
+  const bool has_normals =
+      !mesh.normals.empty() && format_ != MeshFormat::kStl && determinant != 0.0;
   const glm::dmat3 root_from_normal =
       has_normals ? glm::transpose(glm::inverse(linear)) : glm::dmat3(1.0);
 
-  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-    const aiFace& face = mesh.mFaces[f];
-    if (face.mNumIndices != 3) {
-      ++lines_and_points_;
-      continue;
-    }
+  for (const glm::uvec3& corners : mesh.triangles) {
     LooseTriangle triangle;
     triangle.material = material;
     triangle.group = group;
-    triangle.has_texture_uv = texture_uv != nullptr;
-    for (unsigned c = 0; c < 3; ++c) {
-      const unsigned index = face.mIndices[c];
-      if (index >= mesh.mNumVertices) {
-        throw std::runtime_error(file_.string() + ": corner " + std::to_string(index) +
-                                 " of a mesh with " + std::to_string(mesh.mNumVertices) +
-                                 " vertices");
-      }
-      const std::size_t place_in_triangle = mirrors ? 2 - c : c;
+    triangle.has_texture_uv = !texture_uv.empty();
+    for (int c = 0; c < 3; ++c) {
+      const std::uint32_t index = corners[c];
+      const auto place_in_triangle = static_cast<std::size_t>(mirrors ? 2 - c : c);
       LooseCorner& corner = triangle.corners[place_in_triangle];
       corner.position_m =
-          glm::dvec3(place.root_from_node * glm::dvec4(VectorOf(mesh.mVertices[index]), 1.0));
+          glm::dvec3(place.root_from_node * glm::dvec4(glm::dvec3(mesh.positions[index]), 1.0));
       RequireNear(corner.position_m);
       if (has_normals) {
-        corner.normal = glm::vec3(root_from_normal * VectorOf(mesh.mNormals[index]));
+        corner.normal = glm::vec3(root_from_normal * glm::dvec3(mesh.normals[index]));
       }
-      if (texture_uv != nullptr) {
-        // assimp's v goes up.
+      if (!texture_uv.empty()) {
+        // Its v goes up.
         const glm::dvec2 uv =
             source.PlaceOf({texture_uv[index].x, 1.0 - double{texture_uv[index].y}});
         triangle.has_texture_uv = triangle.has_texture_uv && std::abs(uv.x) <= kMaxTextureUv &&
                                   std::abs(uv.y) <= kMaxTextureUv;
         triangle.colours.texture_uv[place_in_triangle] = glm::vec2(uv);
       }
-      if (colours != nullptr) {
-        triangle.colours.vertex_colour[place_in_triangle] = SoundColour(colours[index]);
+      if (has_colours) {
+        triangle.colours.vertex_colour[place_in_triangle] = SoundColour(mesh.colours[index]);
       }
     }
     if (source.texture && !triangle.has_texture_uv) ++unplaced_triangles_;
@@ -221,17 +188,17 @@ void MeshCollector::RequireNear(const glm::dvec3& position_m) const {
   }
 }
 
-std::uint32_t MeshCollector::SourceIndex(unsigned assimp_index) {
-  const auto known = source_of_.find(assimp_index);
+std::uint32_t MeshCollector::SourceIndex(std::uint32_t imported) {
+  const auto known = source_of_.find(imported);
   if (known != source_of_.end()) return known->second;
-  SourceMaterial material = MakeMaterial(assimp_index);
+  SourceMaterial material = MakeMaterial(imported);
   if (material.ExceedsLimits()) {
     report_.notes.push_back("material '" + material.name + "': reflectance limited to below 1");
   }
   NoteTexture(material);
   const auto source = static_cast<std::uint32_t>(sources_.size());
   sources_.push_back(std::make_shared<const SourceMaterial>(std::move(material)));
-  source_of_.emplace(assimp_index, source);
+  source_of_.emplace(imported, source);
   return source;
 }
 
@@ -262,18 +229,18 @@ void MeshCollector::NoteTexture(const SourceMaterial& material) {
   }
 }
 
-SourceMaterial MeshCollector::MakeMaterial(unsigned assimp_index) {
+SourceMaterial MeshCollector::MakeMaterial(std::uint32_t imported) {
   SourceMaterial fallback;
   fallback.name = "default";
-  if (assimp_index >= scene_.mNumMaterials) return fallback;
-  const aiMaterial& source = *scene_.mMaterials[assimp_index];
-  const std::string name = source.GetName().C_Str();
+  if (imported >= scene_.materials.size()) return fallback;
+  const ImportedMaterial& source = scene_.materials[imported];
+  const std::string& name = source.name;
   if (format_ == MeshFormat::kGltf) {
     // assimp gives primitives without a material a nameless one that it puts last.
-    const bool made_up = name.empty() && assimp_index + 1 == scene_.mNumMaterials;
+    const bool made_up = name.empty() && imported + 1 == scene_.materials.size();
     return made_up ? fallback : GltfMaterial(file_, scene_, source, textures_, report_.notes);
   }
-  if (format_ != MeshFormat::kObj || name.empty() || name == AI_DEFAULT_MATERIAL_NAME) {
+  if (format_ != MeshFormat::kObj || name.empty() || name == kNoMaterial) {
     return fallback;
   }
   const auto defined = obj_materials_.by_name.find(name);
@@ -287,9 +254,9 @@ SourceMaterial MeshCollector::MakeMaterial(unsigned assimp_index) {
   return fallback;
 }
 
-std::uint32_t MeshCollector::GroupIndex(const aiNode& node, const aiMesh& mesh) {
-  std::string name = node.mName.C_Str();
-  if (IsMadeUp(name)) name = mesh.mName.C_Str();
+std::uint32_t MeshCollector::GroupIndex(const ImportedNode& node, const ImportedMesh& mesh) {
+  std::string name = node.name;
+  if (IsMadeUp(name)) name = mesh.name;
   if (IsMadeUp(name) || format_ == MeshFormat::kPly) name = file_.stem().string();
   const auto index = static_cast<std::uint32_t>(group_names_.size());
   const auto [entry, is_new] = group_of_.emplace(name, index);

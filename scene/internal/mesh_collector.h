@@ -1,4 +1,4 @@
-// What an assimp scene holds, part by part, materials and groups by name.
+// What an imported scene holds, part by part, materials and groups by name.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include <assimp/scene.h>
 #include <glm/mat4x4.hpp>
 
+#include "scene/internal/assimp_import.h"
 #include "scene/internal/gltf_motion.h"
 #include "scene/internal/material_list.h"
 #include "scene/internal/mesh_repair.h"
@@ -21,15 +21,13 @@
 
 namespace pleinair {
 
-enum class MeshFormat { kObj, kGltf, kPly, kStl };
-
 class MeshCollector {
  public:
   // All outlive this.
   MeshCollector(const std::filesystem::path& file,
                 MeshFormat format,
                 MeshColours colours,
-                const aiScene& scene,
+                const ImportedScene& scene,
                 const ObjMaterials& obj_materials);
 
   // `motion` of the same file, or null: everything stands still. Throws std::runtime_error, one
@@ -51,20 +49,20 @@ class MeshCollector {
     std::vector<MovingNode> chain;  // To here; empty where nothing can move.
   };
 
-  void CollectNode(const aiNode& node, int gltf_node, Place place, const GltfMotion* motion);
-  void CollectMesh(const aiNode& node, const aiMesh& mesh, const Place& place);
+  void CollectNode(const ImportedNode& node, int gltf_node, Place place, const GltfMotion* motion);
+  void CollectMesh(const ImportedNode& node, const ImportedMesh& mesh, const Place& place);
   void RequireNear(const glm::dvec3& position_m) const;
-  std::uint32_t SourceIndex(unsigned assimp_index);
-  SourceMaterial MakeMaterial(unsigned assimp_index);
+  std::uint32_t SourceIndex(std::uint32_t imported);
+  SourceMaterial MakeMaterial(std::uint32_t imported);
   void NoteTexture(const SourceMaterial& material);
-  std::uint32_t GroupIndex(const aiNode& node, const aiMesh& mesh);
+  std::uint32_t GroupIndex(const ImportedNode& node, const ImportedMesh& mesh);
   void SettleByPlace(std::vector<LooseTriangle>& triangles);
   void SettleByMaterial(std::vector<LooseTriangle>& triangles);
 
   const std::filesystem::path& file_;
   const MeshFormat format_;
   const MeshColours colours_;
-  const aiScene& scene_;
+  const ImportedScene& scene_;
   const ObjMaterials& obj_materials_;
   std::vector<Part> parts_;
   std::vector<std::shared_ptr<const SourceMaterial>> sources_;
@@ -72,7 +70,7 @@ class MeshCollector {
   MaterialList materials_;
   std::vector<std::string> group_names_;
   MeshReport report_;
-  std::map<unsigned, std::uint32_t> source_of_;
+  std::map<std::uint32_t, std::uint32_t> source_of_;
   std::map<std::string, std::uint32_t> group_of_;
   std::int64_t lines_and_points_ = 0;
   std::int64_t skins_and_morphs_ = 0;

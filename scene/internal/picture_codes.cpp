@@ -54,8 +54,16 @@ Image<glm::u8vec4> DecodeJpeg(const std::filesystem::path& file, std::span<const
   }
   Image<glm::u8vec4> image(width, height);
   auto* const codes = reinterpret_cast<unsigned char*>(image.pixels.data());
-  if (tjDecompress2(decoder.get(), data, bytes.size(), codes, width, 0, height, TJPF_RGBA, 0) !=
-      0) {
+  // Each scan of a progressive picture goes over all of it: at most 500, or one file takes hours.
+  if (tjDecompress2(decoder.get(),
+                    data,
+                    bytes.size(),
+                    codes,
+                    width,
+                    0,
+                    height,
+                    TJPF_RGBA,
+                    TJFLAG_LIMITSCANS) != 0) {
     const std::string_view why = tjGetErrorStr2(decoder.get());
     const bool is_harmless = tjGetErrorCode(decoder.get()) == TJERR_WARNING &&
                              why.find("extraneous bytes") != std::string_view::npos;

@@ -84,7 +84,9 @@ struct Resolution {
   bool right_first = false;
 };
 
-Resolution ReadResolution(const std::filesystem::path& file, Reader& reader) {
+Resolution ReadResolution(const std::filesystem::path& file,
+                          std::size_t file_bytes,
+                          Reader& reader) {
   const std::string line = reader.Line();
   std::array<std::string_view, 4> words;
   std::string_view rest = line;
@@ -102,7 +104,7 @@ Resolution ReadResolution(const std::filesystem::path& file, Reader& reader) {
   const bool upright = (words[0] == "-Y" || words[0] == "+Y") &&
                        (words[2] == "+X" || words[2] == "-X") && sides[0] > 0 && sides[1] > 0;
   if (!upright) reader.Refuse("resolution line '" + line + "': expected -Y HEIGHT +X WIDTH");
-  RequireImageSize(file, sides[1], sides[0]);
+  RequireImageSize(file, sides[1], sides[0], file_bytes);
   return {
       static_cast<int>(sides[1]), static_cast<int>(sides[0]), words[0] == "+Y", words[2] == "-X"};
 }
@@ -219,7 +221,7 @@ void AppendRuns(std::vector<std::byte>& bytes, const std::vector<Rgbe>& row, std
 RgbImage DecodeRadianceHdr(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   Reader reader(file, bytes);
   const double scale = ReadHeader(reader);
-  const Resolution resolution = ReadResolution(file, reader);
+  const Resolution resolution = ReadResolution(file, bytes.size(), reader);
   RgbImage image(resolution.width, resolution.height);
   std::vector<Rgbe> row(static_cast<std::size_t>(resolution.width));
   for (int line = 0; line < image.height; ++line) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace pleinair::message_text_test {
 namespace {
@@ -28,6 +29,18 @@ TEST(MessageText, IsCut) {
   EXPECT_LT(cut.size(), 2100u);
   EXPECT_TRUE(cut.ends_with("a... (4998001 more bytes)")) << cut.substr(1990);
   EXPECT_LT(MessageText(std::string(5'000'000, '\n')).size(), 2100u);
+}
+
+TEST(OutputText, KeepsLinesAndEscapesOtherControlCharacters) {
+  EXPECT_EQ(OutputText("ä\t1\n日本\t2\n"), "ä\t1\n日本\t2\n");
+  EXPECT_EQ(OutputText("a\x1b[31m\r\x7f\xc2\x9b|\xff|\xc2|\xe2\x82"),
+            "a\\u001b[31m\\u000d\\u007f\\u009b|\\xff|\\xc2|\\xe2\\x82");
+  EXPECT_EQ(OutputText(std::string(5000, 'a')).size(), 5000u);
+}
+
+TEST(OutputText, LeavesJsonThatReadsBackTheSame) {
+  const nlohmann::json document = {{"name", "a\x1b\x7f\xc2\x9b\n\\"}};
+  EXPECT_EQ(nlohmann::json::parse(OutputText(document.dump(1))), document);
 }
 
 }  // namespace

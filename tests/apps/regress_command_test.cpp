@@ -134,18 +134,28 @@ TEST_F(RegressCommand, RefusesWhatIsNoSequenceAndNoBaseline) {
   EXPECT_THAT(RefusalOf(options), HasSubstr("--write-baseline"));
   options = Quick();
   Write("baseline.json", "[]");
-  EXPECT_THAT(RefusalOf(options), HasSubstr("format"));
+  EXPECT_THAT(RefusalOf(options), HasSubstr("expected an object"));
+  Write("baseline.json", R"({"format": "pleinair-sequence"})");
+  EXPECT_THAT(RefusalOf(options), HasSubstr("format: expected \"pleinair-baseline-1\""));
   Write("baseline.json", "{");
-  EXPECT_THAT(RefusalOf(options), HasSubstr("expected JSON"));
+  EXPECT_THAT(RefusalOf(options), HasSubstr("expected valid JSON"));
   const std::string head = R"({"format": "pleinair-baseline-1", "sequences": {"a": )";
   Write("baseline.json", head + "3}}");
-  EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.settings: expected an object"));
+  EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a: expected an object"));
   Write("baseline.json", head + R"({"settings": {"colour": 1}, "figures": {}}}})");
-  EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.settings.colour"));
+  EXPECT_THAT(RefusalOf(options),
+              testing::AllOf(HasSubstr("sequences.a.settings: expected only known keys"),
+                             HasSubstr("found \"colour\"")));
+  // A text of it, for the message, would overflow the stack.
+  Write("baseline.json",
+        head + R"({"settings": {"rays": )" + std::string(1'000'000, '[') +
+            std::string(1'000'000, ']') + R"(}, "figures": {}}}})");
+  EXPECT_THAT(RefusalOf(options), HasSubstr("64 levels of nesting"));
   for (const char* number : {"4294967297", "1000000000000", "-1", "1.5"}) {
     Write("baseline.json",
           head + R"({"settings": {"frames_limit": )" + number + R"(}, "figures": {}}}})");
-    EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.settings.frames_limit is ")) << number;
+    EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.settings.frames_limit: expected"))
+        << number;
   }
   Write("baseline.json", head + R"({"settings": {}, "figures": {"frames_done": ["three"]}}}})");
   EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a.figures.frames_done"));

@@ -1,5 +1,7 @@
 #include "calib/json_cursor.h"
 
+#include <ctime>
+
 #include <gtest/gtest.h>
 
 namespace pleinair::json_cursor_test {
@@ -51,6 +53,16 @@ TEST(Json, RefusesNumbersThatNothingHolds) {
 TEST(Json, RefusesAKeyGivenTwice) {
   EXPECT_EQ(ParseRefusal(R"({"a": {"b": 1}, "c": [{"b": 1}, {"b": 1, "b": 2}]})"),
             "x.json: expected each key once, found \"b\" twice");
+}
+
+// A walk over the list at each of its objects would be 2e10 steps: 11 s of one core.
+TEST(Json, ParsesALongListOfObjectsInLinearTime) {
+  constexpr std::size_t kObjects = 200'000;
+  std::string list = "[{}";
+  for (std::size_t i = 1; i < kObjects; ++i) list += ",{}";
+  const std::clock_t begin = std::clock();
+  EXPECT_EQ(ParseJson(list + "]", "x.json").size(), kObjects);
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 5.0);
 }
 
 TEST(JsonCursor, NamesFilePathAndExpectation) {

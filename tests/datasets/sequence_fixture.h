@@ -54,7 +54,7 @@ class SequenceFolder : public testing::Test {
     try {
       ReadSequence(folder_);
     } catch (const std::runtime_error& error) {
-      const std::string text = error.what();
+      std::string text = error.what();
       EXPECT_EQ(text.find('\n'), std::string::npos) << text;
       return text;
     }

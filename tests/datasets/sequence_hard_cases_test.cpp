@@ -46,7 +46,7 @@ std::vector<Pointer> AllOf(const nlohmann::json& document) {
 
 // Keys that may hold anything: `name`, and those that begin with note, formula or world.
 bool IsFree(const Pointer& pointer) {
-  const std::string key = pointer.back();
+  const std::string& key = pointer.back();
   return key == "name" || key.starts_with("note") || key.starts_with("formula") || key == "world";
 }
 
@@ -276,6 +276,16 @@ TEST_F(SequenceHardCases, RefuseOneObjectAndAListOfThemTogether) {
   nlohmann::json document = Everything();
   document["virtual_objects"] = {document["virtual_object"]};
   EXPECT_NE(Refusal(document).find("virtual_objects: expected only one"), std::string::npos);
+  nlohmann::json elsewhere = document["virtual_object"];
+  elsewhere["world_from_object"][0][3] = 1.001;
+  document["virtual_objects"] = {document["virtual_object"], elsewhere};
+  document.erase("virtual_object");
+  EXPECT_EQ(Refusal(document), "accepted");
+  document["virtual_objects"].push_back(document["virtual_objects"][0]);
+  EXPECT_NE(
+      Refusal(document).find("virtual_objects[2]: expected a mesh or a place of its own, other "
+                             "than those of virtual_objects[0]"),
+      std::string::npos);
 }
 
 // What people have: a video, pictures without a sequence.json, or its path.

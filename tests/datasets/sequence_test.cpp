@@ -79,6 +79,7 @@ TEST_F(SequenceTest, ComesBackAsItWasWritten) {
   for (const bool several : {false, true}) {
     if (several) {
       document["virtual_objects"] = {document["virtual_object"], document["virtual_object"]};
+      document["virtual_objects"][1]["world_from_object"][2][3] = 7.5;
       document.erase("virtual_object");
       document["radiometry"]["frames_ldr"] = "response.json";
     }

@@ -56,6 +56,20 @@ TEST(ShadingMesh, CutsLongEdgesAndKeepsTheSurface) {
   }
 }
 
+// At 1e6 m floats are 0.06 m apart, as long as an edge should be: cutting ends where a middle is
+// one of the ends, and not with the memory.
+TEST(ShadingMesh, StopsWhereFloatsHaveNoMiddle) {
+  for (const glm::vec3 offset_m : {glm::vec3(1e6f, 0, 0), glm::vec3(1e6f, 1e6f, 0)}) {
+    Mesh far = Square(0.6f);
+    for (glm::vec3& position_m : far.positions_m) position_m += offset_m;
+    const Mesh fine = MakeShadingMesh(far);
+    EXPECT_GE(fine.triangles.size(), 2u);
+    EXPECT_LE(fine.triangles.size(), ShadingMeshOptions::kFewTriangles);
+    // The corners move by half a step each: an area of 0.625 by 0.6 m at most.
+    EXPECT_NEAR(Area(fine), 0.36, 0.05);
+  }
+}
+
 // Red grows to the right, blue up: every corner keeps its place, and a piece has its own mean.
 TEST(ShadingMesh, PiecesLieInTheTextureWhereTheirTriangleDid) {
   Texture::Codes codes(256, 1);

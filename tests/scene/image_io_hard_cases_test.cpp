@@ -17,6 +17,7 @@
 #include <ImfOutputFile.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
 
 #include "scene/half_float.h"
 #include "tests/scene/temporary_folder.h"
@@ -312,6 +313,82 @@ TEST(ImageIoHardCases, RefusesHugeImagesBeforeAllocating) {
     std::filesystem::remove(folder / "a.exr");
   }
   EXPECT_THAT(ReadingMessage(folder / "a.exr"), StartsWith((folder / "a.exr").string() + ": "));
+}
+
+// Sizes that memory would hold and the file's bytes do not: 16384 x 16384 in some hundred bytes.
+TEST(ImageIoHardCases, RefusesSizesBeyondWhatTheBytesHold) {
+  const TemporaryFolder folder;
+  const std::string expected = "image size 16384x16384: expected no more pixels than";
+  EXPECT_THAT(ReadingMessage(folder.Write(
+                  "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16384 +X 16384\nxxxx")),
+              HasSubstr(expected));
+
+  WriteExr(folder / "a.exr", RgbImage(2, 2), ExrPrecision::kHalf);
+  std::string exr = ContentOf(folder / "a.exr");
+  for (const std::string window : {"dataWindow", "displayWindow"}) {
+    // After the type's name, the length and the lower corner: both coordinates of the upper one.
+    exr.replace(exr.find(window) + window.size() + std::string("_box2i_").size() + 4 + 8,
+                8,
+                std::string("\xff\x3f\0\0\xff\x3f\0\0", 8));
+  }
+  exr += std::string(8192, '\1');  // The table of lines, which OpenEXR reads first.
+  EXPECT_THAT(ReadingMessage(folder.Write("a.exr", exr)), HasSubstr(expected));
+
+  const std::string side("\0\0\x40\0", 4);
+  WritePng(folder / "a.png", Rgb8Image(2, 2));
+  std::string png = ContentOf(folder / "a.png");
+  const std::string header = "IHDR" + side + side + png.substr(24, 5);
+  png.replace(12, 21, header + PngCheckSum(header));
+  EXPECT_THAT(ReadingMessage(folder.Write("a.png", png)), HasSubstr(expected));
+
+  WriteJpeg(folder / "a.jpg", Rgb8Image(2, 2), 90);
+  std::string jpeg = ContentOf(folder / "a.jpg");
+  jpeg.replace(jpeg.find("\xff\xc0") + 5, 4, std::string("\x40\0\x40\0", 4));
+  EXPECT_THAT(ReadingMessage(folder.Write("a.jpg", jpeg)), HasSubstr(expected));
+}
+
+// Some hundred bytes a scan, and each scan goes over all of the picture.
+TEST(ImageIoHardCases, RefusesJpegOfThousandsOfScans) {
+  const TemporaryFolder folder;
+  const cv::Mat grey(64, 64, CV_8U, cv::Scalar(99));
+  cv::imwrite((folder / "a.jpg").string(), grey, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  std::string jpeg = ContentOf(folder / "a.jpg");
+  const std::string last_scan = jpeg.substr(jpeg.rfind("\xff\xda"), std::string::npos);
+  const std::string scan = last_scan.substr(0, last_scan.size() - 2);  // Without the end marker.
+  std::string many;
+  for (int i = 0; i < 3000; ++i) many += scan;
+  jpeg.insert(jpeg.size() - 2, many);
+  EXPECT_THAT(ReadingMessage(folder.Write("a.jpg", jpeg)), HasSubstr("more than 500 scans"));
+}
+
+// The flattest pictures that our writers and PNG's one bit give.
+TEST(ImageIoHardCases, ReadsPicturesThatPackWell) {
+  const TemporaryFolder folder;
+  const RgbImage flat(1024, 1024, glm::vec3(0.5f));
+  WriteExr(folder / "a.exr", flat, ExrPrecision::kHalf);
+  EXPECT_EQ(ReadingMessage(folder / "a.exr"), "");
+  WriteHdr(folder / "a.hdr", flat);
+  EXPECT_EQ(ReadingMessage(folder / "a.hdr"), "");
+  for (const char* name : {"a.png", "a.jpg"}) {
+    const cv::Mat white(1024, 1024, CV_8U, cv::Scalar(255));
+    cv::imwrite((folder / name).string(), white, {cv::IMWRITE_PNG_BILEVEL, 1});
+    EXPECT_EQ(ReadingMessage(folder / name), "");
+  }
+  // 64 pixels of three channels are 6 bytes, packed 1032 to 1.
+  Imf::Header header(1024, 1024);
+  header.compression() = Imf::DWAB_COMPRESSION;
+  std::vector<float> values(1024, 1.0f);
+  Imf::FrameBuffer frame;
+  for (const char* channel : {"R", "G", "B"}) {
+    header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+    frame.insert(channel, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 0));
+  }
+  {
+    Imf::OutputFile output((folder / "b.exr").c_str(), header);
+    output.setFrameBuffer(frame);
+    output.writePixels(1024);
+  }
+  EXPECT_EQ(ReadingMessage(folder / "b.exr"), "") << std::filesystem::file_size(folder / "b.exr");
 }
 
 TEST(ImageIoHardCases, RefusesExrWithoutRgb) {

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "tests/scene/gltf_file.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::mesh_io_hard_cases_test {
@@ -340,6 +341,99 @@ TEST(MeshIoHardCases, DamagedFilesNeverCrash) {
       EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
     }
   }
+}
+
+constexpr const char* kPly =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0\n1 0 0\n1 1 .5\n0 1 0\n4 0 1 2 3\n";
+
+// `text` with its first `from` replaced.
+std::string Changed(std::string text, std::string_view from, std::string_view to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+// assimp crashes on the first three, and reads the last two without end.
+TEST(MeshIoHardCases, RefusesDamagedPly) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(LoadingMessage(folder.Write("a.ply", kPly)), "");
+  const std::string cut_off = std::string(kPly).substr(0, std::string(kPly).find("4 0 1 2 3"));
+  for (const std::string& text : {Changed(kPly, "4 0 1 2 3", "4 0 1 99999999 3"),
+                                  Changed(kPly, "ascii", "binary_little_endian"),
+                                  Changed(cut_off, "face 1", "face 2")}) {
+    EXPECT_THAT(LoadingMessage(folder.Write("a.ply", text)),
+                StartsWith((folder / "a.ply").string() + ": not a readable mesh ("))
+        << text;
+  }
+  EXPECT_THAT(LoadingMessage(folder.Write("a.ply", Changed(kPly, "end_header", ""))),
+              HasSubstr("expected `end_header`"));
+  for (const char* count : {"100000000", "-1", "99999999999999999999", ""}) {
+    EXPECT_THAT(LoadingMessage(
+                    folder.Write("a.ply", Changed(kPly, "face 1", std::string("face ") + count))),
+                HasSubstr("expected no more elements than the file has bytes"))
+        << count;
+  }
+}
+
+// A file of these nodes around one triangle.
+std::string GltfOfNodes(const nlohmann::json& nodes, const nlohmann::json& extras = nullptr) {
+  GltfFile file;
+  file.AddMesh(Square());
+  file.document["nodes"] = nodes;
+  if (!extras.is_null()) file.document["extras"] = extras;
+  return file.Text();
+}
+
+TEST(MeshIoHardCases, RefusesGltfNestedTooDeeply) {
+  const TemporaryFolder folder;
+  const std::string text = GltfOfNodes({{{"mesh", 0}}});
+  EXPECT_EQ(LoadingMessage(folder.Write("a.gltf", text)), "");
+  for (const std::size_t levels : {100u, 1'000'000u}) {
+    const std::string deep = text.substr(0, text.size() - 1) +
+                             ",\"extras\":" + std::string(levels, '[') + std::string(levels, ']') +
+                             "}";
+    EXPECT_THAT(LoadingMessage(folder.Write("a.gltf", deep)),
+                HasSubstr("expected at most 64 levels of nesting"));
+  }
+  const std::string quoted =
+      text.substr(0, text.size() - 1) + ",\"extras\":\"" + std::string(1000, '[') + "\\\"[\"}";
+  EXPECT_EQ(LoadingMessage(folder.Write("a.gltf", quoted)), "");
+}
+
+TEST(MeshIoHardCases, RefusesGltfNodesThatAreNoTrees) {
+  const TemporaryFolder folder;
+  const auto chain = [](int length, int children) {
+    nlohmann::json nodes = nlohmann::json::array();
+    for (int i = 1; i < length; ++i) {
+      nodes.push_back({{"children", std::vector<int>(static_cast<std::size_t>(children), i)}});
+    }
+    nodes.push_back({{"mesh", 0}});
+    return GltfOfNodes(nodes);
+  };
+  EXPECT_EQ(LoadingMessage(folder.Write("a.gltf", chain(255, 1))), "");
+  for (const int length : {256, 200'000}) {
+    EXPECT_THAT(LoadingMessage(folder.Write("a.gltf", chain(length, 1))),
+                HasSubstr("nodes[255]: expected at most 255 levels of nodes"));
+  }
+  EXPECT_THAT(LoadingMessage(folder.Write("a.gltf", chain(31, 2))),
+              HasSubstr("nodes[1]: expected one parent at most"));
+  EXPECT_THAT(LoadingMessage(folder.Write("a.gltf", GltfOfNodes({{{"children", {0}}}}))),
+              HasSubstr("nodes[0]: expected one parent at most"));
+}
+
+// Nodes that use one mesh again and again are counted before their triangles are built.
+TEST(MeshIoHardCases, RefusesMoreTrianglesThanMemoryHolds) {
+  GltfFile file;
+  Mesh many = Square();
+  many.triangles.assign(17'000, {0, 1, 2});
+  file.AddMesh(many);
+  for (int i = 0; i < 1000; ++i) {
+    file.document["nodes"].push_back({{"mesh", 0}});
+    file.document["scenes"][0]["nodes"][static_cast<std::size_t>(i)] = i;
+  }
+  const TemporaryFolder folder;
+  EXPECT_THAT(LoadingMessage(folder.Write("a.glb", file.Binary())),
+              HasSubstr("17000000 triangles: expected at most 16777216"));
 }
 
 // Counts as published with the files; duplicates here are those of the same winding only.

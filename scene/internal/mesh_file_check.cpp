@@ -1,0 +1,62 @@
+#include "scene/internal/mesh_file_check.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "scene/whole_file.h"
+
+namespace pleinair {
+
+void RequireSoundPlyHeader(const std::filesystem::path& file) {
+  constexpr std::size_t kLongestHeader = std::size_t{1} << 16U;
+  const std::uintmax_t file_bytes = std::filesystem::file_size(file);
+  std::string text(std::min<std::uintmax_t>(kLongestHeader, file_bytes), '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!stream) RefuseFile(file, "cannot be read");
+  std::replace(text.begin(), text.end(), '\r', '\n');
+
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  if (line != "ply") RefuseFile(file, "expected a PLY file, which begins with `ply`");
+  while (std::getline(lines, line)) {
+    if (line == "end_header") return;
+    std::istringstream words(line);
+    std::string word;
+    std::string name;
+    std::uint64_t count = 0;
+    if (!(words >> word) || word != "element") continue;
+    // A minus sign makes it a number near 2^64.
+    if (!(words >> name >> count) || count > file_bytes) {
+      RefuseFile(file,
+                 "`" + line.substr(0, 60) + "`: expected no more elements than the file has bytes");
+    }
+  }
+  RefuseFile(file, "expected `end_header` within the first 64 KiB");
+}
+
+int JsonNesting(std::string_view text) {
+  int depth = 0;
+  int deepest = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;  // What follows ends no string.
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      deepest = std::max(deepest, ++depth);
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return deepest;
+}
+
+}  // namespace pleinair

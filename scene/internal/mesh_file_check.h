@@ -1,0 +1,16 @@
+// What a mesh file says of itself, checked before its reader spends time or memory on it.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace pleinair {
+
+// Refuses promises of more elements than the file has bytes, and a header that does not end: assimp
+// reads on past the end of the file, 20 s and more. Throws std::runtime_error naming the file.
+void RequireSoundPlyHeader(const std::filesystem::path& file);
+
+// How deep lists and objects of a JSON text are nested, at most; of what is no JSON, any number.
+int JsonNesting(std::string_view text);
+
+}  // namespace pleinair
