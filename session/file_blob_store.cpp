@@ -100,14 +100,22 @@ fs::path FileBlobStore::PathOf(std::string_view key) const {
 
 std::optional<std::string> FileBlobStore::Load(std::string_view key) {
   const fs::path path = PathOf(key);
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) return std::nullopt;
+  if (!fs::is_regular_file(status)) {
+    fs::remove_all(path, error);
+    return std::nullopt;
+  }
   // The size is asked of the open file: by now another process may have put a new one in its place.
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) return std::nullopt;
   const std::streamoff file_bytes = file.tellg();
   file.seekg(0);
 
-  std::error_code error;
-  if (file_bytes >= static_cast<std::streamoff>(kHeaderBytes)) {
+  // Save writes nothing larger than the limit: such a file might not even fit into memory.
+  if (file_bytes >= static_cast<std::streamoff>(kHeaderBytes) &&
+      static_cast<std::uint64_t>(file_bytes) <= limit_bytes_) {
     std::string header(kHeaderBytes, '\0');
     std::string bytes(static_cast<std::size_t>(file_bytes) - kHeaderBytes, '\0');
     file.read(header.data(), static_cast<std::streamsize>(header.size()));

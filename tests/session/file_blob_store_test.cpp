@@ -11,6 +11,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 namespace pleinair::file_blob_store_test {
 namespace {
@@ -79,6 +80,29 @@ TEST_F(FileBlobStoreTest, TakesADamagedBlobForAbsentAndRemovesIt) {
   EXPECT_EQ(store.Load(kKey), std::nullopt);
   std::ofstream(BlobPath(kKey), std::ios::binary) << whole;
   EXPECT_EQ(store.Load(kKey), bytes);
+}
+
+// Where a blob should be: a folder, a pipe that nothing writes to, a file larger than memory.
+TEST_F(FileBlobStoreTest, ReplacesWhatIsNoBlob) {
+  FileBlobStore store = Store();
+  store.Save(kKey, "bytes");
+  const fs::path path = BlobPath(kKey);
+  const auto expect_replaced = [&] {
+    EXPECT_EQ(store.Load(kKey), std::nullopt);
+    EXPECT_FALSE(fs::exists(path));
+    store.Save(kKey, "bytes");
+    EXPECT_EQ(store.SaveFailure(), "");
+    EXPECT_EQ(store.Load(kKey), "bytes");
+    fs::remove(path);
+  };
+  fs::remove(path);
+  fs::create_directories(path / "inner");
+  expect_replaced();
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  expect_replaced();
+  std::ofstream(path) << "x";
+  fs::resize_file(path, std::uintmax_t{1} << 42U);  // No block of it is written.
+  expect_replaced();
 }
 
 TEST_F(FileBlobStoreTest, DoesNotTakeAnotherKeysFileForItsOwn) {
