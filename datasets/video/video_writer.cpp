@@ -61,9 +61,10 @@ struct VideoWriter::Impl {
     AVDictionary* options = nullptr;
     if (video.codec == VideoCodec::kFfv1) {
       encoder->gop_size = 1;
-      // Checksums: damage is found.
+      // Checksums: VideoReader finds damage.
       av_dict_set(&options, "level", "3", 0);
       av_dict_set(&options, "slicecrc", "1", 0);
+      av_dict_set(&container->metadata, kHasSliceChecksums, "1", 0);
     } else {
       encoder->gop_size = 60;
       encoder->colorspace = AVCOL_SPC_SMPTE170M;

@@ -488,18 +488,20 @@ TEST_F(RecorderFolder, StopsWhereSpaceIsShort) {
 }
 
 TEST_F(RecorderFolder, StopsBeforeTheDiskIsFull) {
+  std::uint64_t free_bytes = 6'000'000;
   RecorderOptions options{options_};
-  Recorder recorder(site_, Picture(kRgb, 0).buffer.layout, options, events_);
-  recorder.Finish();
-  fs::remove_all(options_.folder);
-  options.recording.keep_free_bytes = fs::space(root_).available - 3'000'000;
-  // What others write meanwhile is beside the point: the folder is filled by the test, too.
-  Recorder short_of_space(site_, Picture(kRgb, 0).buffer.layout, options, events_);
-  Write(root_ / "filling", std::string(8'000'000, 'x'));
-  short_of_space.Offer(Picture(kRgb, 0));
-  short_of_space.Finish();
-  EXPECT_THAT(short_of_space.Status().stopped, HasSubstr("MB of free space, found"));
-  EXPECT_EQ(short_of_space.Status().written, 0);
+  options.recording.keep_free_bytes = 5'000'000;
+  // What a picture of noise takes, and a little more.
+  options.recording.free_bytes = [&] { return free_bytes -= 10'000; };
+  std::vector<CameraFrame> pictures;
+  for (int number = 0; number < 100; ++number) pictures.push_back(Picture(kRgb, number));
+  Run(options, pictures);
+  EXPECT_THAT(status_.stopped, HasSubstr("expected 5 MB of free space, found 5 MB"));
+  EXPECT_EQ(events_.CountOf(EventKind::kDisk), 1);
+  EXPECT_GT(status_.written, 40);
+  EXPECT_LT(status_.written, 100);
+  pictures.resize(static_cast<std::size_t>(status_.written));
+  ExpectPlays(pictures);
 }
 
 TEST_F(SequenceFolder, ChecksEntriesOfVideosAndRawPictures) {
