@@ -100,8 +100,12 @@ class VideoFiles final : public PictureFiles {
     if (!codes) return tl::unexpected(codes.error());
     if (!writer_ || pictures_ == kPicturesAVideo) {
       file_ = NameByTime(folder_, "video", frame.time, ".mkv");
-      const bool is_grey = layout.format.coding == PixelCoding::kGrey;
-      writer_.emplace(folder_ / file_, codec_, layout.width_px, layout.height_px, is_grey);
+      writer_.emplace(folder_ / file_,
+                      VideoFormat{codec_,
+                                  layout.width_px,
+                                  layout.height_px,
+                                  layout.format.coding == PixelCoding::kGrey,
+                                  frame.time});
       pictures_ = 0;
       start_ = frame.buffer.monotonic_time;
     }

@@ -22,7 +22,12 @@ namespace fs = std::filesystem;
 constexpr double kMegabyte = 1e6;
 constexpr const char* kFrames = "frames.jsonl";
 
-std::uint64_t FreeBytesAt(const fs::path& folder) { return fs::space(folder).available; }
+RecordingOptions WithFreeBytes(RecordingOptions options) {
+  if (!options.free_bytes) {
+    options.free_bytes = [folder = options.folder] { return fs::space(folder).available; };
+  }
+  return options;
+}
 
 [[noreturn]] void RefuseForSpace(const fs::path& folder, std::uint64_t free, std::uint64_t needed) {
   throw std::runtime_error(fmt::format("{}: expected {:.0f} MB of free space, found {:.0f} MB",
@@ -54,7 +59,7 @@ void CopySite(const fs::path& site, const PictureLayout& layout, const Recording
   const std::uint64_t needed =
       SizeOf(site, files) + options.keep_free_bytes +
       static_cast<std::uint64_t>(pictures * EstimatedBytes(layout, options.store));
-  const std::uint64_t free = FreeBytesAt(options.folder);
+  const std::uint64_t free = options.free_bytes();
   if (free < needed) RefuseForSpace(options.folder, free, needed);
   for (const fs::path& file : files) {
     fs::create_directories((options.folder / file).parent_path());
@@ -67,11 +72,11 @@ void CopySite(const fs::path& site, const PictureLayout& layout, const Recording
 Recording::Recording(const Sequence& site,
                      const PictureLayout& layout,
                      const RecordingOptions& options)
-    : options_(options), layout_(layout) {
+    : options_(WithFreeBytes(options)), layout_(layout) {
   Sequence sequence = AtLayout(site, layout);
   MakeEmptyFolder(options.folder);
   pictures_ = MakePictureFiles(options.store, layout, options.folder);
-  CopySite(site.folder, layout, options);
+  CopySite(site.folder, layout, options_);
 
   frames_ = std::make_unique<LineFile>(options.folder / kFrames);
   events_ = std::make_unique<LineFile>(options.folder / "events.jsonl");
@@ -117,8 +122,6 @@ void Recording::AddEvents(std::span<const Event> events) {
 }
 
 void Recording::Finish() { pictures_.reset(); }
-
-std::uint64_t Recording::FreeBytes() const { return FreeBytesAt(options_.folder); }
 
 double EstimatedBytes(const PictureLayout& layout, PictureStore store) {
   const double pixels = static_cast<double>(layout.width_px) * layout.height_px;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,6 +26,8 @@ struct RecordingOptions {
   std::uint64_t keep_free_bytes = 200'000'000;  // Of the file system: a recording ends before.
   // That are to fit, as far as their sizes can be estimated.
   std::optional<double> expected_pictures;
+  // Of the folder's file system, for programs without privileges; none: as the system says.
+  std::function<std::uint64_t()> free_bytes;
 };
 
 // A folder that ReadSequence reads from the first picture on, at any moment: sequence.json, the
@@ -51,8 +54,7 @@ class Recording {
   // From any thread; takes as long as the disk needs.
   void Sync() const { frames_->Sync(); }
 
-  // Of the file system, for programs without privileges.
-  std::uint64_t FreeBytes() const;
+  std::uint64_t FreeBytes() const { return options_.free_bytes(); }
 
  private:
   RecordingOptions options_;

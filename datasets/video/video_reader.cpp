@@ -17,6 +17,24 @@ constexpr int kHighDefinitionRows = 720;
 // As images of other files: 2^28 pixels.
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
 
+// FFV1 from version 3 on: the last bytes of each slice are its length without them (3 bytes), a
+// status and a CRC that makes the slice's 0. FFmpeg's decoder knows of damage, and does not say so:
+// it shows an older picture there.
+bool HasSoundSlices(const AVPacket& packet) {
+  constexpr int kTrailer = 8;
+  int end = packet.size;
+  while (end > 0) {
+    if (end < kTrailer) return false;
+    const std::uint8_t* trailer = packet.data + end - kTrailer;
+    const int size = ((trailer[0] << 16) | (trailer[1] << 8) | trailer[2]) + kTrailer;
+    if (size > end) return false;
+    end -= size;
+    const AVCRC* table = av_crc_get_table(AV_CRC_32_IEEE);
+    if (av_crc(table, 0, packet.data + end, static_cast<std::size_t>(size)) != 0) return false;
+  }
+  return packet.size > 0;
+}
+
 }  // namespace
 
 struct VideoReader::Impl {
@@ -27,6 +45,7 @@ struct VideoReader::Impl {
   LibavPointer<AVFrame> frame{av_frame_alloc()};
   LibavPointer<AVPacket> packet{av_packet_alloc()};
   LibavPointer<SwsContext> to_rgb;
+  bool has_slice_checksums = false;
   bool is_draining = false;
 
   ~Impl() { avformat_close_input(&container); }
@@ -52,6 +71,9 @@ struct VideoReader::Impl {
     stream = container->streams[index];
     decoder.reset(avcodec_alloc_context3(codec));
     avcodec_parameters_to_context(decoder.get(), stream->codecpar);
+    has_slice_checksums =
+        codec->id == AV_CODEC_ID_FFV1 &&
+        av_dict_get(container->metadata, kHasSliceChecksums, nullptr, 0) != nullptr;
     decoder->pkt_timebase = stream->time_base;
     decoder->err_recognition = AV_EF_CRCCHECK | AV_EF_EXPLODE;
     decoder->max_pixels = kMostPixels;
@@ -84,7 +106,9 @@ struct VideoReader::Impl {
         av_packet_unref(packet.get());
         continue;
       }
-      const int sent = avcodec_send_packet(decoder.get(), packet.get());
+      const int sent = has_slice_checksums && !HasSoundSlices(*packet)
+                           ? AVERROR_INVALIDDATA
+                           : avcodec_send_packet(decoder.get(), packet.get());
       av_packet_unref(packet.get());
       return sent;
     }

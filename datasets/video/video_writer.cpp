@@ -9,14 +9,16 @@
 
 #include "datasets/video/internal/libav.h"
 #include "scene/whole_file.h"
+#include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {
 
 // FFV1 keeps RGB without conversion; H.264 halves colours where the sides are even.
-AVPixelFormat PixelFormatFor(VideoCodec codec, int width_px, int height_px, bool is_grey) {
-  if (codec == VideoCodec::kFfv1) return is_grey ? AV_PIX_FMT_GRAY8 : AV_PIX_FMT_0RGB32;
-  return width_px % 2 == 0 && height_px % 2 == 0 ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV444P;
+AVPixelFormat PixelFormatFor(const VideoFormat& video) {
+  if (video.codec == VideoCodec::kFfv1) return video.is_grey ? AV_PIX_FMT_GRAY8 : AV_PIX_FMT_0RGB32;
+  const bool is_even = video.width_px % 2 == 0 && video.height_px % 2 == 0;
+  return is_even ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV444P;
 }
 
 }  // namespace
@@ -40,28 +42,29 @@ struct VideoWriter::Impl {
     if (result < 0) Refuse(what, result);
   }
 
-  void Open(VideoCodec codec, int width_px, int height_px, bool is_grey) {
+  void Open(const VideoFormat& video) {
     SilenceLibav();
     if (std::filesystem::exists(file)) RefuseFile(file, "expected a new file, found one");
-    const AVCodec* found =
-        avcodec_find_encoder(codec == VideoCodec::kFfv1 ? AV_CODEC_ID_FFV1 : AV_CODEC_ID_H264);
+    const AVCodec* found = avcodec_find_encoder(
+        video.codec == VideoCodec::kFfv1 ? AV_CODEC_ID_FFV1 : AV_CODEC_ID_H264);
     if (found == nullptr) RefuseFile(file, "expected FFmpeg with the encoder, found none");
     Check(avformat_alloc_output_context2(&container, nullptr, "matroska", file.c_str()), "video");
     encoder.reset(avcodec_alloc_context3(found));
-    encoder->width = width_px;
-    encoder->height = height_px;
-    encoder->pix_fmt = PixelFormatFor(codec, width_px, height_px, is_grey);
+    encoder->width = video.width_px;
+    encoder->height = video.height_px;
+    encoder->pix_fmt = PixelFormatFor(video);
     encoder->time_base = {1, 1000};
     encoder->thread_count = 1;
     if ((container->oformat->flags & AVFMT_GLOBALHEADER) != 0) {
       encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     }
     AVDictionary* options = nullptr;
-    if (codec == VideoCodec::kFfv1) {
+    if (video.codec == VideoCodec::kFfv1) {
       encoder->gop_size = 1;
-      // Checksums: damage is found.
+      // Checksums: VideoReader finds damage.
       av_dict_set(&options, "level", "3", 0);
       av_dict_set(&options, "slicecrc", "1", 0);
+      av_dict_set(&container->metadata, kHasSliceChecksums, "1", 0);
     } else {
       encoder->gop_size = 60;
       encoder->colorspace = AVCOL_SPC_SMPTE170M;
@@ -70,11 +73,11 @@ struct VideoWriter::Impl {
       av_dict_set(&options, "preset", "veryfast", 0);
       av_dict_set(&options, "tune", "zerolatency", 0);
       av_dict_set(&options, "crf", "20", 0);
-      to_yuv.reset(sws_getContext(width_px,
-                                  height_px,
+      to_yuv.reset(sws_getContext(video.width_px,
+                                  video.height_px,
                                   AV_PIX_FMT_RGB24,
-                                  width_px,
-                                  height_px,
+                                  video.width_px,
+                                  video.height_px,
                                   encoder->pix_fmt,
                                   SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP,
                                   nullptr,
@@ -85,13 +88,15 @@ struct VideoWriter::Impl {
     av_dict_free(&options);
     Check(opened, "expected an encoder for such pictures");
     frame.reset(av_frame_alloc());
-    frame->width = width_px;
-    frame->height = height_px;
+    frame->width = video.width_px;
+    frame->height = video.height_px;
     frame->format = encoder->pix_fmt;
     Check(av_frame_get_buffer(frame.get(), 0), "video");
     stream = avformat_new_stream(container, nullptr);
     stream->time_base = encoder->time_base;
     Check(avcodec_parameters_from_context(stream->codecpar, encoder.get()), "video");
+    const UtcTime start = std::chrono::floor<std::chrono::milliseconds>(video.start);
+    av_dict_set(&container->metadata, "creation_time", FormatUtcTime(start).c_str(), 0);
     Check(avio_open(&container->pb, file.c_str(), AVIO_FLAG_WRITE), "cannot be made");
     Check(avformat_write_header(container, nullptr), "cannot be written");
     Flush();
@@ -153,11 +158,10 @@ struct VideoWriter::Impl {
   }
 };
 
-VideoWriter::VideoWriter(
-    const std::filesystem::path& file, VideoCodec codec, int width_px, int height_px, bool is_grey)
+VideoWriter::VideoWriter(const std::filesystem::path& file, const VideoFormat& format)
     : impl_(std::make_unique<Impl>()) {
   impl_->file = file;
-  impl_->Open(codec, width_px, height_px, is_grey);
+  impl_->Open(format);
 }
 
 VideoWriter::~VideoWriter() = default;

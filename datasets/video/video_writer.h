@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "scene/image.h"
+#include "scene/utc_time.h"
 
 namespace pleinair {
 
@@ -15,16 +16,20 @@ enum class VideoCodec {
   kH264,  // To look at: colours at half the resolution, and rounded.
 };
 
+struct VideoFormat {
+  VideoCodec codec = VideoCodec::kFfv1;
+  int width_px = 0;
+  int height_px = 0;
+  bool is_grey = false;  // Pictures have three equal channels, and are kept as one.
+  UtcTime start{};       // Of the first picture: VideoReader's CreationTime, in milliseconds.
+};
+
 // Matroska. A picture that was added can be read, however the process ends.
 class VideoWriter {
  public:
-  // `is_grey`: pictures have three equal channels, and are kept as one. Throws std::runtime_error
-  // naming the file: it exists, cannot be made, or there is no such encoder.
-  VideoWriter(const std::filesystem::path& file,
-              VideoCodec codec,
-              int width_px,
-              int height_px,
-              bool is_grey);
+  // Throws std::runtime_error naming the file: it exists, cannot be made, or there is no such
+  // encoder.
+  VideoWriter(const std::filesystem::path& file, const VideoFormat& format);
   // Ends the file with its length and index; players jump in it then.
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;

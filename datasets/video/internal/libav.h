@@ -7,8 +7,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
-#include <libavutil/imgutils.h>
-#include <libavutil/opt.h>
+#include <libavutil/crc.h>
 #include <libswscale/swscale.h>
 }
 
@@ -28,6 +27,9 @@ inline std::string LibavError(int error) {
   av_strerror(error, text, sizeof text);
   return text;
 }
+
+// The container's tag of FFV1 whose slices all have checksums.
+inline constexpr const char* kHasSliceChecksums = "SLICE_CHECKSUMS";
 
 // FFmpeg writes to the error stream by itself.
 inline void SilenceLibav() { av_log_set_level(AV_LOG_QUIET); }

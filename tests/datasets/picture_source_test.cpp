@@ -1,0 +1,248 @@
+#include "datasets/picture_source.h"
+
+#include <cstdlib>
+#include <cstring>
+
+#include <libexif/exif-data.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calib/exif_time.h"
+#include "datasets/video/video_writer.h"
+#include "scene/image_io.h"
+#include "sunmodel/time_text.h"
+#include "tests/datasets/made_pictures.h"
+#include "tests/datasets/sequence_fixture.h"
+
+namespace pleinair::picture_source_test {
+namespace {
+
+namespace fs = std::filesystem;
+using made_pictures::Noise;
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+
+constexpr int kWidth = 64;
+constexpr int kHeight = 48;
+
+struct Tags {
+  std::string time;
+  std::string decimals;
+  std::string offset;
+  bool has_exposure = false;
+};
+
+void AddEntry(
+    ExifData* data, ExifTag tag, ExifFormat format, unsigned count, const std::string& bytes) {
+  ExifEntry* entry = exif_entry_new();
+  entry->tag = tag;
+  entry->format = format;
+  entry->components = count;
+  entry->size = static_cast<unsigned>(bytes.size());
+  entry->data = static_cast<unsigned char*>(std::malloc(bytes.size()));
+  std::memcpy(entry->data, bytes.data(), bytes.size());
+  exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], entry);
+  exif_entry_unref(entry);
+}
+
+std::string BigEndian(std::initializer_list<unsigned> numbers) {
+  std::string bytes;
+  for (const unsigned number : numbers) {
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift);
+  }
+  return bytes;
+}
+
+// Behind the start of the JPEG, as cameras have it.
+std::string WithExif(const std::vector<std::byte>& jpeg, const Tags& tags) {
+  ExifData* data = exif_data_new();
+  exif_data_set_byte_order(data, EXIF_BYTE_ORDER_MOTOROLA);
+  const auto add_text = [&](ExifTag tag, const std::string& text) {
+    if (text.empty()) return;
+    AddEntry(data, tag, EXIF_FORMAT_ASCII, static_cast<unsigned>(text.size() + 1), text + '\0');
+  };
+  add_text(EXIF_TAG_DATE_TIME_ORIGINAL, tags.time);
+  add_text(EXIF_TAG_SUB_SEC_TIME_ORIGINAL, tags.decimals);
+  add_text(EXIF_TAG_OFFSET_TIME_ORIGINAL, tags.offset);
+  if (tags.has_exposure) {
+    AddEntry(data, EXIF_TAG_EXPOSURE_TIME, EXIF_FORMAT_RATIONAL, 1, BigEndian({1, 250}));
+    AddEntry(data, EXIF_TAG_FNUMBER, EXIF_FORMAT_RATIONAL, 1, BigEndian({28, 10}));
+    AddEntry(data, EXIF_TAG_ISO_SPEED_RATINGS, EXIF_FORMAT_SHORT, 1, std::string("\0\xc8", 2));
+  }
+  unsigned char* blob = nullptr;
+  unsigned size = 0;
+  exif_data_save_data(data, &blob, &size);
+  exif_data_unref(data);
+  std::string file(reinterpret_cast<const char*>(jpeg.data()), 2);
+  file += "\xff\xe1";
+  file += static_cast<char>((size + 2) >> 8);
+  file += static_cast<char>((size + 2) & 0xff);
+  file.append(reinterpret_cast<const char*>(blob), size);
+  std::free(blob);
+  file.append(reinterpret_cast<const char*>(jpeg.data()) + 2, jpeg.size() - 2);
+  return file;
+}
+
+class PictureFolder : public SequenceFolder {
+ protected:
+  void SetUp() override {
+    SequenceFolder::SetUp();
+    WriteDocument(Everything());
+    site_ = ReadSite(folder_, UtcTime{});
+    pictures_ = root_ / "pictures";
+    fs::create_directories(pictures_);
+  }
+
+  void AddPicture(const std::string& name, const Tags& tags, unsigned seed = 0) {
+    Write(pictures_ / name, WithExif(made_pictures::Jpeg(Noise(kWidth, kHeight, seed)), tags));
+  }
+  std::string RefusalOf(const PictureTimes& times) const {
+    std::string reasons[2];
+    const std::function<void()> steps[] = {[&] { MakeFrameSourceAt(site_, pictures_, times); },
+                                           [&] { FirstPictureTime(pictures_, times); }};
+    for (int i = 0; i < 2; ++i) {
+      reasons[i] = "accepted";
+      try {
+        steps[i]();
+      } catch (const std::exception& error) {
+        reasons[i] = error.what();
+      }
+    }
+    EXPECT_EQ(reasons[0], reasons[1]);
+    return reasons[0];
+  }
+
+  static std::vector<std::string> TimesOf(FrameSource& source) {
+    std::vector<std::string> times;
+    while (const auto frame = source.Next()) {
+      times.push_back(*frame ? FormatUtcTime((*frame)->time) : frame->error().reason);
+    }
+    return times;
+  }
+
+  Sequence site_;
+  fs::path pictures_;
+};
+
+TEST_F(PictureFolder, TakesTimesAndExposureFromExif) {
+  AddPicture("b.jpg", {"2026:06:21 11:50:00", "25", "+02:00", true}, 1);
+  AddPicture("a.jpg", {"2026:06:21 11:50:01", "", "+02:00", false}, 2);
+  AddPicture("c.jpg", {"2026:06:21 09:49:59", "5", "", false}, 3);
+  Write(pictures_ / "notes.txt", "taken at noon");
+  Write(pictures_ / ".hidden.jpg", "x");
+  Write(pictures_ / "empty.jpg", "");
+  PictureTimes times;
+  times.utc_offset = "Z";
+  const auto source = MakeFrameSourceAt(site_, pictures_, times);
+  EXPECT_EQ(source->Count(), 3);
+  EXPECT_EQ(FormatUtcTime(FirstPictureTime(pictures_, times)), "2026-06-21T09:49:59.5Z");
+  const auto first = source->Next();
+  EXPECT_EQ(FormatUtcTime((*first)->time), "2026-06-21T09:49:59.5Z");
+  EXPECT_EQ((*first)->units, LightUnits::kRelativePerFrame);
+  EXPECT_EQ((*first)->camera.intrinsics.width_px, kWidth);
+  const auto second = source->Next();
+  EXPECT_EQ((*second)->index, 1);
+  EXPECT_EQ(FormatUtcTime((*second)->time), "2026-06-21T09:50:00.25Z");
+  EXPECT_EQ((*second)->units, LightUnits::kRelative);
+  EXPECT_NEAR((*second)->exposure.value(), 200.0 / 250.0 / (2.8 * 2.8), 1e-12);
+  const std::vector<std::byte> jpeg = made_pictures::Jpeg(Noise(kWidth, kHeight, 1));
+  PictureLayout layout{{PixelCoding::kMjpeg}, kWidth, kHeight, 0, {}};
+  EXPECT_EQ((*second)->codes->pixels, DecodeCodes(jpeg, layout)->pixels);
+  EXPECT_EQ(TimesOf(*source), std::vector<std::string>{"2026-06-21T09:50:01Z"});
+}
+
+TEST_F(PictureFolder, TakesTimesFromTheCaller) {
+  AddPicture("2.jpg", {"2026:06:21 11:50:00", "", "+02:00", false});
+  WritePng(pictures_ / "1.png", Noise(kWidth, kHeight, 4));
+  PictureTimes times;
+  times.start = ParseUtcTime("2026-01-01T12:00:00Z");
+  times.interval = milliseconds(2500);
+  EXPECT_EQ(TimesOf(*MakeFrameSourceAt(site_, pictures_, times)),
+            (std::vector<std::string>{"2026-01-01T12:00:00Z", "2026-01-01T12:00:02.5Z"}));
+}
+
+TEST_F(PictureFolder, ReportsABadPictureInItsPlace) {
+  AddPicture("a.jpg", {"2026:06:21 11:50:00", "", "Z", false});
+  WritePng(pictures_ / "b.png", Noise(kWidth, kHeight, 4));  // Without a time.
+  AddPicture("c.jpg", {"2026:06:21 11:50:02", "", "Z", false});
+  fs::resize_file(pictures_ / "c.jpg", fs::file_size(pictures_ / "c.jpg") / 2);
+  AddPicture("d.jpg", {"2026:06:31 11:50:02", "", "Z", false});  // No such day.
+  Write(pictures_ / "e.jpg",
+        WithExif(made_pictures::Jpeg(Noise(40, 40, 0)), {"2026:06:21 11:50:04", "", "Z", false}));
+  AddPicture("f.jpg", {"2026:06:21 11:50:05", "", "Z", false});
+  const std::vector<std::string> times = TimesOf(*MakeFrameSourceAt(site_, pictures_, {}));
+  ASSERT_EQ(times.size(), 6u);
+  EXPECT_EQ(times[0], "2026-06-21T11:50:00Z");
+  EXPECT_THAT(times[1], HasSubstr("b.png: expected an EXIF time, found none"));
+  EXPECT_THAT(times[2], HasSubstr("c.jpg: "));
+  EXPECT_THAT(times[3], HasSubstr("d.jpg: EXIF time '2026-06-31T11:50:02Z': "));
+  EXPECT_THAT(times[4], HasSubstr("e.jpg: camera picture: expected the shape of the site's"));
+  EXPECT_EQ(times[5], "2026-06-21T11:50:05Z");
+}
+
+TEST_F(PictureFolder, RefusesPicturesWithoutTimes) {
+  EXPECT_THAT(RefusalOf({}), HasSubstr("pictures: expected PNG or JPEG pictures, found none"));
+  WritePng(pictures_ / "1.png", Noise(kWidth, kHeight, 4));
+  EXPECT_THAT(RefusalOf({}), HasSubstr("1.png: expected an EXIF time, found none"));
+  fs::remove(pictures_ / "1.png");
+  AddPicture("1.jpg", {"2026:06:21 11:50:00", "", "", false});
+  EXPECT_THAT(RefusalOf({}), HasSubstr("1.jpg: expected a time zone in EXIF, found none"));
+  AddPicture("2.jpg", {"2026:06:21 11:50:00", "", "", false});
+  PictureTimes times;
+  times.utc_offset = "CEST";
+  EXPECT_THAT(RefusalOf(times), HasSubstr("time zone 'CEST': expected Z, or such as +02:00"));
+  times = {};
+  times.interval = milliseconds(1);
+  EXPECT_THAT(RefusalOf(times), HasSubstr("expected --start-time with --every"));
+  times = {};
+  times.start = UtcTime{};
+  EXPECT_THAT(RefusalOf(times), HasSubstr("expected --every with --start-time"));
+  pictures_ = root_ / "nowhere";
+  EXPECT_THAT(RefusalOf({}), HasSubstr("nowhere: no such file"));
+}
+
+TEST_F(PictureFolder, PlaysAVideoAtItsTimes) {
+  pictures_ = root_ / "walk.mkv";
+  const UtcTime start = ParseUtcTime("2026-06-21T09:50:00.25Z");
+  {
+    VideoWriter writer(pictures_, {VideoCodec::kFfv1, kWidth, kHeight, false, start});
+    for (unsigned i = 0; i < 3; ++i) writer.Add(Noise(kWidth, kHeight, i), i * milliseconds(40));
+  }
+  EXPECT_EQ(FirstPictureTime(pictures_, {}), start);
+  const auto source = MakeFrameSourceAt(site_, pictures_, {});
+  for (unsigned i = 0; i < 3; ++i) {
+    const auto frame = source->Next();
+    ASSERT_TRUE(frame && *frame);
+    EXPECT_EQ((*frame)->index, static_cast<int>(i));
+    EXPECT_EQ((*frame)->time, start + i * milliseconds(40));
+    EXPECT_EQ((*frame)->units, LightUnits::kRelativePerFrame);
+    EXPECT_EQ((*frame)->codes->pixels, Noise(kWidth, kHeight, i).pixels);
+  }
+  EXPECT_FALSE(source->Next());
+  PictureTimes times;
+  times.start = ParseUtcTime("2025-01-01T00:00:00Z");
+  EXPECT_EQ(TimesOf(*MakeFrameSourceAt(site_, pictures_, times)).back(), "2025-01-01T00:00:00.08Z");
+}
+
+TEST_F(PictureFolder, RefusesAVideoWithoutATime) {
+  pictures_ = root_ / "walk.mkv";
+  VideoWriter(pictures_, {VideoCodec::kFfv1, kWidth, kHeight, false, {}})
+      .Add(Noise(kWidth, kHeight, 0), {});
+  EXPECT_THAT(RefusalOf({}), HasSubstr("expected a creation time in the video, found none"));
+}
+
+TEST_F(PictureFolder, KeepsExifTimesAsTheyStand) {
+  AddPicture("a.jpg", {"2026:06:21 11:50:00", "123456789123", "-03:30", false});
+  const std::optional<ExifTime> time = ReadExifTime(pictures_ / "a.jpg");
+  ASSERT_TRUE(time);
+  EXPECT_EQ(time->local_time, "2026-06-21T11:50:00.123456789");
+  EXPECT_EQ(time->utc_offset, "-03:30");
+  AddPicture("b.jpg", {"    :  :     :  :  ", "", "", false});
+  EXPECT_FALSE(ReadExifTime(pictures_ / "b.jpg"));
+  EXPECT_FALSE(ReadExifTime(pictures_ / "absent.jpg"));
+  EXPECT_FALSE(ReadExifTime(folder_ / "fisheye.json"));
+}
+
+}  // namespace
+}  // namespace pleinair::picture_source_test
