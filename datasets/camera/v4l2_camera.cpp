@@ -158,6 +158,14 @@ class V4l2Stream final : public CameraStream {
     SetMode(request);
     lock_.emplace(device_, request);
     StartStreaming();
+    if (layout_.format.coding == PixelCoding::kBayer && !development_) {
+      development_ = UsualDevelopment(layout_.format.bits);
+      // Few drivers state it.
+      if (const auto black = device_.GetControl(V4L2_CID_BLACK_LEVEL)) {
+        development_->black_level = *black;
+      }
+      development_->Validate();
+    }
     frames_to_pass_ = lock_->HasToSettle() ? CameraLock::kSettleFrames : 0;
   }
 
@@ -174,7 +182,15 @@ class V4l2Stream final : public CameraStream {
       if (frames_to_pass_ == 0) return buffer;
       if (--frames_to_pass_ == 0 && lock_->HasToSettle()) {
         lock_->Settle();
-        frames_to_pass_ = lock_->DelayFrames();
+        if (layout_.format.coding == PixelCoding::kBayer && !development_) {
+      development_ = UsualDevelopment(layout_.format.bits);
+      // Few drivers state it.
+      if (const auto black = device_.GetControl(V4L2_CID_BLACK_LEVEL)) {
+        development_->black_level = *black;
+      }
+      development_->Validate();
+    }
+    frames_to_pass_ = lock_->DelayFrames();
       }
     }
   }
@@ -317,7 +333,7 @@ class V4l2Stream final : public CameraStream {
             : MonotonicNow();
     captured.exposure = lock_->Of(buffer.sequence);
     if (layout_.format.coding == PixelCoding::kBayer) {
-      captured.development = development_.value_or(UsualDevelopment(layout_.format.bits));
+      captured.development = development_;
     }
     if (const int error = device_.Call(VIDIOC_QBUF, &buffer); error != 0) return FaultOf(error);
     return captured;
