@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -67,6 +69,40 @@ TEST_F(SequenceSessionTest, ACapturedPictureIsCompositedAsTheSequencesOwn) {
   ASSERT_TRUE(of_own.result) << of_own.result.error().reason;
   EXPECT_EQ(LargestDifference(step->result->composite.radiance, of_own.result->composite.radiance),
             0.0f);
+}
+
+TEST_F(SequenceSessionTest, FramesOfAnotherSourceAtASiteAreCompositedAsTheSequencesOwn) {
+  SequenceSession recorded = MakeSession();
+  const auto step = recorded.Next();
+  ASSERT_TRUE(step && step->result) << step->result.error().reason;
+
+  const SessionOptions options = CoarseOptions();
+  const auto site = LoadSite(options, loaded->sequence.frames.front().time);
+  EXPECT_FALSE(site->sequence.HasPictures());
+  SequenceSession at_site(
+      site, options, MakeRecordedFrameSource(loaded->sequence, FrameKind::kLinear));
+  const auto same = at_site.Next();
+  ASSERT_TRUE(same && same->result) << same->result.error().reason;
+  EXPECT_EQ(LargestDifference(same->result->composite.radiance, step->result->composite.radiance),
+            0.0f);
+}
+
+TEST(LoadedSequence, FramesThatDoNotFitIntoMemoryAreRefusedFirst) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "huge_frames";
+  std::filesystem::remove_all(folder);
+  std::filesystem::copy(CoarseOptions().sequence, folder);  // Without frames: none is read.
+  Sequence huge = ReadSequence(folder);
+  huge.intrinsics.width_px = 65536;
+  huge.intrinsics.height_px = 65536;
+  WriteSequence(huge, folder);
+  SessionOptions options = CoarseOptions();
+  options.sequence = folder;
+  try {
+    LoadSequence(options);
+    ADD_FAILURE() << "a terabyte was there";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("frames of 65536x65536 pixels may take 1040.0 GiB"));
+  }
 }
 
 TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
