@@ -2,7 +2,9 @@
 
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -11,22 +13,24 @@
 #include "apps/record_command.h"
 
 namespace pleinair {
+
 void AddRecord(CLI::App& app, Work& work) {
   auto options = std::make_shared<RecordCommandOptions>();
   CLI::App& record = *app.add_subcommand(
       "record", "A camera's pictures at a site as a sequence, which `run` plays");
   record.footer("Example: pleinair record /dev/video0 --site mysite --out monday --every 10s");
-  record.add_option("camera", options->camera, "device, as `pleinair cameras` lists it")
-      ->type_name("DEVICE")
+  record
+      .add_option("camera",
+                  options->camera,
+                  "device, as `pleinair cameras` lists it; or a site that names its camera")
+      ->type_name("DEVICE|SITE")
       ->required();
   record
-      .add_option(
-          "--site",
-          options->site,
-          "folder with site.json, or a sequence's: camera, place and mesh, which a sequence "
-          "needs; copied into the recording")
-      ->type_name("FOLDER")
-      ->required();
+      .add_option("--site",
+                  options->site,
+                  "folder with site.json, or a sequence's: its camera, place and mesh make the "
+                  "recording a sequence; they are copied")
+      ->type_name("FOLDER");
   record.add_option("--out", options->recorder.recording.folder, "folder to make for the sequence")
       ->type_name("FOLDER")
       ->required();
@@ -58,6 +62,15 @@ void AddRecord(CLI::App& app, Work& work) {
       ->check(CLI::Range(1, 1'000'000'000).description(""))
       ->type_name("N");
   AddCameraOptions(record, options->request);
+  record.parse_complete_callback([options] {
+    if (!options->site.empty()) return;
+    if (IsCameraName(options->camera)) {
+      throw std::invalid_argument(
+          "record: expected --site FOLDER, as a sequence needs its camera's calibration, its place "
+          "and a mesh");
+    }
+    options->site = std::exchange(options->camera, {});
+  });
   record.callback([options, &work] { work = [options] { return RunRecordCommand(*options); }; });
 }
 

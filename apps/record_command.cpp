@@ -5,6 +5,8 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <stdexcept>
+#include <string>
 #include <thread>
 
 #include <fmt/format.h>
@@ -142,6 +144,31 @@ std::optional<double> ExpectedPictures(const RecordCommandOptions& options,
   return pictures;
 }
 
+// Drivers give the size next to the one that they are asked for.
+void RequireSize(const CameraRequest& asked, const PictureLayout& given) {
+  if (!asked.width_px || (asked.width_px == given.width_px && asked.height_px == given.height_px)) {
+    return;
+  }
+  throw std::runtime_error(
+      fmt::format("--size {}x{}: expected a size that the camera has, such as {}x{}",
+                  *asked.width_px,
+                  asked.height_px.value_or(0),
+                  given.width_px,
+                  given.height_px));
+}
+
+std::string DeviceOf(const Sequence& site) {
+  if (site.camera_device.empty()) {
+    throw std::runtime_error(site.file.string() +
+                             ": camera_device: expected a device or a camera's identity, as "
+                             "nothing else says which camera to record (or DEVICE --site)");
+  }
+  if (IsCameraName(site.camera_device)) return site.camera_device;
+  if (auto device = FindCamera(site.camera_device)) return *device;
+  throw std::runtime_error(site.file.string() + ": camera_device: expected the camera '" +
+                           site.camera_device + "', which is not plugged in");
+}
+
 }  // namespace
 
 int RunRecordCommand(const RecordCommandOptions& options) {
@@ -154,7 +181,9 @@ int RunRecordCommand(const RecordCommandOptions& options) {
   }
   StopSignals signals;
   EventLog events;
-  CameraCapture capture(options.camera, request, {}, events);
+  CameraCapture capture(
+      options.camera.empty() ? DeviceOf(site) : options.camera, request, {}, events);
+  RequireSize(options.request, capture.Layout());
   RecorderOptions recorder_options = options.recorder;
   recorder_options.recording.expected_pictures = ExpectedPictures(options, capture);
   Recorder recorder(site, capture.Layout(), recorder_options, events);
@@ -162,8 +191,8 @@ int RunRecordCommand(const RecordCommandOptions& options) {
   {
     const Watch watch(options, signals, capture, recorder, events);
     Record(options, capture, recorder);
+    capture.Stop();
   }
-  capture.Stop();
   const double seconds = SecondsSince(started);
   recorder.Close();
   events.Add({capture.Clock().Now(),

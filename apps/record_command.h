@@ -11,7 +11,7 @@
 namespace pleinair {
 
 struct RecordCommandOptions {
-  std::string camera;
+  std::string camera;  // Empty: the one that the site names.
   std::filesystem::path site;
   CameraRequest request;
   RecorderOptions recorder;

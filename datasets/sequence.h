@@ -91,6 +91,7 @@ struct Sequence {
   double north_stddev_rad = 0.0;
   std::optional<Weather> weather;  // Of all frames; a frame's own wins.
   CameraIntrinsics intrinsics;
+  std::string camera_device;  // Of live runs: a device or a camera's identity; empty: not stated.
   std::optional<glm::dmat4> camera_from_world;  // A frame's own wins.
   std::string response_ldr = "srgb8";           // Or the path of a response file.
   std::filesystem::path scene_mesh;

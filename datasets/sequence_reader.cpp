@@ -177,6 +177,7 @@ class SequenceReader {
                     "site",
                     "weather",
                     "camera",
+                    "camera_device",
                     "radiometry",
                     "scene",
                     "windows",
@@ -198,6 +199,7 @@ class SequenceReader {
     const JsonCursor camera = root.Required("camera");
     sequence_.intrinsics = ReadIntrinsics(camera);
     sequence_.camera_from_world = ReadOptional(camera, "camera_from_world", ReadRigid);
+    if (const auto at = root.Optional("camera_device")) sequence_.camera_device = at->Text();
     if (const auto at = root.Optional("radiometry")) ReadRadiometry(*at);
     ReadScene(root.Required("scene"));
     if (const auto at = root.Optional("windows")) ReadWindows(*at);

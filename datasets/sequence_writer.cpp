@@ -129,6 +129,7 @@ Json JsonOf(const Sequence& sequence) {
   }
   if (sequence.weather) json["weather"] = NameOf(*sequence.weather);
   json["camera"] = FromCamera(sequence);
+  if (!sequence.camera_device.empty()) json["camera_device"] = sequence.camera_device;
   json["radiometry"] = {{"frames", "linear"}, {"frames_ldr", sequence.response_ldr}};
   json["scene"] = {{"mesh", sequence.scene_mesh.string()},
                    {"albedos_known", sequence.albedos_known},

@@ -119,7 +119,8 @@ bool IsCameraName(const std::string& name);
 // as CameraRequest::Validate.
 std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request);
 
-// The device where the camera of this identity is now; none where it is not there.
+// The device where the camera of this identity is now; none where it is not there. A camera that
+// another program holds is found, too.
 std::optional<std::string> FindCamera(const std::string& identity);
 
 }  // namespace pleinair

@@ -61,6 +61,7 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
   for (const char* command : {"sun",
                               "prepare",
                               "run",
+                              "record",
                               "score",
                               "regress",
                               "tradeoff",

@@ -1,0 +1,195 @@
+// Recordings of a camera that is a recording itself.
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "datasets/frame_source.h"
+#include "datasets/sequence.h"
+
+namespace pleinair::record_command_test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const fs::path kSample = fs::path(PLEINAIR_SOURCE_DIR) / "datasets/samples/courtyard";
+
+struct Ended {
+  int exit_code = -1;
+  std::string output;
+};
+
+Ended Call(const std::string& command) {
+  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
+  Ended ended;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t read = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    ended.output.append(buffer.data(), read);
+  }
+  const int status = pclose(pipe);
+  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return ended;
+}
+
+class RecordCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "sanitizers do not load behind the stand-in";
+#endif
+    folder_ = fs::path(testing::TempDir()) /
+              (std::string("pleinair_record_") +
+               testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // `record` at the sample's site, `camera` being its camera; `before` is put before the program.
+  Ended Record(const std::string& camera,
+               const std::string& arguments,
+               const std::string& before = "") const {
+    // Where a refusal is expected and does not come, the recording would have no end.
+    return Call("timeout 60 " + std::string(PLEINAIR_STAND_IN) + " " + camera + " -- " + before +
+                " " + PLEINAIR_PROGRAM + " record " + arguments);
+  }
+  std::string Path(const char* name) const { return (folder_ / name).string(); }
+
+  static std::vector<Frame> FramesOf(const fs::path& sequence) {
+    const auto source = MakeRecordedFrameSource(ReadSequence(sequence), FrameKind::kLdr);
+    std::vector<Frame> frames;
+    while (auto frame = source->Next()) {
+      EXPECT_TRUE(*frame) << frame->error().reason;
+      if (*frame) frames.push_back(std::move(**frame));
+    }
+    return frames;
+  }
+  // How often each event is in the recording.
+  std::map<std::string, int> Events(const char* name) const {
+    std::ifstream file(folder_ / name / "events.jsonl");
+    std::map<std::string, int> counts;
+    for (std::string line; std::getline(file, line);) {
+      ++counts[nlohmann::json::parse(line).at("event").get<std::string>()];
+    }
+    return counts;
+  }
+
+  fs::path folder_;
+};
+
+// The second camera plays what was recorded of the first one.
+TEST_F(RecordCommand, RecordsWhatTheCameraGives) {
+  const std::string site = " --site " + kSample.string();
+  Ended ended = Record(kSample.string() + " --loop 3",
+                       "/dev/video90 --auto --format YUYV --out " + Path("first") + site);
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  const std::vector<Frame> first = FramesOf(Path("first"));
+  ASSERT_GT(first.size(), 3u);
+  for (const char* store : {"raw", "ffv1"}) {
+    fs::remove_all(Path("second"));
+    ended = Record(Path("first"),
+                   "/dev/video90 --auto --format RGB24 --out " + Path("second") + " --store " +
+                       store + " --site " + Path("first"));
+    EXPECT_EQ(ended.exit_code, 0) << ended.output;
+    EXPECT_THAT(ended.output, HasSubstr(" 0 dropped, 0 lost by the driver, 0 damaged"));
+    const std::vector<Frame> second = FramesOf(Path("second"));
+    ASSERT_EQ(second.size(), first.size());
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      EXPECT_EQ(second[i].codes->pixels, first[i].codes->pixels) << i;
+    }
+    EXPECT_LT(std::chrono::abs(second[0].time - first[0].time), std::chrono::milliseconds(1));
+  }
+}
+
+TEST_F(RecordCommand, EndsCleanlyAtASignal) {
+  for (const char* signal : {"INT", "TERM"}) {
+    fs::remove_all(Path("day"));
+    const Ended ended =
+        Record(kSample.string() + " --loop 0",
+               "/dev/video90 --auto --out " + Path("day") + " --site " + kSample.string(),
+               std::string("timeout --signal=") + signal + " 1");
+    // `timeout` reports itself.
+    EXPECT_EQ(ended.exit_code, 124) << ended.output;
+    EXPECT_THAT(ended.output, HasSubstr(" pictures, "));
+    EXPECT_GT(FramesOf(Path("day")).size(), 0u);
+    EXPECT_EQ(Events("day")["ended"], 1);
+  }
+}
+
+TEST_F(RecordCommand, GoesOnWhenTheCameraIsBack) {
+  const Ended ended = Record(
+      kSample.string() + " --loop 0 --fault unplug-renumber@0.2,corrupt@0.1",
+      "/dev/video90 --auto --frames-limit 20 --out " + Path("day") + " --site " + kSample.string());
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  EXPECT_EQ(FramesOf(Path("day")).size() + Events("day")["frame-damaged"], 20u);
+  std::map<std::string, int> events = Events("day");
+  EXPECT_EQ(events["unplugged"], 1);
+  EXPECT_EQ(events["reconnected"], 1);
+  EXPECT_EQ(events["frame-damaged"], 1);
+}
+
+TEST_F(RecordCommand, FindsTheCameraThatTheSiteNames) {
+  const fs::path site = folder_ / "site";
+  fs::copy(kSample, site, fs::copy_options::recursive);
+  const auto name_camera = [&](const char* camera) {
+    std::ifstream in(kSample / "sequence.json");
+    nlohmann::json json = nlohmann::json::parse(in);
+    json["camera_device"] = camera;
+    std::ofstream(site / "sequence.json") << json;
+  };
+  name_camera("/dev/video90");
+  const std::string arguments = site.string() + " --auto --frames-limit 2 --out ";
+  EXPECT_EQ(Record(kSample.string(), arguments + Path("a")).exit_code, 0);
+  EXPECT_EQ(FramesOf(Path("a")).size(), 2u);
+  name_camera("Webcam|usb-elsewhere");
+  const Ended ended = Record(kSample.string(), arguments + Path("b"));
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.output, HasSubstr("expected the camera 'Webcam|usb-elsewhere', which is not"));
+}
+
+TEST_F(RecordCommand, RefusesInOneLine) {
+  const std::string site = " --site " + kSample.string();
+  const std::string out = " --out " + Path("day");
+  const std::pair<std::string, std::string> refusals[] = {
+      {"/dev/video90" + out, "record: expected --site FOLDER"},
+      {kSample.string() + out, "camera_device: expected a device or a camera's identity"},
+      {"/dev/video91" + site + out, "/dev/video91: expected a camera"},
+      {"/dev/video90" + site, "--out is required"},
+      {"/dev/video90 --site " + Path("nowhere") + out, "found nothing"},
+      {"/dev/video90 --every 3weeks" + site + out, "--every '3weeks': expected a time above 0"},
+      {"/dev/video90 --every 0" + site + out, "--every '0': expected a time above 0"},
+      {"/dev/video90 --format SGRBG99" + site + out, "--format 'SGRBG99': expected a pixel format"},
+      {"/dev/video90 --size 640" + site + out, "--size '640': expected two numbers"},
+      {"/dev/video90 --size 640x640" + site + out,
+       "--size 640x640: expected a size that the camera"},
+      {"/dev/video90 --exposure 1/0" + site + out, "camera exposure: expected a number above 0"},
+      {"/dev/video90 --exposure soon" + site + out, "--exposure 'soon': expected seconds"},
+      {"/dev/video90 --auto --gain 2" + site + out, "expected automatic controls or values"},
+      {"/dev/video90 --format SRGGB10 --store ffv1" + site + out, "expected the store `raw`"},
+      {"/dev/video90 --duration 1e12" + site + out, "MB of free space, found"},
+  };
+  for (const auto& [arguments, reason] : refusals) {
+    SCOPED_TRACE(arguments);
+    const Ended ended = Record(kSample.string() + " --loop 0", arguments);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.output, testing::StartsWith("pleinair: "));
+    EXPECT_THAT(ended.output, HasSubstr(reason));
+    EXPECT_EQ(std::ranges::count(ended.output, '\n'), 1) << ended.output;
+    EXPECT_FALSE(fs::exists(folder_ / "day/sequence.json"));
+    fs::remove_all(Path("day"));
+  }
+}
+
+}  // namespace
+}  // namespace pleinair::record_command_test
