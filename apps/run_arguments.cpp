@@ -12,6 +12,7 @@
 
 #include "apps/camera_arguments.h"
 #include "apps/effect_names.h"
+#include "apps/picture_times_arguments.h"
 #include "apps/quality.h"
 #include "apps/run_command.h"
 #include "apps/settings_arguments.h"
@@ -177,6 +178,7 @@ void AddRun(CLI::App& app, Work& work) {
   AddSettingOption(run, "--budget", "pipeline.effects.budget_ms", *given, kPicture);
   AddSettings(run, *given);
   AddCameraOptions(run, options->camera);
+  AddPictureTimes(run, options->times, kInput);
   run.parse_complete_callback([options, given] {
     given->ApplyTo(*options);
     if (options->sequence.empty()) {

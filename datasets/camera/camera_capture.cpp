@@ -175,7 +175,7 @@ void CameraCapture::Take(CapturedBuffer buffer) {
                      Seconds(*time.step)));
   }
   if (queue_.PushOverOldest({std::move(buffer), time.utc})) {
-    Note(EventKind::kFrameDropped, "not composited: a later one was there already");
+    Note(EventKind::kFrameDropped, "dropped: a later picture was there already");
   }
 }
 

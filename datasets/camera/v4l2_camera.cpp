@@ -183,14 +183,14 @@ class V4l2Stream final : public CameraStream {
       if (--frames_to_pass_ == 0 && lock_->HasToSettle()) {
         lock_->Settle();
         if (layout_.format.coding == PixelCoding::kBayer && !development_) {
-      development_ = UsualDevelopment(layout_.format.bits);
-      // Few drivers state it.
-      if (const auto black = device_.GetControl(V4L2_CID_BLACK_LEVEL)) {
-        development_->black_level = *black;
-      }
-      development_->Validate();
-    }
-    frames_to_pass_ = lock_->DelayFrames();
+          development_ = UsualDevelopment(layout_.format.bits);
+          // Few drivers state it.
+          if (const auto black = device_.GetControl(V4L2_CID_BLACK_LEVEL)) {
+            development_->black_level = *black;
+          }
+          development_->Validate();
+        }
+        frames_to_pass_ = lock_->DelayFrames();
       }
     }
   }
@@ -198,7 +198,12 @@ class V4l2Stream final : public CameraStream {
   const PictureLayout& Layout() const override { return layout_; }
   double FramesPerSecond() const override { return frames_per_second_; }
   const std::string& Identity() const override { return identity_; }
-  std::vector<std::string> TakeNotes() override { return lock_->TakeNotes(); }
+  std::vector<std::string> TakeNotes() override {
+    std::vector<std::string> notes = lock_->TakeNotes();
+    notes.insert(notes.begin(), notes_.begin(), notes_.end());
+    notes_.clear();
+    return notes;
+  }
 
  private:
   void SetMode(const CameraRequest& request) {
@@ -213,6 +218,15 @@ class V4l2Stream final : public CameraStream {
       Refuse(device_.Path(), "setting the format: " + ReasonOf(error));
     }
     layout_ = LayoutOf(device_.Path(), format.fmt.pix);
+    if (request.width_px.value_or(layout_.width_px) != layout_.width_px ||
+        request.height_px.value_or(layout_.height_px) != layout_.height_px) {
+      notes_.push_back(fmt::format("{}: size: expected {}x{}, the camera's closest is {}x{}",
+                                   device_.Path(),
+                                   request.width_px.value_or(layout_.width_px),
+                                   request.height_px.value_or(layout_.height_px),
+                                   layout_.width_px,
+                                   layout_.height_px));
+    }
 
     v4l2_streamparm parameters{};
     parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -344,6 +358,7 @@ class V4l2Stream final : public CameraStream {
   std::optional<RawDevelopment> development_;
   PictureLayout layout_;
   double frames_per_second_ = 0.0;
+  std::vector<std::string> notes_;
   std::optional<CameraLock> lock_;  // Once the mode is set.
   std::vector<MappedBuffer> buffers_;
   int frames_to_pass_ = 0;
