@@ -2,11 +2,15 @@
 
 #include <sys/timex.h>
 
+#include <algorithm>
 #include <ctime>
 #include <utility>
 
 namespace pleinair {
 namespace {
+
+// NTP slews the system's clock by 500 ppm at most.
+constexpr int kSlewDivisor = 2000;
 
 std::chrono::nanoseconds ReadClock(clockid_t clock) {
   timespec time{};
@@ -35,6 +39,7 @@ CameraClock::Reading ReadSystemClocks() {
 CameraClock::CameraClock(Read read) : read_(read ? std::move(read) : ReadSystemClocks) {
   const Reading now = read_();
   utc_less_monotonic_ = now.utc.time_since_epoch() - now.monotonic;
+  last_ = now.monotonic;
 }
 
 CameraClock::Time CameraClock::UtcOf(std::chrono::nanoseconds monotonic) {
@@ -45,7 +50,14 @@ CameraClock::Time CameraClock::UtcOf(std::chrono::nanoseconds monotonic) {
   if (std::chrono::abs(change) > kLeastStep) {
     utc_less_monotonic_ = offset;
     time.step = change;
+  } else {
+    // Over hours a slewed clock moves further than a step. The tie follows it no faster than
+    // slewing is: then UTC ascends with the timestamps whatever the readings' errors.
+    const std::chrono::nanoseconds most =
+        std::max(monotonic - last_, std::chrono::nanoseconds{0}) / kSlewDivisor;
+    utc_less_monotonic_ += std::clamp(change, -most, most);
   }
+  last_ = monotonic;
   time.utc = UtcTime(monotonic + utc_less_monotonic_);
   return time;
 }

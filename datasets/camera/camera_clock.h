@@ -10,8 +10,8 @@
 
 namespace pleinair {
 
-// Ties CLOCK_MONOTONIC to CLOCK_REALTIME, and watches the tie: the system's clock may be stepped
-// while a camera streams. Between steps a later timestamp has a later UTC.
+// Ties CLOCK_MONOTONIC to CLOCK_REALTIME, and watches the tie: the system's clock may be stepped or
+// slewed while a camera streams. Between steps a later timestamp has a later UTC.
 class CameraClock {
  public:
   // Both clocks, read as one.
@@ -34,12 +34,12 @@ class CameraClock {
   UtcTime Now() const { return read_().utc; }
   std::chrono::nanoseconds MonotonicNow() const { return read_().monotonic; }
 
-  // Slewing by NTP stays below 500 ppm: 0.1 s in 200 s.
   static constexpr std::chrono::milliseconds kLeastStep{100};
 
  private:
   Read read_;
   std::chrono::nanoseconds utc_less_monotonic_{0};
+  std::chrono::nanoseconds last_{0};  // Timestamp.
 };
 
 // A line where the kernel says that the system's clock is not synchronised; empty otherwise.

@@ -53,6 +53,10 @@ std::string FaultOf(std::span<const std::byte> bytes, const PictureLayout& layou
                        layout.width_px,
                        layout.height_px);
   }
+  if (FourccOf(layout.format) == 0) {
+    return fmt::format("camera picture: expected a known pixel format, found one of {} bits",
+                       layout.format.bits);
+  }
   const PixelCoding coding = layout.format.coding;
   const bool pairs = coding == PixelCoding::kYuyv || coding == PixelCoding::kNv12;
   if ((pairs || coding == PixelCoding::kBayer) && layout.width_px % 2 != 0) {
@@ -334,10 +338,12 @@ tl::expected<DevelopedPicture, std::string> Develop(std::span<const std::byte> b
   const cv::Mat codes = RawCodes(bytes, layout);
   cv::Mat rgb;
   cv::demosaicing(codes, rgb, OpenCvDemosaicing(layout.format.order));
-  // A colour is interpolated between neighbours at most.
+  // A colour is interpolated between neighbours at most; a pixel of the border has its neighbour's.
   const double unit = std::ldexp(1.0, 16 - layout.format.bits);
   cv::Mat clipped;
   cv::dilate(codes >= development.white_level * unit, clipped, cv::Mat::ones(3, 3, CV_8U));
+  const cv::Rect inside(1, 1, layout.width_px - 2, layout.height_px - 2);
+  cv::copyMakeBorder(clipped(inside).clone(), clipped, 1, 1, 1, 1, cv::BORDER_REPLICATE);
 
   DevelopedPicture picture{RgbImage(layout.width_px, layout.height_px),
                            Gray8Image(layout.width_px, layout.height_px)};
