@@ -231,6 +231,7 @@ void RunLiveCommand(RunCommandOptions options) {
   RunReport& report = output.Report();
   report.title = TitleOf(loaded->sequence);
   report.settings = DescribeSettings(options, *loaded, std::nullopt, run.Renderer());
+  std::string stopped_at;
   {
     OutputThread writing(output);
     LightOfTheSecond shown_light(events);
@@ -248,7 +249,11 @@ void RunLiveCommand(RunCommandOptions options) {
         shown_light.Add(*finished);
         if (!writing.Push(std::move(*finished))) break;
         if (IsOver(options, done, std::chrono::duration<double>(time - *first).count())) break;
-      } else if (!writing.Push(std::move(*finished)) || options.stop_on_bad_frame) {
+      } else {
+        const FrameError error = finished->step.result.error();
+        if (!writing.Push(std::move(*finished))) break;
+        if (!options.stop_on_bad_frame) continue;
+        stopped_at = StoppedAt(error);
         break;
       }
     }
@@ -280,9 +285,7 @@ void RunLiveCommand(RunCommandOptions options) {
   }
   output.WriteReport();
   SayHowItEnded(options, report, loaded->sequence);
-  if (options.stop_on_bad_frame && report.totals.failed > 0) {
-    throw std::runtime_error("stopped, as asked, at " + report.totals.first_failure);
-  }
+  if (!stopped_at.empty()) throw std::runtime_error(stopped_at);
 }
 
 }  // namespace pleinair

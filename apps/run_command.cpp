@@ -94,8 +94,17 @@ void AddTruth(const Sequence& sequence,
   spdlog::warn("{}", report.notes.back());
 }
 
+void RefuseWhatNeedsACamera(const RunCommandOptions& options) {
+  const auto refuse = [](const std::string& option) {
+    throw std::invalid_argument(option + ": expected a camera, found recorded frames");
+  };
+  if (!options.record.empty()) refuse("--record");
+  if (options.duration_s) refuse("--duration");
+}
+
 // Of the sequence's own frames, or a video's or pictures' at a site.
 void RunRecorded(const RunCommandOptions& options) {
+  RefuseWhatNeedsACamera(options);
   const bool is_at_site = !options.input.empty();
   const auto loaded = is_at_site ? LoadSite(options,
                                             FirstPictureTime(options.input, options.times),
@@ -127,11 +136,10 @@ void RunRecorded(const RunCommandOptions& options) {
     ++taken;
     finished->latency_ms.reset();
     LogLight(*finished, count);
-    const bool has_failed = !finished->step.result;
+    std::optional<FrameError> failure;
+    if (!finished->step.result) failure = finished->step.result.error();
     output.Add(std::move(*finished));
-    if (has_failed && options.stop_on_bad_frame) {
-      throw std::runtime_error("stopped, as asked, at " + report.totals.first_failure);
-    }
+    if (failure && options.stop_on_bad_frame) throw std::runtime_error(StoppedAt(*failure));
   }
   output.AddEvents(events.TakeAll());
   output.Finish();

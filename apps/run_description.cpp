@@ -73,6 +73,10 @@ std::string TitleOf(const Sequence& sequence) {
          (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
 }
 
+std::string StoppedAt(const FrameError& error) {
+  return fmt::format("stopped at frame {}, as asked: {}", error.index, error.reason);
+}
+
 void SayHowItEnded(const RunCommandOptions& options,
                    const RunReport& report,
                    const Sequence& sequence) {

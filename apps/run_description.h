@@ -24,6 +24,8 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
 // A line of the log; nothing for a frame that failed.
 void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frames);
 
+std::string StoppedAt(const FrameError& error);
+
 // Into the log. Throws std::runtime_error, with the first failure, where no frame succeeded.
 void SayHowItEnded(const RunCommandOptions& options,
                    const RunReport& report,
