@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -116,9 +117,13 @@ class Watch {
                 NameOf(event.kind),
                 event.text,
                 event.count > 1 ? fmt::format(" ({} frames)", event.count) : std::string());
-    std::vector<Event> one;
-    one.push_back(std::move(event));
-    output_.AddEvents(std::move(one));
+    if (has_failed_) return;
+    try {
+      output_.AddEvent(std::move(event));
+    } catch (const std::exception& error) {
+      has_failed_ = true;  // The frames' own files end the run, for the same reason.
+      spdlog::error("{}", error.what());
+    }
   }
 
   // A run goes on with what it has read.
@@ -146,6 +151,7 @@ class Watch {
   RunOutput& output_;
   const SteadyClock::time_point started_ = SteadyClock::now();
   bool site_is_there_ = true;
+  bool has_failed_ = false;
   std::atomic<bool> is_over_ = false;
   std::thread thread_;
 };
@@ -191,90 +197,112 @@ class LightOfTheSecond {
   int frames_ = 0;
 };
 
-bool IsOver(const RunCommandOptions& options, std::int64_t frames, double seconds) {
-  return (options.frames_limit && frames >= *options.frames_limit) ||
-         (options.duration_s && seconds >= *options.duration_s);
-}
+// The members' order is that of their making: other threads use what stands before them.
+class LiveRun {
+ public:
+  explicit LiveRun(const RunCommandOptions& options)
+      : options_(options),
+        site_(ReadSite(options.sequence, std::chrono::system_clock::now())),
+        capture_(options.input, RequestFor(options, site_), {}, events_),
+        output_(options, events_),
+        watch_(options, signals_, capture_, events_, output_) {}
 
-}  // namespace
-
-void RunLiveCommand(RunCommandOptions options) {
-  RefuseWhatIsNotLive(options);
-  if (!options.written) options.written = WrittenPictures::kShown;
-  options.pipeline.sun_ahead = true;
-  const Sequence site = ReadSite(options.sequence, std::chrono::system_clock::now());
-
-  StopSignals signals;  // Before there are other threads.
-  EventLog events;
-  CameraCapture capture(options.input, RequestFor(options, site), {}, events);
-  RunOutput output(options, events);
-  Watch watch(options, signals, capture, events, output);
-  const auto loaded = LoadSite(options, capture.Clock().Now(), ProgressOnStandardError());
-  if (!loaded->scene.from_store) {
-    events.Add({capture.Clock().Now(), EventKind::kSite, "prepared"});
+  void Run() {
+    const auto loaded = LoadSite(options_, capture_.Clock().Now(), ProgressOnStandardError());
+    if (!loaded->scene.from_store) Note(EventKind::kSite, "prepared");
+    CameraFrameTap tap;
+    if (!options_.record.empty()) {
+      RecorderOptions record;
+      record.recording.folder = options_.record;
+      recorder_.emplace(site_, capture_.Layout(), record, events_);
+      tap = [this](const CameraFrame& frame) { recorder_->Offer(frame); };
+    }
+    SequenceSession session(
+        loaded,
+        options_,
+        MakeLiveFrameSource(
+            loaded->sequence, capture_, events_, options_.camera_noise, std::move(tap)));
+    FrameLoop frames(options_, session, true);
+    RunReport& report = output_.Report();
+    report.title = TitleOf(loaded->sequence);
+    report.settings = DescribeSettings(options_, *loaded, std::nullopt, session.Renderer());
+    Composite(session, frames);
+    End(frames);
+    SayHowItEnded(options_, report, loaded->sequence);
   }
 
-  std::optional<Recorder> recorder;
-  CameraFrameTap tap;
-  if (!options.record.empty()) {
-    RecorderOptions record;
-    record.recording.folder = options.record;
-    recorder.emplace(site, capture.Layout(), record, events);
-    tap = [&recorder](const CameraFrame& frame) { recorder->Offer(frame); };
+ private:
+  void Note(EventKind kind, std::string text) {
+    events_.Add({capture_.Clock().Now(), kind, std::move(text)});
   }
-  EffectBudget budget(options.pipeline.effects, capture.FramesPerSecond());
-  SequenceSession run(
-      loaded,
-      options,
-      MakeLiveFrameSource(loaded->sequence, capture, events, options.camera_noise, tap));
-  FrameLoop frames(options, run, true);
-  RunReport& report = output.Report();
-  report.title = TitleOf(loaded->sequence);
-  report.settings = DescribeSettings(options, *loaded, std::nullopt, run.Renderer());
-  std::string stopped_at;
-  {
-    OutputThread writing(output);
-    LightOfTheSecond shown_light(events);
+
+  void Composite(SequenceSession& session, FrameLoop& frames) {
+    EffectBudget budget(options_.pipeline.effects, capture_.FramesPerSecond());
+    LightOfTheSecond shown_light(events_);
+    OutputThread writing(output_);
     std::int64_t done = 0;
     std::optional<UtcTime> first;
-    for (;;) {
-      run.SetEffects(budget.Next());
+    while (failure_.empty() && !(done == options_.frames_limit)) {
+      session.SetEffects(budget.Next());
       std::optional<FinishedFrame> finished = frames.Next();
       if (!finished) break;
       if (finished->step.result) {
         budget.Look(finished->step.result->plan);
+        shown_light.Add(*finished);
+        ++done;
         const UtcTime time = finished->step.frame->time;
         if (!first) first = time;
-        ++done;
-        shown_light.Add(*finished);
-        if (!writing.Push(std::move(*finished))) break;
-        if (IsOver(options, done, std::chrono::duration<double>(time - *first).count())) break;
-      } else {
-        const FrameError error = finished->step.result.error();
-        if (!writing.Push(std::move(*finished))) break;
-        if (!options.stop_on_bad_frame) continue;
-        stopped_at = StoppedAt(error);
-        break;
+        if (IsTimeUp(*first, time)) break;
+      } else if (options_.stop_on_bad_frame) {
+        failure_ = StoppedAt(finished->step.result.error());
       }
+      if (!writing.Push(std::move(*finished))) break;
     }
-    capture.Stop();
-    writing.Finish();
+    capture_.Stop();
+    try {
+      writing.Finish();
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+      Note(EventKind::kDisk, failure_);
+    }
   }
-  if (recorder) recorder->Finish();
-  events.Add({capture.Clock().Now(),
-              EventKind::kEnded,
-              fmt::format("{} frames composited", report.totals.done)});
-  watch.Finish();
-  output.Finish();
-  for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
-  report.notes.push_back(fmt::format(
-      "{} frames composited, {} failed, {} dropped as later ones were there, {} lost by the driver",
-      report.totals.done,
-      report.totals.failed,
-      events.CountOf(EventKind::kFrameDropped),
-      events.CountOf(EventKind::kFrameLost)));
-  const TimeStatistics& latency = report.totals.latency;
-  if (latency.Count() > 0) {
+
+  bool IsTimeUp(UtcTime first, UtcTime now) const {
+    return options_.duration_s &&
+           std::chrono::duration<double>(now - first).count() >= *options_.duration_s;
+  }
+
+  // Whatever has failed: what there is gets its name, and the report is written if that can be.
+  void End(FrameLoop& frames) {
+    if (recorder_) recorder_->Finish();
+    RunReport& report = output_.Report();
+    Note(EventKind::kEnded, fmt::format("{} frames composited", report.totals.done));
+    watch_.Finish();
+    Try([&] { output_.Finish(); });
+    for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
+    Summarise(report);
+    Try([&] { output_.WriteReport(); });
+    if (!failure_.empty()) throw std::runtime_error(failure_);
+  }
+
+  void Try(const std::function<void()>& step) {
+    try {
+      step();
+    } catch (const std::exception& error) {
+      if (failure_.empty()) failure_ = error.what();
+    }
+  }
+
+  void Summarise(RunReport& report) const {
+    report.notes.push_back(fmt::format(
+        "{} frames composited, {} failed, {} dropped as later ones were there, {} lost by the "
+        "driver",
+        report.totals.done,
+        report.totals.failed,
+        events_.CountOf(EventKind::kFrameDropped),
+        events_.CountOf(EventKind::kFrameLost)));
+    const TimeStatistics& latency = report.totals.latency;
+    if (latency.Count() == 0) return;
     report.notes.push_back(
         fmt::format("from a frame's timestamp to its composite: median {:.1f} ms, 99 % within "
                     "{:.1f} ms, worst {:.1f} ms",
@@ -283,9 +311,25 @@ void RunLiveCommand(RunCommandOptions options) {
                     latency.LargestMs()));
     spdlog::info("{}", report.notes.back());
   }
-  output.WriteReport();
-  SayHowItEnded(options, report, loaded->sequence);
-  if (!stopped_at.empty()) throw std::runtime_error(stopped_at);
+
+  const RunCommandOptions& options_;
+  StopSignals signals_;
+  EventLog events_;
+  Sequence site_;
+  CameraCapture capture_;
+  RunOutput output_;
+  Watch watch_;
+  std::optional<Recorder> recorder_;
+  std::string failure_;  // Why it ended early, one line; empty: it did not.
+};
+
+}  // namespace
+
+void RunLiveCommand(RunCommandOptions options) {
+  RefuseWhatIsNotLive(options);
+  if (!options.written) options.written = WrittenPictures::kShown;
+  options.pipeline.sun_ahead = true;
+  LiveRun(options).Run();
 }
 
 }  // namespace pleinair

@@ -141,7 +141,7 @@ void RunRecorded(const RunCommandOptions& options) {
     output.Add(std::move(*finished));
     if (failure && options.stop_on_bad_frame) throw std::runtime_error(StoppedAt(*failure));
   }
-  output.AddEvents(events.TakeAll());
+  for (Event& event : events.TakeAll()) output.AddEvent(std::move(event));
   output.Finish();
   for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
   if (!is_at_site) AddTruth(sequence, options.out, run.Display(), report);

@@ -36,12 +36,13 @@ bool IsPartOf(std::string_view name, std::string_view whole) {
   return name.starts_with(".") && name.substr(1).starts_with(whole) && name.ends_with(".part");
 }
 
-// NNNNNN..., or an unfinished one of that name.
+// NNNNNN..., of a long run with more digits, or an unfinished one of that name.
 bool IsOfAFrame(std::string_view name) {
   constexpr std::size_t kDigits = 6;
   const bool is_part = IsPartOf(name, "");
   if (is_part) name.remove_prefix(1);
-  return name.size() > kDigits && name.find_first_not_of("0123456789") == kDigits;
+  const std::size_t digits = name.find_first_not_of("0123456789");
+  return digits != std::string_view::npos && digits >= kDigits;
 }
 
 bool IsUnfinished(std::string_view name) {

@@ -101,11 +101,9 @@ void RunOutput::AddDone(FinishedFrame finished) {
   report_.Add(std::move(reported));
 }
 
-void RunOutput::AddEvents(std::vector<Event> events) {
-  for (Event& event : events) {
-    folder_.AddEvent(LineOf(event));
-    report_.AddEvent(std::move(event));
-  }
+void RunOutput::AddEvent(Event event) {
+  folder_.AddEvent(LineOf(event));
+  report_.AddEvent(std::move(event));
 }
 
 void RunOutput::Finish() {

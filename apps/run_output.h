@@ -18,7 +18,7 @@
 
 namespace pleinair {
 
-// One thread, but for AddEvents, which may be called from another one. A stream whose reader is
+// One thread, but for AddEvent, which may be called from another one. A stream whose reader is
 // gone is closed, with an event; the run goes on.
 class RunOutput {
  public:
@@ -26,7 +26,7 @@ class RunOutput {
   RunOutput(const RunCommandOptions& options, EventLog& events);
 
   void Add(FinishedFrame frame);
-  void AddEvents(std::vector<Event> events);
+  void AddEvent(Event event);
   RunReport& Report() { return report_; }
   const std::filesystem::path& Folder() const { return options_.out; }
 
