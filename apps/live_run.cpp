@@ -88,10 +88,11 @@ class Watch {
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
 
-  // Writes the last events, too.
-  void Finish() {
+  // Writes the last events, too: that the run has ended comes after all others.
+  void Finish(std::string how_it_ended) {
     is_over_ = true;
     thread_.join();
+    events_.Add({capture_.Clock().Now(), EventKind::kEnded, std::move(how_it_ended)});
     for (Event& event : events_.TakeAll()) Write(std::move(event));
   }
 
@@ -236,19 +237,19 @@ void RunLiveCommand(RunCommandOptions options) {
     OutputThread writing(output);
     LightOfTheSecond shown_light(events);
     std::int64_t done = 0;
-    std::optional<UtcTime> first;
+    // Not by the frames' times: the system's clock may be stepped.
+    std::optional<SteadyClock::time_point> first;
     for (;;) {
       run.SetEffects(budget.Next());
       std::optional<FinishedFrame> finished = frames.Next();
       if (!finished) break;
       if (finished->step.result) {
         budget.Look(finished->step.result->plan);
-        const UtcTime time = finished->step.frame->time;
-        if (!first) first = time;
+        if (!first) first = SteadyClock::now();
         ++done;
         shown_light.Add(*finished);
         if (!writing.Push(std::move(*finished))) break;
-        if (IsOver(options, done, std::chrono::duration<double>(time - *first).count())) break;
+        if (IsOver(options, done, SecondsSince(*first))) break;
       } else {
         const FrameError error = finished->step.result.error();
         if (!writing.Push(std::move(*finished))) break;
@@ -261,10 +262,7 @@ void RunLiveCommand(RunCommandOptions options) {
     writing.Finish();
   }
   if (recorder) recorder->Finish();
-  events.Add({capture.Clock().Now(),
-              EventKind::kEnded,
-              fmt::format("{} frames composited", report.totals.done)});
-  watch.Finish();
+  watch.Finish(fmt::format("{} frames composited", report.totals.done));
   output.Finish();
   for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
   report.notes.push_back(fmt::format(
