@@ -89,10 +89,11 @@ class Watch {
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
 
-  // Writes the last events, too.
-  void Finish() {
+  // Writes the last events, too: that the run has ended comes after all others.
+  void Finish(std::string how_it_ended) {
     is_over_ = true;
     thread_.join();
+    events_.Add({capture_.Clock().Now(), EventKind::kEnded, std::move(how_it_ended)});
     for (Event& event : events_.TakeAll()) Write(std::move(event));
   }
 
@@ -241,8 +242,10 @@ class LiveRun {
     LightOfTheSecond shown_light(events_);
     OutputThread writing(output_);
     std::int64_t done = 0;
-    std::optional<UtcTime> first;
-    while (failure_.empty() && !(done == options_.frames_limit)) {
+    // Not by the frames' times: the system's clock may be stepped.
+    std::optional<SteadyClock::time_point> first;
+    bool is_time_up = false;
+    while (failure_.empty() && !is_time_up && !(done == options_.frames_limit)) {
       session.SetEffects(budget.Next());
       std::optional<FinishedFrame> finished = frames.Next();
       if (!finished) break;
@@ -250,9 +253,8 @@ class LiveRun {
         budget.Look(finished->step.result->plan);
         shown_light.Add(*finished);
         ++done;
-        const UtcTime time = finished->step.frame->time;
-        if (!first) first = time;
-        if (IsTimeUp(*first, time)) break;
+        if (!first) first = SteadyClock::now();
+        is_time_up = options_.duration_s && SecondsSince(*first) >= *options_.duration_s;
       } else if (options_.stop_on_bad_frame) {
         failure_ = StoppedAt(finished->step.result.error());
       }
@@ -267,17 +269,11 @@ class LiveRun {
     }
   }
 
-  bool IsTimeUp(UtcTime first, UtcTime now) const {
-    return options_.duration_s &&
-           std::chrono::duration<double>(now - first).count() >= *options_.duration_s;
-  }
-
   // Whatever has failed: what there is gets its name, and the report is written if that can be.
   void End(FrameLoop& frames) {
     if (recorder_) recorder_->Finish();
     RunReport& report = output_.Report();
-    Note(EventKind::kEnded, fmt::format("{} frames composited", report.totals.done));
-    watch_.Finish();
+    watch_.Finish(fmt::format("{} frames composited", report.totals.done));
     Try([&] { output_.Finish(); });
     for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
     Summarise(report);

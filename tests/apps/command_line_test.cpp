@@ -171,6 +171,32 @@ TEST_F(CommandLine, KeepsAnEarlierResultWhenTheNewInputIsBad) {
   EXPECT_TRUE(std::filesystem::exists(out / "lighting.jsonl"));
 }
 
+TEST_F(CommandLine, RefusesWrongOptionsOfARunOfACamera) {
+  const std::string out = " --out " + (folder_ / "out").string();
+  const std::string site = " --site " PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard" + out;
+  const std::string camera = "run /dev/video200";
+  ExpectOneLineAndCode2(camera + out, "/dev/video200: expected --site");
+  ExpectOneLineAndCode2(camera + site, "/dev/video200: ");
+  ExpectOneLineAndCode2(camera + " --site " + folder_.string() + out, folder_.string());
+  ExpectOneLineAndCode2(camera + site + " --markers board.json", "--markers: expected a recorded");
+  ExpectOneLineAndCode2(camera + site + " --source fisheye", "--source fisheye");
+  ExpectOneLineAndCode2(camera + site + " --pictures some", "all, shown or none, found 'some'");
+  for (const char* duration : {"0", "-1", "nan", "soon"}) {
+    ExpectOneLineAndCode2(camera + site + " --duration " + duration, "--duration");
+  }
+  ExpectOneLineAndCode2(camera + site + " --frames-limit 0", "--frames-limit");
+  ExpectOneLineAndCode2(camera + site + " --format RGB", "--format 'RGB'");
+  ExpectOneLineAndCode2(camera + site + " --size 640", "--size");
+  ExpectOneLineAndCode2(camera + site + " --size 0x480", "size: expected 1 or more");
+  ExpectOneLineAndCode2(camera + site + " --rate 0", "--rate");
+  for (const char* exposure : {"0", "-0.1", "1/0", "1/", "fast", "nan"}) {
+    ExpectOneLineAndCode2(camera + site + " --exposure " + exposure, "exposure");
+  }
+  ExpectOneLineAndCode2(camera + site + " --gain -1", "--gain");
+  ExpectOneLineAndCode2(camera + site + " --auto --exposure 0.01", "found both");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
+}
+
 TEST_F(CommandLine, PrintsTheSunAsJson) {
   const Ended ended = Call("sun --site 57.0488,9.9217,15 --time 2005-06-21T09:50:00Z --json");
   EXPECT_EQ(ended.exit_code, 0);

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -114,6 +115,30 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
   folder.Finish();
   EXPECT_FALSE(IsThere("lighting.jsonl.partial"));
   EXPECT_TRUE(IsThere("lighting.jsonl"));
+}
+
+TEST_F(RunFolderTest, EventsAreThereFromTheFirstOneOnAndHaveTheirNameWhenComplete) {
+  Touch("events.jsonl");
+  {
+    RunFolder folder(folder_);
+    folder.Finish();
+  }
+  EXPECT_FALSE(IsThere("events.jsonl")) << "an earlier run's, and this one had none";
+  EXPECT_FALSE(IsThere("events.jsonl.partial"));
+  RunFolder folder(folder_);
+  folder.AddEvent(R"({"event":"started"})");
+  folder.AddEvent(R"({"event":"ended"})");
+  const auto content = [&](const std::string& name) {
+    std::stringstream text;
+    text << std::ifstream(folder_ / name).rdbuf();
+    return text.str();
+  };
+  const std::string lines = "{\"event\":\"started\"}\n{\"event\":\"ended\"}\n";
+  EXPECT_EQ(content("events.jsonl.partial"), lines) << "each at once";
+  EXPECT_FALSE(IsThere("events.jsonl"));
+  folder.Finish();
+  EXPECT_EQ(content("events.jsonl"), lines);
+  EXPECT_FALSE(IsThere("events.jsonl.partial"));
 }
 
 TEST_F(RunFolderTest, ReplacesRegularFilesAlone) {

@@ -1,8 +1,10 @@
 #include "relight/surface_view_builder.h"
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -298,6 +300,126 @@ TEST(SurfaceViewBuilder, TheSurveysMapFollowsTheSun) {
   now = builder.SurveyUnderCurrentSun();
   EXPECT_NE(now->view.sun_visibility.pixels, prepared.survey->view.sun_visibility.pixels);
   EXPECT_EQ(now, builder.SurveyUnderCurrentSun());
+}
+
+const glm::dvec3 kLaterSun = glm::normalize(glm::dvec3(0.6, -0.4, 0.5));
+
+// Until the part of this sun is made on its thread.
+void WaitUntilAtHand(const SurfaceViewBuilder& builder,
+                     const Camera& camera,
+                     const glm::dvec3& sun_direction_enu) {
+  while (!builder.IsAtHand(camera, sun_direction_enu, kRadius, {})) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+void ExpectSameView(const SurfaceView& a, const SurfaceView& b) {
+  EXPECT_EQ(a.sun_direction_enu, b.sun_direction_enu);
+  EXPECT_EQ(a.region.pixels, b.region.pixels);
+  EXPECT_EQ(a.sun_visibility.pixels, b.sun_visibility.pixels);
+  EXPECT_EQ(a.sun_bounce.pixels, b.sun_bounce.pixels);
+  EXPECT_EQ(a.edge_distance_px.pixels, b.edge_distance_px.pixels);
+  EXPECT_EQ(a.albedo_rgb.pixels, b.albedo_rgb.pixels);
+  ASSERT_EQ(a.sky_response.size(), b.sky_response.size());
+  for (std::size_t k = 0; k < a.sky_response.size(); ++k) {
+    EXPECT_EQ(a.sky_response[k].pixels, b.sky_response[k].pixels);
+  }
+}
+
+TEST(SurfaceViewBuilder, AViewTakenFromAheadIsTheOneMadeAtOnce) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  for (const PreparedScene* site : {&SiteWithoutAMap(), &ThePreparedSite()}) {
+    SurfaceViewBuilder ahead = Builder(*site);
+    SurfaceViewBuilder at_once = Builder(*site);
+    ahead.Update(kCamera, sun, kRadius, kUniform, {});
+    EXPECT_TRUE(ahead.IsAtHand(kCamera, sun, kRadius, {}));
+    EXPECT_FALSE(ahead.IsAtHand(kCamera, kLaterSun, kRadius, {}));
+    ahead.MakeAhead(kLaterSun, kRadius);
+    // While it is made, the last view stands.
+    ExpectSameView(ahead.Update(kCamera, sun, kRadius, kUniform, {}),
+                   at_once.Update(kCamera, sun, kRadius, kUniform, {}));
+    WaitUntilAtHand(ahead, kCamera, kLaterSun);
+    const std::uint64_t faces = ahead.SunFacesVersion();
+    ExpectSameView(ahead.Update(kCamera, kLaterSun, kRadius, kUniform, {}),
+                   at_once.Update(kCamera, kLaterSun, kRadius, kUniform, {}));
+    EXPECT_NE(ahead.SunFacesVersion(), faces);
+    EXPECT_EQ(ahead.SunFaces().radiosity, at_once.SunFaces().radiosity);
+    if (site->survey) {
+      EXPECT_EQ(ahead.SurveyUnderCurrentSun()->view.sun_visibility.pixels,
+                at_once.SurveyUnderCurrentSun()->view.sun_visibility.pixels);
+    }
+    // It was taken: the sun before is not at hand any more.
+    EXPECT_FALSE(ahead.IsAtHand(kCamera, sun, kRadius, {}));
+  }
+}
+
+// An Update that wants it before it is made waits for it.
+TEST(SurfaceViewBuilder, AViewThatIsStillBeingMadeIsWaitedFor) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  SurfaceViewBuilder ahead = Builder(SiteWithoutAMap());
+  SurfaceViewBuilder at_once = Builder(SiteWithoutAMap());
+  ahead.Update(kCamera, sun, kRadius, kUniform, {});
+  ahead.MakeAhead(kLaterSun, kRadius);
+  ExpectSameView(ahead.Update(kCamera, kLaterSun, kRadius, kUniform, {}),
+                 at_once.Update(kCamera, kLaterSun, kRadius, kUniform, {}));
+}
+
+// What was made of another view, or for another sun, is not used.
+TEST(SurfaceViewBuilder, WhatWasMadeAheadForAnotherViewIsNotUsed) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const Camera moved = LookingNorth({2.0, -7.0, 2.5});
+  const std::vector<SampleRegionPolygon> polygons{
+      {"ground", {{10.0, 10.0}, {60.0, 10.0}, {60.0, 70.0}}}};
+  SurfaceViewBuilder ahead = Builder(SiteWithoutAMap());
+  SurfaceViewBuilder at_once = Builder(SiteWithoutAMap());
+  ahead.Update(kCamera, sun, kRadius, kUniform, {});
+  ahead.MakeAhead(kLaterSun, kRadius);
+  WaitUntilAtHand(ahead, kCamera, kLaterSun);
+  EXPECT_TRUE(ahead.Stands(kCamera, {}));
+  EXPECT_FALSE(ahead.Stands(moved, {}));
+  EXPECT_FALSE(ahead.Stands(kCamera, polygons));
+  EXPECT_FALSE(ahead.IsAtHand(moved, kLaterSun, kRadius, {}));
+  EXPECT_FALSE(ahead.IsAtHand(kCamera, kLaterSun, kRadius, polygons));
+  EXPECT_FALSE(ahead.IsAtHand(kCamera, kLaterSun, 2.0 * kRadius, {}));
+  ExpectSameView(ahead.Update(moved, kLaterSun, kRadius, kUniform, {}),
+                 at_once.Update(moved, kLaterSun, kRadius, kUniform, {}));
+  // Also while it is still being made.
+  ahead.MakeAhead(sun, kRadius);
+  ExpectSameView(ahead.Update(kCamera, sun, kRadius, kUniform, {}),
+                 at_once.Update(kCamera, sun, kRadius, kUniform, {}));
+}
+
+// Shapes of the sky may change meanwhile: they are no part of it.
+TEST(SurfaceViewBuilder, ANewSkyLeavesWhatIsMadeAhead) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const std::vector<std::shared_ptr<const SkyShape>> two{MakeUniformSkyShape(),
+                                                         MakeUniformSkyShape()};
+  SurfaceViewBuilder ahead = Builder(SiteWithoutAMap());
+  SurfaceViewBuilder at_once = Builder(SiteWithoutAMap());
+  ahead.Update(kCamera, sun, kRadius, kUniform, {});
+  ahead.MakeAhead(kLaterSun, kRadius);
+  ahead.Update(kCamera, sun, kRadius, two, {});
+  WaitUntilAtHand(ahead, kCamera, kLaterSun);
+  ExpectSameView(ahead.Update(kCamera, kLaterSun, kRadius, two, {}),
+                 at_once.Update(kCamera, kLaterSun, kRadius, two, {}));
+}
+
+// One at a time; and before the first view there is nothing to be made of.
+TEST(SurfaceViewBuilder, MakesOneSunAhead) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const glm::dvec3 third = glm::normalize(glm::dvec3(-0.3, -0.5, 0.6));
+  SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
+  builder.MakeAhead(kLaterSun, kRadius);
+  EXPECT_FALSE(builder.IsAtHand(kCamera, kLaterSun, kRadius, {}));
+  builder.Update(kCamera, sun, kRadius, kUniform, {});
+  builder.MakeAhead(sun, kRadius);  // It stands.
+  builder.MakeAhead(kLaterSun, kRadius);
+  WaitUntilAtHand(builder, kCamera, kLaterSun);
+  builder.MakeAhead(third, kRadius);
+  WaitUntilAtHand(builder, kCamera, third);
+  EXPECT_FALSE(builder.IsAtHand(kCamera, kLaterSun, kRadius, {}));
+  // A builder that is destroyed meanwhile waits for its thread.
+  builder.MakeAhead(kLaterSun, kRadius);
 }
 
 TEST(SurfaceViewBuilderHardCases, APictureOfOnePixelAndOneOfSkyAlone) {

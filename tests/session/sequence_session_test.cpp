@@ -1,6 +1,7 @@
 #include "session/sequence_session.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <variant>
 
@@ -15,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include "relight/blob_store.h"
+#include "tests/scene/temporary_folder.h"
 
 namespace pleinair::sequence_session_test {
 namespace {
@@ -164,6 +167,58 @@ TEST_F(SequenceSessionTest, ACapturedPictureThatCannotBeIsItsOwnErrorAlone) {
   EXPECT_THAT(reason(broken), HasSubstr("expected finite radiances"));
   const auto next = session.Next();
   ASSERT_TRUE(next && next->result);
+}
+
+// The sun's part that is made ahead is the one that a frame without it makes itself: at the same
+// times light and composites are the same bit for bit. A step of the raster is 48 s.
+TEST_F(SequenceSessionTest, TheSunsPartMadeAheadGivesTheSameComposites) {
+  SessionOptions options = CoarseOptions();
+  options.pipeline.influence.rays_per_receiver = 16;
+  options.pipeline.filter.reset();
+  // The same light in each frame: an estimate also depends on the frames before.
+  const TemporaryFolder folder;
+  std::string lines;
+  for (int frame = 0; frame < 10'000; ++frame) {
+    lines += "{\"frame\": " + std::to_string(frame) +
+             ", \"sun_irradiance_rgb\": [700, 650, 600], "
+             "\"sky_irradiance_rgb\": [60, 90, 120]}\n";
+  }
+  options.lighting = folder.Write("light.jsonl", lines);
+  SequenceSession at_once = MakeSession(options);
+  options.pipeline.sun_ahead = true;
+  SequenceSession ahead = MakeSession(options);
+  CapturedPicture captured;
+  captured.picture = MakeSession().Next()->frame->radiance;
+  const UtcTime start = loaded->sequence.frames.at(0).time;
+  int frames_of_older_suns = 0;
+  int steps = 0;
+  double last_age_s = -24.0;
+  // Ten seconds a frame, each shown until the sun of its own time is there.
+  for (int i = 0; i < 15; ++i) {
+    captured.time = start + std::chrono::seconds(10 * i);
+    const SessionStep expected = at_once.Process(captured);
+    ASSERT_TRUE(expected.result) << expected.result.error().reason;
+    EXPECT_LE(std::abs(expected.result->sun_age_s), 24.0);
+    SessionStep step = ahead.Process(captured);
+    ASSERT_TRUE(step.result) << step.result.error().reason;
+    while (step.result->sun_age_s != expected.result->sun_age_s) {
+      // An older one's: its age says so.
+      EXPECT_GT(step.result->sun_age_s, expected.result->sun_age_s);
+      EXPECT_NEAR(
+          std::remainder(step.result->sun_age_s - expected.result->sun_age_s, 48.0), 0.0, 1e-6);
+      ++frames_of_older_suns;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      step = ahead.Process(captured);
+      ASSERT_TRUE(step.result) << step.result.error().reason;
+    }
+    EXPECT_EQ(
+        LargestDifference(step.result->composite.radiance, expected.result->composite.radiance),
+        0.0f)
+        << "frame " << i << ", after " << frames_of_older_suns << " of older suns";
+    steps += expected.result->sun_age_s < last_age_s ? 1 : 0;
+    last_age_s = expected.result->sun_age_s;
+  }
+  EXPECT_GE(steps, 2);
 }
 
 // Each draws in a context of its own.

@@ -1,0 +1,313 @@
+// `pleinair run` of a camera, which the stand-in is: what a run leaves, and that its recording
+// gives the same.
+//
+// Nothing here depends on how fast the machine is: frames that are dropped are no failure, and on a
+// slow one more of them are.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "scene/image_io.h"
+#include "tests/scene/temporary_folder.h"
+
+namespace pleinair::live_run_test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using testing::HasSubstr;
+
+const std::string kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+
+struct Ended {
+  int exit_code = -1;
+  std::string output;  // Standard output and error together.
+};
+
+Ended Shell(const std::string& command) {
+  Ended ended;
+  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
+  std::array<char, 4096> part{};
+  while (const std::size_t bytes = fread(part.data(), 1, part.size(), pipe)) {
+    ended.output.append(part.data(), bytes);
+  }
+  const int status = pclose(pipe);
+  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return ended;
+}
+
+std::vector<std::string> LinesOf(const fs::path& file) {
+  std::vector<std::string> lines;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<Json> JsonLinesOf(const fs::path& file) {
+  std::vector<Json> lines;
+  for (const std::string& line : LinesOf(file)) lines.push_back(Json::parse(line));
+  return lines;
+}
+
+// The site is prepared once for all tests, coarsely.
+class LiveRun : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = std::make_unique<TemporaryFolder>();
+    const Ended prepared =
+        Shell(std::string(PLEINAIR_PROGRAM) + " prepare " + kCourtyard + Coarse());
+    ASSERT_EQ(prepared.exit_code, 0) << prepared.output;
+  }
+  static void TearDownTestSuite() { shared_.reset(); }
+
+  static std::string Coarse() {
+    return " --cache " + (*shared_ / "cache").string() +
+           " --set prepare.patch_size_m=4 --set prepare.rays=16";
+  }
+  // Coarse, and nothing is left out for a time that it took.
+  static std::string Settings() {
+    return Coarse() +
+           " --budget 100000 --quality fast --set pipeline.view.receiver_block_px=16"
+           " --set pipeline.object_light.gather.rays_per_receiver=32"
+           " --set pipeline.influence.rays_per_receiver=16";
+  }
+
+  std::string Out(const std::string& name) const { return (folder_ / name).string(); }
+
+  // Exposure and colours are stated: nothing has to settle.
+  std::string Command(const std::string& stand_in, const std::string& run) const {
+    return std::string(PLEINAIR_STAND_IN) + " " + kCourtyard + " " + stand_in + " -- " +
+           PLEINAIR_PROGRAM + " run /dev/video90 --site " + kCourtyard + Settings() +
+           " --exposure 0.01 --gain 100 --white-balance 5000 --rate 10 " + run;
+  }
+
+  // The run's files are complete, and agree on how many frames there were: so many are returned.
+  static std::size_t CheckComplete(const fs::path& out) {
+    const std::vector<Json> light = JsonLinesOf(out / "lighting.jsonl");
+    for (std::size_t i = 0; i < light.size(); ++i) EXPECT_EQ(light[i]["frame"], i);
+    EXPECT_EQ(LinesOf(out / "plan.jsonl").size(), light.size());
+    const std::string report = ContentOf(out / "report.html");
+    EXPECT_THAT(report, testing::EndsWith("</html>\n"));
+    for (const auto& file : fs::directory_iterator(out)) {
+      EXPECT_THAT(file.path().filename().string(),
+                  testing::Not(testing::AnyOf(HasSubstr("partial"), HasSubstr(".part"))));
+    }
+    const std::vector<Json> events = JsonLinesOf(out / "events.jsonl");
+    EXPECT_EQ(events.front()["event"], "started");
+    EXPECT_EQ(events.back()["event"], "ended");
+    return light.size();
+  }
+
+  // Event's kind -> how often, with all its frames.
+  static std::map<std::string, int> CountEvents(const fs::path& out) {
+    std::map<std::string, int> counts;
+    for (const Json& event : JsonLinesOf(out / "events.jsonl")) {
+      counts[event["event"]] += event.value("count", 1);
+    }
+    return counts;
+  }
+
+  // What does not say how long something took.
+  static Json Timeless(Json line) {
+    line.erase("latency_ms");
+    line.erase("timing_ms");
+    return line;
+  }
+
+  // Light and composites of two runs, frame by frame.
+  static void ExpectSame(const fs::path& live, const fs::path& again) {
+    const std::vector<Json> a = JsonLinesOf(live / "lighting.jsonl");
+    const std::vector<Json> b = JsonLinesOf(again / "lighting.jsonl");
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(Timeless(a[i]), Timeless(b[i]));
+      const std::string name = fmt::format("composite/{:06}.png", i);
+      const Rgb8Image composite = ReadDisplayImage(live / name);
+      EXPECT_EQ(composite.pixels, ReadDisplayImage(again / name).pixels) << name;
+    }
+  }
+
+  inline static std::unique_ptr<TemporaryFolder> shared_;
+  TemporaryFolder folder_;
+};
+
+// A header and one frame after another: three planes of a byte a pixel. BT.601, full range.
+void ExpectPicturesOf(const fs::path& y4m, const fs::path& out) {
+  const std::string stream = ContentOf(y4m);
+  const std::size_t header = stream.find('\n') + 1;
+  EXPECT_THAT(stream.substr(0, header), HasSubstr("YUV4MPEG2 W480 H360 "));
+  constexpr std::size_t kPixels = 480 * 360;
+  const std::string marker = "FRAME\n";
+  const std::size_t frame_bytes = marker.size() + 3 * kPixels;
+  ASSERT_EQ((stream.size() - header) % frame_bytes, 0u);
+  const std::size_t count = (stream.size() - header) / frame_bytes;
+  EXPECT_EQ(count, LinesOf(out / "lighting.jsonl").size());
+  for (std::size_t frame = 0; frame < count; ++frame) {
+    const std::size_t at = header + frame * frame_bytes;
+    EXPECT_EQ(stream.substr(at, marker.size()), marker);
+    const Rgb8Image composite = ReadDisplayImage(out / fmt::format("composite/{:06}.png", frame));
+    double worst = 0.0;
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      const glm::u8vec3& rgb = composite.pixels[i];
+      const double luma = 0.299 * rgb.x + 0.587 * rgb.y + 0.114 * rgb.z;
+      const auto code = static_cast<unsigned char>(stream[at + marker.size() + i]);
+      worst = std::max(worst, std::abs(code - luma));
+    }
+    EXPECT_LE(worst, 0.5 + 1e-9);
+  }
+}
+
+TEST_F(LiveRun, ItsRecordingGivesTheSameLightAndCompositesBitForBit) {
+  for (const std::string format : {"RGB24", "YUYV", "MJPEG"}) {
+    SCOPED_TRACE(format);
+    const fs::path live = Out(format);
+    const fs::path recording = Out(format + "-recording");
+    const fs::path again = Out(format + "-again");
+    const Ended run =
+        Shell(Command("--loop 0",
+                      "--frames-limit 4 --format " + format + " --out " + live.string() +
+                          " --record " + recording.string() + " --stream y4m:" + Out("live.y4m") +
+                          " --lighting-stream " + Out("live.jsonl")));
+    ASSERT_EQ(run.exit_code, 0) << run.output;
+    EXPECT_EQ(CheckComplete(live), 4u);
+    EXPECT_EQ(LinesOf(recording / "frames.jsonl").size(), 4u);
+    ExpectPicturesOf(Out("live.y4m"), live);
+    EXPECT_EQ(ContentOf(Out("live.jsonl")), ContentOf(live / "lighting.jsonl"));
+
+    const Ended replay = Shell(std::string(PLEINAIR_PROGRAM) + " run " + recording.string() +
+                               Settings() + " --out " + again.string());
+    ASSERT_EQ(replay.exit_code, 0) << replay.output;
+    ExpectSame(live, again);
+    // Of a camera's frames the scene-linear pictures are not written unless they are asked for.
+    EXPECT_FALSE(fs::exists(live / "composite/000000.exr"));
+    EXPECT_TRUE(fs::exists(again / "composite/000000.exr"));
+  }
+}
+
+TEST_F(LiveRun, EndsWithTheStream) {
+  const fs::path out = Out("out");
+  const Ended run = Shell(Command("--loop 6", "--pictures none --out " + out.string()));
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_GE(CheckComplete(out), 1u);
+  EXPECT_THAT(run.output, HasSubstr("the stream has ended"));
+  EXPECT_FALSE(fs::exists(out / "composite") && !fs::is_empty(out / "composite"));
+}
+
+TEST_F(LiveRun, EndsCleanlyWhenItIsAskedTo) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const fs::path out = Out(std::to_string(signal));
+    const fs::path recording = Out(std::to_string(signal) + "-recording");
+    const std::string command =
+        "exec " + Command("--loop 0", "--out " + out.string() + " --record " + recording.string()) +
+        " >/dev/null 2>&1";
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      _exit(127);
+    }
+    // Until a frame is there; a run that never gets there is ended by the test's time limit.
+    while (LinesOf(out / "lighting.jsonl.partial").empty()) {
+      ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "ended before its first frame";
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    kill(child, signal);
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status)) << signal;
+    EXPECT_EQ(WEXITSTATUS(status), 0) << signal;
+    const std::size_t frames = CheckComplete(out);
+    EXPECT_GE(frames, 1u);
+    EXPECT_EQ(LinesOf(recording / "frames.jsonl").size(), frames);
+  }
+}
+
+// What happens to a camera: each has its event, and the run goes on to the end of the stream. That
+// the clock is put forward by an hour is no hour of the run's duration.
+TEST_F(LiveRun, GoesOnThroughFaultsAndReportsEach) {
+  const fs::path out = Out("out");
+  const Ended run = Shell(Command(
+      "--loop 20 --fault time-repeat@0.5,time-back@2,drop@2.5,clock-back@3,clock-forward@3.6,"
+      "format-change@4.5,unplug@6,unplug-renumber@7.5,stall@9",
+      "--duration 1000 --pictures none --out " + out.string()));
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_GE(CheckComplete(out), 1u);
+  EXPECT_THAT(run.output, HasSubstr("the stream has ended"));
+  const std::map<std::string, int> counts = CountEvents(out);
+  const auto count = [&](const char* kind) { return counts.contains(kind) ? counts.at(kind) : 0; };
+  EXPECT_GE(count("timestamp"), 2) << ContentOf(out / "events.jsonl");
+  EXPECT_GE(count("frame-lost"), 1);
+  EXPECT_EQ(count("format-changed"), 1);
+  EXPECT_EQ(count("unplugged"), 2);
+  EXPECT_EQ(count("stalled"), 1);
+  // After the change of format, both unpluggings and the stall.
+  EXPECT_EQ(count("reconnected"), 4);
+  EXPECT_EQ(count("ended"), 2);
+  const std::string events = ContentOf(out / "events.jsonl");
+  EXPECT_THAT(events, HasSubstr("stepped by -3600.0"));
+  EXPECT_THAT(events, HasSubstr("stepped by +3600.0"));
+  EXPECT_THAT(events, HasSubstr("/dev/video91"));
+}
+
+// Every second picture is bad: a frame of its own error each, none ends the run. And both streams'
+// disc is full from the first byte on.
+TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
+  for (const auto& [fault, format, reason] : {std::array{"truncate", "YUYV", "bytes of YUYV"},
+                                              std::array{"corrupt", "MJPEG", "damaged"}}) {
+    SCOPED_TRACE(fault);
+    std::string faults;
+    for (int i = 0; i < 60; ++i) {
+      faults += fmt::format("{}{}@{:.1f}", i == 0 ? "" : ",", fault, 0.1 + 0.2 * i);
+    }
+    const fs::path out = Out(fault);
+    const Ended run = Shell(Command("--loop 20 --fault " + faults,
+                                    "--frames-limit 6 --pictures none --stream y4m:/dev/full "
+                                    "--lighting-stream /dev/full --format " +
+                                        std::string(format) + " --out " + out.string()));
+    ASSERT_EQ(run.exit_code, 0) << run.output;
+    const std::size_t frames = CheckComplete(out);
+    int failed = 0;
+    for (const Json& line : JsonLinesOf(out / "lighting.jsonl")) {
+      if (!line.contains("error")) continue;
+      ++failed;
+      EXPECT_THAT(line["error"].get<std::string>(), HasSubstr(reason));
+    }
+    EXPECT_GE(failed, 1);
+    EXPECT_EQ(frames, static_cast<std::size_t>(failed) + 6);
+    const std::map<std::string, int> counts = CountEvents(out);
+    EXPECT_EQ(counts.at("frame-damaged"), failed);
+    EXPECT_EQ(counts.at("output"), 2);
+    EXPECT_THAT(ContentOf(out / "events.jsonl"), HasSubstr("/dev/full"));
+  }
+}
+
+TEST_F(LiveRun, RefusesACameraThatIsNotThere) {
+  const std::string command = std::string(PLEINAIR_STAND_IN) + " " + kCourtyard + " -- " +
+                              PLEINAIR_PROGRAM + " run /dev/video91 --site " + kCourtyard +
+                              Settings() + " --out " + Out("out");
+  const Ended run = Shell(command);
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.output, HasSubstr("pleinair: /dev/video91: "));
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+}
+
+}  // namespace
+}  // namespace pleinair::live_run_test
