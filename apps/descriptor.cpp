@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 
 namespace pleinair {
 
@@ -16,12 +18,25 @@ Descriptor::~Descriptor() {
 
 Descriptor OpenForWriting(const std::string& path) {
   if (path == "-") return Descriptor(STDOUT_FILENO, false);
-  const int number = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (number < 0) {
-    throw std::runtime_error(
-        path + ": expected a file or pipe that can be written: " + std::strerror(errno));
+  // A pipe without a reader would else wait for one for ever.
+  constexpr int kTries = 100;
+  constexpr std::chrono::milliseconds kBetween{100};
+  for (int i = 0;; ++i) {
+    const int number =
+        open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+    if (number >= 0) {
+      fcntl(number, F_SETFL, fcntl(number, F_GETFL) & ~O_NONBLOCK);
+      return Descriptor(number);
+    }
+    if (errno == ENXIO && i < kTries) {
+      std::this_thread::sleep_for(kBetween);
+      continue;
+    }
+    throw std::runtime_error(path + (errno == ENXIO
+                                         ? std::string(": expected a program that reads this pipe")
+                                         : ": expected a file or pipe that can be written: " +
+                                               std::string(std::strerror(errno))));
   }
-  return Descriptor(number);
 }
 
 void WriteAll(const Descriptor& descriptor,

@@ -29,7 +29,8 @@ class Descriptor {
   bool is_owned_ = true;
 };
 
-// Standard output for "-", else the file: a pipe, or one that is made. Throws std::runtime_error.
+// Standard output for "-", else the file: a pipe, or one that is made. Waits 10 s for a pipe's
+// reader. Throws std::runtime_error, one line with the path.
 Descriptor OpenForWriting(const std::string& path);
 
 // All of it. Throws std::runtime_error naming `what`; a reader that is gone is no signal.

@@ -85,10 +85,6 @@ void NoteUnits(LightUnits units, std::vector<std::string>& notes) {
   spdlog::warn("{}", note);
 }
 
-double MsSinceTime(UtcTime time) {
-  return std::chrono::duration<double, std::milli>(std::chrono::system_clock::now() - time).count();
-}
-
 }  // namespace
 
 // What no picture could be made of as it was, over a run's frames.
@@ -176,7 +172,6 @@ std::optional<FinishedFrame> FrameLoop::Next() {
   const Frame& frame = *finished.step.frame;
   const FrameResult& result = *finished.step.result;
   finished.shown = run_.Show(finished.step);
-  finished.latency_ms = MsSinceTime(frame.time);
   if (!frame.codes) finished.input = run_.Display().Show(frame.radiance, frame.exposure);
   const Lighting& lighting = result.estimate.lighting;
   if (options_.write_environment) finished.environment = run_.EnvironmentOf(lighting);
@@ -190,6 +185,9 @@ std::optional<FinishedFrame> FrameLoop::Next() {
 }
 
 std::vector<std::string> FrameLoop::Finish() {
+  if (checks_->sun_look.valid()) {
+    NoteContradiction(checks_->sun_look.get(), run_.Loaded().sequence, notes_);
+  }
   checks_->defects.Report(notes_);
   if (checks_->shadows && checks_->is_any_done) ReportShadows(*checks_->shadows, notes_);
   return std::exchange(notes_, {});

@@ -16,7 +16,7 @@ struct FinishedFrame {
   SessionStep step;
   Rgb8Image shown;                   // The composite, as the camera would have shown it.
   std::optional<Rgb8Image> input;    // Likewise, where the frame itself has no codes.
-  std::optional<double> latency_ms;  // From the frame's time to its composite: of live frames.
+  std::optional<double> latency_ms;  // From taking the picture to its composite: of live frames.
   std::optional<SequenceSession::Environment> environment;
   std::optional<RgbImage> sky;
 };

@@ -15,6 +15,7 @@ namespace pleinair {
 namespace {
 
 constexpr const char* kSocketPrefix = "unix:";
+constexpr std::size_t kMostReaders = 64;
 
 [[noreturn]] void Refuse(const std::string& target, const std::string& why) {
   throw std::runtime_error(target + ": " + why);
@@ -48,6 +49,7 @@ void MakeWay(const std::string& target, const sockaddr_un& address) {
   if (connect(probe.Number(), name, sizeof address) == 0 || errno == EAGAIN) {
     Refuse(target, "another program listens there");
   }
+  if (errno != ECONNREFUSED) Refuse(target, std::strerror(errno));
   unlink(address.sun_path);
 }
 
@@ -88,7 +90,8 @@ void LineStream::WriteToReaders(const std::string& line) {
   for (;;) {
     const int number = accept4(socket_.Number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (number < 0) break;
-    readers_.emplace_back(number);
+    Descriptor reader(number);
+    if (readers_.size() < kMostReaders) readers_.push_back(std::move(reader));
   }
   // A line that does not fit into the reader's buffer completely would be torn: it is left.
   std::erase_if(readers_, [&](const Descriptor& reader) {

@@ -20,7 +20,7 @@ class LineStream {
   LineStream& operator=(const LineStream&) = delete;
 
   // Throws where a file or pipe cannot be written. A socket's readers that do not keep up, or are
-  // gone, are left.
+  // gone, are disconnected, and so is a 65th.
   void Write(const std::string& line);
 
  private:

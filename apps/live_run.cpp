@@ -75,12 +75,14 @@ class Watch {
         StopSignals& signals,
         CameraCapture& capture,
         EventLog& events,
-        RunOutput& output)
+        RunOutput& output,
+        Recorder* recorder)
       : options_(options),
         signals_(signals),
         capture_(capture),
         events_(events),
         output_(output),
+        recorder_(recorder),
         thread_([this] { Run(); }) {}
   ~Watch() {
     is_over_ = true;
@@ -88,6 +90,9 @@ class Watch {
   }
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
+
+  // The duration that was asked for counts from now on.
+  void StartTime() { started_ = SteadyClock::now(); }
 
   // Writes the last events, too: that the run has ended comes after all others.
   void Finish(std::string how_it_ended) {
@@ -104,11 +109,9 @@ class Watch {
       const bool is_to_stop = signals_.Wait(kTick);
       for (Event& event : events_.Take(capture_.Clock().Now())) Write(std::move(event));
       LookAtSite();
-      if (is_to_stop) spdlog::info("ending");
-      if (is_to_stop || IsTimeUp()) {
-        capture_.Stop();
-        return;
-      }
+      if (is_to_stop) spdlog::info("ending; a second signal ends at once");
+      // Goes on: for that second signal.
+      if (is_to_stop || IsTimeUp()) capture_.Stop();
     }
   }
 
@@ -118,6 +121,7 @@ class Watch {
                 NameOf(event.kind),
                 event.text,
                 event.count > 1 ? fmt::format(" ({} frames)", event.count) : std::string());
+    if (recorder_ != nullptr) recorder_->AddEvents({event});
     if (has_failed_) return;
     try {
       output_.AddEvent(std::move(event));
@@ -142,7 +146,9 @@ class Watch {
 
   // Frames themselves end a run in time; without any, a second later.
   bool IsTimeUp() const {
-    return options_.duration_s && SecondsSince(started_) > *options_.duration_s + 1.0;
+    const SteadyClock::time_point start = started_;
+    return start != SteadyClock::time_point() && options_.duration_s &&
+           SecondsSince(start) > *options_.duration_s + 1.0;
   }
 
   const RunCommandOptions& options_;
@@ -150,7 +156,8 @@ class Watch {
   CameraCapture& capture_;
   EventLog& events_;
   RunOutput& output_;
-  const SteadyClock::time_point started_ = SteadyClock::now();
+  Recorder* recorder_;  // None: nothing is recorded.
+  std::atomic<SteadyClock::time_point> started_{SteadyClock::time_point()};
   bool site_is_there_ = true;
   bool has_failed_ = false;
   std::atomic<bool> is_over_ = false;
@@ -205,19 +212,25 @@ class LiveRun {
       : options_(options),
         site_(ReadSite(options.sequence, std::chrono::system_clock::now())),
         capture_(options.input, RequestFor(options, site_), {}, events_),
-        output_(options, events_),
-        watch_(options, signals_, capture_, events_, output_) {}
+        output_(options, events_, capture_.FramesPerSecond()) {
+    // A camera of another shape would fail in every frame.
+    ScaledTo(site_.intrinsics, capture_.Layout().width_px, capture_.Layout().height_px);
+    if (!options.record.empty()) {
+      RecorderOptions record;
+      record.recording.folder = options.record;
+      recorder_.emplace(site_, capture_.Layout(), record, events_);
+    }
+    watch_.emplace(
+        options, signals_, capture_, events_, output_, recorder_ ? &*recorder_ : nullptr);
+  }
 
   void Run() {
     const auto loaded = LoadSite(options_, capture_.Clock().Now(), ProgressOnStandardError());
     if (!loaded->scene.from_store) Note(EventKind::kSite, "prepared");
-    CameraFrameTap tap;
-    if (!options_.record.empty()) {
-      RecorderOptions record;
-      record.recording.folder = options_.record;
-      recorder_.emplace(site_, capture_.Layout(), record, events_);
-      tap = [this](const CameraFrame& frame) { recorder_->Offer(frame); };
-    }
+    CameraFrameTap tap = [this](const CameraFrame& frame) {
+      taken_ = frame.buffer.monotonic_time;
+      if (recorder_) recorder_->Offer(frame);
+    };
     SequenceSession session(
         loaded,
         options_,
@@ -241,18 +254,22 @@ class LiveRun {
     EffectBudget budget(options_.pipeline.effects, capture_.FramesPerSecond());
     LightOfTheSecond shown_light(events_);
     OutputThread writing(output_);
-    std::int64_t done = 0;
+    std::int64_t taken_frames = 0;
+    watch_->StartTime();
     // Not by the frames' times: the system's clock may be stepped.
     std::optional<SteadyClock::time_point> first;
     bool is_time_up = false;
-    while (failure_.empty() && !is_time_up && !(done == options_.frames_limit)) {
+    while (failure_.empty() && !is_time_up && !(taken_frames == options_.frames_limit)) {
       session.SetEffects(budget.Next());
       std::optional<FinishedFrame> finished = frames.Next();
       if (!finished) break;
+      ++taken_frames;
       if (finished->step.result) {
         budget.Look(finished->step.result->plan);
         shown_light.Add(*finished);
-        ++done;
+        finished->latency_ms =
+            std::chrono::duration<double, std::milli>(capture_.Clock().MonotonicNow() - taken_)
+                .count();
         if (!first) first = SteadyClock::now();
         is_time_up = options_.duration_s && SecondsSince(*first) >= *options_.duration_s;
       } else if (options_.stop_on_bad_frame) {
@@ -271,9 +288,10 @@ class LiveRun {
 
   // Whatever has failed: what there is gets its name, and the report is written if that can be.
   void End(FrameLoop& frames) {
-    if (recorder_) recorder_->Finish();
+    if (recorder_) recorder_->Close();
     RunReport& report = output_.Report();
-    watch_.Finish(fmt::format("{} frames composited", report.totals.done));
+    watch_->Finish(fmt::format("{} frames composited", report.totals.done));
+    if (recorder_) Try([&] { recorder_->Finish(); });
     Try([&] { output_.Finish(); });
     for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
     Summarise(report);
@@ -314,9 +332,10 @@ class LiveRun {
   Sequence site_;
   CameraCapture capture_;
   RunOutput output_;
-  Watch watch_;
   std::optional<Recorder> recorder_;
-  std::string failure_;  // Why it ended early, one line; empty: it did not.
+  std::optional<Watch> watch_;
+  std::chrono::nanoseconds taken_{0};  // When the frame in work was, on the monotonic clock.
+  std::string failure_;                // Why it ended early, one line; empty: it did not.
 };
 
 }  // namespace

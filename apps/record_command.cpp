@@ -75,13 +75,11 @@ class Watch {
  private:
   void Run() {
     while (!is_over_) {
-      const bool is_told = signals_.Wait(kTick);
+      const bool is_stop_requested = signals_.Wait(kTick);
       recorder_.AddEvents(events_.Take(capture_.Clock().Now()));
       const RecorderStatus status = recorder_.Status();
-      if (is_told || !status.stopped.empty() || IsTimeUp()) {
-        capture_.Stop();
-        return;
-      }
+      // Goes on: a second signal ends the process.
+      if (is_stop_requested || !status.stopped.empty() || IsTimeUp()) capture_.Stop();
       ShowProgress(status);
     }
   }

@@ -121,7 +121,7 @@ void AddOutput(CLI::App& run, RunCommandOptions& options) {
       ->check(Positive().description(""))
       ->type_name("SECONDS")
       ->group(kOutput);
-  run.add_option("--frames-limit", options.frames_limit, "frames to composite at most")
+  run.add_option("--frames-limit", options.frames_limit, "frames at most, failed ones included")
       ->check(CLI::Range(1, 1'000'000'000).description(""))
       ->type_name("N")
       ->group(kOutput);
@@ -181,6 +181,9 @@ void AddRun(CLI::App& app, Work& work) {
   AddPictureTimes(run, options->times, kInput);
   run.parse_complete_callback([options, given] {
     given->ApplyTo(*options);
+    if (options->picture_stream == "y4m:-" && options->lighting_stream == "-") {
+      throw std::invalid_argument("--stream and --lighting-stream: both are standard output");
+    }
     if (options->sequence.empty()) {
       if (IsCameraName(options->input)) {
         throw std::invalid_argument(options->input +

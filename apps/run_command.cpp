@@ -27,9 +27,15 @@ namespace {
 
 // What a run reads must not be what it removes first.
 void RequireInputsKept(const RunCommandOptions& options) {
-  // What is no sequence is refused as such.
-  if (std::filesystem::exists(options.sequence / "sequence.json")) {
-    RequireApart(options.out, options.sequence);
+  // What is no sequence and no site is refused as such.
+  for (const char* name : {"sequence.json", "site.json"}) {
+    if (std::filesystem::exists(options.sequence / name)) {
+      RequireApart(options.out, options.sequence);
+    }
+  }
+  if (std::filesystem::is_directory(options.input)) RequireApart(options.out, options.input);
+  if (std::filesystem::is_regular_file(options.input)) {
+    RequireKept(options.input, options.out, "input");
   }
   if (options.lighting.empty()) return;
   RequireKept(options.lighting, options.out, "--lighting");
@@ -94,17 +100,24 @@ void AddTruth(const Sequence& sequence,
   spdlog::warn("{}", report.notes.back());
 }
 
-void RefuseWhatNeedsACamera(const RunCommandOptions& options) {
+void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
   const auto refuse = [](const std::string& option) {
     throw std::invalid_argument(option + ": expected a camera, found recorded frames");
   };
   if (!options.record.empty()) refuse("--record");
   if (options.duration_s) refuse("--duration");
+  if (options.input.empty()) return;
+  const auto refuse_at_site = [](const std::string& option) {
+    throw std::invalid_argument(option +
+                                ": expected a recorded sequence, found a video or pictures");
+  };
+  if (!options.markers.empty()) refuse_at_site("--markers");
+  if (options.albedo == AlbedoSource::kSelfCalibrated) refuse_at_site("albedo=self-calibrated");
 }
 
 // Of the sequence's own frames, or a video's or pictures' at a site.
 void RunRecorded(const RunCommandOptions& options) {
-  RefuseWhatNeedsACamera(options);
+  RefuseWhatDoesNotHold(options);
   const bool is_at_site = !options.input.empty();
   const auto loaded = is_at_site ? LoadSite(options,
                                             FirstPictureTime(options.input, options.times),
@@ -134,7 +147,6 @@ void RunRecorded(const RunCommandOptions& options) {
     std::optional<FinishedFrame> finished = frames.Next();
     if (!finished) break;
     ++taken;
-    finished->latency_ms.reset();
     LogLight(*finished, count);
     std::optional<FrameError> failure;
     if (!finished->step.result) failure = finished->step.result.error();

@@ -87,7 +87,8 @@ void SayHowItEnded(const RunCommandOptions& options,
   if (report.totals.done > 0) return;
   throw std::runtime_error(
       report.totals.failed == 0
-          ? sequence.folder.string() + ": expected frames, found none"
+          ? (options.input.empty() ? sequence.folder.string() : options.input) +
+                ": no frame was composited"
           : fmt::format("all frames of {} failed; {}",
                         options.input.empty() ? sequence.folder.string() : options.input,
                         report.totals.first_failure));

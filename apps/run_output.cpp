@@ -23,7 +23,7 @@ ReportFrame FailedFrame(const FrameError& error) {
 
 }  // namespace
 
-RunOutput::RunOutput(const RunCommandOptions& options, EventLog& events)
+RunOutput::RunOutput(const RunCommandOptions& options, EventLog& events, double frames_per_second)
     : options_(options),
       events_(events),
       folder_(options.out),
@@ -36,7 +36,7 @@ RunOutput::RunOutput(const RunCommandOptions& options, EventLog& events)
   if (options.video) {
     video_.emplace(options.out / "composite.mp4", options.video_frames_per_second);
   }
-  if (!options.picture_stream.empty()) pictures_.emplace(options.picture_stream);
+  if (!options.picture_stream.empty()) pictures_.emplace(options.picture_stream, frames_per_second);
   if (!options.lighting_stream.empty()) lines_.emplace(options.lighting_stream);
 }
 

@@ -23,12 +23,12 @@ namespace pleinair {
 class RunOutput {
  public:
   // Locks and clears the folder. Throws as RunFolder. `events` outlives it.
-  RunOutput(const RunCommandOptions& options, EventLog& events);
+  // `frames_per_second`: of streams.
+  RunOutput(const RunCommandOptions& options, EventLog& events, double frames_per_second = 30.0);
 
   void Add(FinishedFrame frame);
   void AddEvent(Event event);
   RunReport& Report() { return report_; }
-  const std::filesystem::path& Folder() const { return options_.out; }
 
   // What has the run's names once it is complete.
   void Finish();

@@ -288,7 +288,7 @@ void AddTo(ReportTotals& totals, const ReportFrame& frame) {
 // Those that a doubled stride gives.
 template <typename Item>
 void KeepEverySecond(std::vector<Item>& items, std::int64_t& stride) {
-  for (std::size_t i = 0; 2 * i < items.size(); ++i) items[i] = std::move(items[2 * i]);
+  for (std::size_t i = 1; 2 * i < items.size(); ++i) items[i] = std::move(items[2 * i]);
   items.resize((items.size() + 1) / 2);
   stride *= 2;
 }
@@ -317,7 +317,11 @@ void RunReport::Add(ReportFrame frame) {
 }
 
 void RunReport::AddEvent(Event event) {
-  if (events.size() < kMostEvents) {
+  // Losses come every second of a machine that is too slow: they must not hide what is rare.
+  const bool is_loss = event.kind == EventKind::kFrameDropped ||
+                       event.kind == EventKind::kFrameLost ||
+                       event.kind == EventKind::kFrameDamaged;
+  if (events.size() < (is_loss ? kMostEvents / 2 : kMostEvents)) {
     events.push_back(std::move(event));
   } else {
     ++events_left_out;

@@ -80,7 +80,7 @@ class RunReport {
   std::string title;
   std::vector<std::string> settings;  // One a line.
   std::vector<std::string> notes;     // What was assumed, repaired, left out.
-  std::vector<Event> events;          // The first ones of a live run.
+  std::vector<Event> events;          // Of a live run; the first ones, where there are many.
   std::int64_t events_left_out = 0;
   std::vector<ReportFrame> frames;  // That are shown.
   std::vector<ReportLight> light;

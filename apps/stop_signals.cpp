@@ -1,5 +1,7 @@
 #include "apps/stop_signals.h"
 
+#include <unistd.h>
+
 #include <ctime>
 
 namespace pleinair {
@@ -17,8 +19,11 @@ bool StopSignals::Wait(std::chrono::milliseconds timeout) {
   const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
   const timespec time{static_cast<time_t>(seconds.count()),
                       static_cast<long>(std::chrono::nanoseconds(timeout - seconds).count())};
-  if (sigtimedwait(&awaited_, nullptr, &time) < 0) return false;
-  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  const int signal = sigtimedwait(&awaited_, nullptr, &time);
+  if (signal < 0) return false;
+  constexpr int kEndedBySignal = 128;  // As a shell reports it.
+  if (has_come_) _exit(kEndedBySignal + signal);
+  has_come_ = true;
   return true;
 }
 

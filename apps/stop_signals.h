@@ -16,10 +16,12 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  // Whether one has come within this time. From then on a second one ends the process.
+  // Whether one has come within this time. The second one ends the process at once, for as long as
+  // some thread waits.
   bool Wait(std::chrono::milliseconds timeout);
 
  private:
+  bool has_come_ = false;
   sigset_t before_{};
   sigset_t awaited_{};
 };

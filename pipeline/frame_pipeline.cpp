@@ -159,6 +159,8 @@ SunState FramePipeline::TransportSunOf(const Frame& frame, const SunState& sun) 
 
 void FramePipeline::MakeSunAhead(const Frame& frame) {
   if (!site_ || frame.sun_direction_enu || !(options_.sun_step_s > 0.0)) return;
+  // What the frame itself waits for comes first.
+  if (TransportSun(site_, frame, {}, options_.sun_step_s).time != transport_->time) return;
   Frame next;
   next.time = frame.time + std::chrono::nanoseconds(std::llround(options_.sun_step_s * 1e9));
   const SunState sun = TransportSun(site_, next, {}, options_.sun_step_s).sun;

@@ -70,6 +70,11 @@ std::vector<Json> JsonLinesOf(const fs::path& file) {
 // The site is prepared once for all tests, coarsely.
 class LiveRun : public testing::Test {
  protected:
+  void SetUp() override {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "sanitizers do not load behind the stand-in";
+#endif
+  }
   static void SetUpTestSuite() {
     shared_ = std::make_unique<TemporaryFolder>();
     const Ended prepared =
@@ -202,12 +207,17 @@ TEST_F(LiveRun, ItsRecordingGivesTheSameLightAndCompositesBitForBit) {
   }
 }
 
-TEST_F(LiveRun, EndsWithTheStream) {
+// Every frame that was recorded is one that was composited, also the last one.
+TEST_F(LiveRun, EndsWhenItsTimeIsOver) {
   const fs::path out = Out("out");
-  const Ended run = Shell(Command("--loop 6", "--pictures none --out " + out.string()));
+  const fs::path recording = Out("recording");
+  const Ended run = Shell(Command(
+      "--loop 0",
+      "--duration 0.5 --pictures none --out " + out.string() + " --record " + recording.string()));
   ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_GE(CheckComplete(out), 1u);
-  EXPECT_THAT(run.output, HasSubstr("the stream has ended"));
+  const std::size_t frames = CheckComplete(out);
+  EXPECT_GE(frames, 1u);
+  EXPECT_EQ(LinesOf(recording / "frames.jsonl").size(), frames);
   EXPECT_FALSE(fs::exists(out / "composite") && !fs::is_empty(out / "composite"));
 }
 
@@ -279,7 +289,7 @@ TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
     }
     const fs::path out = Out(fault);
     const Ended run = Shell(Command("--loop 20 --fault " + faults,
-                                    "--frames-limit 6 --pictures none --stream y4m:/dev/full "
+                                    "--frames-limit 12 --pictures none --stream y4m:/dev/full "
                                     "--lighting-stream /dev/full --format " +
                                         std::string(format) + " --out " + out.string()));
     ASSERT_EQ(run.exit_code, 0) << run.output;
@@ -291,7 +301,8 @@ TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
       EXPECT_THAT(line["error"].get<std::string>(), HasSubstr(reason));
     }
     EXPECT_GE(failed, 1);
-    EXPECT_EQ(frames, static_cast<std::size_t>(failed) + 6);
+    EXPECT_EQ(frames, 12u);
+    EXPECT_LT(failed, 12);
     const std::map<std::string, int> counts = CountEvents(out);
     EXPECT_EQ(counts.at("frame-damaged"), failed);
     EXPECT_EQ(counts.at("output"), 2);
