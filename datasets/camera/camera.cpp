@@ -45,7 +45,7 @@ std::optional<double> IsoOf(const CapturedExposure& exposure) {
   return 100.0 * *exposure.gain;
 }
 
-std::vector<CameraDescription> ListCameras() { return ListV4l2Cameras(); }
+CameraList ListCameras() { return ListV4l2Cameras(); }
 
 bool IsCameraName(const std::string& name) { return name.starts_with("/dev/video"); }
 

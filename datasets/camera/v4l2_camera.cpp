@@ -207,6 +207,7 @@ class V4l2Stream final : public CameraStream {
 
  private:
   void SetMode(const CameraRequest& request) {
+    TakeSignal();
     const CameraMode mode = ChooseMode(device_.Path(), device_.Modes(), request);
     v4l2_format format{};
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -239,6 +240,14 @@ class V4l2Stream final : public CameraStream {
       if (interval.numerator > 0) {
         frames_per_second_ = static_cast<double>(interval.denominator) / interval.numerator;
       }
+    }
+  }
+
+  // A video input (HDMI) captures with the timings that it is set to: those of its signal.
+  void TakeSignal() {
+    v4l2_dv_timings signal{};
+    if (device_.Call(VIDIOC_QUERY_DV_TIMINGS, &signal) == 0) {
+      device_.Call(VIDIOC_S_DV_TIMINGS, &signal);
     }
   }
 
@@ -366,24 +375,29 @@ class V4l2Stream final : public CameraStream {
 
 }  // namespace
 
-std::vector<CameraDescription> ListV4l2Cameras() {
-  std::vector<CameraDescription> cameras;
+CameraList ListV4l2Cameras() {
+  CameraList list;
   for (int number = 0; number < kMostNumbers; ++number) {
     int error = 0;
     const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
+    if (error == EACCES || error == EPERM) {
+      list.passed_over.push_back(PathOf(number) +
+                                 ": this user may not open it: join the group video (adduser $USER "
+                                 "video, then log in again)");
+    }
     if (!device) continue;
     const std::optional<v4l2_capability> camera = device->Camera();
     if (!camera) continue;
     const std::string identity = IdentityOf(*camera);
     const auto* driver = reinterpret_cast<const char*>(camera->driver);
-    cameras.push_back({device->Path(),
-                       identity.substr(0, identity.find('|')),
-                       identity,
-                       std::string(driver, strnlen(driver, sizeof camera->driver)),
-                       device->Modes(),
-                       device->Controls()});
+    list.cameras.push_back({device->Path(),
+                            identity.substr(0, identity.find('|')),
+                            identity,
+                            std::string(driver, strnlen(driver, sizeof camera->driver)),
+                            device->Modes(),
+                            device->Controls()});
   }
-  return cameras;
+  return list;
 }
 
 std::unique_ptr<CameraStream> OpenV4l2Camera(const std::string& device,
