@@ -1,5 +1,6 @@
 #include "apps/cameras_command.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -20,27 +21,42 @@ std::string RatesText(const std::vector<double>& rates) {
   return text + " Hz";
 }
 
-// Modes of one format; those that share their rates share a line.
+// A line for each list of sizes and rates, with all formats that have it.
 std::string ModesText(const std::vector<CameraMode>& modes) {
-  struct Line {
-    std::string format;
-    std::string sizes;
+  struct Sizes {
+    std::string text;
     std::string rates;
   };
-  std::vector<Line> lines;
+  std::vector<std::pair<std::string, std::vector<Sizes>>> formats;
   for (const CameraMode& mode : modes) {
-    Line line{NameOf(mode.format),
-              fmt::format("{}x{}", mode.width_px, mode.height_px),
-              RatesText(mode.frames_per_second)};
-    if (!lines.empty() && lines.back().format == line.format && lines.back().rates == line.rates) {
-      lines.back().sizes += ", " + line.sizes;
+    const std::string format = NameOf(mode.format);
+    if (formats.empty() || formats.back().first != format) formats.push_back({format, {}});
+    std::vector<Sizes>& sizes = formats.back().second;
+    const std::string size = fmt::format("{}x{}", mode.width_px, mode.height_px);
+    const std::string rates = RatesText(mode.frames_per_second);
+    if (!sizes.empty() && sizes.back().rates == rates) {
+      sizes.back().text += ", " + size;
     } else {
-      lines.push_back(std::move(line));
+      sizes.push_back({size, rates});
+    }
+  }
+  std::vector<std::pair<std::string, std::string>> lines;  // Formats, sizes with rates.
+  for (const auto& [format, sizes] : formats) {
+    std::string text;
+    for (const Sizes& entry : sizes) {
+      text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", entry.text, entry.rates);
+    }
+    const auto same = std::find_if(
+        lines.begin(), lines.end(), [&](const auto& line) { return line.second == text; });
+    if (same == lines.end()) {
+      lines.emplace_back(format, text);
+    } else {
+      same->first += ", " + format;
     }
   }
   std::string text;
-  for (const Line& line : lines) {
-    text += fmt::format("  format    {:<9} {}: {}\n", line.format, line.sizes, line.rates);
+  for (const auto& [names, sizes] : lines) {
+    text += fmt::format("  format    {}\n            {}\n", names, sizes);
   }
   return text;
 }

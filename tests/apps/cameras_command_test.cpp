@@ -21,12 +21,16 @@ CameraList OneCamera() {
   camera.identity = camera.name + "|usb-1.2\n";
   camera.driver = "uvcvideo";
   const PixelFormat yuyv = *PixelFormatNamed("YUYV");
+  const PixelFormat nv12 = *PixelFormatNamed("NV12");
   const PixelFormat mjpeg = *PixelFormatNamed("MJPEG");
   camera.modes = {{yuyv, 640, 480, {30.0, 15.0}},
                   {yuyv, 320, 240, {30.0, 15.0}},
                   {yuyv, 1280, 720, {10.0}},
                   {mjpeg, 1920, 1080, {30000.0 / 1001.0}},
-                  {mjpeg, 640, 480, {}}};
+                  {mjpeg, 640, 480, {}},
+                  {nv12, 640, 480, {30.0, 15.0}},
+                  {nv12, 320, 240, {30.0, 15.0}},
+                  {nv12, 1280, 720, {10.0}}};
   camera.controls = {{"Exposure Time, Absolute", 3.0, 2047.0, 250.0, 166.0, "100 us", false},
                      {"Gain", 0.0, 10.5, 1.25, 1.0, "", true}};
   return {{camera}, {"/dev/video8: this user may not open it"}};
@@ -35,10 +39,11 @@ CameraList OneCamera() {
 TEST(CamerasCommand, ListsFormatsRatesAndControls) {
   const std::string text = CamerasText(OneCamera());
   EXPECT_THAT(text, HasSubstr("/dev/video7\n"));
-  EXPECT_THAT(text, HasSubstr("YUYV      640x480, 320x240: 30, 15 Hz\n"));
-  EXPECT_THAT(text, HasSubstr("YUYV      1280x720: 10 Hz\n"));
-  EXPECT_THAT(text, HasSubstr("MJPEG     1920x1080: 29.97 Hz\n"));
-  EXPECT_THAT(text, HasSubstr("MJPEG     640x480: rate not stated\n"));
+  EXPECT_THAT(text,
+              HasSubstr("  format    YUYV, NV12\n"
+                        "            640x480, 320x240: 30, 15 Hz; 1280x720: 10 Hz\n"
+                        "  format    MJPEG\n"
+                        "            1920x1080: 29.97 Hz; 640x480: rate not stated\n"));
   EXPECT_THAT(text, HasSubstr("Exposure Time, Absolute [100 us]: 250, 3 to 2047, default 166\n"));
   EXPECT_THAT(text, HasSubstr("Gain: 1.25, 0 to 10.5, default 1, read only\n"));
   EXPECT_THAT(text, HasSubstr("\npassed over: /dev/video8: this user may not open it\n"));
@@ -57,7 +62,7 @@ TEST(CamerasCommand, WritesTheSameAsJson) {
   const nlohmann::json report = nlohmann::json::parse(CamerasJson(OneCamera()));
   const nlohmann::json& camera = report.at("cameras").at(0);
   EXPECT_EQ(camera.at("device"), "/dev/video7");
-  ASSERT_EQ(camera.at("modes").size(), 5u);
+  ASSERT_EQ(camera.at("modes").size(), 8u);
   const nlohmann::json first{
       {"format", "YUYV"}, {"width", 640}, {"height", 480}, {"frames_per_second", {30.0, 15.0}}};
   EXPECT_EQ(camera.at("modes").at(0), first);
