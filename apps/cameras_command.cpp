@@ -102,6 +102,18 @@ nlohmann::json CameraJson(const CameraDescription& camera) {
           {"controls", std::move(controls)}};
 }
 
+// Where cameras may be that were not looked at, a line each.
+std::vector<std::string> PassedOver(const CameraList& list) {
+  std::vector<std::string> lines;
+  for (const std::string& device : list.not_permitted) {
+    lines.push_back(device +
+                    ": this user may not open it: join the group video (adduser $USER video, then "
+                    "log in again)");
+  }
+  if (!list.libcamera_failure.empty()) lines.push_back("libcamera: " + list.libcamera_failure);
+  return lines;
+}
+
 }  // namespace
 
 std::string CamerasText(const CameraList& list) {
@@ -117,7 +129,7 @@ std::string CamerasText(const CameraList& list) {
     for (const CameraControl& control : camera.controls) text += ControlText(control);
   }
   std::string passed_over;
-  for (const std::string& line : list.passed_over) passed_over += "; " + MessageText(line);
+  for (const std::string& line : PassedOver(list)) passed_over += "; " + MessageText(line);
   if (list.cameras.empty()) {
     return fmt::format("no camera; looked at {}{}\n", kLookedAt, passed_over);
   }
@@ -129,7 +141,7 @@ std::string CamerasJson(const CameraList& list) {
   nlohmann::json cameras = nlohmann::json::array();
   for (const CameraDescription& camera : list.cameras) cameras.push_back(CameraJson(camera));
   const nlohmann::json report = {
-      {"cameras", std::move(cameras)}, {"looked_at", kLookedAt}, {"passed_over", list.passed_over}};
+      {"cameras", std::move(cameras)}, {"looked_at", kLookedAt}, {"passed_over", PassedOver(list)}};
   // Names of products are foreign text: what is not UTF-8 in them is replaced.
   return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
 }

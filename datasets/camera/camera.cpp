@@ -53,7 +53,7 @@ CameraList ListCameras() {
   CameraList list = ListV4l2Cameras();
   CameraList more = ListLibcameraCameras();
   std::move(more.cameras.begin(), more.cameras.end(), std::back_inserter(list.cameras));
-  std::move(more.passed_over.begin(), more.passed_over.end(), std::back_inserter(list.passed_over));
+  list.libcamera_failure = std::move(more.libcamera_failure);
   return list;
 }
 

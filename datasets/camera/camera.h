@@ -110,8 +110,8 @@ class CameraStream {
 
 struct CameraList {
   std::vector<CameraDescription> cameras;  // In the order of their devices.
-  // Where cameras may be that could not be looked at, a line each: what is missing, what to do.
-  std::vector<std::string> passed_over;
+  std::vector<std::string> not_permitted;  // Devices that this user may not open.
+  std::string libcamera_failure;           // Why libcamera's were not looked at; else empty.
 };
 
 // All that can be opened now. A camera that another program holds is listed, too.

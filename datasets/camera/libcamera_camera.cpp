@@ -455,7 +455,7 @@ CameraList ListLibcameraCameras() {
            ControlsOf(*camera)});
     }
   } catch (const std::runtime_error& error) {
-    list.passed_over.emplace_back(error.what());
+    list.libcamera_failure = error.what();
   }
   return list;
 }

@@ -344,9 +344,7 @@ CameraList ListV4l2Cameras() {
     int error = 0;
     const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
     if (error == EACCES || error == EPERM) {
-      list.passed_over.push_back(PathOf(number) +
-                                 ": this user may not open it: join the group video (adduser $USER "
-                                 "video, then log in again)");
+      list.not_permitted.push_back(PathOf(number));
     }
     if (!device) continue;
     const std::optional<v4l2_capability> camera = device->Camera();
@@ -382,6 +380,21 @@ std::optional<std::string> FindV4l2Camera(const std::string& identity) {
     if (camera && IdentityOf(*camera) == identity) return device->Path();
   }
   return std::nullopt;
+}
+
+std::vector<std::string> ListLoopbackDevices() {
+  std::vector<std::string> devices;
+  for (int number = 0; number < kMostNumbers; ++number) {
+    int error = 0;
+    const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
+    v4l2_capability found{};
+    if (!device || device->Call(VIDIOC_QUERYCAP, &found) != 0) continue;
+    const auto* driver = reinterpret_cast<const char*>(found.driver);
+    if (std::string(driver, strnlen(driver, sizeof found.driver)) == "v4l2 loopback") {
+      devices.push_back(device->Path());
+    }
+  }
+  return devices;
 }
 
 }  // namespace pleinair

@@ -17,4 +17,7 @@ std::unique_ptr<CameraStream> OpenV4l2Camera(const std::string& device,
                                              const CameraRequest& request);
 std::optional<std::string> FindV4l2Camera(const std::string& identity);
 
+// Devices that other programs see as cameras while a program writes pictures to them.
+std::vector<std::string> ListLoopbackDevices();
+
 }  // namespace pleinair

@@ -33,7 +33,7 @@ CameraList OneCamera() {
                   {nv12, 1280, 720, {10.0}}};
   camera.controls = {{"Exposure Time, Absolute", 3.0, 2047.0, 250.0, 166.0, "100 us", false},
                      {"Gain", 0.0, 10.5, 1.25, 1.0, "", true}};
-  return {{camera}, {"/dev/video8: this user may not open it"}};
+  return {{camera}, {"/dev/video8"}, ""};
 }
 
 TEST(CamerasCommand, ListsFormatsRatesAndControls) {
@@ -46,7 +46,9 @@ TEST(CamerasCommand, ListsFormatsRatesAndControls) {
                         "            1920x1080: 29.97 Hz; 640x480: rate not stated\n"));
   EXPECT_THAT(text, HasSubstr("Exposure Time, Absolute [100 us]: 250, 3 to 2047, default 166\n"));
   EXPECT_THAT(text, HasSubstr("Gain: 1.25, 0 to 10.5, default 1, read only\n"));
-  EXPECT_THAT(text, HasSubstr("\npassed over: /dev/video8: this user may not open it\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("\npassed over: /dev/video8: this user may not open it: join the group video"));
 }
 
 TEST(CamerasCommand, MakesControlCharactersVisible) {
@@ -80,7 +82,7 @@ TEST(CamerasCommand, WritesTheSameAsJson) {
 TEST(CamerasCommand, SaysInOneLineWhereItLookedWhenThereIsNone) {
   EXPECT_EQ(CamerasText({}),
             "no camera; looked at /dev/video0 to /dev/video255 (V4L2), libcamera\n");
-  EXPECT_EQ(CamerasText({{}, {"libcamera: not built in"}}),
+  EXPECT_EQ(CamerasText({{}, {}, "not built in"}),
             "no camera; looked at /dev/video0 to /dev/video255 (V4L2), libcamera; libcamera: not "
             "built in\n");
   EXPECT_EQ(nlohmann::json::parse(CamerasJson({})).at("cameras").size(), 0u);

@@ -30,22 +30,11 @@ TEST(DoctorCommand, LooksAtAllThatARunNeeds) {
     any_broken = any_broken || state == "broken";
   }
   EXPECT_EQ(all_well, !any_broken);
-  for (const char* name : {"pleinair",
-                           "OpenGL 4.5",
-                           "OpenGL ES 3.1",
-                           "processor",
-                           "clock",
-                           "cache",
-                           "gnuplot",
-                           "magnetic model",
-                           "geoid",
-                           "Embree",
-                           "OpenCV",
-                           "Ceres",
-                           "assimp",
-                           "OpenEXR",
-                           "ERFA",
-                           "GeographicLib"}) {
+  for (const char* name :
+       {"pleinair", "OpenGL 4.5",     "OpenGL ES 3.1", "processor", "clock",        "cache",
+        "gnuplot",  "magnetic model", "geoid",         "Embree",    "OpenCV",       "Ceres",
+        "assimp",   "OpenEXR",        "ERFA",          "libcamera", "video output", "FFV1",
+        "H.264",    "space",          "GeographicLib"}) {
     EXPECT_THAT(names, Contains(name));
   }
   EXPECT_THAT(names, Contains(StartsWith("camera")));

@@ -13,7 +13,7 @@ constexpr const char* kMissing =
 
 std::string LibcameraVersion() { return {}; }
 
-CameraList ListLibcameraCameras() { return {{}, {std::string("libcamera: ") + kMissing}}; }
+CameraList ListLibcameraCameras() { return {{}, {}, kMissing}; }
 
 std::unique_ptr<CameraStream> OpenLibcameraCamera(const std::string& device,
                                                   const CameraRequest& /*request*/) {
