@@ -1,13 +1,14 @@
 #include "apps/camera_arguments.h"
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
-#include "apps/arguments.h"
+#include "apps/cameras_command.h"
 #include "apps/number_pair.h"
 
 namespace pleinair {
@@ -93,6 +94,20 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
                 request.automatic,
                 "exposure, gain and white balance stay automatic, and are read back for each frame")
       ->group(kGroup);
+}
+
+void AddCameras(CLI::App& app, Work& work) {
+  auto json = std::make_shared<bool>(false);
+  CLI::App& cameras = *app.add_subcommand(
+      "cameras", "Cameras that are plugged in: identity, formats, sizes, rates and controls");
+  cameras.footer("Example: pleinair cameras");
+  cameras.add_flag("--json", *json, "Print JSON");
+  cameras.callback([json, &work] {
+    work = [json] {
+      const CameraList list = ListCameras();
+      return Print(*json ? CamerasJson(list) : CamerasText(list));
+    };
+  });
 }
 
 }  // namespace pleinair

@@ -1,6 +1,7 @@
-// Options of commands that open a camera.
+// `pleinair cameras`, and the options of commands that open a camera.
 #pragma once
 
+#include "apps/arguments.h"
 #include "datasets/camera/camera.h"
 
 namespace CLI {
@@ -12,5 +13,8 @@ namespace pleinair {
 // --format, --size, --rate, --exposure, --gain, --white-balance and --auto, which set `request`: it
 // must outlive `command`. CameraRequest::Validate finds what excludes each other.
 void AddCameraOptions(CLI::App& command, CameraRequest& request);
+
+// Adds `cameras` to `app`; `work` is set when it is called for.
+void AddCameras(CLI::App& app, Work& work);
 
 }  // namespace pleinair

@@ -24,14 +24,20 @@
 #include <erfa.h>
 #include <erfaextra.h>
 #include <fmt/format.h>
-#include <sys/timex.h>
 #include <unistd.h>
 #include <GeographicLib/Geoid.hpp>
 #include <GeographicLib/MagneticModel.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "apps/message_text.h"
+#include "apps/scratch_folder.h"
 #include "apps/svg_chart.h"
+#include "datasets/camera/camera.h"
+#include "datasets/camera/camera_clock.h"
+#include "datasets/camera/libcamera_camera.h"
+#include "datasets/camera/v4l2_camera.h"
+#include "datasets/video/video_writer.h"
 #include "render/gl_context.h"
 #include "session/file_blob_store.h"
 
@@ -127,10 +133,7 @@ Finding CheckClock() {
   if (now < kEarliest) {
     return {"clock", State::kBroken, text + ": was never set", "set it: date --utc --set=..."};
   }
-  timex kernel_clock{};
-  const int state = adjtimex(&kernel_clock);
-  if (state < 0) return {"clock", State::kOk, text + "; whether it is synchronised is unknown", ""};
-  if (state == TIME_ERROR || (kernel_clock.status & STA_UNSYNC) != 0) {
+  if (!ClockWarning().empty()) {
     return {"clock",
             State::kMissing,
             text + ": not synchronised; recordings carry their own times, live cameras need it",
@@ -139,36 +142,98 @@ Finding CheckClock() {
   return {"clock", State::kOk, text + ", synchronised", ""};
 }
 
+// Cameras by their own interfaces, and devices that this user may not open.
 std::vector<Finding> CheckCameras() {
-  std::vector<fs::path> devices;
-  std::error_code error;
-  for (fs::directory_iterator entry("/dev", error), end; !error && entry != end;
-       entry.increment(error)) {
-    if (entry->path().filename().string().starts_with("video")) devices.push_back(entry->path());
-  }
-  std::sort(devices.begin(), devices.end());
-  if (devices.empty()) {
-    return {{"cameras",
-             State::kMissing,
-             "no /dev/video*; recordings need none",
-             "plug a camera in (in a container: pass its device on)"}};
-  }
+  const CameraList list = ListCameras();
   std::vector<Finding> findings;
-  for (const fs::path& device : devices) {
-    std::string label;
-    std::ifstream name_file("/sys/class/video4linux" / device.filename() / "name");
-    std::getline(name_file, label);
-    const std::string name = "camera " + device.string();
-    if (access(device.c_str(), R_OK | W_OK) == 0) {
-      findings.push_back({name, State::kOk, label.empty() ? "may be opened" : label, ""});
-    } else {
-      findings.push_back({name,
+  for (const CameraDescription& camera : list.cameras) {
+    if (camera.modes.empty()) {
+      findings.push_back({"camera " + camera.device,
                           State::kMissing,
-                          label + (label.empty() ? "" : ": ") + "may not be opened by this user",
-                          "join the group video: adduser $USER video, then log in again"});
+                          camera.name + ": no format that can be decoded",
+                          "try it as libcamera's camera: pleinair cameras"});
+    } else {
+      findings.push_back({"camera " + camera.device,
+                          State::kOk,
+                          fmt::format("{}, {} modes", camera.name, camera.modes.size()),
+                          ""});
     }
   }
+  if (findings.empty()) {
+    findings.push_back({"cameras",
+                        State::kMissing,
+                        "none; recordings need none",
+                        "plug a camera in (in a container: pass its device on)"});
+  }
+  for (const std::string& device : list.not_permitted) {
+    findings.push_back({"camera " + device,
+                        State::kMissing,
+                        "this user may not open it",
+                        "join the group video: adduser $USER video, then log in again"});
+  }
+  if (LibcameraVersion().empty()) {
+    findings.push_back({"libcamera",
+                        State::kMissing,
+                        "not built in; cameras of small boards need it",
+                        "apt install libcamera-dev and build pleinair again"});
+  } else if (!list.libcamera_failure.empty()) {
+    findings.push_back({"libcamera",
+                        State::kMissing,
+                        LibcameraVersion() + ": " + list.libcamera_failure,
+                        "see its log: LIBCAMERA_LOG_FILE=log pleinair cameras"});
+  } else {
+    findings.push_back({"libcamera", State::kOk, LibcameraVersion(), ""});
+  }
   return findings;
+}
+
+// A picture through the encoder, as `run --video` and `record --store` need it.
+Finding CheckEncoder(std::string name, std::string_view use, VideoCodec codec) {
+  try {
+    const ScratchFolder folder;
+    VideoFormat format;
+    format.codec = codec;
+    format.width_px = 64;
+    format.height_px = 48;
+    VideoWriter(folder.Path() / "picture.mkv", format)
+        .Add(Rgb8Image(format.width_px, format.height_px), std::chrono::nanoseconds(0));
+    return {std::move(name), State::kOk, fmt::format("encodes, for {}", use), ""};
+  } catch (const std::exception& error) {
+    return {std::move(name),
+            State::kMissing,
+            fmt::format("not for {}: {}", use, error.what()),
+            "apt install libavcodec59 (its complete build: libavcodec-extra59)"};
+  }
+}
+
+// Where other programs can take the composites as a camera's pictures.
+Finding CheckLoopback() {
+  const std::vector<std::string> devices = ListLoopbackDevices();
+  if (devices.empty()) {
+    return {"video output",
+            State::kMissing,
+            "no loopback device; only `run --stream v4l2:` needs one",
+            "apt install v4l2loopback-dkms && modprobe v4l2loopback"};
+  }
+  return {"video output", State::kOk, fmt::format("{}", fmt::join(devices, ", ")), ""};
+}
+
+// Of the current folder: outputs and recordings go below it unless said.
+Finding CheckSpace() {
+  // An hour of 640x480 at 30 pictures a second, as PNG.
+  constexpr std::uintmax_t kEnoughBytes = 30ULL << 30;
+  std::error_code error;
+  const fs::space_info space = fs::space(".", error);
+  if (error) return {"space", State::kMissing, error.message(), "change to another folder"};
+  const std::string found = fmt::format(
+      "{:.1f} GiB free here", static_cast<double>(space.available) / static_cast<double>(1 << 30));
+  if (space.available < kEnoughBytes) {
+    return {"space",
+            State::kMissing,
+            found + ": less than an hour of 640x480 at 30 pictures a second needs, as PNG",
+            "make room, or record with --store ffv1 or --every"};
+  }
+  return {"space", State::kOk, found, ""};
 }
 
 // A data set of GeographicLib's: in no Debian package, and only some uses need it.
@@ -269,6 +334,10 @@ std::vector<Finding> CheckEverything() {
       CheckGnuplot(),
   };
   for (Finding& camera : CheckCameras()) findings.push_back(std::move(camera));
+  findings.push_back(CheckLoopback());
+  findings.push_back(CheckEncoder("FFV1", "recordings", VideoCodec::kFfv1));
+  findings.push_back(CheckEncoder("H.264", "videos to look at", VideoCodec::kH264));
+  findings.push_back(CheckSpace());
   findings.push_back(CheckModel("magnetic model",
                                 GeographicLib::MagneticModel::DefaultMagneticPath(),
                                 ".wmm",
@@ -312,8 +381,11 @@ std::string AsText(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) name_width = std::max(name_width, finding.name.size());
   std::string text;
   for (const Finding& finding : findings) {
-    text += fmt::format(
-        "{:<7}  {:<{}}  {}", Word(finding.state), finding.name, name_width, finding.found);
+    text += fmt::format("{:<7}  {:<{}}  {}",
+                        Word(finding.state),
+                        MessageText(finding.name),
+                        name_width,
+                        MessageText(finding.found));
     if (!finding.advice.empty()) text += ": " + finding.advice;
     text += '\n';
   }

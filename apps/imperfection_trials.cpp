@@ -23,7 +23,7 @@ namespace pleinair {
 namespace {
 
 // What of a recording all its runs are compared with.
-struct Recording {
+struct TrialRecording {
   Sequence sequence;
   std::vector<int> frames;        // That are run.
   std::vector<TruthFrame> truth;  // One a frame that is run.
@@ -34,8 +34,8 @@ std::string NameOf(const Sequence& sequence) {
   return sequence.name.empty() ? sequence.folder.filename().string() : sequence.name;
 }
 
-Recording ReadRecording(const std::filesystem::path& folder, int frames_limit) {
-  Recording recording;
+TrialRecording ReadRecording(const std::filesystem::path& folder, int frames_limit) {
+  TrialRecording recording;
   recording.sequence = ReadSequence(folder);
   if (SourceOf({}, recording.sequence) != SourceKind::kOutdoor) {
     throw std::runtime_error(folder.string() +
@@ -106,7 +106,7 @@ CompositeScore ScoreObject(const TruthFrame& truth,
 }
 
 // Adds what became of one run to `result`.
-void RunOnce(const Recording& recording,
+void RunOnce(const TrialRecording& recording,
              const Imperfections& imperfections,
              std::uint64_t seed,
              const SessionOptions& options,
@@ -148,7 +148,7 @@ void RunOnce(const Recording& recording,
 std::vector<ImperfectRecording> MeasureImperfections(const ImperfectionSettings& settings,
                                                      const std::vector<ImperfectionDial>& dials,
                                                      const Progress& progress) {
-  std::vector<Recording> recordings;
+  std::vector<TrialRecording> recordings;
   for (const std::filesystem::path& folder : settings.sequences) {
     recordings.push_back(ReadRecording(folder, settings.frames_limit));
   }
@@ -164,7 +164,7 @@ std::vector<ImperfectRecording> MeasureImperfections(const ImperfectionSettings&
   std::size_t sizes = without_maps ? 2 : 1;
   for (const ImperfectionDial& dial : dials) sizes += dial.sizes.size();
   std::size_t done = 0;
-  const auto measure = [&](const Recording& recording, const Imperfections& imperfections) {
+  const auto measure = [&](const TrialRecording& recording, const Imperfections& imperfections) {
     progress("imperfections",
              static_cast<double>(done++) / static_cast<double>(sizes * recordings.size()));
     ImperfectionResult result;
@@ -182,7 +182,7 @@ std::vector<ImperfectRecording> MeasureImperfections(const ImperfectionSettings&
   };
 
   std::vector<ImperfectRecording> measured;
-  for (const Recording& recording : recordings) {
+  for (const TrialRecording& recording : recordings) {
     ImperfectRecording& of_recording = measured.emplace_back();
     of_recording.name = NameOf(recording.sequence);
     of_recording.frames = static_cast<int>(recording.frames.size());

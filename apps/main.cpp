@@ -17,6 +17,7 @@
 
 #include "apps/arguments.h"
 #include "apps/calibrate_arguments.h"
+#include "apps/camera_arguments.h"
 #include "apps/command_line.h"
 #include "apps/doctor_command.h"
 #include "apps/evaluation_arguments.h"
@@ -227,6 +228,7 @@ int RunCommandLine(int argc, char** argv) {
   AddPrepare(app, work);
   AddRun(app, work);
   AddRecord(app, work);
+  AddCameras(app, work);
   AddScore(app, work);
   AddRegress(app, work);
   AddTradeoff(app, work);

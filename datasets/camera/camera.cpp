@@ -1,10 +1,14 @@
 #include "datasets/camera/camera.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "datasets/camera/libcamera_camera.h"
 #include "datasets/camera/v4l2_camera.h"
 
 namespace pleinair {
@@ -45,17 +49,27 @@ std::optional<double> IsoOf(const CapturedExposure& exposure) {
   return 100.0 * *exposure.gain;
 }
 
-std::vector<CameraDescription> ListCameras() { return ListV4l2Cameras(); }
+CameraList ListCameras() {
+  CameraList list = ListV4l2Cameras();
+  CameraList more = ListLibcameraCameras();
+  std::move(more.cameras.begin(), more.cameras.end(), std::back_inserter(list.cameras));
+  list.libcamera_failure = std::move(more.libcamera_failure);
+  return list;
+}
 
-bool IsCameraName(const std::string& name) { return name.starts_with("/dev/video"); }
+bool IsCameraName(const std::string& name) {
+  return name.starts_with("/dev/video") || name.starts_with(kLibcameraPrefix);
+}
 
 std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request) {
   request.Validate();
-  return OpenV4l2Camera(device, request);
+  return device.starts_with(kLibcameraPrefix) ? OpenLibcameraCamera(device, request)
+                                              : OpenV4l2Camera(device, request);
 }
 
 std::optional<std::string> FindCamera(const std::string& identity) {
-  return FindV4l2Camera(identity);
+  return identity.starts_with(kLibcameraPrefix) ? FindLibcameraCamera(identity)
+                                                : FindV4l2Camera(identity);
 }
 
 }  // namespace pleinair

@@ -108,9 +108,14 @@ class CameraStream {
   virtual std::vector<std::string> TakeNotes() = 0;
 };
 
-// All that can be opened now, in the order of their devices. A camera that another program holds is
-// listed, too.
-std::vector<CameraDescription> ListCameras();
+struct CameraList {
+  std::vector<CameraDescription> cameras;  // In the order of their devices.
+  std::vector<std::string> not_permitted;  // Devices that this user may not open.
+  std::string libcamera_failure;           // Why libcamera's were not looked at; else empty.
+};
+
+// All that can be opened now. A camera that another program holds is listed, too.
+CameraList ListCameras();
 
 // Whether `name` has the form of a camera's name: it may not be there.
 bool IsCameraName(const std::string& name);

@@ -15,6 +15,8 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kTick{100};
 // Drivers stamp a picture before it is handed over, and none that is older than this.
 constexpr std::chrono::seconds kOldestPicture{10};
+// A driver that computes the time of a frame's end may state it before that.
+constexpr milliseconds kMostAhead{100};
 
 double Seconds(nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -154,6 +156,7 @@ void CameraCapture::Take(CapturedBuffer buffer) {
 
   const nanoseconds now = clock_.MonotonicNow();
   nanoseconds taken = buffer.monotonic_time;
+  if (taken > now && taken - now <= kMostAhead) taken = now;
   if (!(taken > last_time_) || taken > now || now - taken > kOldestPicture) {
     Note(EventKind::kTimestamp,
          fmt::format("{}: a picture's time is {:.3f} s {} the one before's, and {:.3f} s {} now: "

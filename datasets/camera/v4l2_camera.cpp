@@ -10,12 +10,12 @@
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "datasets/camera/internal/camera_lock.h"
+#include "datasets/camera/internal/camera_mode.h"
 #include "datasets/camera/internal/v4l2_device.h"
 
 namespace pleinair {
@@ -23,7 +23,6 @@ namespace {
 
 constexpr int kMostNumbers = 256;
 constexpr std::uint32_t kBuffers = 4;
-constexpr double kUsualRate = 30.0;
 
 std::string PathOf(int number) { return "/dev/video" + std::to_string(number); }
 
@@ -33,58 +32,6 @@ std::string PathOf(int number) { return "/dev/video" + std::to_string(number); }
 
 std::string ReasonOf(int error) {
   return error == EBUSY ? "another program uses the camera" : std::strerror(error);
-}
-
-// The earlier, the better a picture in the format is: what is lost in it, then what it costs.
-int RankOf(const PixelFormat& format) {
-  switch (format.coding) {
-    case PixelCoding::kRgb:
-      return 0;
-    case PixelCoding::kYuyv:
-      return 1;
-    case PixelCoding::kNv12:
-      return 2;
-    case PixelCoding::kMjpeg:
-      return 3;
-    case PixelCoding::kBayer:  // Its colours are not balanced: for callers that ask for it.
-      return 4;
-    case PixelCoding::kGrey:
-      break;
-  }
-  return 5;
-}
-
-// What is asked for first: format, size, rate; then the rank of the format.
-CameraMode ChooseMode(const std::string& device,
-                      const std::vector<CameraMode>& modes,
-                      const CameraRequest& request) {
-  if (modes.empty()) Refuse(device, "expected a camera with a format that can be decoded");
-  const auto cost = [&](const CameraMode& mode) {
-    const bool other_format = request.format && !(mode.format == *request.format);
-    const int width = request.width_px.value_or(640);
-    const int height = request.height_px.value_or(request.width_px ? 0 : 480);
-    const double stretch = height > 0
-                               ? std::abs(std::log(static_cast<double>(mode.width_px) * height /
-                                                   (static_cast<double>(mode.height_px) * width)))
-                               : 0.0;
-    const double scale = std::abs(std::log(static_cast<double>(mode.width_px) / width));
-    const double wanted = request.frames_per_second.value_or(kUsualRate);
-    const double rate = mode.frames_per_second.empty() ? wanted : mode.frames_per_second.front();
-    // A rate that is short by a per cent is the same: 29.97.
-    const double slower = std::max(wanted / rate - 1.01, 0.0);
-    return std::tuple(
-        other_format, std::round(100.0 * stretch), scale, slower, RankOf(mode.format));
-  };
-  const CameraMode& best =
-      *std::min_element(modes.begin(), modes.end(), [&](const CameraMode& a, const CameraMode& b) {
-        return cost(a) < cost(b);
-      });
-  if (request.format && !(best.format == *request.format)) {
-    Refuse(
-        device,
-        fmt::format("expected a camera with the format {}, it has none", NameOf(*request.format)));
-  }
-  return best;
 }
 
 YuvCoding YuvCodingOf(const v4l2_pix_format& pix) {
@@ -102,6 +49,16 @@ YuvCoding YuvCodingOf(const v4l2_pix_format& pix) {
   }
   coding.is_full_range = range == V4L2_QUANTIZATION_FULL_RANGE;
   return coding;
+}
+
+v4l2_format FormatOf(const PixelFormat& pixels, int width_px, int height_px) {
+  v4l2_format format{};
+  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  format.fmt.pix.width = static_cast<std::uint32_t>(width_px);
+  format.fmt.pix.height = static_cast<std::uint32_t>(height_px);
+  format.fmt.pix.pixelformat = FourccOf(pixels);
+  format.fmt.pix.field = V4L2_FIELD_NONE;
+  return format;
 }
 
 PictureLayout LayoutOf(const std::string& device, const v4l2_pix_format& pix) {
@@ -207,13 +164,24 @@ class V4l2Stream final : public CameraStream {
 
  private:
   void SetMode(const CameraRequest& request) {
+    // Before the signal is looked at: no later change may be missed. Most cameras have no such
+    // event.
+    v4l2_event_subscription source{};
+    source.type = V4L2_EVENT_SOURCE_CHANGE;
+    device_.Call(VIDIOC_SUBSCRIBE_EVENT, &source);
+    TakeSignal();
     const CameraMode mode = ChooseMode(device_.Path(), device_.Modes(), request);
-    v4l2_format format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    format.fmt.pix.width = static_cast<std::uint32_t>(mode.width_px);
-    format.fmt.pix.height = static_cast<std::uint32_t>(mode.height_px);
-    format.fmt.pix.pixelformat = FourccOf(mode.format);
-    format.fmt.pix.field = V4L2_FIELD_NONE;
+    v4l2_format format = FormatOf(mode.format, mode.width_px, mode.height_px);
+    if (request.width_px && request.height_px) {
+      // A driver with a range of sizes can have more than those that are listed.
+      v4l2_format wanted = FormatOf(mode.format, *request.width_px, *request.height_px);
+      const v4l2_pix_format asked = wanted.fmt.pix;
+      if (device_.Call(VIDIOC_TRY_FMT, &wanted) == 0 && wanted.fmt.pix.width == asked.width &&
+          wanted.fmt.pix.height == asked.height &&
+          wanted.fmt.pix.pixelformat == asked.pixelformat) {
+        format = wanted;
+      }
+    }
     if (const int error = device_.Call(VIDIOC_S_FMT, &format); error != 0) {
       Refuse(device_.Path(), "setting the format: " + ReasonOf(error));
     }
@@ -233,7 +201,7 @@ class V4l2Stream final : public CameraStream {
     // Thousandths hold all usual rates, 29.97 included, exactly enough.
     parameters.parm.capture.timeperframe.numerator = 1000;
     parameters.parm.capture.timeperframe.denominator = static_cast<std::uint32_t>(
-        std::lround(1000.0 * request.frames_per_second.value_or(kUsualRate)));
+        std::lround(1000.0 * request.frames_per_second.value_or(kUsualFramesPerSecond)));
     if (device_.Call(VIDIOC_S_PARM, &parameters) == 0) {
       const v4l2_fract& interval = parameters.parm.capture.timeperframe;
       if (interval.numerator > 0) {
@@ -242,11 +210,15 @@ class V4l2Stream final : public CameraStream {
     }
   }
 
-  void StartStreaming() {
-    v4l2_event_subscription source{};
-    source.type = V4L2_EVENT_SOURCE_CHANGE;
-    device_.Call(VIDIOC_SUBSCRIBE_EVENT, &source);  // Most cameras have no such event.
+  // A video input (HDMI) captures with the timings that it is set to: those of its signal.
+  void TakeSignal() {
+    v4l2_dv_timings signal{};
+    if (device_.Call(VIDIOC_QUERY_DV_TIMINGS, &signal) == 0) {
+      device_.Call(VIDIOC_S_DV_TIMINGS, &signal);
+    }
+  }
 
+  void StartStreaming() {
     v4l2_requestbuffers request{};
     request.count = kBuffers;
     request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -366,24 +338,27 @@ class V4l2Stream final : public CameraStream {
 
 }  // namespace
 
-std::vector<CameraDescription> ListV4l2Cameras() {
-  std::vector<CameraDescription> cameras;
+CameraList ListV4l2Cameras() {
+  CameraList list;
   for (int number = 0; number < kMostNumbers; ++number) {
     int error = 0;
     const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
+    if (error == EACCES || error == EPERM) {
+      list.not_permitted.push_back(PathOf(number));
+    }
     if (!device) continue;
     const std::optional<v4l2_capability> camera = device->Camera();
     if (!camera) continue;
     const std::string identity = IdentityOf(*camera);
     const auto* driver = reinterpret_cast<const char*>(camera->driver);
-    cameras.push_back({device->Path(),
-                       identity.substr(0, identity.find('|')),
-                       identity,
-                       std::string(driver, strnlen(driver, sizeof camera->driver)),
-                       device->Modes(),
-                       device->Controls()});
+    list.cameras.push_back({device->Path(),
+                            identity.substr(0, identity.find('|')),
+                            identity,
+                            std::string(driver, strnlen(driver, sizeof camera->driver)),
+                            device->Modes(),
+                            device->Controls()});
   }
-  return cameras;
+  return list;
 }
 
 std::unique_ptr<CameraStream> OpenV4l2Camera(const std::string& device,
@@ -405,6 +380,21 @@ std::optional<std::string> FindV4l2Camera(const std::string& identity) {
     if (camera && IdentityOf(*camera) == identity) return device->Path();
   }
   return std::nullopt;
+}
+
+std::vector<std::string> ListLoopbackDevices() {
+  std::vector<std::string> devices;
+  for (int number = 0; number < kMostNumbers; ++number) {
+    int error = 0;
+    const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
+    v4l2_capability found{};
+    if (!device || device->Call(VIDIOC_QUERYCAP, &found) != 0) continue;
+    const auto* driver = reinterpret_cast<const char*>(found.driver);
+    if (std::string(driver, strnlen(driver, sizeof found.driver)) == "v4l2 loopback") {
+      devices.push_back(device->Path());
+    }
+  }
+  return devices;
 }
 
 }  // namespace pleinair

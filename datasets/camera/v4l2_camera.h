@@ -12,9 +12,12 @@ namespace pleinair {
 
 // As ListCameras, OpenCamera and FindCamera have it, for /dev/videoN. Numbers are tried one by
 // one: that finds stand-ins, too.
-std::vector<CameraDescription> ListV4l2Cameras();
+CameraList ListV4l2Cameras();
 std::unique_ptr<CameraStream> OpenV4l2Camera(const std::string& device,
                                              const CameraRequest& request);
 std::optional<std::string> FindV4l2Camera(const std::string& identity);
+
+// Devices that other programs see as cameras while a program writes pictures to them.
+std::vector<std::string> ListLoopbackDevices();
 
 }  // namespace pleinair

@@ -66,6 +66,7 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
                               "regress",
                               "tradeoff",
                               "doctor",
+                              "cameras",
                               "calibrate",
                               "calibrate fisheye",
                               "calibrate response",

@@ -85,6 +85,12 @@ std::vector<std::pair<int, int>> SizesOf(const V4l2Device& device, std::uint32_t
     sizes.emplace_back(range.max_width, range.max_height);
     break;
   }
+  // A video input lists none: it has its signal's.
+  v4l2_format now{};
+  now.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  if (sizes.empty() && device.Call(VIDIOC_G_FMT, &now) == 0) {
+    sizes.emplace_back(now.fmt.pix.width, now.fmt.pix.height);
+  }
   return sizes;
 }
 
@@ -132,6 +138,8 @@ std::optional<v4l2_capability> V4l2Device::Camera() const {
       (camera.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? camera.device_caps : camera.capabilities;
   constexpr std::uint32_t kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   if ((can & kNeeded) != kNeeded) return std::nullopt;
+  // The end of a pipeline that someone has to set up first: libcamera does.
+  if ((can & V4L2_CAP_IO_MC) != 0) return std::nullopt;
   return camera;
 }
 

@@ -27,7 +27,7 @@ class V4l2Device {
   // 0, or errno's value.
   int Call(unsigned long request, void* argument) const;
 
-  // None where it is no camera that streams in one plane.
+  // None where it is no camera by itself that streams in one plane.
   std::optional<v4l2_capability> Camera() const;
   std::vector<CameraMode> Modes() const;
   std::vector<CameraControl> Controls() const;

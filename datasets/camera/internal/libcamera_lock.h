@@ -1,0 +1,63 @@
+// Exposure, gain and white balance of a camera of libcamera: locked, or read request by request.
+#pragma once
+
+#include <libcamera/controls.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "datasets/camera/camera.h"
+
+namespace pleinair {
+
+// What libcamera states of a completed request: the settings that its picture was taken with, so no
+// delay has to be accounted for. Gain is that of sensor and processor together.
+CapturedExposure ExposureOf(const libcamera::ControlList& metadata);
+
+// Of a raw picture of so many bits: black level and white balance as stated, else as usual.
+RawDevelopment DevelopmentOf(const libcamera::ControlList& metadata, int bits);
+
+class LibcameraLock {
+ public:
+  // `known` are the camera's controls and outlive the lock; `queued_requests` were sent before one
+  // that is sent now.
+  LibcameraLock(std::string device,
+                const libcamera::ControlInfoMap& known,
+                const CameraRequest& request,
+                int queued_requests);
+
+  // To start the camera with.
+  libcamera::ControlList StartControls() const;
+
+  // Of a completed request, in order. Whether its picture is to be handed out: not while the
+  // camera's automatics settle, nor before the values that they are locked at apply.
+  bool Take(const libcamera::ControlList& metadata);
+  // To send with the next request.
+  libcamera::ControlList TakeControls();
+  // Of the request that Take has seen last.
+  const CapturedExposure& Exposure() const { return exposure_; }
+  // Since the last call: what was refused, clamped or is missing, a line each.
+  std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
+
+ private:
+  bool Knows(const libcamera::ControlId& control) const;
+  void AddValues(libcamera::ControlList& controls, const libcamera::ControlList& found) const;
+  void Lock(const libcamera::ControlList& found);
+  void Check(const CapturedExposure& found);
+  void NoteMissing(const libcamera::ControlId& control, const char* name, bool is_stated);
+
+  std::string device_;
+  const libcamera::ControlInfoMap& known_;
+  CameraRequest request_;
+  int queued_requests_;
+  int frames_to_settle_ = 0;
+  int frames_to_pass_ = 0;
+  bool is_checked_ = false;
+  libcamera::ControlList controls_;
+  CapturedExposure exposure_;
+  CapturedExposure wanted_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace pleinair
