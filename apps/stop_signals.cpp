@@ -22,9 +22,15 @@ bool StopSignals::Wait(std::chrono::milliseconds timeout) {
   const int signal = sigtimedwait(&awaited_, nullptr, &time);
   if (signal < 0) return false;
   constexpr int kEndedBySignal = 128;  // As a shell reports it.
-  if (has_come_) _exit(kEndedBySignal + signal);
-  has_come_ = true;
-  return true;
+  const auto now = std::chrono::steady_clock::now();
+  if (!first_) {
+    first_ = now;
+    return true;
+  }
+  // A shell's or `timeout`'s signal comes twice: to the process and to its group.
+  constexpr std::chrono::seconds kSameRequest{1};
+  if (now - *first_ > kSameRequest) _exit(kEndedBySignal + signal);
+  return false;
 }
 
 }  // namespace pleinair

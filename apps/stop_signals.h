@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <optional>
 
 namespace pleinair {
 
@@ -16,12 +17,12 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  // Whether one has come within this time. The second one ends the process at once, for as long as
-  // some thread waits.
+  // Whether one has come within this time. A second one, a second or more later, ends the process
+  // at once, for as long as some thread waits.
   bool Wait(std::chrono::milliseconds timeout);
 
  private:
-  bool has_come_ = false;
+  std::optional<std::chrono::steady_clock::time_point> first_;
   sigset_t before_{};
   sigset_t awaited_{};
 };
