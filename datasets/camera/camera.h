@@ -85,7 +85,8 @@ struct CapturedBuffer {
 enum class CameraFaultKind {
   kEnded,  // The stream is over: of stand-ins alone.
   kUnplugged,
-  kStalled,  // No picture in time.
+  kStalled,   // No picture in time.
+  kSettling,  // A picture came, and is not to be used: the camera's automatics are not locked yet.
   kFormatChanged,
   kFailed,  // Anything else that the driver refuses.
 };
@@ -99,7 +100,8 @@ struct CameraFault {
 class CameraStream {
  public:
   virtual ~CameraStream() = default;
-  // The next picture, or why there is none. After a fault the stream is over, but for kStalled.
+  // The next picture, or why there is none. After a fault the stream is over, but for kStalled
+  // and kSettling.
   virtual tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) = 0;
   virtual const PictureLayout& Layout() const = 0;
   virtual double FramesPerSecond() const = 0;  // 0: not stated.

@@ -1,5 +1,7 @@
 #include "datasets/camera/camera_capture.h"
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -29,10 +31,17 @@ EventKind EventOf(CameraFaultKind fault) {
     case CameraFaultKind::kFormatChanged:
       return EventKind::kFormatChanged;
     case CameraFaultKind::kUnplugged:
+    case CameraFaultKind::kSettling:
     case CameraFaultKind::kFailed:
       break;
   }
   return EventKind::kUnplugged;
+}
+
+CaptureOptions WithCameras(CaptureOptions options) {
+  if (!options.open) options.open = OpenCamera;
+  if (!options.find) options.find = FindCamera;
+  return options;
 }
 
 }  // namespace
@@ -43,9 +52,9 @@ CameraCapture::CameraCapture(const std::string& device,
                              EventLog& events)
     : device_(device),
       request_(std::move(request)),
-      options_(options),
+      options_(WithCameras(options)),
       events_(events),
-      stream_(OpenCamera(device, request_)),
+      stream_(options_.open(device, request_)),
       clock_(options.clock),
       layout_(stream_->Layout()),
       frames_per_second_(stream_->FramesPerSecond()),
@@ -93,10 +102,14 @@ void CameraCapture::Run() {
       continue;
     }
     const CameraFault& fault = buffer.error();
+    if (fault.kind == CameraFaultKind::kSettling) {
+      waited = milliseconds{0};
+      continue;
+    }
     if (fault.kind == CameraFaultKind::kStalled) {
       waited += kTick;
       NoteStall(waited);
-      if (waited < options_.reopen) continue;
+      if (waited < Limit(options_.reopen, 5)) continue;
       Note(EventKind::kUnplugged, device_ + ": opened again, as it gives no pictures");
     } else {
       Note(EventOf(fault.kind), fault.reason);
@@ -108,20 +121,25 @@ void CameraCapture::Run() {
   queue_.Close();
 }
 
+milliseconds CameraCapture::Limit(milliseconds least, int intervals) const {
+  const double rate = stream_->FramesPerSecond();
+  if (!(rate > 0.0)) return least;
+  return std::max(least, milliseconds(std::llround(std::min(1e3 * intervals / rate, 1e9))));
+}
+
 void CameraCapture::NoteStall(milliseconds waited) {
-  if (is_stalled_ || waited < options_.stall) return;
+  if (is_stalled_ || waited < Limit(options_.stall, 3)) return;
   is_stalled_ = true;
-  Note(EventKind::kStalled,
-       fmt::format("{}: no picture for {:.1f} s", device_, Seconds(options_.stall)));
+  Note(EventKind::kStalled, fmt::format("{}: no picture for {:.1f} s", device_, Seconds(waited)));
 }
 
 void CameraCapture::Reconnect() {
   stream_.reset();
   std::string last_reason;
   while (!stop_) {
-    if (const std::optional<std::string> device = FindCamera(identity_)) {
+    if (const std::optional<std::string> device = options_.find(identity_)) {
       try {
-        stream_ = OpenCamera(*device, request_);
+        stream_ = options_.open(*device, request_);
         device_ = *device;
         last_sequence_.reset();
         Note(EventKind::kReconnected,

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,10 +27,14 @@ struct CameraFrame {
 
 struct CaptureOptions {
   std::size_t queue_frames = 2;           // That wait for the consumer at most.
-  std::chrono::milliseconds stall{2000};  // Without a picture: an event.
-  // Without a picture: the camera is closed and opened again.
+  std::chrono::milliseconds stall{2000};  // Without a picture, and 3 intervals: an event.
+  // Without a picture, and 5 intervals: the camera is closed and opened again.
   std::chrono::milliseconds reopen{10000};
   CameraClock::Read clock;  // None: the system's.
+  // None: OpenCamera and FindCamera.
+  std::function<std::unique_ptr<CameraStream>(const std::string& device, const CameraRequest&)>
+      open;
+  std::function<std::optional<std::string>(const std::string& identity)> find;
 };
 
 // Never waits for its consumer: a full queue loses its oldest picture, which is counted. A camera
@@ -62,7 +67,9 @@ class CameraCapture {
   // Until the camera is back, or Stop.
   void Reconnect();
   void Take(CapturedBuffer buffer);
-  // No frame for `waited`.
+  // At least `least`, and at least so many intervals of pictures.
+  std::chrono::milliseconds Limit(std::chrono::milliseconds least, int intervals) const;
+  // No picture for `waited`.
   void NoteStall(std::chrono::milliseconds waited);
   void NoteControls();
   void Note(EventKind kind, std::string text, std::int64_t count = 1);

@@ -133,23 +133,13 @@ class V4l2Stream final : public CameraStream {
   }
 
   tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) override {
-    for (;;) {
-      auto buffer = Dequeue(timeout);
-      if (!buffer) return buffer;
-      if (frames_to_pass_ == 0) return buffer;
-      if (--frames_to_pass_ == 0 && lock_->HasToSettle()) {
-        lock_->Settle();
-        if (layout_.format.coding == PixelCoding::kBayer && !development_) {
-          development_ = UsualDevelopment(layout_.format.bits);
-          // Few drivers state it.
-          if (const auto black = device_.GetControl(V4L2_CID_BLACK_LEVEL)) {
-            development_->black_level = *black;
-          }
-          development_->Validate();
-        }
-        frames_to_pass_ = lock_->DelayFrames();
-      }
+    auto buffer = Dequeue(timeout);
+    if (!buffer || frames_to_pass_ == 0) return buffer;
+    if (--frames_to_pass_ == 0 && lock_->HasToSettle()) {
+      lock_->Settle();
+      frames_to_pass_ = lock_->DelayFrames();
     }
+    return Fault(CameraFaultKind::kSettling, "the camera settles");
   }
 
   const PictureLayout& Layout() const override { return layout_; }
