@@ -53,6 +53,9 @@ struct CameraRequest {
   std::optional<double> exposure_s;
   std::optional<double> gain;  // In the driver's unit.
   std::optional<double> white_balance_k;
+  // What CapturedExposure's gain counts from, in the driver's unit. None: the gain at which the
+  // camera is locked, or which an automatic one has when it is opened.
+  std::optional<double> reference_gain;
   bool automatic = false;  // Exposure, gain and white balance stay automatic, and are read back.
   int control_delay_frames = 2;  // From setting a control to the frame that it applies to.
   std::optional<RawDevelopment> development;  // Of raw pictures; none: as the driver states it.
@@ -64,12 +67,20 @@ struct CameraRequest {
 // The settings that a picture was taken with; what is unset is unknown.
 struct CapturedExposure {
   std::optional<double> exposure_s;
-  std::optional<double> gain;  // Linear, 1 is the driver's least; else unknown.
+  // 1 at the reference gain; unknown at any other, as drivers do not state the unit of gain.
+  std::optional<double> gain;
 
   bool operator==(const CapturedExposure&) const = default;
 };
 
-// ISO 100 stands for the driver's least gain.
+// Where a camera's controls are; what is unset is unknown, or automatic.
+struct CameraSettings {
+  std::optional<double> exposure_s;
+  std::optional<double> gain;  // In the driver's unit; of an automatic camera the reference.
+  std::optional<double> white_balance_k;
+};
+
+// ISO 100 stands for the reference gain.
 std::optional<double> IsoOf(const CapturedExposure& exposure);
 
 struct CapturedBuffer {
@@ -106,6 +117,8 @@ class CameraStream {
   virtual const PictureLayout& Layout() const = 0;
   virtual double FramesPerSecond() const = 0;  // 0: not stated.
   virtual const std::string& Identity() const = 0;
+  // What a camera that comes back is to be asked for; empty until the camera is locked.
+  virtual CameraSettings Settings() const { return {}; }
   // Since the last call: each control that was refused, clamped or is missing, a line each.
   virtual std::vector<std::string> TakeNotes() = 0;
 };

@@ -133,7 +133,20 @@ void CameraCapture::NoteStall(milliseconds waited) {
   Note(EventKind::kStalled, fmt::format("{}: no picture for {:.1f} s", device_, Seconds(waited)));
 }
 
+void CameraCapture::KeepSettings() {
+  const CameraSettings found = stream_->Settings();
+  const auto keep = [](const std::optional<double>& value, std::optional<double>& asked) {
+    if (!asked) asked = value;
+  };
+  keep(found.gain, request_.reference_gain);
+  if (request_.automatic) return;
+  keep(found.exposure_s, request_.exposure_s);
+  keep(found.gain, request_.gain);
+  keep(found.white_balance_k, request_.white_balance_k);
+}
+
 void CameraCapture::Reconnect() {
+  KeepSettings();
   stream_.reset();
   std::string last_reason;
   while (!stop_) {

@@ -39,8 +39,8 @@ struct CaptureOptions {
 
 // Never waits for its consumer: a full queue loses its oldest picture, which is counted. A camera
 // that is unplugged, fails or changes its format is opened again, found by its identity, as it was
-// opened first; what happened is an event. Times ascend but where the system's clock is stepped
-// back.
+// opened first, and locked at once at what the first lock has found; what happened is an event.
+// Times ascend but where the system's clock is stepped back.
 class CameraCapture {
  public:
   // Opens the camera. Throws as OpenCamera. `events` outlives it.
@@ -64,6 +64,8 @@ class CameraCapture {
 
  private:
   void Run();
+  // A camera that comes back is asked for what this one was locked at first.
+  void KeepSettings();
   // Until the camera is back, or Stop.
   void Reconnect();
   void Take(CapturedBuffer buffer);

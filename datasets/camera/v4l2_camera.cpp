@@ -145,6 +145,7 @@ class V4l2Stream final : public CameraStream {
   const PictureLayout& Layout() const override { return layout_; }
   double FramesPerSecond() const override { return frames_per_second_; }
   const std::string& Identity() const override { return identity_; }
+  CameraSettings Settings() const override { return lock_->Settings(); }
   std::vector<std::string> TakeNotes() override {
     std::vector<std::string> notes = lock_->TakeNotes();
     notes.insert(notes.begin(), notes_.begin(), notes_.end());

@@ -85,8 +85,8 @@ Recording::Recording(const Sequence& site,
   nlohmann::ordered_json json = JsonOf(sequence);
   json["frames"] = kFrames;
   json["note_frames"] =
-      "f_number is 1 where the camera's aperture is fixed and unknown; iso is 100 times the "
-      "linear gain";
+      "f_number is 1 where the camera's aperture is fixed and unknown; iso is 100 at the gain at "
+      "which the camera was locked or opened";
   // The last of all: a folder without it is no recording yet.
   WriteSequenceJson(json, options.folder);
   Sync();

@@ -25,6 +25,7 @@ enum class Step { kPicture, kSilence, kSettling, kUnplugged, kEnded };
 struct Script {
   std::vector<Step> steps;  // Then the stream has ended.
   double frames_per_second = 30.0;
+  CameraSettings settings;
 };
 
 std::vector<Step> Times(std::size_t count, Step step) { return std::vector<Step>(count, step); }
@@ -62,6 +63,7 @@ class ScriptedStream final : public CameraStream {
   const PictureLayout& Layout() const override { return layout_; }
   double FramesPerSecond() const override { return script_.frames_per_second; }
   const std::string& Identity() const override { return identity_; }
+  CameraSettings Settings() const override { return script_.settings; }
   std::vector<std::string> TakeNotes() override { return {}; }
 
  private:
@@ -110,7 +112,7 @@ TEST(CameraCapture, PicturesThatAreUsedToSettleAreNoStall) {
   for (int picture = 0; picture < 15; ++picture) {
     steps = steps + Times(9, Step::kSilence) + Times(1, Step::kSettling);
   }
-  ScriptedCamera camera({{steps + Times(3, Step::kPicture), 1.0}});
+  ScriptedCamera camera({{steps + Times(3, Step::kPicture), 1.0, {}}});
   EXPECT_EQ(camera.Run().size(), 3u);
   EXPECT_EQ(camera.events.CountOf(EventKind::kStalled), 0);
   EXPECT_EQ(camera.requests.size(), 1u);
@@ -135,14 +137,47 @@ TEST(CameraCapture, ASlowCameraIsNotStalledBeforeThreeIntervals) {
                             Case{0.05, 1000, 1, 2}}) {
     const std::vector<Step> steps =
         Times(known.silent_calls, Step::kSilence) + Times(1, Step::kPicture);
-    ScriptedCamera camera(
-        {{steps, known.frames_per_second}, {Times(1, Step::kPicture), known.frames_per_second}});
+    ScriptedCamera camera({{steps, known.frames_per_second, {}},
+                           {Times(1, Step::kPicture), known.frames_per_second, {}}});
     EXPECT_EQ(camera.Run().size(), 1u);
     EXPECT_EQ(camera.events.CountOf(EventKind::kStalled), known.stalls)
         << known.frames_per_second << " Hz, " << known.silent_calls;
     EXPECT_EQ(camera.requests.size(), known.openings)
         << known.frames_per_second << " Hz, " << known.silent_calls;
   }
+}
+
+TEST(CameraCapture, ACameraThatComesBackIsAskedForWhatItWasLockedAtFirst) {
+  const std::vector<Step> gone = Times(1, Step::kPicture) + Times(1, Step::kUnplugged);
+  CameraRequest request;
+  request.white_balance_k = 5000.0;
+  // The camera clamps what it is asked for: asked again, it may not.
+  ScriptedCamera camera({{Times(1, Step::kUnplugged), 30.0, {}},  // Before it is locked.
+                         {gone, 30.0, {0.01, 250.0, 4900.0}},
+                         {gone, 30.0, {0.02, 100.0, 4900.0}},
+                         {Times(1, Step::kPicture), 30.0, {}}});
+  EXPECT_EQ(camera.Run(request).size(), 3u);
+  ASSERT_EQ(camera.requests.size(), 4u);
+  EXPECT_FALSE(camera.requests[1].exposure_s);
+  EXPECT_FALSE(camera.requests[1].gain);
+  for (const std::size_t opening : {2, 3}) {
+    const CameraRequest& asked = camera.requests[opening];
+    EXPECT_EQ(asked.exposure_s, 0.01);
+    EXPECT_EQ(asked.gain, 250.0);
+    EXPECT_EQ(asked.reference_gain, 250.0);
+    EXPECT_EQ(asked.white_balance_k, 5000.0);
+    EXPECT_NO_THROW(asked.Validate());
+  }
+}
+
+TEST(CameraCapture, AnAutomaticCameraThatComesBackKeepsItsReferenceAlone) {
+  CameraRequest request;
+  request.automatic = true;
+  ScriptedCamera camera({{Times(1, Step::kUnplugged), 30.0, {0.01, 250.0, 4900.0}}, {}});
+  camera.Run(request);
+  ASSERT_EQ(camera.requests.size(), 2u);
+  EXPECT_EQ(camera.requests[1].reference_gain, 250.0);
+  EXPECT_NO_THROW(camera.requests[1].Validate());
 }
 
 }  // namespace
