@@ -34,9 +34,11 @@ struct CameraControl {
 };
 
 struct CameraDescription {
-  std::string device;    // What OpenCamera takes: "/dev/video0", "libcamera:ID".
-  std::string name;      // Of the product.
-  std::string identity;  // Stays when the camera is plugged in elsewhere under another number.
+  std::string device;  // What OpenCamera takes: "/dev/video0", "libcamera:ID".
+  std::string name;    // Of the product.
+  // Stays when the camera is plugged in again under another number; at another port, too, where
+  // it has a serial number.
+  std::string identity;
   std::string driver;
   std::vector<CameraMode> modes;
   std::vector<CameraControl> controls;
@@ -140,7 +142,7 @@ bool IsCameraName(const std::string& name);
 std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request);
 
 // The device where the camera of this identity is now; none where it is not there. A camera that
-// another program holds is found, too.
+// another program holds is found, too. "card|bus_info" is the first one at that port.
 std::optional<std::string> FindCamera(const std::string& identity);
 
 }  // namespace pleinair

@@ -15,6 +15,8 @@ using std::chrono::nanoseconds;
 
 // How soon Stop, and a camera that is back, are noticed.
 constexpr milliseconds kTick{100};
+// Between attempts to open a camera, at most: each may try 256 devices.
+constexpr milliseconds kLongestWait{1000};
 // Drivers stamp a picture before it is handed over, and none that is older than this.
 constexpr std::chrono::seconds kOldestPicture{10};
 // A driver that computes the time of a frame's end may state it before that.
@@ -104,6 +106,7 @@ void CameraCapture::Run() {
     const CameraFault& fault = buffer.error();
     if (fault.kind == CameraFaultKind::kSettling) {
       waited = milliseconds{0};
+      reopen_wait_ = milliseconds{0};
       continue;
     }
     if (fault.kind == CameraFaultKind::kStalled) {
@@ -149,7 +152,7 @@ void CameraCapture::Reconnect() {
   KeepSettings();
   stream_.reset();
   std::string last_reason;
-  while (!stop_) {
+  while (WaitToReopen()) {
     if (const std::optional<std::string> device = options_.find(identity_)) {
       try {
         stream_ = options_.open(*device, request_);
@@ -169,8 +172,15 @@ void CameraCapture::Reconnect() {
         last_reason = error.what();
       }
     }
+  }
+}
+
+bool CameraCapture::WaitToReopen() {
+  for (milliseconds slept{0}; slept < reopen_wait_ && !stop_; slept += kTick) {
     std::this_thread::sleep_for(kTick);
   }
+  reopen_wait_ = std::clamp(2 * reopen_wait_, kTick, kLongestWait);
+  return !stop_;
 }
 
 void CameraCapture::Take(CapturedBuffer buffer) {
@@ -184,6 +194,7 @@ void CameraCapture::Take(CapturedBuffer buffer) {
     }
   }
   last_sequence_ = buffer.sequence;
+  reopen_wait_ = milliseconds{0};
 
   const nanoseconds now = clock_.MonotonicNow();
   nanoseconds taken = buffer.monotonic_time;

@@ -68,6 +68,8 @@ class CameraCapture {
   void KeepSettings();
   // Until the camera is back, or Stop.
   void Reconnect();
+  // Longer from attempt to attempt, until there is a picture. False after Stop.
+  bool WaitToReopen();
   void Take(CapturedBuffer buffer);
   // At least `least`, and at least so many intervals of pictures.
   std::chrono::milliseconds Limit(std::chrono::milliseconds least, int intervals) const;
@@ -88,6 +90,7 @@ class CameraCapture {
   std::optional<std::uint32_t> last_sequence_;
   std::chrono::nanoseconds last_time_{0};
   bool is_stalled_ = false;
+  std::chrono::milliseconds reopen_wait_{0};
   FrameQueue<CameraFrame> queue_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;

@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -24,7 +27,18 @@ namespace {
 constexpr int kMostNumbers = 256;
 constexpr std::uint32_t kBuffers = 4;
 
-std::string PathOf(int number) { return "/dev/video" + std::to_string(number); }
+constexpr std::string_view kPrefix = "/dev/video";
+
+std::string PathOf(int number) { return std::string(kPrefix) + std::to_string(number); }
+
+// -1: of another name.
+int NumberOf(std::string_view path) {
+  if (!path.starts_with(kPrefix)) return -1;
+  path.remove_prefix(kPrefix.size());
+  int number = -1;
+  const auto [end, error] = std::from_chars(path.data(), path.data() + path.size(), number);
+  return error == std::errc() && end == path.data() + path.size() ? number : -1;
+}
 
 [[noreturn]] void Refuse(const std::string& device, const std::string& why) {
   throw std::runtime_error(device + ": " + why);
@@ -110,7 +124,7 @@ class V4l2Stream final : public CameraStream {
  public:
   V4l2Stream(V4l2Device device, const v4l2_capability& camera, const CameraRequest& request)
       : device_(std::move(device)),
-        identity_(IdentityOf(camera)),
+        identity_(IdentityOf(NumberOf(device_.Path()), camera)),
         development_(request.development) {
     SetMode(request);
     lock_.emplace(device_, request);
@@ -340,11 +354,10 @@ CameraList ListV4l2Cameras() {
     if (!device) continue;
     const std::optional<v4l2_capability> camera = device->Camera();
     if (!camera) continue;
-    const std::string identity = IdentityOf(*camera);
     const auto* driver = reinterpret_cast<const char*>(camera->driver);
     list.cameras.push_back({device->Path(),
-                            identity.substr(0, identity.find('|')),
-                            identity,
+                            CardOf(*camera),
+                            IdentityOf(number, *camera),
                             std::string(driver, strnlen(driver, sizeof camera->driver)),
                             device->Modes(),
                             device->Controls()});
@@ -368,7 +381,11 @@ std::optional<std::string> FindV4l2Camera(const std::string& identity) {
     const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
     if (!device) continue;
     const std::optional<v4l2_capability> camera = device->Camera();
-    if (camera && IdentityOf(*camera) == identity) return device->Path();
+    if (!camera) continue;
+    // A site may name the port alone.
+    if (PortOf(*camera) == identity || IdentityOf(number, *camera) == identity) {
+      return device->Path();
+    }
   }
   return std::nullopt;
 }

@@ -180,5 +180,17 @@ TEST(CameraCapture, AnAutomaticCameraThatComesBackKeepsItsReferenceAlone) {
   EXPECT_NO_THROW(camera.requests[1].Validate());
 }
 
+// It can be opened, and fails before its first picture.
+TEST(CameraCapture, ACameraThatFailsAtOnceIsOpenedLessAndLessOften) {
+  const Script fails{Times(1, Step::kUnplugged), 30.0, {}};
+  ScriptedCamera camera({fails, fails, fails, fails, {Times(1, Step::kPicture), 30.0, {}}});
+  EXPECT_EQ(camera.Run().size(), 1u);
+  ASSERT_EQ(camera.opened.size(), 5u);
+  // At once, then after 0.1, 0.2 and 0.4 s: sleeps are never shorter.
+  for (std::size_t i = 2; i < camera.opened.size(); ++i) {
+    EXPECT_GE(camera.opened[i] - camera.opened[i - 1], milliseconds(50) * (1 << (i - 1)));
+  }
+}
+
 }  // namespace
 }  // namespace pleinair::camera_capture_test
