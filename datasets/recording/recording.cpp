@@ -8,9 +8,12 @@
 #include <fmt/format.h>
 
 #include "datasets/camera/live_frame_source.h"
+#include "datasets/internal/sampling_mask.h"
+#include "datasets/internal/sequence_folder.h"
 #include "datasets/internal/sequence_json.h"
 #include "datasets/internal/site_frames.h"
 #include "datasets/recording/site_files.h"
+#include "scene/image_io.h"
 #include "scene/whole_file.h"
 #include "sunmodel/time_text.h"
 
@@ -45,11 +48,19 @@ void MakeEmptyFolder(const fs::path& folder) {
 
 // The site with a camera that takes pictures of this layout.
 Sequence AtLayout(Sequence site, const PictureLayout& layout) {
-  const CameraIntrinsics camera = ScaledTo(site.intrinsics, layout.width_px, layout.height_px);
-  // A mask over the first picture is of the site camera's own size.
-  if (!(camera == site.intrinsics) && !site.environment) site.diffuse_mask.reset();
-  site.intrinsics = camera;
+  site.intrinsics = ScaledTo(site.intrinsics, layout.width_px, layout.height_px);
   return site;
+}
+
+// A mask over the first picture, in place of its copy: it has the pictures' size.
+void ScaleMask(const Sequence& site, const PictureLayout& layout, const fs::path& folder) {
+  if (!site.diffuse_mask || site.environment) return;
+  const CameraIntrinsics& camera = site.intrinsics;
+  if (camera.width_px == layout.width_px && camera.height_px == layout.height_px) return;
+  const Gray8Image mask = ReadMaskImage(FileInside(site.folder, *site.diffuse_mask));
+  const fs::path copy = folder / *site.diffuse_mask;
+  fs::remove(copy);
+  WritePng(copy, ScaledMask(mask, layout.width_px, layout.height_px));
 }
 
 // What is to be written must fit.
@@ -77,6 +88,7 @@ Recording::Recording(const Sequence& site,
   MakeEmptyFolder(options.folder);
   pictures_ = MakePictureFiles(options.store, layout, options.folder);
   CopySite(site.folder, layout, options_);
+  ScaleMask(site, layout, options.folder);
 
   frames_ = std::make_unique<LineFile>(options.folder / kFrames);
   events_ = std::make_unique<LineFile>(options.folder / "events.jsonl");

@@ -13,8 +13,11 @@
 
 #include "calib/camera_noise.h"
 #include "datasets/frame_source.h"
+#include "datasets/internal/sampling_mask.h"
+#include "datasets/internal/site_frames.h"
 #include "datasets/recording/recorder.h"
 #include "datasets/recording/site_files.h"
+#include "scene/image_io.h"
 #include "tests/datasets/made_pictures.h"
 #include "tests/datasets/sequence_fixture.h"
 
@@ -154,6 +157,44 @@ TEST_F(RecordingFolder, IsACompleteSequenceWithTheSitesFiles) {
   EXPECT_FALSE(sequence.weather);
   EXPECT_TRUE(fs::exists(options_.folder / "response.json"));
   EXPECT_FALSE(fs::exists(options_.folder / "frames/0.png"));
+}
+
+// A mask over the first frame is as true at another resolution, live and recorded.
+TEST_F(RecordingFolder, ScalesAMaskOverTheFirstFrame) {
+  Gray8Image mask(8, 6, 255);
+  mask.At(6, 2) = 0;
+  WritePng(folder_ / "mask.png", mask);
+  nlohmann::json document = Everything();
+  document.erase("environment");
+  WriteDocument(document);
+  site_ = ReadSite(folder_, UtcTime{});
+  const CameraFrame picture = Picture(kRgb, 0);
+  Start(kRgb).Add(picture).value();
+
+  const auto played = Play()->Next();
+  ASSERT_TRUE(*played) << played->error().reason;
+  const auto codes = DecodeCodes(picture.buffer.bytes, picture.buffer.layout);
+  FrameEntry taken;
+  taken.time = picture.time;
+  SetExposure(picture.buffer.exposure, taken);
+  const Gray8Image live = SiteFrames(site_, {}).Make(0, taken, codes.value()).unusable;
+  EXPECT_EQ((*played)->unusable.pixels, live.pixels);
+  site_.diffuse_mask.reset();
+  Gray8Image expected = SiteFrames(site_, {}).Make(0, taken, codes.value()).unusable;
+  for (int y = 16; y < 24; ++y) {
+    for (int x = 48; x < 56; ++x) expected.At(x, y) = kUnusable;
+  }
+  EXPECT_EQ(live.pixels, expected.pixels);
+}
+
+TEST(ScaledMask, KeepsOnlyPixelsThatAreCoveredCompletely) {
+  Gray8Image mask(4, 2, 255);
+  mask.At(1, 1) = 254;
+  EXPECT_THAT(ScaledMask(mask, 2, 1).pixels, ElementsAre(0, 255));
+  EXPECT_THAT(ScaledMask(mask, 8, 1).pixels, ElementsAre(255, 255, 0, 0, 255, 255, 255, 255));
+  // Pixel 1 of 4 lies in the first and in the second of 3.
+  EXPECT_THAT(ScaledMask(mask, 3, 1).pixels, ElementsAre(0, 0, 255));
+  EXPECT_THAT(ScaledMask(mask, 4, 2).pixels, ElementsAre(255, 255, 255, 255, 255, 0, 255, 255));
 }
 
 TEST_F(RecordingFolder, TakesTheSitesFilesAlone) {
