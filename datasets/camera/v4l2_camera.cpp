@@ -207,11 +207,21 @@ class V4l2Stream final : public CameraStream {
     parameters.parm.capture.timeperframe.numerator = 1000;
     parameters.parm.capture.timeperframe.denominator = static_cast<std::uint32_t>(
         std::lround(1000.0 * request.frames_per_second.value_or(kUsualFramesPerSecond)));
-    if (device_.Call(VIDIOC_S_PARM, &parameters) == 0) {
-      const v4l2_fract& interval = parameters.parm.capture.timeperframe;
-      if (interval.numerator > 0) {
-        frames_per_second_ = static_cast<double>(interval.denominator) / interval.numerator;
-      }
+    const int error = device_.Call(VIDIOC_S_PARM, &parameters);
+    if (const v4l2_fract& interval = parameters.parm.capture.timeperframe;
+        error == 0 && interval.numerator > 0) {
+      frames_per_second_ = static_cast<double>(interval.denominator) / interval.numerator;
+    }
+    // 29.97 is 30.
+    constexpr double kSameRate = 0.01;
+    if (const std::optional<double> asked = request.frames_per_second;
+        asked && !(std::abs(frames_per_second_ / *asked - 1.0) <= kSameRate)) {
+      notes_.push_back(fmt::format(
+          "{}: rate: expected {:g} pictures a second, {}",
+          device_.Path(),
+          *asked,
+          error != 0 ? std::string("refused: ") + ReasonOf(error)
+                     : fmt::format("the camera's closest is {:g}", frames_per_second_)));
     }
   }
 

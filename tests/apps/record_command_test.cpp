@@ -127,6 +127,15 @@ TEST_F(RecordCommand, EndsCleanlyAtASignal) {
   }
 }
 
+TEST_F(RecordCommand, NotesARateThatTheCameraDoesNotHave) {
+  const std::string arguments =
+      "/dev/video90 --auto --frames-limit 1 --site " + kSample.string() + " --out ";
+  EXPECT_EQ(Record(kSample.string(), arguments + Path("thirty") + " --rate 30").exit_code, 0);
+  EXPECT_EQ(Events("thirty")["control"], 0);
+  EXPECT_EQ(Record(kSample.string(), arguments + Path("fast") + " --rate 977").exit_code, 0);
+  EXPECT_EQ(Events("fast")["control"], 1);
+}
+
 TEST_F(RecordCommand, GoesOnWhenTheCameraIsBack) {
   const Ended ended = Record(
       kSample.string() + " --loop 0 --fault unplug-renumber@0.2,corrupt@0.1",
