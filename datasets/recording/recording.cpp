@@ -27,7 +27,11 @@ constexpr const char* kFrames = "frames.jsonl";
 
 RecordingOptions WithFreeBytes(RecordingOptions options) {
   if (!options.free_bytes) {
-    options.free_bytes = [folder = options.folder] { return fs::space(folder).available; };
+    options.free_bytes = [folder = fs::absolute(options.folder)] {
+      fs::path at = folder;  // May not be there yet.
+      while (!fs::exists(at)) at = at.parent_path();
+      return fs::space(at).available;
+    };
   }
   return options;
 }
@@ -39,11 +43,15 @@ RecordingOptions WithFreeBytes(RecordingOptions options) {
                                        static_cast<double>(free) / kMegabyte));
 }
 
-void MakeEmptyFolder(const fs::path& folder) {
+void RequireNoFiles(const fs::path& folder) {
+  if (!fs::exists(folder) || fs::is_empty(folder)) return;
+  RefuseFile(folder, "expected a new folder, or an empty one");
+}
+
+void MakeFolder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) RefuseFile(folder, "cannot be made: " + error.message());
-  if (!fs::is_empty(folder)) RefuseFile(folder, "expected a new folder, or an empty one");
 }
 
 // The site with a camera that takes pictures of this layout.
@@ -63,18 +71,23 @@ void ScaleMask(const Sequence& site, const PictureLayout& layout, const fs::path
   WritePng(copy, ScaledMask(mask, layout.width_px, layout.height_px));
 }
 
-// What is to be written must fit.
-void CopySite(const fs::path& site, const PictureLayout& layout, const RecordingOptions& options) {
-  const std::vector<fs::path> files = SiteFiles(site, options.folder);
+// For the site's files and the pictures.
+void RequireSpace(const fs::path& site,
+                  const std::vector<fs::path>& files,
+                  const PictureLayout& layout,
+                  const RecordingOptions& options) {
   const double pictures = options.expected_pictures.value_or(1.0);
   const std::uint64_t needed =
       SizeOf(site, files) + options.keep_free_bytes +
       static_cast<std::uint64_t>(pictures * EstimatedBytes(layout, options.store));
   const std::uint64_t free = options.free_bytes();
   if (free < needed) RefuseForSpace(options.folder, free, needed);
+}
+
+void CopyFiles(const fs::path& from, const std::vector<fs::path>& files, const fs::path& to) {
   for (const fs::path& file : files) {
-    fs::create_directories((options.folder / file).parent_path());
-    fs::copy_file(site / file, options.folder / file);
+    fs::create_directories((to / file).parent_path());
+    fs::copy_file(from / file, to / file);
   }
 }
 
@@ -85,9 +98,12 @@ Recording::Recording(const Sequence& site,
                      const RecordingOptions& options)
     : options_(WithFreeBytes(options)), layout_(layout) {
   Sequence sequence = AtLayout(site, layout);
-  MakeEmptyFolder(options.folder);
+  RequireNoFiles(options.folder);
+  const std::vector<fs::path> files = SiteFiles(site.folder, options.folder);
+  RequireSpace(site.folder, files, layout, options_);
+  MakeFolder(options.folder);
   pictures_ = MakePictureFiles(options.store, layout, options.folder);
-  CopySite(site.folder, layout, options_);
+  CopyFiles(site.folder, files, options.folder);
   ScaleMask(site, layout, options.folder);
 
   frames_ = std::make_unique<LineFile>(options.folder / kFrames);
@@ -106,7 +122,7 @@ Recording::Recording(const Sequence& site,
 
 tl::expected<std::uint64_t, std::string> Recording::Add(const CameraFrame& frame) {
   const CapturedBuffer& buffer = frame.buffer;
-  if (buffer.is_damaged) return tl::unexpected(std::string("the driver says that it is damaged"));
+  if (buffer.is_damaged) return tl::unexpected(std::string("the driver reports damage"));
   if (buffer.layout.format != layout_.format || buffer.layout.width_px != layout_.width_px ||
       buffer.layout.height_px != layout_.height_px) {
     return tl::unexpected(fmt::format("expected {} {}x{}, found {} {}x{}",

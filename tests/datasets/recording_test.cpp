@@ -1,5 +1,6 @@
 #include "datasets/recording/recording.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -249,7 +250,7 @@ TEST_F(RecordingFolder, LeavesOutPicturesThatCannotBePlayed) {
   Recording recording = Start(kYuyv);
   CameraFrame damaged = Picture(kYuyv, 0);
   damaged.buffer.is_damaged = true;
-  EXPECT_THAT(recording.Add(damaged).error(), HasSubstr("damaged"));
+  EXPECT_THAT(recording.Add(damaged).error(), HasSubstr("reports damage"));
   CameraFrame truncated = Picture(kYuyv, 1);
   truncated.buffer.bytes.resize(100);
   EXPECT_THAT(recording.Add(truncated).error(), HasSubstr("expected 6144 bytes"));
@@ -272,7 +273,8 @@ TEST_F(RecordingFolder, RefusesWhatItCannotRecord) {
   fs::remove_all(options_.folder);
   options_.expected_pictures = 1e12;
   EXPECT_THAT(refusal(kRgb), HasSubstr("recording: expected 4608000000 MB of free space, found"));
-  fs::remove_all(options_.folder);
+  // Nothing is left that the next attempt would be refused for.
+  EXPECT_FALSE(fs::exists(options_.folder));
   options_.expected_pictures.reset();
   fs::create_directories(options_.folder);
   Write(options_.folder / "notes.txt", "x");
@@ -306,7 +308,8 @@ TEST_F(RecordingFolder, PassesOverALineThatWasNotFinished) {
   Write(list, line + "\n" + line.substr(0, 9) + "\n");
   EXPECT_THAT(refusal(), HasSubstr("frames.jsonl:2"));
   Write(list, line);
-  EXPECT_THAT(refusal(), HasSubstr("frames.jsonl: expected a frame a line, found none"));
+  EXPECT_THAT(refusal(),
+              HasSubstr("frames.jsonl: expected a frame a line, found none: no picture"));
 }
 
 // What a child process records until it is killed; it says by a byte that a picture is in it.
@@ -526,6 +529,30 @@ TEST_F(RecorderFolder, StopsWhereSpaceIsShort) {
   EXPECT_EQ(events_.CountOf(EventKind::kDisk), 1);
   EXPECT_THAT(recorder.Status().stopped, HasSubstr("the recording ends: "));
   EXPECT_LE(recorder.Status().written, 1);
+}
+
+// Nothing is safe from a power cut where the disk cannot be synchronised.
+TEST_F(RecorderFolder, FinishesNothingThatWasNotSynchronised) {
+  RecorderOptions options{options_};
+  options.sync_interval = std::chrono::hours(1);
+  Recorder recorder(site_, Picture(kRgb, 0).buffer.layout, options, events_);
+  recorder.Offer(Picture(kRgb, 0));
+  while (recorder.Status().written == 0) std::this_thread::yield();
+  recorder.Close();
+  // The file of the frames, without its disk.
+  const fs::path list = fs::canonical(options_.folder / "frames.jsonl");
+  const int elsewhere = open("/", O_PATH);
+  for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    if (fs::read_symlink(entry, error) == list) {
+      ASSERT_GE(dup2(elsewhere, std::stoi(entry.path().filename())), 0);
+    }
+  }
+  recorder.Finish();
+  close(elsewhere);
+  EXPECT_THAT(recorder.Status().stopped, HasSubstr("cannot be kept on the disk"));
+  EXPECT_EQ(recorder.Status().written, 1);
+  EXPECT_EQ(recorder.Status().finished, 0);
 }
 
 TEST_F(RecorderFolder, StopsBeforeTheDiskIsFull) {
