@@ -90,7 +90,7 @@ struct CapturedBuffer {
   PictureLayout layout;
   std::uint32_t sequence = 0;                  // The driver's count; a jump is a loss.
   std::chrono::nanoseconds monotonic_time{0};  // Of the exposure, on CLOCK_MONOTONIC.
-  bool is_damaged = false;                     // The driver says so.
+  bool is_damaged = false;                     // The driver reports it.
   CapturedExposure exposure;
   std::optional<RawDevelopment> development;  // Of raw ones.
 };
