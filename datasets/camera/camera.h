@@ -55,8 +55,8 @@ struct CameraRequest {
   std::optional<double> exposure_s;
   std::optional<double> gain;  // In the driver's unit.
   std::optional<double> white_balance_k;
-  // What CapturedExposure's gain counts from, in the driver's unit. None: the gain at which the
-  // camera is locked, or which an automatic one has when it is opened.
+  // What CapturedExposure's gain counts from with V4L2, in the driver's unit. None: the gain at
+  // which the camera is locked, or which an automatic one has when it is opened.
   std::optional<double> reference_gain;
   bool automatic = false;  // Exposure, gain and white balance stay automatic, and are read back.
   int control_delay_frames = 2;  // From setting a control to the frame that it applies to.
@@ -69,7 +69,8 @@ struct CameraRequest {
 // The settings that a picture was taken with; what is unset is unknown.
 struct CapturedExposure {
   std::optional<double> exposure_s;
-  // 1 at the reference gain; unknown at any other, as drivers do not state the unit of gain.
+  // Linear. Of libcamera's cameras 1 is no amplification. V4L2 does not state the unit of gain: 1
+  // at the reference gain, unknown at any other.
   std::optional<double> gain;
 
   bool operator==(const CapturedExposure&) const = default;
@@ -82,7 +83,7 @@ struct CameraSettings {
   std::optional<double> white_balance_k;
 };
 
-// ISO 100 stands for the reference gain.
+// ISO 100 stands for gain 1.
 std::optional<double> IsoOf(const CapturedExposure& exposure);
 
 struct CapturedBuffer {

@@ -113,8 +113,8 @@ Recording::Recording(const Sequence& site,
   nlohmann::ordered_json json = JsonOf(sequence);
   json["frames"] = kFrames;
   json["note_frames"] =
-      "f_number is 1 where the camera's aperture is fixed and unknown; iso is 100 at the gain at "
-      "which the camera was locked or opened";
+      "f_number is 1 where the camera's aperture is fixed and unknown; iso is 100 times the gain, "
+      "which is 1 at that of the lock where the driver states no unit";
   // The last of all: a folder without it is no recording yet.
   WriteSequenceJson(json, options.folder);
   Sync();
