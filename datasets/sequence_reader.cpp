@@ -491,7 +491,8 @@ class SequenceReader {
     }
     if (lines.bad() || !lines.eof()) throw JsonError(file.string() + ": cannot be read");
     if (sequence_.frames.empty())
-      throw JsonError(file.string() + ": expected a frame a line, found none");
+      throw JsonError(file.string() +
+                      ": expected a frame a line, found none: no picture was recorded");
   }
 
   // A fish-eye camera and a survey map may show the sun; a photograph does not.

@@ -33,6 +33,10 @@ void CameraRequest::Validate() const {
       throw std::invalid_argument(fmt::format("camera size: expected 1 or more, found {}", *side));
     }
   }
+  if (reference_gain && !std::isfinite(*reference_gain)) {
+    throw std::invalid_argument(
+        fmt::format("camera reference gain: expected a number, found {}", *reference_gain));
+  }
   if (automatic && (exposure_s || gain || white_balance_k)) {
     throw std::invalid_argument(
         "camera: expected automatic controls or values for them, found both");

@@ -34,9 +34,11 @@ struct CameraControl {
 };
 
 struct CameraDescription {
-  std::string device;    // What OpenCamera takes: "/dev/video0", "libcamera:ID".
-  std::string name;      // Of the product.
-  std::string identity;  // Stays when the camera is plugged in elsewhere under another number.
+  std::string device;  // What OpenCamera takes: "/dev/video0", "libcamera:ID".
+  std::string name;    // Of the product.
+  // Stays when the camera is plugged in again under another number; at another port, too, where
+  // it has a serial number.
+  std::string identity;
   std::string driver;
   std::vector<CameraMode> modes;
   std::vector<CameraControl> controls;
@@ -53,6 +55,9 @@ struct CameraRequest {
   std::optional<double> exposure_s;
   std::optional<double> gain;  // In the driver's unit.
   std::optional<double> white_balance_k;
+  // What CapturedExposure's gain counts from with V4L2, in the driver's unit. None: the gain at
+  // which the camera is locked, or which an automatic one has when it is opened.
+  std::optional<double> reference_gain;
   bool automatic = false;  // Exposure, gain and white balance stay automatic, and are read back.
   int control_delay_frames = 2;  // From setting a control to the frame that it applies to.
   std::optional<RawDevelopment> development;  // Of raw pictures; none: as the driver states it.
@@ -64,12 +69,21 @@ struct CameraRequest {
 // The settings that a picture was taken with; what is unset is unknown.
 struct CapturedExposure {
   std::optional<double> exposure_s;
-  std::optional<double> gain;  // Linear, 1 is the driver's least; else unknown.
+  // Linear. Of libcamera's cameras 1 is no amplification. V4L2 does not state the unit of gain: 1
+  // at the reference gain, unknown at any other.
+  std::optional<double> gain;
 
   bool operator==(const CapturedExposure&) const = default;
 };
 
-// ISO 100 stands for the driver's least gain.
+// Where a camera's controls are; what is unset is unknown, or automatic.
+struct CameraSettings {
+  std::optional<double> exposure_s;
+  std::optional<double> gain;  // In the driver's unit; of an automatic camera the reference.
+  std::optional<double> white_balance_k;
+};
+
+// ISO 100 stands for gain 1.
 std::optional<double> IsoOf(const CapturedExposure& exposure);
 
 struct CapturedBuffer {
@@ -77,7 +91,7 @@ struct CapturedBuffer {
   PictureLayout layout;
   std::uint32_t sequence = 0;                  // The driver's count; a jump is a loss.
   std::chrono::nanoseconds monotonic_time{0};  // Of the exposure, on CLOCK_MONOTONIC.
-  bool is_damaged = false;                     // The driver says so.
+  bool is_damaged = false;                     // The driver reports it.
   CapturedExposure exposure;
   std::optional<RawDevelopment> development;  // Of raw ones.
 };
@@ -85,7 +99,8 @@ struct CapturedBuffer {
 enum class CameraFaultKind {
   kEnded,  // The stream is over: of stand-ins alone.
   kUnplugged,
-  kStalled,  // No picture in time.
+  kStalled,   // No picture in time.
+  kSettling,  // A picture came, and is not to be used: the camera's automatics are not locked yet.
   kFormatChanged,
   kFailed,  // Anything else that the driver refuses.
 };
@@ -99,11 +114,14 @@ struct CameraFault {
 class CameraStream {
  public:
   virtual ~CameraStream() = default;
-  // The next picture, or why there is none. After a fault the stream is over, but for kStalled.
+  // The next picture, or why there is none. After a fault the stream is over, but for kStalled
+  // and kSettling.
   virtual tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) = 0;
   virtual const PictureLayout& Layout() const = 0;
   virtual double FramesPerSecond() const = 0;  // 0: not stated.
   virtual const std::string& Identity() const = 0;
+  // What a camera that comes back is to be asked for; empty until the camera is locked.
+  virtual CameraSettings Settings() const { return {}; }
   // Since the last call: each control that was refused, clamped or is missing, a line each.
   virtual std::vector<std::string> TakeNotes() = 0;
 };
@@ -125,7 +143,7 @@ bool IsCameraName(const std::string& name);
 std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request);
 
 // The device where the camera of this identity is now; none where it is not there. A camera that
-// another program holds is found, too.
+// another program holds is found, too. "card|bus_info" is the first one at that port.
 std::optional<std::string> FindCamera(const std::string& identity);
 
 }  // namespace pleinair

@@ -1,5 +1,7 @@
 #include "datasets/camera/camera_capture.h"
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -13,6 +15,8 @@ using std::chrono::nanoseconds;
 
 // How soon Stop, and a camera that is back, are noticed.
 constexpr milliseconds kTick{100};
+// Between attempts to open a camera, at most: each may try 256 devices.
+constexpr milliseconds kLongestWait{1000};
 // Drivers stamp a picture before it is handed over, and none that is older than this.
 constexpr std::chrono::seconds kOldestPicture{10};
 // A driver that computes the time of a frame's end may state it before that.
@@ -29,10 +33,17 @@ EventKind EventOf(CameraFaultKind fault) {
     case CameraFaultKind::kFormatChanged:
       return EventKind::kFormatChanged;
     case CameraFaultKind::kUnplugged:
+    case CameraFaultKind::kSettling:
     case CameraFaultKind::kFailed:
       break;
   }
   return EventKind::kUnplugged;
+}
+
+CaptureOptions WithCameras(CaptureOptions options) {
+  if (!options.open) options.open = OpenCamera;
+  if (!options.find) options.find = FindCamera;
+  return options;
 }
 
 }  // namespace
@@ -43,9 +54,9 @@ CameraCapture::CameraCapture(const std::string& device,
                              EventLog& events)
     : device_(device),
       request_(std::move(request)),
-      options_(options),
+      options_(WithCameras(options)),
       events_(events),
-      stream_(OpenCamera(device, request_)),
+      stream_(options_.open(device, request_)),
       clock_(options.clock),
       layout_(stream_->Layout()),
       frames_per_second_(stream_->FramesPerSecond()),
@@ -93,10 +104,15 @@ void CameraCapture::Run() {
       continue;
     }
     const CameraFault& fault = buffer.error();
+    if (fault.kind == CameraFaultKind::kSettling) {
+      waited = milliseconds{0};
+      reopen_wait_ = milliseconds{0};
+      continue;
+    }
     if (fault.kind == CameraFaultKind::kStalled) {
       waited += kTick;
       NoteStall(waited);
-      if (waited < options_.reopen) continue;
+      if (waited < Limit(options_.reopen, 5)) continue;
       Note(EventKind::kUnplugged, device_ + ": opened again, as it gives no pictures");
     } else {
       Note(EventOf(fault.kind), fault.reason);
@@ -108,20 +124,38 @@ void CameraCapture::Run() {
   queue_.Close();
 }
 
+milliseconds CameraCapture::Limit(milliseconds least, int intervals) const {
+  const double rate = stream_->FramesPerSecond();
+  if (!(rate > 0.0)) return least;
+  return std::max(least, milliseconds(std::llround(std::min(1e3 * intervals / rate, 1e9))));
+}
+
 void CameraCapture::NoteStall(milliseconds waited) {
-  if (is_stalled_ || waited < options_.stall) return;
+  if (is_stalled_ || waited < Limit(options_.stall, 3)) return;
   is_stalled_ = true;
-  Note(EventKind::kStalled,
-       fmt::format("{}: no picture for {:.1f} s", device_, Seconds(options_.stall)));
+  Note(EventKind::kStalled, fmt::format("{}: no picture for {:.1f} s", device_, Seconds(waited)));
+}
+
+void CameraCapture::KeepSettings() {
+  const CameraSettings found = stream_->Settings();
+  const auto keep = [](const std::optional<double>& value, std::optional<double>& asked) {
+    if (!asked) asked = value;
+  };
+  keep(found.gain, request_.reference_gain);
+  if (request_.automatic) return;
+  keep(found.exposure_s, request_.exposure_s);
+  keep(found.gain, request_.gain);
+  keep(found.white_balance_k, request_.white_balance_k);
 }
 
 void CameraCapture::Reconnect() {
+  KeepSettings();
   stream_.reset();
   std::string last_reason;
-  while (!stop_) {
-    if (const std::optional<std::string> device = FindCamera(identity_)) {
+  while (WaitToReopen()) {
+    if (const std::optional<std::string> device = options_.find(identity_)) {
       try {
-        stream_ = OpenCamera(*device, request_);
+        stream_ = options_.open(*device, request_);
         device_ = *device;
         last_sequence_.reset();
         Note(EventKind::kReconnected,
@@ -138,8 +172,15 @@ void CameraCapture::Reconnect() {
         last_reason = error.what();
       }
     }
+  }
+}
+
+bool CameraCapture::WaitToReopen() {
+  for (milliseconds slept{0}; slept < reopen_wait_ && !stop_; slept += kTick) {
     std::this_thread::sleep_for(kTick);
   }
+  reopen_wait_ = std::clamp(2 * reopen_wait_, kTick, kLongestWait);
+  return !stop_;
 }
 
 void CameraCapture::Take(CapturedBuffer buffer) {
@@ -153,6 +194,7 @@ void CameraCapture::Take(CapturedBuffer buffer) {
     }
   }
   last_sequence_ = buffer.sequence;
+  reopen_wait_ = milliseconds{0};
 
   const nanoseconds now = clock_.MonotonicNow();
   nanoseconds taken = buffer.monotonic_time;

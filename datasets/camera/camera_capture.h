@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,16 +27,20 @@ struct CameraFrame {
 
 struct CaptureOptions {
   std::size_t queue_frames = 2;           // That wait for the consumer at most.
-  std::chrono::milliseconds stall{2000};  // Without a picture: an event.
-  // Without a picture: the camera is closed and opened again.
+  std::chrono::milliseconds stall{2000};  // Without a picture, and 3 intervals: an event.
+  // Without a picture, and 5 intervals: the camera is closed and opened again.
   std::chrono::milliseconds reopen{10000};
   CameraClock::Read clock;  // None: the system's.
+  // None: OpenCamera and FindCamera.
+  std::function<std::unique_ptr<CameraStream>(const std::string& device, const CameraRequest&)>
+      open;
+  std::function<std::optional<std::string>(const std::string& identity)> find;
 };
 
 // Never waits for its consumer: a full queue loses its oldest picture, which is counted. A camera
 // that is unplugged, fails or changes its format is opened again, found by its identity, as it was
-// opened first; what happened is an event. Times ascend but where the system's clock is stepped
-// back.
+// opened first, and locked at once at what the first lock has found; what happened is an event.
+// Times ascend but where the system's clock is stepped back.
 class CameraCapture {
  public:
   // Opens the camera. Throws as OpenCamera. `events` outlives it.
@@ -59,10 +64,16 @@ class CameraCapture {
 
  private:
   void Run();
+  // A camera that comes back is asked for what this one was locked at first.
+  void KeepSettings();
   // Until the camera is back, or Stop.
   void Reconnect();
+  // Longer from attempt to attempt, until there is a picture. False after Stop.
+  bool WaitToReopen();
   void Take(CapturedBuffer buffer);
-  // No frame for `waited`.
+  // At least `least`, and at least so many intervals of pictures.
+  std::chrono::milliseconds Limit(std::chrono::milliseconds least, int intervals) const;
+  // No picture for `waited`.
   void NoteStall(std::chrono::milliseconds waited);
   void NoteControls();
   void Note(EventKind kind, std::string text, std::int64_t count = 1);
@@ -79,6 +90,7 @@ class CameraCapture {
   std::optional<std::uint32_t> last_sequence_;
   std::chrono::nanoseconds last_time_{0};
   bool is_stalled_ = false;
+  std::chrono::milliseconds reopen_wait_{0};
   FrameQueue<CameraFrame> queue_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <memory>
 #include <stdexcept>
 
@@ -189,6 +190,27 @@ Rgb8Image FromRgb(std::span<const std::byte> bytes, const PictureLayout& layout)
   return picture;
 }
 
+// Whether an end of image follows the last start of a scan.
+bool HasJpegEnd(std::span<const std::byte> bytes) {
+  constexpr std::array kScan = {std::byte{0xff}, std::byte{0xda}};
+  constexpr std::array kEnd = {std::byte{0xff}, std::byte{0xd9}};
+  const auto scan = std::ranges::find_end(bytes, kScan);
+  return !std::ranges::search(scan.begin(), bytes.end(), kEnd.begin(), kEnd.end()).empty();
+}
+
+// Whether turbojpeg's last failure is only padding before a marker. Logitech's C270 and C910 leave
+// 1 to 9 bytes in almost every picture; a loss on the bus leaves hundreds.
+bool IsPadding(tjhandle decoder, std::span<const std::byte> bytes) {
+  constexpr unsigned kMostPadding = 16;
+  unsigned padding = 0;
+  // The text is that of the first warning: a missing end may come after it.
+  return tjGetErrorCode(decoder) == TJERR_WARNING &&
+         std::sscanf(tjGetErrorStr2(decoder),
+                     "Corrupt JPEG data: %u extraneous bytes before marker",
+                     &padding) == 1 &&
+         padding <= kMostPadding && HasJpegEnd(bytes);
+}
+
 tl::expected<Rgb8Image, std::string> FromJpeg(std::span<const std::byte> bytes,
                                               const PictureLayout& layout) {
   const std::unique_ptr<void, int (*)(tjhandle)> decoder(tjInitDecompress(), tjDestroy);
@@ -202,7 +224,8 @@ tl::expected<Rgb8Image, std::string> FromJpeg(std::span<const std::byte> bytes,
   int subsampling = 0;
   int colours = 0;
   if (tjDecompressHeader3(
-          decoder.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0) {
+          decoder.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0 &&
+      !IsPadding(decoder.get(), bytes)) {
     return refuse();
   }
   if (width != layout.width_px || height != layout.height_px) {
@@ -214,8 +237,8 @@ tl::expected<Rgb8Image, std::string> FromJpeg(std::span<const std::byte> bytes,
                     height));
   }
   Rgb8Image picture(width, height);
-  // A warning is damage, too: the picture goes on in grey from there. Each scan of a progressive
-  // picture goes over all of it: at most 500.
+  // Any other warning is damage, too: the picture continues in grey from there. Each scan of a
+  // progressive picture covers all of it: at most 500.
   if (tjDecompress2(decoder.get(),
                     data,
                     bytes.size(),
@@ -224,7 +247,8 @@ tl::expected<Rgb8Image, std::string> FromJpeg(std::span<const std::byte> bytes,
                     0,
                     height,
                     TJPF_RGB,
-                    TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS) != 0) {
+                    TJFLAG_LIMITSCANS) != 0 &&
+      !IsPadding(decoder.get(), bytes)) {
     return refuse();
   }
   return picture;

@@ -18,7 +18,9 @@ namespace pleinair {
 // Accuracy      YUYV and NV12 to half a code of the exact matrix, colours of neighbours shared as
 //               they were sampled (no smoothing).
 // Returns error one line: bytes that are too few for the layout, a JPEG that is damaged or of
-//               another size, a layout that no picture has. Bytes past the picture are passed over.
+//               another size, a layout that no picture has. Bytes past the picture are passed over,
+//               and up to 16 bytes of padding before a marker of a JPEG, as webcams leave them;
+//               where there is such padding, damage after it is found only if the end is missing.
 tl::expected<Rgb8Image, std::string> DecodeCodes(std::span<const std::byte> bytes,
                                                  const PictureLayout& layout);
 

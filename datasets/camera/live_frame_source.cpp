@@ -39,7 +39,7 @@ class LiveFrameSource final : public FrameSource {
   // Throws std::runtime_error for a picture that cannot be decoded.
   Frame Make(int index, const CameraFrame& captured) const {
     const CapturedBuffer& buffer = captured.buffer;
-    if (buffer.is_damaged) throw std::runtime_error("camera picture: damaged, says the driver");
+    if (buffer.is_damaged) throw std::runtime_error("camera picture: the driver reports damage");
     FrameEntry taken;
     taken.time = captured.time;
     SetExposure(buffer.exposure, taken);

@@ -24,7 +24,7 @@ using CameraFrameTap = std::function<void(const CameraFrame&)>;
 // of code values, raw ones are linear.
 //
 // Units          relative where the camera states its exposure time (`exposure` is then t ISO / N^2
-//                with ISO 100 and N 1 at the driver's least gain), relative per frame otherwise.
+//                with ISO 100 and N 1 at gain 1), relative per frame otherwise.
 // Damage         a picture that cannot be decoded is that frame's error, and an event.
 // Ends           when the stream does. Next waits for a picture.
 // Keeps          references to `capture` and `events`.

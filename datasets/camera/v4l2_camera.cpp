@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -24,7 +27,18 @@ namespace {
 constexpr int kMostNumbers = 256;
 constexpr std::uint32_t kBuffers = 4;
 
-std::string PathOf(int number) { return "/dev/video" + std::to_string(number); }
+constexpr std::string_view kPrefix = "/dev/video";
+
+std::string PathOf(int number) { return std::string(kPrefix) + std::to_string(number); }
+
+// -1: of another name.
+int NumberOf(std::string_view path) {
+  if (!path.starts_with(kPrefix)) return -1;
+  path.remove_prefix(kPrefix.size());
+  int number = -1;
+  const auto [end, error] = std::from_chars(path.data(), path.data() + path.size(), number);
+  return error == std::errc() && end == path.data() + path.size() ? number : -1;
+}
 
 [[noreturn]] void Refuse(const std::string& device, const std::string& why) {
   throw std::runtime_error(device + ": " + why);
@@ -110,7 +124,7 @@ class V4l2Stream final : public CameraStream {
  public:
   V4l2Stream(V4l2Device device, const v4l2_capability& camera, const CameraRequest& request)
       : device_(std::move(device)),
-        identity_(IdentityOf(camera)),
+        identity_(IdentityOf(NumberOf(device_.Path()), camera)),
         development_(request.development) {
     SetMode(request);
     lock_.emplace(device_, request);
@@ -133,28 +147,19 @@ class V4l2Stream final : public CameraStream {
   }
 
   tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) override {
-    for (;;) {
-      auto buffer = Dequeue(timeout);
-      if (!buffer) return buffer;
-      if (frames_to_pass_ == 0) return buffer;
-      if (--frames_to_pass_ == 0 && lock_->HasToSettle()) {
-        lock_->Settle();
-        if (layout_.format.coding == PixelCoding::kBayer && !development_) {
-          development_ = UsualDevelopment(layout_.format.bits);
-          // Few drivers state it.
-          if (const auto black = device_.GetControl(V4L2_CID_BLACK_LEVEL)) {
-            development_->black_level = *black;
-          }
-          development_->Validate();
-        }
-        frames_to_pass_ = lock_->DelayFrames();
-      }
+    auto buffer = Dequeue(timeout);
+    if (!buffer || frames_to_pass_ == 0) return buffer;
+    if (--frames_to_pass_ == 0 && lock_->HasToSettle()) {
+      lock_->Settle();
+      frames_to_pass_ = lock_->DelayFrames();
     }
+    return Fault(CameraFaultKind::kSettling, "the camera settles");
   }
 
   const PictureLayout& Layout() const override { return layout_; }
   double FramesPerSecond() const override { return frames_per_second_; }
   const std::string& Identity() const override { return identity_; }
+  CameraSettings Settings() const override { return lock_->Settings(); }
   std::vector<std::string> TakeNotes() override {
     std::vector<std::string> notes = lock_->TakeNotes();
     notes.insert(notes.begin(), notes_.begin(), notes_.end());
@@ -202,11 +207,21 @@ class V4l2Stream final : public CameraStream {
     parameters.parm.capture.timeperframe.numerator = 1000;
     parameters.parm.capture.timeperframe.denominator = static_cast<std::uint32_t>(
         std::lround(1000.0 * request.frames_per_second.value_or(kUsualFramesPerSecond)));
-    if (device_.Call(VIDIOC_S_PARM, &parameters) == 0) {
-      const v4l2_fract& interval = parameters.parm.capture.timeperframe;
-      if (interval.numerator > 0) {
-        frames_per_second_ = static_cast<double>(interval.denominator) / interval.numerator;
-      }
+    const int error = device_.Call(VIDIOC_S_PARM, &parameters);
+    if (const v4l2_fract& interval = parameters.parm.capture.timeperframe;
+        error == 0 && interval.numerator > 0) {
+      frames_per_second_ = static_cast<double>(interval.denominator) / interval.numerator;
+    }
+    // 29.97 is 30.
+    constexpr double kSameRate = 0.01;
+    if (const std::optional<double> asked = request.frames_per_second;
+        asked && !(std::abs(frames_per_second_ / *asked - 1.0) <= kSameRate)) {
+      notes_.push_back(fmt::format(
+          "{}: rate: expected {:g} pictures a second, {}",
+          device_.Path(),
+          *asked,
+          error != 0 ? std::string("refused: ") + ReasonOf(error)
+                     : fmt::format("the camera's closest is {:g}", frames_per_second_)));
     }
   }
 
@@ -349,11 +364,10 @@ CameraList ListV4l2Cameras() {
     if (!device) continue;
     const std::optional<v4l2_capability> camera = device->Camera();
     if (!camera) continue;
-    const std::string identity = IdentityOf(*camera);
     const auto* driver = reinterpret_cast<const char*>(camera->driver);
     list.cameras.push_back({device->Path(),
-                            identity.substr(0, identity.find('|')),
-                            identity,
+                            CardOf(*camera),
+                            IdentityOf(number, *camera),
                             std::string(driver, strnlen(driver, sizeof camera->driver)),
                             device->Modes(),
                             device->Controls()});
@@ -377,7 +391,11 @@ std::optional<std::string> FindV4l2Camera(const std::string& identity) {
     const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
     if (!device) continue;
     const std::optional<v4l2_capability> camera = device->Camera();
-    if (camera && IdentityOf(*camera) == identity) return device->Path();
+    if (!camera) continue;
+    // A site may name the port alone.
+    if (PortOf(*camera) == identity || IdentityOf(number, *camera) == identity) {
+      return device->Path();
+    }
   }
   return std::nullopt;
 }

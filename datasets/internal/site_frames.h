@@ -13,7 +13,7 @@
 
 namespace pleinair {
 
-// A camera's own settings as metadata of a frame: ISO 100 at the driver's least gain, and f/1, as
+// A camera's own settings as metadata of a frame: ISO 100 at gain 1, and f/1, as
 // the aperture is fixed. Relative light is the same whatever stands for these.
 void SetExposure(const CapturedExposure& exposure, FrameEntry& entry);
 

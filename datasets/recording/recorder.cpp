@@ -122,21 +122,23 @@ void Recorder::KeepSynced() {
 
 void Recorder::Sync() {
   const std::int64_t written = Status().written;
-  Guard([this] { recording_.Sync(); });
+  if (!Guard([this] { recording_.Sync(); })) return;
   const std::lock_guard lock(mutex_);
   status_.finished = written;
 }
 
-void Recorder::Guard(const std::function<void()>& step) {
+bool Recorder::Guard(const std::function<void()>& step) {
   try {
     step();
+    return true;
   } catch (const std::exception& error) {
     {
       const std::lock_guard lock(mutex_);
-      if (!status_.stopped.empty()) return;
+      if (!status_.stopped.empty()) return false;
       status_.stopped = std::string("the recording ends: ") + error.what();
     }
     events_.Add({std::chrono::system_clock::now(), EventKind::kDisk, error.what()});
+    return false;
   }
 }
 

@@ -67,8 +67,8 @@ class Recorder {
   void WriteEvents();
   void KeepSynced();
   void Sync();
-  // Runs `step`; where the disk fails there, nothing more is written.
-  void Guard(const std::function<void()>& step);
+  // Runs `step`; where the disk fails there, it is false, and nothing more is written.
+  bool Guard(const std::function<void()>& step);
 
   RecorderOptions options_;
   EventLog& events_;

@@ -8,9 +8,12 @@
 #include <fmt/format.h>
 
 #include "datasets/camera/live_frame_source.h"
+#include "datasets/internal/sampling_mask.h"
+#include "datasets/internal/sequence_folder.h"
 #include "datasets/internal/sequence_json.h"
 #include "datasets/internal/site_frames.h"
 #include "datasets/recording/site_files.h"
+#include "scene/image_io.h"
 #include "scene/whole_file.h"
 #include "sunmodel/time_text.h"
 
@@ -24,7 +27,11 @@ constexpr const char* kFrames = "frames.jsonl";
 
 RecordingOptions WithFreeBytes(RecordingOptions options) {
   if (!options.free_bytes) {
-    options.free_bytes = [folder = options.folder] { return fs::space(folder).available; };
+    options.free_bytes = [folder = fs::absolute(options.folder)] {
+      fs::path at = folder;  // May not be there yet.
+      while (!fs::exists(at)) at = at.parent_path();
+      return fs::space(at).available;
+    };
   }
   return options;
 }
@@ -36,34 +43,51 @@ RecordingOptions WithFreeBytes(RecordingOptions options) {
                                        static_cast<double>(free) / kMegabyte));
 }
 
-void MakeEmptyFolder(const fs::path& folder) {
+void RequireNoFiles(const fs::path& folder) {
+  if (!fs::exists(folder) || fs::is_empty(folder)) return;
+  RefuseFile(folder, "expected a new folder, or an empty one");
+}
+
+void MakeFolder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) RefuseFile(folder, "cannot be made: " + error.message());
-  if (!fs::is_empty(folder)) RefuseFile(folder, "expected a new folder, or an empty one");
 }
 
 // The site with a camera that takes pictures of this layout.
 Sequence AtLayout(Sequence site, const PictureLayout& layout) {
-  const CameraIntrinsics camera = ScaledTo(site.intrinsics, layout.width_px, layout.height_px);
-  // A mask over the first picture is of the site camera's own size.
-  if (!(camera == site.intrinsics) && !site.environment) site.diffuse_mask.reset();
-  site.intrinsics = camera;
+  site.intrinsics = ScaledTo(site.intrinsics, layout.width_px, layout.height_px);
   return site;
 }
 
-// What is to be written must fit.
-void CopySite(const fs::path& site, const PictureLayout& layout, const RecordingOptions& options) {
-  const std::vector<fs::path> files = SiteFiles(site, options.folder);
+// A mask over the first picture, in place of its copy: it has the pictures' size.
+void ScaleMask(const Sequence& site, const PictureLayout& layout, const fs::path& folder) {
+  if (!site.diffuse_mask || site.environment) return;
+  const CameraIntrinsics& camera = site.intrinsics;
+  if (camera.width_px == layout.width_px && camera.height_px == layout.height_px) return;
+  const Gray8Image mask = ReadMaskImage(FileInside(site.folder, *site.diffuse_mask));
+  const fs::path copy = folder / *site.diffuse_mask;
+  fs::remove(copy);
+  WritePng(copy, ScaledMask(mask, layout.width_px, layout.height_px));
+}
+
+// For the site's files and the pictures.
+void RequireSpace(const fs::path& site,
+                  const std::vector<fs::path>& files,
+                  const PictureLayout& layout,
+                  const RecordingOptions& options) {
   const double pictures = options.expected_pictures.value_or(1.0);
   const std::uint64_t needed =
       SizeOf(site, files) + options.keep_free_bytes +
       static_cast<std::uint64_t>(pictures * EstimatedBytes(layout, options.store));
   const std::uint64_t free = options.free_bytes();
   if (free < needed) RefuseForSpace(options.folder, free, needed);
+}
+
+void CopyFiles(const fs::path& from, const std::vector<fs::path>& files, const fs::path& to) {
   for (const fs::path& file : files) {
-    fs::create_directories((options.folder / file).parent_path());
-    fs::copy_file(site / file, options.folder / file);
+    fs::create_directories((to / file).parent_path());
+    fs::copy_file(from / file, to / file);
   }
 }
 
@@ -74,9 +98,13 @@ Recording::Recording(const Sequence& site,
                      const RecordingOptions& options)
     : options_(WithFreeBytes(options)), layout_(layout) {
   Sequence sequence = AtLayout(site, layout);
-  MakeEmptyFolder(options.folder);
+  RequireNoFiles(options.folder);
+  const std::vector<fs::path> files = SiteFiles(site.folder, options.folder);
+  RequireSpace(site.folder, files, layout, options_);
+  MakeFolder(options.folder);
   pictures_ = MakePictureFiles(options.store, layout, options.folder);
-  CopySite(site.folder, layout, options_);
+  CopyFiles(site.folder, files, options.folder);
+  ScaleMask(site, layout, options.folder);
 
   frames_ = std::make_unique<LineFile>(options.folder / kFrames);
   events_ = std::make_unique<LineFile>(options.folder / "events.jsonl");
@@ -85,8 +113,8 @@ Recording::Recording(const Sequence& site,
   nlohmann::ordered_json json = JsonOf(sequence);
   json["frames"] = kFrames;
   json["note_frames"] =
-      "f_number is 1 where the camera's aperture is fixed and unknown; iso is 100 times the "
-      "linear gain";
+      "f_number is 1 where the camera's aperture is fixed and unknown; iso is 100 times the gain, "
+      "which is 1 at that of the lock where the driver states no unit";
   // The last of all: a folder without it is no recording yet.
   WriteSequenceJson(json, options.folder);
   Sync();
@@ -94,7 +122,7 @@ Recording::Recording(const Sequence& site,
 
 tl::expected<std::uint64_t, std::string> Recording::Add(const CameraFrame& frame) {
   const CapturedBuffer& buffer = frame.buffer;
-  if (buffer.is_damaged) return tl::unexpected(std::string("the driver says that it is damaged"));
+  if (buffer.is_damaged) return tl::unexpected(std::string("the driver reports damage"));
   if (buffer.layout.format != layout_.format || buffer.layout.width_px != layout_.width_px ||
       buffer.layout.height_px != layout_.height_px) {
     return tl::unexpected(fmt::format("expected {} {}x{}, found {} {}x{}",

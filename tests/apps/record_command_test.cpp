@@ -127,6 +127,28 @@ TEST_F(RecordCommand, EndsCleanlyAtASignal) {
   }
 }
 
+TEST_F(RecordCommand, NotesARateThatTheCameraDoesNotHave) {
+  const std::string arguments =
+      "/dev/video90 --auto --frames-limit 1 --site " + kSample.string() + " --out ";
+  EXPECT_EQ(Record(kSample.string(), arguments + Path("thirty") + " --rate 30").exit_code, 0);
+  EXPECT_EQ(Events("thirty")["control"], 0);
+  EXPECT_EQ(Record(kSample.string(), arguments + Path("fast") + " --rate 977").exit_code, 0);
+  EXPECT_EQ(Events("fast")["control"], 1);
+}
+
+// It comes back with its default gain, and refuses every control.
+TEST_F(RecordCommand, StatesNoGainWhereItIsAnotherOneAfterReconnection) {
+  const Ended ended = Record(kSample.string() + " --loop 0 --fault control-refused@1.4,unplug@1.5",
+                             "/dev/video90 --gain 250 --frames-limit 60 --out " + Path("day") +
+                                 " --site " + kSample.string());
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  const std::vector<Frame> frames = FramesOf(Path("day"));
+  ASSERT_EQ(frames.size(), 60u);
+  EXPECT_TRUE(frames.front().exposure);
+  EXPECT_FALSE(frames.back().exposure);
+  EXPECT_EQ(frames.back().units, LightUnits::kRelativePerFrame);
+}
+
 TEST_F(RecordCommand, GoesOnWhenTheCameraIsBack) {
   const Ended ended = Record(
       kSample.string() + " --loop 0 --fault unplug-renumber@0.2,corrupt@0.1",

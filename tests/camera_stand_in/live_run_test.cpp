@@ -281,7 +281,7 @@ TEST_F(LiveRun, GoesOnThroughFaultsAndReportsEach) {
 // disc is full from the first byte on.
 TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
   for (const auto& [fault, format, reason] : {std::array{"truncate", "YUYV", "bytes of YUYV"},
-                                              std::array{"corrupt", "MJPEG", "damaged"}}) {
+                                              std::array{"corrupt", "MJPEG", "damage"}}) {
     SCOPED_TRACE(fault);
     std::string faults;
     for (int i = 0; i < 60; ++i) {

@@ -283,6 +283,42 @@ TEST(CameraPicture, ADamagedMjpegIsAnError) {
   }
 }
 
+// `jpeg` with `count` bytes more before its first marker 0xff `code`.
+std::vector<std::byte> Padded(std::vector<std::byte> jpeg, int code, std::size_t count) {
+  const std::array marker = {Byte(0xff), Byte(code)};
+  const auto at = std::ranges::search(jpeg, marker).begin();
+  if (at == jpeg.end()) throw std::runtime_error("no such marker");
+  jpeg.insert(at, count, Byte(0x55));
+  return jpeg;
+}
+
+// As Logitech's C270 and C910 leave them in almost every picture.
+TEST(CameraPicture, AnMjpegWithPaddingBeforeAMarkerIsDecoded) {
+  setenv("TJ_RESTART", "3b", 1);  // A restart marker after every three blocks.
+  const std::vector<std::byte> bytes = Jpeg(ColouredPicture()).bytes;
+  unsetenv("TJ_RESTART");
+  const auto expected = DecodeCodes(bytes, kJpegLayout);
+  ASSERT_TRUE(expected) << expected.error();
+  for (const int code : {0xd0, 0xd4, 0xd9, 0xdb}) {
+    for (const std::size_t count : {1, 2, 9, 16}) {
+      const auto picture = DecodeCodes(Padded(bytes, code, count), kJpegLayout);
+      ASSERT_TRUE(picture) << picture.error();
+      EXPECT_EQ(picture->pixels, expected->pixels);
+    }
+    // What a loss on the bus leaves.
+    const auto lost = DecodeCodes(Padded(bytes, code, 300), kJpegLayout);
+    ASSERT_FALSE(lost) << code;
+    EXPECT_THAT(lost.error(), HasSubstr("damaged JPEG"));
+  }
+  std::vector<std::byte> truncated = Padded(bytes, 0xd0, 2);
+  for (const std::size_t cut : {2, 100, 400}) {
+    const auto picture =
+        DecodeCodes(std::span(truncated).first(truncated.size() - cut), kJpegLayout);
+    ASSERT_FALSE(picture) << cut;
+    EXPECT_THAT(picture.error(), HasSubstr("damaged JPEG"));
+  }
+}
+
 TEST(CameraPicture, AnMjpegOfAnotherSizeIsAnError) {
   PictureLayout layout = kJpegLayout;
   layout.width_px = 64;

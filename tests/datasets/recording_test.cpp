@@ -1,5 +1,6 @@
 #include "datasets/recording/recording.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,8 +14,11 @@
 
 #include "calib/camera_noise.h"
 #include "datasets/frame_source.h"
+#include "datasets/internal/sampling_mask.h"
+#include "datasets/internal/site_frames.h"
 #include "datasets/recording/recorder.h"
 #include "datasets/recording/site_files.h"
+#include "scene/image_io.h"
 #include "tests/datasets/made_pictures.h"
 #include "tests/datasets/sequence_fixture.h"
 
@@ -156,6 +160,44 @@ TEST_F(RecordingFolder, IsACompleteSequenceWithTheSitesFiles) {
   EXPECT_FALSE(fs::exists(options_.folder / "frames/0.png"));
 }
 
+// A mask over the first frame is as true at another resolution, live and recorded.
+TEST_F(RecordingFolder, ScalesAMaskOverTheFirstFrame) {
+  Gray8Image mask(8, 6, 255);
+  mask.At(6, 2) = 0;
+  WritePng(folder_ / "mask.png", mask);
+  nlohmann::json document = Everything();
+  document.erase("environment");
+  WriteDocument(document);
+  site_ = ReadSite(folder_, UtcTime{});
+  const CameraFrame picture = Picture(kRgb, 0);
+  Start(kRgb).Add(picture).value();
+
+  const auto played = Play()->Next();
+  ASSERT_TRUE(*played) << played->error().reason;
+  const auto codes = DecodeCodes(picture.buffer.bytes, picture.buffer.layout);
+  FrameEntry taken;
+  taken.time = picture.time;
+  SetExposure(picture.buffer.exposure, taken);
+  const Gray8Image live = SiteFrames(site_, {}).Make(0, taken, codes.value()).unusable;
+  EXPECT_EQ((*played)->unusable.pixels, live.pixels);
+  site_.diffuse_mask.reset();
+  Gray8Image expected = SiteFrames(site_, {}).Make(0, taken, codes.value()).unusable;
+  for (int y = 16; y < 24; ++y) {
+    for (int x = 48; x < 56; ++x) expected.At(x, y) = kUnusable;
+  }
+  EXPECT_EQ(live.pixels, expected.pixels);
+}
+
+TEST(ScaledMask, KeepsOnlyPixelsThatAreCoveredCompletely) {
+  Gray8Image mask(4, 2, 255);
+  mask.At(1, 1) = 254;
+  EXPECT_THAT(ScaledMask(mask, 2, 1).pixels, ElementsAre(0, 255));
+  EXPECT_THAT(ScaledMask(mask, 8, 1).pixels, ElementsAre(255, 255, 0, 0, 255, 255, 255, 255));
+  // Pixel 1 of 4 lies in the first and in the second of 3.
+  EXPECT_THAT(ScaledMask(mask, 3, 1).pixels, ElementsAre(0, 0, 255));
+  EXPECT_THAT(ScaledMask(mask, 4, 2).pixels, ElementsAre(255, 255, 255, 255, 255, 0, 255, 255));
+}
+
 TEST_F(RecordingFolder, TakesTheSitesFilesAlone) {
   const auto make = [&](const fs::path& file) {
     fs::create_directories((folder_ / file).parent_path());
@@ -208,7 +250,7 @@ TEST_F(RecordingFolder, LeavesOutPicturesThatCannotBePlayed) {
   Recording recording = Start(kYuyv);
   CameraFrame damaged = Picture(kYuyv, 0);
   damaged.buffer.is_damaged = true;
-  EXPECT_THAT(recording.Add(damaged).error(), HasSubstr("damaged"));
+  EXPECT_THAT(recording.Add(damaged).error(), HasSubstr("reports damage"));
   CameraFrame truncated = Picture(kYuyv, 1);
   truncated.buffer.bytes.resize(100);
   EXPECT_THAT(recording.Add(truncated).error(), HasSubstr("expected 6144 bytes"));
@@ -231,7 +273,8 @@ TEST_F(RecordingFolder, RefusesWhatItCannotRecord) {
   fs::remove_all(options_.folder);
   options_.expected_pictures = 1e12;
   EXPECT_THAT(refusal(kRgb), HasSubstr("recording: expected 4608000000 MB of free space, found"));
-  fs::remove_all(options_.folder);
+  // Nothing is left that the next attempt would be refused for.
+  EXPECT_FALSE(fs::exists(options_.folder));
   options_.expected_pictures.reset();
   fs::create_directories(options_.folder);
   Write(options_.folder / "notes.txt", "x");
@@ -265,7 +308,8 @@ TEST_F(RecordingFolder, PassesOverALineThatWasNotFinished) {
   Write(list, line + "\n" + line.substr(0, 9) + "\n");
   EXPECT_THAT(refusal(), HasSubstr("frames.jsonl:2"));
   Write(list, line);
-  EXPECT_THAT(refusal(), HasSubstr("frames.jsonl: expected a frame a line, found none"));
+  EXPECT_THAT(refusal(),
+              HasSubstr("frames.jsonl: expected a frame a line, found none: no picture"));
 }
 
 // What a child process records until it is killed; it says by a byte that a picture is in it.
@@ -485,6 +529,30 @@ TEST_F(RecorderFolder, StopsWhereSpaceIsShort) {
   EXPECT_EQ(events_.CountOf(EventKind::kDisk), 1);
   EXPECT_THAT(recorder.Status().stopped, HasSubstr("the recording ends: "));
   EXPECT_LE(recorder.Status().written, 1);
+}
+
+// Nothing is safe from a power cut where the disk cannot be synchronised.
+TEST_F(RecorderFolder, FinishesNothingThatWasNotSynchronised) {
+  RecorderOptions options{options_};
+  options.sync_interval = std::chrono::hours(1);
+  Recorder recorder(site_, Picture(kRgb, 0).buffer.layout, options, events_);
+  recorder.Offer(Picture(kRgb, 0));
+  while (recorder.Status().written == 0) std::this_thread::yield();
+  recorder.Close();
+  // The file of the frames, without its disk.
+  const fs::path list = fs::canonical(options_.folder / "frames.jsonl");
+  const int elsewhere = open("/", O_PATH);
+  for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    if (fs::read_symlink(entry, error) == list) {
+      ASSERT_GE(dup2(elsewhere, std::stoi(entry.path().filename())), 0);
+    }
+  }
+  recorder.Finish();
+  close(elsewhere);
+  EXPECT_THAT(recorder.Status().stopped, HasSubstr("cannot be kept on the disk"));
+  EXPECT_EQ(recorder.Status().written, 1);
+  EXPECT_EQ(recorder.Status().finished, 0);
 }
 
 TEST_F(RecorderFolder, StopsBeforeTheDiskIsFull) {

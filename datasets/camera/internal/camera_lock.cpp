@@ -54,8 +54,11 @@ CapturedExposure ExposureTimeline::At(std::uint32_t sequence) {
 
 CameraLock::CameraLock(const V4l2Device& device, const CameraRequest& request)
     : device_(device), request_(request), timeline_(request.control_delay_frames) {
-  first_gain_ = device_.GetControl(V4L2_CID_GAIN);
-  if (request_.automatic) return;
+  reference_gain_ = request_.reference_gain ? request_.reference_gain : Gain();
+  if (request_.automatic) {
+    settings_.gain = reference_gain_;
+    return;
+  }
   for (const AutomaticControl& automatic : kAutomatics) {
     const std::optional<int> mode = device_.GetControl(automatic.id);
     const bool is_automatic = mode && *mode != automatic.off;
@@ -90,9 +93,23 @@ void CameraLock::Lock() {
   if (device_.GetControl(V4L2_CID_EXPOSURE_AUTO_PRIORITY).value_or(0) != 0) {
     Set(V4L2_CID_EXPOSURE_AUTO_PRIORITY, "exposure before rate", 0);
   }
+  const std::optional<double> gain = Gain();
+  if (!request_.reference_gain) reference_gain_ = gain;
   locked_ = Read();
-  // Locked, whatever its unit: the light is relative all the same.
-  locked_.gain = 1.0;
+  if (!locked_.gain) {
+    notes_.push_back(fmt::format(
+        "{}: gain: expected {:g} as before, it is {}: brightness is compared within a picture only",
+        device_.Path(),
+        *reference_gain_,
+        gain ? fmt::format("{:g}", *gain) : "not stated"));
+  }
+  // What no request can state is left to the camera.
+  settings_.exposure_s = locked_.exposure_s;
+  if (gain && *gain >= 0.0) settings_.gain = gain;
+  if (const auto kelvin = device_.GetControl(V4L2_CID_WHITE_BALANCE_TEMPERATURE);
+      kelvin && *kelvin > 0) {
+    settings_.white_balance_k = *kelvin;
+  }
   if (!locked_.exposure_s) {
     locked_ = {};
     notes_.push_back(device_.Path() +
@@ -122,10 +139,12 @@ CapturedExposure CameraLock::Read() const {
   if (const auto units = device_.GetControl(V4L2_CID_EXPOSURE_ABSOLUTE); units && *units > 0) {
     exposure.exposure_s = *units * kExposureUnitS;
   }
-  // A driver's unit of gain is its own: known is only that it has not changed.
-  if (device_.GetControl(V4L2_CID_GAIN) == first_gain_) exposure.gain = 1.0;
+  // Drivers do not state the unit of gain: all that is known is whether it has changed.
+  if (Gain() == reference_gain_) exposure.gain = 1.0;
   return exposure;
 }
+
+std::optional<double> CameraLock::Gain() const { return device_.GetControl(V4L2_CID_GAIN); }
 
 CapturedExposure CameraLock::Of(std::uint32_t sequence) {
   if (!request_.automatic) return has_to_settle_ ? CapturedExposure{} : locked_;

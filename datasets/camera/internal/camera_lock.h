@@ -42,6 +42,8 @@ class CameraLock {
   // Locks at what the automatics have found.
   void Settle();
 
+  // As CameraStream has them.
+  const CameraSettings& Settings() const { return settings_; }
   // Of this picture, as it is dequeued.
   CapturedExposure Of(std::uint32_t sequence);
   // Pictures after a change of controls that may still be of the old ones.
@@ -53,12 +55,14 @@ class CameraLock {
   void Lock();
   void Set(std::uint32_t id, const std::string& what, int value);
   CapturedExposure Read() const;
+  std::optional<double> Gain() const;
 
   const V4l2Device& device_;
   CameraRequest request_;
   bool has_to_settle_ = false;
   std::vector<std::string> notes_;
-  std::optional<int> first_gain_;
+  std::optional<double> reference_gain_;
+  CameraSettings settings_;
   CapturedExposure locked_;
   ExposureTimeline timeline_;
 };

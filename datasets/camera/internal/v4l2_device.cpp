@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <functional>
 #include <utility>
 
@@ -103,6 +104,27 @@ std::string UnitOf(std::uint32_t control) {
     default:
       return {};
   }
+}
+
+// Of a file of sysfs; empty where it is not there.
+std::string LineOf(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+// Of the same device, with lower numbers.
+int NodesBefore(int number, const std::string& port) {
+  int nodes = 0;
+  for (int other = 0; other < number; ++other) {
+    int error = 0;
+    const auto device = V4l2Device::Open("/dev/video" + std::to_string(other), error);
+    if (!device) continue;
+    const std::optional<v4l2_capability> camera = device->Camera();
+    if (camera && PortOf(*camera) == port) ++nodes;
+  }
+  return nodes;
 }
 
 }  // namespace
@@ -207,8 +229,24 @@ int V4l2Device::SetControl(std::uint32_t id, int value) const {
   return Call(VIDIOC_S_CTRL, &control);
 }
 
-std::string IdentityOf(const v4l2_capability& camera) {
-  return Text(camera.card) + "|" + Text(camera.bus_info);
+std::string CardOf(const v4l2_capability& camera) { return Text(camera.card); }
+
+std::string PortOf(const v4l2_capability& camera) {
+  return CardOf(camera) + "|" + Text(camera.bus_info);
+}
+
+std::string IdentityOf(int number,
+                       const v4l2_capability& camera,
+                       const std::filesystem::path& sysfs) {
+  const std::filesystem::path node = sysfs / ("video" + std::to_string(number));
+  // `device` is the USB interface: what is above it is the device.
+  const std::string serial = LineOf(node / "device/../serial");
+  const std::string vendor = LineOf(node / "device/../idVendor");
+  const std::string product = LineOf(node / "device/../idProduct");
+  std::string index = LineOf(node / "index");
+  if (index.empty()) index = std::to_string(NodesBefore(number, PortOf(camera)));
+  if (serial.empty() || vendor.empty() || product.empty()) return PortOf(camera) + "|" + index;
+  return vendor + ":" + product + ":" + serial + ":" + index;
 }
 
 }  // namespace pleinair

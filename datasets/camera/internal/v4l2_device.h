@@ -4,6 +4,7 @@
 #include <linux/videodev2.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,16 @@ class V4l2Device {
   int descriptor_ = -1;
 };
 
-std::string IdentityOf(const v4l2_capability& camera);
+std::string CardOf(const v4l2_capability& camera);
+
+// "card|bus_info", which all nodes of a device share; on USB the second is the port.
+std::string PortOf(const v4l2_capability& camera);
+
+// Of the camera at /dev/video`number`: "vendor:product:serial:index" of a device that has a serial
+// number, at any port, as `sysfs` states them; else PortOf and "|index". The index is the node's
+// place within its device.
+std::string IdentityOf(int number,
+                       const v4l2_capability& camera,
+                       const std::filesystem::path& sysfs = "/sys/class/video4linux");
 
 }  // namespace pleinair
