@@ -15,7 +15,7 @@ namespace pleinair {
 struct FinishedFrame {
   SessionStep step;
   Rgb8Image shown;                   // The composite, as the camera would have shown it.
-  std::optional<Rgb8Image> input;    // Likewise, where the frame itself has no codes.
+  std::optional<Rgb8Image> input;    // The input as shown, where the frame itself has no codes.
   std::optional<double> latency_ms;  // From taking the picture to its composite: of live frames.
   std::optional<SequenceSession::Environment> environment;
   std::optional<RgbImage> sky;
