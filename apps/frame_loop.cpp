@@ -1,5 +1,7 @@
 #include "apps/frame_loop.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -9,6 +11,7 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <tbb/task_arena.h>
 
 #include "apps/calibrate_north_command.h"
 #include "pipeline/shadow_direction.h"
@@ -83,6 +86,14 @@ void NoteUnits(LightUnits units, std::vector<std::string>& notes) {
   if (std::find(notes.begin(), notes.end(), note) != notes.end()) return;
   notes.push_back(note);
   spdlog::warn("{}", note);
+}
+
+// On this thread alone, of those that parallel work could use, and after all that frames need.
+template <typename Work>
+auto InTheBackground(const Work& work) {
+  constexpr int kLowestPriority = 19;
+  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // Of the calling thread, on Linux.
+  return tbb::task_arena(1).execute(work);
 }
 
 }  // namespace
@@ -201,10 +212,12 @@ void FrameLoop::CheckSun(const FinishedFrame& finished) {
   }
   const Lighting& lighting = finished.step.result->estimate.lighting;
   if (!checks_->sun->IsDue(lighting)) return;
-  look = std::async(is_live_ ? std::launch::async : std::launch::deferred,
-                    [&sun = *checks_->sun, frame = *finished.step.frame, lighting] {
-                      return sun.Look(frame, lighting);
-                    });
+  look = std::async(
+      is_live_ ? std::launch::async : std::launch::deferred,
+      [&sun = *checks_->sun, frame = *finished.step.frame, lighting, is_live = is_live_] {
+        return is_live ? InTheBackground([&] { return sun.Look(frame, lighting); })
+                       : sun.Look(frame, lighting);
+      });
   if (!is_live_) NoteContradiction(look.get(), run_.Loaded().sequence, notes_);
 }
 

@@ -105,7 +105,7 @@ TEST(CamerasCommand, ListsTheStandIn) {
     if (camera.at("device") == "/dev/video17") stand_in = &camera;
   }
   ASSERT_NE(stand_in, nullptr) << output;
-  EXPECT_EQ(stand_in->at("identity"), "pleinair stand-in|stand-in:17");
+  EXPECT_EQ(stand_in->at("identity"), "pleinair stand-in|stand-in:17|0");
   const nlohmann::json& mode = stand_in->at("modes").at(0);
   EXPECT_EQ(mode.at("format"), "YUYV");
   EXPECT_EQ(mode.at("width"), 480);

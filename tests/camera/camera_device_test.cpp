@@ -55,8 +55,10 @@ std::optional<CapturedBuffer> NextOf(CameraStream& camera) {
   for (;;) {
     auto buffer = camera.Next(milliseconds(500));
     if (buffer) return std::move(*buffer);
-    if (buffer.error().kind == CameraFaultKind::kStalled && steady_clock::now() - start < kPatience)
-      continue;
+    const CameraFaultKind fault = buffer.error().kind;
+    const bool may_still_come =
+        fault == CameraFaultKind::kStalled || fault == CameraFaultKind::kSettling;
+    if (may_still_come && steady_clock::now() - start < kPatience) continue;
     ADD_FAILURE() << buffer.error().reason;
     return std::nullopt;
   }
