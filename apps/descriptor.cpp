@@ -8,7 +8,10 @@
 #include <csignal>
 #include <cstring>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
+
+#include "scene/write_all.h"
 
 namespace pleinair {
 
@@ -44,15 +47,10 @@ void WriteAll(const Descriptor& descriptor,
               const std::string& what) {
   // Once: a pipe without a reader else ends the process.
   [[maybe_unused]] static const auto ignored = std::signal(SIGPIPE, SIG_IGN);
-  while (!bytes.empty()) {
-    const ssize_t written = write(descriptor.Number(), bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) {
-      throw std::runtime_error(what + ": " +
-                               (errno == EPIPE ? "its reader is gone" : std::strerror(errno)));
-    }
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (WriteAll(descriptor.Number(), text)) return;
+  throw std::runtime_error(what + ": " +
+                           (errno == EPIPE ? "its reader is gone" : std::strerror(errno)));
 }
 
 }  // namespace pleinair

@@ -15,6 +15,8 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include "scene/write_all.h"
+
 namespace pleinair {
 namespace {
 
@@ -49,16 +51,6 @@ std::string Checksum(std::string_view key, std::string_view bytes) {
 
 std::string Header(std::string_view key, std::string_view bytes) {
   return std::string(kMagic) + Checksum(key, bytes) + '\n';
-}
-
-bool WriteAll(int file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = write(file, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 std::string LastSystemError() { return std::generic_category().message(errno); }

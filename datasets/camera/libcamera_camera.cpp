@@ -287,27 +287,25 @@ class LibcameraStream final : public CameraStream {
   ~LibcameraStream() override { End(); }
 
   tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) override {
-    const auto until = std::chrono::steady_clock::now() + timeout;
-    for (;;) {
-      libcamera::Request* done = nullptr;
-      {
-        std::unique_lock lock(mutex_);
-        has_news_.wait_until(lock, until, [&] { return is_gone_ || !done_.empty(); });
-        if (is_gone_) return Fault(CameraFaultKind::kUnplugged, "the camera is gone");
-        if (done_.empty()) return Fault(CameraFaultKind::kStalled, "no picture");
-        done = done_.front();
-        done_.pop_front();
-      }
-      std::optional<CapturedBuffer> captured;
-      if (lock_->Take(done->metadata())) captured = BufferOf(*done);
-      done->reuse(libcamera::Request::ReuseBuffers);
-      done->controls().merge(lock_->TakeControls());
-      if (const int error = camera_->queueRequest(done); error != 0) {
-        return Fault(error == -ENODEV ? CameraFaultKind::kUnplugged : CameraFaultKind::kFailed,
-                     std::string("the camera takes no more pictures: ") + std::strerror(-error));
-      }
-      if (captured) return std::move(*captured);
+    libcamera::Request* done = nullptr;
+    {
+      std::unique_lock lock(mutex_);
+      has_news_.wait_for(lock, timeout, [&] { return is_gone_ || !done_.empty(); });
+      if (is_gone_) return Fault(CameraFaultKind::kUnplugged, "the camera is gone");
+      if (done_.empty()) return Fault(CameraFaultKind::kStalled, "no picture");
+      done = done_.front();
+      done_.pop_front();
     }
+    std::optional<CapturedBuffer> captured;
+    if (lock_->Take(done->metadata())) captured = BufferOf(*done);
+    done->reuse(libcamera::Request::ReuseBuffers);
+    done->controls().merge(lock_->TakeControls());
+    if (const int error = camera_->queueRequest(done); error != 0) {
+      return Fault(error == -ENODEV ? CameraFaultKind::kUnplugged : CameraFaultKind::kFailed,
+                   std::string("the camera takes no more pictures: ") + std::strerror(-error));
+    }
+    if (captured) return std::move(*captured);
+    return Fault(CameraFaultKind::kSettling, "the camera settles");
   }
 
   const PictureLayout& Layout() const override { return layout_; }

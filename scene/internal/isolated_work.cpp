@@ -16,6 +16,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "scene/write_all.h"
+
 namespace pleinair {
 namespace {
 
@@ -34,16 +36,6 @@ std::uint64_t AddressSpaceBytes() {
 void Limit(decltype(RLIMIT_AS) what, std::uint64_t value) {
   const rlimit limit{value, value + 1};
   setrlimit(what, &limit);
-}
-
-bool WriteAll(int file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = write(file, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 [[noreturn]] void WorkAsChild(const std::function<std::string()>& work,
