@@ -194,8 +194,8 @@ Rgb8Image FromRgb(std::span<const std::byte> bytes, const PictureLayout& layout)
 bool HasJpegEnd(std::span<const std::byte> bytes) {
   constexpr std::array kScan = {std::byte{0xff}, std::byte{0xda}};
   constexpr std::array kEnd = {std::byte{0xff}, std::byte{0xd9}};
-  const auto scan = std::ranges::find_end(bytes, kScan);
-  return !std::ranges::search(scan.begin(), bytes.end(), kEnd.begin(), kEnd.end()).empty();
+  const auto scan = std::find_end(bytes.begin(), bytes.end(), kScan.begin(), kScan.end());
+  return std::search(scan, bytes.end(), kEnd.begin(), kEnd.end()) != bytes.end();
 }
 
 // Whether turbojpeg's last failure is only padding before a marker. Logitech's C270 and C910 leave

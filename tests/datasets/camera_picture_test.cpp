@@ -286,7 +286,7 @@ TEST(CameraPicture, ADamagedMjpegIsAnError) {
 // `jpeg` with `count` bytes more before its first marker 0xff `code`.
 std::vector<std::byte> Padded(std::vector<std::byte> jpeg, int code, std::size_t count) {
   const std::array marker = {Byte(0xff), Byte(code)};
-  const auto at = std::ranges::search(jpeg, marker).begin();
+  const auto at = std::search(jpeg.begin(), jpeg.end(), marker.begin(), marker.end());
   if (at == jpeg.end()) throw std::runtime_error("no such marker");
   jpeg.insert(at, count, Byte(0x55));
   return jpeg;

@@ -313,7 +313,7 @@ EXPORTED int fstat64(int fd, struct stat64* status) noexcept {
 }
 EXPORTED int statx(
     int folder, const char* path, int flags, unsigned mask, struct statx* status) noexcept {
-  const bool is_handle = path != nullptr && *path == '\0' && MayBeHandle(folder);
+  const bool is_handle = *path == '\0' && MayBeHandle(folder);
   if (!is_handle && !IsDevice(path)) return NEXT(statx)(folder, path, flags, mask, status);
   struct stat plain {};
   FillStatus(plain);
@@ -349,7 +349,7 @@ EXPORTED int gettimeofday(timeval* time, void* zone) noexcept {
   if (SharedState() == nullptr) return NEXT(gettimeofday)(time, zone);
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
-  if (time != nullptr) *time = {now.tv_sec, now.tv_nsec / 1000};
+  *time = {now.tv_sec, now.tv_nsec / 1000};
   return 0;
 }
 EXPORTED time_t time(time_t* seconds) noexcept {
