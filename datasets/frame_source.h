@@ -20,6 +20,8 @@ class FrameSource {
   virtual std::optional<tl::expected<Frame, FrameError>> Next() = 0;
   // Frames that Next() will give in all; none where that is not known (a camera).
   virtual std::optional<int> Count() const = 0;
+  // Next goes on with frame `index`, 0 to Count() - 1. False where frames come in order alone.
+  virtual bool Seek(int /*index*/) { return false; }
 };
 
 enum class FrameKind { kLinear, kLdr };

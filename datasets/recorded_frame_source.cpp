@@ -106,6 +106,11 @@ class RecordedFrameSource final : public FrameSource {
 
   std::optional<int> Count() const override { return static_cast<int>(sequence_.frames.size()); }
 
+  bool Seek(int index) override {
+    next_ = static_cast<std::size_t>(index);
+    return true;
+  }
+
  private:
   // Checked again at each read: a link may have been put there since the sequence was read.
   std::filesystem::path FileOf(const std::filesystem::path& relative) const {

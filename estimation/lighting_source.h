@@ -12,6 +12,7 @@
 #include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
+#include "estimation/diffuse_sample.h"
 #include "estimation/exposure_change.h"
 #include "estimation/sky_climate.h"
 #include "estimation/weather_belief.h"
@@ -95,6 +96,8 @@ class LightingSource {
   // Called after BasisFor the same frame.
   virtual tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) = 0;
+  // What the last estimate was made from, until the next call; empty of a source without any.
+  virtual std::span<const DiffuseSample> Samples() const { return {}; }
 };
 
 }  // namespace pleinair

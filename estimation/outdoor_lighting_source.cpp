@@ -123,6 +123,8 @@ class OutdoorLightingSource final : public LightingSource {
     return estimate;
   }
 
+  std::span<const DiffuseSample> Samples() const override { return samples_; }
+
  private:
   OutdoorLightingOptions options_;
   std::vector<std::shared_ptr<const SkyShape>> basis_;

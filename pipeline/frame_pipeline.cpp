@@ -43,6 +43,7 @@ FramePipeline::FramePipeline(CompositedScene scene,
                              const FramePipelineOptions& options)
     : scene_(scene.scene),
       site_(scene.site),
+      compositor_(compositor),
       objects_(std::move(scene.objects)),
       source_(std::move(source)),
       options_(options),
@@ -50,7 +51,7 @@ FramePipeline::FramePipeline(CompositedScene scene,
       view_builder_(scene_, options.view) {
   options_.Validate();
   if (options_.filter) filter_.emplace(*options_.filter);
-  effects_ = std::make_unique<FrameEffects>(scene_, scene.phantom, objects_, compositor, options_);
+  effects_ = std::make_unique<FrameEffects>(scene_, scene.phantom, objects_, compositor_, options_);
 }
 
 FramePipeline::~FramePipeline() = default;
@@ -106,7 +107,13 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
 
 void FramePipeline::SetEffects(const EffectSettings& effects) {
   effects.Validate();
+  options_.effects = effects;
   effects_->SetEffects(effects);
+}
+
+void FramePipeline::SetObjects(std::vector<VirtualObject> objects, const Mesh& phantom) {
+  objects_ = PosedObjects(std::move(objects));
+  effects_ = std::make_unique<FrameEffects>(scene_, phantom, objects_, compositor_, options_);
 }
 
 const IrradianceVolume& FramePipeline::Volume() const { return effects_->Volume(); }

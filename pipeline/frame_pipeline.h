@@ -135,9 +135,18 @@ class FramePipeline {
   tl::expected<FrameResult, FrameError> Process(const Frame& frame,
                                                 std::span<const glm::dmat4> object_poses = {});
 
+  // Puts others in place of the objects, from the next frame on; the light of real surfaces stays.
+  // `phantom` as at construction.
+  void SetObjects(std::vector<VirtualObject> objects, const Mesh& phantom);
+
   // Replaces the options' effects from the next frame on; cached results stay. Throws
   // std::invalid_argument naming field and value.
   void SetEffects(const EffectSettings& effects);
+
+  // Of the last frame that was processed: what its camera sees, and what its light was estimated
+  // from (see LightingSource).
+  const SurfaceView& View() const { return view_builder_.View(); }
+  std::span<const DiffuseSample> Samples() const { return source_->Samples(); }
 
   // The volume of the last frame that succeeded; empty unless objects get their light from it.
   // Folded, it holds only the probes that objects need; the others are not valid.
@@ -162,6 +171,7 @@ class FramePipeline {
 
   const PreparedScene& scene_;
   std::optional<Site> site_;
+  Compositor& compositor_;
   PosedObjects objects_;
   std::unique_ptr<LightingSource> source_;
   std::optional<LightingFilter> filter_;

@@ -335,6 +335,8 @@ const SurfaceView& SurfaceViewBuilder::Update(
   return impl.view;
 }
 
+const SurfaceView& SurfaceViewBuilder::View() const { return impl_->view; }
+
 bool SurfaceViewBuilder::IsAtHand(const Camera& camera,
                                   const glm::dvec3& sun_direction_enu,
                                   double sun_angular_radius_rad,
@@ -359,8 +361,8 @@ void SurfaceViewBuilder::MakeAhead(const glm::dvec3& sun_direction_enu,
     if (!is_made || impl.ahead->key == key) return;
   }
   impl.ahead.reset();
-  impl.ahead.emplace(
-      key, std::async(std::launch::async, [&impl, key] { return impl.MakeSunPart(key); }));
+  impl.ahead = Impl::SunPartAhead{
+      key, std::async(std::launch::async, [&impl, key] { return impl.MakeSunPart(key); })};
 }
 
 const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {

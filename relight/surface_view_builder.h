@@ -59,6 +59,9 @@ class SurfaceViewBuilder {
                             std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
                             std::span<const SampleRegionPolygon> polygons);
 
+  // Of the last Update.
+  const SurfaceView& View() const;
+
   // Whether Update would have nothing slow left to do but for new sky shapes; or, of the second,
   // but for the sun.
   bool IsAtHand(const Camera& camera,

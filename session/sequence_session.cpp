@@ -32,21 +32,10 @@ std::map<int, glm::dvec3> GivenSuns(const SessionOptions& options) {
 constexpr LatLongSize kSkyImageSize{768, 384};      // A pixel is 0.47 deg, as SkyTable's cells.
 constexpr LatLongSize kEnvironmentSize{1024, 512};  // A pixel is 0.35 deg: less than the sun.
 
-glm::vec3 EnvironmentPlace(const LoadedSequence& loaded, bool with_objects) {
-  if (with_objects && !loaded.site.objects.empty()) {
-    glm::vec3 lower(std::numeric_limits<float>::infinity());
-    glm::vec3 upper(-lower);
-    for (const VirtualObject& object : loaded.site.objects) {
-      const BoundingBox box = BoundingBoxOf(object.mesh);
-      lower = glm::min(lower, box.lower_m);
-      upper = glm::max(upper, box.upper_m);
-    }
-    return 0.5f * (lower + upper);
-  }
-  if (loaded.sequence.environment) return glm::vec3(loaded.sequence.environment->position_m);
-  const glm::dmat4 world_from_camera =
-      glm::inverse(loaded.sequence.CameraOfFrame(0).camera_from_world);
-  return glm::vec3(world_from_camera[3]);
+// Exactly affine: a product's last row has rounding errors.
+glm::dmat4 MadeAffine(glm::dmat4 matrix) {
+  for (int column = 0; column < 4; ++column) matrix[column].w = column == 3 ? 1.0 : 0.0;
+  return matrix;
 }
 
 std::shared_ptr<const HeadlessContext> MadeCurrent(std::shared_ptr<const HeadlessContext> context) {
@@ -104,13 +93,16 @@ SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
       given_suns_(GivenSuns(options)),
       compositor_(options.compositor),
       frames_(std::move(frames)) {
+  if (options.with_objects) {
+    entries_ = loaded_->sequence.virtual_objects;
+    world_from_loaded_.assign(entries_.size(), glm::dmat4(1.0));
+    objects_ = {loaded_->site.objects, loaded_->site.motions, {}};
+  }
   const std::vector<std::string>& of_scene = loaded_->scene.notes;
   notes_.insert(notes_.end(), of_scene.begin(), of_scene.end());
   pipeline_ = std::make_unique<FramePipeline>(
-      CompositedScene{loaded_->scene,
-                      loaded_->site.model.mesh,
-                      loaded_->sequence.site,
-                      options.with_objects ? loaded_->site.objects : std::vector<VirtualObject>()},
+      CompositedScene{
+          loaded_->scene, loaded_->site.model.mesh, loaded_->sequence.site, objects_.parts},
       MakeSourceFor(options, loaded_->sequence, loaded_->scene.aerosol_optical_depth_500nm),
       compositor_,
       PipelineOptionsFor(options, *loaded_));
@@ -203,7 +195,7 @@ SequenceSession::Environment SequenceSession::EnvironmentOf(const Lighting& ligh
     const PreparedScene& scene = loaded_->scene;
     environment_view_.emplace(scene.patches,
                               scene.survey ? &*scene.survey : nullptr,
-                              EnvironmentPlace(*loaded_, options_.with_objects),
+                              EnvironmentPlace(),
                               kEnvironmentSize);
   }
   Environment environment;
@@ -223,9 +215,83 @@ std::optional<RgbImage> SequenceSession::SkyImageOf(const Lighting& lighting) co
   return pipeline_->SkyRadiance(lighting, kSkyImageSize);
 }
 
+void SequenceSession::SetObjects(std::span<const VirtualObjectEntry> objects) {
+  const auto has_mesh_of = [](const VirtualObjectEntry& a, const VirtualObjectEntry& b) {
+    return a.mesh == b.mesh;
+  };
+  std::vector<VirtualObjectEntry> entries = entries_;
+  if (!std::equal(objects.begin(), objects.end(), entries_.begin(), entries_.end(), has_mesh_of)) {
+    SiteObjects others;
+    entries.clear();
+    for (const VirtualObjectEntry& wanted : objects) {
+      const auto known = std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+        return entry.mesh == wanted.mesh;
+      });
+      others.Append(
+          known == entries_.end()
+              ? LoadObject(loaded_->sequence.folder, wanted, entries.size())
+              : CopyOf(static_cast<std::size_t>(known - entries_.begin()), entries.size()));
+      entries.push_back(known == entries_.end() ? wanted : *known);
+    }
+    context_->MakeCurrent();
+    pipeline_->SetObjects(others.parts, loaded_->site.model.mesh);
+    objects_ = std::move(others);
+    entries_ = std::move(entries);
+    notes_.insert(notes_.end(), objects_.notes.begin(), objects_.notes.end());
+  }
+  environment_view_.reset();
+  world_from_loaded_.clear();
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const glm::dmat4& loaded = entries_[i].world_from_object;
+    const glm::dmat4& wanted = objects[i].world_from_object;
+    world_from_loaded_.push_back(wanted == loaded ? glm::dmat4(1.0)
+                                                  : MadeAffine(wanted * glm::inverse(loaded)));
+  }
+}
+
+SiteObjects SequenceSession::CopyOf(std::size_t entry, std::size_t index) const {
+  SiteObjects copy;
+  for (std::size_t i = 0; i < objects_.parts.size(); ++i) {
+    if (objects_.motions[i].entry != entry) continue;
+    copy.parts.push_back(objects_.parts[i]);
+    copy.motions.push_back(objects_.motions[i]);
+    copy.motions.back().entry = index;
+  }
+  return copy;
+}
+
 std::vector<glm::dmat4> SequenceSession::PosesAt(UtcTime time) const {
-  if (!options_.with_objects) return {};
-  return ObjectPosesAt(loaded_->site, SecondsSinceFirstFrame(loaded_->sequence, time));
+  std::vector<glm::dmat4> poses =
+      ObjectPosesAt(objects_.motions, SecondsSinceFirstFrame(loaded_->sequence, time));
+  const bool is_any_elsewhere =
+      std::any_of(world_from_loaded_.begin(), world_from_loaded_.end(), [](const auto& moved) {
+        return moved != glm::dmat4(1.0);
+      });
+  if (!is_any_elsewhere) return poses;
+  poses.resize(objects_.parts.size(), glm::dmat4(1.0));
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses[i] = MadeAffine(world_from_loaded_[objects_.motions[i].entry] * poses[i]);
+  }
+  return poses;
+}
+
+glm::vec3 SequenceSession::EnvironmentPlace() const {
+  if (!objects_.parts.empty()) {
+    glm::dvec3 lower_m(std::numeric_limits<double>::infinity());
+    glm::dvec3 upper_m(-lower_m);
+    for (std::size_t i = 0; i < objects_.parts.size(); ++i) {
+      const glm::dmat4& moved = world_from_loaded_[objects_.motions[i].entry];
+      for (const glm::vec3& corner_m : CornersOf(BoundingBoxOf(objects_.parts[i].mesh))) {
+        const glm::dvec3 place_m(moved * glm::dvec4(corner_m, 1.0));
+        lower_m = glm::min(lower_m, place_m);
+        upper_m = glm::max(upper_m, place_m);
+      }
+    }
+    return glm::vec3(0.5 * (lower_m + upper_m));
+  }
+  const Sequence& sequence = loaded_->sequence;
+  if (sequence.environment) return glm::vec3(sequence.environment->position_m);
+  return glm::vec3(sequence.CameraOfFrame(0).CentreWorldM());
 }
 
 }  // namespace pleinair

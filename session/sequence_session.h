@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -67,14 +68,27 @@ class SequenceSession {
   std::optional<SessionStep> Next();
   std::optional<SessionStep> Next(const std::function<bool(int)>& wanted);
 
+  // The next frame that Next gives is frame `index`, 0-based. False where frames come in order
+  // alone: a camera's.
+  bool Seek(int index) { return frames_->Seek(index); }
+
   // Of a frame that is not the sequence's, or is so again, at the same place.
   SessionStep Process(Frame frame);
   // Such pictures are counted from 0 on. One that does not fit its camera is that step's error. A
   // diffuse mask over the sequence's first frame does not hold for them.
   SessionStep Process(CapturedPicture captured);
 
+  // What is put into the picture from the next frame on, in place of the sequence's objects. Files
+  // are relative to the sequence's folder, or absolute; those that are in the picture already are
+  // not read again. The light stays. Throws as LoadObject; then all stay what they were.
+  void SetObjects(std::span<const VirtualObjectEntry> objects);
+
   // As FramePipeline::SetEffects.
   void SetEffects(const EffectSettings& effects) { pipeline_->SetEffects(effects); }
+
+  // As FramePipeline.
+  const SurfaceView& View() const { return pipeline_->View(); }
+  std::span<const DiffuseSample> Samples() const { return pipeline_->Samples(); }
 
   // The composite of a step that succeeded, as the camera would have shown it.
   Rgb8Image Show(const SessionStep& step);
@@ -100,6 +114,9 @@ class SequenceSession {
 
  private:
   std::vector<glm::dmat4> PosesAt(UtcTime time) const;
+  // Entry `entry` of the objects once more, as entry `index`.
+  SiteObjects CopyOf(std::size_t entry, std::size_t index) const;
+  glm::vec3 EnvironmentPlace() const;
 
   std::shared_ptr<const LoadedSequence> loaded_;
   std::shared_ptr<const HeadlessContext> context_;
@@ -112,6 +129,11 @@ class SequenceSession {
   std::optional<EnvironmentView> environment_view_;  // Made when first asked for.
   Compositor compositor_;
   std::unique_ptr<FramePipeline> pipeline_;
+  // What is put into the picture: entries as they were loaded, where each has been taken since, and
+  // the parts.
+  std::vector<VirtualObjectEntry> entries_;
+  std::vector<glm::dmat4> world_from_loaded_;
+  SiteObjects objects_;
   std::unique_ptr<FrameSource> frames_;
 };
 

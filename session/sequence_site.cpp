@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -272,22 +273,35 @@ bool IsIndoors(const Camera& camera, const RayCaster& caster) {
   return seen < kLeastSkyOutdoors * cells;
 }
 
-void LoadObject(const Sequence& sequence, const VirtualObjectEntry& entry, SequenceSite& site) {
-  LoadedParts loaded = LoadMeshParts(sequence.folder / entry.mesh, MeshColours::kByPlace);
-  NoteLoading(entry.mesh, loaded.report, site.notes);
+}  // namespace
+
+void SiteObjects::Append(SiteObjects more) {
+  const auto append = [](auto& values, auto& added) {
+    std::move(added.begin(), added.end(), std::back_inserter(values));
+  };
+  append(parts, more.parts);
+  append(motions, more.motions);
+  append(notes, more.notes);
+}
+
+SiteObjects LoadObject(const std::filesystem::path& folder,
+                       const VirtualObjectEntry& entry,
+                       std::size_t index) {
+  SiteObjects object;
+  LoadedParts loaded = LoadMeshParts(folder / entry.mesh, MeshColours::kByPlace);
+  NoteLoading(entry.mesh, loaded.report, object.notes);
   std::int64_t turned = 0;
   for (MeshPart& part : loaded.parts) {
     turned += TurnClosedPartsOutward(part.mesh);
-    site.objects.push_back({MakeShadingMesh(TransformMesh(entry.world_from_object, part.mesh))});
-    site.motions.push_back({entry.world_from_object, std::move(part.motion)});
+    object.parts.push_back({MakeShadingMesh(TransformMesh(entry.world_from_object, part.mesh))});
+    object.motions.push_back({index, entry.world_from_object, std::move(part.motion)});
   }
   if (turned > 0) {
-    site.notes.push_back(entry.mesh.filename().string() + ": " + std::to_string(turned) +
-                         " triangles of closed parts were inside out and have been turned");
+    object.notes.push_back(entry.mesh.filename().string() + ": " + std::to_string(turned) +
+                           " triangles of closed parts were inside out and have been turned");
   }
+  return object;
 }
-
-}  // namespace
 
 std::string AzimuthAndElevation(const glm::dvec3& direction_enu) {
   const double azimuth_deg = DegFromRad(std::atan2(direction_enu.x, direction_enu.y));
@@ -307,13 +321,12 @@ glm::dmat4 ObjectMotion::WorldFromStart(double time_s) const {
   return world_from_start;
 }
 
-std::vector<glm::dmat4> ObjectPosesAt(const SequenceSite& site, double time_s) {
-  const bool moves = std::any_of(site.motions.begin(), site.motions.end(), [](const auto& motion) {
-    return motion.of_part.Moves();
-  });
+std::vector<glm::dmat4> ObjectPosesAt(std::span<const ObjectMotion> motions, double time_s) {
+  const bool moves = std::any_of(
+      motions.begin(), motions.end(), [](const auto& motion) { return motion.of_part.Moves(); });
   std::vector<glm::dmat4> poses;
   if (!moves) return poses;
-  for (const ObjectMotion& motion : site.motions) poses.push_back(motion.WorldFromStart(time_s));
+  for (const ObjectMotion& motion : motions) poses.push_back(motion.WorldFromStart(time_s));
   return poses;
 }
 
@@ -382,8 +395,13 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
       site.model.diffuse_mask = TurnedMask(*site.model.diffuse_mask, map_turned_rad);
     }
   }
-  for (const VirtualObjectEntry& entry : sequence.virtual_objects)
-    LoadObject(sequence, entry, site);
+  SiteObjects objects;
+  for (std::size_t i = 0; i < sequence.virtual_objects.size(); ++i) {
+    objects.Append(LoadObject(sequence.folder, sequence.virtual_objects[i], i));
+  }
+  site.objects = std::move(objects.parts);
+  site.motions = std::move(objects.motions);
+  site.notes.insert(site.notes.end(), objects.notes.begin(), objects.notes.end());
   const RayCaster caster(site.model.mesh);
   site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), caster);
   if (site.is_indoors) {

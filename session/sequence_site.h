@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ namespace pleinair {
 
 // Of one virtual object, as its mesh file animates it.
 struct ObjectMotion {
+  std::size_t entry = 0;  // Into the sequence's virtual_objects.
   glm::dmat4 world_from_file{1.0};
   PartMotion of_part;
 
@@ -25,10 +27,25 @@ struct ObjectMotion {
   glm::dmat4 WorldFromStart(double time_s) const;
 };
 
+// Virtual objects: a part of its own for what a mesh file animates by itself.
+struct SiteObjects {
+  std::vector<VirtualObject> parts;   // In world coordinates, as in the first frame.
+  std::vector<ObjectMotion> motions;  // One a part.
+  std::vector<std::string> notes;     // What was repaired in loading.
+
+  void Append(SiteObjects more);
+};
+
+// The parts of one entry, whose path is relative to `folder`, or absolute. Throws
+// std::runtime_error, one line with the file and what was expected.
+SiteObjects LoadObject(const std::filesystem::path& folder,
+                       const VirtualObjectEntry& entry,
+                       std::size_t index);
+
 struct SequenceSite {
   SiteModel model;
-  std::vector<VirtualObject> objects;  // In world coordinates, as in the first frame.
-  std::vector<ObjectMotion> motions;   // One an object.
+  std::vector<VirtualObject> objects;  // SiteObjects' parts.
+  std::vector<ObjectMotion> motions;
   // Around the objects in all frames, or around what the first camera looks at.
   BoundingBox probe_box;
   // What the cameras look at: patches are finest there. Not where the objects are, so that what is
@@ -59,7 +76,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence);
 double SecondsSinceFirstFrame(const Sequence& sequence, UtcTime time);
 
 // Poses for FramePipeline::Process, so long after the first frame; empty where nothing moves.
-std::vector<glm::dmat4> ObjectPosesAt(const SequenceSite& site, double time_s);
+std::vector<glm::dmat4> ObjectPosesAt(std::span<const ObjectMotion> motions, double time_s);
 
 // What may be asked of the offline part; what is unset is as PrepareOptions has it.
 struct PrepareSettings {

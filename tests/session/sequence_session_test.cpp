@@ -90,6 +90,85 @@ TEST_F(SequenceSessionTest, FramesOfAnotherSourceAtASiteAreCompositedAsTheSequen
             0.0f);
 }
 
+TEST_F(SequenceSessionTest, FramesCanBeTakenOutOfOrder) {
+  SequenceSession session = MakeSession();
+  const auto first = session.Next();
+  ASSERT_TRUE(first && first->result);
+  ASSERT_TRUE(session.Seek(2));
+  const auto third = session.Next();
+  ASSERT_TRUE(third && third->result) << third->result.error().reason;
+  EXPECT_EQ(third->frame->index, 2);
+  EXPECT_EQ(third->frame->time, loaded->sequence.frames[2].time);
+  ASSERT_TRUE(session.Seek(0));
+  EXPECT_EQ(session.Next()->frame->index, 0);
+}
+
+class ObjectsOfASession : public SequenceSessionTest {
+ protected:
+  ObjectsOfASession()
+      : session_(MakeSession(WithoutMemory())), objects_(loaded->sequence.virtual_objects) {}
+
+  // A frame's composite is then the same whatever came before.
+  SessionOptions WithoutMemory() {
+    SessionOptions options = CoarseOptions();
+    options.pipeline.filter.reset();
+    options.pipeline.camera_matching.blur = false;
+    options.lighting = folder_.Write("light.jsonl",
+                                     "{\"frame\": 0, \"sun_irradiance_rgb\": [700, 650, 600], "
+                                     "\"sky_irradiance_rgb\": [60, 90, 120], "
+                                     "\"sky_shape\": {\"uniform\": [1, 1, 1]}}\n");
+    return options;
+  }
+
+  std::vector<glm::vec3> CompositeOf(const std::vector<VirtualObjectEntry>& objects) {
+    session_.SetObjects(objects);
+    session_.Seek(0);
+    auto step = session_.Next();
+    EXPECT_TRUE(step->result) << step->result.error().reason;
+    return std::move(step->result->composite.radiance.pixels);
+  }
+
+  TemporaryFolder folder_;
+  SequenceSession session_;
+  std::vector<VirtualObjectEntry> objects_;
+};
+
+TEST_F(ObjectsOfASession, MoveAndComeBack) {
+  const auto at_home = CompositeOf(objects_);
+  std::vector<VirtualObjectEntry> elsewhere = objects_;
+  elsewhere[0].world_from_object[3].x += 0.5;
+  EXPECT_FALSE(CompositeOf(elsewhere) == at_home);
+  EXPECT_TRUE(CompositeOf(objects_) == at_home);
+}
+
+TEST_F(ObjectsOfASession, AreAddedAndTakenAway) {
+  const auto one = CompositeOf(objects_);
+  std::vector<VirtualObjectEntry> two = objects_;
+  two.push_back(objects_[0]);
+  two[1].world_from_object[3].x += 0.5;
+  const auto both = CompositeOf(two);
+  EXPECT_FALSE(both == one);
+  // The copy alone is where it was put, not where its file's first entry stands.
+  const auto copy = CompositeOf({two[1]});
+  EXPECT_FALSE(copy == one);
+  EXPECT_FALSE(copy == both);
+
+  session_.SetObjects({});
+  session_.Seek(0);
+  const auto none = session_.Next();
+  ASSERT_TRUE(none && none->result);
+  EXPECT_TRUE(none->result->composite.radiance.pixels == none->frame->radiance.pixels);
+  EXPECT_TRUE(CompositeOf(objects_) == one);
+}
+
+TEST_F(ObjectsOfASession, StayWhereANewFileCannotBeRead) {
+  const auto before = CompositeOf(objects_);
+  std::vector<VirtualObjectEntry> bad = objects_;
+  bad.push_back({"no-such-file.obj", glm::dmat4(1.0)});
+  EXPECT_THROW(session_.SetObjects(bad), std::runtime_error);
+  EXPECT_TRUE(CompositeOf(objects_) == before);
+}
+
 TEST(LoadedSequence, FramesThatDoNotFitIntoMemoryAreRefusedFirst) {
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "huge_frames";
   std::filesystem::remove_all(folder);
