@@ -1,11 +1,10 @@
 // sequence.json out.
 #include "datasets/internal/sequence_json.h"
 
-#include <span>
 #include <string>
 #include <vector>
 
-#include "scene/whole_file.h"
+#include "datasets/site_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
@@ -158,8 +157,7 @@ Json JsonOf(const Sequence& sequence) {
 }
 
 void WriteSequenceJson(const Json& json, const std::filesystem::path& folder) {
-  const std::string text = json.dump(1) + '\n';
-  WriteWholeFile(folder / "sequence.json", std::as_bytes(std::span(text)));
+  WriteJsonFile(json, folder / "sequence.json");
 }
 
 void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder) {

@@ -1,0 +1,48 @@
+#include "datasets/site_file.h"
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "calib/json_cursor.h"
+#include "datasets/internal/sequence_folder.h"
+#include "scene/whole_file.h"
+
+namespace pleinair {
+
+using Json = nlohmann::ordered_json;
+
+std::filesystem::path SiteFileIn(const std::filesystem::path& folder) {
+  for (const char* name : {"site.json", "sequence.json"}) {
+    std::error_code error;
+    if (!std::filesystem::exists(folder / name, error)) continue;
+    if (!ResolveInside(folder, name)) {
+      RefuseFile(folder / name, "expected a file inside the site's folder");
+    }
+    return folder / name;
+  }
+  RefuseFile(folder, "expected a site's folder, with a site.json or a sequence.json in it");
+}
+
+void EditSiteFile(const std::filesystem::path& folder, const std::function<void(Json&)>& edit) {
+  const std::filesystem::path file = SiteFileIn(folder);
+  // What this returns is in alphabetical order: parsed for its refusals alone.
+  LoadJson(file);
+  const std::vector<std::byte> bytes = ReadWholeFile(file);
+  const Json before = Json::parse(bytes.begin(), bytes.end());
+  if (!before.is_object()) RefuseFile(file, "expected an object");
+  Json json = before;
+  edit(json);
+  if (json != before) WriteJsonFile(json, file);
+}
+
+void WriteJsonFile(const Json& json, const std::filesystem::path& file) {
+  const std::string text = json.dump(1) + '\n';
+  WriteWholeFile(file, std::as_bytes(std::span(text)));
+}
+
+}  // namespace pleinair

@@ -1,0 +1,27 @@
+// The file in which a folder states its site: site.json, or else a sequence's sequence.json. Its
+// keys are changed here and not by WriteSequence, which would lose notes and the order of keys.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace pleinair {
+
+// `folder`/site.json where it exists, else `folder`/sequence.json. Throws std::runtime_error,
+// naming the folder, where there is neither.
+std::filesystem::path SiteFileIn(const std::filesystem::path& folder);
+
+// Replaces the site's file of `folder` by what `edit` makes of it. Keys that `edit` leaves alone
+// keep their order and values. Nothing is written where `edit` changes nothing, or throws.
+// Throws  std::runtime_error, one line with the file: as SiteFileIn, for what is not a JSON object,
+//         and as WriteWholeFile; what `edit` throws.
+void EditSiteFile(const std::filesystem::path& folder,
+                  const std::function<void(nlohmann::ordered_json&)>& edit);
+
+// Writes `json` as `file`, completely or not at all, with one value a line. Throws as
+// WriteWholeFile.
+void WriteJsonFile(const nlohmann::ordered_json& json, const std::filesystem::path& file);
+
+}  // namespace pleinair
