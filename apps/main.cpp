@@ -29,6 +29,7 @@
 #include "apps/score_command.h"
 #include "apps/settings_arguments.h"
 #include "apps/shared_ranks.h"
+#include "apps/site_command.h"
 #include "apps/sun_command.h"
 
 namespace pleinair {
@@ -233,6 +234,7 @@ int RunCommandLine(int argc, char** argv) {
   AddRegress(app, work);
   AddTradeoff(app, work);
   AddCalibrate(app, work);
+  AddSite(app, work);
   AddIrradiance(app, work);
   AddSettingsCommand(app, work);
   AddDoctor(app, work);

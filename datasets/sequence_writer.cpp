@@ -115,6 +115,11 @@ Json JsonOf(const FrameEntry& frame) {
   return json;
 }
 
+Json JsonOf(const VirtualObjectEntry& object) {
+  return {{"mesh", object.mesh.string()},
+          {"world_from_object", FromMatrix(object.world_from_object)}};
+}
+
 Json JsonOf(const Sequence& sequence) {
   Json json = {{"format", "pleinair-sequence"}, {"version", 1}};
   if (!sequence.name.empty()) json["name"] = sequence.name;
@@ -147,9 +152,7 @@ Json JsonOf(const Sequence& sequence) {
   }
   if (sequence.fisheye) json["fisheye"] = FromFisheye(*sequence.fisheye);
   for (const VirtualObjectEntry& object : sequence.virtual_objects) {
-    json["virtual_objects"].push_back(
-        {{"mesh", object.mesh.string()},
-         {"world_from_object", FromMatrix(object.world_from_object)}});
+    json["virtual_objects"].push_back(JsonOf(object));
   }
   json["frames"] = Json::array();
   for (const FrameEntry& frame : sequence.frames) json["frames"].push_back(JsonOf(frame));

@@ -11,6 +11,8 @@ namespace pleinair {
 
 // An entry of `frames`.
 nlohmann::ordered_json JsonOf(const FrameEntry& frame);
+// One of `virtual_objects`.
+nlohmann::ordered_json JsonOf(const VirtualObjectEntry& object);
 // The complete sequence.json.
 nlohmann::ordered_json JsonOf(const Sequence& sequence);
 
