@@ -31,6 +31,7 @@
 #include "apps/shared_ranks.h"
 #include "apps/site_command.h"
 #include "apps/sun_command.h"
+#include "apps/view_arguments.h"
 
 namespace pleinair {
 namespace {
@@ -228,6 +229,7 @@ int RunCommandLine(int argc, char** argv) {
   AddSun(app, work);
   AddPrepare(app, work);
   AddRun(app, work);
+  AddView(app, work);
   AddRecord(app, work);
   AddCameras(app, work);
   AddScore(app, work);

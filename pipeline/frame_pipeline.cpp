@@ -68,7 +68,6 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     result.clear_sky = clear_sky_.At(result.sun.direction_enu);
     const SunState sun = TransportSunOf(frame, result.sun);
     result.sun_age_s = std::chrono::duration<double>(frame.time - transport_->time).count();
-    const DirectionalLight transport_sun{sun.direction_enu, {}, sun.angular_radius_rad};
 
     const auto basis = source_->BasisFor(frame, sun);
     if (!basis) return failed(basis.error().reason);
@@ -92,17 +91,35 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     if (options_.daylight_colours) {
       result.drawn_lighting = WithDaylightColours(result.estimate.lighting);
     }
-    const Lighting& lighting =
-        result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
-    const StageTimes before = result.timing_ms;
-    static_cast<RenderedFrame&>(result) =
-        effects_->Render({frame, view, view_builder_, transport_sun, lighting, before.estimate});
-    result.timing_ms.transport += before.transport;
-    result.timing_ms.estimate = before.estimate;
+    Draw(frame, result);
     return result;
   } catch (const std::exception& error) {
     return failed(error.what());
   }
+}
+
+tl::expected<FrameResult, FrameError> FramePipeline::Redraw(
+    const Frame& frame, FrameResult last, std::span<const glm::dmat4> object_poses) {
+  try {
+    objects_.Pose(object_poses);
+    last.timing_ms = {};
+    Draw(frame, last);
+    return last;
+  } catch (const std::exception& error) {
+    return tl::unexpected(FrameError{frame.index, frame.time, error.what()});
+  }
+}
+
+void FramePipeline::Draw(const Frame& frame, FrameResult& result) {
+  const SunState& sun = transport_.value().sun;
+  const DirectionalLight transport_sun{sun.direction_enu, {}, sun.angular_radius_rad};
+  const Lighting& lighting =
+      result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
+  const StageTimes before = result.timing_ms;
+  static_cast<RenderedFrame&>(result) = effects_->Render(
+      {frame, view_builder_.View(), view_builder_, transport_sun, lighting, before.estimate});
+  result.timing_ms.transport += before.transport;
+  result.timing_ms.estimate = before.estimate;
 }
 
 void FramePipeline::SetEffects(const EffectSettings& effects) {

@@ -135,6 +135,12 @@ class FramePipeline {
   tl::expected<FrameResult, FrameError> Process(const Frame& frame,
                                                 std::span<const glm::dmat4> object_poses = {});
 
+  // Draws the last frame again, with objects, poses and effects as they are now, in the light that
+  // `last` found for it.
+  tl::expected<FrameResult, FrameError> Redraw(const Frame& frame,
+                                               FrameResult last,
+                                               std::span<const glm::dmat4> object_poses = {});
+
   // Puts others in place of the objects, from the next frame on; the light of real surfaces stays.
   // `phantom` as at construction.
   void SetObjects(std::vector<VirtualObject> objects, const Mesh& phantom);
@@ -164,6 +170,8 @@ class FramePipeline {
   std::string DaylightNote() const;
 
  private:
+  // Fills in what is drawn of a frame whose light is known. Adds to the times.
+  void Draw(const Frame& frame, FrameResult& result);
   // The sun that the frame's transport is for.
   SunState TransportSunOf(const Frame& frame, const SunState& sun);
   void MakeSunAhead(const Frame& frame);

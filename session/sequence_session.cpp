@@ -148,6 +148,13 @@ SessionStep SequenceSession::Process(Frame frame) {
   return step;
 }
 
+SessionStep SequenceSession::Redraw(SessionStep last) {
+  context_->MakeCurrent();
+  const Frame& frame = last.frame.value();
+  last.result = pipeline_->Redraw(frame, std::move(last.result.value()), PosesAt(frame.time));
+  return last;
+}
+
 SessionStep SequenceSession::Process(CapturedPicture captured) {
   const Sequence& sequence = loaded_->sequence;
   Frame frame;

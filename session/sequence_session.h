@@ -83,6 +83,10 @@ class SequenceSession {
   // not read again. The light stays. Throws as LoadObject; then all stay what they were.
   void SetObjects(std::span<const VirtualObjectEntry> objects);
 
+  // The last step, which has to have succeeded, drawn again in its light: after SetObjects or
+  // SetEffects.
+  SessionStep Redraw(SessionStep last);
+
   // As FramePipeline::SetEffects.
   void SetEffects(const EffectSettings& effects) { pipeline_->SetEffects(effects); }
 

@@ -129,7 +129,8 @@ TEST_F(GltfObjects, AreWhereTheirAnimationHasThemAtAFramesTime) {
   EXPECT_TRUE(site.motions[0].of_part.Moves());
   EXPECT_FALSE(site.motions[1].of_part.Moves());
   const auto poses = [&](std::size_t frame) {
-    return ObjectPosesAt(site.motions, SecondsSinceFirstFrame(sequence, sequence.frames[frame].time));
+    return ObjectPosesAt(site.motions,
+                         SecondsSinceFirstFrame(sequence, sequence.frames[frame].time));
   };
   EXPECT_EQ(poses(0), std::vector<glm::dmat4>(2, glm::dmat4(1.0)));
   for (const auto& [frame, north_m] : {std::pair{1, 1.0}, std::pair{2, 0.5}}) {

@@ -141,6 +141,26 @@ TEST_F(ObjectsOfASession, MoveAndComeBack) {
   EXPECT_TRUE(CompositeOf(objects_) == at_home);
 }
 
+// An estimate depends on the frames before: the light of a frame that is drawn again may not.
+TEST_F(ObjectsOfASession, AreDrawnAgainInTheLightThatWasFound) {
+  SequenceSession estimating = MakeSession();
+  SessionStep first = *estimating.Next();
+  ASSERT_TRUE(first.result);
+  const auto at_home = first.result->composite.radiance.pixels;
+  const glm::dvec3 sun = first.result->estimate.lighting.sun.irradiance_rgb;
+  std::vector<VirtualObjectEntry> elsewhere = objects_;
+  elsewhere[0].world_from_object[3].x += 0.5;
+  estimating.SetObjects(elsewhere);
+  SessionStep moved = estimating.Redraw(std::move(first));
+  ASSERT_TRUE(moved.result);
+  EXPECT_FALSE(moved.result->composite.radiance.pixels == at_home);
+  estimating.SetObjects(objects_);
+  const SessionStep back = estimating.Redraw(std::move(moved));
+  ASSERT_TRUE(back.result);
+  EXPECT_EQ(back.result->estimate.lighting.sun.irradiance_rgb, sun);
+  EXPECT_TRUE(back.result->composite.radiance.pixels == at_home);
+}
+
 TEST_F(ObjectsOfASession, AreAddedAndTakenAway) {
   const auto one = CompositeOf(objects_);
   std::vector<VirtualObjectEntry> two = objects_;

@@ -1,0 +1,11 @@
+// The arguments of `pleinair view`.
+#pragma once
+
+#include "apps/arguments.h"
+
+namespace pleinair {
+
+// Adds the command to `app`; `work` is set when it is called for.
+void AddView(CLI::App& app, Work& work);
+
+}  // namespace pleinair

@@ -1,0 +1,447 @@
+#include "apps/viewer/frame_worker.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "apps/effect_budget.h"
+#include "apps/lighting_log.h"
+#include "apps/viewer/shaded_ball.h"
+#include "calib/response.h"
+#include "datasets/camera/camera_capture.h"
+#include "datasets/camera/live_frame_source.h"
+#include "datasets/recording/recorder.h"
+#include "pipeline/display_codes.h"
+#include "scene/stopwatch.h"
+#include "session/settings.h"
+
+namespace pleinair {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+// Of a dragged object's pictures, on its light: what is left of 50 ms beside drawing.
+constexpr double kDragBudgetMs = 20.0;
+
+PictureHistogram HistogramOf(const Rgb8Image& picture) {
+  PictureHistogram histogram;
+  histogram.pixels = static_cast<int>(picture.pixels.size());
+  for (const glm::u8vec3& pixel : picture.pixels) {
+    for (int c = 0; c < 3; ++c) ++histogram.counts[pixel[c]][static_cast<std::size_t>(c)];
+  }
+  for (std::size_t code = 1; code + 1 < histogram.counts.size(); ++code) {
+    for (const int count : histogram.counts[code]) {
+      histogram.largest = std::max(histogram.largest, count);
+    }
+  }
+  return histogram;
+}
+
+LightPoint LightPointOf(const SessionStep& step) {
+  LightPoint point;
+  if (!step.result) {
+    point.frame = step.result.error().index;
+    point.time = step.result.error().time;
+    point.failed = true;
+    return point;
+  }
+  point.frame = step.frame->index;
+  point.time = step.frame->time;
+  const RecordedLight light = RecordOf(point.frame, step.result).light;
+  point.sun_rgb = light.sun_irradiance_rgb.value_or(glm::dvec3(0.0));
+  point.sky_rgb = light.sky_irradiance_rgb.value_or(glm::dvec3(0.0));
+  point.has_stddev = light.sun_irradiance_stddev_rgb && light.sky_irradiance_stddev_rgb;
+  point.sun_stddev_rgb = light.sun_irradiance_stddev_rgb.value_or(glm::dvec3(0.0));
+  point.sky_stddev_rgb = light.sky_irradiance_stddev_rgb.value_or(glm::dvec3(0.0));
+  return point;
+}
+
+}  // namespace
+
+// Where frames come from: a sequence, files at a site, or a camera.
+class FrameWorker::Source {
+ public:
+  Source(const ViewCommandOptions& options, EventLog& events) : options_(options), events_(events) {
+    if (options.input.empty() || !IsCameraName(options.input)) return;
+    site_ = ReadSite(options.sequence, std::chrono::system_clock::now());
+    CameraRequest request = options.camera;
+    if (!request.width_px) {
+      request.width_px = site_->intrinsics.width_px;
+      request.height_px = site_->intrinsics.height_px;
+    }
+    capture_.emplace(options.input, request, CaptureOptions{}, events);
+    // A camera of another shape would fail in every frame.
+    ScaledTo(site_->intrinsics, capture_->Layout().width_px, capture_->Layout().height_px);
+  }
+
+  bool IsLive() const { return capture_.has_value(); }
+  double FramesPerSecond() const { return capture_ ? capture_->FramesPerSecond() : 0.0; }
+  UtcTime Now() const {
+    return capture_ ? capture_->Clock().Now() : std::chrono::system_clock::now();
+  }
+  void Stop() {
+    if (capture_) capture_->Stop();
+  }
+
+  std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options,
+                                             const Progress& progress) const {
+    if (IsLive()) return LoadSite(options, capture_->Clock().Now(), progress);
+    if (options_.input.empty()) return LoadSequence(options, progress);
+    return LoadSite(options, FirstPictureTime(options_.input, options_.times), progress);
+  }
+
+  // In place of the sequence's own frames; null: those.
+  std::unique_ptr<FrameSource> Frames(const Sequence& sequence, const SessionOptions& options) {
+    if (IsLive()) {
+      return MakeLiveFrameSource(
+          sequence, *capture_, events_, options.camera_noise, [this](const CameraFrame& frame) {
+            if (recorder_) recorder_->Offer(frame);
+          });
+    }
+    if (options_.input.empty()) return nullptr;
+    return MakeFrameSourceAt(sequence, options_.input, options_.times, options.camera_noise);
+  }
+
+  // Throws as Recorder.
+  void Record(bool is_recording) {
+    if (!IsLive() || is_recording == recorder_.has_value()) return;
+    if (!is_recording) {
+      recorder_->Finish();
+      recorder_.reset();
+      return;
+    }
+    RecorderOptions options;
+    options.recording.folder =
+        options_.out /
+        fmt::format("recording-{:%Y%m%d-%H%M%S}",
+                    fmt::gmtime(std::chrono::system_clock::to_time_t(
+                        std::chrono::time_point_cast<std::chrono::system_clock::duration>(Now()))));
+    recorder_.emplace(*site_, capture_->Layout(), options, events_);
+  }
+
+ private:
+  const ViewCommandOptions& options_;
+  EventLog& events_;
+  std::optional<Sequence> site_;
+  std::optional<CameraCapture> capture_;
+  std::optional<Recorder> recorder_;
+};
+
+// What the window wants, carried out. On the worker's thread.
+class FrameWorker::Viewing {
+ public:
+  explicit Viewing(FrameWorker& worker) : worker_(worker), source_(worker.options_, events_) {
+    {
+      const std::lock_guard lock(worker_.mutex_);
+      worker_.interrupt_ = [this] { source_.Stop(); };
+    }
+    Load(worker_.options_);
+  }
+  ~Viewing() {
+    const std::lock_guard lock(worker_.mutex_);
+    worker_.interrupt_ = nullptr;
+  }
+  Viewing(const Viewing&) = delete;
+  Viewing& operator=(const Viewing&) = delete;
+
+  // Until the worker ends.
+  void Run() {
+    for (std::optional<ViewRequest> request = Wait(); request; request = Wait()) {
+      Carry(*request);
+      done_ = std::move(*request);
+      TellEvents();
+    }
+    Try([&] { source_.Record(false); });
+  }
+
+ private:
+  // The next request that there is something to do for; none: the worker ends.
+  std::optional<ViewRequest> Wait() {
+    std::unique_lock lock(worker_.mutex_);
+    for (;;) {
+      if (worker_.is_ending_) return std::nullopt;
+      const ViewRequest& request = *worker_.request_;
+      if (IsChanged(request)) return request;
+      if (!request.is_playing || has_ended_) {
+        worker_.changed_.wait(lock);
+      } else if (source_.IsLive() || SteadyClock::now() >= NextDue(request)) {
+        return request;
+      } else {
+        worker_.changed_.wait_until(lock, NextDue(request));
+      }
+    }
+  }
+
+  SteadyClock::time_point NextDue(const ViewRequest& request) const {
+    return last_frame_ + std::chrono::duration_cast<SteadyClock::duration>(
+                             std::chrono::duration<double>(1.0 / request.frames_per_second));
+  }
+
+  bool IsChanged(const ViewRequest& request) const {
+    return !frame_ || request.seeks != done_.seeks ||
+           request.settings_changes != done_.settings_changes || IsOtherPicture(request) ||
+           IsShownOtherwise(request) || request.is_recording != done_.is_recording;
+  }
+  bool IsOtherPicture(const ViewRequest& request) const {
+    return request.edits != done_.edits || request.is_dragging != done_.is_dragging ||
+           request.effects.switches != done_.effects.switches ||
+           request.effects.threshold_code_values != done_.effects.threshold_code_values ||
+           request.effects.budget_ms != done_.effects.budget_ms;
+  }
+  bool IsShownOtherwise(const ViewRequest& request) const {
+    return request.exposure_stops != done_.exposure_stops || request.overlay != done_.overlay ||
+           request.wants_histogram != done_.wants_histogram ||
+           request.wants_environment != done_.wants_environment ||
+           request.wants_probes != done_.wants_probes;
+  }
+
+  void Carry(const ViewRequest& request) {
+    if (request.is_recording != done_.is_recording) {
+      Try([&] { source_.Record(request.is_recording); });
+    }
+    const bool is_other_session = request.settings_changes != done_.settings_changes;
+    if (is_other_session) Try([&] { ApplySettingsOf(request); });
+    if (request.edits != done_.edits || is_other_session) {
+      Try([&] { session_->SetObjects(request.objects); });
+    }
+    const bool is_due = request.is_playing && !has_ended_ &&
+                        (source_.IsLive() || SteadyClock::now() >= NextDue(request));
+    if (!frame_ || is_other_session || request.seeks != done_.seeks || is_due) {
+      TakeFrame(request, is_other_session);
+    } else if (IsOtherPicture(request) && frame_->Succeeded()) {
+      session_->SetEffects(EffectsFor(request));
+      Stopwatch watch;
+      SessionStep step = session_->Redraw(frame_->step);
+      Show(std::move(step), request, watch);
+    } else if (IsShownOtherwise(request)) {
+      Stopwatch watch;
+      Show(frame_->step, request, watch);
+    }
+  }
+
+  void TakeFrame(const ViewRequest& request, bool is_other_session) {
+    if (request.seeks != done_.seeks) {
+      session_->Seek(request.seek_frame);
+    } else if (is_other_session && frame_) {
+      session_->Seek(frame_->Index());
+    }
+    session_->SetEffects(EffectsFor(request));
+    Stopwatch watch;
+    std::optional<SessionStep> step = session_->Next();
+    if (!step && !source_.IsLive() && request.loops && session_->Seek(0)) step = session_->Next();
+    last_frame_ = SteadyClock::now();
+    if (!step) {
+      has_ended_ = true;
+      if (!source_.IsLive() && frame_ && !request.loops) has_ended_ = false;
+      worker_.Tell([&](WorkerNews& news) { news.has_ended = true; });
+      return;
+    }
+    if (step->result && budget_) budget_->Look(step->result->plan);
+    if (source_.IsLive()) watch.LapMs();
+    const LightPoint light = LightPointOf(*step);
+    Show(std::move(*step), request, watch);
+    worker_.Tell([&](WorkerNews& news) { news.lights.push_back(light); });
+  }
+
+  EffectSettings EffectsFor(const ViewRequest& request) const {
+    EffectSettings effects = request.effects;
+    if (request.is_dragging) {
+      effects.budget_ms = std::min(kDragBudgetMs, effects.budget_ms.value_or(kDragBudgetMs));
+    } else if (budget_ && !effects.budget_ms && request.is_playing) {
+      effects.budget_ms = budget_->Next().budget_ms;
+    }
+    return effects;
+  }
+
+  void Show(SessionStep step, const ViewRequest& request, Stopwatch& watch) {
+    auto frame = std::make_shared<ViewedFrame>();
+    frame->number = ++frames_made_;
+    frame->is_complete = !request.is_dragging;
+    frame->step = std::move(step);
+    if (frame->Succeeded()) {
+      frame->shown = Shown(frame->step, request.exposure_stops);
+      Add(request, *frame);
+    } else if (frame->step.frame) {
+      frame->shown =
+          session_->Display().Show(frame->step.frame->radiance, frame->step.frame->exposure);
+    }
+    frame->work_ms = watch.LapMs();
+    frame_ = frame;
+    TellNotes();
+    worker_.Tell([&](WorkerNews& news) { news.frame = std::move(frame); });
+  }
+
+  Rgb8Image Shown(const SessionStep& step, double exposure_stops) {
+    if (exposure_stops == 0.0) return session_->Show(step);
+    const double exposure = step.frame->exposure.value_or(
+        step.frame->codes ? 1.0 : ChosenExposure(step.frame->radiance));
+    return session_->Display().Show(step.result->composite.radiance,
+                                    exposure * std::exp2(exposure_stops));
+  }
+
+  void Add(const ViewRequest& request, ViewedFrame& frame) {
+    const SessionStep& step = frame.step;
+    frame.sky = session_->SkyImageOf(step.result->estimate.lighting);
+    if (request.overlay) {
+      frame.overlay = Overlays()[*request.overlay].draw(
+          {*step.frame, *step.result, session_->View(), session_->Samples()});
+    }
+    if (request.wants_histogram) {
+      frame.histogram = HistogramOf(
+          step.frame->codes ? *step.frame->codes
+                            : session_->Display().Show(step.frame->radiance, step.frame->exposure));
+    }
+    if (request.is_dragging || !(request.wants_environment || request.wants_probes)) return;
+    const SequenceSession::Environment light =
+        session_->EnvironmentOf(step.result->estimate.lighting);
+    const std::optional<double> exposure = step.frame->exposure;
+    if (request.wants_environment) {
+      frame.environment = session_->Display().Show(light.with_sun, exposure);
+    }
+    if (request.wants_probes) {
+      frame.balls = BallsAt(request.objects, light.with_sun, *step.frame, session_->Display());
+    }
+  }
+
+  void Load(const SessionOptions& options) {
+    const auto loaded = source_.Load(options, [this](std::string_view stage, double share) {
+      worker_.Tell([&](WorkerNews& news) {
+        news.stage = std::string(stage);
+        news.stage_share = share;
+      });
+    });
+    std::unique_ptr<FrameSource> frames = source_.Frames(loaded->sequence, options);
+    const std::optional<int> count =
+        frames ? frames->Count() : static_cast<int>(loaded->sequence.frames.size());
+    session_.reset();  // Before the next one takes its context.
+    if (frames) {
+      session_ = std::make_unique<SequenceSession>(loaded, options, std::move(frames));
+    } else {
+      session_ = std::make_unique<SequenceSession>(loaded, options);
+    }
+    if (source_.IsLive()) budget_.emplace(options.pipeline.effects, source_.FramesPerSecond());
+    auto site = std::make_shared<const ViewedSite>(ViewedSite{loaded,
+                                                              RayCaster(loaded->site.model.mesh),
+                                                              count,
+                                                              source_.IsLive(),
+                                                              session_->Renderer().renderer});
+    TellNotes();
+    worker_.Tell([&](WorkerNews& news) {
+      news.stage.clear();
+      news.site = std::move(site);
+    });
+  }
+
+  // All or none are applied.
+  void ApplySettingsOf(const ViewRequest& request) {
+    SessionOptions options = worker_.options_;
+    for (const std::string& assignment : request.settings) ApplySetting(assignment, options);
+    options.pipeline.effects = request.effects;
+    options.pipeline.sun_ahead = source_.IsLive();
+    Load(options);
+  }
+
+  // What fails is a note, and all goes on as it was.
+  template <typename Step>
+  void Try(const Step& step) {
+    try {
+      step();
+    } catch (const std::exception& error) {
+      worker_.Tell([&](WorkerNews& news) {
+        news.stage.clear();
+        news.notes.emplace_back(error.what());
+      });
+    }
+  }
+
+  void TellNotes() {
+    std::vector<std::string> notes = session_->TakeNotes();
+    if (notes.empty()) return;
+    worker_.Tell([&](WorkerNews& news) {
+      for (std::string& note : notes) news.notes.push_back(std::move(note));
+    });
+  }
+
+  void TellEvents() {
+    std::vector<Event> events = events_.Take(source_.Now());
+    if (events.empty()) return;
+    worker_.Tell([&](WorkerNews& news) {
+      for (Event& event : events) news.events.push_back(std::move(event));
+    });
+  }
+
+  FrameWorker& worker_;
+  EventLog events_;
+  Source source_;
+  std::optional<EffectBudget> budget_;  // Of a camera.
+  std::unique_ptr<SequenceSession> session_;
+  ViewRequest done_;
+  std::shared_ptr<const ViewedFrame> frame_;
+  std::int64_t frames_made_ = 0;
+  bool has_ended_ = false;
+  SteadyClock::time_point last_frame_{};
+};
+
+FrameWorker::FrameWorker(const ViewCommandOptions& options, std::function<void()> wake)
+    : options_(options), wake_(std::move(wake)), thread_([this] { Run(); }) {}
+
+FrameWorker::~FrameWorker() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_ending_ = true;
+    if (interrupt_) interrupt_();
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void FrameWorker::Post(const ViewRequest& request) {
+  {
+    const std::lock_guard lock(mutex_);
+    request_ = request;
+  }
+  changed_.notify_all();
+}
+
+WorkerNews FrameWorker::Take() {
+  const std::lock_guard lock(mutex_);
+  WorkerNews news = std::move(news_);
+  // These last until they change.
+  news_ = {};
+  news_.stage = news.stage;
+  news_.stage_share = news.stage_share;
+  news_.has_ended = news.has_ended;
+  news_.failure = news.failure;
+  return news;
+}
+
+void FrameWorker::Run() {
+  try {
+    Viewing viewing(*this);
+    {
+      // The objects that are wanted are known once the window has seen the site.
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [this] { return request_.has_value() || is_ending_; });
+    }
+    viewing.Run();
+  } catch (const std::exception& error) {
+    Tell([&](WorkerNews& news) { news.failure = error.what(); });
+  }
+}
+
+void FrameWorker::Tell(const std::function<void(WorkerNews&)>& change) {
+  {
+    const std::lock_guard lock(mutex_);
+    change(news_);
+  }
+  wake_();
+}
+
+}  // namespace pleinair

@@ -1,0 +1,19 @@
+#include "apps/viewer/overlay.h"
+
+namespace pleinair {
+
+Rgba8Image DrawSampleResiduals(const OverlayInput& input) {
+  constexpr double kFullColour = 0.3;
+  constexpr int kMarkRadiusPx = 2;
+  Rgba8Image picture(input.view.Width(), input.view.Height(), kNoColour);
+  for (const DiffuseSample& sample : input.samples) {
+    const double residual = RelativeResidual(sample, input.result.raw_lighting);
+    DrawMark(sample.pixel,
+             kMarkRadiusPx,
+             ColourOfDifference(static_cast<float>(residual / kFullColour)),
+             picture);
+  }
+  return picture;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,30 @@
+// Small windows over the picture.
+#pragma once
+
+#include <span>
+
+#include "apps/viewer/view_model.h"
+
+namespace pleinair {
+
+struct PanelDefinition {
+  const char* name;
+  const char* help;  // In a line.
+  bool is_open_at_first;
+  void (*draw)(ViewModel& model);  // Inside of its window.
+};
+
+// In the order of their keys: F2 opens and closes the first.
+std::span<const PanelDefinition> Panels();
+
+// panels/, a file each.
+void DrawLightPanel(ViewModel& model);
+void DrawObjectsPanel(ViewModel& model);
+void DrawEffectsPanel(ViewModel& model);
+void DrawTimingPanel(ViewModel& model);
+void DrawHistogramPanel(ViewModel& model);
+void DrawEnvironmentPanel(ViewModel& model);
+void DrawEventsPanel(ViewModel& model);
+void DrawSettingsPanel(ViewModel& model);
+
+}  // namespace pleinair

@@ -1,0 +1,53 @@
+// What the window shows and changes: one place for all panels.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/viewer/frame_worker.h"
+#include "apps/viewer/object_editor.h"
+#include "apps/viewer/window.h"
+
+namespace pleinair {
+
+// Of the window alone, over its last pictures.
+struct WindowTimes {
+  double pictures_per_second = 0.0;
+  double window_ms = 0.0;  // Median, of what a picture takes beside the composite.
+};
+
+struct ViewModel {
+  ViewRequest request;  // Posted where it has changed.
+  std::shared_ptr<const ViewedSite> site;
+  std::shared_ptr<const ViewedFrame> frame;
+  std::optional<ObjectEditor> editor;  // Once there is a site.
+  std::vector<LightPoint> lights;      // By frame number; of a camera the last ones.
+  std::deque<Event> events;            // The last ones.
+  std::deque<std::string> notes;       // Likewise.
+  std::string status;                  // What the last action did, or why it did nothing.
+  std::string stage;                   // Of long work that goes on.
+  double stage_share = 0.0;
+  std::string failure;
+  bool has_ended = false;
+  WindowTimes times;
+  Texture environment;
+  std::int64_t environment_number = 0;  // Of the frame that it is of.
+
+  std::map<std::string, std::string> typed_settings;  // By name; empty text: as at the start.
+  std::string settings_filter;
+  std::string typed_mesh;  // Path of a file to load.
+
+  const FrameResult* Result() const {
+    return frame && frame->Succeeded() ? &*frame->step.result : nullptr;
+  }
+  void Seek(int index) {
+    request.seek_frame = index;
+    ++request.seeks;
+  }
+};
+
+}  // namespace pleinair

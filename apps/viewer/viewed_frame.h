@@ -1,0 +1,90 @@
+// What the window asks for, and what it gets to show.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "apps/viewer/overlay.h"
+#include "datasets/sequence.h"
+#include "pipeline/effect.h"
+#include "session/sequence_session.h"
+
+namespace pleinair {
+
+// The state that the window wants; each field's last value counts. A number that has changed asks
+// for something once.
+struct ViewRequest {
+  bool is_playing = false;  // Of a camera: false shows the last picture on.
+  bool loops = true;
+  double frames_per_second = 10.0;  // Of recorded frames.
+  std::int64_t seeks = 0;
+  int seek_frame = 0;
+
+  std::vector<VirtualObjectEntry> objects;
+  std::int64_t edits = 0;    // Changes of `objects`.
+  bool is_dragging = false;  // Pictures come fast, and complete when it ends.
+
+  EffectSettings effects;
+  std::vector<std::string> settings;  // "name=value", after those of the command line.
+  std::int64_t settings_changes = 0;
+
+  double exposure_stops = 0.0;         // Of what is shown alone.
+  std::optional<std::size_t> overlay;  // Into Overlays().
+  bool wants_histogram = false;
+  bool wants_environment = false;
+  bool wants_probes = false;
+
+  bool is_recording = false;  // A camera's pictures.
+};
+
+// Of the camera's picture as shown: pixels a code value and channel.
+struct PictureHistogram {
+  std::array<std::array<int, 3>, 256> counts{};
+  int largest = 0;  // Of the codes between the ends.
+  int pixels = 0;
+};
+
+// White balls in the light at a place: diffuse, seen from the side that the camera is on.
+struct ShadedBall {
+  glm::dvec3 centre_world_m{0.0};
+  double radius_m = 0.1;
+  Rgba8Image picture;
+};
+
+struct ViewedFrame {
+  std::int64_t number = 0;  // Of all that were made: differs from frame to frame.
+  SessionStep step;
+  Rgb8Image shown;     // The composite; the camera's picture where that failed; else empty.
+  Rgba8Image overlay;  // Empty: none.
+  std::optional<PictureHistogram> histogram;
+  std::optional<Rgb8Image> environment;  // Lat-long, with the sun.
+  std::optional<RgbImage> sky;  // Where it has no named shape: see SequenceSession::SkyImageOf.
+  std::vector<ShadedBall> balls;
+  bool is_complete = true;  // False while dragging: effects are left out for speed.
+  double work_ms = 0.0;     // From the frame at hand to all of the above.
+
+  bool Succeeded() const { return step.result.has_value(); }
+  int Index() const { return Succeeded() ? step.frame->index : step.result.error().index; }
+  UtcTime Time() const { return Succeeded() ? step.frame->time : step.result.error().time; }
+};
+
+// One frame's light, kept of all frames.
+struct LightPoint {
+  int frame = 0;
+  UtcTime time{};
+  glm::dvec3 sun_rgb{0.0};
+  glm::dvec3 sky_rgb{0.0};
+  glm::dvec3 sun_stddev_rgb{0.0};
+  glm::dvec3 sky_stddev_rgb{0.0};
+  bool has_stddev = false;
+  bool failed = false;
+};
+
+}  // namespace pleinair

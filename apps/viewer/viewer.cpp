@@ -1,0 +1,616 @@
+// `pleinair view`: the window's loop.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+#include <imgui.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/viewer/panel.h"
+#include "apps/viewer/picture_view.h"
+#include "apps/viewer/snapshot.h"
+#include "apps/viewer/view_command.h"
+#include "apps/viewer/view_model.h"
+#include "apps/viewer/view_state.h"
+#include "scene/stopwatch.h"
+#include "scene/upper_median.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr std::size_t kKeptLights = 20'000;
+constexpr std::size_t kKeptLines = 300;
+
+constexpr const char* kHelp[][2] = {
+    {"Space", "play or pause; of a camera: freeze"},
+    {"Left, Right", "a frame back or on"},
+    {"Home, End", "first and last frame"},
+    {"L", "loop"},
+    {"Tab, Shift+Tab", "select the next object, or the last"},
+    {"W A S D", "move the object along its surface (Shift: ten times as far)"},
+    {"Q, E", "turn it (Shift: by a degree)"},
+    {"R, F", "lift and lower it"},
+    {"+, -", "scale it"},
+    {"P", "put it down on the surface under the pointer"},
+    {"Ctrl+D, Delete", "duplicate it, delete it"},
+    {"Ctrl+Z, Ctrl+Y", "undo, redo"},
+    {"Ctrl+S", "save objects to the site"},
+    {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
+    {"F2 ... F9", "panels"},
+    {"F10", "menu; arrows and Enter move in it"},
+    {"F12", "snapshot: the picture, and all that is needed to run it again"},
+    {"Ctrl+R", "record a camera's pictures"},
+    {"[, ]", "exposure shown, by a third of a stop"},
+    {"Ctrl+Q", "quit"},
+    {"mouse", "drag an object along surfaces; wheel: turn, Ctrl: scale, Shift: lift"},
+};
+
+template <typename Value>
+void AppendLast(std::vector<Value> more, std::size_t most, std::deque<Value>& values) {
+  for (Value& value : more) values.push_back(std::move(value));
+  while (values.size() > most) values.pop_front();
+}
+
+// Of a recording that is played again, a frame's light replaces the one before.
+void AddLight(const LightPoint& point, std::vector<LightPoint>& lights) {
+  const auto at = std::lower_bound(
+      lights.begin(), lights.end(), point.frame, [](const LightPoint& known, int frame) {
+        return known.frame < frame;
+      });
+  if (at != lights.end() && at->frame == point.frame) {
+    *at = point;
+  } else {
+    lights.insert(at, point);
+  }
+  if (lights.size() > kKeptLights) lights.erase(lights.begin());
+}
+
+class Viewer {
+ public:
+  explicit Viewer(const ViewCommandOptions& options)
+      : options_(options),
+        state_folder_(options.restores_state ? ViewStateFolder() : std::filesystem::path()),
+        state_(ReadViewState(state_folder_).value_or(FirstState())),
+        window_("pleinair", state_.window, LayoutFile()),
+        worker_(options, ViewWindow::Wake) {
+    model_.request.effects = options.pipeline.effects;
+    model_.request.is_playing = !options.input.empty() && IsCameraName(options.input);
+    model_.request.loops = state_.loops;
+    model_.request.frames_per_second = state_.frames_per_second;
+    model_.request.exposure_stops = state_.exposure_stops;
+    for (std::size_t i = 0; i < Overlays().size(); ++i) {
+      if (state_.overlay == Overlays()[i].name) model_.request.overlay = i;
+    }
+    for (const PanelDefinition& panel : Panels()) {
+      is_open_.push_back(std::find(state_.open_panels.begin(),
+                                   state_.open_panels.end(),
+                                   panel.name) != state_.open_panels.end());
+    }
+  }
+
+  void Run() {
+    while (!window_.IsToClose()) {
+      // Dear ImGui needs some pictures after an input until all of it is shown.
+      constexpr int kPicturesAfterInput = 3;
+      constexpr double kIdleS = 0.5;
+      window_.Wait(pending_pictures_ > 0 ? 0.0 : kIdleS);
+      if (window_.TakeInput()) pending_pictures_ = kPicturesAfterInput;
+      const bool has_news = TakeNews();
+      if (!has_news && pending_pictures_ == 0) continue;
+      pending_pictures_ = std::max(0, pending_pictures_ - 1);
+      DrawWindow();
+      PostRequest();
+      if (!model_.failure.empty() && !model_.site) throw std::runtime_error(model_.failure);
+    }
+    SaveState();
+    spdlog::info("{} pictures shown, {} of frames; the window took {:.1f} ms each (median)",
+                 pictures_shown_,
+                 frames_shown_,
+                 window_ms_.empty() ? 0.0 : UpperMedian(window_ms_));
+  }
+
+ private:
+  static ViewState FirstState() {
+    ViewState state;
+    for (const PanelDefinition& panel : Panels()) {
+      if (panel.is_open_at_first) state.open_panels.emplace_back(panel.name);
+    }
+    return state;
+  }
+
+  std::filesystem::path LayoutFile() const {
+    if (state_folder_.empty()) return {};
+    std::error_code ignored;
+    std::filesystem::create_directories(state_folder_, ignored);
+    return state_folder_ / "view-layout.ini";
+  }
+
+  void SaveState() {
+    if (state_folder_.empty()) return;
+    state_.window = window_.Place();
+    state_.open_panels.clear();
+    for (std::size_t i = 0; i < is_open_.size(); ++i) {
+      if (is_open_[i]) state_.open_panels.emplace_back(Panels()[i].name);
+    }
+    state_.overlay = model_.request.overlay ? Overlays()[*model_.request.overlay].name : "";
+    state_.exposure_stops = model_.request.exposure_stops;
+    state_.frames_per_second = model_.request.frames_per_second;
+    state_.loops = model_.request.loops;
+    try {
+      WriteViewState(state_, state_folder_);
+    } catch (const std::exception& error) {
+      spdlog::warn("the window's state is not kept: {}", error.what());
+    }
+  }
+
+  bool TakeNews() {
+    WorkerNews news = worker_.Take();
+    const bool has_news = news.site || news.frame || !news.lights.empty() || !news.events.empty() ||
+                          !news.notes.empty() || news.stage != model_.stage ||
+                          news.stage_share != model_.stage_share ||
+                          news.failure != model_.failure || news.has_ended != model_.has_ended;
+    if (news.site) {
+      if (!model_.site) StartEditing(news.site);
+      model_.site = std::move(news.site);
+    }
+    if (news.frame) {
+      model_.frame = std::move(news.frame);
+      ++frames_shown_;
+    }
+    for (const LightPoint& light : news.lights) AddLight(light, model_.lights);
+    if (!news.notes.empty()) model_.status = news.notes.back();
+    AppendLast(std::move(news.events), kKeptLines, model_.events);
+    AppendLast(std::move(news.notes), kKeptLines, model_.notes);
+    model_.stage = std::move(news.stage);
+    model_.stage_share = news.stage_share;
+    model_.failure = std::move(news.failure);
+    model_.has_ended = news.has_ended;
+    return has_news;
+  }
+
+  void StartEditing(std::shared_ptr<const ViewedSite> site) {
+    window_.SetTitle("pleinair: " + site->loaded->sequence.folder.filename().string());
+    model_.editor.emplace(std::move(site));
+    model_.request.objects = model_.editor->Objects();
+    ++model_.request.edits;
+    worker_.Post(model_.request);
+  }
+
+  void PostRequest() {
+    if (!model_.editor) return;
+    ViewRequest& request = model_.request;
+    if (editor_edits_ != model_.editor->Edits()) {
+      editor_edits_ = model_.editor->Edits();
+      request.objects = model_.editor->Objects();
+      ++request.edits;
+    }
+    request.wants_histogram = IsOpen("Histogram");
+    request.wants_environment = IsOpen("Environment");
+    if (!request.wants_environment) request.wants_probes = false;
+    worker_.Post(request);
+  }
+
+  bool IsOpen(std::string_view name) const {
+    for (std::size_t i = 0; i < is_open_.size(); ++i) {
+      if (name == Panels()[i].name) return is_open_[i];
+    }
+    return false;
+  }
+
+  void DrawWindow() {
+    Stopwatch watch;
+    window_.BeginFrame();
+    DrawMenu();
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    const float bar = ImGui::GetFrameHeight();
+    // Below the menu and above the bar of playback; panels start at the right edge.
+    const float bottom = 2.4f * ImGui::GetFrameHeightWithSpacing();
+    picture_.Draw(
+        model_,
+        {0.0, bar},
+        {std::max(64.0f, display.x - PanelWidth()), std::max(64.0f, display.y - bar - bottom)});
+    DrawPlayback({0.0f, display.y - bottom}, {display.x, bottom});
+    DrawPanels(bar, display, bottom);
+    if (help_is_open_) DrawHelp();
+    TakeKeys();
+    TakePointer();
+    TakeDrop();
+    window_.EndFrame();
+    Learn(watch.LapMs());
+  }
+
+  void Learn(double ms) {
+    ++pictures_shown_;
+    constexpr std::size_t kTimes = 120;
+    window_ms_.push_back(ms);
+    if (window_ms_.size() > kTimes) window_ms_.erase(window_ms_.begin());
+    const auto now = SteadyClock::now();
+    shown_at_.push_back(now);
+    while (now - shown_at_.front() > std::chrono::seconds(1)) shown_at_.pop_front();
+    model_.times.pictures_per_second = static_cast<double>(shown_at_.size());
+    model_.times.window_ms = UpperMedian(window_ms_);
+  }
+
+  float PanelWidth() const {
+    const bool is_any_open =
+        std::any_of(is_open_.begin(), is_open_.end(), [](bool open) { return open; });
+    return is_any_open ? 390.0f * window_.ContentScale() : 0.0f;
+  }
+
+  void DrawMenu() {
+    if (!ImGui::BeginMainMenuBar()) return;
+    if (ImGui::BeginMenu("File")) {
+      if (ImGui::MenuItem("Save objects", "Ctrl+S", false, model_.editor.has_value())) Save();
+      if (ImGui::MenuItem("Snapshot", "F12", false, model_.Result() != nullptr)) TakeSnapshot();
+      if (ImGui::MenuItem("Record", "Ctrl+R", model_.request.is_recording, IsLive()))
+        ToggleRecording();
+      if (ImGui::MenuItem("Quit", "Ctrl+Q")) window_.Close();
+      ImGui::EndMenu();
+    }
+    if (ImGui::BeginMenu("Edit", model_.editor.has_value())) {
+      ObjectEditor& editor = *model_.editor;
+      if (ImGui::MenuItem("Undo", "Ctrl+Z", false, editor.CanUndo())) editor.Undo();
+      if (ImGui::MenuItem("Redo", "Ctrl+Y", false, editor.CanRedo())) editor.Redo();
+      const bool has_object = editor.Selected().has_value();
+      if (ImGui::MenuItem("Duplicate", "Ctrl+D", false, has_object)) editor.Duplicate();
+      if (ImGui::MenuItem("Delete", "Delete", false, has_object)) editor.Delete();
+      ImGui::EndMenu();
+    }
+    if (ImGui::BeginMenu("Overlay")) {
+      if (ImGui::MenuItem("none", "Alt+0", !model_.request.overlay)) model_.request.overlay.reset();
+      for (std::size_t i = 0; i < Overlays().size(); ++i) {
+        const std::string key = fmt::format("Alt+{}", i + 1);
+        if (ImGui::MenuItem(Overlays()[i].name, key.c_str(), model_.request.overlay == i)) {
+          model_.request.overlay = i;
+        }
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", Overlays()[i].help);
+      }
+      ImGui::EndMenu();
+    }
+    if (ImGui::BeginMenu("Panels")) {
+      for (std::size_t i = 0; i < is_open_.size(); ++i) {
+        const std::string key = fmt::format("F{}", i + 2);
+        if (ImGui::MenuItem(Panels()[i].name, key.c_str(), is_open_[i])) is_open_[i] = !is_open_[i];
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", Panels()[i].help);
+      }
+      ImGui::EndMenu();
+    }
+    if (ImGui::MenuItem("Help", "F1", help_is_open_)) help_is_open_ = !help_is_open_;
+    if (model_.request.overlay) ImGui::TextDisabled("%s", Overlays()[*model_.request.overlay].help);
+    ImGui::EndMainMenuBar();
+  }
+
+  void DrawPlayback(ImVec2 origin, ImVec2 size) {
+    ImGui::SetNextWindowPos(origin);
+    ImGui::SetNextWindowSize(size);
+    constexpr ImGuiWindowFlags kBar = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                                      ImGuiWindowFlags_NoSavedSettings |
+                                      ImGuiWindowFlags_NoBringToFrontOnFocus;
+    ImGui::Begin("playback", nullptr, kBar);
+    ViewRequest& request = model_.request;
+    const char* play = request.is_playing ? (IsLive() ? "Freeze" : "Pause") : "Play";
+    if (ImGui::Button(play)) request.is_playing = !request.is_playing;
+    ImGui::SameLine();
+    if (!IsLive()) {
+      if (ImGui::Button("<")) Step(-1);
+      ImGui::SameLine();
+      if (ImGui::Button(">")) Step(1);
+      ImGui::SameLine();
+      ImGui::Checkbox("loop", &request.loops);
+      ImGui::SameLine();
+      DrawScrubber();
+    } else {
+      bool records = request.is_recording;
+      if (ImGui::Checkbox("record", &records)) ToggleRecording();
+      if (model_.has_ended) {
+        ImGui::SameLine();
+        ImGui::TextUnformatted("the camera's stream has ended");
+      }
+    }
+    DrawStatus();
+    ImGui::End();
+  }
+
+  void DrawScrubber() {
+    const int count = FrameCount();
+    int frame = model_.frame ? model_.frame->Index() : 0;
+    ImGui::SetNextItemWidth(-220.0f * window_.ContentScale());
+    if (ImGui::SliderInt("##frame", &frame, 0, std::max(0, count - 1))) model_.Seek(frame);
+    ImGui::SameLine();
+    auto rate = static_cast<float>(model_.request.frames_per_second);
+    ImGui::SetNextItemWidth(110.0f * window_.ContentScale());
+    if (ImGui::SliderFloat("a second", &rate, 0.5f, 60.0f, "%.3g", ImGuiSliderFlags_Logarithmic)) {
+      model_.request.frames_per_second = rate;
+    }
+  }
+
+  void DrawStatus() {
+    if (!model_.stage.empty()) {
+      ImGui::ProgressBar(static_cast<float>(model_.stage_share),
+                         {160.0f * window_.ContentScale(), 0.0f});
+      ImGui::SameLine();
+      ImGui::TextUnformatted(model_.stage.c_str());
+      return;
+    }
+    std::string text;
+    if (model_.frame) {
+      text =
+          fmt::format("frame {}  {}", model_.frame->Index(), FormatUtcTime(model_.frame->Time()));
+      if (!model_.frame->Succeeded())
+        text += "  failed: " + model_.frame->step.result.error().reason;
+      if (!model_.frame->is_complete) text += "  (quick picture)";
+    } else {
+      text = "opening " + options_.sequence.string();
+    }
+    if (model_.editor && model_.editor->HasUnsavedEdits()) text += "  * not saved";
+    if (!model_.failure.empty()) text += "  " + model_.failure;
+    ImGui::TextUnformatted(text.c_str());
+    if (model_.status.empty()) return;
+    ImGui::SameLine();
+    ImGui::TextColored({1.0f, 0.75f, 0.35f, 1.0f}, "  %s", model_.status.c_str());
+  }
+
+  void DrawPanels(float top, ImVec2 display, float bottom) {
+    const auto open = static_cast<float>(std::count(is_open_.begin(), is_open_.end(), true));
+    const float width = PanelWidth();
+    const float height = (display.y - top - bottom) / std::max(open, 1.0f);
+    float y = top;
+    for (std::size_t i = 0; i < is_open_.size(); ++i) {
+      if (!is_open_[i]) continue;
+      // Where nobody has put it: one below the other at the right edge.
+      ImGui::SetNextWindowPos({display.x - width, y}, ImGuiCond_FirstUseEver);
+      ImGui::SetNextWindowSize({width, height}, ImGuiCond_FirstUseEver);
+      y += height;
+      bool stays_open = true;
+      if (ImGui::Begin(Panels()[i].name, &stays_open)) Panels()[i].draw(model_);
+      ImGui::End();
+      is_open_[i] = stays_open;
+    }
+  }
+
+  void DrawHelp() {
+    ImGui::SetNextWindowSize({560.0f * window_.ContentScale(), 0.0f}, ImGuiCond_Appearing);
+    if (ImGui::Begin("Help", &help_is_open_, ImGuiWindowFlags_NoSavedSettings)) {
+      if (ImGui::BeginTable("keys", 2)) {
+        ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed);
+        ImGui::TableSetupColumn("what they do", ImGuiTableColumnFlags_WidthStretch);
+        for (const auto& row : kHelp) {
+          ImGui::TableNextRow();
+          for (const char* text : row) {
+            ImGui::TableNextColumn();
+            ImGui::TextWrapped("%s", text);
+          }
+        }
+        ImGui::EndTable();
+      }
+    }
+    ImGui::End();
+  }
+
+  void TakeKeys() {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantTextInput) return;
+    if (Pressed(GLFW_KEY_F1)) help_is_open_ = !help_is_open_;
+    for (std::size_t i = 0; i < is_open_.size(); ++i) {
+      if (Pressed(GLFW_KEY_F2 + static_cast<int>(i))) is_open_[i] = !is_open_[i];
+    }
+    if (Pressed(GLFW_KEY_F12) && model_.Result() != nullptr) TakeSnapshot();
+    if (io.KeyAlt) TakeOverlayKeys();
+    if (io.KeyCtrl) TakeCommandKeys();
+    if (io.KeyAlt || io.KeyCtrl) return;
+    TakePlaybackKeys();
+    if (model_.editor) TakeObjectKeys();
+  }
+
+  void TakeOverlayKeys() {
+    if (Pressed(GLFW_KEY_0)) model_.request.overlay.reset();
+    for (std::size_t i = 0; i < Overlays().size(); ++i) {
+      if (Pressed(GLFW_KEY_1 + static_cast<int>(i))) model_.request.overlay = i;
+    }
+  }
+
+  void TakeCommandKeys() {
+    if (Pressed(GLFW_KEY_Q)) window_.Close();
+    if (Pressed(GLFW_KEY_R) && IsLive()) ToggleRecording();
+    if (!model_.editor) return;
+    if (Pressed(GLFW_KEY_S)) Save();
+    if (Pressed(GLFW_KEY_Z))
+      ImGui::GetIO().KeyShift ? model_.editor->Redo() : model_.editor->Undo();
+    if (Pressed(GLFW_KEY_Y)) model_.editor->Redo();
+    if (Pressed(GLFW_KEY_D)) model_.editor->Duplicate();
+  }
+
+  void TakePlaybackKeys() {
+    // Panels that are moved through by keys use these themselves.
+    if (ImGui::GetIO().NavActive && ImGui::IsWindowFocused(ImGuiFocusedFlags_AnyWindow)) {
+      if (Pressed(GLFW_KEY_ESCAPE)) ImGui::SetWindowFocus(nullptr);
+      if (ImGui::GetIO().NavVisible) return;
+    }
+    if (Pressed(GLFW_KEY_SPACE)) model_.request.is_playing = !model_.request.is_playing;
+    if (Pressed(GLFW_KEY_LEFT)) Step(-1);
+    if (Pressed(GLFW_KEY_RIGHT)) Step(1);
+    if (Pressed(GLFW_KEY_HOME)) SeekIfRecorded(0);
+    if (Pressed(GLFW_KEY_END)) SeekIfRecorded(FrameCount() - 1);
+    if (Pressed(GLFW_KEY_L)) model_.request.loops = !model_.request.loops;
+    constexpr double kThirdOfAStop = 1.0 / 3.0;
+    if (Pressed(GLFW_KEY_LEFT_BRACKET)) model_.request.exposure_stops -= kThirdOfAStop;
+    if (Pressed(GLFW_KEY_RIGHT_BRACKET)) model_.request.exposure_stops += kThirdOfAStop;
+  }
+
+  void TakeObjectKeys() {
+    ObjectEditor& editor = *model_.editor;
+    const bool shift = ImGui::GetIO().KeyShift;
+    if (Pressed(GLFW_KEY_TAB) && !ImGui::GetIO().NavVisible) editor.SelectNext(shift ? -1 : 1);
+    const double step_px = shift ? 10.0 : 1.0;
+    if (Pressed(GLFW_KEY_W)) Nudge({0.0, -step_px});
+    if (Pressed(GLFW_KEY_S)) Nudge({0.0, step_px});
+    if (Pressed(GLFW_KEY_A)) Nudge({-step_px, 0.0});
+    if (Pressed(GLFW_KEY_D)) Nudge({step_px, 0.0});
+    const double turn_rad = std::numbers::pi / 180.0 * (shift ? 1.0 : 15.0);
+    if (Pressed(GLFW_KEY_Q)) editor.Turn(turn_rad);
+    if (Pressed(GLFW_KEY_E)) editor.Turn(-turn_rad);
+    const double lift_m = shift ? 0.005 : 0.05;
+    if (Pressed(GLFW_KEY_R)) editor.Lift(lift_m);
+    if (Pressed(GLFW_KEY_F)) editor.Lift(-lift_m);
+    constexpr double kScaleStep = 1.1;
+    if (Pressed(GLFW_KEY_EQUAL) || Pressed(GLFW_KEY_KP_ADD)) editor.Scale(kScaleStep);
+    if (Pressed(GLFW_KEY_MINUS) || Pressed(GLFW_KEY_KP_SUBTRACT)) editor.Scale(1.0 / kScaleStep);
+    if (Pressed(GLFW_KEY_DELETE)) editor.Delete();
+    if (Pressed(GLFW_KEY_P)) {
+      if (const Camera* camera = ShownCamera())
+        model_.status = editor.RestAt(*camera, PointerPixel());
+    }
+  }
+
+  void TakePointer() {
+    if (!model_.editor || ShownCamera() == nullptr) return;
+    ObjectEditor& editor = *model_.editor;
+    const ImGuiIO& io = ImGui::GetIO();
+    const glm::dvec2 pixel = PointerPixel();
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !io.WantCaptureMouse) {
+      if (const auto object = editor.ObjectAt(*ShownCamera(), pixel)) {
+        editor.Select(object);
+        editor.BeginDrag();
+        pressed_at_ = pixel;
+        model_.request.is_dragging = false;
+      }
+    }
+    if (pressed_at_ && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+      constexpr double kLeastDragPx = 2.0;
+      if (model_.request.is_dragging || glm::distance(pixel, *pressed_at_) > kLeastDragPx) {
+        model_.request.is_dragging = true;
+        if (pixel != dragged_to_) model_.status = editor.RestAt(*ShownCamera(), pixel);
+        dragged_to_ = pixel;
+      }
+    } else if (pressed_at_) {
+      pressed_at_.reset();
+      editor.EndDrag();
+      model_.request.is_dragging = false;
+    }
+    if (io.MouseWheel != 0.0f && !io.WantCaptureMouse) TurnWheel(io.MouseWheel);
+  }
+
+  void TurnWheel(double notches) {
+    ObjectEditor& editor = *model_.editor;
+    if (ImGui::GetIO().KeyCtrl) {
+      editor.Scale(std::pow(1.05, notches));
+    } else if (ImGui::GetIO().KeyShift) {
+      editor.Lift(0.02 * notches);
+    } else {
+      editor.Turn(std::numbers::pi / 36.0 * notches);
+    }
+  }
+
+  void TakeDrop() {
+    const ViewWindow::Drop drop = window_.TakeDrop();
+    if (drop.files.empty()) return;
+    if (!model_.editor || ShownCamera() == nullptr) {
+      model_.status = "objects can be dropped once there is a picture";
+      return;
+    }
+    for (const std::filesystem::path& file : drop.files) {
+      try {
+        model_.status = model_.editor->Add(file, *ShownCamera(), picture_.Place().ToPixel(drop.at));
+      } catch (const std::exception& error) {
+        model_.status = error.what();
+      }
+    }
+  }
+
+  void Nudge(const glm::dvec2& step_px) {
+    if (const Camera* camera = ShownCamera())
+      model_.status = model_.editor->Nudge(*camera, step_px);
+  }
+
+  void Save() {
+    try {
+      model_.editor->Save();
+      model_.status = "objects saved to " + model_.site->loaded->sequence.file.string();
+    } catch (const std::exception& error) {
+      model_.status = error.what();
+    }
+  }
+
+  void TakeSnapshot() {
+    try {
+      model_.status =
+          "snapshot: " +
+          WriteSnapshot(*model_.site,
+                        *model_.frame,
+                        {model_.editor->Objects(), SettingsText(), model_.request.effects},
+                        options_.out)
+              .string();
+    } catch (const std::exception& error) {
+      model_.status = error.what();
+    }
+  }
+
+  std::vector<std::string> SettingsText() const {
+    std::vector<std::string> settings = options_.stated_settings;
+    settings.insert(settings.end(), model_.request.settings.begin(), model_.request.settings.end());
+    return settings;
+  }
+
+  void ToggleRecording() { model_.request.is_recording = !model_.request.is_recording; }
+  bool IsLive() const { return model_.site && model_.site->is_live; }
+  int FrameCount() const { return model_.site ? model_.site->frames.value_or(0) : 0; }
+
+  void Step(int frames) {
+    if (!model_.frame || FrameCount() == 0) return;
+    const int count = FrameCount();
+    const int wanted = model_.frame->Index() + frames;
+    model_.request.is_playing = false;
+    SeekIfRecorded(model_.request.loops ? (wanted + count) % count
+                                        : std::clamp(wanted, 0, count - 1));
+  }
+
+  void SeekIfRecorded(int frame) {
+    if (!IsLive() && FrameCount() > 0) model_.Seek(frame);
+  }
+
+  static bool Pressed(int key) { return ImGui::IsKeyPressed(key); }
+
+  const Camera* ShownCamera() const {
+    return model_.frame && model_.frame->step.frame ? &model_.frame->step.frame->camera : nullptr;
+  }
+
+  glm::dvec2 PointerPixel() const {
+    const ImVec2 at = ImGui::GetIO().MousePos;
+    return picture_.Place().ToPixel({at.x, at.y});
+  }
+
+  ViewCommandOptions options_;
+  std::filesystem::path state_folder_;
+  ViewState state_;
+  ViewWindow window_;
+  // Textures are the window's, and go before it.
+  ViewModel model_;
+  PictureView picture_;
+  std::vector<bool> is_open_;  // By panel.
+  bool help_is_open_ = false;
+  int pending_pictures_ = 1;
+  std::int64_t editor_edits_ = 0;
+  std::optional<glm::dvec2> pressed_at_;
+  glm::dvec2 dragged_to_{0.0};
+  std::int64_t pictures_shown_ = 0;
+  std::int64_t frames_shown_ = 0;
+  std::vector<double> window_ms_;
+  std::deque<SteadyClock::time_point> shown_at_;
+  FrameWorker worker_;  // It wakes the window: it ends first.
+};
+
+}  // namespace
+
+void RunViewCommand(const ViewCommandOptions& options) { Viewer(options).Run(); }
+
+}  // namespace pleinair

@@ -1,0 +1,177 @@
+#include "apps/viewer/window.h"
+
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+
+#include <epoxy/gl.h>
+// After epoxy, which declares OpenGL.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+
+namespace pleinair {
+namespace {
+
+constexpr float kFontSizePx = 15.0f;
+
+std::string& LastGlfwError() {
+  static std::string error;
+  return error;
+}
+
+[[noreturn]] void Fail(const std::string& what) {
+  const std::string why = LastGlfwError();
+  glfwTerminate();
+  throw std::runtime_error("view: " + what + (why.empty() ? std::string() : " (" + why + ")"));
+}
+
+void SetUpStyle(float scale) {
+  ImGuiIO& io = ImGui::GetIO();
+  io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
+  ImFontConfig font;
+  font.SizePixels = std::round(kFontSizePx * scale);
+  io.Fonts->AddFontDefault(&font);
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.WindowRounding = 4.0f;
+  style.FrameRounding = 3.0f;
+  style.ScaleAllSizes(scale);
+}
+
+}  // namespace
+
+ViewWindow::ViewWindow(const std::string& title,
+                       const ScreenPlace& place,
+                       const std::filesystem::path& layout)
+    : layout_(layout.string()) {
+  glfwSetErrorCallback([](int, const char* text) { LastGlfwError() = text; });
+  if (glfwInit() != GLFW_TRUE) {
+    Fail(
+        "no display: expected an X11 or Wayland session (`xvfb-run -a pleinair view ...` makes "
+        "one without a screen; `pleinair run` needs none)");
+  }
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_MAXIMIZED, place.is_maximised ? GLFW_TRUE : GLFW_FALSE);
+  window_ = glfwCreateWindow(place.width, place.height, title.c_str(), nullptr, nullptr);
+  if (window_ == nullptr) Fail("no window: expected OpenGL 3.3 on this display");
+  glfwMakeContextCurrent(window_);
+  glfwSwapInterval(0);  // A wait for the screen would hold up input.
+  float scale_y = 1.0f;
+  glfwGetWindowContentScale(window_, &content_scale_, &scale_y);
+
+  glfwSetWindowUserPointer(window_, this);
+  // Each with arguments of its own; any of them is input.
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int, int, int, int) { Self(w).has_input_ = true; });
+  glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { Self(w).has_input_ = true; });
+  glfwSetMouseButtonCallback(window_,
+                             [](GLFWwindow* w, int, int, int) { Self(w).has_input_ = true; });
+  glfwSetCursorPosCallback(window_,
+                           [](GLFWwindow* w, double, double) { Self(w).has_input_ = true; });
+  glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { Self(w).has_input_ = true; });
+  glfwSetFramebufferSizeCallback(window_,
+                                 [](GLFWwindow* w, int, int) { Self(w).has_input_ = true; });
+  glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { Self(w).has_input_ = true; });
+  glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+    Self(w).has_input_ = true;
+    Self(w).drop_.files.assign(paths, paths + count);
+    glfwGetCursorPos(w, &Self(w).drop_.at.x, &Self(w).drop_.at.y);
+  });
+
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = layout_.empty() ? nullptr : layout_.c_str();
+  SetUpStyle(content_scale_);
+  // It calls the callbacks above, too.
+  ImGui_ImplGlfw_InitForOpenGL(window_, true);
+  ImGui_ImplOpenGL3_Init("#version 330");
+}
+
+ViewWindow::~ViewWindow() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+ViewWindow& ViewWindow::Self(GLFWwindow* window) {
+  return *static_cast<ViewWindow*>(glfwGetWindowUserPointer(window));
+}
+
+bool ViewWindow::IsToClose() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
+void ViewWindow::Close() { glfwSetWindowShouldClose(window_, GLFW_TRUE); }
+void ViewWindow::SetTitle(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
+void ViewWindow::Wait(double seconds) { glfwWaitEventsTimeout(seconds); }
+void ViewWindow::Wake() { glfwPostEmptyEvent(); }
+
+void ViewWindow::BeginFrame() {
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+}
+
+void ViewWindow::EndFrame() {
+  ImGui::Render();
+  glm::ivec2 size(0);
+  glfwGetFramebufferSize(window_, &size.x, &size.y);
+  glViewport(0, 0, size.x, size.y);
+  glClearColor(0.09f, 0.09f, 0.1f, 1.0f);
+  glClear(GL_COLOR_BUFFER_BIT);
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  glfwSwapBuffers(window_);
+}
+
+ScreenPlace ViewWindow::Place() const {
+  ScreenPlace place;
+  glfwGetWindowSize(window_, &place.width, &place.height);
+  place.is_maximised = glfwGetWindowAttrib(window_, GLFW_MAXIMIZED) == GLFW_TRUE;
+  return place;
+}
+
+bool ViewWindow::TakeInput() { return std::exchange(has_input_, false); }
+ViewWindow::Drop ViewWindow::TakeDrop() { return std::exchange(drop_, {}); }
+
+Texture::~Texture() {
+  if (name_ != 0) glDeleteTextures(1, &name_);
+}
+
+void Texture::Upload(const Rgb8Image& picture) {
+  Upload(picture.width, picture.height, GL_RGB, picture.pixels.data());
+}
+
+void Texture::Upload(const Rgba8Image& picture) {
+  Upload(picture.width, picture.height, GL_RGBA, picture.pixels.data());
+}
+
+void* Texture::Id() const {
+  return reinterpret_cast<void*>(static_cast<std::uintptr_t>(name_));  // As ImGui's backend wants.
+}
+
+void Texture::Upload(int width, int height, unsigned format, const void* pixels) {
+  if (name_ == 0) {
+    glGenTextures(1, &name_);
+    glBindTexture(GL_TEXTURE_2D, name_);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  }
+  glBindTexture(GL_TEXTURE_2D, name_);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  if (width == width_ && height == height_) {
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, format, GL_UNSIGNED_BYTE, pixels);
+  } else {
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, format, GL_UNSIGNED_BYTE, pixels);
+    width_ = width;
+    height_ = height;
+  }
+}
+
+}  // namespace pleinair

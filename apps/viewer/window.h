@@ -1,0 +1,88 @@
+// A window with an OpenGL context and Dear ImGui in it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "apps/viewer/overlay.h"
+
+struct GLFWwindow;
+
+namespace pleinair {
+
+struct ScreenPlace {
+  int width = 1280;
+  int height = 800;
+  bool is_maximised = false;
+};
+
+class ViewWindow {
+ public:
+  // `layout`: where Dear ImGui keeps its windows' places; empty: nowhere. Throws
+  // std::runtime_error, one line, without a display or OpenGL 3.3.
+  ViewWindow(const std::string& title,
+             const ScreenPlace& place,
+             const std::filesystem::path& layout);
+  ~ViewWindow();
+  ViewWindow(const ViewWindow&) = delete;
+  ViewWindow& operator=(const ViewWindow&) = delete;
+
+  bool IsToClose() const;
+  void Close();
+  void SetTitle(const std::string& title);
+  // For input, a Wake, or so long.
+  void Wait(double seconds);
+  // From any thread: ends a Wait.
+  static void Wake();
+
+  void BeginFrame();
+  void EndFrame();  // On the screen.
+
+  ScreenPlace Place() const;
+  // Of a screen with more than about 96 dots an inch: above 1.
+  float ContentScale() const { return content_scale_; }
+  // Whether there was input since the last call.
+  bool TakeInput();
+  // Files that were dropped on it since the last call, and where.
+  struct Drop {
+    std::vector<std::filesystem::path> files;
+    glm::dvec2 at{0.0};
+  };
+  Drop TakeDrop();
+
+ private:
+  static ViewWindow& Self(GLFWwindow* window);
+
+  GLFWwindow* window_ = nullptr;
+  std::string layout_;
+  float content_scale_ = 1.0f;
+  bool has_input_ = true;
+  Drop drop_;
+};
+
+// A picture on the graphics device; of the context that was current when it was made.
+class Texture {
+ public:
+  Texture() = default;
+  ~Texture();
+  Texture(const Texture&) = delete;
+  Texture& operator=(const Texture&) = delete;
+
+  void Upload(const Rgb8Image& picture);
+  void Upload(const Rgba8Image& picture);
+  void* Id() const;
+  int Width() const { return width_; }
+  int Height() const { return height_; }
+
+ private:
+  void Upload(int width, int height, unsigned format, const void* pixels);
+  unsigned name_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+};
+
+}  // namespace pleinair
