@@ -253,6 +253,10 @@ class FrameWorker::Viewing {
   EffectSettings EffectsFor(const ViewRequest& request) const {
     EffectSettings effects = request.effects;
     if (request.is_dragging) {
+      // Where the object stands is seen by its shadow: it comes whatever it takes.
+      for (const Effect effect : {Effect::kSunShading, Effect::kSunShadow}) {
+        if (effects[effect] == EffectSwitch::kPlan) effects[effect] = EffectSwitch::kOn;
+      }
       effects.budget_ms = std::min(kDragBudgetMs, effects.budget_ms.value_or(kDragBudgetMs));
     } else if (budget_ && !effects.budget_ms && request.is_playing) {
       effects.budget_ms = budget_->Next().budget_ms;
@@ -263,6 +267,7 @@ class FrameWorker::Viewing {
   void Show(SessionStep step, const ViewRequest& request, Stopwatch& watch) {
     auto frame = std::make_shared<ViewedFrame>();
     frame->number = ++frames_made_;
+    frame->edits = request.edits;
     frame->is_complete = !request.is_dragging;
     frame->step = std::move(step);
     if (frame->Succeeded()) {

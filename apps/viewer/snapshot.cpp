@@ -5,6 +5,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "apps/effect_names.h"
 #include "apps/lighting_log.h"
@@ -67,6 +68,14 @@ FrameEntry WriteFrame(const Sequence& sequence,
   return entry;
 }
 
+// The sun's place follows from the sequence, as for the composite: stated to the last digit it
+// would have its own transport, and not that of the step of time that the frame lies in.
+std::string LineWithoutPlaceOfSun(const std::string& line) {
+  auto json = nlohmann::ordered_json::parse(line);
+  json.erase("sun_direction_enu");
+  return json.dump() + "\n";
+}
+
 void CopySite(const Sequence& sequence, const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : SiteFiles(sequence.folder, folder)) {
     std::filesystem::create_directories((folder / file).parent_path());
@@ -101,7 +110,7 @@ void Fill(const ViewedSite& site,
   Frame first = frame;
   first.index = 0;
   WriteWholeText(folder / "lighting.jsonl",
-                 LightingLine(first, result, viewed.sky ? kSkyImage : "") + "\n");
+                 LineWithoutPlaceOfSun(LightingLine(first, result, viewed.sky ? kSkyImage : "")));
   std::string settings = fmt::format("pipeline.effects.threshold_code_values={}\n",
                                      choices.effects.threshold_code_values);
   for (const std::string& setting : choices.settings) settings += setting + "\n";

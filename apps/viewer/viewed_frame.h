@@ -67,6 +67,7 @@ struct ViewedFrame {
   std::optional<Rgb8Image> environment;  // Lat-long, with the sun.
   std::optional<RgbImage> sky;  // Where it has no named shape: see SequenceSession::SkyImageOf.
   std::vector<ShadedBall> balls;
+  std::int64_t edits = 0;   // Of the request that it is of.
   bool is_complete = true;  // False while dragging: effects are left out for speed.
   double work_ms = 0.0;     // From the frame at hand to all of the above.
 

@@ -110,6 +110,7 @@ class Viewer {
       pending_pictures_ = std::max(0, pending_pictures_ - 1);
       DrawWindow();
       PostRequest();
+      if (SnapshotIsDue()) WriteWantedSnapshot();
       if (!model_.failure.empty() && !model_.site) throw std::runtime_error(model_.failure);
     }
     SaveState();
@@ -241,11 +242,14 @@ class Viewer {
     model_.times.window_ms = UpperMedian(window_ms_);
   }
 
-  float PanelWidth() const {
-    const bool is_any_open =
-        std::any_of(is_open_.begin(), is_open_.end(), [](bool open) { return open; });
-    return is_any_open ? 390.0f * window_.ContentScale() : 0.0f;
+  // Panels stand in columns at the right edge.
+  int PanelColumns() const {
+    constexpr int kPanelsAColumn = 4;
+    const auto open = static_cast<int>(std::count(is_open_.begin(), is_open_.end(), true));
+    return (open + kPanelsAColumn - 1) / kPanelsAColumn;
   }
+  float ColumnWidth() const { return 400.0f * window_.ContentScale(); }
+  float PanelWidth() const { return static_cast<float>(PanelColumns()) * ColumnWidth(); }
 
   void DrawMenu() {
     if (!ImGui::BeginMainMenuBar()) return;
@@ -361,18 +365,25 @@ class Viewer {
   }
 
   void DrawPanels(float top, ImVec2 display, float bottom) {
-    const auto open = static_cast<float>(std::count(is_open_.begin(), is_open_.end(), true));
-    const float width = PanelWidth();
-    const float height = (display.y - top - bottom) / std::max(open, 1.0f);
-    float y = top;
+    constexpr ImGuiWindowFlags kTiled =
+        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse;
+    const auto open = static_cast<int>(std::count(is_open_.begin(), is_open_.end(), true));
+    const int columns = PanelColumns();
+    int placed = 0;
     for (std::size_t i = 0; i < is_open_.size(); ++i) {
       if (!is_open_[i]) continue;
-      // Where nobody has put it: one below the other at the right edge.
-      ImGui::SetNextWindowPos({display.x - width, y}, ImGuiCond_FirstUseEver);
-      ImGui::SetNextWindowSize({width, height}, ImGuiCond_FirstUseEver);
-      y += height;
+      // The columns' panels, the first ones one more where they do not divide.
+      const int column = placed * columns / open;
+      const int first = (column * open + columns - 1) / columns;
+      const int rows = ((column + 1) * open + columns - 1) / columns - first;
+      const float height = (display.y - top - bottom) / static_cast<float>(rows);
+      ImGui::SetNextWindowPos(
+          {display.x - PanelWidth() + static_cast<float>(column) * ColumnWidth(),
+           top + static_cast<float>(placed - first) * height});
+      ImGui::SetNextWindowSize({ColumnWidth(), height});
+      ++placed;
       bool stays_open = true;
-      if (ImGui::Begin(Panels()[i].name, &stays_open)) Panels()[i].draw(model_);
+      if (ImGui::Begin(Panels()[i].name, &stays_open, kTiled)) Panels()[i].draw(model_);
       ImGui::End();
       is_open_[i] = stays_open;
     }
@@ -398,77 +409,126 @@ class Viewer {
   }
 
   void TakeKeys() {
-    const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantTextInput) return;
-    if (Pressed(GLFW_KEY_F1)) help_is_open_ = !help_is_open_;
-    for (std::size_t i = 0; i < is_open_.size(); ++i) {
-      if (Pressed(GLFW_KEY_F2 + static_cast<int>(i))) is_open_[i] = !is_open_[i];
-    }
-    if (Pressed(GLFW_KEY_F12) && model_.Result() != nullptr) TakeSnapshot();
-    if (io.KeyAlt) TakeOverlayKeys();
-    if (io.KeyCtrl) TakeCommandKeys();
-    if (io.KeyAlt || io.KeyCtrl) return;
-    TakePlaybackKeys();
-    if (model_.editor) TakeObjectKeys();
-  }
-
-  void TakeOverlayKeys() {
-    if (Pressed(GLFW_KEY_0)) model_.request.overlay.reset();
-    for (std::size_t i = 0; i < Overlays().size(); ++i) {
-      if (Pressed(GLFW_KEY_1 + static_cast<int>(i))) model_.request.overlay = i;
+    const std::vector<ViewWindow::KeyPress> keys = window_.TakeKeys();
+    if (ImGui::GetIO().WantTextInput) return;
+    for (const ViewWindow::KeyPress& press : keys) {
+      TakeFunctionKey(press.key);
+      if (press.alt) {
+        TakeOverlayKey(press.key);
+      } else if (press.ctrl) {
+        TakeCommandKey(press);
+      } else if (!ImGui::GetIO().NavVisible) {
+        // Else panels are moved through by keys, and use these.
+        TakePlaybackKey(press.key);
+        if (model_.editor) TakeObjectKey(press);
+      } else if (press.key == GLFW_KEY_ESCAPE) {
+        ImGui::SetWindowFocus(nullptr);
+      }
     }
   }
 
-  void TakeCommandKeys() {
-    if (Pressed(GLFW_KEY_Q)) window_.Close();
-    if (Pressed(GLFW_KEY_R) && IsLive()) ToggleRecording();
+  void TakeFunctionKey(int key) {
+    if (key == GLFW_KEY_F1) help_is_open_ = !help_is_open_;
+    const int panel = key - GLFW_KEY_F2;
+    if (panel >= 0 && panel < static_cast<int>(is_open_.size())) is_open_[panel].flip();
+    if (key == GLFW_KEY_F12 && model_.Result() != nullptr) TakeSnapshot();
+  }
+
+  void TakeOverlayKey(int key) {
+    if (key == GLFW_KEY_0) model_.request.overlay.reset();
+    const int overlay = key - GLFW_KEY_1;
+    if (overlay >= 0 && overlay < static_cast<int>(Overlays().size())) {
+      model_.request.overlay = static_cast<std::size_t>(overlay);
+    }
+  }
+
+  void TakeCommandKey(const ViewWindow::KeyPress& press) {
+    if (press.key == GLFW_KEY_Q) window_.Close();
+    if (press.key == GLFW_KEY_R && IsLive()) ToggleRecording();
     if (!model_.editor) return;
-    if (Pressed(GLFW_KEY_S)) Save();
-    if (Pressed(GLFW_KEY_Z))
-      ImGui::GetIO().KeyShift ? model_.editor->Redo() : model_.editor->Undo();
-    if (Pressed(GLFW_KEY_Y)) model_.editor->Redo();
-    if (Pressed(GLFW_KEY_D)) model_.editor->Duplicate();
-  }
-
-  void TakePlaybackKeys() {
-    // Panels that are moved through by keys use these themselves.
-    if (ImGui::GetIO().NavActive && ImGui::IsWindowFocused(ImGuiFocusedFlags_AnyWindow)) {
-      if (Pressed(GLFW_KEY_ESCAPE)) ImGui::SetWindowFocus(nullptr);
-      if (ImGui::GetIO().NavVisible) return;
+    switch (press.key) {
+      case GLFW_KEY_S:
+        return Save();
+      case GLFW_KEY_Z:
+        return press.shift ? model_.editor->Redo() : model_.editor->Undo();
+      case GLFW_KEY_Y:
+        return model_.editor->Redo();
+      case GLFW_KEY_D:
+        return model_.editor->Duplicate();
+      default:
+        return;
     }
-    if (Pressed(GLFW_KEY_SPACE)) model_.request.is_playing = !model_.request.is_playing;
-    if (Pressed(GLFW_KEY_LEFT)) Step(-1);
-    if (Pressed(GLFW_KEY_RIGHT)) Step(1);
-    if (Pressed(GLFW_KEY_HOME)) SeekIfRecorded(0);
-    if (Pressed(GLFW_KEY_END)) SeekIfRecorded(FrameCount() - 1);
-    if (Pressed(GLFW_KEY_L)) model_.request.loops = !model_.request.loops;
-    constexpr double kThirdOfAStop = 1.0 / 3.0;
-    if (Pressed(GLFW_KEY_LEFT_BRACKET)) model_.request.exposure_stops -= kThirdOfAStop;
-    if (Pressed(GLFW_KEY_RIGHT_BRACKET)) model_.request.exposure_stops += kThirdOfAStop;
   }
 
-  void TakeObjectKeys() {
-    ObjectEditor& editor = *model_.editor;
-    const bool shift = ImGui::GetIO().KeyShift;
-    if (Pressed(GLFW_KEY_TAB) && !ImGui::GetIO().NavVisible) editor.SelectNext(shift ? -1 : 1);
-    const double step_px = shift ? 10.0 : 1.0;
-    if (Pressed(GLFW_KEY_W)) Nudge({0.0, -step_px});
-    if (Pressed(GLFW_KEY_S)) Nudge({0.0, step_px});
-    if (Pressed(GLFW_KEY_A)) Nudge({-step_px, 0.0});
-    if (Pressed(GLFW_KEY_D)) Nudge({step_px, 0.0});
-    const double turn_rad = std::numbers::pi / 180.0 * (shift ? 1.0 : 15.0);
-    if (Pressed(GLFW_KEY_Q)) editor.Turn(turn_rad);
-    if (Pressed(GLFW_KEY_E)) editor.Turn(-turn_rad);
-    const double lift_m = shift ? 0.005 : 0.05;
-    if (Pressed(GLFW_KEY_R)) editor.Lift(lift_m);
-    if (Pressed(GLFW_KEY_F)) editor.Lift(-lift_m);
+  void TakePlaybackKey(int key) {
+    constexpr double kThirdOfAStop = 1.0 / 3.0;
+    ViewRequest& request = model_.request;
+    switch (key) {
+      case GLFW_KEY_SPACE:
+        request.is_playing = !request.is_playing;
+        return;
+      case GLFW_KEY_LEFT:
+        return Step(-1);
+      case GLFW_KEY_RIGHT:
+        return Step(1);
+      case GLFW_KEY_HOME:
+        return SeekIfRecorded(0);
+      case GLFW_KEY_END:
+        return SeekIfRecorded(FrameCount() - 1);
+      case GLFW_KEY_L:
+        request.loops = !request.loops;
+        return;
+      case GLFW_KEY_LEFT_BRACKET:
+        request.exposure_stops -= kThirdOfAStop;
+        return;
+      case GLFW_KEY_RIGHT_BRACKET:
+        request.exposure_stops += kThirdOfAStop;
+        return;
+      default:
+        return;
+    }
+  }
+
+  void TakeObjectKey(const ViewWindow::KeyPress& press) {
     constexpr double kScaleStep = 1.1;
-    if (Pressed(GLFW_KEY_EQUAL) || Pressed(GLFW_KEY_KP_ADD)) editor.Scale(kScaleStep);
-    if (Pressed(GLFW_KEY_MINUS) || Pressed(GLFW_KEY_KP_SUBTRACT)) editor.Scale(1.0 / kScaleStep);
-    if (Pressed(GLFW_KEY_DELETE)) editor.Delete();
-    if (Pressed(GLFW_KEY_P)) {
-      if (const Camera* camera = ShownCamera())
-        model_.status = editor.RestAt(*camera, PointerPixel());
+    ObjectEditor& editor = *model_.editor;
+    const double step_px = press.shift ? 10.0 : 1.0;
+    const double turn_rad = std::numbers::pi / 180.0 * (press.shift ? 1.0 : 15.0);
+    const double lift_m = press.shift ? 0.005 : 0.05;
+    switch (press.key) {
+      case GLFW_KEY_TAB:
+        return editor.SelectNext(press.shift ? -1 : 1);
+      case GLFW_KEY_W:
+        return Nudge({0.0, -step_px});
+      case GLFW_KEY_S:
+        return Nudge({0.0, step_px});
+      case GLFW_KEY_A:
+        return Nudge({-step_px, 0.0});
+      case GLFW_KEY_D:
+        return Nudge({step_px, 0.0});
+      case GLFW_KEY_Q:
+        return editor.Turn(turn_rad);
+      case GLFW_KEY_E:
+        return editor.Turn(-turn_rad);
+      case GLFW_KEY_R:
+        return editor.Lift(lift_m);
+      case GLFW_KEY_F:
+        return editor.Lift(-lift_m);
+      case GLFW_KEY_EQUAL:
+      case GLFW_KEY_KP_ADD:
+        return editor.Scale(kScaleStep);
+      case GLFW_KEY_MINUS:
+      case GLFW_KEY_KP_SUBTRACT:
+        return editor.Scale(1.0 / kScaleStep);
+      case GLFW_KEY_DELETE:
+        return editor.Delete();
+      case GLFW_KEY_P: {
+        const Camera* camera = ShownCamera();
+        if (camera != nullptr) model_.status = editor.RestAt(*camera, PointerPixel());
+        return;
+      }
+      default:
+        return;
     }
   }
 
@@ -542,6 +602,18 @@ class Viewer {
   }
 
   void TakeSnapshot() {
+    snapshot_is_wanted_ = true;
+    model_.status = "snapshot: waiting for the complete picture";
+  }
+
+  // Not of a picture that an edit has made old, or that was made in haste.
+  bool SnapshotIsDue() const {
+    return snapshot_is_wanted_ && model_.frame && model_.frame->is_complete &&
+           model_.editor->Edits() == editor_edits_ && model_.frame->edits == model_.request.edits;
+  }
+
+  void WriteWantedSnapshot() {
+    snapshot_is_wanted_ = false;
     try {
       model_.status =
           "snapshot: " +
@@ -578,8 +650,6 @@ class Viewer {
     if (!IsLive() && FrameCount() > 0) model_.Seek(frame);
   }
 
-  static bool Pressed(int key) { return ImGui::IsKeyPressed(key); }
-
   const Camera* ShownCamera() const {
     return model_.frame && model_.frame->step.frame ? &model_.frame->step.frame->camera : nullptr;
   }
@@ -602,6 +672,7 @@ class Viewer {
   std::int64_t editor_edits_ = 0;
   std::optional<glm::dvec2> pressed_at_;
   glm::dvec2 dragged_to_{0.0};
+  bool snapshot_is_wanted_ = false;
   std::int64_t pictures_shown_ = 0;
   std::int64_t frames_shown_ = 0;
   std::vector<double> window_ms_;

@@ -1,5 +1,6 @@
 #include "apps/viewer/window.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
@@ -59,7 +60,16 @@ ViewWindow::ViewWindow(const std::string& title,
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_MAXIMIZED, place.is_maximised ? GLFW_TRUE : GLFW_FALSE);
-  window_ = glfwCreateWindow(place.width, place.height, title.c_str(), nullptr, nullptr);
+  glm::ivec2 origin(0);
+  glm::ivec2 screen(place.width, place.height);
+  if (GLFWmonitor* monitor = glfwGetPrimaryMonitor(); monitor != nullptr) {
+    glfwGetMonitorWorkarea(monitor, &origin.x, &origin.y, &screen.x, &screen.y);
+  }
+  window_ = glfwCreateWindow(std::min(place.width, screen.x),
+                             std::min(place.height, screen.y),
+                             title.c_str(),
+                             nullptr,
+                             nullptr);
   if (window_ == nullptr) Fail("no window: expected OpenGL 3.3 on this display");
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(0);  // A wait for the screen would hold up input.
@@ -68,7 +78,14 @@ ViewWindow::ViewWindow(const std::string& title,
 
   glfwSetWindowUserPointer(window_, this);
   // Each with arguments of its own; any of them is input.
-  glfwSetKeyCallback(window_, [](GLFWwindow* w, int, int, int, int) { Self(w).has_input_ = true; });
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
+    Self(w).has_input_ = true;
+    if (action == GLFW_RELEASE) return;
+    Self(w).keys_.push_back({key,
+                             (mods & GLFW_MOD_CONTROL) != 0,
+                             (mods & GLFW_MOD_ALT) != 0,
+                             (mods & GLFW_MOD_SHIFT) != 0});
+  });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { Self(w).has_input_ = true; });
   glfwSetMouseButtonCallback(window_,
                              [](GLFWwindow* w, int, int, int) { Self(w).has_input_ = true; });
@@ -136,6 +153,7 @@ ScreenPlace ViewWindow::Place() const {
 }
 
 bool ViewWindow::TakeInput() { return std::exchange(has_input_, false); }
+std::vector<ViewWindow::KeyPress> ViewWindow::TakeKeys() { return std::exchange(keys_, {}); }
 ViewWindow::Drop ViewWindow::TakeDrop() { return std::exchange(drop_, {}); }
 
 Texture::~Texture() {

@@ -47,6 +47,15 @@ class ViewWindow {
   float ContentScale() const { return content_scale_; }
   // Whether there was input since the last call.
   bool TakeInput();
+  // Keys that were pressed, or repeat, since the last call: also those that were released before
+  // anyone looked.
+  struct KeyPress {
+    int key = 0;  // GLFW_KEY_...
+    bool ctrl = false;
+    bool alt = false;
+    bool shift = false;
+  };
+  std::vector<KeyPress> TakeKeys();
   // Files that were dropped on it since the last call, and where.
   struct Drop {
     std::vector<std::filesystem::path> files;
@@ -61,6 +70,7 @@ class ViewWindow {
   std::string layout_;
   float content_scale_ = 1.0f;
   bool has_input_ = true;
+  std::vector<KeyPress> keys_;
   Drop drop_;
 };
 

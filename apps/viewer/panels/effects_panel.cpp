@@ -29,7 +29,7 @@ void DrawEffectsPanel(ViewModel& model) {
   constexpr std::array kSwitches = {"off", "plan", "on"};
   const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp;
   if (ImGui::BeginTable("effects", 5, flags)) {
-    ImGui::TableSetupColumn("effect", ImGuiTableColumnFlags_WidthStretch, 2.4f);
+    ImGui::TableSetupColumn("effect", ImGuiTableColumnFlags_WidthStretch, 2.8f);
     ImGui::TableSetupColumn("asked", ImGuiTableColumnFlags_WidthStretch, 1.2f);
     ImGui::TableSetupColumn("fate", ImGuiTableColumnFlags_WidthStretch, 1.2f);
     ImGui::TableSetupColumn("bound", ImGuiTableColumnFlags_WidthStretch, 1.0f);

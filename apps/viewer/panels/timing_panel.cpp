@@ -8,10 +8,14 @@
 namespace pleinair {
 
 void DrawTimingPanel(ViewModel& model) {
-  ImGui::Text("window: %.1f pictures a second, %.1f ms each beside the composite",
+  ImGui::Text("window: %.1f pictures a second, %.1f ms each",
               model.times.pictures_per_second,
               model.times.window_ms);
-  if (model.site) ImGui::TextDisabled("composites by %s", model.site->renderer.c_str());
+  if (model.site) {
+    ImGui::PushTextWrapPos();
+    ImGui::TextDisabled("composites by %s", model.site->renderer.c_str());
+    ImGui::PopTextWrapPos();
+  }
   const FrameResult* result = model.Result();
   if (result == nullptr) return;
   const StageTimes& times = result->timing_ms;
