@@ -22,6 +22,7 @@ std::optional<glm::dvec2> PixelOf(const Camera& camera, const glm::dvec3& point_
 }  // namespace
 
 void PictureView::Draw(ViewModel& model,
+                       ViewWindow& window,
                        const glm::dvec2& area_origin,
                        const glm::dvec2& area_size) {
   if (!model.frame || model.frame->shown.Empty()) return;
@@ -39,7 +40,7 @@ void PictureView::Draw(ViewModel& model,
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const ImVec2 low = ToIm(place_.origin);
   const ImVec2 high = ToIm(place_.origin + place_.scale * size);
-  list.AddImage(shown_.Id(), low, high);
+  window.ShowBehind(shown_, place_.origin, place_.origin + place_.scale * size);
   if (has_overlay_) list.AddImage(overlay_.Id(), low, high);
   list.PushClipRect(low, high, true);
   DrawBalls(model);

@@ -19,7 +19,10 @@ struct PicturePlace {
 class PictureView {
  public:
   // Behind all panels; as large as the window's free area allows.
-  void Draw(ViewModel& model, const glm::dvec2& area_origin, const glm::dvec2& area_size);
+  void Draw(ViewModel& model,
+            ViewWindow& window,
+            const glm::dvec2& area_origin,
+            const glm::dvec2& area_size);
   const PicturePlace& Place() const { return place_; }
 
  private:

@@ -218,6 +218,7 @@ class Viewer {
     const float bottom = 2.4f * ImGui::GetFrameHeightWithSpacing();
     picture_.Draw(
         model_,
+        window_,
         {0.0, bar},
         {std::max(64.0f, display.x - PanelWidth()), std::max(64.0f, display.y - bar - bottom)});
     DrawPlayback({0.0f, display.y - bottom}, {display.x, bottom});

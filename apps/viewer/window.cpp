@@ -111,6 +111,7 @@ ViewWindow::ViewWindow(const std::string& title,
 }
 
 ViewWindow::~ViewWindow() {
+  if (backdrop_frame_ != 0) glDeleteFramebuffers(1, &backdrop_frame_);
   ImGui_ImplOpenGL3_Shutdown();
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
@@ -141,8 +142,38 @@ void ViewWindow::EndFrame() {
   glViewport(0, 0, size.x, size.y);
   glClearColor(0.09f, 0.09f, 0.1f, 1.0f);
   glClear(GL_COLOR_BUFFER_BIT);
+  CopyBackdrop(size.y);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   glfwSwapBuffers(window_);
+}
+
+void ViewWindow::ShowBehind(const Texture& picture, const glm::dvec2& low, const glm::dvec2& high) {
+  backdrop_ = {picture.Name(), {picture.Width(), picture.Height()}, low, high};
+}
+
+void ViewWindow::CopyBackdrop(int framebuffer_height) {
+  if (backdrop_.texture == 0) return;
+  if (backdrop_frame_ == 0) glGenFramebuffers(1, &backdrop_frame_);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, backdrop_frame_);
+  glFramebufferTexture2D(
+      GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, backdrop_.texture, 0);
+  const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
+  const glm::ivec2 low(glm::round(backdrop_.low * glm::dvec2(density.x, density.y)));
+  const glm::ivec2 high(glm::round(backdrop_.high * glm::dvec2(density.x, density.y)));
+  const bool is_reduced = high.x - low.x < backdrop_.size.x;
+  // OpenGL counts rows from below.
+  glBlitFramebuffer(0,
+                    0,
+                    backdrop_.size.x,
+                    backdrop_.size.y,
+                    low.x,
+                    framebuffer_height - low.y,
+                    high.x,
+                    framebuffer_height - high.y,
+                    GL_COLOR_BUFFER_BIT,
+                    is_reduced ? GL_LINEAR : GL_NEAREST);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+  backdrop_ = {};
 }
 
 ScreenPlace ViewWindow::Place() const {

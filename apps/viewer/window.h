@@ -14,6 +14,28 @@ struct GLFWwindow;
 
 namespace pleinair {
 
+// A picture on the graphics device; of the context that was current when it was made.
+class Texture {
+ public:
+  Texture() = default;
+  ~Texture();
+  Texture(const Texture&) = delete;
+  Texture& operator=(const Texture&) = delete;
+
+  void Upload(const Rgb8Image& picture);
+  void Upload(const Rgba8Image& picture);
+  void* Id() const;
+  unsigned Name() const { return name_; }
+  int Width() const { return width_; }
+  int Height() const { return height_; }
+
+ private:
+  void Upload(int width, int height, unsigned format, const void* pixels);
+  unsigned name_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+};
+
 struct ScreenPlace {
   int width = 1280;
   int height = 800;
@@ -40,6 +62,8 @@ class ViewWindow {
   static void Wake();
 
   void BeginFrame();
+  // Behind all else of this frame, between these corners; copied, which is faster than drawing.
+  void ShowBehind(const Texture& picture, const glm::dvec2& low, const glm::dvec2& high);
   void EndFrame();  // On the screen.
 
   ScreenPlace Place() const;
@@ -66,33 +90,22 @@ class ViewWindow {
  private:
   static ViewWindow& Self(GLFWwindow* window);
 
+  void CopyBackdrop(int framebuffer_height);
+
   GLFWwindow* window_ = nullptr;
+  struct Backdrop {
+    unsigned texture = 0;  // 0: none.
+    glm::ivec2 size{0};
+    glm::dvec2 low{0.0};
+    glm::dvec2 high{0.0};
+  };
+  Backdrop backdrop_;
+  unsigned backdrop_frame_ = 0;  // That the texture is read through.
   std::string layout_;
   float content_scale_ = 1.0f;
   bool has_input_ = true;
   std::vector<KeyPress> keys_;
   Drop drop_;
-};
-
-// A picture on the graphics device; of the context that was current when it was made.
-class Texture {
- public:
-  Texture() = default;
-  ~Texture();
-  Texture(const Texture&) = delete;
-  Texture& operator=(const Texture&) = delete;
-
-  void Upload(const Rgb8Image& picture);
-  void Upload(const Rgba8Image& picture);
-  void* Id() const;
-  int Width() const { return width_; }
-  int Height() const { return height_; }
-
- private:
-  void Upload(int width, int height, unsigned format, const void* pixels);
-  unsigned name_ = 0;
-  int width_ = 0;
-  int height_ = 0;
 };
 
 }  // namespace pleinair
