@@ -18,6 +18,9 @@ namespace pleinair {
 struct WindowTimes {
   double pictures_per_second = 0.0;
   double window_ms = 0.0;  // Median, of what a picture takes beside the composite.
+  // Of the last drag: its pictures, and the time from its end to the complete one; 0: none yet.
+  double drag_pictures_per_second = 0.0;
+  double completed_after_s = 0.0;
 };
 
 struct ViewModel {

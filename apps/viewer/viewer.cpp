@@ -167,6 +167,8 @@ class Viewer {
     if (news.frame) {
       model_.frame = std::move(news.frame);
       ++frames_shown_;
+      TimeDrag();
+      ShowTitle();
     }
     for (const LightPoint& light : news.lights) AddLight(light, model_.lights);
     if (!news.notes.empty()) model_.status = news.notes.back();
@@ -179,8 +181,31 @@ class Viewer {
     return has_news;
   }
 
+  // Of a drag, as its pictures come.
+  void TimeDrag() {
+    const auto now = SteadyClock::now();
+    if (!model_.frame->is_complete) {
+      if (drag_pictures_++ == 0) drag_start_ = now;
+      const double s = std::chrono::duration<double>(now - drag_start_).count();
+      if (s > 0.0) model_.times.drag_pictures_per_second = (drag_pictures_ - 1) / s;
+    } else if (drag_end_ && model_.frame->edits == model_.request.edits) {
+      model_.times.completed_after_s = std::chrono::duration<double>(now - *drag_end_).count();
+      spdlog::info("drag: {:.1f} pictures a second, complete {:.2f} s after its end",
+                   model_.times.drag_pictures_per_second,
+                   model_.times.completed_after_s);
+      drag_end_.reset();
+      drag_pictures_ = 0;
+    }
+  }
+
+  void ShowTitle() {
+    window_.SetTitle(fmt::format("pleinair: {} frame {}{}",
+                                 model_.site->loaded->sequence.folder.filename().string(),
+                                 model_.frame->Index(),
+                                 model_.editor->HasUnsavedEdits() ? " *" : ""));
+  }
+
   void StartEditing(std::shared_ptr<const ViewedSite> site) {
-    window_.SetTitle("pleinair: " + site->loaded->sequence.folder.filename().string());
     model_.editor.emplace(std::move(site));
     model_.request.objects = model_.editor->Objects();
     ++model_.request.edits;
@@ -556,6 +581,7 @@ class Viewer {
     } else if (pressed_at_) {
       pressed_at_.reset();
       editor.EndDrag();
+      if (model_.request.is_dragging) drag_end_ = SteadyClock::now();
       model_.request.is_dragging = false;
     }
     if (io.MouseWheel != 0.0f && !io.WantCaptureMouse) TurnWheel(io.MouseWheel);
@@ -597,6 +623,7 @@ class Viewer {
     try {
       model_.editor->Save();
       model_.status = "objects saved to " + model_.site->loaded->sequence.file.string();
+      ShowTitle();
     } catch (const std::exception& error) {
       model_.status = error.what();
     }
@@ -673,6 +700,9 @@ class Viewer {
   std::int64_t editor_edits_ = 0;
   std::optional<glm::dvec2> pressed_at_;
   glm::dvec2 dragged_to_{0.0};
+  int drag_pictures_ = 0;
+  SteadyClock::time_point drag_start_;
+  std::optional<SteadyClock::time_point> drag_end_;
   bool snapshot_is_wanted_ = false;
   std::int64_t pictures_shown_ = 0;
   std::int64_t frames_shown_ = 0;

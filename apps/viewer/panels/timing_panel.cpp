@@ -16,6 +16,11 @@ void DrawTimingPanel(ViewModel& model) {
     ImGui::TextDisabled("composites by %s", model.site->renderer.c_str());
     ImGui::PopTextWrapPos();
   }
+  if (model.times.drag_pictures_per_second > 0.0) {
+    ImGui::Text("last drag: %.1f pictures a second,\ncomplete %.2f s after its end",
+                model.times.drag_pictures_per_second,
+                model.times.completed_after_s);
+  }
   const FrameResult* result = model.Result();
   if (result == nullptr) return;
   const StageTimes& times = result->timing_ms;
