@@ -135,7 +135,8 @@ struct CameraList {
 // All that can be opened now. A camera that another program holds is listed, too.
 CameraList ListCameras();
 
-// Whether `name` has the form of a camera's name: it may not be there.
+// Whether `name` has the form of a camera's name: "/dev/videoN", a link to one such as udev makes in
+// /dev/v4l/by-id and /dev/v4l/by-path, "libcamera:ID". It may not be there.
 bool IsCameraName(const std::string& name);
 
 // Throws std::runtime_error, one line with the device and what was expected; std::invalid_argument

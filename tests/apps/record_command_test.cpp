@@ -161,6 +161,22 @@ TEST_F(RecordCommand, GoesOnWhenTheCameraIsBack) {
   EXPECT_EQ(events["frame-damaged"], 1);
 }
 
+// As udev's in /dev/v4l/by-id. The link is only where it was: its identity finds it again.
+TEST_F(RecordCommand, OpensTheCameraThatALinkLeadsTo) {
+  fs::create_symlink("/dev/video90", folder_ / "webcam");
+  const Ended ended = Record(kSample.string() + " --loop 0 --fault unplug-renumber@0.2",
+                             Path("webcam") + " --auto --frames-limit 20 --out " + Path("day") +
+                                 " --site " + kSample.string());
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  EXPECT_EQ(FramesOf(Path("day")).size(), 20u);
+  EXPECT_EQ(Events("day")["reconnected"], 1);
+  const Ended refused =
+      Record(kSample.string(),
+             "/dev/v4l/by-id/usb-none --out " + Path("none") + " --site " + kSample.string());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.output, HasSubstr("pleinair: /dev/v4l/by-id/usb-none: expected a camera"));
+}
+
 TEST_F(RecordCommand, FindsTheCameraThatTheSiteNames) {
   const fs::path site = folder_ / "site";
   fs::copy(kSample, site, fs::copy_options::recursive);
