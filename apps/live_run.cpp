@@ -188,6 +188,7 @@ class LightOfTheSecond {
   explicit LightOfTheSecond(const EventLog& events) : events_(events) {}
   void Add(const FinishedFrame& finished) {
     ++frames_;
+  RefuseTimes(options.times, "a camera");
     const double seconds = SecondsSince(shown_);
     if (seconds < 1.0) return;
     LogLight(finished, std::nullopt);

@@ -199,6 +199,35 @@ TEST_F(CommandLine, RefusesWrongOptionsOfARunOfACamera) {
 }
 
 TEST_F(CommandLine, PrintsTheSunAsJson) {
+TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
+  const std::string out = " --out " + (folder_ / "out").string() + " ";
+  const std::string courtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+  for (const char* option : {"--format YUYV",
+                             "--size 640x480",
+                             "--rate 30",
+                             "--exposure 1/100",
+                             "--gain 2",
+                             "--white-balance 5000",
+                             "--auto",
+                             "--duration 3",
+                             "--record folder"}) {
+    const std::string text = option;
+    const std::string reason =
+        text.substr(0, text.find(' ')) + ": expected a camera, found recorded frames";
+    ExpectOneLineAndCode2("run " + courtyard + out + option, reason);
+    // A folder of pictures.
+    ExpectOneLineAndCode2("run " + courtyard + "/frames --site " + courtyard + out + option,
+                          reason);
+  }
+  for (const char* option : {"--start-time 2026-06-21T10:00:00Z", "--every 10s", "--time-zone Z"}) {
+    const std::string text = option;
+    const std::string reason = text.substr(0, text.find(' ')) + ": expected a video or a folder";
+    ExpectOneLineAndCode2("run " + courtyard + out + option, reason);
+    ExpectOneLineAndCode2("run /dev/video200 --site " + courtyard + out + option, reason);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
+}
+
   const Ended ended = Call("sun --site 57.0488,9.9217,15 --time 2005-06-21T09:50:00Z --json");
   EXPECT_EQ(ended.exit_code, 0);
   for (const char* key : {"azimuth_deg",
