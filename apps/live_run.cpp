@@ -1,11 +1,16 @@
 #include "apps/live_run.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <iterator>
+#include <memory>
 #include <stdexcept>
+#include <stop_token>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -20,6 +25,7 @@
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/recording/recorder.h"
+#include "session/session_choices.h"
 
 namespace pleinair {
 namespace {
@@ -111,12 +117,17 @@ class Watch {
       LookAtSite();
       if (is_to_stop) spdlog::info("ending; a second signal ends at once");
       // Goes on: for that second signal.
-      if (is_to_stop || IsTimeUp()) capture_.Stop();
+      if (is_to_stop || IsTimeUp()) {
+        capture_.Stop();
+        output_.StopWaitingForReaders();
+      }
     }
   }
 
   void Write(Event event) {
-    spdlog::log(event.kind == EventKind::kStarted ? spdlog::level::info : spdlog::level::warn,
+    const bool is_usual = event.kind == EventKind::kStarted ||
+                          event.kind == EventKind::kPreparing || event.kind == EventKind::kPrepared;
+    spdlog::log(is_usual ? spdlog::level::info : spdlog::level::warn,
                 "{}: {}{}",
                 NameOf(event.kind),
                 event.text,
@@ -177,6 +188,7 @@ void RefuseWhatIsNotLive(const RunCommandOptions& options) {
   const auto refuse = [](const std::string& option) {
     throw std::invalid_argument(option + ": expected a recorded sequence, found a camera");
   };
+  RefuseTimes(options.times, "a camera");
   if (!options.markers.empty()) refuse("--markers");
   if (options.source == SourceKind::kFisheye) refuse("--source fisheye");
   if (options.albedo == AlbedoSource::kSelfCalibrated) refuse("the setting albedo");
@@ -188,7 +200,6 @@ class LightOfTheSecond {
   explicit LightOfTheSecond(const EventLog& events) : events_(events) {}
   void Add(const FinishedFrame& finished) {
     ++frames_;
-  RefuseTimes(options.times, "a camera");
     const double seconds = SecondsSince(shown_);
     if (seconds < 1.0) return;
     LogLight(finished, std::nullopt);
@@ -206,6 +217,11 @@ class LightOfTheSecond {
   int frames_ = 0;
 };
 
+std::optional<double> RateOf(const CameraCapture& capture) {
+  const double rate = capture.FramesPerSecond();
+  return rate > 0.0 ? std::optional(rate) : std::nullopt;
+}
+
 // The members' order is that of their making: other threads use what stands before them.
 class LiveRun {
  public:
@@ -213,7 +229,7 @@ class LiveRun {
       : options_(options),
         site_(ReadSite(options.sequence, std::chrono::system_clock::now())),
         capture_(options.input, RequestFor(options, site_), {}, events_),
-        output_(options, events_, capture_.FramesPerSecond()) {
+        output_(options, events_, RateOf(capture_)) {
     // A camera of another shape would fail in every frame.
     ScaledTo(site_.intrinsics, capture_.Layout().width_px, capture_.Layout().height_px);
     if (!options.record.empty()) {
@@ -226,29 +242,97 @@ class LiveRun {
   }
 
   void Run() {
-    const auto loaded = LoadSite(options_, capture_.Clock().Now(), ProgressOnStandardError());
-    if (!loaded->scene.from_store) Note(EventKind::kSite, "prepared");
-    CameraFrameTap tap = [this](const CameraFrame& frame) {
-      taken_ = frame.buffer.monotonic_time;
-      if (recorder_) recorder_->Offer(frame);
-    };
-    SequenceSession session(
-        loaded,
-        options_,
-        MakeLiveFrameSource(
-            loaded->sequence, capture_, events_, options_.camera_noise, std::move(tap)));
-    FrameLoop frames(options_, session, true);
     RunReport& report = output_.Report();
-    report.title = TitleOf(loaded->sequence);
-    report.settings = DescribeSettings(options_, *loaded, std::nullopt, session.Renderer());
-    Composite(session, frames);
-    End(frames);
-    SayHowItEnded(options_, report, loaded->sequence);
+    report.title = TitleOf(site_);
+    if (const std::unique_ptr<SequenceSession> session = Prepare()) {
+      FrameLoop frames(options_, *session, true);
+      report.settings =
+          DescribeSettings(options_, session->Loaded(), std::nullopt, session->Renderer());
+      Composite(*session, frames);
+      End(frames.Finish());
+    } else {
+      End({});
+    }
+    SayHowItEnded(options_, report, site_);
   }
 
  private:
+  // Ends a preparation whose result is no longer wanted.
+  struct NotWanted {};
+
   void Note(EventKind kind, std::string text) {
     events_.Add({capture_.Clock().Now(), kind, std::move(text)});
+  }
+
+  // Loads the site, and prepares it where that was not done before, while pictures pass. None where
+  // the run is to end before: after the stage of the preparation that is going on.
+  std::unique_ptr<SequenceSession> Prepare() {
+    const SteadyClock::time_point start = SteadyClock::now();
+    std::jthread passing([this](const std::stop_token& is_ready) { PassPictures(is_ready); });
+    try {
+      const auto loaded =
+          LoadSite(options_,
+                   capture_.Clock().Now(),
+                   [this, show = ProgressOnStandardError()](std::string_view stage, double share) {
+                     if (no_more_pictures_) throw NotWanted();
+                     if (!is_preparing_.exchange(true)) {
+                       Note(EventKind::kPreparing,
+                            options_.sequence.string() + ": pictures pass as they come meanwhile");
+                     }
+                     show(stage, share);
+                   });
+      auto session = std::make_unique<SequenceSession>(
+          loaded,
+          options_,
+          MakeLiveFrameSource(loaded->sequence,
+                              capture_,
+                              events_,
+                              options_.camera_noise,
+                              [this](const CameraFrame& frame) {
+                                taken_ = frame.buffer.monotonic_time;
+                                if (recorder_) recorder_->Offer(frame);
+                              }));
+      passing.request_stop();
+      passing.join();
+      Note(EventKind::kPrepared,
+           fmt::format("{}: {} in {:.2f} s; {} pictures passed",
+                       options_.sequence.string(),
+                       loaded->scene.from_store ? "loaded from the cache" : "prepared",
+                       SecondsSince(start),
+                       passed_));
+      return session;
+    } catch (const NotWanted&) {
+      return nullptr;
+    } catch (...) {
+      capture_.Stop();  // Wakes the thread.
+      throw;
+    }
+  }
+
+  // Where the site is prepared, they are shown and recorded; not in the moment that it takes to
+  // load one that was prepared before, so that what is recorded is what is composited.
+  void PassPictures(const std::stop_token& is_ready) {
+    try {
+      const auto source = MakeLiveFrameSource(
+          site_, capture_, events_, options_.camera_noise, [this](const CameraFrame& frame) {
+            if (recorder_ && is_preparing_) recorder_->Offer(frame);
+          });
+      const PictureDisplay display(ResponseOf(options_, site_));
+      const bool are_shown = options_.video || !options_.picture_stream.empty();
+      while (!is_ready.stop_requested()) {
+        const auto frame = source->Next();
+        if (!frame) break;
+        ++passed_;
+        if (!*frame || !are_shown || !is_preparing_) continue;
+        const Frame& shown = **frame;
+        output_.AddPassed(shown.codes ? *shown.codes : display.Show(shown.radiance, shown.exposure),
+                          shown.time);
+      }
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+      Note(EventKind::kDisk, failure_);
+    }
+    no_more_pictures_ = !is_ready.stop_requested();
   }
 
   void Composite(SequenceSession& session, FrameLoop& frames) {
@@ -279,6 +363,7 @@ class LiveRun {
       if (!writing.Push(std::move(*finished))) break;
     }
     capture_.Stop();
+    output_.StopWaitingForReaders();
     try {
       writing.Finish();
     } catch (const std::exception& error) {
@@ -288,13 +373,14 @@ class LiveRun {
   }
 
   // Whatever has failed: what there is gets its name, and the report is written if that can be.
-  void End(FrameLoop& frames) {
+  void End(std::vector<std::string> notes) {
+    capture_.Stop();
     if (recorder_) recorder_->Close();
     RunReport& report = output_.Report();
     watch_->Finish(fmt::format("{} frames composited", report.totals.done));
     if (recorder_) Try([&] { recorder_->Finish(); });
     Try([&] { output_.Finish(); });
-    for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
+    std::ranges::move(notes, std::back_inserter(report.notes));
     Summarise(report);
     Try([&] { output_.WriteReport(); });
     if (!failure_.empty()) throw std::runtime_error(failure_);
@@ -310,10 +396,11 @@ class LiveRun {
 
   void Summarise(RunReport& report) const {
     report.notes.push_back(fmt::format(
-        "{} frames composited, {} failed, {} dropped as later ones were there, {} lost by the "
-        "driver",
+        "{} frames composited, {} failed, {} passed before the site was ready, {} dropped as later "
+        "ones were there, {} lost by the driver",
         report.totals.done,
         report.totals.failed,
+        passed_,
         events_.CountOf(EventKind::kFrameDropped),
         events_.CountOf(EventKind::kFrameLost)));
     const TimeStatistics& latency = report.totals.latency;
@@ -335,6 +422,9 @@ class LiveRun {
   RunOutput output_;
   std::optional<Recorder> recorder_;
   std::optional<Watch> watch_;
+  std::atomic<bool> is_preparing_ = false;
+  std::atomic<bool> no_more_pictures_ = false;  // Before the site was ready.
+  std::int64_t passed_ = 0;                     // Pictures, until then.
   std::chrono::nanoseconds taken_{0};  // When the frame in work was, on the monotonic clock.
   std::string failure_;                // Why it ended early, one line; empty: it did not.
 };

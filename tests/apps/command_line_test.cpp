@@ -88,7 +88,8 @@ TEST_F(CommandLine, RefusesUnknownWords) {
   ExpectOneLineAndCode2("run folder --settings nowhere", "nowhere: expected a file of settings");
   ExpectOneLineAndCode2("calibrate fisheye nowhere.jpg --board 8x6 --out lens.json",
                         "pleinair: nowhere.jpg: no such file: expected pictures of a board");
-  ExpectOneLineAndCode2("run folder --video=0", "video");
+  ExpectOneLineAndCode2("run folder --video=0", "--video: expected frames a second from 0.1");
+  ExpectOneLineAndCode2("run folder --video=fast", "found 'fast'");
   ExpectOneLineAndCode2("run folder --weather sunny", "overcast");
   ExpectOneLineAndCode2("paint", "paint");
   ExpectOneLineAndCode2("sun --site 57,9 --time 2005-06-21T09:50:00Z --colour red", "colour");
@@ -198,7 +199,6 @@ TEST_F(CommandLine, RefusesWrongOptionsOfARunOfACamera) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
 }
 
-TEST_F(CommandLine, PrintsTheSunAsJson) {
 TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
   const std::string out = " --out " + (folder_ / "out").string() + " ";
   const std::string courtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
@@ -228,6 +228,7 @@ TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
 }
 
+TEST_F(CommandLine, PrintsTheSunAsJson) {
   const Ended ended = Call("sun --site 57.0488,9.9217,15 --time 2005-06-21T09:50:00Z --json");
   EXPECT_EQ(ended.exit_code, 0);
   for (const char* key : {"azimuth_deg",
