@@ -86,6 +86,26 @@ class RecordCommand : public testing::Test {
   }
 
   fs::path folder_;
+// The same pictures as through the single-planar one; a change of the source is noticed, too.
+TEST_F(RecordCommand, ReadsTheMultiPlanarInterface) {
+  for (const char* format : {"RGB24", "NV12", "MJPEG", "SRGGB10"}) {
+    SCOPED_TRACE(format);
+    std::vector<std::vector<Frame>> recorded;
+    for (const char* interface : {"", " --multi-planar"}) {
+      fs::remove_all(Path("day"));
+      const Ended ended = Record(
+          kSample.string() + " --pictures 1:1 --loop 30 --fault format-change@0.2" + interface,
+          std::string("/dev/video90 --auto --frames-limit 8 --format ") + format + " --out " +
+              Path("day") + " --site " + kSample.string());
+      EXPECT_EQ(ended.exit_code, 0) << ended.output;
+      EXPECT_EQ(Events("day")["format-changed"], 1);
+      recorded.push_back(FramesOf(Path("day")));
+      ASSERT_EQ(recorded.back().size(), 8u);
+    }
+    EXPECT_EQ(recorded[0][0].radiance.pixels, recorded[1][0].radiance.pixels);
+  }
+}
+
 };
 
 // The second camera plays what was recorded of the first one.
