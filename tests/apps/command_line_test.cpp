@@ -1,15 +1,15 @@
 // The program as its user meets it: arguments in, exit code and words out.
 
-#include <sys/wait.h>
-
-#include <array>
-#include <cstdio>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/scene/shell.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::command_line_test {
 namespace {
@@ -18,43 +18,18 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-struct Ended {
-  int exit_code = -1;
-  std::string output;  // Standard output and error together.
-};
-
 Ended Call(const std::string& arguments) {
-  const std::string command = std::string(PLEINAIR_PROGRAM) + " " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  Ended ended;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t read = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    ended.output.append(buffer.data(), read);
-  }
-  const int status = pclose(pipe);
-  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ended;
+  return Shell(std::string(PLEINAIR_PROGRAM) + " " + arguments);
 }
 
-// A folder of the test's own, gone with it.
-class CommandLine : public testing::Test {
+class CommandLine : public CommandFolder {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   void ExpectOneLineAndCode2(const std::string& arguments, const std::string& word) {
     const Ended ended = Call(arguments);
     EXPECT_EQ(ended.exit_code, 2) << arguments << "\n" << ended.output;
     EXPECT_EQ(std::count(ended.output.begin(), ended.output.end(), '\n'), 1) << ended.output;
     EXPECT_THAT(ended.output, AllOf(testing::StartsWith("pleinair: "), HasSubstr(word)));
   }
-
-  std::filesystem::path folder_;
 };
 
 TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
