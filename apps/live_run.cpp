@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/camera_watch.h"
 #include "apps/effect_budget.h"
 #include "apps/frame_loop.h"
 #include "apps/progress.h"
@@ -74,55 +75,11 @@ class OutputThread {
   std::thread thread_;
 };
 
-// What goes on beside the frames: events, and reasons to end.
-class Watch {
+// Events to the log, the run's output and its recording.
+class EventWriter {
  public:
-  Watch(const RunCommandOptions& options,
-        StopSignals& signals,
-        CameraCapture& capture,
-        EventLog& events,
-        RunOutput& output,
-        Recorder* recorder)
-      : options_(options),
-        signals_(signals),
-        capture_(capture),
-        events_(events),
-        output_(output),
-        recorder_(recorder),
-        thread_([this] { Run(); }) {}
-  ~Watch() {
-    is_over_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
-
-  // The duration that was asked for counts from now on.
-  void StartTime() { started_ = SteadyClock::now(); }
-
-  // Writes the last events, too: that the run has ended comes after all others.
-  void Finish(std::string how_it_ended) {
-    is_over_ = true;
-    thread_.join();
-    events_.Add({capture_.Clock().Now(), EventKind::kEnded, std::move(how_it_ended)});
-    for (Event& event : events_.TakeAll()) Write(std::move(event));
-  }
-
- private:
-  void Run() {
-    constexpr std::chrono::milliseconds kTick{200};
-    while (!is_over_) {
-      const bool is_to_stop = signals_.Wait(kTick);
-      for (Event& event : events_.Take(capture_.Clock().Now())) Write(std::move(event));
-      LookAtSite();
-      if (is_to_stop) spdlog::info("ending; a second signal ends at once");
-      // Goes on: for that second signal.
-      if (is_to_stop || IsTimeUp()) {
-        capture_.Stop();
-        output_.StopWaitingForReaders();
-      }
-    }
-  }
+  // `recorder`: none where nothing is recorded.
+  EventWriter(RunOutput& output, Recorder* recorder) : output_(output), recorder_(recorder) {}
 
   void Write(Event event) {
     const bool is_usual = event.kind == EventKind::kStarted ||
@@ -142,37 +99,10 @@ class Watch {
     }
   }
 
-  // A run goes on with what it has read.
-  void LookAtSite() {
-    std::error_code error;
-    const bool is_there = std::filesystem::exists(options_.sequence, error);
-    if (is_there == site_is_there_) return;
-    site_is_there_ = is_there;
-    events_.Add(
-        {capture_.Clock().Now(),
-         EventKind::kSite,
-         options_.sequence.string() +
-             (is_there ? ": is there again" : ": is gone; the run goes on with what it has read")});
-  }
-
-  // Frames themselves end a run in time; without any, a second later.
-  bool IsTimeUp() const {
-    const SteadyClock::time_point start = started_;
-    return start != SteadyClock::time_point() && options_.duration_s &&
-           SecondsSince(start) > *options_.duration_s + 1.0;
-  }
-
-  const RunCommandOptions& options_;
-  StopSignals& signals_;
-  CameraCapture& capture_;
-  EventLog& events_;
+ private:
   RunOutput& output_;
-  Recorder* recorder_;  // None: nothing is recorded.
-  std::atomic<SteadyClock::time_point> started_{SteadyClock::time_point()};
-  bool site_is_there_ = true;
+  Recorder* recorder_;
   bool has_failed_ = false;
-  std::atomic<bool> is_over_ = false;
-  std::thread thread_;
 };
 
 CameraRequest RequestFor(const RunCommandOptions& options, const Sequence& site) {
@@ -237,8 +167,15 @@ class LiveRun {
       record.recording.folder = options.record;
       recorder_.emplace(site_, capture_.Layout(), record, events_);
     }
-    watch_.emplace(
-        options, signals_, capture_, events_, output_, recorder_ ? &*recorder_ : nullptr);
+    WatchTasks tasks;
+    tasks.write = [writer = EventWriter(output_, recorder_ ? &*recorder_ : nullptr)](
+                      Event event) mutable { writer.Write(std::move(event)); };
+    tasks.look = [this] {
+      LookAtSite();
+      return false;
+    };
+    tasks.end = [this] { output_.StopWaitingForReaders(); };
+    watch_.emplace(signals_, capture_, events_, options.duration_s, std::move(tasks));
   }
 
   void Run() {
@@ -262,6 +199,17 @@ class LiveRun {
 
   void Note(EventKind kind, std::string text) {
     events_.Add({capture_.Clock().Now(), kind, std::move(text)});
+  }
+
+  // A run goes on with what it has read.
+  void LookAtSite() {
+    std::error_code error;
+    const bool is_there = std::filesystem::exists(options_.sequence, error);
+    if (is_there == site_is_there_) return;
+    site_is_there_ = is_there;
+    Note(EventKind::kSite,
+         options_.sequence.string() +
+             (is_there ? ": is there again" : ": is gone; the run goes on with what it has read"));
   }
 
   // Loads the site, and prepares it where that was not done before, while pictures pass. None where
@@ -421,7 +369,8 @@ class LiveRun {
   CameraCapture capture_;
   RunOutput output_;
   std::optional<Recorder> recorder_;
-  std::optional<Watch> watch_;
+  bool site_is_there_ = true;
+  std::optional<CameraWatch> watch_;
   std::atomic<bool> is_preparing_ = false;
   std::atomic<bool> no_more_pictures_ = false;  // Before the site was ready.
   std::int64_t passed_ = 0;                     // Pictures, until then.

@@ -11,7 +11,6 @@
 #include <array>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -29,6 +28,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "scene/image_io.h"
+#include "tests/scene/shell.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::live_run_test {
@@ -39,23 +39,6 @@ using Json = nlohmann::json;
 using testing::HasSubstr;
 
 const std::string kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
-
-struct Ended {
-  int exit_code = -1;
-  std::string output;  // Standard output and error together.
-};
-
-Ended Shell(const std::string& command) {
-  Ended ended;
-  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
-  std::array<char, 4096> part{};
-  while (const std::size_t bytes = fread(part.data(), 1, part.size(), pipe)) {
-    ended.output.append(part.data(), bytes);
-  }
-  const int status = pclose(pipe);
-  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ended;
-}
 
 std::vector<std::string> LinesOf(const fs::path& file) {
   std::vector<std::string> lines;
