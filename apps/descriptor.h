@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -30,12 +31,14 @@ class Descriptor {
 };
 
 // Standard output for "-", else the file: a pipe, or one that is made. Waits 10 s for a pipe's
-// reader. Throws std::runtime_error, one line with the path.
+// reader. A pipe's writes never wait. Throws std::runtime_error, one line with the path.
 Descriptor OpenForWriting(const std::string& path);
 
-// All of it. Throws std::runtime_error naming `what`; a reader that is gone is no signal.
+// All of it, waiting for a pipe's reader; once `stop` is requested, for a second. Throws
+// std::runtime_error naming `what`; a reader that is gone is no signal.
 void WriteAll(const Descriptor& descriptor,
               std::span<const std::byte> bytes,
-              const std::string& what);
+              const std::string& what,
+              const std::stop_token& stop = {});
 
 }  // namespace pleinair

@@ -55,7 +55,8 @@ void MakeWay(const std::string& target, const sockaddr_un& address) {
 
 }  // namespace
 
-LineStream::LineStream(const std::string& target) : target_(target) {
+LineStream::LineStream(const std::string& target, std::stop_token stop)
+    : target_(target), stop_(std::move(stop)) {
   if (!target.starts_with(kSocketPrefix)) {
     file_ = OpenForWriting(target);
     return;
@@ -82,7 +83,7 @@ void LineStream::Write(const std::string& line) {
   if (socket_.Number() >= 0) {
     WriteToReaders(text);
   } else {
-    WriteAll(file_, std::as_bytes(std::span(text)), target_);
+    WriteAll(file_, std::as_bytes(std::span(text)), target_, stop_);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -14,12 +15,13 @@ class LineStream {
  public:
   // "-", a path, or "unix:PATH", a socket that is made (in place of one that nobody listens on) and
   // removed again. Throws std::runtime_error, one line with the target.
-  explicit LineStream(const std::string& target);
+  explicit LineStream(const std::string& target, std::stop_token stop = {});
   ~LineStream();
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
-  // Throws where a file or pipe cannot be written. A socket's readers that do not keep up, or are
+  // Throws where a file or pipe cannot be written, or is not read within a second once `stop` is
+  // requested. A socket's readers that do not keep up, or are
   // gone, are disconnected, and so is a 65th.
   void Write(const std::string& line);
 
@@ -27,6 +29,7 @@ class LineStream {
   void WriteToReaders(const std::string& line);
 
   std::string target_;
+  std::stop_token stop_;
   Descriptor file_;
   std::filesystem::path socket_path_;
   Descriptor socket_;

@@ -1,17 +1,23 @@
 #include "apps/live_run.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <iterator>
+#include <memory>
 #include <stdexcept>
+#include <stop_token>
+#include <string_view>
 #include <thread>
 #include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/camera_watch.h"
 #include "apps/effect_budget.h"
 #include "apps/frame_loop.h"
 #include "apps/progress.h"
@@ -20,6 +26,7 @@
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/recording/recorder.h"
+#include "session/session_choices.h"
 
 namespace pleinair {
 namespace {
@@ -68,55 +75,16 @@ class OutputThread {
   std::thread thread_;
 };
 
-// What goes on beside the frames: events, and reasons to end.
-class Watch {
+// Events to the log, the run's output and its recording.
+class EventWriter {
  public:
-  Watch(const RunCommandOptions& options,
-        StopSignals& signals,
-        CameraCapture& capture,
-        EventLog& events,
-        RunOutput& output,
-        Recorder* recorder)
-      : options_(options),
-        signals_(signals),
-        capture_(capture),
-        events_(events),
-        output_(output),
-        recorder_(recorder),
-        thread_([this] { Run(); }) {}
-  ~Watch() {
-    is_over_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
-
-  // The duration that was asked for counts from now on.
-  void StartTime() { started_ = SteadyClock::now(); }
-
-  // Writes the last events, too: that the run has ended comes after all others.
-  void Finish(std::string how_it_ended) {
-    is_over_ = true;
-    thread_.join();
-    events_.Add({capture_.Clock().Now(), EventKind::kEnded, std::move(how_it_ended)});
-    for (Event& event : events_.TakeAll()) Write(std::move(event));
-  }
-
- private:
-  void Run() {
-    constexpr std::chrono::milliseconds kTick{200};
-    while (!is_over_) {
-      const bool is_to_stop = signals_.Wait(kTick);
-      for (Event& event : events_.Take(capture_.Clock().Now())) Write(std::move(event));
-      LookAtSite();
-      if (is_to_stop) spdlog::info("ending; a second signal ends at once");
-      // Goes on: for that second signal.
-      if (is_to_stop || IsTimeUp()) capture_.Stop();
-    }
-  }
+  // `recorder`: none where nothing is recorded.
+  EventWriter(RunOutput& output, Recorder* recorder) : output_(output), recorder_(recorder) {}
 
   void Write(Event event) {
-    spdlog::log(event.kind == EventKind::kStarted ? spdlog::level::info : spdlog::level::warn,
+    const bool is_usual = event.kind == EventKind::kStarted ||
+                          event.kind == EventKind::kPreparing || event.kind == EventKind::kPrepared;
+    spdlog::log(is_usual ? spdlog::level::info : spdlog::level::warn,
                 "{}: {}{}",
                 NameOf(event.kind),
                 event.text,
@@ -131,37 +99,10 @@ class Watch {
     }
   }
 
-  // A run goes on with what it has read.
-  void LookAtSite() {
-    std::error_code error;
-    const bool is_there = std::filesystem::exists(options_.sequence, error);
-    if (is_there == site_is_there_) return;
-    site_is_there_ = is_there;
-    events_.Add(
-        {capture_.Clock().Now(),
-         EventKind::kSite,
-         options_.sequence.string() +
-             (is_there ? ": is there again" : ": is gone; the run goes on with what it has read")});
-  }
-
-  // Frames themselves end a run in time; without any, a second later.
-  bool IsTimeUp() const {
-    const SteadyClock::time_point start = started_;
-    return start != SteadyClock::time_point() && options_.duration_s &&
-           SecondsSince(start) > *options_.duration_s + 1.0;
-  }
-
-  const RunCommandOptions& options_;
-  StopSignals& signals_;
-  CameraCapture& capture_;
-  EventLog& events_;
+ private:
   RunOutput& output_;
-  Recorder* recorder_;  // None: nothing is recorded.
-  std::atomic<SteadyClock::time_point> started_{SteadyClock::time_point()};
-  bool site_is_there_ = true;
+  Recorder* recorder_;
   bool has_failed_ = false;
-  std::atomic<bool> is_over_ = false;
-  std::thread thread_;
 };
 
 CameraRequest RequestFor(const RunCommandOptions& options, const Sequence& site) {
@@ -177,6 +118,7 @@ void RefuseWhatIsNotLive(const RunCommandOptions& options) {
   const auto refuse = [](const std::string& option) {
     throw std::invalid_argument(option + ": expected a recorded sequence, found a camera");
   };
+  RefuseTimes(options.times, "a camera");
   if (!options.markers.empty()) refuse("--markers");
   if (options.source == SourceKind::kFisheye) refuse("--source fisheye");
   if (options.albedo == AlbedoSource::kSelfCalibrated) refuse("the setting albedo");
@@ -205,6 +147,11 @@ class LightOfTheSecond {
   int frames_ = 0;
 };
 
+std::optional<double> RateOf(const CameraCapture& capture) {
+  const double rate = capture.FramesPerSecond();
+  return rate > 0.0 ? std::optional(rate) : std::nullopt;
+}
+
 // The members' order is that of their making: other threads use what stands before them.
 class LiveRun {
  public:
@@ -212,7 +159,7 @@ class LiveRun {
       : options_(options),
         site_(ReadSite(options.sequence, std::chrono::system_clock::now())),
         capture_(options.input, RequestFor(options, site_), {}, events_),
-        output_(options, events_, capture_.FramesPerSecond()) {
+        output_(options, events_, RateOf(capture_)) {
     // A camera of another shape would fail in every frame.
     ScaledTo(site_.intrinsics, capture_.Layout().width_px, capture_.Layout().height_px);
     if (!options.record.empty()) {
@@ -220,34 +167,120 @@ class LiveRun {
       record.recording.folder = options.record;
       recorder_.emplace(site_, capture_.Layout(), record, events_);
     }
-    watch_.emplace(
-        options, signals_, capture_, events_, output_, recorder_ ? &*recorder_ : nullptr);
+    WatchTasks tasks;
+    tasks.write = [writer = EventWriter(output_, recorder_ ? &*recorder_ : nullptr)](
+                      Event event) mutable { writer.Write(std::move(event)); };
+    tasks.look = [this] {
+      LookAtSite();
+      return false;
+    };
+    tasks.end = [this] { output_.StopWaitingForReaders(); };
+    watch_.emplace(signals_, capture_, events_, options.duration_s, std::move(tasks));
   }
 
   void Run() {
-    const auto loaded = LoadSite(options_, capture_.Clock().Now(), ProgressOnStandardError());
-    if (!loaded->scene.from_store) Note(EventKind::kSite, "prepared");
-    CameraFrameTap tap = [this](const CameraFrame& frame) {
-      taken_ = frame.buffer.monotonic_time;
-      if (recorder_) recorder_->Offer(frame);
-    };
-    SequenceSession session(
-        loaded,
-        options_,
-        MakeLiveFrameSource(
-            loaded->sequence, capture_, events_, options_.camera_noise, std::move(tap)));
-    FrameLoop frames(options_, session, true);
     RunReport& report = output_.Report();
-    report.title = TitleOf(loaded->sequence);
-    report.settings = DescribeSettings(options_, *loaded, std::nullopt, session.Renderer());
-    Composite(session, frames);
-    End(frames);
-    SayHowItEnded(options_, report, loaded->sequence);
+    report.title = TitleOf(site_);
+    if (const std::unique_ptr<SequenceSession> session = Prepare()) {
+      FrameLoop frames(options_, *session, true);
+      report.settings =
+          DescribeSettings(options_, session->Loaded(), std::nullopt, session->Renderer());
+      Composite(*session, frames);
+      End(frames.Finish());
+    } else {
+      End({});
+    }
+    SayHowItEnded(options_, report, site_);
   }
 
  private:
+  // Ends a preparation whose result is no longer wanted.
+  struct NotWanted {};
+
   void Note(EventKind kind, std::string text) {
     events_.Add({capture_.Clock().Now(), kind, std::move(text)});
+  }
+
+  // A run goes on with what it has read.
+  void LookAtSite() {
+    std::error_code error;
+    const bool is_there = std::filesystem::exists(options_.sequence, error);
+    if (is_there == site_is_there_) return;
+    site_is_there_ = is_there;
+    Note(EventKind::kSite,
+         options_.sequence.string() +
+             (is_there ? ": is there again" : ": is gone; the run goes on with what it has read"));
+  }
+
+  // Loads the site, and prepares it where that was not done before, while pictures pass. None where
+  // the run is to end before: after the stage of the preparation that is going on.
+  std::unique_ptr<SequenceSession> Prepare() {
+    const SteadyClock::time_point start = SteadyClock::now();
+    std::jthread passing([this](const std::stop_token& is_ready) { PassPictures(is_ready); });
+    try {
+      const auto loaded =
+          LoadSite(options_,
+                   capture_.Clock().Now(),
+                   [this, show = ProgressOnStandardError()](std::string_view stage, double share) {
+                     if (no_more_pictures_) throw NotWanted();
+                     if (!is_preparing_.exchange(true)) {
+                       Note(EventKind::kPreparing,
+                            options_.sequence.string() + ": pictures pass as they come meanwhile");
+                     }
+                     show(stage, share);
+                   });
+      auto session = std::make_unique<SequenceSession>(
+          loaded,
+          options_,
+          MakeLiveFrameSource(loaded->sequence,
+                              capture_,
+                              events_,
+                              options_.camera_noise,
+                              [this](const CameraFrame& frame) {
+                                taken_ = frame.buffer.monotonic_time;
+                                if (recorder_) recorder_->Offer(frame);
+                              }));
+      passing.request_stop();
+      passing.join();
+      Note(EventKind::kPrepared,
+           fmt::format("{}: {} in {:.2f} s; {} pictures passed",
+                       options_.sequence.string(),
+                       loaded->scene.from_store ? "loaded from the cache" : "prepared",
+                       SecondsSince(start),
+                       passed_));
+      return session;
+    } catch (const NotWanted&) {
+      return nullptr;
+    } catch (...) {
+      capture_.Stop();  // Wakes the thread.
+      throw;
+    }
+  }
+
+  // Where the site is prepared, they are shown and recorded; not in the moment that it takes to
+  // load one that was prepared before, so that what is recorded is what is composited.
+  void PassPictures(const std::stop_token& is_ready) {
+    try {
+      const auto source = MakeLiveFrameSource(
+          site_, capture_, events_, options_.camera_noise, [this](const CameraFrame& frame) {
+            if (recorder_ && is_preparing_) recorder_->Offer(frame);
+          });
+      const PictureDisplay display(ResponseOf(options_, site_));
+      const bool are_shown = options_.video || !options_.picture_stream.empty();
+      while (!is_ready.stop_requested()) {
+        const auto frame = source->Next();
+        if (!frame) break;
+        ++passed_;
+        if (!*frame || !are_shown || !is_preparing_) continue;
+        const Frame& shown = **frame;
+        output_.AddPassed(shown.codes ? *shown.codes : display.Show(shown.radiance, shown.exposure),
+                          shown.time);
+      }
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+      Note(EventKind::kDisk, failure_);
+    }
+    no_more_pictures_ = !is_ready.stop_requested();
   }
 
   void Composite(SequenceSession& session, FrameLoop& frames) {
@@ -278,6 +311,7 @@ class LiveRun {
       if (!writing.Push(std::move(*finished))) break;
     }
     capture_.Stop();
+    output_.StopWaitingForReaders();
     try {
       writing.Finish();
     } catch (const std::exception& error) {
@@ -287,13 +321,14 @@ class LiveRun {
   }
 
   // Whatever has failed: what there is gets its name, and the report is written if that can be.
-  void End(FrameLoop& frames) {
+  void End(std::vector<std::string> notes) {
+    capture_.Stop();
     if (recorder_) recorder_->Close();
     RunReport& report = output_.Report();
     watch_->Finish(fmt::format("{} frames composited", report.totals.done));
     if (recorder_) Try([&] { recorder_->Finish(); });
     Try([&] { output_.Finish(); });
-    for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
+    std::ranges::move(notes, std::back_inserter(report.notes));
     Summarise(report);
     Try([&] { output_.WriteReport(); });
     if (!failure_.empty()) throw std::runtime_error(failure_);
@@ -309,10 +344,11 @@ class LiveRun {
 
   void Summarise(RunReport& report) const {
     report.notes.push_back(fmt::format(
-        "{} frames composited, {} failed, {} dropped as later ones were there, {} lost by the "
-        "driver",
+        "{} frames composited, {} failed, {} passed before the site was ready, {} dropped as later "
+        "ones were there, {} lost by the driver",
         report.totals.done,
         report.totals.failed,
+        passed_,
         events_.CountOf(EventKind::kFrameDropped),
         events_.CountOf(EventKind::kFrameLost)));
     const TimeStatistics& latency = report.totals.latency;
@@ -333,7 +369,11 @@ class LiveRun {
   CameraCapture capture_;
   RunOutput output_;
   std::optional<Recorder> recorder_;
-  std::optional<Watch> watch_;
+  bool site_is_there_ = true;
+  std::optional<CameraWatch> watch_;
+  std::atomic<bool> is_preparing_ = false;
+  std::atomic<bool> no_more_pictures_ = false;  // Before the site was ready.
+  std::int64_t passed_ = 0;                     // Pictures, until then.
   std::chrono::nanoseconds taken_{0};  // When the frame in work was, on the monotonic clock.
   std::string failure_;                // Why it ended early, one line; empty: it did not.
 };

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -36,8 +37,10 @@ std::byte Code(double value) {
 
 }  // namespace
 
-PictureStream::PictureStream(const std::string& target, double frames_per_second)
-    : target_(target), frames_per_second_(frames_per_second) {
+PictureStream::PictureStream(const std::string& target,
+                             double frames_per_second,
+                             std::stop_token stop)
+    : target_(target), frames_per_second_(frames_per_second), stop_(std::move(stop)) {
   if (target.starts_with(kY4m)) {
     out_ = OpenForWriting(target.substr(std::strlen(kY4m)));
   } else if (target.starts_with(kDevice)) {
@@ -63,7 +66,7 @@ void PictureStream::Begin(const Rgb8Image& first) {
                     width_,
                     height_,
                     std::lround(1000.0 * frames_per_second_));
-    WriteAll(out_, std::as_bytes(std::span(header)), target_);
+    WriteAll(out_, std::as_bytes(std::span(header)), target_, stop_);
     return;
   }
   if (width_ % 2 != 0) {
@@ -124,7 +127,7 @@ void PictureStream::Write(const Rgb8Image& picture) {
       planes[2 * pixels + i] = Code(128.0 + yuv.v);
     }
   }
-  WriteAll(out_, buffer_, target_);
+  WriteAll(out_, buffer_, target_, stop_);
 }
 
 }  // namespace pleinair

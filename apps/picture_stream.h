@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -16,10 +17,12 @@ namespace pleinair {
 class PictureStream {
  public:
   // Throws std::runtime_error, one line with the target: it cannot be opened, or is no such name.
-  explicit PictureStream(const std::string& target, double frames_per_second = 30.0);
+  explicit PictureStream(const std::string& target,
+                         double frames_per_second = 30.0,
+                         std::stop_token stop = {});
 
-  // Waits for the reader. Throws std::runtime_error: the reader is gone, or a picture of another
-  // size than the first.
+  // Waits for the reader; once `stop` is requested, for a second. Throws std::runtime_error: the
+  // reader is gone or does not read, or a picture of another size than the first.
   void Write(const Rgb8Image& picture);
 
  private:
@@ -27,6 +30,7 @@ class PictureStream {
 
   std::string target_;
   double frames_per_second_;
+  std::stop_token stop_;
   bool is_device_ = false;
   Descriptor out_;
   int width_ = 0;

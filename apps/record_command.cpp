@@ -2,16 +2,17 @@
 
 #include <unistd.h>
 
-#include <atomic>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <stdexcept>
 #include <string>
-#include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/camera_watch.h"
 #include "apps/stop_signals.h"
 #include "datasets/camera/camera_capture.h"
 #include "datasets/sequence.h"
@@ -19,10 +20,8 @@
 namespace pleinair {
 namespace {
 
-using std::chrono::milliseconds;
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr milliseconds kTick{200};
 constexpr std::chrono::seconds kTerminalProgress{1};
 constexpr std::chrono::seconds kLoggedProgress{10};
 
@@ -50,49 +49,17 @@ std::string ProgressText(const RecorderStatus& status, const EventLog& events, d
       SizeText(status.free_bytes));
 }
 
-// What goes on beside the pictures: progress, events, and reasons to end.
-class Watch {
+// A line that replaces itself on a terminal, and is logged now and then elsewhere.
+class ProgressLine {
  public:
-  Watch(const RecordCommandOptions& options,
-        StopSignals& signals,
-        CameraCapture& capture,
-        Recorder& recorder,
-        EventLog& events)
-      : options_(options),
-        signals_(signals),
-        capture_(capture),
-        recorder_(recorder),
-        events_(events),
-        thread_([this] { Run(); }) {}
-  ~Watch() {
-    is_over_ = true;
-    thread_.join();
+  ~ProgressLine() {
     if (is_terminal_) std::fputs("\r\033[K", stderr);
   }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
 
- private:
-  void Run() {
-    while (!is_over_) {
-      const bool is_stop_requested = signals_.Wait(kTick);
-      recorder_.AddEvents(events_.Take(capture_.Clock().Now()));
-      const RecorderStatus status = recorder_.Status();
-      // Goes on: a second signal ends the process.
-      if (is_stop_requested || !status.stopped.empty() || IsTimeUp()) capture_.Stop();
-      ShowProgress(status);
-    }
-  }
-
-  // The pictures themselves end a recording in time; without any, a second later.
-  bool IsTimeUp() const {
-    return options_.duration_s && SecondsSince(started_) > *options_.duration_s + 1.0;
-  }
-
-  void ShowProgress(const RecorderStatus& status) {
+  void Show(const RecorderStatus& status, const EventLog& events) {
     if (SteadyClock::now() - shown_ < (is_terminal_ ? kTerminalProgress : kLoggedProgress)) return;
     shown_ = SteadyClock::now();
-    const std::string text = ProgressText(status, events_, SecondsSince(started_));
+    const std::string text = ProgressText(status, events, SecondsSince(started_));
     if (is_terminal_) {
       std::fprintf(stderr, "\r\033[K%s", text.c_str());
       std::fflush(stderr);
@@ -101,16 +68,10 @@ class Watch {
     }
   }
 
-  const RecordCommandOptions& options_;
-  StopSignals& signals_;
-  CameraCapture& capture_;
-  Recorder& recorder_;
-  EventLog& events_;
+ private:
   const SteadyClock::time_point started_ = SteadyClock::now();
   SteadyClock::time_point shown_ = started_;
   const bool is_terminal_ = isatty(STDERR_FILENO) == 1;
-  std::atomic<bool> is_over_ = false;
-  std::thread thread_;
 };
 
 void Record(const RecordCommandOptions& options, CameraCapture& capture, Recorder& recorder) {
@@ -186,17 +147,24 @@ int RunRecordCommand(const RecordCommandOptions& options) {
   recorder_options.recording.expected_pictures = ExpectedPictures(options, capture);
   Recorder recorder(site, capture.Layout(), recorder_options, events);
   const SteadyClock::time_point started = SteadyClock::now();
+  double seconds = 0.0;
   {
-    const Watch watch(options, signals, capture, recorder, events);
+    ProgressLine progress;
+    WatchTasks tasks;
+    tasks.write = [&](Event event) { recorder.AddEvents({std::move(event)}); };
+    tasks.look = [&] {
+      const RecorderStatus status = recorder.Status();
+      progress.Show(status, events);
+      return !status.stopped.empty();
+    };
+    CameraWatch watch(signals, capture, events, options.duration_s, std::move(tasks));
+    watch.StartTime();
     Record(options, capture, recorder);
     capture.Stop();
+    seconds = SecondsSince(started);
+    recorder.Close();
+    watch.Finish(fmt::format("{} pictures recorded", recorder.Status().written));
   }
-  const double seconds = SecondsSince(started);
-  recorder.Close();
-  events.Add({capture.Clock().Now(),
-              EventKind::kEnded,
-              fmt::format("{} pictures recorded", recorder.Status().written)});
-  recorder.AddEvents(events.TakeAll());
   recorder.Finish();
   const RecorderStatus status = recorder.Status();
   spdlog::info(

@@ -76,20 +76,29 @@ WrittenPictures WrittenNamed(const std::string& text) {
   throw std::invalid_argument("--pictures: expected all, shown or none, found '" + text + "'");
 }
 
+double ParseVideoRate(const std::string& text) {
+  double rate = 0.0;
+  if (CLI::detail::lexical_cast(text, rate) && rate >= 0.1 && rate <= 240.0) return rate;
+  throw std::invalid_argument("--video: expected frames a second from 0.1 to 240, found '" + text +
+                              "'");
+}
+
 void AddOutput(CLI::App& run, RunCommandOptions& options) {
   run.add_option("--out", options.out, "folder for the results (default: pleinair-out)")
       ->type_name("FOLDER")
       ->default_str("")
       ->group(kOutput);
-  CLI::Option* video = run.add_flag("--video{10}",
-                                    options.video_frames_per_second,
-                                    "composite.mp4 as well; --video=RATE at so many frames a "
-                                    "second (0.1 to 240; default: 10)");
-  video->check(CLI::Range(0.1, 240.0).description(""))
+  run.add_flag("--video{auto}")
+      ->description(
+          "composite.mp4 as well; --video=RATE at so many frames a second (0.1 to 240; default: a "
+          "camera's own, else 10)")
+      ->each([&options](const std::string& rate) {
+        options.video = true;
+        if (rate != "auto") options.video_frames_per_second = ParseVideoRate(rate);
+      })
       ->type_name("")
       ->default_str("")
       ->group(kOutput);
-  video->each([&options](const std::string&) { options.video = true; });
   run.add_flag("--write-environment",
                options.write_environment,
                "the light around the objects as lat-long EXRs, with and without the sun")

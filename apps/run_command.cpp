@@ -101,12 +101,25 @@ void AddTruth(const Sequence& sequence,
 }
 
 void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
-  const auto refuse = [](const std::string& option) {
-    throw std::invalid_argument(option + ": expected a camera, found recorded frames");
-  };
-  if (!options.record.empty()) refuse("--record");
-  if (options.duration_s) refuse("--duration");
-  if (options.input.empty()) return;
+  const CameraRequest& camera = options.camera;
+  const std::pair<bool, const char*> of_cameras[] = {
+      {!options.record.empty(), "--record"},
+      {options.duration_s.has_value(), "--duration"},
+      {camera.format.has_value(), "--format"},
+      {camera.width_px.has_value(), "--size"},
+      {camera.frames_per_second.has_value(), "--rate"},
+      {camera.exposure_s.has_value(), "--exposure"},
+      {camera.gain.has_value(), "--gain"},
+      {camera.white_balance_k.has_value(), "--white-balance"},
+      {camera.automatic, "--auto"}};
+  for (const auto& [is_given, option] : of_cameras) {
+    if (!is_given) continue;
+    throw std::invalid_argument(std::string(option) + ": expected a camera, found recorded frames");
+  }
+  if (options.input.empty()) {
+    RefuseTimes(options.times, "a sequence, which states its own");
+    return;
+  }
   const auto refuse_at_site = [](const std::string& option) {
     throw std::invalid_argument(option +
                                 ": expected a recorded sequence, found a video or pictures");
@@ -162,6 +175,14 @@ void RunRecorded(const RunCommandOptions& options) {
 }
 
 }  // namespace
+
+void RefuseTimes(const PictureTimes& times, const std::string& found) {
+  if (!times.start && !times.interval && times.utc_offset.empty()) return;
+  throw std::invalid_argument(std::string(times.start      ? "--start-time"
+                                          : times.interval ? "--every"
+                                                           : "--time-zone") +
+                              ": expected a video or a folder of pictures, found " + found);
+}
 
 void RunPrepareCommand(const PrepareCommandOptions& options) {
   if (options.maps) RequireApart(*options.maps, options.sequence);

@@ -40,9 +40,12 @@ struct RunCommandOptions : SessionOptions {
   std::optional<WrittenPictures> written;  // None: all; of a camera's frames those that are shown.
   bool stop_on_bad_frame = false;
   bool video = false;
+  std::optional<double> video_frames_per_second;  // None: a camera's own, or 10.
   bool write_environment = false;
-  double video_frames_per_second = 10.0;
 };
+
+// Throws std::invalid_argument where times of pictures are given: `found` is none that needs them.
+void RefuseTimes(const PictureTimes& times, const std::string& found);
 
 // Throw std::runtime_error or std::invalid_argument, one line. Progress goes to the log.
 void RunPrepareCommand(const PrepareCommandOptions& options);

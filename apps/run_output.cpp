@@ -23,7 +23,9 @@ ReportFrame FailedFrame(const FrameError& error) {
 
 }  // namespace
 
-RunOutput::RunOutput(const RunCommandOptions& options, EventLog& events, double frames_per_second)
+RunOutput::RunOutput(const RunCommandOptions& options,
+                     EventLog& events,
+                     std::optional<double> camera_rate)
     : options_(options),
       events_(events),
       folder_(options.out),
@@ -34,10 +36,18 @@ RunOutput::RunOutput(const RunCommandOptions& options, EventLog& events, double 
                  folder_.TakenOverFrom());
   }
   if (options.video) {
-    video_.emplace(options.out / "composite.mp4", options.video_frames_per_second);
+    constexpr double kUsualRate = 10.0;
+    video_.emplace(options.out / "composite.mp4",
+                   options.video_frames_per_second.value_or(camera_rate.value_or(kUsualRate)));
   }
-  if (!options.picture_stream.empty()) pictures_.emplace(options.picture_stream, frames_per_second);
-  if (!options.lighting_stream.empty()) lines_.emplace(options.lighting_stream);
+  if (!options.picture_stream.empty()) {
+    constexpr double kUsualRate = 30.0;
+    pictures_.emplace(
+        options.picture_stream, camera_rate.value_or(kUsualRate), end_of_readers_.get_token());
+  }
+  if (!options.lighting_stream.empty()) {
+    lines_.emplace(options.lighting_stream, end_of_readers_.get_token());
+  }
 }
 
 template <typename Stream, typename Item>
@@ -62,6 +72,11 @@ void RunOutput::Add(FinishedFrame frame) {
   folder_.AddPlan(line);
   WriteTo(lines_, line, error.time);
   report_.Add(FailedFrame(error));
+}
+
+void RunOutput::AddPassed(const Rgb8Image& picture, UtcTime time) {
+  WriteTo(pictures_, picture, time);
+  if (video_) video_->Add(picture);
 }
 
 void RunOutput::AddDone(FinishedFrame finished) {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -18,16 +19,22 @@
 
 namespace pleinair {
 
-// One thread, but for AddEvent, which may be called from another one. A stream whose reader is
-// gone is closed, with an event; the run goes on.
+// One thread, but for AddEvent, which may be called from another one, and StopWaitingForReaders. A
+// stream whose reader is gone is closed, with an event; the run goes on.
 class RunOutput {
  public:
   // Locks and clears the folder. Throws as RunFolder. `events` outlives it.
-  // `frames_per_second`: of streams.
-  RunOutput(const RunCommandOptions& options, EventLog& events, double frames_per_second = 30.0);
+  // `camera_rate`: frames a second, where a camera states it.
+  RunOutput(const RunCommandOptions& options,
+            EventLog& events,
+            std::optional<double> camera_rate = std::nullopt);
 
   void Add(FinishedFrame frame);
+  // A picture that is not composited, as it came: to the streams and the video alone.
+  void AddPassed(const Rgb8Image& picture, UtcTime time);
   void AddEvent(Event event);
+  // From any thread: a stream whose reader does not read is closed after a second.
+  void StopWaitingForReaders() { end_of_readers_.request_stop(); }
   RunReport& Report() { return report_; }
 
   // What has the run's names once it is complete.
@@ -44,6 +51,7 @@ class RunOutput {
   EventLog& events_;
   RunFolder folder_;
   FrameWriter writer_;
+  std::stop_source end_of_readers_;
   std::optional<VideoFile> video_;
   std::optional<PictureStream> pictures_;
   std::optional<LineStream> lines_;

@@ -21,6 +21,8 @@ bool IsSummed(EventKind kind) {
 
 std::string_view NameOf(EventKind kind) {
   constexpr std::array<std::string_view, kEventKinds> kNames = {"started",
+                                                                "preparing",
+                                                                "prepared",
                                                                 "control",
                                                                 "clock",
                                                                 "frame-dropped",

@@ -15,6 +15,8 @@ namespace pleinair {
 
 enum class EventKind {
   kStarted,
+  kPreparing,     // The site: pictures pass as they came.
+  kPrepared,      // The site: pictures are composited from now on.
   kControl,       // Refused, clamped or missing.
   kClock,         // Stepped, or not synchronised.
   kFrameDropped,  // Older than what the consumer wanted.
@@ -26,7 +28,7 @@ enum class EventKind {
   kFormatChanged,
   kReconnected,
   kDisk,
-  kSite,    // Prepared, changed or gone.
+  kSite,    // Gone, or there again.
   kOutput,  // A place that the picture goes to has failed.
   kEnded,
 };

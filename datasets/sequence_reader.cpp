@@ -1,130 +1,21 @@
 // sequence.json in: every key checked for presence, type and range.
 #include <array>
-#include <cmath>
-#include <fstream>
 #include <functional>
-#include <limits>
 #include <map>
-#include <set>
 #include <stdexcept>
-
-#include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 
 #include "calib/json_cursor.h"
 #include "datasets/fisheye_setup.h"
+#include "datasets/internal/frame_entries.h"
 #include "datasets/internal/json_vectors.h"
+#include "datasets/internal/sequence_file.h"
 #include "datasets/internal/sequence_folder.h"
+#include "datasets/internal/sequence_values.h"
 #include "datasets/sequence.h"
-#include "scene/image_io.h"
 #include "sunmodel/angles.h"
-#include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {
-
-constexpr std::size_t kAnyCount = static_cast<std::size_t>(-1);
-constexpr int kMaxImageSidePx = 65536;
-// Poses are written with six digits or more.
-constexpr double kRigidTolerance = 1e-5;
-
-glm::dvec2 ReadVector2(const JsonCursor& at) {
-  const auto entries = at.List(2, 2);
-  return {entries[0].Number(), entries[1].Number()};
-}
-
-// Row-major in the file, columns in glm.
-glm::dmat4 ReadAffine(const JsonCursor& at) {
-  glm::dmat4 matrix(1.0);
-  const auto rows = at.List(4, 4);
-  for (int row = 0; row < 4; ++row) {
-    const auto entries = rows[row].List(4, 4);
-    for (int column = 0; column < 4; ++column) matrix[column][row] = entries[column].Number();
-    if (row == 3 && glm::dvec4(matrix[0][3], matrix[1][3], matrix[2][3], matrix[3][3]) !=
-                        glm::dvec4(0.0, 0.0, 0.0, 1.0)) {
-      rows[row].Fail("the row 0, 0, 0, 1");
-    }
-  }
-  return matrix;
-}
-
-glm::dmat4 ReadRigid(const JsonCursor& at) {
-  const glm::dmat4 matrix = ReadAffine(at);
-  const glm::dmat3 rotation(matrix);
-  const glm::dmat3 product = glm::transpose(rotation) * rotation;
-  double deviation = 0.0;
-  for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) {
-      deviation = std::max(deviation, std::abs(product[c][r] - (c == r ? 1.0 : 0.0)));
-    }
-  }
-  if (!(deviation <= kRigidTolerance)) at.Fail("a rigid transform (rotation and translation)");
-  if (!(glm::determinant(rotation) > 0.0)) at.Fail("a rotation, not a mirror image");
-  return matrix;
-}
-
-glm::dmat4 ReadInvertible(const JsonCursor& at) {
-  const glm::dmat4 matrix = ReadAffine(at);
-  const glm::dmat3 linear(matrix);
-  // Relative to the volume that the columns' lengths would span: scale does not matter.
-  const double volume = glm::length(linear[0]) * glm::length(linear[1]) * glm::length(linear[2]);
-  if (!(std::abs(glm::determinant(linear)) > 1e-9 * volume)) at.Fail("an invertible transform");
-  return matrix;
-}
-
-UtcTime ReadTime(const JsonCursor& at) {
-  try {
-    return ParseUtcTime(at.Text());
-  } catch (const std::invalid_argument&) {
-    at.Fail("a UTC time such as 2005-06-21T09:50:00.25Z");
-  }
-}
-
-std::vector<std::string> ReadTexts(const JsonCursor& at) {
-  std::vector<std::string> texts;
-  for (const JsonCursor& entry : at.List(0, kAnyCount)) texts.push_back(entry.Text());
-  return texts;
-}
-
-template <typename Read>
-auto ReadOptional(const JsonCursor& at, std::string_view key, const Read& read)
-    -> std::optional<decltype(read(at))> {
-  const auto found = at.Optional(key);
-  if (!found) return std::nullopt;
-  return read(*found);
-}
-
-// Bounds of what floats hold with room to spare, so that no product of these over- or underflows.
-double ReadExposure(const JsonCursor& at) { return at.NumberIn(1e-30, 1e30); }
-double ReadCameraSetting(const JsonCursor& at) { return at.NumberIn(1e-9, 1e9); }
-
-CameraIntrinsics ReadIntrinsics(const JsonCursor& at) {
-  at.CheckKeys({"width",
-                "height",
-                "fx",
-                "fy",
-                "cx",
-                "cy",
-                "distortion",
-                "distortion_model",
-                "pixel_centers",
-                "camera_from_world"});
-  CameraIntrinsics camera;
-  camera.width_px = at.Required("width").IntegerIn(1, kMaxImageSidePx);
-  camera.height_px = at.Required("height").IntegerIn(1, kMaxImageSidePx);
-  camera.fx_px = at.Required("fx").PositiveNumber();
-  camera.fy_px = at.Required("fy").PositiveNumber();
-  camera.cx_px = at.Required("cx").NumberIn(-1e6, 1e6);
-  camera.cy_px = at.Required("cy").NumberIn(-1e6, 1e6);
-  if (const auto distortion = at.Optional("distortion")) {
-    const auto coefficients = distortion->List(5, 5);
-    for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = coefficients[i].Number();
-  }
-  if (const auto model = at.Optional("distortion_model")) model->OneOf({"opencv"});
-  if (const auto centers = at.Optional("pixel_centers")) centers->OneOf({"integer"});
-  return camera;
-}
 
 class SequenceReader {
  public:
@@ -217,20 +108,8 @@ class SequenceReader {
     return std::filesystem::canonical(folder_, error).filename().string();
   }
 
-  std::filesystem::path PathInside(const JsonCursor& at) const {
-    const std::string text = at.Text();
-    const auto inside = ResolveInside(folder_, text);
-    if (!inside) at.Fail(inside.error());
-    return std::filesystem::path(text).lexically_normal();
-  }
-
   std::filesystem::path ExistingFile(const JsonCursor& at) const {
-    std::filesystem::path path = PathInside(at);
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(folder_ / path, error)) {
-      at.Fail("the path of an existing file");
-    }
-    return path;
+    return ReadExistingFile(at, folder_);
   }
 
   void ReadSite(const JsonCursor& at) {
@@ -379,120 +258,11 @@ class SequenceReader {
     }
   }
 
-  static Weather ReadWeather(const JsonCursor& at) {
-    return WeatherNamed(at.OneOf({"overcast", "broken", "clear"})).value();
-  }
-
-  static SamplePolygon ReadSamplePolygon(const JsonCursor& at) {
-    at.CheckKeys({"material", "group", "sun", "polygon_px"});
-    SamplePolygon polygon;
-    polygon.material = at.Required("material").Text();
-    polygon.group = at.Required("group").Text();
-    polygon.sun = JudgedSunNamed(at.Required("sun").OneOf({"lit", "shaded", "grazing"})).value();
-    for (const JsonCursor& corner : at.Required("polygon_px").List(3, kAnyCount)) {
-      polygon.polygon_px.push_back(ReadVector2(corner));
-    }
-    return polygon;
-  }
-
-  RawImageEntry ReadRaw(const JsonCursor& at) const {
-    at.CheckKeys(
-        {"image", "format", "stride_bytes", "black_level", "white_level", "white_balance_rgb"});
-    RawImageEntry raw;
-    raw.image = PathInside(at.Required("image"));
-    const JsonCursor format = at.Required("format");
-    const std::optional<PixelFormat> named = PixelFormatNamed(format.Text());
-    if (!named || named->coding != PixelCoding::kBayer) format.Fail("a Bayer format: SRGGB10");
-    raw.format = *named;
-    raw.stride_bytes = at.Required("stride_bytes").IntegerIn(1, 4 * kMaxImageSidePx);
-    raw.development.black_level = at.Required("black_level").Number();
-    raw.development.white_level = at.Required("white_level").Number();
-    raw.development.white_balance_rgb = ReadVector3(at.Required("white_balance_rgb"));
-    try {
-      raw.development.Validate();
-    } catch (const std::invalid_argument& error) {
-      throw JsonError(sequence_.file.string() + ": " + at.Path() + ": " + error.what());
-    }
-    return raw;
-  }
-
-  FrameEntry ReadFrame(const JsonCursor& at) const {
-    at.CheckKeys({"image",
-                  "image_ldr",
-                  "video_frame",
-                  "raw",
-                  "fisheye",
-                  "time_utc",
-                  "exposure",
-                  "exposure_s",
-                  "iso",
-                  "f_number",
-                  "camera_from_world",
-                  "sun_direction_enu",
-                  "weather",
-                  "sample_polygons"});
-    const auto path_inside = [this](const JsonCursor& path) { return PathInside(path); };
-    FrameEntry entry;
-    entry.image = ReadOptional(at, "image", path_inside);
-    entry.image_ldr = ReadOptional(at, "image_ldr", path_inside);
-    if (const auto frame = at.Optional("video_frame")) {
-      if (!entry.image_ldr) frame->Fail("a video under `image_ldr`");
-      entry.video_frame = frame->IntegerIn(0, std::numeric_limits<int>::max());
-    }
-    if (const auto raw = at.Optional("raw")) {
-      if (entry.image || entry.image_ldr) raw->Fail("no `image` or `image_ldr` beside it");
-      entry.raw = ReadRaw(*raw);
-    }
-    if (!entry.image && !entry.image_ldr && !entry.raw) {
-      at.Fail("an object with `image`, `image_ldr` or `raw`");
-    }
-    entry.fisheye = ReadOptional(at, "fisheye", path_inside);
-    if (entry.fisheye && !sequence_.fisheye) {
-      at.Required("fisheye").Fail("a fish-eye image only where the sequence has `fisheye`");
-    }
-    entry.time = ReadTime(at.Required("time_utc"));
-    entry.exposure = ReadOptional(at, "exposure", ReadExposure);
-    entry.exposure_s = ReadOptional(at, "exposure_s", ReadCameraSetting);
-    entry.iso = ReadOptional(at, "iso", ReadCameraSetting);
-    entry.f_number = ReadOptional(at, "f_number", ReadCameraSetting);
-    entry.camera_from_world = ReadOptional(at, "camera_from_world", ReadRigid);
-    if (!entry.camera_from_world && !sequence_.camera_from_world &&
-        poses_ == SequencePoses::kRequired) {
-      at.FailMissing("camera_from_world",
-                     "the frame's pose (or camera.camera_from_world, or --markers)");
-    }
-    entry.sun_direction_enu = ReadOptional(at, "sun_direction_enu", ReadDirection);
-    entry.weather = ReadOptional(at, "weather", ReadWeather);
-    if (const auto polygons = at.Optional("sample_polygons")) {
-      for (const JsonCursor& polygon : polygons->List(0, kAnyCount)) {
-        entry.sample_polygons.push_back(ReadSamplePolygon(polygon));
-      }
-    }
-    return entry;
-  }
-
   void ReadFrames(const JsonCursor& root) {
-    const JsonCursor at = root.Required("frames");
-    if (at.Value().is_string()) return ReadFrameLines(at);
-    for (const JsonCursor& entry : at.List(1, kAnyCount)) {
-      sequence_.frames.push_back(ReadFrame(entry));
-    }
-  }
-
-  void ReadFrameLines(const JsonCursor& at) {
-    const std::filesystem::path file = folder_ / ExistingFile(at);
-    std::ifstream lines(file, std::ios::binary);
-    std::string line;
-    // The end of the file ends no line.
-    for (int number = 1; std::getline(lines, line) && !lines.eof(); ++number) {
-      const std::string label = file.string() + ":" + std::to_string(number);
-      const nlohmann::json entry = ParseJson(line, label);
-      sequence_.frames.push_back(ReadFrame(JsonCursor(entry, label)));
-    }
-    if (lines.bad() || !lines.eof()) throw JsonError(file.string() + ": cannot be read");
-    if (sequence_.frames.empty())
-      throw JsonError(file.string() +
-                      ": expected a frame a line, found none: no picture was recorded");
+    const bool need_pose = !sequence_.camera_from_world && poses_ == SequencePoses::kRequired;
+    sequence_.frames =
+        ReadFrameEntries(root.Required("frames"),
+                         {folder_, sequence_.file, sequence_.fisheye.has_value(), need_pose});
   }
 
   // A fish-eye camera and a survey map may show the sun; a photograph does not.
@@ -518,75 +288,6 @@ class SequenceReader {
 };
 
 namespace fs = std::filesystem;
-
-bool LooksLikeFrames(const fs::path& file) {
-  const std::string content = DescribeContent(file);
-  return content.find("picture") != std::string::npos || content.ends_with("video");
-}
-
-// The first file of a folder that is a picture or a video, by name; empty where there is none.
-fs::path PictureIn(const fs::path& folder) {
-  constexpr int kFilesLookedAt = 1000;
-  std::set<fs::path> files;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    if (entry.is_regular_file(error) && entry.file_size(error) > 0) files.insert(entry.path());
-    if (files.size() == kFilesLookedAt) break;
-  }
-  for (const fs::path& file : files) {
-    if (LooksLikeFrames(file)) return file;
-  }
-  return {};
-}
-
-// `folder`/sequence.json. Throws, with what to do, where somebody has given something else.
-fs::path SequenceFileIn(const fs::path& folder) {
-  static const std::string kWhatItIs =
-      "a sequence is a folder with frames and a sequence.json that names camera, mesh and each "
-      "frame's time (see docs/sequences.md)";
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    const std::string expected = folder.string() + ": expected a sequence's folder, found ";
-    if (!fs::is_regular_file(folder, error) || fs::file_size(folder, error) == 0) {
-      throw JsonError(expected + (fs::exists(folder, error) ? "something else" : "nothing"));
-    }
-    const std::string content = DescribeContent(folder);
-    if (content.ends_with("video")) {
-      throw JsonError(expected + content + ": " + kWhatItIs +
-                      "; `ffmpeg -i VIDEO frames/%06d.png` takes frames out of a video");
-    }
-    if (folder.filename() == "sequence.json") throw JsonError(expected + "the file in it");
-    throw JsonError(expected + content + ": " + kWhatItIs);
-  }
-  fs::path file = folder / "sequence.json";
-  if (!fs::exists(file, error)) {
-    for (const char* still : {"panorama.json", "relight.json"}) {
-      if (!fs::exists(folder / still, error)) continue;
-      throw JsonError((folder / still).string() +
-                      ": expected a sequence (sequence.json), found a still, which this version "
-                      "does not handle");
-    }
-    if (const fs::path picture = PictureIn(folder); !picture.empty()) {
-      throw JsonError(file.string() + ": expected a JSON file, found nothing but files such as " +
-                      picture.filename().string() + " (" + DescribeContent(picture) +
-                      "): " + kWhatItIs);
-    }
-  }
-  if (!ResolveInside(folder, "sequence.json")) {
-    throw JsonError(file.string() + ": expected a file inside the sequence's folder");
-  }
-  return file;
-}
-
-void CheckFormat(const JsonCursor& root) {
-  if (!root.Value().is_object()) root.Fail("an object");
-  const auto format = root.Optional("format");
-  if (!format) return;
-  if (format->Value() == "pleinair-panorama" || format->Value() == "pleinair-relight") {
-    format->Fail("\"pleinair-sequence\" (stills are not handled by this version)");
-  }
-  format->OneOf({"pleinair-sequence", "pleinair-site"});
-}
 
 Sequence ReadWith(const fs::path& file, const std::function<Sequence(const JsonCursor&)>& read) {
   const nlohmann::json document = LoadJson(file);

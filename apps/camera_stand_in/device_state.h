@@ -12,7 +12,7 @@ namespace pleinair::stand_in {
 
 // The environment variable with the path of the shared block.
 inline constexpr const char* kStateVariable = "PLEINAIR_CAMERA_STAND_IN";
-inline constexpr std::uint64_t kStateMagic = 0x31306e6969616c70;  // Changes with the layout.
+inline constexpr std::uint64_t kStateMagic = 0x32306e6969616c70;  // Changes with the layout.
 
 inline constexpr std::int64_t kSecondNs = 1'000'000'000;
 
@@ -104,6 +104,7 @@ struct DeviceState {
   std::uint32_t ycbcr_encoding = 0;  // V4L2's numbers.
   std::uint32_t quantization = 0;
   int control_delay = 2;
+  bool is_multi_planar = false;  // Of one plane of memory.
 
   // The device.
   int number = 90;

@@ -56,6 +56,7 @@ struct Options {
   std::string faults;
   int number = 90;
   int control_delay = 2;
+  bool is_multi_planar = false;
   std::uint32_t ycbcr_encoding = V4L2_YCBCR_ENC_601;
   std::uint32_t quantization = V4L2_QUANTIZATION_LIM_RANGE;
 };
@@ -189,6 +190,7 @@ void SetUp(const Options& options, DeviceState& state) {
   state.ycbcr_encoding = options.ycbcr_encoding;
   state.quantization = options.quantization;
   state.control_delay = options.control_delay;
+  state.is_multi_planar = options.is_multi_planar;
   ResetControls(state);
   state.priority = V4L2_PRIORITY_DEFAULT;
   std::copy(faults.begin(), faults.end(), state.faults.begin());
@@ -272,6 +274,7 @@ void AddOptions(CLI::App& app, Options& options) {
                  options.control_delay,
                  "Frames from the last one captured when a control is set to the first that has it")
       ->check(CLI::Range(1, kMaxControlDelay));
+  app.add_flag("--multi-planar", options.is_multi_planar, "Multi-planar buffers, of one plane");
   app.add_option("--ycbcr", options.ycbcr_encoding, "Matrix of YUYV and NV12: BT.")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, std::uint32_t>{{"601", V4L2_YCBCR_ENC_601},

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,6 +19,16 @@ namespace {
 void RequirePositive(const char* name, std::optional<double> value) {
   if (!value || (*value > 0.0 && std::isfinite(*value))) return;
   throw std::invalid_argument(fmt::format("{}: expected a number above 0, found {}", name, *value));
+}
+
+constexpr const char* kDevicePrefix = "/dev/video";
+
+// Where a link leads; any other name is itself.
+std::string WithoutLink(const std::string& name) {
+  std::error_code error;
+  const std::filesystem::path target = std::filesystem::read_symlink(name, error);
+  if (error) return name;
+  return (std::filesystem::path(name).parent_path() / target).lexically_normal().string();
 }
 
 }  // namespace
@@ -62,13 +74,14 @@ CameraList ListCameras() {
 }
 
 bool IsCameraName(const std::string& name) {
-  return name.starts_with("/dev/video") || name.starts_with(kLibcameraPrefix);
+  return name.starts_with(kLibcameraPrefix) || name.starts_with("/dev/v4l/") ||
+         WithoutLink(name).starts_with(kDevicePrefix);
 }
 
 std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request) {
   request.Validate();
   return device.starts_with(kLibcameraPrefix) ? OpenLibcameraCamera(device, request)
-                                              : OpenV4l2Camera(device, request);
+                                              : OpenV4l2Camera(WithoutLink(device), request);
 }
 
 std::optional<std::string> FindCamera(const std::string& identity) {

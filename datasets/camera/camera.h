@@ -1,6 +1,7 @@
 // Cameras: what they offer, and their pictures one by one as their drivers give them.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -55,6 +56,8 @@ struct CameraRequest {
   std::optional<double> exposure_s;
   std::optional<double> gain;  // In the driver's unit.
   std::optional<double> white_balance_k;
+  // Of red and blue against green, as CameraSettings has them: for libcamera.
+  std::optional<std::array<double, 2>> colour_gains;
   // What CapturedExposure's gain counts from with V4L2, in the driver's unit. None: the gain at
   // which the camera is locked, or which an automatic one has when it is opened.
   std::optional<double> reference_gain;
@@ -81,6 +84,8 @@ struct CameraSettings {
   std::optional<double> exposure_s;
   std::optional<double> gain;  // In the driver's unit; of an automatic camera the reference.
   std::optional<double> white_balance_k;
+  std::optional<std::array<double, 2>>
+      colour_gains;  // Of red and blue: where there are no kelvins.
 };
 
 // ISO 100 stands for gain 1.
@@ -135,7 +140,8 @@ struct CameraList {
 // All that can be opened now. A camera that another program holds is listed, too.
 CameraList ListCameras();
 
-// Whether `name` has the form of a camera's name: it may not be there.
+// Whether `name` has the form of a camera's name: "/dev/videoN", a link to one such as udev makes
+// in /dev/v4l/by-id and /dev/v4l/by-path, "libcamera:ID". It may not be there.
 bool IsCameraName(const std::string& name);
 
 // Throws std::runtime_error, one line with the device and what was expected; std::invalid_argument

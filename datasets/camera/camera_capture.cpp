@@ -138,7 +138,7 @@ void CameraCapture::NoteStall(milliseconds waited) {
 
 void CameraCapture::KeepSettings() {
   const CameraSettings found = stream_->Settings();
-  const auto keep = [](const std::optional<double>& value, std::optional<double>& asked) {
+  const auto keep = [](const auto& value, auto& asked) {
     if (!asked) asked = value;
   };
   keep(found.gain, request_.reference_gain);
@@ -146,6 +146,7 @@ void CameraCapture::KeepSettings() {
   keep(found.exposure_s, request_.exposure_s);
   keep(found.gain, request_.gain);
   keep(found.white_balance_k, request_.white_balance_k);
+  keep(found.colour_gains, request_.colour_gains);
 }
 
 void CameraCapture::Reconnect() {

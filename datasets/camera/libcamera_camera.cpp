@@ -311,6 +311,7 @@ class LibcameraStream final : public CameraStream {
   const PictureLayout& Layout() const override { return layout_; }
   double FramesPerSecond() const override { return frames_per_second_; }
   const std::string& Identity() const override { return device_; }
+  CameraSettings Settings() const override { return lock_->Settings(); }
   std::vector<std::string> TakeNotes() override { return lock_->TakeNotes(); }
 
  private:

@@ -65,13 +65,12 @@ YuvCoding YuvCodingOf(const v4l2_pix_format& pix) {
   return coding;
 }
 
-v4l2_format FormatOf(const PixelFormat& pixels, int width_px, int height_px) {
-  v4l2_format format{};
-  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  format.fmt.pix.width = static_cast<std::uint32_t>(width_px);
-  format.fmt.pix.height = static_cast<std::uint32_t>(height_px);
-  format.fmt.pix.pixelformat = FourccOf(pixels);
-  format.fmt.pix.field = V4L2_FIELD_NONE;
+v4l2_pix_format FormatOf(const PixelFormat& pixels, int width_px, int height_px) {
+  v4l2_pix_format format{};
+  format.width = static_cast<std::uint32_t>(width_px);
+  format.height = static_cast<std::uint32_t>(height_px);
+  format.pixelformat = FourccOf(pixels);
+  format.field = V4L2_FIELD_NONE;
   return format;
 }
 
@@ -94,13 +93,14 @@ std::chrono::nanoseconds MonotonicNow() {
 // A buffer of the driver's, mapped into our memory.
 class MappedBuffer {
  public:
-  MappedBuffer(const V4l2Device& device, const v4l2_buffer& buffer) : length_(buffer.length) {
+  MappedBuffer(const V4l2Device& device, const DriverBuffer& buffer)
+      : length_(buffer.length_bytes) {
     start_ = mmap(nullptr,
                   length_,
                   PROT_READ | PROT_WRITE,
                   MAP_SHARED,
                   device.Descriptor(),
-                  static_cast<off_t>(buffer.m.offset));
+                  static_cast<off_t>(buffer.map_offset));
     if (start_ == MAP_FAILED) Refuse(device.Path(), std::string("mmap: ") + std::strerror(errno));
   }
   ~MappedBuffer() {
@@ -110,9 +110,11 @@ class MappedBuffer {
       : start_(std::exchange(other.start_, MAP_FAILED)), length_(other.length_) {}
   MappedBuffer& operator=(MappedBuffer&&) = delete;
 
-  std::vector<std::byte> Copy(std::size_t bytes) const {
+  // Of the picture that it was filled with.
+  std::vector<std::byte> Copy(const DriverBuffer& filled) const {
     const auto* data = static_cast<const std::byte*>(start_);
-    return {data, data + std::min(bytes, length_)};
+    const std::size_t end = std::min<std::size_t>(filled.picture_end, length_);
+    return {data + std::min<std::size_t>(filled.picture_begin, end), data + end};
   }
 
  private:
@@ -142,7 +144,7 @@ class V4l2Stream final : public CameraStream {
 
   // Stops the stream before the buffers are unmapped and the device is closed.
   ~V4l2Stream() override {
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    std::uint32_t type = device_.BufferType();
     device_.Call(VIDIOC_STREAMOFF, &type);
   }
 
@@ -176,21 +178,20 @@ class V4l2Stream final : public CameraStream {
     device_.Call(VIDIOC_SUBSCRIBE_EVENT, &source);
     TakeSignal();
     const CameraMode mode = ChooseMode(device_.Path(), device_.Modes(), request);
-    v4l2_format format = FormatOf(mode.format, mode.width_px, mode.height_px);
+    v4l2_pix_format format = FormatOf(mode.format, mode.width_px, mode.height_px);
     if (request.width_px && request.height_px) {
       // A driver with a range of sizes can have more than those that are listed.
-      v4l2_format wanted = FormatOf(mode.format, *request.width_px, *request.height_px);
-      const v4l2_pix_format asked = wanted.fmt.pix;
-      if (device_.Call(VIDIOC_TRY_FMT, &wanted) == 0 && wanted.fmt.pix.width == asked.width &&
-          wanted.fmt.pix.height == asked.height &&
-          wanted.fmt.pix.pixelformat == asked.pixelformat) {
+      const v4l2_pix_format asked = FormatOf(mode.format, *request.width_px, *request.height_px);
+      v4l2_pix_format wanted = asked;
+      if (device_.CallWithFormat(VIDIOC_TRY_FMT, wanted) == 0 && wanted.width == asked.width &&
+          wanted.height == asked.height && wanted.pixelformat == asked.pixelformat) {
         format = wanted;
       }
     }
-    if (const int error = device_.Call(VIDIOC_S_FMT, &format); error != 0) {
+    if (const int error = device_.CallWithFormat(VIDIOC_S_FMT, format); error != 0) {
       Refuse(device_.Path(), "setting the format: " + ReasonOf(error));
     }
-    layout_ = LayoutOf(device_.Path(), format.fmt.pix);
+    layout_ = LayoutOf(device_.Path(), format);
     if (request.width_px.value_or(layout_.width_px) != layout_.width_px ||
         request.height_px.value_or(layout_.height_px) != layout_.height_px) {
       notes_.push_back(fmt::format("{}: size: expected {}x{}, the camera's closest is {}x{}",
@@ -202,7 +203,7 @@ class V4l2Stream final : public CameraStream {
     }
 
     v4l2_streamparm parameters{};
-    parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    parameters.type = device_.BufferType();
     // Thousandths hold all usual rates, 29.97 included, exactly enough.
     parameters.parm.capture.timeperframe.numerator = 1000;
     parameters.parm.capture.timeperframe.denominator = static_cast<std::uint32_t>(
@@ -236,34 +237,26 @@ class V4l2Stream final : public CameraStream {
   void StartStreaming() {
     v4l2_requestbuffers request{};
     request.count = kBuffers;
-    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.type = device_.BufferType();
     request.memory = V4L2_MEMORY_MMAP;
     if (const int error = device_.Call(VIDIOC_REQBUFS, &request); error != 0) {
       Refuse(device_.Path(), "asking for buffers: " + ReasonOf(error));
     }
     if (request.count < 2) Refuse(device_.Path(), "expected 2 buffers or more, found fewer");
     for (std::uint32_t i = 0; i < request.count; ++i) {
-      v4l2_buffer buffer = BufferAt(i);
-      if (const int error = device_.Call(VIDIOC_QUERYBUF, &buffer); error != 0) {
+      DriverBuffer buffer{.index = i};
+      if (const int error = device_.CallWithBuffer(VIDIOC_QUERYBUF, buffer); error != 0) {
         Refuse(device_.Path(), "a buffer: " + ReasonOf(error));
       }
       buffers_.emplace_back(device_, buffer);
-      if (const int error = device_.Call(VIDIOC_QBUF, &buffer); error != 0) {
+      if (const int error = device_.CallWithBuffer(VIDIOC_QBUF, buffer); error != 0) {
         Refuse(device_.Path(), "a buffer: " + ReasonOf(error));
       }
     }
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    std::uint32_t type = device_.BufferType();
     if (const int error = device_.Call(VIDIOC_STREAMON, &type); error != 0) {
       Refuse(device_.Path(), "starting the stream: " + ReasonOf(error));
     }
-  }
-
-  static v4l2_buffer BufferAt(std::uint32_t index) {
-    v4l2_buffer buffer{};
-    buffer.index = index;
-    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    buffer.memory = V4L2_MEMORY_MMAP;
-    return buffer;
   }
 
   tl::unexpected<CameraFault> Fault(CameraFaultKind kind, const std::string& reason) const {
@@ -292,12 +285,11 @@ class V4l2Stream final : public CameraStream {
   }
 
   bool FormatHasChanged() const {
-    v4l2_format format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (device_.Call(VIDIOC_G_FMT, &format) != 0) return false;
-    return static_cast<int>(format.fmt.pix.width) != layout_.width_px ||
-           static_cast<int>(format.fmt.pix.height) != layout_.height_px ||
-           PixelFormatOf(format.fmt.pix.pixelformat) != layout_.format;
+    v4l2_pix_format format{};
+    if (device_.CallWithFormat(VIDIOC_G_FMT, format) != 0) return false;
+    return static_cast<int>(format.width) != layout_.width_px ||
+           static_cast<int>(format.height) != layout_.height_px ||
+           PixelFormatOf(format.pixelformat) != layout_.format;
   }
 
   bool TakesSourceChange() {
@@ -317,13 +309,15 @@ class V4l2Stream final : public CameraStream {
     if (ready < 0) return FaultOf(errno);
     if ((wait.revents & POLLPRI) != 0 && TakesSourceChange()) return FormatChanged();
 
-    v4l2_buffer buffer = BufferAt(0);
-    if (const int error = device_.Call(VIDIOC_DQBUF, &buffer); error != 0) return FaultOf(error);
+    DriverBuffer buffer;
+    if (const int error = device_.CallWithBuffer(VIDIOC_DQBUF, buffer); error != 0) {
+      return FaultOf(error);
+    }
     if (buffer.index >= buffers_.size()) {
       return Fault(CameraFaultKind::kFailed, "the driver gave a buffer that it does not have");
     }
     CapturedBuffer captured;
-    captured.bytes = buffers_[buffer.index].Copy(buffer.bytesused);
+    captured.bytes = buffers_[buffer.index].Copy(buffer);
     captured.layout = layout_;
     captured.sequence = buffer.sequence;
     captured.is_damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
@@ -336,7 +330,9 @@ class V4l2Stream final : public CameraStream {
     if (layout_.format.coding == PixelCoding::kBayer) {
       captured.development = development_;
     }
-    if (const int error = device_.Call(VIDIOC_QBUF, &buffer); error != 0) return FaultOf(error);
+    if (const int error = device_.CallWithBuffer(VIDIOC_QBUF, buffer); error != 0) {
+      return FaultOf(error);
+    }
     return captured;
   }
 

@@ -1,12 +1,12 @@
 #include "apps/cameras_command.h"
 
-#include <array>
-#include <cstdio>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "tests/scene/shell.h"
 
 namespace pleinair::cameras_command_test {
 namespace {
@@ -92,19 +92,14 @@ TEST(CamerasCommand, ListsTheStandIn) {
   const std::string command = std::string(PLEINAIR_STAND_IN) + " " + PLEINAIR_SOURCE_DIR +
                               "/datasets/samples/courtyard --rate 24 --number 17 -- " +
                               PLEINAIR_PROGRAM + " cameras --json";
-  FILE* const pipe = popen(command.c_str(), "r");
-  std::string output;
-  std::array<char, 4096> part{};
-  while (const std::size_t bytes = std::fread(part.data(), 1, part.size(), pipe)) {
-    output.append(part.data(), bytes);
-  }
-  ASSERT_EQ(pclose(pipe), 0);
-  const nlohmann::json report = nlohmann::json::parse(output);
+  const Ended ended = StandardOutputOf(command);
+  ASSERT_EQ(ended.exit_code, 0);
+  const nlohmann::json report = nlohmann::json::parse(ended.output);
   const nlohmann::json* stand_in = nullptr;
   for (const nlohmann::json& camera : report.at("cameras")) {
     if (camera.at("device") == "/dev/video17") stand_in = &camera;
   }
-  ASSERT_NE(stand_in, nullptr) << output;
+  ASSERT_NE(stand_in, nullptr) << ended.output;
   EXPECT_EQ(stand_in->at("identity"), "pleinair stand-in|stand-in:17|0");
   const nlohmann::json& mode = stand_in->at("modes").at(0);
   EXPECT_EQ(mode.at("format"), "YUYV");

@@ -1,15 +1,15 @@
 // The program as its user meets it: arguments in, exit code and words out.
 
-#include <sys/wait.h>
-
-#include <array>
-#include <cstdio>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/scene/shell.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::command_line_test {
 namespace {
@@ -18,43 +18,18 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-struct Ended {
-  int exit_code = -1;
-  std::string output;  // Standard output and error together.
-};
-
 Ended Call(const std::string& arguments) {
-  const std::string command = std::string(PLEINAIR_PROGRAM) + " " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  Ended ended;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t read = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    ended.output.append(buffer.data(), read);
-  }
-  const int status = pclose(pipe);
-  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ended;
+  return Shell(std::string(PLEINAIR_PROGRAM) + " " + arguments);
 }
 
-// A folder of the test's own, gone with it.
-class CommandLine : public testing::Test {
+class CommandLine : public CommandFolder {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   void ExpectOneLineAndCode2(const std::string& arguments, const std::string& word) {
     const Ended ended = Call(arguments);
     EXPECT_EQ(ended.exit_code, 2) << arguments << "\n" << ended.output;
     EXPECT_EQ(std::count(ended.output.begin(), ended.output.end(), '\n'), 1) << ended.output;
     EXPECT_THAT(ended.output, AllOf(testing::StartsWith("pleinair: "), HasSubstr(word)));
   }
-
-  std::filesystem::path folder_;
 };
 
 TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
@@ -88,7 +63,8 @@ TEST_F(CommandLine, RefusesUnknownWords) {
   ExpectOneLineAndCode2("run folder --settings nowhere", "nowhere: expected a file of settings");
   ExpectOneLineAndCode2("calibrate fisheye nowhere.jpg --board 8x6 --out lens.json",
                         "pleinair: nowhere.jpg: no such file: expected pictures of a board");
-  ExpectOneLineAndCode2("run folder --video=0", "video");
+  ExpectOneLineAndCode2("run folder --video=0", "--video: expected frames a second from 0.1");
+  ExpectOneLineAndCode2("run folder --video=fast", "found 'fast'");
   ExpectOneLineAndCode2("run folder --weather sunny", "overcast");
   ExpectOneLineAndCode2("paint", "paint");
   ExpectOneLineAndCode2("sun --site 57,9 --time 2005-06-21T09:50:00Z --colour red", "colour");
@@ -195,6 +171,35 @@ TEST_F(CommandLine, RefusesWrongOptionsOfARunOfACamera) {
   }
   ExpectOneLineAndCode2(camera + site + " --gain -1", "--gain");
   ExpectOneLineAndCode2(camera + site + " --auto --exposure 0.01", "found both");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
+}
+
+TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
+  const std::string out = " --out " + (folder_ / "out").string() + " ";
+  const std::string courtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+  for (const char* option : {"--format YUYV",
+                             "--size 640x480",
+                             "--rate 30",
+                             "--exposure 1/100",
+                             "--gain 2",
+                             "--white-balance 5000",
+                             "--auto",
+                             "--duration 3",
+                             "--record folder"}) {
+    const std::string text = option;
+    const std::string reason =
+        text.substr(0, text.find(' ')) + ": expected a camera, found recorded frames";
+    ExpectOneLineAndCode2("run " + courtyard + out + option, reason);
+    // A folder of pictures.
+    ExpectOneLineAndCode2("run " + courtyard + "/frames --site " + courtyard + out + option,
+                          reason);
+  }
+  for (const char* option : {"--start-time 2026-06-21T10:00:00Z", "--every 10s", "--time-zone Z"}) {
+    const std::string text = option;
+    const std::string reason = text.substr(0, text.find(' ')) + ": expected a video or a folder";
+    ExpectOneLineAndCode2("run " + courtyard + out + option, reason);
+    ExpectOneLineAndCode2("run /dev/video200 --site " + courtyard + out + option, reason);
+  }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
 }
 

@@ -6,10 +6,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <exception>
 #include <random>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -127,6 +131,38 @@ TEST(PictureStream, AFileIsNoLoopbackDevice) {
 TEST(PictureStream, AFullDiscIsAnError) {
   PictureStream stream("y4m:/dev/full");
   EXPECT_THAT(MessageOf([&] { stream.Write(Picture(0)); }), HasSubstr("No space left"));
+}
+
+// A pipe holds 64 kB; nobody reads it.
+TEST(PictureStream, LeavesAReaderThatDoesNotReadASecondAfterTheEnd) {
+  const TemporaryFolder folder;
+  const std::string pipe = (folder / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  std::stop_source end;
+  PictureStream stream("y4m:" + pipe, 30.0, end.get_token());
+  std::string failure;
+  std::thread writing([&] {
+    try {
+      stream.Write(Rgb8Image(320, 240));
+    } catch (const std::exception& error) {
+      failure = error.what();
+    }
+  });
+  // What is read in time is all of it, also after the end.
+  std::string read(100'000, ' ');
+  std::size_t begun = 0;
+  while (begun < read.size()) {
+    const ssize_t bytes = ::read(reader, read.data() + begun, read.size() - begun);
+    if (bytes > 0) begun += static_cast<std::size_t>(bytes);
+    if (begun > 50'000) end.request_stop();
+  }
+  const auto stopped = std::chrono::steady_clock::now();
+  writing.join();
+  EXPECT_GE(std::chrono::steady_clock::now() - stopped, std::chrono::milliseconds(900));
+  EXPECT_THAT(failure, HasSubstr(pipe + ": its reader does not read"));
+  close(reader);
 }
 
 }  // namespace

@@ -1,10 +1,6 @@
 // Recordings of a camera that is a recording itself.
 
-#include <sys/wait.h>
-
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -16,6 +12,8 @@
 
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
+#include "tests/scene/shell.h"
+#include "tests/session/command_folder.h"
 
 namespace pleinair::record_command_test {
 namespace {
@@ -25,44 +23,22 @@ using testing::HasSubstr;
 
 const fs::path kSample = fs::path(PLEINAIR_SOURCE_DIR) / "datasets/samples/courtyard";
 
-struct Ended {
-  int exit_code = -1;
-  std::string output;
-};
-
-Ended Call(const std::string& command) {
-  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
-  Ended ended;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t read = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    ended.output.append(buffer.data(), read);
-  }
-  const int status = pclose(pipe);
-  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ended;
-}
-
-class RecordCommand : public testing::Test {
+class RecordCommand : public CommandFolder {
  protected:
   void SetUp() override {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     GTEST_SKIP() << "sanitizers do not load behind the stand-in";
 #endif
-    folder_ = fs::path(testing::TempDir()) /
-              (std::string("pleinair_record_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+    CommandFolder::SetUp();
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   // `record` at the sample's site, `camera` being its camera; `before` is put before the program.
   Ended Record(const std::string& camera,
                const std::string& arguments,
                const std::string& before = "") const {
     // Where a refusal is expected and does not come, the recording would have no end.
-    return Call("timeout 60 " + std::string(PLEINAIR_STAND_IN) + " " + camera + " -- " + before +
-                " " + PLEINAIR_PROGRAM + " record " + arguments);
+    return Shell("timeout 60 " + std::string(PLEINAIR_STAND_IN) + " " + camera + " -- " + before +
+                 " " + PLEINAIR_PROGRAM + " record " + arguments);
   }
   std::string Path(const char* name) const { return (folder_ / name).string(); }
 
@@ -84,8 +60,6 @@ class RecordCommand : public testing::Test {
     }
     return counts;
   }
-
-  fs::path folder_;
 };
 
 // The second camera plays what was recorded of the first one.
@@ -109,6 +83,26 @@ TEST_F(RecordCommand, RecordsWhatTheCameraGives) {
       EXPECT_EQ(second[i].codes->pixels, first[i].codes->pixels) << i;
     }
     EXPECT_LT(std::chrono::abs(second[0].time - first[0].time), std::chrono::milliseconds(1));
+  }
+}
+
+// The same pictures as through the single-planar one; a change of the source is noticed, too.
+TEST_F(RecordCommand, ReadsTheMultiPlanarInterface) {
+  for (const char* format : {"RGB24", "NV12", "MJPEG", "SRGGB10"}) {
+    SCOPED_TRACE(format);
+    std::vector<std::vector<Frame>> recorded;
+    for (const char* interface : {"", " --multi-planar"}) {
+      fs::remove_all(Path("day"));
+      const Ended ended = Record(
+          kSample.string() + " --pictures 1:1 --loop 30 --fault format-change@0.2" + interface,
+          std::string("/dev/video90 --auto --frames-limit 8 --format ") + format + " --out " +
+              Path("day") + " --site " + kSample.string());
+      EXPECT_EQ(ended.exit_code, 0) << ended.output;
+      EXPECT_EQ(Events("day")["format-changed"], 1);
+      recorded.push_back(FramesOf(Path("day")));
+      ASSERT_EQ(recorded.back().size(), 8u);
+    }
+    EXPECT_EQ(recorded[0][0].radiance.pixels, recorded[1][0].radiance.pixels);
   }
 }
 
@@ -159,6 +153,22 @@ TEST_F(RecordCommand, GoesOnWhenTheCameraIsBack) {
   EXPECT_EQ(events["unplugged"], 1);
   EXPECT_EQ(events["reconnected"], 1);
   EXPECT_EQ(events["frame-damaged"], 1);
+}
+
+// As udev's in /dev/v4l/by-id. The link is only where it was: its identity finds it again.
+TEST_F(RecordCommand, OpensTheCameraThatALinkLeadsTo) {
+  fs::create_symlink("/dev/video90", folder_ / "webcam");
+  const Ended ended = Record(kSample.string() + " --loop 0 --fault unplug-renumber@0.2",
+                             Path("webcam") + " --auto --frames-limit 20 --out " + Path("day") +
+                                 " --site " + kSample.string());
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  EXPECT_EQ(FramesOf(Path("day")).size(), 20u);
+  EXPECT_EQ(Events("day")["reconnected"], 1);
+  const Ended refused =
+      Record(kSample.string(),
+             "/dev/v4l/by-id/usb-none --out " + Path("none") + " --site " + kSample.string());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.output, HasSubstr("pleinair: /dev/v4l/by-id/usb-none: expected a camera"));
 }
 
 TEST_F(RecordCommand, FindsTheCameraThatTheSiteNames) {

@@ -3,13 +3,14 @@
 //
 // Nothing here depends on how fast the machine is: frames that are dropped are no failure, and on a
 // slow one more of them are.
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -24,8 +25,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "scene/image_io.h"
+#include "tests/scene/shell.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::live_run_test {
@@ -36,23 +39,6 @@ using Json = nlohmann::json;
 using testing::HasSubstr;
 
 const std::string kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
-
-struct Ended {
-  int exit_code = -1;
-  std::string output;  // Standard output and error together.
-};
-
-Ended Shell(const std::string& command) {
-  Ended ended;
-  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
-  std::array<char, 4096> part{};
-  while (const std::size_t bytes = fread(part.data(), 1, part.size(), pipe)) {
-    ended.output.append(part.data(), bytes);
-  }
-  const int status = pclose(pipe);
-  ended.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ended;
-}
 
 std::vector<std::string> LinesOf(const fs::path& file) {
   std::vector<std::string> lines;
@@ -98,10 +84,11 @@ class LiveRun : public testing::Test {
   std::string Out(const std::string& name) const { return (folder_ / name).string(); }
 
   // Exposure and colours are stated: nothing has to settle.
-  std::string Command(const std::string& stand_in, const std::string& run) const {
+  std::string Command(const std::string& stand_in, const std::string& run, int rate = 10) const {
     return std::string(PLEINAIR_STAND_IN) + " " + kCourtyard + " " + stand_in + " -- " +
            PLEINAIR_PROGRAM + " run /dev/video90 --site " + kCourtyard + Settings() +
-           " --exposure 0.01 --gain 100 --white-balance 5000 --rate 10 " + run;
+           " --exposure 0.01 --gain 100 --white-balance 5000 --rate " + std::to_string(rate) + " " +
+           run;
   }
 
   // The run's files are complete, and agree on how many frames there were: so many are returned.
@@ -155,7 +142,7 @@ class LiveRun : public testing::Test {
 };
 
 // A header and one frame after another: three planes of a byte a pixel. BT.601, full range.
-void ExpectPicturesOf(const fs::path& y4m, const fs::path& out) {
+void ExpectPictures(const fs::path& y4m, const std::vector<fs::path>& pictures) {
   const std::string stream = ContentOf(y4m);
   const std::size_t header = stream.find('\n') + 1;
   EXPECT_THAT(stream.substr(0, header), HasSubstr("YUV4MPEG2 W480 H360 "));
@@ -163,21 +150,29 @@ void ExpectPicturesOf(const fs::path& y4m, const fs::path& out) {
   const std::string marker = "FRAME\n";
   const std::size_t frame_bytes = marker.size() + 3 * kPixels;
   ASSERT_EQ((stream.size() - header) % frame_bytes, 0u);
-  const std::size_t count = (stream.size() - header) / frame_bytes;
-  EXPECT_EQ(count, LinesOf(out / "lighting.jsonl").size());
-  for (std::size_t frame = 0; frame < count; ++frame) {
+  ASSERT_EQ((stream.size() - header) / frame_bytes, pictures.size());
+  for (std::size_t frame = 0; frame < pictures.size(); ++frame) {
     const std::size_t at = header + frame * frame_bytes;
     EXPECT_EQ(stream.substr(at, marker.size()), marker);
-    const Rgb8Image composite = ReadDisplayImage(out / fmt::format("composite/{:06}.png", frame));
+    const Rgb8Image shown = ReadDisplayImage(pictures[frame]);
     double worst = 0.0;
     for (std::size_t i = 0; i < kPixels; ++i) {
-      const glm::u8vec3& rgb = composite.pixels[i];
+      const glm::u8vec3& rgb = shown.pixels[i];
       const double luma = 0.299 * rgb.x + 0.587 * rgb.y + 0.114 * rgb.z;
       const auto code = static_cast<unsigned char>(stream[at + marker.size() + i]);
       worst = std::max(worst, std::abs(code - luma));
     }
     EXPECT_LE(worst, 0.5 + 1e-9);
   }
+}
+
+// Of a run of so many composites.
+std::vector<fs::path> CompositesOf(const fs::path& out, std::size_t count) {
+  std::vector<fs::path> composites;
+  for (std::size_t frame = 0; frame < count; ++frame) {
+    composites.push_back(out / fmt::format("composite/{:06}.png", frame));
+  }
+  return composites;
 }
 
 TEST_F(LiveRun, ItsRecordingGivesTheSameLightAndCompositesBitForBit) {
@@ -194,7 +189,7 @@ TEST_F(LiveRun, ItsRecordingGivesTheSameLightAndCompositesBitForBit) {
     ASSERT_EQ(run.exit_code, 0) << run.output;
     EXPECT_EQ(CheckComplete(live), 4u);
     EXPECT_EQ(LinesOf(recording / "frames.jsonl").size(), 4u);
-    ExpectPicturesOf(Out("live.y4m"), live);
+    ExpectPictures(Out("live.y4m"), CompositesOf(live, 4));
     EXPECT_EQ(ContentOf(Out("live.jsonl")), ContentOf(live / "lighting.jsonl"));
 
     const Ended replay = Shell(std::string(PLEINAIR_PROGRAM) + " run " + recording.string() +
@@ -205,6 +200,39 @@ TEST_F(LiveRun, ItsRecordingGivesTheSameLightAndCompositesBitForBit) {
     EXPECT_FALSE(fs::exists(live / "composite/000000.exr"));
     EXPECT_TRUE(fs::exists(again / "composite/000000.exr"));
   }
+}
+
+// While a site is prepared, pictures are streamed, recorded and in the video as they came;
+// composites follow.
+TEST_F(LiveRun, ShowsPicturesAsTheyComeWhileItsSiteIsPrepared) {
+  const fs::path out = Out("out");
+  const fs::path recording = Out("recording");
+  const std::string unprepared = " --set prepare.rays=32";
+  const Ended run =
+      Shell(Command("--loop 0",
+                    "--frames-limit 3 --video --format RGB24 --out " + out.string() + " --record " +
+                        recording.string() + " --stream y4m:" + Out("live.y4m") + unprepared,
+                    15));
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_EQ(CheckComplete(out), 3u);
+  const std::map<std::string, int> counts = CountEvents(out);
+  EXPECT_EQ(counts.at("preparing"), 1);
+  EXPECT_EQ(counts.at("prepared"), 1);
+  EXPECT_EQ(CountEvents(recording).at("prepared"), 1);
+  const std::vector<Json> recorded = JsonLinesOf(recording / "frames.jsonl");
+  ASSERT_GT(recorded.size(), 3u);
+  const std::size_t passed = recorded.size() - 3;
+  std::vector<fs::path> pictures;
+  for (std::size_t i = 0; i < passed; ++i) {
+    pictures.push_back(recording / recorded[i]["image_ldr"].get<std::string>());
+  }
+  const std::vector<fs::path> composites = CompositesOf(out, 3);
+  pictures.insert(pictures.end(), composites.begin(), composites.end());
+  ExpectPictures(Out("live.y4m"), pictures);
+
+  const cv::VideoCapture video((out / "composite.mp4").string());
+  EXPECT_DOUBLE_EQ(video.get(cv::CAP_PROP_FPS), 15.0);
+  EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_COUNT), static_cast<double>(recorded.size()));
 }
 
 // Every frame that was recorded is one that was composited, also the last one.
@@ -248,6 +276,25 @@ TEST_F(LiveRun, EndsCleanlyWhenItIsAskedTo) {
     EXPECT_GE(frames, 1u);
     EXPECT_EQ(LinesOf(recording / "frames.jsonl").size(), frames);
   }
+}
+
+// The pipe holds less than a picture: the output waits for its reader from the first one on.
+TEST_F(LiveRun, EndsWithoutTheReaderOfAStream) {
+  const std::string pipe = Out("pipe");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  for (const std::string end : {"--frames-limit 2", "--duration 1"}) {
+    const fs::path out = Out("out");
+    const Ended run = Shell("timeout 60 " + Command("--loop 0",
+                                                    end + " --pictures none --stream y4m:" + pipe +
+                                                        " --out " + out.string()));
+    ASSERT_EQ(run.exit_code, 0) << run.output;
+    EXPECT_GE(CheckComplete(out), 2u);
+    EXPECT_EQ(CountEvents(out).at("output"), 1);
+    EXPECT_THAT(run.output, HasSubstr(pipe + ": its reader does not read"));
+  }
+  close(reader);
 }
 
 // What happens to a camera: each has its event, and the run goes on to the end of the stream. That

@@ -1,6 +1,7 @@
 // A camera through its faults, with streams that are made up.
 #include "datasets/camera/camera_capture.h"
 
+#include <array>
 #include <deque>
 #include <mutex>
 #include <stdexcept>
@@ -151,10 +152,12 @@ TEST(CameraCapture, ACameraThatComesBackIsAskedForWhatItWasLockedAtFirst) {
   const std::vector<Step> gone = Times(1, Step::kPicture) + Times(1, Step::kUnplugged);
   CameraRequest request;
   request.white_balance_k = 5000.0;
+  constexpr std::array<double, 2> kGains{1.9, 1.4};
+  constexpr std::array<double, 2> kOtherGains{1.8, 1.5};
   // The camera clamps what it is asked for: asked again, it may not.
   ScriptedCamera camera({{Times(1, Step::kUnplugged), 30.0, {}},  // Before it is locked.
-                         {gone, 30.0, {0.01, 250.0, 4900.0}},
-                         {gone, 30.0, {0.02, 100.0, 4900.0}},
+                         {gone, 30.0, {0.01, 250.0, 4900.0, kGains}},
+                         {gone, 30.0, {0.02, 100.0, 4900.0, kOtherGains}},
                          {Times(1, Step::kPicture), 30.0, {}}});
   EXPECT_EQ(camera.Run(request).size(), 3u);
   ASSERT_EQ(camera.requests.size(), 4u);
@@ -166,6 +169,7 @@ TEST(CameraCapture, ACameraThatComesBackIsAskedForWhatItWasLockedAtFirst) {
     EXPECT_EQ(asked.gain, 250.0);
     EXPECT_EQ(asked.reference_gain, 250.0);
     EXPECT_EQ(asked.white_balance_k, 5000.0);
+    EXPECT_EQ(asked.colour_gains, kGains);
     EXPECT_NO_THROW(asked.Validate());
   }
 }
@@ -173,7 +177,7 @@ TEST(CameraCapture, ACameraThatComesBackIsAskedForWhatItWasLockedAtFirst) {
 TEST(CameraCapture, AnAutomaticCameraThatComesBackKeepsItsReferenceAlone) {
   CameraRequest request;
   request.automatic = true;
-  ScriptedCamera camera({{Times(1, Step::kUnplugged), 30.0, {0.01, 250.0, 4900.0}}, {}});
+  ScriptedCamera camera({{Times(1, Step::kUnplugged), 30.0, {0.01, 250.0, 4900.0, {}}}, {}});
   camera.Run(request);
   ASSERT_EQ(camera.requests.size(), 2u);
   EXPECT_EQ(camera.requests[1].reference_gain, 250.0);

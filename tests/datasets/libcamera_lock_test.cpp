@@ -92,6 +92,35 @@ TEST(LibcameraLock, LocksAtWhatTheAutomaticsFound) {
   EXPECT_THAT(lock.TakeNotes(), IsEmpty());
 }
 
+// A camera that comes back is asked for what the lock has found.
+TEST(LibcameraLock, NeedsNotSettleAgain) {
+  const ControlInfoMap known = BoardCamera();
+  LibcameraLock first("camera", known, {}, kQueued);
+  EXPECT_EQ(first.Settings().exposure_s, std::nullopt);
+  while (first.TakeControls().empty()) EXPECT_FALSE(first.Take(Metadata(5000, 2.0f)));
+  EXPECT_EQ(first.Settings().exposure_s, 5000e-6);
+  EXPECT_EQ(first.Settings().gain, 2.0);
+
+  CameraRequest request;
+  request.exposure_s = first.Settings().exposure_s;
+  request.gain = first.Settings().gain;
+  request.colour_gains = first.Settings().colour_gains;
+  LibcameraLock second("camera", known, request, kQueued);
+  const ControlList start = second.StartControls();
+  EXPECT_EQ(start.get(controls::AeEnable), false);
+  EXPECT_EQ(start.get(controls::AwbEnable), false);
+  EXPECT_EQ(start.get(controls::ExposureTime), 5000);
+  EXPECT_EQ(start.get(controls::AnalogueGain), 2.0f);
+  EXPECT_EQ((*start.get(controls::ColourGains))[0], 1.9f);
+  EXPECT_EQ((*start.get(controls::ColourGains))[1], 1.4f);
+  for (int i = 0; i < request.control_delay_frames; ++i) {
+    EXPECT_FALSE(second.Take(Metadata(5000, 2.0f)));
+  }
+  EXPECT_TRUE(second.Take(Metadata(5000, 2.0f)));
+  EXPECT_TRUE(second.TakeControls().empty());
+  EXPECT_THAT(second.TakeNotes(), IsEmpty());
+}
+
 TEST(LibcameraLock, ReportsWhatDidNotTake) {
   ControlInfoMap::Map only;
   only.emplace(&controls::AeEnable, ControlInfo(false, true, true));

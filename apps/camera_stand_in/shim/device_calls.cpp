@@ -29,6 +29,10 @@ void CopyText(unsigned char (&to)[kLength], const char* text) {
   std::snprintf(reinterpret_cast<char*>(to), kLength, "%s", text);
 }
 
+std::uint32_t BufferType(const DeviceState& state) {
+  return state.is_multi_planar ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+}
+
 int QueryCapabilities(const DeviceState& state, v4l2_capability& answer) {
   answer = {};
   CopyText(answer.driver, "pleinair");
@@ -37,14 +41,16 @@ int QueryCapabilities(const DeviceState& state, v4l2_capability& answer) {
   std::snprintf(bus, sizeof bus, "stand-in:%d", state.number_given);
   CopyText(answer.bus_info, bus);
   answer.version = 0x060100;
-  answer.device_caps = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING | V4L2_CAP_EXT_PIX_FORMAT;
+  answer.device_caps =
+      (state.is_multi_planar ? V4L2_CAP_VIDEO_CAPTURE_MPLANE : V4L2_CAP_VIDEO_CAPTURE) |
+      V4L2_CAP_STREAMING | V4L2_CAP_EXT_PIX_FORMAT;
   answer.capabilities = answer.device_caps | V4L2_CAP_DEVICE_CAPS;
   return 0;
 }
 
-int EnumerateFormats(v4l2_fmtdesc& query) {
+int EnumerateFormats(const DeviceState& state, v4l2_fmtdesc& query) {
   const auto formats = PixelFormats();
-  if (query.type != V4L2_BUF_TYPE_VIDEO_CAPTURE || query.index >= formats.size()) return EINVAL;
+  if (query.type != BufferType(state) || query.index >= formats.size()) return EINVAL;
   const PixelFormatInfo& info = formats[query.index];
   const v4l2_fmtdesc asked = query;
   query = {};
@@ -84,7 +90,8 @@ int EnumerateIntervals(const DeviceState& state, v4l2_frmivalenum& query) {
 }
 
 // The nearest that the device can do.
-Format Nearest(const DeviceState& state, const v4l2_pix_format& wanted) {
+template <typename WantedFormat>
+Format Nearest(const DeviceState& state, const WantedFormat& wanted) {
   Format format = state.default_format;
   if (HasPixelFormat(wanted.pixelformat)) format.pixel_format = wanted.pixelformat;
   long least = -1;
@@ -124,15 +131,39 @@ void DescribeFormat(const DeviceState& state, const Format& format, v4l2_pix_for
   }
 }
 
+// Into the part of `answer` that the device's type of buffers has.
+void DescribeFormat(const DeviceState& state, const Format& format, v4l2_format& answer) {
+  v4l2_pix_format described{};
+  DescribeFormat(state, format, described);
+  if (!state.is_multi_planar) {
+    answer.fmt.pix = described;
+    return;
+  }
+  answer.fmt.pix_mp = {};
+  v4l2_pix_format_mplane& planes = answer.fmt.pix_mp;
+  planes.width = described.width;
+  planes.height = described.height;
+  planes.pixelformat = described.pixelformat;
+  planes.field = described.field;
+  planes.colorspace = described.colorspace;
+  planes.num_planes = 1;
+  planes.plane_fmt[0].bytesperline = described.bytesperline;
+  planes.plane_fmt[0].sizeimage = described.sizeimage;
+  planes.ycbcr_enc = static_cast<__u8>(described.ycbcr_enc);
+  planes.quantization = static_cast<__u8>(described.quantization);
+  planes.xfer_func = static_cast<__u8>(described.xfer_func);
+}
+
 int GetFormat(const DeviceState& state, v4l2_format& answer) {
-  if (answer.type != V4L2_BUF_TYPE_VIDEO_CAPTURE) return EINVAL;
-  DescribeFormat(state, state.format, answer.fmt.pix);
+  if (answer.type != BufferType(state)) return EINVAL;
+  DescribeFormat(state, state.format, answer);
   return 0;
 }
 
 int SetFormat(DeviceState& state, Handle& handle, bool try_only, v4l2_format& wanted) {
-  if (wanted.type != V4L2_BUF_TYPE_VIDEO_CAPTURE) return EINVAL;
-  const Format format = Nearest(state, wanted.fmt.pix);
+  if (wanted.type != BufferType(state)) return EINVAL;
+  const Format format =
+      state.is_multi_planar ? Nearest(state, wanted.fmt.pix_mp) : Nearest(state, wanted.fmt.pix);
   if (!try_only) {
     if (handle.HasBuffers() || !handle.OwnsDevice()) return EBUSY;
     std::uint32_t none = 0;
@@ -140,12 +171,12 @@ int SetFormat(DeviceState& state, Handle& handle, bool try_only, v4l2_format& wa
     if (format.size != state.format.size) state.size_changed = false;
     state.format = format;
   }
-  DescribeFormat(state, format, wanted.fmt.pix);
+  DescribeFormat(state, format, wanted);
   return 0;
 }
 
 int GetParameters(const DeviceState& state, v4l2_streamparm& answer) {
-  if (answer.type != V4L2_BUF_TYPE_VIDEO_CAPTURE) return EINVAL;
+  if (answer.type != BufferType(state)) return EINVAL;
   answer.parm.capture = {};
   answer.parm.capture.capability = V4L2_CAP_TIMEPERFRAME;
   answer.parm.capture.timeperframe = {state.interval.numerator, state.interval.denominator};
@@ -154,7 +185,7 @@ int GetParameters(const DeviceState& state, v4l2_streamparm& answer) {
 }
 
 int SetParameters(DeviceState& state, const Handle& handle, v4l2_streamparm& wanted) {
-  if (wanted.type != V4L2_BUF_TYPE_VIDEO_CAPTURE) return EINVAL;
+  if (wanted.type != BufferType(state)) return EINVAL;
   if (handle.IsStreaming()) return EBUSY;
   const v4l2_fract asked = wanted.parm.capture.timeperframe;
   state.interval = state.default_interval;
@@ -172,8 +203,8 @@ int SetParameters(DeviceState& state, const Handle& handle, v4l2_streamparm& wan
   return GetParameters(state, wanted);
 }
 
-int RequestBuffers(Handle& handle, v4l2_requestbuffers& request) {
-  if (request.type != V4L2_BUF_TYPE_VIDEO_CAPTURE || request.memory != V4L2_MEMORY_MMAP) {
+int RequestBuffers(const DeviceState& state, Handle& handle, v4l2_requestbuffers& request) {
+  if (request.type != BufferType(state) || request.memory != V4L2_MEMORY_MMAP) {
     return EINVAL;
   }
   request.capabilities = V4L2_BUF_CAP_SUPPORTS_MMAP | V4L2_BUF_CAP_SUPPORTS_ORPHANED_BUFS;
@@ -218,13 +249,38 @@ T& As(void* argument) {
   return *static_cast<T*>(argument);
 }
 
+// A handle knows single-planar buffers alone: calls `call` with one that stands for the program's,
+// which then gets what it was filled with.
+template <typename BufferCall>
+int WithBuffer(const DeviceState& state, void* argument, const BufferCall& call) {
+  auto& asked = As<v4l2_buffer>(argument);
+  if (!state.is_multi_planar) return call(asked);
+  if (asked.type != BufferType(state) || asked.m.planes == nullptr || asked.length < 1) {
+    return EINVAL;
+  }
+  v4l2_buffer single = asked;
+  single.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  if (const int error = call(single)) return error;
+  v4l2_plane* const planes = asked.m.planes;
+  planes[0] = {};
+  planes[0].bytesused = single.bytesused;
+  planes[0].length = single.length;
+  planes[0].m.mem_offset = single.m.offset;
+  asked = single;
+  asked.type = BufferType(state);
+  asked.m.planes = planes;
+  asked.length = 1;
+  asked.bytesused = 0;
+  return 0;
+}
+
 // Everything but the waiting of DQBUF and DQEVENT.
 int Call(DeviceState& state, Handle& handle, unsigned long request, void* argument) {
   switch (request) {
     case VIDIOC_QUERYCAP:
       return QueryCapabilities(state, As<v4l2_capability>(argument));
     case VIDIOC_ENUM_FMT:
-      return EnumerateFormats(As<v4l2_fmtdesc>(argument));
+      return EnumerateFormats(state, As<v4l2_fmtdesc>(argument));
     case VIDIOC_ENUM_FRAMESIZES:
       return EnumerateSizes(state, As<v4l2_frmsizeenum>(argument));
     case VIDIOC_ENUM_FRAMEINTERVALS:
@@ -240,15 +296,15 @@ int Call(DeviceState& state, Handle& handle, unsigned long request, void* argume
     case VIDIOC_S_PARM:
       return SetParameters(state, handle, As<v4l2_streamparm>(argument));
     case VIDIOC_REQBUFS:
-      return RequestBuffers(handle, As<v4l2_requestbuffers>(argument));
+      return RequestBuffers(state, handle, As<v4l2_requestbuffers>(argument));
     case VIDIOC_QUERYBUF:
-      return handle.Describe(As<v4l2_buffer>(argument));
+      return WithBuffer(state, argument, [&](v4l2_buffer& one) { return handle.Describe(one); });
     case VIDIOC_QBUF:
-      return handle.Queue(As<v4l2_buffer>(argument));
+      return WithBuffer(state, argument, [&](v4l2_buffer& one) { return handle.Queue(one); });
     case VIDIOC_STREAMON:
-      return As<int>(argument) == V4L2_BUF_TYPE_VIDEO_CAPTURE ? handle.Start() : EINVAL;
+      return As<std::uint32_t>(argument) == BufferType(state) ? handle.Start() : EINVAL;
     case VIDIOC_STREAMOFF:
-      return As<int>(argument) == V4L2_BUF_TYPE_VIDEO_CAPTURE ? handle.Stop() : EINVAL;
+      return As<std::uint32_t>(argument) == BufferType(state) ? handle.Stop() : EINVAL;
     case VIDIOC_ENUMINPUT:
       return EnumerateInput(As<v4l2_input>(argument));
     case VIDIOC_G_INPUT:
@@ -339,13 +395,16 @@ int CallDevice(DeviceState& state, int fd, unsigned long request, void* argument
       if (handle->IsGone()) {
         error = ENODEV;
       } else if (request == VIDIOC_DQBUF) {
-        error = handle->Dequeue(*static_cast<v4l2_buffer*>(argument), capture);
+        error = WithBuffer(
+            state, argument, [&](v4l2_buffer& one) { return handle->Dequeue(one, capture); });
       } else {
         error = Call(state, *handle, request, argument);
       }
     }
     if (error == 0 && request == VIDIOC_DQBUF) {
-      handle->Render(capture, *static_cast<v4l2_buffer*>(argument));
+      auto& filled = As<v4l2_buffer>(argument);
+      const std::uint32_t bytes = handle->Render(capture, filled.flags);
+      (state.is_multi_planar ? filled.m.planes[0].bytesused : filled.bytesused) = bytes;
     }
     if (error == 0) return 0;
     const bool waits_for_buffer = request == VIDIOC_DQBUF && error == EAGAIN;

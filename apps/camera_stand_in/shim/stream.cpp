@@ -415,16 +415,16 @@ int Handle::Dequeue(v4l2_buffer& buffer, Capture& capture) {
   return 0;
 }
 
-void Handle::Render(const Capture& capture, v4l2_buffer& buffer) {
+std::uint32_t Handle::Render(const Capture& capture, std::uint32_t& flags) {
   const std::lock_guard lock(rendering_);
-  if (stride_ * capture.buffer + BufferBytes(format_) > memory_.size()) return;
+  if (stride_ * capture.buffer + BufferBytes(format_) > memory_.size()) return 0;
   const std::span<std::uint8_t> out =
       memory_.subspan(stride_ * capture.buffer, BufferBytes(format_));
   std::size_t bytes = renderer_.Render(capture.shot, format_, out);
-  if (bytes == 0) buffer.flags |= V4L2_BUF_FLAG_ERROR;
+  if (bytes == 0) flags |= V4L2_BUF_FLAG_ERROR;
   if (capture.is_short) bytes /= 2;
   if (capture.is_damaged) Damage(out.first(bytes));
-  buffer.bytesused = static_cast<std::uint32_t>(bytes);
+  return static_cast<std::uint32_t>(bytes);
 }
 
 }  // namespace pleinair::stand_in

@@ -66,8 +66,9 @@ class Handle {
   int Stop();
   // EAGAIN: none is filled yet. Fills `capture`, and reports it in `buffer`.
   int Dequeue(v4l2_buffer& buffer, Capture& capture);
-  // The part of Dequeue that needs no lock.
-  void Render(const Capture& capture, v4l2_buffer& buffer);
+  // The part of Dequeue that needs no lock. Returns the picture's bytes; where there are none,
+  // `flags` says so.
+  std::uint32_t Render(const Capture& capture, std::uint32_t& flags);
   // The memory behind an offset that Describe gave; -1 where there is none.
   int BuffersFd() const { return buffers_fd_; }
   // Whether no other handle, of any process, has buffers.

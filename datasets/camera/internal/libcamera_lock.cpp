@@ -72,12 +72,14 @@ LibcameraLock::LibcameraLock(std::string device,
   }
   const bool exposes_by_itself =
       Knows(controls::AeEnable) && !(request_.exposure_s && request_.gain);
-  if (exposes_by_itself || Knows(controls::AwbEnable)) {
+  const bool balances_by_itself =
+      Knows(controls::AwbEnable) && !(request_.colour_gains && Knows(controls::ColourGains));
+  if (exposes_by_itself || balances_by_itself) {
     frames_to_settle_ = kSettleFrames;
   } else {
-    frames_to_pass_ = Knows(controls::AeEnable) || request_.exposure_s || request_.gain
-                          ? request_.control_delay_frames
-                          : 0;
+    const bool is_anything_set =
+        Knows(controls::AeEnable) || request_.exposure_s || request_.gain || request_.colour_gains;
+    frames_to_pass_ = is_anything_set ? request_.control_delay_frames : 0;
   }
 }
 
@@ -109,13 +111,24 @@ void LibcameraLock::AddValues(ControlList& list, const ControlList& found) const
       list.set(controls::AnalogueGain, *gain);
     }
   }
+  if (Knows(controls::ColourGains)) {
+    std::optional<std::array<float, 2>> gains;
+    if (const auto& asked = request_.colour_gains) {
+      gains = {static_cast<float>((*asked)[0]), static_cast<float>((*asked)[1])};
+    } else if (const auto now = found.get(controls::ColourGains)) {
+      gains = {(*now)[0], (*now)[1]};
+    }
+    if (gains) list.set(controls::ColourGains, libcamera::Span<const float, 2>(*gains));
+  }
 }
 
 ControlList LibcameraLock::StartControls() const {
   ControlList list(controls::controls);
   if (request_.automatic) return list;
   AddValues(list, list);
-  if (frames_to_settle_ == 0 && Knows(controls::AeEnable)) list.set(controls::AeEnable, false);
+  if (frames_to_settle_ > 0) return list;
+  if (Knows(controls::AeEnable)) list.set(controls::AeEnable, false);
+  if (Knows(controls::AwbEnable)) list.set(controls::AwbEnable, false);
   return list;
 }
 
@@ -123,9 +136,12 @@ void LibcameraLock::Lock(const ControlList& found) {
   AddValues(controls_, found);
   if (Knows(controls::AeEnable)) controls_.set(controls::AeEnable, false);
   if (Knows(controls::AwbEnable)) controls_.set(controls::AwbEnable, false);
-  if (const auto gains = found.get(controls::ColourGains); gains && Knows(controls::ColourGains)) {
-    const std::array<float, 2> values{(*gains)[0], (*gains)[1]};
-    controls_.set(controls::ColourGains, libcamera::Span<const float, 2>(values));
+  if (const auto time = controls_.get(controls::ExposureTime)) {
+    settings_.exposure_s = *time * kMicrosecondS;
+  }
+  if (const auto gain = controls_.get(controls::AnalogueGain)) settings_.gain = *gain;
+  if (const auto gains = controls_.get(controls::ColourGains)) {
+    settings_.colour_gains = {(*gains)[0], (*gains)[1]};
   }
   wanted_ = ExposureOf(found);
   frames_to_pass_ = queued_requests_ + request_.control_delay_frames;

@@ -37,6 +37,8 @@ class LibcameraLock {
   libcamera::ControlList TakeControls();
   // Of the request that Take has seen last.
   const CapturedExposure& Exposure() const { return exposure_; }
+  // What the automatics were locked at; empty where nothing had to settle.
+  const CameraSettings& Settings() const { return settings_; }
   // Since the last call: what was refused, clamped or is missing, a line each.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 
@@ -57,6 +59,7 @@ class LibcameraLock {
   libcamera::ControlList controls_;
   CapturedExposure exposure_;
   CapturedExposure wanted_;
+  CameraSettings settings_;
   std::vector<std::string> notes_;
 };
 

@@ -87,10 +87,9 @@ std::vector<std::pair<int, int>> SizesOf(const V4l2Device& device, std::uint32_t
     break;
   }
   // A video input lists none: it has its signal's.
-  v4l2_format now{};
-  now.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  if (sizes.empty() && device.Call(VIDIOC_G_FMT, &now) == 0) {
-    sizes.emplace_back(now.fmt.pix.width, now.fmt.pix.height);
+  v4l2_pix_format now{};
+  if (sizes.empty() && device.CallWithFormat(VIDIOC_G_FMT, now) == 0) {
+    sizes.emplace_back(now.width, now.height);
   }
   return sizes;
 }
@@ -127,13 +126,27 @@ int NodesBefore(int number, const std::string& port) {
   return nodes;
 }
 
+// Of this node alone.
+std::uint32_t CapabilitiesOf(const v4l2_capability& found) {
+  return (found.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? found.device_caps : found.capabilities;
+}
+
 }  // namespace
 
 V4l2Device::V4l2Device(std::string path, int descriptor)
-    : path_(std::move(path)), descriptor_(descriptor) {}
+    : path_(std::move(path)), descriptor_(descriptor) {
+  v4l2_capability found{};
+  if (Call(VIDIOC_QUERYCAP, &found) != 0) return;
+  constexpr std::uint32_t kEither = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE;
+  if ((CapabilitiesOf(found) & kEither) == V4L2_CAP_VIDEO_CAPTURE_MPLANE) {
+    buffer_type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
+  }
+}
 
 V4l2Device::V4l2Device(V4l2Device&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      buffer_type_(other.buffer_type_) {}
 
 V4l2Device::~V4l2Device() {
   if (descriptor_ >= 0) close(descriptor_);
@@ -153,13 +166,68 @@ int V4l2Device::Call(unsigned long request, void* argument) const {
   return 0;
 }
 
+int V4l2Device::CallWithFormat(unsigned long request, v4l2_pix_format& format) const {
+  v4l2_format call{};
+  call.type = buffer_type_;
+  if (!IsMultiPlanar()) {
+    call.fmt.pix = format;
+    const int error = Call(request, &call);
+    format = call.fmt.pix;
+    return error;
+  }
+  v4l2_pix_format_mplane& planes = call.fmt.pix_mp;
+  planes.width = format.width;
+  planes.height = format.height;
+  planes.pixelformat = format.pixelformat;
+  planes.field = format.field;
+  planes.num_planes = 1;
+  if (const int error = Call(request, &call); error != 0) return error;
+  if (planes.num_planes != 1) return EINVAL;
+  format = {};
+  format.width = planes.width;
+  format.height = planes.height;
+  format.pixelformat = planes.pixelformat;
+  format.field = planes.field;
+  format.bytesperline = planes.plane_fmt[0].bytesperline;
+  format.sizeimage = planes.plane_fmt[0].sizeimage;
+  format.colorspace = planes.colorspace;
+  format.ycbcr_enc = planes.ycbcr_enc;
+  format.quantization = planes.quantization;
+  format.xfer_func = planes.xfer_func;
+  return 0;
+}
+
+int V4l2Device::CallWithBuffer(unsigned long request, DriverBuffer& buffer) const {
+  v4l2_buffer call{};
+  v4l2_plane plane{};
+  call.index = buffer.index;
+  call.type = buffer_type_;
+  call.memory = V4L2_MEMORY_MMAP;
+  if (IsMultiPlanar()) {
+    call.m.planes = &plane;
+    call.length = 1;
+  }
+  if (const int error = Call(request, &call); error != 0) return error;
+  buffer = {call.index, call.flags, call.sequence, call.timestamp};
+  if (IsMultiPlanar()) {
+    buffer.map_offset = plane.m.mem_offset;
+    buffer.length_bytes = plane.length;
+    buffer.picture_begin = plane.data_offset;
+    buffer.picture_end = plane.bytesused;
+  } else {
+    buffer.map_offset = call.m.offset;
+    buffer.length_bytes = call.length;
+    buffer.picture_end = call.bytesused;
+  }
+  return 0;
+}
+
 std::optional<v4l2_capability> V4l2Device::Camera() const {
   v4l2_capability camera{};
   if (Call(VIDIOC_QUERYCAP, &camera) != 0) return std::nullopt;
-  const std::uint32_t can =
-      (camera.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? camera.device_caps : camera.capabilities;
-  constexpr std::uint32_t kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
-  if ((can & kNeeded) != kNeeded) return std::nullopt;
+  const std::uint32_t can = CapabilitiesOf(camera);
+  constexpr std::uint32_t kEither = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE;
+  if ((can & kEither) == 0 || (can & V4L2_CAP_STREAMING) == 0) return std::nullopt;
   // The end of a pipeline that someone has to set up first: libcamera does.
   if ((can & V4L2_CAP_IO_MC) != 0) return std::nullopt;
   return camera;
@@ -170,7 +238,7 @@ std::vector<CameraMode> V4l2Device::Modes() const {
   for (std::uint32_t i = 0; i < kMostEntries; ++i) {
     v4l2_fmtdesc description{};
     description.index = i;
-    description.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    description.type = buffer_type_;
     if (Call(VIDIOC_ENUM_FMT, &description) != 0) break;
     const std::optional<PixelFormat> format = PixelFormatOf(description.pixelformat);
     if (!format) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <linux/videodev2.h>
+#include <sys/time.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -13,7 +14,21 @@
 
 namespace pleinair {
 
-// Closes it when destroyed.
+// A buffer of the driver's, in one piece of memory.
+struct DriverBuffer {
+  std::uint32_t index = 0;
+  std::uint32_t flags = 0;
+  std::uint32_t sequence = 0;
+  timeval timestamp{};
+  std::uint32_t map_offset = 0;  // What mmap takes.
+  std::uint32_t length_bytes = 0;
+  // The picture in it.
+  std::uint32_t picture_begin = 0;
+  std::uint32_t picture_end = 0;
+};
+
+// Single-planar, or multi-planar with formats whose planes are in one piece of memory. Closes it
+// when destroyed.
 class V4l2Device {
  public:
   // None where it cannot be opened; `error_number` is then errno's.
@@ -28,7 +43,14 @@ class V4l2Device {
   // 0, or errno's value.
   int Call(unsigned long request, void* argument) const;
 
-  // None where it is no camera by itself that streams in one plane.
+  // Of its buffers: V4L2_BUF_TYPE_VIDEO_CAPTURE, or the same with planes.
+  std::uint32_t BufferType() const { return buffer_type_; }
+  // As Call, of VIDIOC_G_FMT, S_FMT and TRY_FMT. EINVAL: planes in several pieces of memory.
+  int CallWithFormat(unsigned long request, v4l2_pix_format& format) const;
+  // As Call, of VIDIOC_QUERYBUF, QBUF and DQBUF.
+  int CallWithBuffer(unsigned long request, DriverBuffer& buffer) const;
+
+  // None where it is no camera by itself that streams.
   std::optional<v4l2_capability> Camera() const;
   std::vector<CameraMode> Modes() const;
   std::vector<CameraControl> Controls() const;
@@ -39,9 +61,11 @@ class V4l2Device {
 
  private:
   V4l2Device(std::string path, int descriptor);
+  bool IsMultiPlanar() const { return buffer_type_ == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE; }
 
   std::string path_;
   int descriptor_ = -1;
+  std::uint32_t buffer_type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 };
 
 std::string CardOf(const v4l2_capability& camera);

@@ -1,0 +1,128 @@
+#include "datasets/internal/sequence_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <system_error>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "datasets/internal/sequence_folder.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+// Poses are written with six digits or more.
+constexpr double kRigidTolerance = 1e-5;
+
+// Row-major in the file, columns in glm.
+glm::dmat4 ReadAffine(const JsonCursor& at) {
+  glm::dmat4 matrix(1.0);
+  const auto rows = at.List(4, 4);
+  for (int row = 0; row < 4; ++row) {
+    const auto entries = rows[row].List(4, 4);
+    for (int column = 0; column < 4; ++column) matrix[column][row] = entries[column].Number();
+    if (row == 3 && glm::dvec4(matrix[0][3], matrix[1][3], matrix[2][3], matrix[3][3]) !=
+                        glm::dvec4(0.0, 0.0, 0.0, 1.0)) {
+      rows[row].Fail("the row 0, 0, 0, 1");
+    }
+  }
+  return matrix;
+}
+
+}  // namespace
+
+glm::dvec2 ReadVector2(const JsonCursor& at) {
+  const auto entries = at.List(2, 2);
+  return {entries[0].Number(), entries[1].Number()};
+}
+
+glm::dmat4 ReadRigid(const JsonCursor& at) {
+  const glm::dmat4 matrix = ReadAffine(at);
+  const glm::dmat3 rotation(matrix);
+  const glm::dmat3 product = glm::transpose(rotation) * rotation;
+  double deviation = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) {
+      deviation = std::max(deviation, std::abs(product[c][r] - (c == r ? 1.0 : 0.0)));
+    }
+  }
+  if (!(deviation <= kRigidTolerance)) at.Fail("a rigid transform (rotation and translation)");
+  if (!(glm::determinant(rotation) > 0.0)) at.Fail("a rotation, not a mirror image");
+  return matrix;
+}
+
+glm::dmat4 ReadInvertible(const JsonCursor& at) {
+  const glm::dmat4 matrix = ReadAffine(at);
+  const glm::dmat3 linear(matrix);
+  // Relative to the volume that the columns' lengths would span: scale does not matter.
+  const double volume = glm::length(linear[0]) * glm::length(linear[1]) * glm::length(linear[2]);
+  if (!(std::abs(glm::determinant(linear)) > 1e-9 * volume)) at.Fail("an invertible transform");
+  return matrix;
+}
+
+UtcTime ReadTime(const JsonCursor& at) {
+  try {
+    return ParseUtcTime(at.Text());
+  } catch (const std::invalid_argument&) {
+    at.Fail("a UTC time such as 2005-06-21T09:50:00.25Z");
+  }
+}
+
+std::vector<std::string> ReadTexts(const JsonCursor& at) {
+  std::vector<std::string> texts;
+  for (const JsonCursor& entry : at.List(0, kAnyCount)) texts.push_back(entry.Text());
+  return texts;
+}
+
+CameraIntrinsics ReadIntrinsics(const JsonCursor& at) {
+  at.CheckKeys({"width",
+                "height",
+                "fx",
+                "fy",
+                "cx",
+                "cy",
+                "distortion",
+                "distortion_model",
+                "pixel_centers",
+                "camera_from_world"});
+  CameraIntrinsics camera;
+  camera.width_px = at.Required("width").IntegerIn(1, kMaxImageSidePx);
+  camera.height_px = at.Required("height").IntegerIn(1, kMaxImageSidePx);
+  camera.fx_px = at.Required("fx").PositiveNumber();
+  camera.fy_px = at.Required("fy").PositiveNumber();
+  camera.cx_px = at.Required("cx").NumberIn(-1e6, 1e6);
+  camera.cy_px = at.Required("cy").NumberIn(-1e6, 1e6);
+  if (const auto distortion = at.Optional("distortion")) {
+    const auto coefficients = distortion->List(5, 5);
+    for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = coefficients[i].Number();
+  }
+  if (const auto model = at.Optional("distortion_model")) model->OneOf({"opencv"});
+  if (const auto centers = at.Optional("pixel_centers")) centers->OneOf({"integer"});
+  return camera;
+}
+
+Weather ReadWeather(const JsonCursor& at) {
+  return WeatherNamed(at.OneOf({"overcast", "broken", "clear"})).value();
+}
+
+std::filesystem::path ReadPathInside(const JsonCursor& at, const std::filesystem::path& folder) {
+  const std::string text = at.Text();
+  const auto inside = ResolveInside(folder, text);
+  if (!inside) at.Fail(inside.error());
+  return std::filesystem::path(text).lexically_normal();
+}
+
+std::filesystem::path ReadExistingFile(const JsonCursor& at, const std::filesystem::path& folder) {
+  std::filesystem::path path = ReadPathInside(at, folder);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(folder / path, error)) {
+    at.Fail("the path of an existing file");
+  }
+  return path;
+}
+
+}  // namespace pleinair
