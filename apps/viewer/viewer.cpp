@@ -99,15 +99,25 @@ class Viewer {
   }
 
   void Run() {
+    // Dear ImGui needs some pictures after an input until all of it is shown.
+    constexpr int kPicturesAfterInput = 3;
+    constexpr double kIdleS = 0.5;
+    // Drawing for input alone leaves the processor to the frames.
+    constexpr double kLeastIntervalS = 1.0 / 30.0;
+    bool has_news = false;
     while (!window_.IsToClose()) {
-      // Dear ImGui needs some pictures after an input until all of it is shown.
-      constexpr int kPicturesAfterInput = 3;
-      constexpr double kIdleS = 0.5;
-      window_.Wait(pending_pictures_ > 0 ? 0.0 : kIdleS);
+      const double since_last_s =
+          std::chrono::duration<double>(SteadyClock::now() - drawn_).count();
+      const double until_next_s = std::max(0.0, kLeastIntervalS - since_last_s);
+      window_.Wait(pending_pictures_ > 0 || has_news ? until_next_s : kIdleS);
       if (window_.TakeInput()) pending_pictures_ = kPicturesAfterInput;
-      const bool has_news = TakeNews();
+      const std::int64_t frames_before = frames_shown_;
+      has_news |= TakeNews();
       if (!has_news && pending_pictures_ == 0) continue;
+      if (frames_shown_ == frames_before && until_next_s > 0.0) continue;
+      has_news = false;
       pending_pictures_ = std::max(0, pending_pictures_ - 1);
+      drawn_ = SteadyClock::now();
       DrawWindow();
       PostRequest();
       if (SnapshotIsDue()) WriteWantedSnapshot();
@@ -697,6 +707,7 @@ class Viewer {
   std::vector<bool> is_open_;  // By panel.
   bool help_is_open_ = false;
   int pending_pictures_ = 1;
+  SteadyClock::time_point drawn_{};  // The last picture.
   std::int64_t editor_edits_ = 0;
   std::optional<glm::dvec2> pressed_at_;
   glm::dvec2 dragged_to_{0.0};
