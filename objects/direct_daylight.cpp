@@ -1,6 +1,7 @@
 #include "objects/direct_daylight.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "relight/daylight/windows.h"
 
@@ -57,25 +58,25 @@ DirectDaylight::DirectDaylight(const Mesh& room,
       vertices_(VerticesOf(objects.mesh)) {
   options.Validate();
   DaylightSamplingOptions sampling = options.sampling;
-  std::vector<Window> windows = options.windows;
+  windows_ = options.windows;
   if (sampling.restriction == DaylightRestriction::kWholeSky) {
     note_ = "direct daylight: samples of the entire sky";
   } else {
     const std::vector<glm::dvec3> middles_m = MiddlesOf(objects.mesh);
-    std::string origin = windows.size() == 1 ? std::string("1 window given")
-                                             : std::to_string(windows.size()) + " windows given";
-    if (windows.empty()) {
+    std::string origin = windows_.size() == 1 ? std::string("1 window given")
+                                              : std::to_string(windows_.size()) + " windows given";
+    if (windows_.empty()) {
       const FoundWindows found = FindWindows(room, middles_m);
-      windows = found.windows;
+      windows_ = found.windows;
       origin = found.Summary();
     }
     note_ = "direct daylight: " + origin;
-    if (SeesSkyPastWindows(real, windows, middles_m)) {
+    if (SeesSkyPastWindows(real, windows_, middles_m)) {
       sampling.restriction = DaylightRestriction::kWholeSky;
       note_ += "; objects see sky past them: samples of the entire sky";
     }
   }
-  sampler_ = std::make_unique<DaylightSampler>(windows, sphere_, sampling);
+  sampler_ = std::make_unique<DaylightSampler>(windows_, sphere_, sampling);
 }
 
 glm::vec3 DirectDaylight::LargestIrradiance(const std::shared_ptr<const SkyShape>& shape) {
@@ -90,21 +91,30 @@ void DirectDaylight::Update(std::span<const std::shared_ptr<const SkyShape>> sha
   while (skies_.size() > shapes.size()) skies_.pop_back();
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     if (k == skies_.size()) {
-      skies_.push_back({nullptr, DaylightShadows(real_, objects_, sphere_, shadow_options_), {}});
+      skies_.push_back(
+          {nullptr, DaylightShadows(real_, objects_, sphere_, shadow_options_), {}, 0.0, {}});
     }
     Sky& sky = skies_[k];
     if (sky.shape != shapes[k]) {
-      const DaylightSamples drawn = sampler_->Draw(UnitTable(shapes[k]));
+      DaylightSamples drawn = sampler_->Draw(UnitTable(shapes[k]));
       sky.shadows.SetSamples(drawn.samples);
       sky.on_objects = sky.shadows.OnObjects(vertices_);
       sky.sky_share = drawn.sky_share;
-      sky.samples = drawn.samples.size();
+      sky.samples = std::move(drawn.samples);
       sky.shape = shapes[k];
       summary_.maps_drawn += sky.shadows.MapsDrawn();
     }
-    summary_.samples += sky.samples;
+    summary_.samples += sky.samples.size();
     summary_.sky_share += sky.sky_share / static_cast<double>(shapes.size());
   }
+}
+
+std::vector<DaylightSample> DirectDaylight::Samples() const {
+  std::vector<DaylightSample> samples;
+  for (const Sky& sky : skies_) {
+    samples.insert(samples.end(), sky.samples.begin(), sky.samples.end());
+  }
+  return samples;
 }
 
 std::vector<glm::vec3> DirectDaylight::HiddenFrom(std::size_t k,

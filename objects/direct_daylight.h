@@ -65,6 +65,10 @@ class DirectDaylight {
   const DirectDaylightSummary& Summary() const { return summary_; }
   // What the samples are restricted to, in a line.
   const std::string& Note() const { return note_; }
+  // Given, or found; none where nobody looked for them.
+  std::span<const Window> Windows() const { return windows_; }
+  // Of all shapes, for a unit of each.
+  std::vector<DaylightSample> Samples() const;
 
  private:
   struct Sky {
@@ -72,7 +76,7 @@ class DirectDaylight {
     DaylightShadows shadows;
     std::vector<glm::vec3> on_objects;
     double sky_share = 0.0;
-    std::size_t samples = 0;
+    std::vector<DaylightSample> samples;
   };
   const RayCaster& real_;
   const RayCaster& objects_;
@@ -80,6 +84,7 @@ class DirectDaylight {
   BoundingSphere sphere_;
   std::vector<Receiver> vertices_;
   std::string note_;
+  std::vector<Window> windows_;
   std::unique_ptr<DaylightSampler> sampler_;
   std::map<std::shared_ptr<const SkyShape>, glm::vec3> largest_;
   std::vector<Sky> skies_;

@@ -161,8 +161,10 @@ RgbImage FramePipeline::SkyRadiance(const Lighting& lighting, LatLongSize size) 
   return sky;
 }
 
+const DirectDaylight* FramePipeline::Daylight() const { return effects_->Daylight(); }
+
 std::string FramePipeline::DaylightNote() const {
-  return effects_->Daylight() != nullptr ? effects_->Daylight()->Note() : std::string();
+  return Daylight() != nullptr ? Daylight()->Note() : std::string();
 }
 
 SunState FramePipeline::TransportSunOf(const Frame& frame, const SunState& sun) {

@@ -34,6 +34,7 @@
 
 namespace pleinair {
 
+class DirectDaylight;
 class FrameEffects;
 
 struct FramePipelineOptions {
@@ -166,7 +167,9 @@ class FramePipeline {
   // unoccluded as its irradiance is: lat-long. `lighting` is that frame's.
   RgbImage SkyRadiance(const Lighting& lighting, LatLongSize size) const;
 
-  // What daylight samples are restricted to, in a line; empty without such.
+  // Null where daylight does not come by samples.
+  const DirectDaylight* Daylight() const;
+  // What its samples are restricted to, in a line; empty without such.
   std::string DaylightNote() const;
 
  private:

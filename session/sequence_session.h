@@ -114,6 +114,7 @@ class SequenceSession {
   // sky: a sky seen by a fish-eye camera, or given as a picture.
   std::optional<RgbImage> SkyImageOf(const Lighting& lighting) const;
   // See FramePipeline.
+  const DirectDaylight* Daylight() const { return pipeline_->Daylight(); }
   std::string DaylightNote() const { return pipeline_->DaylightNote(); }
 
  private:

@@ -198,6 +198,7 @@ class FrameWorker::Viewing {
   bool IsShownOtherwise(const ViewRequest& request) const {
     return request.exposure_stops != done_.exposure_stops || request.overlay != done_.overlay ||
            request.wants_histogram != done_.wants_histogram ||
+           request.wants_daylight != done_.wants_daylight ||
            request.wants_environment != done_.wants_environment ||
            request.wants_probes != done_.wants_probes;
   }
@@ -302,6 +303,11 @@ class FrameWorker::Viewing {
       frame.histogram = HistogramOf(
           step.frame->codes ? *step.frame->codes
                             : session_->Display().Show(step.frame->radiance, step.frame->exposure));
+    }
+    if (const DirectDaylight* daylight = session_->Daylight();
+        request.wants_daylight && daylight != nullptr) {
+      const auto windows = daylight->Windows();
+      frame.daylight = {daylight->Note(), {windows.begin(), windows.end()}, daylight->Samples()};
     }
     if (request.is_dragging || !(request.wants_environment || request.wants_probes)) return;
     const SequenceSession::Environment light =

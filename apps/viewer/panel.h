@@ -24,6 +24,7 @@ void DrawEffectsPanel(ViewModel& model);
 void DrawTimingPanel(ViewModel& model);
 void DrawHistogramPanel(ViewModel& model);
 void DrawEnvironmentPanel(ViewModel& model);
+void DrawDaylightPanel(ViewModel& model);
 void DrawEventsPanel(ViewModel& model);
 void DrawSettingsPanel(ViewModel& model);
 

@@ -44,6 +44,7 @@ void PictureView::Draw(ViewModel& model,
   if (has_overlay_) list.AddImage(overlay_.Id(), low, high);
   list.PushClipRect(low, high, true);
   DrawBalls(model);
+  DrawWindows(model);
   DrawSelection(model);
   list.PopClipRect();
 }
@@ -79,6 +80,23 @@ void PictureView::DrawBalls(const ViewModel& model) {
     const double radius = place_.scale * camera.intrinsics.fx_px * ball.radius_m / depth_m;
     const glm::dvec2 at = place_.ToScreen(*centre);
     ImGui::GetBackgroundDrawList()->AddImage(ball_.Id(), ToIm(at - radius), ToIm(at + radius));
+  }
+}
+
+void PictureView::DrawWindows(const ViewModel& model) {
+  if (!model.frame->daylight) return;
+  const Camera& camera = model.frame->step.frame->camera;
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  for (const Window& window : model.frame->daylight->windows) {
+    for (std::size_t i = 0; i < window.polygon_m.size(); ++i) {
+      const auto from = PixelOf(camera, window.polygon_m[i]);
+      const auto to = PixelOf(camera, window.polygon_m[(i + 1) % window.polygon_m.size()]);
+      if (!from || !to) continue;
+      list.AddLine(ToIm(place_.ToScreen(*from)),
+                   ToIm(place_.ToScreen(*to)),
+                   IM_COL32(80, 170, 255, 230),
+                   2.0f);
+    }
   }
 }
 

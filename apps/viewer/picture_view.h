@@ -28,6 +28,7 @@ class PictureView {
  private:
   void DrawSelection(const ViewModel& model);
   void DrawBalls(const ViewModel& model);
+  void DrawWindows(const ViewModel& model);
 
   PicturePlace place_;
   Texture shown_;

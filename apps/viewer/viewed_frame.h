@@ -13,6 +13,7 @@
 
 #include "apps/viewer/overlay.h"
 #include "datasets/sequence.h"
+#include "objects/direct_daylight.h"
 #include "pipeline/effect.h"
 #include "session/sequence_session.h"
 
@@ -40,6 +41,7 @@ struct ViewRequest {
   bool wants_histogram = false;
   bool wants_environment = false;
   bool wants_probes = false;
+  bool wants_daylight = false;
 
   bool is_recording = false;  // A camera's pictures.
 };
@@ -58,6 +60,13 @@ struct ShadedBall {
   Rgba8Image picture;
 };
 
+// Openings to the sky, and the far lights that are drawn through them.
+struct ViewedDaylight {
+  std::string note;  // What the samples are restricted to, in a line.
+  std::vector<Window> windows;
+  std::vector<DaylightSample> samples;  // For a unit of each shape of the sky.
+};
+
 struct ViewedFrame {
   std::int64_t number = 0;  // Of all that were made: differs from frame to frame.
   SessionStep step;
@@ -67,9 +76,10 @@ struct ViewedFrame {
   std::optional<Rgb8Image> environment;  // Lat-long, with the sun.
   std::optional<RgbImage> sky;  // Where it has no named shape: see SequenceSession::SkyImageOf.
   std::vector<ShadedBall> balls;
-  std::int64_t edits = 0;   // Of the request that it is of.
-  bool is_complete = true;  // False while dragging: effects are left out for speed.
-  double work_ms = 0.0;     // From the frame at hand to all of the above.
+  std::optional<ViewedDaylight> daylight;  // Where it comes by samples.
+  std::int64_t edits = 0;                  // Of the request that it is of.
+  bool is_complete = true;                 // False while dragging: effects are left out for speed.
+  double work_ms = 0.0;                    // From the frame at hand to all of the above.
 
   bool Succeeded() const { return step.result.has_value(); }
   int Index() const { return Succeeded() ? step.frame->index : step.result.error().index; }

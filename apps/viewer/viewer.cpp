@@ -46,8 +46,8 @@ constexpr const char* kHelp[][2] = {
     {"Ctrl+Z, Ctrl+Y", "undo, redo"},
     {"Ctrl+S", "save objects to the site"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
-    {"F2 ... F9", "panels"},
-    {"F10", "menu; arrows and Enter move in it"},
+    {"F2 ... F10", "panels"},
+    {"Alt", "menu; arrows and Enter move in it"},
     {"F12", "snapshot: the picture, and all that is needed to run it again"},
     {"Ctrl+R", "record a camera's pictures"},
     {"[, ]", "exposure shown, by a third of a stop"},
@@ -232,6 +232,7 @@ class Viewer {
     }
     request.wants_histogram = IsOpen("Histogram");
     request.wants_environment = IsOpen("Environment");
+    request.wants_daylight = IsOpen("Daylight");
     if (!request.wants_environment) request.wants_probes = false;
     worker_.Post(request);
   }
