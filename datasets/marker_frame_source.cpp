@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "datasets/diffuse_mask.h"
+
 namespace pleinair {
 namespace {
 
@@ -93,7 +95,9 @@ std::unique_ptr<FrameSource> MakeRecordedMarkerFrameSource(const Sequence& seque
   // The recording's own poses may be absent; the markers' take their place before anyone looks.
   read.camera_from_world = glm::dmat4(1.0);
   for (FrameEntry& frame : read.frames) frame.camera_from_world.reset();
-  if (!read.environment) read.diffuse_mask.reset();
+  if (const auto mask = ReadDiffuseMask(read); mask && !mask->is_over_map) {
+    read.diffuse_mask.reset();
+  }
   auto frames = MakeRecordedFrameSource(read, preferred, options.camera_noise);
   return MakeMarkerFrameSource(std::move(frames), board, std::move(options));
 }

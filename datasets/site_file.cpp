@@ -17,8 +17,9 @@ namespace pleinair {
 using Json = nlohmann::ordered_json;
 
 std::filesystem::path SiteFileIn(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(folder, error)) return folder;
   for (const char* name : {"site.json", "sequence.json"}) {
-    std::error_code error;
     if (!std::filesystem::exists(folder / name, error)) continue;
     if (!ResolveInside(folder, name)) {
       RefuseFile(folder / name, "expected a file inside the site's folder");

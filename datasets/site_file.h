@@ -9,8 +9,8 @@
 
 namespace pleinair {
 
-// `folder`/site.json where it exists, else `folder`/sequence.json. Throws std::runtime_error,
-// naming the folder, where there is neither.
+// `folder`/site.json where it exists, else `folder`/sequence.json; such a file itself stands for
+// itself. Throws std::runtime_error, naming the folder, where there is neither.
 std::filesystem::path SiteFileIn(const std::filesystem::path& folder);
 
 // Replaces the site's file of `folder` by what `edit` makes of it. Keys that `edit` leaves alone

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
 #include "calib/lens.h"
-#include "scene/image_io.h"
+#include "datasets/diffuse_mask.h"
 
 namespace pleinair {
 namespace {
@@ -31,11 +32,9 @@ std::optional<Gray8Image> PictureMask(const Sequence& sequence) {
   for (const FrameEntry& frame : sequence.frames) {
     if (frame.camera_from_world && sequence.frames.size() > 1) return std::nullopt;
   }
-  Gray8Image mask = ReadMaskImage(sequence.folder / *sequence.diffuse_mask);
-  if (mask.width != sequence.intrinsics.width_px || mask.height != sequence.intrinsics.height_px) {
-    return std::nullopt;  // One over the survey map.
-  }
-  return mask;
+  auto mask = ReadDiffuseMask(sequence);
+  if (!mask || mask->is_over_map) return std::nullopt;
+  return std::move(mask->image);
 }
 
 // Calls visit(x, y, direction_world) for every pixel that has a direction.

@@ -34,24 +34,24 @@ LightTrials::Process(const Frame& frame, std::span<const std::unique_ptr<Lightin
     const SunState sun = SunOfFrame(site_, frame);
     const SunState transport_sun =
         TransportSun(site_, frame, sun, FramePipelineOptions{}.sun_step_s).sun;
-    const SurfaceView* view = nullptr;
+    view_ = nullptr;
     for (const std::unique_ptr<LightingSource>& source : sources) {
       const auto basis = source->BasisFor(frame, transport_sun);
       if (!basis) {
         trials.push_back(tl::unexpected(basis.error()));
         continue;
       }
-      if (view == nullptr) {
+      if (view_ == nullptr) {
         const auto start = Clock::now();
-        view = &view_builder_.Update(frame.camera,
-                                     transport_sun.direction_enu,
-                                     transport_sun.angular_radius_rad,
-                                     *basis,
-                                     SampleRegionsOf(frame));
+        view_ = &view_builder_.Update(frame.camera,
+                                      transport_sun.direction_enu,
+                                      transport_sun.angular_radius_rad,
+                                      *basis,
+                                      SampleRegionsOf(frame));
         view_ms_ = MsSince(start);
       }
       const auto start = Clock::now();
-      auto estimate = source->Estimate(Observe(scene_, clear_sky_, frame, *view, sun));
+      auto estimate = source->Estimate(Observe(scene_, clear_sky_, frame, *view_, sun));
       const double spent_ms = MsSince(start);
       if (!estimate) {
         trials.push_back(tl::unexpected(estimate.error()));

@@ -13,6 +13,7 @@
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
 #include "scene/frame.h"
+#include "scene/surface_view.h"
 #include "sunmodel/site.h"
 
 namespace pleinair {
@@ -34,7 +35,9 @@ class LightTrials {
   tl::expected<std::vector<tl::expected<LightTrial, LightingFailure>>, FrameError> Process(
       const Frame& frame, std::span<const std::unique_ptr<LightingSource>> sources);
 
-  // What the last view cost.
+  // The last frame's, once it has an entry that has not failed.
+  const SurfaceView& View() const { return *view_; }
+  // What it cost.
   double ViewMs() const { return view_ms_; }
 
  private:
@@ -42,6 +45,7 @@ class LightTrials {
   std::optional<Site> site_;
   ScaledClearSky clear_sky_;
   SurfaceViewBuilder view_builder_;
+  const SurfaceView* view_ = nullptr;
   double view_ms_ = 0.0;
 };
 

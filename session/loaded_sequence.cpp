@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "datasets/diffuse_mask.h"
 #include "datasets/marker_frame_source.h"
 #include "pipeline/north_correction.h"
 #include "pipeline/self_calibration.h"
@@ -34,9 +35,12 @@ Sequence ReadSequenceOf(const SessionOptions& options, const std::optional<Marke
   return sequence;
 }
 
-// Removes the map from the sequence; the sun found in it stays.
+// Removes the map and its mask from the sequence; the sun found in it stays.
 void LeaveOutEnvironment(Sequence& sequence) {
   if (!sequence.environment) return;
+  if (const auto mask = ReadDiffuseMask(sequence); mask && mask->is_over_map) {
+    sequence.diffuse_mask.reset();
+  }
   sequence.sun_direction_enu = sequence.environment->sun_direction_enu;
   sequence.environment.reset();
 }

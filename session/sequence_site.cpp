@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "datasets/diffuse_mask.h"
 #include "pipeline/sun_state.h"
 #include "relight/survey/map_sun.h"
 #include "relight/transport/shading_mesh.h"
@@ -389,8 +390,8 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
         100.0 * site.model.material_albedo_stddev);
   }
   site.model.diffuse_regions = sequence.diffuse_regions;
-  if (sequence.diffuse_mask && sequence.environment) {
-    site.model.diffuse_mask = ReadMaskImage(sequence.folder / *sequence.diffuse_mask);
+  if (auto mask = ReadDiffuseMask(sequence); mask && mask->is_over_map) {
+    site.model.diffuse_mask = std::move(mask->image);
     if (map_turned_rad != 0.0) {
       site.model.diffuse_mask = TurnedMask(*site.model.diffuse_mask, map_turned_rad);
     }

@@ -2,11 +2,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
+#include <utility>
 
 #include "datasets/camera/live_frame_source.h"
+#include "datasets/diffuse_mask.h"
 #include "datasets/internal/sequence_folder.h"
-#include "scene/image_io.h"
 
 namespace pleinair {
 namespace {
@@ -44,10 +44,11 @@ Gray8Image ScaledMask(const Gray8Image& mask, int width_px, int height_px) {
 }
 
 SamplingMask::SamplingMask(const Sequence& sequence) : sequence_(sequence) {
-  if (!sequence.diffuse_mask || sequence.environment) return;
-  const std::filesystem::path file = FileInside(sequence.folder, *sequence.diffuse_mask);
-  mask_ = ReadMaskImage(file);
-  RequireCameraSize(*mask_, sequence.intrinsics, "camera", file);
+  auto mask = ReadDiffuseMask(sequence);
+  if (!mask || mask->is_over_map) return;
+  mask_ = std::move(mask->image);
+  RequireCameraSize(
+      *mask_, sequence.intrinsics, "camera", sequence.folder / *sequence.diffuse_mask);
 }
 
 void SamplingMask::ApplyTo(Frame& frame) const {

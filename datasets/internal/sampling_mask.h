@@ -12,7 +12,7 @@ namespace pleinair {
 // `mask` at another resolution: 255 where all pixels that a new one covers are 255, else 0.
 Gray8Image ScaledMask(const Gray8Image& mask, int width_px, int height_px);
 
-// A diffuse mask over the first frame, where it is not one over an environment map.
+// A diffuse mask over the first frame, where it is not one over a survey map.
 class SamplingMask {
  public:
   // Keeps `sequence`. Throws std::runtime_error where the mask cannot be read or has another size.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "datasets/camera/live_frame_source.h"
+#include "datasets/diffuse_mask.h"
 #include "datasets/internal/sampling_mask.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/internal/sequence_json.h"
@@ -62,13 +63,13 @@ Sequence AtLayout(Sequence site, const PictureLayout& layout) {
 
 // A mask over the first picture, in place of its copy: it has the pictures' size.
 void ScaleMask(const Sequence& site, const PictureLayout& layout, const fs::path& folder) {
-  if (!site.diffuse_mask || site.environment) return;
   const CameraIntrinsics& camera = site.intrinsics;
   if (camera.width_px == layout.width_px && camera.height_px == layout.height_px) return;
-  const Gray8Image mask = ReadMaskImage(FileInside(site.folder, *site.diffuse_mask));
+  const auto mask = ReadDiffuseMask(site);
+  if (!mask || mask->is_over_map) return;
   const fs::path copy = folder / *site.diffuse_mask;
   fs::remove(copy);
-  WritePng(copy, ScaledMask(mask, layout.width_px, layout.height_px));
+  WritePng(copy, ScaledMask(mask->image, layout.width_px, layout.height_px));
 }
 
 // For the site's files and the pictures.

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "datasets/sequence.h"
+#include "scene/image_io.h"
 
 namespace pleinair {
 
@@ -29,10 +30,11 @@ class SequenceFolder : public testing::Test {
     folder_ = root_ / "sequence";
     std::filesystem::create_directories(folder_ / "frames");
     // Presence is all that reading a sequence asks of these.
-    for (const char* file :
-         {"scene.obj", "environment.exr", "object.obj", "mask.png", "response.json"}) {
+    for (const char* file : {"scene.obj", "environment.exr", "object.obj", "response.json"}) {
       Write(folder_ / file, "x");
     }
+    // Its size says that it is over the map.
+    WritePng(folder_ / "mask.png", Gray8Image(2, 1, 255));
     Write(folder_ / "fisheye.json", kFisheyeCalibration);
     Write(root_ / "outside.obj", "x");
   }

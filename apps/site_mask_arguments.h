@@ -1,0 +1,10 @@
+// The arguments of `pleinair site mask`.
+#pragma once
+
+#include "apps/arguments.h"
+
+namespace pleinair {
+
+void AddSiteMaskCommand(CLI::App& site, Work& work);
+
+}  // namespace pleinair
