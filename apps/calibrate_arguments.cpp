@@ -10,6 +10,7 @@
 #include "apps/calibrate_command.h"
 #include "apps/calibrate_markers_command.h"
 #include "apps/calibrate_north_command.h"
+#include "apps/calibrate_pose_command.h"
 #include "calib/marker_detection.h"
 
 namespace pleinair {
@@ -107,26 +108,49 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
                    markers->anchor,
                    "Board file with the places of some of the markers in the world");
   board.add_option("--out", markers->out, "The board file")->required();
+}
 
+void AddCalibratePose(CLI::App& calibrate, Work& work) {
   auto pose = std::make_shared<CalibratePoseOptions>();
-  CLI::App& poses =
+  CLI::App& command =
       AddCalibration(calibrate,
                      work,
-                     {"pose", "Camera poses of a sequence's frames, from markers in them"},
+                     {"pose", "Where the camera stood, from picked points or markers"},
                      pose,
                      RunCalibratePose);
-  poses.footer(
+  command.footer(
+      "Example: pleinair calibrate pose site --points picks.csv --out site/site.json\n"
       "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
-  poses.add_option("sequence", pose->sequence, "Folder with sequence.json")->required();
-  poses.add_option("--markers", pose->markers, "Board file of `calibrate markers`")->required();
-  poses.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
+  command
+      .add_option("site",
+                  pose->site,
+                  "Folder with site.json or sequence.json; for --points, a file with `camera`, too")
+      ->required();
+  CLI::Option* points = command.add_option(
+      "--points", pose->points, "CSV: X_PX,Y_PX,X_M,Y_M,Z_M, a row for each picked point");
+  command
+      .add_option("--inlier-px",
+                  pose->inlier_px,
+                  "How far off a pick may be before it is left out (default: 3)")
+      ->needs(points)
+      ->check(Positive());
+  command
+      .add_flag("--near-stated",
+                pose->near_stated,
+                "Where two poses fit, take the one nearer to the stated camera_from_world")
+      ->needs(points);
+  CLI::Option* markers =
+      command.add_option("--markers", pose->markers, "Board file of `calibrate markers`");
+  markers->excludes(points);
+  command.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
+      ->needs(markers)
       ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
           {"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
       ->default_str("linear");
-  poses.add_option("--out",
-                   pose->out,
-                   "Copy of sequence.json with the poses in it; its paths stay relative to the "
-                   "sequence's folder");
+  command.add_option("--out",
+                     pose->out,
+                     "Copy of the file with the pose in it, which may be the file itself; paths in "
+                     "it stay relative to its folder");
 }
 
 }  // namespace
@@ -137,6 +161,7 @@ void AddCalibrate(CLI::App& app, Work& work) {
   calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
   AddCalibrateNorth(calibrate, work);
   AddCalibrateMarkers(calibrate, work);
+  AddCalibratePose(calibrate, work);
 
   auto fisheye = std::make_shared<CalibrateFisheyeOptions>();
   CLI::App& lens = AddCalibration(calibrate,

@@ -17,6 +17,7 @@
 #include "datasets/internal/json_vectors.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/sequence.h"
+#include "datasets/site_file.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -623,14 +624,21 @@ Sequence ReadSite(const std::filesystem::path& folder,
   });
 }
 
-CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {
+StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder) {
   std::error_code error;
-  const bool is_folder = std::filesystem::is_directory(file_or_folder, error);
-  const std::filesystem::path file = is_folder ? SequenceFileIn(file_or_folder) : file_or_folder;
+  fs::path file = SiteFileIn(file_or_folder);
+  if (fs::is_directory(file_or_folder, error) && file.filename() != "site.json") {
+    file = SequenceFileIn(file_or_folder);
+  }
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
   CheckFormat(root);
-  return ReadIntrinsics(root.Required("camera"));
+  const JsonCursor camera = root.Required("camera");
+  return {ReadIntrinsics(camera), ReadOptional(camera, "camera_from_world", ReadRigid)};
+}
+
+CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {
+  return ReadStatedCamera(file_or_folder).intrinsics;
 }
 
 }  // namespace pleinair

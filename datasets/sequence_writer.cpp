@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "datasets/site_file.h"
 #include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -17,14 +18,6 @@ using Json = nlohmann::ordered_json;
 Json FromVector(const glm::dvec2& v) { return {v.x, v.y}; }
 Json FromVector(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-Json FromMatrix(const glm::dmat4& matrix) {
-  Json rows = Json::array();
-  for (int r = 0; r < 4; ++r) {
-    rows.push_back({matrix[0][r], matrix[1][r], matrix[2][r], matrix[3][r]});
-  }
-  return rows;
-}
-
 template <typename Vector>
 Json FromPolygon(const std::vector<Vector>& polygon) {
   Json corners = Json::array();
@@ -33,19 +26,8 @@ Json FromPolygon(const std::vector<Vector>& polygon) {
 }
 
 Json FromCamera(const Sequence& sequence) {
-  const CameraIntrinsics& camera = sequence.intrinsics;
-  Json json = {{"width", camera.width_px},
-               {"height", camera.height_px},
-               {"fx", camera.fx_px},
-               {"fy", camera.fy_px},
-               {"cx", camera.cx_px},
-               {"cy", camera.cy_px},
-               {"distortion", camera.distortion},
-               {"distortion_model", "opencv"},
-               {"pixel_centers", "integer"}};
-  if (sequence.camera_from_world) {
-    json["camera_from_world"] = FromMatrix(*sequence.camera_from_world);
-  }
+  Json json = JsonOf(sequence.intrinsics);
+  if (sequence.camera_from_world) json["camera_from_world"] = JsonOf(*sequence.camera_from_world);
   return json;
 }
 
@@ -104,7 +86,7 @@ Json JsonOf(const FrameEntry& frame) {
   if (frame.exposure_s) json["exposure_s"] = *frame.exposure_s;
   if (frame.iso) json["iso"] = *frame.iso;
   if (frame.f_number) json["f_number"] = *frame.f_number;
-  if (frame.camera_from_world) json["camera_from_world"] = FromMatrix(*frame.camera_from_world);
+  if (frame.camera_from_world) json["camera_from_world"] = JsonOf(*frame.camera_from_world);
   if (frame.sun_direction_enu) json["sun_direction_enu"] = FromVector(*frame.sun_direction_enu);
   if (frame.weather) json["weather"] = NameOf(*frame.weather);
   if (!frame.sample_polygons.empty()) {
@@ -149,8 +131,7 @@ Json JsonOf(const Sequence& sequence) {
   if (sequence.fisheye) json["fisheye"] = FromFisheye(*sequence.fisheye);
   for (const VirtualObjectEntry& object : sequence.virtual_objects) {
     json["virtual_objects"].push_back(
-        {{"mesh", object.mesh.string()},
-         {"world_from_object", FromMatrix(object.world_from_object)}});
+        {{"mesh", object.mesh.string()}, {"world_from_object", JsonOf(object.world_from_object)}});
   }
   json["frames"] = Json::array();
   for (const FrameEntry& frame : sequence.frames) json["frames"].push_back(JsonOf(frame));
