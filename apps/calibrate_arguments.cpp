@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "apps/calibrate_command.h"
+#include "apps/calibrate_lens_command.h"
 #include "apps/calibrate_markers_command.h"
 #include "apps/calibrate_north_command.h"
 #include "apps/calibrate_pose_command.h"
@@ -76,6 +78,55 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
                    "CSV: FRAME,X,Y (pixels), places on the edges of shadows that the mesh casts; "
                    "then only they are used");
   north.add_flag("--json", options->json, "Print JSON");
+}
+
+// `lens`, or `fisheye` with its model given.
+void AddCalibrateLens(CLI::App& calibrate,
+                      Work& work,
+                      const CommandName& named,
+                      std::optional<LensModel> model) {
+  auto options = std::make_shared<CalibrateLensOptions>();
+  options->model = model;
+  CLI::App& lens = AddCalibration(calibrate, work, named, options, RunCalibrateLens);
+  lens.footer(fmt::format("Example: pleinair calibrate {} boards/*.jpg --board 8x6 --out {}",
+                          named.name,
+                          model ? "sky.json" : "lens.json"));
+  lens.add_option("pictures", options->pictures, "Pictures of the board")->required();
+  lens.add_option("--board", options->board, "Inner corners, COLUMNSxROWS")->required();
+  CLI::Option* charuco = lens.add_flag(
+      "--charuco",
+      options->charuco,
+      "The board is OpenCV's ChArUco, with one square more than corners a side; part of it is "
+      "enough");
+  lens.add_option(
+          "--dictionary", options->markers.dictionary, "Of its markers: 4x4_50, 5x5_100, ...")
+      ->needs(charuco)
+      ->check(CLI::IsMember(MarkerDictionaryNames()))
+      ->capture_default_str();
+  lens.add_option(
+          "--marker-share", options->markers.side_share, "Side of a marker over that of a square")
+      ->needs(charuco)
+      ->check(CLI::Range(0.05, 0.95))
+      ->capture_default_str();
+  if (!model) {
+    lens.add_option("--model",
+                    options->model,
+                    "pinhole or fisheye (default: what predicts held-out pictures better)")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, LensModel>{
+            {"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}));
+  }
+  lens.add_option(
+          "--fov-deg", options->fov_deg, "Of a fish-eye: full angle (default: the picture's)")
+      ->check(CLI::Range(1.0, 360.0));
+  lens.add_flag("--force",
+                options->force,
+                "Write a lens that misses the corners by more than 1 px, or has fx and fy more "
+                "than 3 % apart, too");
+  lens.add_option("--out", options->out, "The lens's file: `camera`, or a fish-eye's");
+  lens.add_option("--site",
+                  options->site,
+                  "Folder with site.json or sequence.json: the lens becomes its `camera`, or with "
+                  "fisheye.json its `fisheye`");
 }
 
 void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
@@ -158,27 +209,16 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
 void AddCalibrate(CLI::App& app, Work& work) {
   CLI::App& calibrate = *app.add_subcommand("calibrate", "Make the files that describe cameras");
   calibrate.require_subcommand(1);
-  calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
+  calibrate.footer("Example: pleinair calibrate lens boards/*.jpg --board 8x6 --out lens.json");
   AddCalibrateNorth(calibrate, work);
+  AddCalibrateLens(
+      calibrate, work, {"lens", "A pinhole or fish-eye lens from pictures of a board"}, {});
+  AddCalibrateLens(calibrate,
+                   work,
+                   {"fisheye", "The same, of a lens known to be a fish-eye"},
+                   LensModel::kFisheye);
   AddCalibrateMarkers(calibrate, work);
   AddCalibratePose(calibrate, work);
-
-  auto fisheye = std::make_shared<CalibrateFisheyeOptions>();
-  CLI::App& lens = AddCalibration(calibrate,
-                                  work,
-                                  {"fisheye", "A fish-eye lens from pictures of a chessboard"},
-                                  fisheye,
-                                  RunCalibrateFisheye);
-  lens.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
-  lens.add_option("pictures", fisheye->pictures, "Pictures of the board")->required();
-  lens.add_option("--board", fisheye->board, "Inner corners, COLUMNSxROWS")->required();
-  lens.add_option("--fov-deg", fisheye->fov_deg, "Full angle to use (default: the picture's)")
-      ->check(CLI::Range(1.0, 360.0));
-  lens.add_flag("--force",
-                fisheye->force,
-                "Write a lens that misses the corners by more than 1 px, or has fx and fy more "
-                "than 3 % apart, too");
-  lens.add_option("--out", fisheye->out, "The fish-eye's file")->required();
 
   auto response = std::make_shared<CalibrateResponseOptions>();
   CLI::App& curve =

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include <fmt/format.h>
 #include <glm/geometric.hpp>
 
 #include "apps/number_table.h"
@@ -17,7 +16,6 @@
 #include "calib/colour_tie.h"
 #include "calib/exposure_merge.h"
 #include "calib/fisheye_file.h"
-#include "calib/fisheye_fit.h"
 #include "calib/fisheye_orientation.h"
 #include "calib/frame_average.h"
 #include "calib/response_fit.h"
@@ -35,13 +33,6 @@ namespace {
   std::vsnprintf(text.data(), text.size(), format, arguments);
   va_end(arguments);
   return std::string(text.data()) + "\n";
-}
-
-// The green channel, which most pixels of a sensor measure.
-Gray8Image GreenOf(const Rgb8Image& picture) {
-  Gray8Image green(picture.width, picture.height);
-  for (std::size_t i = 0; i < picture.pixels.size(); ++i) green.pixels[i] = picture.pixels[i].y;
-  return green;
 }
 
 std::string Report(const ResponseFit& fit) {
@@ -165,165 +156,7 @@ std::vector<NamedMark> Marks(const CalibrateOrientationOptions& options, const F
   return marks;
 }
 
-BoardSize BoardSizeFrom(const std::string& text) {
-  BoardSize board;
-  int length = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%n", &board.columns, &board.rows, &length) != 2 ||
-      text.size() != static_cast<std::size_t>(length)) {
-    throw std::invalid_argument("--board " + text +
-                                ": expected columns and rows of inner corners, such as 8x6");
-  }
-  board.Validate();
-  return board;
-}
-
-// What pictures say when they are taken to show a board of one size.
-struct LensTrial {
-  std::optional<FisheyeFit> fit;
-  std::string doubt;                    // Why there is none, or it is not credible; or empty.
-  std::vector<RejectedPicture> unread;  // And those in which there is no such board.
-};
-
-// `message` without the file that it begins with.
-std::string WithoutFile(const std::string& message, const std::filesystem::path& file) {
-  const std::string name = file.string() + ": ";
-  return message.starts_with(name) ? message.substr(name.size()) : message;
-}
-
-// Throws std::runtime_error where not one of the files can be read.
-LensTrial TryBoard(const std::vector<std::filesystem::path>& files, BoardSize board) {
-  LensTrial trial;
-  std::vector<BoardPicture> boards;
-  int width = 0;
-  int height = 0;
-  for (const std::filesystem::path& file : files) {
-    Gray8Image picture;
-    try {
-      picture = GreenOf(ReadDisplayImage(file));
-    } catch (const std::exception& error) {
-      trial.unread.push_back({file.string(), WithoutFile(error.what(), file)});
-      continue;
-    }
-    if (width == 0) {
-      width = picture.width;
-      height = picture.height;
-    }
-    if (picture.width != width || picture.height != height) {
-      trial.unread.push_back({file.string(),
-                              std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                                  " pixels where the first has " + std::to_string(width) + "x" +
-                                  std::to_string(height)});
-      continue;
-    }
-    const auto corners = FindBoardCorners(picture, board);
-    if (!corners) {
-      trial.unread.push_back(
-          {file.string(), "no board of " + TextOf(board) + " inner corners found"});
-      continue;
-    }
-    boards.push_back({file.string(), *corners});
-  }
-  if (width == 0 && !trial.unread.empty()) {
-    throw std::runtime_error(trial.unread[0].name + ": " + trial.unread[0].reason +
-                             ": expected pictures of a board");
-  }
-  if (boards.empty()) {
-    trial.doubt = "expected pictures of a board of so many inner corners, found none";
-    if (!trial.unread.empty()) {
-      trial.doubt += "; " + trial.unread[0].name + ": " + trial.unread[0].reason;
-    }
-    return trial;
-  }
-  try {
-    trial.fit = FitFisheyeLens(boards, board, width, height);
-    trial.doubt = DoubtAbout(*trial.fit);
-  } catch (const std::runtime_error& error) {
-    trial.doubt = error.what();
-  }
-  return trial;
-}
-
-// Sizes of board that pictures show, but for `wrong`.
-std::vector<BoardSize> SizesSeen(const std::vector<std::filesystem::path>& files, BoardSize wrong) {
-  constexpr std::size_t kPicturesLookedAt = 12;
-  std::vector<BoardSize> sizes;
-  for (std::size_t i = 0; i < std::min(files.size(), kPicturesLookedAt); ++i) {
-    std::optional<BoardSize> found;
-    try {
-      found = FindBoardSize(GreenOf(ReadDisplayImage(files[i])));
-    } catch (const std::exception&) {
-      continue;  // The trial of `wrong` has named it.
-    }
-    if (!found || *found == wrong || *found == BoardSize{wrong.rows, wrong.columns}) continue;
-    if (std::find(sizes.begin(), sizes.end(), *found) == sizes.end()) sizes.push_back(*found);
-  }
-  return sizes;
-}
-
-// The size of board that the pictures fit, for a message. Parts of a board fit, too: of several
-// sizes the one with most corners in all.
-std::string AdviceOnBoard(const std::vector<std::filesystem::path>& files, BoardSize wrong) {
-  std::string advice = "does not fit, nor does another size that is seen in the pictures";
-  std::size_t most_corners = 0;
-  for (const BoardSize size : SizesSeen(files, wrong)) {
-    const LensTrial trial = TryBoard(files, size);
-    if (!trial.fit || !trial.doubt.empty()) continue;
-    const std::size_t corners = trial.fit->fitted.size() * static_cast<std::size_t>(size.Count());
-    if (corners <= most_corners) continue;
-    most_corners = corners;
-    advice = fmt::format(
-        "does not fit, --board {} does (rms {:.2f} px, fx {:.1f}, fy {:.1f}, {} pictures)",
-        TextOf(size),
-        trial.fit->rms_px,
-        trial.fit->lens.fx_px,
-        trial.fit->lens.fy_px,
-        trial.fit->fitted.size());
-  }
-  return advice;
-}
-
 }  // namespace
-
-std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options) {
-  const BoardSize board = BoardSizeFrom(options.board);
-  const LensTrial trial = TryBoard(options.pictures, board);
-  if (!trial.doubt.empty() && !(options.force && trial.fit)) {
-    throw std::runtime_error("--board " + TextOf(board) + " " +
-                             AdviceOnBoard(options.pictures, board) + ": " + trial.doubt +
-                             (trial.fit ? "; --force writes it all the same" : ""));
-  }
-  FisheyeFit fit = *trial.fit;
-  if (options.fov_deg) fit.lens.max_angle_rad = 0.5 * RadFromDeg(*options.fov_deg);
-  WriteWholeText(options.out, FisheyeCalibrationText({fit.lens, {}, {}, fit.rms_px}));
-
-  const FisheyeIntrinsics& lens = fit.lens;
-  std::string report;
-  for (const FittedPicture& picture : fit.fitted) {
-    report += Line("%s: rms %.2f px", picture.name.c_str(), picture.rms_px);
-  }
-  if (!trial.doubt.empty()) report += "forced: " + trial.doubt + "\n";
-  for (const auto& rejected : {trial.unread, fit.rejected}) {
-    for (const RejectedPicture& picture : rejected) {
-      report += picture.name + ": left out: " + picture.reason + "\n";
-    }
-  }
-  report += Line("fx %.2f fy %.2f cx %.2f cy %.2f px, k %.5f %.5f %.5f %.5f",
-                 lens.fx_px,
-                 lens.fy_px,
-                 lens.cx_px,
-                 lens.cy_px,
-                 lens.distortion[0],
-                 lens.distortion[1],
-                 lens.distortion[2],
-                 lens.distortion[3]);
-  report +=
-      Line("rms %.3f px over %zu pictures; boards reach %.1f deg from the axis, valid to %.1f",
-           fit.rms_px,
-           fit.fitted.size(),
-           DegFromRad(fit.covered_angle_rad),
-           DegFromRad(FisheyeLens(lens).MaxAngleRad()));
-  return report;
-}
 
 std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
   ResponseFit fit;

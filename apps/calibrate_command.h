@@ -1,4 +1,4 @@
-// `pleinair calibrate`: camera files from pictures of boards, charts, brackets, marks and the sun.
+// `pleinair calibrate`: camera files from pictures of charts, brackets, marks and the sun.
 // Each function writes its file, completely or not at all, and returns the report to print.
 #pragma once
 
@@ -8,17 +8,6 @@
 #include <vector>
 
 namespace pleinair {
-
-struct CalibrateFisheyeOptions {
-  std::vector<std::filesystem::path> pictures;
-  std::string board;              // "8x6": inner corners.
-  std::optional<double> fov_deg;  // Not given: what the picture shows.
-  bool force = false;             // Write a lens that is in doubt, too.
-  std::filesystem::path out;
-};
-// A lens from board pictures; those that are no use are named in the report. Throws where the lens
-// is in doubt (DoubtAbout), naming the size of board that fits, if one does.
-std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options);
 
 struct CalibrateResponseOptions {
   std::vector<std::filesystem::path> pictures;

@@ -128,7 +128,7 @@ TEST_F(CalibratePose, RefusalsAreOneLineWithTheReason) {
   }
   EXPECT_THAT(Refusal(RunCalibratePose, From(line)), HasSubstr("the points lie on one line"));
   std::vector<PointMatch> wrong = picks_;
-  for (std::size_t i = 0; i < 5; ++i) wrong[i].pixel = picks_[(3 * i + 2) % 8].pixel;
+  for (std::size_t i = 0; i < 6; ++i) wrong[i].pixel = picks_[(i + 1) % 6].pixel;
   EXPECT_THAT(Refusal(RunCalibratePose, From(wrong)),
               AllOf(HasSubstr("no pose fits more than"), HasSubstr("reprojection error")));
   options_.points.clear();
