@@ -166,11 +166,12 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
   CLI::App& command =
       AddCalibration(calibrate,
                      work,
-                     {"pose", "Where the camera stood, from picked points or markers"},
+                     {"pose", "Where the camera stood, from picked points, edges or markers"},
                      pose,
                      RunCalibratePose);
   command.footer(
       "Example: pleinair calibrate pose site --points picks.csv --out site/site.json\n"
+      "Example: pleinair calibrate pose site --edges frame.png --out site/site.json\n"
       "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
   command
       .add_option("site",
@@ -190,9 +191,23 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
                 pose->near_stated,
                 "Where two poses fit, take the one nearer to the stated camera_from_world")
       ->needs(points);
+  CLI::Option* edges = command.add_option("--edges",
+                                          pose->edges,
+                                          "A picture of the camera: the stated camera_from_world "
+                                          "is moved until the mesh's edges lie on "
+                                          "the picture's");
+  edges->excludes(points);
+  command.add_option("--mesh", pose->mesh, "For --edges (default: the site's scene.mesh)")
+      ->needs(edges);
+  command
+      .add_option("--search-px",
+                  pose->search_px,
+                  "How far the stated pose may put edges from where they are (default: 20)")
+      ->needs(edges)
+      ->check(CLI::Range(2.0, 1000.0));
   CLI::Option* markers =
       command.add_option("--markers", pose->markers, "Board file of `calibrate markers`");
-  markers->excludes(points);
+  markers->excludes(points)->excludes(edges);
   command.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
       ->needs(markers)
       ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
@@ -264,26 +279,45 @@ void AddCalibrate(CLI::App& app, Work& work) {
   mean.add_option("--out", average->out, "EXR or HDR")->required();
 
   auto colour = std::make_shared<CalibrateColourOptions>();
-  CLI::App& tie = AddCalibration(calibrate,
-                                 work,
-                                 {"colour", "Tie the fish-eye's colours to the room camera's"},
-                                 colour,
-                                 RunCalibrateColour);
-  tie.footer("Example: pleinair calibrate colour sky.json --pairs pairs.csv");
-  tie.add_option("calibration", colour->calibration, "The fish-eye's file")->required();
-  CLI::Option* pairs =
-      tie.add_option("--pairs", colour->pairs, "CSV: fish-eye R,G,B, room R,G,B (linear)");
-  CLI::Option* seen = tie.add_option(
-      "--fisheye-picture", colour->fisheye_picture, "With a ColorChecker; EXR, HDR or 8-bit");
-  CLI::Option* room = tie.add_option(
-      "--room-picture", colour->room_picture, "With the same chart in the same light");
-  seen->needs(room)->excludes(pairs);
-  room->needs(seen);
-  tie.add_option("--fisheye-corners", colour->fisheye_corners, "As for response (default: found)");
-  tie.add_option("--room-corners", colour->room_corners, "As for response (default: found)");
-  tie.add_option("--fisheye-response", colour->fisheye_response, "Of an 8-bit picture");
-  tie.add_option("--room-response", colour->room_response, "Of an 8-bit picture");
-  tie.add_flag("--matrix", colour->matrix, "A 3x3 matrix, not a factor for each channel");
+  CLI::App& tie =
+      AddCalibration(calibrate,
+                     work,
+                     {"colour", "Tie a camera's colours to another's, or to the survey's"},
+                     colour,
+                     RunCalibrateColour);
+  tie.footer(
+      "Example: pleinair calibrate colour sky.json --pairs pairs.csv\n"
+      "Example: pleinair calibrate colour site --from-picture frame.png --to-picture survey.exr "
+      "--regions regions.csv");
+  tie.add_option("camera",
+                 colour->calibration,
+                 "A fish-eye's file, or a folder with site.json or sequence.json: its camera")
+      ->required();
+  CLI::Option* pairs = tie.add_option(
+      "--pairs", colour->pairs, "CSV: this camera's R,G,B, the other's R,G,B (linear)");
+  CLI::Option* from = tie.add_option("--from-picture,--fisheye-picture",
+                                     colour->from_picture,
+                                     "Of this camera; EXR, HDR or 8-bit");
+  CLI::Option* to = tie.add_option("--to-picture,--room-picture",
+                                   colour->to_picture,
+                                   "Of the other, or the survey, in the same light");
+  CLI::Option* regions =
+      tie.add_option("--regions",
+                     colour->regions,
+                     "CSV: X,Y,RADIUS (pixels) of a surface in each picture, or without "
+                     "--to-picture X,Y,RADIUS,R,G,B (default: both show a ColorChecker)");
+  from->excludes(pairs);
+  to->needs(from);
+  regions->needs(from);
+  tie.add_option("--from-corners,--fisheye-corners",
+                 colour->from_corners,
+                 "Of the chart, as for response (default: found)");
+  tie.add_option("--to-corners,--room-corners", colour->to_corners, "The same");
+  tie.add_option("--from-response,--fisheye-response",
+                 colour->from_response,
+                 "Of an 8-bit picture (default: the site's, or srgb8)");
+  tie.add_option("--to-response,--room-response", colour->to_response, "The same of the other");
+  tie.add_flag("--matrix", colour->matrix, "Of a fish-eye: a 3x3 matrix, not a factor a channel");
   tie.add_option("--out", colour->out, "Where to write (default: the same file)");
 
   auto orientation = std::make_shared<CalibrateOrientationOptions>();

@@ -12,13 +12,16 @@
 #include "apps/number_table.h"
 #include "apps/picture_files.h"
 #include "apps/whole_text.h"
+#include "calib/bracket_fit.h"
 #include "calib/colour_chart.h"
 #include "calib/colour_tie.h"
 #include "calib/exposure_merge.h"
 #include "calib/fisheye_file.h"
 #include "calib/fisheye_orientation.h"
 #include "calib/frame_average.h"
+#include "calib/json_cursor.h"
 #include "calib/response_fit.h"
+#include "datasets/camera_file.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -50,15 +53,66 @@ std::string Report(const ResponseFit& fit) {
   return text;
 }
 
+// A line for a picture that is no use.
+std::string LeftOut(const std::filesystem::path& file, const std::string& message) {
+  const std::string name = file.string() + ": ";
+  return name + "left out: " + (message.starts_with(name) ? message.substr(name.size()) : message) +
+         "\n";
+}
+
+// The bracket without pictures that are no use, which the report names.
+ResponseFit FitReadableBracket(const CalibrateResponseOptions& options, std::string& report) {
+  if (!options.exposures.empty()) ExposuresOf(options.pictures, options.exposures);  // One each.
+  std::vector<ExposedPicture> pictures;
+  std::vector<std::filesystem::path> files;
+  std::string first_reason;
+  for (std::size_t i = 0; i < options.pictures.size(); ++i) {
+    const std::filesystem::path& file = options.pictures[i];
+    try {
+      const double exposure =
+          options.exposures.empty() ? ExposuresOf({file}, {})[0] : options.exposures[i];
+      pictures.push_back({ReadDisplayImage(file), exposure});
+      const Rgb8Image& first = pictures.front().codes;
+      const Rgb8Image& codes = pictures.back().codes;
+      if (codes.width != first.width || codes.height != first.height) {
+        pictures.pop_back();
+        throw std::runtime_error("expected the size of the first");
+      }
+      files.push_back(file);
+    } catch (const std::exception& error) {
+      report += LeftOut(file, error.what());
+      if (first_reason.empty()) first_reason = error.what();
+    }
+  }
+  if (pictures.size() < 2 && !first_reason.empty()) throw std::runtime_error(first_reason);
+  const BracketFit fit = FitBracket(pictures);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const BracketPicture& picture = fit.pictures[i];
+    report += picture.reason.empty() ? Line("%s: light off by %+.1f %%, scatters by %.1f %%",
+                                            files[i].c_str(),
+                                            100.0 * std::expm1(picture.offset),
+                                            100.0 * picture.scatter)
+                                     : LeftOut(files[i], picture.reason);
+  }
+  return fit.response;
+}
+
 // The greys of the charts, where they are neither clipped nor lost in noise.
-std::array<std::vector<ResponseSample>, 3> ChartSamples(const CalibrateResponseOptions& options) {
+std::array<std::vector<ResponseSample>, 3> ChartSamples(const CalibrateResponseOptions& options,
+                                                        std::string& report) {
   std::array<std::vector<ResponseSample>, 3> samples;
   std::vector<double> exposures(options.pictures.size(), 1.0);
   if (options.pictures.size() > 1) exposures = ExposuresOf(options.pictures, options.exposures);
   for (std::size_t i = 0; i < options.pictures.size(); ++i) {
-    const Rgb8Image picture = ReadDisplayImage(options.pictures[i]);
-    const auto patches =
-        MeasureChart(picture, ChartIn(picture, options.corners, options.pictures[i]));
+    std::array<ChartPatch, kChartPatches> patches;
+    try {
+      const Rgb8Image picture = ReadDisplayImage(options.pictures[i]);
+      patches = MeasureChart(picture, ChartIn(picture, options.corners, options.pictures[i]));
+    } catch (const std::runtime_error& error) {
+      if (options.pictures.size() == 1) throw;
+      report += LeftOut(options.pictures[i], error.what());
+      continue;
+    }
     for (const int grey : kChartGreys) {
       const auto index = static_cast<std::size_t>(grey);
       for (int c = 0; c < 3; ++c) {
@@ -79,7 +133,8 @@ std::array<ChartPatch, kChartPatches> ChartColours(const std::filesystem::path& 
   return MeasureChart(radiance, ChartIn(Shown(radiance), corners, file));
 }
 
-std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options) {
+std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options,
+                                    const std::string& from_response) {
   std::vector<ColourPair> pairs;
   if (!options.pairs.empty()) {
     for (const std::vector<double>& row : ReadNumberTable(options.pairs, 6)) {
@@ -87,11 +142,70 @@ std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options) {
     }
     return pairs;
   }
-  const auto from =
-      ChartColours(options.fisheye_picture, options.fisheye_corners, options.fisheye_response);
-  const auto to = ChartColours(options.room_picture, options.room_corners, options.room_response);
+  if (options.from_picture.empty()) {
+    throw std::invalid_argument("expected --pairs, or pictures of this camera and the other");
+  }
+  if (!options.regions.empty()) {
+    const RgbImage from = ReadLinear(options.from_picture, from_response);
+    RgbImage to;
+    if (!options.to_picture.empty()) to = ReadLinear(options.to_picture, options.to_response);
+    for (const std::vector<double>& row : ReadNumberTable(options.regions, 6)) {
+      const glm::dvec3 second(row[3], row[4], row[5]);
+      pairs.push_back({MeanOfDisc(from, {row[0], row[1]}, row[2]),
+                       to.Empty() ? second : MeanOfDisc(to, {row[3], row[4]}, row[5])});
+    }
+    return pairs;
+  }
+  const auto from = ChartColours(options.from_picture, options.from_corners, from_response);
+  const auto to = ChartColours(options.to_picture, options.to_corners, options.to_response);
   for (std::size_t i = 0; i < kChartPatches; ++i) pairs.push_back({from[i].mean, to[i].mean});
   return pairs;
+}
+
+std::string DescribeTie(const ColourTie& tie) {
+  std::string report;
+  for (int row = 0; row < 3; ++row) {
+    report += Line("%10.5f %10.5f %10.5f",
+                   tie.to_from_rgb[0][row],
+                   tie.to_from_rgb[1][row],
+                   tie.to_from_rgb[2][row]);
+  }
+  for (std::size_t i = 0; i < tie.counts.size(); ++i) {
+    report += Line("pair %zu: off by %.1f %%%s",
+                   i + 1,
+                   100.0 * tie.residual_relative[i],
+                   tie.counts[i] ? "" : ", left out");
+  }
+  return report + Line("rms %.2f %% over %td pairs",
+                       100.0 * tie.rms_relative,
+                       std::count(tie.counts.begin(), tie.counts.end(), true));
+}
+
+// A site's camera: its response takes the factors.
+std::string TieSite(const CalibrateColourOptions& options, const std::filesystem::path& file) {
+  constexpr const char* kResponseFile = "camera_response.json";
+  if (options.matrix) {
+    throw std::invalid_argument(
+        "--matrix: expected a fish-eye's file, as a site's camera has a "
+        "factor for each channel only");
+  }
+  const nlohmann::json document = LoadJson(file);
+  std::string response = "srgb8";
+  if (const auto radiometry = JsonCursor(document, file.string()).Optional("radiometry")) {
+    if (const auto ldr = radiometry->Optional("frames_ldr")) response = ldr->Text();
+  }
+  if (response != "srgb8") response = (file.parent_path() / response).string();
+  const ColourTie tie = FitColourTie(
+      ColourPairs(options, options.from_response.empty() ? response : options.from_response),
+      ColourTieKind::kScale);
+  const glm::dvec3 factor(tie.to_from_rgb[0][0], tie.to_from_rgb[1][1], tie.to_from_rgb[2][2]);
+  const std::filesystem::path out = options.out.empty() ? file : options.out;
+  WriteWholeText(out.parent_path() / kResponseFile,
+                 ResponseCurve::FromTable(TiedResponse(ResponseFrom(response), factor)).FileText());
+  MergeIntoFile(file, {{"radiometry", {{"frames_ldr", kResponseFile}}}}, out);
+  return DescribeTie(tie) + Line("the camera's 1 is %.5g of the other's; its response is now %s",
+                                 std::max({factor.x, factor.y, factor.z}),
+                                 kResponseFile);
 }
 
 std::string Coordinate(double value) {
@@ -162,9 +276,10 @@ std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
   ResponseFit fit;
   std::string report;
   if (!options.chart) {
-    fit = FitResponseFromBrackets(ReadBracket(options.pictures, options.exposures));
+    fit = FitReadableBracket(options, report);
   } else if (options.curve == "logarithmic") {
-    const LogarithmicResponseFit logarithmic = FitLogarithmicResponse(ChartSamples(options));
+    const LogarithmicResponseFit logarithmic =
+        FitLogarithmicResponse(ChartSamples(options, report));
     fit = logarithmic.response;
     for (const LogarithmicCurve& curve : logarithmic.curves) {
       report += Line("code = %.3f + %.3f ln(%.5g + light), rms %.2f codes",
@@ -174,7 +289,7 @@ std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
                      curve.rms_codes);
     }
   } else {
-    fit = FitMonotoneResponse(ChartSamples(options));
+    fit = FitMonotoneResponse(ChartSamples(options, report));
   }
   WriteWholeText(options.out, ResponseCurve::FromTable(fit.table).FileText());
   return report + Report(fit);
@@ -224,26 +339,19 @@ std::string RunCalibrateAverage(const CalibrateAverageOptions& options) {
 }
 
 std::string RunCalibrateColour(const CalibrateColourOptions& options) {
-  FisheyeCalibration calibration = ReadFisheyeCalibration(options.calibration);
+  const std::filesystem::path file = CameraFileIn(options.calibration);
+  const nlohmann::json document = LoadJson(file);
+  if (document.is_object() && document.value("format", nlohmann::json()) != "pleinair-fisheye" &&
+      document.contains("camera")) {
+    return TieSite(options, file);
+  }
+  FisheyeCalibration calibration = ReadFisheyeCalibration(file);
   const ColourTie tie = FitColourTie(
-      ColourPairs(options), options.matrix ? ColourTieKind::kMatrix : ColourTieKind::kScale);
+      ColourPairs(options, options.from_response.empty() ? "srgb8" : options.from_response),
+      options.matrix ? ColourTieKind::kMatrix : ColourTieKind::kScale);
   calibration.room_from_fisheye_rgb = tie.to_from_rgb;
-  WriteWholeText(options.out.empty() ? options.calibration : options.out,
-                 FisheyeCalibrationText(calibration));
-  std::string report;
-  for (int row = 0; row < 3; ++row) {
-    report += Line("%10.5f %10.5f %10.5f",
-                   tie.to_from_rgb[0][row],
-                   tie.to_from_rgb[1][row],
-                   tie.to_from_rgb[2][row]);
-  }
-  for (std::size_t i = 0; i < tie.counts.size(); ++i) {
-    if (tie.counts[i]) continue;
-    report += Line("pair %zu left out: off by %.1f %%", i + 1, 100.0 * tie.residual_relative[i]);
-  }
-  return report + Line("rms %.2f %% over %td pairs",
-                       100.0 * tie.rms_relative,
-                       std::count(tie.counts.begin(), tie.counts.end(), true));
+  WriteWholeText(options.out.empty() ? file : options.out, FisheyeCalibrationText(calibration));
+  return DescribeTie(tie);
 }
 
 std::string RunCalibrateOrientation(const CalibrateOrientationOptions& options) {

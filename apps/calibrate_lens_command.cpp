@@ -12,7 +12,7 @@
 #include "apps/whole_text.h"
 #include "calib/fisheye_file.h"
 #include "calib/json_cursor.h"
-#include "datasets/site_file.h"
+#include "datasets/camera_file.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 
@@ -169,7 +169,7 @@ void RequireSize(const std::filesystem::path& file,
 }
 
 void WriteIntoSite(const std::filesystem::path& site, const LensFit& fit) {
-  const std::filesystem::path file = SiteFileIn(site);
+  const std::filesystem::path file = CameraFileIn(site);
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
   nlohmann::ordered_json changes;
@@ -201,7 +201,7 @@ void WriteIntoSite(const std::filesystem::path& site, const LensFit& fit) {
                           {"height", lens.height_px},
                           {"calibration", name.string()}};
   }
-  ChangeSiteFile(file, changes, file);
+  MergeIntoFile(file, changes, file);
 }
 
 std::string DescribeTrial(LensModel model, const LensTrial& trial) {

@@ -13,11 +13,16 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/number_table.h"
+#include "apps/picture_files.h"
 #include "calib/camera_pose.h"
+#include "calib/edge_pose.h"
+#include "calib/json_cursor.h"
 #include "calib/marker_board.h"
+#include "datasets/camera_file.h"
 #include "datasets/marker_frame_source.h"
 #include "datasets/sequence.h"
-#include "datasets/site_file.h"
+#include "scene/image_io.h"
+#include "scene/mesh_io.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -55,7 +60,7 @@ void WriteWithPoses(const Sequence& sequence,
   }
   Json changes = {{"camera", {{"camera_from_world", nullptr}}}};
   changes["frames"] = std::move(frames);
-  ChangeSiteFile(sequence.file, changes, out);
+  MergeIntoFile(sequence.file, changes, out);
 }
 
 // Frames that state their own pose would not use the camera's.
@@ -73,17 +78,19 @@ void RequireOnePose(const std::filesystem::path& file) {
 
 void WritePose(const CalibratePoseOptions& options, const glm::dmat4& camera_from_world) {
   if (options.out.empty()) return;
-  const std::filesystem::path file = SiteFileIn(options.site);
+  const std::filesystem::path file = CameraFileIn(options.site);
   RequireOnePose(file);
-  ChangeSiteFile(
+  MergeIntoFile(
       file, {{"camera", {{"camera_from_world", JsonOf(camera_from_world)}}}}, options.out);
 }
 
-std::string DescribeKnowledge(const CameraPose& pose) {
+std::string DescribeKnowledge(const glm::dmat4& camera_from_world,
+                              double position_sigma_m,
+                              double rotation_sigma_rad) {
   return fmt::format("camera at {} m, sigma {:.1f} mm; its direction, sigma {:.3f} deg",
-                     Metres(Camera{{}, pose.camera_from_world}.CentreWorldM()),
-                     1000.0 * pose.position_sigma_m,
-                     DegFromRad(pose.rotation_sigma_rad));
+                     Metres(Camera{{}, camera_from_world}.CentreWorldM()),
+                     1000.0 * position_sigma_m,
+                     DegFromRad(rotation_sigma_rad));
 }
 
 std::string PoseFromPoints(const CalibratePoseOptions& options) {
@@ -95,7 +102,7 @@ std::string PoseFromPoints(const CalibratePoseOptions& options) {
   CameraPoseOptions pose_options = PickedPointOptions();
   if (options.inlier_px) pose_options.inlier_px = *options.inlier_px;
   if (options.near_stated && !camera.camera_from_world) {
-    throw std::runtime_error(SiteFileIn(options.site).string() +
+    throw std::runtime_error(CameraFileIn(options.site).string() +
                              ": camera.camera_from_world: expected for --near-stated");
   }
   const auto pose = FindCameraPose(Lens(camera.intrinsics),
@@ -128,7 +135,61 @@ std::string PoseFromPoints(const CalibratePoseOptions& options) {
                              pose->rms_px,
                              std::count(pose->counts.begin(), pose->counts.end(), true),
                              picks.size(),
-                             DescribeKnowledge(*pose));
+                             DescribeKnowledge(pose->camera_from_world,
+                                               pose->position_sigma_m,
+                                               pose->rotation_sigma_rad));
+}
+
+// The mesh that the site names.
+std::filesystem::path MeshOf(const CalibratePoseOptions& options) {
+  if (!options.mesh.empty()) return options.mesh;
+  const std::filesystem::path file = CameraFileIn(options.site);
+  const nlohmann::json document = LoadJson(file);
+  const JsonCursor root(document, file.string());
+  return file.parent_path() / root.Required("scene").Required("mesh").Text();
+}
+
+std::string PoseFromEdges(const CalibratePoseOptions& options) {
+  const StatedCamera camera = ReadStatedCamera(options.site);
+  if (!camera.camera_from_world) {
+    throw std::runtime_error(CameraFileIn(options.site).string() +
+                             ": camera.camera_from_world: expected a rough pose to begin from "
+                             "(`calibrate pose --points` finds one from four picks)");
+  }
+  const Mesh mesh = LoadMesh(MeshOf(options)).mesh;
+  const RayCaster rays(mesh);
+  const Rgb8Image picture = HoldsRadiance(options.edges) ? Shown(ReadRadianceImage(options.edges))
+                                                         : ReadDisplayImage(options.edges);
+  if (picture.width != camera.intrinsics.width_px ||
+      picture.height != camera.intrinsics.height_px) {
+    throw std::runtime_error(fmt::format("{}: expected {}x{} pixels, found {}x{}",
+                                         options.edges.string(),
+                                         camera.intrinsics.width_px,
+                                         camera.intrinsics.height_px,
+                                         picture.width,
+                                         picture.height));
+  }
+  EdgePoseOptions edge_options;
+  if (options.search_px) edge_options.reach_px = *options.search_px;
+  const auto pose = RefinePoseByEdges(Lens(camera.intrinsics),
+                                      picture,
+                                      EdgesOf(mesh, rays),
+                                      rays,
+                                      *camera.camera_from_world,
+                                      edge_options);
+  if (!pose) throw std::runtime_error(options.edges.string() + ": " + pose.error().reason);
+  WritePose(options, pose->camera_from_world);
+  const glm::dvec3 from = Camera{{}, *camera.camera_from_world}.CentreWorldM();
+  const glm::dvec3 to = Camera{{}, pose->camera_from_world}.CentreWorldM();
+  return fmt::format(
+      "{:.0f} % of the mesh's visible edges are found in the picture, where chance finds {:.0f} %; "
+      "rms {:.2f} px\nmoved by {:.3f} m and turned by {:.2f} deg from the stated pose\n{}",
+      100.0 * pose->found_share,
+      100.0 * pose->chance_share,
+      pose->rms_px,
+      glm::distance(from, to),
+      DegFromRad(RotationBetweenRad(*camera.camera_from_world, pose->camera_from_world)),
+      DescribeKnowledge(pose->camera_from_world, pose->position_sigma_m, pose->rotation_sigma_rad));
 }
 
 std::string DescribeFrame(const MarkerFrameReport& report) {
@@ -185,10 +246,12 @@ std::string PosesFromMarkers(const CalibratePoseOptions& options) {
 }  // namespace
 
 std::string RunCalibratePose(const CalibratePoseOptions& options) {
-  if (options.markers.empty() == options.points.empty()) {
-    throw std::invalid_argument("expected one of --markers and --points");
-  }
-  return options.markers.empty() ? PoseFromPoints(options) : PosesFromMarkers(options);
+  const int ways = static_cast<int>(!options.markers.empty()) +
+                   static_cast<int>(!options.points.empty()) +
+                   static_cast<int>(!options.edges.empty());
+  if (ways != 1) throw std::invalid_argument("expected one of --points, --edges and --markers");
+  if (!options.points.empty()) return PoseFromPoints(options);
+  return options.edges.empty() ? PosesFromMarkers(options) : PoseFromEdges(options);
 }
 
 }  // namespace pleinair

@@ -1,5 +1,5 @@
-// `pleinair calibrate pose`: where the camera stood, from picked points, or in each frame of a
-// sequence from the markers in it.
+// `pleinair calibrate pose`: where the camera stood, from picked points or the mesh's edges, or in
+// each frame of a sequence from the markers in it.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace pleinair {
 
-// Exactly one of `markers` and `points`.
+// Exactly one of `markers`, `points` and `edges`.
 struct CalibratePoseOptions {
   // A sequence's or site's folder, or for `points` any JSON file with a `camera`.
   std::filesystem::path site;
@@ -21,6 +21,11 @@ struct CalibratePoseOptions {
   std::filesystem::path points;     // CSV: x, y (pixels), x, y, z (world metres).
   std::optional<double> inlier_px;  // How far off a pick may be; none: PickedPointOptions'.
   bool near_stated = false;         // Of two poses that fit, the one nearer to the stated one.
+
+  // A picture of the camera. The rough pose is the stated one.
+  std::filesystem::path edges;
+  std::filesystem::path mesh;       // None: the site's.
+  std::optional<double> search_px;  // EdgePoseOptions::reach_px.
 
   std::filesystem::path out;  // Empty: nothing is written.
 };

@@ -13,11 +13,11 @@
 #include <glm/matrix.hpp>
 
 #include "calib/json_cursor.h"
+#include "datasets/camera_file.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/internal/json_vectors.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/sequence.h"
-#include "datasets/site_file.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -626,7 +626,7 @@ Sequence ReadSite(const std::filesystem::path& folder,
 
 StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder) {
   std::error_code error;
-  fs::path file = SiteFileIn(file_or_folder);
+  fs::path file = CameraFileIn(file_or_folder);
   if (fs::is_directory(file_or_folder, error) && file.filename() != "site.json") {
     file = SequenceFileIn(file_or_folder);
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/site_file.h"
+#include "datasets/camera_file.h"
 #include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"

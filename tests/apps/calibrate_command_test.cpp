@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -113,6 +114,51 @@ TEST_F(CalibrateCommand, TiesColoursByPairs) {
   EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("found \"red\""));
 }
 
+// A camera whose red is half and whose blue is four fifths of the survey's: its response takes the
+// factors, and codes then read as the survey's colours.
+TEST_F(CalibrateCommand, TiesASitesCameraToTheSurvey) {
+  const auto site = Write("site.json",
+                          R"({"format": "pleinair-site", "version": 1, "note": "kept",
+                              "camera": {"width": 40, "height": 20}})");
+  RgbImage survey(40, 20);
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      survey.At(x, y) = x < 20 ? glm::vec3(0.8f, 0.5f, 0.3f) : glm::vec3(0.3f, 0.4f, 0.6f);
+    }
+  }
+  RgbImage seen = survey;
+  for (glm::vec3& pixel : seen.pixels) pixel *= glm::vec3(0.5f, 1.0f, 0.8f);
+  WriteExr(folder_ / "survey.exr", survey, ExrPrecision::kFloat);
+  const Rgb8Image codes = CodesFromRadiance(seen, ResponseCurve::Srgb(), 1.0);
+  WritePng(folder_ / "frame.png", codes);
+  CalibrateColourOptions colour;
+  colour.calibration = folder_;
+  colour.from_picture = folder_ / "frame.png";
+  colour.to_picture = folder_ / "survey.exr";
+  colour.regions = Write("regions.csv", "8,8,4, 8,9,4\n30,10,4, 30,10,3\n");
+  EXPECT_THAT(RunCalibrateColour(colour), HasSubstr("over 2 pairs"));
+  std::ifstream stream(site);
+  const nlohmann::json written = nlohmann::json::parse(stream);
+  EXPECT_EQ(written["note"], "kept");
+  const ResponseCurve tied =
+      ResponseCurve::FromFile(folder_ / written["radiometry"]["frames_ldr"].get<std::string>());
+  // Half a code at these values is 1 %.
+  for (const int x : {5, 35}) {
+    const glm::vec3 light = tied.LinearFromCode(codes.At(x, 10));
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(light[c] / light[1], survey.At(x, 10)[c] / survey.At(x, 10)[1], 0.02);
+    }
+  }
+  // Known colours in place of the other picture.
+  colour.to_picture.clear();
+  colour.regions = Write("known.csv", "8,8,4, 0.8,0.5,0.3\n30,10,4, 0.3,0.4,0.6\n");
+  EXPECT_THAT(RunCalibrateColour(colour), HasSubstr("over 2 pairs"));
+  colour.regions = Write("outside.csv", "80,8,4, 0.8,0.5,0.3\n");
+  EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("region at 80,8"));
+  colour.matrix = true;
+  EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("--matrix"));
+}
+
 // The centre is the zenith, the middle of the top side north, of the right side east (as a map).
 // As spreadsheets write it.
 TEST_F(CalibrateCommand, ReadsATableThatBeginsWithAByteOrderMark) {
@@ -196,8 +242,8 @@ TEST_F(CalibrateCommand, FitsAResponseToAChart) {
 
   CalibrateColourOptions colour;
   colour.calibration = WriteLens();
-  colour.fisheye_picture = photo;
-  colour.room_picture = photo;
+  colour.from_picture = photo;
+  colour.to_picture = photo;
   colour.matrix = true;
   RunCalibrateColour(colour);
   const auto matrix = ReadFisheyeCalibration(colour.calibration).room_from_fisheye_rgb.value();

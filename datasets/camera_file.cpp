@@ -1,4 +1,4 @@
-#include "datasets/site_file.h"
+#include "datasets/camera_file.h"
 
 #include <span>
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace pleinair {
 
-std::filesystem::path SiteFileIn(const std::filesystem::path& file_or_folder) {
+std::filesystem::path CameraFileIn(const std::filesystem::path& file_or_folder) {
   std::error_code error;
   if (!std::filesystem::is_directory(file_or_folder, error)) return file_or_folder;
   const std::filesystem::path site = file_or_folder / "site.json";
   return std::filesystem::exists(site, error) ? site : file_or_folder / "sequence.json";
 }
 
-void ChangeSiteFile(const std::filesystem::path& file,
-                    const nlohmann::ordered_json& changes,
-                    const std::filesystem::path& out) {
+void MergeIntoFile(const std::filesystem::path& file,
+                   const nlohmann::ordered_json& changes,
+                   const std::filesystem::path& out) {
   LoadJson(file);  // Refuses, in one line, what cannot be read.
   const std::vector<std::byte> bytes = ReadWholeFile(file);
   const char* const begin = reinterpret_cast<const char*>(bytes.data());

@@ -12,15 +12,15 @@ namespace pleinair {
 
 // site.json of a folder, or its sequence.json where there is no site.json; anything but a folder is
 // taken to be the file itself.
-std::filesystem::path SiteFileIn(const std::filesystem::path& file_or_folder);
+std::filesystem::path CameraFileIn(const std::filesystem::path& file_or_folder);
 
 // Writes `out` as the JSON file `file` with `changes` merged into it (RFC 7396: objects are merged
 // key by key, null removes a key, all else replaces what is there). Keys keep their order, new ones
 // come last. `out` may be `file`; it is written completely or not at all.
 // Throws  std::runtime_error, one line: `file` as LoadJson, `out` as WriteWholeFile.
-void ChangeSiteFile(const std::filesystem::path& file,
-                    const nlohmann::ordered_json& changes,
-                    const std::filesystem::path& out);
+void MergeIntoFile(const std::filesystem::path& file,
+                   const nlohmann::ordered_json& changes,
+                   const std::filesystem::path& out);
 
 // As the keys of `camera` have them: a list of rows.
 nlohmann::ordered_json JsonOf(const glm::dmat4& matrix);
