@@ -5,11 +5,14 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "apps/calibrate_command.h"
+#include "apps/calibrate_lens_command.h"
 #include "apps/calibrate_markers_command.h"
 #include "apps/calibrate_north_command.h"
+#include "apps/calibrate_pose_command.h"
 #include "calib/marker_detection.h"
 
 namespace pleinair {
@@ -77,6 +80,55 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
   north.add_flag("--json", options->json, "Print JSON");
 }
 
+// `lens`, or `fisheye` with its model given.
+void AddCalibrateLens(CLI::App& calibrate,
+                      Work& work,
+                      const CommandName& named,
+                      std::optional<LensModel> model) {
+  auto options = std::make_shared<CalibrateLensOptions>();
+  options->model = model;
+  CLI::App& lens = AddCalibration(calibrate, work, named, options, RunCalibrateLens);
+  lens.footer(fmt::format("Example: pleinair calibrate {} boards/*.jpg --board 8x6 --out {}",
+                          named.name,
+                          model ? "sky.json" : "lens.json"));
+  lens.add_option("pictures", options->pictures, "Pictures of the board")->required();
+  lens.add_option("--board", options->board, "Inner corners, COLUMNSxROWS")->required();
+  CLI::Option* charuco = lens.add_flag(
+      "--charuco",
+      options->charuco,
+      "The board is OpenCV's ChArUco, with one square more than corners a side; part of it is "
+      "enough");
+  lens.add_option(
+          "--dictionary", options->markers.dictionary, "Of its markers: 4x4_50, 5x5_100, ...")
+      ->needs(charuco)
+      ->check(CLI::IsMember(MarkerDictionaryNames()))
+      ->capture_default_str();
+  lens.add_option(
+          "--marker-share", options->markers.side_share, "Side of a marker over that of a square")
+      ->needs(charuco)
+      ->check(CLI::Range(0.05, 0.95))
+      ->capture_default_str();
+  if (!model) {
+    lens.add_option("--model",
+                    options->model,
+                    "pinhole or fisheye (default: what predicts held-out pictures better)")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, LensModel>{
+            {"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}));
+  }
+  lens.add_option(
+          "--fov-deg", options->fov_deg, "Of a fish-eye: full angle (default: the picture's)")
+      ->check(CLI::Range(1.0, 360.0));
+  lens.add_flag("--force",
+                options->force,
+                "Write a lens that misses the corners by more than 1 px, or has fx and fy more "
+                "than 3 % apart, too");
+  lens.add_option("--out", options->out, "The lens's file: `camera`, or a fish-eye's");
+  lens.add_option("--site",
+                  options->site,
+                  "Folder with site.json or sequence.json: the lens becomes its `camera`, or with "
+                  "fisheye.json its `fisheye`");
+}
+
 void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
   auto markers = std::make_shared<CalibrateMarkersOptions>();
   CLI::App& board =
@@ -107,26 +159,64 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
                    markers->anchor,
                    "Board file with the places of some of the markers in the world");
   board.add_option("--out", markers->out, "The board file")->required();
+}
 
+void AddCalibratePose(CLI::App& calibrate, Work& work) {
   auto pose = std::make_shared<CalibratePoseOptions>();
-  CLI::App& poses =
+  CLI::App& command =
       AddCalibration(calibrate,
                      work,
-                     {"pose", "Camera poses of a sequence's frames, from markers in them"},
+                     {"pose", "Where the camera stood, from picked points, edges or markers"},
                      pose,
                      RunCalibratePose);
-  poses.footer(
+  command.footer(
+      "Example: pleinair calibrate pose site --points picks.csv --out site/site.json\n"
+      "Example: pleinair calibrate pose site --edges frame.png --out site/site.json\n"
       "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
-  poses.add_option("sequence", pose->sequence, "Folder with sequence.json")->required();
-  poses.add_option("--markers", pose->markers, "Board file of `calibrate markers`")->required();
-  poses.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
+  command
+      .add_option("site",
+                  pose->site,
+                  "Folder with site.json or sequence.json; for --points, a file with `camera`, too")
+      ->required();
+  CLI::Option* points = command.add_option(
+      "--points", pose->points, "CSV: X_PX,Y_PX,X_M,Y_M,Z_M, a row for each picked point");
+  command
+      .add_option("--inlier-px",
+                  pose->inlier_px,
+                  "How far off a pick may be before it is left out (default: 3)")
+      ->needs(points)
+      ->check(Positive());
+  command
+      .add_flag("--near-stated",
+                pose->near_stated,
+                "Where two poses fit, take the one nearer to the stated camera_from_world")
+      ->needs(points);
+  CLI::Option* edges = command.add_option("--edges",
+                                          pose->edges,
+                                          "A picture of the camera: the stated camera_from_world "
+                                          "is moved until the mesh's edges lie on "
+                                          "the picture's");
+  edges->excludes(points);
+  command.add_option("--mesh", pose->mesh, "For --edges (default: the site's scene.mesh)")
+      ->needs(edges);
+  command
+      .add_option("--search-px",
+                  pose->search_px,
+                  "How far the stated pose may put edges from where they are (default: 20)")
+      ->needs(edges)
+      ->check(CLI::Range(2.0, 1000.0));
+  CLI::Option* markers =
+      command.add_option("--markers", pose->markers, "Board file of `calibrate markers`");
+  markers->excludes(points)->excludes(edges);
+  command.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
+      ->needs(markers)
       ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
           {"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
       ->default_str("linear");
-  poses.add_option("--out",
-                   pose->out,
-                   "Copy of sequence.json with the poses in it; its paths stay relative to the "
-                   "sequence's folder");
+  command.add_option("--out",
+                     pose->out,
+                     "Copy of the file with the pose in it, which may be the file itself; paths in "
+                     "it stay relative to its folder");
 }
 
 }  // namespace
@@ -134,26 +224,16 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
 void AddCalibrate(CLI::App& app, Work& work) {
   CLI::App& calibrate = *app.add_subcommand("calibrate", "Make the files that describe cameras");
   calibrate.require_subcommand(1);
-  calibrate.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
+  calibrate.footer("Example: pleinair calibrate lens boards/*.jpg --board 8x6 --out lens.json");
   AddCalibrateNorth(calibrate, work);
+  AddCalibrateLens(
+      calibrate, work, {"lens", "A pinhole or fish-eye lens from pictures of a board"}, {});
+  AddCalibrateLens(calibrate,
+                   work,
+                   {"fisheye", "The same, of a lens known to be a fish-eye"},
+                   LensModel::kFisheye);
   AddCalibrateMarkers(calibrate, work);
-
-  auto fisheye = std::make_shared<CalibrateFisheyeOptions>();
-  CLI::App& lens = AddCalibration(calibrate,
-                                  work,
-                                  {"fisheye", "A fish-eye lens from pictures of a chessboard"},
-                                  fisheye,
-                                  RunCalibrateFisheye);
-  lens.footer("Example: pleinair calibrate fisheye boards/*.jpg --board 8x6 --out sky.json");
-  lens.add_option("pictures", fisheye->pictures, "Pictures of the board")->required();
-  lens.add_option("--board", fisheye->board, "Inner corners, COLUMNSxROWS")->required();
-  lens.add_option("--fov-deg", fisheye->fov_deg, "Full angle to use (default: the picture's)")
-      ->check(CLI::Range(1.0, 360.0));
-  lens.add_flag("--force",
-                fisheye->force,
-                "Write a lens that misses the corners by more than 1 px, or has fx and fy more "
-                "than 3 % apart, too");
-  lens.add_option("--out", fisheye->out, "The fish-eye's file")->required();
+  AddCalibratePose(calibrate, work);
 
   auto response = std::make_shared<CalibrateResponseOptions>();
   CLI::App& curve =
@@ -199,26 +279,45 @@ void AddCalibrate(CLI::App& app, Work& work) {
   mean.add_option("--out", average->out, "EXR or HDR")->required();
 
   auto colour = std::make_shared<CalibrateColourOptions>();
-  CLI::App& tie = AddCalibration(calibrate,
-                                 work,
-                                 {"colour", "Tie the fish-eye's colours to the room camera's"},
-                                 colour,
-                                 RunCalibrateColour);
-  tie.footer("Example: pleinair calibrate colour sky.json --pairs pairs.csv");
-  tie.add_option("calibration", colour->calibration, "The fish-eye's file")->required();
-  CLI::Option* pairs =
-      tie.add_option("--pairs", colour->pairs, "CSV: fish-eye R,G,B, room R,G,B (linear)");
-  CLI::Option* seen = tie.add_option(
-      "--fisheye-picture", colour->fisheye_picture, "With a ColorChecker; EXR, HDR or 8-bit");
-  CLI::Option* room = tie.add_option(
-      "--room-picture", colour->room_picture, "With the same chart in the same light");
-  seen->needs(room)->excludes(pairs);
-  room->needs(seen);
-  tie.add_option("--fisheye-corners", colour->fisheye_corners, "As for response (default: found)");
-  tie.add_option("--room-corners", colour->room_corners, "As for response (default: found)");
-  tie.add_option("--fisheye-response", colour->fisheye_response, "Of an 8-bit picture");
-  tie.add_option("--room-response", colour->room_response, "Of an 8-bit picture");
-  tie.add_flag("--matrix", colour->matrix, "A 3x3 matrix, not a factor for each channel");
+  CLI::App& tie =
+      AddCalibration(calibrate,
+                     work,
+                     {"colour", "Tie a camera's colours to another's, or to the survey's"},
+                     colour,
+                     RunCalibrateColour);
+  tie.footer(
+      "Example: pleinair calibrate colour sky.json --pairs pairs.csv\n"
+      "Example: pleinair calibrate colour site --from-picture frame.png --to-picture survey.exr "
+      "--regions regions.csv");
+  tie.add_option("camera",
+                 colour->calibration,
+                 "A fish-eye's file, or a folder with site.json or sequence.json: its camera")
+      ->required();
+  CLI::Option* pairs = tie.add_option(
+      "--pairs", colour->pairs, "CSV: this camera's R,G,B, the other's R,G,B (linear)");
+  CLI::Option* from = tie.add_option("--from-picture,--fisheye-picture",
+                                     colour->from_picture,
+                                     "Of this camera; EXR, HDR or 8-bit");
+  CLI::Option* to = tie.add_option("--to-picture,--room-picture",
+                                   colour->to_picture,
+                                   "Of the other, or the survey, in the same light");
+  CLI::Option* regions =
+      tie.add_option("--regions",
+                     colour->regions,
+                     "CSV: X,Y,RADIUS (pixels) of a surface in each picture, or without "
+                     "--to-picture X,Y,RADIUS,R,G,B (default: both show a ColorChecker)");
+  from->excludes(pairs);
+  to->needs(from);
+  regions->needs(from);
+  tie.add_option("--from-corners,--fisheye-corners",
+                 colour->from_corners,
+                 "Of the chart, as for response (default: found)");
+  tie.add_option("--to-corners,--room-corners", colour->to_corners, "The same");
+  tie.add_option("--from-response,--fisheye-response",
+                 colour->from_response,
+                 "Of an 8-bit picture (default: the site's, or srgb8)");
+  tie.add_option("--to-response,--room-response", colour->to_response, "The same of the other");
+  tie.add_flag("--matrix", colour->matrix, "Of a fish-eye: a 3x3 matrix, not a factor a channel");
   tie.add_option("--out", colour->out, "Where to write (default: the same file)");
 
   auto orientation = std::make_shared<CalibrateOrientationOptions>();

@@ -7,20 +7,21 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include <fmt/format.h>
 #include <glm/geometric.hpp>
 
 #include "apps/number_table.h"
 #include "apps/picture_files.h"
 #include "apps/whole_text.h"
+#include "calib/bracket_fit.h"
 #include "calib/colour_chart.h"
 #include "calib/colour_tie.h"
 #include "calib/exposure_merge.h"
 #include "calib/fisheye_file.h"
-#include "calib/fisheye_fit.h"
 #include "calib/fisheye_orientation.h"
 #include "calib/frame_average.h"
+#include "calib/json_cursor.h"
 #include "calib/response_fit.h"
+#include "datasets/camera_file.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -35,13 +36,6 @@ namespace {
   std::vsnprintf(text.data(), text.size(), format, arguments);
   va_end(arguments);
   return std::string(text.data()) + "\n";
-}
-
-// The green channel, which most pixels of a sensor measure.
-Gray8Image GreenOf(const Rgb8Image& picture) {
-  Gray8Image green(picture.width, picture.height);
-  for (std::size_t i = 0; i < picture.pixels.size(); ++i) green.pixels[i] = picture.pixels[i].y;
-  return green;
 }
 
 std::string Report(const ResponseFit& fit) {
@@ -59,15 +53,66 @@ std::string Report(const ResponseFit& fit) {
   return text;
 }
 
+// A line for a picture that is no use.
+std::string LeftOut(const std::filesystem::path& file, const std::string& message) {
+  const std::string name = file.string() + ": ";
+  return name + "left out: " + (message.starts_with(name) ? message.substr(name.size()) : message) +
+         "\n";
+}
+
+// The bracket without pictures that are no use, which the report names.
+ResponseFit FitReadableBracket(const CalibrateResponseOptions& options, std::string& report) {
+  if (!options.exposures.empty()) ExposuresOf(options.pictures, options.exposures);  // One each.
+  std::vector<ExposedPicture> pictures;
+  std::vector<std::filesystem::path> files;
+  std::string first_reason;
+  for (std::size_t i = 0; i < options.pictures.size(); ++i) {
+    const std::filesystem::path& file = options.pictures[i];
+    try {
+      const double exposure =
+          options.exposures.empty() ? ExposuresOf({file}, {})[0] : options.exposures[i];
+      pictures.push_back({ReadDisplayImage(file), exposure});
+      const Rgb8Image& first = pictures.front().codes;
+      const Rgb8Image& codes = pictures.back().codes;
+      if (codes.width != first.width || codes.height != first.height) {
+        pictures.pop_back();
+        throw std::runtime_error("expected the size of the first");
+      }
+      files.push_back(file);
+    } catch (const std::exception& error) {
+      report += LeftOut(file, error.what());
+      if (first_reason.empty()) first_reason = error.what();
+    }
+  }
+  if (pictures.size() < 2 && !first_reason.empty()) throw std::runtime_error(first_reason);
+  const BracketFit fit = FitBracket(pictures);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const BracketPicture& picture = fit.pictures[i];
+    report += picture.reason.empty() ? Line("%s: light off by %+.1f %%, scatters by %.1f %%",
+                                            files[i].c_str(),
+                                            100.0 * std::expm1(picture.offset),
+                                            100.0 * picture.scatter)
+                                     : LeftOut(files[i], picture.reason);
+  }
+  return fit.response;
+}
+
 // The greys of the charts, where they are neither clipped nor lost in noise.
-std::array<std::vector<ResponseSample>, 3> ChartSamples(const CalibrateResponseOptions& options) {
+std::array<std::vector<ResponseSample>, 3> ChartSamples(const CalibrateResponseOptions& options,
+                                                        std::string& report) {
   std::array<std::vector<ResponseSample>, 3> samples;
   std::vector<double> exposures(options.pictures.size(), 1.0);
   if (options.pictures.size() > 1) exposures = ExposuresOf(options.pictures, options.exposures);
   for (std::size_t i = 0; i < options.pictures.size(); ++i) {
-    const Rgb8Image picture = ReadDisplayImage(options.pictures[i]);
-    const auto patches =
-        MeasureChart(picture, ChartIn(picture, options.corners, options.pictures[i]));
+    std::array<ChartPatch, kChartPatches> patches;
+    try {
+      const Rgb8Image picture = ReadDisplayImage(options.pictures[i]);
+      patches = MeasureChart(picture, ChartIn(picture, options.corners, options.pictures[i]));
+    } catch (const std::runtime_error& error) {
+      if (options.pictures.size() == 1) throw;
+      report += LeftOut(options.pictures[i], error.what());
+      continue;
+    }
     for (const int grey : kChartGreys) {
       const auto index = static_cast<std::size_t>(grey);
       for (int c = 0; c < 3; ++c) {
@@ -88,7 +133,8 @@ std::array<ChartPatch, kChartPatches> ChartColours(const std::filesystem::path& 
   return MeasureChart(radiance, ChartIn(Shown(radiance), corners, file));
 }
 
-std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options) {
+std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options,
+                                    const std::string& from_response) {
   std::vector<ColourPair> pairs;
   if (!options.pairs.empty()) {
     for (const std::vector<double>& row : ReadNumberTable(options.pairs, 6)) {
@@ -96,11 +142,70 @@ std::vector<ColourPair> ColourPairs(const CalibrateColourOptions& options) {
     }
     return pairs;
   }
-  const auto from =
-      ChartColours(options.fisheye_picture, options.fisheye_corners, options.fisheye_response);
-  const auto to = ChartColours(options.room_picture, options.room_corners, options.room_response);
+  if (options.from_picture.empty()) {
+    throw std::invalid_argument("expected --pairs, or pictures of this camera and the other");
+  }
+  if (!options.regions.empty()) {
+    const RgbImage from = ReadLinear(options.from_picture, from_response);
+    RgbImage to;
+    if (!options.to_picture.empty()) to = ReadLinear(options.to_picture, options.to_response);
+    for (const std::vector<double>& row : ReadNumberTable(options.regions, 6)) {
+      const glm::dvec3 second(row[3], row[4], row[5]);
+      pairs.push_back({MeanOfDisc(from, {row[0], row[1]}, row[2]),
+                       to.Empty() ? second : MeanOfDisc(to, {row[3], row[4]}, row[5])});
+    }
+    return pairs;
+  }
+  const auto from = ChartColours(options.from_picture, options.from_corners, from_response);
+  const auto to = ChartColours(options.to_picture, options.to_corners, options.to_response);
   for (std::size_t i = 0; i < kChartPatches; ++i) pairs.push_back({from[i].mean, to[i].mean});
   return pairs;
+}
+
+std::string DescribeTie(const ColourTie& tie) {
+  std::string report;
+  for (int row = 0; row < 3; ++row) {
+    report += Line("%10.5f %10.5f %10.5f",
+                   tie.to_from_rgb[0][row],
+                   tie.to_from_rgb[1][row],
+                   tie.to_from_rgb[2][row]);
+  }
+  for (std::size_t i = 0; i < tie.counts.size(); ++i) {
+    report += Line("pair %zu: off by %.1f %%%s",
+                   i + 1,
+                   100.0 * tie.residual_relative[i],
+                   tie.counts[i] ? "" : ", left out");
+  }
+  return report + Line("rms %.2f %% over %td pairs",
+                       100.0 * tie.rms_relative,
+                       std::count(tie.counts.begin(), tie.counts.end(), true));
+}
+
+// A site's camera: its response takes the factors.
+std::string TieSite(const CalibrateColourOptions& options, const std::filesystem::path& file) {
+  constexpr const char* kResponseFile = "camera_response.json";
+  if (options.matrix) {
+    throw std::invalid_argument(
+        "--matrix: expected a fish-eye's file, as a site's camera has a "
+        "factor for each channel only");
+  }
+  const nlohmann::json document = LoadJson(file);
+  std::string response = "srgb8";
+  if (const auto radiometry = JsonCursor(document, file.string()).Optional("radiometry")) {
+    if (const auto ldr = radiometry->Optional("frames_ldr")) response = ldr->Text();
+  }
+  if (response != "srgb8") response = (file.parent_path() / response).string();
+  const ColourTie tie = FitColourTie(
+      ColourPairs(options, options.from_response.empty() ? response : options.from_response),
+      ColourTieKind::kScale);
+  const glm::dvec3 factor(tie.to_from_rgb[0][0], tie.to_from_rgb[1][1], tie.to_from_rgb[2][2]);
+  const std::filesystem::path out = options.out.empty() ? file : options.out;
+  WriteWholeText(out.parent_path() / kResponseFile,
+                 ResponseCurve::FromTable(TiedResponse(ResponseFrom(response), factor)).FileText());
+  MergeIntoFile(file, {{"radiometry", {{"frames_ldr", kResponseFile}}}}, out);
+  return DescribeTie(tie) + Line("the camera's 1 is %.5g of the other's; its response is now %s",
+                                 std::max({factor.x, factor.y, factor.z}),
+                                 kResponseFile);
 }
 
 std::string Coordinate(double value) {
@@ -165,173 +270,16 @@ std::vector<NamedMark> Marks(const CalibrateOrientationOptions& options, const F
   return marks;
 }
 
-BoardSize BoardSizeFrom(const std::string& text) {
-  BoardSize board;
-  int length = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%n", &board.columns, &board.rows, &length) != 2 ||
-      text.size() != static_cast<std::size_t>(length)) {
-    throw std::invalid_argument("--board " + text +
-                                ": expected columns and rows of inner corners, such as 8x6");
-  }
-  board.Validate();
-  return board;
-}
-
-// What pictures say when they are taken to show a board of one size.
-struct LensTrial {
-  std::optional<FisheyeFit> fit;
-  std::string doubt;                    // Why there is none, or it is not credible; or empty.
-  std::vector<RejectedPicture> unread;  // And those in which there is no such board.
-};
-
-// `message` without the file that it begins with.
-std::string WithoutFile(const std::string& message, const std::filesystem::path& file) {
-  const std::string name = file.string() + ": ";
-  return message.starts_with(name) ? message.substr(name.size()) : message;
-}
-
-// Throws std::runtime_error where not one of the files can be read.
-LensTrial TryBoard(const std::vector<std::filesystem::path>& files, BoardSize board) {
-  LensTrial trial;
-  std::vector<BoardPicture> boards;
-  int width = 0;
-  int height = 0;
-  for (const std::filesystem::path& file : files) {
-    Gray8Image picture;
-    try {
-      picture = GreenOf(ReadDisplayImage(file));
-    } catch (const std::exception& error) {
-      trial.unread.push_back({file.string(), WithoutFile(error.what(), file)});
-      continue;
-    }
-    if (width == 0) {
-      width = picture.width;
-      height = picture.height;
-    }
-    if (picture.width != width || picture.height != height) {
-      trial.unread.push_back({file.string(),
-                              std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                                  " pixels where the first has " + std::to_string(width) + "x" +
-                                  std::to_string(height)});
-      continue;
-    }
-    const auto corners = FindBoardCorners(picture, board);
-    if (!corners) {
-      trial.unread.push_back(
-          {file.string(), "no board of " + TextOf(board) + " inner corners found"});
-      continue;
-    }
-    boards.push_back({file.string(), *corners});
-  }
-  if (width == 0 && !trial.unread.empty()) {
-    throw std::runtime_error(trial.unread[0].name + ": " + trial.unread[0].reason +
-                             ": expected pictures of a board");
-  }
-  if (boards.empty()) {
-    trial.doubt = "expected pictures of a board of so many inner corners, found none";
-    if (!trial.unread.empty()) {
-      trial.doubt += "; " + trial.unread[0].name + ": " + trial.unread[0].reason;
-    }
-    return trial;
-  }
-  try {
-    trial.fit = FitFisheyeLens(boards, board, width, height);
-    trial.doubt = DoubtAbout(*trial.fit);
-  } catch (const std::runtime_error& error) {
-    trial.doubt = error.what();
-  }
-  return trial;
-}
-
-// Sizes of board that pictures show, but for `wrong`.
-std::vector<BoardSize> SizesSeen(const std::vector<std::filesystem::path>& files, BoardSize wrong) {
-  constexpr std::size_t kPicturesLookedAt = 12;
-  std::vector<BoardSize> sizes;
-  for (std::size_t i = 0; i < std::min(files.size(), kPicturesLookedAt); ++i) {
-    std::optional<BoardSize> found;
-    try {
-      found = FindBoardSize(GreenOf(ReadDisplayImage(files[i])));
-    } catch (const std::exception&) {
-      continue;  // The trial of `wrong` has named it.
-    }
-    if (!found || *found == wrong || *found == BoardSize{wrong.rows, wrong.columns}) continue;
-    if (std::find(sizes.begin(), sizes.end(), *found) == sizes.end()) sizes.push_back(*found);
-  }
-  return sizes;
-}
-
-// The size of board that the pictures fit, for a message. Parts of a board fit, too: of several
-// sizes the one with most corners in all.
-std::string AdviceOnBoard(const std::vector<std::filesystem::path>& files, BoardSize wrong) {
-  std::string advice = "does not fit, nor does another size that is seen in the pictures";
-  std::size_t most_corners = 0;
-  for (const BoardSize size : SizesSeen(files, wrong)) {
-    const LensTrial trial = TryBoard(files, size);
-    if (!trial.fit || !trial.doubt.empty()) continue;
-    const std::size_t corners = trial.fit->fitted.size() * static_cast<std::size_t>(size.Count());
-    if (corners <= most_corners) continue;
-    most_corners = corners;
-    advice = fmt::format(
-        "does not fit, --board {} does (rms {:.2f} px, fx {:.1f}, fy {:.1f}, {} pictures)",
-        TextOf(size),
-        trial.fit->rms_px,
-        trial.fit->lens.fx_px,
-        trial.fit->lens.fy_px,
-        trial.fit->fitted.size());
-  }
-  return advice;
-}
-
 }  // namespace
-
-std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options) {
-  const BoardSize board = BoardSizeFrom(options.board);
-  const LensTrial trial = TryBoard(options.pictures, board);
-  if (!trial.doubt.empty() && !(options.force && trial.fit)) {
-    throw std::runtime_error("--board " + TextOf(board) + " " +
-                             AdviceOnBoard(options.pictures, board) + ": " + trial.doubt +
-                             (trial.fit ? "; --force writes it all the same" : ""));
-  }
-  FisheyeFit fit = *trial.fit;
-  if (options.fov_deg) fit.lens.max_angle_rad = 0.5 * RadFromDeg(*options.fov_deg);
-  WriteWholeText(options.out, FisheyeCalibrationText({fit.lens, {}, {}, fit.rms_px}));
-
-  const FisheyeIntrinsics& lens = fit.lens;
-  std::string report;
-  for (const FittedPicture& picture : fit.fitted) {
-    report += Line("%s: rms %.2f px", picture.name.c_str(), picture.rms_px);
-  }
-  if (!trial.doubt.empty()) report += "forced: " + trial.doubt + "\n";
-  for (const auto& rejected : {trial.unread, fit.rejected}) {
-    for (const RejectedPicture& picture : rejected) {
-      report += picture.name + ": left out: " + picture.reason + "\n";
-    }
-  }
-  report += Line("fx %.2f fy %.2f cx %.2f cy %.2f px, k %.5f %.5f %.5f %.5f",
-                 lens.fx_px,
-                 lens.fy_px,
-                 lens.cx_px,
-                 lens.cy_px,
-                 lens.distortion[0],
-                 lens.distortion[1],
-                 lens.distortion[2],
-                 lens.distortion[3]);
-  report +=
-      Line("rms %.3f px over %zu pictures; boards reach %.1f deg from the axis, valid to %.1f",
-           fit.rms_px,
-           fit.fitted.size(),
-           DegFromRad(fit.covered_angle_rad),
-           DegFromRad(FisheyeLens(lens).MaxAngleRad()));
-  return report;
-}
 
 std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
   ResponseFit fit;
   std::string report;
   if (!options.chart) {
-    fit = FitResponseFromBrackets(ReadBracket(options.pictures, options.exposures));
+    fit = FitReadableBracket(options, report);
   } else if (options.curve == "logarithmic") {
-    const LogarithmicResponseFit logarithmic = FitLogarithmicResponse(ChartSamples(options));
+    const LogarithmicResponseFit logarithmic =
+        FitLogarithmicResponse(ChartSamples(options, report));
     fit = logarithmic.response;
     for (const LogarithmicCurve& curve : logarithmic.curves) {
       report += Line("code = %.3f + %.3f ln(%.5g + light), rms %.2f codes",
@@ -341,7 +289,7 @@ std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
                      curve.rms_codes);
     }
   } else {
-    fit = FitMonotoneResponse(ChartSamples(options));
+    fit = FitMonotoneResponse(ChartSamples(options, report));
   }
   WriteWholeText(options.out, ResponseCurve::FromTable(fit.table).FileText());
   return report + Report(fit);
@@ -391,26 +339,19 @@ std::string RunCalibrateAverage(const CalibrateAverageOptions& options) {
 }
 
 std::string RunCalibrateColour(const CalibrateColourOptions& options) {
-  FisheyeCalibration calibration = ReadFisheyeCalibration(options.calibration);
+  const std::filesystem::path file = CameraFileIn(options.calibration);
+  const nlohmann::json document = LoadJson(file);
+  if (document.is_object() && document.value("format", nlohmann::json()) != "pleinair-fisheye" &&
+      document.contains("camera")) {
+    return TieSite(options, file);
+  }
+  FisheyeCalibration calibration = ReadFisheyeCalibration(file);
   const ColourTie tie = FitColourTie(
-      ColourPairs(options), options.matrix ? ColourTieKind::kMatrix : ColourTieKind::kScale);
+      ColourPairs(options, options.from_response.empty() ? "srgb8" : options.from_response),
+      options.matrix ? ColourTieKind::kMatrix : ColourTieKind::kScale);
   calibration.room_from_fisheye_rgb = tie.to_from_rgb;
-  WriteWholeText(options.out.empty() ? options.calibration : options.out,
-                 FisheyeCalibrationText(calibration));
-  std::string report;
-  for (int row = 0; row < 3; ++row) {
-    report += Line("%10.5f %10.5f %10.5f",
-                   tie.to_from_rgb[0][row],
-                   tie.to_from_rgb[1][row],
-                   tie.to_from_rgb[2][row]);
-  }
-  for (std::size_t i = 0; i < tie.counts.size(); ++i) {
-    if (tie.counts[i]) continue;
-    report += Line("pair %zu left out: off by %.1f %%", i + 1, 100.0 * tie.residual_relative[i]);
-  }
-  return report + Line("rms %.2f %% over %td pairs",
-                       100.0 * tie.rms_relative,
-                       std::count(tie.counts.begin(), tie.counts.end(), true));
+  WriteWholeText(options.out.empty() ? file : options.out, FisheyeCalibrationText(calibration));
+  return DescribeTie(tie);
 }
 
 std::string RunCalibrateOrientation(const CalibrateOrientationOptions& options) {

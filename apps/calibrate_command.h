@@ -1,4 +1,4 @@
-// `pleinair calibrate`: camera files from pictures of boards, charts, brackets, marks and the sun.
+// `pleinair calibrate`: camera files from pictures of charts, brackets, marks and the sun.
 // Each function writes its file, completely or not at all, and returns the report to print.
 #pragma once
 
@@ -8,17 +8,6 @@
 #include <vector>
 
 namespace pleinair {
-
-struct CalibrateFisheyeOptions {
-  std::vector<std::filesystem::path> pictures;
-  std::string board;              // "8x6": inner corners.
-  std::optional<double> fov_deg;  // Not given: what the picture shows.
-  bool force = false;             // Write a lens that is in doubt, too.
-  std::filesystem::path out;
-};
-// A lens from board pictures; those that are no use are named in the report. Throws where the lens
-// is in doubt (DoubtAbout), naming the size of board that fits, if one does.
-std::string RunCalibrateFisheye(const CalibrateFisheyeOptions& options);
 
 struct CalibrateResponseOptions {
   std::vector<std::filesystem::path> pictures;
@@ -47,16 +36,20 @@ struct CalibrateAverageOptions {
 std::string RunCalibrateAverage(const CalibrateAverageOptions& options);
 
 struct CalibrateColourOptions {
-  std::filesystem::path pairs;  // CSV: fish-eye r,g,b, room r,g,b. Or a chart seen by both:
-  std::filesystem::path fisheye_picture;
-  std::filesystem::path room_picture;
-  std::string fisheye_corners;  // Empty: found.
-  std::string room_corners;
-  std::string fisheye_response = "srgb8";  // For 8-bit pictures.
-  std::string room_response = "srgb8";
+  std::filesystem::path pairs;  // CSV: this camera's r,g,b, the other's r,g,b. Or pictures:
+  std::filesystem::path from_picture;
+  std::filesystem::path to_picture;
+  // CSV: x, y, radius (pixels) in each picture, or without to_picture x, y, radius, r, g, b. Empty:
+  // a chart is seen in both.
+  std::filesystem::path regions;
+  std::string from_corners;  // Of the chart. Empty: found.
+  std::string to_corners;
+  std::string from_response;  // For 8-bit pictures; empty: the site's, or srgb8.
+  std::string to_response = "srgb8";
   bool matrix = false;
-  std::filesystem::path calibration;  // The fish-eye's file, read and written.
-  std::filesystem::path out;          // Not given: the same.
+  // The camera: a fish-eye's file, or a site's folder or file. Read and written.
+  std::filesystem::path calibration;
+  std::filesystem::path out;  // Not given: the same.
 };
 std::string RunCalibrateColour(const CalibrateColourOptions& options);
 

@@ -1,27 +1,18 @@
 #include "apps/calibrate_markers_command.h"
 
 #include <algorithm>
-#include <fstream>
-#include <map>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <glm/geometric.hpp>
-#include <nlohmann/json.hpp>
 
 #include "apps/whole_text.h"
 #include "calib/marker_bundle.h"
-#include "datasets/marker_frame_source.h"
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
-#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 template <typename Pixel>
 void RequireSize(const Image<Pixel>& picture,
@@ -70,43 +61,6 @@ std::string DescribeBoard(const MarkerBoardFit& fit) {
   return text;
 }
 
-// sequence.json with the poses put in, its other text as it was.
-void WriteWithPoses(const Sequence& sequence,
-                    const std::map<int, glm::dmat4>& camera_from_world,
-                    const std::filesystem::path& out) {
-  std::ifstream stream(sequence.folder / "sequence.json", std::ios::binary);
-  Json document = Json::parse(stream);
-  document["camera"].erase("camera_from_world");
-  Json frames = Json::array();
-  for (const auto& [index, pose] : camera_from_world) {
-    Json frame = document["frames"][static_cast<std::size_t>(index)];
-    Json rows = Json::array();
-    for (int row = 0; row < 4; ++row) {
-      rows.push_back({pose[0][row], pose[1][row], pose[2][row], pose[3][row]});
-    }
-    frame["camera_from_world"] = std::move(rows);
-    frames.push_back(std::move(frame));
-  }
-  document["frames"] = std::move(frames);
-  WriteWholeText(out, document.dump(1) + "\n");
-}
-
-std::string DescribeFrame(const MarkerFrameReport& report) {
-  if (!report.found) return fmt::format("{:>5}  left out: {}\n", report.index, report.reason);
-  const CameraPose& pose = *report.found;
-  std::string line = fmt::format("{:>5}  {:>6.2f}  {:>9.2f}  {:>9.3f}  {}",
-                                 report.index,
-                                 pose.rms_px,
-                                 1000.0 * pose.position_sigma_m,
-                                 DegFromRad(pose.rotation_sigma_rad),
-                                 fmt::join(report.markers, ","));
-  if (!report.left_out.empty()) {
-    line += fmt::format("; not where the board says: {}", fmt::join(report.left_out, ","));
-  }
-  if (!report.reason.empty()) line += "; left out: " + report.reason;
-  return line + "\n";
-}
-
 }  // namespace
 
 std::string RunCalibrateMarkers(const CalibrateMarkersOptions& options) {
@@ -146,41 +100,6 @@ std::string RunCalibrateMarkers(const CalibrateMarkersOptions& options) {
   }
   return report + DescribeBoard(fit) + placed +
          fmt::format("rms {:.3f} px over {} pictures", fit.rms_px, fit.fitted.size());
-}
-
-std::string RunCalibratePose(const CalibratePoseOptions& options) {
-  const Sequence sequence = ReadSequence(options.sequence, SequencePoses::kMayBeAbsent);
-  const MarkerBoard board = ReadMarkerBoard(options.markers);
-  std::string table = "frame  rms px  sigma mm   sigma deg  markers\n";
-  std::map<int, glm::dmat4> camera_from_world;
-  std::string first_reason;
-  double squares_px = 0.0;
-  MarkerFrameOptions marker_options;
-  marker_options.on_frame = [&](const MarkerFrameReport& report) {
-    table += DescribeFrame(report);
-    if (report.found && report.used && report.used->origin == PoseOrigin::kFound) {
-      camera_from_world[report.index] = report.used->camera_from_world;
-      squares_px += report.found->rms_px * report.found->rms_px;
-    } else if (first_reason.empty()) {
-      first_reason = fmt::format("; frame {}: {}", report.index, report.reason);
-    }
-  };
-  const auto frames =
-      MakeRecordedMarkerFrameSource(sequence, options.frames, board, std::move(marker_options));
-  while (frames->Next()) {
-  }
-  if (camera_from_world.empty()) {
-    throw std::runtime_error(fmt::format("{}: expected frames that show markers of {}{}",
-                                         sequence.file.string(),
-                                         options.markers.string(),
-                                         first_reason));
-  }
-  const std::size_t count = camera_from_world.size();
-  if (!options.out.empty()) WriteWithPoses(sequence, camera_from_world, options.out);
-  return table + fmt::format("{} of {} frames have a pose, rms {:.2f} px",
-                             count,
-                             sequence.frames.size(),
-                             std::sqrt(squares_px / static_cast<double>(count)));
 }
 
 }  // namespace pleinair

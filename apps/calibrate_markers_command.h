@@ -1,13 +1,10 @@
-// `pleinair calibrate markers`: where markers stand, from pictures of them; and `pleinair calibrate
-// pose`: where the camera stood in each frame of a sequence, from the markers in it.
+// `pleinair calibrate markers`: where markers stand, from pictures of them.
 #pragma once
 
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "datasets/frame_source.h"
 
 namespace pleinair {
 
@@ -23,16 +20,5 @@ struct CalibrateMarkersOptions {
 // Writes the board file, completely or not at all, and returns the report to print. Throws
 // std::runtime_error or std::invalid_argument, one line.
 std::string RunCalibrateMarkers(const CalibrateMarkersOptions& options);
-
-struct CalibratePoseOptions {
-  std::filesystem::path sequence;
-  std::filesystem::path markers;  // A board file.
-  FrameKind frames = FrameKind::kLinear;
-  std::filesystem::path out;  // Empty: nothing is written.
-};
-// The table to print. Writes a copy of sequence.json in which each frame has the pose of its
-// markers; frames without a pose of their own are left out of it, and named. Throws as above, and
-// where no frame has one.
-std::string RunCalibratePose(const CalibratePoseOptions& options);
 
 }  // namespace pleinair

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 
@@ -26,12 +25,7 @@ constexpr double kSamePoseRad = 0.02;
 // 5 standard deviations: see the header.
 constexpr double kChoosesFrom = 25.0;
 
-std::string Number(const char* format, double value) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-std::string Degrees(double rad) { return Number("%.1f deg", DegFromRad(rad)); }
+std::string Degrees(double rad) { return NumberText("%.1f deg", DegFromRad(rad)); }
 
 UndeterminedPose Undetermined(const std::string& why, std::vector<PoseCandidate> candidates = {}) {
   return {"the camera's pose cannot be determined: " + why, std::move(candidates)};
@@ -168,7 +162,7 @@ void CameraPoseOptions::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* expected) {
     if (good) return;
     throw std::invalid_argument(std::string(field) + ": expected " + expected + ", found " +
-                                Number("%g", value));
+                                NumberText("%g", value));
   };
   require(inlier_px > 0.0 && std::isfinite(inlier_px), "inlier_px", inlier_px, "above 0");
   require(point_sigma_px > 0.0 && std::isfinite(point_sigma_px),
@@ -204,7 +198,8 @@ tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
                                match.pixel.y}) {
       if (std::isfinite(value)) continue;
       throw std::invalid_argument("match " + std::to_string(i) +
-                                  ": expected finite coordinates, found " + Number("%g", value));
+                                  ": expected finite coordinates, found " +
+                                  NumberText("%g", value));
     }
   }
   const PoseSearch search(lens, matches, options);
@@ -232,7 +227,7 @@ tl::expected<CameraPose, UndeterminedPose> FindCameraPose(
                            : hypotheses.empty() ? 0
                                                 : hypotheses[0].inliers) +
             " of " + std::to_string(matches.size()) + " points to " + PixelText(options.inlier_px) +
-            ", expected " + Number("%.0f", std::ceil(needed)) + error,
+            ", expected " + NumberText("%.0f", std::ceil(needed)) + error,
         std::move(nearest)));
   }
   if (OnALine(best->inliers)) return tl::unexpected(Undetermined(on_one_line));

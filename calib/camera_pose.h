@@ -34,6 +34,14 @@ struct CameraPoseOptions {
   void Validate() const;
 };
 
+// For points that a person picked in the picture: found to some pixel, not to a third of one.
+inline CameraPoseOptions PickedPointOptions() {
+  CameraPoseOptions options;
+  options.inlier_px = 3.0;
+  options.point_sigma_px = 0.7;  // Of a coordinate.
+  return options;
+}
+
 // A pose that the points fit, or nearly.
 struct PoseCandidate {
   glm::dmat4 camera_from_world{1.0};

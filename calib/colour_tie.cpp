@@ -122,4 +122,40 @@ ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
   return tie;
 }
 
+glm::dvec3 MeanOfDisc(const RgbImage& light, const glm::dvec2& centre_px, double radius_px) {
+  glm::dvec3 sum(0.0);
+  int count = 0;
+  for (int y = 0; y < light.height; ++y) {
+    for (int x = 0; x < light.width; ++x) {
+      if (!(glm::distance(glm::dvec2(x, y), centre_px) <= std::max(radius_px, 0.5))) continue;
+      const glm::dvec3 pixel(light.At(x, y));
+      if (!std::isfinite(pixel.x + pixel.y + pixel.z)) continue;
+      sum += pixel;
+      ++count;
+    }
+  }
+  if (count > 0) return sum / static_cast<double>(count);
+  std::ostringstream text;
+  text << "region at " << centre_px.x << "," << centre_px.y << ": expected a place in the picture, "
+       << light.width << "x" << light.height;
+  throw std::invalid_argument(text.str());
+}
+
+ResponseTable TiedResponse(const ResponseCurve& response, const glm::dvec3& factor_rgb) {
+  const double largest = std::max({factor_rgb.x, factor_rgb.y, factor_rgb.z});
+  ResponseTable table{};
+  for (int c = 0; c < 3; ++c) {
+    if (!(factor_rgb[c] > 0.0) || !std::isfinite(largest)) {
+      throw std::invalid_argument("colour factor: expected a positive number, found " +
+                                  std::to_string(factor_rgb[c]));
+    }
+    const auto& linear = response.LinearOfCode(c);
+    for (std::size_t code = 0; code < linear.size(); ++code) {
+      table[static_cast<std::size_t>(c)][code] =
+          static_cast<float>(linear[code] * factor_rgb[c] / largest);
+    }
+  }
+  return table;
+}
+
 }  // namespace pleinair

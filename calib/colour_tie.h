@@ -5,7 +5,11 @@
 #include <vector>
 
 #include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+
+#include "calib/response.h"
+#include "scene/image.h"
 
 namespace pleinair {
 
@@ -33,5 +37,15 @@ struct ColourTie {
 //         std::runtime_error where a matrix is asked of colours that do not determine one.
 ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind);
 inline constexpr double kOutlierRatio = 5.0;
+
+// The mean light of a region that was picked in a picture.
+// Throws  std::invalid_argument naming the place: outside the picture, or without a finite pixel.
+glm::dvec3 MeanOfDisc(const RgbImage& light, const glm::dvec2& centre_px, double radius_px);
+
+// A camera's response with a factor for each channel in it: the largest is 1 in the table, and the
+// others are their ratios to it, so that what is read has the other camera's colours up to one
+// factor, which belongs to the exposure. Throws std::invalid_argument for a factor that is not
+// positive.
+ResponseTable TiedResponse(const ResponseCurve& response, const glm::dvec3& factor_rgb);
 
 }  // namespace pleinair

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/internal/marker_corners.h"
+#include "calib/internal/marker_dictionary.h"
 #include "calib/response.h"
 
 namespace pleinair {
@@ -43,14 +44,6 @@ constexpr std::array<NamedDictionary, 21> kDictionaries{{
     {"7x7_250", cv::aruco::DICT_7X7_250},
     {"7x7_1000", cv::aruco::DICT_7X7_1000},
 }};
-
-cv::Ptr<cv::aruco::Dictionary> Dictionary(const std::string& name) {
-  for (const NamedDictionary& entry : kDictionaries) {
-    if (name == entry.name) return cv::aruco::getPredefinedDictionary(entry.id);
-  }
-  throw std::invalid_argument("marker dictionary: expected one of OpenCV's, such as " +
-                              std::string(kDictionaries[3].name) + ", found " + name);
-}
 
 cv::Mat View(const Gray8Image& picture) {
   return {picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.pixels.data())};
@@ -99,6 +92,14 @@ bool IsSameMarker(const DetectedMarker& a, const DetectedMarker& b) {
 
 }  // namespace
 
+cv::Ptr<cv::aruco::Dictionary> OpenCvDictionary(const std::string& name) {
+  for (const NamedDictionary& entry : kDictionaries) {
+    if (name == entry.name) return cv::aruco::getPredefinedDictionary(entry.id);
+  }
+  throw std::invalid_argument("marker dictionary: expected one of OpenCV's, such as " +
+                              std::string(kDictionaries[3].name) + ", found " + name);
+}
+
 std::optional<MarkerDictionary> FindMarkerDictionary(std::string_view name) {
   for (const NamedDictionary& entry : kDictionaries) {
     if (name != entry.name) continue;
@@ -118,7 +119,7 @@ std::vector<std::string> MarkerDictionaryNames() {
 std::vector<DetectedMarker> DetectMarkers(const Gray8Image& picture,
                                           const std::string& dictionary) {
   constexpr std::size_t kEnlargeUpToPx = 1024 * 1024;
-  const auto known = Dictionary(dictionary);
+  const auto known = OpenCvDictionary(dictionary);
   if (picture.width < 8 || picture.height < 8) return {};
   const cv::Mat image = View(picture);
   std::vector<DetectedMarker> markers = Search(image, 1.0, known);
@@ -176,7 +177,7 @@ Gray8Image MarkerPicture(const RgbImage& radiance) {
 }
 
 Gray8Image DrawMarker(const std::string& dictionary, int id, int pixels_per_cell) {
-  const auto known = Dictionary(dictionary);
+  const auto known = OpenCvDictionary(dictionary);
   if (id < 0 || id >= known->bytesList.rows) {
     throw std::invalid_argument("marker id: expected 0 to " +
                                 std::to_string(known->bytesList.rows - 1) + " in " + dictionary +

@@ -151,8 +151,14 @@ Sequence ReadSite(const std::filesystem::path& folder,
                   SequencePoses poses = SequencePoses::kRequired,
                   std::optional<Weather> weather = std::nullopt);
 
-// The lens alone: `camera` of a sequence.json or of the one in a folder, which may be no sequence
+// `camera` of a sequence.json or site.json, or of the one in a folder, which may be no sequence
 // yet: of all other keys only `format` is read, where it exists. Throws as ReadSequence.
+struct StatedCamera {
+  CameraIntrinsics intrinsics;
+  std::optional<glm::dmat4> camera_from_world;
+};
+StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder);
+// The lens alone.
 CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder);
 
 // Writes sequence.json, completely or not at all, so that ReadSequence gives the same back (angles

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "calib/json_cursor.h"
+#include "datasets/camera_file.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/internal/frame_entries.h"
 #include "datasets/internal/json_vectors.h"
@@ -324,14 +325,21 @@ Sequence ReadSite(const std::filesystem::path& folder,
   });
 }
 
-CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {
+StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder) {
   std::error_code error;
-  const bool is_folder = std::filesystem::is_directory(file_or_folder, error);
-  const std::filesystem::path file = is_folder ? SequenceFileIn(file_or_folder) : file_or_folder;
+  fs::path file = CameraFileIn(file_or_folder);
+  if (fs::is_directory(file_or_folder, error) && file.filename() != "site.json") {
+    file = SequenceFileIn(file_or_folder);
+  }
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
   CheckFormat(root);
-  return ReadIntrinsics(root.Required("camera"));
+  const JsonCursor camera = root.Required("camera");
+  return {ReadIntrinsics(camera), ReadOptional(camera, "camera_from_world", ReadRigid)};
+}
+
+CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {
+  return ReadStatedCamera(file_or_folder).intrinsics;
 }
 
 }  // namespace pleinair

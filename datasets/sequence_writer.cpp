@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "datasets/camera_file.h"
 #include "datasets/site_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -16,14 +17,6 @@ using Json = nlohmann::ordered_json;
 Json FromVector(const glm::dvec2& v) { return {v.x, v.y}; }
 Json FromVector(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-Json FromMatrix(const glm::dmat4& matrix) {
-  Json rows = Json::array();
-  for (int r = 0; r < 4; ++r) {
-    rows.push_back({matrix[0][r], matrix[1][r], matrix[2][r], matrix[3][r]});
-  }
-  return rows;
-}
-
 template <typename Vector>
 Json FromPolygon(const std::vector<Vector>& polygon) {
   Json corners = Json::array();
@@ -32,19 +25,8 @@ Json FromPolygon(const std::vector<Vector>& polygon) {
 }
 
 Json FromCamera(const Sequence& sequence) {
-  const CameraIntrinsics& camera = sequence.intrinsics;
-  Json json = {{"width", camera.width_px},
-               {"height", camera.height_px},
-               {"fx", camera.fx_px},
-               {"fy", camera.fy_px},
-               {"cx", camera.cx_px},
-               {"cy", camera.cy_px},
-               {"distortion", camera.distortion},
-               {"distortion_model", "opencv"},
-               {"pixel_centers", "integer"}};
-  if (sequence.camera_from_world) {
-    json["camera_from_world"] = FromMatrix(*sequence.camera_from_world);
-  }
+  Json json = JsonOf(sequence.intrinsics);
+  if (sequence.camera_from_world) json["camera_from_world"] = JsonOf(*sequence.camera_from_world);
   return json;
 }
 
@@ -103,7 +85,7 @@ Json JsonOf(const FrameEntry& frame) {
   if (frame.exposure_s) json["exposure_s"] = *frame.exposure_s;
   if (frame.iso) json["iso"] = *frame.iso;
   if (frame.f_number) json["f_number"] = *frame.f_number;
-  if (frame.camera_from_world) json["camera_from_world"] = FromMatrix(*frame.camera_from_world);
+  if (frame.camera_from_world) json["camera_from_world"] = JsonOf(*frame.camera_from_world);
   if (frame.sun_direction_enu) json["sun_direction_enu"] = FromVector(*frame.sun_direction_enu);
   if (frame.weather) json["weather"] = NameOf(*frame.weather);
   if (!frame.sample_polygons.empty()) {
@@ -117,7 +99,7 @@ Json JsonOf(const FrameEntry& frame) {
 
 Json JsonOf(const VirtualObjectEntry& object) {
   return {{"mesh", object.mesh.string()},
-          {"world_from_object", FromMatrix(object.world_from_object)}};
+          {"world_from_object", JsonOf(object.world_from_object)}};
 }
 
 Json JsonOf(const Sequence& sequence) {

@@ -9,6 +9,7 @@ namespace pleinair {
 namespace {
 
 // Errors of all matches and their derivatives by the camera's motion from `pose`.
+template <typename Intrinsics>
 struct PixelErrors {
   int NumResiduals() const { return 2 * static_cast<int>(matches.size()); }
 
@@ -24,35 +25,37 @@ struct PixelErrors {
     return true;
   }
 
-  const CameraIntrinsics& intrinsics;
+  const Intrinsics& intrinsics;
   std::span<const PointMatch> matches;
   glm::dmat4 pose;
 };
 
-using PixelErrorsAndJacobian = ceres::TinySolverAutoDiffFunction<PixelErrors, Eigen::Dynamic, 6>;
+template <typename Intrinsics>
+using PixelErrorsAndJacobian =
+    ceres::TinySolverAutoDiffFunction<PixelErrors<Intrinsics>, Eigen::Dynamic, 6>;
 
 // Without motion.
-std::optional<RefinedPose> Linearised(const CameraIntrinsics& intrinsics,
+template <typename Intrinsics>
+std::optional<RefinedPose> Linearised(const Intrinsics& intrinsics,
                                       std::span<const PointMatch> matches,
                                       const glm::dmat4& pose) {
-  const PixelErrors errors{intrinsics, matches, pose};
+  const PixelErrors<Intrinsics> errors{intrinsics, matches, pose};
   Eigen::VectorXd residuals(errors.NumResiduals());
   Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian(errors.NumResiduals(), 6);
   const Motion none = Motion::Zero();
-  if (!PixelErrorsAndJacobian(errors)(none.data(), residuals.data(), jacobian.data())) {
+  if (!PixelErrorsAndJacobian<Intrinsics>(errors)(none.data(), residuals.data(), jacobian.data())) {
     return std::nullopt;
   }
   return RefinedPose{pose, residuals.squaredNorm(), jacobian.transpose() * jacobian};
 }
 
-}  // namespace
-
-std::optional<RefinedPose> RefinePose(const CameraIntrinsics& intrinsics,
-                                      std::span<const PointMatch> matches,
-                                      const glm::dmat4& start) {
+template <typename Intrinsics>
+std::optional<RefinedPose> Refine(const Intrinsics& intrinsics,
+                                  std::span<const PointMatch> matches,
+                                  const glm::dmat4& start) {
   if (!Linearised(intrinsics, matches, start)) return std::nullopt;
-  const PixelErrors errors{intrinsics, matches, start};
-  ceres::TinySolver<PixelErrorsAndJacobian> solver;
+  const PixelErrors<Intrinsics> errors{intrinsics, matches, start};
+  ceres::TinySolver<PixelErrorsAndJacobian<Intrinsics>> solver;
   // The descent is quadratic at its end: what follows a smaller step is rounding. The other
   // tolerances are absolute, and square pixels have no scale to set them by.
   solver.options.parameter_tolerance = 1e-10;
@@ -60,8 +63,22 @@ std::optional<RefinedPose> RefinePose(const CameraIntrinsics& intrinsics,
   solver.options.cost_threshold = 0.0;
   solver.options.gradient_tolerance = 0.0;
   Motion motion = Motion::Zero();
-  solver.Solve(PixelErrorsAndJacobian(errors), &motion);
+  solver.Solve(PixelErrorsAndJacobian<Intrinsics>(errors), &motion);
   return Linearised(intrinsics, matches, MovedPose(start, motion));
+}
+
+}  // namespace
+
+std::optional<RefinedPose> RefinePose(const CameraIntrinsics& intrinsics,
+                                      std::span<const PointMatch> matches,
+                                      const glm::dmat4& start) {
+  return Refine(intrinsics, matches, start);
+}
+
+std::optional<RefinedPose> RefinePose(const FisheyeIntrinsics& intrinsics,
+                                      std::span<const PointMatch> matches,
+                                      const glm::dmat4& start) {
+  return Refine(intrinsics, matches, start);
 }
 
 }  // namespace pleinair

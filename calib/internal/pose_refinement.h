@@ -8,6 +8,7 @@
 #include <glm/mat4x4.hpp>
 
 #include "calib/camera_pose.h"
+#include "calib/fisheye_lens.h"
 #include "scene/camera.h"
 
 namespace pleinair {
@@ -23,6 +24,10 @@ struct RefinedPose {
 // Levenberg-Marquardt (Ceres' TinySolver) over all matches from `start`; none where a point is not
 // before the camera.
 std::optional<RefinedPose> RefinePose(const CameraIntrinsics& intrinsics,
+                                      std::span<const PointMatch> matches,
+                                      const glm::dmat4& start);
+// The same of a fish-eye lens of OpenCV's model, all around it.
+std::optional<RefinedPose> RefinePose(const FisheyeIntrinsics& intrinsics,
                                       std::span<const PointMatch> matches,
                                       const glm::dmat4& start);
 

@@ -10,6 +10,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "calib/fisheye_lens.h"
 #include "calib/internal/distortion.h"
 #include "scene/camera.h"
 
@@ -55,6 +56,25 @@ bool PixelError(const CameraIntrinsics& camera,
       DistortedPoint<T>(camera.distortion, point[0] / point[2], point[1] / point[2]);
   error[0] = camera.fx_px * x + (camera.cx_px - pixel.x);
   error[1] = camera.fy_px * y + (camera.cy_px - pixel.y);
+  return true;
+}
+
+// The same of OpenCV's fish-eye model, which sees points behind the camera, too.
+template <typename T>
+bool PixelError(const FisheyeIntrinsics& camera,
+                const std::array<T, 3>& point,
+                const glm::dvec2& pixel,
+                T* error) {
+  using std::atan2;
+  using std::sqrt;
+  // On the axis itself the root has no derivative: 1e-12 of the distance off it is no matter.
+  const T across = sqrt(point[0] * point[0] + point[1] * point[1] + 1e-24 * point[2] * point[2]);
+  const T angle = atan2(across, point[2]);
+  const T s = angle * angle;
+  const auto& [k1, k2, k3, k4] = camera.distortion;
+  const T radius = angle * (1.0 + s * (k1 + s * (k2 + s * (k3 + s * k4))));
+  error[0] = camera.fx_px * radius * point[0] / across + (camera.cx_px - pixel.x);
+  error[1] = camera.fy_px * radius * point[1] / across + (camera.cy_px - pixel.y);
   return true;
 }
 

@@ -1,4 +1,4 @@
-// Residuals in messages.
+// Residuals and other numbers in messages.
 #pragma once
 
 #include <array>
@@ -7,10 +7,12 @@
 
 namespace pleinair {
 
-inline std::string PixelText(double value_px) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "%.2f px", value_px);
+inline std::string NumberText(const char* format, double value) {
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), format, value);
   return text.data();
 }
+
+inline std::string PixelText(double value_px) { return NumberText("%.2f px", value_px); }
 
 }  // namespace pleinair

@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -113,6 +114,51 @@ TEST_F(CalibrateCommand, TiesColoursByPairs) {
   EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("found \"red\""));
 }
 
+// A camera whose red is half and whose blue is four fifths of the survey's: its response takes the
+// factors, and codes then read as the survey's colours.
+TEST_F(CalibrateCommand, TiesASitesCameraToTheSurvey) {
+  const auto site = Write("site.json",
+                          R"({"format": "pleinair-site", "version": 1, "note": "kept",
+                              "camera": {"width": 40, "height": 20}})");
+  RgbImage survey(40, 20);
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      survey.At(x, y) = x < 20 ? glm::vec3(0.8f, 0.5f, 0.3f) : glm::vec3(0.3f, 0.4f, 0.6f);
+    }
+  }
+  RgbImage seen = survey;
+  for (glm::vec3& pixel : seen.pixels) pixel *= glm::vec3(0.5f, 1.0f, 0.8f);
+  WriteExr(folder_ / "survey.exr", survey, ExrPrecision::kFloat);
+  const Rgb8Image codes = CodesFromRadiance(seen, ResponseCurve::Srgb(), 1.0);
+  WritePng(folder_ / "frame.png", codes);
+  CalibrateColourOptions colour;
+  colour.calibration = folder_;
+  colour.from_picture = folder_ / "frame.png";
+  colour.to_picture = folder_ / "survey.exr";
+  colour.regions = Write("regions.csv", "8,8,4, 8,9,4\n30,10,4, 30,10,3\n");
+  EXPECT_THAT(RunCalibrateColour(colour), HasSubstr("over 2 pairs"));
+  std::ifstream stream(site);
+  const nlohmann::json written = nlohmann::json::parse(stream);
+  EXPECT_EQ(written["note"], "kept");
+  const ResponseCurve tied =
+      ResponseCurve::FromFile(folder_ / written["radiometry"]["frames_ldr"].get<std::string>());
+  // Half a code at these values is 1 %.
+  for (const int x : {5, 35}) {
+    const glm::vec3 light = tied.LinearFromCode(codes.At(x, 10));
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(light[c] / light[1], survey.At(x, 10)[c] / survey.At(x, 10)[1], 0.02);
+    }
+  }
+  // Known colours in place of the other picture.
+  colour.to_picture.clear();
+  colour.regions = Write("known.csv", "8,8,4, 0.8,0.5,0.3\n30,10,4, 0.3,0.4,0.6\n");
+  EXPECT_THAT(RunCalibrateColour(colour), HasSubstr("over 2 pairs"));
+  colour.regions = Write("outside.csv", "80,8,4, 0.8,0.5,0.3\n");
+  EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("region at 80,8"));
+  colour.matrix = true;
+  EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("--matrix"));
+}
+
 // The centre is the zenith, the middle of the top side north, of the right side east (as a map).
 // As spreadsheets write it.
 TEST_F(CalibrateCommand, ReadsATableThatBeginsWithAByteOrderMark) {
@@ -169,86 +215,6 @@ TEST_F(CalibrateCommand, OrientsByTheSunsOfARecording) {
   EXPECT_LT(found[1].y, -0.999);
 }
 
-TEST_F(CalibrateCommand, CalibratesALensAndNamesWhatIsNoUse) {
-  const std::filesystem::path boards = kShared / "data/lens_calibration/fisheye_board";
-  if (!std::filesystem::is_directory(boards)) GTEST_SKIP() << "no pictures in " << boards;
-  CalibrateFisheyeOptions fisheye;
-  for (const char* name : {"2", "3", "6", "8", "13", "14"}) {
-    fisheye.pictures.push_back(boards / (std::string("Fisheye1_") + name + ".jpg"));
-  }
-  fisheye.pictures.push_back(folder_ / "absent.jpg");
-  fisheye.pictures.push_back(folder_ / "grey.png");
-  WritePng(folder_ / "grey.png", Rgb8Image(1032, 778, glm::u8vec3(90)));
-  fisheye.pictures.push_back(folder_ / "small.png");
-  WritePng(folder_ / "small.png", Rgb8Image(10, 10, glm::u8vec3(90)));
-  fisheye.board = "8x6";
-  fisheye.fov_deg = 186.0;
-  fisheye.out = folder_ / "lens.json";
-  const std::string report = RunCalibrateFisheye(fisheye);
-  for (const char* name : {"absent.jpg", "grey.png", "small.png"}) {
-    EXPECT_THAT(report, HasSubstr(std::string(name) + ": left out"));
-  }
-  const FisheyeCalibration lens = ReadFisheyeCalibration(fisheye.out);
-  EXPECT_NEAR(lens.intrinsics.fx_px, 337.0, 3.0);
-  EXPECT_NEAR(lens.intrinsics.max_angle_rad, RadFromDeg(93.0), 1e-12);
-  EXPECT_LT(lens.rms_px.value(), 0.5);
-
-  fisheye.out = folder_ / "other.json";
-  fisheye.board = "8 by 6";
-  EXPECT_THAT(Refusal(RunCalibrateFisheye, fisheye), HasSubstr("--board"));
-  fisheye.board = "9x6";
-  fisheye.pictures.resize(1);
-  EXPECT_THAT(Refusal(RunCalibrateFisheye, fisheye), HasSubstr("found none"));
-  EXPECT_FALSE(std::filesystem::exists(fisheye.out));
-}
-
-// With a wrong size OpenCV finds parts of the board, or nothing: no lens is written, and the size
-// is named that fits.
-TEST_F(CalibrateCommand, NamesTheSizeOfBoardThatFits) {
-  const std::filesystem::path boards = kShared / "data/lens_calibration/fisheye_board";
-  if (!std::filesystem::is_directory(boards)) GTEST_SKIP() << "no pictures in " << boards;
-  CalibrateFisheyeOptions fisheye;
-  // In the fourth the finder sees 6x6 of them alone, which would fit, too.
-  for (const char* name : {"1", "2", "3", "4"}) {
-    fisheye.pictures.push_back(boards / (std::string("Fisheye1_") + name + ".jpg"));
-  }
-  fisheye.out = folder_ / "lens.json";
-  for (const char* wrong : {"5x4", "9x6"}) {
-    fisheye.board = wrong;
-    EXPECT_THAT(
-        Refusal(RunCalibrateFisheye, fisheye),
-        HasSubstr(std::string("--board ") + wrong + " does not fit, --board 8x6 does (rms 0."));
-    EXPECT_FALSE(std::filesystem::exists(fisheye.out));
-  }
-}
-
-// Squeezed pictures have pixels that are not square.
-TEST_F(CalibrateCommand, WritesALensInDoubtOnlyWhereForced) {
-  const std::filesystem::path boards = kShared / "data/lens_calibration/fisheye_board";
-  if (!std::filesystem::is_directory(boards)) GTEST_SKIP() << "no pictures in " << boards;
-  CalibrateFisheyeOptions fisheye;
-  for (const char* name : {"2", "6", "13", "14"}) {
-    const cv::Mat picture =
-        cv::imread((boards / (std::string("Fisheye1_") + name + ".jpg")).string());
-    cv::Mat squeezed;
-    cv::resize(picture, squeezed, {}, 1.0, 0.9, cv::INTER_AREA);
-    fisheye.pictures.push_back(folder_ / (std::string(name) + ".png"));
-    cv::imwrite(fisheye.pictures.back().string(), squeezed);
-  }
-  fisheye.board = "8x6";
-  fisheye.out = folder_ / "lens.json";
-  EXPECT_THAT(Refusal(RunCalibrateFisheye, fisheye),
-              AllOf(HasSubstr("corners are missed by 0."),
-                    HasSubstr("fx within 3 % of fy"),
-                    HasSubstr("nor does another size"),
-                    HasSubstr("--force writes it")));
-  EXPECT_FALSE(std::filesystem::exists(fisheye.out));
-  fisheye.force = true;
-  EXPECT_THAT(RunCalibrateFisheye(fisheye), HasSubstr("forced: corners are missed by 0."));
-  const FisheyeIntrinsics lens = ReadFisheyeCalibration(fisheye.out).intrinsics;
-  EXPECT_NEAR(lens.fx_px / lens.fy_px, 1.0 / 0.9, 0.02);
-}
-
 // The photograph's file is sRGB: its green channel follows that curve where the greys are bright,
 // to 10 % (the darker ones are lifted by haze, and the light is not white).
 TEST_F(CalibrateCommand, FitsAResponseToAChart) {
@@ -276,8 +242,8 @@ TEST_F(CalibrateCommand, FitsAResponseToAChart) {
 
   CalibrateColourOptions colour;
   colour.calibration = WriteLens();
-  colour.fisheye_picture = photo;
-  colour.room_picture = photo;
+  colour.from_picture = photo;
+  colour.to_picture = photo;
   colour.matrix = true;
   RunCalibrateColour(colour);
   const auto matrix = ReadFisheyeCalibration(colour.calibration).room_from_fisheye_rgb.value();

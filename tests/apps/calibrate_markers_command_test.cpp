@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/calibrate_pose_command.h"
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
 #include "tests/calib/marker_scene.h"
@@ -90,7 +91,7 @@ TEST_F(CalibrateMarkers, MakesABoardAndThenPoses) {
   }
 
   CalibratePoseOptions pose;
-  pose.sequence = folder_;
+  pose.site = folder_;
   pose.markers = markers.out;
   pose.out = folder_ / "with_poses.json";
   const std::string table = RunCalibratePose(pose);
@@ -161,7 +162,7 @@ TEST_F(CalibrateMarkers, RefusalsAreOneLineAndWriteNothing) {
   MarkerBoard other = RoomBoard();
   for (BoardMarker& marker : other.markers) marker.id += 50;
   CalibratePoseOptions pose;
-  pose.sequence = folder_;
+  pose.site = folder_;
   pose.markers = Write("other.json", MarkerBoardText(other));
   pose.out = folder_ / "with_poses.json";
   EXPECT_THAT(Refusal(RunCalibratePose, pose), HasSubstr("expected frames that show markers"));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -6,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/response_fit.h"
+#include "calib/bracket_fit.h"
 #include "tests/calib/synthetic_bracket.h"
 
 namespace pleinair::response_fit_hard_cases_test {
@@ -157,6 +158,30 @@ TEST(ResponseHardCases, SamplesThatAreNoCurveAreRepairedOrRefused) {
   samples.fill({{0.9, 20.0}, {0.5, 90.0}, {0.1, 200.0}});
   EXPECT_THROW(FitMonotoneResponse(samples), std::invalid_argument);
   EXPECT_THROW(FitLogarithmicResponse(samples), std::runtime_error);
+}
+
+// One picture of another exposure than is stated, one of something else: both are named, and the
+// curve is that of the others. A good bracket keeps all.
+TEST(ResponseHardCases, PicturesThatContradictTheOthersAreNamed) {
+  const SyntheticBracket good = MakeBracket(GammaCamera(2.2), kStops);
+  for (const BracketPicture& picture : FitBracket(good.pictures).pictures) {
+    EXPECT_EQ(picture.reason, "");
+    EXPECT_LT(std::abs(picture.offset), 0.1);
+  }
+  std::vector<ExposedPicture> spoiled = good.pictures;
+  spoiled[2].exposure *= 1.7;
+  std::mt19937 random(4);
+  std::shuffle(spoiled[5].codes.pixels.begin(), spoiled[5].codes.pixels.end(), random);
+  const BracketFit fit = FitBracket(spoiled);
+  for (std::size_t i = 0; i < spoiled.size(); ++i) {
+    EXPECT_EQ(fit.pictures[i].reason.empty(), i != 2 && i != 5) << i << fit.pictures[i].reason;
+  }
+  EXPECT_NE(fit.pictures[2].reason.find("expected its exposure"), std::string::npos);
+  std::vector<ExposedPicture> rest;
+  for (std::size_t i = 0; i < spoiled.size(); ++i) {
+    if (i != 2 && i != 5) rest.push_back(spoiled[i]);
+  }
+  EXPECT_EQ(fit.response.table, FitResponseFromBrackets(rest).table);
 }
 
 }  // namespace

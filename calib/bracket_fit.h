@@ -1,0 +1,33 @@
+// A response from a bracket some of whose pictures may be no use.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calib/response_fit.h"
+
+namespace pleinair {
+
+// How a picture's light lies to that of the others, by the curve.
+struct BracketPicture {
+  double offset = 0.0;   // Median over pixels, natural logarithm: its exposure is not as stated.
+  double scatter = 0.0;  // Median of the absolute deviations: something else is seen.
+  std::string reason;    // Why it is left out; empty where it counts.
+};
+
+struct BracketFit {
+  ResponseFit response;
+  std::vector<BracketPicture> pictures;  // As they were given.
+};
+
+// FitResponseFromBrackets without the pictures that contradict the others: where the light of one
+// differs from the median picture's by more than kLargestOffset, or scatters by more than
+// kLargestScatter, the worst is left out and the rest fitted again, down to three pictures.
+// Throws  as FitResponseFromBrackets.
+inline constexpr double kLargestOffset = 0.2;  // A sixth of a stop is 0.12.
+inline constexpr double kLargestScatter = 0.4;
+BracketFit FitBracket(std::span<const ExposedPicture> pictures,
+                      const BracketFitOptions& options = {});
+
+}  // namespace pleinair

@@ -1,0 +1,102 @@
+#include "calib/mesh_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <glm/geometric.hpp>
+
+namespace pleinair {
+namespace {
+
+constexpr double kFlatCosine = 0.99939;    // 2 degrees.
+constexpr double kCreaseCosine = 0.90631;  // 25 degrees.
+
+struct Side {
+  std::uint32_t triangle;
+  std::uint32_t opposite;  // The vertex that is not on the edge.
+};
+
+// For each vertex the first one at its place.
+std::vector<std::uint32_t> FirstAtPlace(const Mesh& mesh) {
+  std::map<std::array<float, 3>, std::uint32_t> first;
+  std::vector<std::uint32_t> at;
+  for (std::uint32_t i = 0; i < mesh.positions_m.size(); ++i) {
+    const glm::vec3& p = mesh.positions_m[i];
+    at.push_back(first.try_emplace({p.x, p.y, p.z}, i).first->second);
+  }
+  return at;
+}
+
+// Whether the surface of `side` goes on beyond the edge, in its plane and material.
+bool GoesOn(const Mesh& mesh,
+            const RayCaster& rays,
+            const glm::dvec3& from,
+            const glm::dvec3& to,
+            const Side& side) {
+  const glm::dvec3 middle = 0.5 * (from + to);
+  const glm::dvec3 along = glm::normalize(to - from);
+  const glm::dvec3 inward = glm::dvec3(mesh.positions_m[side.opposite]) - middle;
+  const glm::dvec3 across = inward - glm::dot(inward, along) * along;
+  const double size = glm::length(across);
+  if (!(size > 0.0)) return true;  // A triangle without area.
+  // A step that is small for the triangle, and large for single precision.
+  const double step = 0.01 * std::min(size, glm::distance(from, to));
+  const glm::dvec3 normal(TriangleNormal(mesh, side.triangle));
+  const glm::dvec3 beyond = middle - step / size * across + step * normal;
+  const auto hit =
+      rays.Intersect(glm::vec3(beyond), glm::vec3(-normal), static_cast<float>(2.0 * step));
+  return hit && std::abs(glm::dot(glm::dvec3(hit->geometric_normal), normal)) > kFlatCosine &&
+         std::abs(hit->distance_m - step) < 0.1 * step &&
+         mesh.triangle_material[hit->triangle] == mesh.triangle_material[side.triangle];
+}
+
+}  // namespace
+
+bool MeshEdge::IsOutlineFrom(const glm::dvec3& eye_m) const {
+  const glm::dvec3 to_eye = eye_m - from_m;
+  return (glm::dot(normal_a, to_eye) > 0.0) != (glm::dot(normal_b, to_eye) > 0.0);
+}
+
+std::vector<MeshEdge> EdgesOf(const Mesh& mesh, const RayCaster& rays) {
+  const std::vector<std::uint32_t> at = FirstAtPlace(mesh);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Side>> sides;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int c = 0; c < 3; ++c) {
+      const std::uint32_t a = at[mesh.triangles[t][c]];
+      const std::uint32_t b = at[mesh.triangles[t][(c + 1) % 3]];
+      if (a == b) continue;
+      sides[std::minmax(a, b)].push_back({t, at[mesh.triangles[t][(c + 2) % 3]]});
+    }
+  }
+  std::vector<MeshEdge> edges;
+  for (const auto& [ends, faces] : sides) {
+    MeshEdge edge;
+    edge.from_m = mesh.positions_m[ends.first];
+    edge.to_m = mesh.positions_m[ends.second];
+    if (faces.size() == 1) {
+      if (GoesOn(mesh, rays, edge.from_m, edge.to_m, faces[0])) continue;
+    } else {
+      // The sharpest bend of those that meet there; both sides of a sheet are one direction.
+      double cosine = 1.0;
+      bool one_material = true;
+      edge.normal_a = TriangleNormal(mesh, faces[0].triangle);
+      edge.normal_b = TriangleNormal(mesh, faces[1].triangle);
+      for (const Side& side : faces) {
+        const glm::dvec3 normal(TriangleNormal(mesh, side.triangle));
+        if (normal == glm::dvec3(0.0)) continue;
+        cosine = std::min(cosine, glm::dot(edge.normal_a, normal));
+        one_material &=
+            mesh.triangle_material[side.triangle] == mesh.triangle_material[faces[0].triangle];
+      }
+      if (one_material && cosine > kFlatCosine) continue;
+      edge.is_sharp = !one_material || cosine < kCreaseCosine || faces.size() > 2;
+    }
+    edges.push_back(edge);
+  }
+  return edges;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,211 @@
+#include "calib/edge_pose.h"
+
+#include <cmath>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "sunmodel/angles.h"
+#include "tests/calib/marker_scene.h"
+
+namespace pleinair::edge_pose_test {
+namespace {
+
+using testing::HasSubstr;
+
+void AddBox(Mesh& mesh, const glm::vec3& lower, const glm::vec3& upper) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    mesh.positions_m.emplace_back(
+        i & 1 ? upper.x : lower.x, i & 2 ? upper.y : lower.y, i & 4 ? upper.z : lower.z);
+  }
+  for (const glm::uvec4& face : {glm::uvec4(0, 2, 3, 1),
+                                 glm::uvec4(4, 5, 7, 6),
+                                 glm::uvec4(0, 1, 5, 4),
+                                 glm::uvec4(2, 6, 7, 3),
+                                 glm::uvec4(0, 4, 6, 2),
+                                 glm::uvec4(1, 3, 7, 5)}) {
+    mesh.triangles.emplace_back(first + face.x, first + face.y, first + face.z);
+    mesh.triangles.emplace_back(first + face.x, first + face.z, first + face.w);
+    mesh.triangle_material.insert(mesh.triangle_material.end(), 2, 0u);
+  }
+}
+
+// Three houses of one material on a lawn without one's edges in view.
+Mesh Village() {
+  Mesh mesh;
+  mesh.materials.resize(1);
+  AddBox(mesh, {-60, -60, -1}, {60, 60, 0});
+  AddBox(mesh, {-4, 4, 0}, {-1, 8, 3});
+  AddBox(mesh, {0.5f, 6, 0}, {4, 9, 5});
+  AddBox(mesh, {-1, 2.5f, 0}, {1, 3.5f, 0.8f});
+  return mesh;
+}
+
+// Each face in a tone of its own by where it looks and whose it is, with texture, noise, and things
+// that the mesh lacks.
+Rgb8Image PictureOf(const Mesh& mesh, const Lens& lens, const glm::dmat4& pose, unsigned seed) {
+  const CameraIntrinsics& camera = lens.Intrinsics();
+  const RayCaster rays(mesh);
+  const glm::dmat4 world_from_camera = glm::inverse(pose);
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0.0f, 3.0f);
+  constexpr int kFiner = 2;
+  cv::Mat fine(camera.height_px * kFiner, camera.width_px * kFiner, CV_32FC3);
+  for (int y = 0; y < fine.rows; ++y) {
+    for (int x = 0; x < fine.cols; ++x) {
+      const glm::dvec2 pixel((x + 0.5) / kFiner - 0.5, (y + 0.5) / kFiner - 0.5);
+      cv::Vec3f& tone = fine.at<cv::Vec3f>(y, x);
+      tone = {150, 180, 220};
+      const auto direction = lens.DirectionFromPixel(pixel);
+      if (!direction) continue;
+      const auto hit = rays.Intersect(glm::vec3(world_from_camera[3]),
+                                      glm::vec3(glm::dmat3(world_from_camera) * *direction));
+      if (!hit) continue;
+      const glm::vec3& n = hit->geometric_normal;
+      const float wave = 6.0f * std::sin(9.0f * (hit->position_m.x + hit->position_m.z) +
+                                         5.0f * hit->position_m.y);
+      const float box = 9.0f * static_cast<float>(hit->triangle / 12);
+      const float light = 90.0f + 40.0f * n.z - 30.0f * n.y + 25.0f * n.x + box + wave;
+      tone = {light, 0.9f * light, 0.8f * light};
+    }
+  }
+  cv::Mat seen;
+  cv::resize(fine, seen, {camera.width_px, camera.height_px}, 0, 0, cv::INTER_AREA);
+  // People, a car, a shadow.
+  cv::rectangle(seen, cv::Rect(90, 300, 70, 130), cv::Scalar(30, 40, 60), cv::FILLED);
+  cv::ellipse(seen, {480, 400}, {120, 30}, 20, 0, 360, cv::Scalar(40, 40, 40), cv::FILLED);
+  Rgb8Image picture(camera.width_px, camera.height_px);
+  for (int y = 0; y < seen.rows; ++y) {
+    for (int x = 0; x < seen.cols; ++x) {
+      const cv::Vec3f& tone = seen.at<cv::Vec3f>(y, x);
+      for (int c = 0; c < 3; ++c) {
+        picture.At(x, y)[c] = cv::saturate_cast<std::uint8_t>(tone[c] + noise(random));
+      }
+    }
+  }
+  return picture;
+}
+
+glm::dmat4 Moved(const glm::dmat4& pose, double turn_rad, double step_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  const auto any = [&] {
+    return glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
+  };
+  const glm::dmat4 turned = glm::rotate(glm::dmat4(1.0), turn_rad, any());
+  return glm::translate(glm::dmat4(1.0), step_m * any()) * turned * pose;
+}
+
+const glm::dmat4 kPose = LookAt({0.8, -5.0, 1.7}, {0.0, 5.0, 1.3});
+
+// Rough by 1 deg and 10 cm: some 15 px here.
+TEST(EdgePose, FindsThePoseOfThePicture) {
+  const Mesh mesh = Village();
+  const RayCaster rays(mesh);
+  const Lens lens(MarkerCamera());
+  const std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
+  EXPECT_EQ(edges.size(), 48u);  // Twelve of each box: no diagonals.
+  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  double squares = 0.0;
+  constexpr int kDraws = 2;
+  for (unsigned seed = 0; seed < kDraws; ++seed) {
+    const glm::dmat4 rough = Moved(kPose, RadFromDeg(1.0), 0.1, seed);
+    const auto found = RefinePoseByEdges(lens, picture, edges, rays, rough);
+    ASSERT_TRUE(found) << found.error().reason;
+    EXPECT_LT(RotationBetweenRad(found->camera_from_world, kPose), RadFromDeg(0.1)) << seed;
+    const double off_m = glm::distance(CentreOfPose(found->camera_from_world), CentreOfPose(kPose));
+    EXPECT_LT(off_m, 0.03) << seed;
+    EXPECT_LT(found->rms_px, 0.8);
+    EXPECT_GT(found->found_share, found->chance_share + 0.2);
+    squares += std::pow(off_m / found->position_sigma_m, 2.0) / kDraws;
+  }
+  // One picture: its error is one draw of the deviation that is stated for it.
+  EXPECT_LT(squares, 9.0);
+}
+
+TEST(EdgePose, SaysWhyThereIsNone) {
+  const Mesh mesh = Village();
+  const RayCaster rays(mesh);
+  const Lens lens(MarkerCamera());
+  const std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
+  const auto reason = [&](const Rgb8Image& picture, const glm::dmat4& pose) {
+    const auto found = RefinePoseByEdges(lens, picture, edges, rays, pose);
+    return found ? std::string("found") : found.error().reason;
+  };
+  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  // The sky; nothing but noise; leaves everywhere.
+  EXPECT_THAT(reason(picture, LookAt({0.8, -5.0, 1.7}, {0.8, -4.0, 9.0})),
+              HasSubstr("hardly an edge of the mesh in view"));
+  EXPECT_THAT(reason(Rgb8Image(640, 480, glm::u8vec3(90)), kPose),
+              HasSubstr("cannot be determined from edges"));
+  Rgb8Image leaves(640, 480);
+  std::mt19937 random(3);
+  for (glm::u8vec3& pixel : leaves.pixels) {
+    pixel = glm::u8vec3(static_cast<std::uint8_t>(random() % 256));
+  }
+  cv::Mat view(480, 640, CV_8UC3, leaves.pixels.data());
+  cv::GaussianBlur(view, view, {}, 2.0);
+  cv::normalize(view, view, 0, 255, cv::NORM_MINMAX);
+  EXPECT_THAT(reason(leaves, kPose), HasSubstr("cannot be determined from edges"));
+  // From 90 deg away.
+  EXPECT_THAT(reason(picture, LookAt({10.0, 5.0, 1.7}, {0.0, 5.0, 1.3})),
+              HasSubstr("cannot be determined from edges"));
+  EXPECT_THROW(RefinePoseByEdges(lens, Rgb8Image(20, 20), edges, rays, kPose),
+               std::invalid_argument);
+}
+
+// One bright pole: the camera may move along it and about it.
+TEST(EdgePose, EdgesOfOneDirectionLeaveItOpen) {
+  Mesh mesh;
+  mesh.materials.resize(1);
+  AddBox(mesh, {-0.3f, 4, -20}, {0.3f, 4.5f, 20});
+  const RayCaster rays(mesh);
+  const Lens lens(MarkerCamera());
+  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const auto found = RefinePoseByEdges(
+      lens, picture, EdgesOf(mesh, rays), rays, Moved(kPose, RadFromDeg(0.3), 0.02, 1));
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().reason, HasSubstr("the edges leave it open to"));
+}
+
+// A row of equal posts fits its picture shifted by a post nearly as well.
+TEST(EdgePose, TwoPosesThatFitAreRefused) {
+  Mesh mesh;
+  mesh.materials.resize(1);
+  for (int i = -40; i < 40; ++i) {
+    const float x = 0.3f * static_cast<float>(i);
+    AddBox(mesh, {x, 4.0f, 0}, {x + 0.1f, 4.1f, 2.0f});
+  }
+  const RayCaster rays(mesh);
+  const Lens lens(MarkerCamera());
+  const glm::dmat4 pose = LookAt({0.0, 0.0, 1.2}, {0.0, 4.0, 1.0});
+  // Half way between two.
+  const glm::dmat4 rough = glm::translate(glm::dmat4(1.0), glm::dvec3(0.15, 0.0, 0.0)) * pose;
+  EdgePoseOptions options;
+  options.reach_px = 40.0;
+  const auto found = RefinePoseByEdges(
+      lens, PictureOf(mesh, lens, pose, 1), EdgesOf(mesh, rays), rays, rough, options);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().reason, HasSubstr("two poses fit the edges nearly as well"));
+  EXPECT_EQ(found.error().candidates.size(), 2u);
+}
+
+// A floor of two slabs that share no corner: the seam is no edge, nor is the diagonal.
+TEST(MeshEdges, SeamsOfAPlaneAreNone) {
+  Mesh mesh;
+  mesh.materials.resize(2);
+  mesh.positions_m = {
+      {0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {2, -1, 0}, {4, -1, 0}, {4, 3, 0}, {2, 3, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+  mesh.triangle_material = {0, 0, 0, 0};
+  // Three ends of the first, three of the second, and the second's seam, which is longer.
+  EXPECT_EQ(EdgesOf(mesh, RayCaster(mesh)).size(), 6u);
+  mesh.triangle_material = {0, 0, 1, 1};
+  EXPECT_EQ(EdgesOf(mesh, RayCaster(mesh)).size(), 8u);
+}
+
+}  // namespace
+}  // namespace pleinair::edge_pose_test
