@@ -17,7 +17,7 @@ namespace pleinair {
 namespace {
 
 // The picture at half of its brightness; red: masked, and the brighter the more often hidden; blue:
-// hidden, too seldom to be masked.
+// hidden, too seldom to be masked. Both keep a third of the rest.
 Rgb8Image Overview(const MovingThingsInSequence& things) {
   Rgb8Image picture = things.shown.codes ? *things.shown.codes : Shown(things.shown.radiance);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
@@ -25,11 +25,10 @@ Rgb8Image Overview(const MovingThingsInSequence& things) {
     pixel /= std::uint8_t{2};
     const float hidden = things.found.hidden_share.pixels[i];
     const auto mark = static_cast<std::uint8_t>(95.0f + 160.0f * hidden);
-    if (things.found.mask.pixels[i] == 0) {
-      pixel.x = std::max(pixel.x, mark);
-    } else if (hidden > 0.0f) {
-      pixel.z = std::max(pixel.z, mark);
-    }
+    const bool is_masked = things.found.mask.pixels[i] == 0;
+    if (!is_masked && !(hidden > 0.0f)) continue;
+    pixel = is_masked ? glm::u8vec3(mark, pixel.y / 3, pixel.z / 3)
+                      : glm::u8vec3(pixel.x / 3, pixel.y / 3, mark);
   }
   return picture;
 }

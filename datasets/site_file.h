@@ -13,7 +13,7 @@ namespace pleinair {
 // itself. Throws std::runtime_error, naming the folder, where there is neither.
 std::filesystem::path SiteFileIn(const std::filesystem::path& folder);
 
-// Replaces the site's file of `folder` by what `edit` makes of it. Keys that `edit` leaves alone
+// Replaces the file that SiteFileIn finds by what `edit` makes of it. Keys that `edit` leaves alone
 // keep their order and values. Nothing is written where `edit` changes nothing, or throws.
 // Throws  std::runtime_error, one line with the file: as SiteFileIn, for what is not a JSON object,
 //         and as WriteWholeFile; what `edit` throws.

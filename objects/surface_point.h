@@ -24,8 +24,9 @@ struct SurfacePoint {
 // In all of these `caster` is made of `mesh`, which is in world coordinates.
 
 // The surface that a place of the picture shows, lens distortion included; the place may lie
-// outside the picture. None for the sky, and where the lens has no direction for that place. Throws
-// std::invalid_argument as Lens.
+// outside the picture. None for the sky, and where the lens has no direction for that place.
+//
+// Throws  std::invalid_argument as Lens.
 std::optional<SurfacePoint> SurfaceAt(const RayCaster& caster,
                                       const Mesh& mesh,
                                       const Camera& camera,
@@ -43,9 +44,10 @@ std::optional<SurfacePoint> NearestSurface(const Mesh& mesh,
                                            const glm::dvec3& position_m,
                                            const glm::dvec3& eye_m);
 
-// The direction along the surface at `point` that is seen as one to the right (1, 0), upwards (0,
-// 1) or in between in the picture; unit. Without regard to lens distortion, which would turn it by
-// less than a key press needs. None where the surface is seen edge-on or lies behind the camera.
+// The direction along the surface at `point` that is seen as one to the right (1, 0) of the
+// picture, upwards (0, 1) or in between; unit. Without regard to lens distortion, which would turn
+// it by less than a key press needs. None where the surface is seen edge-on or lies behind the
+// camera.
 std::optional<glm::dvec3> DirectionOnSurface(const SurfacePoint& point,
                                              const Camera& camera,
                                              const glm::dvec2& right_up);

@@ -42,6 +42,10 @@ TEST(SiteFile, ASitesOwnFileComesBeforeASequences) {
   EditSiteFile(folder.Path(), [](Json& json) { json["key"] = 1; });
   EXPECT_EQ(Json::parse(ContentOf(folder / "site.json")), Json({{"key", 1}}));
   EXPECT_EQ(ContentOf(folder / "sequence.json"), "{}");
+  // Named itself, the other one is meant.
+  EditSiteFile(folder / "sequence.json", [](Json& json) { json["other"] = 2; });
+  EXPECT_EQ(Json::parse(ContentOf(folder / "sequence.json")), Json({{"other", 2}}));
+  EXPECT_EQ(Json::parse(ContentOf(folder / "site.json")), Json({{"key", 1}}));
 }
 
 TEST(SiteFile, AnEditThatChangesNothingWritesNothing) {

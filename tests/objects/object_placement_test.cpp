@@ -328,7 +328,7 @@ TEST(ObjectPlacement, RestsWhereverItIsDroppedInTheCourtyard) {
   int slid = 0;
   int walls = 0;
   double worst_gap_m = 0.0;
-  for (int drop = 0; drop < 200; ++drop) {
+  for (int drop = 0; rested + refused < 200; ++drop) {
     // Looking around from the middle at the height of eyes, mostly down.
     const auto point =
         stage.Pick({0.0, 0.0, 1.7},
@@ -353,8 +353,7 @@ TEST(ObjectPlacement, RestsWhereverItIsDroppedInTheCourtyard) {
     EXPECT_FALSE(IsInside(buildings, placed.positions_m.front())) << "drop " << drop;
   }
   EXPECT_LE(worst_gap_m, 1e-3);
-  EXPECT_GE(rested, 150);
-  EXPECT_LE(refused, 5);
+  EXPECT_GE(rested, 195);
   EXPECT_GE(slid, 5);
   EXPECT_GE(walls, 20);
 }
