@@ -25,18 +25,25 @@ std::optional<DiffuseMask> ReadDiffuseMask(const Sequence& sequence) {
 
 std::filesystem::path SaveDiffuseMask(const Sequence& sequence, Gray8Image mask) {
   RequireCameraSize(mask, sequence.intrinsics, "camera", "the mask");
-  if (const auto known = ReadDiffuseMask(sequence)) {
-    if (known->is_over_map) {
-      RefuseFile(sequence.file,
-                 "diffuse_mask is over the survey map, and there is no place for another one over "
-                 "the first frame");
-    }
+  const auto known = ReadDiffuseMask(sequence);
+  if (known && !known->is_over_map) {
     RequireCameraSize(
         known->image, sequence.intrinsics, "camera", sequence.folder / *sequence.diffuse_mask);
     for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
       mask.pixels[i] = std::min(mask.pixels[i], known->image.pixels[i]);
     }
-  } else if (sequence.environment && mask.width == 2 * mask.height) {
+  }
+  return ReplaceDiffuseMask(sequence, mask);
+}
+
+std::filesystem::path ReplaceDiffuseMask(const Sequence& sequence, const Gray8Image& mask) {
+  RequireCameraSize(mask, sequence.intrinsics, "camera", "the mask");
+  if (const auto known = ReadDiffuseMask(sequence); known && known->is_over_map) {
+    RefuseFile(sequence.file,
+               "diffuse_mask is over the survey map, and there is no place for another one over "
+               "the first frame");
+  }
+  if (!sequence.diffuse_mask && sequence.environment && mask.width == 2 * mask.height) {
     RefuseFile(sequence.file,
                "a mask of these pictures, twice as wide as high, would be one over the survey map");
   }

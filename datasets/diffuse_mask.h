@@ -28,4 +28,7 @@ std::optional<DiffuseMask> ReadDiffuseMask(const Sequence& sequence);
 //         for a mask of another size than the camera's, and as EditSiteFile.
 std::filesystem::path SaveDiffuseMask(const Sequence& sequence, Gray8Image mask);
 
+// The same, in place of the one that it has.
+std::filesystem::path ReplaceDiffuseMask(const Sequence& sequence, const Gray8Image& mask);
+
 }  // namespace pleinair

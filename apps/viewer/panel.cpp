@@ -16,6 +16,8 @@ constexpr std::array kPanels = {
     PanelDefinition{
         "Daylight", "Windows, and samples of the sky through them", false, DrawDaylightPanel},
     PanelDefinition{"Events", "What happened, and what was assumed", false, DrawEventsPanel},
+    PanelDefinition{
+        "Tools", "Objects, the mask of samples, the camera's pose", false, DrawToolsPanel},
     PanelDefinition{"Settings", "Exposure, and every setting of a run", false, DrawSettingsPanel},
 };
 

@@ -27,5 +27,6 @@ void DrawEnvironmentPanel(ViewModel& model);
 void DrawDaylightPanel(ViewModel& model);
 void DrawEventsPanel(ViewModel& model);
 void DrawSettingsPanel(ViewModel& model);
+void DrawToolsPanel(ViewModel& model);
 
 }  // namespace pleinair

@@ -29,12 +29,18 @@ class PictureView {
   void DrawSelection(const ViewModel& model);
   void DrawBalls(const ViewModel& model);
   void DrawWindows(const ViewModel& model);
+  void DrawMask(const ViewModel& model, const glm::dvec2& low, const glm::dvec2& high);
+  void DrawPose(const ViewModel& model);
+  // The picture around the pointer, larger.
+  void DrawLoupe(const glm::dvec2& pixel);
 
   PicturePlace place_;
   Texture shown_;
   Texture overlay_;
   Texture ball_;
-  std::int64_t number_ = 0;  // Of the frame that the textures are of.
+  Texture mask_;
+  std::optional<std::int64_t> mask_version_;  // Of that texture.
+  std::int64_t number_ = 0;                   // Of the frame that the textures are of.
   bool has_overlay_ = false;
 };
 

@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "apps/viewer/frame_worker.h"
+#include "apps/viewer/mask_painter.h"
 #include "apps/viewer/object_editor.h"
+#include "apps/viewer/pose_picker.h"
 #include "apps/viewer/window.h"
 
 namespace pleinair {
@@ -22,6 +24,9 @@ struct WindowTimes {
   double drag_pictures_per_second = 0.0;
   double completed_after_s = 0.0;
 };
+
+// What the pointer does in the picture.
+enum class Tool { kObjects, kMask, kPose };
 
 struct ViewModel {
   ViewRequest request;  // Posted where it has changed.
@@ -39,6 +44,15 @@ struct ViewModel {
   WindowTimes times;
   Texture environment;
   std::int64_t environment_number = 0;  // Of the frame that it is of.
+
+  Tool tool = Tool::kObjects;
+  std::optional<MaskPainter> mask;  // Once its tool was taken.
+  double brush_radius_px = 12.0;
+  bool brush_gives_back = false;
+  bool brush_takes_surfaces = false;
+  std::optional<PosePicker> pose;  // Likewise.
+  // To read the site again, after what was saved.
+  void Reload() { ++request.settings_changes; }
 
   std::map<std::string, std::string> typed_settings;  // By name; empty text: as at the start.
   std::string settings_filter;

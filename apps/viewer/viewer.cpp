@@ -46,7 +46,7 @@ constexpr const char* kHelp[][2] = {
     {"Ctrl+Z, Ctrl+Y", "undo, redo"},
     {"Ctrl+S", "save objects to the site"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
-    {"F2 ... F10", "panels"},
+    {"F2 ... F11", "panels"},
     {"Alt", "menu; arrows and Enter move in it"},
     {"F12", "snapshot: the picture, and all that is needed to run it again"},
     {"Ctrl+R", "record a camera's pictures"},
@@ -571,6 +571,51 @@ class Viewer {
 
   void TakePointer() {
     if (!model_.editor || ShownCamera() == nullptr) return;
+    switch (model_.tool) {
+      case Tool::kObjects:
+        return MoveObjects();
+      case Tool::kMask:
+        return PaintMask();
+      case Tool::kPose:
+        return PickPose();
+    }
+  }
+
+  void PaintMask() {
+    if (!model_.mask) model_.mask.emplace(model_.site);
+    MaskPainter& mask = *model_.mask;
+    const ImGuiIO& io = ImGui::GetIO();
+    if (!mask.WhyNot().empty() || io.WantCaptureMouse) return;
+    const bool gives_back = model_.brush_gives_back || io.KeyShift;
+    // The mask has the site's size; a camera's picture may have another one.
+    const double scale =
+        static_cast<double>(mask.Mask().width) / ShownCamera()->intrinsics.width_px;
+    const glm::dvec2 pixel = (PointerPixel() + 0.5) * scale - 0.5;
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
+      mask.BeginStroke();
+      if (model_.brush_takes_surfaces) mask.PaintSurface(pixel, gives_back);
+    }
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Left) && !model_.brush_takes_surfaces) {
+      mask.Paint(pixel, model_.brush_radius_px * scale, gives_back);
+    }
+  }
+
+  void PickPose() {
+    if (!model_.pose) model_.pose.emplace(model_.site, *ShownCamera());
+    const ImGuiIO& io = ImGui::GetIO();
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !io.WantCaptureMouse) {
+      constexpr double kReach = 14.0;  // On the screen.
+      corner_ = model_.pose->CornerAt(PointerPixel(), kReach / picture_.Place().scale);
+      if (!corner_) model_.status = "no corner of the mesh there";
+    }
+    if (corner_ && ImGui::IsMouseReleased(ImGuiMouseButton_Left)) {
+      model_.pose->Pick(*corner_, PointerPixel());
+      model_.status = model_.pose->Describe();
+      corner_.reset();
+    }
+  }
+
+  void MoveObjects() {
     ObjectEditor& editor = *model_.editor;
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 pixel = PointerPixel();
@@ -711,6 +756,7 @@ class Viewer {
   SteadyClock::time_point drawn_{};  // The last picture.
   std::int64_t editor_edits_ = 0;
   std::optional<glm::dvec2> pressed_at_;
+  std::optional<glm::dvec3> corner_;  // That is being picked.
   glm::dvec2 dragged_to_{0.0};
   int drag_pictures_ = 0;
   SteadyClock::time_point drag_start_;

@@ -1,0 +1,96 @@
+#include "apps/viewer/mask_painter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+#include "calib/lens.h"
+#include "datasets/diffuse_mask.h"
+#include "objects/surface_point.h"
+
+namespace pleinair {
+namespace {
+
+constexpr std::uint8_t kMaySample = 255;
+constexpr std::size_t kMostUndone = 50;
+
+}  // namespace
+
+MaskPainter::MaskPainter(std::shared_ptr<const ViewedSite> site) : site_(std::move(site)) {
+  const Sequence& sequence = site_->loaded->sequence;
+  mask_ = Gray8Image(sequence.intrinsics.width_px, sequence.intrinsics.height_px, kMaySample);
+  if (!sequence.camera_from_world) {
+    why_not_ = "a mask is painted over the picture of a camera that stands still";
+    return;
+  }
+  try {
+    const auto known = ReadDiffuseMask(sequence);
+    if (!known) return;
+    if (known->is_over_map) {
+      why_not_ = "the site has a mask over its survey map";
+    } else {
+      mask_ = known->image;
+    }
+  } catch (const std::exception& error) {
+    why_not_ = error.what();
+  }
+}
+
+double MaskPainter::MaskedShare() const {
+  const auto masked = std::count_if(
+      mask_.pixels.begin(), mask_.pixels.end(), [](auto value) { return value != kMaySample; });
+  return static_cast<double>(masked) /
+         static_cast<double>(std::max<std::size_t>(1, mask_.pixels.size()));
+}
+
+void MaskPainter::BeginStroke() {
+  undone_to_.push_back(mask_);
+  if (undone_to_.size() > kMostUndone) undone_to_.erase(undone_to_.begin());
+}
+
+void MaskPainter::Paint(const glm::dvec2& pixel, double radius_px, bool may_be_sampled) {
+  const int top = std::max(0, static_cast<int>(std::ceil(pixel.y - radius_px)));
+  const int bottom = std::min(mask_.height - 1, static_cast<int>(std::floor(pixel.y + radius_px)));
+  for (int y = top; y <= bottom; ++y) {
+    const double half =
+        std::sqrt(std::max(0.0, radius_px * radius_px - (y - pixel.y) * (y - pixel.y)));
+    const int left = std::max(0, static_cast<int>(std::ceil(pixel.x - half)));
+    const int right = std::min(mask_.width - 1, static_cast<int>(std::floor(pixel.x + half)));
+    for (int x = left; x <= right; ++x) mask_.At(x, y) = may_be_sampled ? kMaySample : 0;
+  }
+  ++version_;
+}
+
+void MaskPainter::PaintSurface(const glm::dvec2& pixel, bool may_be_sampled) {
+  const Camera camera = site_->loaded->sequence.CameraOfFrame(0);
+  const Mesh& mesh = site_->loaded->site.model.mesh;
+  const auto picked = SurfaceAt(site_->caster, mesh, camera, pixel);
+  if (!picked || mesh.triangle_group.empty()) return;
+  const std::uint32_t group = mesh.triangle_group[picked->triangle];
+  tbb::parallel_for(0, mask_.height, [&](int y) {
+    for (int x = 0; x < mask_.width; ++x) {
+      const auto seen = SurfaceAt(site_->caster, mesh, camera, {x, y});
+      if (seen && mesh.triangle_group[seen->triangle] == group) {
+        mask_.At(x, y) = may_be_sampled ? kMaySample : 0;
+      }
+    }
+  });
+  ++version_;
+}
+
+void MaskPainter::Undo() {
+  if (undone_to_.empty()) return;
+  mask_ = std::move(undone_to_.back());
+  undone_to_.pop_back();
+  ++version_;
+}
+
+void MaskPainter::Save() {
+  ReplaceDiffuseMask(site_->loaded->sequence, mask_);
+  saved_version_ = version_;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,127 @@
+#include "apps/viewer/pose_picker.h"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "calib/edge_pose.h"
+#include "datasets/camera_file.h"
+
+namespace pleinair {
+namespace {
+
+constexpr std::size_t kFewestPicks = 4;
+
+double DegFromRad(double rad) { return rad * 180.0 / std::numbers::pi; }
+
+}  // namespace
+
+PosePicker::PosePicker(std::shared_ptr<const ViewedSite> site, const Camera& camera)
+    : site_(std::move(site)),
+      given_(camera),
+      shown_(camera),
+      edges_(EdgesOf(site_->loaded->site.model.mesh, site_->caster)) {}
+
+std::string PosePicker::Describe() const {
+  if (!found_) {
+    return fmt::format("{} of {} picks: drag corners of the mesh to where the picture shows them",
+                       picks_.size(),
+                       kFewestPicks);
+  }
+  if (!*found_) return found_->error().reason;
+  const CameraPose& pose = **found_;
+  return fmt::format("{:.2f} px rms, {} of {} picks; +/- {:.3f} deg, +/- {:.3f} m",
+                     pose.rms_px,
+                     std::count(pose.counts.begin(), pose.counts.end(), true),
+                     picks_.size(),
+                     DegFromRad(pose.rotation_sigma_rad),
+                     pose.position_sigma_m);
+}
+
+std::optional<glm::dvec3> PosePicker::CornerAt(const glm::dvec2& pixel, double reach_px) const {
+  std::optional<glm::dvec3> nearest;
+  const glm::dvec3 eye = shown_.CentreWorldM();
+  for (const MeshEdge& edge : edges_) {
+    if (!edge.is_sharp) continue;
+    for (const glm::dvec3& corner : {edge.from_m, edge.to_m}) {
+      const glm::dvec3 seen(shown_.camera_from_world * glm::dvec4(corner, 1.0));
+      const auto at = seen.z > 0.0 ? ProjectToPixel(shown_.intrinsics, seen) : std::nullopt;
+      if (!at || glm::distance(*at, pixel) >= reach_px) continue;
+      // What stands in front by more than the corner's own faces hides it.
+      const double distance_m = glm::distance(corner, eye);
+      constexpr double kShare = 0.995;
+      if (site_->caster.Occluded(glm::vec3(eye),
+                                 glm::vec3((corner - eye) / distance_m),
+                                 static_cast<float>(kShare * distance_m))) {
+        continue;
+      }
+      reach_px = glm::distance(*at, pixel);
+      nearest = corner;
+    }
+  }
+  return nearest;
+}
+
+void PosePicker::Pick(const glm::dvec3& corner_world_m, const glm::dvec2& pixel) {
+  const auto known = std::find_if(picks_.begin(), picks_.end(), [&](const PointMatch& pick) {
+    return pick.point_world_m == corner_world_m;
+  });
+  if (known != picks_.end()) {
+    known->pixel = pixel;
+  } else {
+    picks_.push_back({corner_world_m, pixel});
+  }
+  Solve();
+}
+
+void PosePicker::TakeBack() {
+  if (picks_.empty()) return;
+  picks_.pop_back();
+  Solve();
+}
+
+void PosePicker::Clear() {
+  picks_.clear();
+  shown_ = given_;
+  Solve();
+}
+
+void PosePicker::Solve() {
+  found_.reset();
+  if (picks_.size() < kFewestPicks) return;
+  found_ = FindCameraPose(
+      Lens(shown_.intrinsics), picks_, PickedPointOptions(), shown_.camera_from_world);
+  if (*found_) shown_.camera_from_world = (*found_)->camera_from_world;
+}
+
+std::string PosePicker::RefineByEdges(const Rgb8Image& picture) {
+  const auto refined = RefinePoseByEdges(
+      Lens(shown_.intrinsics), picture, edges_, site_->caster, shown_.camera_from_world);
+  if (!refined) return refined.error().reason;
+  shown_.camera_from_world = refined->camera_from_world;
+  return fmt::format(
+      "by edges: {:.2f} px rms, {:.0f} % of them found; +/- {:.3f} deg, +/- {:.3f} m",
+      refined->rms_px,
+      100.0 * refined->found_share,
+      DegFromRad(refined->rotation_sigma_rad),
+      refined->position_sigma_m);
+}
+
+void PosePicker::Save() {
+  const Sequence& sequence = site_->loaded->sequence;
+  if (!sequence.camera_from_world) {
+    throw std::runtime_error(sequence.file.string() +
+                             ": expected a camera that stands still: its frames have poses of "
+                             "their own");
+  }
+  MergeIntoFile(sequence.file,
+                {{"camera", {{"camera_from_world", JsonOf(shown_.camera_from_world)}}}},
+                sequence.file);
+}
+
+}  // namespace pleinair
