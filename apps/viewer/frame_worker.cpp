@@ -199,6 +199,7 @@ class FrameWorker::Viewing {
     return request.exposure_stops != done_.exposure_stops || request.overlay != done_.overlay ||
            request.wants_histogram != done_.wants_histogram ||
            request.wants_daylight != done_.wants_daylight ||
+           request.wants_input != done_.wants_input ||
            request.wants_environment != done_.wants_environment ||
            request.wants_probes != done_.wants_probes;
   }
@@ -299,10 +300,12 @@ class FrameWorker::Viewing {
       frame.overlay = Overlays()[*request.overlay].draw(
           {*step.frame, *step.result, session_->View(), session_->Samples()});
     }
-    if (request.wants_histogram) {
-      frame.histogram = HistogramOf(
-          step.frame->codes ? *step.frame->codes
-                            : session_->Display().Show(step.frame->radiance, step.frame->exposure));
+    if (request.wants_input || request.wants_histogram) {
+      Rgb8Image input = step.frame->codes
+                            ? *step.frame->codes
+                            : session_->Display().Show(step.frame->radiance, step.frame->exposure);
+      if (request.wants_histogram) frame.histogram = HistogramOf(input);
+      if (request.wants_input) frame.input = std::move(input);
     }
     if (const DirectDaylight* daylight = session_->Daylight();
         request.wants_daylight && daylight != nullptr) {

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include <tbb/parallel_for.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "calib/lens.h"
 #include "datasets/diffuse_mask.h"
@@ -51,7 +53,19 @@ void MaskPainter::BeginStroke() {
   if (undone_to_.size() > kMostUndone) undone_to_.erase(undone_to_.begin());
 }
 
-void MaskPainter::Paint(const glm::dvec2& pixel, double radius_px, bool may_be_sampled) {
+void MaskPainter::Paint(const glm::dvec2& from,
+                        const glm::dvec2& to,
+                        double radius_px,
+                        bool may_be_sampled) {
+  const int steps = static_cast<int>(std::ceil(glm::distance(from, to) / (0.3 * radius_px)));
+  for (int i = 0; i <= steps; ++i) {
+    const double share = steps > 0 ? static_cast<double>(i) / steps : 1.0;
+    PaintDisc(glm::mix(from, to, share), radius_px, may_be_sampled ? kMaySample : 0);
+  }
+  ++version_;
+}
+
+void MaskPainter::PaintDisc(const glm::dvec2& pixel, double radius_px, std::uint8_t value) {
   const int top = std::max(0, static_cast<int>(std::ceil(pixel.y - radius_px)));
   const int bottom = std::min(mask_.height - 1, static_cast<int>(std::floor(pixel.y + radius_px)));
   for (int y = top; y <= bottom; ++y) {
@@ -59,9 +73,8 @@ void MaskPainter::Paint(const glm::dvec2& pixel, double radius_px, bool may_be_s
         std::sqrt(std::max(0.0, radius_px * radius_px - (y - pixel.y) * (y - pixel.y)));
     const int left = std::max(0, static_cast<int>(std::ceil(pixel.x - half)));
     const int right = std::min(mask_.width - 1, static_cast<int>(std::floor(pixel.x + half)));
-    for (int x = left; x <= right; ++x) mask_.At(x, y) = may_be_sampled ? kMaySample : 0;
+    for (int x = left; x <= right; ++x) mask_.At(x, y) = value;
   }
-  ++version_;
 }
 
 void MaskPainter::PaintSurface(const glm::dvec2& pixel, bool may_be_sampled) {

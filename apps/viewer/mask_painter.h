@@ -27,9 +27,10 @@ class MaskPainter {
   bool HasUnsavedStrokes() const { return version_ != saved_version_; }
   double MaskedShare() const;
 
-  // A stroke is one to undo. A disc about each place; `may_be_sampled` false leaves it out.
+  // A stroke is one to undo. Discs from one place to the other; `may_be_sampled` false leaves them
+  // out.
   void BeginStroke();
-  void Paint(const glm::dvec2& pixel, double radius_px, bool may_be_sampled);
+  void Paint(const glm::dvec2& from, const glm::dvec2& to, double radius_px, bool may_be_sampled);
   // All of the surface (the mesh's group) that the pixel shows.
   void PaintSurface(const glm::dvec2& pixel, bool may_be_sampled);
   void Undo();
@@ -38,6 +39,8 @@ class MaskPainter {
   void Save();
 
  private:
+  void PaintDisc(const glm::dvec2& pixel, double radius_px, std::uint8_t value);
+
   std::shared_ptr<const ViewedSite> site_;
   std::string why_not_;
   Gray8Image mask_;

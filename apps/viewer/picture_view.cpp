@@ -28,7 +28,8 @@ void PictureView::Draw(ViewModel& model,
   if (!model.frame || model.frame->shown.Empty()) return;
   const ViewedFrame& frame = *model.frame;
   if (frame.number != number_) {
-    shown_.Upload(frame.shown);
+    // Tools for what is real show it as it is.
+    shown_.Upload(frame.input ? *frame.input : frame.shown);
     has_overlay_ = !frame.overlay.Empty();
     if (has_overlay_) overlay_.Upload(frame.overlay);
     if (!frame.balls.empty()) ball_.Upload(frame.balls.front().picture);

@@ -42,6 +42,7 @@ struct ViewRequest {
   bool wants_environment = false;
   bool wants_probes = false;
   bool wants_daylight = false;
+  bool wants_input = false;
 
   bool is_recording = false;  // A camera's pictures.
 };
@@ -72,6 +73,7 @@ struct ViewedFrame {
   SessionStep step;
   Rgb8Image shown;     // The composite; the camera's picture where that failed; else empty.
   Rgba8Image overlay;  // Empty: none.
+  std::optional<Rgb8Image> input;  // The camera's picture, without objects.
   std::optional<PictureHistogram> histogram;
   std::optional<Rgb8Image> environment;  // Lat-long, with the sun.
   std::optional<RgbImage> sky;  // Where it has no named shape: see SequenceSession::SkyImageOf.

@@ -45,6 +45,7 @@ constexpr const char* kHelp[][2] = {
     {"Ctrl+D, Delete", "duplicate it, delete it"},
     {"Ctrl+Z, Ctrl+Y", "undo, redo"},
     {"Ctrl+S", "save objects to the site"},
+    {"T", "the next tool: objects, mask, camera's pose"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
     {"F2 ... F11", "panels"},
     {"Alt", "menu; arrows and Enter move in it"},
@@ -233,6 +234,7 @@ class Viewer {
     request.wants_histogram = IsOpen("Histogram");
     request.wants_environment = IsOpen("Environment");
     request.wants_daylight = IsOpen("Daylight");
+    request.wants_input = model_.tool != Tool::kObjects;
     if (!request.wants_environment) request.wants_probes = false;
     worker_.Post(request);
   }
@@ -533,6 +535,9 @@ class Viewer {
     const double turn_rad = std::numbers::pi / 180.0 * (press.shift ? 1.0 : 15.0);
     const double lift_m = press.shift ? 0.005 : 0.05;
     switch (press.key) {
+      case GLFW_KEY_T:
+        model_.tool = static_cast<Tool>((static_cast<int>(model_.tool) + 1) % 3);
+        return;
       case GLFW_KEY_TAB:
         return editor.SelectNext(press.shift ? -1 : 1);
       case GLFW_KEY_W:
@@ -596,7 +601,10 @@ class Viewer {
       if (model_.brush_takes_surfaces) mask.PaintSurface(pixel, gives_back);
     }
     if (ImGui::IsMouseDown(ImGuiMouseButton_Left) && !model_.brush_takes_surfaces) {
-      mask.Paint(pixel, model_.brush_radius_px * scale, gives_back);
+      mask.Paint(painted_.value_or(pixel), pixel, model_.brush_radius_px * scale, gives_back);
+      painted_ = pixel;
+    } else {
+      painted_.reset();
     }
   }
 
@@ -756,7 +764,8 @@ class Viewer {
   SteadyClock::time_point drawn_{};  // The last picture.
   std::int64_t editor_edits_ = 0;
   std::optional<glm::dvec2> pressed_at_;
-  std::optional<glm::dvec3> corner_;  // That is being picked.
+  std::optional<glm::dvec2> painted_;  // Of the stroke, last.
+  std::optional<glm::dvec3> corner_;   // That is being picked.
   glm::dvec2 dragged_to_{0.0};
   int drag_pictures_ = 0;
   SteadyClock::time_point drag_start_;

@@ -62,8 +62,8 @@ void DrawPoseTool(ViewModel& model) {
   ImGui::SameLine();
   if (ImGui::Button("clear")) pose.Clear();
   ImGui::SameLine();
-  if (ImGui::Button("refine by edges") && model.frame && !model.frame->shown.Empty()) {
-    model.status = pose.RefineByEdges(model.frame->shown);
+  if (ImGui::Button("refine by edges") && model.frame && model.frame->input) {
+    model.status = pose.RefineByEdges(*model.frame->input);
   }
   ImGui::SameLine();
   if (ImGui::Button("save pose")) SaveAndReload([&] { pose.Save(); }, "pose", model);
