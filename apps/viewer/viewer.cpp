@@ -173,6 +173,7 @@ class Viewer {
                           news.failure != model_.failure || news.has_ended != model_.has_ended;
     if (news.site) {
       if (!model_.site) StartEditing(news.site);
+      model_.pose.reset();  // It may have been saved, and is read again.
       model_.site = std::move(news.site);
     }
     if (news.frame) {
