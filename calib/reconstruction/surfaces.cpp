@@ -373,7 +373,7 @@ SiteSurfaces FitSurfaces(const Reconstruction& world,
         "expected points of ground or walls, found no plane that enough of the " +
         std::to_string(world.points.size()) + " points are near to (--tolerance, --marks)");
   }
-  if (!outlines.empty()) AlignDirections(world, options.tolerance_m, planes);
+  if (!outlines.empty()) AlignDirections(world, options, planes);
 
   const glm::dvec3 eye = MeanCamera(world);
   for (SurfacePlane& plane : planes) TurnTowards(eye, plane.fit.plane);
@@ -392,7 +392,15 @@ SiteSurfaces FitSurfaces(const Reconstruction& world,
     const std::vector<Sight> sights = SightsOf(world);
     for (const FoundWall& wall : walls) {
       SiteSurface closed = CloseWall(world, sights, wall, options.tolerance_m);
-      if (!closed.polygons.empty()) result.surfaces.push_back(std::move(closed));
+      // Railings and rows of columns are mostly seen through.
+      constexpr double kLeastWall = 0.25;
+      const glm::dvec2 size = wall.bounds.upper - wall.bounds.lower;
+      double area = 0.0;
+      for (const auto& polygon : closed.polygons) area += 0.5 * AreaOf(polygon, wall.axes);
+      if (area < kLeastWall * size.x * size.y) continue;
+      closed.name = "wall-";
+      closed.name += std::to_string(result.surfaces.size());
+      result.surfaces.push_back(std::move(closed));
     }
   }
   result.surfaces.front().polygons = {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ struct SurfaceOptions {
   double camera_height_m = 1.6;  // Of the lowest camera, where no points show the ground.
   double border_m = 30.0;        // By which the ground extends beyond all else.
   std::size_t most_walls = 12;
+  // Level, unit: along or across most walls, where that is known. The strongest wall takes it where
+  // it is within 4 degrees of it.
+  std::optional<glm::dvec3> wall_direction;
 };
 
 struct SiteSurfaces {

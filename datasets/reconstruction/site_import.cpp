@@ -281,26 +281,40 @@ class Importer {
       }
     }
     report_.up = EstimateUp(evidence, sense);
-    // Upright edges first: they are as accurate as the pictures, and walls are then told from
-    // slopes.
-    std::vector<LevelDirection> edges;
+    // How cameras are tilted is not known well: they look up at houses.
+    const std::vector<PictureEdge> edges = EdgesOfPhotographs();
+    const std::vector<PlaneNormal> planes =
+        FindPlaneNormals(made_, kToleranceOfDistance * MedianDistance(made_));
+    const glm::dvec3 right = RightInPictures(made_, orientations_);
+    if (const auto found = SearchUp(edges, planes, report_.up.up, right)) {
+      for (const LevelDirection& level : LevelOfEdges(edges, *found, photographs_.size())) {
+        evidence.push_back(level);
+      }
+      for (const LevelDirection& level : LevelOfPlanes(planes, *found)) evidence.push_back(level);
+      report_.up = EstimateUp(evidence, *found);
+    }
+    wall_direction_ = LevelEdgeDirection(edges, report_.up.up);
+    Move({1.0, LevelFrom(report_.up.up), glm::dvec3(0.0)});
+  }
+
+  std::vector<PictureEdge> EdgesOfPhotographs() const {
+    std::vector<PictureEdge> edges;
     for (std::size_t i = 0; i < made_.pictures.size(); ++i) {
       if (!photographs_[i]) continue;
       const Rgb8Image picture = ReadDisplayImage(photographs_[i]->file);
       const CameraIntrinsics intrinsics = IntrinsicsOf(i, picture.width, picture.height);
-      for (const LevelDirection& edge : LevelOfVerticalEdges(
-               LumaOf(picture), intrinsics, made_.pictures[i].camera_from_model, report_.up.up)) {
+      for (const PictureEdge& edge :
+           FindEdges(LumaOf(picture), intrinsics, made_.pictures[i].camera_from_model)) {
         edges.push_back(edge);
       }
     }
-    evidence.insert(evidence.end(), edges.begin(), edges.end());
-    report_.up = EstimateUp(evidence, sense);
-    const double tolerance = kToleranceOfDistance * MedianDistance(made_);
-    for (const LevelDirection& level : LevelOfPlanes(made_, report_.up.up, tolerance)) {
-      evidence.push_back(level);
-    }
-    report_.up = EstimateUp(evidence, sense);
-    Transform({1.0, LevelFrom(report_.up.up), glm::dvec3(0.0)}, made_);
+    return edges;
+  }
+
+  // The reconstruction, and what is known of its directions.
+  void Move(const Similarity& target_from_model) {
+    Transform(target_from_model, made_);
+    if (wall_direction_) wall_direction_ = target_from_model.rotation * *wall_direction_;
   }
 
   // The camera's with the photograph's size.
@@ -392,7 +406,7 @@ class Importer {
           "not determine the scale");
     }
     report_.metres_per_unit = earth.scale;
-    Transform({earth.scale, TurnAboutUp(earth.turn_rad), earth.translation}, made_);
+    Move({earth.scale, TurnAboutUp(earth.turn_rad), earth.translation});
     glm::dvec3 mean(0.0);
     for (const ReconstructedPicture& picture : made_.pictures) {
       mean += picture.Centre() / static_cast<double>(made_.pictures.size());
@@ -400,7 +414,7 @@ class Importer {
     const glm::dvec3 origin(mean.x, mean.y, 0.0);
     report_.site = earth.has_position ? PlaceAt(origin, reference) : reference;
     report_.site.height_m = reference.height_m;
-    Transform({1.0, glm::dmat3(1.0), -origin}, made_);
+    Move({1.0, glm::dmat3(1.0), -origin});
   }
 
   void FitAndGround() {
@@ -409,11 +423,12 @@ class Importer {
                                       ? options_.tolerance_m
                                       : kToleranceOfDistance * MedianDistance(made_);
     report_.tolerance_m = surface_options.tolerance_m;
+    surface_options.wall_direction = wall_direction_;
     SiteSurfaces fitted = FitSurfaces(made_, marked_, surface_options);
     report_.notes.insert(report_.notes.end(), fitted.notes.begin(), fitted.notes.end());
     report_.surfaces = std::move(fitted.surfaces);
     const glm::dvec3 down(0.0, 0.0, -report_.surfaces.front().plane.offset);
-    Transform({1.0, glm::dmat3(1.0), down}, made_);
+    Move({1.0, glm::dmat3(1.0), down});
     for (SiteSurface& surface : report_.surfaces) {
       surface.plane.offset += glm::dot(surface.plane.normal, down);
       for (auto& polygon : surface.polygons) {
@@ -486,6 +501,7 @@ class Importer {
   std::vector<MarkedSurface> marked_;
   std::vector<std::optional<Photograph>> photographs_;  // A picture each.
   std::vector<int> orientations_;
+  std::optional<glm::dvec3> wall_direction_;  // Level; that of the photographs' level edges.
   std::size_t camera_ = 0;
   std::vector<std::size_t> frames_;  // Pictures, in the order of time.
   std::vector<std::string> untimed_;

@@ -13,6 +13,8 @@ namespace pleinair {
 namespace {
 
 constexpr std::size_t kFewestPoints = 8;
+// Walls of a building that are nearly along or across each other are so.
+constexpr double kNearWallRad = RadFromDeg(3.0);
 
 std::vector<glm::dvec3> PositionsOf(const Reconstruction& world,
                                     std::span<const std::uint32_t> indices) {
@@ -108,6 +110,44 @@ std::vector<std::uint32_t> PointsInside(const Reconstruction& world, const Marke
   return {inside.begin(), inside.end()};
 }
 
+// Gives the plane that direction, or the one across it, where it is near and keeps its points.
+void TakeDirection(const Reconstruction& world,
+                   double tolerance_m,
+                   const glm::dvec3& direction,
+                   double near_rad,
+                   PlaneFit& wall) {
+  constexpr double kKept = 0.85;
+  for (const glm::dvec3& normal : {direction, AlongWall(direction)}) {
+    const double cosine = glm::dot(normal, wall.plane.normal);
+    if (std::abs(cosine) < std::cos(near_rad)) continue;
+    PlaneFitOptions options;
+    options.kind = PlaneKind::kKnownNormal;
+    options.normal = cosine < 0.0 ? -normal : normal;
+    options.tolerance = tolerance_m;
+    auto turned = FitAmong(world, wall.members, options);
+    if (!turned || static_cast<double>(turned->members.size()) <
+                       kKept * static_cast<double>(wall.members.size())) {
+      continue;
+    }
+    turned->normal_sigma_rad = wall.normal_sigma_rad;
+    wall = std::move(*turned);
+    return;
+  }
+}
+
+// The strongest wall's own, or that of the pictures' edges where it can be. Edges across a facade
+// say its direction better than its points, which are as far off in depth as their small parallax
+// has them: a wall that is turned by a degree still meets its pictures within a pixel.
+glm::dvec3 FirstDirection(const Reconstruction& world,
+                          const SurfaceOptions& options,
+                          PlaneFit& wall) {
+  constexpr double kNearRad = RadFromDeg(4.0);
+  if (options.wall_direction) {
+    TakeDirection(world, 2.0 * options.tolerance_m, *options.wall_direction, kNearRad, wall);
+  }
+  return wall.plane.normal;
+}
+
 // The strongest upright plane, preferably along or across `direction`: buildings are built so, and
 // what else has a few more points is often mouldings and chance.
 std::optional<PlaneFit> StrongestWall(const Reconstruction& world,
@@ -127,7 +167,42 @@ std::optional<PlaneFit> StrongestWall(const Reconstruction& world,
     most = static_cast<double>(fit->members.size());
     best = std::move(fit);
   }
+  if (best) TakeDirection(world, 2.0 * options.tolerance, *direction, kNearWallRad, *best);
   return best;
+}
+
+std::pair<double, double> RangeAlong(const Reconstruction& world,
+                                     const glm::dvec3& along,
+                                     const std::vector<std::uint32_t>& members) {
+  std::pair<double, double> range(std::numeric_limits<double>::infinity(),
+                                  -std::numeric_limits<double>::infinity());
+  for (const std::uint32_t member : members) {
+    const double at = glm::dot(along, world.points[member].position);
+    range = {std::min(range.first, at), std::max(range.second, at)};
+  }
+  return range;
+}
+
+// Columns, frames and cornices before a wall, and doors in it.
+bool IsReliefOf(const Reconstruction& world,
+                const PlaneFit& wall,
+                const PlaneFit& candidate,
+                double tolerance_m) {
+  constexpr double kDeepest = 6.0;  // Of the tolerance.
+  constexpr double kParallel = 0.995;
+  const double cosine = glm::dot(wall.plane.normal, candidate.plane.normal);
+  if (std::abs(cosine) < kParallel) return false;
+  const glm::dvec3 along = AlongWall(wall.plane.normal);
+  const auto own = RangeAlong(world, along, wall.members);
+  const auto other = RangeAlong(world, along, candidate.members);
+  const double shared = std::min(own.second, other.second) - std::max(own.first, other.first);
+  if (shared < 0.5 * (other.second - other.first)) return false;
+  double depth = 0.0;
+  for (const std::uint32_t member : candidate.members) {
+    depth += wall.plane.DistanceOf(world.points[member].position) /
+             static_cast<double>(candidate.members.size());
+  }
+  return std::abs(depth) < kDeepest * tolerance_m;
 }
 
 }  // namespace
@@ -170,9 +245,9 @@ std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
   std::vector<SurfacePlane> walls;
   std::optional<glm::dvec3> direction;
   while (walls.size() < options.most_walls) {
-    const auto fit = StrongestWall(world, candidates, direction, fit_options);
+    auto fit = StrongestWall(world, candidates, direction, fit_options);
     if (!fit) break;
-    if (!direction) direction = fit->plane.normal;
+    if (!direction) direction = FirstDirection(world, options, *fit);
     for (const auto& piece : PiecesOf(world, *fit, options.tolerance_m)) {
       if (piece.size() < fit_options.fewest) continue;
       if (walls.size() == options.most_walls) break;
@@ -182,6 +257,11 @@ std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
       auto wall = FitPlaneToAll(PositionsOf(world, piece), as_found);
       if (!wall) continue;
       wall->members = piece;
+      const bool is_relief =
+          std::any_of(walls.begin(), walls.end(), [&](const SurfacePlane& known) {
+            return IsReliefOf(world, known.fit, *wall, options.tolerance_m);
+          });
+      if (is_relief) continue;
       wall->normal_sigma_rad = fit->normal_sigma_rad;
       walls.push_back({"", std::move(*wall)});
     }
@@ -190,7 +270,6 @@ std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
   std::stable_sort(walls.begin(), walls.end(), [](const SurfacePlane& a, const SurfacePlane& b) {
     return a.fit.members.size() > b.fit.members.size();
   });
-  for (std::size_t i = 0; i < walls.size(); ++i) walls[i].name = "wall-" + std::to_string(i + 1);
   return walls;
 }
 
@@ -229,30 +308,15 @@ SurfacePlane FitMarked(const Reconstruction& world,
 }
 
 void AlignDirections(const Reconstruction& world,
-                     double tolerance_m,
+                     const SurfaceOptions& options,
                      std::span<SurfacePlane> walls) {
-  constexpr double kNearRad = RadFromDeg(3.0);
-  constexpr double kKept = 0.85;
   std::optional<glm::dvec3> first;
   for (SurfacePlane& wall : walls) {
-    const glm::dvec3 normal = wall.fit.plane.normal;
-    if (normal.z != 0.0) continue;
-    if (!first) {
-      first = normal;
-      continue;
-    }
-    for (const glm::dvec3& direction : {*first, AlongWall(*first)}) {
-      const double cosine = glm::dot(direction, normal);
-      if (std::abs(cosine) < std::cos(kNearRad)) continue;
-      PlaneFitOptions options;
-      options.kind = PlaneKind::kKnownNormal;
-      options.normal = cosine < 0.0 ? -direction : direction;
-      options.tolerance = tolerance_m;
-      auto turned = FitAmong(world, wall.fit.members, options);
-      if (turned && static_cast<double>(turned->members.size()) >=
-                        kKept * static_cast<double>(wall.fit.members.size())) {
-        wall.fit = std::move(*turned);
-      }
+    if (wall.fit.plane.normal.z != 0.0) continue;
+    if (first) {
+      TakeDirection(world, options.tolerance_m, *first, kNearWallRad, wall.fit);
+    } else {
+      first = FirstDirection(world, options, wall.fit);
     }
   }
 }

@@ -20,7 +20,8 @@ struct SurfacePlane {
 std::optional<PlaneFit> FindGround(const Reconstruction& world, double tolerance_m);
 
 // Upright planes with their points, strongest first; a plane of two walls with a gap between them
-// is there twice. All but the strongest are along or across it, unless half as many points more
+// is there twice. They have no names. What is a few tolerances before or behind a wall is a part of
+// it. All but the strongest are along or across it, unless half as many points more
 // are on one that is not.
 std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
                                     double ground_m,
@@ -32,9 +33,9 @@ SurfacePlane FitMarked(const Reconstruction& world,
                        double tolerance_m);
 
 // Walls take the direction of the first one, or of its normal, where they are within 3 degrees of
-// it and keep their points.
+// it and keep their points; the first one that of `options`.
 void AlignDirections(const Reconstruction& world,
-                     double tolerance_m,
+                     const SurfaceOptions& options,
                      std::span<SurfacePlane> walls);
 
 }  // namespace pleinair
