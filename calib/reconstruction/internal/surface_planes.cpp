@@ -74,6 +74,20 @@ std::vector<std::vector<std::uint32_t>> PiecesOf(const Reconstruction& world,
   return pieces;
 }
 
+// Walls have as many points at every height; a floor has far more than what is above it.
+bool IsFloor(const Reconstruction& world, const PlaneFit& level, double tolerance_m) {
+  constexpr double kLeastContrast = 3.0;
+  constexpr int kSlabsAbove = 3;
+  const double above_m = level.plane.offset + 2.0 * tolerance_m;
+  const auto above =
+      std::count_if(world.points.begin(), world.points.end(), [&](const ReconstructedPoint& point) {
+        const double up_m = point.position.z - above_m;
+        return up_m > 0.0 && up_m <= kSlabsAbove * 2.0 * tolerance_m;
+      });
+  return static_cast<double>(level.members.size()) * kSlabsAbove >
+         kLeastContrast * static_cast<double>(above);
+}
+
 bool IsInside(const std::vector<glm::dvec2>& polygon, const glm::dvec2& p) {
   bool inside = false;
   for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
@@ -225,7 +239,7 @@ std::optional<PlaneFit> FindGround(const Reconstruction& world, double tolerance
     const auto fit = FitAmong(world, candidates, options);
     if (!fit) break;
     most = std::max(most, fit->members.size());
-    const bool is_strong = 4 * fit->members.size() >= most;
+    const bool is_strong = 4 * fit->members.size() >= most && IsFloor(world, *fit, tolerance_m);
     if (is_strong && (!ground || fit->plane.offset < ground->plane.offset)) ground = fit;
     Remove(fit->members, candidates);
   }
