@@ -17,7 +17,7 @@
 namespace pleinair {
 namespace {
 
-std::string Trimmed(std::string_view text) {
+std::string WithoutBlanks(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) return {};
   return std::string(text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1));
@@ -27,7 +27,7 @@ std::vector<std::string> Fields(std::string_view text) {
   std::vector<std::string> fields;
   while (true) {
     const std::size_t comma = text.find(',');
-    fields.push_back(Trimmed(text.substr(0, comma)));
+    fields.push_back(WithoutBlanks(text.substr(0, comma)));
     if (comma == std::string_view::npos) return fields;
     text.remove_prefix(comma + 1);
   }
@@ -48,7 +48,7 @@ void ForEachRow(const std::filesystem::path& file, const Use& use) {
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
     line.resize(std::min(line.find('#'), line.size()));
-    if (Trimmed(line).empty()) continue;
+    if (WithoutBlanks(line).empty()) continue;
     try {
       use(line, number);
     } catch (const std::invalid_argument& error) {
