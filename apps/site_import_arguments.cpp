@@ -58,6 +58,7 @@ void AddSiteImportCommand(CLI::App& site, Work& work) {
                   "azimuth that the camera of a picture looks to, in degrees clockwise from true "
                   "north, and its standard deviation (10); repeatable")
       ->type_name("PICTURE,DEG[,SIGMA]")
+      ->default_str("")
       ->group("Place");
   command
       .add_option("--utc-offset",

@@ -474,6 +474,10 @@ class Importer {
     sequence.north_stddev_rad = report_.earth.turn_sigma_rad;
     sequence.scene_mesh = "scene.obj";
     sequence.albedos_assumed = true;
+    // What no points show is not known to be what the pictures show there.
+    for (const SiteSurface& surface : report_.surfaces) {
+      if (surface.points > 0) sequence.diffuse_regions.push_back(surface.name);
+    }
     for (std::size_t index = 0; index < frames_.size(); ++index) {
       const std::size_t picture = frames_[index];
       FrameEntry frame;

@@ -328,7 +328,7 @@ void AlignDirections(const Reconstruction& world,
   for (SurfacePlane& wall : walls) {
     if (wall.fit.plane.normal.z != 0.0) continue;
     if (first) {
-      TakeDirection(world, options.tolerance_m, *first, kNearWallRad, wall.fit);
+      TakeDirection(world, 2.0 * options.tolerance_m, *first, kNearWallRad, wall.fit);
     } else {
       first = FirstDirection(world, options, wall.fit);
     }
