@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/lens.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/reconstruction/internal/photograph.h"
 #include "datasets/reconstruction/reconstruction_file.h"
@@ -118,17 +119,75 @@ Gray8Image LumaOf(const Rgb8Image& picture) {
   return grey;
 }
 
-Rgb8Image Reduced(const Rgb8Image& picture, int longest_side_px) {
-  const int longest = std::max(picture.width, picture.height);
-  if (longest_side_px == 0 || longest <= longest_side_px) return picture;
-  const double shrink = static_cast<double>(longest_side_px) / longest;
-  Rgb8Image reduced(std::max(1, static_cast<int>(std::lround(picture.width * shrink))),
-                    std::max(1, static_cast<int>(std::lround(picture.height * shrink))));
-  const cv::Mat from(
+// How far beyond its border, in shares of its longer side, `of` would have to reach to see all
+// that `camera` does.
+double Missing(const CameraIntrinsics& camera, const CameraIntrinsics& of) {
+  constexpr int kSteps = 16;
+  const Lens lens(camera);
+  const Lens source(of);
+  double most_px = 0.0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = (camera.width_px - 1) * static_cast<double>(i) / kSteps;
+    const double y = (camera.height_px - 1) * static_cast<double>(i) / kSteps;
+    for (const glm::dvec2& pixel : {glm::dvec2(x, 0.0),
+                                    glm::dvec2(x, camera.height_px - 1),
+                                    glm::dvec2(0.0, y),
+                                    glm::dvec2(camera.width_px - 1, y)}) {
+      const auto direction = lens.DirectionFromPixel(pixel);
+      if (!direction) continue;  // The lens sees nothing there.
+      const auto seen = source.ProjectToPixel(*direction);
+      if (!seen) return std::numeric_limits<double>::infinity();
+      most_px = std::max(
+          {most_px, -seen->x, -seen->y, seen->x - (of.width_px - 1), seen->y - (of.height_px - 1)});
+    }
+  }
+  return most_px / std::max(of.width_px, of.height_px);
+}
+
+// Whether pictures of one camera can be made from those of the other: COLMAP may have adjusted one
+// camera for each picture.
+bool SeesAlike(const CameraIntrinsics& from, const CameraIntrinsics& to) {
+  constexpr double kMostMissing = 0.03;
+  return from == to || Missing(to, from) <= kMostMissing;
+}
+
+// The picture as `camera` would have taken it; the border is repeated where it ends.
+Rgb8Image SeenBy(const CameraIntrinsics& camera,
+                 const Rgb8Image& picture,
+                 const CameraIntrinsics& taken_by) {
+  // Reduced first: then a pixel is the mean of those that it covers.
+  const double shrink =
+      std::min(1.0, static_cast<double>(camera.width_px) / static_cast<double>(picture.width));
+  const cv::Mat stored(
       picture.height, picture.width, CV_8UC3, const_cast<glm::u8vec3*>(picture.pixels.data()));
-  cv::Mat to(reduced.height, reduced.width, CV_8UC3, reduced.pixels.data());
-  cv::resize(from, to, to.size(), 0.0, 0.0, cv::INTER_AREA);
-  return reduced;
+  cv::Mat reduced;
+  cv::resize(stored,
+             reduced,
+             cv::Size(std::max(1, static_cast<int>(std::lround(picture.width * shrink))),
+                      std::max(1, static_cast<int>(std::lround(picture.height * shrink)))),
+             0.0,
+             0.0,
+             cv::INTER_AREA);
+  const CameraIntrinsics source = ScaledTo(taken_by, reduced.cols, reduced.rows);
+  Rgb8Image seen(camera.width_px, camera.height_px);
+  cv::Mat target(seen.height, seen.width, CV_8UC3, seen.pixels.data());
+  if (source == camera) {
+    reduced.copyTo(target);
+    return seen;
+  }
+  const Lens lens(camera);
+  const Lens source_lens(source);
+  cv::Mat2f from(seen.height, seen.width, cv::Vec2f(-1.0F, -1.0F));
+  for (int y = 0; y < seen.height; ++y) {
+    for (int x = 0; x < seen.width; ++x) {
+      const auto direction = lens.DirectionFromPixel({x, y});
+      const auto pixel = direction ? source_lens.ProjectToPixel(*direction) : std::nullopt;
+      if (!pixel) continue;
+      from(y, x) = {static_cast<float>(pixel->x), static_cast<float>(pixel->y)};
+    }
+  }
+  cv::remap(reduced, target, from, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return seen;
 }
 
 glm::dmat3 TurnAboutUp(double angle_rad) {
@@ -238,7 +297,8 @@ class Importer {
     std::size_t others = 0;
     for (std::size_t i = 0; i < made_.pictures.size(); ++i) {
       if (!photographs_[i]) continue;
-      if (made_.pictures[i].camera != camera_) {
+      if (!SeesAlike(made_.cameras[made_.pictures[i].camera].intrinsics,
+                     made_.cameras[camera_].intrinsics)) {
         ++others;
       } else if (photographs_[i]->time) {
         frames_.push_back(i);
@@ -255,7 +315,8 @@ class Importer {
     }
     if (others > 0) {
       report_.notes.push_back(fmt::format(
-          "{} photographs of other cameras are no frames: a sequence has one camera (--camera)",
+          "{} photographs of cameras with another field of view are no frames: a sequence has one "
+          "camera (--camera)",
           others));
     }
     if (!untimed_.empty()) {
@@ -332,6 +393,25 @@ class Importer {
           width_px,
           height_px));
     }
+  }
+
+  // The chosen camera with the size of frames: that of its first photograph, reduced.
+  CameraIntrinsics FrameCamera() const {
+    std::size_t first = frames_.front();
+    for (const std::size_t picture : frames_) {
+      if (made_.pictures[picture].camera != camera_) continue;
+      first = picture;
+      break;
+    }
+    const Rgb8Image stored = ReadDisplayImage(photographs_[first]->file);
+    const int longest = std::max(stored.width, stored.height);
+    const double shrink = options_.longest_side_px > 0 && longest > options_.longest_side_px
+                              ? static_cast<double>(options_.longest_side_px) / longest
+                              : 1.0;
+    const CameraIntrinsics camera = IntrinsicsOf(first, stored.width, stored.height);
+    return ScaledTo(camera,
+                    std::max(1, static_cast<int>(std::lround(stored.width * shrink))),
+                    std::max(1, static_cast<int>(std::lround(stored.height * shrink))));
   }
 
   // Where receivers' positions are counted from.
@@ -437,25 +517,19 @@ class Importer {
     }
   }
 
-  // A photograph as a frame's picture; sets the sequence's intrinsics.
-  fs::path WritePicture(std::size_t picture, std::size_t index, Sequence& sequence) const {
+  // A photograph as a frame's picture.
+  fs::path WritePicture(std::size_t picture, std::size_t index, const Sequence& sequence) const {
     const fs::path& file = photographs_[picture]->file;
     const Rgb8Image stored = ReadDisplayImage(file);
-    const Rgb8Image shown = Reduced(stored, options_.longest_side_px);
-    const bool is_same = shown.width == stored.width && shown.height == stored.height;
+    const CameraIntrinsics own = IntrinsicsOf(picture, stored.width, stored.height);
+    const bool is_same = own == sequence.intrinsics;
     const fs::path name =
         fs::path("frames_ldr") /
         fmt::format("{:06}{}", index, is_same ? file.extension().string() : ".jpg");
-    const CameraIntrinsics intrinsics = IntrinsicsOf(picture, shown.width, shown.height);
-    if (index > 0 && !(intrinsics == sequence.intrinsics)) {
-      throw std::runtime_error(file.string() +
-                               ": expected the size of the camera's other photographs");
-    }
-    sequence.intrinsics = intrinsics;
     if (is_same) {
       WriteWholeFile(options_.out / name, ReadWholeFile(file));
     } else {
-      WriteJpeg(options_.out / name, shown, kJpegQuality);
+      WriteJpeg(options_.out / name, SeenBy(sequence.intrinsics, stored, own), kJpegQuality);
     }
     return name;
   }
@@ -478,6 +552,7 @@ class Importer {
     for (const SiteSurface& surface : report_.surfaces) {
       if (surface.points > 0) sequence.diffuse_regions.push_back(surface.name);
     }
+    sequence.intrinsics = FrameCamera();
     for (std::size_t index = 0; index < frames_.size(); ++index) {
       const std::size_t picture = frames_[index];
       FrameEntry frame;

@@ -57,6 +57,8 @@ std::vector<ExifValue> PositionTags(const Site& place) {
 struct Edits {
   bool has_positions = true;
   bool has_times = true;
+  // Of the second picture's own camera, relative to the others'; 1: it is theirs.
+  double second_focal_length = 1.0;
 };
 
 // A folder with the yard as COLMAP's model, turned, shrunk and moved, and its photographs.
@@ -77,12 +79,14 @@ class ImportedYard : public testing::Test {
                               static_cast<std::uint64_t>(camera.width_px),
                               static_cast<std::uint64_t>(camera.height_px),
                               {camera.fx_px, camera.cx_px + 0.5, camera.cy_px + 0.5}});
+    colmap.cameras.push_back(colmap.cameras.front());
+    colmap.cameras.back().id = 2;
+    colmap.cameras.back().parameters[0] *= edits.second_focal_length;
     for (const ReconstructedPoint& point : model.points) {
       colmap.points.push_back(
           {static_cast<std::uint64_t>(point.id), point.position, 150, 140, 130});
     }
-    Rgb8Image blank(camera.width_px, camera.height_px, glm::u8vec3(120));
-    const std::vector<std::byte> jpeg = made_pictures::Jpeg(blank);
+    const std::vector<std::byte> jpeg = made_pictures::Jpeg(Target());
     for (std::size_t i = 0; i < model.pictures.size(); ++i) {
       const ReconstructedPicture& picture = model.pictures[i];
       ColmapImage image;
@@ -90,6 +94,7 @@ class ImportedYard : public testing::Test {
       image.camera_from_model = glm::quat_cast(glm::dmat3(picture.camera_from_model));
       image.translation = glm::dvec3(picture.camera_from_model[3]);
       image.name = picture.name;
+      if (i == 1 && edits.second_focal_length != 1.0) image.camera = 2;
       for (const PointObservation& seen : picture.observations) {
         image.seen.push_back({seen.pixel.x + 0.5,
                               seen.pixel.y + 0.5,
@@ -116,6 +121,15 @@ class ImportedYard : public testing::Test {
     // From the far left of the facade's foot to the far right.
     options_.length = KnownLength{
         glm::distance(truth_.points[0].position, truth_.points[1].position), PointPair{1, 2}};
+  }
+
+  // Grey, with a bright square 400 px to the right of the middle.
+  static Rgb8Image Target() {
+    Rgb8Image picture(1200, 900, glm::u8vec3(120));
+    for (int y = 440; y < 460; ++y) {
+      for (int x = 990; x < 1010; ++x) picture.At(x, y) = glm::u8vec3(250);
+    }
+    return picture;
   }
 
   const TemporaryFolder folder_;
@@ -190,6 +204,44 @@ TEST_F(ImportedYard, ReducesPhotographsWithTheirCamera) {
   const Rgb8Image picture = ReadDisplayImage(options_.out / *sequence.frames[0].image_ldr);
   EXPECT_EQ(picture.width, 400);
   EXPECT_EQ(picture.height, 300);
+}
+
+double MiddleOfBright(const Rgb8Image& picture) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      if (picture.At(x, y).g < 185) continue;
+      sum += x;
+      count += 1.0;
+    }
+  }
+  return sum / count;
+}
+
+// COLMAP adjusts a camera for each picture where nobody says otherwise: all are brought to one.
+TEST_F(ImportedYard, PicturesOfNearlyTheSameCameraAreResampled) {
+  Make({.second_focal_length = 1.02});
+  EXPECT_EQ(ImportSite(options_).frames, truth_.pictures.size());
+  const Sequence sequence = ReadSequence(options_.out);
+  EXPECT_EQ(sequence.intrinsics.fx_px, 800.0);
+  // 400 px from the middle at a focal length of 816 px are 392 px at 800.
+  const auto bright = [&](std::size_t frame) {
+    return MiddleOfBright(ReadDisplayImage(options_.out / *sequence.frames[frame].image_ldr));
+  };
+  EXPECT_NEAR(bright(0), 999.5, 0.5);
+  EXPECT_NEAR(bright(1), 599.5 + 400.0 / 1.02, 0.5);
+}
+
+TEST_F(ImportedYard, PicturesOfAnotherFieldOfViewAreNoFrames) {
+  Make({.second_focal_length = 1.5});
+  const SiteImportReport report = ImportSite(options_);
+  EXPECT_EQ(report.frames, truth_.pictures.size() - 1);
+  EXPECT_THAT(report.notes, testing::Contains(HasSubstr("1 photographs of cameras")));
+  options_.camera = "2";
+  options_.out = folder_ / "second";
+  ImportSite(options_);
+  EXPECT_EQ(ReadSequence(options_.out).intrinsics.fx_px, 1200.0);
 }
 
 TEST_F(ImportedYard, ALengthIsGivenByPlacesInAPicture) {
