@@ -200,8 +200,9 @@ std::string Describe(const SiteImportReport& report, const SiteImportCommandOpti
   for (const std::string& note : report.notes) text += "note: " + note + "\n";
   const std::string out = options.import.out.string();
   text += fmt::format(
-      "next: pleinair calibrate north {0}   (shadows say where north is; `run` uses them, too)\n"
-      "      pleinair run {0} --out result\n",
+      "next: pleinair site place {0} --object MESH --pixel X,Y\n"
+      "      pleinair calibrate north {0}   (by shadows; `run` uses them, too)\n"
+      "      pleinair run {0} --out RESULT\n",
       out);
   return text;
 }
