@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "apps/site_import_arguments.h"
 #include "apps/site_mask_arguments.h"
 #include "apps/site_place_arguments.h"
 
@@ -11,6 +12,7 @@ void AddSite(CLI::App& app, Work& work) {
   CLI::App& site = *app.add_subcommand("site", "Set up a site");
   site.require_subcommand(1);
   site.footer("Example: pleinair site place mysite --object 0 --pixel 320,400");
+  AddSiteImportCommand(site, work);
   AddSiteMaskCommand(site, work);
   AddSitePlaceCommand(site, work);
 }

@@ -1,0 +1,11 @@
+// The arguments of `pleinair site import`.
+#pragma once
+
+#include "apps/arguments.h"
+
+namespace pleinair {
+
+// Adds the command to `site`; `work` is set when it is called for.
+void AddSiteImportCommand(CLI::App& site, Work& work);
+
+}  // namespace pleinair

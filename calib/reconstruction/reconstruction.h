@@ -1,0 +1,69 @@
+// What photographs were reconstructed to: cameras, where they stood, and points. Plain data; files
+// are read by datasets/reconstruction/.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/camera.h"
+#include "sunmodel/site.h"
+
+namespace pleinair {
+
+struct ReconstructedPoint {
+  std::int64_t id = 0;
+  glm::dvec3 position{0.0};
+  glm::dvec3 colour_srgb{0.5};  // In [0, 1], as the pictures show it.
+};
+
+struct PointObservation {
+  std::uint32_t point = 0;  // Into Reconstruction::points.
+  glm::dvec2 pixel{0.0};    // In the picture as it was taken; integers are pixel centres.
+};
+
+struct ReconstructedPicture {
+  std::string name;                   // Path relative to the folder of the photographs.
+  std::uint32_t camera = 0;           // Into Reconstruction::cameras.
+  glm::dmat4 camera_from_model{1.0};  // Rigid; OpenCV's camera axes.
+  std::vector<PointObservation> observations;
+
+  glm::dvec3 Centre() const;
+};
+
+struct ReconstructedCamera {
+  std::string name;
+  CameraIntrinsics intrinsics;
+};
+
+struct Reconstruction {
+  std::vector<ReconstructedCamera> cameras;
+  std::vector<ReconstructedPicture> pictures;
+  std::vector<ReconstructedPoint> points;
+  // The model is east-north-up in metres about this place, as its maker says.
+  std::optional<Site> enu_at;
+  std::vector<std::string> notes;  // What was left out.
+};
+
+// target = scale * rotation * source + translation.
+struct Similarity {
+  double scale = 1.0;
+  glm::dmat3 rotation{1.0};
+  glm::dvec3 translation{0.0};
+};
+
+// Moves points and cameras; pixels stay.
+void Transform(const Similarity& target_from_model, Reconstruction& reconstruction);
+
+// Where a picture shows the points: its observations, or where the file held none, the points
+// before it that project into it (some of which may be hidden).
+std::vector<PointObservation> VisiblePoints(const Reconstruction& reconstruction,
+                                            std::size_t picture);
+
+}  // namespace pleinair

@@ -1,0 +1,91 @@
+// A site and a sequence from a reconstruction and its photographs.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "calib/reconstruction/geo_alignment.h"
+#include "calib/reconstruction/surfaces.h"
+#include "calib/reconstruction/up_direction.h"
+#include "scene/utc_time.h"
+#include "sunmodel/site.h"
+
+namespace pleinair {
+
+// Two points of the reconstruction by their ids.
+struct PointPair {
+  std::int64_t first = 0;
+  std::int64_t second = 0;
+};
+
+// Two places in a picture, at points of the reconstruction.
+struct PickPair {
+  std::string picture;
+  glm::dvec2 first_px{0.0};
+  glm::dvec2 second_px{0.0};
+};
+
+struct KnownLength {
+  double length_m = 0.0;
+  std::variant<PointPair, PickPair> between;
+};
+
+struct StatedHeading {
+  std::string picture;
+  double azimuth_rad = 0.0;  // That the camera looks to, clockwise from true north.
+  double sigma_rad = 0.0;    // Above 0.
+};
+
+struct PictureMark {
+  std::string picture;
+  glm::dvec2 pixel{0.0};
+  std::string surface;
+};
+
+struct SiteImportOptions {
+  std::filesystem::path reconstruction;  // As ReadReconstruction takes it.
+  std::filesystem::path photos;          // Folder that the pictures' names are relative to.
+  std::filesystem::path out;             // Made; has to be absent or empty.
+  std::optional<KnownLength> length;     // None: by the receivers' positions.
+  std::optional<Site> site;              // None: by the receivers.
+  std::vector<StatedHeading> headings;   // Beside those of the photographs' compasses.
+  // What the cameras' clocks are ahead of UTC, where the photographs do not say.
+  std::optional<std::chrono::minutes> utc_offset;
+  std::map<std::string, UtcTime> times;  // By picture; in place of what the photographs say.
+  std::vector<PictureMark> marks;
+  std::string camera;          // Whose pictures become frames; empty: the one with the most.
+  double tolerance_m = 0.0;    // SurfaceOptions::tolerance_m; 0: half a percent of the distance.
+  int longest_side_px = 1600;  // Photographs are reduced to it; 0: they stay as they are.
+  SurfaceOptions surfaces;     // All but tolerance_m.
+};
+
+struct SiteImportReport {
+  std::size_t pictures = 0;
+  std::size_t points = 0;
+  std::size_t frames = 0;
+  UpEstimate up;
+  GeoAlignment earth;
+  double metres_per_unit = 1.0;
+  Site site;
+  double tolerance_m = 0.0;
+  std::vector<SiteSurface> surfaces;
+  std::vector<std::string> notes;
+};
+
+// Reads the reconstruction, aligns it, fits ground and walls, and writes `out`: sequence.json with
+// a frame for each photograph of one camera, the mesh and the photographs. The folder is a site,
+// too.
+//
+// World   metres, +X east, +Y north, +Z up; the origin is on the ground below the cameras' mean.
+// Throws  std::runtime_error or std::invalid_argument, one line: what, where, what was expected.
+//         Nothing is left under the name of sequence.json then.
+SiteImportReport ImportSite(const SiteImportOptions& options);
+
+}  // namespace pleinair

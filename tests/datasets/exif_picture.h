@@ -1,0 +1,81 @@
+// JPEGs with EXIF data.
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include <libexif/exif-data.h>
+
+namespace pleinair {
+
+struct ExifValue {
+  ExifIfd ifd;
+  int tag;
+  ExifFormat format;
+  unsigned count;
+  std::string bytes;  // Big-endian.
+};
+
+inline ExifValue ExifText(ExifIfd ifd, int tag, const std::string& text) {
+  return {ifd, tag, EXIF_FORMAT_ASCII, static_cast<unsigned>(text.size() + 1), text + '\0'};
+}
+
+inline std::string BigEndian(const std::vector<unsigned>& numbers) {
+  std::string bytes;
+  for (const unsigned number : numbers) {
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift);
+  }
+  return bytes;
+}
+
+// Numerators and denominators.
+inline ExifValue ExifRationals(ExifIfd ifd, int tag, const std::vector<unsigned>& numbers) {
+  return {ifd,
+          tag,
+          EXIF_FORMAT_RATIONAL,
+          static_cast<unsigned>(numbers.size() / 2),
+          BigEndian(numbers)};
+}
+
+inline ExifValue ExifShort(ExifIfd ifd, int tag, unsigned value) {
+  return {ifd,
+          tag,
+          EXIF_FORMAT_SHORT,
+          1,
+          std::string{static_cast<char>(value >> 8U), static_cast<char>(value)}};
+}
+
+// The data stand behind the start of the JPEG, as cameras have it.
+inline std::string WithExif(const std::vector<std::byte>& jpeg,
+                            const std::vector<ExifValue>& values) {
+  ExifData* data = exif_data_new();
+  exif_data_set_byte_order(data, EXIF_BYTE_ORDER_MOTOROLA);
+  for (const ExifValue& value : values) {
+    ExifEntry* entry = exif_entry_new();
+    entry->tag = static_cast<ExifTag>(value.tag);
+    entry->format = value.format;
+    entry->components = value.count;
+    entry->size = static_cast<unsigned>(value.bytes.size());
+    entry->data = static_cast<unsigned char*>(std::malloc(value.bytes.size()));
+    std::memcpy(entry->data, value.bytes.data(), value.bytes.size());
+    exif_content_add_entry(data->ifd[value.ifd], entry);
+    exif_entry_unref(entry);
+  }
+  unsigned char* blob = nullptr;
+  unsigned size = 0;
+  exif_data_save_data(data, &blob, &size);
+  exif_data_unref(data);
+  std::string file(reinterpret_cast<const char*>(jpeg.data()), 2);
+  file += "\xff\xe1";
+  file += static_cast<char>((size + 2) >> 8U);
+  file += static_cast<char>((size + 2) & 0xffU);
+  file.append(reinterpret_cast<const char*>(blob), size);
+  std::free(blob);
+  file.append(reinterpret_cast<const char*>(jpeg.data()) + 2, jpeg.size() - 2);
+  return file;
+}
+
+}  // namespace pleinair
