@@ -1,9 +1,6 @@
 #include "datasets/picture_source.h"
 
-#include <cstdlib>
-#include <cstring>
-
-#include <libexif/exif-data.h>
+#include <functional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +9,7 @@
 #include "datasets/video/video_writer.h"
 #include "scene/image_io.h"
 #include "sunmodel/time_text.h"
+#include "tests/datasets/exif_pictures.h"
 #include "tests/datasets/made_pictures.h"
 #include "tests/datasets/sequence_fixture.h"
 
@@ -20,69 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 using made_pictures::Noise;
+using made_pictures::WithExif;
+using Tags = made_pictures::ExifTags;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
 constexpr int kWidth = 64;
 constexpr int kHeight = 48;
-
-struct Tags {
-  std::string time;
-  std::string decimals;
-  std::string offset;
-  bool has_exposure = false;
-};
-
-void AddEntry(
-    ExifData* data, ExifTag tag, ExifFormat format, unsigned count, const std::string& bytes) {
-  ExifEntry* entry = exif_entry_new();
-  entry->tag = tag;
-  entry->format = format;
-  entry->components = count;
-  entry->size = static_cast<unsigned>(bytes.size());
-  entry->data = static_cast<unsigned char*>(std::malloc(bytes.size()));
-  std::memcpy(entry->data, bytes.data(), bytes.size());
-  exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], entry);
-  exif_entry_unref(entry);
-}
-
-std::string BigEndian(std::initializer_list<unsigned> numbers) {
-  std::string bytes;
-  for (const unsigned number : numbers) {
-    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift);
-  }
-  return bytes;
-}
-
-// Behind the start of the JPEG, as cameras have it.
-std::string WithExif(const std::vector<std::byte>& jpeg, const Tags& tags) {
-  ExifData* data = exif_data_new();
-  exif_data_set_byte_order(data, EXIF_BYTE_ORDER_MOTOROLA);
-  const auto add_text = [&](ExifTag tag, const std::string& text) {
-    if (text.empty()) return;
-    AddEntry(data, tag, EXIF_FORMAT_ASCII, static_cast<unsigned>(text.size() + 1), text + '\0');
-  };
-  add_text(EXIF_TAG_DATE_TIME_ORIGINAL, tags.time);
-  add_text(EXIF_TAG_SUB_SEC_TIME_ORIGINAL, tags.decimals);
-  add_text(EXIF_TAG_OFFSET_TIME_ORIGINAL, tags.offset);
-  if (tags.has_exposure) {
-    AddEntry(data, EXIF_TAG_EXPOSURE_TIME, EXIF_FORMAT_RATIONAL, 1, BigEndian({1, 250}));
-    AddEntry(data, EXIF_TAG_FNUMBER, EXIF_FORMAT_RATIONAL, 1, BigEndian({28, 10}));
-    AddEntry(data, EXIF_TAG_ISO_SPEED_RATINGS, EXIF_FORMAT_SHORT, 1, std::string("\0\xc8", 2));
-  }
-  unsigned char* blob = nullptr;
-  unsigned size = 0;
-  exif_data_save_data(data, &blob, &size);
-  exif_data_unref(data);
-  std::string file(reinterpret_cast<const char*>(jpeg.data()), 2);
-  file += "\xff\xe1";
-  file += static_cast<char>((size + 2) >> 8);
-  file += static_cast<char>((size + 2) & 0xff);
-  file.append(reinterpret_cast<const char*>(blob), size);
-  std::free(blob);
-  file.append(reinterpret_cast<const char*>(jpeg.data()) + 2, jpeg.size() - 2);
-  return file;
-}
 
 class PictureFolder : public SequenceFolder {
  protected:
