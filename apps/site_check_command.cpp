@@ -46,11 +46,14 @@ std::string DayText(UtcTime noon) { return FormatUtcTime(noon).substr(0, 10); }
 
 // Why sun and sky are not known apart, as far as the view says.
 std::string Verdict(const SiteHour& hour) {
-  if (!hour.light.estimate) return "";
+  if (!(hour.light.sun.direction_enu.z > 0.0)) return "not known: the sun is at the horizon";
+  if (!hour.light.estimate) return "measured by the fish-eye camera";
   if (!*hour.light.estimate) return "no estimate: " + hour.light.estimate->error().reason;
-  if (SunWillBeKnown(hour)) return "known";
   // Of the picture; 500 samples need some per cent.
   constexpr double kFewPixels = 0.01;
+  if (SunWillBeKnown(hour)) {
+    return hour.light.lit_share < kFewPixels ? "known by reflected sunlight alone" : "known";
+  }
   if (hour.light.lit_share < kFewPixels && hour.light.shaded_share < kFewPixels) {
     return "not known: no diffuse surface in view";
   }

@@ -4,6 +4,7 @@
 
 #include "apps/site_check_arguments.h"
 #include "apps/site_mask_arguments.h"
+#include "apps/site_new_arguments.h"
 #include "apps/site_place_arguments.h"
 
 namespace pleinair {
@@ -13,6 +14,7 @@ void AddSite(CLI::App& app, Work& work) {
   site.require_subcommand(1);
   AddSiteMaskCommand(site, work);
   site.footer("Example: pleinair site check datasets/samples/courtyard");
+  AddSiteNewCommand(site, work);
   AddSiteCheckCommand(site, work);
   AddSitePlaceCommand(site, work);
 }
