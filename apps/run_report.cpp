@@ -62,27 +62,6 @@ std::string Figure(const std::string& caption, const ReportPicture& picture) {
       Base64(picture.jpeg));
 }
 
-// Mean over RGB and its standard deviation from the covariance of the basis lights given.
-struct MeanAndStddev {
-  double mean = kNaN;
-  double stddev = 0.0;
-};
-
-MeanAndStddev MeanOf(const Lighting& lighting, bool sun) {
-  const glm::dvec3 rgb = sun ? lighting.sun.irradiance_rgb : lighting.SkyIrradianceRgb();
-  MeanAndStddev result{(rgb.x + rgb.y + rgb.z) / 3.0, 0.0};
-  const std::size_t side = 3 * (1 + lighting.sky.size());
-  if (lighting.covariance.size() != side * side) return result;
-  const std::size_t begin = sun ? 0 : 3;
-  const std::size_t end = sun ? 3 : side;
-  double variance = 0.0;
-  for (std::size_t a = begin; a < end; ++a) {
-    for (std::size_t b = begin; b < end; ++b) variance += lighting.covariance[a * side + b];
-  }
-  result.stddev = std::sqrt(std::max(0.0, variance)) / 3.0;
-  return result;
-}
-
 std::string LightChart(const RunReport& report, bool sun) {
   ChartSeries estimated{"estimate ± σ", sun ? "#d07000" : "#2060c0", ChartSeries::Style::kBand, {}};
   ChartSeries truth{"truth", "#000000", ChartSeries::Style::kPoints, {}};
@@ -256,8 +235,8 @@ std::string FrameSection(const ReportFrame& frame) {
 
 ReportLight LightOf(const ReportFrame& frame) {
   if (!frame.error.empty()) return {frame.time, kNaN, 0.0, kNaN, 0.0};
-  const MeanAndStddev sun = MeanOf(frame.lighting, true);
-  const MeanAndStddev sky = MeanOf(frame.lighting, false);
+  const MeanIrradiance sun = MeanSunIrradiance(frame.lighting);
+  const MeanIrradiance sky = MeanSkyIrradiance(frame.lighting);
   return {frame.time, sun.mean, sun.stddev, sky.mean, sky.stddev};
 }
 

@@ -53,4 +53,12 @@ struct Lighting {
   }
 };
 
+// A mean over RGB, and its standard deviation from the covariance: 0 where there is none.
+struct MeanIrradiance {
+  double mean = 0.0;
+  double stddev = 0.0;
+};
+MeanIrradiance MeanSunIrradiance(const Lighting& lighting);  // Normal to the beam.
+MeanIrradiance MeanSkyIrradiance(const Lighting& lighting);  // Horizontal, of all components.
+
 }  // namespace pleinair

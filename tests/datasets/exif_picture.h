@@ -78,4 +78,28 @@ inline std::string WithExif(const std::vector<std::byte>& jpeg,
   return file;
 }
 
+// What most cameras write.
+struct ExifTags {
+  std::string time;  // "2026:06:21 12:00:00"
+  std::string decimals;
+  std::string offset;
+  bool has_exposure = false;  // 1/250 s, f/2.8, ISO 200.
+};
+
+inline std::string WithExif(const std::vector<std::byte>& jpeg, const ExifTags& tags) {
+  std::vector<ExifValue> values;
+  const auto add_text = [&](ExifTag tag, const std::string& text) {
+    if (!text.empty()) values.push_back(ExifText(EXIF_IFD_EXIF, tag, text));
+  };
+  add_text(EXIF_TAG_DATE_TIME_ORIGINAL, tags.time);
+  add_text(EXIF_TAG_SUB_SEC_TIME_ORIGINAL, tags.decimals);
+  add_text(EXIF_TAG_OFFSET_TIME_ORIGINAL, tags.offset);
+  if (tags.has_exposure) {
+    values.push_back(ExifRationals(EXIF_IFD_EXIF, EXIF_TAG_EXPOSURE_TIME, {1, 250}));
+    values.push_back(ExifRationals(EXIF_IFD_EXIF, EXIF_TAG_FNUMBER, {28, 10}));
+    values.push_back(ExifShort(EXIF_IFD_EXIF, EXIF_TAG_ISO_SPEED_RATINGS, 200));
+  }
+  return WithExif(jpeg, values);
+}
+
 }  // namespace pleinair

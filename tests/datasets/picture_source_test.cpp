@@ -1,7 +1,6 @@
 #include "datasets/picture_source.h"
 
-#include <cstdlib>
-#include <cstring>
+#include <functional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,34 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 using made_pictures::Noise;
+using Tags = ExifTags;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
 constexpr int kWidth = 64;
 constexpr int kHeight = 48;
-
-struct Tags {
-  std::string time;
-  std::string decimals;
-  std::string offset;
-  bool has_exposure = false;
-};
-
-std::vector<ExifValue> ValuesOf(const Tags& tags) {
-  std::vector<ExifValue> values;
-  const auto add_text = [&](ExifTag tag, const std::string& text) {
-    if (!text.empty()) values.push_back(ExifText(EXIF_IFD_EXIF, tag, text));
-  };
-  add_text(EXIF_TAG_DATE_TIME_ORIGINAL, tags.time);
-  add_text(EXIF_TAG_SUB_SEC_TIME_ORIGINAL, tags.decimals);
-  add_text(EXIF_TAG_OFFSET_TIME_ORIGINAL, tags.offset);
-  if (tags.has_exposure) {
-    values.push_back(ExifRationals(EXIF_IFD_EXIF, EXIF_TAG_EXPOSURE_TIME, {1, 250}));
-    values.push_back(ExifRationals(EXIF_IFD_EXIF, EXIF_TAG_FNUMBER, {28, 10}));
-    values.push_back(ExifShort(EXIF_IFD_EXIF, EXIF_TAG_ISO_SPEED_RATINGS, 200));
-  }
-  return values;
-}
 
 class PictureFolder : public SequenceFolder {
  protected:
@@ -59,8 +36,7 @@ class PictureFolder : public SequenceFolder {
   }
 
   void AddPicture(const std::string& name, const Tags& tags, unsigned seed = 0) {
-    Write(pictures_ / name,
-          WithExif(made_pictures::Jpeg(Noise(kWidth, kHeight, seed)), ValuesOf(tags)));
+    Write(pictures_ / name, WithExif(made_pictures::Jpeg(Noise(kWidth, kHeight, seed)), tags));
   }
   std::string RefusalOf(const PictureTimes& times) const {
     std::string reasons[2];

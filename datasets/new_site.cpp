@@ -1,0 +1,416 @@
+#include "datasets/new_site.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/mat3x3.hpp>
+#include <nlohmann/json.hpp>
+
+#include "calib/exif_lens.h"
+#include "calib/json_cursor.h"
+#include "datasets/internal/sequence_json.h"
+#include "datasets/sequence.h"
+#include "datasets/site_file.h"
+#include "datasets/site_objects.h"
+#include "scene/image_io.h"
+#include "scene/mesh_io.h"
+#include "scene/mesh_writer.h"
+#include "scene/whole_file.h"
+#include "sunmodel/angles.h"
+#include "sunmodel/time_text.h"
+
+namespace pleinair {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+Json RowsOf(const glm::dmat4& matrix) {
+  Json rows = Json::array();
+  for (int r = 0; r < 4; ++r) {
+    rows.push_back({matrix[0][r], matrix[1][r], matrix[2][r], matrix[3][r]});
+  }
+  return rows;
+}
+
+bool Has(const Json& json, const char* object, const char* key) {
+  return json.contains(object) && json[object].is_object() && json[object].contains(key);
+}
+
+void PutLens(const CameraIntrinsics& lens, Json& json) {
+  Json& camera = json["camera"];
+  camera["width"] = lens.width_px;
+  camera["height"] = lens.height_px;
+  camera["fx"] = lens.fx_px;
+  camera["fy"] = lens.fy_px;
+  camera["cx"] = lens.cx_px;
+  camera["cy"] = lens.cy_px;
+  camera["distortion"] = lens.distortion;
+  camera["distortion_model"] = "opencv";
+  camera["pixel_centers"] = "integer";
+}
+
+// A name in the folder that is not taken: NAME.EXT, NAME-2.EXT, ...
+fs::path FreeName(const fs::path& folder, const std::string& stem, const std::string& extension) {
+  for (int number = 1;; ++number) {
+    const fs::path name = (number == 1 ? stem : fmt::format("{}-{}", stem, number)) + extension;
+    std::error_code error;
+    if (!fs::exists(folder / name, error)) return name;
+  }
+}
+
+std::string SizeText(const Mesh& mesh) {
+  const BoundingBox box = BoundingBoxOf(mesh);
+  const glm::vec3 size = box.upper_m - box.lower_m;
+  return fmt::format("{:.4g} x {:.4g} x {:.4g} m", size.x, size.y, size.z);
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNames = 12;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return names.size() > kMostNames ? text + ", ..." : text;
+}
+
+std::optional<std::string> MeshState(const fs::path& folder, const Json& json) {
+  if (!Has(json, "scene", "mesh") || !json["scene"]["mesh"].is_string()) return std::nullopt;
+  const fs::path file = json["scene"]["mesh"].get<std::string>();
+  const Mesh mesh = LoadMesh(folder / file).mesh;
+  return fmt::format("{}: {}, groups {}", file.string(), SizeText(mesh), Joined(mesh.group_names));
+}
+
+std::optional<std::string> AlbedoState(const Json& json) {
+  if (Has(json, "environment", "image")) {
+    return "environment map " + json["environment"]["image"].dump();
+  }
+  for (const char* key : {"albedos_known", "albedos_assumed"}) {
+    if (Has(json, "scene", key) && json["scene"][key] == true) {
+      return std::string("the materials' Kd, ") + (key[8] == 'k' ? "measured" : "guessed");
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> ObjectsState(const Json& json) {
+  std::string text;
+  const auto add = [&](const Json& object) {
+    if (!object.contains("mesh") || !object["mesh"].is_string()) return;
+    text += (text.empty() ? "" : ", ") + object["mesh"].get<std::string>();
+  };
+  if (json.contains("virtual_object")) add(json["virtual_object"]);
+  for (const Json& object : json.value("virtual_objects", Json::array())) add(object);
+  if (text.empty()) return std::nullopt;
+  return text;
+}
+
+}  // namespace
+
+glm::dmat4 MeshFrame::MetresZUpFromFile() const {
+  glm::dmat4 turn(1.0);
+  if (y_is_up) {
+    // Y becomes Z, and Z, towards the viewer, south.
+    turn[1] = {0.0, 0.0, 1.0, 0.0};
+    turn[2] = {0.0, -1.0, 0.0, 0.0};
+  }
+  return glm::scale(glm::dmat4(1.0), glm::dvec3(unit_m)) * turn;
+}
+
+double MetresOfUnit(const std::string& unit) {
+  constexpr std::pair<const char*, double> kUnits[] = {
+      {"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"ft", 0.3048}, {"in", 0.0254}};
+  for (const auto& [name, metres] : kUnits) {
+    if (unit == name) return metres;
+  }
+  throw std::invalid_argument("unit '" + unit + "': expected m, cm, mm, ft or in");
+}
+
+std::vector<SitePartState> SitePartsIn(const fs::path& folder) {
+  const fs::path file = SiteFileIn(folder);
+  LoadJson(file);
+  const std::vector<std::byte> bytes = ReadWholeFile(file);
+  const auto* text = reinterpret_cast<const char*>(bytes.data());
+  const Json json = Json::parse(text, text + bytes.size());
+  const std::string new_site = "pleinair site new " + folder.string();
+  const auto number = [](const Json& value) {
+    return value.is_number() ? value.get<double>() : 0.0;
+  };
+
+  std::optional<std::string> place;
+  if (Has(json, "site", "latitude_deg") && Has(json, "site", "longitude_deg")) {
+    const Json& at = json["site"];
+    place = fmt::format("{:.6g}, {:.6g} deg, {:.4g} m",
+                        number(at["latitude_deg"]),
+                        number(at["longitude_deg"]),
+                        number(at.value("height_m", Json(0.0))));
+  }
+  std::optional<std::string> device;
+  if (json.contains("camera_device")) device = json["camera_device"].get<std::string>();
+  std::optional<std::string> lens;
+  if (Has(json, "camera", "width") && Has(json, "camera", "fx")) {
+    const Json& at = json["camera"];
+    lens = fmt::format(
+        "{:g}x{:g} pixels, fx {:.6g}{}",
+        number(at["width"]),
+        number(at["height"]),
+        number(at["fx"]),
+        json.contains("note_lens") ? " (from EXIF data, to some 3 %: better calibrate it)" : "");
+  }
+  std::optional<std::string> pose;
+  if (Has(json, "camera", "camera_from_world")) pose = "stated";
+  return {
+      {SitePart::kPlace,
+       "place",
+       place,
+       true,
+       "latitude and longitude from a map, to 0.01 deg or better",
+       new_site + " --place LAT,LON[,H]"},
+      {SitePart::kMesh,
+       "mesh",
+       MeshState(folder, json),
+       true,
+       "walls and ground as OBJ, PLY or glTF, with +X east and +Y north: from a plan, or from "
+       "photographs by a reconstruction",
+       new_site + " --mesh FILE [--mesh-units m|cm|mm|ft] [--mesh-up z|y]"},
+      {SitePart::kCamera,
+       "camera",
+       device,
+       false,
+       "for live runs a device or identity, as `pleinair cameras` lists it; for photographs one of "
+       "them",
+       new_site + " --camera DEVICE|PHOTO"},
+      {SitePart::kLens,
+       "lens",
+       lens,
+       true,
+       "from pictures of a chessboard (pleinair calibrate lens), or roughly from the EXIF data of "
+       "a "
+       "photograph (--camera PHOTO)",
+       new_site + " --lens FILE"},
+      {SitePart::kPose,
+       "pose",
+       pose,
+       true,
+       "from points that mesh and picture both show (pleinair calibrate pose), or roughly by "
+       "--camera-at X,Y,Z --camera-to X,Y,Z",
+       new_site + " --pose FILE"},
+      {SitePart::kAlbedo,
+       "albedo",
+       AlbedoState(json),
+       false,
+       "a lat-long HDR picture of the place; or that the mesh's Kd is measured or guessed "
+       "(--albedos known|assumed)",
+       new_site + " --environment FILE --environment-at X,Y,Z --environment-time UTC"},
+      {SitePart::kObjects,
+       "objects",
+       ObjectsState(json),
+       false,
+       "an OBJ or glTF",
+       new_site + " --object FILE --object-at X,Y,Z"}};
+}
+
+void StartSite(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder)) {
+    RefuseFile(folder, "expected a folder, or the name of one that can be made");
+  }
+  if (fs::exists(folder / "site.json") || fs::exists(folder / "sequence.json")) {
+    SiteFileIn(folder);
+    return;
+  }
+  WriteJsonFile({{"format", "pleinair-site"}, {"version", 1}}, folder / "site.json");
+}
+
+void SetSitePlace(const fs::path& folder, const Site& site) {
+  site.Validate();
+  EditSiteFile(folder, [&](Json& json) {
+    json["site"]["latitude_deg"] = DegFromRad(site.latitude_rad);
+    json["site"]["longitude_deg"] = DegFromRad(site.longitude_rad);
+    json["site"]["height_m"] = site.height_m;
+  });
+}
+
+void SetSiteMesh(const fs::path& folder, const fs::path& mesh, const MeshFrame& frame) {
+  const Mesh converted = TransformMesh(frame.MetresZUpFromFile(), LoadMesh(mesh).mesh);
+  const fs::path name = FreeName(folder, "scene", ".obj");
+  WriteObj(converted, folder / name);
+  try {
+    LoadMesh(folder / name);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(folder / name, ignored);
+    fs::remove((folder / name).replace_extension(".mtl"), ignored);
+    throw;
+  }
+  EditSiteFile(folder, [&](Json& json) { json["scene"]["mesh"] = name.string(); });
+}
+
+void SetDiffuseRegions(const fs::path& folder, const std::vector<std::string>& names) {
+  EditSiteFile(folder, [&](Json& json) {
+    if (!Has(json, "scene", "mesh")) {
+      throw std::runtime_error("diffuse regions: expected the mesh first, whose groups they name");
+    }
+    const Mesh mesh = LoadMesh(folder / json["scene"]["mesh"].get<std::string>()).mesh;
+    for (const std::string& name : names) {
+      const bool is_group = std::find(mesh.group_names.begin(), mesh.group_names.end(), name) !=
+                            mesh.group_names.end();
+      const bool is_material =
+          std::any_of(mesh.materials.begin(), mesh.materials.end(), [&](const Material& material) {
+            return material.name == name;
+          });
+      if (is_group || is_material) continue;
+      throw std::runtime_error("diffuse region '" + name +
+                               "': expected a group or material of the "
+                               "mesh: " +
+                               Joined(mesh.group_names));
+    }
+    json["diffuse_regions"] = names;
+  });
+}
+
+void SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
+  std::error_code error;
+  if (!fs::is_regular_file(device_or_photo, error)) {
+    EditSiteFile(folder, [&](Json& json) { json["camera_device"] = device_or_photo; });
+    return;
+  }
+  const Rgb8Image photo = ReadDisplayImage(device_or_photo);
+  const auto focal_mm = ReadExifFocalLength35mm(device_or_photo);
+  if (!focal_mm) {
+    throw std::runtime_error(device_or_photo +
+                             ": expected EXIF data with the focal length for 35 mm film; calibrate "
+                             "the lens: pleinair calibrate lens");
+  }
+  // Of 36 x 24 mm.
+  constexpr double kFilmDiagonalMm = 43.27;
+  CameraIntrinsics lens;
+  lens.width_px = photo.width;
+  lens.height_px = photo.height;
+  lens.fx_px = lens.fy_px = *focal_mm / kFilmDiagonalMm * std::hypot(photo.width, photo.height);
+  lens.cx_px = 0.5 * (photo.width - 1);
+  lens.cy_px = 0.5 * (photo.height - 1);
+  EditSiteFile(folder, [&](Json& json) {
+    if (Has(json, "camera", "fx")) return;  // A calibrated one is better.
+    PutLens(lens, json);
+    json["note_lens"] = fmt::format("from EXIF data: {:g} mm for 35 mm film", *focal_mm);
+  });
+}
+
+void SetSiteLens(const fs::path& folder, const CameraIntrinsics& lens) {
+  EditSiteFile(folder, [&](Json& json) {
+    PutLens(lens, json);
+    json.erase("note_lens");
+  });
+}
+
+void SetSitePose(const fs::path& folder, const glm::dmat4& camera_from_world) {
+  const glm::dmat3 rotation(camera_from_world);
+  const glm::dmat3 off = glm::transpose(rotation) * rotation - glm::dmat3(1.0);
+  double largest = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) largest = std::max(largest, std::abs(off[c][r]));
+  }
+  // As sequence files are read.
+  if (!(largest <= 1e-5) || !(glm::determinant(rotation) > 0.0)) {
+    throw std::invalid_argument(
+        "camera_from_world: expected a rotation and a translation in metres");
+  }
+  EditSiteFile(
+      folder, [&](Json& json) { json["camera"]["camera_from_world"] = RowsOf(camera_from_world); });
+}
+
+glm::dmat4 ReadPoseFile(const fs::path& file) {
+  const nlohmann::json document = LoadJson(file);
+  const nlohmann::json* rows = &document;
+  if (rows->is_object() && rows->contains("camera")) rows = &rows->at("camera");
+  if (rows->is_object() && rows->contains("camera_from_world"))
+    rows = &rows->at("camera_from_world");
+  glm::dmat4 pose(1.0);
+  const auto entries = JsonCursor(*rows, file.string()).List(4, 4);
+  for (int r = 0; r < 4; ++r) {
+    const auto row = entries[static_cast<std::size_t>(r)].List(4, 4);
+    for (int c = 0; c < 4; ++c) pose[c][r] = row[static_cast<std::size_t>(c)].Number();
+  }
+  return pose;
+}
+
+glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m, const glm::dvec3& target_m) {
+  const glm::dvec3 forward = target_m - camera_m;
+  const glm::dvec3 right = glm::cross(forward, glm::dvec3(0.0, 0.0, 1.0));
+  if (!(glm::length(right) > 1e-9 * glm::length(forward))) {
+    throw std::invalid_argument(
+        "camera: expected to look at a point that is not above, below or at "
+        "its own place");
+  }
+  const glm::dvec3 z = glm::normalize(forward);
+  const glm::dvec3 x = glm::normalize(right);
+  const glm::dvec3 y = glm::cross(z, x);
+  glm::dmat4 pose(1.0);
+  const glm::dmat3 camera_from_world = glm::transpose(glm::dmat3(x, y, z));
+  pose = glm::dmat4(camera_from_world);
+  pose[3] = glm::dvec4(-(camera_from_world * camera_m), 1.0);
+  return pose;
+}
+
+void SetSiteEnvironment(const fs::path& folder,
+                        const fs::path& map,
+                        const glm::dvec3& position_m,
+                        UtcTime time) {
+  const RgbImage radiance = ReadRadianceImage(map);
+  if (radiance.width != 2 * radiance.height) {
+    throw std::runtime_error(
+        fmt::format("{}: expected a lat-long picture, twice as wide as high, "
+                    "found {}x{}",
+                    map.string(),
+                    radiance.width,
+                    radiance.height));
+  }
+  const fs::path name = FreeName(folder, "environment", map.extension().string());
+  WriteWholeFile(folder / name, ReadWholeFile(map));
+  EditSiteFile(folder, [&](Json& json) {
+    json["environment"] = {{"image", name.string()},
+                           {"position_m", {position_m.x, position_m.y, position_m.z}},
+                           {"time_utc", FormatUtcTime(time)}};
+  });
+}
+
+void SetSiteAlbedos(const fs::path& folder, bool known) {
+  EditSiteFile(folder, [&](Json& json) {
+    json["scene"]["albedos_known"] = known;
+    json["scene"]["albedos_assumed"] = !known;
+  });
+}
+
+void AddSiteObject(const fs::path& folder,
+                   const fs::path& mesh,
+                   const MeshFrame& frame,
+                   const glm::dvec3& at_m,
+                   double turn_rad) {
+  LoadMesh(mesh);
+  VirtualObjectEntry object;
+  object.mesh = BringObjectFile(folder, mesh);
+  object.world_from_object = glm::translate(glm::dmat4(1.0), at_m) *
+                             glm::rotate(glm::dmat4(1.0), turn_rad, glm::dvec3(0.0, 0.0, 1.0)) *
+                             frame.MetresZUpFromFile();
+  EditSiteFile(folder, [&](Json& json) {
+    Json objects = json.value("virtual_objects", Json::array());
+    if (json.contains("virtual_object")) {
+      objects.push_back(json["virtual_object"]);
+      json.erase("virtual_object");
+    }
+    const Json entry = JsonOf(object);
+    if (std::find(objects.begin(), objects.end(), entry) == objects.end()) objects.push_back(entry);
+    json["virtual_objects"] = std::move(objects);
+  });
+}
+
+}  // namespace pleinair

@@ -1,0 +1,97 @@
+// A site's folder, made part by part: place, mesh, camera, lens, pose, albedo, objects. Each call
+// writes one part of site.json, completely or not at all, and copies what it names.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/camera.h"
+#include "scene/utc_time.h"
+#include "sunmodel/site.h"
+
+namespace pleinair {
+
+// In what a mesh file is written.
+struct MeshFrame {
+  double unit_m = 1.0;   // > 0.
+  bool y_is_up = false;  // +X right, +Y up, +Z to the viewer; not of glTF, which is turned anyway.
+
+  glm::dmat4 MetresZUpFromFile() const;
+};
+// "m", "cm", "mm", "ft", "in". Throws std::invalid_argument naming the text.
+double MetresOfUnit(const std::string& unit);
+
+enum class SitePart { kPlace, kMesh, kCamera, kLens, kPose, kAlbedo, kObjects };
+inline constexpr std::array kSiteParts{SitePart::kPlace,
+                                       SitePart::kMesh,
+                                       SitePart::kCamera,
+                                       SitePart::kLens,
+                                       SitePart::kPose,
+                                       SitePart::kAlbedo,
+                                       SitePart::kObjects};
+
+struct SitePartState {
+  SitePart part{};
+  std::string name;
+  std::optional<std::string> value;  // In words; none: missing.
+  bool is_required = true;           // Nothing runs without it.
+  std::string how;                   // To get it, in words.
+  std::string command;               // That writes it.
+};
+
+// In kSiteParts' order. Throws std::runtime_error, one line, for a folder without a site's file, or
+// one that is no JSON object.
+std::vector<SitePartState> SitePartsIn(const std::filesystem::path& folder);
+
+// Makes `folder` and an empty site.json in it, where there is none, nor a sequence.json. Throws
+// std::runtime_error naming what is in the way.
+void StartSite(const std::filesystem::path& folder);
+
+void SetSitePlace(const std::filesystem::path& folder, const Site& site);
+
+// Writes the mesh as scene.obj into the folder, in metres with +Z up; with a number where another
+// scene.obj is there. Throws as LoadMesh; std::runtime_error where coordinates are then beyond what
+// LoadMesh takes.
+void SetSiteMesh(const std::filesystem::path& folder,
+                 const std::filesystem::path& mesh,
+                 const MeshFrame& frame);
+// Names of its groups or materials. Throws std::runtime_error naming one that the mesh lacks.
+void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
+// A device or a camera's identity, for live runs; or a photograph, whose size and EXIF focal length
+// are a first lens where there is none. Throws std::runtime_error for a picture that cannot be
+// read.
+void SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
+void SetSiteLens(const std::filesystem::path& folder, const CameraIntrinsics& lens);
+
+// Throws std::invalid_argument unless it is a rotation and a translation.
+void SetSitePose(const std::filesystem::path& folder, const glm::dmat4& camera_from_world);
+// `camera_from_world` of a JSON file: its own, its camera's, or the file's only content. Throws
+// std::runtime_error naming the file.
+glm::dmat4 ReadPoseFile(const std::filesystem::path& file);
+// Level; throws std::invalid_argument where the two are above each other.
+glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m, const glm::dvec3& target_m);
+
+// Copies the map. Throws as ReadRadianceImage, and std::runtime_error unless it is twice as wide as
+// high.
+void SetSiteEnvironment(const std::filesystem::path& folder,
+                        const std::filesystem::path& map,
+                        const glm::dvec3& position_m,
+                        UtcTime time);
+// That the materials' Kd is measured, or guessed.
+void SetSiteAlbedos(const std::filesystem::path& folder, bool known);
+
+// Copies the object's files and adds it, turned about the vertical, counter-clockwise from above.
+void AddSiteObject(const std::filesystem::path& folder,
+                   const std::filesystem::path& mesh,
+                   const MeshFrame& frame,
+                   const glm::dvec3& at_m,
+                   double turn_rad);
+
+}  // namespace pleinair

@@ -1,0 +1,267 @@
+#include "session/check/geometry_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "calib/lens.h"
+
+namespace pleinair {
+namespace {
+
+// What sites of people have, in metres: courtyards to valleys, cameras on stands to drones, cups to
+// houses.
+struct UsualSize {
+  double least_m;
+  double most_m;
+};
+constexpr UsualSize kMeshLength{2.0, 3000.0};
+constexpr UsualSize kMeshHeight{0.0, 300.0};  // Level ground alone has none.
+constexpr UsualSize kCameraHeight{0.1, 120.0};
+constexpr UsualSize kObjectLength{0.03, 60.0};
+
+// "centimetres" where these make of a length something usual.
+const char* UnitOf(double length, UsualSize usual) {
+  struct Unit {
+    const char* name;
+    double metres;
+  };
+  for (const Unit unit :
+       {Unit{"centimetres", 0.01}, Unit{"millimetres", 0.001}, Unit{"kilometres", 1000.0}}) {
+    const double metres = length * unit.metres;
+    // Well inside, so that the first that fits is the likeliest.
+    if (metres >= 2.0 * usual.least_m && metres <= 0.1 * usual.most_m) return unit.name;
+  }
+  return "another unit";
+}
+
+bool IsUsual(double length_m, UsualSize usual) {
+  return length_m >= usual.least_m && length_m <= usual.most_m;
+}
+
+std::string Range(UsualSize usual) {
+  return fmt::format("{:g} to {:g} m", usual.least_m, usual.most_m);
+}
+
+double LongestSide(const BoundingBox& box) {
+  const glm::vec3 size = box.upper_m - box.lower_m;
+  return std::max({size.x, size.y, size.z});
+}
+
+std::optional<double> HeightOverMesh(const glm::dvec3& point_m, const RayCaster& caster) {
+  const auto hit = caster.Intersect(glm::vec3(point_m), glm::vec3(0.0f, 0.0f, -1.0f));
+  if (!hit) return std::nullopt;
+  return hit->distance_m;
+}
+
+constexpr std::array<glm::vec3, 6> kAxes{glm::vec3{0, 0, 1},
+                                         glm::vec3{0, 0, -1},
+                                         glm::vec3{0, 1, 0},
+                                         glm::vec3{0, -1, 0},
+                                         glm::vec3{1, 0, 0},
+                                         glm::vec3{-1, 0, 0}};
+constexpr std::array<const char*, 6> kAxisNames{"+Z", "-Z", "+Y", "-Y", "+X", "-X"};
+
+// Of points spread through the mesh's box, per axis: the share with nothing that way, and a surface
+// that faces it the other way. Outdoors up is such an axis.
+std::array<double, 6> OpennessOf(const Mesh& mesh, const RayCaster& caster) {
+  constexpr int kSteps = 7;
+  constexpr float kLeastShare = 0.1f;  // Of the longest side: level ground alone is flat.
+  const BoundingBox box = BoundingBoxOf(mesh);
+  const glm::vec3 middle = 0.5f * (box.lower_m + box.upper_m);
+  const auto least = static_cast<float>(kLeastShare * LongestSide(box));
+  const glm::vec3 half = glm::max(0.5f * (box.upper_m - box.lower_m), glm::vec3(least));
+  std::array<double, 6> open{};
+  for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
+    const glm::vec3 step(i % kSteps, i / kSteps % kSteps, i / (kSteps * kSteps));
+    const glm::vec3 point = middle + half * (2.0f * (step + 0.5f) / float(kSteps) - 1.0f);
+    for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+      const glm::vec3& up = kAxes[axis];
+      if (caster.Occluded(point, up)) continue;
+      const auto below = caster.Intersect(point, -up);
+      constexpr float kFacing = 0.9f;
+      if (below && std::abs(glm::dot(below->geometric_normal, up)) > kFacing) open[axis] += 1.0;
+    }
+  }
+  for (double& share : open) share /= kSteps * kSteps * kSteps;
+  return open;
+}
+
+// Share of a mesh's area whose normal is along none but `axis`: walls, where that is up.
+double ShareAcross(const Mesh& mesh, const glm::vec3& axis) {
+  double across = 0.0;
+  double all = 0.0;
+  for (const glm::uvec3& corners : mesh.triangles) {
+    const glm::vec3& a = mesh.positions_m[corners.x];
+    const glm::vec3 twice_area =
+        glm::cross(mesh.positions_m[corners.y] - a, mesh.positions_m[corners.z] - a);
+    const double area = glm::length(twice_area);
+    all += area;
+    if (std::abs(glm::dot(twice_area, axis)) < 0.3 * area) across += area;
+  }
+  return all > 0.0 ? across / all : 0.0;
+}
+
+// Share of the picture in which `camera` sees the mesh.
+double ShareSeen(const Camera& camera, const RayCaster& caster) {
+  constexpr int kColumns = 24;
+  constexpr int kRows = 18;
+  const Lens lens(camera.intrinsics);
+  const glm::vec3 centre(camera.CentreWorldM());
+  const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(camera.camera_from_world));
+  int seen = 0;
+  for (int i = 0; i < kColumns * kRows; ++i) {
+    const glm::dvec2 pixel((i % kColumns + 0.5) / kColumns * camera.intrinsics.width_px - 0.5,
+                           (i / kColumns + 0.5) / kRows * camera.intrinsics.height_px - 0.5);
+    const auto along = lens.DirectionFromPixel(pixel);
+    if (along && caster.Occluded(centre, glm::vec3(glm::normalize(world_from_camera * *along)))) {
+      ++seen;
+    }
+  }
+  return double(seen) / (kColumns * kRows);
+}
+
+// Poses that people write by mistake, with what each would have to be.
+struct PoseReading {
+  const char* what;
+  glm::dmat4 camera_from_world;
+};
+
+std::vector<PoseReading> OtherReadings(const glm::dmat4& written) {
+  glm::dmat4 gl_axes(1.0);  // x right, y up, z backward.
+  gl_axes[1][1] = gl_axes[2][2] = -1.0;
+  glm::dmat4 y_up(1.0);  // World: x east, y up, z south.
+  y_up[1] = {0.0, 0.0, -1.0, 0.0};
+  y_up[2] = {0.0, 1.0, 0.0, 0.0};
+  return {{"world_from_camera", glm::inverse(written)},
+          {"OpenGL's camera axes (y up, z backward)", gl_axes * written},
+          {"world_from_camera in OpenGL's camera axes", gl_axes * glm::inverse(written)},
+          {"a world with Y up", written * y_up}};
+}
+
+}  // namespace
+
+SiteWarnings CheckUnits(const Sequence& sequence,
+                        const Mesh& mesh,
+                        const RayCaster& caster,
+                        std::span<const VirtualObject> objects) {
+  SiteWarnings warnings;
+  const std::string file = sequence.scene_mesh.string();
+  const BoundingBox box = BoundingBoxOf(mesh);
+  const double length = LongestSide(box);
+  const double height = box.upper_m.z - box.lower_m.z;
+  if (!IsUsual(length, kMeshLength) || !IsUsual(height, kMeshHeight)) {
+    warnings.push_back(
+        {"the mesh seems not to be in metres",
+         file,
+         fmt::format("it would be {:.4g} m long and {:.4g} m high; sites are {} and up to {:g} m "
+                     "high",
+                     length,
+                     height,
+                     Range(kMeshLength),
+                     kMeshHeight.most_m),
+         fmt::format("if it is in {}, convert it: pleinair site new {} --mesh FILE --mesh-units "
+                     "cm|mm|ft",
+                     UnitOf(length, kMeshLength),
+                     sequence.folder.string()),
+         true});
+  }
+  const glm::dvec3 centre = sequence.CameraOfFrame(0).CentreWorldM();
+  const auto over_ground = HeightOverMesh(centre, caster);
+  if (over_ground && !IsUsual(*over_ground, kCameraHeight)) {
+    warnings.push_back(
+        {"the camera's place seems not to be in the mesh's unit",
+         "camera_from_world",
+         fmt::format("the camera would stand {:.4g} m over the surface beneath it; cameras stand "
+                     "{} over theirs",
+                     *over_ground,
+                     Range(kCameraHeight)),
+         "write the translation of camera_from_world in metres, as the mesh",
+         true});
+  }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const double size = LongestSide(BoundingBoxOf(objects[i].mesh));
+    if (IsUsual(size, kObjectLength)) continue;
+    const std::string name = i < sequence.virtual_objects.size()
+                                 ? sequence.virtual_objects[i].mesh.string()
+                                 : fmt::format("virtual object, part {}", i);
+    warnings.push_back(
+        {"the virtual object seems not to be in metres",
+         name,
+         fmt::format("as placed it is {:.4g} m long; objects are {}", size, Range(kObjectLength)),
+         fmt::format("if its file is in {}, scale world_from_object, or: pleinair site new {} "
+                     "--object FILE --object-units cm|mm|ft",
+                     UnitOf(size, kObjectLength),
+                     sequence.folder.string())});
+  }
+  return warnings;
+}
+
+SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster) {
+  SiteWarnings warnings;
+  constexpr double kClearlyOpen = 0.2;
+  constexpr double kMostAsStated = 0.3;  // Of that.
+  constexpr double kLeastWalls = 0.001;  // A façade alone faces nothing but its street.
+  const std::array<double, 6> open = OpennessOf(mesh, caster);
+  const auto best =
+      static_cast<std::size_t>(std::max_element(open.begin(), open.end()) - open.begin());
+  const bool mesh_is_turned = open[best] >= kClearlyOpen && open[0] < kMostAsStated * open[best] &&
+                              ShareAcross(mesh, kAxes[best]) >= kLeastWalls;
+  if (mesh_is_turned) {
+    warnings.push_back(
+        {fmt::format("the mesh's up seems to be {}, not +Z", kAxisNames[best]),
+         sequence.scene_mesh.string(),
+         fmt::format("from {:.0f} % of places in it the way to {} is open with a surface on the "
+                     "other side, as between ground and sky; along +Z from {:.0f} %",
+                     100.0 * open[best],
+                     kAxisNames[best],
+                     100.0 * open[0]),
+         best == 2 ? fmt::format("turn it to east, north, up: pleinair site new {} --mesh FILE "
+                                 "--mesh-up y",
+                                 sequence.folder.string())
+                   : std::string("turn it to east (+X), north (+Y), up (+Z)"),
+         true});
+  }
+  const Camera camera = sequence.CameraOfFrame(0);
+  constexpr double kLeastSeen = 0.1;
+  const double seen = ShareSeen(camera, caster);
+  // Image rows go down.
+  const double image_up_z = -camera.camera_from_world[2][1];
+  constexpr double kHangingDown = -0.5;
+  if (!mesh_is_turned && (seen < kLeastSeen || image_up_z < kHangingDown)) {
+    std::string evidence =
+        seen < kLeastSeen
+            ? fmt::format("the camera sees the mesh in {:.0f} % of the picture", 100.0 * seen)
+            : std::string("the top of the picture points to the ground");
+    std::string reading;
+    double best_score = 0.0;
+    for (const PoseReading& other : OtherReadings(camera.camera_from_world)) {
+      const glm::dmat4& pose = other.camera_from_world;
+      const double share = ShareSeen({camera.intrinsics, pose}, caster);
+      // Upright and level, as pictures mostly are.
+      const double score = share * -pose[2][1] * (1.0 - std::abs(pose[2][0]));
+      constexpr double kLeastSeenRight = 0.3;
+      if (share < kLeastSeenRight || !(score > best_score)) continue;
+      best_score = score;
+      reading = fmt::format("; read as {}, it sees it in {:.0f} %", other.what, 100.0 * share);
+    }
+    evidence += reading;
+    warnings.push_back({"the camera's pose does not look at the mesh, or stands on its head",
+                        "camera_from_world",
+                        evidence,
+                        "expected is camera_from_world, row by row: camera x right, y down, z "
+                        "forward (OpenCV); world +X east, +Y north, +Z up, metres",
+                        true});
+  }
+  return warnings;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,33 @@
+// Whether a survey map stands as the mesh does: not upside down, mirrored, or turned.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "scene/image.h"
+#include "scene/mesh.h"
+#include "scene/ray_caster.h"
+
+namespace pleinair {
+
+enum class MapLayout { kAsStated, kUpsideDown, kHalfTurned, kMirrored };
+
+struct MapLayoutFit {
+  // That explains the map best by the mesh's surfaces as seen from the map's place.
+  MapLayout best = MapLayout::kAsStated;
+  // And how far the map is then to be turned, clockwise seen from above, [-pi, pi).
+  double turn_rad = 0.0;
+  double explained = 0.0;            // By the best: see ExplainedShare.
+  double explained_as_stated = 0.0;  // By the map as it is.
+
+  // By more than symmetric surroundings and imprecise meshes make up for.
+  bool ContradictsTheMap() const;
+};
+
+// `map`: lat-long. kUpsideDown: its rows reversed; kHalfTurned: rows and columns, as a picture held
+// the wrong way round; kMirrored: columns, as seen from outside the sphere.
+MapLayoutFit FitMapLayout(const RgbImage& map,
+                          const glm::dvec3& position_m,
+                          const Mesh& mesh,
+                          const RayCaster& caster);
+
+}  // namespace pleinair

@@ -1,0 +1,81 @@
+// Whether a picture shows what a mesh says that it shows, by the mesh's surfaces alone.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/camera.h"
+#include "scene/image.h"
+#include "scene/mesh.h"
+#include "scene/ray_caster.h"
+
+namespace pleinair {
+
+// A picture's pixels by what the mesh shows there: 0 the sky, else one number for all faces of one
+// group, material and facing.
+struct Segments {
+  Image<std::uint32_t> label;
+  std::uint32_t count = 1;  // Labels are less.
+};
+
+// `direction(x, y)`: of the pixel's middle, unit, in the world; zero where there is none.
+Segments SegmentsOf(const Mesh& mesh,
+                    const RayCaster& caster,
+                    const glm::dvec3& centre_world_m,
+                    int width,
+                    int height,
+                    const std::function<glm::dvec3(int, int)>& direction);
+
+// Log radiance, for differences that do not depend on how strong the light is. Black and what is
+// not finite count as 1e-4 of the picture's mean.
+RgbImage LogRadiance(const RgbImage& radiance);
+
+// The share of the picture's variance that segments explain: 1 where each is of one colour, 0 where
+// their borders have nothing to do with the picture. Borders in the right place explain most,
+// whatever light and materials are: a fit by pixels of a cut-out.
+//
+// `source(x, y)`: the picture's value that would be seen at the segments' pixel, null to leave it
+// out; `weight(y)`: of a row's pixels.
+template <typename Source, typename Weight>
+double ExplainedShare(const Segments& segments, const Source& source, const Weight& weight) {
+  struct Sums {
+    double weight = 0.0;
+    glm::dvec3 value{0.0};
+  };
+  std::vector<Sums> sums(segments.count);
+  Sums all;
+  double squares = 0.0;
+  for (int y = 0; y < segments.label.height; ++y) {
+    const double w = weight(y);
+    for (int x = 0; x < segments.label.width; ++x) {
+      const glm::vec3* const value = source(x, y);
+      if (value == nullptr) continue;
+      const glm::dvec3 v(*value);
+      Sums& sum = sums[segments.label.At(x, y)];
+      sum.weight += w;
+      sum.value += w * v;
+      squares += w * (v.x * v.x + v.y * v.y + v.z * v.z);
+    }
+  }
+  const auto between = [](const Sums& sum) {
+    const glm::dvec3& v = sum.value;
+    return sum.weight > 0.0 ? (v.x * v.x + v.y * v.y + v.z * v.z) / sum.weight : 0.0;
+  };
+  double explained = 0.0;
+  for (const Sums& sum : sums) {
+    explained += between(sum);
+    all.weight += sum.weight;
+    all.value += sum.value;
+  }
+  const double variance = squares - between(all);
+  return variance > 0.0 ? (explained - between(all)) / variance : 0.0;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,198 @@
+#include "session/check/site_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "pipeline/shadow_direction.h"
+#include "pipeline/sun_state.h"
+#include "relight/survey/map_sun.h"
+#include "scene/image_io.h"
+#include "scene/mesh_io.h"
+#include "session/check/clock_check.h"
+#include "session/check/edge_check.h"
+#include "session/check/geometry_check.h"
+#include "session/check/map_check.h"
+#include "session/sequence_site.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+constexpr double kWorthAWarningRad = RadFromDeg(3.0);
+
+double AngleApart(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
+void Append(SiteWarnings more, SiteWarnings& warnings) {
+  warnings.insert(
+      warnings.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+// "expected is ..." with what would explain the suns.
+std::string RemedyFor(std::span<const SeenSun> suns, const std::optional<Site>& site) {
+  const std::vector<std::string> explanations =
+      site ? ExplanationsOf(suns, *site) : std::vector<std::string>();
+  if (explanations.empty()) {
+    return "no time, longitude or north explains it: check the mesh, the pose and the place";
+  }
+  std::string text = "explained by ";
+  for (std::size_t i = 0; i < explanations.size(); ++i) {
+    text += (i == 0 ? "" : ", or by ") + explanations[i];
+  }
+  return text;
+}
+
+std::string Words(const MapLayoutFit& fit) {
+  switch (fit.best) {
+    case MapLayout::kUpsideDown:
+      return "upside down (its rows in reverse order)";
+    case MapLayout::kHalfTurned:
+      return "turned upside down (by half a turn)";
+    case MapLayout::kMirrored:
+      return "mirrored left to right";
+    case MapLayout::kAsStated:
+      break;
+  }
+  return "turned about the vertical";
+}
+
+SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster) {
+  SiteWarnings warnings;
+  const EnvironmentEntry& entry = *sequence.environment;
+  RgbImage map = ReadRadianceImage(sequence.folder / entry.image);
+  RepairRadiance(map);
+  const MapLayoutFit fit = FitMapLayout(map, entry.position_m, mesh, caster);
+  if (fit.ContradictsTheMap()) {
+    const bool is_turned = fit.turn_rad != 0.0;
+    warnings.push_back(
+        {"the environment map is " + Words(fit),
+         entry.image.string(),
+         fmt::format("the mesh's surfaces, seen from environment.position_m, explain {:.0f} % of "
+                     "its variance, and {:.0f} % when it is put right{}",
+                     100.0 * fit.explained_as_stated,
+                     100.0 * fit.explained,
+                     is_turned ? fmt::format(" and turned by {:+.0f} deg, clockwise from above",
+                                             DegFromRad(fit.turn_rad))
+                               : std::string()),
+         "expected is row 0 at the zenith, +Y (north) in the middle column, +X (east) to the right "
+         "of it: convert the picture"});
+  }
+  const std::optional<MapSun> shown = FindMapSun(map);
+  if (!shown || !sequence.site || entry.sun_direction_enu) return warnings;
+  const glm::dvec3 computed = SunOverSite(*sequence.site, entry.time).direction_enu;
+  const double apart = AngleApart(shown->direction_enu, computed);
+  const double in_north = std::max({kWorthAWarningRad, 2.0 * sequence.north_stddev_rad});
+  if (apart - shown->uncertain_rad < in_north) return warnings;
+  const glm::dvec3 mirrored(
+      -shown->direction_enu.x, shown->direction_enu.y, shown->direction_enu.z);
+  const SeenSun seen{entry.time, shown->direction_enu, shown->uncertain_rad};
+  std::string remedy = RemedyFor(std::span(&seen, 1), sequence.site);
+  if (AngleApart(mirrored, computed) <= in_north + shown->uncertain_rad) {
+    remedy += "; a map that is mirrored left to right would explain it, too";
+  }
+  warnings.push_back({"the environment map's sun is not where place and time have it",
+                      "environment.time_utc",
+                      fmt::format("the map shows it at {}, computed is {}: {:.1f} deg apart",
+                                  AzimuthAndElevation(shown->direction_enu),
+                                  AzimuthAndElevation(computed),
+                                  DegFromRad(apart)),
+                      remedy});
+  return warnings;
+}
+
+// What pictures show of edges and shadows.
+SiteWarnings CheckPictures(const Sequence& sequence,
+                           FrameKind kind,
+                           const Mesh& mesh,
+                           const RayCaster& caster) {
+  SiteWarnings warnings;
+  constexpr std::size_t kMostLooks = 6;
+  const std::size_t stride = (sequence.frames.size() + kMostLooks - 1) / kMostLooks;
+  Sequence looked_at = sequence;
+  looked_at.frames.clear();
+  for (std::size_t i = 0; i < sequence.frames.size(); i += stride) {
+    looked_at.frames.push_back(sequence.frames[i]);
+  }
+  EdgeChecker edges(mesh, caster);
+  ShadowDirectionFinder finder(mesh, sequence.diffuse_regions);
+  std::vector<SeenSun> suns;
+  std::string contradiction;
+  const auto source = MakeRecordedFrameSource(looked_at, kind);
+  while (const auto next = source->Next()) {
+    if (!*next) continue;
+    const Frame& frame = **next;
+    edges.Add(frame.radiance, frame.camera);
+    if (frame.sun_direction_enu || !sequence.site) continue;
+    const glm::dvec3 stated = SunOverSite(*sequence.site, frame.time).direction_enu;
+    const ShownSun shown = finder.ShownBy(frame, stated);
+    if (!(shown.stddev_rad > 0.0)) continue;
+    suns.push_back({frame.time, shown.direction_enu, shown.stddev_rad});
+    const double apart = AngleApart(shown.direction_enu, stated);
+    if (!shown.contradicts || !contradiction.empty() ||
+        apart < std::max(kWorthAWarningRad, 2.0 * sequence.north_stddev_rad)) {
+      continue;
+    }
+    contradiction = fmt::format(
+        "the shadows in frame {} show it at {} (sigma {:.1f} deg), computed is {}: {:.1f} deg "
+        "apart",
+        static_cast<std::size_t>(frame.index) * stride,
+        AzimuthAndElevation(shown.direction_enu),
+        DegFromRad(shown.stddev_rad),
+        AzimuthAndElevation(stated),
+        DegFromRad(apart));
+  }
+  if (!contradiction.empty()) {
+    warnings.push_back({"the sun in the pictures is not where place and time have it",
+                        "frames[].time_utc, site",
+                        contradiction,
+                        RemedyFor(suns, sequence.site)});
+  }
+  const EdgeFit fit = edges.Result();
+  if (fit.IsShifted()) {
+    warnings.push_back(
+        {"the mesh's edges are not where the pictures have them",
+         "camera_from_world, " + sequence.scene_mesh.string(),
+         fmt::format("pictures and mesh fit with the mesh moved by {:+.0f} px to the right and "
+                     "{:+.0f} px down, of {} px width",
+                     fit.shift.x * sequence.intrinsics.width_px,
+                     fit.shift.y * sequence.intrinsics.width_px,
+                     sequence.intrinsics.width_px),
+         "find the pose again (pleinair calibrate pose), or check the mesh's scale"});
+  } else if (fit.IsLost()) {
+    warnings.push_back({"the mesh's edges are nowhere near edges of the pictures",
+                        "camera_from_world, " + sequence.scene_mesh.string(),
+                        fmt::format("no shift of up to 6 % of the width brings them together "
+                                    "(contrast over the edges {:.1f} deviations above that of "
+                                    "random places; a fit has 2.4 and more)",
+                                    fit.sharpness_as_stated),
+                        "find the pose again (pleinair calibrate pose), or check mesh and lens"});
+  }
+  return warnings;
+}
+
+}  // namespace
+
+SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames) {
+  const SequenceSite site = LoadSequenceSite(sequence);
+  const Mesh& mesh = site.model.mesh;
+  const RayCaster caster(mesh);
+  SiteWarnings warnings = CheckUnits(sequence, mesh, caster, site.objects);
+  Append(CheckAxes(sequence, mesh, caster), warnings);
+  if (sequence.environment) Append(CheckMap(sequence, mesh, caster), warnings);
+  if (sequence.HasPictures()) {
+    Append(CheckFrameTimes(sequence), warnings);
+    Append(CheckPictures(sequence, frames, mesh, caster), warnings);
+  }
+  return warnings;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,42 @@
+// What a day at a prepared site will be like for the estimate of its light, step by step.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <vector>
+
+#include "pipeline/light_forecast.h"
+#include "scene/utc_time.h"
+#include "session/loaded_sequence.h"
+#include "session/session_options.h"
+#include "sunmodel/sunrise_sunset.h"
+
+namespace pleinair {
+
+struct SiteHour {
+  LightForecast light;
+  // Share of the objects' surface that faces the sun and is in no shadow of the real mesh; none
+  // without objects, or with the sun below the horizon.
+  std::optional<double> sun_on_objects;
+};
+
+struct SiteDay {
+  SolarDay sun;                 // Sunrise, noon, sunset.
+  std::vector<SiteHour> hours;  // From sunrise to sunset, or all day where there are none.
+};
+
+// Whether an hour's picture by itself gives the sun: see LightingEstimate::sun_observable.
+bool SunWillBeKnown(const SiteHour& hour);
+
+// Under a clear sky, at full multiples of `step` (of UTC), of the solar day whose noon has the date
+// of `day` at the site. The camera stands where it does in the first frame. Which source and which
+// settings of the estimate: those of `options`; where a fish-eye camera gives the light, estimates
+// are left out.
+// Throws std::runtime_error without a place; std::invalid_argument for a step outside 1 min to 1
+// day.
+SiteDay ForecastDay(const LoadedSequence& loaded,
+                    const SessionOptions& options,
+                    UtcTime day,
+                    std::chrono::minutes step);
+
+}  // namespace pleinair

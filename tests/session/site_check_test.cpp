@@ -1,0 +1,334 @@
+// Traps of site set-up, each made from the bundled courtyard, which has none.
+#include "session/check/site_check.h"
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "datasets/degradation.h"
+#include "pipeline/sun_state.h"
+#include "scene/image_io.h"
+#include "session/check/clock_check.h"
+#include "session/check/map_check.h"
+#include "sunmodel/angles.h"
+#include "sunmodel/north.h"
+#include "sunmodel/time_text.h"
+#include "tests/datasets/exif_picture.h"
+#include "tests/datasets/made_pictures.h"
+#include "tests/scene/temporary_folder.h"
+
+namespace pleinair {
+
+// For messages of tests.
+inline void PrintTo(const SiteWarning& warning, std::ostream* out) {
+  *out << warning.what << " | " << warning.where << " | " << warning.evidence << " | "
+       << warning.remedy;
+}
+
+namespace site_check_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::AllOf;
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+const fs::path kGoodSite = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+
+// A copy of the courtyard, to be spoiled. Two of its six frames are enough to see edges and
+// shadows.
+class CourtyardCopy : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::copy(kGoodSite, folder_.Path(), fs::copy_options::recursive);
+    document_ = json::parse(ContentOf(kGoodSite / "sequence.json"));
+    json& frames = document_["frames"];
+    frames = json::array({frames[0], frames[3]});
+  }
+
+  SiteWarnings Check() {
+    folder_.Write("sequence.json", document_.dump());
+    return CheckSite(ReadSequence(folder_.Path()), FrameKind::kLinear);
+  }
+
+  // Each vertex line of an OBJ.
+  void MoveVertices(const std::string& file, const std::function<glm::dvec3(glm::dvec3)>& move) {
+    std::istringstream lines(ContentOf(folder_ / file));
+    std::ostringstream moved;
+    moved.precision(9);
+    for (std::string line; std::getline(lines, line);) {
+      glm::dvec3 at(0.0);
+      if (std::sscanf(line.c_str(), "v %lf %lf %lf", &at.x, &at.y, &at.z) == 3) {
+        at = move(at);
+        moved << "v " << at.x << ' ' << at.y << ' ' << at.z << '\n';
+      } else {
+        moved << line << '\n';
+      }
+    }
+    folder_.Write(file, moved.str());
+  }
+
+  void ChangePose(const std::function<glm::dmat4(const glm::dmat4&)>& change) {
+    json& rows = document_["camera"]["camera_from_world"];
+    glm::dmat4 pose(1.0);
+    for (int r = 0; r < 4; ++r) {
+      for (int c = 0; c < 4; ++c) pose[c][r] = rows[r][c].get<double>();
+    }
+    pose = change(pose);
+    for (int r = 0; r < 4; ++r) {
+      for (int c = 0; c < 4; ++c) rows[r][c] = pose[c][r];
+    }
+  }
+
+  static std::string Later(const json& time, std::chrono::minutes by) {
+    return FormatUtcTime(ParseUtcTime(time.get<std::string>()) + by);
+  }
+  void MoveTimes(std::chrono::minutes by) {
+    for (json& frame : document_["frames"]) frame["time_utc"] = Later(frame["time_utc"], by);
+  }
+
+  void ChangeMap(const std::function<glm::ivec2(glm::ivec2 pixel, glm::ivec2 last)>& source) {
+    const RgbImage map = ReadRadianceImage(folder_ / "environment.exr");
+    RgbImage changed(map.width, map.height);
+    const glm::ivec2 last(map.width - 1, map.height - 1);
+    for (int y = 0; y < map.height; ++y) {
+      for (int x = 0; x < map.width; ++x) {
+        const glm::ivec2 from = source({x, y}, last);
+        changed.At(x, y) = map.At(from.x, from.y);
+      }
+    }
+    WriteExr(folder_ / "environment.exr", changed, ExrPrecision::kFloat);
+  }
+
+  TemporaryFolder folder_;
+  json document_;
+};
+
+testing::Matcher<const SiteWarning&> Says(const std::string& what) {
+  return Field(&SiteWarning::what, HasSubstr(what));
+}
+testing::Matcher<const SiteWarning&> SaysAndAdvises(const std::string& what,
+                                                    const std::string& remedy) {
+  return AllOf(Says(what), Field(&SiteWarning::remedy, HasSubstr(remedy)));
+}
+
+TEST_F(CourtyardCopy, IsSilentOnAGoodSite) {
+  document_ = json::parse(ContentOf(kGoodSite / "sequence.json"));
+  EXPECT_THAT(Check(), IsEmpty());
+}
+
+TEST_F(CourtyardCopy, FindsAMeshInCentimetres) {
+  MoveVertices("scene.obj", [](const glm::dvec3& at) { return 100.0 * at; });
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("mesh seems not to be in metres", "centimetres")));
+}
+
+TEST_F(CourtyardCopy, FindsAMeshInKilometres) {
+  MoveVertices("scene.obj", [](const glm::dvec3& at) { return 0.001 * at; });
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("mesh seems not to be in metres", "kilometres")));
+}
+
+TEST_F(CourtyardCopy, FindsACameraInCentimetres) {
+  ChangePose([](glm::dmat4 pose) {
+    for (int i = 0; i < 3; ++i) pose[3][i] *= 100.0;
+    return pose;
+  });
+  // Over the ground that goes on to the horizon, or beyond the mesh.
+  EXPECT_THAT(Check(), Contains(testing::AnyOf(Says("camera's place"), Says("camera's pose"))));
+}
+
+TEST_F(CourtyardCopy, FindsAnObjectInMillimetres) {
+  MoveVertices("object.obj", [](const glm::dvec3& at) { return 1000.0 * at; });
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("object seems not to be in metres", "millimetres")));
+}
+
+TEST_F(CourtyardCopy, FindsAMeshWithYUp) {
+  MoveVertices("scene.obj", [](const glm::dvec3& at) { return glm::dvec3(at.x, at.z, -at.y); });
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("mesh's up seems to be +Y", "--mesh-up y")));
+}
+
+TEST_F(CourtyardCopy, FindsAPoseThatIsTheInverse) {
+  ChangePose([](const glm::dmat4& pose) { return glm::inverse(pose); });
+  EXPECT_THAT(Check(),
+              Contains(AllOf(Says("camera's pose"),
+                             Field(&SiteWarning::evidence, HasSubstr("world_from_camera")))));
+}
+
+TEST_F(CourtyardCopy, FindsAPoseInOpenGlsAxes) {
+  ChangePose([](const glm::dmat4& pose) {
+    glm::dmat4 flip(1.0);
+    flip[1][1] = flip[2][2] = -1.0;
+    return flip * pose;
+  });
+  EXPECT_THAT(
+      Check(),
+      Contains(AllOf(Says("camera's pose"), Field(&SiteWarning::evidence, HasSubstr("OpenGL")))));
+}
+
+TEST_F(CourtyardCopy, FindsAMapThatIsUpsideDown) {
+  ChangeMap([](glm::ivec2 at, glm::ivec2 last) { return glm::ivec2(at.x, last.y - at.y); });
+  EXPECT_THAT(Check(), Contains(Says("upside down (its rows")));
+}
+
+TEST_F(CourtyardCopy, FindsAMapThatIsTurnedUpsideDown) {
+  ChangeMap([](glm::ivec2 at, glm::ivec2 last) { return last - at; });
+  EXPECT_THAT(Check(), Contains(Says("turned upside down")));
+}
+
+TEST_F(CourtyardCopy, FindsAMapThatIsMirrored) {
+  ChangeMap([](glm::ivec2 at, glm::ivec2 last) { return glm::ivec2(last.x - at.x, at.y); });
+  EXPECT_THAT(Check(), Contains(Says("mirrored")));
+}
+
+TEST_F(CourtyardCopy, FindsAMapWithAnotherMiddle) {
+  ChangeMap([](glm::ivec2 at, glm::ivec2 last) {
+    return glm::ivec2((at.x + last.x / 4) % (last.x + 1), at.y);
+  });
+  EXPECT_THAT(Check(), Contains(Says("map is turned about the vertical")));
+}
+
+// Summer time written as UTC, in the frames.
+TEST_F(CourtyardCopy, FindsLocalTimeInTheFrames) {
+  MoveTimes(std::chrono::hours(2));
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("sun in the pictures", "UTC+2")));
+}
+
+TEST_F(CourtyardCopy, FindsLocalTimeOfTheMap) {
+  json& time = document_["environment"]["time_utc"];
+  time = Later(time, std::chrono::hours(2));
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("map's sun", "UTC+2")));
+}
+
+TEST_F(CourtyardCopy, FindsAClockThatIsFast) {
+  MoveTimes(std::chrono::minutes(41));
+  EXPECT_THAT(Check(), Contains(Says("sun in the pictures")));
+}
+
+TEST_F(CourtyardCopy, FindsALongitudeOfTheWrongSign) {
+  json& longitude = document_["site"]["longitude_deg"];
+  longitude = -longitude.get<double>();
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("sun in the pictures", "wrong sign")));
+}
+
+TEST_F(CourtyardCopy, FindsAModelThatIsTurned) {
+  folder_.Write("sequence.json", document_.dump());
+  const Sequence good = ReadSequence(folder_.Path());
+  const TemporaryFolder turned;
+  Imperfections imperfections;
+  imperfections.north_deg = 12.0;
+  const std::array frames{0, 1};
+  Degradation(imperfections, 1).Write(good, frames, turned.Path());
+  EXPECT_THAT(CheckSite(ReadSequence(turned.Path()), FrameKind::kLdr),
+              Contains(SaysAndAdvises("sun in the pictures", "true azimuth")));
+}
+
+TEST_F(CourtyardCopy, FindsAPoseThatIsThreeDegreesOff) {
+  ChangePose([](const glm::dmat4& pose) {
+    const double angle = RadFromDeg(3.0);
+    glm::dmat4 turn(1.0);
+    turn[0][0] = turn[2][2] = std::cos(angle);
+    turn[2][0] = std::sin(angle);
+    turn[0][2] = -std::sin(angle);
+    return turn * pose;
+  });
+  EXPECT_THAT(Check(), Contains(Says("mesh's edges are not where")));
+}
+
+// Walls half as high again: their shadows and roof lines are elsewhere.
+TEST_F(CourtyardCopy, FindsAMeshThatIsNotThePlaces) {
+  MoveVertices("scene.obj",
+               [](const glm::dvec3& at) { return glm::dvec3(1.3 * at.x, 0.8 * at.y, 1.5 * at.z); });
+  EXPECT_THAT(Check(), Contains(testing::AnyOf(Says("mesh's edges"), Says("sun in the pictures"))));
+}
+
+// --- Times that pictures state.
+
+class FrameTimes : public CourtyardCopy {
+ protected:
+  // One frame at 10:00 UTC, whose picture says `tags`.
+  SiteWarnings CheckTags(const ExifTags& tags) {
+    const Rgb8Image picture = made_pictures::Noise(480, 360, 1);
+    folder_.Write("picture.jpg", WithExif(made_pictures::Jpeg(picture), tags));
+    document_["frames"] =
+        json::array({{{"image_ldr", "picture.jpg"}, {"time_utc", "2005-06-21T10:00:00Z"}}});
+    folder_.Write("sequence.json", document_.dump());
+    return CheckFrameTimes(ReadSequence(folder_.Path()));
+  }
+};
+
+TEST_F(FrameTimes, AreUtcWhereTheCameraSaysItsZone) {
+  EXPECT_THAT(CheckTags({"2005:06:21 12:00:00", "", "+02:00"}), IsEmpty());
+  EXPECT_THAT(CheckTags({"2005:06:21 12:03:00", "", "+02:00"}),
+              Contains(Field(&SiteWarning::evidence, HasSubstr("3 min earlier (0.75 deg"))));
+}
+
+TEST_F(FrameTimes, AreNotTheCamerasLocalTime) {
+  EXPECT_THAT(CheckTags({"2005:06:21 12:00:00", "", ""}), IsEmpty());
+  EXPECT_THAT(CheckTags({"2005:06:21 11:00:00", "", ""}), IsEmpty());
+  EXPECT_THAT(CheckTags({"2005:06:21 10:00:00", "", ""}),
+              Contains(Field(&SiteWarning::evidence, HasSubstr("the same as EXIF's"))));
+  // UTC+2 taken off on the wrong side.
+  EXPECT_THAT(CheckTags({"2005:06:21 08:00:00", "", ""}),
+              Contains(Field(&SiteWarning::evidence, HasSubstr("2 h before"))));
+}
+
+TEST_F(FrameTimes, AreByDayWhereTheExposureIs) {
+  document_["frames"] = json::array({{{"image_ldr", "frames/none.png"},
+                                      {"time_utc", "2005-03-21T23:30:00Z"},
+                                      {"exposure_s", 0.004},
+                                      {"iso", 100},
+                                      {"f_number", 8}}});
+  folder_.Write("sequence.json", document_.dump());
+  EXPECT_THAT(CheckFrameTimes(ReadSequence(folder_.Path())), Contains(Says("time at night")));
+  document_["frames"][0]["exposure_s"] = 2.0;
+  folder_.Write("sequence.json", document_.dump());
+  EXPECT_THAT(CheckFrameTimes(ReadSequence(folder_.Path())), IsEmpty());
+}
+
+// --- What explains a sun in the wrong place.
+
+const Site kBerlin{RadFromDeg(52.5), RadFromDeg(13.4), 35.0};
+
+std::vector<SeenSun> SunsSeen(std::chrono::minutes clock_ahead, double turned_deg) {
+  std::vector<SeenSun> suns;
+  for (const char* time : {"2026-04-10T08:00:00Z", "2026-04-10T13:00:00Z"}) {
+    const UtcTime truth = ParseUtcTime(time);
+    suns.push_back(
+        {truth + clock_ahead,
+         TurnedClockwise(SunOverSite(kBerlin, truth).direction_enu, RadFromDeg(turned_deg)),
+         RadFromDeg(0.5)});
+  }
+  return suns;
+}
+
+TEST(ExplanationsOf, TwoFramesSeparateAClockFromANorth) {
+  EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::hours(2), 0.0), kBerlin).front(),
+              HasSubstr("2 h too late, as local time of UTC+2"));
+  EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::minutes(-330), 0.0), kBerlin).front(),
+              HasSubstr("UTC-5:30"));
+  EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::minutes(44), 0.0), kBerlin).front(),
+              HasSubstr("44 min fast"));
+  EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::minutes(0), 25.0), kBerlin).front(),
+              HasSubstr("true azimuth -25.0 deg"));
+}
+
+TEST(ExplanationsOf, NothingExplainsASunThatNeverStandsThere) {
+  const std::vector<SeenSun> zenith{{ParseUtcTime("2026-04-10T08:00:00Z"), {0.0, 0.0, 1.0}, 0.01}};
+  EXPECT_THAT(ExplanationsOf(zenith, kBerlin), IsEmpty());
+}
+
+}  // namespace
+}  // namespace site_check_test
+}  // namespace pleinair
