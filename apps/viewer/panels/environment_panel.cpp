@@ -19,7 +19,9 @@ void DrawEnvironmentPanel(ViewModel& model) {
   const float height = width * static_cast<float>(model.environment.Height()) /
                        static_cast<float>(model.environment.Width());
   ImGui::Image(model.environment.Id(), {width, height});
+  ImGui::PushTextWrapPos();
   ImGui::TextDisabled("real light around the objects: centre north, right east, top zenith");
+  ImGui::PopTextWrapPos();
   ImGui::Checkbox("white balls in this light, at the objects", &model.request.wants_probes);
 }
 

@@ -124,7 +124,7 @@ void DrawLightPanel(ViewModel& model) {
   constexpr Curve kSky{
       "sky", IM_COL32(90, 160, 255, 255), &LightPoint::sky_rgb, &LightPoint::sky_stddev_rgb};
   const float height = std::max(
-      60.0f, ImGui::GetContentRegionAvail().y - 4.0f * ImGui::GetTextLineHeightWithSpacing());
+      60.0f, ImGui::GetContentRegionAvail().y - 5.0f * ImGui::GetTextLineHeightWithSpacing());
   LightPlot plot(model, {ImGui::GetContentRegionAvail().x, height});
   plot.DrawFrame();
   plot.Draw(kSky);
@@ -152,11 +152,13 @@ void DrawLightPanel(ViewModel& model) {
                       : result->estimate.units == LightUnits::kRelative
                           ? "relative: one factor for all frames"
                           : "relative, frame by frame";
+  ImGui::PushTextWrapPos();
   ImGui::TextDisabled("irradiance in RGB, %s", units);
   const glm::dvec3& sun = light.sun.direction_enu;
   ImGui::TextDisabled("sun at %s%s",
                       sun.z < -0.999 ? "no place" : AzimuthAndElevation(sun).c_str(),
                       result->estimate.sun_observable ? "" : ", not observable in this frame");
+  ImGui::PopTextWrapPos();
 }
 
 }  // namespace pleinair
