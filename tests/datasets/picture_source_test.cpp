@@ -109,9 +109,9 @@ TEST_F(PictureFolder, ReportsABadPictureInItsPlace) {
   AddPicture("c.jpg", {"2026:06:21 11:50:02", "", "Z", false});
   fs::resize_file(pictures_ / "c.jpg", fs::file_size(pictures_ / "c.jpg") / 2);
   AddPicture("d.jpg", {"2026:06:31 11:50:02", "", "Z", false});  // No such day.
-  Write(pictures_ / "e.jpg",
-        WithExif(made_pictures::Jpeg(Noise(40, 40, 0)),
-                 ValuesOf({"2026:06:21 11:50:04", "", "Z", false})));
+  Write(
+      pictures_ / "e.jpg",
+      WithExif(made_pictures::Jpeg(Noise(40, 40, 0)), Tags{"2026:06:21 11:50:04", "", "Z", false}));
   AddPicture("f.jpg", {"2026:06:21 11:50:05", "", "Z", false});
   const std::vector<std::string> times = TimesOf(*MakeFrameSourceAt(site_, pictures_, {}));
   ASSERT_EQ(times.size(), 6u);

@@ -329,7 +329,7 @@ TEST(ExifPlace, ReadsPositionHeadingAndOrientation) {
   EXPECT_EQ(place.heading_deg.value(), 123.45);
   EXPECT_EQ(place.utc, "2026-06-21T09:08:07.500Z");
   EXPECT_EQ(place.orientation, 6);
-  const ExifPlace none = ReadExifPlace(folder.Write("b.jpg", WithExif(jpeg, {})));
+  const ExifPlace none = ReadExifPlace(folder.Write("b.jpg", WithExif(jpeg, ExifTags())));
   EXPECT_FALSE(none.latitude_deg || none.longitude_deg || none.heading_deg);
   EXPECT_EQ(none.orientation, 1);
   EXPECT_EQ(none.utc, "");
