@@ -47,7 +47,7 @@ constexpr const char* kHelp[][2] = {
     {"Ctrl+S", "save objects to the site"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
     {"F2 ... F9", "panels"},
-    {"F10", "menu; arrows and Enter move in it"},
+    {"F10", "keys go to the panels: arrows, Enter, Ctrl+Tab; Escape: back to the picture"},
     {"F12", "snapshot: the picture, and all that is needed to run it again"},
     {"Ctrl+R", "record a camera's pictures"},
     {"[, ]", "exposure shown, by a third of a stop"},
@@ -326,6 +326,7 @@ class Viewer {
       ImGui::EndMenu();
     }
     if (ImGui::MenuItem("Help", "F1", help_is_open_)) help_is_open_ = !help_is_open_;
+    if (panels_have_keys_) ImGui::TextUnformatted("keys go to the panels (Escape: back)");
     if (model_.request.overlay) ImGui::TextDisabled("%s", Overlays()[*model_.request.overlay].help);
     ImGui::EndMainMenuBar();
   }
@@ -453,12 +454,11 @@ class Viewer {
         TakeOverlayKey(press.key);
       } else if (press.ctrl) {
         TakeCommandKey(press);
-      } else if (!ImGui::GetIO().NavVisible) {
-        // Else panels are moved through by keys, and use these.
+      } else if (!panels_have_keys_) {
         TakePlaybackKey(press.key);
         if (model_.editor) TakeObjectKey(press);
       } else if (press.key == GLFW_KEY_ESCAPE) {
-        ImGui::SetWindowFocus(nullptr);
+        GiveKeysToPanels(false);
       }
     }
   }
@@ -467,7 +467,22 @@ class Viewer {
     if (key == GLFW_KEY_F1) help_is_open_ = !help_is_open_;
     const int panel = key - GLFW_KEY_F2;
     if (panel >= 0 && panel < static_cast<int>(is_open_.size())) is_open_[panel].flip();
+    if (key == GLFW_KEY_F10) GiveKeysToPanels(!panels_have_keys_);
     if (key == GLFW_KEY_F12 && model_.Result() != nullptr) TakeSnapshot();
+  }
+
+  // Dear ImGui moves through panels by the keys that also move objects and frames: one at a time.
+  void GiveKeysToPanels(bool gives) {
+    panels_have_keys_ = gives && PanelColumns() > 0;
+    ImGuiConfigFlags& flags = ImGui::GetIO().ConfigFlags;
+    if (!panels_have_keys_) {
+      flags &= ~ImGuiConfigFlags_NavEnableKeyboard;
+      ImGui::SetWindowFocus(nullptr);
+      return;
+    }
+    flags |= ImGuiConfigFlags_NavEnableKeyboard;
+    const auto first = std::find(is_open_.begin(), is_open_.end(), true) - is_open_.begin();
+    ImGui::SetWindowFocus(Panels()[static_cast<std::size_t>(first)].name);
   }
 
   void TakeOverlayKey(int key) {
@@ -574,10 +589,11 @@ class Viewer {
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 pixel = PointerPixel();
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !io.WantCaptureMouse) {
-      if (const auto object = editor.ObjectAt(*ShownCamera(), pixel)) {
+      const glm::dvec2 pressed_at = picture_.Place().ToPixel(window_.PressedAt());
+      if (const auto object = editor.ObjectAt(*ShownCamera(), pressed_at)) {
         editor.Select(object);
         editor.BeginDrag();
-        pressed_at_ = pixel;
+        pressed_at_ = pressed_at;
         model_.request.is_dragging = false;
       }
     }
@@ -585,16 +601,21 @@ class Viewer {
       constexpr double kLeastDragPx = 2.0;
       if (model_.request.is_dragging || glm::distance(pixel, *pressed_at_) > kLeastDragPx) {
         model_.request.is_dragging = true;
-        if (pixel != dragged_to_) model_.status = editor.RestAt(*ShownCamera(), pixel);
-        dragged_to_ = pixel;
+        DragTo(pixel);
       }
     } else if (pressed_at_) {
       pressed_at_.reset();
+      if (model_.request.is_dragging) DragTo(picture_.Place().ToPixel(window_.ReleasedAt()));
       editor.EndDrag();
       if (model_.request.is_dragging) drag_end_ = SteadyClock::now();
       model_.request.is_dragging = false;
     }
     if (io.MouseWheel != 0.0f && !io.WantCaptureMouse) TurnWheel(io.MouseWheel);
+  }
+
+  void DragTo(const glm::dvec2& pixel) {
+    if (pixel != dragged_to_) model_.status = model_.editor->RestAt(*ShownCamera(), pixel);
+    dragged_to_ = pixel;
   }
 
   void TurnWheel(double notches) {
@@ -619,7 +640,7 @@ class Viewer {
       try {
         model_.status = model_.editor->Add(file, *ShownCamera(), picture_.Place().ToPixel(drop.at));
       } catch (const std::exception& error) {
-        model_.status = error.what();
+        Warn(error.what());
       }
     }
   }
@@ -629,13 +650,19 @@ class Viewer {
       model_.status = model_.editor->Nudge(*camera, step_px);
   }
 
+  // In the window, and in the log of whoever has started it.
+  void Warn(const std::string& fault) {
+    model_.status = fault;
+    spdlog::warn("{}", fault);
+  }
+
   void Save() {
     try {
       model_.editor->Save();
       model_.status = "objects saved to " + model_.site->loaded->sequence.file.string();
       ShowTitle();
     } catch (const std::exception& error) {
-      model_.status = error.what();
+      Warn(error.what());
     }
   }
 
@@ -661,7 +688,7 @@ class Viewer {
                         options_.out)
               .string();
     } catch (const std::exception& error) {
-      model_.status = error.what();
+      Warn(error.what());
     }
   }
 
@@ -706,6 +733,7 @@ class Viewer {
   PictureView picture_;
   std::vector<bool> is_open_;  // By panel.
   bool help_is_open_ = false;
+  bool panels_have_keys_ = false;
   int pending_pictures_ = 1;
   SteadyClock::time_point drawn_{};  // The last picture.
   std::int64_t editor_edits_ = 0;
