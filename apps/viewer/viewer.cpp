@@ -399,6 +399,8 @@ class Viewer {
     if (model_.status.empty()) return;
     ImGui::SameLine();
     ImGui::TextColored({1.0f, 0.75f, 0.35f, 1.0f}, "  %s", model_.status.c_str());
+    // It may be longer than the window is wide.
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", model_.status.c_str());
   }
 
   void DrawPanels(float top, ImVec2 display, float bottom) {
@@ -427,17 +429,17 @@ class Viewer {
   }
 
   void DrawHelp() {
-    ImGui::SetNextWindowSize({560.0f * window_.ContentScale(), 0.0f}, ImGuiCond_Appearing);
+    ImGui::SetNextWindowSize({560.0f * window_.ContentScale(), 0.0f});  // As high as its text.
     if (ImGui::Begin("Help", &help_is_open_, ImGuiWindowFlags_NoSavedSettings)) {
       if (ImGui::BeginTable("keys", 2)) {
         ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed);
         ImGui::TableSetupColumn("what they do", ImGuiTableColumnFlags_WidthStretch);
         for (const auto& row : kHelp) {
           ImGui::TableNextRow();
-          for (const char* text : row) {
-            ImGui::TableNextColumn();
-            ImGui::TextWrapped("%s", text);
-          }
+          ImGui::TableNextColumn();
+          ImGui::TextUnformatted(row[0]);
+          ImGui::TableNextColumn();
+          ImGui::TextWrapped("%s", row[1]);
         }
         ImGui::EndTable();
       }
