@@ -137,9 +137,8 @@ class ViewWindow : public testing::Test {
     WriteState("[]");
   }
 
-  static std::string Coarse() {
-    return " --cache " + (*shared_ / "cache").string() +
-           " --set prepare.patch_size_m=4 --set prepare.rays=16";
+  static std::string Coarse(const fs::path& cache = *shared_ / "cache") {
+    return " --cache " + cache.string() + " --set prepare.patch_size_m=4 --set prepare.rays=16";
   }
   static std::string Settings() {
     return Coarse() +
@@ -440,8 +439,8 @@ TEST_F(ViewWindow, OpensAsItWasLeft) {
 }
 
 TEST_F(ViewWindow, ClosesWhileASiteIsPrepared) {
-  const auto view =
-      Open(Command(Site().string() + " --as-new --cache " + (folder_ / "cache").string()));
+  const auto view = Open(Command(Site().string() + Coarse(folder_ / "cache") + " --as-new"));
+  ASSERT_EQ(view->Title(), "pleinair");  // Before the first frame.
   const std::string state = ContentOf(StateFile());
   view->Press("ctrl+q");
   EXPECT_EQ(view->ExitCode(), 0) << Log();
