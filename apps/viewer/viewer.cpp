@@ -337,7 +337,7 @@ class Viewer {
     constexpr ImGuiWindowFlags kBar = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                                       ImGuiWindowFlags_NoSavedSettings |
                                       ImGuiWindowFlags_NoBringToFrontOnFocus;
-    ImGui::Begin("playback", nullptr, kBar);
+    ImGui::Begin("playback", nullptr, kBar | KeysOfPanels());
     ViewRequest& request = model_.request;
     const char* play = request.is_playing ? (IsLive() ? "Freeze" : "Pause") : "Play";
     if (ImGui::Button(play)) request.is_playing = !request.is_playing;
@@ -422,7 +422,8 @@ class Viewer {
       ImGui::SetNextWindowSize({ColumnWidth(), height});
       ++placed;
       bool stays_open = true;
-      if (ImGui::Begin(Panels()[i].name, &stays_open, kTiled)) Panels()[i].draw(model_);
+      if (ImGui::Begin(Panels()[i].name, &stays_open, kTiled | KeysOfPanels()))
+        Panels()[i].draw(model_);
       ImGui::End();
       is_open_[i] = stays_open;
     }
@@ -471,6 +472,11 @@ class Viewer {
     if (panel >= 0 && panel < static_cast<int>(is_open_.size())) is_open_[panel].flip();
     if (key == GLFW_KEY_F10) GiveKeysToPanels(!panels_have_keys_);
     if (key == GLFW_KEY_F12 && model_.Result() != nullptr) TakeSnapshot();
+  }
+
+  // Else Tab would begin to edit the text of a slider, and no key would come through.
+  ImGuiWindowFlags KeysOfPanels() const {
+    return panels_have_keys_ ? ImGuiWindowFlags_None : ImGuiWindowFlags_NoNavInputs;
   }
 
   // Dear ImGui moves through panels by the keys that also move objects and frames: one at a time.

@@ -250,6 +250,10 @@ TEST_F(ViewWindow, GoesThroughFramesByKeys) {
                                    std::pair{"Home", 0}}) {
     EXPECT_TRUE(view->Hold(key, fmt::format("frame {}", frame)));
   }
+  view->Do("keydown Tab");  // Selects the one object again, and takes no keys away.
+  EXPECT_TRUE(view->Hold("Right", "frame 1"));
+  view->Do("keyup Tab");
+  EXPECT_TRUE(view->Hold("Home", "frame 0"));
   view->Press("l End");  // It does not loop: the last frame stays.
   ASSERT_TRUE(view->AwaitTitle("frame 5"));
   view->Press("Right Left");
