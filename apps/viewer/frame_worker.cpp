@@ -208,8 +208,8 @@ class FrameWorker::Viewing {
     if (request.is_recording != done_.is_recording) {
       Try([&] { source_.Record(request.is_recording); });
     }
-    const bool is_other_session = request.settings_changes != done_.settings_changes;
-    if (is_other_session) Try([&] { ApplySettingsOf(request); });
+    const bool is_other_session = request.settings_changes != done_.settings_changes &&
+                                  Try([&] { ApplySettingsOf(request); });
     if (request.edits != done_.edits || is_other_session) {
       Try([&] { session_->SetObjects(request.objects); });
     }
@@ -362,16 +362,18 @@ class FrameWorker::Viewing {
     Load(options);
   }
 
-  // What fails is a note, and all goes on as it was.
+  // Whether it did not fail. What fails is a note, and all goes on as it was.
   template <typename Step>
-  void Try(const Step& step) {
+  bool Try(const Step& step) {
     try {
       step();
+      return true;
     } catch (const std::exception& error) {
       worker_.Tell([&](WorkerNews& news) {
         news.stage.clear();
         news.notes.emplace_back(error.what());
       });
+      return false;
     }
   }
 

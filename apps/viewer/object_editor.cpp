@@ -94,17 +94,24 @@ void ObjectEditor::BeginDrag() {
 
 void ObjectEditor::EndDrag() { is_dragging_ = false; }
 
-std::string ObjectEditor::RestAt(const Camera& camera, const glm::dvec2& pixel) {
-  if (!now_.selected) return {};
+tl::expected<glm::dmat4, std::string> ObjectEditor::RestingAt(const VirtualObjectEntry& object,
+                                                              const Camera& camera,
+                                                              const glm::dvec2& pixel) const {
   const Mesh& mesh = site_->loaded->site.model.mesh;
   const auto point = SurfaceAt(site_->caster, mesh, camera, pixel);
-  if (!point) return kNoSurface;
-  const VirtualObjectEntry& object = now_.objects[*now_.selected];
+  if (!point) return tl::unexpected(kNoSurface);
   const auto resting =
       RestOn(ShapeOf(object.mesh).placeable, object.world_from_object, *point, site_->caster, mesh);
-  if (!resting) return kNoRoom;
+  if (!resting) return tl::unexpected(kNoRoom);
+  return resting->world_from_object;
+}
+
+std::string ObjectEditor::RestAt(const Camera& camera, const glm::dvec2& pixel) {
+  if (!now_.selected) return {};
+  const auto pose = RestingAt(now_.objects[*now_.selected], camera, pixel);
+  if (!pose) return pose.error();
   Remember();
-  SelectedPose() = resting->world_from_object;
+  SelectedPose() = *pose;
   return {};
 }
 
@@ -179,22 +186,14 @@ void ObjectEditor::Delete() {
 std::string ObjectEditor::Add(const std::filesystem::path& mesh,
                               const Camera& camera,
                               const glm::dvec2& pixel) {
-  const std::filesystem::path file = std::filesystem::absolute(mesh);
-  ShapeOf(file);
-  const State before = now_;
-  const std::int64_t edits = edits_;
+  VirtualObjectEntry added{std::filesystem::absolute(mesh), glm::dmat4(1.0)};
+  const auto pose = RestingAt(added, camera, pixel);
+  if (!pose) return pose.error();
+  added.world_from_object = *pose;
   Remember();
-  now_.objects.push_back({file, glm::dmat4(1.0)});
+  now_.objects.push_back(std::move(added));
   now_.selected = now_.objects.size() - 1;
-  BeginDrag();
-  drag_is_remembered_ = true;
-  std::string fault = RestAt(camera, pixel);
-  EndDrag();
-  if (fault.empty()) return fault;
-  now_ = before;
-  edits_ = edits;
-  undone_to_.pop_back();
-  return fault;
+  return {};
 }
 
 void ObjectEditor::Undo() {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <glm/vec2.hpp>
+#include <tl/expected.hpp>
 
 #include "apps/viewer/frame_worker.h"
 #include "objects/object_placement.h"
@@ -74,6 +75,10 @@ class ObjectEditor {
   };
 
   const Shape& ShapeOf(const std::filesystem::path& mesh) const;
+  // The pose of `object` at rest on what the pixel shows, or what keeps it from there, in a line.
+  tl::expected<glm::dmat4, std::string> RestingAt(const VirtualObjectEntry& object,
+                                                  const Camera& camera,
+                                                  const glm::dvec2& pixel) const;
   // The state before an edit can be gone back to.
   void Remember();
   glm::dmat4& SelectedPose() { return now_.objects[*now_.selected].world_from_object; }

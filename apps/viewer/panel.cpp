@@ -13,12 +13,12 @@ constexpr std::array kPanels = {
     PanelDefinition{
         "Histogram", "The camera's code values, and clipping", false, DrawHistogramPanel},
     PanelDefinition{"Environment", "The relit environment map", false, DrawEnvironmentPanel},
-    PanelDefinition{
-        "Daylight", "Windows, and samples of the sky through them", false, DrawDaylightPanel},
     PanelDefinition{"Events", "What happened, and what was assumed", false, DrawEventsPanel},
+    PanelDefinition{"Settings", "Exposure, and every setting of a run", false, DrawSettingsPanel},
     PanelDefinition{
         "Tools", "Objects, the mask of samples, the camera's pose", false, DrawToolsPanel},
-    PanelDefinition{"Settings", "Exposure, and every setting of a run", false, DrawSettingsPanel},
+    PanelDefinition{
+        "Daylight", "Windows, and samples of the sky through them", false, DrawDaylightPanel},
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ struct PanelDefinition {
   void (*draw)(ViewModel& model);  // Inside of its window.
 };
 
-// In the order of their keys: F2 opens and closes the first.
+// In the order of their keys, F2 to F9 and F11; those that follow have none.
 std::span<const PanelDefinition> Panels();
 
 // panels/, a file each.

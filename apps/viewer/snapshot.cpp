@@ -134,9 +134,10 @@ std::filesystem::path WriteSnapshot(const ViewedSite& site,
   if (!frame.Succeeded()) throw std::runtime_error("snapshot: expected a frame that succeeded");
   const std::filesystem::path folder = FreeFolder(out, frame.Time());
   const std::filesystem::path partial = folder.string() + ".part";
-  std::filesystem::remove_all(partial);
-  std::filesystem::create_directories(partial);
   try {
+    std::filesystem::create_directories(out);
+    std::filesystem::remove_all(partial);
+    std::filesystem::create_directory(partial);
     Fill(site, frame, choices, partial);
     std::filesystem::rename(partial, folder);
   } catch (const std::exception& error) {

@@ -47,8 +47,8 @@ constexpr const char* kHelp[][2] = {
     {"Ctrl+S", "save objects to the site"},
     {"T", "the next tool: objects, mask, camera's pose"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
-    {"F2 ... F11", "panels"},
-    {"Alt", "menu; arrows and Enter move in it"},
+    {"F2 ... F9, F11", "panels; the last one by the menu"},
+    {"F10", "keys go to the panels: arrows, Enter, Ctrl+Tab; Escape: back to the picture"},
     {"F12", "snapshot: the picture, and all that is needed to run it again"},
     {"Ctrl+R", "record a camera's pictures"},
     {"[, ]", "exposure shown, by a third of a stop"},
@@ -323,13 +323,14 @@ class Viewer {
     }
     if (ImGui::BeginMenu("Panels")) {
       for (std::size_t i = 0; i < is_open_.size(); ++i) {
-        const std::string key = fmt::format("F{}", i + 2);
+        const std::string key = i < 8 ? fmt::format("F{}", i + 2) : i == 8 ? "F11" : "";
         if (ImGui::MenuItem(Panels()[i].name, key.c_str(), is_open_[i])) is_open_[i] = !is_open_[i];
         if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", Panels()[i].help);
       }
       ImGui::EndMenu();
     }
     if (ImGui::MenuItem("Help", "F1", help_is_open_)) help_is_open_ = !help_is_open_;
+    if (panels_have_keys_) ImGui::TextUnformatted("keys go to the panels (Escape: back)");
     if (model_.request.overlay) ImGui::TextDisabled("%s", Overlays()[*model_.request.overlay].help);
     ImGui::EndMainMenuBar();
   }
@@ -340,7 +341,7 @@ class Viewer {
     constexpr ImGuiWindowFlags kBar = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                                       ImGuiWindowFlags_NoSavedSettings |
                                       ImGuiWindowFlags_NoBringToFrontOnFocus;
-    ImGui::Begin("playback", nullptr, kBar);
+    ImGui::Begin("playback", nullptr, kBar | KeysOfPanels());
     ViewRequest& request = model_.request;
     const char* play = request.is_playing ? (IsLive() ? "Freeze" : "Pause") : "Play";
     if (ImGui::Button(play)) request.is_playing = !request.is_playing;
@@ -402,6 +403,8 @@ class Viewer {
     if (model_.status.empty()) return;
     ImGui::SameLine();
     ImGui::TextColored({1.0f, 0.75f, 0.35f, 1.0f}, "  %s", model_.status.c_str());
+    // It may be longer than the window is wide.
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", model_.status.c_str());
   }
 
   void DrawPanels(float top, ImVec2 display, float bottom) {
@@ -423,24 +426,25 @@ class Viewer {
       ImGui::SetNextWindowSize({ColumnWidth(), height});
       ++placed;
       bool stays_open = true;
-      if (ImGui::Begin(Panels()[i].name, &stays_open, kTiled)) Panels()[i].draw(model_);
+      if (ImGui::Begin(Panels()[i].name, &stays_open, kTiled | KeysOfPanels()))
+        Panels()[i].draw(model_);
       ImGui::End();
       is_open_[i] = stays_open;
     }
   }
 
   void DrawHelp() {
-    ImGui::SetNextWindowSize({560.0f * window_.ContentScale(), 0.0f}, ImGuiCond_Appearing);
+    ImGui::SetNextWindowSize({560.0f * window_.ContentScale(), 0.0f});  // As high as its text.
     if (ImGui::Begin("Help", &help_is_open_, ImGuiWindowFlags_NoSavedSettings)) {
       if (ImGui::BeginTable("keys", 2)) {
         ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed);
         ImGui::TableSetupColumn("what they do", ImGuiTableColumnFlags_WidthStretch);
         for (const auto& row : kHelp) {
           ImGui::TableNextRow();
-          for (const char* text : row) {
-            ImGui::TableNextColumn();
-            ImGui::TextWrapped("%s", text);
-          }
+          ImGui::TableNextColumn();
+          ImGui::TextUnformatted(row[0]);
+          ImGui::TableNextColumn();
+          ImGui::TextWrapped("%s", row[1]);
         }
         ImGui::EndTable();
       }
@@ -457,21 +461,40 @@ class Viewer {
         TakeOverlayKey(press.key);
       } else if (press.ctrl) {
         TakeCommandKey(press);
-      } else if (!ImGui::GetIO().NavVisible) {
-        // Else panels are moved through by keys, and use these.
+      } else if (!panels_have_keys_) {
         TakePlaybackKey(press.key);
         if (model_.editor) TakeObjectKey(press);
       } else if (press.key == GLFW_KEY_ESCAPE) {
-        ImGui::SetWindowFocus(nullptr);
+        GiveKeysToPanels(false);
       }
     }
   }
 
   void TakeFunctionKey(int key) {
     if (key == GLFW_KEY_F1) help_is_open_ = !help_is_open_;
-    const int panel = key - GLFW_KEY_F2;
+    const int panel = key == GLFW_KEY_F11 ? 8 : key == GLFW_KEY_F10 ? -1 : key - GLFW_KEY_F2;
     if (panel >= 0 && panel < static_cast<int>(is_open_.size())) is_open_[panel].flip();
+    if (key == GLFW_KEY_F10) GiveKeysToPanels(!panels_have_keys_);
     if (key == GLFW_KEY_F12 && model_.Result() != nullptr) TakeSnapshot();
+  }
+
+  // Else Tab would begin to edit the text of a slider, and no key would come through.
+  ImGuiWindowFlags KeysOfPanels() const {
+    return panels_have_keys_ ? ImGuiWindowFlags_None : ImGuiWindowFlags_NoNavInputs;
+  }
+
+  // Dear ImGui moves through panels by the keys that also move objects and frames: one at a time.
+  void GiveKeysToPanels(bool gives) {
+    panels_have_keys_ = gives && PanelColumns() > 0;
+    ImGuiConfigFlags& flags = ImGui::GetIO().ConfigFlags;
+    if (!panels_have_keys_) {
+      flags &= ~ImGuiConfigFlags_NavEnableKeyboard;
+      ImGui::SetWindowFocus(nullptr);
+      return;
+    }
+    flags |= ImGuiConfigFlags_NavEnableKeyboard;
+    const auto first = std::find(is_open_.begin(), is_open_.end(), true) - is_open_.begin();
+    ImGui::SetWindowFocus(Panels()[static_cast<std::size_t>(first)].name);
   }
 
   void TakeOverlayKey(int key) {
@@ -629,10 +652,11 @@ class Viewer {
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 pixel = PointerPixel();
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !io.WantCaptureMouse) {
-      if (const auto object = editor.ObjectAt(*ShownCamera(), pixel)) {
+      const glm::dvec2 pressed_at = picture_.Place().ToPixel(window_.PressedAt());
+      if (const auto object = editor.ObjectAt(*ShownCamera(), pressed_at)) {
         editor.Select(object);
         editor.BeginDrag();
-        pressed_at_ = pixel;
+        pressed_at_ = pressed_at;
         model_.request.is_dragging = false;
       }
     }
@@ -640,16 +664,21 @@ class Viewer {
       constexpr double kLeastDragPx = 2.0;
       if (model_.request.is_dragging || glm::distance(pixel, *pressed_at_) > kLeastDragPx) {
         model_.request.is_dragging = true;
-        if (pixel != dragged_to_) model_.status = editor.RestAt(*ShownCamera(), pixel);
-        dragged_to_ = pixel;
+        DragTo(pixel);
       }
     } else if (pressed_at_) {
       pressed_at_.reset();
+      if (model_.request.is_dragging) DragTo(picture_.Place().ToPixel(window_.ReleasedAt()));
       editor.EndDrag();
       if (model_.request.is_dragging) drag_end_ = SteadyClock::now();
       model_.request.is_dragging = false;
     }
     if (io.MouseWheel != 0.0f && !io.WantCaptureMouse) TurnWheel(io.MouseWheel);
+  }
+
+  void DragTo(const glm::dvec2& pixel) {
+    if (pixel != dragged_to_) model_.status = model_.editor->RestAt(*ShownCamera(), pixel);
+    dragged_to_ = pixel;
   }
 
   void TurnWheel(double notches) {
@@ -674,7 +703,7 @@ class Viewer {
       try {
         model_.status = model_.editor->Add(file, *ShownCamera(), picture_.Place().ToPixel(drop.at));
       } catch (const std::exception& error) {
-        model_.status = error.what();
+        Warn(error.what());
       }
     }
   }
@@ -684,13 +713,19 @@ class Viewer {
       model_.status = model_.editor->Nudge(*camera, step_px);
   }
 
+  // In the window, and in the log of whoever has started it.
+  void Warn(const std::string& fault) {
+    model_.status = fault;
+    spdlog::warn("{}", fault);
+  }
+
   void Save() {
     try {
       model_.editor->Save();
       model_.status = "objects saved to " + model_.site->loaded->sequence.file.string();
       ShowTitle();
     } catch (const std::exception& error) {
-      model_.status = error.what();
+      Warn(error.what());
     }
   }
 
@@ -716,7 +751,7 @@ class Viewer {
                         options_.out)
               .string();
     } catch (const std::exception& error) {
-      model_.status = error.what();
+      Warn(error.what());
     }
   }
 
@@ -761,6 +796,7 @@ class Viewer {
   PictureView picture_;
   std::vector<bool> is_open_;  // By panel.
   bool help_is_open_ = false;
+  bool panels_have_keys_ = false;
   int pending_pictures_ = 1;
   SteadyClock::time_point drawn_{};  // The last picture.
   std::int64_t editor_edits_ = 0;

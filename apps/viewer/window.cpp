@@ -32,11 +32,9 @@ std::string& LastGlfwError() {
 }
 
 void SetUpStyle(float scale) {
-  ImGuiIO& io = ImGui::GetIO();
-  io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
   ImFontConfig font;
   font.SizePixels = std::round(kFontSizePx * scale);
-  io.Fonts->AddFontDefault(&font);
+  ImGui::GetIO().Fonts->AddFontDefault(&font);
   ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();
   style.WindowRounding = 4.0f;
@@ -87,10 +85,15 @@ ViewWindow::ViewWindow(const std::string& title,
                              (mods & GLFW_MOD_SHIFT) != 0});
   });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { Self(w).has_input_ = true; });
-  glfwSetMouseButtonCallback(window_,
-                             [](GLFWwindow* w, int, int, int) { Self(w).has_input_ = true; });
-  glfwSetCursorPosCallback(window_,
-                           [](GLFWwindow* w, double, double) { Self(w).has_input_ = true; });
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
+    Self(w).has_input_ = true;
+    if (button != GLFW_MOUSE_BUTTON_LEFT) return;
+    (action == GLFW_PRESS ? Self(w).pressed_at_ : Self(w).released_at_) = Self(w).pointer_;
+  });
+  glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
+    Self(w).has_input_ = true;
+    Self(w).pointer_ = {x, y};
+  });
   glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { Self(w).has_input_ = true; });
   glfwSetFramebufferSizeCallback(window_,
                                  [](GLFWwindow* w, int, int) { Self(w).has_input_ = true; });

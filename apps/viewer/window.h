@@ -80,6 +80,10 @@ class ViewWindow {
     bool shift = false;
   };
   std::vector<KeyPress> TakeKeys();
+  // Where the pointer's left button was last pressed and released: by the time that anyone looks,
+  // the pointer may be elsewhere.
+  const glm::dvec2& PressedAt() const { return pressed_at_; }
+  const glm::dvec2& ReleasedAt() const { return released_at_; }
   // Files that were dropped on it since the last call, and where.
   struct Drop {
     std::vector<std::filesystem::path> files;
@@ -105,6 +109,9 @@ class ViewWindow {
   float content_scale_ = 1.0f;
   bool has_input_ = true;
   std::vector<KeyPress> keys_;
+  glm::dvec2 pointer_{0.0};
+  glm::dvec2 pressed_at_{0.0};
+  glm::dvec2 released_at_{0.0};
   Drop drop_;
 };
 

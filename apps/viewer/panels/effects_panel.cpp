@@ -29,9 +29,9 @@ void DrawEffectsPanel(ViewModel& model) {
   constexpr std::array kSwitches = {"off", "plan", "on"};
   const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp;
   if (ImGui::BeginTable("effects", 5, flags)) {
-    ImGui::TableSetupColumn("effect", ImGuiTableColumnFlags_WidthStretch, 2.8f);
+    ImGui::TableSetupColumn("effect", ImGuiTableColumnFlags_WidthStretch, 2.6f);
     ImGui::TableSetupColumn("asked", ImGuiTableColumnFlags_WidthStretch, 1.2f);
-    ImGui::TableSetupColumn("fate", ImGuiTableColumnFlags_WidthStretch, 1.2f);
+    ImGui::TableSetupColumn("fate", ImGuiTableColumnFlags_WidthStretch, 1.4f);
     ImGui::TableSetupColumn("bound", ImGuiTableColumnFlags_WidthStretch, 1.0f);
     ImGui::TableSetupColumn("ms", ImGuiTableColumnFlags_WidthStretch, 0.8f);
     ImGui::TableHeadersRow();

@@ -23,7 +23,7 @@ void DrawObjectsPanel(ViewModel& model) {
   }
   if (editor.Objects().empty()) ImGui::TextDisabled("none: drop a glTF or OBJ file on the picture");
   std::string& file = model.typed_mesh;
-  ImGui::SetNextItemWidth(-60.0f);
+  ImGui::SetNextItemWidth(-4.0f * ImGui::GetFontSize());
   const bool is_entered = ImGui::InputTextWithHint(
       "##file", "path of a mesh file", &file, ImGuiInputTextFlags_EnterReturnsTrue);
   ImGui::SameLine();

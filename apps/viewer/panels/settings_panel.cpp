@@ -19,20 +19,24 @@ bool Matches(const Setting& setting, const std::string& filter) {
 }  // namespace
 
 void DrawSettingsPanel(ViewModel& model) {
+  constexpr float kValueWidth = 0.38f;  // Of the panel's; names are beside it.
   ImGui::SetNextItemWidth(-1.0f);
   ImGui::InputTextWithHint("##filter", "search", &model.settings_filter);
   auto exposure = static_cast<float>(model.request.exposure_stops);
+  ImGui::SetNextItemWidth(kValueWidth * ImGui::GetContentRegionAvail().x);
   if (ImGui::SliderFloat("exposure shown, stops", &exposure, -6.0f, 6.0f, "%.1f")) {
     model.request.exposure_stops = exposure;
   }
+  ImGui::PushTextWrapPos();
   ImGui::TextDisabled("Enter applies; what depends on a changed setting is computed again");
+  ImGui::PopTextWrapPos();
   ImGui::BeginChild("list");
   bool is_changed = false;
   for (const Setting& setting : Settings()) {
     if (!Matches(setting, model.settings_filter)) continue;
     ImGui::PushID(setting.name.c_str());
     std::string& text = model.typed_settings[setting.name];
-    ImGui::SetNextItemWidth(0.38f * ImGui::GetContentRegionAvail().x);
+    ImGui::SetNextItemWidth(kValueWidth * ImGui::GetContentRegionAvail().x);
     is_changed |= ImGui::InputTextWithHint(
         "##value", setting.standard.c_str(), &text, ImGuiInputTextFlags_EnterReturnsTrue);
     ImGui::SameLine();

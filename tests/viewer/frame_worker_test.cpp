@@ -1,0 +1,258 @@
+// The window's frames, without the window.
+#include "apps/viewer/frame_worker.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "apps/viewer/overlay.h"
+#include "session/sequence_session.h"
+#include "tests/viewer/coarse_courtyard.h"
+#include "tests/viewer/worker_driver.h"
+
+namespace pleinair::frame_worker_test {
+namespace {
+
+using testing::HasSubstr;
+
+std::size_t OverlayNamed(const std::string& name) {
+  for (std::size_t i = 0; i < Overlays().size(); ++i) {
+    if (name == Overlays()[i].name) return i;
+  }
+  throw std::invalid_argument(name);
+}
+
+class Worker : public testing::Test {
+ protected:
+  CourtyardCopy copy_;
+};
+
+TEST_F(Worker, ShowsWhatASessionGives) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  EXPECT_EQ(driver.site->frames, 6);
+  EXPECT_FALSE(driver.site->is_live);
+  EXPECT_EQ(driver.frame->Index(), 0);
+  EXPECT_TRUE(driver.frame->is_complete);
+  SequenceSession session(CoarseOptions(copy_.Path()));
+  const SessionStep step = session.Next().value();
+  EXPECT_TRUE(driver.frame->shown.pixels == session.Show(step).pixels);
+}
+
+TEST_F(Worker, SeeksBackAndForth) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  for (const int index : {4, 1, 5}) {
+    driver.request.seek_frame = index;
+    ++driver.request.seeks;
+    ASSERT_TRUE(
+        driver.ReachFrame([&](const ViewedFrame& frame) { return frame.Index() == index; }));
+    EXPECT_TRUE(driver.frame->Succeeded());
+  }
+  EXPECT_THAT(driver.shown, testing::ElementsAre(0, 4, 1, 5));
+}
+
+TEST_F(Worker, PlaysInOrderAndAroundOnlyWhereItLoops) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  driver.request.is_playing = true;
+  driver.request.loops = false;
+  driver.request.frames_per_second = 240.0;
+  ASSERT_TRUE(driver.Reach([&] { return driver.lights.size() >= 6; }));
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.Index() == 5; }));
+  std::vector<int> lit;
+  for (const LightPoint& light : driver.lights) lit.push_back(light.frame);
+  EXPECT_THAT(lit, testing::ElementsAre(0, 1, 2, 3, 4, 5));
+  // The sun is clear in frame 0 and behind cloud in frame 2.
+  EXPECT_GT(driver.lights[0].sun_rgb.y, 10.0 * driver.lights[2].sun_rgb.y);
+  EXPECT_TRUE(driver.lights[0].has_stddev);
+  driver.request.loops = true;
+  EXPECT_TRUE(driver.Reach([&] { return driver.lights.size() >= 8; }));
+  EXPECT_EQ(driver.lights[6].frame, 0);
+}
+
+TEST_F(Worker, AnEditDrawsTheSameFrameAgain) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  const Rgb8Image first = driver.frame->shown;
+  const glm::dmat4 pose = driver.request.objects.at(0).world_from_object;
+  driver.request.objects[0].world_from_object =
+      glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.0, 0.0)) * pose;
+  const std::int64_t edits = ++driver.request.edits;
+  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.edits == edits; }));
+  EXPECT_FALSE(driver.frame->shown.pixels == first.pixels);
+  EXPECT_EQ(driver.frame->Index(), 0);
+  EXPECT_EQ(driver.lights.size(), 1u);  // It is not estimated again.
+  driver.request.objects[0].world_from_object = pose;
+  ++driver.request.edits;
+  ASSERT_TRUE(
+      driver.ReachFrame([&](const ViewedFrame& frame) { return frame.edits == edits + 1; }));
+  EXPECT_TRUE(driver.frame->shown.pixels == first.pixels);
+}
+
+TEST_F(Worker, ADraggedObjectsPicturesAreFollowedByACompleteOne) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  driver.request.is_dragging = true;
+  ++driver.request.edits;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.is_complete; }));
+  driver.request.is_dragging = false;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.is_complete; }));
+  EXPECT_EQ(driver.frame->edits, driver.request.edits);
+}
+
+TEST_F(Worker, AnObjectThatCannotBeReadIsANote) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  const Rgb8Image before = driver.frame->shown;
+  driver.request.objects.push_back({copy_ / "none.obj", glm::dmat4(1.0)});
+  const std::int64_t edits = ++driver.request.edits;
+  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.edits == edits; }));
+  EXPECT_THAT(driver.notes, testing::Contains(HasSubstr("none.obj")));
+  EXPECT_TRUE(driver.frame->shown.pixels == before.pixels);
+  EXPECT_EQ(driver.failure, "");
+}
+
+TEST_F(Worker, ASettingThatDoesNotHoldIsANoteAndAllGoesOn) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  const Rgb8Image before = driver.frame->shown;
+  for (const char* setting :
+       {"light.samples=many", "no.such.setting=1", "light.samples", "source=fisheye"}) {
+    driver.request.settings = {setting};
+    ++driver.request.settings_changes;
+    const std::size_t notes = driver.notes.size();
+    ASSERT_TRUE(driver.Reach([&] { return driver.notes.size() > notes; })) << setting;
+    EXPECT_EQ(driver.notes.back().find('\n'), std::string::npos) << driver.notes.back();
+  }
+  EXPECT_EQ(driver.frame->number, 1);
+  driver.request.is_dragging = true;  // Drawn by the session that there was.
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.is_complete; }));
+  driver.request.is_dragging = false;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.is_complete; }));
+  EXPECT_EQ(driver.sites, 1);
+  EXPECT_TRUE(driver.frame->shown.pixels == before.pixels);
+  EXPECT_EQ(driver.failure, "");
+}
+
+TEST_F(Worker, ASettingIsAppliedToTheFrameThatIsShown) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  driver.request.seek_frame = 3;
+  ++driver.request.seeks;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.Index() == 3; }));
+  const Rgb8Image before = driver.frame->shown;
+  const std::int64_t number = driver.frame->number;
+  driver.request.settings = {"weather=overcast"};
+  ++driver.request.settings_changes;
+  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.number > number; }))
+      << testing::PrintToString(driver.notes);
+  EXPECT_EQ(driver.frame->Index(), 3);
+  EXPECT_EQ(driver.sites, 2);
+  EXPECT_FALSE(driver.frame->shown.pixels == before.pixels);
+}
+
+TEST_F(Worker, WhatPanelsAskForComesAlong) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  EXPECT_TRUE(driver.frame->overlay.Empty());
+  EXPECT_FALSE(driver.frame->histogram);
+  EXPECT_FALSE(driver.frame->environment);
+  driver.request.wants_histogram = true;
+  driver.request.wants_environment = true;
+  driver.request.wants_probes = true;
+  driver.request.overlay = OverlayNamed("normals");
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.overlay.Empty(); }));
+  const PictureHistogram& histogram = driver.frame->histogram.value();
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    int pixels = 0;
+    for (const auto& code : histogram.counts) pixels += code[channel];
+    EXPECT_EQ(pixels, 480 * 360);
+  }
+  EXPECT_EQ(histogram.pixels, 480 * 360);
+  EXPECT_EQ(driver.frame->environment.value().width, 2 * driver.frame->environment->height);
+  EXPECT_EQ(driver.frame->balls.size(), driver.request.objects.size());
+  // The paving in the foreground faces up; the first row is sky.
+  EXPECT_EQ(driver.frame->overlay.At(240, 340), glm::u8vec4(128, 128, 255, 255));
+  EXPECT_EQ(driver.frame->overlay.At(240, 0), kNoColour);
+  EXPECT_EQ(driver.lights.size(), 1u);  // Nothing of it is estimated again.
+}
+
+TEST_F(Worker, EachOverlayHasThePicturesSize) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  std::set<std::vector<std::uint8_t>> pictures;
+  for (std::size_t i = 0; i < Overlays().size(); ++i) {
+    SCOPED_TRACE(Overlays()[i].name);
+    driver.request.overlay = i;
+    const std::int64_t number = driver.frame->number;
+    ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.number > number; }));
+    const Rgba8Image& overlay = driver.frame->overlay;
+    EXPECT_EQ(overlay.width, driver.frame->shown.width);
+    EXPECT_EQ(overlay.height, driver.frame->shown.height);
+    std::vector<std::uint8_t> bytes;
+    for (const glm::u8vec4& pixel : overlay.pixels) {
+      for (int c = 0; c < 4; ++c) bytes.push_back(pixel[c]);
+    }
+    EXPECT_TRUE(pictures.insert(bytes).second);
+  }
+}
+
+TEST_F(Worker, ExposureChangesWhatIsShownAlone) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  const auto mean = [&] {
+    double sum = 0.0;
+    for (const glm::u8vec3& pixel : driver.frame->shown.pixels) sum += pixel.x + pixel.y + pixel.z;
+    return sum;
+  };
+  const double before = mean();
+  driver.request.exposure_stops = -2.0;
+  const std::int64_t number = driver.frame->number;
+  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.number > number; }));
+  EXPECT_LT(mean(), 0.75 * before);
+  EXPECT_EQ(driver.lights.size(), 1u);
+}
+
+TEST_F(Worker, AFrameThatCannotBeReadIsShownAsFailed) {
+  std::filesystem::remove(copy_ / "frames/000001.exr");
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  driver.request.seek_frame = 1;
+  ++driver.request.seeks;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.Index() == 1; }));
+  EXPECT_FALSE(driver.frame->Succeeded());
+  ASSERT_TRUE(driver.Reach([&] { return driver.lights.size() == 2; }));
+  EXPECT_TRUE(driver.lights[1].failed);
+  driver.request.seek_frame = 2;
+  ++driver.request.seeks;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.Index() == 2; }));
+  EXPECT_TRUE(driver.frame->Succeeded());
+}
+
+TEST_F(Worker, ASequenceThatIsMissingIsAFailureOfOneLine) {
+  WorkerDriver driver(CoarseOptions(copy_ / "none"));
+  ASSERT_TRUE(driver.Reach([&] { return !driver.failure.empty(); }));
+  EXPECT_THAT(driver.failure, HasSubstr("none"));
+  EXPECT_EQ(driver.failure.find('\n'), std::string::npos);
+  EXPECT_FALSE(driver.site);
+}
+
+// The window may be closed at any time: while it prepares, and before it has asked for anything.
+TEST_F(Worker, EndsWhileItPrepares) {
+  const TemporaryFolder empty_cache;
+  ViewCommandOptions options = CoarseOptions(copy_.Path());
+  options.cache = empty_cache.Path();
+  {
+    WorkerDriver driver(options);
+    EXPECT_TRUE(driver.Reach([&] { return !driver.stages.empty(); }));
+    EXPECT_FALSE(driver.site);
+  }
+  const WorkerDriver at_once(options);
+}
+
+}  // namespace
+}  // namespace pleinair::frame_worker_test
