@@ -98,8 +98,7 @@ Json JsonOf(const FrameEntry& frame) {
 }
 
 Json JsonOf(const VirtualObjectEntry& object) {
-  return {{"mesh", object.mesh.string()},
-          {"world_from_object", JsonOf(object.world_from_object)}};
+  return {{"mesh", object.mesh.string()}, {"world_from_object", JsonOf(object.world_from_object)}};
 }
 
 Json JsonOf(const Sequence& sequence) {

@@ -30,6 +30,9 @@ using SteadyClock = std::chrono::steady_clock;
 // Of a dragged object's pictures, on its light: what is left of 50 ms beside drawing.
 constexpr double kDragBudgetMs = 20.0;
 
+// Thrown out of a preparation that nobody waits for any more.
+struct Ending {};
+
 PictureHistogram HistogramOf(const Rgb8Image& picture) {
   PictureHistogram histogram;
   histogram.pixels = static_cast<int>(picture.pixels.size());
@@ -64,6 +67,17 @@ LightPoint LightPointOf(const SessionStep& step) {
 }
 
 }  // namespace
+
+// A camera's frames go on where sessions change.
+class SharedFrames final : public FrameSource {
+ public:
+  explicit SharedFrames(FrameSource& frames) : frames_(frames) {}
+  std::optional<tl::expected<Frame, FrameError>> Next() override { return frames_.Next(); }
+  std::optional<int> Count() const override { return frames_.Count(); }
+
+ private:
+  FrameSource& frames_;
+};
 
 // Where frames come from: a sequence, files at a site, or a camera.
 class FrameWorker::Source {
@@ -100,13 +114,38 @@ class FrameWorker::Source {
   // In place of the sequence's own frames; null: those.
   std::unique_ptr<FrameSource> Frames(const Sequence& sequence, const SessionOptions& options) {
     if (IsLive()) {
-      return MakeLiveFrameSource(
+      live_frames_ = MakeLiveFrameSource(
           sequence, *capture_, events_, options.camera_noise, [this](const CameraFrame& frame) {
             if (recorder_) recorder_->Offer(frame);
           });
+      return std::make_unique<SharedFrames>(*live_frames_);
     }
     if (options_.input.empty()) return nullptr;
     return MakeFrameSourceAt(sequence, options_.input, options_.times, options.camera_noise);
+  }
+
+  // Throws std::invalid_argument where `options` asks for what a camera has not.
+  void RequireFor(const SessionOptions& options) const {
+    if (!IsLive()) return;
+    if (options.source == SourceKind::kFisheye) {
+      throw std::invalid_argument("source=fisheye: expected a recorded sequence, found a camera");
+    }
+    if (options.albedo == AlbedoSource::kSelfCalibrated) {
+      throw std::invalid_argument(
+          "albedo=self-calibrated: expected a recorded sequence, found a camera");
+    }
+  }
+
+  // A camera's next picture goes to the recorder alone. False at the end of the stream.
+  bool PassOver() { return live_frames_->Next().has_value(); }
+
+  bool IsRecording() const { return recorder_.has_value(); }
+  // Why a recording goes on no longer, one line; empty: it does.
+  std::string WhyRecordingStopped() const {
+    return recorder_ ? recorder_->Status().stopped : std::string();
+  }
+  void AddEvents(const std::vector<Event>& events) {
+    if (recorder_) recorder_->AddEvents(events);
   }
 
   // Throws as Recorder.
@@ -131,6 +170,7 @@ class FrameWorker::Source {
   EventLog& events_;
   std::optional<Sequence> site_;
   std::optional<CameraCapture> capture_;
+  std::unique_ptr<FrameSource> live_frames_;
   std::optional<Recorder> recorder_;
 };
 
@@ -142,7 +182,6 @@ class FrameWorker::Viewing {
       const std::lock_guard lock(worker_.mutex_);
       worker_.interrupt_ = [this] { source_.Stop(); };
     }
-    Load(worker_.options_);
   }
   ~Viewing() {
     const std::lock_guard lock(worker_.mutex_);
@@ -151,12 +190,19 @@ class FrameWorker::Viewing {
   Viewing(const Viewing&) = delete;
   Viewing& operator=(const Viewing&) = delete;
 
+  // Throws as LoadSequence, LoadSite and SequenceSession.
+  void Open() {
+    SessionOptions options = worker_.options_;
+    options.pipeline.sun_ahead = source_.IsLive();
+    Load(options);
+  }
+
   // Until the worker ends.
   void Run() {
     for (std::optional<ViewRequest> request = Wait(); request; request = Wait()) {
-      Carry(*request);
+      Try([&] { Carry(*request); });
       done_ = std::move(*request);
-      TellEvents();
+      ReportEvents();
     }
     Try([&] { source_.Record(false); });
   }
@@ -169,9 +215,19 @@ class FrameWorker::Viewing {
       if (worker_.is_ending_) return std::nullopt;
       const ViewRequest& request = *worker_.request_;
       if (IsChanged(request)) return request;
-      if (!request.is_playing || has_ended_) {
+      const bool takes_pictures = request.is_playing || source_.IsRecording();
+      if (source_.IsLive() && !has_ended_) {
+        if (takes_pictures) return request;
+        // Of a camera that is not looked at, events are reported all the same.
+        constexpr auto kEventInterval = std::chrono::milliseconds(200);
+        if (worker_.changed_.wait_for(lock, kEventInterval) == std::cv_status::timeout) {
+          lock.unlock();
+          ReportEvents();
+          lock.lock();
+        }
+      } else if (!request.is_playing || has_ended_) {
         worker_.changed_.wait(lock);
-      } else if (source_.IsLive() || SteadyClock::now() >= NextDue(request)) {
+      } else if (SteadyClock::now() >= NextDue(request)) {
         return request;
       } else {
         worker_.changed_.wait_until(lock, NextDue(request));
@@ -185,7 +241,7 @@ class FrameWorker::Viewing {
   }
 
   bool IsChanged(const ViewRequest& request) const {
-    return !frame_ || request.seeks != done_.seeks ||
+    return (!frame_ && !has_ended_) || request.seeks != done_.seeks ||
            request.settings_changes != done_.settings_changes || IsOtherPicture(request) ||
            IsShownOtherwise(request) || request.is_recording != done_.is_recording;
   }
@@ -207,6 +263,7 @@ class FrameWorker::Viewing {
   void Carry(const ViewRequest& request) {
     if (request.is_recording != done_.is_recording) {
       Try([&] { source_.Record(request.is_recording); });
+      ReportRecording();
     }
     const bool is_other_session = request.settings_changes != done_.settings_changes &&
                                   Try([&] { ApplySettingsOf(request); });
@@ -215,22 +272,53 @@ class FrameWorker::Viewing {
     }
     const bool is_due = request.is_playing && !has_ended_ &&
                         (source_.IsLive() || SteadyClock::now() >= NextDue(request));
-    if (!frame_ || is_other_session || request.seeks != done_.seeks || is_due) {
+    if (source_.IsLive() && !request.is_playing && frame_) {
+      if (is_other_session) {
+        LookAgain(request);
+      } else {
+        DrawAgain(request);
+      }
+      if (source_.IsRecording() && !source_.PassOver()) End();
+    } else if (!frame_ || is_other_session || IsSoughtBy(request) || is_due) {
       TakeFrame(request, is_other_session);
-    } else if (IsOtherPicture(request) && frame_->Succeeded()) {
+    } else {
+      DrawAgain(request);
+    }
+  }
+
+  bool IsSoughtBy(const ViewRequest& request) const {
+    return request.seeks != done_.seeks && !source_.IsLive();
+  }
+
+  // The frame that is shown, in a new session.
+  void LookAgain(const ViewRequest& request) {
+    if (!frame_->step.frame) return;
+    session_->SetEffects(EffectsFor(request));
+    Stopwatch watch;
+    SessionStep step = session_->Process(*frame_->step.frame);
+    Show(std::move(step), request, watch);
+  }
+
+  void DrawAgain(const ViewRequest& request) {
+    if (!frame_is_of_session_ || !frame_->Succeeded()) return;
+    Stopwatch watch;
+    if (IsOtherPicture(request)) {
       session_->SetEffects(EffectsFor(request));
-      Stopwatch watch;
       SessionStep step = session_->Redraw(frame_->step);
+      // The picture that there is stays.
+      if (!step.result) throw std::runtime_error(step.result.error().reason);
       Show(std::move(step), request, watch);
     } else if (IsShownOtherwise(request)) {
-      Stopwatch watch;
       Show(frame_->step, request, watch);
     }
   }
 
   void TakeFrame(const ViewRequest& request, bool is_other_session) {
-    if (request.seeks != done_.seeks) {
-      session_->Seek(request.seek_frame);
+    if (IsSoughtBy(request)) {
+      if (!session_->Seek(request.seek_frame)) {
+        throw std::runtime_error("these frames come in order alone: no frame can be gone to");
+      }
+      has_ended_ = false;
     } else if (is_other_session && frame_) {
       session_->Seek(frame_->Index());
     }
@@ -239,17 +327,17 @@ class FrameWorker::Viewing {
     std::optional<SessionStep> step = session_->Next();
     if (!step && !source_.IsLive() && request.loops && session_->Seek(0)) step = session_->Next();
     last_frame_ = SteadyClock::now();
-    if (!step) {
-      has_ended_ = true;
-      if (!source_.IsLive() && frame_ && !request.loops) has_ended_ = false;
-      worker_.Tell([&](WorkerNews& news) { news.has_ended = true; });
-      return;
-    }
+    if (!step) return End();
     if (step->result && budget_) budget_->Look(step->result->plan);
     if (source_.IsLive()) watch.LapMs();
     const LightPoint light = LightPointOf(*step);
     Show(std::move(*step), request, watch);
-    worker_.Tell([&](WorkerNews& news) { news.lights.push_back(light); });
+    worker_.Report([&](WorkerNews& news) { news.lights.push_back(light); });
+  }
+
+  void End() {
+    has_ended_ = true;
+    worker_.Report([](WorkerNews& news) { news.has_ended = true; });
   }
 
   EffectSettings EffectsFor(const ViewRequest& request) const {
@@ -269,8 +357,8 @@ class FrameWorker::Viewing {
   void Show(SessionStep step, const ViewRequest& request, Stopwatch& watch) {
     auto frame = std::make_shared<ViewedFrame>();
     frame->number = ++frames_made_;
-    frame->edits = request.edits;
-    frame->is_complete = !request.is_dragging;
+    frame->request = request;
+    frame->request.effects = EffectsFor(request);
     frame->step = std::move(step);
     if (frame->Succeeded()) {
       frame->shown = Shown(frame->step, request.exposure_stops);
@@ -281,8 +369,9 @@ class FrameWorker::Viewing {
     }
     frame->work_ms = watch.LapMs();
     frame_ = frame;
-    TellNotes();
-    worker_.Tell([&](WorkerNews& news) { news.frame = std::move(frame); });
+    frame_is_of_session_ = true;
+    ReportNotes();
+    worker_.Report([&](WorkerNews& news) { news.frame = std::move(frame); });
   }
 
   Rgb8Image Shown(const SessionStep& step, double exposure_stops) {
@@ -325,8 +414,10 @@ class FrameWorker::Viewing {
   }
 
   void Load(const SessionOptions& options) {
+    source_.RequireFor(options);
     const auto loaded = source_.Load(options, [this](std::string_view stage, double share) {
-      worker_.Tell([&](WorkerNews& news) {
+      if (worker_.IsEnding()) throw Ending();
+      worker_.Report([&](WorkerNews& news) {
         news.stage = std::string(stage);
         news.stage_share = share;
       });
@@ -334,20 +425,22 @@ class FrameWorker::Viewing {
     std::unique_ptr<FrameSource> frames = source_.Frames(loaded->sequence, options);
     const std::optional<int> count =
         frames ? frames->Count() : static_cast<int>(loaded->sequence.frames.size());
-    session_.reset();  // Before the next one takes its context.
-    if (frames) {
-      session_ = std::make_unique<SequenceSession>(loaded, options, std::move(frames));
-    } else {
-      session_ = std::make_unique<SequenceSession>(loaded, options);
-    }
+    // The last one stays where this one cannot be made.
+    auto session = frames ? std::make_unique<SequenceSession>(loaded, options, std::move(frames))
+                          : std::make_unique<SequenceSession>(loaded, options);
+    session_ = std::move(session);
+    frame_is_of_session_ = false;
+    has_ended_ = false;
+    const bool can_seek = session_->Seek(0);
     if (source_.IsLive()) budget_.emplace(options.pipeline.effects, source_.FramesPerSecond());
     auto site = std::make_shared<const ViewedSite>(ViewedSite{loaded,
                                                               RayCaster(loaded->site.model.mesh),
                                                               count,
                                                               source_.IsLive(),
+                                                              can_seek,
                                                               session_->Renderer().renderer});
-    TellNotes();
-    worker_.Tell([&](WorkerNews& news) {
+    ReportNotes();
+    worker_.Report([&](WorkerNews& news) {
       news.stage.clear();
       news.site = std::move(site);
     });
@@ -369,7 +462,7 @@ class FrameWorker::Viewing {
       step();
       return true;
     } catch (const std::exception& error) {
-      worker_.Tell([&](WorkerNews& news) {
+      worker_.Report([&](WorkerNews& news) {
         news.stage.clear();
         news.notes.emplace_back(error.what());
       });
@@ -377,18 +470,28 @@ class FrameWorker::Viewing {
     }
   }
 
-  void TellNotes() {
+  void ReportNotes() {
     std::vector<std::string> notes = session_->TakeNotes();
     if (notes.empty()) return;
-    worker_.Tell([&](WorkerNews& news) {
+    worker_.Report([&](WorkerNews& news) {
       for (std::string& note : notes) news.notes.push_back(std::move(note));
     });
   }
 
-  void TellEvents() {
+  void ReportRecording() {
+    worker_.Report([&](WorkerNews& news) { news.is_recording = source_.IsRecording(); });
+  }
+
+  void ReportEvents() {
+    if (const std::string why = source_.WhyRecordingStopped(); !why.empty()) {
+      Try([&] { source_.Record(false); });
+      worker_.Report([&](WorkerNews& news) { news.notes.push_back(why); });
+      ReportRecording();
+    }
     std::vector<Event> events = events_.Take(source_.Now());
     if (events.empty()) return;
-    worker_.Tell([&](WorkerNews& news) {
+    source_.AddEvents(events);
+    worker_.Report([&](WorkerNews& news) {
       for (Event& event : events) news.events.push_back(std::move(event));
     });
   }
@@ -400,6 +503,7 @@ class FrameWorker::Viewing {
   std::unique_ptr<SequenceSession> session_;
   ViewRequest done_;
   std::shared_ptr<const ViewedFrame> frame_;
+  bool frame_is_of_session_ = false;  // Else of the one before.
   std::int64_t frames_made_ = 0;
   bool has_ended_ = false;
   SteadyClock::time_point last_frame_{};
@@ -441,18 +545,26 @@ WorkerNews FrameWorker::Take() {
 void FrameWorker::Run() {
   try {
     Viewing viewing(*this);
+    viewing.Open();
     {
       // The objects that are wanted are known once the window has seen the site.
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [this] { return request_.has_value() || is_ending_; });
     }
     viewing.Run();
+  } catch (const Ending&) {
+    // Nobody waits for it.
   } catch (const std::exception& error) {
-    Tell([&](WorkerNews& news) { news.failure = error.what(); });
+    Report([&](WorkerNews& news) { news.failure = error.what(); });
   }
 }
 
-void FrameWorker::Tell(const std::function<void(WorkerNews&)>& change) {
+bool FrameWorker::IsEnding() {
+  const std::lock_guard lock(mutex_);
+  return is_ending_;
+}
+
+void FrameWorker::Report(const std::function<void(WorkerNews&)>& change) {
   {
     const std::lock_guard lock(mutex_);
     change(news_);

@@ -23,6 +23,7 @@ struct ViewedSite {
   RayCaster caster;           // Of the site's mesh.
   std::optional<int> frames;  // None: a camera's, without end.
   bool is_live = false;
+  bool can_seek = false;
   std::string renderer;
 };
 
@@ -35,8 +36,9 @@ struct WorkerNews {
   std::vector<std::string> notes;  // What was assumed, repaired or refused.
   std::string stage;               // Of long work that goes on; empty: none.
   double stage_share = 0.0;
-  bool has_ended = false;  // A camera's stream.
-  std::string failure;     // Why there will be nothing more, one line; empty: it goes on.
+  bool has_ended = false;            // The frames.
+  std::optional<bool> is_recording;  // Where that has changed.
+  std::string failure;               // Why there will be nothing more, one line; empty: it goes on.
 };
 
 class FrameWorker {
@@ -55,7 +57,8 @@ class FrameWorker {
   class Source;
   class Viewing;
   void Run();
-  void Tell(const std::function<void(WorkerNews&)>& change);
+  bool IsEnding();
+  void Report(const std::function<void(WorkerNews&)>& change);
 
   ViewCommandOptions options_;
   std::function<void()> wake_;

@@ -19,6 +19,9 @@ class MaskPainter {
  public:
   explicit MaskPainter(std::shared_ptr<const ViewedSite> site);
 
+  // The same site, read again.
+  void SetSite(std::shared_ptr<const ViewedSite> site) { site_ = std::move(site); }
+
   // Empty where a mask can be painted; else why not, in a line.
   const std::string& WhyNot() const { return why_not_; }
   const Gray8Image& Mask() const { return mask_; }  // 255: may be sampled.

@@ -45,12 +45,12 @@ std::optional<Ray> RayThrough(const Camera& camera, const glm::dvec2& pixel) {
 
 }  // namespace
 
-void SaveObjectsWithFiles(const std::filesystem::path& folder,
+void SaveObjectsWithFiles(const std::filesystem::path& file,
                           std::vector<VirtualObjectEntry> objects) {
   for (VirtualObjectEntry& object : objects) {
-    if (object.mesh.is_absolute()) object.mesh = BringObjectFile(folder, object.mesh);
+    if (object.mesh.is_absolute()) object.mesh = BringObjectFile(file.parent_path(), object.mesh);
   }
-  SaveObjects(folder, objects);
+  SaveObjects(file, objects);
 }
 
 ObjectEditor::ObjectEditor(std::shared_ptr<const ViewedSite> site) : site_(std::move(site)) {
@@ -211,7 +211,7 @@ void ObjectEditor::Redo() {
 }
 
 void ObjectEditor::Save() {
-  SaveObjectsWithFiles(site_->loaded->sequence.folder, now_.objects);
+  SaveObjectsWithFiles(site_->loaded->sequence.file, now_.objects);
   saved_id_ = now_.id;
 }
 

@@ -24,6 +24,9 @@ class ObjectEditor {
  public:
   explicit ObjectEditor(std::shared_ptr<const ViewedSite> site);
 
+  // The same site, read again.
+  void SetSite(std::shared_ptr<const ViewedSite> site) { site_ = std::move(site); }
+
   const std::vector<VirtualObjectEntry>& Objects() const { return now_.objects; }
   std::optional<std::size_t> Selected() const { return now_.selected; }
   // Changes with every edit.
@@ -94,9 +97,9 @@ class ObjectEditor {
   mutable std::map<std::filesystem::path, Shape> shapes_;
 };
 
-// Into the site's file of `folder`; meshes from outside are copied into the folder. Throws as
-// SaveObjects and BringObjectFile.
-void SaveObjectsWithFiles(const std::filesystem::path& folder,
+// Into the site's `file`; meshes from outside are copied into its folder. Throws as SaveObjects and
+// BringObjectFile.
+void SaveObjectsWithFiles(const std::filesystem::path& file,
                           std::vector<VirtualObjectEntry> objects);
 
 }  // namespace pleinair

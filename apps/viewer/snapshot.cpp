@@ -11,6 +11,7 @@
 #include "apps/lighting_log.h"
 #include "apps/viewer/object_editor.h"
 #include "apps/whole_text.h"
+#include "datasets/diffuse_mask.h"
 #include "datasets/recording/site_files.h"
 #include "scene/image_io.h"
 
@@ -101,19 +102,30 @@ void Fill(const ViewedSite& site,
   const FrameResult& result = viewed.step.result.value();
   CopySite(sequence, folder);
   Sequence alone = sequence;
+  // A camera's pictures may have another size than the site's, whose mask is then none for them.
+  alone.intrinsics = frame.camera.intrinsics;
+  if (!(alone.intrinsics == sequence.intrinsics)) {
+    if (const auto mask = ReadDiffuseMask(sequence); mask && !mask->is_over_map) {
+      alone.diffuse_mask.reset();
+    }
+  }
   alone.frames = {WriteFrame(sequence, sequence.HasPictures(), frame, folder)};
   alone.virtual_objects.clear();
   WriteSequence(alone, folder);
-  SaveObjectsWithFiles(folder, choices.objects);
+  SaveObjectsWithFiles(folder / "sequence.json", choices.objects);
 
   if (viewed.sky) WriteExr(folder / kSkyImage, *viewed.sky, ExrPrecision::kFloat);
   Frame first = frame;
   first.index = 0;
   WriteWholeText(folder / "lighting.jsonl",
                  LineWithoutPlaceOfSun(LightingLine(first, result, viewed.sky ? kSkyImage : "")));
-  std::string settings = fmt::format("pipeline.effects.threshold_code_values={}\n",
-                                     choices.effects.threshold_code_values);
+  std::string settings;
   for (const std::string& setting : choices.settings) settings += setting + "\n";
+  settings += fmt::format("pipeline.effects.threshold_code_values={}\n",
+                          choices.effects.threshold_code_values);
+  if (choices.effects.budget_ms) {
+    settings += fmt::format("pipeline.effects.budget_ms={}\n", *choices.effects.budget_ms);
+  }
   WriteWholeText(folder / "settings.txt", settings);
   WriteWholeText(
       folder / "run.txt",
@@ -121,7 +133,9 @@ void Fill(const ViewedSite& site,
                   "--out out\n",
                   EffectsText(choices.effects),
                   frame.codes ? " --frames ldr" : ""));
-  WritePng(folder / "composite.png", viewed.shown);
+  // At another exposure it is not the picture that a run gives.
+  WritePng(folder / (viewed.request.exposure_stops == 0.0 ? "composite.png" : "shown.png"),
+           viewed.shown);
   WriteExr(folder / "composite.exr", result.composite.radiance, ExrPrecision::kHalf);
 }
 

@@ -62,6 +62,7 @@ struct ViewModel {
     return frame && frame->Succeeded() ? &*frame->step.result : nullptr;
   }
   void Seek(int index) {
+    if (!site || !site->can_seek) return;
     request.seek_frame = index;
     ++request.seeks;
   }

@@ -70,6 +70,7 @@ struct ViewedDaylight {
 
 struct ViewedFrame {
   std::int64_t number = 0;  // Of all that were made: differs from frame to frame.
+  ViewRequest request;      // That it answers, with the effects as they were asked of the session.
   SessionStep step;
   Rgb8Image shown;     // The composite; the camera's picture where that failed; else empty.
   Rgba8Image overlay;  // Empty: none.
@@ -79,10 +80,10 @@ struct ViewedFrame {
   std::optional<RgbImage> sky;  // Where it has no named shape: see SequenceSession::SkyImageOf.
   std::vector<ShadedBall> balls;
   std::optional<ViewedDaylight> daylight;  // Where it comes by samples.
-  std::int64_t edits = 0;                  // Of the request that it is of.
-  bool is_complete = true;                 // False while dragging: effects are left out for speed.
   double work_ms = 0.0;                    // From the frame at hand to all of the above.
 
+  // False while dragging: effects are left out for speed.
+  bool IsComplete() const { return !request.is_dragging; }
   bool Succeeded() const { return step.result.has_value(); }
   int Index() const { return Succeeded() ? step.frame->index : step.result.error().index; }
   UtcTime Time() const { return Succeeded() ? step.frame->time : step.result.error().time; }

@@ -106,7 +106,7 @@ class Viewer {
     // Drawing for input alone leaves the processor to the frames.
     constexpr double kLeastIntervalS = 1.0 / 30.0;
     bool has_news = false;
-    while (!window_.IsToClose()) {
+    while (!IsToEnd()) {
       const double since_last_s =
           std::chrono::duration<double>(SteadyClock::now() - drawn_).count();
       const double until_next_s = std::max(0.0, kLeastIntervalS - since_last_s);
@@ -132,6 +132,16 @@ class Viewer {
   }
 
  private:
+  // Work that is not saved is asked about first.
+  bool IsToEnd() {
+    if (!window_.IsToClose()) return quits_;
+    if (!HasUnsavedWork()) return true;
+    window_.StayOpen();
+    quit_is_asked_ = true;
+    pending_pictures_ = std::max(pending_pictures_, 1);
+    return quits_;
+  }
+
   static ViewState FirstState() {
     ViewState state;
     for (const PanelDefinition& panel : Panels()) {
@@ -170,11 +180,13 @@ class Viewer {
     const bool has_news = news.site || news.frame || !news.lights.empty() || !news.events.empty() ||
                           !news.notes.empty() || news.stage != model_.stage ||
                           news.stage_share != model_.stage_share ||
-                          news.failure != model_.failure || news.has_ended != model_.has_ended;
+                          news.failure != model_.failure || news.has_ended != model_.has_ended ||
+                          news.is_recording;
     if (news.site) {
       if (!model_.site) StartEditing(news.site);
-      model_.pose.reset();  // It may have been saved, and is read again.
       model_.site = std::move(news.site);
+      model_.editor->SetSite(model_.site);
+      if (model_.mask) model_.mask->SetSite(model_.site);
     }
     if (news.frame) {
       model_.frame = std::move(news.frame);
@@ -190,17 +202,18 @@ class Viewer {
     model_.stage_share = news.stage_share;
     model_.failure = std::move(news.failure);
     model_.has_ended = news.has_ended;
+    if (news.is_recording) model_.request.is_recording = *news.is_recording;
     return has_news;
   }
 
   // Of a drag, as its pictures come.
   void TimeDrag() {
     const auto now = SteadyClock::now();
-    if (!model_.frame->is_complete) {
+    if (!model_.frame->IsComplete()) {
       if (drag_pictures_++ == 0) drag_start_ = now;
       const double s = std::chrono::duration<double>(now - drag_start_).count();
       if (s > 0.0) model_.times.drag_pictures_per_second = (drag_pictures_ - 1) / s;
-    } else if (drag_end_ && model_.frame->edits == model_.request.edits) {
+    } else if (drag_end_ && model_.frame->request.edits == model_.request.edits) {
       model_.times.completed_after_s = std::chrono::duration<double>(now - *drag_end_).count();
       spdlog::info("drag: {:.1f} pictures a second, complete {:.2f} s after its end",
                    model_.times.drag_pictures_per_second,
@@ -210,9 +223,15 @@ class Viewer {
     }
   }
 
+  // Also of "site/" and ".".
+  static std::string NameOf(const std::filesystem::path& folder) {
+    const std::filesystem::path clean = std::filesystem::absolute(folder).lexically_normal();
+    return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
+  }
+
   void ShowTitle() {
     window_.SetTitle(fmt::format("pleinair: {} frame {}{}",
-                                 model_.site->loaded->sequence.folder.filename().string(),
+                                 NameOf(model_.site->loaded->sequence.folder),
                                  model_.frame->Index(),
                                  model_.editor->HasUnsavedEdits() ? " *" : ""));
   }
@@ -263,6 +282,7 @@ class Viewer {
     DrawPlayback({0.0f, display.y - bottom}, {display.x, bottom});
     DrawPanels(bar, display, bottom);
     if (help_is_open_) DrawHelp();
+    if (quit_is_asked_) DrawQuestion();
     TakeKeys();
     TakePointer();
     TakeDrop();
@@ -370,11 +390,18 @@ class Viewer {
     const int count = FrameCount();
     int frame = model_.frame ? model_.frame->Index() : 0;
     ImGui::SetNextItemWidth(-220.0f * window_.ContentScale());
-    if (ImGui::SliderInt("##frame", &frame, 0, std::max(0, count - 1))) model_.Seek(frame);
+    if (ImGui::SliderInt(
+            "##frame", &frame, 0, std::max(0, count - 1), "%d", ImGuiSliderFlags_AlwaysClamp))
+      SeekIfRecorded(frame);
     ImGui::SameLine();
     auto rate = static_cast<float>(model_.request.frames_per_second);
     ImGui::SetNextItemWidth(110.0f * window_.ContentScale());
-    if (ImGui::SliderFloat("a second", &rate, 0.5f, 60.0f, "%.3g", ImGuiSliderFlags_Logarithmic)) {
+    if (ImGui::SliderFloat("a second",
+                           &rate,
+                           0.5f,
+                           60.0f,
+                           "%.3g",
+                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp)) {
       model_.request.frames_per_second = rate;
     }
   }
@@ -393,7 +420,7 @@ class Viewer {
           fmt::format("frame {}  {}", model_.frame->Index(), FormatUtcTime(model_.frame->Time()));
       if (!model_.frame->Succeeded())
         text += "  failed: " + model_.frame->step.result.error().reason;
-      if (!model_.frame->is_complete) text += "  (quick picture)";
+      if (!model_.frame->IsComplete()) text += "  (quick picture)";
     } else {
       text = "opening " + options_.sequence.string();
     }
@@ -456,6 +483,12 @@ class Viewer {
     const std::vector<ViewWindow::KeyPress> keys = window_.TakeKeys();
     if (ImGui::GetIO().WantTextInput) return;
     for (const ViewWindow::KeyPress& press : keys) {
+      if (quit_is_asked_) {
+        AnswerQuit(press.key);
+        continue;
+      }
+      // Of a key that is held, only what moves or steps goes on.
+      if (press.is_repeat && (press.key == GLFW_KEY_SPACE || press.key >= GLFW_KEY_F1)) continue;
       TakeFunctionKey(press.key);
       if (press.alt) {
         TakeOverlayKey(press.key);
@@ -463,11 +496,68 @@ class Viewer {
         TakeCommandKey(press);
       } else if (!panels_have_keys_) {
         TakePlaybackKey(press.key);
-        if (model_.editor) TakeObjectKey(press);
+        if (press.key == GLFW_KEY_T) {
+          ChooseTool(static_cast<Tool>((static_cast<int>(model_.tool) + 1) % 3));
+        } else if (model_.editor && model_.tool == Tool::kObjects) {
+          TakeObjectKey(press);
+        }
       } else if (press.key == GLFW_KEY_ESCAPE) {
         GiveKeysToPanels(false);
       }
     }
+  }
+
+  // What the pointer has begun with the last tool ends.
+  void ChooseTool(Tool tool) {
+    model_.tool = tool;
+    pressed_at_.reset();
+    corner_.reset();
+    painted_.reset();
+    model_.request.is_dragging = false;
+    if (model_.editor) model_.editor->EndDrag();
+  }
+
+  bool HasUnsavedWork() const {
+    return (model_.editor && model_.editor->HasUnsavedEdits()) ||
+           (model_.mask && model_.mask->HasUnsavedStrokes());
+  }
+
+  void AnswerQuit(int key) {
+    if (key == GLFW_KEY_ESCAPE) {
+      quit_is_asked_ = false;
+    } else if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER) {
+      SaveAll();
+    } else if (key == GLFW_KEY_DELETE) {
+      quits_ = true;
+    }
+  }
+
+  void SaveAll() {
+    try {
+      if (model_.editor->HasUnsavedEdits()) model_.editor->Save();
+      if (model_.mask && model_.mask->HasUnsavedStrokes()) model_.mask->Save();
+      quits_ = true;
+    } catch (const std::exception& error) {
+      quit_is_asked_ = false;
+      Warn(error.what());
+    }
+  }
+
+  void DrawQuestion() {
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({0.5f * display.x, 0.4f * display.y}, 0, {0.5f, 0.5f});
+    ImGui::SetNextWindowFocus();
+    ImGui::Begin("Not saved",
+                 nullptr,
+                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNavInputs);
+    ImGui::TextUnformatted("Objects or the mask are not saved.");
+    if (ImGui::Button("Save and quit (Enter)")) SaveAll();
+    ImGui::SameLine();
+    if (ImGui::Button("Quit without (Delete)")) quits_ = true;
+    ImGui::SameLine();
+    if (ImGui::Button("Stay (Escape)")) quit_is_asked_ = false;
+    ImGui::End();
   }
 
   void TakeFunctionKey(int key) {
@@ -509,6 +599,14 @@ class Viewer {
     if (press.key == GLFW_KEY_Q) window_.Close();
     if (press.key == GLFW_KEY_R && IsLive()) ToggleRecording();
     if (!model_.editor) return;
+    if (model_.tool == Tool::kMask && model_.mask) {
+      if (press.key == GLFW_KEY_Z) model_.mask->Undo();
+      return;
+    }
+    if (model_.tool == Tool::kPose && model_.pose) {
+      if (press.key == GLFW_KEY_Z) model_.pose->TakeBack();
+      return;
+    }
     switch (press.key) {
       case GLFW_KEY_S:
         return Save();
@@ -559,9 +657,6 @@ class Viewer {
     const double turn_rad = std::numbers::pi / 180.0 * (press.shift ? 1.0 : 15.0);
     const double lift_m = press.shift ? 0.005 : 0.05;
     switch (press.key) {
-      case GLFW_KEY_T:
-        model_.tool = static_cast<Tool>((static_cast<int>(model_.tool) + 1) % 3);
-        return;
       case GLFW_KEY_TAB:
         return editor.SelectNext(press.shift ? -1 : 1);
       case GLFW_KEY_W:
@@ -736,28 +831,31 @@ class Viewer {
 
   // Not of a picture that an edit has made old, or that was made in haste.
   bool SnapshotIsDue() const {
-    return snapshot_is_wanted_ && model_.frame && model_.frame->is_complete &&
-           model_.editor->Edits() == editor_edits_ && model_.frame->edits == model_.request.edits;
+    return snapshot_is_wanted_ && model_.frame && model_.frame->IsComplete() &&
+           model_.editor->Edits() == editor_edits_ &&
+           model_.frame->request.edits == model_.request.edits &&
+           model_.frame->request.settings_changes == model_.request.settings_changes &&
+           model_.frame->request.exposure_stops == model_.request.exposure_stops;
   }
 
   void WriteWantedSnapshot() {
     snapshot_is_wanted_ = false;
     try {
-      model_.status =
-          "snapshot: " +
-          WriteSnapshot(*model_.site,
-                        *model_.frame,
-                        {model_.editor->Objects(), SettingsText(), model_.request.effects},
-                        options_.out)
-              .string();
+      model_.status = "snapshot: " + WriteSnapshot(*model_.site,
+                                                   *model_.frame,
+                                                   {model_.frame->request.objects,
+                                                    SettingsOf(model_.frame->request),
+                                                    model_.frame->request.effects},
+                                                   options_.out)
+                                         .string();
     } catch (const std::exception& error) {
       Warn(error.what());
     }
   }
 
-  std::vector<std::string> SettingsText() const {
+  std::vector<std::string> SettingsOf(const ViewRequest& request) const {
     std::vector<std::string> settings = options_.stated_settings;
-    settings.insert(settings.end(), model_.request.settings.begin(), model_.request.settings.end());
+    settings.insert(settings.end(), request.settings.begin(), request.settings.end());
     return settings;
   }
 
@@ -766,7 +864,7 @@ class Viewer {
   int FrameCount() const { return model_.site ? model_.site->frames.value_or(0) : 0; }
 
   void Step(int frames) {
-    if (!model_.frame || FrameCount() == 0) return;
+    if (!model_.frame || !CanSeek()) return;
     const int count = FrameCount();
     const int wanted = model_.frame->Index() + frames;
     model_.request.is_playing = false;
@@ -775,8 +873,9 @@ class Viewer {
   }
 
   void SeekIfRecorded(int frame) {
-    if (!IsLive() && FrameCount() > 0) model_.Seek(frame);
+    if (CanSeek()) model_.Seek(frame);
   }
+  bool CanSeek() const { return model_.site && model_.site->can_seek && FrameCount() > 0; }
 
   const Camera* ShownCamera() const {
     return model_.frame && model_.frame->step.frame ? &model_.frame->step.frame->camera : nullptr;
@@ -808,6 +907,8 @@ class Viewer {
   SteadyClock::time_point drag_start_;
   std::optional<SteadyClock::time_point> drag_end_;
   bool snapshot_is_wanted_ = false;
+  bool quit_is_asked_ = false;
+  bool quits_ = false;
   std::int64_t pictures_shown_ = 0;
   std::int64_t frames_shown_ = 0;
   std::vector<double> window_ms_;

@@ -82,7 +82,8 @@ ViewWindow::ViewWindow(const std::string& title,
     Self(w).keys_.push_back({key,
                              (mods & GLFW_MOD_CONTROL) != 0,
                              (mods & GLFW_MOD_ALT) != 0,
-                             (mods & GLFW_MOD_SHIFT) != 0});
+                             (mods & GLFW_MOD_SHIFT) != 0,
+                             action == GLFW_REPEAT});
   });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { Self(w).has_input_ = true; });
   glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
@@ -128,6 +129,7 @@ ViewWindow& ViewWindow::Self(GLFWwindow* window) {
 
 bool ViewWindow::IsToClose() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
 void ViewWindow::Close() { glfwSetWindowShouldClose(window_, GLFW_TRUE); }
+void ViewWindow::StayOpen() { glfwSetWindowShouldClose(window_, GLFW_FALSE); }
 void ViewWindow::SetTitle(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
 void ViewWindow::Wait(double seconds) { glfwWaitEventsTimeout(seconds); }
 void ViewWindow::Wake() { glfwPostEmptyEvent(); }

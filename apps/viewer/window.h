@@ -55,6 +55,7 @@ class ViewWindow {
 
   bool IsToClose() const;
   void Close();
+  void StayOpen();  // After it was to be closed.
   void SetTitle(const std::string& title);
   // For input, a Wake, or so long.
   void Wait(double seconds);
@@ -78,6 +79,7 @@ class ViewWindow {
     bool ctrl = false;
     bool alt = false;
     bool shift = false;
+    bool is_repeat = false;
   };
   std::vector<KeyPress> TakeKeys();
   // Where the pointer's left button was last pressed and released: by the time that anyone looks,

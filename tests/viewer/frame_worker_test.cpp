@@ -36,7 +36,7 @@ TEST_F(Worker, ShowsWhatASessionGives) {
   EXPECT_EQ(driver.site->frames, 6);
   EXPECT_FALSE(driver.site->is_live);
   EXPECT_EQ(driver.frame->Index(), 0);
-  EXPECT_TRUE(driver.frame->is_complete);
+  EXPECT_TRUE(driver.frame->IsComplete());
   SequenceSession session(CoarseOptions(copy_.Path()));
   const SessionStep step = session.Next().value();
   EXPECT_TRUE(driver.frame->shown.pixels == session.Show(step).pixels);
@@ -82,14 +82,15 @@ TEST_F(Worker, AnEditDrawsTheSameFrameAgain) {
   driver.request.objects[0].world_from_object =
       glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.0, 0.0)) * pose;
   const std::int64_t edits = ++driver.request.edits;
-  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.edits == edits; }));
+  ASSERT_TRUE(
+      driver.ReachFrame([&](const ViewedFrame& frame) { return frame.request.edits == edits; }));
   EXPECT_FALSE(driver.frame->shown.pixels == first.pixels);
   EXPECT_EQ(driver.frame->Index(), 0);
   EXPECT_EQ(driver.lights.size(), 1u);  // It is not estimated again.
   driver.request.objects[0].world_from_object = pose;
   ++driver.request.edits;
-  ASSERT_TRUE(
-      driver.ReachFrame([&](const ViewedFrame& frame) { return frame.edits == edits + 1; }));
+  ASSERT_TRUE(driver.ReachFrame(
+      [&](const ViewedFrame& frame) { return frame.request.edits == edits + 1; }));
   EXPECT_TRUE(driver.frame->shown.pixels == first.pixels);
 }
 
@@ -98,10 +99,10 @@ TEST_F(Worker, ADraggedObjectsPicturesAreFollowedByACompleteOne) {
   ASSERT_TRUE(driver.Open());
   driver.request.is_dragging = true;
   ++driver.request.edits;
-  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.is_complete; }));
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.IsComplete(); }));
   driver.request.is_dragging = false;
-  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.is_complete; }));
-  EXPECT_EQ(driver.frame->edits, driver.request.edits);
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.IsComplete(); }));
+  EXPECT_EQ(driver.frame->request.edits, driver.request.edits);
 }
 
 TEST_F(Worker, AnObjectThatCannotBeReadIsANote) {
@@ -110,7 +111,8 @@ TEST_F(Worker, AnObjectThatCannotBeReadIsANote) {
   const Rgb8Image before = driver.frame->shown;
   driver.request.objects.push_back({copy_ / "none.obj", glm::dmat4(1.0)});
   const std::int64_t edits = ++driver.request.edits;
-  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.edits == edits; }));
+  ASSERT_TRUE(
+      driver.ReachFrame([&](const ViewedFrame& frame) { return frame.request.edits == edits; }));
   EXPECT_THAT(driver.notes, testing::Contains(HasSubstr("none.obj")));
   EXPECT_TRUE(driver.frame->shown.pixels == before.pixels);
   EXPECT_EQ(driver.failure, "");
@@ -130,9 +132,9 @@ TEST_F(Worker, ASettingThatDoesNotHoldIsANoteAndAllGoesOn) {
   }
   EXPECT_EQ(driver.frame->number, 1);
   driver.request.is_dragging = true;  // Drawn by the session that there was.
-  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.is_complete; }));
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.IsComplete(); }));
   driver.request.is_dragging = false;
-  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.is_complete; }));
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.IsComplete(); }));
   EXPECT_EQ(driver.sites, 1);
   EXPECT_TRUE(driver.frame->shown.pixels == before.pixels);
   EXPECT_EQ(driver.failure, "");

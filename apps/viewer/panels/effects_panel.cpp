@@ -64,7 +64,12 @@ void DrawEffectsPanel(ViewModel& model) {
   }
   auto threshold = static_cast<float>(model.request.effects.threshold_code_values);
   ImGui::SetNextItemWidth(0.4f * ImGui::GetContentRegionAvail().x);
-  if (ImGui::SliderFloat("may be left out, code values", &threshold, 0.0f, 20.0f, "%.1f")) {
+  if (ImGui::SliderFloat("may be left out, code values",
+                         &threshold,
+                         0.0f,
+                         20.0f,
+                         "%.1f",
+                         ImGuiSliderFlags_AlwaysClamp)) {
     model.request.effects.threshold_code_values = threshold;
   }
   if (result == nullptr) return;

@@ -49,7 +49,11 @@ class LightPlot {
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const ImU32 band = (curve.colour & 0x00ffffffu) | 0x50000000u;
     const LightPoint* before = nullptr;
-    for (const LightPoint& point : points_) {
+    // No more than a point a pixel.
+    const auto columns = static_cast<std::size_t>(std::max(1.0f, size_.x));
+    const std::size_t stride = std::max<std::size_t>(1, points_.size() / columns);
+    for (std::size_t i = 0; i < points_.size(); i += stride) {
+      const LightPoint& point = points_[i];
       if (point.failed) {
         list.AddLine(
             {X(point), origin_.y}, {X(point), origin_.y + size_.y}, IM_COL32(200, 40, 40, 120));

@@ -24,7 +24,8 @@ void DrawSettingsPanel(ViewModel& model) {
   ImGui::InputTextWithHint("##filter", "search", &model.settings_filter);
   auto exposure = static_cast<float>(model.request.exposure_stops);
   ImGui::SetNextItemWidth(kValueWidth * ImGui::GetContentRegionAvail().x);
-  if (ImGui::SliderFloat("exposure shown, stops", &exposure, -6.0f, 6.0f, "%.1f")) {
+  if (ImGui::SliderFloat(
+          "exposure shown, stops", &exposure, -6.0f, 6.0f, "%.1f", ImGuiSliderFlags_AlwaysClamp)) {
     model.request.exposure_stops = exposure;
   }
   ImGui::PushTextWrapPos();

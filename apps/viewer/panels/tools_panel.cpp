@@ -9,15 +9,17 @@
 namespace pleinair {
 namespace {
 
-// What is saved is read again: for that, nothing else may wait to be saved.
+// What is saved is read again; objects and strokes that are not saved stay. False where it failed.
 template <typename Save>
-void SaveAndReload(const Save& save, const char* what, ViewModel& model) {
+bool SaveAndReload(const Save& save, const char* what, ViewModel& model) {
   try {
     save();
     model.status = fmt::format("{} saved to {}", what, model.site->loaded->sequence.file.string());
     model.Reload();
+    return true;
   } catch (const std::exception& error) {
     model.status = error.what();
+    return false;
   }
 }
 
@@ -30,7 +32,8 @@ void DrawMaskTool(ViewModel& model) {
   }
   ImGui::TextWrapped("Paint over windows, plants, cars and people: no samples are taken there.");
   auto radius = static_cast<float>(model.brush_radius_px);
-  if (ImGui::SliderFloat("brush, pixels", &radius, 1.0f, 80.0f, "%.0f")) {
+  if (ImGui::SliderFloat(
+          "brush, pixels", &radius, 1.0f, 80.0f, "%.0f", ImGuiSliderFlags_AlwaysClamp)) {
     model.brush_radius_px = radius;
   }
   ImGui::Checkbox("give back (or hold Shift)", &model.brush_gives_back);
@@ -66,7 +69,10 @@ void DrawPoseTool(ViewModel& model) {
     model.status = pose.RefineByEdges(*model.frame->input);
   }
   ImGui::SameLine();
-  if (ImGui::Button("save pose")) SaveAndReload([&] { pose.Save(); }, "pose", model);
+  if (ImGui::Button("save pose")) {
+    // The next picks are of the pose that is read again.
+    if (SaveAndReload([&] { pose.Save(); }, "pose", model)) model.pose.reset();
+  }
 }
 
 }  // namespace
