@@ -351,7 +351,8 @@ TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
     EXPECT_EQ(frames, 12u);
     EXPECT_LT(failed, 12);
     const std::map<std::string, int> counts = CountEvents(out);
-    EXPECT_EQ(counts.at("frame-damaged"), failed);
+    // Those that came while the site was prepared are events alone.
+    EXPECT_GE(counts.at("frame-damaged"), failed);
     EXPECT_EQ(counts.at("output"), 2);
     EXPECT_THAT(ContentOf(out / "events.jsonl"), HasSubstr("/dev/full"));
   }
