@@ -30,10 +30,13 @@ class VideoFrameSource final : public FrameSource {
                    const Sequence& site,
                    const PictureTimes& times,
                    const CameraNoise& noise)
-      : file_(file), site_(site, noise), video_(file), start_(StartOf(file, video_, times)) {}
+      : file_(file),
+        site_(site, noise),
+        video_(std::make_unique<VideoReader>(file)),
+        start_(StartOf(file, *video_, times)) {}
 
   std::optional<tl::expected<Frame, FrameError>> Next() override {
-    auto picture = video_.Next();
+    auto picture = video_->Next();
     if (!picture) return std::nullopt;
     const int index = next_++;
     const auto failed = [&](const std::string& why) {
@@ -52,10 +55,20 @@ class VideoFrameSource final : public FrameSource {
 
   std::optional<int> Count() const override { return std::nullopt; }
 
+  // Back: from the start of the file.
+  bool Seek(int index) override {
+    if (index < next_) {
+      video_ = std::make_unique<VideoReader>(file_);
+      next_ = 0;
+    }
+    while (next_ < index && video_->Skip()) ++next_;
+    return true;
+  }
+
  private:
   fs::path file_;
   SiteFrames site_;
-  VideoReader video_;
+  std::unique_ptr<VideoReader> video_;
   UtcTime start_{};
   UtcTime last_ = start_;
   int next_ = 0;
@@ -149,6 +162,11 @@ class PictureFolderSource final : public FrameSource {
   }
 
   std::optional<int> Count() const override { return static_cast<int>(pictures_.size()); }
+
+  bool Seek(int index) override {
+    next_ = static_cast<std::size_t>(index);
+    return true;
+  }
 
  private:
   Frame Read(int index, const TimedPicture& picture) const {

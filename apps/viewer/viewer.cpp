@@ -635,7 +635,8 @@ class Viewer {
       case GLFW_KEY_HOME:
         return SeekIfRecorded(0);
       case GLFW_KEY_END:
-        return SeekIfRecorded(FrameCount() - 1);
+        if (FrameCount() > 0) SeekIfRecorded(FrameCount() - 1);
+        return;
       case GLFW_KEY_L:
         request.loops = !request.loops;
         return;
@@ -868,6 +869,8 @@ class Viewer {
     const int count = FrameCount();
     const int wanted = model_.frame->Index() + frames;
     model_.request.is_playing = false;
+    if (count == 0)
+      return SeekIfRecorded(std::max(0, wanted));  // Of a video, whose end is not known.
     SeekIfRecorded(model_.request.loops ? (wanted + count) % count
                                         : std::clamp(wanted, 0, count - 1));
   }
@@ -875,7 +878,7 @@ class Viewer {
   void SeekIfRecorded(int frame) {
     if (CanSeek()) model_.Seek(frame);
   }
-  bool CanSeek() const { return model_.site && model_.site->can_seek && FrameCount() > 0; }
+  bool CanSeek() const { return model_.site && model_.site->can_seek; }
 
   const Camera* ShownCamera() const {
     return model_.frame && model_.frame->step.frame ? &model_.frame->step.frame->camera : nullptr;

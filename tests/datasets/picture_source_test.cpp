@@ -66,6 +66,19 @@ class PictureFolder : public SequenceFolder {
   fs::path pictures_;
 };
 
+TEST_F(PictureFolder, GoesToAnyPicture) {
+  AddPicture("a.jpg", {"2026:06:21 11:50:01", "", "Z", false}, 1);
+  AddPicture("b.jpg", {"2026:06:21 11:50:02", "", "Z", false}, 2);
+  AddPicture("c.jpg", {"2026:06:21 11:50:03", "", "Z", false}, 3);
+  const auto source = MakeFrameSourceAt(site_, pictures_, {});
+  ASSERT_TRUE(source->Seek(2));
+  EXPECT_EQ((*source->Next())->index, 2);
+  EXPECT_FALSE(source->Next());
+  ASSERT_TRUE(source->Seek(1));
+  EXPECT_EQ(TimesOf(*source),
+            (std::vector<std::string>{"2026-06-21T11:50:02Z", "2026-06-21T11:50:03Z"}));
+}
+
 TEST_F(PictureFolder, TakesTimesAndExposureFromExif) {
   AddPicture("b.jpg", {"2026:06:21 11:50:00", "25", "+02:00", true}, 1);
   AddPicture("a.jpg", {"2026:06:21 11:50:01", "", "+02:00", false}, 2);
@@ -162,6 +175,11 @@ TEST_F(PictureFolder, PlaysAVideoAtItsTimes) {
     EXPECT_EQ((*frame)->codes->pixels, Noise(kWidth, kHeight, i).pixels);
   }
   EXPECT_FALSE(source->Next());
+  ASSERT_TRUE(source->Seek(1));
+  const auto again = source->Next();
+  ASSERT_TRUE(again && *again);
+  EXPECT_EQ((*again)->index, 1);
+  EXPECT_EQ((*again)->codes->pixels, Noise(kWidth, kHeight, 1).pixels);
   PictureTimes times;
   times.start = ParseUtcTime("2025-01-01T00:00:00Z");
   EXPECT_EQ(TimesOf(*MakeFrameSourceAt(site_, pictures_, times)).back(), "2025-01-01T00:00:00.08Z");
