@@ -253,7 +253,8 @@ void AddCalibrate(CLI::App& app, Work& work) {
       "(default: found)");
   curve.add_option("--curve", response->curve, "For the chart: monotone or logarithmic")
       ->check(CLI::IsMember({"monotone", "logarithmic"}));
-  curve.add_option("--out", response->out, "The response file")->required();
+  curve.add_option("--out", response->out, "The response file");
+  curve.add_option("--site", response->site, "Folder of the site whose camera gets the response");
 
   auto merge = std::make_shared<CalibrateMergeOptions>();
   CLI::App& hdr = AddCalibration(calibrate,

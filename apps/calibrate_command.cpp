@@ -181,9 +181,18 @@ std::string DescribeTie(const ColourTie& tie) {
                        std::count(tie.counts.begin(), tie.counts.end(), true));
 }
 
+constexpr const char* kResponseFile = "camera_response.json";
+
+// Makes `response` that of the camera in `file`, a site's or a sequence's; `out` may be `file`.
+void WriteSiteResponse(const std::string& response,
+                       const std::filesystem::path& file,
+                       const std::filesystem::path& out) {
+  WriteWholeText(out.parent_path() / kResponseFile, response);
+  MergeIntoFile(file, {{"radiometry", {{"frames_ldr", kResponseFile}}}}, out);
+}
+
 // A site's camera: its response takes the factors.
 std::string TieSite(const CalibrateColourOptions& options, const std::filesystem::path& file) {
-  constexpr const char* kResponseFile = "camera_response.json";
   if (options.matrix) {
     throw std::invalid_argument(
         "--matrix: expected a fish-eye's file, as a site's camera has a "
@@ -199,10 +208,10 @@ std::string TieSite(const CalibrateColourOptions& options, const std::filesystem
       ColourPairs(options, options.from_response.empty() ? response : options.from_response),
       ColourTieKind::kScale);
   const glm::dvec3 factor(tie.to_from_rgb[0][0], tie.to_from_rgb[1][1], tie.to_from_rgb[2][2]);
-  const std::filesystem::path out = options.out.empty() ? file : options.out;
-  WriteWholeText(out.parent_path() / kResponseFile,
-                 ResponseCurve::FromTable(TiedResponse(ResponseFrom(response), factor)).FileText());
-  MergeIntoFile(file, {{"radiometry", {{"frames_ldr", kResponseFile}}}}, out);
+  WriteSiteResponse(
+      ResponseCurve::FromTable(TiedResponse(ResponseFrom(response), factor)).FileText(),
+      file,
+      options.out.empty() ? file : options.out);
   return DescribeTie(tie) + Line("the camera's 1 is %.5g of the other's; its response is now %s",
                                  std::max({factor.x, factor.y, factor.z}),
                                  kResponseFile);
@@ -273,6 +282,9 @@ std::vector<NamedMark> Marks(const CalibrateOrientationOptions& options, const F
 }  // namespace
 
 std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
+  if (options.out.empty() && options.site.empty()) {
+    throw std::invalid_argument("expected --out or --site, to write the response to");
+  }
   ResponseFit fit;
   std::string report;
   if (!options.chart) {
@@ -291,7 +303,12 @@ std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
   } else {
     fit = FitMonotoneResponse(ChartSamples(options, report));
   }
-  WriteWholeText(options.out, ResponseCurve::FromTable(fit.table).FileText());
+  const std::string response = ResponseCurve::FromTable(fit.table).FileText();
+  if (!options.out.empty()) WriteWholeText(options.out, response);
+  if (!options.site.empty()) {
+    const std::filesystem::path file = CameraFileIn(options.site);
+    WriteSiteResponse(response, file, file);
+  }
   return report + Report(fit);
 }
 

@@ -86,6 +86,28 @@ TEST_F(CalibrateCommand, FitsAResponseAndMergesWithIt) {
   EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("EXIF"));
 }
 
+TEST_F(CalibrateCommand, PutsTheResponseIntoASite) {
+  const auto site = Write("site.json",
+                          R"({"format": "pleinair-site", "version": 1, "note": "kept",
+                              "radiometry": {"frames": "linear"}})");
+  CalibrateResponseOptions response;
+  response.exposures = {8.0, 2.0, 0.5, 0.125};
+  response.pictures = WriteBracket(response.exposures);
+  EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("--out or --site"));
+  response.site = folder_;
+  response.out = folder_ / "response.json";
+  RunCalibrateResponse(response);
+  std::ifstream stream(site);
+  const nlohmann::json written = nlohmann::json::parse(stream);
+  EXPECT_EQ(written["note"], "kept");
+  EXPECT_EQ(written["radiometry"]["frames"], "linear");
+  const glm::u8vec3 code(128);
+  EXPECT_EQ(
+      ResponseCurve::FromFile(folder_ / written["radiometry"]["frames_ldr"].get<std::string>())
+          .LinearFromCode(code),
+      ResponseCurve::FromFile(response.out).LinearFromCode(code));
+}
+
 TEST_F(CalibrateCommand, AveragesFrames) {
   CalibrateAverageOptions average;
   for (const float value : {1.0f, 3.0f}) {
