@@ -169,8 +169,8 @@ int RunRecordCommand(const RecordCommandOptions& options) {
   const RecorderStatus status = recorder.Status();
   spdlog::info(
       "{}: {}", options.recorder.recording.folder.string(), ProgressText(status, events, seconds));
-  if (status.stopped.empty()) return 0;
-  spdlog::error("{}", status.stopped);
+  if (status.stopped.empty() && status.written > 0) return 0;
+  spdlog::error("{}", status.stopped.empty() ? "no picture was recorded" : status.stopped);
   return 1;
 }
 

@@ -21,8 +21,8 @@ struct RecordCommandOptions {
 
 // Records until the duration or limit is reached, the camera's stream ends, space is short, or
 // SIGINT or SIGTERM comes; the recording is complete in all cases. Prints progress to standard
-// error. Returns the exit code: 1 where the disk has ended the recording. Throws as OpenCamera,
-// ReadSite and Recorder.
+// error. Returns the exit code: 1 where the disk has ended the recording, or no picture came.
+// Throws as OpenCamera, ReadSite and Recorder.
 int RunRecordCommand(const RecordCommandOptions& options);
 
 }  // namespace pleinair

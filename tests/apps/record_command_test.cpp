@@ -121,6 +121,14 @@ TEST_F(RecordCommand, EndsCleanlyAtASignal) {
   }
 }
 
+// The only picture passes while exposure is locked.
+TEST_F(RecordCommand, EndsWithOneWhereNoPictureCame) {
+  const Ended ended = Record(kSample.string() + " --pictures 0:0",
+                             "/dev/video90 --out " + Path("day") + " --site " + kSample.string());
+  EXPECT_EQ(ended.exit_code, 1) << ended.output;
+  EXPECT_THAT(ended.output, HasSubstr("no picture was recorded"));
+}
+
 TEST_F(RecordCommand, NotesARateThatTheCameraDoesNotHave) {
   const std::string arguments =
       "/dev/video90 --auto --frames-limit 1 --site " + kSample.string() + " --out ";
