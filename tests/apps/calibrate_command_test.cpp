@@ -21,9 +21,7 @@
 namespace pleinair::calibrate_command_test {
 namespace {
 
-using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
 const std::filesystem::path kShared = PLEINAIR_SHARED_DIR;
 
