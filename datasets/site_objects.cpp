@@ -191,19 +191,12 @@ bool HasSameFiles(const fs::path& copy, const fs::path& folder, const std::set<f
 }
 
 void CopyFiles(const fs::path& from, const std::set<fs::path>& files, const fs::path& to) {
-  const fs::path temporary =
-      to.parent_path() / fmt::format(".{}.{}.part", to.filename().string(), getpid());
-  try {
+  WriteWholeFolder(to, [&](const fs::path& folder) {
     for (const fs::path& file : files) {
-      fs::create_directories((temporary / file).parent_path());
-      fs::copy_file(from / file, temporary / file);
+      fs::create_directories((folder / file).parent_path());
+      fs::copy_file(from / file, folder / file);
     }
-    fs::rename(temporary, to);
-  } catch (const fs::filesystem_error& error) {
-    std::error_code ignored;
-    fs::remove_all(temporary, ignored);
-    RefuseFile(to, "cannot be written: " + error.code().message());
-  }
+  });
 }
 
 }  // namespace

@@ -82,4 +82,28 @@ void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte
   throw std::runtime_error(file.string() + ": cannot be written: " + failure);
 }
 
+void WriteWholeFolder(const std::filesystem::path& folder,
+                      const std::function<void(const std::filesystem::path&)>& fill) {
+  std::error_code error;
+  // Without links and a slash at the end, which rename would not follow.
+  std::filesystem::path target = std::filesystem::weakly_canonical(folder, error);
+  if (error) RefuseFile(folder, "cannot be written: " + error.message());
+  if (!target.has_filename()) target = target.parent_path();
+  std::string name(".");
+  name += target.filename().string() + "." + std::to_string(getpid()) + ".part";
+  const std::filesystem::path temporary = target.parent_path() / name;
+  try {
+    std::filesystem::remove_all(temporary);
+    std::filesystem::create_directories(temporary);
+    fill(temporary);
+    std::filesystem::rename(temporary, target);
+  } catch (const std::filesystem::filesystem_error& failure) {
+    std::filesystem::remove_all(temporary, error);
+    RefuseFile(folder, "cannot be written: " + failure.code().message());
+  } catch (...) {
+    std::filesystem::remove_all(temporary, error);
+    throw;
+  }
+}
+
 }  // namespace pleinair

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,5 +28,11 @@ void RequireReplaceable(const std::filesystem::path& file);
 // replaced completely or not at all. Throws std::runtime_error naming it when that fails, or as
 // RequireReplaceable; the temporary file is removed then.
 void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
+// Calls `fill` with a new temporary folder beside `folder` (".NAME.PID.part") and renames it:
+// `folder`, absent or empty before, is there completely or not at all. Throws what `fill` throws,
+// and std::runtime_error naming the folder; the temporary one is removed then.
+void WriteWholeFolder(const std::filesystem::path& folder,
+                      const std::function<void(const std::filesystem::path&)>& fill);
 
 }  // namespace pleinair

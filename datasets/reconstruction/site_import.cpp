@@ -147,7 +147,7 @@ class Importer {
     FindUp();
     PlaceOnEarth();
     FitAndGround();
-    Write();
+    WriteWholeFolder(options_.out, [&](const fs::path& folder) { Write(folder); });
     return std::move(report_);
   }
 
@@ -445,7 +445,7 @@ class Importer {
     }
   }
 
-  // A photograph as a frame's picture.
+  // A photograph as the picture of a frame of `sequence`.
   fs::path WritePicture(std::size_t picture, std::size_t index, const Sequence& sequence) const {
     const fs::path& file = photographs_[picture]->file;
     const Rgb8Image stored = ReadDisplayImage(file);
@@ -455,23 +455,23 @@ class Importer {
         fs::path("frames_ldr") /
         fmt::format("{:06}{}", index, is_same ? file.extension().string() : ".jpg");
     if (is_same) {
-      WriteWholeFile(options_.out / name, ReadWholeFile(file));
+      WriteWholeFile(sequence.folder / name, ReadWholeFile(file));
     } else {
-      WriteJpeg(options_.out / name, SeenBy(sequence.intrinsics, stored, own), kJpegQuality);
+      WriteJpeg(sequence.folder / name, SeenBy(sequence.intrinsics, stored, own), kJpegQuality);
     }
     return name;
   }
 
-  void WriteText(const std::string& name, const std::string& text) const {
-    WriteWholeFile(options_.out / name, std::as_bytes(std::span(text)));
+  static void WriteText(const fs::path& file, const std::string& text) {
+    WriteWholeFile(file, std::as_bytes(std::span(text)));
   }
 
-  void Write() {
-    fs::create_directories(options_.out / "frames_ldr");
-    WriteText("scene.obj", ObjText(report_.surfaces, "scene.mtl"));
-    WriteText("scene.mtl", MtlText(report_.surfaces));
+  void Write(const fs::path& folder) {
+    fs::create_directories(folder / "frames_ldr");
+    WriteText(folder / "scene.obj", ObjText(report_.surfaces, "scene.mtl"));
+    WriteText(folder / "scene.mtl", MtlText(report_.surfaces));
     Sequence sequence;
-    sequence.folder = options_.out;
+    sequence.folder = folder;
     sequence.site = report_.site;
     sequence.north_stddev_rad = report_.earth.turn_sigma_rad;
     sequence.scene_mesh = "scene.obj";
@@ -497,7 +497,7 @@ class Importer {
     }
     sequence.camera_from_world = sequence.frames.front().camera_from_world;
     report_.frames = sequence.frames.size();
-    WriteSequence(sequence, options_.out);
+    WriteSequence(sequence, folder);
   }
 
   static constexpr double kToleranceOfDistance = 0.005;

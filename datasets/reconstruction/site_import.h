@@ -85,7 +85,7 @@ struct SiteImportReport {
 //
 // World   metres, +X east, +Y north, +Z up; the origin is on the ground below the cameras' mean.
 // Throws  std::runtime_error or std::invalid_argument, one line: what, where, what was expected.
-//         Nothing is left under the name of sequence.json then.
+//         `out` is as it was then.
 SiteImportReport ImportSite(const SiteImportOptions& options);
 
 }  // namespace pleinair

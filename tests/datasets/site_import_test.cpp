@@ -3,8 +3,11 @@
 #include "datasets/reconstruction/site_import.h"
 
 #include <cmath>
+#include <csignal>
 #include <limits>
 #include <random>
+
+#include <sys/resource.h>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -308,7 +311,28 @@ TEST_F(ImportedYard, WhatIsWrongIsNamed) {
   options_.out = folder_ / "site";
   folder_.Write("0.jpg", ContentOf(folder_ / "1.jpg").substr(0, 300));
   EXPECT_THAT(MessageOf([&] { ImportSite(options_); }), HasSubstr("0.jpg"));
-  EXPECT_FALSE(fs::exists(options_.out / "sequence.json"));
+  EXPECT_FALSE(fs::exists(options_.out));
+}
+
+// What fails in writing can be run again: nothing is left, neither a site nor a part of one.
+TEST_F(ImportedYard, APhotographThatCannotBeWrittenLeavesNoSite) {
+  Make();
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
+  // Mesh and sequence are smaller; the photographs are not.
+  const rlimit small{fs::file_size(folder_ / "0.jpg") - 1, limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  const std::string message = MessageOf([&] { ImportSite(options_); });
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(message, HasSubstr("cannot be written: "));
+  for (const auto& entry : fs::directory_iterator(folder_.Path())) {
+    EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr("site")));
+  }
+  fs::create_directory(options_.out);
+  EXPECT_EQ(ImportSite(options_).frames, truth_.pictures.size());
+  EXPECT_TRUE(fs::exists(options_.out / "sequence.json"));
 }
 
 TEST(ExifPlace, ReadsPositionHeadingAndOrientation) {
