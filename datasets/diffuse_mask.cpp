@@ -12,6 +12,17 @@
 #include "scene/whole_file.h"
 
 namespace pleinair {
+namespace {
+
+// What the file says now: a caller's sequence may lack what its settings leave out, the survey map
+// and its mask.
+Sequence AsWritten(const Sequence& sequence) {
+  return sequence.file.filename() == "site.json"
+             ? ReadSite(sequence.folder, UtcTime{}, SequencePoses::kMayBeAbsent)
+             : ReadSequence(sequence.folder, SequencePoses::kMayBeAbsent);
+}
+
+}  // namespace
 
 std::optional<DiffuseMask> ReadDiffuseMask(const Sequence& sequence) {
   if (!sequence.diffuse_mask) return std::nullopt;
@@ -23,7 +34,8 @@ std::optional<DiffuseMask> ReadDiffuseMask(const Sequence& sequence) {
   return mask;
 }
 
-std::filesystem::path SaveDiffuseMask(const Sequence& sequence, Gray8Image mask) {
+std::filesystem::path SaveDiffuseMask(const Sequence& caller, Gray8Image mask) {
+  const Sequence sequence = AsWritten(caller);
   RequireCameraSize(mask, sequence.intrinsics, "camera", "the mask");
   const auto known = ReadDiffuseMask(sequence);
   if (known && !known->is_over_map) {
@@ -36,7 +48,8 @@ std::filesystem::path SaveDiffuseMask(const Sequence& sequence, Gray8Image mask)
   return ReplaceDiffuseMask(sequence, mask);
 }
 
-std::filesystem::path ReplaceDiffuseMask(const Sequence& sequence, const Gray8Image& mask) {
+std::filesystem::path ReplaceDiffuseMask(const Sequence& caller, const Gray8Image& mask) {
+  const Sequence sequence = AsWritten(caller);
   RequireCameraSize(mask, sequence.intrinsics, "camera", "the mask");
   if (const auto known = ReadDiffuseMask(sequence); known && known->is_over_map) {
     RefuseFile(sequence.file,

@@ -22,10 +22,11 @@ std::optional<DiffuseMask> ReadDiffuseMask(const Sequence& sequence);
 
 // Makes `mask`, over the first frame of `sequence`, that of its file, together with the one over
 // the first frame that it has: of each pixel the darker. It is written as diffuse_mask.png, or as
-// the file that the key names; the file before the key. Returns its path.
+// the file that the key names; the file before the key. Returns its path. Of `sequence` only the
+// file counts, which is read again.
 //
 // Throws  std::runtime_error, one line, naming the file: where a mask over the survey map is there,
-//         for a mask of another size than the camera's, and as EditSiteFile.
+//         for a mask of another size than the camera's, as ReadSequence, and as EditSiteFile.
 std::filesystem::path SaveDiffuseMask(const Sequence& sequence, Gray8Image mask);
 
 // The same, in place of the one that it has.

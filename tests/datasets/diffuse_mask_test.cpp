@@ -105,5 +105,20 @@ TEST_F(DiffuseMaskTest, RefusesWhatWouldMeanSomethingElse) {
   EXPECT_THAT(RefusalToSave(8, 4), HasSubstr("twice as wide as high"));
 }
 
+// As a sequence is with the materials' albedos: without the map and its mask.
+TEST_F(DiffuseMaskTest, KeepsTheSurveysMaskWhereTheCallerHasLeftOutTheMap) {
+  document_["diffuse_mask"] = "diffuse_mask.png";
+  Gray8Image over_map(64, 32, 255);
+  WritePng(folder_ / "diffuse_mask.png", over_map);
+  WriteMask(64, 32, 3);
+  Sequence sequence = Read();
+  sequence.environment.reset();
+  sequence.diffuse_mask.reset();
+  const std::string before = ContentOf(folder_ / "diffuse_mask.png");
+  EXPECT_THAT(MessageOf([&] { ReplaceDiffuseMask(sequence, Gray8Image(8, 6, 255)); }),
+              HasSubstr("diffuse_mask is over the survey map"));
+  EXPECT_EQ(ContentOf(folder_ / "diffuse_mask.png"), before);
+}
+
 }  // namespace
 }  // namespace pleinair::diffuse_mask_test
