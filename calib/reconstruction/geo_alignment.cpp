@@ -79,7 +79,8 @@ GeoAlignment AlignToEarth(std::span<const GeoReading> readings, std::optional<do
   constexpr double kNoNorthRad = std::numbers::pi;
   std::vector<PlanPair> pairs;
   Plan headings = 0.0;
-  double heading_sigma_rad = 0.0;
+  double heading_weights = 0.0;
+  double heading_sigmas = 0.0;  // Weighted.
   for (const GeoReading& reading : readings) {
     if (reading.position_enu_m) {
       pairs.push_back(
@@ -89,8 +90,10 @@ GeoAlignment AlignToEarth(std::span<const GeoReading> readings, std::optional<do
     if (reading.heading_rad && std::abs(forward) > 0.1) {
       // Azimuths run clockwise from north.
       const Plan stated = std::polar(1.0, 0.5 * std::numbers::pi - *reading.heading_rad);
-      headings += stated * std::conj(forward) / std::abs(forward);
-      heading_sigma_rad = std::max(heading_sigma_rad, reading.heading_sigma_rad);
+      const double weight = 1.0 / (reading.heading_sigma_rad * reading.heading_sigma_rad);
+      headings += weight * stated * std::conj(forward) / std::abs(forward);
+      heading_weights += weight;
+      heading_sigmas += weight * reading.heading_sigma_rad;
     }
   }
 
@@ -119,7 +122,9 @@ GeoAlignment AlignToEarth(std::span<const GeoReading> readings, std::optional<do
     }
   }
   if (std::abs(headings) > 0.0) {
-    const double weight = 1.0 / (heading_sigma_rad * heading_sigma_rad);
+    // One compass's errors are alike in all pictures: they do not average out.
+    const double sigma = heading_sigmas / heading_weights;
+    const double weight = 1.0 / (sigma * sigma);
     found.turn_by_headings_rad = std::arg(headings);
     turns += std::polar(weight, std::arg(headings));
     precision += weight;

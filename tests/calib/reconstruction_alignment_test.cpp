@@ -266,6 +266,13 @@ TEST(AlignToEarth, WeighsPositionsAndCompassesByTheirVariances) {
   EXPECT_NEAR(DegFromRad(both.turn_rad), 10.0 * h / (p + h), 0.05);
   EXPECT_NEAR(both.turn_sigma_rad, 1.0 / std::sqrt(p + h), 1e-9);
   EXPECT_NEAR(DegFromRad(*both.turn_by_headings_rad), 10.0, 1e-9);
+  // One heading that is known far better than the compass has nearly the last word.
+  std::vector<GeoReading> stated = walk;
+  stated[2].heading_rad = RadFromDeg(-4.0);
+  stated[2].heading_sigma_rad = 0.01;
+  const GeoAlignment better = AlignToEarth(stated, 2.0);
+  EXPECT_NEAR(DegFromRad(*better.turn_by_headings_rad), 4.0, 0.15);
+  EXPECT_LT(better.turn_sigma_rad, 0.02);
   for (GeoReading& reading : walk) reading.position_enu_m.reset();
   const GeoAlignment compass = AlignToEarth(walk, std::nullopt);
   EXPECT_NEAR(DegFromRad(compass.turn_rad), 10.0, 1e-9);
