@@ -21,7 +21,7 @@
 #include "calib/frame_average.h"
 #include "calib/json_cursor.h"
 #include "calib/response_fit.h"
-#include "datasets/camera_file.h"
+#include "datasets/site_file.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -188,7 +188,10 @@ void WriteSiteResponse(const std::string& response,
                        const std::filesystem::path& file,
                        const std::filesystem::path& out) {
   WriteWholeText(out.parent_path() / kResponseFile, response);
-  MergeIntoFile(file, {{"radiometry", {{"frames_ldr", kResponseFile}}}}, out);
+  EditSiteFile(
+      file,
+      [](nlohmann::ordered_json& json) { json["radiometry"]["frames_ldr"] = kResponseFile; },
+      out);
 }
 
 // A site's camera: its response takes the factors.
@@ -306,7 +309,7 @@ std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
   const std::string response = ResponseCurve::FromTable(fit.table).FileText();
   if (!options.out.empty()) WriteWholeText(options.out, response);
   if (!options.site.empty()) {
-    const std::filesystem::path file = CameraFileIn(options.site);
+    const std::filesystem::path file = SiteFileIn(options.site);
     WriteSiteResponse(response, file, file);
   }
   return report + Report(fit);
@@ -356,7 +359,7 @@ std::string RunCalibrateAverage(const CalibrateAverageOptions& options) {
 }
 
 std::string RunCalibrateColour(const CalibrateColourOptions& options) {
-  const std::filesystem::path file = CameraFileIn(options.calibration);
+  const std::filesystem::path file = SiteFileIn(options.calibration);
   const nlohmann::json document = LoadJson(file);
   if (document.is_object() && document.value("format", nlohmann::json()) != "pleinair-fisheye" &&
       document.contains("camera")) {

@@ -12,7 +12,8 @@
 #include "apps/whole_text.h"
 #include "calib/fisheye_file.h"
 #include "calib/json_cursor.h"
-#include "datasets/camera_file.h"
+#include "datasets/new_site.h"
+#include "datasets/site_file.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
 
@@ -169,39 +170,39 @@ void RequireSize(const std::filesystem::path& file,
 }
 
 void WriteIntoSite(const std::filesystem::path& site, const LensFit& fit) {
-  const std::filesystem::path file = CameraFileIn(site);
+  const std::filesystem::path file = SiteFileIn(site);
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
-  nlohmann::ordered_json changes;
   if (const auto* camera = std::get_if<CameraIntrinsics>(&fit.lens)) {
     if (const auto at = root.Optional("camera")) {
       RequireSize(file, *at, camera->width_px, camera->height_px);
     }
-    changes["camera"] = JsonOf(*camera);
-  } else {
-    const FisheyeIntrinsics& lens = std::get<FisheyeIntrinsics>(fit.lens);
-    FisheyeCalibration calibration{lens, {}, {}, fit.rms_px};
-    std::filesystem::path name = kFisheyeFile;
-    if (const auto at = root.Optional("fisheye")) {
-      RequireSize(file, *at, lens.width_px, lens.height_px);
-      if (const auto before = at->Optional("calibration")) name = before->Text();
-    }
-    const std::filesystem::path target = file.parent_path() / name;
-    std::error_code error;
-    if (std::filesystem::exists(target, error)) {
-      // The lens is new; how the camera stands and what colours it sees are not.
-      const FisheyeCalibration before = ReadFisheyeCalibration(target);
-      calibration.world_from_camera = before.world_from_camera;
-      calibration.room_from_fisheye_rgb = before.room_from_fisheye_rgb;
-    }
-    WriteWholeText(target, FisheyeCalibrationText(calibration));
-    changes["fisheye"] = {{"model", FisheyeModelName(lens.model)},
-                          {"fov_deg", DegFromRad(2.0 * lens.max_angle_rad)},
-                          {"width", lens.width_px},
-                          {"height", lens.height_px},
-                          {"calibration", name.string()}};
+    SetSiteLens(file, *camera);
+    return;
   }
-  MergeIntoFile(file, changes, file);
+  const FisheyeIntrinsics& lens = std::get<FisheyeIntrinsics>(fit.lens);
+  FisheyeCalibration calibration{lens, {}, {}, fit.rms_px};
+  std::filesystem::path name = kFisheyeFile;
+  if (const auto at = root.Optional("fisheye")) {
+    RequireSize(file, *at, lens.width_px, lens.height_px);
+    if (const auto before = at->Optional("calibration")) name = before->Text();
+  }
+  const std::filesystem::path target = file.parent_path() / name;
+  std::error_code error;
+  if (std::filesystem::exists(target, error)) {
+    // The lens is new; how the camera stands and what colours it sees are not.
+    const FisheyeCalibration before = ReadFisheyeCalibration(target);
+    calibration.world_from_camera = before.world_from_camera;
+    calibration.room_from_fisheye_rgb = before.room_from_fisheye_rgb;
+  }
+  WriteWholeText(target, FisheyeCalibrationText(calibration));
+  EditSiteFile(file, [&](nlohmann::ordered_json& json) {
+    json["fisheye"].merge_patch({{"model", FisheyeModelName(lens.model)},
+                                 {"fov_deg", DegFromRad(2.0 * lens.max_angle_rad)},
+                                 {"width", lens.width_px},
+                                 {"height", lens.height_px},
+                                 {"calibration", name.string()}});
+  });
 }
 
 std::string DescribeTrial(LensModel model, const LensTrial& trial) {

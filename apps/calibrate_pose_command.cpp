@@ -18,9 +18,10 @@
 #include "calib/edge_pose.h"
 #include "calib/json_cursor.h"
 #include "calib/marker_board.h"
-#include "datasets/camera_file.h"
 #include "datasets/marker_frame_source.h"
+#include "datasets/new_site.h"
 #include "datasets/sequence.h"
+#include "datasets/site_file.h"
 #include "scene/image_io.h"
 #include "scene/mesh_io.h"
 #include "sunmodel/angles.h"
@@ -58,30 +59,17 @@ void WriteWithPoses(const Sequence& sequence,
     frame["camera_from_world"] = JsonOf(pose);
     frames.push_back(std::move(frame));
   }
-  Json changes = {{"camera", {{"camera_from_world", nullptr}}}};
-  changes["frames"] = std::move(frames);
-  MergeIntoFile(sequence.file, changes, out);
-}
-
-// Frames that state their own pose would not use the camera's.
-void RequireOnePose(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  const Json document = Json::parse(stream);
-  if (!document.contains("frames") || !document["frames"].is_array()) return;
-  for (const Json& frame : document["frames"]) {
-    if (!frame.contains("camera_from_world")) continue;
-    throw std::runtime_error(file.string() +
-                             ": expected a camera that stands still, found frames with "
-                             "camera_from_world of their own");
-  }
+  EditSiteFile(
+      sequence.file,
+      [&](Json& json) {
+        json["camera"].erase("camera_from_world");
+        json["frames"] = std::move(frames);
+      },
+      out);
 }
 
 void WritePose(const CalibratePoseOptions& options, const glm::dmat4& camera_from_world) {
-  if (options.out.empty()) return;
-  const std::filesystem::path file = CameraFileIn(options.site);
-  RequireOnePose(file);
-  MergeIntoFile(
-      file, {{"camera", {{"camera_from_world", JsonOf(camera_from_world)}}}}, options.out);
+  if (!options.out.empty()) SetSitePose(options.site, camera_from_world, options.out);
 }
 
 std::string DescribeKnowledge(const glm::dmat4& camera_from_world,
@@ -102,7 +90,7 @@ std::string PoseFromPoints(const CalibratePoseOptions& options) {
   CameraPoseOptions pose_options = PickedPointOptions();
   if (options.inlier_px) pose_options.inlier_px = *options.inlier_px;
   if (options.near_stated && !camera.camera_from_world) {
-    throw std::runtime_error(CameraFileIn(options.site).string() +
+    throw std::runtime_error(SiteFileIn(options.site).string() +
                              ": camera.camera_from_world: expected for --near-stated");
   }
   const auto pose = FindCameraPose(Lens(camera.intrinsics),
@@ -143,7 +131,7 @@ std::string PoseFromPoints(const CalibratePoseOptions& options) {
 // The mesh that the site names.
 std::filesystem::path MeshOf(const CalibratePoseOptions& options) {
   if (!options.mesh.empty()) return options.mesh;
-  const std::filesystem::path file = CameraFileIn(options.site);
+  const std::filesystem::path file = SiteFileIn(options.site);
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
   return file.parent_path() / root.Required("scene").Required("mesh").Text();
@@ -152,7 +140,7 @@ std::filesystem::path MeshOf(const CalibratePoseOptions& options) {
 std::string PoseFromEdges(const CalibratePoseOptions& options) {
   const StatedCamera camera = ReadStatedCamera(options.site);
   if (!camera.camera_from_world) {
-    throw std::runtime_error(CameraFileIn(options.site).string() +
+    throw std::runtime_error(SiteFileIn(options.site).string() +
                              ": camera.camera_from_world: expected a rough pose to begin from "
                              "(`calibrate pose --points` finds one from four picks)");
   }

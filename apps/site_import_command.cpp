@@ -142,7 +142,7 @@ std::vector<PictureMark> ReadMarks(const std::filesystem::path& file) {
 
 std::string DescribeNorth(const GeoAlignment& earth) {
   if (earth.turn_sigma_rad >= RadFromDeg(180.0)) {
-    return "north    unknown: nothing says it (--heading)\n";
+    return "north    unknown: no positions or compass readings determine it; give --heading\n";
   }
   std::string text = fmt::format("north    sigma {:.1f} deg", DegFromRad(earth.turn_sigma_rad));
   if (earth.turn_by_positions_rad && earth.turn_by_headings_rad) {

@@ -40,14 +40,20 @@ void RequireBoth(bool first, bool second, const char* names) {
   if (first != second) throw std::invalid_argument(std::string(names) + ": expected both");
 }
 
-void ApplyPlaceAndMesh(const SiteNewOptions& options) {
+// Returns lines to print.
+std::string ApplyPlaceAndMesh(const SiteNewOptions& options) {
+  std::string notes;
   if (!options.place.empty()) SetSitePlace(options.folder, ParseSite(options.place));
   if (!options.mesh.empty()) {
-    SetSiteMesh(options.folder, options.mesh, FrameFrom(options.mesh_units, options.mesh_up));
+    for (const std::string& name : SetSiteMesh(
+             options.folder, options.mesh, FrameFrom(options.mesh_units, options.mesh_up))) {
+      notes += "note: diffuse region '" + name + "' is dropped: the new mesh does not have it\n";
+    }
   }
   if (!options.diffuse_regions.empty()) {
     SetDiffuseRegions(options.folder, options.diffuse_regions);
   }
+  return notes;
 }
 
 void ApplyCamera(const SiteNewOptions& options) {
@@ -81,10 +87,12 @@ void ApplyLightAndObjects(const SiteNewOptions& options) {
                 RadFromDeg(options.object_turn_deg));
 }
 
-void Apply(const SiteNewOptions& options) {
-  ApplyPlaceAndMesh(options);
+// Returns lines to print.
+std::string Apply(const SiteNewOptions& options) {
+  std::string notes = ApplyPlaceAndMesh(options);
   ApplyCamera(options);
   ApplyLightAndObjects(options);
+  return notes;
 }
 
 // One answer: the option that it is for, and what it stands for where it is empty.
@@ -141,7 +149,10 @@ std::vector<Question> QuestionsFor(SitePart part) {
 }
 
 // Until the part is there or left for later. False: there are no more answers.
-bool AskFor(const SitePartState& state, const std::filesystem::path& folder, const Ask& ask) {
+bool AskFor(const SitePartState& state,
+            const std::filesystem::path& folder,
+            const Ask& ask,
+            std::string& notes) {
   std::string before = fmt::format("\nmissing{}: {}\n  how to get it: {}\n",
                                    state.is_required ? "" : " (not required)",
                                    state.name,
@@ -162,7 +173,7 @@ bool AskFor(const SitePartState& state, const std::filesystem::path& folder, con
     }
     if (is_left_out) return true;
     try {
-      Apply(answers);
+      notes += Apply(answers);
       return true;
     } catch (const std::exception& error) {
       before = "  " + MessageText(error.what()) + "\n";
@@ -209,16 +220,16 @@ std::string StateText(const std::filesystem::path& folder) {
 
 std::string RunSiteNew(const SiteNewOptions& options, const Ask& ask) {
   StartSite(options.folder);
-  Apply(options);
+  std::string notes = Apply(options);
   if (ask) {
     for (const SitePart part : kSiteParts) {
       const std::vector<SitePartState> states = SitePartsIn(options.folder);
       const auto state = std::find_if(
           states.begin(), states.end(), [&](const auto& one) { return one.part == part; });
-      if (!state->value && !AskFor(*state, options.folder, ask)) break;
+      if (!state->value && !AskFor(*state, options.folder, ask, notes)) break;
     }
   }
-  return StateText(options.folder);
+  return notes + StateText(options.folder);
 }
 
 Ask AskOnTerminal() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -32,29 +33,11 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-Json RowsOf(const glm::dmat4& matrix) {
-  Json rows = Json::array();
-  for (int r = 0; r < 4; ++r) {
-    rows.push_back({matrix[0][r], matrix[1][r], matrix[2][r], matrix[3][r]});
-  }
-  return rows;
-}
+constexpr const char* kMeshNote = "note_mesh";
+constexpr const char* kMapNote = "note_environment";
 
 bool Has(const Json& json, const char* object, const char* key) {
   return json.contains(object) && json[object].is_object() && json[object].contains(key);
-}
-
-void PutLens(const CameraIntrinsics& lens, Json& json) {
-  Json& camera = json["camera"];
-  camera["width"] = lens.width_px;
-  camera["height"] = lens.height_px;
-  camera["fx"] = lens.fx_px;
-  camera["fy"] = lens.fy_px;
-  camera["cx"] = lens.cx_px;
-  camera["cy"] = lens.cy_px;
-  camera["distortion"] = lens.distortion;
-  camera["distortion_model"] = "opencv";
-  camera["pixel_centers"] = "integer";
 }
 
 // A name in the folder that is not taken: NAME.EXT, NAME-2.EXT, ...
@@ -64,6 +47,75 @@ fs::path FreeName(const fs::path& folder, const std::string& stem, const std::st
     std::error_code error;
     if (!fs::exists(folder / name, error)) return name;
   }
+}
+
+// Notes in the site's file on which file of the folder is made here, so that the next one replaces
+// it and nobody's own.
+std::string MadeNote(const fs::path& name) { return name.string() + " is made by site new"; }
+
+// The file that `json[object][key]` names, where it is made here. `source` is never taken for one.
+std::optional<fs::path> MadeBefore(const fs::path& folder,
+                                   const Json& json,
+                                   const char* object,
+                                   const char* key,
+                                   const char* note,
+                                   const fs::path& source) {
+  if (!Has(json, object, key) || !json[object][key].is_string()) return std::nullopt;
+  const fs::path name = json[object][key].get<std::string>();
+  std::error_code error;
+  if (json.value(note, Json()) != MadeNote(name) || name.has_parent_path() ||
+      fs::equivalent(folder / name, source, error)) {
+    return std::nullopt;
+  }
+  return folder / name;
+}
+
+void RemoveMesh(fs::path file) {
+  std::error_code ignored;
+  fs::remove(file, ignored);
+  fs::remove(file.replace_extension(".mtl"), ignored);
+}
+
+bool HasGroupOrMaterial(const Mesh& mesh, const std::string& name) {
+  return std::find(mesh.group_names.begin(), mesh.group_names.end(), name) !=
+             mesh.group_names.end() ||
+         std::any_of(mesh.materials.begin(), mesh.materials.end(), [&](const Material& material) {
+           return material.name == name;
+         });
+}
+
+// Takes those names from diffuse_regions that the mesh lacks, and returns them.
+std::vector<std::string> DropUnknownRegions(const Mesh& mesh, Json& json) {
+  std::vector<std::string> dropped;
+  Json kept = Json::array();
+  for (const Json& name : json.value("diffuse_regions", Json::array())) {
+    if (name.is_string() && !HasGroupOrMaterial(mesh, name.get<std::string>())) {
+      dropped.push_back(name.get<std::string>());
+    } else {
+      kept.push_back(name);
+    }
+  }
+  if (dropped.empty()) return dropped;
+  if (kept.empty()) {
+    json.erase("diffuse_regions");
+  } else {
+    json["diffuse_regions"] = std::move(kept);
+  }
+  return dropped;
+}
+
+// In the file's list, or in the file that it names, which has an entry in each line.
+bool FramesHavePoses(const fs::path& file, const Json& json) {
+  const auto has_pose = [](const Json& frame) {
+    return frame.is_object() && frame.contains("camera_from_world");
+  };
+  const Json frames = json.value("frames", Json::array());
+  if (!frames.is_string()) return std::any_of(frames.begin(), frames.end(), has_pose);
+  std::ifstream lines(file.parent_path() / frames.get<std::string>(), std::ios::binary);
+  for (std::string line; std::getline(lines, line);) {
+    if (has_pose(Json::parse(line, nullptr, false))) return true;
+  }
+  return false;
 }
 
 std::string SizeText(const Mesh& mesh) {
@@ -239,19 +291,28 @@ void SetSitePlace(const fs::path& folder, const Site& site) {
   });
 }
 
-void SetSiteMesh(const fs::path& folder, const fs::path& mesh, const MeshFrame& frame) {
+std::vector<std::string> SetSiteMesh(const fs::path& folder,
+                                     const fs::path& mesh,
+                                     const MeshFrame& frame) {
   const Mesh converted = TransformMesh(frame.MetresZUpFromFile(), LoadMesh(mesh).mesh);
   const fs::path name = FreeName(folder, "scene", ".obj");
-  WriteObj(converted, folder / name);
+  std::optional<fs::path> replaced;
+  std::vector<std::string> dropped;
   try {
-    LoadMesh(folder / name);
+    WriteObj(converted, folder / name);
+    const Mesh written = LoadMesh(folder / name).mesh;
+    EditSiteFile(folder, [&](Json& json) {
+      replaced = MadeBefore(folder, json, "scene", "mesh", kMeshNote, mesh);
+      json["scene"]["mesh"] = name.string();
+      json[kMeshNote] = MadeNote(name);
+      dropped = DropUnknownRegions(written, json);
+    });
   } catch (...) {
-    std::error_code ignored;
-    fs::remove(folder / name, ignored);
-    fs::remove((folder / name).replace_extension(".mtl"), ignored);
+    RemoveMesh(folder / name);
     throw;
   }
-  EditSiteFile(folder, [&](Json& json) { json["scene"]["mesh"] = name.string(); });
+  if (replaced) RemoveMesh(*replaced);
+  return dropped;
 }
 
 void SetDiffuseRegions(const fs::path& folder, const std::vector<std::string>& names) {
@@ -261,13 +322,7 @@ void SetDiffuseRegions(const fs::path& folder, const std::vector<std::string>& n
     }
     const Mesh mesh = LoadMesh(folder / json["scene"]["mesh"].get<std::string>()).mesh;
     for (const std::string& name : names) {
-      const bool is_group = std::find(mesh.group_names.begin(), mesh.group_names.end(), name) !=
-                            mesh.group_names.end();
-      const bool is_material =
-          std::any_of(mesh.materials.begin(), mesh.materials.end(), [&](const Material& material) {
-            return material.name == name;
-          });
-      if (is_group || is_material) continue;
+      if (HasGroupOrMaterial(mesh, name)) continue;
       throw std::runtime_error("diffuse region '" + name +
                                "': expected a group or material of the "
                                "mesh: " +
@@ -300,19 +355,19 @@ void SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
   lens.cy_px = 0.5 * (photo.height - 1);
   EditSiteFile(folder, [&](Json& json) {
     if (Has(json, "camera", "fx")) return;  // A calibrated one is better.
-    PutLens(lens, json);
+    json["camera"].merge_patch(JsonOf(lens));
     json["note_lens"] = fmt::format("from EXIF data: {:g} mm for 35 mm film", *focal_mm);
   });
 }
 
 void SetSiteLens(const fs::path& folder, const CameraIntrinsics& lens) {
   EditSiteFile(folder, [&](Json& json) {
-    PutLens(lens, json);
+    json["camera"].merge_patch(JsonOf(lens));
     json.erase("note_lens");
   });
 }
 
-void SetSitePose(const fs::path& folder, const glm::dmat4& camera_from_world) {
+void SetSitePose(const fs::path& folder, const glm::dmat4& camera_from_world, const fs::path& out) {
   const glm::dmat3 rotation(camera_from_world);
   const glm::dmat3 off = glm::transpose(rotation) * rotation - glm::dmat3(1.0);
   double largest = 0.0;
@@ -324,8 +379,18 @@ void SetSitePose(const fs::path& folder, const glm::dmat4& camera_from_world) {
     throw std::invalid_argument(
         "camera_from_world: expected a rotation and a translation in metres");
   }
+  const fs::path file = SiteFileIn(folder);
   EditSiteFile(
-      folder, [&](Json& json) { json["camera"]["camera_from_world"] = RowsOf(camera_from_world); });
+      file,
+      [&](Json& json) {
+        if (FramesHavePoses(file, json)) {
+          RefuseFile(file,
+                     "expected a camera that stands still, found frames with camera_from_world of "
+                     "their own, which would be used instead");
+        }
+        json["camera"]["camera_from_world"] = JsonOf(camera_from_world);
+      },
+      out);
 }
 
 glm::dmat4 ReadPoseFile(const fs::path& file) {
@@ -376,11 +441,16 @@ void SetSiteEnvironment(const fs::path& folder,
   }
   const fs::path name = FreeName(folder, "environment", map.extension().string());
   WriteWholeFile(folder / name, ReadWholeFile(map));
+  std::optional<fs::path> replaced;
   EditSiteFile(folder, [&](Json& json) {
+    replaced = MadeBefore(folder, json, "environment", "image", kMapNote, map);
+    json[kMapNote] = MadeNote(name);
     json["environment"] = {{"image", name.string()},
                            {"position_m", {position_m.x, position_m.y, position_m.z}},
                            {"time_utc", FormatUtcTime(time)}};
   });
+  std::error_code ignored;
+  if (replaced) fs::remove(*replaced, ignored);
 }
 
 void SetSiteAlbedos(const fs::path& folder, bool known) {

@@ -56,11 +56,12 @@ void StartSite(const std::filesystem::path& folder);
 void SetSitePlace(const std::filesystem::path& folder, const Site& site);
 
 // Writes the mesh as scene.obj into the folder, in metres with +Z up; with a number where another
-// scene.obj is there. Throws as LoadMesh; std::runtime_error where coordinates are then beyond what
-// LoadMesh takes.
-void SetSiteMesh(const std::filesystem::path& folder,
-                 const std::filesystem::path& mesh,
-                 const MeshFrame& frame);
+// scene.obj is there. The mesh that this function has written before is removed. Returns the names
+// in diffuse_regions that the mesh lacks, which are dropped there. Throws as LoadMesh;
+// std::runtime_error where coordinates are then beyond what LoadMesh takes.
+std::vector<std::string> SetSiteMesh(const std::filesystem::path& folder,
+                                     const std::filesystem::path& mesh,
+                                     const MeshFrame& frame);
 // Names of its groups or materials. Throws std::runtime_error naming one that the mesh lacks.
 void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
@@ -68,18 +69,23 @@ void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<st
 // are a first lens where there is none. Throws std::runtime_error for a picture that cannot be
 // read.
 void SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
+// In place of the one that is there, and of what is noted about that.
 void SetSiteLens(const std::filesystem::path& folder, const CameraIntrinsics& lens);
 
-// Throws std::invalid_argument unless it is a rotation and a translation.
-void SetSitePose(const std::filesystem::path& folder, const glm::dmat4& camera_from_world);
+// `folder` and `out` as EditSiteFile takes them. Throws std::invalid_argument unless it is a
+// rotation and a translation; std::runtime_error where frames state their own poses, which come
+// before the camera's.
+void SetSitePose(const std::filesystem::path& folder,
+                 const glm::dmat4& camera_from_world,
+                 const std::filesystem::path& out = {});
 // `camera_from_world` of a JSON file: its own, its camera's, or the file's only content. Throws
 // std::runtime_error naming the file.
 glm::dmat4 ReadPoseFile(const std::filesystem::path& file);
 // Level; throws std::invalid_argument where the two are above each other.
 glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m, const glm::dvec3& target_m);
 
-// Copies the map. Throws as ReadRadianceImage, and std::runtime_error unless it is twice as wide as
-// high.
+// Copies the map, and removes the copy that this function has made before. Throws as
+// ReadRadianceImage, and std::runtime_error unless it is twice as wide as high.
 void SetSiteEnvironment(const std::filesystem::path& folder,
                         const std::filesystem::path& map,
                         const glm::dvec3& position_m,

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "calib/json_cursor.h"
-#include "datasets/camera_file.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/internal/frame_entries.h"
 #include "datasets/internal/json_vectors.h"
@@ -13,6 +12,7 @@
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/internal/sequence_values.h"
 #include "datasets/sequence.h"
+#include "datasets/site_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -326,11 +326,7 @@ Sequence ReadSite(const std::filesystem::path& folder,
 }
 
 StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder) {
-  std::error_code error;
-  fs::path file = CameraFileIn(file_or_folder);
-  if (fs::is_directory(file_or_folder, error) && file.filename() != "site.json") {
-    file = SequenceFileIn(file_or_folder);
-  }
+  const fs::path file = SiteFileIn(file_or_folder);
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
   CheckFormat(root);

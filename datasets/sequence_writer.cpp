@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "datasets/camera_file.h"
 #include "datasets/site_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"

@@ -13,11 +13,8 @@
 #include "scene/whole_file.h"
 
 namespace pleinair {
-namespace {
 
 using Json = nlohmann::ordered_json;
-
-}  // namespace
 
 std::filesystem::path SiteFileIn(const std::filesystem::path& folder) {
   std::error_code error;
@@ -32,7 +29,9 @@ std::filesystem::path SiteFileIn(const std::filesystem::path& folder) {
   RefuseFile(folder, "expected a site's folder, with a site.json or a sequence.json in it");
 }
 
-void EditSiteFile(const std::filesystem::path& folder, const std::function<void(Json&)>& edit) {
+void EditSiteFile(const std::filesystem::path& folder,
+                  const std::function<void(Json&)>& edit,
+                  const std::filesystem::path& out) {
   const std::filesystem::path file = SiteFileIn(folder);
   // What this returns is in alphabetical order: parsed for its refusals alone.
   LoadJson(file);
@@ -41,12 +40,32 @@ void EditSiteFile(const std::filesystem::path& folder, const std::function<void(
   if (!before.is_object()) RefuseFile(file, "expected an object");
   Json json = before;
   edit(json);
-  if (json != before) WriteJsonFile(json, file);
+  if (!out.empty() || json != before) WriteJsonFile(json, out.empty() ? file : out);
 }
 
 void WriteJsonFile(const Json& json, const std::filesystem::path& file) {
   const std::string text = json.dump(1) + '\n';
   WriteWholeFile(file, std::as_bytes(std::span(text)));
+}
+
+Json JsonOf(const glm::dmat4& matrix) {
+  Json rows = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    rows.push_back({matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]});
+  }
+  return rows;
+}
+
+Json JsonOf(const CameraIntrinsics& camera) {
+  return {{"width", camera.width_px},
+          {"height", camera.height_px},
+          {"fx", camera.fx_px},
+          {"fy", camera.fy_px},
+          {"cx", camera.cx_px},
+          {"cy", camera.cy_px},
+          {"distortion", camera.distortion},
+          {"distortion_model", "opencv"},
+          {"pixel_centers", "integer"}};
 }
 
 }  // namespace pleinair

@@ -5,7 +5,10 @@
 #include <filesystem>
 #include <functional>
 
+#include <glm/mat4x4.hpp>
 #include <nlohmann/json_fwd.hpp>
+
+#include "scene/camera.h"
 
 namespace pleinair {
 
@@ -14,14 +17,20 @@ namespace pleinair {
 std::filesystem::path SiteFileIn(const std::filesystem::path& folder);
 
 // Replaces the file that SiteFileIn finds by what `edit` makes of it. Keys that `edit` leaves alone
-// keep their order and values. Nothing is written where `edit` changes nothing, or throws.
+// keep their order and values. Nothing is written where `edit` changes nothing, or throws. With
+// `out` that file is written, in any case, and the site's stays as it is.
 // Throws  std::runtime_error, one line with the file: as SiteFileIn, for what is not a JSON object,
 //         and as WriteWholeFile; what `edit` throws.
 void EditSiteFile(const std::filesystem::path& folder,
-                  const std::function<void(nlohmann::ordered_json&)>& edit);
+                  const std::function<void(nlohmann::ordered_json&)>& edit,
+                  const std::filesystem::path& out = {});
 
 // Writes `json` as `file`, completely or not at all, with one value a line. Throws as
 // WriteWholeFile.
 void WriteJsonFile(const nlohmann::ordered_json& json, const std::filesystem::path& file);
+
+// As keys have them: a list of rows; width, height, fx, fy, cx, cy, distortion and what they mean.
+nlohmann::ordered_json JsonOf(const glm::dmat4& matrix);
+nlohmann::ordered_json JsonOf(const CameraIntrinsics& camera);
 
 }  // namespace pleinair

@@ -14,8 +14,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
-#include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <nlohmann/json.hpp>
 

@@ -2,22 +2,19 @@
 
 #include <algorithm>
 #include <limits>
-#include <numbers>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
 #include "calib/edge_pose.h"
-#include "datasets/camera_file.h"
+#include "datasets/new_site.h"
+#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
 
 constexpr std::size_t kFewestPicks = 4;
-
-double DegFromRad(double rad) { return rad * 180.0 / std::numbers::pi; }
 
 }  // namespace
 
@@ -112,16 +109,6 @@ std::string PosePicker::RefineByEdges(const Rgb8Image& picture) {
       refined->position_sigma_m);
 }
 
-void PosePicker::Save() {
-  const Sequence& sequence = site_->loaded->sequence;
-  if (!sequence.camera_from_world) {
-    throw std::runtime_error(sequence.file.string() +
-                             ": expected a camera that stands still: its frames have poses of "
-                             "their own");
-  }
-  MergeIntoFile(sequence.file,
-                {{"camera", {{"camera_from_world", JsonOf(shown_.camera_from_world)}}}},
-                sequence.file);
-}
+void PosePicker::Save() { SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world); }
 
 }  // namespace pleinair

@@ -76,7 +76,7 @@ TEST_F(CalibrateLens, WritesAPinholeIntoTheSite) {
   lens.site = folder_;
   lens.out = folder_ / "lens.json";
   Write("site.json",
-        R"({"format": "pleinair-site", "version": 1, "note": "kept",
+        R"({"format": "pleinair-site", "version": 1, "note": "kept", "note_lens": "from EXIF data",
             "camera": {"camera_from_world":
               [[1, 0, 0, 0], [0, 0, -1, 1.5], [0, 1, 0, 0], [0, 0, 0, 1]]}})");
   const std::string report = RunCalibrateLens(lens);
@@ -88,7 +88,9 @@ TEST_F(CalibrateLens, WritesAPinholeIntoTheSite) {
   EXPECT_TRUE(camera.camera_from_world);
   EXPECT_EQ(ReadCameraIntrinsics(lens.out), camera.intrinsics);
   std::ifstream stream(folder_ / "site.json");
-  EXPECT_EQ(nlohmann::json::parse(stream)["note"], "kept");
+  const nlohmann::json written = nlohmann::json::parse(stream);
+  EXPECT_EQ(written["note"], "kept");
+  EXPECT_FALSE(written.contains("note_lens"));
 
   // Made for pictures of another size.
   Write("site.json", R"({"format": "pleinair-site", "version": 1,

@@ -140,6 +140,12 @@ TEST_F(CalibratePose, LeavesFramesWithPosesOfTheirOwnAlone) {
   CalibratePoseOptions options = From(picks_);
   options.out = folder_ / "out.json";
   EXPECT_THAT(Refusal(RunCalibratePose, options), HasSubstr("a camera that stands still"));
+  // The same in a file of their own.
+  WriteSite({{"frames", "frames.jsonl"}});
+  Write("frames.jsonl",
+        "{\"image\": \"0.exr\"}\n{\"image\": \"1.exr\", \"camera_from_world\": [1]}\n{");
+  EXPECT_THAT(Refusal(RunCalibratePose, options), HasSubstr("a camera that stands still"));
+  EXPECT_FALSE(std::filesystem::exists(options.out));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -153,6 +154,55 @@ TEST_F(SiteNew, KeepsWhatPeopleHaveWritten) {
   RunSiteNew(options, {});
   EXPECT_THAT(ContentOf(site_ / "site.json"),
               testing::ContainsRegex("version.*\n.*format.*\n.*note.*\n.*name.*\n.*site"));
+}
+
+TEST_F(SiteNew, ReplacesTheMeshAndTheMapThatItHasMade) {
+  SiteNewOptions options = Options();
+  options.mesh = kCourtyard / "scene.obj";
+  options.diffuse_regions = {"paving", "north_building"};
+  options.environment = kCourtyard / "environment.exr";
+  options.environment_at = "0,0,1.6";
+  options.environment_time = "2005-06-21T11:50:00Z";
+  RunSiteNew(options, {});
+  const auto files = [&] {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(site_)) names.insert(entry.path().filename());
+    return names;
+  };
+  const std::size_t count = files().size();
+  SiteNewOptions again = options;
+  again.diffuse_regions.clear();
+  again.mesh = folder_.Write("other.obj",
+                             "v 0 0 0\nv 5 0 0\nv 0 5 0\nv 0 0 5\ng paving\nf 1 2 3\ng wall\n"
+                             "f 1 2 4\n");
+  EXPECT_THAT(RunSiteNew(again, {}), HasSubstr("note: diffuse region 'north_building' is dropped"));
+  EXPECT_EQ(files().size(), count);
+  EXPECT_EQ(Written()["diffuse_regions"], nlohmann::json({"paving"}));
+  EXPECT_THAT(LoadMesh(site_ / Written()["scene"]["mesh"].get<std::string>()).mesh.group_names,
+              testing::Contains("wall"));
+  EXPECT_TRUE(fs::exists(site_ / Written()["environment"]["image"].get<std::string>()));
+
+  // What somebody else has put there stays, and so does what is read.
+  nlohmann::json own = Written();
+  own["scene"]["mesh"] = "own.obj";
+  fs::copy(kCourtyard / "scene.obj", site_ / "own.obj");
+  std::ofstream(site_ / "site.json") << own.dump();
+  RunSiteNew(again, {});
+  EXPECT_TRUE(fs::exists(site_ / "own.obj"));
+  again.mesh = site_ / Written()["scene"]["mesh"].get<std::string>();
+  RunSiteNew(again, {});
+  EXPECT_TRUE(fs::exists(again.mesh));
+}
+
+TEST_F(SiteNew, ALensInPlaceOfTheFirstOneIsNoGuess) {
+  RunSiteNew(Options(), {});
+  std::ofstream(site_ / "site.json")
+      << R"({"format": "pleinair-site", "version": 1, "note_lens": "from EXIF data",
+             "camera": {"width": 6, "height": 4, "fx": 5, "fy": 5, "cx": 3, "cy": 2}})";
+  EXPECT_THAT(RunSiteNew(Options(), {}), HasSubstr("better calibrate it"));
+  SiteNewOptions options = Options();
+  options.lens = kCourtyard;
+  EXPECT_THAT(RunSiteNew(options, {}), Not(HasSubstr("better calibrate it")));
 }
 
 TEST_F(SiteNew, RefusesInOneLineAndKeepsTheFileWhole) {
