@@ -112,15 +112,11 @@ std::optional<double> ExposureValue(const FrameEntry& frame) {
   return std::log2(*frame.f_number * *frame.f_number / *frame.exposure_s * 100.0 / *frame.iso);
 }
 
-double AngleBetweenSuns(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
-
 // Root mean square over the suns.
 double Apart(std::span<const SeenSun> suns, const std::function<glm::dvec3(UtcTime)>& computed) {
   double squares = 0.0;
   for (const SeenSun& sun : suns) {
-    const double angle = AngleBetweenSuns(sun.direction_enu, computed(sun.time));
+    const double angle = AngleApart(sun.direction_enu, computed(sun.time));
     squares += angle * angle;
   }
   return std::sqrt(squares / static_cast<double>(suns.size()));
@@ -132,6 +128,10 @@ struct Explanation {
 };
 
 }  // namespace
+
+double AngleApart(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
 
 SiteWarnings CheckFrameTimes(const Sequence& sequence) {
   SiteWarnings warnings;

@@ -26,6 +26,9 @@ struct SeenSun {
   double stddev_rad = 0.0;
 };
 
+// Between two directions of any length, radians.
+double AngleApart(const glm::dvec3& a, const glm::dvec3& b);
+
 // What would bring the computed sun to where it is seen, in words, the best first: a clock or time
 // zone, an east for a west, a model's north. With how far each leaves the two apart. Empty where
 // nothing simple does.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -152,7 +153,8 @@ std::vector<PoseReading> OtherReadings(const glm::dmat4& written) {
 SiteWarnings CheckUnits(const Sequence& sequence,
                         const Mesh& mesh,
                         const RayCaster& caster,
-                        std::span<const VirtualObject> objects) {
+                        std::span<const VirtualObject> objects,
+                        std::span<const ObjectMotion> motions) {
   SiteWarnings warnings;
   const std::string file = sequence.scene_mesh.string();
   const BoundingBox box = BoundingBoxOf(mesh);
@@ -187,12 +189,18 @@ SiteWarnings CheckUnits(const Sequence& sequence,
          "write the translation of camera_from_world in metres, as the mesh",
          true});
   }
+  // Each with all of its parts.
+  std::map<std::size_t, BoundingBox> boxes;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const double size = LongestSide(BoundingBoxOf(objects[i].mesh));
+    const BoundingBox part = BoundingBoxOf(objects[i].mesh);
+    BoundingBox& all = boxes.try_emplace(motions[i].entry, part).first->second;
+    all.lower_m = glm::min(all.lower_m, part.lower_m);
+    all.upper_m = glm::max(all.upper_m, part.upper_m);
+  }
+  for (const auto& [entry, object] : boxes) {
+    const double size = LongestSide(object);
     if (IsUsual(size, kObjectLength)) continue;
-    const std::string name = i < sequence.virtual_objects.size()
-                                 ? sequence.virtual_objects[i].mesh.string()
-                                 : fmt::format("virtual object, part {}", i);
+    const std::string name = sequence.virtual_objects[entry].mesh.string();
     warnings.push_back(
         {"the virtual object seems not to be in metres",
          name,
@@ -254,7 +262,7 @@ SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCast
       reading = fmt::format("; read as {}, it sees it in {:.0f} %", other.what, 100.0 * share);
     }
     evidence += reading;
-    warnings.push_back({"the camera's pose does not look at the mesh, or stands on its head",
+    warnings.push_back({"the camera's pose does not look at the mesh, or is upside down",
                         "camera_from_world",
                         evidence,
                         "expected is camera_from_world, row by row: camera x right, y down, z "

@@ -8,16 +8,18 @@
 #include "scene/mesh.h"
 #include "scene/ray_caster.h"
 #include "session/check/site_warning.h"
+#include "session/sequence_site.h"
 
 namespace pleinair {
 
 // What sizes can show: factors of 100 and 1000. Feet look like a site three times as large, which
 // only edges or a known length show.
-// `objects`: in world coordinates.
+// `objects`, `motions`: SequenceSite's parts of virtual_objects, in world coordinates.
 SiteWarnings CheckUnits(const Sequence& sequence,
                         const Mesh& mesh,
                         const RayCaster& caster,
-                        std::span<const VirtualObject> objects);
+                        std::span<const VirtualObject> objects,
+                        std::span<const ObjectMotion> motions);
 
 // That the ground is below and the sky above: of the mesh, and of the camera.
 SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster);

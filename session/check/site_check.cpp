@@ -28,10 +28,6 @@ namespace {
 
 constexpr double kWorthAWarningRad = RadFromDeg(3.0);
 
-double AngleApart(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
-
 void Append(SiteWarnings more, SiteWarnings& warnings) {
   warnings.insert(
       warnings.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
@@ -185,7 +181,7 @@ SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames) {
   const SequenceSite site = LoadSequenceSite(sequence);
   const Mesh& mesh = site.model.mesh;
   const RayCaster caster(mesh);
-  SiteWarnings warnings = CheckUnits(sequence, mesh, caster, site.objects);
+  SiteWarnings warnings = CheckUnits(sequence, mesh, caster, site.objects, site.motions);
   Append(CheckAxes(sequence, mesh, caster), warnings);
   if (sequence.environment) Append(CheckMap(sequence, mesh, caster), warnings);
   if (sequence.HasPictures()) {

@@ -1,6 +1,7 @@
 // Traps of site set-up, each made from the bundled courtyard, which has none.
 #include "session/check/site_check.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -12,13 +13,16 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
 #include "datasets/degradation.h"
 #include "pipeline/sun_state.h"
 #include "scene/image_io.h"
 #include "session/check/clock_check.h"
+#include "session/check/geometry_check.h"
 #include "session/check/map_check.h"
+#include "session/sequence_site.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
 #include "sunmodel/time_text.h"
@@ -117,6 +121,12 @@ class CourtyardCopy : public testing::Test {
   json document_;
 };
 
+double LengthOf(const Mesh& mesh) {
+  const BoundingBox box = BoundingBoxOf(mesh);
+  const glm::vec3 size = box.upper_m - box.lower_m;
+  return std::max({size.x, size.y, size.z});
+}
+
 testing::Matcher<const SiteWarning&> Says(const std::string& what) {
   return Field(&SiteWarning::what, HasSubstr(what));
 }
@@ -152,6 +162,36 @@ TEST_F(CourtyardCopy, FindsACameraInCentimetres) {
 TEST_F(CourtyardCopy, FindsAnObjectInMillimetres) {
   MoveVertices("object.obj", [](const glm::dvec3& at) { return 1000.0 * at; });
   EXPECT_THAT(Check(), Contains(SaysAndAdvises("object seems not to be in metres", "millimetres")));
+}
+
+// What a file animates is in parts, which may each be small.
+TEST_F(CourtyardCopy, JudgesObjectsWithAllOfTheirParts) {
+  Sequence sequence = ReadSequence(kGoodSite);
+  SequenceSite site = LoadSequenceSite(sequence);
+  const RayCaster caster(site.model.mesh);
+  const auto part_of = [&](std::size_t entry, const glm::dvec3& at_m, double size) {
+    VirtualObject part = site.objects.front();
+    const Mesh unit = TransformMesh(
+        glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 / LengthOf(part.mesh))), part.mesh);
+    part.mesh = TransformMesh(
+        glm::translate(glm::dmat4(1.0), at_m) * glm::scale(glm::dmat4(1.0), glm::dvec3(size)),
+        unit);
+    ObjectMotion motion;
+    motion.entry = entry;
+    return std::pair(std::move(part), motion);
+  };
+  sequence.virtual_objects = {{"clock.gltf", glm::dmat4(1.0)}, {"tower.gltf", glm::dmat4(1.0)}};
+  std::vector<VirtualObject> parts;
+  std::vector<ObjectMotion> motions;
+  for (const auto& [part, motion] : {part_of(0, {0.0, 0.0, 0.0}, 0.02),
+                                     part_of(0, {0.0, 0.0, 0.4}, 0.02),
+                                     part_of(1, {0.0, 0.0, 0.0}, 500.0)}) {
+    parts.push_back(part);
+    motions.push_back(motion);
+  }
+  EXPECT_THAT(CheckUnits(sequence, site.model.mesh, caster, parts, motions),
+              testing::ElementsAre(AllOf(Says("object seems not to be in metres"),
+                                         Field(&SiteWarning::where, testing::Eq("tower.gltf")))));
 }
 
 TEST_F(CourtyardCopy, FindsAMeshWithYUp) {
