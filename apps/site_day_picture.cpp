@@ -30,6 +30,7 @@ constexpr int kLine = 19;
 constexpr int kTextLines = 4;
 constexpr int kMostColumns = 4;
 constexpr int kChartHeight = 150;
+constexpr int kMostLabels = 16;
 constexpr double kTextSize = 0.44;
 
 void Text(cv::Mat& picture, const std::string& text, cv::Point at, const cv::Scalar& colour) {
@@ -46,14 +47,12 @@ std::string Percent(const std::optional<double>& share) {
 void DrawPanel(cv::Mat& picture, const SiteHour& hour, cv::Point at, int height) {
   const Rgb8Image& seen = hour.light.picture;
   const cv::Rect frame(at.x, at.y, kPanelWidth, height);
-  if (!seen.pixels.empty()) {
-    const cv::Mat full(seen.height,
-                       seen.width,
-                       CV_8UC3,
-                       const_cast<glm::u8vec3*>(seen.pixels.data()));  // Read only.
-    cv::Mat part = picture(frame);
-    cv::resize(full, part, frame.size(), 0.0, 0.0, cv::INTER_AREA);
-  }
+  const cv::Mat full(seen.height,
+                     seen.width,
+                     CV_8UC3,
+                     const_cast<glm::u8vec3*>(seen.pixels.data()));  // Read only.
+  cv::Mat part = picture(frame);
+  cv::resize(full, part, frame.size(), 0.0, 0.0, cv::INTER_AREA);
   const bool known = SunWillBeKnown(hour);
   cv::rectangle(picture, frame, known ? kGood : kBad, 2);
   const LightForecast& light = hour.light;
@@ -103,7 +102,7 @@ void DrawShares(cv::Mat& picture, const SiteDay& day, const cv::Rect& box) {
                     static_cast<int>(std::lround(*hour.sun_on_objects * (box.height - 2)));
       cv::circle(picture, {left + 1 + width / 2, y}, 4, kInk, cv::FILLED, cv::LINE_AA);
     }
-    if (hours <= 16 || i % 3 == 0) {
+    if (i % ((hours + kMostLabels - 1) / kMostLabels) == 0) {
       Text(picture, HourText(hour.light.time).substr(0, 5), {left, box.y + box.height + 16}, kInk);
     }
   }
@@ -151,13 +150,16 @@ void DrawDeviations(cv::Mat& picture, const SiteDay& day, const cv::Rect& box) {
 Rgb8Image DrawSiteDay(const std::string& title, const SiteDay& day) {
   if (day.hours.empty()) throw std::invalid_argument("day: expected an hour with the sun up");
   int panel_height = kPanelWidth * 3 / 4;
+  std::vector<const SiteHour*> shown;
   for (const SiteHour& hour : day.hours) {
     const Rgb8Image& seen = hour.light.picture;
-    if (seen.width > 0) panel_height = std::max(1, kPanelWidth * seen.height / seen.width);
+    if (seen.pixels.empty()) continue;
+    panel_height = std::max(1, kPanelWidth * seen.height / seen.width);
+    shown.push_back(&hour);
   }
-  const auto hours = static_cast<int>(day.hours.size());
-  const int columns = std::min(hours, kMostColumns);
-  const int rows = (hours + columns - 1) / columns;
+  const auto panels = static_cast<int>(shown.size());
+  const int columns = std::clamp(panels, 1, kMostColumns);
+  const int rows = (panels + columns - 1) / columns;
   const int cell_height = panel_height + kTextLines * kLine + kGap;
   const int header = 2 * kLine + kGap;
   constexpr int kRightMarks = 60;
@@ -170,9 +172,9 @@ Rgb8Image DrawSiteDay(const std::string& title, const SiteDay& day) {
        "under a clear sky, as the camera would see the mesh; green: sun and sky can be separated",
        {kGap, 2 * kLine + 4},
        kInk);
-  for (int i = 0; i < hours; ++i) {
+  for (int i = 0; i < panels; ++i) {
     DrawPanel(picture,
-              day.hours[static_cast<std::size_t>(i)],
+              *shown[static_cast<std::size_t>(i)],
               {kGap + i % columns * (kPanelWidth + kGap), header + i / columns * cell_height},
               panel_height);
   }

@@ -1,4 +1,4 @@
-// A day at a site as a picture: a panel per hour, and the light's uncertainty over the day.
+// A day at a site as a picture: panels of hours, and the light's uncertainty over the day.
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace pleinair {
 
-// Throws std::invalid_argument for a day without an hour of sun.
+// A panel for each hour that has kept its picture. Throws std::invalid_argument for a day without
+// an hour of sun.
 Rgb8Image DrawSiteDay(const std::string& title, const SiteDay& day);
 
 }  // namespace pleinair

@@ -90,9 +90,17 @@ SiteDay ForecastDay(const LoadedSequence& loaded,
   const auto half_a_day = std::chrono::hours(12);
   const UtcTime begin = result.sun.sunrise.value_or(result.sun.noon - half_a_day);
   const UtcTime end = result.sun.sunset.value_or(result.sun.noon + half_a_day);
-  for (UtcTime time = NextMultiple(begin, step); time <= end; time += step) {
+  std::vector<UtcTime> times;
+  for (UtcTime time = NextMultiple(begin, step); time <= end; time += step) times.push_back(time);
+  if (times.empty()) times.push_back(result.sun.noon);
+  for (std::size_t i = 0; i < times.size(); ++i) {
     SiteHour hour;
-    hour.light = forecaster.At(time);
+    hour.light = forecaster.At(times[i]);
+    // Evenly chosen: one at each step of i * kMost / count.
+    const std::size_t count = std::max(times.size(), kMostDayPictures);
+    if (i > 0 && i * kMostDayPictures / count == (i - 1) * kMostDayPictures / count) {
+      hour.light.picture = {};
+    }
     if (!is_estimated) {
       hour.light.estimate.reset();
       hour.light.sun_relative_stddev.reset();

@@ -114,6 +114,22 @@ TEST_F(SiteForecast, PromisesNothingWhileTheSunIsDown) {
   EXPECT_EQ(midnight.lit_share, 0.0);
 }
 
+TEST_F(SiteForecast, AStepOfADayIsNoon) {
+  const SiteDay day =
+      ForecastDay(*loaded_, options_, ParseUtcTime("2005-06-21T12:00:00Z"), minutes(1440));
+  ASSERT_EQ(day.hours.size(), 1u);
+  EXPECT_EQ(day.hours[0].light.time, day.sun.noon);
+}
+
+TEST_F(SiteForecast, KeepsPicturesOfSomeHoursAlone) {
+  const SiteDay day = Midsummer(minutes(30));
+  ASSERT_GT(day.hours.size(), kMostDayPictures);
+  std::size_t pictures = 0;
+  for (const SiteHour& hour : day.hours) pictures += hour.light.picture.pixels.empty() ? 0 : 1;
+  EXPECT_LE(pictures, kMostDayPictures);
+  EXPECT_GE(pictures, kMostDayPictures - 1);  // One may be of the sun at the horizon.
+}
+
 TEST_F(SiteForecast, RefusesAStepOfNothing) {
   EXPECT_THROW(Midsummer(minutes(0)), std::invalid_argument);
 }
