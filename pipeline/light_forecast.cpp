@@ -16,6 +16,7 @@
 #include "datasets/degradation.h"
 #include "datasets/picture_frame.h"
 #include "pipeline/internal/observation.h"
+#include "scene/low_discrepancy.h"
 
 namespace pleinair {
 namespace {
@@ -40,6 +41,16 @@ Camera AtMostAsWideAs(Camera camera, int width_px) {
   lens.cx_px = (lens.cx_px + 0.5) * scale - 0.5;
   lens.cy_px = (lens.cy_px + 0.5) * scale - 0.5;
   return camera;
+}
+
+// Surfaces are patchier than what is known of their albedos: by that share (standard deviation),
+// from one block of pixels to the next.
+double Patchiness(std::uint64_t seed, std::size_t x, std::size_t y) {
+  constexpr double kRelativeStddev = 0.05;
+  constexpr std::size_t kBlockPx = 8;
+  const std::uint64_t block = (std::uint64_t{y / kBlockPx} << 32) | (x / kBlockPx);
+  const double unit = UnitFromHash(HashBits(HashBits(seed) ^ block));
+  return 1.0 + kRelativeStddev * std::sqrt(12.0) * (unit - 0.5);
 }
 
 std::size_t ClearShapeOf(const SurfaceView& view) {
@@ -101,8 +112,10 @@ Rgb8Image LightForecaster::PictureOf(const SurfaceView& view,
       pixel = sky * per_pi;  // The mean radiance of the sky: no sample is taken there.
       continue;
     }
+    const auto width = static_cast<std::size_t>(view.Width());
+    const auto patch = static_cast<float>(Patchiness(options_.seed, i % width, i / width));
     pixel =
-        view.albedo_rgb.pixels[i] * per_pi *
+        view.albedo_rgb.pixels[i] * (patch * per_pi) *
         (sky * view.sky_response[clear].pixels[i] + sun * SunResponse(view, i, sun_direction_enu));
     brightest.push_back(std::max({pixel.x, pixel.y, pixel.z}));
   }

@@ -30,8 +30,8 @@ struct LightForecast {
   // What the picture below was made with: the clear sky's.
   glm::dvec3 sun_irradiance_rgb{0.0};  // Normal to the beam.
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal.
-  // As an 8-bit sRGB camera with automatic exposure would show the mesh, noise included; empty
-  // where the sun is below the horizon.
+  // As an 8-bit sRGB camera with automatic exposure would show the mesh, noise included, with
+  // albedos that are patchily off by 5 %; empty where the sun is below the horizon.
   Rgb8Image picture;
   // The estimate from that picture by itself, without frames before. None where the sun is below
   // the horizon.
@@ -50,7 +50,7 @@ struct LightForecastOptions {
   // Larger pictures are worked out at this width: neither shares nor deviations depend on the
   // number of pixels much. At least 16.
   int most_width_px = 480;
-  std::uint64_t seed = 1;  // Of the camera's noise.
+  std::uint64_t seed = 1;  // Of the camera's noise and of the albedos' errors.
 };
 
 class LightForecaster {
