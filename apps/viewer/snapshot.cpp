@@ -146,7 +146,7 @@ std::filesystem::path WriteSnapshot(const ViewedSite& site,
                                     const SnapshotChoices& choices,
                                     const std::filesystem::path& out) {
   if (!frame.Succeeded()) throw std::runtime_error("snapshot: expected a frame that succeeded");
-  const std::filesystem::path folder = FreeFolder(out, frame.Time());
+  std::filesystem::path folder = FreeFolder(out, frame.Time());
   const std::filesystem::path partial = folder.string() + ".part";
   try {
     std::filesystem::create_directories(out);

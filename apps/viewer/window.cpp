@@ -205,7 +205,8 @@ void Texture::Upload(const Rgba8Image& picture) {
 }
 
 void* Texture::Id() const {
-  return reinterpret_cast<void*>(static_cast<std::uintptr_t>(name_));  // As ImGui's backend wants.
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): Dear ImGui takes OpenGL's names as pointers.
+  return reinterpret_cast<void*>(static_cast<std::uintptr_t>(name_));
 }
 
 void Texture::Upload(int width, int height, unsigned format, const void* pixels) {

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
@@ -54,7 +55,7 @@ void DrawSettingsPanel(ViewModel& model) {
   if (!is_changed) return;
   std::vector<std::string> settings;
   for (const auto& [name, text] : model.typed_settings) {
-    if (!text.empty()) settings.push_back(name + "=" + text);
+    if (!text.empty()) settings.push_back(fmt::format("{}={}", name, text));
   }
   // A value that does not hold changes nothing.
   try {
