@@ -13,8 +13,11 @@
 #include "scene/whole_file.h"
 
 namespace pleinair {
+namespace {
 
 using Json = nlohmann::ordered_json;
+
+}  // namespace
 
 std::filesystem::path SiteFileIn(const std::filesystem::path& folder) {
   std::error_code error;
