@@ -25,6 +25,8 @@ struct DiffuseSample {
   std::int32_t plane = 0;
   glm::ivec2 pixel{0};
   int pixels = 1;  // That radiance_rgb is the mean of.
+  // By the last estimate: its robust weight was 0, or it could not be used at all.
+  bool is_rejected = false;
 };
 
 }  // namespace pleinair

@@ -97,6 +97,7 @@ class FisheyeLightingSource final : public LightingSource {
     }
     fitter_.Forget();  // The samples are others from frame to frame.
     const LightingFit fit = fitter_.Fit(samples_, prior, true);
+    MarkRejected(fit, samples_);
     glm::dvec3 stddev(0.0);
     double beam = 0.0;
     for (int c = 0; c < 3; ++c) {

@@ -309,4 +309,11 @@ LightingFit FitLighting(std::span<const DiffuseSample> samples,
   return LightingFitter(options).Fit(samples, prior, sun_is_up);
 }
 
+void MarkRejected(const LightingFit& fit, std::span<DiffuseSample> samples) {
+  for (DiffuseSample& sample : samples) sample.is_rejected = true;
+  for (const std::int32_t inlier : fit.inliers) {
+    samples[static_cast<std::size_t>(inlier)].is_rejected = false;
+  }
+}
+
 }  // namespace pleinair

@@ -1,6 +1,7 @@
 // The robust, non-negative fit of sun and sky to diffuse samples: from numbers to numbers.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -50,10 +51,11 @@ struct LightingFit {
   int samples_used = 0;
   int samples_ignored = 0;       // Not finite, without weight, or without response to any light.
   double inlier_fraction = 0.0;  // Share of the used samples that the robust weight did not reject.
-  double relative_residual = 0.0;  // Weighted rms over the used samples.
-  double shared_error = 0.0;       // As found: see LightingFitOptions::shared_error.
-  double sky_shape_error = 0.0;    // Likewise.
-  bool sun_is_fitted = true;       // False: held at 0.
+  std::vector<std::int32_t> inliers;  // Those, by their index in what was fitted to.
+  double relative_residual = 0.0;     // Weighted rms over the used samples.
+  double shared_error = 0.0;          // As found: see LightingFitOptions::shared_error.
+  double sky_shape_error = 0.0;       // Likewise.
+  bool sun_is_fitted = true;          // False: held at 0.
   int passes = 0;
   bool converged = false;
 };
@@ -99,5 +101,8 @@ LightingFit FitLighting(std::span<const DiffuseSample> samples,
                         const LightingPrior& prior,
                         bool sun_is_up,
                         const LightingFitOptions& options = {});
+
+// Sets is_rejected of all samples, which `fit` was made from.
+void MarkRejected(const LightingFit& fit, std::span<DiffuseSample> samples);
 
 }  // namespace pleinair

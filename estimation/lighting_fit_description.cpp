@@ -200,6 +200,9 @@ void LightingFitter::Impl::Describe(const LightingPrior& prior,
   }
   fit.condition_number = ConditionNumber(samples.normal);
   fit.inlier_fraction = reweighting.InlierFraction();
+  for (std::size_t i = 0; i < reweighting.Weights().size(); ++i) {
+    if (reweighting.Weights()[i] > 0.0) fit.inliers.push_back(problem.source[i]);
+  }
   fit.relative_residual = reweighting.RelativeResidual();
   fit.shared_error = reweighting.SharedError();
   fit.sky_shape_error = reweighting.SkyShapeError();

@@ -223,6 +223,7 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     climate_gain_ = expectation.climate_gain;
   }
   LearnResponse(expectation.prior.camera, fit, conditions.time);
+  MarkRejected(fit, samples);
   LightingEstimate estimate;
   estimate.units = conditions.units;
   estimate.exposure_change = conditions.exposure_change;

@@ -39,7 +39,8 @@ class OutdoorEstimator {
  public:
   explicit OutdoorEstimator(const LightingFitOptions& options) : fitter_(options) {}
 
-  // Samples in a shadow that the mesh does not cast are changed: see FindShadows.
+  // Samples in a shadow that the mesh does not cast are changed: see FindShadows; and is_rejected
+  // is set in all.
   tl::expected<LightingEstimate, LightingFailure> Estimate(std::span<DiffuseSample> samples,
                                                            const OutdoorConditions& conditions);
 

@@ -114,12 +114,14 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   weight.resize(values);
   transport.assign(values * static_cast<std::size_t>(ColumnCount()), 0.0);
   plane.resize(order_.size());
+  source.resize(order_.size());
   double* row = transport.data();
   plane_count = 0;
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const DiffuseSample& sample = *order_[i].sample;
     if (i == 0 || sample.plane != order_[i - 1].sample->plane) ++plane_count;
     plane[i] = plane_count - 1;
+    source[i] = static_cast<std::int32_t>(order_[i].sample - samples.data());
     for (int c = 0; c < 3; ++c) {
       const bool usable = (order_[i].channels >> c & 1u) != 0;
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);

@@ -45,7 +45,8 @@ struct FitProblem {
   std::vector<double> noise;   // Camera noise.
   std::vector<double> weight;  // 0 where the channel cannot be used.
   std::vector<double> transport;
-  std::vector<std::int32_t> plane;  // Per sample, 0 .. plane_count - 1; ascending.
+  std::vector<std::int32_t> source;  // Per sample: its index in what was loaded.
+  std::vector<std::int32_t> plane;   // Per sample, 0 .. plane_count - 1; ascending.
   // Per sample: neighbours in the picture on one plane. A plane has a few cells of about equal
   // numbers of samples; one where it has few samples or they have no place.
   std::vector<std::int32_t> cell;

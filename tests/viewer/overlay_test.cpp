@@ -163,11 +163,11 @@ TEST_F(Overlay, SampleKindsAreLitShadedAndOutliers) {
   view_.normal_world = Image<glm::vec3>(40, 8, kUp);
   view_.sun_visibility = Image<float>(40, 8, 1.0f);
   view_.sun_visibility.At(14, 4) = 0.0f;
-  result_.estimate.relative_residual = 0.1;
   AddSample({4, 4}, 1.0);
   AddSample({14, 4}, 1.0);
-  AddSample({24, 4}, 1.31);  // Beyond three residuals of 0.1.
-  AddSample({34, 4}, 1.29);
+  AddSample({24, 4}, 1.0);
+  samples_.back().is_rejected = true;
+  AddSample({34, 4}, 1.5);  // Far off, but the fit took it.
   const Rgba8Image picture = Draw(DrawSampleKinds);
   const glm::u8vec4 lit = picture.At(4, 4);
   EXPECT_GT(lit.r, 2 * lit.b);  // Yellow.
