@@ -62,7 +62,7 @@ SunAngles ParseSun(const std::string& text) {
 }
 
 // What the irradiance is asked under. A part that is missing is dark.
-struct FrameLight {
+struct PointsLight {
   Lighting lighting;
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes;  // Of lighting.sky.
 
@@ -98,7 +98,7 @@ Mesh MeshAsSurveyed(const PreparedScene& scene) {
 
 struct EstimatedFrame {
   Mesh mesh;
-  FrameLight light;
+  PointsLight light;
 };
 
 // The light of frame `index` by itself: nothing is carried over from frames before it.
@@ -154,7 +154,7 @@ EstimatedFrame EstimateFrame(const IrradianceCommandOptions& options) {
   return estimated;
 }
 
-std::vector<glm::vec3> IrradianceUnder(const FrameLight& light,
+std::vector<glm::vec3> IrradianceUnder(const PointsLight& light,
                                        LightPart part,
                                        PointIrradiance& points) {
   std::vector<glm::vec3> irradiance =
@@ -169,7 +169,7 @@ std::vector<glm::vec3> IrradianceUnder(const FrameLight& light,
   return irradiance;
 }
 
-std::vector<ShRgb> CoefficientsUnder(const FrameLight& light,
+std::vector<ShRgb> CoefficientsUnder(const PointsLight& light,
                                      LightPart part,
                                      PointIrradiance& points) {
   std::vector<ShRgb> coefficients = points.ShOfSky(
@@ -242,7 +242,7 @@ void RunIrradianceCommand(const IrradianceCommandOptions& options) {
   const bool coefficients = options.spherical_harmonics;
   const PointsFile asked = ReadPointsFile(options.points, !coefficients);
 
-  FrameLight light;
+  PointsLight light;
   Mesh mesh;
   IrradianceHeading heading;
   heading.part = options.light;

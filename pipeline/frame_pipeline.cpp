@@ -99,12 +99,13 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
 }
 
 tl::expected<FrameResult, FrameError> FramePipeline::Redraw(
-    const Frame& frame, FrameResult last, std::span<const glm::dmat4> object_poses) {
+    const Frame& frame, const FrameLight& light, std::span<const glm::dmat4> object_poses) {
   try {
     objects_.Pose(object_poses);
-    last.timing_ms = {};
-    Draw(frame, last);
-    return last;
+    FrameResult result;
+    static_cast<FrameLight&>(result) = light;
+    Draw(frame, result);
+    return result;
   } catch (const std::exception& error) {
     return tl::unexpected(FrameError{frame.index, frame.time, error.what()});
   }

@@ -102,7 +102,8 @@ struct RenderedFrame {
   StageTimes timing_ms;
 };
 
-struct FrameResult : RenderedFrame {
+// What is found of a frame before anything is drawn.
+struct FrameLight {
   SunState sun;
   double sun_age_s = 0.0;  // From the time that the sun's transport is made for.
   ClearSkyExpectation clear_sky;
@@ -112,6 +113,8 @@ struct FrameResult : RenderedFrame {
   FilterSpan sky_filter;
   std::optional<Lighting> drawn_lighting;  // Where it is other than the estimate's.
 };
+
+struct FrameResult : RenderedFrame, FrameLight {};
 
 // A real scene, and what is put into it.
 struct CompositedScene {
@@ -137,9 +140,9 @@ class FramePipeline {
                                                 std::span<const glm::dmat4> object_poses = {});
 
   // Draws the last frame again, with objects, poses and effects as they are now, in the light that
-  // `last` found for it.
+  // was found for it.
   tl::expected<FrameResult, FrameError> Redraw(const Frame& frame,
-                                               FrameResult last,
+                                               const FrameLight& light,
                                                std::span<const glm::dmat4> object_poses = {});
 
   // Puts others in place of the objects, from the next frame on; the light of real surfaces stays.

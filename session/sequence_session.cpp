@@ -148,11 +148,10 @@ SessionStep SequenceSession::Process(Frame frame) {
   return step;
 }
 
-SessionStep SequenceSession::Redraw(SessionStep last) {
+SessionStep SequenceSession::Redraw(const SessionStep& last) {
   context_->MakeCurrent();
   const Frame& frame = last.frame.value();
-  last.result = pipeline_->Redraw(frame, std::move(last.result.value()), PosesAt(frame.time));
-  return last;
+  return {frame, pipeline_->Redraw(frame, last.result.value(), PosesAt(frame.time))};
 }
 
 SessionStep SequenceSession::Process(CapturedPicture captured) {
@@ -202,7 +201,7 @@ SequenceSession::Environment SequenceSession::EnvironmentOf(const Lighting& ligh
     const PreparedScene& scene = loaded_->scene;
     environment_view_.emplace(scene.patches,
                               scene.survey ? &*scene.survey : nullptr,
-                              EnvironmentPlace(),
+                              glm::vec3(EnvironmentPlaceM()),
                               kEnvironmentSize);
   }
   Environment environment;
@@ -282,7 +281,7 @@ std::vector<glm::dmat4> SequenceSession::PosesAt(UtcTime time) const {
   return poses;
 }
 
-glm::vec3 SequenceSession::EnvironmentPlace() const {
+glm::dvec3 SequenceSession::EnvironmentPlaceM() const {
   if (!objects_.parts.empty()) {
     glm::dvec3 lower_m(std::numeric_limits<double>::infinity());
     glm::dvec3 upper_m(-lower_m);
@@ -294,11 +293,11 @@ glm::vec3 SequenceSession::EnvironmentPlace() const {
         upper_m = glm::max(upper_m, place_m);
       }
     }
-    return glm::vec3(0.5 * (lower_m + upper_m));
+    return 0.5 * (lower_m + upper_m);
   }
   const Sequence& sequence = loaded_->sequence;
-  if (sequence.environment) return glm::vec3(sequence.environment->position_m);
-  return glm::vec3(sequence.CameraOfFrame(0).CentreWorldM());
+  if (sequence.environment) return sequence.environment->position_m;
+  return sequence.CameraOfFrame(0).CentreWorldM();
 }
 
 }  // namespace pleinair

@@ -85,7 +85,7 @@ class SequenceSession {
 
   // The last step, which has to have succeeded, drawn again in its light: after SetObjects or
   // SetEffects.
-  SessionStep Redraw(SessionStep last);
+  SessionStep Redraw(const SessionStep& last);
 
   // As FramePipeline::SetEffects.
   void SetEffects(const EffectSettings& effects) { pipeline_->SetEffects(effects); }
@@ -110,6 +110,10 @@ class SequenceSession {
     RgbImage with_sun;
   };
   Environment EnvironmentOf(const Lighting& lighting);
+  // Where that is, in the world.
+  glm::dvec3 EnvironmentPlaceM() const;
+  // As FramePipeline.
+  const IrradianceVolume& Volume() const { return pipeline_->Volume(); }
   // Lat-long, of the last frame that succeeded, where the names of its shapes do not describe its
   // sky: a sky seen by a fish-eye camera, or given as a picture.
   std::optional<RgbImage> SkyImageOf(const Lighting& lighting) const;
@@ -121,7 +125,6 @@ class SequenceSession {
   std::vector<glm::dmat4> PosesAt(UtcTime time) const;
   // Entry `entry` of the objects once more, as entry `index`.
   SiteObjects CopyOf(std::size_t entry, std::size_t index) const;
-  glm::vec3 EnvironmentPlace() const;
 
   std::shared_ptr<const LoadedSequence> loaded_;
   std::shared_ptr<const HeadlessContext> context_;

@@ -8,16 +8,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include <fmt/chrono.h>
-#include <fmt/format.h>
-
 #include "apps/effect_budget.h"
 #include "apps/lighting_log.h"
 #include "apps/viewer/shaded_ball.h"
+#include "apps/viewer/view_source.h"
 #include "calib/response.h"
-#include "datasets/camera/camera_capture.h"
-#include "datasets/camera/live_frame_source.h"
-#include "datasets/recording/recorder.h"
 #include "pipeline/display_codes.h"
 #include "scene/stopwatch.h"
 #include "session/settings.h"
@@ -67,112 +62,6 @@ LightPoint LightPointOf(const SessionStep& step) {
 }
 
 }  // namespace
-
-// A camera's frames go on where sessions change.
-class SharedFrames final : public FrameSource {
- public:
-  explicit SharedFrames(FrameSource& frames) : frames_(frames) {}
-  std::optional<tl::expected<Frame, FrameError>> Next() override { return frames_.Next(); }
-  std::optional<int> Count() const override { return frames_.Count(); }
-
- private:
-  FrameSource& frames_;
-};
-
-// Where frames come from: a sequence, files at a site, or a camera.
-class FrameWorker::Source {
- public:
-  Source(const ViewCommandOptions& options, EventLog& events) : options_(options), events_(events) {
-    if (options.input.empty() || !IsCameraName(options.input)) return;
-    site_ = ReadSite(options.sequence, std::chrono::system_clock::now());
-    CameraRequest request = options.camera;
-    if (!request.width_px) {
-      request.width_px = site_->intrinsics.width_px;
-      request.height_px = site_->intrinsics.height_px;
-    }
-    capture_.emplace(options.input, request, CaptureOptions{}, events);
-    // A camera of another shape would fail in every frame.
-    ScaledTo(site_->intrinsics, capture_->Layout().width_px, capture_->Layout().height_px);
-  }
-
-  bool IsLive() const { return capture_.has_value(); }
-  double FramesPerSecond() const { return capture_ ? capture_->FramesPerSecond() : 0.0; }
-  UtcTime Now() const {
-    return capture_ ? capture_->Clock().Now() : std::chrono::system_clock::now();
-  }
-  void Stop() {
-    if (capture_) capture_->Stop();
-  }
-
-  std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options,
-                                             const Progress& progress) const {
-    if (IsLive()) return LoadSite(options, capture_->Clock().Now(), progress);
-    if (options_.input.empty()) return LoadSequence(options, progress);
-    return LoadSite(options, FirstPictureTime(options_.input, options_.times), progress);
-  }
-
-  // In place of the sequence's own frames; null: those.
-  std::unique_ptr<FrameSource> Frames(const Sequence& sequence, const SessionOptions& options) {
-    if (IsLive()) {
-      live_frames_ = MakeLiveFrameSource(
-          sequence, *capture_, events_, options.camera_noise, [this](const CameraFrame& frame) {
-            if (recorder_) recorder_->Offer(frame);
-          });
-      return std::make_unique<SharedFrames>(*live_frames_);
-    }
-    if (options_.input.empty()) return nullptr;
-    return MakeFrameSourceAt(sequence, options_.input, options_.times, options.camera_noise);
-  }
-
-  // Throws std::invalid_argument where `options` asks for what a camera has not.
-  void RequireFor(const SessionOptions& options) const {
-    if (!IsLive()) return;
-    if (options.source == SourceKind::kFisheye) {
-      throw std::invalid_argument("source=fisheye: expected a recorded sequence, found a camera");
-    }
-    if (options.albedo == AlbedoSource::kSelfCalibrated) {
-      throw std::invalid_argument(
-          "albedo=self-calibrated: expected a recorded sequence, found a camera");
-    }
-  }
-
-  // A camera's next picture goes to the recorder alone. False at the end of the stream.
-  bool PassOver() { return live_frames_->Next().has_value(); }
-
-  bool IsRecording() const { return recorder_.has_value(); }
-  // Why a recording goes on no longer, one line; empty: it does.
-  std::string WhyRecordingStopped() const {
-    return recorder_ ? recorder_->Status().stopped : std::string();
-  }
-  void AddEvents(const std::vector<Event>& events) {
-    if (recorder_) recorder_->AddEvents(events);
-  }
-
-  // Throws as Recorder.
-  void Record(bool is_recording) {
-    if (!IsLive() || is_recording == recorder_.has_value()) return;
-    if (!is_recording) {
-      recorder_->Finish();
-      recorder_.reset();
-      return;
-    }
-    RecorderOptions options;
-    options.recording.folder =
-        options_.out /
-        fmt::format("recording-{:%Y%m%d-%H%M%S}",
-                    fmt::gmtime(std::chrono::system_clock::to_time_t(
-                        std::chrono::time_point_cast<std::chrono::system_clock::duration>(Now()))));
-    recorder_.emplace(*site_, capture_->Layout(), options, events_);
-  }
-
- private:
-  const ViewCommandOptions& options_;
-  EventLog& events_;
-  std::optional<Sequence> site_;
-  std::optional<CameraCapture> capture_;
-  std::unique_ptr<FrameSource> live_frames_;
-  std::optional<Recorder> recorder_;
-};
 
 // What the window wants, carried out. On the worker's thread.
 class FrameWorker::Viewing {
@@ -409,12 +298,16 @@ class FrameWorker::Viewing {
       frame.environment = session_->Display().Show(light.with_sun, exposure);
     }
     if (request.wants_probes) {
-      frame.balls = BallsAt(request.objects, light.with_sun, *step.frame, session_->Display());
+      const PictureDisplay& display = session_->Display();
+      frame.balls = BallsOf(session_->Volume(), *step.frame, display);
+      if (frame.balls.empty()) {
+        frame.balls.push_back(
+            BallIn(light.with_sun, session_->EnvironmentPlaceM(), *step.frame, display));
+      }
     }
   }
 
   void Load(const SessionOptions& options) {
-    source_.RequireFor(options);
     const auto loaded = source_.Load(options, [this](std::string_view stage, double share) {
       if (worker_.IsEnding()) throw Ending();
       worker_.Report([&](WorkerNews& news) {
@@ -498,7 +391,7 @@ class FrameWorker::Viewing {
 
   FrameWorker& worker_;
   EventLog events_;
-  Source source_;
+  ViewSource source_;
   std::optional<EffectBudget> budget_;  // Of a camera.
   std::unique_ptr<SequenceSession> session_;
   ViewRequest done_;

@@ -54,7 +54,6 @@ class FrameWorker {
   WorkerNews Take();
 
  private:
-  class Source;
   class Viewing;
   void Run();
   bool IsEnding();

@@ -19,6 +19,17 @@ std::optional<glm::dvec2> PixelOf(const Camera& camera, const glm::dvec3& point_
   return ProjectToPixel(camera.intrinsics, point_camera);
 }
 
+// One below the other; all are of one size.
+Rgba8Image Stacked(const std::vector<ShadedBall>& balls) {
+  Rgba8Image stacked = balls.front().picture;
+  for (std::size_t i = 1; i < balls.size(); ++i) {
+    const std::vector<glm::u8vec4>& pixels = balls[i].picture.pixels;
+    stacked.pixels.insert(stacked.pixels.end(), pixels.begin(), pixels.end());
+    stacked.height += balls[i].picture.height;
+  }
+  return stacked;
+}
+
 }  // namespace
 
 void PictureView::Draw(ViewModel& model,
@@ -32,7 +43,7 @@ void PictureView::Draw(ViewModel& model,
     shown_.Upload(frame.input ? *frame.input : frame.shown);
     has_overlay_ = !frame.overlay.Empty();
     if (has_overlay_) overlay_.Upload(frame.overlay);
-    if (!frame.balls.empty()) ball_.Upload(frame.balls.front().picture);
+    if (!frame.balls.empty()) balls_.Upload(Stacked(frame.balls));
     number_ = frame.number;
   }
   const glm::dvec2 size(shown_.Width(), shown_.Height());
@@ -84,13 +95,19 @@ void PictureView::DrawBalls(const ViewModel& model) {
   const ViewedFrame& frame = *model.frame;
   if (frame.balls.empty()) return;
   const Camera& camera = frame.step.frame->camera;
-  for (const ShadedBall& ball : frame.balls) {
+  const auto count = static_cast<float>(frame.balls.size());
+  for (std::size_t i = 0; i < frame.balls.size(); ++i) {
+    const ShadedBall& ball = frame.balls[i];
     const auto centre = PixelOf(camera, ball.centre_world_m);
     if (!centre) continue;
     const double depth_m = (camera.camera_from_world * glm::dvec4(ball.centre_world_m, 1.0)).z;
     const double radius = place_.scale * camera.intrinsics.fx_px * ball.radius_m / depth_m;
     const glm::dvec2 at = place_.ToScreen(*centre);
-    ImGui::GetBackgroundDrawList()->AddImage(ball_.Id(), ToIm(at - radius), ToIm(at + radius));
+    ImGui::GetBackgroundDrawList()->AddImage(balls_.Id(),
+                                             ToIm(at - radius),
+                                             ToIm(at + radius),
+                                             {0.0f, static_cast<float>(i) / count},
+                                             {1.0f, static_cast<float>(i + 1) / count});
   }
 }
 

@@ -37,7 +37,7 @@ class PictureView {
   PicturePlace place_;
   Texture shown_;
   Texture overlay_;
-  Texture ball_;
+  Texture balls_;  // One below the other.
   Texture mask_;
   std::optional<std::int64_t> mask_version_;  // Of that texture.
   std::int64_t number_ = 0;                   // Of the frame that the textures are of.

@@ -64,19 +64,33 @@ Rgba8Image Shade(const ShRgb& light,
 
 }  // namespace
 
-std::vector<ShadedBall> BallsAt(const std::vector<VirtualObjectEntry>& objects,
-                                const RgbImage& environment,
+ShadedBall BallIn(const RgbImage& environment,
+                  const glm::dvec3& place_world_m,
+                  const Frame& frame,
+                  const PictureDisplay& display) {
+  return {place_world_m,
+          kBallRadiusM,
+          Shade(HarmonicsOf(environment), frame.camera, display, frame.exposure)};
+}
+
+std::vector<ShadedBall> BallsOf(const IrradianceVolume& volume,
                                 const Frame& frame,
                                 const PictureDisplay& display) {
+  std::vector<std::size_t> valid;
+  for (std::size_t probe = 0; probe < volume.probes.size(); ++probe) {
+    if (volume.valid[probe] != 0) valid.push_back(probe);
+  }
+  const std::size_t stride = (valid.size() + kMostBalls - 1) / kMostBalls;
+  // Neighbours shall not touch.
+  constexpr double kShareOfSpacing = 0.25;
+  const glm::vec3& spacing_m = volume.grid.spacing_m;
+  const double radius_m = std::min<double>(
+      kBallRadiusM, kShareOfSpacing * std::min({spacing_m.x, spacing_m.y, spacing_m.z}));
   std::vector<ShadedBall> balls;
-  if (objects.empty()) return balls;
-  const Rgba8Image picture = Shade(HarmonicsOf(environment), frame.camera, display, frame.exposure);
-  for (const VirtualObjectEntry& object : objects) {
-    ShadedBall ball;
-    ball.centre_world_m = glm::dvec3(object.world_from_object[3]);
-    ball.radius_m = kBallRadiusM;
-    ball.picture = picture;
-    balls.push_back(std::move(ball));
+  for (std::size_t i = 0; i < valid.size(); i += stride) {
+    balls.push_back({glm::dvec3(volume.grid.PositionM(valid[i])),
+                     radius_m,
+                     Shade(volume.probes[valid[i]], frame.camera, display, frame.exposure)});
   }
   return balls;
 }

@@ -1,17 +1,23 @@
-// White diffuse balls in the light of an environment map.
+// White diffuse balls in the real light: what probes have stored, or an environment map says.
 #pragma once
 
 #include <vector>
 
 #include "apps/viewer/viewed_frame.h"
+#include "relight/volume/irradiance_volume.h"
 #include "session/picture_display.h"
 
 namespace pleinair {
 
-// One above each object's place, or none without objects. `environment`: lat-long, the light there,
-// with the sun.
-std::vector<ShadedBall> BallsAt(const std::vector<VirtualObjectEntry>& objects,
-                                const RgbImage& environment,
+// At `place_world_m`, whose light `environment` is: lat-long, with the sun.
+ShadedBall BallIn(const RgbImage& environment,
+                  const glm::dvec3& place_world_m,
+                  const Frame& frame,
+                  const PictureDisplay& display);
+
+// At the volume's valid probes, without the sun's disc. Of more than kMostBalls, every so many.
+inline constexpr std::size_t kMostBalls = 64;
+std::vector<ShadedBall> BallsOf(const IrradianceVolume& volume,
                                 const Frame& frame,
                                 const PictureDisplay& display);
 

@@ -28,6 +28,8 @@ struct WindowTimes {
 // What the pointer does in the picture.
 enum class Tool { kObjects, kMask, kPose };
 
+enum class Quitting { kNo, kAsked, kYes };
+
 struct ViewModel {
   ViewRequest request;  // Posted where it has changed.
   std::shared_ptr<const ViewedSite> site;
@@ -35,7 +37,7 @@ struct ViewModel {
   std::optional<ObjectEditor> editor;  // Once there is a site.
   std::vector<LightPoint> lights;      // By frame number; of a camera the last ones.
   std::deque<Event> events;            // The last ones.
-  std::deque<std::string> notes;       // Likewise.
+  std::deque<std::string> notes;       // The last ones.
   std::string status;                  // What the last action did, or why it did nothing.
   std::string stage;                   // Of long work that goes on.
   double stage_share = 0.0;
@@ -50,9 +52,15 @@ struct ViewModel {
   double brush_radius_px = 12.0;
   bool brush_gives_back = false;
   bool brush_takes_surfaces = false;
-  std::optional<PosePicker> pose;  // Likewise.
+  std::optional<PosePicker> pose;  // Once its tool was taken.
   // To read the site again, after what was saved.
   void Reload() { ++request.settings_changes; }
+
+  std::vector<bool> is_open;  // By panel.
+  bool help_is_open = false;
+  bool panels_have_keys = false;  // In place of frames and objects.
+  bool snapshot_is_wanted = false;
+  Quitting quitting = Quitting::kNo;
 
   std::map<std::string, std::string> typed_settings;  // By name; empty text: as at the start.
   std::string settings_filter;
@@ -61,8 +69,14 @@ struct ViewModel {
   const FrameResult* Result() const {
     return frame && frame->Succeeded() ? &*frame->step.result : nullptr;
   }
+  const Camera* ShownCamera() const {
+    return frame && frame->step.frame ? &frame->step.frame->camera : nullptr;
+  }
+  bool IsLive() const { return site && site->is_live; }
+  int FrameCount() const { return site ? site->frames.value_or(0) : 0; }  // 0: not known.
+  bool CanSeek() const { return site && site->can_seek; }
   void Seek(int index) {
-    if (!site || !site->can_seek) return;
+    if (!CanSeek()) return;
     request.seek_frame = index;
     ++request.seeks;
   }

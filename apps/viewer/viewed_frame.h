@@ -54,7 +54,7 @@ struct PictureHistogram {
   int pixels = 0;
 };
 
-// White balls in the light at a place: diffuse, seen from the side that the camera is on.
+// A white diffuse ball in the light at a place, seen from the side that the camera is on.
 struct ShadedBall {
   glm::dvec3 centre_world_m{0.0};
   double radius_m = 0.1;

@@ -151,11 +151,11 @@ TEST_F(ObjectsOfASession, AreDrawnAgainInTheLightThatWasFound) {
   std::vector<VirtualObjectEntry> elsewhere = objects_;
   elsewhere[0].world_from_object[3].x += 0.5;
   estimating.SetObjects(elsewhere);
-  SessionStep moved = estimating.Redraw(std::move(first));
+  SessionStep moved = estimating.Redraw(first);
   ASSERT_TRUE(moved.result);
   EXPECT_FALSE(moved.result->composite.radiance.pixels == at_home);
   estimating.SetObjects(objects_);
-  const SessionStep back = estimating.Redraw(std::move(moved));
+  const SessionStep back = estimating.Redraw(moved);
   ASSERT_TRUE(back.result);
   EXPECT_EQ(back.result->estimate.lighting.sun.irradiance_rgb, sun);
   EXPECT_TRUE(back.result->composite.radiance.pixels == at_home);

@@ -22,7 +22,7 @@ void DrawEnvironmentPanel(ViewModel& model) {
   ImGui::PushTextWrapPos();
   ImGui::TextDisabled("real light around the objects: centre north, right east, top zenith");
   ImGui::PopTextWrapPos();
-  ImGui::Checkbox("white balls in this light, at the objects", &model.request.wants_probes);
+  ImGui::Checkbox("white balls: the probes, or one in this light", &model.request.wants_probes);
 }
 
 }  // namespace pleinair

@@ -1,4 +1,3 @@
-#include <exception>
 #include <numbers>
 #include <string>
 
@@ -6,6 +5,7 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include "apps/viewer/actions.h"
 #include "apps/viewer/panel.h"
 
 namespace pleinair {
@@ -27,16 +27,10 @@ void DrawObjectsPanel(ViewModel& model) {
   const bool is_entered = ImGui::InputTextWithHint(
       "##file", "path of a mesh file", &file, ImGuiInputTextFlags_EnterReturnsTrue);
   ImGui::SameLine();
-  if ((ImGui::Button("load") || is_entered) && !file.empty() && model.frame &&
-      model.frame->step.frame) {
-    const Camera& camera = model.frame->step.frame->camera;
-    const glm::dvec2 middle =
-        0.5 * glm::dvec2(camera.intrinsics.width_px - 1, camera.intrinsics.height_px - 1);
-    try {
-      model.status = editor.Add(file, camera, middle);
-    } catch (const std::exception& error) {
-      model.status = error.what();
-    }
+  if ((ImGui::Button("load") || is_entered) && !file.empty() && model.ShownCamera() != nullptr) {
+    // In the middle of the picture.
+    const CameraIntrinsics& camera = model.ShownCamera()->intrinsics;
+    AddObject(file, 0.5 * glm::dvec2(camera.width_px - 1, camera.height_px - 1), model);
   }
   if (!editor.Selected()) return;
   const glm::dmat4& pose = editor.Objects()[*editor.Selected()].world_from_object;

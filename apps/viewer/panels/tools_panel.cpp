@@ -1,27 +1,13 @@
-#include <exception>
 #include <string>
 
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "apps/viewer/actions.h"
 #include "apps/viewer/panel.h"
 
 namespace pleinair {
 namespace {
-
-// What is saved is read again; objects and strokes that are not saved stay. False where it failed.
-template <typename Save>
-bool SaveAndReload(const Save& save, const char* what, ViewModel& model) {
-  try {
-    save();
-    model.status = fmt::format("{} saved to {}", what, model.site->loaded->sequence.file.string());
-    model.Reload();
-    return true;
-  } catch (const std::exception& error) {
-    model.status = error.what();
-    return false;
-  }
-}
 
 void DrawMaskTool(ViewModel& model) {
   if (!model.mask) return;
@@ -43,7 +29,7 @@ void DrawMaskTool(ViewModel& model) {
               mask.HasUnsavedStrokes() ? " * not saved" : "");
   if (ImGui::Button("undo stroke")) mask.Undo();
   ImGui::SameLine();
-  if (ImGui::Button("save mask")) SaveAndReload([&] { mask.Save(); }, "mask", model);
+  if (ImGui::Button("save mask")) Save(model);
 }
 
 void DrawPoseTool(ViewModel& model) {
@@ -69,10 +55,7 @@ void DrawPoseTool(ViewModel& model) {
     model.status = pose.RefineByEdges(*model.frame->input);
   }
   ImGui::SameLine();
-  if (ImGui::Button("save pose")) {
-    // The next picks are of the pose that is read again.
-    if (SaveAndReload([&] { pose.Save(); }, "pose", model)) model.pose.reset();
-  }
+  if (ImGui::Button("save pose")) Save(model);  // Last: it may end the picker.
 }
 
 }  // namespace

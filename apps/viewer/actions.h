@@ -1,0 +1,40 @@
+// What keys, menu and buttons do.
+#pragma once
+
+#include <string>
+
+#include <glm/vec2.hpp>
+
+#include "apps/viewer/view_model.h"
+
+namespace pleinair {
+
+// In the window, and in the log of whoever has started it.
+void Warn(const std::string& fault, ViewModel& model);
+
+// Of the tool that is taken: objects, the mask or the pose. Save writes to the site's file; a mask
+// and a pose are then read again. False where it failed, with the reason in the status.
+bool Save(ViewModel& model);
+void Undo(ViewModel& model);
+void Redo(ViewModel& model);
+
+bool HasUnsavedWork(const ViewModel& model);
+// Objects and mask. Quits where that succeeds.
+void SaveAndQuit(ViewModel& model);
+
+// A frame on or back; round the end where the recording loops.
+void Step(int frames, ViewModel& model);
+void ToggleRecording(ViewModel& model);
+// Once the picture is complete.
+void AskForSnapshot(ViewModel& model);
+// Not of a picture that an edit has made old, or of a quick one.
+bool SnapshotIsDue(const ViewModel& model);
+void TakeSnapshot(const std::vector<std::string>& stated_settings,
+                  const std::filesystem::path& out,
+                  ViewModel& model);
+
+// A mesh file onto what a pixel of the picture shows.
+void AddObject(const std::filesystem::path& mesh, const glm::dvec2& pixel, ViewModel& model);
+void Nudge(const glm::dvec2& step_px, ViewModel& model);
+
+}  // namespace pleinair
