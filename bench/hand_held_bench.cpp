@@ -1,0 +1,141 @@
+// A camera that is held in the hand: the recorded courtyard's frame 6 with its pose moved by a
+// centimetre and a milliradian a frame, to and fro, under a sun that stands still. Files are read
+// in advance and nothing is written. For each place of the scene's light, in the picture's own
+// size and others.
+//
+//   pleinair_hand_held_bench [Google Benchmark's options]
+//
+// Medians over frames, in ms: `median_ms` of the entire frame, `cpu_ms` its processor time (all
+// threads together), `view_ms`, `light_ms` and `draw_ms` its parts. `first_ms` is the first frame.
+
+#include <time.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "bench/resized_frame.h"
+#include "datasets/frame_source.h"
+#include "datasets/sequence.h"
+#include "estimation/outdoor_lighting_source.h"
+#include "pipeline/frame_pipeline.h"
+#include "render/gl_context.h"
+#include "scene/upper_median.h"
+#include "session/file_blob_store.h"
+#include "session/sequence_site.h"
+
+namespace pleinair {
+namespace {
+
+const std::filesystem::path kCourtyard =
+    std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
+
+using ReceiversAt = SurfaceViewOptions::ReceiversAt;
+
+struct Yard {
+  Sequence sequence = ReadSequence(kCourtyard);
+  SequenceSite site = LoadSequenceSite(sequence);
+  PreparedScene scene;
+  Frame frame;
+
+  Yard() {
+    FileBlobStore store;
+    scene = PrepareScene(site.model, PrepareOptionsFor(site), store, [](auto, auto) {});
+    const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
+    for (int i = 0; i <= 6; ++i) frame = frames->Next()->value();
+  }
+};
+
+double ProcessorMs() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+// Frame `i` of the walk: half a metre to the right and as many milliradians round, and back.
+glm::dmat4 Moved(const glm::dmat4& camera_from_world, int i) {
+  constexpr int kSteps = 50;
+  const int step = kSteps - std::abs(i % (2 * kSteps) - kSteps);
+  const glm::dmat4 turned = glm::rotate(glm::dmat4(1.0), 1e-3 * step, glm::dvec3(0.0, 1.0, 0.0));
+  return glm::translate(glm::dmat4(1.0), glm::dvec3(-0.01 * step, 0.0, 0.0)) * turned *
+         camera_from_world;
+}
+
+void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt receivers_at) {
+  if (!std::filesystem::exists(kCourtyard)) {
+    state.SkipWithError("the recorded courtyard is not there");
+    return;
+  }
+  static const Yard yard;
+  Frame frame = yard.frame;
+  if (width_px != frame.radiance.width) Resize(width_px, height_px, frame);
+  const glm::dmat4 first_pose = frame.camera.camera_from_world;
+  const HeadlessContext context;
+  Compositor compositor;
+  FramePipelineOptions options;
+  options.view.receivers_at = receivers_at;
+  if (receivers_at != ReceiversAt::kPixels) options.influence_at = InfluenceAt::kFaces;
+  FramePipeline pipeline({yard.scene, yard.site.model.mesh, yard.sequence.site, yard.site.objects},
+                         MakeOutdoorLightingSource({}),
+                         compositor,
+                         options);
+  std::map<std::string, std::vector<double>> times_ms;
+  int i = 0;
+  const auto next = [&] {
+    frame.camera.camera_from_world = Moved(first_pose, i++);
+    const double cpu_before_ms = ProcessorMs();
+    const auto start = std::chrono::steady_clock::now();
+    auto result = pipeline.Process(frame);
+    const std::chrono::duration<double, std::milli> whole =
+        std::chrono::steady_clock::now() - start;
+    if (!result) {
+      state.SkipWithError(result.error().reason.c_str());
+      return whole.count();
+    }
+    const StageTimes& stages = result->timing_ms;
+    times_ms["median_ms"].push_back(whole.count());
+    times_ms["cpu_ms"].push_back(ProcessorMs() - cpu_before_ms);
+    times_ms["view_ms"].push_back(stages.transport);
+    times_ms["light_ms"].push_back(stages.estimate);
+    times_ms["objects_ms"].push_back(stages.relight + stages.probes + result->planning_ms);
+    times_ms["draw_ms"].push_back(stages.render + stages.readback);
+    return whole.count();
+  };
+  state.counters["first_ms"] = next();
+  times_ms.clear();
+  for (auto _ : state) next();
+  for (const auto& [name, values] : times_ms) state.counters[name] = UpperMedian(values);
+}
+
+}  // namespace
+}  // namespace pleinair
+
+int main(int argc, char** argv) {
+  using pleinair::ReceiversAt;
+  for (const auto& [name, at] : {std::pair{"pixels", ReceiversAt::kPixels},
+                                 std::pair{"corners", ReceiversAt::kPatchCorners}}) {
+    for (const auto& [width, height] :
+         {std::pair{480, 360}, std::pair{640, 480}, std::pair{1920, 1080}}) {
+      benchmark::RegisterBenchmark(
+          (std::string("hand_held/") + name + "/" + std::to_string(width)).c_str(),
+          [=, at = at, width = width, height = height](benchmark::State& state) {
+            pleinair::HandHeld(state, width, height, at);
+          })
+          ->Unit(benchmark::kMillisecond)
+          ->UseRealTime()
+          ->Iterations(at == ReceiversAt::kPixels ? 5 : 40);
+    }
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}
