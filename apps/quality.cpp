@@ -39,7 +39,7 @@ const std::vector<QualitySetting>& QualitySettings() {
       {"light.samples", {"50", "100", "200", "500", "1000", "2000"}, "200", "500", "1000"},
       {"prepare.rays", {"64", "128", "256"}, "64", "256", "256"},
       {"pipeline.view.receiver_block_px", {"16", "8", "4", "2"}, "8", "4", "4"},
-      {"pipeline.view.sun_block_px", {"8", "4", "2", "1"}, "4", "1", "1"},
+      {"pipeline.view.sun_block_px", {"8", "4", "2", "0", "1"}, "4", "0", "1"},
       {"pipeline.object_light.route", {"volume", "probe", "gather"}, "gather", "gather", "gather"},
       {"pipeline.object_light.gather.rays_per_receiver",
        {"16", "64", "256", "1024"},

@@ -81,7 +81,7 @@ void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt 
   Compositor compositor;
   FramePipelineOptions options;
   options.view.receivers_at = receivers_at;
-  if (receivers_at != ReceiversAt::kPixels) options.influence_at = InfluenceAt::kFaces;
+  if (receivers_at == ReceiversAt::kSurfaces) options.influence_at = InfluenceAt::kFaces;
   FramePipeline pipeline({yard.scene, yard.site.model.mesh, yard.sequence.site, yard.site.objects},
                          MakeOutdoorLightingSource({}),
                          compositor,
@@ -119,8 +119,8 @@ void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt 
 
 int main(int argc, char** argv) {
   using pleinair::ReceiversAt;
-  for (const auto& [name, at] : {std::pair{"pixels", ReceiversAt::kPixels},
-                                 std::pair{"corners", ReceiversAt::kPatchCorners}}) {
+  for (const auto& [name, at] :
+       {std::pair{"pixels", ReceiversAt::kPixels}, std::pair{"surfaces", ReceiversAt::kSurfaces}}) {
     for (const auto& [width, height] :
          {std::pair{480, 360}, std::pair{640, 480}, std::pair{1920, 1080}}) {
       benchmark::RegisterBenchmark(

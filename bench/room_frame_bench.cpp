@@ -144,7 +144,7 @@ FramePipelineOptions Route(ObjectLight object_light, Daylight daylight) {
   options.object_light.daylight = daylight;
   options.object_light.direct_daylight.sampling.samples = 64;
   options.object_light.direct_daylight.shadows.map_size_px = 32;
-  options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
   options.view.sun_block_px = 4;
   options.influence_at = InfluenceAt::kFaces;
   return options;

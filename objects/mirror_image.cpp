@@ -89,7 +89,7 @@ void MirrorImageOptions::Validate() const {
 MirrorImage::MirrorImage(const PatchScene& real,
                          const PatchScene& objects,
                          const ObjectView& view,
-                         const Survey* survey,
+                         const SurveyLookUp* survey,
                          const MirrorImageOptions& options)
     : x_px_(view.x_px),
       y_px_(view.y_px),
@@ -100,9 +100,6 @@ MirrorImage::MirrorImage(const PatchScene& real,
   const auto pixels = static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_);
   first_entry_.assign(pixels + 1, 0);
   if (view.Empty()) return;
-  std::optional<SurveyLookUp> look_up;
-  if (survey != nullptr) look_up.emplace(*survey);
-
   struct Row {
     std::vector<std::uint32_t> entry_count;
     std::vector<Entry> entries;  // Places and hiders count from the row's first.
@@ -118,7 +115,7 @@ MirrorImage::MirrorImage(const PatchScene& real,
     const auto face = static_cast<std::size_t>(place.face);
     const glm::vec3 normal = real.FaceNormal(face);
     place.start_m = OffsetFromSurface(hit.position_m, normal);
-    if (look_up) place.tint = look_up->TintOf(real, face, hit.position_m);
+    if (survey != nullptr) place.tint = survey->TintOf(real, face, hit.position_m);
     place.first_hider = static_cast<std::uint32_t>(row.hiders.size());
     const NormalFrame frame(normal);
     const glm::dvec2 rotation = RotationOf(1, row.places.size());

@@ -10,7 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "objects/object_view.h"
-#include "relight/survey/survey.h"
+#include "relight/survey/survey_look_up.h"
 #include "relight/transport/patch_scene.h"
 #include "scene/lighting.h"
 #include "scene/mirrored_light.h"
@@ -54,7 +54,7 @@ class MirrorImage {
   MirrorImage(const PatchScene& real,
               const PatchScene& objects,
               const ObjectView& view,
-              const Survey* survey,
+              const SurveyLookUp* survey,
               const MirrorImageOptions& options = {});
 
   // Whether any glossy surface is in view.

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <future>
-#include <limits>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -14,16 +14,17 @@
 #include <glm/geometric.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "relight/survey/survey_look_up.h"
 #include "relight/transport/camera_pixels.h"
 #include "relight/transport/edge_distance.h"
 #include "relight/transport/sun_disc.h"
 #include "relight/transport/surface_gather.h"
+#include "relight/transport/surface_light.h"
+#include "relight/transport/view_geometry.h"
+#include "relight/view_albedo.h"
+#include "scene/cached.h"
 
 namespace pleinair {
 namespace {
-
-constexpr float kSmallestFootprintPx = 0.5f;
 
 // Calls inside(x, y) for the pixels inside `polygon` that show its group.
 template <typename Inside>
@@ -58,28 +59,39 @@ struct SurfaceViewBuilder::Impl {
     double angular_radius_rad = 0.0;
     bool operator==(const SunKey&) const = default;
   };
-  struct SunPart {
+  // What a sun does to the scene, whoever looks.
+  struct SunOnFaces {
     SunKey key;
-    GrayImage visibility;
     FaceLight faces;
+  };
+  // What the view shows of it.
+  struct SunInView {
+    GrayImage visibility;
     RgbImage bounce;
     GrayImage edge_distance_px;
   };
   // Being made on another thread, or made; waits for it when it is destroyed.
-  struct SunPartAhead {
+  struct SunAhead {
+    struct Made {
+      SunOnFaces on_faces;
+      std::optional<SunInView> in_view;  // Where the view need not wait for it.
+    };
     SunKey key;
-    std::future<SunPart> part;
+    std::future<Made> made;
   };
 
   const PreparedScene& scene;
   SurfaceViewOptions options;
+  ViewAlbedo albedo;
+  Cached<Image<glm::vec3>, CameraIntrinsics> directions_in_camera;
 
   SurfaceView view;
   Image<std::int32_t> face;  // That each pixel shows.
   std::vector<SampleRegionPolygon> polygons;
-  std::optional<SunKey> sun;
-  std::optional<CornerGather> corners;
+  std::optional<SunKey> sun;  // That the view and sun_faces are under.
+  // One of the two: of this view's pixels, or of the surfaces.
   SurfaceGather gather;
+  std::optional<SurfaceLight> surfaces;
   Gray8Image mesh_edges;
   GrayImage survey_edge_distance_px;  // In view pixels; infinite where the survey says nothing.
 
@@ -94,21 +106,38 @@ struct SurfaceViewBuilder::Impl {
   std::uint64_t survey_sun_version = 0;
 
   // Reads what is above: the last to be made, the first to be destroyed.
-  std::optional<SunPartAhead> ahead;
+  std::optional<SunAhead> ahead;
 
   Impl(const PreparedScene& prepared, const SurfaceViewOptions& view_options)
-      : scene(prepared), options(view_options) {}
+      : scene(prepared), options(view_options), albedo(prepared) {}
+
+  // Lights of `surfaces`: the sun's bounces, and each sky shape.
+  static constexpr std::size_t kSunLight = 0;
+  static constexpr std::size_t LightOfSky(std::size_t k) { return 1 + k; }
+
+  bool IsOnSurfaces() const {
+    return options.receivers_at == SurfaceViewOptions::ReceiversAt::kSurfaces;
+  }
+
+  int BlockPx(int stated) const {
+    constexpr int kOfMovingCameras = 4;
+    return stated > 0 ? stated : IsOnSurfaces() ? kOfMovingCameras : 1;
+  }
 
   void BuildGeometry(const Camera& camera) {
     view.camera = camera;
     const CameraPixels pixels(camera);
-    const ViewRays rays = pixels.Rays();
-    face = CastGeometry(scene.patches, rays, view);
+    const ViewRays rays = pixels.Rays(directions_in_camera.Get(
+        camera.intrinsics, [&] { return DirectionsInCamera(camera.intrinsics); }));
+    CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, face);
     mesh_edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
-    FillAlbedo(pixels);
-    if (options.receivers_at == SurfaceViewOptions::ReceiversAt::kPatchCorners) {
-      if (!corners) corners.emplace(scene.patches, scene.options.gather);
-      gather = SurfaceGather(*corners, scene.patches, face, view);
+    albedo.Fill(pixels, face, view, survey_edge_distance_px);
+    if (IsOnSurfaces()) {
+      if (!surfaces) {
+        surfaces.emplace(
+            scene.patches, scene.transport.FaceRays(), options.surfaces, scene.options.gather);
+      }
+      surfaces->Show(face);
     } else {
       gather =
           SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
@@ -116,27 +145,30 @@ struct SurfaceViewBuilder::Impl {
     ++view.geometry_version;
   }
 
-  // Makes what is not there yet: all of it where the view has changed, else where a shape has.
-  void BuildSky(std::span<const std::shared_ptr<const SkyShape>> wanted, bool view_has_changed) {
+  // Makes the light of new shapes on faces; returns which they are.
+  std::vector<std::size_t> SetSky(std::span<const std::shared_ptr<const SkyShape>> wanted) {
     const std::vector<std::shared_ptr<const SkyShape>> before = std::exchange(
         bare_shapes, std::vector<std::shared_ptr<const SkyShape>>(wanted.begin(), wanted.end()));
-    if (!view_has_changed && before == bare_shapes) return;
     shapes.resize(bare_shapes.size());
     sky_faces.resize(shapes.size());
     view.sky_shape_names.resize(shapes.size());
-    view.sky_response.resize(shapes.size());
+    std::vector<std::size_t> are_new;
     for (std::size_t k = 0; k < shapes.size(); ++k) {
-      const bool is_new = k >= before.size() || before[k] != bare_shapes[k];
-      if (is_new) {
-        shapes[k] = scene.survey ? SeenPast(scene.survey->skyline, bare_shapes[k]) : bare_shapes[k];
-        sky_faces[k] = scene.transport.SolveSky(scene.patches, *shapes[k], scene.options.bounces);
-        view.sky_shape_names[k] = shapes[k]->Name();
-      }
-      if (is_new || view_has_changed) {
-        view.sky_response[k].width = view.Width();
-        view.sky_response[k].height = view.Height();
-        SkyResponse(gather, k, view.sky_response[k].pixels);
-      }
+      if (k < before.size() && before[k] == bare_shapes[k]) continue;
+      shapes[k] = scene.survey ? SeenPast(scene.survey->skyline, bare_shapes[k]) : bare_shapes[k];
+      sky_faces[k] = scene.transport.SolveSky(scene.patches, *shapes[k], scene.options.bounces);
+      view.sky_shape_names[k] = shapes[k]->Name();
+      if (surfaces) surfaces->SetLight(LightOfSky(k), shapes[k], sky_faces[k].radiosity);
+      are_new.push_back(k);
+    }
+    return are_new;
+  }
+
+  void FillSky(std::span<const std::size_t> of_shapes) {
+    view.sky_response.resize(shapes.size());
+    for (const std::size_t k : of_shapes) {
+      Reset(view.Width(), view.Height(), glm::vec3(0.0f), view.sky_response[k]);
+      if (!surfaces) SkyResponse(gather, k, view.sky_response[k].pixels);
     }
     ++view.sky_version;
   }
@@ -164,80 +196,6 @@ struct SurfaceViewBuilder::Impl {
     }
   }
 
-  void FillAlbedo(const CameraPixels& pixels) {
-    const int width = view.Width();
-    const int height = view.Height();
-    view.albedo_rgb = RgbImage(width, height, glm::vec3(0.0f));
-    view.albedo_measured = Gray8Image(width, height, 0);
-    view.may_be_sampled = Gray8Image(width, height, 0);
-    view.footprint_radius_px = GrayImage(width, height, kSmallestFootprintPx);
-    survey_edge_distance_px = GrayImage(width, height, std::numeric_limits<float>::infinity());
-    const double focal_px = std::sqrt(view.camera.intrinsics.fx_px * view.camera.intrinsics.fy_px);
-    std::optional<SurveyLookUp> survey;
-    if (scene.survey) survey.emplace(*scene.survey);
-    tbb::parallel_for(0, height, [&](int y) {
-      for (int x = 0; x < width; ++x) {
-        const std::size_t i = view.region.Index(x, y);
-        if (face.pixels[i] == PatchScene::kSky) continue;
-        const auto pixel_face = static_cast<std::size_t>(face.pixels[i]);
-        view.albedo_rgb.pixels[i] = scene.patches.face_albedo_rgb[pixel_face];
-        if (!survey) {
-          const std::size_t patch = pixel_face / 2;
-          view.albedo_measured.pixels[i] = 1;
-          view.may_be_sampled.pixels[i] =
-              scene.patch_is_diffuse[patch] != 0 &&
-              scene.patches.source_triangle[patch] != PatchScene::kExtension;
-          continue;
-        }
-        const glm::vec3& position = view.position_world_m.pixels[i];
-        const glm::vec3& normal = view.normal_world.pixels[i];
-        const auto surveyed = survey->At(position, normal, view.region.pixels[i]);
-        if (!surveyed) continue;
-        view.albedo_rgb.pixels[i] = surveyed->albedo_rgb;
-        view.albedo_measured.pixels[i] = 1;
-        view.may_be_sampled.pixels[i] = surveyed->may_be_sampled ? 1 : 0;
-        const float texel_px =
-            survey->TexelSidePx(position, normal, glm::vec3(pixels.OriginM()), focal_px);
-        if (texel_px < 1.0f) {
-          view.albedo_rgb.pixels[i] =
-              PixelMean(*survey, pixels, {x, y}, texel_px, surveyed->albedo_rgb);
-        }
-        view.footprint_radius_px.pixels[i] = std::max(0.5f * texel_px, kSmallestFootprintPx);
-        survey_edge_distance_px.pixels[i] = texel_px * surveyed->edge_distance_px;
-      }
-    });
-  }
-
-  // Mean albedo over a pixel that covers several texels, from as many points on its plane as it has
-  // texels along a side (at most 8); those that the map does not see are left out.
-  glm::vec3 PixelMean(const SurveyLookUp& survey,
-                      const CameraPixels& pixels,
-                      const glm::ivec2& pixel,
-                      float texel_px,
-                      const glm::vec3& at_centre) const {
-    constexpr float kMostPointsASide = 8.0f;
-    const std::size_t i = view.region.Index(pixel.x, pixel.y);
-    const int side = static_cast<int>(std::ceil(std::min(1.0f / texel_px, kMostPointsASide)));
-    glm::dvec3 sum(0.0);
-    int count = 0;
-    for (int row = 0; row < side; ++row) {
-      for (int column = 0; column < side; ++column) {
-        const glm::dvec2 point = glm::dvec2(pixel) +
-                                 glm::dvec2((column + 0.5) / side, (row + 0.5) / side) -
-                                 glm::dvec2(0.5);
-        const auto on_plane =
-            pixels.OnPlane(point, view.position_world_m.pixels[i], view.normal_world.pixels[i]);
-        if (!on_plane) continue;
-        const auto surveyed =
-            survey.At(*on_plane, view.normal_world.pixels[i], view.region.pixels[i]);
-        if (!surveyed) continue;
-        sum += glm::dvec3(surveyed->albedo_rgb);
-        ++count;
-      }
-    }
-    return count > 0 ? glm::vec3(sum / static_cast<double>(count)) : at_centre;
-  }
-
   void LimitTo(std::span<const SampleRegionPolygon> limits) {
     polygons.assign(limits.begin(), limits.end());
     view.judged_sun = {};
@@ -253,38 +211,77 @@ struct SurfaceViewBuilder::Impl {
     }
   }
 
-  // All that depends on the sun. Reads the geometry, which has to stand meanwhile.
-  SunPart MakeSunPart(const SunKey& key) const {
-    SunPart part{key, {}, {}, {}, {}};
-    const SunDisc disc(key.direction_enu, key.angular_radius_rad, options.sun_disc_samples);
-    part.visibility = SunVisibility(scene.patches.caster, disc, options.sun_block_px, view);
-    part.faces = scene.transport.SolveSun(
-        scene.patches, key.direction_enu, key.angular_radius_rad, scene.options.bounces);
-    part.bounce.width = view.Width();
-    part.bounce.height = view.Height();
-    gather.Blend(gather.Rays().FromFaces(part.faces.radiosity), part.bounce.pixels);
-
-    Gray8Image edges = mesh_edges;
-    AddShadowEdges(view, part.visibility, false, edges);
-    part.edge_distance_px = DistanceTo(edges, false, true);
-    for (std::size_t i = 0; i < edges.pixels.size(); ++i) {
-      part.edge_distance_px.pixels[i] =
-          std::min(part.edge_distance_px.pixels[i], survey_edge_distance_px.pixels[i]);
-    }
-    return part;
+  SunOnFaces MakeSunOnFaces(const SunKey& key) const {
+    return {key,
+            scene.transport.SolveSun(
+                scene.patches, key.direction_enu, key.angular_radius_rad, scene.options.bounces)};
   }
 
-  void Use(SunPart part) {
-    view.sun_direction_enu = part.key.direction_enu;
-    view.sun_visibility = std::move(part.visibility);
-    view.sun_bounce = std::move(part.bounce);
-    view.edge_distance_px = std::move(part.edge_distance_px);
-    if (sun != part.key) {
-      sun_faces = std::move(part.faces);
-      ++sun_faces_version;
-      sun = part.key;
+  // Reads the geometry, which has to stand meanwhile. On surfaces without bounces.
+  SunInView MakeSunInView(const SunKey& key, const FaceLight& faces) const {
+    SunInView in_view;
+    const SunDisc disc(key.direction_enu, key.angular_radius_rad, options.sun_disc_samples);
+    in_view.visibility =
+        SunVisibility(scene.patches.caster, disc, BlockPx(options.sun_block_px), view);
+    in_view.bounce = RgbImage(view.Width(), view.Height());
+    if (!surfaces) gather.Blend(gather.Rays().FromFaces(faces.radiosity), in_view.bounce.pixels);
+    Gray8Image edges = mesh_edges;
+    AddShadowEdges(view, in_view.visibility, false, edges);
+    in_view.edge_distance_px = DistanceTo(edges, false, true);
+    for (std::size_t i = 0; i < edges.pixels.size(); ++i) {
+      in_view.edge_distance_px.pixels[i] =
+          std::min(in_view.edge_distance_px.pixels[i], survey_edge_distance_px.pixels[i]);
     }
+    return in_view;
+  }
+
+  // On surfaces a view under another sun takes no longer than a new view.
+  SunAhead::Made MakeSunAhead(const SunKey& key) const {
+    SunAhead::Made made{MakeSunOnFaces(key), std::nullopt};
+    if (!IsOnSurfaces()) made.in_view = MakeSunInView(key, made.on_faces.faces);
+    return made;
+  }
+
+  // What was made ahead, where it is this sun's.
+  std::optional<SunAhead::Made> TakeAhead(const SunKey& key) {
+    if (!ahead || ahead->key != key) return std::nullopt;
+    std::future<SunAhead::Made> made = std::move(ahead->made);
+    ahead.reset();
+    return made.get();
+  }
+
+  // Makes the light of a new sun on faces; returns what of the view came with it.
+  std::optional<SunInView> SetSun(const SunKey& key) {
+    std::optional<SunAhead::Made> made = TakeAhead(key);
+    if (!made) made = {MakeSunOnFaces(key), std::nullopt};
+    sun_faces = std::move(made->on_faces.faces);
+    ++sun_faces_version;
+    sun = key;
+    if (surfaces) surfaces->SetLight(kSunLight, nullptr, sun_faces.radiosity);
+    return std::move(made->in_view);
+  }
+
+  void FillSun(SunInView in_view) {
+    view.sun_direction_enu = sun->direction_enu;
+    view.sun_visibility = std::move(in_view.visibility);
+    view.sun_bounce = std::move(in_view.bounce);
+    view.edge_distance_px = std::move(in_view.edge_distance_px);
     ++view.sun_version;
+  }
+
+  // Of the view, on surfaces: bounces of the sun, and the response to these shapes.
+  void LookUp(bool with_sun, std::span<const std::size_t> of_shapes) {
+    std::vector<std::size_t> lights;
+    std::vector<RgbImage*> images;
+    if (with_sun) {
+      lights.push_back(kSunLight);
+      images.push_back(&view.sun_bounce);
+    }
+    for (const std::size_t k : of_shapes) {
+      lights.push_back(LightOfSky(k));
+      images.push_back(&view.sky_response[k]);
+    }
+    surfaces->LookUp(face, view.position_world_m, lights, images);
   }
 
   bool GeometryStands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
@@ -294,17 +291,20 @@ struct SurfaceViewBuilder::Impl {
 
   bool IsAhead(const SunKey& key) const {
     return ahead && ahead->key == key &&
-           ahead->part.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+           ahead->made.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
 };
 
 SurfaceViewBuilder::SurfaceViewBuilder(const PreparedScene& scene,
                                        const SurfaceViewOptions& options)
     : impl_(std::make_unique<Impl>(scene, options)) {
-  if (options.sun_block_px < 1) {
-    throw std::invalid_argument("sun_block_px is " + std::to_string(options.sun_block_px) +
-                                ": expected 1 or more");
+  for (const auto& [name, value] : {std::pair{"geometry_block_px", options.geometry_block_px},
+                                    std::pair{"sun_block_px", options.sun_block_px}}) {
+    if (value >= 0) continue;
+    throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) +
+                                ": expected 0 or more");
   }
+  options.surfaces.Validate();
 }
 
 SurfaceViewBuilder::~SurfaceViewBuilder() = default;
@@ -318,19 +318,28 @@ const SurfaceView& SurfaceViewBuilder::Update(
   Impl& impl = *impl_;
   const bool geometry_stands = impl.GeometryStands(camera, polygons);
   if (!geometry_stands) {
-    impl.ahead.reset();
+    // What it makes of the view reads the old one; what it makes on surfaces does not.
+    if (!impl.IsOnSurfaces()) impl.ahead.reset();
     impl.BuildGeometry(camera);
     impl.LimitTo(polygons);
   }
-  impl.BuildSky(sky_shapes, !geometry_stands);
+  std::vector<std::size_t> shapes_to_fill = impl.SetSky(sky_shapes);
   const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
-  if (geometry_stands && impl.sun == key) return impl.view;
-  if (impl.ahead && impl.ahead->key == key) {
-    std::future<Impl::SunPart> part = std::move(impl.ahead->part);
-    impl.ahead.reset();
-    impl.Use(part.get());
-  } else {
-    impl.Use(impl.MakeSunPart(key));
+  std::optional<Impl::SunInView> sun_in_view;
+  const bool sun_is_new = impl.sun != key;
+  if (sun_is_new) sun_in_view = impl.SetSun(key);
+
+  if (!geometry_stands) {
+    shapes_to_fill.resize(impl.shapes.size());
+    std::iota(shapes_to_fill.begin(), shapes_to_fill.end(), std::size_t{0});
+  }
+  const bool fills_sun = !geometry_stands || sun_is_new;
+  if (!shapes_to_fill.empty()) impl.FillSky(shapes_to_fill);
+  if (fills_sun) {
+    impl.FillSun(sun_in_view ? std::move(*sun_in_view) : impl.MakeSunInView(key, impl.sun_faces));
+  }
+  if (impl.IsOnSurfaces() && (fills_sun || !shapes_to_fill.empty())) {
+    impl.LookUp(fills_sun, shapes_to_fill);
   }
   return impl.view;
 }
@@ -357,12 +366,12 @@ void SurfaceViewBuilder::MakeAhead(const glm::dvec3& sun_direction_enu,
   if (!impl.sun || impl.sun == key) return;
   if (impl.ahead) {
     const bool is_made =
-        impl.ahead->part.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+        impl.ahead->made.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
     if (!is_made || impl.ahead->key == key) return;
   }
   impl.ahead.reset();
-  impl.ahead = Impl::SunPartAhead{
-      key, std::async(std::launch::async, [&impl, key] { return impl.MakeSunPart(key); })};
+  impl.ahead = Impl::SunAhead{
+      key, std::async(std::launch::async, [&impl, key] { return impl.MakeSunAhead(key); })};
 }
 
 const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {

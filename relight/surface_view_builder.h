@@ -12,6 +12,7 @@
 #include <glm/vec3.hpp>
 
 #include "relight/prepared_scene.h"
+#include "relight/transport/surface_light.h"
 #include "scene/image.h"
 #include "scene/judged_sun.h"
 #include "scene/sky_shape.h"
@@ -20,17 +21,21 @@
 namespace pleinair {
 
 struct SurfaceViewOptions {
-  // Where response to sky and bounces is gathered. Pixels' receivers are new with every new camera;
-  // patches' corners stay while it moves, and are as fine as the patches.
-  enum class ReceiversAt { kPixels, kPatchCorners };
+  // Where response to sky and bounces is gathered: at receivers in the picture, new with every new
+  // camera, or on a lattice over the surfaces, which stays while the camera moves.
+  enum class ReceiversAt { kPixels, kSurfaces };
   ReceiversAt receivers_at = ReceiversAt::kPixels;
+  SurfaceLightOptions surfaces = {};
   // At pixels: one receiver in a block of this side, blended over pixels of the same plane. 1 is
   // exact: every pixel gathers.
   int receiver_block_px = 4;
   int sun_disc_samples = 16;
-  // Blocks whose corners all see the sun, or all do not, are treated as uniform: smaller details
+  // Sides of blocks of pixels; 0: 1 for receivers in the picture, 4 for those on surfaces. Those
+  // whose corners show one plane are taken to show nothing else (see CastGeometry).
+  int geometry_block_px = 0;
+  // Those whose corners all see the sun, or all do not, are treated as uniform: smaller details
   // may be missed. 1 is exact: every pixel casts.
-  int sun_block_px = 1;
+  int sun_block_px = 0;
 };
 
 // Where in a picture the estimate may sample, beside the survey's own regions.

@@ -101,16 +101,14 @@ FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
                                         const LoadedSequence& loaded) {
   const Sequence& sequence = loaded.sequence;
   FramePipelineOptions pipeline = options.pipeline;
-  // A source that samples the picture is worth receivers of its own for each new view; another one
-  // is not.
-  if (SourceOf(options, sequence) == SourceKind::kFisheye &&
-      (loaded.board || CameraMoves(sequence))) {
-    pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  if (loaded.board || CameraMoves(sequence)) {
+    pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
     pipeline.influence_at = InfluenceAt::kFaces;
   }
   if (options.camera_noise_is_known) pipeline.camera_matching.camera_noise = options.camera_noise;
   pipeline.display_response = ResponseOf(options, sequence);
   if (SourceOf(options, sequence) != SourceKind::kOutdoor) pipeline.daylight_colours = false;
+  if (options.receivers_at) pipeline.view.receivers_at = *options.receivers_at;
   if (options.influence_at) pipeline.influence_at = *options.influence_at;
   pipeline.object_light.daylight = DaylightOf(options, loaded.site);
   for (const WindowEntry& window : sequence.windows) {

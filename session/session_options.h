@@ -55,13 +55,14 @@ struct SessionOptions {
       light;  // Its haze is the survey's. Samples and seed are a fish-eye's, too.
   SelfCalibrationOptions calibration;  // Its seed and sky shapes are those of `light`.
   PrepareSettings prepare;
-  // What a sequence decides is set by PipelineOptionsFor: display, windows, camera noise, and,
-  // where a fish-eye lights a moving camera, where receivers are.
+  // What a sequence decides is set by PipelineOptionsFor: display, windows, camera noise, and where
+  // receivers are.
   FramePipelineOptions pipeline;
   // In place of the pipeline's. None: gathered, but for the irradiance volume indoors, which is too
   // smooth for windows.
   std::optional<Daylight> daylight;
-  // In place of the pipeline's. None: faces where a fish-eye lights a moving camera.
+  // In place of the pipeline's. None: on surfaces and faces where the camera moves.
+  std::optional<SurfaceViewOptions::ReceiversAt> receivers_at;
   std::optional<InfluenceAt> influence_at;
   CompositorOptions compositor;
   bool measure_shadows = false;  // Compares the real shadows' direction with the sun's.

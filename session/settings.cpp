@@ -442,13 +442,21 @@ void AddObjects(std::vector<Setting>& settings) {
         return o.pipeline.object_light.direct_daylight.shadows.map_size_px;
       }));
   settings.push_back(ChoiceSetting(
+      "receivers_at",
+      "where light from sky and bounces is gathered: at pixels of each view, or on the surfaces, "
+      "kept while the camera moves",
+      [](Options & o) -> auto& { return o.receivers_at; },
+      {{"pixels", SurfaceViewOptions::ReceiversAt::kPixels},
+       {"surfaces", SurfaceViewOptions::ReceiversAt::kSurfaces}},
+      "surfaces where the camera moves, else pixels"));
+  settings.push_back(ChoiceSetting(
       "influence_at",
       "where it is computed what objects occlude and reflect: at "
       "pixels of each view, or on the surfaces, kept while the camera "
       "moves",
       [](Options & o) -> auto& { return o.influence_at; },
       {{"pixels", InfluenceAt::kPixels}, {"faces", InfluenceAt::kFaces}},
-      "faces where a fish-eye lights a moving camera, else pixels"));
+      "faces where the camera moves, else pixels"));
   settings.push_back(NumberSetting(
       "pipeline.influence.rays_per_receiver",
       "rays from a real surface over each object's bounding sphere",
@@ -482,9 +490,31 @@ void AddPicture(std::vector<Setting>& settings) {
       [](Options & o) -> auto& { return o.pipeline.sun_step_s; }));
   settings.push_back(NumberSetting(
       "pipeline.view.sun_block_px",
-      "side of blocks that are lit in the same way when their corners are; 1: none",
-      Between(1, 64, "pixels"),
+      "side of blocks that are lit in the same way when their corners are; 1: none; 0: 4 where the "
+      "camera moves, else 1",
+      Between(0, 64, "pixels"),
       [](Options & o) -> auto& { return o.pipeline.view.sun_block_px; }));
+  settings.push_back(NumberSetting(
+      "pipeline.view.geometry_block_px",
+      "side of blocks that show one plane when their corners do; 1: none; 0: 4 where the camera "
+      "moves, else 1",
+      Between(0, 64, "pixels"),
+      [](Options & o) -> auto& { return o.pipeline.view.geometry_block_px; }));
+  settings.push_back(NumberSetting(
+      "pipeline.view.surfaces.spacing",
+      "distance of receivers on surfaces over that of what is around them",
+      Above(0.0),
+      [](Options & o) -> auto& { return o.pipeline.view.surfaces.spacing; }));
+  settings.push_back(NumberSetting(
+      "pipeline.view.surfaces.most_parts",
+      "parts, at most, into which receivers on surfaces divide a patch's edge",
+      Between(1, 64),
+      [](Options & o) -> auto& { return o.pipeline.view.surfaces.most_parts; }));
+  settings.push_back(NumberSetting(
+      "pipeline.view.surfaces.rays_per_receiver",
+      "rays of each receiver on surfaces",
+      Between(1, 65536),
+      [](Options & o) -> auto& { return o.pipeline.view.surfaces.rays_per_receiver; }));
   settings.push_back(NumberSetting(
       "pipeline.view.receiver_block_px",
       "side of the blocks for which light from the sky and by reflection is gathered",

@@ -28,6 +28,7 @@ LightCost KeptMirror::Cost(const EffectFrame& frame) const {
 
 void KeptMirror::Update(EffectStage& stage, const EffectFrame& frame, Upto upto) {
   const PreparedScene& scene = stage.Scene();
+  if (scene.survey && !survey_) survey_.emplace(*scene.survey);
   VertexLight& vertex_light = stage.Light();
   const ObjectView& object_view = stage.ViewOfObjects().Update(stage.Objects(), frame);
   Stopwatch watch;
@@ -35,7 +36,7 @@ void KeptMirror::Update(EffectStage& stage, const EffectFrame& frame, Upto upto)
     Gathered gathered{MirrorImage(scene.patches,
                                   stage.Objects(),
                                   object_view,
-                                  scene.survey ? &*scene.survey : nullptr,
+                                  survey_ ? &*survey_ : nullptr,
                                   stage.Options().mirror)};
     costs_.gather.Learn(watch.LapMs());
     return gathered;

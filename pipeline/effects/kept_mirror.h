@@ -1,11 +1,14 @@
 // What glossy objects mirror: kept while neither they, nor the camera, nor their light change.
 #pragma once
 
+#include <optional>
+
 #include "objects/learned_cost.h"
 #include "objects/mirror_image.h"
 #include "pipeline/effects/frame_effect.h"
 #include "pipeline/effects/light_by_light.h"
 #include "pipeline/effects/light_on_objects.h"
+#include "relight/survey/survey_look_up.h"
 #include "scene/cached.h"
 
 namespace pleinair {
@@ -30,6 +33,7 @@ class KeptMirror {
     return {frame.Geometry(), frame.basis.LightCount()};
   }
 
+  std::optional<SurveyLookUp> survey_;  // Of a scene with a survey, once something mirrors it.
   Cached<Gathered, GatheredFor> mirror_;
   Cached<LitByLight, LitFor> lit_;
   MirroredLight image_;

@@ -1,4 +1,5 @@
 #include "relight/survey/survey.h"
+#include "relight/transport/view_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -212,7 +213,8 @@ Survey MakeSurvey(const SurveyMap& map,
   SurfaceView& view = survey.view;
   const ViewRays rays =
       MapRays({map.radiance.width, map.radiance.height}, glm::vec3(map.position_m));
-  const Image<std::int32_t> face = CastGeometry(scene, rays, view);
+  Image<std::int32_t> face;
+  CastGeometry(scene, rays, 1, view, face);
 
   Gray8Image shows_sky(rays.width, rays.height, 0);
   for (int y = 0; y < rays.height; ++y) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -19,7 +20,7 @@ struct SurveyedPoint {
   bool may_be_sampled = false;
 };
 
-// Keeps a reference to the survey.
+// Holds a copy of what it looks up.
 class SurveyLookUp {
  public:
   explicit SurveyLookUp(const Survey& survey);
@@ -42,8 +43,23 @@ class SurveyLookUp {
                     double focal_px) const;
 
  private:
-  const SurfaceView& view_;
-  glm::dvec3 origin_m_;
+  // One pixel of the map, in one place of the memory: looking up is waiting for it.
+  struct Texel {
+    glm::vec3 position_m;
+    glm::vec3 normal;
+    glm::vec3 albedo_rgb;
+    float edge_distance_px;
+    std::int32_t region;  // SurfaceView::kNoRegion where no albedo was measured.
+    std::uint8_t may_be_sampled;
+    // It, the next to its right and the two below them are measured, on one plane of one region.
+    std::uint8_t is_one_plane;
+  };
+
+  const Texel& At(int x, int y) const;
+  bool IsOnePlane(int left, int top) const;
+
+  std::vector<Texel> texels_;
+  glm::vec3 origin_m_;
   LatLongSize size_;
 };
 

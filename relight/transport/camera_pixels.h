@@ -11,8 +11,13 @@
 #include "calib/lens.h"
 #include "relight/transport/view_rays.h"
 #include "scene/camera.h"
+#include "scene/image.h"
 
 namespace pleinair {
+
+// Unit directions through the pixels' centres in the camera's frame, which stay while it moves;
+// zero where no light comes from.
+Image<glm::vec3> DirectionsInCamera(const CameraIntrinsics& intrinsics);
 
 class CameraPixels {
  public:
@@ -42,15 +47,17 @@ class CameraPixels {
     return glm::vec3(origin_m_ + height_m / approach * *direction);
   }
 
-  ViewRays Rays() const {
+  // `in_camera` is DirectionsInCamera of this camera's intrinsics, and outlives the rays.
+  ViewRays Rays(const Image<glm::vec3>& in_camera) const {
     return {.width = intrinsics_.width_px,
             .height = intrinsics_.height_px,
             .wraps_x = false,
             .origin_m = glm::vec3(origin_m_),
-            .direction = [this](int x, int y) -> std::optional<glm::vec3> {
-              const auto direction = Direction({static_cast<double>(x), static_cast<double>(y)});
-              if (!direction) return std::nullopt;
-              return glm::vec3(*direction);
+            .direction = [&in_camera, turn = glm::mat3(world_from_camera_)](
+                             int x, int y) -> std::optional<glm::vec3> {
+              const glm::vec3& direction = in_camera.At(x, y);
+              if (direction == glm::vec3(0.0f)) return std::nullopt;
+              return turn * direction;
             }};
   }
 

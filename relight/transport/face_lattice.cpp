@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <stdexcept>
 #include <string>
-#include <tuple>
+#include <unordered_map>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -22,17 +21,30 @@ constexpr float kNormalSteps = 512.0f;
 constexpr double kPlaceSteps = 65536.0;
 
 // Position and normal in steps.
-using PlaceKey = std::tuple<long long, long long, long long, int, int, int>;
+struct PlaceKey {
+  std::array<long long, 3> place;
+  std::array<int, 3> normal;
+  bool operator==(const PlaceKey&) const = default;
+};
+
+struct HashOfKey {
+  std::size_t operator()(const PlaceKey& key) const {
+    std::uint64_t hash = 0;
+    const auto add = [&hash](long long value) {
+      hash = (hash ^ static_cast<std::uint64_t>(value)) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
+    };
+    for (const long long value : key.place) add(value);
+    for (const int value : key.normal) add(value);
+    return hash;
+  }
+};
 
 PlaceKey KeyOf(const glm::vec3& position_m, const glm::vec3& normal) {
   const auto place = [](float value) { return std::llround(double{value} * kPlaceSteps); };
   const auto step = [](float value) { return static_cast<int>(std::lround(value * kNormalSteps)); };
-  return {place(position_m.x),
-          place(position_m.y),
-          place(position_m.z),
-          step(normal.x),
-          step(normal.y),
-          step(normal.z)};
+  return {{place(position_m.x), place(position_m.y), place(position_m.z)},
+          {step(normal.x), step(normal.y), step(normal.z)}};
 }
 
 // Slots of the rows before row r.
@@ -63,7 +75,7 @@ FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t>
                                 std::to_string(parts.size()) + " entries, expected " +
                                 std::to_string(scene.FaceCount()) + ", one a face");
   }
-  std::map<PlaceKey, std::uint32_t> receiver_at;
+  std::unordered_map<PlaceKey, std::uint32_t, HashOfKey> receiver_at;
   std::vector<glm::dvec3> sum_m;  // Per receiver, over the small triangles around it.
   std::vector<int> triangles;
   for (std::size_t face = 0; face < parts_.size(); ++face) {

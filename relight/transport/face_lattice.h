@@ -28,6 +28,12 @@ class FaceLattice {
   // A face that has the receiver; of several the first.
   const std::vector<std::uint32_t>& FaceOfReceiver() const { return face_of_receiver_; }
   bool HasReceivers(std::size_t face) const { return parts_[face] > 0; }
+  // All of one face.
+  std::span<const std::uint32_t> ReceiversOf(std::size_t face) const {
+    const std::size_t n = parts_[face];
+    return std::span(receiver_of_slot_)
+        .subspan(first_slot_[face], n > 0 ? (n + 1) * (n + 2) / 2 : 0);
+  }
 
   struct Weighted {
     std::uint32_t receiver = 0;

@@ -7,43 +7,11 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "relight/transport/pixel_blocks.h"
 #include "relight/transport/plane_blocks.h"
 #include "relight/transport/same_plane.h"
 
 namespace pleinair {
-
-Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, SurfaceView& view) {
-  view.region_names = scene.mesh.group_names;
-  view.region = Image<std::int32_t>(rays.width, rays.height, SurfaceView::kNoRegion);
-  view.position_world_m = RgbImage(rays.width, rays.height, glm::vec3(0.0f));
-  view.normal_world = RgbImage(rays.width, rays.height, glm::vec3(0.0f));
-  Image<std::int32_t> face(rays.width, rays.height, PatchScene::kSky);
-  const auto width = static_cast<std::size_t>(rays.width);
-  const std::vector<glm::vec3> origins_m(width, rays.origin_m);
-  tbb::parallel_for(0, rays.height, [&](int y) {
-    std::vector<glm::vec3> directions;
-    std::vector<int> columns;
-    for (int x = 0; x < rays.width; ++x) {
-      const std::optional<glm::vec3> direction = rays.direction(x, y);
-      if (!direction) continue;
-      directions.push_back(*direction);
-      columns.push_back(x);
-    }
-    std::vector<std::optional<RayHit>> hits(directions.size());
-    scene.caster.Intersect(origins_m.data(), directions.data(), directions.size(), hits.data());
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      if (!hits[i]) continue;
-      const std::size_t pixel = view.region.Index(columns[i], y);
-      face.pixels[pixel] = PatchScene::FaceOfHit(*hits[i], directions[i]);
-      view.region.pixels[pixel] =
-          static_cast<std::int32_t>(scene.mesh.triangle_group[hits[i]->triangle]);
-      view.position_world_m.pixels[pixel] = hits[i]->position_m;
-      view.normal_world.pixels[pixel] =
-          face.pixels[pixel] % 2 == 0 ? hits[i]->geometric_normal : -hits[i]->geometric_normal;
-    }
-  });
-  return face;
-}
 
 SurfaceGather::SurfaceGather(const PatchScene& scene,
                              const ViewRays& rays,
@@ -75,30 +43,6 @@ SurfaceGather::SurfaceGather(const PatchScene& scene,
   }
 }
 
-SurfaceGather::SurfaceGather(const CornerGather& corners,
-                             const PatchScene& scene,
-                             const Image<std::int32_t>& face,
-                             const SurfaceView& view)
-    : rays_(corners.Rays()),
-      entry_begin_(face.pixels.size() + 1),
-      entries_(3 * face.pixels.size(), Entry{0, 0.0f}) {
-  // Three a pixel, of no weight where it shows no surface.
-  for (std::size_t i = 0; i < entry_begin_.size(); ++i) {
-    entry_begin_[i] = static_cast<std::uint32_t>(3 * i);
-  }
-  tbb::parallel_for(0, face.height, [&](int y) {
-    for (int x = 0; x < face.width; ++x) {
-      const std::size_t pixel = face.Index(x, y);
-      if (face.pixels[pixel] == PatchScene::kSky) continue;
-      const auto around = corners.Lattice().Around(
-          scene, static_cast<std::size_t>(face.pixels[pixel]), view.position_world_m.pixels[pixel]);
-      for (std::size_t k = 0; k < 3; ++k) {
-        entries_[3 * pixel + k] = {around[k].receiver, around[k].weight};
-      }
-    }
-  });
-}
-
 void SurfaceGather::Blend(std::span<const glm::vec3> at_receivers,
                           std::vector<glm::vec3>& at_pixels) const {
   at_pixels.resize(PixelCount());
@@ -119,13 +63,15 @@ GrayImage SunVisibility(const RayCaster& caster,
                         int block_px,
                         const SurfaceView& view) {
   GrayImage sun_visibility(view.Width(), view.Height(), 0.0f);
-  // Casts the pixels of row y that `wanted` says.
-  const auto cast_row = [&](int y, const auto& wanted) {
+  const auto cast_row = [&](int y, std::span<const std::uint8_t> wanted) {
     std::vector<Receiver> receivers;
     std::vector<std::size_t> pixels;
     for (int x = 0; x < view.Width(); ++x) {
       const std::size_t pixel = view.region.Index(x, y);
-      if (view.region.pixels[pixel] == SurfaceView::kNoRegion || !wanted(x)) continue;
+      if (view.region.pixels[pixel] == SurfaceView::kNoRegion ||
+          wanted[static_cast<std::size_t>(x)] == 0) {
+        continue;
+      }
       receivers.push_back({view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]});
       pixels.push_back(pixel);
     }
@@ -134,19 +80,6 @@ GrayImage SunVisibility(const RayCaster& caster,
       sun_visibility.pixels[pixels[i]] = visibility[i];
     }
   };
-  if (block_px <= 1) {
-    tbb::parallel_for(0, view.Height(), [&](int y) { cast_row(y, [](int) { return true; }); });
-    return sun_visibility;
-  }
-  // The corners of blocks first, the last row and column among them.
-  const auto at_corner = [block_px](int at, int size) {
-    return at % block_px == 0 || at == size - 1;
-  };
-  tbb::parallel_for(0, view.Height(), [&](int y) {
-    if (!at_corner(y, view.Height())) return;
-    cast_row(y, [&](int x) { return at_corner(x, view.Width()); });
-  });
-  // Then what lies on the plane of a block's four corners that agree, and the rest by rays.
   const glm::vec3 eye_m(view.camera.CentreWorldM());
   const auto on_plane_of = [&](std::size_t pixel, std::size_t corner) {
     return view.region.pixels[pixel] == view.region.pixels[corner] &&
@@ -156,32 +89,20 @@ GrayImage SunVisibility(const RayCaster& caster,
                      view.normal_world.pixels[corner],
                      glm::distance(eye_m, view.position_world_m.pixels[corner]));
   };
-  const GrayImage corners = sun_visibility;
-  tbb::parallel_for(0, view.Height(), [&](int y) {
-    const int top = y / block_px * block_px;
-    const int bottom = std::min(top + block_px, view.Height() - 1);
-    std::vector<std::uint8_t> wanted(static_cast<std::size_t>(view.Width()), 0);
-    for (int left = 0; left < view.Width(); left += block_px) {
-      const int right = std::min(left + block_px, view.Width() - 1);
-      const std::size_t first = view.region.Index(left, top);
-      const float visibility = corners.pixels[first];
-      bool agree = visibility == 0.0f || visibility == 1.0f;
-      for (const auto& [x, row] : {std::pair{right, top}, {left, bottom}, {right, bottom}}) {
-        const std::size_t corner = view.region.Index(x, row);
-        agree = agree && corners.pixels[corner] == visibility && on_plane_of(corner, first);
-      }
-      for (int x = left; x < std::min(left + block_px, view.Width()); ++x) {
-        if (at_corner(x, view.Width()) && at_corner(y, view.Height())) continue;
-        const std::size_t pixel = view.region.Index(x, y);
-        if (agree && on_plane_of(pixel, first)) {
-          sun_visibility.pixels[pixel] = visibility;
-        } else {
-          wanted[static_cast<std::size_t>(x)] = 1;
-        }
-      }
-    }
-    cast_row(y, [&](int x) { return wanted[static_cast<std::size_t>(x)] != 0; });
-  });
+  const auto agree = [&](const BlockCorners& corners) {
+    const float visibility = sun_visibility.pixels[corners[0]];
+    return (visibility == 0.0f || visibility == 1.0f) &&
+           std::all_of(corners.begin() + 1, corners.end(), [&](std::size_t corner) {
+             return sun_visibility.pixels[corner] == visibility && on_plane_of(corner, corners[0]);
+           });
+  };
+  const auto fill = [&](int x, int y, const BlockCorners& corners) {
+    const std::size_t pixel = view.region.Index(x, y);
+    if (!on_plane_of(pixel, corners[0])) return false;
+    sun_visibility.pixels[pixel] = sun_visibility.pixels[corners[0]];
+    return true;
+  };
+  CastInBlocks({view.Width(), view.Height(), block_px}, cast_row, agree, fill);
   return sun_visibility;
 }
 

@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "relight/transport/corner_gather.h"
 #include "relight/transport/patch_scene.h"
 #include "relight/transport/sun_disc.h"
 #include "relight/transport/transport.h"
@@ -17,10 +16,6 @@
 #include "scene/surface_view.h"
 
 namespace pleinair {
-
-// Casts the view's rays: sets region_names, region, position_world_m and normal_world of `view`,
-// and returns the face that each pixel shows (PatchScene::kSky where none).
-Image<std::int32_t> CastGeometry(const PatchScene& scene, const ViewRays& rays, SurfaceView& view);
 
 class SurfaceGather {
  public:
@@ -36,12 +31,6 @@ class SurfaceGather {
                 const SurfaceView& view,
                 int block_px,
                 const GatherOptions& options);
-
-  // Keeps the corners' receivers; a pixel blends those of its face, `face` being CastGeometry's.
-  SurfaceGather(const CornerGather& corners,
-                const PatchScene& scene,
-                const Image<std::int32_t>& face,
-                const SurfaceView& view);
 
   const GatheredRays& Rays() const { return *rays_; }
   std::size_t PixelCount() const { return entry_begin_.empty() ? 0 : entry_begin_.size() - 1; }

@@ -71,6 +71,8 @@ void AppendShares(std::vector<std::int32_t>& hits,
 
 struct AtPoint {
   std::span<const Receiver> receivers;
+  std::span<const std::uint32_t> identities;  // Empty: their places in the list.
+  std::size_t Identity(std::size_t i) const { return identities.empty() ? i : identities[i]; }
   glm::vec3 Normal(std::size_t i) const { return receivers[i].normal; }
   glm::vec3 Origin(std::size_t i, int, const glm::dvec2&) const {
     return OffsetFromSurface(receivers[i].position_m, receivers[i].normal);
@@ -132,8 +134,9 @@ void GatheredRays::Gather(const PatchScene& scene,
       if (IsUnit(normal)) {
         hits.clear();
         const NormalFrame frame(normal);
-        const auto set = i / static_cast<std::size_t>(sharers);
-        const auto part = static_cast<int>(i % static_cast<std::size_t>(sharers));
+        const std::size_t identity = ray_origin.Identity(i);
+        const auto set = identity / static_cast<std::size_t>(sharers);
+        const auto part = static_cast<int>(identity % static_cast<std::size_t>(sharers));
         const glm::dvec2 rotation = RotationOf(options.seed, set);
         for (int k = 0; k < options.rays_per_receiver; ++k) {
           const glm::vec3 direction = frame.CosineDirection(
@@ -198,12 +201,25 @@ void GatheredRays::FindSkyCells() {
 GatheredRays::GatheredRays(const PatchScene& scene,
                            std::span<const Receiver> receivers,
                            const GatherOptions& options) {
-  Gather(scene, receivers.size(), options, AtPoint{receivers});
+  Gather(scene, receivers.size(), options, AtPoint{receivers, {}});
+}
+
+GatheredRays::GatheredRays(const PatchScene& scene,
+                           std::span<const Receiver> receivers,
+                           std::span<const std::uint32_t> identities,
+                           const GatherOptions& options) {
+  if (identities.size() != receivers.size()) {
+    throw std::invalid_argument("identities has " + std::to_string(identities.size()) +
+                                " entries: expected " + std::to_string(receivers.size()) +
+                                ", one a receiver");
+  }
+  Gather(scene, receivers.size(), options, AtPoint{receivers, identities});
 }
 
 GatheredRays GatheredRays::OfFaces(const PatchScene& scene, const GatherOptions& options) {
   struct OnFace {
     const PatchScene& scene;
+    static std::size_t Identity(std::size_t face) { return face; }
     glm::vec3 Normal(std::size_t face) const { return scene.FaceNormal(face); }
     glm::vec3 Origin(std::size_t face, int ray, const glm::dvec2& rotation) const {
       const glm::uvec3& v = scene.mesh.triangles[face / 2];

@@ -50,6 +50,11 @@ class GatheredRays {
   GatheredRays(const PatchScene& scene,
                std::span<const Receiver> receivers,
                const GatherOptions& options);
+  // Receiver i casts the rays that receiver identities[i] of a longer list would.
+  GatheredRays(const PatchScene& scene,
+               std::span<const Receiver> receivers,
+               std::span<const std::uint32_t> identities,
+               const GatherOptions& options);
   // One receiver a face, its rays starting all over the patch: face-to-face form factors.
   static GatheredRays OfFaces(const PatchScene& scene, const GatherOptions& options);
   // The same from the exposed parts of faces, whatever options.from_exposed_parts says; returns

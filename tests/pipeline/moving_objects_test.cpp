@@ -49,7 +49,7 @@ std::vector<FramePipelineOptions> EveryRoute() {
   routes[2].object_light.direct_daylight.sampling.samples = 16;
   routes[3].object_light.route = ObjectLight::kVolumeByMap;
   routes[3].influence_at = InfluenceAt::kFaces;
-  routes[3].view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  routes[3].view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
   return routes;
 }
 

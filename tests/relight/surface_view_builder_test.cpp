@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "sunmodel/sky_shapes.h"
 #include "tests/relight/survey_test_site.h"
 
 namespace pleinair::surface_view_builder_test {
@@ -138,6 +139,73 @@ TEST(SurfaceViewBuilder, BlendedReceiversComeCloseToExactOnes) {
   EXPECT_LT(std::sqrt(squares / count), 0.02);
 }
 
+SurfaceViewOptions OnSurfaces() {
+  return {.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces};
+}
+
+// Root mean square of a - b over that of b, in green, away from edges.
+double RelativeRms(const RgbImage& a, const RgbImage& b, const SurfaceView& view) {
+  double off = 0.0;
+  double all = 0.0;
+  for (std::size_t i = 0; i < b.pixels.size(); ++i) {
+    if (view.region.pixels[i] == SurfaceView::kNoRegion || view.edge_distance_px.pixels[i] < 2.0f) {
+      continue;
+    }
+    off += std::pow(double{a.pixels[i].y} - b.pixels[i].y, 2.0);
+    all += std::pow(double{b.pixels[i].y}, 2.0);
+  }
+  EXPECT_GT(all, 0.0);
+  return std::sqrt(off / all);
+}
+
+TEST(SurfaceViewBuilder, LightOnSurfacesComesCloseToThatOfPixels) {
+  SurfaceViewBuilder on_surfaces(SiteWithoutAMap(), OnSurfaces());
+  SurfaceViewBuilder exact = Builder(SiteWithoutAMap(), 1);
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const SurfaceView& a = on_surfaces.Update(kCamera, sun, kRadius, kUniform, {});
+  const SurfaceView& b = exact.Update(kCamera, sun, kRadius, kUniform, {});
+  EXPECT_LT(RelativeRms(a.sky_response[0], b.sky_response[0], b), 0.02);
+  EXPECT_LT(RelativeRms(a.sun_bounce, b.sun_bounce, b), 0.15) << "the pixels' own noise in it";
+  int off = 0;
+  for (std::size_t i = 0; i < a.region.pixels.size(); ++i) {
+    off += a.region.pixels[i] != b.region.pixels[i] ? 1 : 0;
+  }
+  EXPECT_LE(off, static_cast<int>(a.region.pixels.size()) / 200);
+}
+
+// What was shown before stays, and changes nothing of what comes after: neither another place, nor
+// another sun or sky on the way.
+TEST(SurfaceViewBuilder, LightOnSurfacesDoesNotDependOnTheWayThere) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const Camera there = LookingNorth({-1.5, -5.0, 1.6});
+  SurfaceViewBuilder walked(SiteWithoutAMap(), OnSurfaces());
+  const std::vector<std::shared_ptr<const SkyShape>> clear{MakeClearSkyShape(sun)};
+  walked.Update(kCamera, glm::normalize(glm::dvec3(0.3, 0.7, 0.5)), kRadius, clear, {});
+  walked.Update(LookingNorth({0.0, -5.5, 1.8}), sun, kRadius, kUniform, {});
+  const SurfaceView& a = walked.Update(there, sun, kRadius, kUniform, {});
+  SurfaceViewBuilder fresh(SiteWithoutAMap(), OnSurfaces());
+  const SurfaceView& b = fresh.Update(there, sun, kRadius, kUniform, {});
+  EXPECT_EQ(a.region.pixels, b.region.pixels);
+  EXPECT_EQ(a.position_world_m.pixels, b.position_world_m.pixels);
+  EXPECT_EQ(a.sky_response[0].pixels, b.sky_response[0].pixels);
+  EXPECT_EQ(a.sun_bounce.pixels, b.sun_bounce.pixels);
+  EXPECT_EQ(a.sun_visibility.pixels, b.sun_visibility.pixels);
+}
+
+TEST(SurfaceViewBuilder, ASunMadeAheadIsTakenByAMovedCamera) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const glm::dvec3 next = glm::normalize(sun + glm::dvec3(0.02, 0.0, 0.0));
+  const Camera there = LookingNorth({0.9, -6.0, 2.0});
+  SurfaceViewBuilder ahead(SiteWithoutAMap(), OnSurfaces());
+  ahead.Update(kCamera, sun, kRadius, kUniform, {});
+  ahead.MakeAhead(next, kRadius);
+  const SurfaceView& a = ahead.Update(there, next, kRadius, kUniform, {});
+  SurfaceViewBuilder fresh(SiteWithoutAMap(), OnSurfaces());
+  const SurfaceView& b = fresh.Update(there, next, kRadius, kUniform, {});
+  EXPECT_EQ(a.sun_bounce.pixels, b.sun_bounce.pixels);
+  EXPECT_EQ(a.sun_visibility.pixels, b.sun_visibility.pixels);
+}
+
 // What is off lies in penumbrae and slivers that no block's corner sees.
 TEST(SurfaceViewBuilder, BlocksOfSunComeCloseToPixels) {
   SurfaceViewBuilder blocks(SiteWithoutAMap(), {.sun_block_px = 4});
@@ -158,7 +226,7 @@ TEST(SurfaceViewBuilder, BlocksOfSunComeCloseToPixels) {
   EXPECT_GT(lit, 300);
   EXPECT_GT(shaded, 300);
   EXPECT_LE(off, (lit + shaded) / 200);
-  EXPECT_THROW(SurfaceViewBuilder(SiteWithoutAMap(), {.sun_block_px = 0}), std::invalid_argument);
+  EXPECT_THROW(SurfaceViewBuilder(SiteWithoutAMap(), {.sun_block_px = -1}), std::invalid_argument);
 }
 
 // The sun on faces is kept apart from the sun in the view: with a new camera the first stays.

@@ -15,6 +15,7 @@
 #include "relight/survey/internal/survey_light.h"
 #include "relight/survey/survey.h"
 #include "relight/transport/sun_disc.h"
+#include "relight/transport/view_geometry.h"
 #include "tests/relight/survey_test_site.h"
 
 namespace pleinair::survey_hard_cases_test {
@@ -393,7 +394,8 @@ TEST(ShadowSide, IsUnsureAsFarFromAnEdgeAsThingsMayBeMoved) {
   const glm::dvec3 sun = glm::normalize(glm::dvec3(0.0, -0.6, 0.8));
   const ViewRays rays = MapRays({512, 256}, {0.0f, 1.0f, 1.5f});
   SurfaceView view;
-  CastGeometry(scene, rays, view);
+  Image<std::int32_t> face;
+  CastGeometry(scene, rays, 1, view, face);
   const SunDisc disc(sun, 1e-4, 1);
   view.sun_visibility = SunVisibility(scene.caster, disc, 1, view);
   constexpr double kMoved = 0.2;

@@ -10,6 +10,7 @@
 #include "relight/prepared_scene.h"
 #include "relight/survey/internal/map_rays.h"
 #include "relight/transport/surface_gather.h"
+#include "relight/transport/view_geometry.h"
 #include "scene/lat_long.h"
 #include "tests/relight/probe_test_scenes.h"
 
@@ -76,7 +77,8 @@ struct KnownSite {
 
     SurfaceView view;
     const ViewRays rays = MapRays(kMapSize, glm::vec3(position_m));
-    CastGeometry(scene, rays, view);
+    Image<std::int32_t> face;
+    CastGeometry(scene, rays, 1, view, face);
     view.sun_direction_enu = sun_direction_enu;
     view.sun_visibility = SunVisibility(
         scene.caster, SunDisc(sun_direction_enu, kMeanSunAngularRadiusRad, 64), 1, view);

@@ -244,7 +244,7 @@ TEST_F(Courtyard, SamplesOfTheSkyGiveTheGatheredPicture) {
 TEST_F(Courtyard, AMovedCameraSeesWhatAFreshPipelineSees) {
   FramePipelineOptions options = BySamples(ObjectLight::kGather, 16);
   options.influence_at = InfluenceAt::kFaces;
-  options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
+  options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
   // What remembers frames by design.
   options.filter.reset();
   options.camera_matching.blur = false;

@@ -1,0 +1,171 @@
+#include "relight/transport/surface_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+#include <glm/geometric.hpp>
+
+namespace pleinair {
+
+namespace {
+
+class Patches {
+ public:
+  explicit Patches(const PatchScene& scene) : mesh_(scene.mesh) {}
+  glm::vec3 Middle(std::size_t patch) const {
+    return (Corner(patch, 0) + Corner(patch, 1) + Corner(patch, 2)) / 3.0f;
+  }
+  float LongestEdgeM(std::size_t patch) const {
+    return std::max({glm::distance(Corner(patch, 0), Corner(patch, 1)),
+                     glm::distance(Corner(patch, 1), Corner(patch, 2)),
+                     glm::distance(Corner(patch, 2), Corner(patch, 0))});
+  }
+
+ private:
+  glm::vec3 Corner(std::size_t patch, int k) const {
+    return mesh_.positions_m[mesh_.triangles[patch][k]];
+  }
+  const Mesh& mesh_;
+};
+
+// Of each face's edges.
+std::vector<std::uint16_t> PartsOf(const PatchScene& scene,
+                                   const GatheredRays& face_rays,
+                                   const SurfaceLightOptions& options) {
+  // What a ray meets within its own patch's reach is no nearer than a part of that: a patch's rays
+  // start all over it.
+  constexpr float kNearestShare = 0.25f;
+  options.Validate();
+  const Patches patches(scene);
+  std::vector<std::uint16_t> parts(scene.FaceCount(), 1);
+  tbb::parallel_for(std::size_t{0}, scene.FaceCount(), [&](std::size_t face) {
+    const glm::vec3 middle_m = patches.Middle(face / 2);
+    const float longest_m = patches.LongestEdgeM(face / 2);
+    double nearness_per_m = 0.0;
+    for (const GatheredRays::FaceShare& seen : face_rays.FacesOf(face)) {
+      const glm::vec3 seen_m = patches.Middle(static_cast<std::size_t>(seen.face) / 2);
+      nearness_per_m +=
+          seen.share / std::max(glm::distance(middle_m, seen_m), kNearestShare * longest_m);
+    }
+    const double wanted = std::ceil(longest_m * nearness_per_m / options.spacing);
+    parts[face] = static_cast<std::uint16_t>(
+        std::clamp(wanted, 1.0, static_cast<double>(options.most_parts)));
+  });
+  return parts;
+}
+
+GatherOptions WithRays(int rays_per_receiver, GatherOptions gather) {
+  gather.rays_per_receiver = rays_per_receiver;
+  gather.from_exposed_parts = false;
+  gather.receivers_per_set = 1;
+  return gather;
+}
+
+}  // namespace
+
+void SurfaceLightOptions::Validate() const {
+  if (!(spacing > 0.0)) {
+    throw std::invalid_argument("surfaces.spacing is " + std::to_string(spacing) +
+                                ": expected more than 0");
+  }
+  if (most_parts < 1 || most_parts > 64) {
+    throw std::invalid_argument("surfaces.most_parts is " + std::to_string(most_parts) +
+                                ": expected 1 to 64");
+  }
+}
+
+SurfaceLight::SurfaceLight(const PatchScene& scene,
+                           const GatheredRays& face_rays,
+                           const SurfaceLightOptions& options,
+                           const GatherOptions& gather)
+    : scene_(scene),
+      gather_(WithRays(options.rays_per_receiver, gather)),
+      lattice_(scene, PartsOf(scene, face_rays, options)),
+      is_shown_(scene.FaceCount(), 0),
+      is_gathered_(lattice_.Receivers().size(), 0) {
+  gather_.Validate();
+}
+
+void SurfaceLight::Show(const Image<std::int32_t>& face) {
+  Batch batch;
+  for (const std::int32_t shown : face.pixels) {
+    if (shown == PatchScene::kSky || is_shown_[static_cast<std::size_t>(shown)] != 0) continue;
+    is_shown_[static_cast<std::size_t>(shown)] = 1;
+    for (const std::uint32_t receiver : lattice_.ReceiversOf(static_cast<std::size_t>(shown))) {
+      if (std::exchange(is_gathered_[receiver], std::uint8_t{1}) == 0) {
+        batch.receivers.push_back(receiver);
+      }
+    }
+  }
+  if (batch.receivers.empty()) return;
+  std::vector<Receiver> receivers;
+  receivers.reserve(batch.receivers.size());
+  for (const std::uint32_t receiver : batch.receivers) {
+    receivers.push_back(lattice_.Receivers()[receiver]);
+  }
+  batch.rays = GatheredRays(scene_, receivers, batch.receivers, gather_);
+  for (std::size_t light = 0; light < lights_.size(); ++light) Evaluate(batch, light);
+  gathered_ += batch.receivers.size();
+  batches_.push_back(std::move(batch));
+}
+
+void SurfaceLight::SetLight(std::size_t light,
+                            std::shared_ptr<const SkyShape> sky,
+                            std::vector<glm::vec3> face_radiosity) {
+  if (light >= lights_.size()) lights_.resize(light + 1);
+  if (lights_.size() > stride_) {
+    std::vector<glm::vec3> wider(ReceiverCount() * lights_.size(), glm::vec3(0.0f));
+    for (std::size_t i = 0; i < ReceiverCount(); ++i) {
+      for (std::size_t k = 0; k < stride_; ++k) {
+        wider[i * lights_.size() + k] = values_[i * stride_ + k];
+      }
+    }
+    values_ = std::move(wider);
+    stride_ = lights_.size();
+  }
+  lights_[light] = {std::move(sky), std::move(face_radiosity)};
+  for (const Batch& batch : batches_) Evaluate(batch, light);
+}
+
+void SurfaceLight::Evaluate(const Batch& batch, std::size_t light) {
+  const Light& of = lights_[light];
+  const std::vector<glm::vec3> bounced = batch.rays.FromFaces(of.face_radiosity);
+  const std::vector<glm::vec3> direct =
+      of.sky ? batch.rays.FromSky(*of.sky)
+             : std::vector<glm::vec3>(bounced.size(), glm::vec3(0.0f));
+  for (std::size_t i = 0; i < batch.receivers.size(); ++i) {
+    ValueAt(batch.receivers[i], light) = direct[i] + bounced[i];
+  }
+}
+
+void SurfaceLight::LookUp(const Image<std::int32_t>& face,
+                          const Image<glm::vec3>& position_m,
+                          std::span<const std::size_t> light_of_image,
+                          std::span<Image<glm::vec3>* const> at_pixels) const {
+  tbb::parallel_for(0, face.height, [&](int y) {
+    for (std::size_t pixel = face.Index(0, y); pixel < face.Index(0, y) + face.width; ++pixel) {
+      const std::int32_t shown = face.pixels[pixel];
+      if (shown == PatchScene::kSky) {
+        for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
+        continue;
+      }
+      if (is_shown_[static_cast<std::size_t>(shown)] == 0) {
+        throw std::logic_error("SurfaceLight: a face is looked up that was not shown");
+      }
+      const auto around =
+          lattice_.Around(scene_, static_cast<std::size_t>(shown), position_m.pixels[pixel]);
+      for (std::size_t image = 0; image < at_pixels.size(); ++image) {
+        glm::vec3 sum(0.0f);
+        for (const FaceLattice::Weighted& at : around) {
+          sum += at.weight * values_[at.receiver * stride_ + light_of_image[image]];
+        }
+        at_pixels[image]->pixels[pixel] = sum;
+      }
+    }
+  });
+}
+
+}  // namespace pleinair

@@ -1,0 +1,25 @@
+// Which surface each pixel of a view shows.
+#pragma once
+
+#include <cstdint>
+
+#include "relight/transport/patch_scene.h"
+#include "relight/transport/view_rays.h"
+#include "scene/image.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+// Casts the view's rays: sets region_names, region, position_world_m and normal_world of `view`,
+// and the face that each pixel shows (PatchScene::kSky where none). Keeps the images' memory.
+//
+// With `block_px` above 1 the corners of blocks are cast first. Where a block's four show one plane
+// its other pixels are taken to show it too, and their rays are spared: what is thinner than a
+// block may be missed, and of a plane's faces a pixel may get the neighbour's.
+void CastGeometry(const PatchScene& scene,
+                  const ViewRays& rays,
+                  int block_px,
+                  SurfaceView& view,
+                  Image<std::int32_t>& face);
+
+}  // namespace pleinair
