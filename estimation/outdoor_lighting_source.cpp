@@ -136,6 +136,7 @@ class OutdoorLightingSource final : public LightingSource {
   TextureWatch texture_watch_;
   // What the set was drawn for.
   bool drawn_ = false;
+  int drawn_size_ = 0;  // Of the set when it was last filled.
   std::uint64_t geometry_version_ = 0;
   std::uint64_t sky_version_ = 0;
   std::uint64_t sun_version_ = 0;
@@ -147,6 +148,24 @@ class OutdoorLightingSource final : public LightingSource {
            view.camera == camera_;
   }
 
+  // Draws the set for this view; of a camera that has moved, what of it is still in view stays.
+  void DrawSamples(const LightingObservation& observation) {
+    const Frame& frame = observation.frame;
+    const SampleSelectionOptions selection{options_.samples, options_.seed, options_.choice};
+    const glm::dvec3& sun = observation.sun.direction_enu;
+    const bool has_moved = drawn_ && observation.view.camera != camera_ &&
+                           observation.view.camera.intrinsics == camera_.intrinsics;
+    if (has_moved) {
+      const int followed =
+          set_.Follow(observation.view, sun, frame.radiance, frame.unusable, selection);
+      if (followed >= kLeastShareOfKeptSet * drawn_size_) return;
+      set_.Refill(observation.view, sun, frame.radiance, frame.unusable, selection);
+    } else {
+      set_.Draw(observation.view, sun, frame.radiance, frame.unusable, selection);
+    }
+    drawn_size_ = set_.Size();
+  }
+
   // Returns the time spent on drawing, in ms.
   double UpdateSamples(const LightingObservation& observation) {
     const Frame& frame = observation.frame;
@@ -156,11 +175,7 @@ class OutdoorLightingSource final : public LightingSource {
       if (left_out <= (1.0 - kLeastShareOfKeptSet) * set_.Size()) return 0.0;
     }
     const auto start = std::chrono::steady_clock::now();
-    set_.Draw(observation.view,
-              observation.sun.direction_enu,
-              frame.radiance,
-              frame.unusable,
-              {options_.samples, options_.seed, options_.choice});
+    DrawSamples(observation);
     drawn_ = true;
     geometry_version_ = observation.view.geometry_version;
     sky_version_ = observation.view.sky_version;

@@ -5,12 +5,17 @@
 #include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <unordered_set>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
+#include "calib/lens.h"
 #include "estimation/internal/lit_limits.h"
 #include "estimation/internal/random.h"
 #include "scene/frame.h"
@@ -61,6 +66,20 @@ int FacingOf(const glm::vec3& normal) {
 }
 constexpr int kFacings = 6;
 
+void CheckInput(const SurfaceView& view,
+                const RgbImage& radiance,
+                const Gray8Image& unusable,
+                const SampleSelectionOptions& options) {
+  options.Validate();
+  CheckSize("frame radiance", radiance.width, radiance.height, view.Width(), view.Height());
+  CheckSize("frame unusable mask", unusable.width, unusable.height, view.Width(), view.Height());
+  if (view.sky_response.empty() || view.sky_response.size() > kMaxSkyShapes) {
+    throw std::invalid_argument("SurfaceView::sky_response has " +
+                                std::to_string(view.sky_response.size()) +
+                                " shapes: expected 1 .. " + std::to_string(kMaxSkyShapes));
+  }
+}
+
 }  // namespace
 
 void SampleSelectionOptions::Validate() const {
@@ -83,14 +102,31 @@ class SampleDraw {
         unusable_(unusable),
         options_(options) {}
 
-  std::vector<SampleSet::Footprint> Run() {
+  // Keeps `kept`, which are of this view.
+  std::vector<SampleSet::Footprint> Run(std::vector<SampleSet::Footprint> kept) {
     CollectCandidates();
     DropAlbedoOutliers();
-    std::vector<SampleSet::Footprint> footprints = PickShares();
-    std::sort(footprints.begin(), footprints.end(), [](const auto& a, const auto& b) {
-      return std::tie(a.plane, a.y, a.x) < std::tie(b.plane, b.y, b.x);
-    });
+    std::vector<SampleSet::Footprint> footprints = PickShares(std::move(kept));
+    SortByPlace(footprints);
     return footprints;
+  }
+
+  // Those of another view of this size that this one shows, too.
+  std::vector<SampleSet::Footprint> Follow(std::span<const SampleSet::Footprint> before) {
+    const Lens lens(view_.camera.intrinsics);
+    std::vector<SampleSet::Footprint> followed;
+    followed.reserve(before.size());
+    for (const SampleSet::Footprint& footprint : before) {
+      const std::optional<std::size_t> pixel = PixelOf(footprint, lens);
+      if (!pixel || !IsCandidate(*pixel)) continue;
+      SampleSet::Footprint now;
+      if (!Gather(*pixel, now)) continue;
+      now.plane = footprint.plane;
+      now.place_world_m = footprint.place_world_m;
+      followed.push_back(now);
+    }
+    SortByPlace(followed);
+    return followed;
   }
   bool RefusedUnusablePixels() const { return refused_unusable_; }
 
@@ -103,9 +139,48 @@ class SampleDraw {
     std::vector<Candidate> candidates;
     int region = 0;
     int plane = 0;
+    bool is_lit = false;
     std::size_t next = 0;    // Candidates before it are taken or refused.
     std::size_t sorted = 0;  // Candidates before it are in order.
   };
+
+  static void SortByPlace(std::vector<SampleSet::Footprint>& footprints) {
+    std::sort(footprints.begin(), footprints.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.plane, a.y, a.x) < std::tie(b.plane, b.y, b.x);
+    });
+  }
+
+  // Where the view shows the footprint's place; none where it does not.
+  std::optional<std::size_t> PixelOf(const SampleSet::Footprint& footprint,
+                                     const Lens& lens) const {
+    const glm::dvec4 place_m(glm::dvec3(footprint.place_world_m), 1.0);
+    const auto image_point =
+        lens.ProjectToPixel(glm::dvec3(view_.camera.camera_from_world * place_m));
+    if (!image_point) return std::nullopt;
+    const glm::ivec2 at(glm::round(*image_point));
+    if (!view_.region.Contains(at.x, at.y)) return std::nullopt;
+    const std::size_t pixel = view_.region.Index(at.x, at.y);
+    const std::int32_t region = view_.region.pixels[pixel];
+    if (region < 0 || PlaneOf(region, view_.normal_world.pixels[pixel]) != footprint.plane) {
+      return std::nullopt;
+    }
+    // Something else of the same kind may stand before it. The pixel's own place is half a pixel
+    // away, or more where the surface is seen at a slant.
+    constexpr double kLargestShift = 0.02;
+    const glm::dvec3 shown_m(view_.position_world_m.pixels[pixel]);
+    const double range_m = glm::distance(shown_m, view_.camera.CentreWorldM());
+    const double height_m =
+        glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), shown_m - glm::dvec3(place_m));
+    if (!(std::abs(height_m) < 0.5 * kLargestShift * range_m) ||
+        !(glm::distance(shown_m, glm::dvec3(place_m)) < kLargestShift * range_m)) {
+      return std::nullopt;
+    }
+    return pixel;
+  }
+
+  static int PlaneOf(std::int32_t region, const glm::vec3& normal) {
+    return region * kFacings + FacingOf(normal);
+  }
 
   const SurfaceView& view_;
   const glm::dvec3 sun_;
@@ -113,6 +188,7 @@ class SampleDraw {
   const Gray8Image& unusable_;
   const SampleSelectionOptions& options_;
   std::vector<Stratum> strata_;
+  std::unordered_set<std::size_t> is_taken_;  // Pixels of footprints that are kept.
   bool some_measured_ = false;
   bool refused_unusable_ = false;
 
@@ -193,6 +269,7 @@ class SampleDraw {
              static_cast<float>(rank - std::floor(rank)) + (measured ? 0.0f : 1.0f)});
         all[cell].region = static_cast<int>(region);
         all[cell].plane = static_cast<int>(cell / 2);
+        all[cell].is_lit = cell % 2 != 0;
       }
     }
     for (Stratum& stratum : all) {
@@ -267,12 +344,23 @@ class SampleDraw {
     return quotas;
   }
 
-  // Gives every stratum its share; what one cannot fill goes round again.
-  std::vector<SampleSet::Footprint> PickShares() {
-    std::vector<SampleSet::Footprint> picked;
+  // Gives every stratum its share, `kept` counted; what one cannot fill goes round again.
+  std::vector<SampleSet::Footprint> PickShares(std::vector<SampleSet::Footprint> kept) {
+    std::vector<SampleSet::Footprint> picked = std::move(kept);
+    for (const SampleSet::Footprint& footprint : picked) {
+      is_taken_.insert(view_.region.Index(footprint.x, footprint.y));
+    }
     std::vector<std::size_t> open(strata_.size());
-    for (std::size_t s = 0; s < open.size(); ++s) open[s] = s;
+    std::iota(open.begin(), open.end(), std::size_t{0});
     auto wanted = static_cast<std::size_t>(options_.samples);
+    if (!picked.empty() && !open.empty()) {
+      const std::vector<std::size_t> shares = Quotas(wanted, open);
+      wanted -= std::min(wanted, picked.size());
+      for (const std::size_t s : open) {
+        const std::size_t has = CountOf(strata_[s], picked);
+        wanted -= Pick(s, std::min(wanted, shares[s] - std::min(shares[s], has)), picked);
+      }
+    }
     while (wanted > 0 && !open.empty()) {
       std::vector<std::size_t> still_open;
       const std::vector<std::size_t> quotas = Quotas(wanted, open);
@@ -286,6 +374,14 @@ class SampleDraw {
     return picked;
   }
 
+  static std::size_t CountOf(const Stratum& stratum,
+                             std::span<const SampleSet::Footprint> footprints) {
+    return static_cast<std::size_t>(std::count_if(
+        footprints.begin(), footprints.end(), [&](const SampleSet::Footprint& footprint) {
+          return footprint.plane == stratum.plane && footprint.is_lit == stratum.is_lit;
+        }));
+  }
+
   std::size_t Pick(std::size_t stratum_index,
                    std::size_t quota,
                    std::vector<SampleSet::Footprint>& picked) {
@@ -294,7 +390,8 @@ class SampleDraw {
     while (got < quota && stratum.next < stratum.candidates.size()) {
       if (stratum.next >= stratum.sorted) SortMore(stratum, 2 * quota);
       SampleSet::Footprint footprint;
-      if (Gather(stratum.candidates[stratum.next++].pixel, footprint)) {
+      const std::uint32_t pixel = stratum.candidates[stratum.next++].pixel;
+      if (!is_taken_.contains(pixel) && Gather(pixel, footprint)) {
         footprint.plane = stratum.plane;
         picked.push_back(footprint);
         ++got;
@@ -327,6 +424,8 @@ class SampleDraw {
     const auto region = view_.region.pixels[centre];
     const glm::vec3 normal = view_.normal_world.pixels[centre];
     const bool measured = view_.albedo_measured.pixels[centre] != 0;
+    footprint.place_world_m = view_.position_world_m.pixels[centre];
+    footprint.is_lit = IsLit(centre);
     footprint.weight = some_measured_ && !measured ? kFilledAlbedoWeight : 1.0;
     int count = 0;
     for (int dy = -footprint.radius; dy <= footprint.radius; dy += footprint.stride) {
@@ -370,18 +469,32 @@ void SampleSet::Draw(const SurfaceView& view,
                      const RgbImage& radiance,
                      const Gray8Image& unusable,
                      const SampleSelectionOptions& options) {
-  options.Validate();
-  CheckSize("frame radiance", radiance.width, radiance.height, view.Width(), view.Height());
-  CheckSize("frame unusable mask", unusable.width, unusable.height, view.Width(), view.Height());
-  if (view.sky_response.empty() || view.sky_response.size() > kMaxSkyShapes) {
-    throw std::invalid_argument("SurfaceView::sky_response has " +
-                                std::to_string(view.sky_response.size()) +
-                                " shapes: expected 1 .. " + std::to_string(kMaxSkyShapes));
-  }
+  footprints_.clear();
+  Refill(view, sun_direction_enu, radiance, unusable, options);
+}
+
+int SampleSet::Follow(const SurfaceView& view,
+                      const glm::dvec3& sun_direction_enu,
+                      const RgbImage& radiance,
+                      const Gray8Image& unusable,
+                      const SampleSelectionOptions& options) {
+  CheckInput(view, radiance, unusable, options);
+  const bool is_of_size = view.Width() == width_ && view.Height() == height_;
+  SampleDraw draw(view, sun_direction_enu, radiance, unusable, options);
+  footprints_ = is_of_size ? draw.Follow(footprints_) : std::vector<Footprint>();
+  return Size();
+}
+
+void SampleSet::Refill(const SurfaceView& view,
+                       const glm::dvec3& sun_direction_enu,
+                       const RgbImage& radiance,
+                       const Gray8Image& unusable,
+                       const SampleSelectionOptions& options) {
+  CheckInput(view, radiance, unusable, options);
   width_ = view.Width();
   height_ = view.Height();
   SampleDraw draw(view, sun_direction_enu, radiance, unusable, options);
-  footprints_ = draw.Run();
+  footprints_ = draw.Run(std::move(footprints_));
   short_of_usable_pixels_ = Size() < options.samples && draw.RefusedUnusablePixels();
 }
 

@@ -56,6 +56,23 @@ class SampleSet {
             const Gray8Image& unusable,
             const SampleSelectionOptions& options);
 
+  // For a camera that has moved: footprints go where `view` shows the places that they were drawn
+  // at, and those that it does not show, or shows too close to an edge, leave the set; so that from
+  // frame to frame the light is measured on the same surfaces. Their model is the view's. Returns
+  // how many are left. A view of another size keeps none. Throws as Draw.
+  int Follow(const SurfaceView& view,
+             const glm::dvec3& sun_direction_enu,
+             const RgbImage& radiance,
+             const Gray8Image& unusable,
+             const SampleSelectionOptions& options);
+  // Draws in place of those that have left: every stratum gets what it lacks. As Draw where the set
+  // is empty.
+  void Refill(const SurfaceView& view,
+              const glm::dvec3& sun_direction_enu,
+              const RgbImage& radiance,
+              const Gray8Image& unusable,
+              const SampleSelectionOptions& options);
+
   // Writes a sample for each footprint that is usable as a whole, keeping the memory of `samples`;
   // plane by plane and there in row-major order of their pixels. A channel with a clipped pixel has
   // an infinite deviation: its mean is too dark. Returns how many footprints had to be left out.
@@ -77,6 +94,8 @@ class SampleSet {
     int radius = 0;
     int stride = 1;
     std::int32_t plane = 0;
+    bool is_lit = false;
+    glm::vec3 place_world_m{0.0f};  // That it was drawn at.
     double weight = 1.0;
     // Means over the footprint, RGB by row: albedo / pi * s * n, and albedo / pi * s_bounce.
     std::array<glm::dvec3, 3> direct{};

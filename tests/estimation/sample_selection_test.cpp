@@ -1,5 +1,6 @@
 #include "estimation/sample_selection.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -256,6 +257,98 @@ TEST(SampleSelection, FollowsTheSunAlittleWithoutDrawingAnew) {
         sample.sky_transport_rgb[0].x / double{view.sky_response[0].pixels[pixel].x};
     EXPECT_NEAR(sample.sun_transport_rgb.x, reflectance * response.x, 1e-5 * reflectance);
   }
+}
+
+// Level ground seen from 2 m above by a camera that looks straight down, its place at `eye_m`, with
+// a box of another region, 1 m high, where `box` says.
+struct GroundFromAbove {
+  SurfaceView view;
+  Frame frame;
+
+  explicit GroundFromAbove(const glm::dvec2& eye_m, bool box = false) {
+    const int width = 160;
+    const int height = 120;
+    view = MakeView({.width = width, .height = height, .shadow_share = 0.0});
+    view.camera.intrinsics = {width, height, 80.0, 80.0, 79.5, 59.5, {}};
+    // Camera x is east, camera y south, camera z down.
+    view.camera.camera_from_world = glm::dmat4(glm::dmat3(
+        glm::dvec3(1.0, 0.0, 0.0), glm::dvec3(0.0, -1.0, 0.0), glm::dvec3(0.0, 0.0, -1.0)));
+    view.camera.camera_from_world[3] = glm::dvec4(-eye_m.x, eye_m.y, 2.0, 1.0);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const std::size_t pixel = view.region.Index(x, y);
+        const bool on_box = box && x < 60;
+        const double depth_m = on_box ? 1.0 : 2.0;
+        view.region.pixels[pixel] = on_box ? 0 : 1;
+        view.normal_world.pixels[pixel] = {0.0f, 0.0f, 1.0f};
+        view.position_world_m.pixels[pixel] = glm::vec3(eye_m.x + (x - 79.5) / 80.0 * depth_m,
+                                                        eye_m.y - (y - 59.5) / 80.0 * depth_m,
+                                                        2.0 - depth_m);
+        view.sun_visibility.pixels[pixel] = 1.0f;
+        view.edge_distance_px.pixels[pixel] = static_cast<float>(
+            std::min({x, y, width - 1 - x, height - 1 - y, box ? std::abs(x - 60) : width}));
+      }
+    }
+    frame = MakeFrame({.width = width, .height = height, .shadow_share = 0.0}, view);
+  }
+
+  void Draw(SampleSet& set) const {
+    set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+  }
+  int Follow(SampleSet& set) const {
+    return set.Follow(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+  }
+  void Refill(SampleSet& set) const {
+    set.Refill(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+  }
+  std::vector<glm::ivec2> Pixels(const SampleSet& set) const {
+    std::vector<DiffuseSample> samples;
+    set.Measure(view.sun_direction_enu, frame.radiance, frame.unusable, samples);
+    std::vector<glm::ivec2> pixels;
+    for (const DiffuseSample& sample : samples) pixels.push_back(sample.pixel);
+    return pixels;
+  }
+};
+
+// 0.25 m to the east: all that is seen moves by ten pixels to the left, one for 0.025 m.
+TEST(SampleSelection, FollowsTheSurfacesWhereTheCameraMoves) {
+  const GroundFromAbove first({0.0, 0.0});
+  SampleSet set;
+  first.Draw(set);
+  const std::vector<glm::ivec2> before = first.Pixels(set);
+  ASSERT_EQ(before.size(), 500u);
+  const GroundFromAbove second({0.25, 0.0});
+  const int left = second.Follow(set);
+  EXPECT_LT(left, 500) << "those at the left border left the picture";
+  EXPECT_GT(left, 400);
+  const std::vector<glm::ivec2> after = second.Pixels(set);
+  for (const glm::ivec2& pixel : after) {
+    EXPECT_NE(std::find(before.begin(), before.end(), pixel + glm::ivec2(10, 0)), before.end());
+  }
+  second.Refill(set);
+  const std::vector<glm::ivec2> refilled = second.Pixels(set);
+  EXPECT_EQ(refilled.size(), 500u);
+  for (const glm::ivec2& pixel : after) {
+    EXPECT_EQ(std::count(refilled.begin(), refilled.end(), pixel), 1);
+  }
+  // There and back again they are where they were: no step adds to the last one's rounding.
+  for (int i = 0; i < 20; ++i) GroundFromAbove({0.011 * i, 0.007 * i}).Follow(set);
+  second.Follow(set);
+  for (const glm::ivec2& pixel : second.Pixels(set)) {
+    EXPECT_NE(std::find(refilled.begin(), refilled.end(), pixel), refilled.end());
+  }
+}
+
+TEST(SampleSelection, LeavesWhatIsHiddenOrOutOfView) {
+  const GroundFromAbove open({0.0, 0.0});
+  SampleSet set;
+  open.Draw(set);
+  const GroundFromAbove hidden({0.0, 0.0}, true);
+  EXPECT_LT(hidden.Follow(set), 350);
+  for (const glm::ivec2& pixel : hidden.Pixels(set)) EXPECT_GT(pixel.x, 60);
+  EXPECT_EQ(GroundFromAbove({50.0, 0.0}).Follow(set), 0);
+  open.Refill(set);
+  EXPECT_EQ(open.Pixels(set).size(), 500u);
 }
 
 TEST(SampleSelection, AViewWithoutDiffuseSurfacesGivesNoSamples) {
