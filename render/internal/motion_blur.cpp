@@ -11,6 +11,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -45,6 +46,18 @@ std::array<float, 4> CubicWeights(float f) {
 }
 
 // Between pixels' centres; `texel` gives the value of one.
+template <typename Texel>
+auto Linear(const glm::vec2& at, const Texel& texel) {
+  const glm::vec2 lower = glm::floor(at);
+  const glm::vec2 weight = at - lower;
+  const glm::ivec2 first(lower);
+  return (1.0f - weight.y) *
+             ((1.0f - weight.x) * texel(first) + weight.x * texel(first + glm::ivec2(1, 0))) +
+         weight.y * ((1.0f - weight.x) * texel(first + glm::ivec2(0, 1)) +
+                     weight.x * texel(first + glm::ivec2(1, 1)));
+}
+
+// The same by cubics.
 template <typename Texel>
 auto Cubic(const glm::vec2& at, const Texel& texel) {
   const glm::vec2 lower = glm::floor(at);
@@ -82,13 +95,22 @@ glm::dvec3 CasterNear(const glm::dvec3& start,
   return start + std::max(0.5 * (enters + leaves), 0.0) * direction;
 }
 
+// Within a hundredth.
+template <typename Value>
+bool AreAlike(const Value& a, const Value& b, const Value& c) {
+  const Value apart = glm::max(a, glm::max(b, c)) - glm::min(a, glm::min(b, c));
+  const Value most = 0.01f * glm::abs(b);
+  return glm::all(glm::lessThanEqual(glm::vec3(apart), glm::vec3(most)));
+}
+
 glm::vec2 Along(const glm::vec4& ends, float time) {
   return (1.0f - time) * glm::vec2(ends.x, ends.y) + time * glm::vec2(ends.z, ends.w);
 }
 
-int StepsFor(const glm::vec4& ends) {
+int StepsFor(const glm::vec4& ends, float px_per_step = 1.0f) {
   const float length = glm::distance(glm::vec2(ends.x, ends.y), glm::vec2(ends.z, ends.w));
-  return std::clamp(static_cast<int>(std::ceil(length)), length > 0.0f ? 2 : 1, kMostSteps);
+  const int steps = static_cast<int>(std::ceil(length / px_per_step));
+  return std::clamp(steps, length > 0.0f ? 2 : 1, kMostSteps);
 }
 
 float TimeOf(int step, int steps) {
@@ -519,8 +541,18 @@ MotionBlur::Paths MotionBlur::SurfacePaths(const PixelRect& of_image, Follows fo
       ClippedTo({of_image.lower - margin, of_image.upper + margin}, view_.Width(), view_.Height()),
       {}};
   paths.ends.resize(paths.rect.Count());
+  constexpr int kSpacing = 2;
   ForPixels(paths.rect, [&](const glm::ivec2& pixel) {
-    paths.ends[paths.rect.Index(pixel)] = SurfacePathOf(pixel, follows);
+    if (pixel % kSpacing == glm::ivec2(0)) {
+      paths.ends[paths.rect.Index(pixel)] = SurfacePathOf(pixel, follows);
+    }
+  });
+  // Those of a surface are nearly the same for pixels so near to each other.
+  ForPixels(paths.rect, [&](const glm::ivec2& pixel) {
+    const glm::ivec2 near = pixel - pixel % kSpacing;
+    if (near == pixel) return;
+    const bool is_same = paths.rect.Holds(near) && IsOnSurfaceOf(pixel, near);
+    paths.ends[paths.rect.Index(pixel)] = is_same ? paths.At(near) : SurfacePathOf(pixel, follows);
   });
   return paths;
 }
@@ -534,21 +566,33 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
     const glm::ivec2 place = pixel - lower;
     return image.Contains(place.x, place.y) ? image.At(place.x, place.y) : Value(0.0f);
   };
+  // What the sky loses has no edges.
+  const bool is_smooth = follows == Follows::kOtherLight;
+  const float px_per_step = is_smooth ? 3.0f : 1.0f;
   Image<Value> moved(paths.rect.Width(), paths.rect.Height());
   ForPixels(paths.rect, [&](const glm::ivec2& pixel) {
     const glm::vec4& ends = paths.At(pixel);
-    const int steps = StepsFor(ends);
+    const int steps = StepsFor(ends, px_per_step);
+    const glm::ivec2 in_layers =
+        lookup_.IsIdentity() ? pixel : glm::ivec2(glm::floor(lookup_.PlaceOf(pixel.x, pixel.y)));
+    const bool may_be_covered = rect_.Holds(in_layers);
+    const glm::ivec2 first = NearestPixel(glm::vec2(pixel) + Along(ends, 0.0f));
+    const glm::ivec2 last = NearestPixel(glm::vec2(pixel) + Along(ends, 1.0f));
+    if (is_smooth && AreAlike(texel(first), texel(pixel), texel(last))) {
+      moved.pixels[paths.rect.Index(pixel)] = texel(pixel);
+      return;
+    }
+    const bool stays = IsOnSurfaceOf(pixel, first) && IsOnSurfaceOf(pixel, last);
     Value sum(0.0f);
     float weights = 0.0f;
     for (int step = 0; step < steps; ++step) {
       const float time = TimeOf(step, steps);
       const glm::vec2 at = glm::vec2(pixel) + Along(ends, time);
-      if (!IsOnSurfaceOf(pixel, NearestPixel(at))) continue;
-      const Value value = Cubic(at, texel);
+      if (!stays && !IsOnSurfaceOf(pixel, NearestPixel(at))) continue;
+      const Value value = is_smooth ? Linear(at, texel) : Cubic(at, texel);
       // While an object covers the pixel nothing of its surface is seen.
-      const glm::ivec2 in_layers =
-          lookup_.IsIdentity() ? pixel : glm::ivec2(glm::floor(lookup_.PlaceOf(pixel.x, pixel.y)));
-      const float seen = 1.0f - std::clamp(TapAt(in_layers, time).value.a, 0.0f, 1.0f);
+      const float covered = may_be_covered ? TapAt(in_layers, time).value.a : 0.0f;
+      const float seen = 1.0f - std::clamp(covered, 0.0f, 1.0f);
       sum += seen * value;
       weights += seen;
     }
