@@ -1,5 +1,6 @@
 // Objects and shadows blurred by motion, against means of many sharp frames.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -41,11 +42,12 @@ class MotionBlur : public testing::Test {
  protected:
   static void SetUpTestSuite() { stage_ = std::make_unique<GroundStage>(); }
   static void TearDownTestSuite() { stage_.reset(); }
+  void TearDown() override { distortion_ = {}; }
 
   // Twice as fine as the stage's own.
   static Frame FrameAt(const Moves& moves, double seconds) {
     Frame frame = stage_->MakeFrame();
-    frame.camera.intrinsics = {192, 144, 200.0, 200.0, 95.5, 71.5, {}};
+    frame.camera.intrinsics = {192, 144, 200.0, 200.0, 95.5, 71.5, distortion_};
     frame.radiance = RgbImage(192, 144, frame.radiance.pixels.front());
     frame.unusable = frame.clipped = Gray8Image(192, 144, 0);
     frame.camera.camera_from_world =
@@ -179,9 +181,11 @@ class MotionBlur : public testing::Test {
   }
 
   static std::unique_ptr<GroundStage> stage_;
+  static std::array<double, 5> distortion_;
 };
 
 std::unique_ptr<GroundStage> MotionBlur::stage_;
+std::array<double, 5> MotionBlur::distortion_{};
 
 // Edges along rows of pixels would be all in the same place of them.
 VirtualObject Turned(VirtualObject object) {
@@ -258,6 +262,11 @@ TEST_F(MotionBlur, RollingShutter) {
   ExpectGood(ErrorsOf({Pillar()}, {{}, {Going({10.0, 0.0, 0.0})}}, 0.03));
 }
 
+TEST_F(MotionBlur, ThroughALensWithDistortion) {
+  distortion_ = {-0.3, 0.08, 0.001, 0.0, 0.0};
+  ExpectGood(ErrorsOf({Pillar()}, {Going({4.0, 0.0, 1.0}), {Going({-8.0, 0.0, 0.0})}}, 0.02));
+}
+
 TEST_F(MotionBlur, ShadowsByVolumes) {
   FramePipelineOptions options = Options();
   options.effects[Effect::kPenumbra] = EffectSwitch::kOff;
@@ -326,6 +335,27 @@ TEST_F(MotionBlurHardCases, DoesNotBlurOverACut) {
   ExpectSharp({{0.0, At(0.0)}, {0.04, At(0.1)}, {0.08, At(-1.4)}}, "nothing moves");
   ExpectSharp({{0.0, At(0.0)}, {0.04, At(0.0)}, {0.08, At(1.0)}, {0.12, At(1.0)}}, "nothing moves");
   EXPECT_TRUE(LastOf({Pillar()}, {{0.0, At(0.0)}, {0.04, At(0.5)}, {0.08, At(1.0)}}).bound > 1.0);
+}
+
+TEST_F(MotionBlurHardCases, ACameraThatJumpsIsACut) {
+  const auto shot = [](double jump_m, EffectSwitch asked) {
+    FramePipelineOptions options = Options();
+    options.effects[Effect::kMotionBlur] = asked;
+    options.motion_blur = {kExposureS, 0.0};
+    Camera camera({Pillar()}, options);
+    Shot last;
+    for (int i = 0; i < 3; ++i) {
+      Frame frame = FrameAt({}, kFrameS * i);
+      frame.camera.camera_from_world =
+          frame.camera.camera_from_world * At(i < 2 ? 0.02 * i : jump_m);
+      last = camera.Take(frame, {glm::dmat4(1.0)});
+    }
+    return last;
+  };
+  const Shot jumped = shot(2.0, EffectSwitch::kOn);
+  EXPECT_EQ(jumped.bound, 0.0);
+  ExpectSame(jumped, shot(2.0, EffectSwitch::kOff));
+  EXPECT_GT(shot(0.04, EffectSwitch::kOn).bound, 1.0);
 }
 
 TEST_F(MotionBlurHardCases, WhatMirrorsOrVanishesIsACut) {
