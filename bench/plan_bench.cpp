@@ -1,9 +1,10 @@
 // The entire frame at 640x480, with the plan and with everything on, under light that calls for
 // more or less: the recorded courtyard and its statue, reduced to 4000 or 15000 faces. The camera
 // stands still and time goes on by a second a frame; files are read in advance and nothing is
-// written. `moving` has the statue half a centimetre farther in each frame, under a sun that stands
-// still; in the open field a ball of 4488 faces moves by a centimetre. Still ones and the ball also
-// with a texture.
+// written. `moving` has the statue half a centimetre farther in each frame, `blurred` 8 cm, blurred
+// by half of that, under a sun that stands still; in `time_lapse` the sun alone moves, by a minute
+// a frame. In the open field a ball of 4488 faces moves by a centimetre. Still ones and the ball
+// also with a texture.
 //
 //   pleinair_plan_bench [Google Benchmark's options]
 //
@@ -46,6 +47,9 @@ namespace {
 
 enum class Under { kSun, kSunNoShadow, kCloud, kNight, kSunOutOfSight };
 enum class Skin { kPlain, kTextured };
+// Half a centimetre a frame; or eight centimetres, blurred by half of that; or the sun alone, a
+// minute a frame.
+enum class Motion { kNone, kSlow, kBlurred, kSun };
 
 const std::filesystem::path kCourtyard =
     std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
@@ -121,7 +125,7 @@ void RunFrames(benchmark::State& state,
                std::size_t faces,
                bool planned,
                Skin skin = Skin::kPlain,
-               bool moves = false) {
+               Motion motion = Motion::kNone) {
   if (!std::filesystem::exists(kCourtyard)) {
     state.SkipWithError("the recorded courtyard is not there");
     return;
@@ -155,12 +159,15 @@ void RunFrames(benchmark::State& state,
   Frame frame = yard.frame;
   if (under == Under::kNight) frame.radiance = RgbImage(640, 480, glm::vec3(1e-6f));
   double at_m = 0.0;
+  const bool moves = motion == Motion::kSlow || motion == Motion::kBlurred;
+  if (motion == Motion::kBlurred) frame.exposure_s = 0.02;
   const auto next = [&] {
     if (moves) {
-      at_m += 0.005;
+      if (motion == Motion::kBlurred) frame.time += std::chrono::milliseconds(40);
+      at_m += motion == Motion::kBlurred ? 0.08 : 0.005;
       poses = {glm::translate(glm::dmat4(1.0), glm::dvec3(at_m, 0.0, 0.0))};
     } else {
-      frame.time += std::chrono::seconds(1);
+      frame.time += std::chrono::seconds(motion == Motion::kSun ? 60 : 1);
     }
     return pipeline.Process(frame, poses);
   };
@@ -287,15 +294,19 @@ int main(int argc, char** argv) {
       ->Unit(benchmark::kMillisecond)
       ->UseRealTime()
       ->Iterations(24);
-  for (const std::size_t faces : {4000, 15000}) {
-    benchmark::RegisterBenchmark(
-        ("moving/" + std::to_string(faces) + "/plan").c_str(),
-        [faces](benchmark::State& state) {
-          pleinair::RunFrames(state, Under::kSun, faces, true, pleinair::Skin::kPlain, true);
-        })
-        ->Unit(benchmark::kMillisecond)
-        ->UseRealTime()
-        ->Iterations(24);
+  for (const auto& [name, motion] : {std::pair{"moving", pleinair::Motion::kSlow},
+                                     std::pair{"blurred", pleinair::Motion::kBlurred},
+                                     std::pair{"time_lapse", pleinair::Motion::kSun}}) {
+    for (const std::size_t faces : {4000, 15000}) {
+      benchmark::RegisterBenchmark(
+          (std::string(name) + "/" + std::to_string(faces) + "/plan").c_str(),
+          [motion = motion, faces](benchmark::State& state) {
+            pleinair::RunFrames(state, Under::kSun, faces, true, pleinair::Skin::kPlain, motion);
+          })
+          ->Unit(benchmark::kMillisecond)
+          ->UseRealTime()
+          ->Iterations(24);
+    }
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;

@@ -126,6 +126,7 @@ class RecordedFrameSource final : public FrameSource {
     frame.sun_direction_enu = sequence_.StatedSunDirectionEnu(index);
     frame.weather = sequence_.WeatherOfFrame(index);
     frame.exposure = entry.EffectiveExposure();
+    frame.exposure_s = entry.exposure_s;
     frame.sample_polygons = entry.sample_polygons;
     const bool linear =
         preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();

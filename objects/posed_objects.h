@@ -27,6 +27,8 @@ class PosedObjects {
   // Another after each Pose that has moved something; no two states share one.
   std::uint64_t Version() const { return version_; }
 
+  // From where each was given to where it is.
+  const std::vector<glm::dmat4>& Poses() const { return world_from_given_; }
   // In world coordinates.
   const std::vector<VirtualObject>& Objects() const { return posed_; }
 

@@ -35,6 +35,7 @@ void FramePipelineOptions::Validate() const {
   soft_sun.Validate();
   mirror.Validate();
   camera_matching.Validate();
+  motion_blur.Validate();
 }
 
 FramePipeline::FramePipeline(CompositedScene scene,

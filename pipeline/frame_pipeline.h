@@ -21,6 +21,7 @@
 #include "objects/soft_sun.h"
 #include "pipeline/camera_matching.h"
 #include "pipeline/effect_plan.h"
+#include "pipeline/effects/motion_track.h"
 #include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/prepared_scene.h"
@@ -54,6 +55,7 @@ struct FramePipelineOptions {
   MirrorImageOptions mirror;
   EffectSettings effects;
   CameraMatchingOptions camera_matching;  // What is false in it is off.
+  MotionBlurOptions motion_blur;
   // Response of the camera that gives code values: the unit in which the plan counts.
   ResponseCurve display_response = ResponseCurve::Srgb();
   // Pictures are drawn in light as WithDaylightColours has it. Not for a source that measures the

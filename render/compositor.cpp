@@ -21,6 +21,7 @@
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
 #include "render/internal/layer_reader.h"
+#include "render/internal/motion_blur.h"
 #include "render/internal/object_layer_pass.h"
 #include "render/internal/processor_composite.h"
 #include "render/internal/real_shadow_pass.h"
@@ -95,7 +96,10 @@ struct Compositor::Impl {
       : by_processor(
             options.composite_by == CompositeBy::kProcessor ||
             (options.composite_by == CompositeBy::kWhoeverIsFaster && context.DrawsInSoftware())),
-        object_layer(options.object_samples_per_side, by_processor && epoxy_is_desktop_gl()) {
+        object_layer(options.object_samples_per_side, by_processor && epoxy_is_desktop_gl()),
+        moved_layer("objects in motion",
+                    by_processor && epoxy_is_desktop_gl() ? GL_RGBA32F : GL_RGBA16F,
+                    FrameBuffer::DepthStencil::kNone) {
     if (!by_processor) device.emplace();
   }
 
@@ -112,6 +116,7 @@ struct Compositor::Impl {
   SceneGeometry scene;
   VolumeStencil stencil;
   ObjectLayerPass object_layer;
+  FrameBuffer moved_layer;       // The objects' over the exposure, where something moves.
   std::optional<BlurPass> blur;  // Made when it is first wanted.
   RealShadowPass real_shadow;
   std::optional<OnDevice> device;
@@ -136,11 +141,16 @@ struct Compositor::Impl {
     PixelRect object_rect;  // In the layers.
     PixelRect shadow_rect;  // In the layers, of shadows by volumes.
     const RealSunShare* hidden_sun = nullptr;
+    // Over the exposure, where something moves.
+    std::optional<RealSunShare> moved_sun;
+    std::optional<IrradianceChange> moved_change;
   };
 
   void UpdateLayerView(const Camera& camera);
   void UpdateVolumes(const glm::dvec3& to_sun);
   Drawn DrawLayers(const CompositeInput& input, const glm::dvec3& to_sun, float gain);
+  void MoveLayers(const CompositeInput& input, const glm::dvec3& to_sun, Drawn& drawn);
+  LayerPart<float> ReadMask(const PixelRect& rect);
   BlurKernel LayerBlur(float camera_blur_px) const;
   PixelRect CompositeOnDevice(const CompositeInput& input,
                               const Drawn& drawn,
@@ -213,7 +223,10 @@ Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input
   if (!drawn.shadow_rect.Empty()) {
     real_shadow.Draw(layer_view, drawn.shadow_rect, scene, object_volumes, to_sun, stencil);
   }
-  if (object_rect.Empty()) return drawn;
+  if (object_rect.Empty()) {
+    if (input.motion != nullptr) MoveLayers(input, to_sun, drawn);
+    return drawn;
+  }
 
   seen_sun.Clear();
   if (by_shares && effects.object_shadow) {
@@ -236,16 +249,73 @@ Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input
       stencil);
   drawn.objects = &object_layer.Layer();
   drawn.object_rect = object_rect;
+  if (input.motion != nullptr) MoveLayers(input, to_sun, drawn);
   const BlurKernel kernel = LayerBlur(input.camera_blur_px);
   if (!kernel.IsNone()) {
     const int width = layer_view.intrinsics.width_px;
     const int height = layer_view.intrinsics.height_px;
     if (!blur) blur.emplace();
-    blur->Draw(object_layer.Layer().ColourTexture(), object_rect, kernel, width, height);
+    blur->Draw(drawn.objects->ColourTexture(), drawn.object_rect, kernel, width, height);
     drawn.objects = &blur->Layer();
-    drawn.object_rect = kernel.Spread(object_rect, width, height);
+    drawn.object_rect = kernel.Spread(drawn.object_rect, width, height);
   }
   return drawn;
+}
+
+LayerPart<float> Compositor::Impl::ReadMask(const PixelRect& rect) {
+  LayerPart<float> mask{rect, {}};
+  for (const std::uint8_t value : reader.ReadBytes(real_shadow.Mask(), rect)) {
+    mask.values.push_back(static_cast<float>(value) / 255.0f);
+  }
+  return mask;
+}
+
+// Replaces what is drawn of the frame's instant by its means over the exposure.
+void Compositor::Impl::MoveLayers(const CompositeInput& input,
+                                  const glm::dvec3& to_sun,
+                                  Drawn& drawn) {
+  MotionBlur motion(*input.motion, input.view, lookup, to_sun, scene.Objects());
+  if (!drawn.object_rect.Empty()) {
+    const std::span<const glm::vec4> sharp = reader.ReadFloats(*drawn.objects, drawn.object_rect);
+    const LayerPart<glm::vec4> moved =
+        motion.MoveObjects({drawn.object_rect, {sharp.begin(), sharp.end()}});
+    ResetPassState();
+    moved_layer.Resize(layer_view.intrinsics.width_px, layer_view.intrinsics.height_px);
+    moved_layer.Bind();
+    glClear(GL_COLOR_BUFFER_BIT);
+    glBindTexture(GL_TEXTURE_2D, moved_layer.ColourTexture());
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    glTexSubImage2D(GL_TEXTURE_2D,
+                    0,
+                    moved.rect.lower.x,
+                    moved.rect.lower.y,
+                    moved.rect.Width(),
+                    moved.rect.Height(),
+                    GL_RGBA,
+                    GL_FLOAT,
+                    moved.values.data());
+    glBindTexture(GL_TEXTURE_2D, 0);
+    drawn.objects = &moved_layer;
+    drawn.object_rect = moved.rect;
+  }
+  if (!drawn.shadow_rect.Empty()) {
+    const LayerPart<float> mask = ReadMask(drawn.shadow_rect);
+    const PixelRect rect = lookup.CameraRectOf(drawn.shadow_rect);
+    drawn.shadow_rect = {};
+    RealSunShare& share = drawn.moved_sun.emplace();
+    share = {rect.lower.x, rect.lower.y, GrayImage(rect.Width(), rect.Height())};
+    for (int y = rect.lower.y; y < rect.upper.y; ++y) {
+      for (int x = rect.lower.x; x < rect.upper.x; ++x) {
+        share.hidden.At(x - rect.lower.x, y - rect.lower.y) = ShadowByMask(mask, lookup, x, y);
+      }
+    }
+    share = motion.Moved(share);
+  } else if (drawn.hidden_sun != nullptr) {
+    drawn.moved_sun = motion.Moved(*drawn.hidden_sun);
+  }
+  if (input.irradiance_change != nullptr) {
+    drawn.moved_change = motion.Moved(*input.irradiance_change);
+  }
 }
 
 // Returns the part of the picture that may have changed.
@@ -326,9 +396,7 @@ void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
     layers.object.values.assign(values.begin(), values.end());
   }
   if (!drawn.shadow_rect.Empty()) {
-    for (const std::uint8_t value : reader.ReadBytes(real_shadow.Mask(), drawn.shadow_rect)) {
-      layers.mask.values.push_back(static_cast<float>(value) / 255.0f);
-    }
+    layers.mask = ReadMask(drawn.shadow_rect);
   }
   CompositeByProcessor(input, layers, drawn.hidden_sun, light, gain, result);
 }
@@ -357,19 +425,22 @@ void Compositor::SetObjects(std::vector<VirtualObject> objects) {
   impl_->scene.SetObjects(std::move(objects));
 }
 
-Composite Compositor::Render(const CompositeInput& input) {
+Composite Compositor::Render(const CompositeInput& given) {
   impl_->context.RequireCurrent();
-  ValidateInput(input, impl_->scene.Objects());
-  const glm::dvec3 to_sun = ValidatedDirection(input.lighting.sun.direction_enu);
+  ValidateInput(given, impl_->scene.Objects());
+  const glm::dvec3 to_sun = ValidatedDirection(given.lighting.sun.direction_enu);
   const ApplicationState application_state;
   Composite result;
   Clock::time_point start = Clock::now();
   TakeDrawCount();
   const float gain =
-      LayerGain(PeakOf(input.lighting),
-                impl_->by_processor ? PeakOnObjects(input) : PeakOf(input.camera_radiance));
-  impl_->UpdateLayerView(input.view.camera);
-  const Impl::Drawn drawn = impl_->DrawLayers(input, to_sun, gain);
+      LayerGain(PeakOf(given.lighting),
+                impl_->by_processor ? PeakOnObjects(given) : PeakOf(given.camera_radiance));
+  impl_->UpdateLayerView(given.view.camera);
+  Impl::Drawn drawn = impl_->DrawLayers(given, to_sun, gain);
+  CompositeInput input = given;
+  if (drawn.moved_sun) drawn.hidden_sun = &*drawn.moved_sun;
+  if (drawn.moved_change) input.irradiance_change = &*drawn.moved_change;
   CompositeLight light;
   light.to_sun = to_sun;
   light.sun_irradiance = glm::vec3(static_cast<double>(gain) * input.lighting.sun.irradiance_rgb);

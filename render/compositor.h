@@ -11,6 +11,7 @@
 
 #include "objects/virtual_object.h"
 #include "scene/camera.h"
+#include "scene/exposure_motion.h"
 #include "scene/image.h"
 #include "scene/irradiance_change.h"
 #include "scene/lighting.h"
@@ -49,6 +50,9 @@ struct CompositeInput {
   // Standard deviation of the Gaussian that virtual objects and the edges of sun_shares' shadows
   // are blurred by, as the camera blurs what is real (calib/edge_blur.h); 0 to 8.
   float camera_blur_px = 0.0f;
+  // What moves while the frame is exposed: objects, their shadows and `irradiance_change` are means
+  // over that time. Null: all stand still.
+  const MotionInPicture* motion = nullptr;
 };
 
 // What the composite did to each pixel.

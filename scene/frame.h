@@ -59,7 +59,8 @@ struct Frame {
   // The camera's own code values, where the frame came as 8 bit: what stays untouched in the
   // output.
   std::optional<Rgb8Image> codes;
-  std::optional<double> exposure;  // Radiance to [0, 1]; see sequence_format.
+  std::optional<double> exposure;    // Radiance to [0, 1]; see sequence_format.
+  std::optional<double> exposure_s;  // How long the shutter was open. None: unknown.
   // Noise of the signal in [0, 1], radiance times exposure (1 where that is unknown). None where
   // the camera's noise is nothing beside other errors: linear frames.
   std::shared_ptr<const SignalNoise> noise;

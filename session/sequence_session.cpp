@@ -166,6 +166,7 @@ SessionStep SequenceSession::Process(CapturedPicture captured) {
   }
   frame.weather = options_.weather ? options_.weather : sequence.weather;
   if (!options_.ignore_exposure) frame.exposure = captured.exposure;
+  frame.exposure_s = captured.exposure_s;
   frame.fisheye_radiance = std::move(captured.fisheye_radiance);
   if (const std::string fault = FaultOf(captured, frame.camera.intrinsics); !fault.empty()) {
     const FrameError error{frame.index, frame.time, fault};

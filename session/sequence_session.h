@@ -37,8 +37,9 @@ struct CapturedPicture {
   // exposure make light of.
   std::variant<RgbImage, Rgb8Image> picture;
   UtcTime time{};
-  std::optional<Camera> camera;    // None: that of the sequence's first frame.
-  std::optional<double> exposure;  // Of codes: radiance to [0, 1]. None: unknown.
+  std::optional<Camera> camera;      // None: that of the sequence's first frame.
+  std::optional<double> exposure;    // Of codes: radiance to [0, 1]. None: unknown.
+  std::optional<double> exposure_s;  // How long the shutter was open. None: unknown.
   // The sky camera's, where the session's source is the fish-eye: as Frame has it.
   std::optional<RgbImage> fisheye_radiance;
 };

@@ -301,6 +301,17 @@ void AddInput(std::vector<Setting>& settings) {
   settings.push_back(NoiseSetting(
       "camera_noise.read_noise_electrons", "read noise of the 8-bit camera; as above", [
       ](Options & o) -> auto& { return o.camera_noise.read_noise_electrons; }));
+  settings.push_back(NumberSetting(
+      "motion_blur.exposure_s",
+      "how long the shutter is open in frames that do not state it; 0: they "
+      "are not blurred by motion",
+      Between(0.0, 60.0, "seconds"),
+      [](Options & o) -> auto& { return o.pipeline.motion_blur.exposure_s; }));
+  settings.push_back(NumberSetting(
+      "motion_blur.readout_s",
+      "rolling shutter: time from the first row's exposure to the last one's",
+      Between(0.0, 60.0, "seconds"),
+      [](Options & o) -> auto& { return o.pipeline.motion_blur.readout_s; }));
   settings.push_back(SkyRegionsSetting());
 }
 

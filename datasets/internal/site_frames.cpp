@@ -31,6 +31,7 @@ Frame SiteFrames::At(int index, const FrameEntry& taken, int width_px, int heigh
   frame.sun_direction_enu = site_.StatedSunDirectionEnu(0);
   frame.weather = site_.WeatherOfFrame(0);
   frame.exposure = taken.EffectiveExposure();
+  frame.exposure_s = taken.exposure_s;
   frame.units = frame.exposure ? LightUnits::kRelative : LightUnits::kRelativePerFrame;
   return frame;
 }

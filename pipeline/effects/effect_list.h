@@ -16,5 +16,6 @@
   EFFECT(SkyOcclusion)           \
   EFFECT(ColourBleeding)         \
   EFFECT(GlossyReflection)       \
+  EFFECT(MotionBlur)             \
   EFFECT(CameraBlur)             \
   EFFECT(CameraNoise)

@@ -31,6 +31,10 @@ EffectStage::EffectStage(const PreparedScene& scene,
 
 void EffectStage::Pose(const std::vector<VirtualObject>& objects) {
   light_.Pose(objects);
+  object_boxes_.clear();
+  for (const VirtualObject& object : objects) {
+    object_boxes_.push_back(object.mesh.Empty() ? BoundingBox() : BoundingBoxOf(object.mesh));
+  }
   largest_diffuse_ = largest_albedo_ = glm::vec3(0.0f);
   any_glossy_ = false;
   for (const Material& material : Objects().mesh.materials) {

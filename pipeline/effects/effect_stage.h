@@ -41,6 +41,9 @@ class EffectStage {
   KeptInfluence& Influence() { return influence_; }
   KeptMirror& Mirror() { return mirror_; }
 
+  // Around each object, where it is.
+  const std::vector<BoundingBox>& ObjectBoxes() const { return object_boxes_; }
+
   // Whether any material of the objects is glossy, and their highest reflectances.
   bool AnyGlossy() const { return any_glossy_; }
   const glm::vec3& LargestDiffuse() const { return largest_diffuse_; }
@@ -72,6 +75,7 @@ class EffectStage {
   KeptObjectView object_view_;
   KeptInfluence influence_;
   KeptMirror mirror_;
+  std::vector<BoundingBox> object_boxes_;
   glm::vec3 largest_diffuse_{0.0f};
   glm::vec3 largest_albedo_{0.0f};
   bool any_glossy_ = false;

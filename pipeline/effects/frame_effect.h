@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
 #include "objects/frame_basis.h"
@@ -66,7 +67,8 @@ struct EffectFrame {
   const FrameBasis& basis;
   const Lighting& lighting;
   const DisplayCodes& codes;
-  std::uint64_t pose = 0;  // Of the objects.
+  std::uint64_t pose = 0;                         // Of the objects.
+  std::span<const glm::dmat4> object_poses = {};  // Each one's; see PosedObjects.
   LightBeforePlan light = {};
   double camera_blur_px = 0.0;  // As measured.
   // Bounds that are far above this need not be any closer.

@@ -196,8 +196,14 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
 EffectFrame FrameEffects::Begin(const LitFrame& lit) {
   basis_.Update(lit.view_builder, lit.transport_sun);
   Expose(lit.frame);
-  EffectFrame frame{
-      lit.frame, lit.view, lit.view_builder.PixelFaces(), basis_, lit.lighting, codes_, *pose_};
+  EffectFrame frame{lit.frame,
+                    lit.view,
+                    lit.view_builder.PixelFaces(),
+                    basis_,
+                    lit.lighting,
+                    codes_,
+                    *pose_,
+                    objects_.Poses()};
   frame.light.costs = CostsOfLight(stage_.Light(), basis_, lit.lighting);
   frame.light.daylight = CostOfDaylight(stage_.Light(), basis_);
   frame.threshold_code_values = settings_.threshold_code_values;

@@ -42,6 +42,29 @@ void RequireInside(const Image<Pixel>& image,
                               SizeText(view.Width(), view.Height()));
 }
 
+void RequireMotion(const MotionInPicture& input, std::size_t objects) {
+  if (input.motion.objects.size() != objects) {
+    throw std::invalid_argument(
+        "motion.objects has " + std::to_string(input.motion.objects.size()) +
+        " entries, expected " + std::to_string(objects) + ", one an object");
+  }
+  const Image<std::int32_t>& shown = input.objects.object;
+  const GrayImage& depth = input.objects.depth_m;
+  if (shown.width != depth.width || shown.height != depth.height) {
+    throw std::invalid_argument("motion: depths of " + SizeText(depth.width, depth.height) +
+                                ", expected " + SizeText(shown.width, shown.height) +
+                                ", the size of the objects' numbers");
+  }
+  for (const std::int32_t object : shown.pixels) {
+    const bool is_known = object == ObjectDepths::kNone ||
+                          (object >= 0 && static_cast<std::size_t>(object) < objects);
+    if (!is_known) {
+      throw std::invalid_argument("motion: object " + std::to_string(object) + ", expected 0 to " +
+                                  std::to_string(objects - 1) + " or none");
+    }
+  }
+}
+
 }  // namespace
 
 void ValidateCamera(const Camera& camera) {
@@ -109,6 +132,7 @@ void ValidateInput(const CompositeInput& input, std::span<const VirtualObject> o
     const RealSunShare& real = input.sun_shares->real;
     RequireInside(real.hidden, {real.x_px, real.y_px}, view, "sun_shares.real");
   }
+  if (input.motion != nullptr) RequireMotion(*input.motion, objects.size());
   if (!input.effects.probe_shading) return;
   if (input.vertex_irradiance.size() != objects.size()) {
     throw std::invalid_argument(

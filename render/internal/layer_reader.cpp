@@ -5,10 +5,6 @@
 namespace pleinair {
 namespace {
 
-std::size_t CountIn(const PixelRect& rect) {
-  return static_cast<std::size_t>(rect.Width()) * static_cast<std::size_t>(rect.Height());
-}
-
 void ReadInto(
     const FrameBuffer& frame, const PixelRect& rect, GLenum format, GLenum type, void* values) {
   frame.BindForReading();
@@ -20,7 +16,7 @@ void ReadInto(
 
 std::span<const std::uint16_t> LayerReader::ReadHalves(const FrameBuffer& frame,
                                                        const PixelRect& rect) {
-  halves_.resize(4 * CountIn(rect));
+  halves_.resize(4 * rect.Count());
   frame.BindForReading();
   GLint format = 0;
   GLint type = 0;
@@ -39,7 +35,7 @@ std::span<const std::uint16_t> LayerReader::ReadHalves(const FrameBuffer& frame,
 
 std::span<const glm::vec4> LayerReader::ReadFloats(const FrameBuffer& frame,
                                                    const PixelRect& rect) {
-  floats_.resize(CountIn(rect));
+  floats_.resize(rect.Count());
   ReadInto(frame, rect, GL_RGBA, GL_FLOAT, floats_.data());
   return floats_;
 }
@@ -47,16 +43,16 @@ std::span<const glm::vec4> LayerReader::ReadFloats(const FrameBuffer& frame,
 std::span<const std::uint8_t> LayerReader::ReadBytes(const FrameBuffer& frame,
                                                      const PixelRect& rect) {
   // Every device reads this format.
-  bytes_.resize(4 * CountIn(rect));
+  bytes_.resize(4 * rect.Count());
   ReadInto(frame, rect, GL_RGBA, GL_UNSIGNED_BYTE, bytes_.data());
-  const std::size_t count = CountIn(rect);
+  const std::size_t count = rect.Count();
   for (std::size_t i = 0; i < count; ++i) bytes_[i] = bytes_[4 * i];
   return std::span(bytes_).first(count);
 }
 
 std::span<const std::uint32_t> LayerReader::ReadNumbers(const FrameBuffer& frame,
                                                         const PixelRect& rect) {
-  numbers_.resize(CountIn(rect));
+  numbers_.resize(rect.Count());
   ReadInto(frame, rect, GL_RED_INTEGER, GL_UNSIGNED_INT, numbers_.data());
   return numbers_;
 }

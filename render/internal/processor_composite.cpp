@@ -23,14 +23,7 @@ namespace {
 
 template <typename Value>
 Value TexelOf(const LayerPart<Value>& part, const glm::ivec2& place) {
-  const PixelRect& rect = part.rect;
-  if (place.x < rect.lower.x || place.y < rect.lower.y || place.x >= rect.upper.x ||
-      place.y >= rect.upper.y) {
-    return Value(0.0f);
-  }
-  return part.values[static_cast<std::size_t>(place.y - rect.lower.y) *
-                         static_cast<std::size_t>(rect.Width()) +
-                     static_cast<std::size_t>(place.x - rect.lower.x)];
+  return part.rect.Holds(place) ? part.values[part.rect.Index(place)] : Value(0.0f);
 }
 
 // Between the four texels around a place in a layer of that size, at its edge the edge's own.
@@ -47,8 +40,17 @@ Value Bilinear(const LayerPart<Value>& part, const glm::vec2& place, const glm::
          weight.y * ((1.0f - weight.x) * texel(0, 1) + weight.x * texel(1, 1));
 }
 
-bool Holds(const PixelRect& rect, int x, int y) {
-  return x >= rect.lower.x && y >= rect.lower.y && x < rect.upper.x && y < rect.upper.y;
+glm::ivec2 SizeOfLayers(const LayerLookup& lookup) {
+  return {lookup.Undistorted().width_px, lookup.Undistorted().height_px};
+}
+
+glm::vec2 PlaceInLayers(const LayerLookup& lookup, int x, int y) {
+  return lookup.IsIdentity() ? glm::vec2(x, y) + 0.5f : lookup.PlaceOf(x, y);
+}
+
+bool IsInside(const glm::ivec2& size, const glm::vec2& place) {
+  return place.x > 0.0f && place.y > 0.0f && place.x < static_cast<float>(size.x) &&
+         place.y < static_cast<float>(size.y);
 }
 
 class PixelByPixel {
@@ -66,7 +68,7 @@ class PixelByPixel {
         to_sun_(light.to_sun),
         has_sun_(light.sun_irradiance != glm::vec3(0.0f)),
         gain_(gain),
-        layer_size_(layers.lookup.Undistorted().width_px, layers.lookup.Undistorted().height_px) {
+        layer_size_(SizeOfLayers(layers.lookup)) {
     if (change_ != nullptr) {
       const RgbImage& image = change_->irradiance_rgb;
       change_rect_ = {{change_->x_px, change_->y_px},
@@ -113,25 +115,14 @@ class PixelByPixel {
   // See the pass's shaders.
   float ShadowAt(int x, int y) const {
     if (hidden_sun_ != nullptr && !hidden_rect_.Empty()) {
-      return Holds(blurred_rect_, x, y) ? BlurredHiddenAt(x, y) : 0.0f;
+      return blurred_rect_.Holds({x, y}) ? BlurredHiddenAt(x, y) : 0.0f;
     }
-    if (!Holds(layers_.mask_rect, x, y)) return 0.0f;
-    const glm::vec2 place = PlaceInLayers(x, y);
-    float sum = 0.0f;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const glm::vec2 at = place + glm::vec2(dx, dy);
-        if (!IsInLayers(at)) continue;
-        const float weight = (dx == 0 ? 0.5f : 0.25f) * (dy == 0 ? 0.5f : 0.25f);
-        sum += weight * (layers_.lookup.IsIdentity() ? TexelOf(layers_.mask, glm::ivec2(at))
-                                                     : Bilinear(layers_.mask, at, layer_size_));
-      }
-    }
-    return sum;
+    return layers_.mask_rect.Holds({x, y}) ? ShadowByMask(layers_.mask, layers_.lookup, x, y)
+                                           : 0.0f;
   }
 
   float HiddenAt(int x, int y) const {
-    return Holds(hidden_rect_, x, y)
+    return hidden_rect_.Holds({x, y})
                ? hidden_sun_->hidden.At(x - hidden_sun_->x_px, y - hidden_sun_->y_px)
                : 0.0f;
   }
@@ -167,24 +158,16 @@ class PixelByPixel {
   }
 
   glm::vec3 ChangeAt(int x, int y) const {
-    if (!Holds(change_rect_, x, y)) return glm::vec3(0.0f);
+    if (!change_rect_.Holds({x, y})) return glm::vec3(0.0f);
     return change_->irradiance_rgb.At(x - change_->x_px, y - change_->y_px);
   }
 
   glm::vec4 ObjectAt(int x, int y) const {
-    if (!Holds(layers_.object_rect, x, y)) return glm::vec4(0.0f);
+    if (!layers_.object_rect.Holds({x, y})) return glm::vec4(0.0f);
     if (layers_.lookup.IsIdentity()) return TexelOf(layers_.object, {x, y});
-    const glm::vec2 place = PlaceInLayers(x, y);
-    return IsInLayers(place) ? Bilinear(layers_.object, place, layer_size_) : glm::vec4(0.0f);
-  }
-
-  glm::vec2 PlaceInLayers(int x, int y) const {
-    return layers_.lookup.IsIdentity() ? glm::vec2(x, y) + 0.5f : layers_.lookup.PlaceOf(x, y);
-  }
-
-  bool IsInLayers(const glm::vec2& place) const {
-    return place.x > 0.0f && place.y > 0.0f && place.x < static_cast<float>(layer_size_.x) &&
-           place.y < static_cast<float>(layer_size_.y);
+    const glm::vec2 place = PlaceInLayers(layers_.lookup, x, y);
+    return IsInside(layer_size_, place) ? Bilinear(layers_.object, place, layer_size_)
+                                        : glm::vec4(0.0f);
   }
 
   RelitRadiance Relight(
@@ -249,6 +232,22 @@ class PixelByPixel {
 };
 
 }  // namespace
+
+float ShadowByMask(const LayerPart<float>& mask, const LayerLookup& lookup, int x, int y) {
+  const glm::ivec2 size = SizeOfLayers(lookup);
+  const glm::vec2 place = PlaceInLayers(lookup, x, y);
+  float sum = 0.0f;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const glm::vec2 at = place + glm::vec2(dx, dy);
+      if (!IsInside(size, at)) continue;
+      const float weight = (dx == 0 ? 0.5f : 0.25f) * (dy == 0 ? 0.5f : 0.25f);
+      sum +=
+          weight * (lookup.IsIdentity() ? TexelOf(mask, glm::ivec2(at)) : Bilinear(mask, at, size));
+    }
+  }
+  return sum;
+}
 
 void CompositeByProcessor(const CompositeInput& input,
                           const ProcessorLayers& layers,

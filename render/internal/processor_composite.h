@@ -20,6 +20,9 @@ struct LayerPart {
   std::vector<Value> values;  // Row-major over rect.
 };
 
+// A pixel's share of new shadow, by a mask of the layers: see CompositePass.
+float ShadowByMask(const LayerPart<float>& mask, const LayerLookup& lookup, int x, int y);
+
 // What is read: as CompositeLayers, in memory.
 struct ProcessorLayers {
   const LayerLookup& lookup;

@@ -1,6 +1,7 @@
 // What part of a picture some geometry can show in, and how near it comes. No OpenGL here.
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <span>
@@ -23,6 +24,17 @@ struct PixelRect {
   bool Empty() const { return upper.x <= lower.x || upper.y <= lower.y; }
   int Width() const { return upper.x - lower.x; }
   int Height() const { return upper.y - lower.y; }
+  std::size_t Count() const {
+    return Empty() ? 0 : static_cast<std::size_t>(Width()) * static_cast<std::size_t>(Height());
+  }
+  bool Holds(const glm::ivec2& pixel) const {
+    return pixel.x >= lower.x && pixel.y >= lower.y && pixel.x < upper.x && pixel.y < upper.y;
+  }
+  // Of a pixel that it holds, row by row.
+  std::size_t Index(const glm::ivec2& pixel) const {
+    return static_cast<std::size_t>(pixel.y - lower.y) * static_cast<std::size_t>(Width()) +
+           static_cast<std::size_t>(pixel.x - lower.x);
+  }
   bool operator==(const PixelRect&) const = default;
 };
 

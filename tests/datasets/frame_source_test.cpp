@@ -119,6 +119,7 @@ TEST_F(FrameSourceTest, SaysWhatEightBitLightIsMeasuredIn) {
   entry.iso = 100.0;
   entry.f_number = 8.0;
   EXPECT_EQ(units_of(), LightUnits::kRelative);
+  EXPECT_EQ(MakeRecordedFrameSource(sequence, FrameKind::kLdr)->Next()->value().exposure_s, 0.01);
   const auto linear = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
   const Frame frame = linear->Next()->value();
   EXPECT_EQ(frame.units, LightUnits::kAbsolute);

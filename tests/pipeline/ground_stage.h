@@ -54,9 +54,18 @@ class GroundStage {
 
   // With a wall in the east, tall enough to keep the sun off all that is near the origin, if so
   // asked.
-  explicit GroundStage(bool has_wall = false) {
+  explicit GroundStage(bool has_wall = false)
+      : GroundStage(has_wall ? std::optional(Block{{3.0f, -7.0f, 0.0f}, {3.4f, 7.0f, 9.0f}})
+                             : std::nullopt) {}
+
+  struct Block {
+    glm::vec3 lower_m{0.0f};
+    glm::vec3 upper_m{0.0f};
+  };
+  // With something that stands on it.
+  explicit GroundStage(const std::optional<Block>& block) {
     AddGround(site_.mesh, 8.0f);
-    if (has_wall) AddBox(site_.mesh, {3.0f, -7.0f, 0.0f}, {3.4f, 7.0f, 9.0f});
+    if (block) AddBox(site_.mesh, block->lower_m, block->upper_m);
     site_.mesh.materials = {
         {.name = "ground", .diffuse_albedo = glm::vec3(static_cast<float>(kAlbedo))}};
     site_.mesh.group_names = {"ground"};

@@ -1,0 +1,118 @@
+// What moves while a frame is exposed, as a mean over the exposure. No OpenGL here.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "objects/virtual_object.h"
+#include "render/internal/layer_lookup.h"
+#include "render/internal/processor_composite.h"
+#include "scene/exposure_motion.h"
+#include "scene/irradiance_change.h"
+#include "scene/sun_shares.h"
+#include "scene/surface_view.h"
+
+namespace pleinair {
+
+// A pixel looks up what the picture of the frame's own instant has at the places from which objects
+// and shadows pass through it: along a straight path for each pixel, between the places for the
+// beginning and the end of its row's exposure, in steps of at most a pixel. Objects are as bright
+// as at the frame's instant.
+//
+// Objects   move as their nearest points in the picture do. What a real surface, or an object that
+//           moves otherwise, hides at the frame's instant is not known: in its place comes the mean
+//           of what else of that object passes through the pixel.
+// Shadows   move over the plane of the surface that a pixel shows: with the camera, and with the
+//           part of the nearest object that the sun's ray passes closest to its middle.
+// Cost      of pixels times steps, whatever the meshes have.
+// Threads   The results do not depend on their number.
+class MotionBlur {
+ public:
+  // All arguments outlive this. `objects` are where they are at the frame's instant.
+  MotionBlur(const MotionInPicture& input,
+             const SurfaceView& view,
+             const LayerLookup& lookup,
+             const glm::dvec3& to_sun,
+             std::span<const VirtualObject> objects);
+
+  // The objects' layer over the exposure; keeps the one of the frame's instant.
+  LayerPart<glm::vec4> MoveObjects(LayerPart<glm::vec4> layer);
+
+  // Shadows over the exposure, as far as objects do not cover them; after MoveObjects.
+  RealSunShare Moved(const RealSunShare& share) const;
+  IrradianceChange Moved(const IrradianceChange& change) const;
+
+ private:
+  // Values at the beginning and the end of the exposure, by the camera's row: of a single one where
+  // all rows are exposed together.
+  struct OverRows {
+    std::vector<glm::dmat4> start;
+    std::vector<glm::dmat4> end;
+  };
+  // From a pixel to where its content lies at the frame's instant, at the beginning (x, y) and at
+  // the end (z, w) of its exposure.
+  struct Paths {
+    PixelRect rect;
+    std::vector<glm::vec4> ends;
+
+    const glm::vec4& At(const glm::ivec2& pixel) const;
+  };
+  // Objects that move alike.
+  struct Group {
+    SteadyMotion motion;
+    OverRows camera_from_camera;
+    PixelRect rect;                    // Of Paths.
+    std::vector<float> depth;          // Over rect: of the nearest of its pixels.
+    std::vector<std::uint8_t> shows;   // Over rect: where it is the nearest object.
+    std::vector<std::uint8_t> hidden;  // The same, behind a real surface.
+    Paths paths;
+  };
+  // What the objects' layer has for a pixel at one time.
+  struct Tap {
+    glm::vec4 value{0.0f};
+    int unknown = 0;  // Group whose value is not known, and one; 0: none.
+  };
+  enum class Follows { kSunShadow, kOtherLight };
+
+  OverRows CameraFromCamera(const SteadyMotion& motion) const;
+  std::size_t RowIndex(double row) const;
+  double CameraRowOf(const glm::ivec2& layer_pixel) const;
+  glm::dvec2 OffsetOf(const glm::dmat4& camera_from_camera, const glm::dvec2& at, double z) const;
+  void FindReach(Group& group) const;
+  void FindDepths(Group& group) const;
+  void FindPaths(Group& group) const;
+  void FindRealDepths();
+  float RealDepthAt(const glm::ivec2& layer_pixel) const;
+  Tap TapAt(const glm::ivec2& layer_pixel, float time) const;
+  glm::vec4 OverExposure(const glm::ivec2& layer_pixel) const;
+
+  glm::vec4 SurfacePathOf(const glm::ivec2& pixel, Follows follows) const;
+  bool IsOnSurfaceOf(const glm::ivec2& pixel, const glm::ivec2& other) const;
+  Paths SurfacePaths(const PixelRect& of_image, Follows follows) const;
+  template <typename Value>
+  void MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follows follows) const;
+
+  const MotionInPicture& input_;
+  const ExposureMotion& motion_;
+  const SurfaceView& view_;
+  const LayerLookup& lookup_;
+  glm::dvec3 to_sun_;
+  std::vector<BoundingBox> boxes_;
+  glm::dmat4 world_from_camera_;
+  glm::dvec3 eye_m_;
+  OverRows camera_motion_;               // In the world.
+  std::vector<OverRows> object_undone_;  // In the world: back to the frame's instant.
+  std::vector<Group> groups_;
+  LayerPart<glm::vec4> layer_;
+  PixelRect rect_;                 // Of what may be moved.
+  std::vector<float> real_depth_;  // Over rect_: what is farther is behind a real surface.
+  Paths real_paths_;               // Of the real surfaces over rect_; empty where they do not move.
+};
+
+}  // namespace pleinair
