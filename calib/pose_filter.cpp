@@ -121,11 +121,14 @@ std::vector<Vector6> SumsFromTheEnd(const std::vector<Vector6>& places) {
 }
 
 bool IsAtRest(const std::vector<Vector6>& sums, std::size_t run, double largest_px2) {
-  for (std::size_t last = 1; 2 * last <= run; last *= 2) {
+  const auto changes_after = [&](std::size_t last) {
     const auto later = static_cast<double>(last);
     const auto earlier = static_cast<double>(run - last);
     const Vector6 change = sums[last] / later - (sums[run] - sums[last]) / earlier;
-    if (change.squaredNorm() > largest_px2 * (1.0 / later + 1.0 / earlier)) return false;
+    return change.squaredNorm() > largest_px2 * (1.0 / later + 1.0 / earlier);
+  };
+  for (std::size_t part = 1; 2 * part <= run; part *= 2) {
+    if (changes_after(part) || changes_after(run - part)) return false;
   }
   return true;
 }

@@ -38,8 +38,8 @@ struct PoseFilterState {
 // The result is the mean of the longest run of last poses that a camera at rest can have given, of
 // least_poses or more; where there is none it is the newest pose, unchanged.
 //
-// Test     A run is at rest if no 1, 2, 4, 8 ... of its last poses have a mean that is farther from
-//          the mean of the poses before them than their noise explains, at a level of 1e-4 each
+// Test     A run is at rest if no 1, 2, 4, 8 ... of its last or first poses have a mean that is
+//          farther from the mean of the others than their noise explains, at a level of 1e-4 each
 //          (adaptive windowing: Bifet and Gavalda, SIAM Data Mining 2007; there the bound is
 //          Hoeffding's, here the noise is known). Distances are rms pixels over points in view; a
 //          sum of correlated squares is taken as a chi-square of fitted degrees (Satterthwaite,
@@ -47,7 +47,7 @@ struct PoseFilterState {
 // Noise    From second differences of the poses, which steady motion cancels out of; their largest
 //          are left out.
 // Accuracy Poses with 0.5 px of noise, 30 a second: 0.06 px rms at rest. A camera that
-//          creeps by less than 0.1 px a pose is up to 0.5 px behind; a faster one is not behind
+//          creeps by less than 0.1 px a pose is up to 0.4 px behind; a faster one is not behind
 //          once it is noticed to move, and by less than 1 px (two deviations of the noise) before.
 // Gaps     Poses older than window_s count no more. A pose that is not later than the one before
 //          begins again. One that equals the one before is no new measurement: the last result

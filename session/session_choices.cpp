@@ -104,7 +104,7 @@ FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
   // A source that samples the picture is worth receivers of its own for each new view; another one
   // is not.
   if (SourceOf(options, sequence) == SourceKind::kFisheye &&
-      (loaded.board || CameraMoves(sequence))) {
+      (loaded.board || loaded.poses || CameraMoves(sequence))) {
     pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kPatchCorners;
     pipeline.influence_at = InfluenceAt::kFaces;
   }

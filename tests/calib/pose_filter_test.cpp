@@ -170,6 +170,19 @@ TEST(PoseFilter, FollowsAStartAtOnce) {
   }
 }
 
+// Someone sets the camera down: half a second later it is steady, and no pose of the walk is left
+// in the mean. 16 to 19 poses are averaged: 0.12 px, and 5 % for a sample of 400.
+TEST(PoseFilter, SettlesAfterAWalk) {
+  double sum = 0.0;
+  constexpr int kSeeds = 100;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const Filtered run =
+        Follow(101, seed, [](int i) { return Standing(1.4 / kRateHz * std::min(i, 80)); });
+    sum += std::pow(run.RmsPx(97, 101), 2);
+  }
+  EXPECT_LE(std::sqrt(sum / kSeeds), 0.14);
+}
+
 TEST(PoseFilter, PassesATeleportAtOnceAndSettlesAgain) {
   const Filtered run = Follow(400, 11, [](int i) { return Standing(i < 200 ? 0.0 : 30.0); });
   EXPECT_GT(run.averaged[199], 60);
