@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -24,10 +23,6 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr std::size_t kMostPoses = 256;  // Of fast trackers: bounds the cost.
 // Below what any picture shows, and above rounding errors of poses 1e6 m from the origin.
 constexpr double kLeastNoisePx = 0.002;
-
-double SecondsFrom(UtcTime from, UtcTime to) {
-  return std::chrono::duration<double>(to - from).count();
-}
 
 // A change of pose as a vector whose length is what it moves in the picture: rms pixels over points
 // at the middle of the view and halfway to its corners, at two distances.
@@ -80,8 +75,8 @@ PoseNoise NoiseOf(const std::vector<Vector6>& places, const std::deque<TimedPose
   std::vector<Vector6> off;
   std::vector<double> squares;
   for (std::size_t i = 1; i + 1 < places.size(); ++i) {
-    const double share = SecondsFrom(poses[i - 1].time, poses[i].time) /
-                         SecondsFrom(poses[i - 1].time, poses[i + 1].time);
+    const double share = SecondsFromTo(poses[i - 1].time, poses[i].time) /
+                         SecondsFromTo(poses[i - 1].time, poses[i + 1].time);
     const double gain = std::sqrt(1.0 + share * share + (1.0 - share) * (1.0 - share));
     off.push_back((places[i] - (1.0 - share) * places[i - 1] - share * places[i + 1]) / gain);
     squares.push_back(off.back().squaredNorm());
@@ -163,7 +158,7 @@ glm::dmat4 PoseFilter::Update(const CameraIntrinsics& camera,
   if (!recent.empty() && pose.time <= recent.back().time) recent.clear();
   recent.push_back(pose);
   while (recent.size() > kMostPoses ||
-         SecondsFrom(recent.front().time, pose.time) > options_.window_s) {
+         SecondsFromTo(recent.front().time, pose.time) > options_.window_s) {
     recent.pop_front();
   }
   state.last_result = pose.camera_from_world;

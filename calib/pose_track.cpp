@@ -1,17 +1,12 @@
 #include "calib/pose_track.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
 
 namespace pleinair {
 namespace {
-
-double SecondsFromTo(UtcTime from, UtcTime to) {
-  return std::chrono::duration<double>(to - from).count();
-}
 
 std::string SecondsText(double seconds) {
   char text[32];
@@ -49,6 +44,11 @@ void PoseTrack::Add(const TimedPose& pose) {
   }
   poses_.insert(at, pose);
   if (most_poses_ > 0 && poses_.size() > most_poses_) poses_.pop_front();
+}
+
+UtcTime PoseTrack::LatestTime() const {
+  if (IsEmpty()) throw std::logic_error("PoseTrack::LatestTime: there is no pose");
+  return poses_.back().time;
 }
 
 tl::expected<TrackPose, std::string> PoseTrack::At(UtcTime time) const {

@@ -41,6 +41,8 @@ class PoseTrack {
   bool IsEmpty() const { return poses_.empty(); }
   // Whether a pose at `time` or later is there: then no further one is needed for At.
   bool Reaches(UtcTime time) const { return !IsEmpty() && poses_.back().time >= time; }
+  // Of the latest pose; throws std::logic_error where there is none.
+  UtcTime LatestTime() const;
   // The camera's pose at `time`, or one line that says by how much the nearest pose is too far.
   tl::expected<TrackPose, std::string> At(UtcTime time) const;
 

@@ -51,11 +51,16 @@ glm::dmat4 Changed(const glm::dmat4& from, const PoseChange& change) {
   return pose;
 }
 
+double SecondsFromTo(UtcTime from, UtcTime to) {
+  using Ticks = std::chrono::duration<long double, UtcTime::period>;  // Holds 64 bits exactly.
+  const Ticks difference = Ticks(to.time_since_epoch()) - Ticks(from.time_since_epoch());
+  return std::chrono::duration<double>(difference).count();
+}
+
 glm::dmat4 PoseBetween(const TimedPose& first, const TimedPose& second, UtcTime time) {
   if (time >= second.time) return second.camera_from_world;
   if (time <= first.time) return first.camera_from_world;
-  using Seconds = std::chrono::duration<double>;
-  const double share = Seconds(time - first.time) / Seconds(second.time - first.time);
+  const double share = SecondsFromTo(first.time, time) / SecondsFromTo(first.time, second.time);
   PoseChange change = ChangeBetween(first.camera_from_world, second.camera_from_world);
   change.moved_m *= share;
   change.turned_rad *= share;

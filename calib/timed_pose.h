@@ -26,6 +26,9 @@ PoseChange ChangeBetween(const glm::dmat4& from, const glm::dmat4& to);
 // `from` after `change`: the inverse of the above.
 glm::dmat4 Changed(const glm::dmat4& from, const PoseChange& change);
 
+// Of any two times: their difference in ticks may be too large for these.
+double SecondsFromTo(UtcTime from, UtcTime to);
+
 // The camera moves straight and turns about one axis, both at constant speed. Before the first and
 // after the second pose it stands still. The two may be of one time: the second one holds there.
 glm::dmat4 PoseBetween(const TimedPose& first, const TimedPose& second, UtcTime time);

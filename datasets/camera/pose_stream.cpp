@@ -236,22 +236,20 @@ void PoseStream::Stop() {
 }
 
 std::string PoseStream::Take(const TimedPose& pose) {
-  std::string fault;
+  if (const std::string fault = FaultOfPose(pose.camera_from_world); !fault.empty()) {
+    return source_ + ": camera_from_world: expected " + fault;
+  }
+  std::string note;
   {
     const std::lock_guard lock(mutex_);
-    const bool went_back = track_.Reaches(pose.time + kMostDisorder);
-    if (went_back) {
+    if (!track_.IsEmpty() && SecondsFromTo(pose.time, track_.LatestTime()) > kMostDisorderS) {
       track_ = PoseTrack(options_.track, kMostPoses);
-      fault = source_ + ": the poses' times went back: those before are forgotten";
+      note = source_ + ": the poses' times went back: those before are forgotten";
     }
-    try {
-      track_.Add(pose);
-    } catch (const std::invalid_argument& error) {
-      return source_ + ": " + error.what();
-    }
+    track_.Add(pose);
   }
   changed_.notify_all();
-  return fault;
+  return note;
 }
 
 }  // namespace pleinair

@@ -1,7 +1,6 @@
 // Poses of a camera while it streams, from another program: a tracker.
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
@@ -42,8 +41,8 @@ struct PoseStreamOptions {
 
 // Reads on a thread of its own, and matches poses to frames by their times (PoseTrack), which are
 // those of the machine's UTC clock. What is no pose is an event, and passed over. Poses may come
-// out of order by kMostDisorder; where times go back further, a clock was set, and what came before
-// is forgotten, with an event.
+// out of order by kMostDisorderS; where times go back further, a clock was set, and what came
+// before is forgotten, with an event.
 class PoseStream {
  public:
   // `source`: "-" (standard input), "shm:NAME" (a PoseSlot in POSIX shared memory, which the
@@ -60,7 +59,7 @@ class PoseStream {
   // From any thread: nothing waits from now on.
   void Stop();
 
-  static constexpr std::chrono::seconds kMostDisorder{1};
+  static constexpr double kMostDisorderS = 1.0;
 
  private:
   class Input;

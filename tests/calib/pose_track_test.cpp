@@ -47,6 +47,7 @@ TEST(PoseTrack, FramesAreMatchedByTheirTimes) {
 TEST(PoseTrack, TheLastPoseIsHeldForAStatedTime) {
   PoseTrack track;
   EXPECT_EQ(track.At(At(0)).error(), "there is no pose yet");
+  EXPECT_THROW(track.LatestTime(), std::logic_error);
   track.Add(Pose(0, 1.0));
   const auto held = track.At(At(150));
   ASSERT_TRUE(held);
@@ -95,6 +96,17 @@ TEST(PoseTrack, KeepsTheLatest) {
   // One that is older than all of them is not kept.
   track.Add(Pose(0, 7.0));
   EXPECT_FALSE(track.At(At(0)));
+}
+
+// Times at the ends of what is counted.
+TEST(PoseTrack, TimesOfAllCenturies) {
+  PoseTrack track;
+  track.Add({UtcTime::min(), Standing(0.0)});
+  track.Add({UtcTime::max(), Standing(1.0)});
+  EXPECT_EQ(track.LatestTime(), UtcTime::max());
+  EXPECT_TRUE(track.Reaches(UtcTime::max()));
+  EXPECT_EQ(track.At(UtcTime::max())->camera_from_world, Standing(1.0));
+  EXPECT_THAT(track.At(At(0)).error(), HasSubstr("there is no pose for 18446744073.710 s"));
 }
 
 TEST(PoseTrack, RefusesWhatIsNoPose) {

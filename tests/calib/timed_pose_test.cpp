@@ -81,6 +81,15 @@ TEST(PoseBetween, StandsStillOutsideAndAtOneTime) {
   EXPECT_EQ(PoseBetween(first, same_time, At(0)), same_time.camera_from_world);
 }
 
+TEST(SecondsFromTo, HoldsForAllTimes) {
+  EXPECT_DOUBLE_EQ(SecondsFromTo(At(0), At(33)), 0.033);
+  EXPECT_DOUBLE_EQ(SecondsFromTo(At(33), At(0)), -0.033);
+  EXPECT_NEAR(SecondsFromTo(UtcTime::min(), UtcTime::max()), 1.8446744073709552e10, 1e-3);
+  const TimedPose first{UtcTime::min(), LookAt({0.0, -2.0, 1.0}, {0.0, 0.0, 1.0})};
+  const TimedPose last{UtcTime::max(), LookAt({1.0, -2.0, 1.0}, {1.0, 0.0, 1.0})};
+  EXPECT_NEAR(CentreOfPose(PoseBetween(first, last, UtcTime{})).x, 0.5, 1e-9);
+}
+
 TEST(FaultOfPose, RefusesWhatIsNoPose) {
   const glm::dmat4 pose = LookAt({0.0, -2.0, 1.0}, {0.0, 0.0, 1.0});
   EXPECT_EQ(FaultOfPose(pose), "");

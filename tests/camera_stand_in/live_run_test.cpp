@@ -253,6 +253,23 @@ TEST_F(LiveRun, FollowsPosesFromOutsideAndRecordsThem) {
   ExpectSame(live, again);
 }
 
+// The courtyard has no markers: each frame says so, and nothing of them is recorded.
+TEST_F(LiveRun, LooksForMarkersInItsPictures) {
+  const fs::path board = folder_.Write("board.json", R"({"format": "pleinair-markers", "version": 1,
+      "dictionary": "apriltag_36h11",
+      "markers": [{"id": 3, "corners_world_m": [[0, 1, 0], [1, 1, 0], [1, 0, 0], [0, 0, 0]]}]})");
+  const fs::path out = Out("out");
+  const Ended run = Shell(Command("--loop 0",
+                                  "--frames-limit 2 --markers " + board.string() + " --out " +
+                                      out.string() + " --record " + Out("recording")));
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  EXPECT_EQ(CheckComplete(out), 2u);
+  for (const Json& line : JsonLinesOf(out / "lighting.jsonl")) {
+    EXPECT_EQ(line["error"], "camera pose is not known: no marker is seen");
+  }
+  EXPECT_TRUE(LinesOf(folder_ / "recording" / "frames.jsonl").empty());
+}
+
 // While a site is prepared, pictures are streamed, recorded and in the video as they came;
 // composites follow.
 TEST_F(LiveRun, ShowsPicturesAsTheyComeWhileItsSiteIsPrepared) {
