@@ -25,6 +25,8 @@
 #include "apps/run_output.h"
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
+#include "datasets/camera/pose_stream.h"
+#include "datasets/posed_frame_source.h"
 #include "datasets/recording/recorder.h"
 #include "session/session_choices.h"
 
@@ -119,7 +121,6 @@ void RefuseWhatIsNotLive(const RunCommandOptions& options) {
     throw std::invalid_argument(option + ": expected a recorded sequence, found a camera");
   };
   RefuseTimes(options.times, "a camera");
-  if (!options.markers.empty()) refuse("--markers");
   if (options.source == SourceKind::kFisheye) refuse("--source fisheye");
   if (options.albedo == AlbedoSource::kSelfCalibrated) refuse("the setting albedo");
 }
@@ -147,6 +148,23 @@ class LightOfTheSecond {
   int frames_ = 0;
 };
 
+// Frames with their poses, and what is to be done with each: its picture came before its pose.
+class TappedFrames final : public FrameSource {
+ public:
+  TappedFrames(std::unique_ptr<FrameSource> frames, std::function<void(const Frame&)> tap)
+      : frames_(std::move(frames)), tap_(std::move(tap)) {}
+  std::optional<tl::expected<Frame, FrameError>> Next() override {
+    auto frame = frames_->Next();
+    if (frame && *frame) tap_(**frame);
+    return frame;
+  }
+  std::optional<int> Count() const override { return frames_->Count(); }
+
+ private:
+  std::unique_ptr<FrameSource> frames_;
+  std::function<void(const Frame&)> tap_;
+};
+
 std::optional<double> RateOf(const CameraCapture& capture) {
   const double rate = capture.FramesPerSecond();
   return rate > 0.0 ? std::optional(rate) : std::nullopt;
@@ -158,6 +176,7 @@ class LiveRun {
   explicit LiveRun(const RunCommandOptions& options)
       : options_(options),
         site_(ReadSite(options.sequence, std::chrono::system_clock::now())),
+        moves_(!options.markers.empty() || !options.poses.empty()),
         capture_(options.input, RequestFor(options, site_), {}, events_),
         output_(options, events_, RateOf(capture_)) {
     // A camera of another shape would fail in every frame.
@@ -166,6 +185,11 @@ class LiveRun {
       RecorderOptions record;
       record.recording.folder = options.record;
       recorder_.emplace(site_, capture_.Layout(), record, events_);
+    }
+    if (!options.poses.empty()) {
+      poses_.emplace(options.poses.string(),
+                     PoseStreamOptions{options.pose_track, options.pose_wait_s},
+                     events_);
     }
     WatchTasks tasks;
     tasks.write = [writer = EventWriter(output_, recorder_ ? &*recorder_ : nullptr)](
@@ -219,7 +243,7 @@ class LiveRun {
     std::jthread passing([this](const std::stop_token& is_ready) { PassPictures(is_ready); });
     try {
       const auto loaded =
-          LoadSite(options_,
+          LoadSite(OfflineOptions(),
                    capture_.Clock().Now(),
                    [this, show = ProgressOnStandardError()](std::string_view stage, double share) {
                      if (no_more_pictures_) throw NotWanted();
@@ -229,17 +253,7 @@ class LiveRun {
                      }
                      show(stage, share);
                    });
-      auto session = std::make_unique<SequenceSession>(
-          loaded,
-          options_,
-          MakeLiveFrameSource(loaded->sequence,
-                              capture_,
-                              events_,
-                              options_.camera_noise,
-                              [this](const CameraFrame& frame) {
-                                taken_ = frame.buffer.monotonic_time;
-                                if (recorder_) recorder_->Offer(frame);
-                              }));
+      auto session = std::make_unique<SequenceSession>(loaded, options_, FramesAt(*loaded));
       passing.request_stop();
       passing.join();
       Note(EventKind::kPrepared,
@@ -257,13 +271,51 @@ class LiveRun {
     }
   }
 
+  // A tracker's poses are no file that is read before.
+  SessionOptions OfflineOptions() const {
+    SessionOptions offline = options_;
+    offline.poses.clear();
+    return offline;
+  }
+
+  // A camera that moves is recorded with the poses that were used; frames without one are not.
+  std::unique_ptr<FrameSource> FramesAt(const LoadedSequence& loaded) {
+    auto frames = MakeLiveFrameSource(moves_ ? WithoutPoses(loaded.sequence) : loaded.sequence,
+                                      capture_,
+                                      events_,
+                                      options_.camera_noise,
+                                      [this](const CameraFrame& frame) {
+                                        taken_ = frame.buffer.monotonic_time;
+                                        if (!recorder_) return;
+                                        if (moves_) {
+                                          last_picture_ = frame;
+                                        } else {
+                                          recorder_->Offer(frame);
+                                        }
+                                      });
+    PoseAtTime live;
+    if (poses_) live = [this](UtcTime time) { return poses_->At(time); };
+    frames = WithPoses(
+        std::move(frames),
+        options_,
+        loaded,
+        [this](const std::string& note) { Note(EventKind::kPose, note); },
+        std::move(live));
+    if (!moves_) return frames;
+    return std::make_unique<TappedFrames>(std::move(frames), [this](const Frame& frame) {
+      if (!recorder_) return;
+      last_picture_.camera_from_world = frame.camera.camera_from_world;
+      recorder_->Offer(std::move(last_picture_));
+    });
+  }
+
   // Where the site is prepared, they are shown and recorded; not in the moment that it takes to
   // load one that was prepared before, so that what is recorded is what is composited.
   void PassPictures(const std::stop_token& is_ready) {
     try {
       const auto source = MakeLiveFrameSource(
           site_, capture_, events_, options_.camera_noise, [this](const CameraFrame& frame) {
-            if (recorder_ && is_preparing_) recorder_->Offer(frame);
+            if (recorder_ && is_preparing_ && !moves_) recorder_->Offer(frame);
           });
       const PictureDisplay display(ResponseOf(options_, site_));
       const bool are_shown = options_.video || !options_.picture_stream.empty();
@@ -366,9 +418,12 @@ class LiveRun {
   StopSignals signals_;
   EventLog events_;
   Sequence site_;
+  const bool moves_;  // The camera does: markers or poses from outside say how.
   CameraCapture capture_;
   RunOutput output_;
   std::optional<Recorder> recorder_;
+  std::optional<PoseStream> poses_;
+  CameraFrame last_picture_;  // Of a camera that moves: to be recorded when its pose is known.
   bool site_is_there_ = true;
   std::optional<CameraWatch> watch_;
   std::atomic<bool> is_preparing_ = false;

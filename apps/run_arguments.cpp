@@ -167,6 +167,13 @@ void AddRun(CLI::App& app, Work& work) {
                  "frames")
       ->type_name("FILE")
       ->group(kInput);
+  run.add_option(
+         "--poses",
+         options->poses,
+         "camera poses from outside, a line of JSON each: a file, a pipe or -; while a camera "
+         "streams also shm:NAME (docs/live.md)")
+      ->type_name("SOURCE")
+      ->group(kInput);
   run.add_option("--lighting",
                  options->lighting,
                  "a lighting.jsonl whose light is used in place of an estimate")
@@ -200,6 +207,9 @@ void AddRun(CLI::App& app, Work& work) {
                                     "camera stands");
       }
       options->sequence = std::exchange(options->input, {});
+    }
+    if (!options->markers.empty() && !options->poses.empty()) {
+      throw std::invalid_argument("--markers and --poses exclude each other");
     }
     if (!options->lighting.empty() && options->source) {
       throw std::invalid_argument("--lighting and --source exclude each other");

@@ -37,6 +37,9 @@ void RequireInputsKept(const RunCommandOptions& options) {
   if (std::filesystem::is_regular_file(options.input)) {
     RequireKept(options.input, options.out, "input");
   }
+  if (std::filesystem::is_regular_file(options.poses)) {
+    RequireKept(options.poses, options.out, "--poses");
+  }
   if (options.lighting.empty()) return;
   RequireKept(options.lighting, options.out, "--lighting");
   for (const auto& [frame, light] : ReadGivenLighting(options.lighting)) {
@@ -124,7 +127,6 @@ void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
     throw std::invalid_argument(option +
                                 ": expected a recorded sequence, found a video or pictures");
   };
-  if (!options.markers.empty()) refuse_at_site("--markers");
   if (options.albedo == AlbedoSource::kSelfCalibrated) refuse_at_site("albedo=self-calibrated");
 }
 
@@ -140,7 +142,14 @@ void RunRecorded(const RunCommandOptions& options) {
   std::optional<SequenceSession> session;
   std::optional<std::size_t> count;
   if (is_at_site) {
-    auto frames = MakeFrameSourceAt(sequence, options.input, options.times, options.camera_noise);
+    const bool moves = loaded->board || loaded->poses;
+    auto frames = WithPoses(MakeFrameSourceAt(moves ? WithoutPoses(sequence) : sequence,
+                                              options.input,
+                                              options.times,
+                                              options.camera_noise),
+                            options,
+                            *loaded,
+                            [](const std::string& note) { spdlog::warn("{}", note); });
     if (const auto known = frames->Count()) count = static_cast<std::size_t>(*known);
     session.emplace(loaded, options, std::move(frames));
   } else {
@@ -207,6 +216,10 @@ void RunRunCommand(const RunCommandOptions& options) {
   RequireInputsKept(options);
   if (!options.input.empty() && IsCameraName(options.input)) {
     RunLiveCommand(options);
+  } else if (options.poses == "-") {
+    RunCommandOptions named = options;
+    named.poses = "/dev/stdin";
+    RunRecorded(named);
   } else {
     RunRecorded(options);
   }

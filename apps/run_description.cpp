@@ -48,6 +48,9 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
   if (loaded.board) {
     settings.push_back("camera poses from the markers of " + options.markers.string());
   }
+  if (!options.poses.empty()) {
+    settings.push_back("camera poses from " + options.poses.string());
+  }
   return settings;
 }
 

@@ -14,7 +14,8 @@ constexpr std::chrono::seconds kSummedOver{1};
 
 bool IsSummed(EventKind kind) {
   return kind == EventKind::kFrameDropped || kind == EventKind::kFrameLost ||
-         kind == EventKind::kFrameDamaged || kind == EventKind::kTimestamp;
+         kind == EventKind::kFrameDamaged || kind == EventKind::kTimestamp ||
+         kind == EventKind::kPose;
 }
 
 }  // namespace
@@ -36,6 +37,7 @@ std::string_view NameOf(EventKind kind) {
                                                                 "disk",
                                                                 "site",
                                                                 "output",
+                                                                "pose",
                                                                 "ended"};
   return kNames.at(static_cast<std::size_t>(kind));
 }

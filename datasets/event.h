@@ -30,6 +30,7 @@ enum class EventKind {
   kDisk,
   kSite,    // Gone, or there again.
   kOutput,  // A place that the picture goes to has failed.
+  kPose,    // From outside: refused, or an old one is held.
   kEnded,
 };
 inline constexpr std::size_t kEventKinds = static_cast<std::size_t>(EventKind::kEnded) + 1;
@@ -43,7 +44,8 @@ struct Event {
   std::int64_t count = 1;  // Of drops and losses: so many frames.
 };
 
-// Any thread. Frames that are dropped, lost or damaged within a second are one event.
+// Any thread. Frames that are dropped, lost or damaged within a second are one event, and so are
+// poses.
 class EventLog {
  public:
   void Add(Event event);

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "datasets/diffuse_mask.h"
+#include "datasets/posed_frame_source.h"
 
 namespace pleinair {
 namespace {
@@ -91,14 +91,7 @@ std::unique_ptr<FrameSource> MakeRecordedMarkerFrameSource(const Sequence& seque
                                                            FrameKind preferred,
                                                            const MarkerBoard& board,
                                                            MarkerFrameOptions options) {
-  Sequence read = sequence;
-  // The recording's own poses may be absent; the markers' take their place before anyone looks.
-  read.camera_from_world = glm::dmat4(1.0);
-  for (FrameEntry& frame : read.frames) frame.camera_from_world.reset();
-  if (const auto mask = ReadDiffuseMask(read); mask && !mask->is_over_map) {
-    read.diffuse_mask.reset();
-  }
-  auto frames = MakeRecordedFrameSource(read, preferred, options.camera_noise);
+  auto frames = MakeRecordedFrameSource(WithoutPoses(sequence), preferred, options.camera_noise);
   return MakeMarkerFrameSource(std::move(frames), board, std::move(options));
 }
 

@@ -52,7 +52,7 @@ class SequenceReader {
     sequence_.frames.emplace_back().time = time;
     if (!sequence_.camera_from_world && poses_ == SequencePoses::kRequired) {
       root.Required("camera").FailMissing("camera_from_world",
-                                          "where the camera stands (or --markers)");
+                                          "where the camera stands; roughly, where it moves");
     }
     CheckSunIsKnown();
     return std::move(sequence_);

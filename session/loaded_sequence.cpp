@@ -7,6 +7,8 @@
 
 #include "datasets/diffuse_mask.h"
 #include "datasets/marker_frame_source.h"
+#include "datasets/pose_lines.h"
+#include "datasets/posed_frame_source.h"
 #include "pipeline/north_correction.h"
 #include "pipeline/self_calibration.h"
 #include "scene/mesh_io.h"
@@ -18,14 +20,34 @@
 namespace pleinair {
 namespace {
 
-// With markers the sequence's own poses are not used, and may be absent.
-Sequence ReadSequenceOf(const SessionOptions& options, const std::optional<MarkerBoard>& board) {
-  Sequence sequence =
-      board ? WithFirstMarkerPose(
-                  ReadSequence(options.sequence, SequencePoses::kMayBeAbsent, options.weather),
-                  options.frames,
-                  *board)
-            : ReadSequence(options.sequence, SequencePoses::kRequired, options.weather);
+// A camera pose for what has to know roughly where the camera is before the first frame is played:
+// that of the first frame that has one.
+Sequence WithFirstPose(Sequence sequence, const PoseTrack& poses) {
+  std::string first_reason;
+  for (const FrameEntry& frame : sequence.frames) {
+    const auto pose = poses.At(frame.time);
+    if (pose) {
+      sequence.camera_from_world = pose->camera_from_world;
+      for (FrameEntry& entry : sequence.frames) entry.camera_from_world.reset();
+      return sequence;
+    }
+    if (first_reason.empty()) first_reason = pose.error();
+  }
+  throw std::runtime_error(
+      sequence.file.string() +
+      ": expected a frame at the time of a camera pose; the first frame: " + first_reason);
+}
+
+// With markers or poses from outside the sequence's own poses are not used, and may be absent.
+Sequence ReadSequenceOf(const SessionOptions& options, const LoadedSequence& loaded) {
+  const bool has_own = !loaded.board && !loaded.poses;
+  Sequence sequence = ReadSequence(options.sequence,
+                                   has_own ? SequencePoses::kRequired : SequencePoses::kMayBeAbsent,
+                                   options.weather);
+  if (loaded.board) {
+    sequence = WithFirstMarkerPose(std::move(sequence), options.frames, *loaded.board);
+  }
+  if (loaded.poses) sequence = WithFirstPose(std::move(sequence), *loaded.poses);
   if (options.ignore_exposure) {
     for (FrameEntry& frame : sequence.frames) {
       frame.exposure.reset();
@@ -154,32 +176,65 @@ void Load(const SessionOptions& options, const Progress& progress, LoadedSequenc
   if (albedo == AlbedoSource::kSelfCalibrated) CalibrateAlbedo(options, loaded);
 }
 
+std::shared_ptr<LoadedSequence> WithOutsidePoses(const SessionOptions& options) {
+  if (!options.markers.empty() && !options.poses.empty()) {
+    throw std::invalid_argument("markers and poses exclude each other: expected one of them");
+  }
+  auto loaded = std::make_shared<LoadedSequence>();
+  if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
+  if (!options.poses.empty()) loaded->poses = ReadPoses(options.poses, options.pose_track);
+  return loaded;
+}
+
 }  // namespace
+
+std::unique_ptr<FrameSource> WithPoses(std::unique_ptr<FrameSource> frames,
+                                       const SessionOptions& options,
+                                       const LoadedSequence& loaded,
+                                       PoseNote note,
+                                       PoseAtTime live) {
+  if (!live && loaded.poses) {
+    live = [poses = *loaded.poses](UtcTime time) { return poses.At(time); };
+  }
+  const bool are_from_elsewhere = loaded.board || live;
+  if (loaded.board) {
+    MarkerFrameOptions markers;
+    markers.on_frame = [note](const MarkerFrameReport& frame) {
+      if (!frame.used || frame.used->origin == PoseOrigin::kFound) return;
+      note(fmt::format("frame {}: the camera pose of {} frame(s) before: {}",
+                       frame.index,
+                       frame.used->carried_frames,
+                       frame.reason));
+    };
+    frames = MakeMarkerFrameSource(std::move(frames), *loaded.board, std::move(markers));
+  } else if (live) {
+    frames = MakePosedFrameSource(
+        std::move(frames), std::move(live), [note](const Frame& frame, double held_s) {
+          note(fmt::format(
+              "frame {}: the camera pose of {:.3f} s away: none is nearer", frame.index, held_s));
+        });
+  }
+  if (!options.steady_poses.value_or(are_from_elsewhere)) return frames;
+  return MakeSteadyFrameSource(std::move(frames));
+}
 
 std::unique_ptr<FrameSource> FramesOf(const SessionOptions& options,
                                       const LoadedSequence& loaded,
                                       std::vector<std::string>& notes) {
-  if (!loaded.board) {
-    return MakeRecordedFrameSource(loaded.sequence, options.frames, options.camera_noise);
-  }
-  MarkerFrameOptions markers;
-  markers.camera_noise = options.camera_noise;
-  markers.on_frame = [&notes](const MarkerFrameReport& frame) {
-    if (!frame.used || frame.used->origin == PoseOrigin::kFound) return;
-    notes.push_back(fmt::format("frame {}: the camera pose of {} frame(s) before: {}",
-                                frame.index,
-                                frame.used->carried_frames,
-                                frame.reason));
-  };
-  return MakeRecordedMarkerFrameSource(
-      loaded.sequence, options.frames, *loaded.board, std::move(markers));
+  const bool has_own = !loaded.board && !loaded.poses;
+  return WithPoses(
+      MakeRecordedFrameSource(has_own ? loaded.sequence : WithoutPoses(loaded.sequence),
+                              options.frames,
+                              options.camera_noise),
+      options,
+      loaded,
+      [&notes](const std::string& line) { notes.push_back(line); });
 }
 
 std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options,
                                                    const Progress& progress) {
-  auto loaded = std::make_shared<LoadedSequence>();
-  if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
-  loaded->sequence = ReadSequenceOf(options, loaded->board);
+  auto loaded = WithOutsidePoses(options);
+  loaded->sequence = ReadSequenceOf(options, *loaded);
   Load(options, progress, *loaded);
   return loaded;
 }
@@ -187,7 +242,7 @@ std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options
 std::shared_ptr<const LoadedSequence> LoadSite(const SessionOptions& options,
                                                UtcTime time,
                                                const Progress& progress) {
-  auto loaded = std::make_shared<LoadedSequence>();
+  auto loaded = WithOutsidePoses(options);
   loaded->sequence = ReadSite(options.sequence, time, SequencePoses::kRequired, options.weather);
   Load(options, progress, *loaded);
   return loaded;

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "calib/timed_pose.h"
 #include "datasets/picture_frame.h"
 #include "scene/elapsed.h"
 #include "session/given_lighting.h"
@@ -59,6 +60,11 @@ std::string FaultOf(const CapturedPicture& captured, const CameraIntrinsics& cam
   if (captured.exposure && !(*captured.exposure > 0.0 && std::isfinite(*captured.exposure))) {
     return fmt::format("captured picture: expected an exposure above 0, found {}",
                        *captured.exposure);
+  }
+  if (captured.camera) {
+    if (const std::string fault = FaultOfPose(captured.camera->camera_from_world); !fault.empty()) {
+      return "captured picture: camera_from_world: expected " + fault;
+    }
   }
   const auto* radiance = std::get_if<RgbImage>(&captured.picture);
   if (radiance != nullptr && !HasFinitePixel(*radiance, DefectsOf(*radiance))) {

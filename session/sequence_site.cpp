@@ -234,16 +234,21 @@ glm::vec3 MiddleOfView(const Camera& camera, const RayCaster& caster) {
   return centre_m + distance_m * glm::normalize(forward);
 }
 
-// The middles of all frames' views, without frames near an earlier one.
+// The middles of all frames' views, without frames near an earlier one. Where the site's own camera
+// is stated it comes first: a recording of a camera that moved near there is prepared as its site.
 std::vector<glm::dvec3> MiddlesOfViews(const Sequence& sequence, const RayCaster& caster) {
   constexpr double kNearM = 2.0;
   std::vector<glm::dvec3> middles_m;
-  for (std::size_t frame = 0; frame < sequence.frames.size(); ++frame) {
-    const glm::dvec3 middle_m(MiddleOfView(sequence.CameraOfFrame(frame), caster));
+  const auto add = [&](const Camera& camera) {
+    const glm::dvec3 middle_m(MiddleOfView(camera, caster));
     const bool is_new = std::none_of(middles_m.begin(), middles_m.end(), [&](const auto& known_m) {
       return glm::distance(known_m, middle_m) < kNearM;
     });
     if (is_new) middles_m.push_back(middle_m);
+  };
+  if (sequence.camera_from_world) add({sequence.intrinsics, *sequence.camera_from_world});
+  for (std::size_t frame = 0; frame < sequence.frames.size(); ++frame) {
+    add(sequence.CameraOfFrame(frame));
   }
   return middles_m;
 }

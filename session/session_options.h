@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calib/camera_noise.h"
+#include "calib/pose_track.h"
 #include "calib/response.h"
 #include "datasets/frame_source.h"
 #include "estimation/outdoor_lighting_source.h"
@@ -38,7 +39,12 @@ struct SessionOptions {
   // Of captured 8-bit pictures; none: the sequence's. The sequence's own frames keep theirs: a
   // session that has this takes captured pictures alone.
   std::optional<ResponseCurve> response;
-  std::filesystem::path markers;  // Board file that camera poses come from; empty: the sequence's.
+  std::filesystem::path markers;  // Board file that camera poses come from; empty: none.
+  std::filesystem::path poses;    // File of lines with camera poses (pose_lines.h); empty: none.
+  PoseTrackOptions pose_track;    // Of `poses`, and of those that come while a camera streams.
+  double pose_wait_s = 0.05;      // That a camera's frame waits for the latter; 0 or more.
+  // Steadies poses while the camera is at rest. None: where they do not come from the sequence.
+  std::optional<bool> steady_poses;
   std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
   // A lighting.jsonl to use instead of estimating; empty: estimate.
   std::filesystem::path lighting;

@@ -288,6 +288,27 @@ void AddInput(std::vector<Setting>& settings) {
        {std::string(NameOf(Weather::kBroken)), Weather::kBroken},
        {std::string(NameOf(Weather::kClear)), Weather::kClear}},
       "as the sequence says"));
+  settings.push_back(ChoiceSetting(
+      "steady_poses",
+      "averages the camera's poses while it is at rest",
+      [](Options & o) -> auto& { return o.steady_poses; },
+      {{"on", true}, {"off", false}},
+      "on for poses from markers or from outside, off for the sequence's own"));
+  settings.push_back(NumberSetting(
+      "pose_track.most_gap_s",
+      "time between two poses from outside that a frame's is found between",
+      From(0.0, "seconds"),
+      [](Options & o) -> auto& { return o.pose_track.most_gap_s; }));
+  settings.push_back(NumberSetting(
+      "pose_track.hold_s",
+      "time that a pose from outside stands for frames without one",
+      From(0.0, "seconds"),
+      [](Options & o) -> auto& { return o.pose_track.hold_s; }));
+  settings.push_back(NumberSetting(
+      "pose_wait_s",
+      "time that a camera's frame waits for a pose from outside",
+      From(0.0, "seconds"),
+      [](Options & o) -> auto& { return o.pose_wait_s; }));
   settings.push_back(SwitchSetting(
       "ignore_exposure",
       "treats the exposure of 8-bit frames as unknown: light is then "

@@ -10,6 +10,8 @@
 #include <string>
 #include <thread>
 
+#include <glm/mat4x4.hpp>
+
 #include "datasets/camera/camera.h"
 #include "datasets/camera/camera_clock.h"
 #include "datasets/camera/frame_queue.h"
@@ -23,6 +25,8 @@ namespace pleinair {
 struct CameraFrame {
   CapturedBuffer buffer;
   UtcTime time{};
+  // Of a camera that moves, for its recording; none: the site's.
+  std::optional<glm::dmat4> camera_from_world{};
 };
 
 struct CaptureOptions {

@@ -95,7 +95,7 @@ FrameEntry ReadFrame(const JsonCursor& at, const FrameRules& rules) {
   entry.camera_from_world = ReadOptional(at, "camera_from_world", ReadRigid);
   if (!entry.camera_from_world && rules.need_pose) {
     at.FailMissing("camera_from_world",
-                   "the frame's pose (or camera.camera_from_world, or --markers)");
+                   "the frame's pose (or camera.camera_from_world, or --markers or --poses)");
   }
   entry.sun_direction_enu = ReadOptional(at, "sun_direction_enu", ReadDirection);
   entry.weather = ReadOptional(at, "weather", ReadWeather);

@@ -1,6 +1,5 @@
 #include "datasets/internal/sequence_values.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <system_error>
@@ -9,14 +8,12 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "calib/timed_pose.h"
 #include "datasets/internal/sequence_folder.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {
-
-// Poses are written with six digits or more.
-constexpr double kRigidTolerance = 1e-5;
 
 // Row-major in the file, columns in glm.
 glm::dmat4 ReadAffine(const JsonCursor& at) {
@@ -42,16 +39,7 @@ glm::dvec2 ReadVector2(const JsonCursor& at) {
 
 glm::dmat4 ReadRigid(const JsonCursor& at) {
   const glm::dmat4 matrix = ReadAffine(at);
-  const glm::dmat3 rotation(matrix);
-  const glm::dmat3 product = glm::transpose(rotation) * rotation;
-  double deviation = 0.0;
-  for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) {
-      deviation = std::max(deviation, std::abs(product[c][r] - (c == r ? 1.0 : 0.0)));
-    }
-  }
-  if (!(deviation <= kRigidTolerance)) at.Fail("a rigid transform (rotation and translation)");
-  if (!(glm::determinant(rotation) > 0.0)) at.Fail("a rotation, not a mirror image");
+  if (const std::string fault = FaultOfPose(matrix); !fault.empty()) at.Fail(fault);
   return matrix;
 }
 

@@ -140,6 +140,7 @@ tl::expected<std::uint64_t, std::string> Recording::Add(const CameraFrame& frame
   }
   FrameEntry entry;
   entry.time = frame.time;
+  entry.camera_from_world = frame.camera_from_world;
   SetExposure(buffer.exposure, entry);
   auto bytes = pictures_->Add(frame, entry);
   if (bytes) frames_->Add(JsonOf(entry).dump());

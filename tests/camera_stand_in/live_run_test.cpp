@@ -10,12 +10,14 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -28,6 +30,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "scene/image_io.h"
+#include "sunmodel/time_text.h"
 #include "tests/scene/shell.h"
 #include "tests/scene/temporary_folder.h"
 
@@ -200,6 +203,71 @@ TEST_F(LiveRun, ItsRecordingGivesTheSameLightAndCompositesBitForBit) {
     EXPECT_FALSE(fs::exists(live / "composite/000000.exr"));
     EXPECT_TRUE(fs::exists(again / "composite/000000.exr"));
   }
+}
+
+// A tracker's poses, of a camera that is moved about: the recording has those that were used. One
+// line is a mirror image: an event.
+TEST_F(LiveRun, FollowsPosesFromOutsideAndRecordsThem) {
+  const Json sequence = Json::parse(ContentOf(fs::path(kCourtyard) / "sequence.json"));
+  const UtcTime start =
+      ParseUtcTime(sequence["frames"][0]["time_utc"].get<std::string>()) - std::chrono::seconds(5);
+  Json pose = sequence["camera"]["camera_from_world"];
+  const double x_m = pose[0][3].get<double>();
+  const fs::path poses = folder_ / "poses.jsonl";
+  {
+    std::ofstream lines(poses);
+    for (int i = 0; i < 3000; ++i) {
+      pose[0][3] = x_m + 0.1 * std::sin(0.3 * i);
+      const UtcTime time = start + i * std::chrono::milliseconds(100);
+      lines << Json{{"time_utc", FormatUtcTime(time)}, {"camera_from_world", pose}}.dump() << "\n";
+      if (i > 0) continue;
+      Json mirrored = pose;
+      for (Json& value : mirrored[0]) value = -value.get<double>();
+      lines << Json{{"time_utc", FormatUtcTime(time)}, {"camera_from_world", mirrored}}.dump()
+            << "\n";
+    }
+  }
+  const fs::path live = Out("live");
+  const fs::path recording = Out("recording");
+  const Ended run =
+      Shell(Command("--loop 0",
+                    "--frames-limit 4 --format RGB24 --poses " + poses.string() + " --out " +
+                        live.string() + " --record " + recording.string()));
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_EQ(CheckComplete(live), 4u);
+  EXPECT_EQ(CountEvents(live)["pose"], 1);
+  EXPECT_THAT(ContentOf(live / "events.jsonl"), HasSubstr("a rotation, not a mirror image"));
+  const std::vector<Json> frames = JsonLinesOf(recording / "frames.jsonl");
+  ASSERT_EQ(frames.size(), 4u);
+  std::set<double> places_m;
+  for (const Json& frame : frames) {
+    const double place_m = frame["camera_from_world"][0][3].get<double>();
+    EXPECT_LE(std::abs(place_m - x_m), 0.1 + 1e-9);
+    places_m.insert(place_m);
+  }
+  EXPECT_EQ(places_m.size(), 4u);
+  const fs::path again = Out("again");
+  const Ended replay = Shell(std::string(PLEINAIR_PROGRAM) + " run " + recording.string() +
+                             Settings() + " --out " + again.string());
+  ASSERT_EQ(replay.exit_code, 0) << replay.output;
+  ExpectSame(live, again);
+}
+
+// The courtyard has no markers: each frame says so, and nothing of them is recorded.
+TEST_F(LiveRun, LooksForMarkersInItsPictures) {
+  const fs::path board = folder_.Write("board.json", R"({"format": "pleinair-markers", "version": 1,
+      "dictionary": "apriltag_36h11",
+      "markers": [{"id": 3, "corners_world_m": [[0, 1, 0], [1, 1, 0], [1, 0, 0], [0, 0, 0]]}]})");
+  const fs::path out = Out("out");
+  const Ended run = Shell(Command("--loop 0",
+                                  "--frames-limit 2 --markers " + board.string() + " --out " +
+                                      out.string() + " --record " + Out("recording")));
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  EXPECT_EQ(CheckComplete(out), 2u);
+  for (const Json& line : JsonLinesOf(out / "lighting.jsonl")) {
+    EXPECT_EQ(line["error"], "camera pose is not known: no marker is seen");
+  }
+  EXPECT_TRUE(LinesOf(folder_ / "recording" / "frames.jsonl").empty());
 }
 
 // While a site is prepared, pictures are streamed, recorded and in the video as they came;

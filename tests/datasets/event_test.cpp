@@ -33,7 +33,8 @@ TEST(EventLog, LossesWithinASecondAreOneEventOfTheirSum) {
   for (const EventKind kind : {EventKind::kFrameDropped,
                                EventKind::kFrameLost,
                                EventKind::kFrameDamaged,
-                               EventKind::kTimestamp}) {
+                               EventKind::kTimestamp,
+                               EventKind::kPose}) {
     EventLog log;
     for (int i = 0; i < 30; ++i) log.Add({kStart + i * 33ms, kind, "first", 2});
     log.Add({kStart + 1s, kind, "second"});
@@ -54,8 +55,8 @@ TEST(EventLog, OtherKindsAreNeverSummed) {
     log.Add({kStart, kind, "a"});
     log.Add({kStart, kind, "b"});
   }
-  // The four kinds of loss are one event each.
-  EXPECT_EQ(log.TakeAll().size(), 2 * kEventKinds - 4);
+  // The five kinds of loss are one event each.
+  EXPECT_EQ(log.TakeAll().size(), 2 * kEventKinds - 5);
 }
 
 TEST(EventLog, KindsAreSummedApart) {
