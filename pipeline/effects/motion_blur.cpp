@@ -1,13 +1,10 @@
 // Blurs virtual objects and their shadows by what moves while the frame is exposed.
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <string_view>
+#include <span>
 #include <utility>
 #include <vector>
-
-#include <glm/common.hpp>
 
 #include "pipeline/effects/bound_terms.h"
 #include "pipeline/effects/effect_stage.h"
