@@ -169,6 +169,7 @@ glm::dmat4 PoseFilter::Update(const CameraIntrinsics& camera,
 
   const PixelMetric metric(camera, options_.distance_m);
   std::vector<Vector6> places;
+  places.reserve(recent.size());
   for (const TimedPose& one : recent) {
     places.push_back(metric.Of(ChangeBetween(pose.camera_from_world, one.camera_from_world)));
   }

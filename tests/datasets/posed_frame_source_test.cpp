@@ -92,6 +92,7 @@ TEST(PosedFrames, HaveThePoseOfTheirTime) {
 
 TEST(SteadyFrames, StandStillAndBeginAgainWhereTheyAreSought) {
   std::vector<UtcTime> times;
+  times.reserve(120);
   for (int i = 0; i < 120; ++i) times.push_back(FrameTime(i));
   NoisyPoses noisy(0.5, 3);
   std::vector<glm::dmat4> raw;
