@@ -29,6 +29,8 @@ class PosedObjects {
 
   // In world coordinates.
   const std::vector<VirtualObject>& Objects() const { return posed_; }
+  // Where they are, an object.
+  std::span<const glm::dmat4> WorldFromGiven() const { return world_from_given_; }
 
  private:
   std::vector<VirtualObject> given_;

@@ -29,7 +29,7 @@ EffectStage::EffectStage(const PreparedScene& scene,
       soft_sun_(real_caster_, light_.Objects(), options.soft_sun),
       influence_(options.influence_at) {}
 
-void EffectStage::Pose(const std::vector<VirtualObject>& objects) {
+void EffectStage::Pose(const PosedObjects& objects) {
   light_.Pose(objects);
   largest_diffuse_ = largest_albedo_ = glm::vec3(0.0f);
   any_glossy_ = false;

@@ -66,7 +66,8 @@ struct EffectFrame {
   const FrameBasis& basis;
   const Lighting& lighting;
   const DisplayCodes& codes;
-  std::uint64_t pose = 0;  // Of the objects.
+  std::uint64_t pose = 0;           // Of the objects.
+  bool objects_have_moved = false;  // Since the last frame.
   LightBeforePlan light = {};
   double camera_blur_px = 0.0;  // As measured.
   // Bounds that are far above this need not be any closer.
