@@ -34,8 +34,8 @@ enum class InfluenceAt {
 // What objects that move do to real surfaces: with less of everything, until they rest.
 struct InfluenceInMotionOptions {
   // As in ObjectInfluenceOptions. 0: an object in motion is treated as one at rest.
-  int rays_per_receiver = 48;
-  double least_share = 1.0 / 256.0;
+  int rays_per_receiver = 64;
+  double least_share = 1.0 / 128.0;
   double coarseness = 2.0;
   // At rest: for how many receivers rays are cast in a frame, until all have been. 0: all at once.
   int receivers_at_rest = 1024;
