@@ -29,7 +29,7 @@ EffectStage::EffectStage(const PreparedScene& scene,
       soft_sun_(real_caster_, light_.Objects(), options.soft_sun),
       influence_(options.influence_at) {}
 
-void EffectStage::Pose(const std::vector<VirtualObject>& objects) {
+void EffectStage::Pose(const PosedObjects& objects) {
   light_.Pose(objects);
   object_boxes_.clear();
   for (const VirtualObject& object : objects) {

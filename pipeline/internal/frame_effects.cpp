@@ -63,7 +63,7 @@ void FrameEffects::SetEffects(const EffectSettings& effects) {
 void FrameEffects::Pose() {
   if (pose_ == objects_.Version()) return;
   compositor_.SetObjects(objects_.Objects());
-  stage_.Pose(objects_.Objects());
+  stage_.Pose(objects_);
   pose_ = objects_.Version();
 }
 
@@ -195,6 +195,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
 
 EffectFrame FrameEffects::Begin(const LitFrame& lit) {
   basis_.Update(lit.view_builder, lit.transport_sun);
+  stage_.Light().BeginFrame();
   Expose(lit.frame);
   EffectFrame frame{lit.frame,
                     lit.view,
@@ -204,6 +205,7 @@ EffectFrame FrameEffects::Begin(const LitFrame& lit) {
                     codes_,
                     *pose_,
                     objects_.Poses()};
+  frame.objects_have_moved = last_geometry_ && last_geometry_->pose != *pose_;
   frame.light.costs = CostsOfLight(stage_.Light(), basis_, lit.lighting);
   frame.light.daylight = CostOfDaylight(stage_.Light(), basis_);
   frame.threshold_code_values = settings_.threshold_code_values;

@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "ground_stage.h"
+#include "pipeline/display_codes.h"
 
 namespace pleinair::moving_objects_test {
 namespace {
@@ -41,7 +42,8 @@ glm::dmat4 Turned() {
       glm::translate(glm::dmat4(1.0), glm::dvec3(0.3, 0.2, 0.1)), 0.4, glm::dvec3(0.0, 0.0, 1.0));
 }
 
-std::vector<FramePipelineOptions> EveryRoute() {
+// Where an object in motion is treated as one at rest.
+std::vector<FramePipelineOptions> EveryRouteAtOnce() {
   std::vector<FramePipelineOptions> routes(4, GroundStage::QuickOptions());
   routes[1].object_light.route = ObjectLight::kVolume;
   routes[1].effects[Effect::kPenumbra] = EffectSwitch::kOff;
@@ -50,6 +52,10 @@ std::vector<FramePipelineOptions> EveryRoute() {
   routes[3].object_light.route = ObjectLight::kVolumeByMap;
   routes[3].influence_at = InfluenceAt::kFaces;
   routes[3].view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
+  for (FramePipelineOptions& route : routes) {
+    route.object_light.in_motion.vertices_per_frame = 0;
+    route.influence.in_motion.rays_per_receiver = 0;
+  }
   return routes;
 }
 
@@ -63,7 +69,7 @@ TEST_F(MovingObjects, AMovedObjectIsAsOneThatStandsThereByEveryRoute) {
   const std::vector<VirtualObject> objects = TwoBoxes();
   std::vector<VirtualObject> there = objects;
   there[0].mesh = TransformMesh(Turned(), there[0].mesh);
-  for (const FramePipelineOptions& options : EveryRoute()) {
+  for (const FramePipelineOptions& options : EveryRouteAtOnce()) {
     const std::vector<FrameResult> moved =
         stage_->Run(objects, options, {{}, {Turned(), glm::dmat4(1.0)}, {}});
     const FrameResult expected = std::move(stage_->Run(there, options).front());
@@ -128,7 +134,7 @@ TEST_F(MovingObjects, TwoObjectsAreAsOneOfBoth) {
     whole.triangle_group.push_back(0);
   }
   whole.materials.push_back(kMirror);
-  for (const FramePipelineOptions& options : EveryRoute()) {
+  for (const FramePipelineOptions& options : EveryRouteAtOnce()) {
     const Composite of_two = std::move(stage_->Run(two, options).front().composite);
     const Composite of_one = std::move(stage_->Run({{whole}}, options).front().composite);
     // Light on the ground is worked out around each object: where the places differ, by as much as
@@ -160,6 +166,115 @@ TEST_F(MovingObjects, OneObjectShadesTheOther) {
     EXPECT_LT(in_sun.r - in_shade.r, of_sun + 0.6 * std::numbers::inv_pi * StillLight::kSky);
     EXPECT_GT(in_shade.r, 0.0f);
   }
+}
+
+// Vertices enough that light follows them in steps, and light at them whatever the plan would say.
+VirtualObject Ball(const glm::vec3& centre_m) { return BallObject(centre_m, 0.4f, 16, kRed); }
+
+FramePipelineOptions InSteps() {
+  FramePipelineOptions options = GroundStage::QuickOptions();
+  options.object_light.in_motion = {.vertices_per_frame = 128, .vertices_at_rest = 128};
+  options.effects = EffectSettings::Everything();
+  options.influence.in_motion.rays_per_receiver = options.influence.rays_per_receiver;
+  return options;
+}
+
+// Poses of some frames: to the east, and turned around the origin.
+std::vector<std::vector<glm::dmat4>> Path(int frames,
+                                          double turn_a_frame_rad = 0.0,
+                                          double step_m = 0.04) {
+  std::vector<std::vector<glm::dmat4>> poses{{glm::dmat4(1.0)}};
+  for (int i = 1; i <= frames; ++i) {
+    const glm::dmat4 there = glm::translate(glm::dmat4(1.0), glm::dvec3(step_m * i, 0.0, 0.0));
+    poses.push_back({glm::rotate(there, turn_a_frame_rad * i, glm::dvec3(0.0, 0.0, 1.0))});
+  }
+  return poses;
+}
+
+// Over the pixels that an object covers or changes, in decibels of white.
+double Psnr(const Composite& composite, const Composite& reference) {
+  const DisplayCodes codes(ResponseCurve::Srgb(), 1.0 / 60.0);
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < reference.radiance.pixels.size(); ++i) {
+    if (reference.change.pixels[i] == 0) continue;
+    for (int channel = 0; channel < 3; ++channel) {
+      const double off = codes.Code(channel, composite.radiance.pixels[i][channel]) -
+                         codes.Code(channel, reference.radiance.pixels[i][channel]);
+      sum += off * off;
+      ++count;
+    }
+  }
+  return 10.0 * std::log10(kWhiteCode * kWhiteCode * count / sum);
+}
+
+// 544 vertices are 9 parts, of which two are gathered in each frame at rest.
+constexpr int kFramesToRest = 5;
+
+TEST_F(MovingObjects, AtRestThePictureBecomesThatOfAStillObject) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  std::vector<std::vector<glm::dmat4>> poses = Path(4, 0.05);
+  const std::size_t last_in_motion = poses.size() - 1;
+  poses.insert(poses.end(), kFramesToRest, poses.back());
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses);
+  const Composite still =
+      std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
+  EXPECT_NE(results[last_in_motion].composite.radiance.pixels, still.radiance.pixels);
+  EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
+}
+
+TEST_F(MovingObjects, APictureInMotionIsAsGoodAsAStillOne) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<std::vector<glm::dmat4>> poses = Path(12);
+  FramePipelineOptions converged = InSteps();
+  converged.object_light.gather.rays_per_receiver = 2048;
+  converged.influence.rays_per_receiver = 1024;
+  const Composite reference =
+      std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
+  const Composite still =
+      std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
+  const Composite moving = std::move(stage_->Run(objects, InSteps(), poses).back().composite);
+  EXPECT_GT(Psnr(moving, reference), Psnr(still, reference) - 1.0);
+}
+
+TEST_F(MovingObjects, StepsOfAMotionAreTheSameInEachRun) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<FrameResult> first = stage_->Run(objects, InSteps(), Path(3, 0.05));
+  const std::vector<FrameResult> second = stage_->Run(objects, InSteps(), Path(3, 0.05));
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].composite.radiance.pixels, second[i].composite.radiance.pixels);
+  }
+}
+
+TEST_F(MovingObjects, OneThatStandsBesideAMovingOneKeepsItsLight) {
+  const std::vector<VirtualObject> objects{Ball({-0.6f, 0.0f, 0.4f}), Ball({0.5f, 0.0f, 0.4f})};
+  std::vector<std::vector<glm::dmat4>> poses = Path(6, 0.0, 0.005);
+  for (std::vector<glm::dmat4>& of_frame : poses) {
+    of_frame.insert(of_frame.begin(), glm::dmat4(1.0));
+  }
+  const std::size_t last_in_motion = poses.size() - 1;
+  poses.insert(poses.end(), 2 * kFramesToRest, poses.back());
+  FramePipelineOptions converged = InSteps();
+  converged.object_light.gather.rays_per_receiver = 2048;
+  converged.influence.rays_per_receiver = 1024;
+  const Composite reference =
+      std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
+  const Composite still =
+      std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses);
+  EXPECT_GT(Psnr(results[last_in_motion].composite, reference), Psnr(still, reference) - 1.0);
+  EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
+}
+
+// A transform that bends the shape leaves nothing to keep.
+TEST_F(MovingObjects, AnObjectThatIsStretchedIsAsOneThatWasMadeSo) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<glm::dmat4> stretched{glm::scale(glm::dmat4(1.0), glm::dvec3(1.0, 1.0, 1.5))};
+  std::vector<std::vector<glm::dmat4>> poses(1);
+  poses.insert(poses.end(), 1 + kFramesToRest, stretched);
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses);
+  const Composite still = std::move(stage_->Run(objects, InSteps(), {stretched}).front().composite);
+  EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
 }
 
 TEST_F(MovingObjects, RefusesPosesThatMakeNoSenseAndGoesOn) {
