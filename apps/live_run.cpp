@@ -253,7 +253,8 @@ class LiveRun {
                      }
                      show(stage, share);
                    });
-      auto session = std::make_unique<SequenceSession>(loaded, options_, FramesAt(*loaded));
+      auto session =
+          std::make_unique<SequenceSession>(loaded, OptionsOfSession(), FramesAt(*loaded));
       passing.request_stop();
       passing.join();
       Note(EventKind::kPrepared,
@@ -276,6 +277,12 @@ class LiveRun {
     SessionOptions offline = options_;
     offline.poses.clear();
     return offline;
+  }
+
+  SessionOptions OptionsOfSession() const {
+    SessionOptions options = options_;
+    options.camera_moves = moves_;
+    return options;
   }
 
   // A camera that moves is recorded with the poses that were used; frames without one are not.

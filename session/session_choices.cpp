@@ -101,7 +101,7 @@ FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
                                         const LoadedSequence& loaded) {
   const Sequence& sequence = loaded.sequence;
   FramePipelineOptions pipeline = options.pipeline;
-  if (loaded.board || loaded.poses || CameraMoves(sequence)) {
+  if (options.camera_moves || loaded.board || loaded.poses || CameraMoves(sequence)) {
     pipeline.view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
     pipeline.influence_at = InfluenceAt::kFaces;
   }

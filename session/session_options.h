@@ -40,6 +40,7 @@ struct SessionOptions {
   // session that has this takes captured pictures alone.
   std::optional<ResponseCurve> response;
   std::filesystem::path markers;  // Board file that camera poses come from; empty: none.
+  bool camera_moves = false;      // Whatever the sequence says: its poses come as it streams.
   std::filesystem::path poses;    // File of lines with camera poses (pose_lines.h); empty: none.
   PoseTrackOptions pose_track;    // Of `poses`, and of those that come while a camera streams.
   double pose_wait_s = 0.05;      // That a camera's frame waits for the latter; 0 or more.

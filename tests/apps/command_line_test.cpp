@@ -155,7 +155,6 @@ TEST_F(CommandLine, RefusesWrongOptionsOfARunOfACamera) {
   ExpectOneLineAndCode2(camera + out, "/dev/video200: expected --site");
   ExpectOneLineAndCode2(camera + site, "/dev/video200: ");
   ExpectOneLineAndCode2(camera + " --site " + folder_.string() + out, folder_.string());
-  ExpectOneLineAndCode2(camera + site + " --markers board.json", "--markers: expected a recorded");
   ExpectOneLineAndCode2(camera + site + " --source fisheye", "--source fisheye");
   ExpectOneLineAndCode2(camera + site + " --pictures some", "all, shown or none, found 'some'");
   for (const char* duration : {"0", "-1", "nan", "soon"}) {
