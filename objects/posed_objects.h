@@ -31,8 +31,6 @@ class PosedObjects {
   const std::vector<glm::dmat4>& Poses() const { return world_from_given_; }
   // In world coordinates.
   const std::vector<VirtualObject>& Objects() const { return posed_; }
-  // Where they are, an object.
-  std::span<const glm::dmat4> WorldFromGiven() const { return world_from_given_; }
 
  private:
   std::vector<VirtualObject> given_;

@@ -50,7 +50,7 @@ void VertexLight::Pose(const PosedObjects& posed) {
   const std::vector<VirtualObject>& objects = posed.Objects();
   objects_ = &objects;
   has_moved_ = true;
-  follows_ = Leave({posed.WorldFromGiven().begin(), posed.WorldFromGiven().end()});
+  follows_ = Leave({posed.Poses().begin(), posed.Poses().end()});
   interreflection_ = ObjectInterreflection(objects);
   daylight_.reset();
   if (options_.daylight == Daylight::kSamples && !objects.empty()) {

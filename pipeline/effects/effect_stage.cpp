@@ -32,7 +32,7 @@ EffectStage::EffectStage(const PreparedScene& scene,
 void EffectStage::Pose(const PosedObjects& objects) {
   light_.Pose(objects);
   object_boxes_.clear();
-  for (const VirtualObject& object : objects) {
+  for (const VirtualObject& object : objects.Objects()) {
     object_boxes_.push_back(object.mesh.Empty() ? BoundingBox() : BoundingBoxOf(object.mesh));
   }
   largest_diffuse_ = largest_albedo_ = glm::vec3(0.0f);
