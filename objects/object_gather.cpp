@@ -76,6 +76,8 @@ void ObjectGather::Cast(const PatchScene& objects,
   for (const std::size_t part : parts) {
     if (!HasCast(part)) lacking.push_back(part);
   }
+  std::sort(lacking.begin(), lacking.end());
+  lacking.erase(std::unique(lacking.begin(), lacking.end()), lacking.end());
   tbb::parallel_for(
       std::size_t{0}, lacking.size(), [&](std::size_t i) { CastPart(objects, real, lacking[i]); });
   lacking_ -= lacking.size();

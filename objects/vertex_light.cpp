@@ -314,34 +314,29 @@ void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
 std::vector<std::size_t> VertexLight::NextParts() {
   constexpr std::size_t kPart = ObjectGather::kVerticesPerPart;
   const std::size_t all = gather_.PartCount();
-  std::vector<std::size_t> parts;
-  // Of those that move, or of the others.
-  const auto add = [&](bool of_moved, std::size_t most, std::size_t& next) {
-    const std::size_t first = next;
-    for (std::size_t i = 0; i < all && most > 0; ++i) {
+  // Those that lack rays, from `first` on around.
+  const auto lacking = [&](bool of_moved, std::size_t first) {
+    std::vector<std::size_t> parts;
+    for (std::size_t i = 0; i < all; ++i) {
       const std::size_t part = (first + i) % all;
-      if (gather_.HasCast(part) || part_moves_[part] != of_moved) continue;
-      parts.push_back(part);
-      next = part + 1;
-      --most;
+      if (!gather_.HasCast(part) && part_moves_[part] == of_moved) parts.push_back(part);
     }
-  };
-  const auto parts_for = [all](int vertices) {
-    return vertices == 0 ? all : (static_cast<std::size_t>(vertices) + kPart - 1) / kPart;
-  };
-  const GatherInMotionOptions& options = options_.in_motion;
-  if (std::exchange(has_moved_, false)) {
-    const std::size_t most = parts_for(options.vertices_per_frame);
-    // What stands still changes by what moves alone.
-    const std::size_t for_others = most > 1 ? std::max<std::size_t>(most / 4, 1) : 0;
-    add(true, most - for_others, next_moved_part_);
-    add(false, most - parts.size(), next_other_part_);
-    add(true, most - parts.size(), next_moved_part_);
     return parts;
-  }
-  const std::size_t most = parts_for(options.vertices_at_rest);
-  add(true, most, next_moved_part_);
-  add(false, most - parts.size(), next_other_part_);
+  };
+  std::vector<std::size_t> parts = lacking(true, next_moved_part_);
+  std::vector<std::size_t> others = lacking(false, next_other_part_);
+  const bool moves = std::exchange(has_moved_, false);
+  const GatherInMotionOptions& options = options_.in_motion;
+  const int vertices = moves ? options.vertices_per_frame : options.vertices_at_rest;
+  const std::size_t most =
+      vertices == 0 ? all : (static_cast<std::size_t>(vertices) + kPart - 1) / kPart;
+  // What stands still changes by what moves alone.
+  const std::size_t for_others = moves && most > 1 ? std::max<std::size_t>(most / 4, 1) : 0;
+  parts.resize(std::min(parts.size(), most - std::min(others.size(), for_others)));
+  others.resize(std::min(others.size(), most - parts.size()));
+  if (!parts.empty()) next_moved_part_ = parts.back() + 1;
+  if (!others.empty()) next_other_part_ = others.back() + 1;
+  parts.insert(parts.end(), others.begin(), others.end());
   return parts;
 }
 

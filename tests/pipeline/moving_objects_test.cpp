@@ -237,6 +237,20 @@ TEST_F(MovingObjects, APictureInMotionIsAsGoodAsAStillOne) {
   EXPECT_GT(Psnr(moving, reference), Psnr(still, reference) - 1.0);
 }
 
+// All of it is gathered in each frame, with room for more.
+TEST_F(MovingObjects, AnObjectOfFewVerticesIsAsAStillOneInEachFrame) {
+  const std::vector<VirtualObject> objects{
+      BoxObject({-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.8f}, kRed)};
+  FramePipelineOptions options = InSteps();
+  options.influence.in_motion.rays_per_receiver = 0;
+  const std::vector<std::vector<glm::dmat4>> poses = Path(64, 0.05, 0.005);
+  const std::vector<FrameResult> moving = stage_->Run(objects, options, poses);
+  for (std::size_t i = 0; i < poses.size(); i += 16) {
+    const Composite still = std::move(stage_->Run(objects, options, {poses[i]}).front().composite);
+    EXPECT_EQ(moving[i].composite.radiance.pixels, still.radiance.pixels) << "frame " << i;
+  }
+}
+
 TEST_F(MovingObjects, StepsOfAMotionAreTheSameInEachRun) {
   const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
   const std::vector<FrameResult> first = stage_->Run(objects, InSteps(), Path(3, 0.05));
