@@ -49,7 +49,6 @@ VertexLight::VertexLight(const PreparedScene& scene,
 void VertexLight::Pose(const PosedObjects& posed) {
   const std::vector<VirtualObject>& objects = posed.Objects();
   objects_ = &objects;
-  has_moved_ = true;
   follows_ = Leave({posed.Poses().begin(), posed.Poses().end()});
   interreflection_ = ObjectInterreflection(objects);
   daylight_.reset();
@@ -72,7 +71,11 @@ void VertexLight::Pose(const PosedObjects& posed) {
   near_sunlight_.reset();
   single_probe_.Pose(interreflection_.Objects().mesh);
   // Light that follows is some step's until the next one.
-  if (!follows_) responses_[0] = {};
+  if (follows_) {
+    responses_[0].done.Lapse();
+  } else {
+    responses_[0] = {};
+  }
   responses_[1] = responses_[2] = {};
   objects_sun_version_ = 0;
   daylight_response_.clear();
@@ -85,8 +88,9 @@ bool VertexLight::Leave(const std::vector<glm::dmat4>& world_from_given) {
   const bool keep_shape =
       std::all_of(world_from_given.begin(), world_from_given.end(), &LightInMotion::KeepsShape);
   const bool has_gathered = gather_.VertexCount() > 0 && gather_.IsComplete();
-  if (!IsGathered() || daylight_ != nullptr || options_.in_motion.vertices_per_frame == 0 ||
-      !keep_shape || stood.size() != world_from_given.size() || (!follows_ && !has_gathered)) {
+  if (steps_ != LightSteps::kMoving || !IsGathered() || daylight_ != nullptr ||
+      options_.in_motion.vertices_per_frame == 0 || !keep_shape ||
+      stood.size() != world_from_given.size() || (!follows_ && !has_gathered)) {
     left_.reset();
     motion_ = LightInMotion(scene_);
     return false;
@@ -101,7 +105,8 @@ bool VertexLight::Leave(const std::vector<glm::dmat4>& world_from_given) {
   return true;
 }
 
-void VertexLight::BeginFrame() {
+void VertexLight::BeginFrame(LightSteps steps) {
+  steps_ = steps;
   if (follows_) responses_[0].done.Lapse();
 }
 
@@ -325,11 +330,12 @@ std::vector<std::size_t> VertexLight::NextParts() {
   };
   std::vector<std::size_t> parts = lacking(true, next_moved_part_);
   std::vector<std::size_t> others = lacking(false, next_other_part_);
-  const bool moves = std::exchange(has_moved_, false);
+  const bool moves = steps_ == LightSteps::kMoving;
   const GatherInMotionOptions& options = options_.in_motion;
   const int vertices = moves ? options.vertices_per_frame : options.vertices_at_rest;
-  const std::size_t most =
-      vertices == 0 ? all : (static_cast<std::size_t>(vertices) + kPart - 1) / kPart;
+  const std::size_t most = vertices == 0 || steps_ == LightSteps::kAll
+                               ? all
+                               : (static_cast<std::size_t>(vertices) + kPart - 1) / kPart;
   // What stands still changes by what moves alone.
   const std::size_t for_others = moves && most > 1 ? std::max<std::size_t>(most / 4, 1) : 0;
   parts.resize(std::min(parts.size(), most - std::min(others.size(), for_others)));

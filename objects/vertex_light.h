@@ -18,6 +18,7 @@
 #include "objects/frame_basis.h"
 #include "objects/learned_cost.h"
 #include "objects/light_in_motion.h"
+#include "objects/light_steps.h"
 #include "objects/near_sunlight.h"
 #include "objects/object_gather.h"
 #include "objects/object_interreflection.h"
@@ -50,12 +51,13 @@ class VertexLight {
   // `scene`, `room` (the mesh as given) and `options` outlive this.
   VertexLight(const PreparedScene& scene, const Mesh& room, const ObjectLightOptions& options);
 
-  // Sets where objects are; all light on them has to be computed again. Gathered light follows
-  // objects that keep their shape (LightInMotion), a step in each frame, until all has been
-  // gathered where they are.
+  // A frame begins, whose Update finds so much. In steps gathered light follows objects that keep
+  // their shape (LightInMotion) until all has been gathered where they are.
+  void BeginFrame(LightSteps steps);
+  // Sets where objects are; all light on them has to be computed again.
   void Pose(const PosedObjects& objects);
-  // A frame begins: light that follows objects takes its next step with the frame's Update.
-  void BeginFrame();
+  // Whether gathered light follows the objects: further steps change it.
+  bool FollowsObjects() const { return follows_; }
 
   // All objects' triangles, a group an object. Stays at one address.
   const PatchScene& Objects() const { return interreflection_.Objects(); }
@@ -206,8 +208,8 @@ class VertexLight {
     std::vector<glm::dmat4> world_from_given;
     VerticesByLight irradiance;
   };
+  LightSteps steps_ = LightSteps::kAll;  // Of the present frame.
   bool follows_ = false;
-  bool has_moved_ = false;  // Since the last step.
   std::optional<Left> left_;
   LightInMotion motion_;
   std::uint64_t motion_generation_ = 0;

@@ -434,6 +434,12 @@ void AddObjects(std::vector<Setting>& settings) {
       "rays at each vertex of an object",
       Between(1, 65536),
       [](Options & o) -> auto& { return o.pipeline.object_light.gather.rays_per_receiver; }));
+  settings.push_back(ChoiceSetting(
+      "light_in_steps",
+      "light of objects that move is coarse, and refined in frames after that",
+      [](Options & o) -> auto& { return o.light_in_steps; },
+      {{"on", true}, {"off", false}},
+      "on in the viewer and for a camera's pictures, off for a recording's"));
   settings.push_back(NumberSetting(
       "pipeline.object_light.in_motion.vertices_per_frame",
       "vertices of moving objects whose rays are cast in a frame; 0: all",

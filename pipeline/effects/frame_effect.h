@@ -69,7 +69,7 @@ struct EffectFrame {
   const DisplayCodes& codes;
   std::uint64_t pose = 0;                         // Of the objects.
   std::span<const glm::dmat4> object_poses = {};  // Each one's; see PosedObjects.
-  bool objects_have_moved = false;                // Since the last frame.
+  LightSteps steps = LightSteps::kAll;
   LightBeforePlan light = {};
   double camera_blur_px = 0.0;  // As measured.
   // Bounds that are far above this need not be any closer.

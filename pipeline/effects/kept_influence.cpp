@@ -15,7 +15,8 @@ GatheredFor KeptInfluence::RaysFor(const EffectFrame& frame) const {
 }
 
 bool KeptInfluence::Moves(const EffectStage& stage, const EffectFrame& frame) {
-  return frame.objects_have_moved && stage.Options().influence.in_motion.rays_per_receiver > 0;
+  return frame.steps == LightSteps::kMoving &&
+         stage.Options().influence.in_motion.rays_per_receiver > 0;
 }
 
 ObjectInfluence KeptInfluence::Make(const EffectStage& stage,
@@ -29,10 +30,8 @@ ObjectInfluence KeptInfluence::Make(const EffectStage& stage,
 void KeptInfluence::Refine(const EffectStage& stage, const EffectFrame& frame, Gathered& gathered) {
   const ObjectInfluenceOptions& options = stage.Options().influence;
   if (!gathered.fine) gathered.fine = Make(stage, frame, options);
-  if (!gathered.fine->Cast(
-          stage.Scene().patches, stage.Objects(), options.in_motion.receivers_at_rest)) {
-    return;
-  }
+  const int receivers = frame.steps == LightSteps::kAll ? 0 : options.in_motion.receivers_at_rest;
+  if (!gathered.fine->Cast(stage.Scene().patches, stage.Objects(), receivers)) return;
   gathered = Gathered{std::move(*gathered.fine)};
 }
 

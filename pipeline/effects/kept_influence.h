@@ -22,6 +22,8 @@ class KeptInfluence {
   // The stage must have computed the lights that shine in the frame. If it had them for an older
   // sun, they are recomputed when the stage's are.
   void Update(EffectStage& stage, const EffectFrame& frame);
+  // Whether what Update found last is coarse: further steps refine it.
+  bool IsCoarse() const { return influence_.Kept().is_coarse; }
   void Evaluate(const Lighting& lighting, const InfluenceParts& parts);
   const IrradianceChange& Change() const { return change_; }
 

@@ -42,8 +42,7 @@ glm::dmat4 Turned() {
       glm::translate(glm::dmat4(1.0), glm::dvec3(0.3, 0.2, 0.1)), 0.4, glm::dvec3(0.0, 0.0, 1.0));
 }
 
-// Where an object in motion is treated as one at rest.
-std::vector<FramePipelineOptions> EveryRouteAtOnce() {
+std::vector<FramePipelineOptions> EveryRoute() {
   std::vector<FramePipelineOptions> routes(4, GroundStage::QuickOptions());
   routes[1].object_light.route = ObjectLight::kVolume;
   routes[1].effects[Effect::kPenumbra] = EffectSwitch::kOff;
@@ -52,10 +51,6 @@ std::vector<FramePipelineOptions> EveryRouteAtOnce() {
   routes[3].object_light.route = ObjectLight::kVolumeByMap;
   routes[3].influence_at = InfluenceAt::kFaces;
   routes[3].view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
-  for (FramePipelineOptions& route : routes) {
-    route.object_light.in_motion.vertices_per_frame = 0;
-    route.influence.in_motion.rays_per_receiver = 0;
-  }
   return routes;
 }
 
@@ -69,7 +64,7 @@ TEST_F(MovingObjects, AMovedObjectIsAsOneThatStandsThereByEveryRoute) {
   const std::vector<VirtualObject> objects = TwoBoxes();
   std::vector<VirtualObject> there = objects;
   there[0].mesh = TransformMesh(Turned(), there[0].mesh);
-  for (const FramePipelineOptions& options : EveryRouteAtOnce()) {
+  for (const FramePipelineOptions& options : EveryRoute()) {
     const std::vector<FrameResult> moved =
         stage_->Run(objects, options, {{}, {Turned(), glm::dmat4(1.0)}, {}});
     const FrameResult expected = std::move(stage_->Run(there, options).front());
@@ -134,7 +129,7 @@ TEST_F(MovingObjects, TwoObjectsAreAsOneOfBoth) {
     whole.triangle_group.push_back(0);
   }
   whole.materials.push_back(kMirror);
-  for (const FramePipelineOptions& options : EveryRouteAtOnce()) {
+  for (const FramePipelineOptions& options : EveryRoute()) {
     const Composite of_two = std::move(stage_->Run(two, options).front().composite);
     const Composite of_one = std::move(stage_->Run({{whole}}, options).front().composite);
     // Light on the ground is worked out around each object: where the places differ, by as much as
@@ -173,11 +168,14 @@ VirtualObject Ball(const glm::vec3& centre_m) { return BallObject(centre_m, 0.4f
 
 FramePipelineOptions InSteps() {
   FramePipelineOptions options = GroundStage::QuickOptions();
+  options.light_in_steps = true;
   options.object_light.in_motion = {.vertices_per_frame = 128, .vertices_at_rest = 128};
   options.effects = EffectSettings::Everything();
   options.influence.in_motion.rays_per_receiver = options.influence.rays_per_receiver;
   return options;
 }
+
+constexpr double kFrameS = 0.04;
 
 // Poses of some frames: to the east, and turned around the origin.
 std::vector<std::vector<glm::dmat4>> Path(int frames,
@@ -216,10 +214,12 @@ TEST_F(MovingObjects, AtRestThePictureBecomesThatOfAStillObject) {
   std::vector<std::vector<glm::dmat4>> poses = Path(4, 0.05);
   const std::size_t last_in_motion = poses.size() - 1;
   poses.insert(poses.end(), kFramesToRest, poses.back());
-  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses);
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses, kFrameS);
   const Composite still =
       std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
   EXPECT_NE(results[last_in_motion].composite.radiance.pixels, still.radiance.pixels);
+  EXPECT_TRUE(results[last_in_motion].is_light_coarse);
+  EXPECT_FALSE(results.back().is_light_coarse);
   EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
 }
 
@@ -233,7 +233,8 @@ TEST_F(MovingObjects, APictureInMotionIsAsGoodAsAStillOne) {
       std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
   const Composite still =
       std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
-  const Composite moving = std::move(stage_->Run(objects, InSteps(), poses).back().composite);
+  const Composite moving =
+      std::move(stage_->Run(objects, InSteps(), poses, kFrameS).back().composite);
   EXPECT_GT(Psnr(moving, reference), Psnr(still, reference) - 1.0);
 }
 
@@ -244,17 +245,68 @@ TEST_F(MovingObjects, AnObjectOfFewVerticesIsAsAStillOneInEachFrame) {
   FramePipelineOptions options = InSteps();
   options.influence.in_motion.rays_per_receiver = 0;
   const std::vector<std::vector<glm::dmat4>> poses = Path(64, 0.05, 0.005);
-  const std::vector<FrameResult> moving = stage_->Run(objects, options, poses);
+  const std::vector<FrameResult> moving = stage_->Run(objects, options, poses, kFrameS);
   for (std::size_t i = 0; i < poses.size(); i += 16) {
     const Composite still = std::move(stage_->Run(objects, options, {poses[i]}).front().composite);
     EXPECT_EQ(moving[i].composite.radiance.pixels, still.radiance.pixels) << "frame " << i;
   }
 }
 
+// What is no motion: the same time again, a time before, a gap; and no motion is looked for unless
+// asked for.
+TEST_F(MovingObjects, AnObjectThatIsElsewhereAtOnceIsAsAStillOne) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<std::vector<glm::dmat4>> poses = Path(2, 0.05);
+  const auto last_of = [&](const FramePipelineOptions& options, double apart_s) {
+    FrameResult result = std::move(stage_->Run(objects, options, poses, apart_s).back());
+    EXPECT_FALSE(result.is_light_coarse);
+    return result.composite.radiance.pixels;
+  };
+  const auto still =
+      stage_->Run(objects, InSteps(), {poses.back()}).front().composite.radiance.pixels;
+  FramePipelineOptions at_once = InSteps();
+  at_once.light_in_steps = false;
+  EXPECT_EQ(last_of(InSteps(), 0.0), still);
+  EXPECT_EQ(last_of(InSteps(), -kFrameS), still);
+  EXPECT_EQ(last_of(InSteps(), 0.6), still);
+  EXPECT_EQ(last_of(at_once, kFrameS), still);
+  EXPECT_NE(stage_->Run(objects, InSteps(), poses, kFrameS).back().composite.radiance.pixels,
+            still);
+}
+
+// In the middle of a motion, and while it is being refined.
+TEST_F(MovingObjects, AFrameThatIsDrawnAgainIsAsAStillOne) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<std::vector<glm::dmat4>> poses = Path(3, 0.05);
+  const auto still =
+      stage_->Run(objects, InSteps(), {poses.back()}).front().composite.radiance.pixels;
+  const HeadlessContext context;
+  Compositor compositor;
+  FramePipeline pipeline({stage_->Scene(), stage_->Phantom(), std::nullopt, objects},
+                         std::make_unique<StillLight>(),
+                         compositor,
+                         InSteps());
+  Frame frame = stage_->MakeFrame();
+  const auto next = [&](const std::vector<glm::dmat4>& of_frame) {
+    frame.time += std::chrono::milliseconds(40);
+    return pipeline.Process(frame, of_frame).value();
+  };
+  for (const int frames_at_rest : {0, 1, 2}) {
+    FrameResult last;
+    for (const std::vector<glm::dmat4>& of_frame : poses) last = next(of_frame);
+    for (int i = 0; i < frames_at_rest; ++i) last = next(poses.back());
+    EXPECT_TRUE(last.is_light_coarse) << frames_at_rest;
+    const FrameResult again = pipeline.Redraw(frame, last, poses.back()).value();
+    EXPECT_FALSE(again.is_light_coarse);
+    EXPECT_EQ(again.composite.radiance.pixels, still) << frames_at_rest;
+    EXPECT_EQ(next(poses.back()).composite.radiance.pixels, still) << frames_at_rest;
+  }
+}
+
 TEST_F(MovingObjects, StepsOfAMotionAreTheSameInEachRun) {
   const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
-  const std::vector<FrameResult> first = stage_->Run(objects, InSteps(), Path(3, 0.05));
-  const std::vector<FrameResult> second = stage_->Run(objects, InSteps(), Path(3, 0.05));
+  const std::vector<FrameResult> first = stage_->Run(objects, InSteps(), Path(3, 0.05), kFrameS);
+  const std::vector<FrameResult> second = stage_->Run(objects, InSteps(), Path(3, 0.05), kFrameS);
   for (std::size_t i = 0; i < first.size(); ++i) {
     EXPECT_EQ(first[i].composite.radiance.pixels, second[i].composite.radiance.pixels);
   }
@@ -275,7 +327,7 @@ TEST_F(MovingObjects, OneThatStandsBesideAMovingOneKeepsItsLight) {
       std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
   const Composite still =
       std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
-  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses);
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses, kFrameS);
   EXPECT_GT(Psnr(results[last_in_motion].composite, reference), Psnr(still, reference) - 1.0);
   EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
 }
@@ -286,7 +338,7 @@ TEST_F(MovingObjects, AnObjectThatIsStretchedIsAsOneThatWasMadeSo) {
   const std::vector<glm::dmat4> stretched{glm::scale(glm::dmat4(1.0), glm::dvec3(1.0, 1.0, 1.5))};
   std::vector<std::vector<glm::dmat4>> poses(1);
   poses.insert(poses.end(), 1 + kFramesToRest, stretched);
-  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses);
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses, kFrameS);
   const Composite still = std::move(stage_->Run(objects, InSteps(), {stretched}).front().composite);
   EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
 }
