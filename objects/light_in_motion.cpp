@@ -14,16 +14,35 @@
 #include <glm/matrix.hpp>
 
 #include "objects/near_sunlight.h"
+#include "objects/posed_objects.h"
 #include "scene/ray_caster.h"
 #include "scene/sphere_directions.h"
 
 namespace pleinair {
 namespace {
 
-// Eight a cell.
-constexpr int kProbeRays = 2048;
+// Probes stand in the middle between that of an object's box and its corners.
+constexpr std::size_t kProbes = 8;
+constexpr float kProbeAt = 0.5f;  // Over half a side.
+// Four a cell.
+constexpr int kProbeRays = 1024;
+// Radiance at a place in the box is linear in it: its value in the middle, and what it gains along
+// half a side.
+constexpr std::size_t kTerms = 4;
+
+glm::vec3 SideOf(std::size_t probe) {
+  return {(probe & 1u) != 0 ? 1.0f : -1.0f,
+          (probe & 2u) != 0 ? 1.0f : -1.0f,
+          (probe & 4u) != 0 ? 1.0f : -1.0f};
+}
+glm::vec3 HalfSideOf(const BoundingBox& box) {
+  constexpr float kLeastM = 1e-6f;  // Of a plane's box.
+  return glm::max(0.5f * (box.upper_m - box.lower_m), kLeastM);
+}
+glm::vec3 MiddleOf(const BoundingBox& box) { return 0.5f * (box.lower_m + box.upper_m); }
 // A correction counts in full while no corner of the object's box has gone farther than the box is
-// wide, and not at all from three times that on.
+// wide, and not at all from three times that on. What comes from one side of an object counts as
+// much as it still points to that side, a mean over all axes.
 constexpr double kFullReach = 1.0;
 constexpr double kFarthestReach = 3.0;
 
@@ -189,10 +208,12 @@ std::vector<glm::vec3> LightInMotion::OutsideOf(const PlacedObjects& placed,
                                                 const FrameBasis& basis,
                                                 std::span<const std::size_t> lights) {
   const std::size_t count = lights.size();
-  const auto bounds = BoundsOfObjects(placed.objects.Objects().mesh);
+  const Mesh& mesh = placed.objects.Objects().mesh;
+  const auto bounds = BoundsOfObjects(mesh);
   const std::vector<glm::mat3> own_from_world = OwnFromWorld(placed.world_from_given);
   seen_.resize(bounds.size());
-  std::vector<glm::vec3> cells(bounds.size() * OwnShape::kCells * count, glm::vec3(0.0f));
+  // [((object * cells + cell) * lights + light) * terms + term].
+  std::vector<glm::vec3> cells(bounds.size() * OwnShape::kCells * count * kTerms, glm::vec3(0.0f));
   for (std::size_t object = 0; object < bounds.size(); ++object) {
     if (!bounds[object]) continue;
     Seen& seen = seen_[object];
@@ -203,35 +224,57 @@ std::vector<glm::vec3> LightInMotion::OutsideOf(const PlacedObjects& placed,
     std::array<float, OwnShape::kCells> rays{};
     for (std::size_t k = 0; k < directions_.size(); ++k) {
       cell_of[k] = OwnShape::CellOf(own_from_world[object] * directions_[k]);
-      rays[cell_of[k]] += 1.0f;
+      rays[cell_of[k]] += static_cast<float>(kProbes);
     }
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
       const std::vector<glm::vec3> radiance =
           Radiance(seen, placed.objects.Objects(), basis, lights[i]);
-      for (std::size_t k = 0; k < radiance.size(); ++k) {
-        cells[(object * OwnShape::kCells + cell_of[k]) * count + i] +=
-            std::numbers::pi_v<float> / rays[cell_of[k]] * radiance[k];
+      for (std::size_t ray = 0; ray < radiance.size(); ++ray) {
+        const std::size_t cell = cell_of[ray % directions_.size()];
+        const glm::vec3 share = std::numbers::pi_v<float> / rays[cell] * radiance[ray];
+        const glm::vec3 side = SideOf(ray / directions_.size()) / kProbeAt;
+        glm::vec3* const terms =
+            cells.data() + ((object * OwnShape::kCells + cell) * count + i) * kTerms;
+        terms[0] += share;
+        for (int axis = 0; axis < 3; ++axis) terms[1 + axis] += side[axis] * share;
       }
     });
   }
-  return shape_.FromCells(cells, count);
+  const std::vector<glm::vec3> terms = shape_.FromCells(cells, count * kTerms);
+  std::vector<glm::vec3> outside(shape_.VertexCount() * count);
+  tbb::parallel_for(std::size_t{0}, shape_.VertexCount(), [&](std::size_t v) {
+    const auto& of_object = bounds[shape_.ObjectOf(v)];
+    if (!of_object) return;
+    const glm::vec3 at =
+        (mesh.positions_m[v] - MiddleOf(of_object->box)) / HalfSideOf(of_object->box);
+    for (std::size_t i = 0; i < count; ++i) {
+      const glm::vec3* const term = terms.data() + (v * count + i) * kTerms;
+      outside[v * count + i] =
+          glm::max(term[0] + at.x * term[1] + at.y * term[2] + at.z * term[3], 0.0f);
+    }
+  });
+  return outside;
 }
 
 LightInMotion::Seen LightInMotion::SeenFrom(const ObjectBounds& object,
                                             const glm::dmat4& world_from_given) const {
-  Seen seen{world_from_given, std::vector<std::int32_t>(directions_.size(), PatchScene::kSky), {}};
+  const std::size_t rays = kProbes * directions_.size();
+  Seen seen{world_from_given, std::vector<std::int32_t>(rays, PatchScene::kSky), {}};
   const auto reach_m = static_cast<float>(1.0 + NearSunlightOptions().reach) * object.radius_m;
-  std::vector<std::optional<glm::vec3>> near(directions_.size());
-  tbb::parallel_for(std::size_t{0}, directions_.size(), [&](std::size_t k) {
-    const auto hit = real_->caster.Intersect(object.centre_m, directions_[k]);
+  std::vector<std::optional<glm::vec3>> near(rays);
+  tbb::parallel_for(std::size_t{0}, rays, [&](std::size_t ray) {
+    const glm::vec3 place_m =
+        MiddleOf(object.box) + kProbeAt * SideOf(ray / directions_.size()) * HalfSideOf(object.box);
+    const glm::vec3& direction = directions_[ray % directions_.size()];
+    const auto hit = real_->caster.Intersect(place_m, direction);
     if (!hit) return;
-    seen.sources[k] = PatchScene::FaceOfHit(*hit, directions_[k]);
+    seen.sources[ray] = PatchScene::FaceOfHit(*hit, direction);
     if (hit->distance_m > reach_m) return;
-    const glm::vec3 normal = real_->FaceNormal(static_cast<std::size_t>(seen.sources[k]));
-    near[k] = OffsetFromSurface(hit->position_m, normal);
+    const glm::vec3 normal = real_->FaceNormal(static_cast<std::size_t>(seen.sources[ray]));
+    near[ray] = OffsetFromSurface(hit->position_m, normal);
   });
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    if (near[k]) seen.near.push_back({k, *near[k]});
+  for (std::size_t ray = 0; ray < rays; ++ray) {
+    if (near[ray]) seen.near.push_back({ray, *near[ray]});
   }
   return seen;
 }
@@ -240,29 +283,31 @@ std::vector<glm::vec3> LightInMotion::Radiance(const Seen& seen,
                                                const PatchScene& objects,
                                                const FrameBasis& basis,
                                                std::size_t light) const {
-  std::vector<glm::vec3> radiance(directions_.size(), glm::vec3(0.0f));
+  std::vector<glm::vec3> radiance(seen.sources.size(), glm::vec3(0.0f));
   const std::vector<glm::vec3>& radiosity = basis.FaceRadiosity(light);
   const SkyShape* const sky = basis.Sky(light);
-  for (std::size_t k = 0; k < radiance.size(); ++k) {
-    if (seen.sources[k] != PatchScene::kSky) {
-      radiance[k] =
-          std::numbers::inv_pi_v<float> * radiosity[static_cast<std::size_t>(seen.sources[k])];
-    } else if (sky != nullptr && directions_[k].z > 0.0f) {
-      radiance[k] = sky->Radiance(directions_[k]);
-    }
+  std::vector<glm::vec3> of_sky(directions_.size(), glm::vec3(0.0f));
+  for (std::size_t k = 0; sky != nullptr && k < directions_.size(); ++k) {
+    if (directions_[k].z > 0.0f) of_sky[k] = sky->Radiance(directions_[k]);
+  }
+  for (std::size_t ray = 0; ray < radiance.size(); ++ray) {
+    const std::int32_t source = seen.sources[ray];
+    radiance[ray] = source == PatchScene::kSky ? of_sky[ray % directions_.size()]
+                                               : std::numbers::inv_pi_v<float> *
+                                                     radiosity[static_cast<std::size_t>(source)];
   }
   if (light != 0 || !surfaces_reflect_) return radiance;
   const std::vector<glm::vec3>& direct = basis.DirectIrradiance();
   const glm::vec3 to_sun(basis.Sun().direction_enu);
   tbb::parallel_for(std::size_t{0}, seen.near.size(), [&](std::size_t i) {
-    const auto& [k, start_m] = seen.near[i];
-    const auto face = static_cast<std::size_t>(seen.sources[k]);
+    const auto& [ray, start_m] = seen.near[i];
+    const auto face = static_cast<std::size_t>(seen.sources[ray]);
     const float cosine = glm::dot(real_->FaceNormal(face), to_sun);
     const bool is_lit = cosine > 0.0f && to_sun.z > 0.0f &&
                         !objects.caster.Occluded(start_m, to_sun) &&
                         !real_->caster.Occluded(start_m, to_sun);
-    radiance[k] += std::numbers::inv_pi_v<float> * real_->face_albedo_rgb[face] *
-                   (glm::vec3(is_lit ? cosine : 0.0f) - direct[face]);
+    radiance[ray] += std::numbers::inv_pi_v<float> * real_->face_albedo_rgb[face] *
+                     (glm::vec3(is_lit ? cosine : 0.0f) - direct[face]);
   });
   return radiance;
 }
@@ -294,16 +339,12 @@ std::vector<float> LightInMotion::WeightsOf(const PlacedObjects& placed) const {
       const glm::dmat4& then = (*corrected_at)[object];
       weights.push_back(1.0f);
       if (now == then || !bounds[object]) continue;
-      const glm::dmat4 then_from_now = then * glm::inverse(now);
-      const BoundingBox& box = bounds[object]->box;
-      double moved_m = 0.0;
-      for (const glm::vec3& corner_m : CornersOf(box)) {
-        const glm::dvec4 corner(glm::dvec3(corner_m), 1.0);
-        moved_m = std::max(moved_m, glm::length(glm::dvec3(then_from_now * corner - corner)));
-      }
-      const double widths = moved_m / glm::distance(box.lower_m, box.upper_m);
+      const double boxes = BoxesMoved(then, now, bounds[object]->box);
+      const glm::dmat3 turn = RotationOf(then * glm::inverse(now));
+      const double still_points_there = (turn[0][0] + turn[1][1] + turn[2][2]) / 3.0;
       weights.back() = static_cast<float>(
-          std::clamp((kFarthestReach - widths) / (kFarthestReach - kFullReach), 0.0, 1.0));
+          std::clamp((kFarthestReach - boxes) / (kFarthestReach - kFullReach), 0.0, 1.0) *
+          std::clamp(still_points_there, 0.0, 1.0));
     }
   }
   return weights;

@@ -32,12 +32,13 @@ struct PlacedObjects {
 
 // The light at a vertex is a base and a correction,
 //   E = sum over cells of share * pi L + sum over own faces of share * B + correction.
-// The base is exact in the object's own shape (see OwnShape) and knows of the surroundings what a
-// single probe in the object's middle sees of real surfaces, with the objects' shadow on those, and
-// of the sky; it is worked out for every pose. The correction is what gathering at the vertex
-// itself last found beside the base: light that differs over the object, other objects. It changes
-// slowly as the object moves, and is brought up to date for some vertices a frame. It fades out
-// where the object has gone far since.
+// The base is exact in the object's own shape (see OwnShape) and knows of the surroundings what
+// eight probes in the object's box see of real surfaces, with the objects' shadow on those, and of
+// the sky, as a function that is linear over the box; it is worked out for every pose. The
+// correction is what gathering at the vertex itself last found beside the base: light that differs
+// otherwise over the object, other objects. It changes slowly as the object moves, and is brought
+// up to date for some vertices a frame. It fades out where the object has gone far since, or
+// turned.
 //
 // Threads  The result does not depend on their number.
 class LightInMotion {
@@ -73,19 +74,19 @@ class LightInMotion {
 
  private:
   using Poses = std::shared_ptr<const std::vector<glm::dmat4>>;
-  // What an object's middle sees along each direction, in one pose.
+  // What an object's probes see, in one pose: ray [probe * directions + direction].
   struct Seen {
     glm::dmat4 world_from_given{0.0};
     std::vector<std::int32_t> sources;  // A real face, or PatchScene::kSky.
     // Of real faces close by, where on them: off the surface.
     struct Place {
-      std::size_t direction = 0;
+      std::size_t ray = 0;
       glm::vec3 start_m{0.0f};
     };
     std::vector<Place> near;
   };
   Seen SeenFrom(const ObjectBounds& object, const glm::dmat4& world_from_given) const;
-  // Radiance from each direction per unit of a light. As in NearSunlight, places close by are in
+  // Radiance along each ray per unit of a light. As in NearSunlight, places close by are in
   // the sun or not, past the objects too.
   std::vector<glm::vec3> Radiance(const Seen& seen,
                                   const PatchScene& objects,
