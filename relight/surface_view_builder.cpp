@@ -83,12 +83,15 @@ struct SurfaceViewBuilder::Impl {
   const PreparedScene& scene;
   SurfaceViewOptions options;
   ViewAlbedo albedo;
-  Cached<Image<glm::vec3>, CameraIntrinsics> directions_in_camera;
+  Cached<std::shared_ptr<const Image<glm::vec3>>, CameraIntrinsics> directions_in_camera;
 
   SurfaceView view;
-  Image<std::int32_t> face;  // That each pixel shows.
+  Image<std::int32_t> face;      // That each pixel shows.
+  PlanarBlocks geometry_blocks;  // Those that were not cast pixel by pixel.
+  PlanarBlocks sun_blocks;
   std::vector<SampleRegionPolygon> polygons;
   std::optional<SunKey> sun;  // That the view and sun_faces are under.
+  SunInView sun_in_view;      // What the view had of another: memory for the next.
   // One of the two: of this view's pixels, or of the surfaces.
   SurfaceGather gather;
   std::optional<SurfaceLight> surfaces;
@@ -129,9 +132,14 @@ struct SurfaceViewBuilder::Impl {
     const CameraPixels pixels(camera);
     const ViewRays rays = pixels.Rays(directions_in_camera.Get(
         camera.intrinsics, [&] { return DirectionsInCamera(camera.intrinsics); }));
-    CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, face);
-    mesh_edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
-    albedo.Fill(pixels, face, view, survey_edge_distance_px);
+    geometry_blocks =
+        CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, face);
+    const int sun_block_px = BlockPx(options.sun_block_px);
+    sun_blocks = sun_block_px == geometry_blocks.blocks.SidePx()
+                     ? geometry_blocks
+                     : FindPlanarBlocks(view, rays.origin_m, sun_block_px);
+    MeshEdgesInBlocks(view, rays.origin_m, geometry_blocks, mesh_edges);
+    albedo.Fill(pixels, geometry_blocks, face, view, survey_edge_distance_px);
     if (IsOnSurfaces()) {
       if (!surfaces) {
         surfaces.emplace(
@@ -167,8 +175,9 @@ struct SurfaceViewBuilder::Impl {
   void FillSky(std::span<const std::size_t> of_shapes) {
     view.sky_response.resize(shapes.size());
     for (const std::size_t k : of_shapes) {
-      Reset(view.Width(), view.Height(), glm::vec3(0.0f), view.sky_response[k]);
-      if (!surfaces) SkyResponse(gather, k, view.sky_response[k].pixels);
+      if (surfaces) continue;
+      SizeFor(geometry_blocks.blocks, view.sky_response[k]);
+      SkyResponse(gather, k, view.sky_response[k].pixels);
     }
     ++view.sky_version;
   }
@@ -217,28 +226,31 @@ struct SurfaceViewBuilder::Impl {
                 scene.patches, key.direction_enu, key.angular_radius_rad, scene.options.bounces)};
   }
 
-  // Reads the geometry, which has to stand meanwhile. On surfaces without bounces.
-  SunInView MakeSunInView(const SunKey& key, const FaceLight& faces) const {
-    SunInView in_view;
+  // Reads the geometry, which has to stand meanwhile. On surfaces without bounces. Keeps the
+  // images' memory.
+  void MakeSunInView(const SunKey& key, const FaceLight& faces, SunInView& in_view) const {
     const SunDisc disc(key.direction_enu, key.angular_radius_rad, options.sun_disc_samples);
-    in_view.visibility =
-        SunVisibility(scene.patches.caster, disc, BlockPx(options.sun_block_px), view);
-    in_view.bounce = RgbImage(view.Width(), view.Height());
-    if (!surfaces) gather.Blend(gather.Rays().FromFaces(faces.radiosity), in_view.bounce.pixels);
+    SunVisibilityInBlocks(scene.patches.caster, disc, sun_blocks, view, in_view.visibility);
+    if (!surfaces) {
+      SizeFor(geometry_blocks.blocks, in_view.bounce);
+      gather.Blend(gather.Rays().FromFaces(faces.radiosity), in_view.bounce.pixels);
+    }
     Gray8Image edges = mesh_edges;
     AddShadowEdges(view, in_view.visibility, false, edges);
-    in_view.edge_distance_px = DistanceTo(edges, false, true);
-    for (std::size_t i = 0; i < edges.pixels.size(); ++i) {
-      in_view.edge_distance_px.pixels[i] =
-          std::min(in_view.edge_distance_px.pixels[i], survey_edge_distance_px.pixels[i]);
-    }
-    return in_view;
+    DistanceToEdgeOrBorder(edges, in_view.edge_distance_px);
+    tbb::parallel_for(0, view.Height(), [&](int y) {
+      const std::size_t begin = edges.Index(0, y);
+      for (std::size_t i = begin; i < begin + static_cast<std::size_t>(edges.width); ++i) {
+        float& distance_px = in_view.edge_distance_px.pixels[i];
+        distance_px = std::min(distance_px, survey_edge_distance_px.pixels[i]);
+      }
+    });
   }
 
   // On surfaces a view under another sun takes no longer than a new view.
   SunAhead::Made MakeSunAhead(const SunKey& key) const {
     SunAhead::Made made{MakeSunOnFaces(key), std::nullopt};
-    if (!IsOnSurfaces()) made.in_view = MakeSunInView(key, made.on_faces.faces);
+    if (!IsOnSurfaces()) MakeSunInView(key, made.on_faces.faces, made.in_view.emplace());
     return made;
   }
 
@@ -261,11 +273,12 @@ struct SurfaceViewBuilder::Impl {
     return std::move(made->in_view);
   }
 
-  void FillSun(SunInView in_view) {
+  // What the view had goes to `in_view`.
+  void FillSun(SunInView& in_view) {
     view.sun_direction_enu = sun->direction_enu;
-    view.sun_visibility = std::move(in_view.visibility);
-    view.sun_bounce = std::move(in_view.bounce);
-    view.edge_distance_px = std::move(in_view.edge_distance_px);
+    std::swap(view.sun_visibility, in_view.visibility);
+    std::swap(view.sun_bounce, in_view.bounce);
+    std::swap(view.edge_distance_px, in_view.edge_distance_px);
     ++view.sun_version;
   }
 
@@ -281,7 +294,7 @@ struct SurfaceViewBuilder::Impl {
       lights.push_back(LightOfSky(k));
       images.push_back(&view.sky_response[k]);
     }
-    surfaces->LookUp(face, view.position_world_m, lights, images);
+    surfaces->LookUp(geometry_blocks, face, view.position_world_m, lights, images);
   }
 
   bool GeometryStands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
@@ -336,7 +349,12 @@ const SurfaceView& SurfaceViewBuilder::Update(
   const bool fills_sun = !geometry_stands || sun_is_new;
   if (!shapes_to_fill.empty()) impl.FillSky(shapes_to_fill);
   if (fills_sun) {
-    impl.FillSun(sun_in_view ? std::move(*sun_in_view) : impl.MakeSunInView(key, impl.sun_faces));
+    if (sun_in_view) {
+      impl.FillSun(*sun_in_view);
+    } else {
+      impl.MakeSunInView(key, impl.sun_faces, impl.sun_in_view);
+      impl.FillSun(impl.sun_in_view);
+    }
   }
   if (impl.IsOnSurfaces() && (fills_sun || !shapes_to_fill.empty())) {
     impl.LookUp(fills_sun, shapes_to_fill);
@@ -385,7 +403,7 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
   const SunDisc disc(
       impl.sun->direction_enu, impl.sun->angular_radius_rad, impl.options.sun_disc_samples);
   survey.view.sun_direction_enu = impl.sun->direction_enu;
-  survey.view.sun_visibility = SunVisibility(impl.scene.patches.caster, disc, 1, survey.view);
+  survey.view.sun_visibility = SunVisibility(impl.scene.patches.caster, disc, survey.view);
   survey.gather->Blend(survey.gather->Rays().FromFaces(impl.sun_faces.radiosity),
                        survey.view.sun_bounce.pixels);
   ++survey.view.sun_version;

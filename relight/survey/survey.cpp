@@ -220,7 +220,7 @@ Survey MakeSurvey(const SurveyMap& map,
   for (int y = 0; y < rays.height; ++y) {
     for (int x = 0; x < rays.width; ++x) {
       const bool free = face.At(x, y) == PatchScene::kSky;
-      shows_sky.At(x, y) = free && rays.direction(x, y)->z > 0.0f ? 255 : 0;
+      shows_sky.At(x, y) = free && rays.Direction(face.Index(x, y)).z > 0.0f ? 255 : 0;
     }
   }
   const Gray8Image hidden = FindHiddenSky(map.radiance, shows_sky);
@@ -246,11 +246,11 @@ Survey MakeSurvey(const SurveyMap& map,
 
   const SunDisc disc(
       survey.light.sun_direction_enu, map.sun_angular_radius_rad, options.sun_disc_samples);
-  view.sun_visibility = SunVisibility(scene.caster, disc, 1, view);
+  view.sun_visibility = SunVisibility(scene.caster, disc, view);
   Gray8Image edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
-  const GrayImage mesh_edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
+  const GrayImage mesh_edge_distance_px = DistanceTo(edges, rays.wraps_x);
   AddShadowEdges(view, view.sun_visibility, rays.wraps_x, edges);
-  view.edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
+  view.edge_distance_px = DistanceTo(edges, rays.wraps_x);
   view.footprint_radius_px = GrayImage(rays.width, rays.height, 0.5f);
   const Image<ShadowSide> side = FindShadowSides(scene.caster, disc, rays, map.misplacement, view);
 

@@ -1,6 +1,8 @@
 #include "relight/transport/surface_light.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -90,6 +92,16 @@ SurfaceLight::SurfaceLight(const PatchScene& scene,
 }
 
 void SurfaceLight::Show(const Image<std::int32_t>& face) {
+  std::atomic<bool> any_is_new = false;
+  tbb::parallel_for(0, face.height, [&](int y) {
+    const auto begin = face.pixels.begin() + static_cast<std::ptrdiff_t>(face.Index(0, y));
+    if (std::any_of(begin, begin + face.width, [&](std::int32_t shown) {
+          return shown != PatchScene::kSky && is_shown_[static_cast<std::size_t>(shown)] == 0;
+        })) {
+      any_is_new = true;
+    }
+  });
+  if (!any_is_new) return;
   Batch batch;
   for (const std::int32_t shown : face.pixels) {
     if (shown == PatchScene::kSky || is_shown_[static_cast<std::size_t>(shown)] != 0) continue;
@@ -141,31 +153,52 @@ void SurfaceLight::Evaluate(const Batch& batch, std::size_t light) {
   }
 }
 
-void SurfaceLight::LookUp(const Image<std::int32_t>& face,
+void SurfaceLight::LookUp(const PlanarBlocks& planar,
+                          const Image<std::int32_t>& face,
                           const Image<glm::vec3>& position_m,
                           std::span<const std::size_t> light_of_image,
                           std::span<Image<glm::vec3>* const> at_pixels) const {
-  tbb::parallel_for(0, face.height, [&](int y) {
-    for (std::size_t pixel = face.Index(0, y); pixel < face.Index(0, y) + face.width; ++pixel) {
-      const std::int32_t shown = face.pixels[pixel];
-      if (shown == PatchScene::kSky) {
-        for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
-        continue;
-      }
-      if (is_shown_[static_cast<std::size_t>(shown)] == 0) {
-        throw std::logic_error("SurfaceLight: a face is looked up that was not shown");
-      }
-      const auto around =
-          lattice_.Around(scene_, static_cast<std::size_t>(shown), position_m.pixels[pixel]);
-      for (std::size_t image = 0; image < at_pixels.size(); ++image) {
-        glm::vec3 sum(0.0f);
-        for (const FaceLattice::Weighted& at : around) {
-          sum += at.weight * values_[at.receiver * stride_ + light_of_image[image]];
-        }
-        at_pixels[image]->pixels[pixel] = sum;
-      }
+  const PixelBlocks& blocks = planar.blocks;
+  for (Image<glm::vec3>* image : at_pixels) SizeFor(blocks, *image);
+  const auto look_up = [&](std::size_t pixel) {
+    const std::int32_t shown = face.pixels[pixel];
+    if (shown == PatchScene::kSky) {
+      for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
+      return;
     }
-  });
+    if (is_shown_[static_cast<std::size_t>(shown)] == 0) {
+      throw std::logic_error("SurfaceLight: a face is looked up that was not shown");
+    }
+    const auto around =
+        lattice_.Around(scene_, static_cast<std::size_t>(shown), position_m.pixels[pixel]);
+    for (std::size_t image = 0; image < at_pixels.size(); ++image) {
+      glm::vec3 sum(0.0f);
+      for (const FaceLattice::Weighted& at : around) {
+        sum += at.weight * values_[at.receiver * stride_ + light_of_image[image]];
+      }
+      at_pixels[image]->pixels[pixel] = sum;
+    }
+  };
+  ForBlocks(
+      blocks,
+      [&](int y, std::span<const std::uint8_t> wanted) {
+        for (int x = 0; x < blocks.Width(); ++x) {
+          if (wanted[static_cast<std::size_t>(x)] != 0) look_up(face.Index(x, y));
+        }
+      },
+      [&](int column, int row, const PixelBlock& block) {
+        if (planar.is_planar[blocks.Index(column, row)] == 0) return false;
+        const std::array<std::size_t, 4> corners = blocks.Corners(block);
+        for (Image<glm::vec3>* image : at_pixels) {
+          const PixelBlock::Blend<glm::vec3> blend(block,
+                                                   {image->pixels[corners[0]],
+                                                    image->pixels[corners[1]],
+                                                    image->pixels[corners[2]],
+                                                    image->pixels[corners[3]]});
+          block.ForPixelsBetween([&](int x, int y) { image->At(x, y) = blend(x, y); });
+        }
+        return true;
+      });
 }
 
 }  // namespace pleinair

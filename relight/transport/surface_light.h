@@ -11,6 +11,7 @@
 
 #include "relight/transport/face_lattice.h"
 #include "relight/transport/patch_scene.h"
+#include "relight/transport/pixel_blocks.h"
 #include "relight/transport/transport.h"
 #include "scene/image.h"
 #include "scene/sky_shape.h"
@@ -53,10 +54,12 @@ class SurfaceLight {
                 std::vector<glm::vec3> face_radiosity);
   std::size_t Lights() const { return lights_.size(); }
 
-  // Irradiance under light `light` at the points that pixels show; zero where they show none.
-  // Throws std::logic_error for a face that has not been shown.
-  // Shape  light_of_image: which light each of `at_pixels` is of; all images of the view's size.
-  void LookUp(const Image<std::int32_t>& face,
+  // Irradiance at the points that pixels show, zero where they show none; within planar blocks it
+  // is blended between the corners. Throws std::logic_error for a face that has not been shown.
+  // Keeps the images' memory.
+  // Shape  light_of_image: which light each of `at_pixels` is of.
+  void LookUp(const PlanarBlocks& planar,
+              const Image<std::int32_t>& face,
               const Image<glm::vec3>& position_m,
               std::span<const std::size_t> light_of_image,
               std::span<Image<glm::vec3>* const> at_pixels) const;

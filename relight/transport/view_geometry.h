@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "relight/transport/patch_scene.h"
+#include "relight/transport/pixel_blocks.h"
 #include "relight/transport/view_rays.h"
 #include "scene/image.h"
 #include "scene/surface_view.h"
@@ -15,11 +16,15 @@ namespace pleinair {
 //
 // With `block_px` above 1 the corners of blocks are cast first. Where a block's four show one plane
 // its other pixels are taken to show it too, and their rays are spared: what is thinner than a
-// block may be missed, and of a plane's faces a pixel may get the neighbour's.
-void CastGeometry(const PatchScene& scene,
-                  const ViewRays& rays,
-                  int block_px,
-                  SurfaceView& view,
-                  Image<std::int32_t>& face);
+// block may be missed, and of a plane's faces a pixel may get the neighbour's. Returns which blocks
+// these are.
+PlanarBlocks CastGeometry(const PatchScene& scene,
+                          const ViewRays& rays,
+                          int block_px,
+                          SurfaceView& view,
+                          Image<std::int32_t>& face);
+
+// Blocks of which every pixel shows the plane of the first, for a view seen from `eye_m`.
+PlanarBlocks FindPlanarBlocks(const SurfaceView& view, const glm::vec3& eye_m, int block_px);
 
 }  // namespace pleinair
