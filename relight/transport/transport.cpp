@@ -406,6 +406,36 @@ FaceLight PatchTransport::SolveSun(const PatchScene& scene,
   return light;
 }
 
+std::vector<FaceLight> PatchTransport::SolveTogether(
+    const PatchScene& scene,
+    std::span<const std::shared_ptr<const SkyShape>> skies,
+    const std::optional<Sun>& sun,
+    int bounces) const {
+  CheckFaceCount(scene.FaceCount(), face_rays_.ReceiverCount(), "scene");
+  std::vector<std::vector<glm::vec3>> direct_of_light;
+  for (const auto& sky : skies) direct_of_light.push_back(DirectFromSky(*sky));
+  if (sun) {
+    direct_of_light.push_back(DirectFromSun(scene, sun->direction_enu, sun->angular_radius_rad));
+  }
+  const std::size_t lights = direct_of_light.size();
+  if (lights == 0) return {};
+  std::vector<glm::vec3> direct(scene.FaceCount() * lights);
+  for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+    for (std::size_t light = 0; light < lights; ++light) {
+      direct[face * lights + light] = direct_of_light[light][face];
+    }
+  }
+  SolveOptions options;
+  options.bounces = bounces;
+  const FaceLights solved = SolveBlocks(scene, direct, lights, options);
+  std::vector<FaceLight> split;
+  for (std::size_t light = 0; light < lights; ++light) {
+    split.push_back({solved.OfLight(light), solved.iterations, solved.residual, {}});
+  }
+  if (sun) split.back().direct_irradiance = std::move(direct_of_light.back());
+  return split;
+}
+
 FaceLight PatchTransport::Solve(const PatchScene& scene,
                                 std::span<const glm::vec3> direct_irradiance,
                                 int bounces) const {

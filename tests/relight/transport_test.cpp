@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/lighting.h"
+#include "sunmodel/sky_shapes.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair::transport_test {
@@ -139,6 +140,27 @@ TEST(PatchTransport, ABowlIsAnIntegratingSphere) {
     EXPECT_NEAR(mean_direct / area, 0.5, 0.005);
     EXPECT_NEAR(mean_all / area, rho * 0.5 / (1.0 - 0.5 * rho), 0.01 * rho);
   }
+}
+
+// Each light stops when it would by itself: to the bit the same.
+TEST(PatchTransport, LightsSolvedTogetherAreThoseSolvedAlone) {
+  const PatchScene scene = SceneOf(Bowl(8), glm::vec3(0.7f, 0.5f, 0.2f));
+  const PatchTransport transport(scene, {.rays_per_receiver = 64});
+  const glm::dvec3 sun = glm::normalize(glm::dvec3(0.3, 0.2, 0.9));
+  const std::vector<std::shared_ptr<const SkyShape>> skies{MakeUniformSkyShape(),
+                                                           MakeOvercastSkyShape()};
+  for (const int bounces : {kAllBounces, 0, 1, 3}) {
+    const std::vector<FaceLight> together = transport.SolveTogether(
+        scene, skies, PatchTransport::Sun{sun, kMeanSunAngularRadiusRad}, bounces);
+    ASSERT_EQ(together.size(), 3u);
+    for (std::size_t k = 0; k < skies.size(); ++k) {
+      EXPECT_EQ(together[k].radiosity, transport.SolveSky(scene, *skies[k], bounces).radiosity);
+    }
+    const FaceLight of_sun = transport.SolveSun(scene, sun, kMeanSunAngularRadiusRad, bounces);
+    EXPECT_EQ(together[2].radiosity, of_sun.radiosity) << bounces;
+    EXPECT_EQ(together[2].direct_irradiance, of_sun.direct_irradiance);
+  }
+  EXPECT_TRUE(transport.SolveTogether(scene, {}, std::nullopt, kAllBounces).empty());
 }
 
 TEST(PatchTransport, BouncesAreCountedAsReflectionsOnTheWay) {
