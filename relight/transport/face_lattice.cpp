@@ -14,10 +14,10 @@ namespace {
 
 // How far a receiver is drawn towards the middle of each small triangle around it.
 constexpr float kInset = 0.15f;
-// Faces whose normals agree to so much are of one plane.
+// Sides whose normals agree to so much are of one plane.
 constexpr float kNormalSteps = 512.0f;
-// Places that are worked out from different faces agree to float's rounding; 1/65536 m is more than
-// that within 100 m.
+// Places that are worked out from different triangles agree to float's rounding; 1/65536 m is more
+// than that within 100 m.
 constexpr double kPlaceSteps = 65536.0;
 
 // Position and normal in steps.
@@ -70,23 +70,23 @@ glm::vec3 BarycentricOf(const glm::vec3& point_m,
 
 FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t> parts)
     : parts_(parts.begin(), parts.end()) {
-  if (parts.size() != scene.FaceCount()) {
+  if (parts.size() != scene.SideCount()) {
     throw std::invalid_argument(std::string("face lattice: parts has ") +
                                 std::to_string(parts.size()) + " entries, expected " +
-                                std::to_string(scene.FaceCount()) + ", one a face");
+                                std::to_string(scene.SideCount()) + ", one a side");
   }
   std::unordered_map<PlaceKey, std::uint32_t, HashOfKey> receiver_at;
   std::vector<glm::dvec3> sum_m;  // Per receiver, over the small triangles around it.
   std::vector<int> triangles;
-  for (std::size_t face = 0; face < parts_.size(); ++face) {
+  for (std::size_t side = 0; side < parts_.size(); ++side) {
     first_slot_.push_back(static_cast<std::uint32_t>(receiver_of_slot_.size()));
-    const std::uint32_t n = parts_[face];
+    const std::uint32_t n = parts_[side];
     if (n == 0) continue;
-    const glm::uvec3& vertices = scene.mesh.triangles[face / 2];
+    const glm::uvec3& vertices = scene.mesh.triangles[side / 2];
     const glm::vec3& a_m = scene.mesh.positions_m[vertices.x];
     const glm::vec3& b_m = scene.mesh.positions_m[vertices.y];
     const glm::vec3& c_m = scene.mesh.positions_m[vertices.z];
-    const glm::vec3 normal = scene.FaceNormal(face);
+    const glm::vec3 normal = scene.SideNormal(side);
     const auto place_m = [&](std::uint32_t r, std::uint32_t i) {
       const auto at = [n](std::uint32_t k) {
         return static_cast<float>(k) / static_cast<float>(n);
@@ -101,7 +101,7 @@ FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t>
             receiver_at.try_emplace(KeyOf(position_m, normal), next).first->second;
         if (receiver == next) {
           receivers_.push_back({position_m, normal});
-          face_of_receiver_.push_back(static_cast<std::uint32_t>(face));
+          side_of_receiver_.push_back(static_cast<std::uint32_t>(side));
           sum_m.emplace_back(0.0);
           triangles.push_back(0);
         }
@@ -135,14 +135,14 @@ FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t>
 }
 
 std::array<FaceLattice::Weighted, 3> FaceLattice::Around(const PatchScene& scene,
-                                                         std::size_t face,
+                                                         std::size_t side,
                                                          const glm::vec3& point_m) const {
-  const glm::uvec3& vertices = scene.mesh.triangles[face / 2];
+  const glm::uvec3& vertices = scene.mesh.triangles[side / 2];
   const glm::vec3 weights = BarycentricOf(point_m,
                                           scene.mesh.positions_m[vertices.x],
                                           scene.mesh.positions_m[vertices.y],
                                           scene.mesh.positions_m[vertices.z]);
-  const std::uint32_t n = parts_[face];
+  const std::uint32_t n = parts_[side];
   const auto most = static_cast<float>(n - 1);
   // Row and place in the row, as fractions: from vertex 0 downwards, and across.
   const float down = static_cast<float>(n) * (weights.y + weights.z);
@@ -154,7 +154,7 @@ std::array<FaceLattice::Weighted, 3> FaceLattice::Around(const PatchScene& scene
   const auto r = static_cast<std::uint32_t>(row);
   const auto i = static_cast<std::uint32_t>(column);
   const auto receiver = [&](std::uint32_t slot_row, std::uint32_t place) {
-    return receiver_of_slot_[first_slot_[face] + RowBegin(slot_row) + place];
+    return receiver_of_slot_[first_slot_[side] + RowBegin(slot_row) + place];
   };
   const std::uint32_t top = receiver(r, i);
   const std::uint32_t far = receiver(r + 1, i + 1);
