@@ -190,10 +190,7 @@ std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
       points_m[static_cast<std::size_t>(corner)] = real.mesh.positions_m[vertices[corner]];
     }
     points_m[3] = (points_m[0] + points_m[1] + points_m[2]) / 3.0f;
-    float edge_m = 0.0f;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      edge_m = std::max(edge_m, glm::distance(points_m[corner], points_m[(corner + 1) % 3]));
-    }
+    const float edge_m = real.LongestEdgeM(real.PatchOf(side / 2));
     const glm::vec3 normal = real.SideNormal(side);
     std::array<float, 4> share{};
     float spacing_m = std::numeric_limits<float>::infinity();

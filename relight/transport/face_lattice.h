@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/transport/patch_scene.h"
@@ -18,10 +19,15 @@ namespace pleinair {
 // n^2 small triangles. Sides of one plane share a receiver where they meet in it. It stands in the
 // middle of what they have around it: inside a plane on the spot, at the plane's rim a little
 // inside, so that one on the rim of a wall does not stand in the wall beside it.
+//
+// Sides of a joined patch have those of a grid over the patch, seen along the axis that it looks
+// along most: each on the triangle nearest to a corner of the grid, shared with patches beside it.
+// So small triangles do not ask for more receivers than large ones.
 class FaceLattice {
  public:
   FaceLattice() = default;
-  // `parts` of each side's edges, one entry a side; 0 gives a side no receivers.
+  // `parts` of each side's edges, one entry a side; 0 gives a side no receivers. Of a joined
+  // patch's size, the most that its sides have.
   FaceLattice(const PatchScene& scene, std::span<const std::uint16_t> parts);
 
   const std::vector<Receiver>& Receivers() const { return receivers_; }
@@ -30,6 +36,9 @@ class FaceLattice {
   bool HasReceivers(std::size_t side) const { return parts_[side] > 0; }
   // All of one side.
   std::span<const std::uint32_t> ReceiversOf(std::size_t side) const {
+    if (const Grid* const grid = GridOf(side)) {
+      return std::span(receiver_of_slot_).subspan(grid->first_slot, grid->Corners());
+    }
     const std::size_t n = parts_[side];
     return std::span(receiver_of_slot_)
         .subspan(first_slot_[side], n > 0 ? (n + 1) * (n + 2) / 2 : 0);
@@ -46,8 +55,33 @@ class FaceLattice {
                                  const glm::vec3& point_m) const;
 
  private:
-  std::vector<std::uint16_t> parts_;       // Per side.
-  std::vector<std::uint32_t> first_slot_;  // Per side, into receiver_of_slot_.
+  // Over a joined patch's face, seen along an axis.
+  struct Grid {
+    std::uint32_t first_slot = 0;  // Its corners' receivers, row by row.
+    float spacing_m = 0.0f;
+    std::array<std::int32_t, 2> first{};   // Of the corners, in spacings from the origin.
+    std::uint16_t rows = 0;                // Of corners, at least 2,
+    std::uint16_t columns = 0;             // at least 2.
+    std::array<std::uint8_t, 2> across{};  // The axes along rows and columns.
+
+    std::size_t Corners() const { return std::size_t{rows} * columns; }
+    glm::vec2 Along(const glm::vec3& at_m) const { return {at_m[across[0]], at_m[across[1]]}; }
+  };
+  class GridCorners;
+
+  static constexpr std::uint32_t kNoGrid = 0xffffffffu;
+  const Grid* GridOf(std::size_t side) const {
+    if (grid_of_side_.empty() || grid_of_side_[side] == kNoGrid) return nullptr;
+    return &grids_[grid_of_side_[side]];
+  }
+  static Grid GridOver(const PatchScene& scene, std::size_t face, std::uint16_t parts);
+  void AddGrids(const PatchScene& scene);
+  std::array<Weighted, 3> AroundOnGrid(const Grid& grid, const glm::vec3& point_m) const;
+
+  std::vector<Grid> grids_;
+  std::vector<std::uint32_t> grid_of_side_;  // Empty where no patch is joined.
+  std::vector<std::uint16_t> parts_;         // Per side.
+  std::vector<std::uint32_t> first_slot_;    // Per side, into receiver_of_slot_.
   // Per side its lattice's corners, row by row from vertex 0: row r has r + 1 of them.
   std::vector<std::uint32_t> receiver_of_slot_;
   std::vector<Receiver> receivers_;

@@ -138,6 +138,14 @@ glm::vec3 PatchScene::PatchMiddleM(std::size_t patch) const {
   return sum_m;
 }
 
+float PatchScene::LongestEdgeM(std::size_t patch) const {
+  if (IsJoined(patch)) return std::sqrt(2.0f * several.area_m2[patch]);
+  const glm::uvec3& v = mesh.triangles[FirstTriangleOf(patch)];
+  return std::max({glm::distance(mesh.positions_m[v.x], mesh.positions_m[v.y]),
+                   glm::distance(mesh.positions_m[v.y], mesh.positions_m[v.z]),
+                   glm::distance(mesh.positions_m[v.z], mesh.positions_m[v.x])});
+}
+
 PatchScene::Point PatchScene::PointOn(std::size_t patch, glm::dvec2 point) const {
   std::size_t triangle = FirstTriangleOf(patch);
   if (IsJoined(patch)) {

@@ -68,6 +68,17 @@ struct PatchScene {
   std::size_t FirstTriangleOf(std::size_t patch) const {
     return several.Empty() ? patch : several.begin[patch];
   }
+  struct TriangleRange {
+    std::size_t begin;
+    std::size_t end;
+  };
+  TriangleRange TrianglesOf(std::size_t patch) const {
+    const std::size_t first = FirstTriangleOf(patch);
+    return {first, several.Empty() ? first + 1 : several.begin[patch + 1]};
+  }
+  std::size_t PatchOf(std::size_t triangle) const {
+    return several.Empty() ? triangle : several.of_triangle[triangle];
+  }
   bool IsJoined(std::size_t patch) const {
     return !several.Empty() && several.begin[patch + 1] - several.begin[patch] > 1;
   }
@@ -99,6 +110,8 @@ struct PatchScene {
   // The same of a face: the mean over its triangles' area.
   glm::vec3 FaceNormal(std::size_t face) const;
   double PatchAreaM2(std::size_t patch) const;
+  // Of a patch's triangle; of a joined one, of a square of its area from corner to corner.
+  float LongestEdgeM(std::size_t patch) const;
   // Of the corners' mean places, by area.
   glm::vec3 PatchMiddleM(std::size_t patch) const;
   // A point of a patch for one of the unit square, uniform over its area.

@@ -14,19 +14,6 @@ namespace pleinair {
 
 namespace {
 
-float LongestEdgeM(const Mesh& mesh, std::size_t triangle) {
-  const glm::uvec3& v = mesh.triangles[triangle];
-  return std::max({glm::distance(mesh.positions_m[v.x], mesh.positions_m[v.y]),
-                   glm::distance(mesh.positions_m[v.y], mesh.positions_m[v.z]),
-                   glm::distance(mesh.positions_m[v.z], mesh.positions_m[v.x])});
-}
-
-// Of a patch, as of a triangle: of several the side of a square of their area is taken.
-float LongestEdgeOfPatchM(const PatchScene& scene, std::size_t patch) {
-  return scene.several.Empty() ? LongestEdgeM(scene.mesh, patch)
-                               : std::sqrt(2.0f * scene.several.area_m2[patch]);
-}
-
 // Of each side's edges.
 std::vector<std::uint16_t> PartsOf(const PatchScene& scene,
                                    const GatheredRays& face_rays,
@@ -41,7 +28,7 @@ std::vector<std::uint16_t> PartsOf(const PatchScene& scene,
   });
   std::vector<double> nearness_per_m(scene.FaceCount(), 0.0);
   tbb::parallel_for(std::size_t{0}, scene.FaceCount(), [&](std::size_t face) {
-    const float nearest_m = kNearestShare * LongestEdgeOfPatchM(scene, face / 2);
+    const float nearest_m = kNearestShare * scene.LongestEdgeM(face / 2);
     for (const GatheredRays::FaceShare& seen : face_rays.FacesOf(face)) {
       const glm::vec3& seen_m = middle_m[static_cast<std::size_t>(seen.face) / 2];
       nearness_per_m[face] +=
@@ -52,7 +39,7 @@ std::vector<std::uint16_t> PartsOf(const PatchScene& scene,
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t side) {
     const auto face = static_cast<std::size_t>(scene.FaceOfSide(static_cast<std::int32_t>(side)));
     const double wanted =
-        std::ceil(LongestEdgeM(scene.mesh, side / 2) * nearness_per_m[face] / options.spacing);
+        std::ceil(scene.LongestEdgeM(face / 2) * nearness_per_m[face] / options.spacing);
     parts[side] = static_cast<std::uint16_t>(
         std::clamp(wanted, 1.0, static_cast<double>(options.most_parts)));
   });
