@@ -1,5 +1,5 @@
-// A recorded sequence as it would be with a finer mesh of its site, a finer object, larger pictures:
-// pictures: what scripts/measure-growth measures costs on.
+// A recorded sequence as it would be with a finer mesh of its site, a finer object, larger
+// pictures: pictures: what scripts/measure-growth measures costs on.
 //
 //   pleinair_grown_sequence SEQUENCE OUT [--triangles=N] [--photogrammetry] [--faces=N]
 //   [--size=WxH]
