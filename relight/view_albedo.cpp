@@ -116,8 +116,7 @@ class ViewAlbedo::Filling {
     const std::size_t patch = face / 2;
     view_.albedo_measured.pixels[pixel] = 1;
     view_.may_be_sampled.pixels[pixel] =
-        scene_.patch_is_diffuse[patch] != 0 &&
-        scene_.patches.source_triangle[patch] != PatchScene::kExtension;
+        scene_.patch_is_diffuse[patch] != 0 && !scene_.patches.IsExtension(patch);
   }
 
   // Where the survey sees the pixel.
