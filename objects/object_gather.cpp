@@ -52,6 +52,19 @@ ObjectGather::ObjectGather(const PatchScene& objects,
   joined.mesh.triangle_material = objects.mesh.triangle_material;
   joined.mesh.triangle_colours = objects.mesh.triangle_colours;
   AppendTriangles(real.mesh, joined.mesh);
+  if (!real.several.Empty()) {
+    // Patches of the objects are triangles.
+    const auto before = static_cast<std::uint32_t>(objects.mesh.triangles.size());
+    PatchesOfTriangles& several = joined.several;
+    for (std::uint32_t triangle = 0; triangle < before; ++triangle) {
+      several.begin.push_back(triangle);
+      several.of_triangle.push_back(triangle);
+    }
+    for (const std::uint32_t begin : real.several.begin) several.begin.push_back(before + begin);
+    for (const std::uint32_t patch : real.several.of_triangle) {
+      several.of_triangle.push_back(before + patch);
+    }
+  }
   joined.caster = RayCaster(joined.mesh);
   const std::vector<Receiver> points = PointsAround(objects.mesh);
   GatherOptions of_point = options;

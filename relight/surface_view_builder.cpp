@@ -76,7 +76,7 @@ struct SurfaceViewBuilder::Impl {
   Cached<std::shared_ptr<const Image<glm::vec3>>, CameraIntrinsics> directions_in_camera;
 
   SurfaceView view;
-  Image<std::int32_t> face;      // That each pixel shows.
+  Image<std::int32_t> side;      // Of a triangle, that each pixel shows.
   PlanarBlocks geometry_blocks;  // Those that were not cast pixel by pixel.
   PlanarBlocks sun_blocks;
   std::vector<SampleRegionPolygon> polygons;
@@ -123,19 +123,19 @@ struct SurfaceViewBuilder::Impl {
     const ViewRays rays = pixels.Rays(directions_in_camera.Get(
         camera.intrinsics, [&] { return DirectionsInCamera(camera.intrinsics); }));
     geometry_blocks =
-        CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, face);
+        CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, side);
     const int sun_block_px = BlockPx(options.sun_block_px);
     sun_blocks = sun_block_px == geometry_blocks.blocks.SidePx()
                      ? geometry_blocks
                      : FindPlanarBlocks(view, rays.origin_m, sun_block_px);
     MeshEdgesInBlocks(view, rays.origin_m, geometry_blocks, mesh_edges);
-    albedo.Fill(pixels, geometry_blocks, face, view, survey_edge_distance_px);
+    albedo.Fill(pixels, geometry_blocks, side, view, survey_edge_distance_px);
     if (IsOnSurfaces()) {
       if (!surfaces) {
         surfaces.emplace(
             scene.patches, scene.transport.FaceRays(), options.surfaces, scene.options.gather);
       }
-      surfaces->Show(face);
+      surfaces->Show(side);
     } else {
       gather =
           SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
@@ -307,7 +307,7 @@ struct SurfaceViewBuilder::Impl {
       lights.push_back(LightOfSky(k));
       images.push_back(&view.sky_response[k]);
     }
-    surfaces->LookUp(geometry_blocks, face, view.position_world_m, lights, images);
+    surfaces->LookUp(geometry_blocks, side, view.position_world_m, lights, images);
   }
 
   bool GeometryStands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
@@ -435,7 +435,7 @@ std::span<const std::shared_ptr<const SkyShape>> SurfaceViewBuilder::SkyShapes()
   return impl_->shapes;
 }
 
-const Image<std::int32_t>& SurfaceViewBuilder::PixelFaces() const { return impl_->face; }
+const Image<std::int32_t>& SurfaceViewBuilder::PixelSides() const { return impl_->side; }
 
 const FaceLight& SurfaceViewBuilder::SkyFaces(std::size_t k) const {
   return impl_->sky_faces.at(k);

@@ -113,8 +113,9 @@ class SurfaceViewBuilder {
   // Changes when SunFaces() does; the view's sun_version also changes with the camera.
   std::uint64_t SunFacesVersion() const;
 
-  // The scene's face that each pixel of the view shows, PatchScene::kSky where none.
-  const Image<std::int32_t>& PixelFaces() const;
+  // The side of the scene's triangle that each pixel of the view shows, PatchScene::kSky where
+  // none.
+  const Image<std::int32_t>& PixelSides() const;
 
  private:
   struct Impl;

@@ -24,7 +24,7 @@ class ViewAlbedo::Filling {
  public:
   Filling(const ViewAlbedo& albedo,
           const CameraPixels& pixels,
-          const Image<std::int32_t>& face,
+          const Image<std::int32_t>& side,
           const PixelBlocks& blocks,
           SurfaceView& view,
           GrayImage& survey_edge_distance_px)
@@ -33,7 +33,7 @@ class ViewAlbedo::Filling {
         pixels_(pixels),
         eye_m_(pixels.OriginM()),
         focal_px_(std::sqrt(view.camera.intrinsics.fx_px * view.camera.intrinsics.fy_px)),
-        face_(face),
+        side_(side),
         blocks_(blocks),
         view_(view),
         survey_edge_distance_px_(survey_edge_distance_px) {
@@ -52,16 +52,16 @@ class ViewAlbedo::Filling {
   void DoRow(int y, std::span<const std::uint8_t> wanted) const {
     for (int x = 0; x < view_.Width(); ++x) {
       if (wanted[static_cast<std::size_t>(x)] == 0) continue;
-      const std::size_t pixel = face_.Index(x, y);
+      const std::size_t pixel = side_.Index(x, y);
       SetBySurface(pixel);
-      if (!survey_ || face_.pixels[pixel] == PatchScene::kSky) continue;
+      if (!survey_ || side_.pixels[pixel] == PatchScene::kSky) continue;
       SetBySurvey({x, y}, PlaceInMap(pixel));
     }
   }
 
   bool DoBetween(int column, int row, const PixelBlock& block) const {
     if (!survey_) {
-      block.ForPixelsBetween([&](int x, int y) { SetBySurface(face_.Index(x, y)); });
+      block.ForPixelsBetween([&](int x, int y) { SetBySurface(side_.Index(x, y)); });
       return true;
     }
     const std::array<InMap, 4> at = CornersInMap(column, row);
@@ -74,7 +74,7 @@ class ViewAlbedo::Filling {
     const PixelBlock::Blend<float> texel_px(
         block, {at[0].texel_px, at[1].texel_px, at[2].texel_px, at[3].texel_px});
     block.ForPixelsBetween([&](int x, int y) {
-      SetBySurface(face_.Index(x, y));
+      SetBySurface(side_.Index(x, y));
       SetBySurvey({x, y}, {place(x, y), texel_px(x, y)});
     });
     return true;
@@ -109,20 +109,19 @@ class ViewAlbedo::Filling {
     view_.may_be_sampled.pixels[pixel] = 0;
     view_.footprint_radius_px.pixels[pixel] = kSmallestFootprintPx;
     survey_edge_distance_px_.pixels[pixel] = std::numeric_limits<float>::infinity();
-    if (face_.pixels[pixel] == PatchScene::kSky) return;
-    const auto face = static_cast<std::size_t>(face_.pixels[pixel]);
+    if (side_.pixels[pixel] == PatchScene::kSky) return;
+    const auto face = static_cast<std::size_t>(scene_.patches.FaceOfSide(side_.pixels[pixel]));
     view_.albedo_rgb.pixels[pixel] = scene_.patches.face_albedo_rgb[face];
     if (survey_) return;
     const std::size_t patch = face / 2;
     view_.albedo_measured.pixels[pixel] = 1;
     view_.may_be_sampled.pixels[pixel] =
-        scene_.patch_is_diffuse[patch] != 0 &&
-        scene_.patches.source_triangle[patch] != PatchScene::kExtension;
+        scene_.patch_is_diffuse[patch] != 0 && !scene_.patches.IsExtension(patch);
   }
 
   // Where the survey sees the pixel.
   void SetBySurvey(const glm::ivec2& at, const InMap& in_map) const {
-    const std::size_t pixel = face_.Index(at.x, at.y);
+    const std::size_t pixel = side_.Index(at.x, at.y);
     const glm::vec3& position_m = view_.position_world_m.pixels[pixel];
     const glm::vec3& normal = view_.normal_world.pixels[pixel];
     const std::int32_t region = view_.region.pixels[pixel];
@@ -146,7 +145,7 @@ class ViewAlbedo::Filling {
   // texels along a side (at most 8); those that the map does not see are left out.
   glm::vec3 MeanOfPoints(const glm::ivec2& at, float texel_px, const glm::vec3& at_centre) const {
     constexpr float kMostPointsASide = 8.0f;
-    const std::size_t pixel = face_.Index(at.x, at.y);
+    const std::size_t pixel = side_.Index(at.x, at.y);
     const glm::vec3& normal = view_.normal_world.pixels[pixel];
     const int side =
         static_cast<int>(std::ceil(std::min(kTexelOfOneLookUpPx / texel_px, kMostPointsASide)));
@@ -173,7 +172,7 @@ class ViewAlbedo::Filling {
   const CameraPixels& pixels_;
   glm::vec3 eye_m_;
   double focal_px_;
-  const Image<std::int32_t>& face_;
+  const Image<std::int32_t>& side_;
   const PixelBlocks& blocks_;
   std::vector<InMap> corners_in_map_;  // Row by row.
   SurfaceView& view_;
@@ -186,7 +185,7 @@ ViewAlbedo::ViewAlbedo(const PreparedScene& scene) : scene_(scene) {
 
 void ViewAlbedo::Fill(const CameraPixels& pixels,
                       const PlanarBlocks& planar,
-                      const Image<std::int32_t>& face,
+                      const Image<std::int32_t>& side,
                       SurfaceView& view,
                       GrayImage& survey_edge_distance_px) const {
   const PixelBlocks& blocks = planar.blocks;
@@ -195,7 +194,7 @@ void ViewAlbedo::Fill(const CameraPixels& pixels,
   SizeFor(blocks, view.may_be_sampled);
   SizeFor(blocks, view.footprint_radius_px);
   SizeFor(blocks, survey_edge_distance_px);
-  const Filling filling(*this, pixels, face, blocks, view, survey_edge_distance_px);
+  const Filling filling(*this, pixels, side, blocks, view, survey_edge_distance_px);
   ForBlocks(
       blocks,
       [&](int y, std::span<const std::uint8_t> wanted) { filling.DoRow(y, wanted); },

@@ -23,10 +23,10 @@ class ViewAlbedo {
   // geometry stands; and in `survey_edge_distance_px` the distance to the next edge of the survey,
   // in pixels of the view, infinite where the survey says nothing. Keeps the images' memory.
   // Within planar blocks the map's places are blended between the corners.
-  // Shape  face: the face that each pixel shows, PatchScene::kSky where none.
+  // Shape  side: the triangle's side that each pixel shows, PatchScene::kSky where none.
   void Fill(const CameraPixels& pixels,
             const PlanarBlocks& planar,
-            const Image<std::int32_t>& face,
+            const Image<std::int32_t>& side,
             SurfaceView& view,
             GrayImage& survey_edge_distance_px) const;
 

@@ -198,7 +198,7 @@ EffectFrame FrameEffects::Begin(const LitFrame& lit) {
   Expose(lit.frame);
   EffectFrame frame{lit.frame,
                     lit.view,
-                    lit.view_builder.PixelFaces(),
+                    lit.view_builder.PixelSides(),
                     basis_,
                     lit.lighting,
                     codes_,

@@ -228,14 +228,17 @@ std::optional<glm::vec3> SurveyLookUp::MeanAlbedo(const glm::vec2& place,
 }
 
 glm::vec3 SurveyLookUp::TintOf(const PatchScene& real,
-                               std::size_t face,
+                               std::int32_t side,
                                const glm::vec3& position_m) const {
   // Below this an albedo's ratio to another says nothing.
   constexpr float kLeastAlbedo = 1e-3f;
-  const auto region = static_cast<std::int32_t>(real.mesh.triangle_group[face / 2]);
-  const auto surveyed = At(position_m, real.FaceNormal(face), region);
+  const auto of_triangle = static_cast<std::size_t>(side);
+  const auto region = static_cast<std::int32_t>(real.mesh.triangle_group[of_triangle / 2]);
+  const auto surveyed = At(position_m, real.SideNormal(of_triangle), region);
   if (!surveyed) return glm::vec3(1.0f);
-  return surveyed->albedo_rgb / glm::max(real.face_albedo_rgb[face], glm::vec3(kLeastAlbedo));
+  return surveyed->albedo_rgb /
+         glm::max(real.face_albedo_rgb[static_cast<std::size_t>(real.FaceOfSide(side))],
+                  glm::vec3(kLeastAlbedo));
 }
 
 float SurveyLookUp::TexelSidePx(const glm::vec3& position_m,

@@ -52,9 +52,9 @@ class SurveyLookUp {
   // Between places this near to one another, PlaceOf is linear along a plane to 0.02 pixels.
   float LinearWithinPx() const { return 0.005f * static_cast<float>(size_.width); }
 
-  // The albedo at a point of `real`'s face over that face's; 1 where the map does not show the
-  // point.
-  glm::vec3 TintOf(const PatchScene& real, std::size_t face, const glm::vec3& position_m) const;
+  // The albedo at a point of a side of `real`'s triangles over its face's; 1 where the map does not
+  // show the point.
+  glm::vec3 TintOf(const PatchScene& real, std::int32_t side, const glm::vec3& position_m) const;
 
   // Side of a texel's footprint on a surface over that of a view pixel's, seen from
   // `view_origin_m` with `focal_px`: square roots of the areas, so that slant counts.

@@ -117,11 +117,11 @@ class GatheredRays {
   }
 
   void FindSkyCells();
-  template <class RayOrigin>
+  template <class RayStarts>
   void Gather(const PatchScene& scene,
               std::size_t receiver_count,
               const GatherOptions& options,
-              const RayOrigin& ray_origin);
+              const RayStarts& ray_start);
 };
 
 // Radiosity (W m^-2 per unit of irradiance) of every face for one unit basis light.

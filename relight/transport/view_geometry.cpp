@@ -28,8 +28,8 @@ class GeometryCast {
   GeometryCast(const PatchScene& scene,
                const ViewRays& rays,
                SurfaceView& view,
-               Image<std::int32_t>& face)
-      : scene_(scene), rays_(rays), view_(view), face_(face) {
+               Image<std::int32_t>& side)
+      : scene_(scene), rays_(rays), view_(view), side_(side) {
     // Nearer than this an eye may be on the mesh.
     constexpr float kOffMeshM = 0.01f;
     if (scene.caster.DistanceTo(rays.origin_m, kOffMeshM) >= kOffMeshM) {
@@ -42,7 +42,7 @@ class GeometryCast {
     std::vector<std::size_t> pixels;
     for (int x = 0; x < rays_.width; ++x) {
       if (wanted[static_cast<std::size_t>(x)] == 0) continue;
-      const std::size_t pixel = face_.Index(x, y);
+      const std::size_t pixel = side_.Index(x, y);
       ShowNothing(pixel);
       const glm::vec3 direction = rays_.Direction(pixel);
       if (direction == glm::vec3(0.0f)) continue;
@@ -54,7 +54,7 @@ class GeometryCast {
         rays_.origin_m, where_, directions.data(), directions.size(), hits.data());
     for (std::size_t i = 0; i < hits.size(); ++i) {
       if (hits[i].triangle == FaceHit::kNone) continue;
-      const std::int32_t shown = PatchScene::FaceOfHit(hits[i]);
+      const std::int32_t shown = PatchScene::SideOfHit(hits[i]);
       Show(Plane(shown), directions[i], pixels[i]);
     }
   }
@@ -63,10 +63,10 @@ class GeometryCast {
   bool FillBetween(const PixelBlock& block, const std::array<std::size_t, 4>& corners) {
     if (!IsOnOnePlane(corners)) return false;
     std::array<ShownPlane, 4> planes;
-    for (std::size_t k = 0; k < 4; ++k) planes[k] = Plane(face_.pixels[corners[k]]);
+    for (std::size_t k = 0; k < 4; ++k) planes[k] = Plane(side_.pixels[corners[k]]);
     bool is_seen = true;
     block.ForPixelsBetween([&](int x, int y) {
-      const std::size_t pixel = face_.Index(x, y);
+      const std::size_t pixel = side_.Index(x, y);
       const glm::vec3 direction = rays_.Direction(pixel);
       is_seen = is_seen && direction != glm::vec3(0.0f);
       Show(planes[block.NearestCorner(x, y)], direction, pixel);
@@ -76,43 +76,43 @@ class GeometryCast {
 
  private:
   struct ShownPlane {
-    std::int32_t face = 0;
+    std::int32_t side = 0;
     std::int32_t region = 0;
     glm::vec3 normal{0.0f};
     double height_m = 0.0;  // Along the normal, over the eye.
   };
 
   ShownPlane Plane(std::int32_t shown) const {
-    const std::size_t patch = static_cast<std::size_t>(shown) / 2;
-    const glm::vec3 normal = scene_.FaceNormal(static_cast<std::size_t>(shown));
-    const glm::dvec3 corner_m(scene_.mesh.positions_m[scene_.mesh.triangles[patch].x]);
+    const std::size_t triangle = static_cast<std::size_t>(shown) / 2;
+    const glm::vec3 normal = scene_.SideNormal(static_cast<std::size_t>(shown));
+    const glm::dvec3 corner_m(scene_.mesh.positions_m[scene_.mesh.triangles[triangle].x]);
     return {shown,
-            static_cast<std::int32_t>(scene_.mesh.triangle_group[patch]),
+            static_cast<std::int32_t>(scene_.mesh.triangle_group[triangle]),
             normal,
             glm::dot(glm::dvec3(normal), corner_m - glm::dvec3(rays_.origin_m))};
   }
 
   bool IsOnOnePlane(const std::array<std::size_t, 4>& corners) const {
     const std::size_t first = corners[0];
-    if (face_.pixels[first] == PatchScene::kSky) return false;
+    if (side_.pixels[first] == PatchScene::kSky) return false;
     const float range_m = glm::distance(rays_.origin_m, view_.position_world_m.pixels[first]);
     return std::all_of(corners.begin() + 1, corners.end(), [&](std::size_t corner) {
-      return face_.pixels[corner] != PatchScene::kSky && IsOnPlaneOf(first, corner, range_m, view_);
+      return side_.pixels[corner] != PatchScene::kSky && IsOnPlaneOf(first, corner, range_m, view_);
     });
   }
 
   void ShowNothing(std::size_t pixel) {
-    face_.pixels[pixel] = PatchScene::kSky;
+    side_.pixels[pixel] = PatchScene::kSky;
     view_.region.pixels[pixel] = SurfaceView::kNoRegion;
     view_.position_world_m.pixels[pixel] = glm::vec3(0.0f);
     view_.normal_world.pixels[pixel] = glm::vec3(0.0f);
   }
 
-  // On the face's plane to rounding, where a ray's distance alone would be off it.
+  // On the triangle's plane to rounding, where a ray's distance alone would be off it.
   void Show(const ShownPlane& plane, const glm::vec3& direction, std::size_t pixel) {
     const double distance_m =
         plane.height_m / glm::dot(glm::dvec3(plane.normal), glm::dvec3(direction));
-    face_.pixels[pixel] = plane.face;
+    side_.pixels[pixel] = plane.side;
     view_.region.pixels[pixel] = plane.region;
     view_.position_world_m.pixels[pixel] =
         glm::vec3(glm::dvec3(rays_.origin_m) + distance_m * glm::dvec3(direction));
@@ -122,7 +122,7 @@ class GeometryCast {
   const PatchScene& scene_;
   const ViewRays& rays_;
   SurfaceView& view_;
-  Image<std::int32_t>& face_;
+  Image<std::int32_t>& side_;
   RayCaster::Origin where_ = RayCaster::Origin::kMayBeOnMesh;
 };
 
@@ -132,7 +132,7 @@ PlanarBlocks CastGeometry(const PatchScene& scene,
                           const ViewRays& rays,
                           int block_px,
                           SurfaceView& view,
-                          Image<std::int32_t>& face) {
+                          Image<std::int32_t>& side) {
   PlanarBlocks planar{PixelBlocks(rays.width, rays.height, block_px), {}};
   const PixelBlocks& blocks = planar.blocks;
   planar.is_planar.assign(blocks.Count(), 0);
@@ -140,8 +140,8 @@ PlanarBlocks CastGeometry(const PatchScene& scene,
   SizeFor(blocks, view.region);
   SizeFor(blocks, view.position_world_m);
   SizeFor(blocks, view.normal_world);
-  SizeFor(blocks, face);
-  GeometryCast cast(scene, rays, view, face);
+  SizeFor(blocks, side);
+  GeometryCast cast(scene, rays, view, side);
   ForBlocks(
       blocks,
       [&](int y, std::span<const std::uint8_t> wanted) { cast.CastRow(y, wanted); },

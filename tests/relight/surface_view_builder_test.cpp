@@ -256,9 +256,9 @@ TEST(SurfaceViewBuilder, ANewCameraKeepsTheSunsFaces) {
   const SurfaceView& view =
       builder.Update(LookingNorth({2.0, -6.0, 2.0}), sun, kRadius, kUniform, {});
   EXPECT_EQ(builder.SunFacesVersion(), before);
-  ASSERT_EQ(builder.PixelFaces().pixels.size(), view.region.pixels.size());
+  ASSERT_EQ(builder.PixelSides().pixels.size(), view.region.pixels.size());
   for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
-    EXPECT_EQ(builder.PixelFaces().pixels[i] == PatchScene::kSky,
+    EXPECT_EQ(builder.PixelSides().pixels[i] == PatchScene::kSky,
               view.region.pixels[i] == SurfaceView::kNoRegion);
   }
   builder.Update(kCamera, glm::normalize(sun + glm::dvec3(0.02, 0.0, 0.0)), kRadius, kUniform, {});
