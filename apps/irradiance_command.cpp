@@ -84,14 +84,17 @@ Mesh MeshAsSurveyed(const PreparedScene& scene) {
   mesh.triangles.clear();
   mesh.triangle_group.clear();
   mesh.triangle_material.clear();
-  for (std::size_t patch = 0; patch < patches.triangles.size(); ++patch) {
-    if (scene.patches.source_triangle[patch] == PatchScene::kExtension) continue;
-    Material material = patches.materials[patches.triangle_material[patch]];
+  for (std::size_t patch = 0; patch < scene.patches.PatchCount(); ++patch) {
+    Material material = patches.materials[scene.patches.MaterialOf(patch)];
     material.diffuse_albedo = scene.patches.face_albedo_rgb[2 * patch];
-    mesh.triangles.push_back(patches.triangles[patch]);
-    mesh.triangle_group.push_back(patches.triangle_group[patch]);
-    mesh.triangle_material.push_back(static_cast<std::uint32_t>(mesh.materials.size()));
     mesh.materials.push_back(material);
+  }
+  for (std::size_t i = 0; i < patches.triangles.size(); ++i) {
+    if (scene.patches.source_triangle[i] == PatchScene::kExtension) continue;
+    const auto face = scene.patches.FaceOfSide(static_cast<std::int32_t>(2 * i));
+    mesh.triangles.push_back(patches.triangles[i]);
+    mesh.triangle_group.push_back(patches.triangle_group[i]);
+    mesh.triangle_material.push_back(static_cast<std::uint32_t>(face / 2));
   }
   return mesh;
 }

@@ -206,7 +206,7 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
   const PreparedScene& scene = loaded->scene;
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   spdlog::info("{} patches, {} probes{}",
-               scene.patches.mesh.triangles.size(),
+               scene.patches.PatchCount(),
                scene.probes.Grid().ProbeCount(),
                scene.from_store ? "; all of it from the cache" : "");
   if (options.maps) WriteSurveyMaps(scene, *options.maps);

@@ -52,7 +52,7 @@ void Prepare(benchmark::State& state) {
   const Recorded& recorded = TheRecording();
   const PrepareOptions options = PrepareOptionsFor(recorded.site);
   std::size_t patches = 0;
-  for (auto _ : state) patches = recorded.Prepare(options).patches.mesh.triangles.size();
+  for (auto _ : state) patches = recorded.Prepare(options).patches.PatchCount();
   state.counters["patches"] = static_cast<double>(patches);
 }
 

@@ -33,7 +33,9 @@ glm::vec3 LargestSkyIrradiance(const SkyShape& shape) {
 
 }  // namespace
 
-void FrameBasis::Update(SurfaceViewBuilder& builder, const DirectionalLight& sun) {
+void FrameBasis::Update(SurfaceViewBuilder& builder,
+                        const DirectionalLight& sun,
+                        const DirectionalLight& bounce_sun) {
   builder_ = &builder;
   const std::span<const std::shared_ptr<const SkyShape>> shapes = builder.SkyShapes();
   const std::size_t lights = 1 + shapes.size();
@@ -66,6 +68,7 @@ void FrameBasis::Update(SurfaceViewBuilder& builder, const DirectionalLight& sun
   sun_faces_version_ = builder.SunFacesVersion();
   shapes_.assign(shapes.begin(), shapes.end());
   sun_ = sun;
+  bounce_sun_ = bounce_sun;
 }
 
 const std::vector<glm::vec3>& FrameBasis::FaceRadiosity(std::size_t light) const {
@@ -101,7 +104,7 @@ std::vector<std::size_t> LightsDone::StaleIn(const FrameBasis& basis,
 }
 
 double LightsDone::SunGoneOnRad(const FrameBasis& basis, const Lighting& lighting) const {
-  const glm::dvec3& now = basis.Sun().direction_enu;
+  const glm::dvec3& now = basis.BounceSun().direction_enu;
   double largest = 0.0;
   for (const std::size_t light : StaleIn(basis, lighting)) {
     if (!Ever(basis, light)) continue;

@@ -17,9 +17,11 @@ namespace pleinair {
 // Light 0 is the sun, 1 + k the sky's shape k.
 class FrameBasis {
  public:
-  // Takes over what `builder`, which outlives this, was last updated for. `sun` is what the sun's
-  // part is made for, without an intensity.
-  void Update(SurfaceViewBuilder& builder, const DirectionalLight& sun);
+  // Takes over what `builder`, which outlives this, was last updated for. `sun` is the view's,
+  // `bounce_sun` that of the light on faces (see SunPlace); both without an intensity.
+  void Update(SurfaceViewBuilder& builder,
+              const DirectionalLight& sun,
+              const DirectionalLight& bounce_sun);
 
   std::size_t LightCount() const { return versions_.size(); }
   // Changes when a light's place in the order is another one's, or they are more or fewer: what was
@@ -30,6 +32,8 @@ class FrameBasis {
   // Changes when the light does; no two lights share one.
   std::uint64_t Version(std::size_t light) const { return versions_[light]; }
   const DirectionalLight& Sun() const { return sun_; }
+  // Where light 0 comes from: it changes with Version(0).
+  const DirectionalLight& BounceSun() const { return bounce_sun_; }
   std::span<const std::shared_ptr<const SkyShape>> Shapes() const { return shapes_; }
   // Null for the sun.
   const SkyShape* Sky(std::size_t light) const {
@@ -48,6 +52,7 @@ class FrameBasis {
  private:
   SurfaceViewBuilder* builder_ = nullptr;
   DirectionalLight sun_;
+  DirectionalLight bounce_sun_;
   std::uint64_t sun_faces_version_ = 0;
   std::uint64_t last_version_ = 0;
   std::uint64_t generation_ = 0;
@@ -82,7 +87,7 @@ class LightsDone {
   void Done(const FrameBasis& basis, std::size_t light) {
     made_.resize(basis.LightCount());
     made_[light] = {
-        basis.Version(light), basis.Generation(), basis.Sun().direction_enu, ++last_stamp_};
+        basis.Version(light), basis.Generation(), basis.BounceSun().direction_enu, ++last_stamp_};
   }
   // All count as never computed from now on.
   void Lapse() {

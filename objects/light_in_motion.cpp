@@ -268,10 +268,11 @@ LightInMotion::Seen LightInMotion::SeenFrom(const ObjectBounds& object,
     const glm::vec3& direction = directions_[ray % directions_.size()];
     const auto hit = real_->caster.Intersect(place_m, direction);
     if (!hit) return;
-    seen.sources[ray] = PatchScene::FaceOfHit(*hit, direction);
+    const std::int32_t side = PatchScene::SideOfHit(*hit, direction);
+    seen.sources[ray] = real_->FaceOfSide(side);
     if (hit->distance_m > reach_m) return;
-    const glm::vec3 normal = real_->FaceNormal(static_cast<std::size_t>(seen.sources[ray]));
-    near[ray] = OffsetFromSurface(hit->position_m, normal);
+    near[ray] =
+        OffsetFromSurface(hit->position_m, real_->SideNormal(static_cast<std::size_t>(side)));
   });
   for (std::size_t ray = 0; ray < rays; ++ray) {
     if (near[ray]) seen.near.push_back({ray, *near[ray]});

@@ -111,11 +111,11 @@ MirrorImage::MirrorImage(const PatchScene& real,
 
   const auto add_place = [&](const RayHit& hit, const glm::vec3& direction, Row& row) {
     Place place;
-    place.face = PatchScene::FaceOfHit(hit, direction);
-    const auto face = static_cast<std::size_t>(place.face);
-    const glm::vec3 normal = real.FaceNormal(face);
+    const std::int32_t side = PatchScene::SideOfHit(hit, direction);
+    place.face = real.FaceOfSide(side);
+    const glm::vec3 normal = real.SideNormal(static_cast<std::size_t>(side));
     place.start_m = OffsetFromSurface(hit.position_m, normal);
-    if (survey != nullptr) place.tint = survey->TintOf(real, face, hit.position_m);
+    if (survey != nullptr) place.tint = survey->TintOf(real, side, hit.position_m);
     place.first_hider = static_cast<std::uint32_t>(row.hiders.size());
     const NormalFrame frame(normal);
     const glm::dvec2 rotation = RotationOf(1, row.places.size());
@@ -124,7 +124,7 @@ MirrorImage::MirrorImage(const PatchScene& real,
           frame.CosineDirection(FibonacciPoint(ray, options.rays_per_place, rotation));
       const auto hider = objects.caster.Intersect(place.start_m, up);
       if (!hider || real.caster.Occluded(place.start_m, up, hider->distance_m)) continue;
-      row.hiders.push_back(PatchScene::FaceOfHit(*hider, up));
+      row.hiders.push_back(objects.FaceOfHit(*hider, up));
       ++place.hider_count;
     }
     row.places.push_back(place);
@@ -180,7 +180,7 @@ MirrorImage::MirrorImage(const PatchScene& real,
             on_real ? objects.caster.Intersect(point.start_m, entry.direction, on_real->distance_m)
                     : objects.caster.Intersect(point.start_m, entry.direction);
         if (on_object) {
-          entry.place = -2 - PatchScene::FaceOfHit(*on_object, entry.direction);
+          entry.place = -2 - objects.FaceOfHit(*on_object, entry.direction);
         } else if (on_real) {
           entry.place = add_place(*on_real, entry.direction, row);
         } else if (!(entry.direction.z > 0.0f)) {

@@ -57,9 +57,9 @@ NearSunlight::NearSunlight(const PatchScene& real,
       const auto hit = real.caster.Intersect(origin_m, direction, farthest_m);
       if (!hit || glm::distance(hit->position_m, centre_m) > reach_m) continue;
       if (objects.caster.Occluded(origin_m, direction, hit->distance_m)) continue;
-      const std::int32_t face = PatchScene::FaceOfHit(*hit, direction);
-      const glm::vec3 normal = real.FaceNormal(static_cast<std::size_t>(face));
-      of_receiver[i].push_back({OffsetFromSurface(hit->position_m, normal), face});
+      const std::int32_t side = PatchScene::SideOfHit(*hit, direction);
+      const glm::vec3 normal = real.SideNormal(static_cast<std::size_t>(side));
+      of_receiver[i].push_back({OffsetFromSurface(hit->position_m, normal), real.FaceOfSide(side)});
     }
   });
   for (std::size_t i = 0; i < receivers.size(); ++i) {

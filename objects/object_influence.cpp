@@ -214,7 +214,11 @@ ObjectInfluence ObjectInfluence::InParts(const PatchScene& real,
                                                        options.least_spacing));
   const FaceLattice& lattice = *influence.lattice_;
   influence.receivers_ = lattice.Receivers();
-  influence.stands_at_.assign(lattice.FaceOfReceiver().begin(), lattice.FaceOfReceiver().end());
+  influence.stands_at_.reserve(influence.receivers_.size());
+  for (const std::uint32_t side : lattice.SideOfReceiver()) {
+    influence.stands_at_.push_back(
+        static_cast<std::size_t>(real.FaceOfSide(static_cast<std::int32_t>(side))));
+  }
   influence.rays_ =
       std::make_shared<InfluenceRays>(objects, influence.receivers_, options.rays_per_receiver);
   return influence;
@@ -222,34 +226,34 @@ ObjectInfluence ObjectInfluence::InParts(const PatchScene& real,
 
 void ObjectInfluence::See(const PatchScene& real,
                           const SurfaceView& view,
-                          const Image<std::int32_t>& faces) {
+                          const Image<std::int32_t>& sides) {
   if (lattice_ == nullptr) {
     throw std::logic_error("object influence: See is for receivers on faces");
   }
   RequireFaces(real.FaceCount(), real_faces_, "the real scene");
-  if (faces.width != view.Width() || faces.height != view.Height()) {
-    throw std::invalid_argument(std::string("object influence: faces of a picture of ") +
-                                std::to_string(faces.width) + "x" + std::to_string(faces.height) +
+  if (sides.width != view.Width() || sides.height != view.Height()) {
+    throw std::invalid_argument(std::string("object influence: sides of a picture of ") +
+                                std::to_string(sides.width) + "x" + std::to_string(sides.height) +
                                 ", expected the view's " + std::to_string(view.Width()) + "x" +
                                 std::to_string(view.Height()));
   }
-  picture_width_px_ = faces.width;
-  picture_height_px_ = faces.height;
-  rows_.resize(static_cast<std::size_t>(faces.height));
-  tbb::parallel_for(0, faces.height, [&](int y) {
+  picture_width_px_ = sides.width;
+  picture_height_px_ = sides.height;
+  rows_.resize(static_cast<std::size_t>(sides.height));
+  tbb::parallel_for(0, sides.height, [&](int y) {
     Row& row = rows_[static_cast<std::size_t>(y)];
     // Three a pixel, of no weight where nothing changes.
-    const auto width = static_cast<std::size_t>(faces.width);
+    const auto width = static_cast<std::size_t>(sides.width);
     row.first_px = 0;
     row.entries.assign(3 * width, Entry{0, 0.0f});
     row.begin.resize(width + 1);
     for (std::size_t i = 0; i <= width; ++i) row.begin[i] = static_cast<std::uint32_t>(3 * i);
-    for (int x = 0; x < faces.width; ++x) {
-      const std::size_t pixel = faces.Index(x, y);
-      if (faces.pixels[pixel] == PatchScene::kSky) continue;
-      const auto face = static_cast<std::size_t>(faces.pixels[pixel]);
-      if (!lattice_->HasReceivers(face)) continue;
-      const auto around = lattice_->Around(real, face, view.position_world_m.pixels[pixel]);
+    for (int x = 0; x < sides.width; ++x) {
+      const std::size_t pixel = sides.Index(x, y);
+      if (sides.pixels[pixel] == PatchScene::kSky) continue;
+      const auto side = static_cast<std::size_t>(sides.pixels[pixel]);
+      if (!lattice_->HasReceivers(side)) continue;
+      const auto around = lattice_->Around(real, side, view.position_world_m.pixels[pixel]);
       // What an object stands on is not to darken what lies beside it.
       float open = 0.0f;
       for (const FaceLattice::Weighted& at : around) open += at.weight * is_open_[at.receiver];

@@ -25,7 +25,7 @@ SphereView::SphereView(const PatchScene& scene,
     const glm::vec3& direction = directions_[i % directions_.size()];
     const auto hit = scene.caster.Intersect(places_m[i / directions_.size()], direction);
     const std::int32_t open = direction.z > 0.0f ? PatchScene::kSky : kDark;
-    sources_[i] = hit ? PatchScene::FaceOfHit(*hit, direction) : open;
+    sources_[i] = hit ? scene.FaceOfHit(*hit, direction) : open;
   });
 }
 

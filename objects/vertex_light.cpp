@@ -226,7 +226,7 @@ void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Li
   const bool makes_sun = !stale.empty() && stale.front() == 0;
   if ((makes_sun || objects_sun_version_ == 0 || upto == Upto::kCurrent) &&
       objects_sun_version_ != basis.Version(0) && IntensityOf(lighting, 0) != glm::vec3(0.0f)) {
-    interreflection_.UpdateSun(scene_.patches.caster, basis.Sun().direction_enu);
+    interreflection_.UpdateSun(scene_.patches.caster, basis.BounceSun().direction_enu);
     objects_sun_version_ = basis.Version(0);
   }
   if (!IsGathered()) {
@@ -438,7 +438,7 @@ void VertexLight::AddNearSunlight(const FrameBasis& basis,
                                   std::vector<glm::vec3>& irradiance) {
   if (!near_sunlight_) return;
   const std::vector<glm::vec3> change = at_vertices(near_sunlight_->Change(
-      scene_.patches, interreflection_.Objects(), basis.Sun(), basis.DirectIrradiance()));
+      scene_.patches, interreflection_.Objects(), basis.BounceSun(), basis.DirectIrradiance()));
   for (std::size_t v = 0; v < irradiance.size(); ++v) {
     // Both are estimates by few rays: their sum may fall below zero.
     irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));

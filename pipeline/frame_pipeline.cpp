@@ -29,6 +29,10 @@ void FramePipelineOptions::Validate() const {
     throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
                                 ": expected 0 or more seconds");
   }
+  if (!(bounce_step_s >= 0.0) || !std::isfinite(bounce_step_s)) {
+    throw std::invalid_argument("bounce_step_s " + std::to_string(bounce_step_s) +
+                                ": expected 0 or more seconds");
+  }
   object_light.Validate();
   influence.Validate();
   effects.Validate();
@@ -67,17 +71,14 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     FrameResult result;
     result.sun = SunOfFrame(site_, frame);
     result.clear_sky = clear_sky_.At(result.sun.direction_enu);
-    const SunState sun = TransportSunOf(frame, result.sun);
-    result.sun_age_s = std::chrono::duration<double>(frame.time - transport_->time).count();
+    const TransportTime& transport = TransportOf(frame, result.sun);
+    result.sun_age_s = std::chrono::duration<double>(frame.time - transport.time).count();
 
-    const auto basis = source_->BasisFor(frame, sun);
+    const auto basis = source_->BasisFor(frame, transport.bounces);
     if (!basis) return failed(basis.error().reason);
     sky_shapes_.assign(basis->begin(), basis->end());
-    const SurfaceView& view = view_builder_.Update(frame.camera,
-                                                   sun.direction_enu,
-                                                   sun.angular_radius_rad,
-                                                   sky_shapes_,
-                                                   SampleRegionsOf(frame));
+    const SurfaceView& view =
+        view_builder_.Update(frame.camera, transport.Place(), sky_shapes_, SampleRegionsOf(frame));
     if (options_.sun_ahead) MakeSunAhead(frame);
     objects_.Pose(object_poses);
     result.timing_ms.transport = watch.LapMs();
@@ -113,13 +114,21 @@ tl::expected<FrameResult, FrameError> FramePipeline::Redraw(
 }
 
 void FramePipeline::Draw(const Frame& frame, FrameResult& result) {
-  const SunState& sun = transport_.value().sun;
-  const DirectionalLight transport_sun{sun.direction_enu, {}, sun.angular_radius_rad};
+  const auto light_of = [](const SunState& sun) {
+    return DirectionalLight{sun.direction_enu, {}, sun.angular_radius_rad};
+  };
+  const DirectionalLight transport_sun = light_of(transport_.value().sun);
+  const DirectionalLight bounce_sun = light_of(transport_.value().bounces);
   const Lighting& lighting =
       result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
   const StageTimes before = result.timing_ms;
-  static_cast<RenderedFrame&>(result) = effects_->Render(
-      {frame, view_builder_.View(), view_builder_, transport_sun, lighting, before.estimate});
+  static_cast<RenderedFrame&>(result) = effects_->Render({frame,
+                                                          view_builder_.View(),
+                                                          view_builder_,
+                                                          transport_sun,
+                                                          bounce_sun,
+                                                          lighting,
+                                                          before.estimate});
   result.timing_ms.transport += before.transport;
   result.timing_ms.estimate = before.estimate;
 }
@@ -169,30 +178,28 @@ std::string FramePipeline::DaylightNote() const {
   return Daylight() != nullptr ? Daylight()->Note() : std::string();
 }
 
-SunState FramePipeline::TransportSunOf(const Frame& frame, const SunState& sun) {
-  TransportTime wanted = TransportSun(site_, frame, sun, options_.sun_step_s);
+const TransportTime& FramePipeline::TransportOf(const Frame& frame, const SunState& sun) {
+  const TransportSteps steps{options_.sun_step_s, options_.bounce_step_s};
+  const TransportTime wanted = TransportSun(site_, frame, sun, steps);
   if (options_.sun_ahead && transport_ && transport_->time != wanted.time) {
     const std::vector<SampleRegionPolygon> polygons = SampleRegionsOf(frame);
     const bool must_wait = !view_builder_.Stands(frame.camera, polygons);
-    if (!must_wait &&
-        !view_builder_.IsAtHand(
-            frame.camera, wanted.sun.direction_enu, wanted.sun.angular_radius_rad, polygons)) {
-      view_builder_.MakeAhead(wanted.sun.direction_enu, wanted.sun.angular_radius_rad);
-      return transport_->sun;
+    if (!must_wait && !view_builder_.IsAtHand(frame.camera, wanted.Place(), polygons)) {
+      view_builder_.MakeAhead(wanted.Place());
+      return *transport_;
     }
   }
-  transport_ = std::move(wanted);
-  return transport_->sun;
+  return transport_.emplace(wanted);
 }
 
 void FramePipeline::MakeSunAhead(const Frame& frame) {
   if (!site_ || frame.sun_direction_enu || !(options_.sun_step_s > 0.0)) return;
+  const TransportSteps steps{options_.sun_step_s, options_.bounce_step_s};
   // What the frame itself waits for comes first.
-  if (TransportSun(site_, frame, {}, options_.sun_step_s).time != transport_->time) return;
+  if (TransportSun(site_, frame, {}, steps).time != transport_->time) return;
   Frame next;
   next.time = frame.time + std::chrono::nanoseconds(std::llround(options_.sun_step_s * 1e9));
-  const SunState sun = TransportSun(site_, next, {}, options_.sun_step_s).sun;
-  view_builder_.MakeAhead(sun.direction_enu, sun.angular_radius_rad);
+  view_builder_.MakeAhead(TransportSun(site_, next, {}, steps).Place());
 }
 
 void FramePipeline::FilterEstimate(FrameResult& result) {

@@ -44,6 +44,9 @@ struct FramePipelineOptions {
   // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
   // every frame.
   double sun_step_s = 48.0;
+  // The same for what takes longer and changes less: the sun's bounces, and the sky shapes that
+  // turn with it. A multiple of sun_step_s has both made for the same frames.
+  double bounce_step_s = 240.0;
   // That transport for the raster's next time is made ahead, on another thread, and a frame does
   // not wait for it: until it is there the last one is used (FrameResult::sun_age_s). For live
   // frames.
@@ -187,8 +190,8 @@ class FramePipeline {
  private:
   // Fills in what is drawn of a frame whose light is known. Adds to the times.
   void Draw(const Frame& frame, FrameResult& result);
-  // The sun that the frame's transport is for.
-  SunState TransportSunOf(const Frame& frame, const SunState& sun);
+  // For what the frame's transport is made.
+  const TransportTime& TransportOf(const Frame& frame, const SunState& sun);
   void MakeSunAhead(const Frame& frame);
   void FilterEstimate(FrameResult& result);
 

@@ -23,10 +23,12 @@ UtcTime SnapToRaster(UtcTime time, double step_s) {
 TransportTime TransportSun(const std::optional<Site>& site,
                            const Frame& frame,
                            const SunState& sun,
-                           double step_s) {
-  if (frame.sun_direction_enu || !site) return {frame.time, sun};
-  const UtcTime time = SnapToRaster(frame.time, step_s);
-  return {time, SunOverSite(*site, time)};
+                           const TransportSteps& steps) {
+  if (frame.sun_direction_enu || !site) return {frame.time, sun, sun};
+  const UtcTime time = SnapToRaster(frame.time, steps.sun_s);
+  return {time,
+          SunOverSite(*site, time),
+          SunOverSite(*site, SnapToRaster(frame.time, steps.bounces_s))};
 }
 
 std::vector<SampleRegionPolygon> SampleRegionsOf(const Frame& frame) {

@@ -11,18 +11,30 @@
 
 namespace pleinair {
 
+// On rasters of time; 0: at a frame's very time.
+struct TransportSteps {
+  double sun_s = 0.0;
+  double bounces_s = 0.0;
+};
+
 struct TransportTime {
   UtcTime time{};
   SunState sun;
+  SunState bounces;  // The sun for what its light does after it has met a surface.
+
+  // The disc grows and shrinks by a ten thousandth a day: one of the two sizes serves both.
+  SunPlace Place() const {
+    return {sun.direction_enu, bounces.angular_radius_rad, bounces.direction_enu};
+  }
 };
 
-// The sun in the middle of the cell that the frame's time lies in, on a raster of `step_s` (0: at
-// its very time), so that transport is a pure function of time and is kept while the sun has hardly
-// moved. `sun` itself where the frame states its direction or there is no site.
+// The sun in the middle of the cell that the frame's time lies in, so that transport is a pure
+// function of time and is kept while the sun has hardly moved. `sun` itself where the frame states
+// its direction or there is no site.
 TransportTime TransportSun(const std::optional<Site>& site,
                            const Frame& frame,
                            const SunState& sun,
-                           double step_s);
+                           const TransportSteps& steps);
 
 std::vector<SampleRegionPolygon> SampleRegionsOf(const Frame& frame);
 

@@ -32,22 +32,20 @@ LightTrials::Process(const Frame& frame, std::span<const std::unique_ptr<Lightin
   std::vector<tl::expected<LightTrial, LightingFailure>> trials;
   try {
     const SunState sun = SunOfFrame(site_, frame);
-    const SunState transport_sun =
-        TransportSun(site_, frame, sun, FramePipelineOptions{}.sun_step_s).sun;
+    const FramePipelineOptions usual;
+    const TransportTime transport =
+        TransportSun(site_, frame, sun, {usual.sun_step_s, usual.bounce_step_s});
     view_ = nullptr;
     for (const std::unique_ptr<LightingSource>& source : sources) {
-      const auto basis = source->BasisFor(frame, transport_sun);
+      const auto basis = source->BasisFor(frame, transport.bounces);
       if (!basis) {
         trials.push_back(tl::unexpected(basis.error()));
         continue;
       }
       if (view_ == nullptr) {
         const auto start = Clock::now();
-        view_ = &view_builder_.Update(frame.camera,
-                                      transport_sun.direction_enu,
-                                      transport_sun.angular_radius_rad,
-                                      *basis,
-                                      SampleRegionsOf(frame));
+        view_ =
+            &view_builder_.Update(frame.camera, transport.Place(), *basis, SampleRegionsOf(frame));
         view_ms_ = MsSince(start);
       }
       const auto start = Clock::now();

@@ -160,9 +160,9 @@ class SelfCalibrator {
     for (DiffuseSample& sample : samples_) {
       sample.sun_transport_rgb /= double{kDrawnAlbedo};
       for (glm::dvec3& sky : sample.sky_transport_rgb) sky /= double{kDrawnAlbedo};
-      const std::int32_t face = builder.PixelFaces().At(sample.pixel.x, sample.pixel.y);
-      const std::uint32_t material =
-          scene_.patches.mesh.triangle_material[static_cast<std::size_t>(face) / 2];
+      const std::int32_t face =
+          scene_.patches.FaceOfSide(builder.PixelSides().At(sample.pixel.x, sample.pixel.y));
+      const std::uint32_t material = scene_.patches.MaterialOf(static_cast<std::size_t>(face) / 2);
       const std::int32_t surface = surfaces_.Of({sample.plane, material});
       added.samples.push_back({sample, surface, spots_.Of({surface, face})});
     }
@@ -186,17 +186,16 @@ class SelfCalibrator {
       patches.face_albedo_rgb[face] = glm::vec3(albedo);
       seen[face] = 1;
       const double area_m2 = patches.PatchAreaM2(face / 2);
-      const std::uint32_t material = patches.mesh.triangle_material[face / 2];
-      for (Sum* sum :
-           {&of_group[{patches.mesh.triangle_group[face / 2], material}], &of_material[material]}) {
+      const std::uint32_t material = patches.MaterialOf(face / 2);
+      for (Sum* sum : {&of_group[{patches.GroupOf(face / 2), material}], &of_material[material]}) {
         sum->albedo += area_m2 * albedo;
         sum->weight += area_m2;
       }
     }
     for (std::size_t face = 0; face < seen.size(); ++face) {
       if (seen[face] != 0) continue;
-      const std::uint32_t material = patches.mesh.triangle_material[face / 2];
-      const auto group = of_group.find({patches.mesh.triangle_group[face / 2], material});
+      const std::uint32_t material = patches.MaterialOf(face / 2);
+      const auto group = of_group.find({patches.GroupOf(face / 2), material});
       const auto same = of_material.find(material);
       const Sum* sum = group != of_group.end()     ? &group->second
                        : same != of_material.end() ? &same->second

@@ -48,6 +48,7 @@ void CheckPoints(std::span<const glm::vec3> points_m, std::span<const glm::vec3>
 PatchOptions FocusOn(std::span<const glm::vec3> points_m, double growth_per_m) {
   PatchOptions options;
   options.extend_ground = false;
+  options.join_small = false;  // Its light starts from parts of triangles.
   options.growth_per_m = growth_per_m;
   options.focus_points_m.assign(points_m.begin(), points_m.end());
   return options;
@@ -175,7 +176,7 @@ PointIrradiance::PointIrradiance(const Mesh& mesh,
   patches.ground_albedo = options_.ground_albedo;
   patches_ = BuildPatchScene(mesh, patches);
 
-  summary_.patches = patches_.mesh.triangles.size();
+  summary_.patches = patches_.PatchCount();
   summary_.memory_bytes = RadiosityBytes(summary_.patches,
                                          options_.regions.Count(),
                                          PatchGather(),
@@ -369,7 +370,7 @@ std::vector<glm::vec3> PointIrradiance::SunByWayOfOneSurface(const glm::dvec3& d
           frame.CosineDirection(FibonacciPoint(k, gather.rays_per_receiver, rotation));
       const auto hit = patches_.caster.Intersect(origin, direction);
       if (!hit) continue;
-      const auto face = static_cast<std::size_t>(PatchScene::FaceOfHit(*hit, direction));
+      const auto face = static_cast<std::size_t>(patches_.FaceOfHit(*hit, direction));
       const Receiver at_hit{hit->position_m,
                             face % 2 == 0 ? hit->geometric_normal : -hit->geometric_normal};
       const float cosine = glm::dot(at_hit.normal, disc.Direction());

@@ -32,7 +32,7 @@ std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   const PatchOptions& patches = options.patches;
   hash.AddVector(patches.focus_m).AddAll(patches.focus_points_m);
   hash.Add(patches.patch_size_m).Add(patches.growth_per_m);
-  hash.Add(patches.extend_ground).Add(patches.ground_albedo);
+  hash.Add(patches.extend_ground).Add(patches.ground_albedo).Add(patches.join_small);
   hash.Add(options.gather.rays_per_receiver).Add(options.gather.seed);
   hash.Add(options.gather.from_exposed_parts);
   return hash.Hex();
@@ -66,7 +66,7 @@ std::string ProbeKey(const std::string& scene_key, const PrepareOptions& options
 std::vector<std::uint8_t> DiffusePatches(const PatchScene& scene,
                                          const std::vector<std::string>& names) {
   const Mesh& mesh = scene.mesh;
-  if (names.empty()) return std::vector<std::uint8_t>(mesh.triangles.size(), 1);
+  if (names.empty()) return std::vector<std::uint8_t>(scene.PatchCount(), 1);
   std::vector<std::uint8_t> group_named(mesh.group_names.size(), 0);
   std::vector<std::uint8_t> material_named(mesh.materials.size(), 0);
   for (const std::string& name : names) {
@@ -86,9 +86,9 @@ std::vector<std::uint8_t> DiffusePatches(const PatchScene& scene,
                                   "\" is neither a group nor a material of the scene's mesh");
     }
   }
-  std::vector<std::uint8_t> diffuse(mesh.triangles.size());
+  std::vector<std::uint8_t> diffuse(scene.PatchCount());
   for (std::size_t i = 0; i < diffuse.size(); ++i) {
-    diffuse[i] = group_named[mesh.triangle_group[i]] | material_named[mesh.triangle_material[i]];
+    diffuse[i] = group_named[scene.GroupOf(i)] | material_named[scene.MaterialOf(i)];
   }
   return diffuse;
 }
@@ -159,7 +159,7 @@ constexpr double kMiB = 1024.0 * 1024.0;
 
 // Sun and sky, one after the other; the sky's rays are the patches' own.
 std::size_t TransportBytes(const PreparedScene& prepared) {
-  return RadiosityBytes(prepared.patches.mesh.triangles.size(), 1, prepared.options.gather, 0);
+  return RadiosityBytes(prepared.patches.PatchCount(), 1, prepared.options.gather, 0);
 }
 
 std::string MiBText(std::size_t bytes) {
@@ -167,8 +167,8 @@ std::string MiBText(std::size_t bytes) {
 }
 
 std::string LightBetweenPatches(const PreparedScene& prepared) {
-  return "light between " + std::to_string(prepared.patches.mesh.triangles.size()) +
-         " patches, at most " + MiBText(TransportBytes(prepared));
+  return "light between " + std::to_string(prepared.patches.PatchCount()) + " patches, at most " +
+         MiBText(TransportBytes(prepared));
 }
 
 void RequireMemoryFor(const PreparedScene& prepared) {

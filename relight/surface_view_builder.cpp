@@ -54,17 +54,7 @@ void ForPixelsInside(const SampleRegionPolygon& polygon,
 }  // namespace
 
 struct SurfaceViewBuilder::Impl {
-  struct SunKey {
-    glm::dvec3 direction_enu{0.0};
-    double angular_radius_rad = 0.0;
-    bool operator==(const SunKey&) const = default;
-  };
-  // What a sun does to the scene, whoever looks.
-  struct SunOnFaces {
-    SunKey key;
-    FaceLight faces;
-  };
-  // What the view shows of it.
+  // What the view shows of a sun.
   struct SunInView {
     GrayImage visibility;
     RgbImage bounce;
@@ -73,22 +63,25 @@ struct SurfaceViewBuilder::Impl {
   // Being made on another thread, or made; waits for it when it is destroyed.
   struct SunAhead {
     struct Made {
-      SunOnFaces on_faces;
+      std::shared_ptr<const FaceLight> faces;
       std::optional<SunInView> in_view;  // Where the view need not wait for it.
     };
-    SunKey key;
+    SunPlace sun;
     std::future<Made> made;
   };
 
   const PreparedScene& scene;
   SurfaceViewOptions options;
   ViewAlbedo albedo;
-  Cached<Image<glm::vec3>, CameraIntrinsics> directions_in_camera;
+  Cached<std::shared_ptr<const Image<glm::vec3>>, CameraIntrinsics> directions_in_camera;
 
   SurfaceView view;
-  Image<std::int32_t> face;  // That each pixel shows.
+  Image<std::int32_t> side;      // Of a triangle, that each pixel shows.
+  PlanarBlocks geometry_blocks;  // Those that were not cast pixel by pixel.
+  PlanarBlocks sun_blocks;
   std::vector<SampleRegionPolygon> polygons;
-  std::optional<SunKey> sun;  // That the view and sun_faces are under.
+  std::optional<SunPlace> sun;  // That the view and sun_faces are under.
+  SunInView sun_in_view;        // What the view had of another: memory for the next.
   // One of the two: of this view's pixels, or of the surfaces.
   SurfaceGather gather;
   std::optional<SurfaceLight> surfaces;
@@ -98,7 +91,7 @@ struct SurfaceViewBuilder::Impl {
   std::vector<std::shared_ptr<const SkyShape>> bare_shapes;
   std::vector<std::shared_ptr<const SkyShape>> shapes;  // Those, past the skyline.
   std::vector<FaceLight> sky_faces;                     // Per shape.
-  FaceLight sun_faces;
+  std::shared_ptr<const FaceLight> sun_faces = std::make_shared<const FaceLight>();
   std::uint64_t sun_faces_version = 0;
 
   std::optional<Survey> survey_now;
@@ -129,15 +122,20 @@ struct SurfaceViewBuilder::Impl {
     const CameraPixels pixels(camera);
     const ViewRays rays = pixels.Rays(directions_in_camera.Get(
         camera.intrinsics, [&] { return DirectionsInCamera(camera.intrinsics); }));
-    CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, face);
-    mesh_edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
-    albedo.Fill(pixels, face, view, survey_edge_distance_px);
+    geometry_blocks =
+        CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, side);
+    const int sun_block_px = BlockPx(options.sun_block_px);
+    sun_blocks = sun_block_px == geometry_blocks.blocks.SidePx()
+                     ? geometry_blocks
+                     : FindPlanarBlocks(view, rays.origin_m, sun_block_px);
+    MeshEdgesInBlocks(view, rays.origin_m, geometry_blocks, mesh_edges);
+    albedo.Fill(pixels, geometry_blocks, side, view, survey_edge_distance_px);
     if (IsOnSurfaces()) {
       if (!surfaces) {
         surfaces.emplace(
             scene.patches, scene.transport.FaceRays(), options.surfaces, scene.options.gather);
       }
-      surfaces->Show(face);
+      surfaces->Show(side);
     } else {
       gather =
           SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
@@ -145,8 +143,8 @@ struct SurfaceViewBuilder::Impl {
     ++view.geometry_version;
   }
 
-  // Makes the light of new shapes on faces; returns which they are.
-  std::vector<std::size_t> SetSky(std::span<const std::shared_ptr<const SkyShape>> wanted) {
+  // Returns which are new; they have no light on faces yet.
+  std::vector<std::size_t> SetShapes(std::span<const std::shared_ptr<const SkyShape>> wanted) {
     const std::vector<std::shared_ptr<const SkyShape>> before = std::exchange(
         bare_shapes, std::vector<std::shared_ptr<const SkyShape>>(wanted.begin(), wanted.end()));
     shapes.resize(bare_shapes.size());
@@ -156,9 +154,7 @@ struct SurfaceViewBuilder::Impl {
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       if (k < before.size() && before[k] == bare_shapes[k]) continue;
       shapes[k] = scene.survey ? SeenPast(scene.survey->skyline, bare_shapes[k]) : bare_shapes[k];
-      sky_faces[k] = scene.transport.SolveSky(scene.patches, *shapes[k], scene.options.bounces);
       view.sky_shape_names[k] = shapes[k]->Name();
-      if (surfaces) surfaces->SetLight(LightOfSky(k), shapes[k], sky_faces[k].radiosity);
       are_new.push_back(k);
     }
     return are_new;
@@ -167,8 +163,9 @@ struct SurfaceViewBuilder::Impl {
   void FillSky(std::span<const std::size_t> of_shapes) {
     view.sky_response.resize(shapes.size());
     for (const std::size_t k : of_shapes) {
-      Reset(view.Width(), view.Height(), glm::vec3(0.0f), view.sky_response[k]);
-      if (!surfaces) SkyResponse(gather, k, view.sky_response[k].pixels);
+      if (surfaces) continue;
+      SizeFor(geometry_blocks.blocks, view.sky_response[k]);
+      SkyResponse(gather, k, view.sky_response[k].pixels);
     }
     ++view.sky_version;
   }
@@ -211,61 +208,90 @@ struct SurfaceViewBuilder::Impl {
     }
   }
 
-  SunOnFaces MakeSunOnFaces(const SunKey& key) const {
-    return {key,
-            scene.transport.SolveSun(
-                scene.patches, key.direction_enu, key.angular_radius_rad, scene.options.bounces)};
+  std::shared_ptr<const FaceLight> SolveSun(const SunPlace& of) const {
+    return std::make_shared<const FaceLight>(scene.transport.SolveSun(
+        scene.patches, of.bounces_from_enu, of.angular_radius_rad, scene.options.bounces));
   }
 
-  // Reads the geometry, which has to stand meanwhile. On surfaces without bounces.
-  SunInView MakeSunInView(const SunKey& key, const FaceLight& faces) const {
-    SunInView in_view;
-    const SunDisc disc(key.direction_enu, key.angular_radius_rad, options.sun_disc_samples);
-    in_view.visibility =
-        SunVisibility(scene.patches.caster, disc, BlockPx(options.sun_block_px), view);
-    in_view.bounce = RgbImage(view.Width(), view.Height());
-    if (!surfaces) gather.Blend(gather.Rays().FromFaces(faces.radiosity), in_view.bounce.pixels);
+  // Light on faces of new shapes, and of a sun where one is given, whose is returned.
+  std::shared_ptr<const FaceLight> SolveNew(std::span<const std::size_t> new_shapes,
+                                            const SunPlace* new_sun) {
+    std::vector<std::shared_ptr<const SkyShape>> skies;
+    for (const std::size_t k : new_shapes) skies.push_back(shapes[k]);
+    std::optional<PatchTransport::Sun> of_sun;
+    if (new_sun != nullptr) of_sun = {new_sun->bounces_from_enu, new_sun->angular_radius_rad};
+    std::vector<FaceLight> lights =
+        scene.transport.SolveTogether(scene.patches, skies, of_sun, scene.options.bounces);
+    for (std::size_t i = 0; i < new_shapes.size(); ++i) {
+      const std::size_t k = new_shapes[i];
+      sky_faces[k] = std::move(lights[i]);
+      if (surfaces) surfaces->SetLight(LightOfSky(k), shapes[k], sky_faces[k].radiosity);
+    }
+    return new_sun != nullptr ? std::make_shared<const FaceLight>(std::move(lights.back()))
+                              : nullptr;
+  }
+
+  // The present ones where the sun's bounces come from the same place, else null.
+  std::shared_ptr<const FaceLight> PresentSunFaces(const SunPlace& wanted) const {
+    const bool are_its_own = sun && sun->bounces_from_enu == wanted.bounces_from_enu &&
+                             sun->angular_radius_rad == wanted.angular_radius_rad;
+    return are_its_own ? sun_faces : nullptr;
+  }
+
+  // Reads the geometry, which has to stand meanwhile. On surfaces without bounces. Keeps the
+  // images' memory.
+  void MakeSunInView(const SunPlace& of, const FaceLight& faces, SunInView& in_view) const {
+    const SunDisc disc(of.direction_enu, of.angular_radius_rad, options.sun_disc_samples);
+    SunVisibilityInBlocks(scene.patches.caster, disc, sun_blocks, view, in_view.visibility);
+    if (!surfaces) {
+      SizeFor(geometry_blocks.blocks, in_view.bounce);
+      gather.Blend(gather.Rays().FromFaces(faces.radiosity), in_view.bounce.pixels);
+    }
     Gray8Image edges = mesh_edges;
     AddShadowEdges(view, in_view.visibility, false, edges);
-    in_view.edge_distance_px = DistanceTo(edges, false, true);
-    for (std::size_t i = 0; i < edges.pixels.size(); ++i) {
-      in_view.edge_distance_px.pixels[i] =
-          std::min(in_view.edge_distance_px.pixels[i], survey_edge_distance_px.pixels[i]);
-    }
-    return in_view;
+    DistanceToEdgeOrBorder(edges, in_view.edge_distance_px);
+    tbb::parallel_for(0, view.Height(), [&](int y) {
+      const std::size_t begin = edges.Index(0, y);
+      for (std::size_t i = begin; i < begin + static_cast<std::size_t>(edges.width); ++i) {
+        float& distance_px = in_view.edge_distance_px.pixels[i];
+        distance_px = std::min(distance_px, survey_edge_distance_px.pixels[i]);
+      }
+    });
   }
 
-  // On surfaces a view under another sun takes no longer than a new view.
-  SunAhead::Made MakeSunAhead(const SunKey& key) const {
-    SunAhead::Made made{MakeSunOnFaces(key), std::nullopt};
-    if (!IsOnSurfaces()) made.in_view = MakeSunInView(key, made.on_faces.faces);
-    return made;
-  }
-
-  // What was made ahead, where it is this sun's.
-  std::optional<SunAhead::Made> TakeAhead(const SunKey& key) {
-    if (!ahead || ahead->key != key) return std::nullopt;
+  // What was made ahead, where it is of this sun.
+  std::optional<SunAhead::Made> TakeAhead(const SunPlace& wanted) {
+    if (!ahead || ahead->sun != wanted) return std::nullopt;
     std::future<SunAhead::Made> made = std::move(ahead->made);
     ahead.reset();
     return made.get();
   }
 
-  // Makes the light of a new sun on faces; returns what of the view came with it.
-  std::optional<SunInView> SetSun(const SunKey& key) {
-    std::optional<SunAhead::Made> made = TakeAhead(key);
-    if (!made) made = {MakeSunOnFaces(key), std::nullopt};
-    sun_faces = std::move(made->on_faces.faces);
-    ++sun_faces_version;
-    sun = key;
-    if (surfaces) surfaces->SetLight(kSunLight, nullptr, sun_faces.radiosity);
+  // Makes the light of new shapes, and of another sun, on faces; returns what of that sun's view
+  // came with it.
+  std::optional<SunInView> SetLights(std::span<const std::size_t> new_shapes,
+                                     const SunPlace& wanted) {
+    std::optional<SunAhead::Made> made;
+    if (sun != wanted) made = TakeAhead(wanted);
+    if (!made) made = {PresentSunFaces(wanted), std::nullopt};
+    const bool has_faces = made->faces != nullptr;
+    std::shared_ptr<const FaceLight> solved = SolveNew(new_shapes, has_faces ? nullptr : &wanted);
+    if (!has_faces) made->faces = std::move(solved);
+    sun = wanted;
+    if (made->faces != sun_faces) {
+      sun_faces = std::move(made->faces);
+      ++sun_faces_version;
+      if (surfaces) surfaces->SetLight(kSunLight, nullptr, sun_faces->radiosity);
+    }
     return std::move(made->in_view);
   }
 
-  void FillSun(SunInView in_view) {
+  // What the view had goes to `in_view`.
+  void FillSun(SunInView& in_view) {
     view.sun_direction_enu = sun->direction_enu;
-    view.sun_visibility = std::move(in_view.visibility);
-    view.sun_bounce = std::move(in_view.bounce);
-    view.edge_distance_px = std::move(in_view.edge_distance_px);
+    std::swap(view.sun_visibility, in_view.visibility);
+    std::swap(view.sun_bounce, in_view.bounce);
+    std::swap(view.edge_distance_px, in_view.edge_distance_px);
     ++view.sun_version;
   }
 
@@ -281,7 +307,7 @@ struct SurfaceViewBuilder::Impl {
       lights.push_back(LightOfSky(k));
       images.push_back(&view.sky_response[k]);
     }
-    surfaces->LookUp(face, view.position_world_m, lights, images);
+    surfaces->LookUp(geometry_blocks, side, view.position_world_m, lights, images);
   }
 
   bool GeometryStands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
@@ -289,8 +315,8 @@ struct SurfaceViewBuilder::Impl {
            std::ranges::equal(polygons, limits);
   }
 
-  bool IsAhead(const SunKey& key) const {
-    return ahead && ahead->key == key &&
+  bool IsAhead(const SunPlace& wanted) const {
+    return ahead && ahead->sun == wanted &&
            ahead->made.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
 };
@@ -311,8 +337,7 @@ SurfaceViewBuilder::~SurfaceViewBuilder() = default;
 
 const SurfaceView& SurfaceViewBuilder::Update(
     const Camera& camera,
-    const glm::dvec3& sun_direction_enu,
-    double sun_angular_radius_rad,
+    const SunPlace& sun,
     std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
     std::span<const SampleRegionPolygon> polygons) {
   Impl& impl = *impl_;
@@ -323,11 +348,9 @@ const SurfaceView& SurfaceViewBuilder::Update(
     impl.BuildGeometry(camera);
     impl.LimitTo(polygons);
   }
-  std::vector<std::size_t> shapes_to_fill = impl.SetSky(sky_shapes);
-  const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
-  std::optional<Impl::SunInView> sun_in_view;
-  const bool sun_is_new = impl.sun != key;
-  if (sun_is_new) sun_in_view = impl.SetSun(key);
+  std::vector<std::size_t> shapes_to_fill = impl.SetShapes(sky_shapes);
+  const bool sun_is_new = impl.sun != sun;
+  std::optional<Impl::SunInView> sun_in_view = impl.SetLights(shapes_to_fill, sun);
 
   if (!geometry_stands) {
     shapes_to_fill.resize(impl.shapes.size());
@@ -336,7 +359,12 @@ const SurfaceView& SurfaceViewBuilder::Update(
   const bool fills_sun = !geometry_stands || sun_is_new;
   if (!shapes_to_fill.empty()) impl.FillSky(shapes_to_fill);
   if (fills_sun) {
-    impl.FillSun(sun_in_view ? std::move(*sun_in_view) : impl.MakeSunInView(key, impl.sun_faces));
+    if (sun_in_view) {
+      impl.FillSun(*sun_in_view);
+    } else {
+      impl.MakeSunInView(sun, *impl.sun_faces, impl.sun_in_view);
+      impl.FillSun(impl.sun_in_view);
+    }
   }
   if (impl.IsOnSurfaces() && (fills_sun || !shapes_to_fill.empty())) {
     impl.LookUp(fills_sun, shapes_to_fill);
@@ -347,11 +375,9 @@ const SurfaceView& SurfaceViewBuilder::Update(
 const SurfaceView& SurfaceViewBuilder::View() const { return impl_->view; }
 
 bool SurfaceViewBuilder::IsAtHand(const Camera& camera,
-                                  const glm::dvec3& sun_direction_enu,
-                                  double sun_angular_radius_rad,
+                                  const SunPlace& sun,
                                   std::span<const SampleRegionPolygon> polygons) const {
-  const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
-  return impl_->GeometryStands(camera, polygons) && (impl_->sun == key || impl_->IsAhead(key));
+  return impl_->GeometryStands(camera, polygons) && (impl_->sun == sun || impl_->IsAhead(sun));
 }
 
 bool SurfaceViewBuilder::Stands(const Camera& camera,
@@ -359,19 +385,27 @@ bool SurfaceViewBuilder::Stands(const Camera& camera,
   return impl_->GeometryStands(camera, polygons);
 }
 
-void SurfaceViewBuilder::MakeAhead(const glm::dvec3& sun_direction_enu,
-                                   double sun_angular_radius_rad) {
+void SurfaceViewBuilder::MakeAhead(const SunPlace& sun) {
   Impl& impl = *impl_;
-  const Impl::SunKey key{sun_direction_enu, sun_angular_radius_rad};
-  if (!impl.sun || impl.sun == key) return;
+  if (!impl.sun || impl.sun == sun) return;
   if (impl.ahead) {
     const bool is_made =
         impl.ahead->made.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-    if (!is_made || impl.ahead->key == key) return;
+    if (!is_made || impl.ahead->sun == sun) return;
   }
   impl.ahead.reset();
+  // The thread must not look at what an Update may change meanwhile: the present sun and its faces.
   impl.ahead = Impl::SunAhead{
-      key, std::async(std::launch::async, [&impl, key] { return impl.MakeSunAhead(key); })};
+      sun,
+      std::async(std::launch::async, [&impl, sun, faces = impl.PresentSunFaces(sun)]() mutable {
+        if (!faces) faces = impl.SolveSun(sun);
+        Impl::SunAhead::Made made{std::move(faces), std::nullopt};
+        // On surfaces a view under another sun takes no longer than a new view.
+        if (!impl.IsOnSurfaces()) {
+          impl.MakeSunInView(sun, *made.faces, made.in_view.emplace());
+        }
+        return made;
+      })};
 }
 
 const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
@@ -385,15 +419,15 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
   const SunDisc disc(
       impl.sun->direction_enu, impl.sun->angular_radius_rad, impl.options.sun_disc_samples);
   survey.view.sun_direction_enu = impl.sun->direction_enu;
-  survey.view.sun_visibility = SunVisibility(impl.scene.patches.caster, disc, 1, survey.view);
-  survey.gather->Blend(survey.gather->Rays().FromFaces(impl.sun_faces.radiosity),
+  survey.view.sun_visibility = SunVisibility(impl.scene.patches.caster, disc, survey.view);
+  survey.gather->Blend(survey.gather->Rays().FromFaces(impl.sun_faces->radiosity),
                        survey.view.sun_bounce.pixels);
   ++survey.view.sun_version;
   impl.survey_sun_version = impl.view.sun_version;
   return &survey;
 }
 
-const FaceLight& SurfaceViewBuilder::SunFaces() const { return impl_->sun_faces; }
+const FaceLight& SurfaceViewBuilder::SunFaces() const { return *impl_->sun_faces; }
 
 std::uint64_t SurfaceViewBuilder::SunFacesVersion() const { return impl_->sun_faces_version; }
 
@@ -401,7 +435,7 @@ std::span<const std::shared_ptr<const SkyShape>> SurfaceViewBuilder::SkyShapes()
   return impl_->shapes;
 }
 
-const Image<std::int32_t>& SurfaceViewBuilder::PixelFaces() const { return impl_->face; }
+const Image<std::int32_t>& SurfaceViewBuilder::PixelSides() const { return impl_->side; }
 
 const FaceLight& SurfaceViewBuilder::SkyFaces(std::size_t k) const {
   return impl_->sky_faces.at(k);

@@ -47,22 +47,42 @@ struct SampleRegionPolygon {
   bool operator==(const SampleRegionPolygon&) const = default;
 };
 
+// The sun of a view.
+struct SunPlace {
+  glm::dvec3 direction_enu{0.0, 0.0, 1.0};
+  double angular_radius_rad = 0.0;
+  // Where it stands for its bounces, which change far less than its shadows when it moves on.
+  glm::dvec3 bounces_from_enu{0.0, 0.0, 1.0};
+
+  bool operator==(const SunPlace&) const = default;
+};
+
 class SurfaceViewBuilder {
  public:
   // Keeps a reference to `scene`.
   SurfaceViewBuilder(const PreparedScene& scene, const SurfaceViewOptions& options);
   ~SurfaceViewBuilder();
 
-  // The view of `camera` under `sky_shapes` and a sun at `sun_direction_enu`: kept from the last
-  // call where the arguments are the same (of a shape: the same object), rebuilt in parts
-  // otherwise. A pure function of its arguments; callers who want to save time snap the sun to
-  // steps of time. `polygons`, when not empty, limit may_be_sampled to their insides and
-  // give judged_sun; where they overlap, the last one does.
+  // The view of `camera` under `sky_shapes` and `sun`: kept from the last call where the arguments
+  // are the same (of a shape: the same object), rebuilt in parts otherwise. A pure function of its
+  // arguments; callers who want to save time snap the sun to steps of time. `polygons`, when not
+  // empty, limit may_be_sampled to their insides and give judged_sun; where they overlap, the last
+  // one does.
+  const SurfaceView& Update(const Camera& camera,
+                            const SunPlace& sun,
+                            std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
+                            std::span<const SampleRegionPolygon> polygons);
+  // With its bounces from where it stands.
   const SurfaceView& Update(const Camera& camera,
                             const glm::dvec3& sun_direction_enu,
                             double sun_angular_radius_rad,
                             std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
-                            std::span<const SampleRegionPolygon> polygons);
+                            std::span<const SampleRegionPolygon> polygons) {
+    return Update(camera,
+                  {sun_direction_enu, sun_angular_radius_rad, sun_direction_enu},
+                  sky_shapes,
+                  polygons);
+  }
 
   // Of the last Update.
   const SurfaceView& View() const;
@@ -70,15 +90,14 @@ class SurfaceViewBuilder {
   // Whether Update would have nothing slow left to do but for new sky shapes; or, of the second,
   // but for the sun.
   bool IsAtHand(const Camera& camera,
-                const glm::dvec3& sun_direction_enu,
-                double sun_angular_radius_rad,
+                const SunPlace& sun,
                 std::span<const SampleRegionPolygon> polygons) const;
   bool Stands(const Camera& camera, std::span<const SampleRegionPolygon> polygons) const;
 
   // Begins to make, on another thread, what the last Update's view will be under another sun: an
   // Update with it, and with that view, takes it, and is the same as without. One at a time: while
   // another sun's is being made, nothing begins.
-  void MakeAhead(const glm::dvec3& sun_direction_enu, double sun_angular_radius_rad);
+  void MakeAhead(const SunPlace& sun);
 
   // The survey with its map's sun_visibility, sun_bounce and sky_response (per sky shape) made for
   // the sun and shapes of the last Update; worked out at the first call after they changed.
@@ -94,8 +113,9 @@ class SurfaceViewBuilder {
   // Changes when SunFaces() does; the view's sun_version also changes with the camera.
   std::uint64_t SunFacesVersion() const;
 
-  // The scene's face that each pixel of the view shows, PatchScene::kSky where none.
-  const Image<std::int32_t>& PixelFaces() const;
+  // The side of the scene's triangle that each pixel of the view shows, PatchScene::kSky where
+  // none.
+  const Image<std::int32_t>& PixelSides() const;
 
  private:
   struct Impl;

@@ -552,6 +552,11 @@ void AddPicture(std::vector<Setting>& settings) {
       From(0.0, "seconds"),
       [](Options & o) -> auto& { return o.pipeline.sun_step_s; }));
   settings.push_back(NumberSetting(
+      "pipeline.bounce_step_s",
+      "the same for the sun's bounces, and sky shapes that turn with it",
+      From(0.0, "seconds"),
+      [](Options & o) -> auto& { return o.pipeline.bounce_step_s; }));
+  settings.push_back(NumberSetting(
       "pipeline.view.sun_block_px",
       "side of blocks that are lit in the same way when their corners are; 1: none; 0: 4 where the "
       "camera moves, else 1",

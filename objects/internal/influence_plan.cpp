@@ -186,19 +186,16 @@ std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
                                         float least_share,
                                         float coarseness,
                                         double least_spacing) {
-  std::vector<std::uint16_t> parts(real.FaceCount(), 0);
-  tbb::parallel_for(std::size_t{0}, real.FaceCount(), [&](std::size_t face) {
-    const glm::uvec3& vertices = real.mesh.triangles[face / 2];
+  std::vector<std::uint16_t> parts(real.SideCount(), 0);
+  tbb::parallel_for(std::size_t{0}, real.SideCount(), [&](std::size_t side) {
+    const glm::uvec3& vertices = real.mesh.triangles[side / 2];
     std::array<glm::vec3, 4> points_m;
     for (int corner = 0; corner < 3; ++corner) {
       points_m[static_cast<std::size_t>(corner)] = real.mesh.positions_m[vertices[corner]];
     }
     points_m[3] = (points_m[0] + points_m[1] + points_m[2]) / 3.0f;
-    float edge_m = 0.0f;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      edge_m = std::max(edge_m, glm::distance(points_m[corner], points_m[(corner + 1) % 3]));
-    }
-    const glm::vec3 normal = real.FaceNormal(face);
+    const float edge_m = real.LongestEdgeM(real.PatchOf(side / 2));
+    const glm::vec3 normal = real.SideNormal(side);
     std::array<float, 4> share{};
     float spacing_m = std::numeric_limits<float>::infinity();
     bool near = false;
@@ -232,7 +229,7 @@ std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
                  1e-4f * object->radius_m;
         });
     if (!faces_one || !(edge_m > 0.0f)) return;
-    parts[face] =
+    parts[side] =
         static_cast<std::uint16_t>(std::clamp(std::ceil(edge_m / spacing_m), 1.0f, kMostParts));
   });
   return parts;

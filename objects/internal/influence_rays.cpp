@@ -56,8 +56,8 @@ class RayBatch {
       if (behind.distance_m < on_objects_[i].distance_m) continue;
       hits.push_back(
           {shares_[i],
-           PatchScene::FaceOfHit(on_objects_[i]),
-           behind.triangle == FaceHit::kNone ? PatchScene::kSky : PatchScene::FaceOfHit(behind),
+           objects_.FaceOfHit(on_objects_[i]),
+           behind.triangle == FaceHit::kNone ? PatchScene::kSky : real_.FaceOfHit(behind),
            directions_[i]});
     }
     count_ = 0;

@@ -52,7 +52,7 @@ bool EffectStage::InView(const EffectFrame& frame) {
 }
 
 bool EffectStage::SunReachesObjects(const EffectFrame& frame) {
-  return sun_reaches_.Get(SunOfPose{frame.basis.Version(0), frame.pose},
+  return sun_reaches_.Get(SunOfPose{frame.basis.Sun().direction_enu, frame.pose},
                           [&] { return AnySeesSun(Objects(), real_caster_, frame.basis.Sun()); });
 }
 

@@ -60,7 +60,7 @@ class EffectStage {
 
  private:
   struct SunOfPose {
-    std::uint64_t sun = 0;  // FrameBasis::Version(0).
+    glm::dvec3 sun_direction_enu{0.0};
     std::uint64_t pose = 0;
     bool operator==(const SunOfPose&) const = default;
   };

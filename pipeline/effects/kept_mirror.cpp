@@ -55,7 +55,7 @@ void KeptMirror::Update(EffectStage& stage, const EffectFrame& frame, Upto upto)
     of_light.real_radiosity = frame.basis.FaceRadiosity(light);
     of_light.object_radiosity = object_radiosity;
     if (light == 0) of_light.real_direct = frame.basis.DirectIrradiance();
-    of_light.sun = frame.basis.Sun();
+    of_light.sun = frame.basis.BounceSun();
     mirror.image.Fold(light, of_light, scene.patches, stage.Objects());
     NoteLight(frame, light, source, lit);
   }

@@ -88,7 +88,7 @@ double FrameEffects::FramesASun(const Frame& frame) const {
   if (!last_time_ || basis_.SkyIsNewAlone()) return 1.0;
   const double since_last_s =
       std::abs(std::chrono::duration<double>(frame.time - *last_time_).count());
-  return std::clamp(options_.sun_step_s / std::max(since_last_s, 1e-3), 1.0, kFramesThatShare);
+  return std::clamp(options_.bounce_step_s / std::max(since_last_s, 1e-3), 1.0, kFramesThatShare);
 }
 
 void FrameEffects::AddOffers(EffectSet effects,
@@ -204,11 +204,11 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
 }
 
 EffectFrame FrameEffects::Begin(const LitFrame& lit, LightSteps steps) {
-  basis_.Update(lit.view_builder, lit.transport_sun);
+  basis_.Update(lit.view_builder, lit.transport_sun, lit.bounce_sun);
   Expose(lit.frame);
   EffectFrame frame{lit.frame,
                     lit.view,
-                    lit.view_builder.PixelFaces(),
+                    lit.view_builder.PixelSides(),
                     basis_,
                     lit.lighting,
                     codes_,

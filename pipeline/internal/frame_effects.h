@@ -25,6 +25,7 @@ struct LitFrame {
   const SurfaceView& view;
   SurfaceViewBuilder& view_builder;       // As of `view`.
   const DirectionalLight& transport_sun;  // What the sun's part is made for.
+  const DirectionalLight& bounce_sun;     // And its bounces.
   const Lighting& lighting;               // That is drawn.
   double spent_ms = 0.0;                  // On this frame's light, of a budget.
 };

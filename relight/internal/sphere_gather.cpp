@@ -34,8 +34,7 @@ SphereGather::SphereGather(const PatchScene& scene,
       const glm::vec3& direction = directions_[k];
       const auto hit = scene.caster.Intersect(points_m[i], direction);
       const std::int32_t open = direction.z > 0.0f ? PatchScene::kSky : kDark;
-      sources[k] = {hit ? PatchScene::FaceOfHit(*hit, direction) : open,
-                    static_cast<std::uint32_t>(k)};
+      sources[k] = {hit ? scene.FaceOfHit(*hit, direction) : open, static_cast<std::uint32_t>(k)};
     }
     std::sort(sources, sources + directions_.size(), [](const Source& a, const Source& b) {
       return a.face != b.face ? a.face < b.face : a.direction < b.direction;

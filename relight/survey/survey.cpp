@@ -132,8 +132,7 @@ void MarkSampleable(const PatchScene& scene,
   for (std::size_t i = 0; i < face.pixels.size(); ++i) {
     if (face.pixels[i] == PatchScene::kSky) continue;
     const auto patch = static_cast<std::size_t>(face.pixels[i]) / 2;
-    const bool allowed = patch_is_diffuse[patch] != 0 &&
-                         scene.source_triangle[patch] != PatchScene::kExtension &&
+    const bool allowed = patch_is_diffuse[patch] != 0 && !scene.IsExtension(patch) &&
                          (mask == nullptr || mask->pixels[i] == 255);
     view.may_be_sampled.pixels[i] = allowed && view.albedo_measured.pixels[i] != 0;
   }
@@ -195,10 +194,10 @@ Survey MakeSurvey(const SurveyMap& map,
   const auto& patch_is_diffuse = diffuse.patch_is_diffuse;
   const Gray8Image* const mask = diffuse.mask;
   map.Validate();
-  if (patch_is_diffuse.size() != scene.mesh.triangles.size()) {
+  if (patch_is_diffuse.size() != scene.PatchCount()) {
     throw std::invalid_argument("patch_is_diffuse has " + std::to_string(patch_is_diffuse.size()) +
                                 " entries: expected one for each of the " +
-                                std::to_string(scene.mesh.triangles.size()) + " patches");
+                                std::to_string(scene.PatchCount()) + " patches");
   }
   if (mask != nullptr &&
       (mask->width != map.radiance.width || mask->height != map.radiance.height)) {
@@ -215,12 +214,15 @@ Survey MakeSurvey(const SurveyMap& map,
       MapRays({map.radiance.width, map.radiance.height}, glm::vec3(map.position_m));
   Image<std::int32_t> face;
   CastGeometry(scene, rays, 1, view, face);
+  for (std::int32_t& shown : face.pixels) {
+    if (shown != PatchScene::kSky) shown = scene.FaceOfSide(shown);
+  }
 
   Gray8Image shows_sky(rays.width, rays.height, 0);
   for (int y = 0; y < rays.height; ++y) {
     for (int x = 0; x < rays.width; ++x) {
       const bool free = face.At(x, y) == PatchScene::kSky;
-      shows_sky.At(x, y) = free && rays.direction(x, y)->z > 0.0f ? 255 : 0;
+      shows_sky.At(x, y) = free && rays.Direction(face.Index(x, y)).z > 0.0f ? 255 : 0;
     }
   }
   const Gray8Image hidden = FindHiddenSky(map.radiance, shows_sky);
@@ -246,11 +248,11 @@ Survey MakeSurvey(const SurveyMap& map,
 
   const SunDisc disc(
       survey.light.sun_direction_enu, map.sun_angular_radius_rad, options.sun_disc_samples);
-  view.sun_visibility = SunVisibility(scene.caster, disc, 1, view);
+  view.sun_visibility = SunVisibility(scene.caster, disc, view);
   Gray8Image edges = MeshEdges(view, rays.origin_m, rays.wraps_x);
-  const GrayImage mesh_edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
+  const GrayImage mesh_edge_distance_px = DistanceTo(edges, rays.wraps_x);
   AddShadowEdges(view, view.sun_visibility, rays.wraps_x, edges);
-  view.edge_distance_px = DistanceTo(edges, rays.wraps_x, false);
+  view.edge_distance_px = DistanceTo(edges, rays.wraps_x);
   view.footprint_radius_px = GrayImage(rays.width, rays.height, 0.5f);
   const Image<ShadowSide> side = FindShadowSides(scene.caster, disc, rays, map.misplacement, view);
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/survey/survey.h"
@@ -29,11 +30,31 @@ class SurveyLookUp {
   // the point's own plane and whose albedo was measured.
   std::optional<SurveyedPoint> At(const glm::vec3& position_m,
                                   const glm::vec3& normal,
+                                  std::int32_t region) const {
+    return At(PlaceOf(position_m), position_m, normal, region);
+  }
+  // For a point whose place in the map is known.
+  std::optional<SurveyedPoint> At(const glm::vec2& place,
+                                  const glm::vec3& position_m,
+                                  const glm::vec3& normal,
                                   std::int32_t region) const;
 
-  // The albedo at a point of `real`'s face over that face's; 1 where the map does not show the
-  // point.
-  glm::vec3 TintOf(const PatchScene& real, std::size_t face, const glm::vec3& position_m) const;
+  // Mean albedo over a square of about that many pixels of the map around a place, at least 2; none
+  // where any of them shows something else than the point's plane.
+  std::optional<glm::vec3> MeanAlbedo(const glm::vec2& place,
+                                      float side_px,
+                                      const glm::vec3& position_m,
+                                      const glm::vec3& normal,
+                                      std::int32_t region) const;
+
+  // Where the map shows a point, in its pixels, whole numbers at their middles.
+  glm::vec2 PlaceOf(const glm::vec3& position_m) const;
+  // Between places this near to one another, PlaceOf is linear along a plane to 0.02 pixels.
+  float LinearWithinPx() const { return 0.005f * static_cast<float>(size_.width); }
+
+  // The albedo at a point of a side of `real`'s triangles over its face's; 1 where the map does not
+  // show the point.
+  glm::vec3 TintOf(const PatchScene& real, std::int32_t side, const glm::vec3& position_m) const;
 
   // Side of a texel's footprint on a surface over that of a view pixel's, seen from
   // `view_origin_m` with `focal_px`: square roots of the areas, so that slant counts.
@@ -43,22 +64,40 @@ class SurveyLookUp {
                     double focal_px) const;
 
  private:
-  // One pixel of the map, in one place of the memory: looking up is waiting for it.
+  // One pixel of the map and the cell that it makes with the next to its right and the two below
+  // them, in one place of the memory: looking up is waiting for it.
   struct Texel {
     glm::vec3 position_m;
     glm::vec3 normal;
-    glm::vec3 albedo_rgb;
     float edge_distance_px;
-    std::int32_t region;  // SurfaceView::kNoRegion where no albedo was measured.
+    float cell_edge_distance_px;  // The least of its four.
+    std::int32_t region;          // SurfaceView::kNoRegion where no albedo was measured.
     std::uint8_t may_be_sampled;
-    // It, the next to its right and the two below them are measured, on one plane of one region.
-    std::uint8_t is_one_plane;
+    std::uint8_t cell_may_be_sampled;  // All four.
+    std::uint8_t cell_is_one_plane;    // All four are measured, on one plane of one region.
   };
 
-  const Texel& At(int x, int y) const;
-  bool IsOnePlane(int left, int top) const;
+  // The map at half the resolution of the level before, means over two pixels a side. Texels are
+  // known by the first of the map's pixels that they are of.
+  struct Level {
+    LatLongSize size;
+    std::vector<glm::vec3> albedo_rgb;
+    std::vector<std::uint8_t> is_one_plane;  // All of the map's pixels that a texel is of.
+  };
+
+  std::size_t Index(int x, int y) const { return Index(size_, x, y); }
+  static std::size_t Index(const LatLongSize& size, int x, int y);
+  void AddLevel();
+  static bool Shows(const Texel& texel,
+                    const glm::vec3& position_m,
+                    const glm::vec3& normal,
+                    std::int32_t region,
+                    float range_m);
+  void DescribeCell(int left, int top);
 
   std::vector<Texel> texels_;
+  std::vector<glm::vec3> albedo_rgb_;  // Per texel.
+  std::vector<Level> levels_;          // From half resolution on.
   glm::vec3 origin_m_;
   LatLongSize size_;
 };

@@ -1,7 +1,9 @@
 // A camera's image points as rays into the world, lens distortion included.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -17,7 +19,7 @@ namespace pleinair {
 
 // Unit directions through the pixels' centres in the camera's frame, which stay while it moves;
 // zero where no light comes from.
-Image<glm::vec3> DirectionsInCamera(const CameraIntrinsics& intrinsics);
+std::shared_ptr<const Image<glm::vec3>> DirectionsInCamera(const CameraIntrinsics& intrinsics);
 
 class CameraPixels {
  public:
@@ -47,18 +49,14 @@ class CameraPixels {
     return glm::vec3(origin_m_ + height_m / approach * *direction);
   }
 
-  // `in_camera` is DirectionsInCamera of this camera's intrinsics, and outlives the rays.
-  ViewRays Rays(const Image<glm::vec3>& in_camera) const {
+  // `in_camera` is DirectionsInCamera of this camera's intrinsics.
+  ViewRays Rays(std::shared_ptr<const Image<glm::vec3>> in_camera) const {
     return {.width = intrinsics_.width_px,
             .height = intrinsics_.height_px,
             .wraps_x = false,
             .origin_m = glm::vec3(origin_m_),
-            .direction = [&in_camera, turn = glm::mat3(world_from_camera_)](
-                             int x, int y) -> std::optional<glm::vec3> {
-              const glm::vec3& direction = in_camera.At(x, y);
-              if (direction == glm::vec3(0.0f)) return std::nullopt;
-              return turn * direction;
-            }};
+            .world_from_view = glm::mat3(world_from_camera_),
+            .directions = std::move(in_camera)};
   }
 
  private:

@@ -1,6 +1,7 @@
 // How far each pixel of a view is from where the model of its light jumps.
 #pragma once
 
+#include "relight/transport/pixel_blocks.h"
 #include "scene/image.h"
 #include "scene/surface_view.h"
 
@@ -10,14 +11,25 @@ namespace pleinair {
 // taken from.
 Gray8Image MeshEdges(const SurfaceView& view, const glm::vec3& origin_m, bool wraps_x);
 
+// The same of a view that does not wrap: among planar blocks pixels are not looked at. Keeps the
+// memory of `edges`.
+void MeshEdgesInBlocks(const SurfaceView& view,
+                       const glm::vec3& origin_m,
+                       const PlanarBlocks& planar,
+                       Gray8Image& edges);
+
 // Sets to 255 in `edges` the pixels on either side of a jump of `sun_visibility`, and in penumbrae.
 void AddShadowEdges(const SurfaceView& view,
                     const GrayImage& sun_visibility,
                     bool wraps_x,
                     Gray8Image& edges);
 
-// Euclidean distance to the nearest edge pixel's centre, 0 on it; `border_is_edge`: what lies
-// around the picture counts as edge. Without any edge, the longer side of the picture.
-GrayImage DistanceTo(const Gray8Image& edges, bool wraps_x, bool border_is_edge);
+// Euclidean distance to the nearest edge pixel's centre, 0 on it. Without any edge, the longer side
+// of the picture.
+GrayImage DistanceTo(const Gray8Image& edges, bool wraps_x);
+
+// The same of a view that does not wrap, where what lies around the picture counts as edge. Keeps
+// the memory of `distance_px`.
+void DistanceToEdgeOrBorder(const Gray8Image& edges, GrayImage& distance_px);
 
 }  // namespace pleinair

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
@@ -14,11 +15,14 @@ namespace {
 
 // How far a receiver is drawn towards the middle of each small triangle around it.
 constexpr float kInset = 0.15f;
-// Faces whose normals agree to so much are of one plane.
+// Sides whose normals agree to so much are of one plane.
 constexpr float kNormalSteps = 512.0f;
-// Places that are worked out from different faces agree to float's rounding; 1/65536 m is more than
-// that within 100 m.
+// Places that are worked out from different triangles agree to float's rounding; 1/65536 m is more
+// than that within 100 m.
 constexpr double kPlaceSteps = 65536.0;
+
+// Less than any patch.
+constexpr float kLeastExtentM = 1e-4f;
 
 // Position and normal in steps.
 struct PlaceKey {
@@ -70,23 +74,23 @@ glm::vec3 BarycentricOf(const glm::vec3& point_m,
 
 FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t> parts)
     : parts_(parts.begin(), parts.end()) {
-  if (parts.size() != scene.FaceCount()) {
+  if (parts.size() != scene.SideCount()) {
     throw std::invalid_argument(std::string("face lattice: parts has ") +
                                 std::to_string(parts.size()) + " entries, expected " +
-                                std::to_string(scene.FaceCount()) + ", one a face");
+                                std::to_string(scene.SideCount()) + ", one a side");
   }
   std::unordered_map<PlaceKey, std::uint32_t, HashOfKey> receiver_at;
   std::vector<glm::dvec3> sum_m;  // Per receiver, over the small triangles around it.
   std::vector<int> triangles;
-  for (std::size_t face = 0; face < parts_.size(); ++face) {
+  for (std::size_t side = 0; side < parts_.size(); ++side) {
     first_slot_.push_back(static_cast<std::uint32_t>(receiver_of_slot_.size()));
-    const std::uint32_t n = parts_[face];
-    if (n == 0) continue;
-    const glm::uvec3& vertices = scene.mesh.triangles[face / 2];
+    const std::uint32_t n = parts_[side];
+    if (n == 0 || scene.IsJoined(scene.PatchOf(side / 2))) continue;
+    const glm::uvec3& vertices = scene.mesh.triangles[side / 2];
     const glm::vec3& a_m = scene.mesh.positions_m[vertices.x];
     const glm::vec3& b_m = scene.mesh.positions_m[vertices.y];
     const glm::vec3& c_m = scene.mesh.positions_m[vertices.z];
-    const glm::vec3 normal = scene.FaceNormal(face);
+    const glm::vec3 normal = scene.SideNormal(side);
     const auto place_m = [&](std::uint32_t r, std::uint32_t i) {
       const auto at = [n](std::uint32_t k) {
         return static_cast<float>(k) / static_cast<float>(n);
@@ -101,7 +105,7 @@ FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t>
             receiver_at.try_emplace(KeyOf(position_m, normal), next).first->second;
         if (receiver == next) {
           receivers_.push_back({position_m, normal});
-          face_of_receiver_.push_back(static_cast<std::uint32_t>(face));
+          side_of_receiver_.push_back(static_cast<std::uint32_t>(side));
           sum_m.emplace_back(0.0);
           triangles.push_back(0);
         }
@@ -132,17 +136,179 @@ FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t>
   for (std::size_t i = 0; i < receivers_.size(); ++i) {
     receivers_[i].position_m = glm::vec3(sum_m[i] / static_cast<double>(triangles[i]));
   }
+  if (!scene.several.Empty()) AddGrids(scene);
+}
+
+// The receivers of grids' corners, by their place.
+class FaceLattice::GridCorners {
+ public:
+  // The middle of a triangle that may be the receiver of a corner.
+  struct Candidate {
+    glm::vec3 position_m{0.0f};
+    float apart_m = std::numeric_limits<float>::infinity();  // From the corner, along the grid.
+  };
+
+  GridCorners(std::vector<Receiver>& receivers, std::vector<std::uint32_t>& sides)
+      : receivers_(receivers), sides_(sides), first_(receivers.size()) {}
+
+  // The receiver of a corner, for which the candidate is the best of a face. It stands at the best
+  // of all faces that have it.
+  std::uint32_t At(const Grid& grid,
+                   const std::array<std::int32_t, 2>& corner,
+                   const Candidate& candidate,
+                   const glm::vec3& normal,
+                   std::size_t side) {
+    const int axis = 3 - grid.across[0] - grid.across[1];
+    const double height = candidate.position_m[axis];
+    const Key key{2 * axis + (normal[axis] < 0.0f ? 1 : 0),
+                  static_cast<std::int32_t>(std::lround(std::log2(grid.spacing_m))),
+                  corner[0],
+                  corner[1],
+                  // Surfaces over each other have receivers of their own.
+                  static_cast<std::int32_t>(
+                      std::floor(height / (kLayerSpacings * grid.spacing_m) + kLayerOffset))};
+    const auto next = static_cast<std::uint32_t>(receivers_.size());
+    const std::uint32_t receiver = known_.try_emplace(key, next).first->second;
+    if (receiver == next) {
+      receivers_.emplace_back();
+      sides_.emplace_back();
+      apart_m_.push_back(std::numeric_limits<float>::infinity());
+    }
+    if (candidate.apart_m < apart_m_[receiver - first_]) {
+      receivers_[receiver] = {candidate.position_m, normal};
+      sides_[receiver] = static_cast<std::uint32_t>(side);
+      apart_m_[receiver - first_] = candidate.apart_m;
+    }
+    return receiver;
+  }
+
+ private:
+  static constexpr double kLayerSpacings = 2.0;
+  // A plane through the origin would lie in two layers by its noise.
+  static constexpr double kLayerOffset = 0.381966;
+
+  using Key = std::array<std::int32_t, 5>;
+  struct HashOfCorner {
+    std::size_t operator()(const Key& key) const {
+      std::uint64_t hash = 0;
+      for (const std::int32_t value : key) {
+        hash = (hash ^ static_cast<std::uint32_t>(value)) * 0x9e3779b97f4a7c15u;
+        hash ^= hash >> 32;
+      }
+      return hash;
+    }
+  };
+
+  std::vector<Receiver>& receivers_;
+  std::vector<std::uint32_t>& sides_;
+  std::size_t first_;
+  std::vector<float> apart_m_;
+  std::unordered_map<Key, std::uint32_t, HashOfCorner> known_;
+};
+
+FaceLattice::Grid FaceLattice::GridOver(const PatchScene& scene,
+                                        std::size_t face,
+                                        std::uint16_t parts) {
+  const glm::vec3 size = glm::abs(scene.FaceNormal(face));
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  Grid grid;
+  grid.across = {static_cast<std::uint8_t>((axis + 1) % 3),
+                 static_cast<std::uint8_t>((axis + 2) % 3)};
+  glm::vec2 lower_m(std::numeric_limits<float>::infinity());
+  glm::vec2 upper_m(-std::numeric_limits<float>::infinity());
+  const auto [begin, end] = scene.TrianglesOf(face / 2);
+  for (std::size_t t = begin; t < end; ++t) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::vec2 at_m = grid.Along(scene.mesh.positions_m[scene.mesh.triangles[t][corner]]);
+      lower_m = glm::min(lower_m, at_m);
+      upper_m = glm::max(upper_m, at_m);
+    }
+  }
+  // A power of two, so that patches beside each other have the same corners.
+  const float extent_m = std::max({upper_m.x - lower_m.x, upper_m.y - lower_m.y, kLeastExtentM});
+  grid.spacing_m = std::exp2(std::floor(std::log2(extent_m / static_cast<float>(parts))));
+  const glm::ivec2 first(glm::floor(lower_m / grid.spacing_m));
+  const glm::ivec2 last = glm::ivec2(glm::floor(upper_m / grid.spacing_m)) + 1;
+  grid.first = {first.x, first.y};
+  grid.rows = static_cast<std::uint16_t>(last.x - first.x + 1);
+  grid.columns = static_cast<std::uint16_t>(last.y - first.y + 1);
+  return grid;
+}
+
+void FaceLattice::AddGrids(const PatchScene& scene) {
+  grid_of_side_.assign(scene.SideCount(), kNoGrid);
+  GridCorners corners(receivers_, side_of_receiver_);
+  std::vector<GridCorners::Candidate> best;
+  for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+    if (!scene.IsJoined(face / 2)) continue;
+    const auto [begin, end] = scene.TrianglesOf(face / 2);
+    std::uint16_t parts = 0;
+    for (std::size_t t = begin; t < end; ++t) parts = std::max(parts, parts_[2 * t + face % 2]);
+    if (parts == 0) continue;
+    Grid grid = GridOver(scene, face, parts);
+    const auto corner_of = [&grid](std::size_t slot) -> std::array<std::int32_t, 2> {
+      return {grid.first[0] + static_cast<std::int32_t>(slot / grid.columns),
+              grid.first[1] + static_cast<std::int32_t>(slot % grid.columns)};
+    };
+    best.assign(grid.Corners(), {});
+    for (std::size_t t = begin; t < end; ++t) {
+      const glm::uvec3& v = scene.mesh.triangles[t];
+      const glm::vec3 middle_m = (scene.mesh.positions_m[v.x] + scene.mesh.positions_m[v.y] +
+                                  scene.mesh.positions_m[v.z]) /
+                                 3.0f;
+      for (std::size_t slot = 0; slot < best.size(); ++slot) {
+        const auto [row, column] = corner_of(slot);
+        const float apart_m =
+            glm::distance(grid.spacing_m * glm::vec2(row, column), grid.Along(middle_m));
+        if (apart_m < best[slot].apart_m) best[slot] = {middle_m, apart_m};
+      }
+    }
+    grid.first_slot = static_cast<std::uint32_t>(receiver_of_slot_.size());
+    const glm::vec3 normal = scene.FaceNormal(face);
+    for (std::size_t slot = 0; slot < best.size(); ++slot) {
+      receiver_of_slot_.push_back(
+          corners.At(grid, corner_of(slot), best[slot], normal, 2 * begin + face % 2));
+    }
+    for (std::size_t t = begin; t < end; ++t) {
+      parts_[2 * t + face % 2] = parts;
+      grid_of_side_[2 * t + face % 2] = static_cast<std::uint32_t>(grids_.size());
+    }
+    grids_.push_back(grid);
+  }
+}
+
+// Linear over each half of a square.
+std::array<FaceLattice::Weighted, 3> FaceLattice::AroundOnGrid(const Grid& grid,
+                                                               const glm::vec3& point_m) const {
+  const glm::vec2 last(grid.rows - 1, grid.columns - 1);
+  const glm::vec2 at =
+      glm::clamp(grid.Along(point_m) / grid.spacing_m - glm::vec2(grid.first[0], grid.first[1]),
+                 glm::vec2(0.0f),
+                 last);
+  const glm::vec2 corner = glm::min(glm::floor(at), last - 1.0f);
+  const float u = at.x - corner.x;
+  const float v = at.y - corner.y;
+  const std::uint32_t first = grid.first_slot +
+                              static_cast<std::uint32_t>(corner.x) * grid.columns +
+                              static_cast<std::uint32_t>(corner.y);
+  const std::uint32_t top = receiver_of_slot_[first];
+  const std::uint32_t far = receiver_of_slot_[first + grid.columns + 1u];
+  if (v <= u) {
+    return {Weighted{top, 1.0f - u}, {receiver_of_slot_[first + grid.columns], u - v}, {far, v}};
+  }
+  return {Weighted{top, 1.0f - v}, {receiver_of_slot_[first + 1], v - u}, {far, u}};
 }
 
 std::array<FaceLattice::Weighted, 3> FaceLattice::Around(const PatchScene& scene,
-                                                         std::size_t face,
+                                                         std::size_t side,
                                                          const glm::vec3& point_m) const {
-  const glm::uvec3& vertices = scene.mesh.triangles[face / 2];
+  if (const Grid* const grid = GridOf(side)) return AroundOnGrid(*grid, point_m);
+  const glm::uvec3& vertices = scene.mesh.triangles[side / 2];
   const glm::vec3 weights = BarycentricOf(point_m,
                                           scene.mesh.positions_m[vertices.x],
                                           scene.mesh.positions_m[vertices.y],
                                           scene.mesh.positions_m[vertices.z]);
-  const std::uint32_t n = parts_[face];
+  const std::uint32_t n = parts_[side];
   const auto most = static_cast<float>(n - 1);
   // Row and place in the row, as fractions: from vertex 0 downwards, and across.
   const float down = static_cast<float>(n) * (weights.y + weights.z);
@@ -154,7 +320,7 @@ std::array<FaceLattice::Weighted, 3> FaceLattice::Around(const PatchScene& scene
   const auto r = static_cast<std::uint32_t>(row);
   const auto i = static_cast<std::uint32_t>(column);
   const auto receiver = [&](std::uint32_t slot_row, std::uint32_t place) {
-    return receiver_of_slot_[first_slot_[face] + RowBegin(slot_row) + place];
+    return receiver_of_slot_[first_slot_[side] + RowBegin(slot_row) + place];
   };
   const std::uint32_t top = receiver(r, i);
   const std::uint32_t far = receiver(r + 1, i + 1);

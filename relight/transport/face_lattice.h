@@ -1,4 +1,4 @@
-// Receivers on a lattice over the faces of a scene: they stay while the camera moves.
+// Receivers on a lattice over the triangles of a scene: they stay while the camera moves.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/transport/patch_scene.h"
@@ -14,44 +15,77 @@
 
 namespace pleinair {
 
-// A face whose edges are cut into n parts each has receivers at the corners of its n^2 small
-// triangles. Faces of one plane share a receiver where they meet in it. It stands in the middle of
-// what they have around it: inside a plane on the spot, at the plane's rim a little inside, so that
-// one on the rim of a wall does not stand in the wall beside it.
+// A side of a triangle whose edges are cut into n parts each has receivers at the corners of its
+// n^2 small triangles. Sides of one plane share a receiver where they meet in it. It stands in the
+// middle of what they have around it: inside a plane on the spot, at the plane's rim a little
+// inside, so that one on the rim of a wall does not stand in the wall beside it.
+//
+// Sides of a joined patch have those of a grid over the patch, seen along the axis that it looks
+// along most: each on the triangle nearest to a corner of the grid, shared with patches beside it.
+// So small triangles do not ask for more receivers than large ones.
 class FaceLattice {
  public:
   FaceLattice() = default;
-  // `parts` of each face's edges, one entry a face; 0 gives a face no receivers.
+  // `parts` of each side's edges, one entry a side; 0 gives a side no receivers. Of a joined
+  // patch's size, the most that its sides have.
   FaceLattice(const PatchScene& scene, std::span<const std::uint16_t> parts);
 
   const std::vector<Receiver>& Receivers() const { return receivers_; }
-  // A face that has the receiver; of several the first.
-  const std::vector<std::uint32_t>& FaceOfReceiver() const { return face_of_receiver_; }
-  bool HasReceivers(std::size_t face) const { return parts_[face] > 0; }
-  // All of one face.
-  std::span<const std::uint32_t> ReceiversOf(std::size_t face) const {
-    const std::size_t n = parts_[face];
+  // A side that has the receiver; of several the first.
+  const std::vector<std::uint32_t>& SideOfReceiver() const { return side_of_receiver_; }
+  bool HasReceivers(std::size_t side) const { return parts_[side] > 0; }
+  // All of one side.
+  std::span<const std::uint32_t> ReceiversOf(std::size_t side) const {
+    if (const Grid* const grid = GridOf(side)) {
+      return std::span(receiver_of_slot_).subspan(grid->first_slot, grid->Corners());
+    }
+    const std::size_t n = parts_[side];
     return std::span(receiver_of_slot_)
-        .subspan(first_slot_[face], n > 0 ? (n + 1) * (n + 2) / 2 : 0);
+        .subspan(first_slot_[side], n > 0 ? (n + 1) * (n + 2) / 2 : 0);
   }
 
   struct Weighted {
     std::uint32_t receiver = 0;
     float weight = 0.0f;
   };
-  // The receivers around a point of a face that has some; their weights add up to 1. A point a hair
+  // The receivers around a point of a side that has some; their weights add up to 1. A point a hair
   // outside counts as on the edge.
   std::array<Weighted, 3> Around(const PatchScene& scene,
-                                 std::size_t face,
+                                 std::size_t side,
                                  const glm::vec3& point_m) const;
 
  private:
-  std::vector<std::uint16_t> parts_;       // Per face.
-  std::vector<std::uint32_t> first_slot_;  // Per face, into receiver_of_slot_.
-  // Per face its lattice's corners, row by row from vertex 0: row r has r + 1 of them.
+  // Over a joined patch's face, seen along an axis.
+  struct Grid {
+    std::uint32_t first_slot = 0;  // Its corners' receivers, row by row.
+    float spacing_m = 0.0f;
+    std::array<std::int32_t, 2> first{};   // Of the corners, in spacings from the origin.
+    std::uint16_t rows = 0;                // Of corners, at least 2,
+    std::uint16_t columns = 0;             // at least 2.
+    std::array<std::uint8_t, 2> across{};  // The axes along rows and columns.
+
+    std::size_t Corners() const { return std::size_t{rows} * columns; }
+    glm::vec2 Along(const glm::vec3& at_m) const { return {at_m[across[0]], at_m[across[1]]}; }
+  };
+  class GridCorners;
+
+  static constexpr std::uint32_t kNoGrid = 0xffffffffu;
+  const Grid* GridOf(std::size_t side) const {
+    if (grid_of_side_.empty() || grid_of_side_[side] == kNoGrid) return nullptr;
+    return &grids_[grid_of_side_[side]];
+  }
+  static Grid GridOver(const PatchScene& scene, std::size_t face, std::uint16_t parts);
+  void AddGrids(const PatchScene& scene);
+  std::array<Weighted, 3> AroundOnGrid(const Grid& grid, const glm::vec3& point_m) const;
+
+  std::vector<Grid> grids_;
+  std::vector<std::uint32_t> grid_of_side_;  // Empty where no patch is joined.
+  std::vector<std::uint16_t> parts_;         // Per side.
+  std::vector<std::uint32_t> first_slot_;    // Per side, into receiver_of_slot_.
+  // Per side its lattice's corners, row by row from vertex 0: row r has r + 1 of them.
   std::vector<std::uint32_t> receiver_of_slot_;
   std::vector<Receiver> receivers_;
-  std::vector<std::uint32_t> face_of_receiver_;
+  std::vector<std::uint32_t> side_of_receiver_;
 };
 
 }  // namespace pleinair

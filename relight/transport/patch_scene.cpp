@@ -11,7 +11,9 @@
 #include <glm/geometric.hpp>
 
 #include "relight/transport/internal/ground_extension.h"
+#include "relight/transport/internal/patch_joining.h"
 #include "relight/transport/patch_refinement.h"
+#include "scene/low_discrepancy.h"
 
 namespace pleinair {
 namespace {
@@ -105,17 +107,64 @@ void PatchOptions::Validate() const {
   }
 }
 
-std::int32_t PatchScene::FaceOfHit(const RayHit& hit, const glm::vec3& direction) {
+std::int32_t PatchScene::SideOfHit(const RayHit& hit, const glm::vec3& direction) {
   const auto front = static_cast<std::int32_t>(2 * hit.triangle);
   return glm::dot(hit.geometric_normal, direction) <= 0.0f ? front : front + 1;
 }
 
+glm::vec3 PatchScene::SideNormal(std::size_t side) const {
+  const glm::vec3 normal = TriangleNormal(mesh, static_cast<std::uint32_t>(side / 2));
+  return side % 2 == 0 ? normal : -normal;
+}
+
 glm::vec3 PatchScene::FaceNormal(std::size_t face) const {
-  const glm::vec3 normal = TriangleNormal(mesh, static_cast<std::uint32_t>(face / 2));
+  if (several.Empty()) return SideNormal(face);
+  const glm::vec3& normal = several.normal[face / 2];
   return face % 2 == 0 ? normal : -normal;
 }
 
+glm::vec3 PatchScene::PatchMiddleM(std::size_t patch) const {
+  const auto middle_m = [this](std::size_t triangle) {
+    const glm::uvec3& v = mesh.triangles[triangle];
+    return (mesh.positions_m[v.x] + mesh.positions_m[v.y] + mesh.positions_m[v.z]) / 3.0f;
+  };
+  if (several.Empty()) return middle_m(patch);
+  glm::vec3 sum_m(0.0f);
+  float before = 0.0f;
+  for (std::size_t t = several.begin[patch]; t < several.begin[patch + 1]; ++t) {
+    sum_m += (several.area_share_until[t] - before) * middle_m(t);
+    before = several.area_share_until[t];
+  }
+  return sum_m;
+}
+
+float PatchScene::LongestEdgeM(std::size_t patch) const {
+  if (IsJoined(patch)) return std::sqrt(2.0f * several.area_m2[patch]);
+  const glm::uvec3& v = mesh.triangles[FirstTriangleOf(patch)];
+  return std::max({glm::distance(mesh.positions_m[v.x], mesh.positions_m[v.y]),
+                   glm::distance(mesh.positions_m[v.y], mesh.positions_m[v.z]),
+                   glm::distance(mesh.positions_m[v.z], mesh.positions_m[v.x])});
+}
+
+PatchScene::Point PatchScene::PointOn(std::size_t patch, glm::dvec2 point) const {
+  std::size_t triangle = FirstTriangleOf(patch);
+  if (IsJoined(patch)) {
+    // Of equal shares of the square along x each triangle gets its area's.
+    const auto first = several.area_share_until.begin() + static_cast<std::ptrdiff_t>(triangle);
+    const auto last =
+        several.area_share_until.begin() + static_cast<std::ptrdiff_t>(several.begin[patch + 1]);
+    const auto chosen = std::upper_bound(first, last - 1, point.x);
+    const double before = chosen == first ? 0.0 : double{*(chosen - 1)};
+    triangle += static_cast<std::size_t>(chosen - first);
+    point.x = std::clamp((point.x - before) / (double{*chosen} - before), 0.0, 1.0);
+  }
+  const glm::uvec3& v = mesh.triangles[triangle];
+  return {TrianglePoint(mesh.positions_m[v.x], mesh.positions_m[v.y], mesh.positions_m[v.z], point),
+          triangle};
+}
+
 double PatchScene::PatchAreaM2(std::size_t patch) const {
+  if (!several.Empty()) return several.area_m2[patch];
   const glm::uvec3& v = mesh.triangles[patch];
   const glm::dvec3 a(mesh.positions_m[v[0]]);
   return 0.5 * glm::length(glm::cross(glm::dvec3(mesh.positions_m[v[1]]) - a,
@@ -138,16 +187,27 @@ PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options) {
       scene.ground_extended = AddGroundRing(*ground, kGroundRadiusM, whole) > 0;
     }
   }
-  RefinedMesh refined = RefineMesh(whole, TargetOf(options, laid_ground_z_m), kMaxPatches);
+  const TargetLength target = TargetOf(options, laid_ground_z_m);
+  RefinedMesh refined = RefineMesh(whole, target, mesh.triangles.size() + kMaxPatches);
+  if (options.join_small) {
+    scene.several = internal::JoinSmallTriangles(
+        target, static_cast<std::uint32_t>(mesh.triangles.size()), refined);
+  }
   scene.mesh = std::move(refined.mesh);
   scene.source_triangle = std::move(refined.source_triangle);
   for (std::uint32_t& source : scene.source_triangle) {
     if (source >= mesh.triangles.size()) source = PatchScene::kExtension;
   }
+  if (scene.PatchCount() > kMaxPatches) {
+    throw std::invalid_argument("patch size: the mesh would be cut into more than " +
+                                std::to_string(kMaxPatches) +
+                                " patches: expected a larger patch_size_m or growth_per_m");
+  }
   scene.face_albedo_rgb.reserve(scene.FaceCount());
-  for (const std::uint32_t material : scene.mesh.triangle_material) {
-    scene.face_albedo_rgb.insert(
-        scene.face_albedo_rgb.end(), 2, scene.mesh.materials[material].diffuse_albedo);
+  for (std::size_t patch = 0; patch < scene.PatchCount(); ++patch) {
+    scene.face_albedo_rgb.insert(scene.face_albedo_rgb.end(),
+                                 2,
+                                 scene.mesh.materials[scene.MaterialOf(patch)].diffuse_albedo);
   }
   scene.caster = RayCaster(scene.mesh);
   return scene;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "scene/mesh.h"
@@ -22,40 +23,109 @@ struct PatchOptions {
   // In [0, 1). Above 0 a plane of this albedo, at the mesh's foot, goes to the horizon in place of
   // that: what comes from below the horizon is then estimated from what comes from above it.
   double ground_albedo = 0.0;
+  // Triangles that are small beside the longest edge allowed share a patch. False: each is one.
+  bool join_small = true;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
 
-// Each triangle of `mesh` is a patch with two faces: 2 i is the side its winding's normal points
-// to, 2 i + 1 the other. Triangles are cut along their edges only, so that neighbours stay joined.
+// Which triangles a patch has, where it has several.
+struct PatchesOfTriangles {
+  std::vector<std::uint32_t> begin;        // Patch p: triangles [begin[p], begin[p + 1]).
+  std::vector<std::uint32_t> of_triangle;  // Per triangle: its patch.
+  std::vector<float> area_share_until;     // Per triangle: of its patch, it and those before.
+  std::vector<float> area_m2;              // Per patch,
+  std::vector<glm::vec3> normal;           // of its front.
+
+  bool Empty() const { return begin.empty(); }
+  std::size_t Count() const { return begin.empty() ? 0 : begin.size() - 1; }
+};
+
+// Light is carried between patches; rays meet triangles. A patch is a triangle of `mesh`, or
+// several small ones of one place, direction, group and material. Triangle t has the sides 2 t,
+// which its winding's normal points to, and 2 t + 1; patch p has the faces 2 p and 2 p + 1, of its
+// triangles' sides. Triangles are cut along their edges only, so that neighbours stay joined.
 struct PatchScene {
   static constexpr std::int32_t kSky = -1;
 
   Mesh mesh;                                   // The cut mesh; groups and materials of the source.
   std::vector<glm::vec3> face_albedo_rgb;      // Per face.
-  std::vector<std::uint32_t> source_triangle;  // Per patch: triangle of the source mesh; the
-                                               // extension's patches have kExtension.
+  std::vector<std::uint32_t> source_triangle;  // Per triangle: that of the source mesh; the
+                                               // extension's have kExtension.
   static constexpr std::uint32_t kExtension = 0xffffffffu;
+  PatchesOfTriangles several;  // Empty where each triangle is a patch.
   bool ground_extended = false;
   bool ground_laid = false;  // By PatchOptions::ground_albedo.
   RayCaster caster{Mesh{}};  // Over `mesh`: a hit's triangle is the patch.
   Skyline skyline;           // What hides the sky beside `mesh`: found by a survey.
 
-  std::size_t FaceCount() const { return 2 * mesh.triangles.size(); }
-  // The face that a ray along `direction` meets on `hit`.
-  static std::int32_t FaceOfHit(const RayHit& hit, const glm::vec3& direction);
-  static std::int32_t FaceOfHit(const FaceHit& hit) {
+  std::size_t SideCount() const { return 2 * mesh.triangles.size(); }
+  std::size_t PatchCount() const {
+    return several.Empty() ? mesh.triangles.size() : several.Count();
+  }
+  std::size_t FaceCount() const { return 2 * PatchCount(); }
+  // The first of a patch's triangles; they are in a row.
+  std::size_t FirstTriangleOf(std::size_t patch) const {
+    return several.Empty() ? patch : several.begin[patch];
+  }
+  struct TriangleRange {
+    std::size_t begin;
+    std::size_t end;
+  };
+  TriangleRange TrianglesOf(std::size_t patch) const {
+    const std::size_t first = FirstTriangleOf(patch);
+    return {first, several.Empty() ? first + 1 : several.begin[patch + 1]};
+  }
+  std::size_t PatchOf(std::size_t triangle) const {
+    return several.Empty() ? triangle : several.of_triangle[triangle];
+  }
+  bool IsJoined(std::size_t patch) const {
+    return !several.Empty() && several.begin[patch + 1] - several.begin[patch] > 1;
+  }
+  std::uint32_t GroupOf(std::size_t patch) const {
+    return mesh.triangle_group[FirstTriangleOf(patch)];
+  }
+  std::uint32_t MaterialOf(std::size_t patch) const {
+    return mesh.triangle_material[FirstTriangleOf(patch)];
+  }
+  bool IsExtension(std::size_t patch) const {
+    return source_triangle[FirstTriangleOf(patch)] == kExtension;
+  }
+  // The side that a ray along `direction` meets on `hit`, and its face.
+  static std::int32_t SideOfHit(const RayHit& hit, const glm::vec3& direction);
+  static std::int32_t SideOfHit(const FaceHit& hit) {
     return static_cast<std::int32_t>(2 * hit.triangle + (hit.is_front ? 0 : 1));
   }
-  // Unit normal of a face, to its own side.
+  std::int32_t FaceOfSide(std::int32_t side) const {
+    if (several.Empty()) return side;
+    return static_cast<std::int32_t>(2 * several.of_triangle[static_cast<std::size_t>(side) / 2]) +
+           side % 2;
+  }
+  std::int32_t FaceOfHit(const RayHit& hit, const glm::vec3& direction) const {
+    return FaceOfSide(SideOfHit(hit, direction));
+  }
+  std::int32_t FaceOfHit(const FaceHit& hit) const { return FaceOfSide(SideOfHit(hit)); }
+  // Unit normal of a triangle's side; zero for one without area.
+  glm::vec3 SideNormal(std::size_t side) const;
+  // The same of a face: the mean over its triangles' area.
   glm::vec3 FaceNormal(std::size_t face) const;
   double PatchAreaM2(std::size_t patch) const;
+  // Of a patch's triangle; of a joined one, of a square of its area from corner to corner.
+  float LongestEdgeM(std::size_t patch) const;
+  // Of the corners' mean places, by area.
+  glm::vec3 PatchMiddleM(std::size_t patch) const;
+  // A point of a patch for one of the unit square, uniform over its area.
+  struct Point {
+    glm::vec3 position_m;
+    std::size_t triangle;
+  };
+  Point PointOn(std::size_t patch, glm::dvec2 point) const;
 };
 
 // Face albedos start as the materials' diffuse albedo.
 //
 // Throws  std::invalid_argument for options or a mesh that make no sense, naming the field; and
-//         when more than 2^21 patches would come out.
+//         when more than 2^21 patches would come out, or as many more triangles than `mesh` has.
 PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options);
 
 // Whether no more than `budget` patches would come out of the mesh itself, its ground not extended.

@@ -1,4 +1,4 @@
-// Rays spared where the corners of a block of pixels agree.
+// Work spared where the corners of a block of pixels speak for what lies between them.
 #pragma once
 
 #include <algorithm>
@@ -9,61 +9,169 @@
 
 #include <tbb/parallel_for.h>
 
+#include "scene/image.h"
+
 namespace pleinair {
 
-struct PixelBlocks {
-  int width = 0;
-  int height = 0;
-  int block_px = 1;  // Side of a block; blocks share their corners. 1: each pixel is cast.
-};
+// Corners are pixels, shared with the blocks beside.
+struct PixelBlock {
+  int left = 0;
+  int top = 0;
+  int right = 0;
+  int bottom = 0;
+  // Its own are the pixels from (left, top) up to these: no pixel belongs to two blocks.
+  int end_x = 0;
+  int end_y = 0;
 
-// Upper left, upper right, lower left and lower right: indices of pixels.
-using BlockCorners = std::array<std::size_t, 4>;
+  // Between values at the upper left, upper right, lower left and lower right corner, by place.
+  template <class Value>
+  class Blend {
+   public:
+    Blend(const PixelBlock& block, const std::array<Value, 4>& at_corners)
+        : left_(block.left), top_(block.top), at_(at_corners) {
+      if (block.right > block.left) per_px_x_ = 1.0f / static_cast<float>(block.right - left_);
+      if (block.bottom > block.top) per_px_y_ = 1.0f / static_cast<float>(block.bottom - top_);
+    }
+    Value operator()(int x, int y) const {
+      const float u = static_cast<float>(x - left_) * per_px_x_;
+      const float v = static_cast<float>(y - top_) * per_px_y_;
+      return (1.0f - v) * ((1.0f - u) * at_[0] + u * at_[1]) +
+             v * ((1.0f - u) * at_[2] + u * at_[3]);
+    }
 
-// First casts the corners of all blocks, the last row and column among them; then fills what lies
-// between corners that agree, and casts the rest.
-//
-// cast_row(y, wanted)       casts the pixels x of row y with wanted[x] != 0.
-// agree(corners)            whether what lies between may be filled.
-// fill(x, y, corners)       false where this pixel has to be cast after all.
-//
-// Rows are taken in parallel; none but its own pixels, without corners, may be written for a row
-// after the first pass.
-template <class CastRow, class Agree, class Fill>
-void CastInBlocks(const PixelBlocks& blocks,
-                  const CastRow& cast_row,
-                  const Agree& agree,
-                  const Fill& fill) {
-  const int side = std::max(blocks.block_px, 1);
-  const auto at_corner = [side](int at, int size) { return at % side == 0 || at == size - 1; };
-  std::vector<std::uint8_t> corner_columns(static_cast<std::size_t>(blocks.width), 0);
-  for (int x = 0; x < blocks.width; ++x) {
-    corner_columns[static_cast<std::size_t>(x)] = at_corner(x, blocks.width) ? 1 : 0;
-  }
-  tbb::parallel_for(0, blocks.height, [&](int y) {
-    if (at_corner(y, blocks.height)) cast_row(y, corner_columns);
-  });
-  if (side == 1) return;
-  const auto index = [&](int x, int y) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(blocks.width) +
-           static_cast<std::size_t>(x);
+   private:
+    int left_;
+    int top_;
+    float per_px_x_ = 0.0f;
+    float per_px_y_ = 0.0f;
+    std::array<Value, 4> at_;
   };
-  tbb::parallel_for(0, blocks.height, [&](int y) {
-    const int top = y / side * side;
-    const int bottom = std::min(top + side, blocks.height - 1);
-    const bool has_corners = at_corner(y, blocks.height);
-    std::vector<std::uint8_t> wanted(static_cast<std::size_t>(blocks.width), 0);
-    for (int left = 0; left < blocks.width; left += side) {
-      const int right = std::min(left + side, blocks.width - 1);
-      const BlockCorners corners{
-          index(left, top), index(right, top), index(left, bottom), index(right, bottom)};
-      const bool agreed = agree(corners);
-      for (int x = left; x < std::min(left + side, blocks.width); ++x) {
-        if (has_corners && corner_columns[static_cast<std::size_t>(x)] != 0) continue;
-        if (!agreed || !fill(x, y, corners)) wanted[static_cast<std::size_t>(x)] = 1;
+
+  // In the same order.
+  std::size_t NearestCorner(int x, int y) const {
+    return (2 * x > left + right ? 1u : 0u) + (2 * y > top + bottom ? 2u : 0u);
+  }
+
+  // Calls visit(x, y) for its own pixels that are no corners of any block.
+  template <class Visit>
+  void ForPixelsBetween(const Visit& visit) const {
+    for (int y = top; y < end_y; ++y) {
+      const bool has_corners = y == top || y == bottom;
+      for (int x = left; x < end_x; ++x) {
+        if (!has_corners || (x != left && x != right)) visit(x, y);
       }
     }
-    cast_row(y, wanted);
+  }
+};
+
+// A picture cut into blocks, smaller ones at the right and at the bottom.
+class PixelBlocks {
+ public:
+  PixelBlocks() = default;
+  // Of blocks with sides of 1 px all pixels are corners.
+  PixelBlocks(int width, int height, int side_px)
+      : width_(width),
+        height_(height),
+        side_px_(std::max(side_px, 1)),
+        columns_(BlocksAlong(width)),
+        rows_(BlocksAlong(height)) {}
+
+  int Width() const { return width_; }
+  int Height() const { return height_; }
+  int SidePx() const { return side_px_; }
+  int Columns() const { return columns_; }
+  int Rows() const { return rows_; }
+  std::size_t Count() const {
+    return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  }
+  std::size_t Index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+  PixelBlock At(int column, int row) const {
+    const int left = column * side_px_;
+    const int top = row * side_px_;
+    return {left,
+            top,
+            std::min(left + side_px_, width_ - 1),
+            std::min(top + side_px_, height_ - 1),
+            column + 1 < columns_ ? left + side_px_ : width_,
+            row + 1 < rows_ ? top + side_px_ : height_};
+  }
+  // Indices of pixels: upper left, upper right, lower left and lower right.
+  std::array<std::size_t, 4> Corners(const PixelBlock& block) const {
+    return {Pixel(block.left, block.top),
+            Pixel(block.right, block.top),
+            Pixel(block.left, block.bottom),
+            Pixel(block.right, block.bottom)};
+  }
+  bool IsCornerColumn(int x) const { return x % side_px_ == 0 || x == width_ - 1; }
+  bool IsCornerRow(int y) const { return y % side_px_ == 0 || y == height_ - 1; }
+
+ private:
+  int BlocksAlong(int pixels) const { return pixels > 1 ? (pixels - 2) / side_px_ + 1 : pixels; }
+  std::size_t Pixel(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(x);
+  }
+
+  int width_ = 0;
+  int height_ = 0;
+  int side_px_ = 1;
+  int columns_ = 0;
+  int rows_ = 0;
+};
+
+// Which blocks of a view show one plane, corner to corner.
+struct PlanarBlocks {
+  PixelBlocks blocks;
+  std::vector<std::uint8_t> is_planar;  // Per block.
+};
+
+// Gives `image` the size of the picture and keeps its memory; of its values, none is to be counted
+// on.
+template <typename Pixel>
+void SizeFor(const PixelBlocks& blocks, Image<Pixel>& image) {
+  image.width = blocks.Width();
+  image.height = blocks.Height();
+  image.pixels.resize(static_cast<std::size_t>(image.width) *
+                      static_cast<std::size_t>(image.height));
+}
+
+// First does the corners of all blocks; then for each block either what lies between its corners at
+// once, or pixel by pixel.
+//
+// do_row(y, wanted)                  does the pixels x of row y with wanted[x] != 0.
+// do_between(column, row, block)     does what lies between the block's corners at once, and
+//                                    returns true; or false, and that is done by rows.
+//
+// Rows of blocks are taken in parallel; do_between may write none but the block's own pixels,
+// without corners.
+template <class DoRow, class DoBetween>
+void ForBlocks(const PixelBlocks& blocks, const DoRow& do_row, const DoBetween& do_between) {
+  std::vector<std::uint8_t> corner_columns(static_cast<std::size_t>(blocks.Width()), 0);
+  for (int x = 0; x < blocks.Width(); ++x) {
+    corner_columns[static_cast<std::size_t>(x)] = blocks.IsCornerColumn(x) ? 1 : 0;
+  }
+  tbb::parallel_for(0, blocks.Height(), [&](int y) {
+    if (blocks.IsCornerRow(y)) do_row(y, corner_columns);
+  });
+  if (blocks.SidePx() == 1) return;
+  tbb::parallel_for(0, blocks.Rows(), [&](int row) {
+    std::vector<std::uint8_t> is_left(static_cast<std::size_t>(blocks.Width()), 0);
+    for (int column = 0; column < blocks.Columns(); ++column) {
+      const PixelBlock block = blocks.At(column, row);
+      if (do_between(column, row, block)) continue;
+      std::fill(is_left.begin() + block.left, is_left.begin() + block.end_x, std::uint8_t{1});
+    }
+    std::vector<std::uint8_t> between(is_left);
+    for (int x = 0; x < blocks.Width(); ++x) {
+      if (blocks.IsCornerColumn(x)) between[static_cast<std::size_t>(x)] = 0;
+    }
+    const PixelBlock first = blocks.At(0, row);
+    for (int y = first.top; y < first.end_y; ++y) {
+      do_row(y, blocks.IsCornerRow(y) ? between : is_left);
+    }
   });
 }
 

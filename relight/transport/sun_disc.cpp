@@ -119,15 +119,14 @@ float SunDisc::ShareOfSamples(const RayCaster& caster, const Receiver& receiver)
   return static_cast<float>(seen) / static_cast<float>(samples_.size());
 }
 
-float SunDisc::MeanIrradiance(const RayCaster& caster,
-                              std::span<const glm::vec3> points,
-                              const glm::vec3& normal) const {
+float SunDisc::MeanIrradiance(const RayCaster& caster, std::span<const Receiver> points) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const glm::vec3& direction = samples_[i % samples_.size()];
+    const auto& [position_m, normal] = points[i];
     const float cosine = glm::dot(direction, normal);
     if (!(cosine > 0.0f) || !(direction.z > 0.0f)) continue;
-    if (!caster.Occluded(OffsetFromSurface(points[i], normal), direction)) sum += cosine;
+    if (!caster.Occluded(OffsetFromSurface(position_m, normal), direction)) sum += cosine;
   }
   return points.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(points.size()));
 }

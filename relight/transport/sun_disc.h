@@ -25,11 +25,8 @@ class SunDisc {
   float Visibility(const RayCaster& caster, const Receiver& receiver) const;
   // The same for many at once, faster where neighbours in the list are neighbours in the scene.
   std::vector<float> Visibility(const RayCaster& caster, std::span<const Receiver> receivers) const;
-  // Mean over the sample directions of visible * cosine, each cast from another of `points` (on one
-  // plane with unit `normal`).
-  float MeanIrradiance(const RayCaster& caster,
-                       std::span<const glm::vec3> points,
-                       const glm::vec3& normal) const;
+  // Mean over the sample directions of visible * cosine, each cast from another of `points`.
+  float MeanIrradiance(const RayCaster& caster, std::span<const Receiver> points) const;
   const glm::vec3& Direction() const { return centre_; }
   // Direction to a point of the disc: `radius` as a share of the disc's own.
   glm::vec3 DirectionTo(double radius, double angle_rad) const;

@@ -9,7 +9,6 @@
 
 #include "relight/transport/pixel_blocks.h"
 #include "relight/transport/plane_blocks.h"
-#include "relight/transport/same_plane.h"
 
 namespace pleinair {
 
@@ -58,52 +57,47 @@ void SurfaceGather::Blend(std::span<const glm::vec3> at_receivers,
   });
 }
 
-GrayImage SunVisibility(const RayCaster& caster,
-                        const SunDisc& disc,
-                        int block_px,
-                        const SurfaceView& view) {
-  GrayImage sun_visibility(view.Width(), view.Height(), 0.0f);
+GrayImage SunVisibility(const RayCaster& caster, const SunDisc& disc, const SurfaceView& view) {
+  GrayImage visibility;
+  SunVisibilityInBlocks(
+      caster, disc, {PixelBlocks(view.Width(), view.Height(), 1), {}}, view, visibility);
+  return visibility;
+}
+
+void SunVisibilityInBlocks(const RayCaster& caster,
+                           const SunDisc& disc,
+                           const PlanarBlocks& planar,
+                           const SurfaceView& view,
+                           GrayImage& visibility) {
+  const PixelBlocks& blocks = planar.blocks;
+  SizeFor(blocks, visibility);
   const auto cast_row = [&](int y, std::span<const std::uint8_t> wanted) {
     std::vector<Receiver> receivers;
     std::vector<std::size_t> pixels;
     for (int x = 0; x < view.Width(); ++x) {
+      if (wanted[static_cast<std::size_t>(x)] == 0) continue;
       const std::size_t pixel = view.region.Index(x, y);
-      if (view.region.pixels[pixel] == SurfaceView::kNoRegion ||
-          wanted[static_cast<std::size_t>(x)] == 0) {
-        continue;
-      }
+      visibility.pixels[pixel] = 0.0f;
+      if (view.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
       receivers.push_back({view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]});
       pixels.push_back(pixel);
     }
-    const std::vector<float> visibility = disc.Visibility(caster, receivers);
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      sun_visibility.pixels[pixels[i]] = visibility[i];
-    }
+    const std::vector<float> shares = disc.Visibility(caster, receivers);
+    for (std::size_t i = 0; i < pixels.size(); ++i) visibility.pixels[pixels[i]] = shares[i];
   };
-  const glm::vec3 eye_m(view.camera.CentreWorldM());
-  const auto on_plane_of = [&](std::size_t pixel, std::size_t corner) {
-    return view.region.pixels[pixel] == view.region.pixels[corner] &&
-           SamePlane(view.position_world_m.pixels[pixel],
-                     view.normal_world.pixels[pixel],
-                     view.position_world_m.pixels[corner],
-                     view.normal_world.pixels[corner],
-                     glm::distance(eye_m, view.position_world_m.pixels[corner]));
-  };
-  const auto agree = [&](const BlockCorners& corners) {
-    const float visibility = sun_visibility.pixels[corners[0]];
-    return (visibility == 0.0f || visibility == 1.0f) &&
-           std::all_of(corners.begin() + 1, corners.end(), [&](std::size_t corner) {
-             return sun_visibility.pixels[corner] == visibility && on_plane_of(corner, corners[0]);
-           });
-  };
-  const auto fill = [&](int x, int y, const BlockCorners& corners) {
-    const std::size_t pixel = view.region.Index(x, y);
-    if (!on_plane_of(pixel, corners[0])) return false;
-    sun_visibility.pixels[pixel] = sun_visibility.pixels[corners[0]];
+  const auto fill_between = [&](int column, int row, const PixelBlock& block) {
+    if (planar.is_planar[blocks.Index(column, row)] == 0) return false;
+    const std::array<std::size_t, 4> corners = blocks.Corners(block);
+    const float share = visibility.pixels[corners[0]];
+    const bool is_uniform = (share == 0.0f || share == 1.0f) &&
+                            std::all_of(corners.begin() + 1, corners.end(), [&](std::size_t at) {
+                              return visibility.pixels[at] == share;
+                            });
+    if (!is_uniform) return false;
+    block.ForPixelsBetween([&](int x, int y) { visibility.At(x, y) = share; });
     return true;
   };
-  CastInBlocks({view.Width(), view.Height(), block_px}, cast_row, agree, fill);
-  return sun_visibility;
+  ForBlocks(blocks, cast_row, fill_between);
 }
 
 }  // namespace pleinair

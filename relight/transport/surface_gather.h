@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "relight/transport/patch_scene.h"
+#include "relight/transport/pixel_blocks.h"
 #include "relight/transport/sun_disc.h"
 #include "relight/transport/transport.h"
 #include "relight/transport/view_rays.h"
@@ -51,11 +52,15 @@ class SurfaceGather {
   std::vector<Entry> entries_;
 };
 
-// Share of the disc seen at each pixel; 0 where no surface is. In blocks of `block_px` (1: none)
-// pixels on one plane whose four corners all see the disc, or all do not, are treated as uniform.
-GrayImage SunVisibility(const RayCaster& caster,
-                        const SunDisc& disc,
-                        int block_px,
-                        const SurfaceView& view);
+// Share of the disc seen at each pixel; 0 where no surface is.
+GrayImage SunVisibility(const RayCaster& caster, const SunDisc& disc, const SurfaceView& view);
+
+// The same, but planar blocks whose four corners all see the disc, or all do not, are treated as
+// uniform. Keeps the memory of `visibility`.
+void SunVisibilityInBlocks(const RayCaster& caster,
+                           const SunDisc& disc,
+                           const PlanarBlocks& planar,
+                           const SurfaceView& view,
+                           GrayImage& visibility);
 
 }  // namespace pleinair

@@ -1,6 +1,8 @@
 #include "relight/transport/surface_light.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -12,26 +14,7 @@ namespace pleinair {
 
 namespace {
 
-class Patches {
- public:
-  explicit Patches(const PatchScene& scene) : mesh_(scene.mesh) {}
-  glm::vec3 Middle(std::size_t patch) const {
-    return (Corner(patch, 0) + Corner(patch, 1) + Corner(patch, 2)) / 3.0f;
-  }
-  float LongestEdgeM(std::size_t patch) const {
-    return std::max({glm::distance(Corner(patch, 0), Corner(patch, 1)),
-                     glm::distance(Corner(patch, 1), Corner(patch, 2)),
-                     glm::distance(Corner(patch, 2), Corner(patch, 0))});
-  }
-
- private:
-  glm::vec3 Corner(std::size_t patch, int k) const {
-    return mesh_.positions_m[mesh_.triangles[patch][k]];
-  }
-  const Mesh& mesh_;
-};
-
-// Of each face's edges.
+// Of each side's edges.
 std::vector<std::uint16_t> PartsOf(const PatchScene& scene,
                                    const GatheredRays& face_rays,
                                    const SurfaceLightOptions& options) {
@@ -39,19 +22,25 @@ std::vector<std::uint16_t> PartsOf(const PatchScene& scene,
   // start all over it.
   constexpr float kNearestShare = 0.25f;
   options.Validate();
-  const Patches patches(scene);
-  std::vector<std::uint16_t> parts(scene.FaceCount(), 1);
+  std::vector<glm::vec3> middle_m(scene.PatchCount());
+  tbb::parallel_for(std::size_t{0}, middle_m.size(), [&](std::size_t patch) {
+    middle_m[patch] = scene.PatchMiddleM(patch);
+  });
+  std::vector<double> nearness_per_m(scene.FaceCount(), 0.0);
   tbb::parallel_for(std::size_t{0}, scene.FaceCount(), [&](std::size_t face) {
-    const glm::vec3 middle_m = patches.Middle(face / 2);
-    const float longest_m = patches.LongestEdgeM(face / 2);
-    double nearness_per_m = 0.0;
+    const float nearest_m = kNearestShare * scene.LongestEdgeM(face / 2);
     for (const GatheredRays::FaceShare& seen : face_rays.FacesOf(face)) {
-      const glm::vec3 seen_m = patches.Middle(static_cast<std::size_t>(seen.face) / 2);
-      nearness_per_m +=
-          seen.share / std::max(glm::distance(middle_m, seen_m), kNearestShare * longest_m);
+      const glm::vec3& seen_m = middle_m[static_cast<std::size_t>(seen.face) / 2];
+      nearness_per_m[face] +=
+          seen.share / std::max(glm::distance(middle_m[face / 2], seen_m), nearest_m);
     }
-    const double wanted = std::ceil(longest_m * nearness_per_m / options.spacing);
-    parts[face] = static_cast<std::uint16_t>(
+  });
+  std::vector<std::uint16_t> parts(scene.SideCount(), 1);
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t side) {
+    const auto face = static_cast<std::size_t>(scene.FaceOfSide(static_cast<std::int32_t>(side)));
+    const double wanted =
+        std::ceil(scene.LongestEdgeM(face / 2) * nearness_per_m[face] / options.spacing);
+    parts[side] = static_cast<std::uint16_t>(
         std::clamp(wanted, 1.0, static_cast<double>(options.most_parts)));
   });
   return parts;
@@ -84,14 +73,24 @@ SurfaceLight::SurfaceLight(const PatchScene& scene,
     : scene_(scene),
       gather_(WithRays(options.rays_per_receiver, gather)),
       lattice_(scene, PartsOf(scene, face_rays, options)),
-      is_shown_(scene.FaceCount(), 0),
+      is_shown_(scene.SideCount(), 0),
       is_gathered_(lattice_.Receivers().size(), 0) {
   gather_.Validate();
 }
 
-void SurfaceLight::Show(const Image<std::int32_t>& face) {
+void SurfaceLight::Show(const Image<std::int32_t>& side) {
+  std::atomic<bool> any_is_new = false;
+  tbb::parallel_for(0, side.height, [&](int y) {
+    const auto begin = side.pixels.begin() + static_cast<std::ptrdiff_t>(side.Index(0, y));
+    if (std::any_of(begin, begin + side.width, [&](std::int32_t shown) {
+          return shown != PatchScene::kSky && is_shown_[static_cast<std::size_t>(shown)] == 0;
+        })) {
+      any_is_new = true;
+    }
+  });
+  if (!any_is_new) return;
   Batch batch;
-  for (const std::int32_t shown : face.pixels) {
+  for (const std::int32_t shown : side.pixels) {
     if (shown == PatchScene::kSky || is_shown_[static_cast<std::size_t>(shown)] != 0) continue;
     is_shown_[static_cast<std::size_t>(shown)] = 1;
     for (const std::uint32_t receiver : lattice_.ReceiversOf(static_cast<std::size_t>(shown))) {
@@ -141,31 +140,52 @@ void SurfaceLight::Evaluate(const Batch& batch, std::size_t light) {
   }
 }
 
-void SurfaceLight::LookUp(const Image<std::int32_t>& face,
+void SurfaceLight::LookUp(const PlanarBlocks& planar,
+                          const Image<std::int32_t>& side,
                           const Image<glm::vec3>& position_m,
                           std::span<const std::size_t> light_of_image,
                           std::span<Image<glm::vec3>* const> at_pixels) const {
-  tbb::parallel_for(0, face.height, [&](int y) {
-    for (std::size_t pixel = face.Index(0, y); pixel < face.Index(0, y) + face.width; ++pixel) {
-      const std::int32_t shown = face.pixels[pixel];
-      if (shown == PatchScene::kSky) {
-        for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
-        continue;
-      }
-      if (is_shown_[static_cast<std::size_t>(shown)] == 0) {
-        throw std::logic_error("SurfaceLight: a face is looked up that was not shown");
-      }
-      const auto around =
-          lattice_.Around(scene_, static_cast<std::size_t>(shown), position_m.pixels[pixel]);
-      for (std::size_t image = 0; image < at_pixels.size(); ++image) {
-        glm::vec3 sum(0.0f);
-        for (const FaceLattice::Weighted& at : around) {
-          sum += at.weight * values_[at.receiver * stride_ + light_of_image[image]];
-        }
-        at_pixels[image]->pixels[pixel] = sum;
-      }
+  const PixelBlocks& blocks = planar.blocks;
+  for (Image<glm::vec3>* image : at_pixels) SizeFor(blocks, *image);
+  const auto look_up = [&](std::size_t pixel) {
+    const std::int32_t shown = side.pixels[pixel];
+    if (shown == PatchScene::kSky) {
+      for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
+      return;
     }
-  });
+    if (is_shown_[static_cast<std::size_t>(shown)] == 0) {
+      throw std::logic_error("SurfaceLight: a side is looked up that was not shown");
+    }
+    const auto around =
+        lattice_.Around(scene_, static_cast<std::size_t>(shown), position_m.pixels[pixel]);
+    for (std::size_t image = 0; image < at_pixels.size(); ++image) {
+      glm::vec3 sum(0.0f);
+      for (const FaceLattice::Weighted& at : around) {
+        sum += at.weight * values_[at.receiver * stride_ + light_of_image[image]];
+      }
+      at_pixels[image]->pixels[pixel] = sum;
+    }
+  };
+  ForBlocks(
+      blocks,
+      [&](int y, std::span<const std::uint8_t> wanted) {
+        for (int x = 0; x < blocks.Width(); ++x) {
+          if (wanted[static_cast<std::size_t>(x)] != 0) look_up(side.Index(x, y));
+        }
+      },
+      [&](int column, int row, const PixelBlock& block) {
+        if (planar.is_planar[blocks.Index(column, row)] == 0) return false;
+        const std::array<std::size_t, 4> corners = blocks.Corners(block);
+        for (Image<glm::vec3>* image : at_pixels) {
+          const PixelBlock::Blend<glm::vec3> blend(block,
+                                                   {image->pixels[corners[0]],
+                                                    image->pixels[corners[1]],
+                                                    image->pixels[corners[2]],
+                                                    image->pixels[corners[3]]});
+          block.ForPixelsBetween([&](int x, int y) { image->At(x, y) = blend(x, y); });
+        }
+        return true;
+      });
 }
 
 }  // namespace pleinair

@@ -11,6 +11,7 @@
 
 #include "relight/transport/face_lattice.h"
 #include "relight/transport/patch_scene.h"
+#include "relight/transport/pixel_blocks.h"
 #include "relight/transport/transport.h"
 #include "scene/image.h"
 #include "scene/sky_shape.h"
@@ -29,9 +30,9 @@ struct SurfaceLightOptions {
   void Validate() const;
 };
 
-// Irradiance under unit lights at the receivers of a lattice over the faces. Receivers gather when
-// a view first shows a face that has them, so that memory and time are for what has been seen; what
-// they gather does not depend on when. A pixel blends those of its face.
+// Irradiance under unit lights at the receivers of a lattice over the triangles. Receivers gather
+// when a view first shows a side that has them, so that memory and time are for what has been seen;
+// what they gather does not depend on when. A pixel blends those of its side.
 //
 // One thread at a time.
 class SurfaceLight {
@@ -43,9 +44,9 @@ class SurfaceLight {
                const SurfaceLightOptions& options,
                const GatherOptions& gather);
 
-  // Gathers for the faces of `face` that have not been shown yet.
-  // Shape  the face that each pixel shows, PatchScene::kSky where none.
-  void Show(const Image<std::int32_t>& face);
+  // Gathers for the sides of triangles in `side` that have not been shown yet.
+  // Shape  the side that each pixel shows, PatchScene::kSky where none.
+  void Show(const Image<std::int32_t>& side);
 
   // Light `light` is that of a sky (null: none) and of faces with these radiosities.
   void SetLight(std::size_t light,
@@ -53,10 +54,12 @@ class SurfaceLight {
                 std::vector<glm::vec3> face_radiosity);
   std::size_t Lights() const { return lights_.size(); }
 
-  // Irradiance under light `light` at the points that pixels show; zero where they show none.
-  // Throws std::logic_error for a face that has not been shown.
-  // Shape  light_of_image: which light each of `at_pixels` is of; all images of the view's size.
-  void LookUp(const Image<std::int32_t>& face,
+  // Irradiance at the points that pixels show, zero where they show none; within planar blocks it
+  // is blended between the corners. Throws std::logic_error for a side that has not been shown.
+  // Keeps the images' memory.
+  // Shape  light_of_image: which light each of `at_pixels` is of.
+  void LookUp(const PlanarBlocks& planar,
+              const Image<std::int32_t>& side,
               const Image<glm::vec3>& position_m,
               std::span<const std::size_t> light_of_image,
               std::span<Image<glm::vec3>* const> at_pixels) const;
@@ -83,7 +86,7 @@ class SurfaceLight {
   const PatchScene& scene_;
   GatherOptions gather_;
   FaceLattice lattice_;
-  std::vector<std::uint8_t> is_shown_;     // Per face.
+  std::vector<std::uint8_t> is_shown_;     // Per side.
   std::vector<std::uint8_t> is_gathered_;  // Per receiver.
   std::size_t gathered_ = 0;
   std::vector<Batch> batches_;

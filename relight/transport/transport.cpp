@@ -78,13 +78,20 @@ void AppendShares(std::vector<std::int32_t>& hits,
   }
 }
 
+// Where a ray of a receiver starts, and about which normal it is spread.
+struct RayStart {
+  glm::vec3 origin_m;
+  glm::vec3 normal;
+};
+
 struct AtPoint {
   std::span<const Receiver> receivers;
   std::span<const std::uint32_t> identities;  // Empty: their places in the list.
   std::size_t Identity(std::size_t i) const { return identities.empty() ? i : identities[i]; }
   glm::vec3 Normal(std::size_t i) const { return receivers[i].normal; }
-  glm::vec3 Origin(std::size_t i, int, const glm::dvec2&) const {
-    return OffsetFromSurface(receivers[i].position_m, receivers[i].normal);
+  RayStart StartOf(std::size_t i, int, const glm::dvec2&) const {
+    const auto& [position_m, normal] = receivers[i];
+    return {OffsetFromSurface(position_m, normal), normal};
   }
 };
 
@@ -92,7 +99,7 @@ struct OfScene {
   const PatchScene& scene;
   std::int32_t operator()(const glm::vec3& origin_m, const glm::vec3& direction) const {
     const auto hit = scene.caster.Intersect(origin_m, direction);
-    return hit ? PatchScene::FaceOfHit(*hit, direction) : PatchScene::kSky;
+    return hit ? scene.FaceOfHit(*hit, direction) : PatchScene::kSky;
   }
 };
 
@@ -120,11 +127,11 @@ void GatherOptions::Validate() const {
   }
 }
 
-template <class RayOrigin, class FaceOfRay>
+template <class RayStarts, class FaceOfRay>
 void GatheredRays::Gather(const Skyline& skyline,
                           std::size_t receiver_count,
                           const GatherOptions& options,
-                          const RayOrigin& ray_origin,
+                          const RayStarts& ray_start,
                           const FaceOfRay& face_of_ray) {
   options.Validate();
   rays_per_receiver_ = options.rays_per_receiver;
@@ -152,25 +159,27 @@ void GatheredRays::Gather(const Skyline& skyline,
       const std::size_t faces_before = batch.face.size();
       const std::size_t skies_before = batch.sky.size();
       const std::size_t others_before = batch.other.size();
-      const glm::vec3 normal = ray_origin.Normal(i);
+      const glm::vec3 normal = ray_start.Normal(i);
       float hidden = 0.0f;
       if (IsUnit(normal)) {
         hits.clear();
-        const NormalFrame frame(normal);
-        const std::size_t identity = options.first_receiver + ray_origin.Identity(i);
+        const std::size_t identity = options.first_receiver + ray_start.Identity(i);
         const auto set = identity / static_cast<std::size_t>(sharers);
         const auto part = static_cast<int>(identity % static_cast<std::size_t>(sharers));
         const glm::dvec2 rotation = RotationOf(options.seed, set);
         for (int k = 0; k < options.rays_per_receiver; ++k) {
-          const glm::vec3 direction = frame.CosineDirection(
-              FibonacciPoint(k * sharers + part, options.rays_per_receiver * sharers, rotation));
+          const auto [origin_m, ray_normal] = ray_start.StartOf(i, k, rotation);
+          const glm::vec3 direction =
+              NormalFrame(ray_normal)
+                  .CosineDirection(FibonacciPoint(
+                      k * sharers + part, options.rays_per_receiver * sharers, rotation));
           if (!skyline.Empty() && direction.z > 0.0f) {
             // As it is kept: a rounding may take it over a cell's edge.
             const glm::vec3 kept = UnpackUpperDirection(PackUpperDirection(direction));
             hidden += skyline.hidden[SkyTable::CellOf(kept)];
           }
-          const glm::vec3 origin = ray_origin.Origin(i, k, rotation);
-          if (const std::int32_t face = face_of_ray(origin, direction); face != PatchScene::kSky) {
+          if (const std::int32_t face = face_of_ray(origin_m, direction);
+              face != PatchScene::kSky) {
             hits.push_back(face);
             if (static_cast<std::size_t>(face) >= other_from) {
               batch.other.push_back(PackDirection(direction));
@@ -262,10 +271,9 @@ GatheredRays::GatheredRays(const PatchScene& first,
                                ? second.caster.Intersect(origin_m, direction, of_first->distance_m)
                                : second.caster.Intersect(origin_m, direction);
     if (of_second) {
-      return static_cast<std::int32_t>(first.FaceCount()) +
-             PatchScene::FaceOfHit(*of_second, direction);
+      return static_cast<std::int32_t>(first.FaceCount()) + second.FaceOfHit(*of_second, direction);
     }
-    return of_first ? PatchScene::FaceOfHit(*of_first, direction) : PatchScene::kSky;
+    return of_first ? first.FaceOfHit(*of_first, direction) : PatchScene::kSky;
   };
   Gather(Skyline(), receivers.size(), options, AtPoint{receivers, {}}, face_of_ray);
 }
@@ -275,13 +283,11 @@ GatheredRays GatheredRays::OfFaces(const PatchScene& scene, const GatherOptions&
     const PatchScene& scene;
     static std::size_t Identity(std::size_t face) { return face; }
     glm::vec3 Normal(std::size_t face) const { return scene.FaceNormal(face); }
-    glm::vec3 Origin(std::size_t face, int ray, const glm::dvec2& rotation) const {
-      const glm::uvec3& v = scene.mesh.triangles[face / 2];
-      const glm::vec3 point = TrianglePoint(scene.mesh.positions_m[v[0]],
-                                            scene.mesh.positions_m[v[1]],
-                                            scene.mesh.positions_m[v[2]],
-                                            R2Point(ray, {rotation.y, rotation.x}));
-      return OffsetFromSurface(point, scene.FaceNormal(face));
+    RayStart StartOf(std::size_t face, int ray, const glm::dvec2& rotation) const {
+      const auto [position_m, triangle] =
+          scene.PointOn(face / 2, R2Point(ray, {rotation.y, rotation.x}));
+      const glm::vec3 normal = scene.SideNormal(2 * triangle + face % 2);
+      return {OffsetFromSurface(position_m, normal), normal};
     }
   };
   GatheredRays rays;
@@ -431,29 +437,29 @@ std::vector<glm::vec3> PatchTransport::DirectFromSun(const PatchScene& scene,
       sun_direction_enu, sun_angular_radius_rad, exposed ? FacePoints::kCells : kSunPointsPerPatch);
   std::vector<glm::vec3> irradiance(scene.FaceCount(), glm::vec3(0.0f));
   tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, scene.mesh.triangles.size(), 256),
+      tbb::blocked_range<std::size_t>(0, scene.FaceCount(), 512),
       [&](const tbb::blocked_range<std::size_t>& range) {
-        std::vector<glm::vec3> on_patch(kSunPointsPerPatch);
-        for (std::size_t patch = range.begin(); patch < range.end(); ++patch) {
-          const glm::uvec3& v = scene.mesh.triangles[patch];
-          // The same places on every patch: a fixed set has no noise, and a patch half in shadow
-          // gets about half.
-          for (int i = 0; i < kSunPointsPerPatch; ++i) {
-            on_patch[static_cast<std::size_t>(i)] = TrianglePoint(scene.mesh.positions_m[v[0]],
-                                                                  scene.mesh.positions_m[v[1]],
-                                                                  scene.mesh.positions_m[v[2]],
-                                                                  R2Point(i, {0.5, 0.5}));
-          }
-          // The disc may be cut by the patch's own plane, so the side away from its centre is
-          // looked at too, close to grazing.
-          const auto margin = static_cast<float>(std::sin(sun_angular_radius_rad));
-          for (std::size_t face = 2 * patch; face < 2 * patch + 2; ++face) {
+        std::vector<Receiver> points;
+        for (std::size_t face = range.begin(); face < range.end(); ++face) {
+          points.clear();
+          if (exposed) {
             const glm::vec3 normal = scene.FaceNormal(face);
-            if (!(glm::dot(normal, disc.Direction()) > -margin)) continue;
-            const std::span<const glm::vec3> points =
-                exposed ? face_points_.Of(face) : std::span<const glm::vec3>(on_patch);
-            irradiance[face] = glm::vec3(disc.MeanIrradiance(scene.caster, points, normal));
+            for (const glm::vec3& point_m : face_points_.Of(face)) {
+              points.push_back({point_m, normal});
+            }
+          } else {
+            // The same places on every patch: a fixed set has no noise, and a patch half in shadow
+            // gets about half. Not so on joined patches, whose triangles face several ways: those
+            // that have the fixed places would count for all patches' others.
+            const glm::dvec2 rotation = scene.IsJoined(face / 2)
+                                            ? RotationOf(kSunPointsPerPatch, face / 2)
+                                            : glm::dvec2(0.5);
+            for (int i = 0; i < kSunPointsPerPatch; ++i) {
+              const auto [position_m, triangle] = scene.PointOn(face / 2, R2Point(i, rotation));
+              points.push_back({position_m, scene.SideNormal(2 * triangle + face % 2)});
+            }
           }
+          irradiance[face] = glm::vec3(disc.MeanIrradiance(scene.caster, points));
         }
       });
   return irradiance;
@@ -475,6 +481,36 @@ FaceLight PatchTransport::SolveSun(const PatchScene& scene,
   FaceLight light = Solve(scene, direct, bounces);
   light.direct_irradiance = std::move(direct);
   return light;
+}
+
+std::vector<FaceLight> PatchTransport::SolveTogether(
+    const PatchScene& scene,
+    std::span<const std::shared_ptr<const SkyShape>> skies,
+    const std::optional<Sun>& sun,
+    int bounces) const {
+  CheckFaceCount(scene.FaceCount(), face_rays_.ReceiverCount(), "scene");
+  std::vector<std::vector<glm::vec3>> direct_of_light;
+  for (const auto& sky : skies) direct_of_light.push_back(DirectFromSky(*sky));
+  if (sun) {
+    direct_of_light.push_back(DirectFromSun(scene, sun->direction_enu, sun->angular_radius_rad));
+  }
+  const std::size_t lights = direct_of_light.size();
+  if (lights == 0) return {};
+  std::vector<glm::vec3> direct(scene.FaceCount() * lights);
+  for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+    for (std::size_t light = 0; light < lights; ++light) {
+      direct[face * lights + light] = direct_of_light[light][face];
+    }
+  }
+  SolveOptions options;
+  options.bounces = bounces;
+  const FaceLights solved = SolveBlocks(scene, direct, lights, options);
+  std::vector<FaceLight> split;
+  for (std::size_t light = 0; light < lights; ++light) {
+    split.push_back({solved.OfLight(light), solved.iterations, solved.residual, {}});
+  }
+  if (sun) split.back().direct_irradiance = std::move(direct_of_light.back());
+  return split;
 }
 
 FaceLight PatchTransport::Solve(const PatchScene& scene,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -136,11 +137,11 @@ class GatheredRays {
 
   void FindSkyCells();
   // face_of_ray(origin_m, direction) is the face that a ray meets, PatchScene::kSky if none.
-  template <class RayOrigin, class FaceOfRay>
+  template <class RayStarts, class FaceOfRay>
   void Gather(const Skyline& skyline,
               std::size_t receiver_count,
               const GatherOptions& options,
-              const RayOrigin& ray_origin,
+              const RayStarts& ray_start,
               const FaceOfRay& face_of_ray);
 };
 
@@ -212,6 +213,17 @@ class PatchTransport {
                      const glm::dvec3& sun_direction_enu,
                      double sun_angular_radius_rad,
                      int bounces) const;
+
+  // Several at once, with one pass over the form factors: the same lights in less time. The skies
+  // in their order, then the sun where there is one.
+  struct Sun {
+    glm::dvec3 direction_enu{0.0, 0.0, 1.0};
+    double angular_radius_rad = 0.0;
+  };
+  std::vector<FaceLight> SolveTogether(const PatchScene& scene,
+                                       std::span<const std::shared_ptr<const SkyShape>> skies,
+                                       const std::optional<Sun>& sun,
+                                       int bounces) const;
 
   // The parts of the above, for who changes albedos and keeps the light.
   std::vector<glm::vec3> DirectFromSky(const SkyShape& shape) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "relight/transport/patch_scene.h"
+#include "relight/transport/pixel_blocks.h"
 #include "relight/transport/view_rays.h"
 #include "scene/image.h"
 #include "scene/surface_view.h"
@@ -11,15 +12,20 @@
 namespace pleinair {
 
 // Casts the view's rays: sets region_names, region, position_world_m and normal_world of `view`,
-// and the face that each pixel shows (PatchScene::kSky where none). Keeps the images' memory.
+// and the triangle's side that each pixel shows (PatchScene::kSky where none). Keeps the images'
+// memory.
 //
 // With `block_px` above 1 the corners of blocks are cast first. Where a block's four show one plane
 // its other pixels are taken to show it too, and their rays are spared: what is thinner than a
-// block may be missed, and of a plane's faces a pixel may get the neighbour's.
-void CastGeometry(const PatchScene& scene,
-                  const ViewRays& rays,
-                  int block_px,
-                  SurfaceView& view,
-                  Image<std::int32_t>& face);
+// block may be missed, and of a plane's triangles a pixel may get the neighbour's. Returns which
+// blocks these are.
+PlanarBlocks CastGeometry(const PatchScene& scene,
+                          const ViewRays& rays,
+                          int block_px,
+                          SurfaceView& view,
+                          Image<std::int32_t>& side);
+
+// Blocks of which every pixel shows the plane of the first, for a view seen from `eye_m`.
+PlanarBlocks FindPlanarBlocks(const SurfaceView& view, const glm::vec3& eye_m, int block_px);
 
 }  // namespace pleinair

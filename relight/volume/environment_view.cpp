@@ -40,11 +40,11 @@ EnvironmentView::EnvironmentView(const PatchScene& real,
       if (!hit) continue;
       Place& place = places_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) +
                              static_cast<std::size_t>(x)];
-      place.face = PatchScene::FaceOfHit(*hit, direction);
-      const auto face = static_cast<std::size_t>(place.face);
-      const glm::vec3 normal = real.FaceNormal(face);
-      place.start_m = OffsetFromSurface(hit->position_m, normal);
-      if (look_up) place.tint = look_up->TintOf(real, face, hit->position_m);
+      const std::int32_t side = PatchScene::SideOfHit(*hit, direction);
+      place.face = real.FaceOfSide(side);
+      place.start_m =
+          OffsetFromSurface(hit->position_m, real.SideNormal(static_cast<std::size_t>(side)));
+      if (look_up) place.tint = look_up->TintOf(real, side, hit->position_m);
     }
   });
 }

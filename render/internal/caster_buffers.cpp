@@ -26,8 +26,8 @@ void CasterBuffers::UploadSurface(const ShadowCaster& caster) {
   vertices.reserve(caster.Positions().size() + 1);
   for (const glm::vec3& position : caster.Positions()) vertices.emplace_back(position, 1.0f);
   vertices.emplace_back(0.0f);
-  std::vector<glm::uvec3> triangles(caster.Triangles().begin(), caster.Triangles().end());
-  surface_index_count_ = 3 * triangles.size();
+  surface_ = SurfaceChunks(caster.Positions(), caster.Triangles());
+  const std::vector<glm::uvec3> triangles(surface_.Triangles().begin(), surface_.Triangles().end());
   glBindVertexArray(vertex_array_.Name());
   UploadBuffer(vertices_, GL_ARRAY_BUFFER, vertices, GL_STATIC_DRAW);
   UploadBuffer(surface_indices_, GL_ELEMENT_ARRAY_BUFFER, triangles, GL_STATIC_DRAW);
@@ -56,7 +56,24 @@ void CasterBuffers::DrawIndices(const GlObject& indices,
       reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
 }
 
-void CasterBuffers::DrawSurface() const { DrawIndices(surface_indices_, 0, surface_index_count_); }
+void CasterBuffers::DrawSurface(const glm::mat4& clip_from_position) const {
+  std::vector<GLsizei> counts;
+  std::vector<const void*> offsets;
+  for (const auto& [first, count] : surface_.InView(clip_from_position)) {
+    counts.push_back(static_cast<GLsizei>(3 * count));
+    // NOLINTNEXTLINE(performance-no-int-to-ptr)
+    offsets.push_back(reinterpret_cast<const void*>(first * sizeof(glm::uvec3)));
+  }
+  if (counts.empty()) return;
+  glBindVertexArray(vertex_array_.Name());
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, surface_indices_.Name());
+  CountDraw();
+  glMultiDrawElements(GL_TRIANGLES,
+                      counts.data(),
+                      GL_UNSIGNED_INT,
+                      offsets.data(),
+                      static_cast<GLsizei>(counts.size()));
+}
 
 void CasterBuffers::DrawCaps(const ShadowVolumes::Batch& batch) const {
   DrawIndices(cap_indices_, batch.first_cap, batch.cap_count);

@@ -3,6 +3,7 @@
 
 #include "render/internal/gl_object.h"
 #include "render/internal/shadow_caster.h"
+#include "render/internal/surface_chunks.h"
 
 namespace pleinair {
 
@@ -12,9 +13,11 @@ class CasterBuffers {
   CasterBuffers();
 
   void UploadSurface(const ShadowCaster& caster);
+  const SurfaceChunks& Surface() const { return surface_; }
   void UploadVolumes(const ShadowVolumes& volumes);
 
-  void DrawSurface() const;
+  // What of it can show in the clip volume.
+  void DrawSurface(const glm::mat4& clip_from_position) const;
   void DrawCaps(const ShadowVolumes::Batch& batch) const;
   void DrawSides(const ShadowVolumes::Batch& batch) const;
   // Triangles of `indices`, a buffer of the caller's, over the caster's positions.
@@ -28,7 +31,7 @@ class CasterBuffers {
   GlObject surface_indices_;
   GlObject cap_indices_;
   GlObject side_indices_;
-  std::size_t surface_index_count_ = 0;
+  SurfaceChunks surface_;
 };
 
 }  // namespace pleinair

@@ -170,10 +170,8 @@ LayerView MakeLayerView(const SceneGeometry& scene,
   LayerView view;
   view.intrinsics = undistorted;
   view.camera_from_local = scene.CameraFromLocal(camera);
-  const ScreenExtent real = ExtentOf(scene.Phantom().Positions(),
-                                     scene.Phantom().Triangles(),
-                                     undistorted,
-                                     view.camera_from_local);
+  const double real_m =
+      scene.PhantomBuffers().Surface().NearestInViewM(undistorted, view.camera_from_local);
   const ScreenExtent objects = ExtentOf(scene.ObjectsAsCaster().Positions(),
                                         scene.ObjectsAsCaster().Triangles(),
                                         undistorted,
@@ -184,7 +182,7 @@ LayerView MakeLayerView(const SceneGeometry& scene,
   // that nothing visible (below a thousandth of a pixel's width in front of the eye) is lost.
   constexpr double kJustBefore = 0.99;
   constexpr double kNearestNearPlane_m = 1e-4;
-  const double nearest = std::min(real.nearest_m, objects.nearest_m);
+  const double nearest = std::min(real_m, objects.nearest_m);
   const double near_m =
       std::isfinite(nearest) ? std::max(kJustBefore * nearest, kNearestNearPlane_m) : 1.0;
   view.clip_from_local = ClipFromCamera(undistorted, near_m) * view.camera_from_local;

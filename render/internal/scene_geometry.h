@@ -28,6 +28,7 @@ class SceneGeometry {
   const ShadowCaster& Phantom() const { return phantom_; }
   const ShadowCaster& ObjectsAsCaster() const { return objects_caster_; }
   CasterBuffers& PhantomBuffers() { return phantom_buffers_; }
+  const CasterBuffers& PhantomBuffers() const { return phantom_buffers_; }
   CasterBuffers& ObjectBuffers() { return object_buffers_; }
   ObjectMesh& ShadedObjects() { return shaded_objects_; }
   const std::optional<BoundingBox>& PhantomBoxLocal() const { return phantom_box_; }

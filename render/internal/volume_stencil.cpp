@@ -31,7 +31,7 @@ void VolumeStencil::DrawSurface(const CasterBuffers& caster,
   position_program_.Use();
   position_program_.Set("u_clip_from_local", clip_from_local);
   position_program_.Set("u_clip_of_infinity", glm::vec4(0.0f));
-  caster.DrawSurface();
+  caster.DrawSurface(clip_from_local);
 }
 
 void VolumeStencil::Begin(const glm::mat4& clip_from_local, const glm::vec4& clip_of_infinity) {

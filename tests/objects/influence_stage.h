@@ -56,7 +56,7 @@ inline SurfaceView ViewOf(const PatchScene& scene, const Camera& camera) {
       if (!hit) continue;
       view.region.At(x, y) = 0;
       view.position_world_m.At(x, y) = hit->position_m;
-      const bool is_front = PatchScene::FaceOfHit(*hit, direction) % 2 == 0;
+      const bool is_front = PatchScene::SideOfHit(*hit, direction) % 2 == 0;
       view.normal_world.At(x, y) = is_front ? hit->geometric_normal : -hit->geometric_normal;
     }
   }

@@ -21,7 +21,7 @@ Image<std::int32_t> FacesOf(const PatchScene& scene, const SurfaceView& view) {
     if (view.region.pixels[i] == SurfaceView::kNoRegion) continue;
     const glm::vec3 direction = glm::normalize(view.position_world_m.pixels[i] - eye_m);
     const auto hit = scene.caster.Intersect(eye_m, direction);
-    if (hit) faces.pixels[i] = PatchScene::FaceOfHit(*hit, direction);
+    if (hit) faces.pixels[i] = PatchScene::SideOfHit(*hit, direction);
   }
   return faces;
 }

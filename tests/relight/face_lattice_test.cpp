@@ -1,7 +1,9 @@
 // Receivers that stay on the surfaces.
 #include "relight/transport/face_lattice.h"
 
+#include <algorithm>
 #include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -52,6 +54,71 @@ TEST(FaceLattice, BlendsWhatIsLinear) {
       }
       EXPECT_NEAR(sum, 1.0f, 1e-5f);
       EXPECT_LT(glm::distance(blended_m, point_m), 1e-5f) << point_m.x << ", " << point_m.y;
+    }
+  }
+}
+
+// A square of 2 m in 2 x 64 x 64 triangles, whose vertices but the rim's are off the plane.
+PatchScene FineSquare(float bump_m) {
+  Mesh mesh;
+  constexpr int kSteps = 64;
+  const auto at = [&](int x, int y) {
+    const bool is_inside = x > 0 && y > 0 && x < kSteps && y < kSteps;
+    const float up_m = is_inside ? bump_m * static_cast<float>((7 * x + 3 * y) % 5 - 2) : 0.0f;
+    return glm::vec3(static_cast<float>(x) / 32.0f, static_cast<float>(y) / 32.0f, up_m);
+  };
+  for (int x = 0; x < kSteps; ++x) {
+    for (int y = 0; y < kSteps; ++y) {
+      AddQuad(mesh, at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1));
+    }
+  }
+  mesh.materials.resize(1);
+  mesh.group_names = {"scene"};
+  return BuildPatchScene(mesh, {.patch_size_m = 0.5, .growth_per_m = 0.0, .extend_ground = false});
+}
+
+// Small triangles ask for no more receivers than their patches' size does: 0.125 m apart, and one
+// spacing over each border, less in small patches of corners. They stand on triangles, and blend
+// what is linear to a triangle's size.
+TEST(FaceLattice, JoinedPatchesShareAGrid) {
+  for (const float bump_m : {0.0f, 0.002f}) {
+    const PatchScene scene = FineSquare(bump_m);
+    ASSERT_FALSE(scene.several.Empty());
+    std::vector<std::uint16_t> parts(scene.SideCount(), 0);
+    for (std::size_t side = 0; side < parts.size(); side += 2) parts[side] = 2;
+    const FaceLattice lattice(scene, parts);
+    EXPECT_GE(lattice.Receivers().size(), 17u * 17u);
+    EXPECT_LE(lattice.Receivers().size(), 20u * 20u);
+    for (std::size_t i = 0; i < lattice.Receivers().size(); ++i) {
+      const Receiver& receiver = lattice.Receivers()[i];
+      EXPECT_GT(receiver.normal.z, 0.99f);
+      const auto hit = scene.caster.Intersect(receiver.position_m + glm::vec3(0.0f, 0.0f, 1.0f),
+                                              glm::vec3(0.0f, 0.0f, -1.0f));
+      ASSERT_TRUE(hit);
+      EXPECT_LT(glm::distance(hit->position_m, receiver.position_m), 1e-4f);
+      EXPECT_EQ(scene.FaceOfHit(*hit, {0.0f, 0.0f, -1.0f}),
+                scene.FaceOfSide(static_cast<std::int32_t>(lattice.SideOfReceiver()[i])));
+    }
+    for (int i = 0; i < 61; ++i) {
+      const glm::vec3 above_m(0.2f + 0.026f * static_cast<float>(i),
+                              0.3f + 0.017f * static_cast<float>((i * 23) % 61),
+                              1.0f);
+      const auto hit = scene.caster.Intersect(above_m, {0.0f, 0.0f, -1.0f});
+      ASSERT_TRUE(hit);
+      const std::size_t side = 2 * hit->triangle;
+      EXPECT_TRUE(lattice.HasReceivers(side));
+      EXPECT_FALSE(lattice.HasReceivers(side + 1));
+      float sum = 0.0f;
+      glm::vec3 blended_m(0.0f);
+      const auto own = lattice.ReceiversOf(side);
+      for (const FaceLattice::Weighted& at : lattice.Around(scene, side, hit->position_m)) {
+        EXPECT_GE(at.weight, 0.0f);
+        EXPECT_NE(std::find(own.begin(), own.end(), at.receiver), own.end());
+        sum += at.weight;
+        blended_m += at.weight * lattice.Receivers()[at.receiver].position_m;
+      }
+      EXPECT_NEAR(sum, 1.0f, 1e-5f);
+      EXPECT_LT(glm::distance(blended_m, hit->position_m), 0.04f);
     }
   }
 }

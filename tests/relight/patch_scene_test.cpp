@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <random>
 #include <set>
 #include <tuple>
 
@@ -10,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "relight/transport/patch_refinement.h"
+#include "scene/low_discrepancy.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair::patch_scene_test {
@@ -33,7 +35,7 @@ PatchOptions Flat(double patch_size_m) {
 
 double Area(const PatchScene& scene) {
   double area = 0.0;
-  for (std::size_t i = 0; i < scene.mesh.triangles.size(); ++i) area += scene.PatchAreaM2(i);
+  for (std::size_t i = 0; i < scene.PatchCount(); ++i) area += scene.PatchAreaM2(i);
   return area;
 }
 
@@ -113,12 +115,12 @@ TEST(PatchScene, AHitKnowsItsPatchAndSide) {
   const glm::vec3 down(0.0f, 0.0f, -1.0f);
   const auto outside = scene.caster.Intersect({0.3f, 0.2f, 5.0f}, down);
   ASSERT_TRUE(outside);
-  const std::int32_t face = PatchScene::FaceOfHit(*outside, down);
+  const std::int32_t face = PatchScene::SideOfHit(*outside, down);
   EXPECT_EQ(face % 2, 0);
   EXPECT_GT(scene.FaceNormal(static_cast<std::size_t>(face)).z, 0.999f);
   const auto inside = scene.caster.Intersect({0.3f, 0.2f, 1.0f}, down);
   ASSERT_TRUE(inside);
-  EXPECT_EQ(PatchScene::FaceOfHit(*inside, down) % 2, 1);
+  EXPECT_EQ(PatchScene::SideOfHit(*inside, down) % 2, 1);
 }
 
 TEST(PatchScene, FacesStartWithTheirMaterialsAlbedo) {
@@ -176,6 +178,125 @@ TEST(PatchScene, AGroundOfGivenAlbedoIsLaidAroundTheFoot) {
   }
   options.ground_albedo = 1.0;
   EXPECT_THROW(BuildPatchScene(WithNames({}), options), std::invalid_argument);
+}
+
+// A ground of 4 m in squares of a few centimetres, its western half of another group, with a wall
+// of two sides on it.
+Mesh FineYard() {
+  Mesh mesh;
+  constexpr int kSteps = 64;
+  const auto at = [](int step) { return -2.0f + 4.0f * static_cast<float>(step) / kSteps; };
+  for (int x = 0; x < kSteps; ++x) {
+    for (int y = 0; y < kSteps; ++y) {
+      AddQuad(mesh,
+              {at(x), at(y), 0.0f},
+              {at(x + 1), at(y), 0.0f},
+              {at(x + 1), at(y + 1), 0.0f},
+              {at(x), at(y + 1), 0.0f});
+      AddQuad(mesh,
+              {0.0f, at(x), 2.0f + at(y)},
+              {0.0f, at(x + 1), 2.0f + at(y)},
+              {0.0f, at(x + 1), 2.0f + at(y + 1)},
+              {0.0f, at(x), 2.0f + at(y + 1)});
+      AddQuad(mesh,
+              {0.02f, at(x), 2.0f + at(y + 1)},
+              {0.02f, at(x + 1), 2.0f + at(y + 1)},
+              {0.02f, at(x + 1), 2.0f + at(y)},
+              {0.02f, at(x), 2.0f + at(y)});
+    }
+  }
+  mesh = WithNames(std::move(mesh));
+  mesh.group_names = {"east", "west"};
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (mesh.positions_m[mesh.triangles[t].y].x <= 0.0f) mesh.triangle_group[t] = 1;
+  }
+  return mesh;
+}
+
+TEST(PatchScene, SmallTrianglesOfOnePlaceAndDirectionShareAPatch) {
+  const Mesh yard = FineYard();
+  const PatchScene scene = BuildPatchScene(yard, Flat(0.5));
+  ASSERT_EQ(scene.mesh.triangles.size(), yard.triangles.size());
+  EXPECT_NEAR(Area(scene), 48.0, 48.0 * 1e-4);
+  // Squares of 0.25 m, and parts of some at borders.
+  EXPECT_GE(scene.PatchCount(), 48u * 16u);
+  EXPECT_LE(scene.PatchCount(), 48u * 20u);
+  for (std::size_t patch = 0; patch < scene.PatchCount(); ++patch) {
+    const std::size_t first = scene.FirstTriangleOf(patch);
+    const std::size_t last = scene.several.begin[patch + 1];
+    ASSERT_LT(first, last);
+    glm::vec3 lower(1e9f);
+    glm::vec3 upper(-1e9f);
+    for (std::size_t t = first; t < last; ++t) {
+      EXPECT_EQ(scene.FaceOfSide(static_cast<std::int32_t>(2 * t)),
+                static_cast<std::int32_t>(2 * patch));
+      EXPECT_EQ(scene.FaceOfSide(static_cast<std::int32_t>(2 * t + 1)),
+                static_cast<std::int32_t>(2 * patch + 1));
+      EXPECT_EQ(scene.mesh.triangle_group[t], scene.GroupOf(patch));
+      EXPECT_EQ(scene.mesh.triangle_material[t], scene.MaterialOf(patch));
+      EXPECT_EQ(scene.mesh.triangles[t], yard.triangles[scene.source_triangle[t]]);
+      EXPECT_GT(glm::dot(scene.SideNormal(2 * t), scene.FaceNormal(2 * patch)), 0.999f);
+      for (int corner = 0; corner < 3; ++corner) {
+        lower = glm::min(lower, scene.mesh.positions_m[scene.mesh.triangles[t][corner]]);
+        upper = glm::max(upper, scene.mesh.positions_m[scene.mesh.triangles[t][corner]]);
+      }
+    }
+    EXPECT_LE(glm::distance(lower, upper), 0.5f) << "longer than a patch's edge may be";
+  }
+}
+
+// By the mean of low-discrepancy points: 1/50 of the patch's size.
+TEST(PatchScene, PointsSpreadOverAllTrianglesOfAPatch) {
+  const PatchScene scene = BuildPatchScene(FineYard(), Flat(0.5));
+  constexpr int kPoints = 256;
+  for (std::size_t patch = 0; patch < scene.PatchCount(); patch += 17) {
+    glm::vec3 sum_m(0.0f);
+    std::set<std::size_t> met;
+    for (int i = 0; i < kPoints; ++i) {
+      const auto [position_m, triangle] = scene.PointOn(patch, R2Point(i, {0.1, 0.7}));
+      const glm::uvec3& v = scene.mesh.triangles[triangle];
+      const glm::vec3 apart_m = position_m - scene.mesh.positions_m[v.x];
+      EXPECT_LT(std::abs(glm::dot(apart_m, scene.SideNormal(2 * triangle))), 1e-5f);
+      EXPECT_LE(glm::length(apart_m), 0.09f);
+      met.insert(triangle);
+      sum_m += position_m / static_cast<float>(kPoints);
+    }
+    EXPECT_EQ(met.size(), scene.several.begin[patch + 1] - scene.FirstTriangleOf(patch));
+    EXPECT_LT(glm::distance(sum_m, scene.PatchMiddleM(patch)), 0.01f);
+  }
+}
+
+// Ten times the triangles are not ten times the patches; nor is a mesh torn into slivers, with
+// noise in all its vertices.
+TEST(PatchScene, ThePatchesOfAFineMeshAreAsManyAsThePlaceAsksFor) {
+  Mesh coarse;
+  AddGround(coarse, 2.0f);
+  const auto patches_of = [&](double edge_m, float noise_m) {
+    Mesh fine = RefineMesh(
+                    WithNames(coarse), [&](auto&) { return edge_m; }, 1u << 20u)
+                    .mesh;
+    std::mt19937 random(1);
+    std::normal_distribution<float> noise(0.0f, 1.0f);
+    for (glm::vec3& at : fine.positions_m) {
+      at += noise_m * glm::vec3(3.0f * noise(random), noise(random), noise(random));
+    }
+    return BuildPatchScene(fine, Flat(0.5)).PatchCount();
+  };
+  const std::size_t of_few = patches_of(10.0, 0.0f);
+  const std::size_t of_many = patches_of(0.06, 0.0f);
+  EXPECT_LT(of_many, 2 * of_few);
+  EXPECT_GT(2 * of_many, of_few);
+  EXPECT_LT(patches_of(0.03, 0.0f), 5 * of_many / 4);
+  EXPECT_LT(patches_of(0.06, 0.006f), 2 * of_many);
+}
+
+TEST(PatchScene, PatchesThatAreCutHaveATriangleEach) {
+  const PatchScene scene = BuildPatchScene(Box(), Flat(0.4));
+  EXPECT_TRUE(scene.several.Empty());
+  EXPECT_EQ(scene.PatchCount(), scene.mesh.triangles.size());
+  PatchOptions options = Flat(0.5);
+  options.join_small = false;
+  EXPECT_TRUE(BuildPatchScene(FineYard(), options).several.Empty());
 }
 
 TEST(PatchScene, AGroundThatReachesFarIsLeftAsItIs) {

@@ -100,7 +100,7 @@ inline Survey SurveyOf(const PatchScene& scene,
       const glm::vec3 direction(DirectionFromLatLong({x + 0.5, y + 0.5}, size));
       const auto hit = scene.caster.Intersect(glm::vec3(position_m), direction);
       if (!hit) continue;
-      const std::int32_t face = PatchScene::FaceOfHit(*hit, direction);
+      const std::int32_t face = scene.FaceOfHit(*hit, direction);
       const glm::vec3 normal = face % 2 == 0 ? hit->geometric_normal : -hit->geometric_normal;
       view.region.At(x, y) = 0;
       view.position_world_m.At(x, y) = hit->position_m;

@@ -397,7 +397,7 @@ TEST(ShadowSide, IsUnsureAsFarFromAnEdgeAsThingsMayBeMoved) {
   Image<std::int32_t> face;
   CastGeometry(scene, rays, 1, view, face);
   const SunDisc disc(sun, 1e-4, 1);
-  view.sun_visibility = SunVisibility(scene.caster, disc, 1, view);
+  view.sun_visibility = SunVisibility(scene.caster, disc, view);
   constexpr double kMoved = 0.2;
   const Image<ShadowSide> sides =
       FindShadowSides(scene.caster, disc, rays, {.turned_rad = 0.0, .moved_m = kMoved}, view);

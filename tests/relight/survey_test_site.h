@@ -80,8 +80,8 @@ struct KnownSite {
     Image<std::int32_t> face;
     CastGeometry(scene, rays, 1, view, face);
     view.sun_direction_enu = sun_direction_enu;
-    view.sun_visibility = SunVisibility(
-        scene.caster, SunDisc(sun_direction_enu, kMeanSunAngularRadiusRad, 64), 1, view);
+    view.sun_visibility =
+        SunVisibility(scene.caster, SunDisc(sun_direction_enu, kMeanSunAngularRadiusRad, 64), view);
     const SurfaceGather gather(scene, rays, view, 3, kOwnRays);
     const auto response = [&](const std::vector<glm::vec3>& direct, const FaceLight& faces) {
       std::vector<glm::vec3> sum = gather.Rays().FromFaces(faces.radiosity);

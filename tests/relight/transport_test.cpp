@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/lighting.h"
+#include "sunmodel/sky_shapes.h"
 #include "tests/relight/probe_test_scenes.h"
 
 namespace pleinair::transport_test {
@@ -139,6 +140,57 @@ TEST(PatchTransport, ABowlIsAnIntegratingSphere) {
     EXPECT_NEAR(mean_direct / area, 0.5, 0.005);
     EXPECT_NEAR(mean_all / area, rho * 0.5 / (1.0 - 0.5 * rho), 0.01 * rho);
   }
+}
+
+// Each light stops when it would by itself: to the bit the same.
+TEST(PatchTransport, LightsSolvedTogetherAreThoseSolvedAlone) {
+  const PatchScene scene = SceneOf(Bowl(8), glm::vec3(0.7f, 0.5f, 0.2f));
+  const PatchTransport transport(scene, {.rays_per_receiver = 64});
+  const glm::dvec3 sun = glm::normalize(glm::dvec3(0.3, 0.2, 0.9));
+  const std::vector<std::shared_ptr<const SkyShape>> skies{MakeUniformSkyShape(),
+                                                           MakeOvercastSkyShape()};
+  for (const int bounces : {kAllBounces, 0, 1, 3}) {
+    const std::vector<FaceLight> together = transport.SolveTogether(
+        scene, skies, PatchTransport::Sun{sun, kMeanSunAngularRadiusRad}, bounces);
+    ASSERT_EQ(together.size(), 3u);
+    for (std::size_t k = 0; k < skies.size(); ++k) {
+      EXPECT_EQ(together[k].radiosity, transport.SolveSky(scene, *skies[k], bounces).radiosity);
+    }
+    const FaceLight of_sun = transport.SolveSun(scene, sun, kMeanSunAngularRadiusRad, bounces);
+    EXPECT_EQ(together[2].radiosity, of_sun.radiosity) << bounces;
+    EXPECT_EQ(together[2].direct_irradiance, of_sun.direct_irradiance);
+  }
+  EXPECT_TRUE(transport.SolveTogether(scene, {}, std::nullopt, kAllBounces).empty());
+}
+
+// The same of facets that share patches, under the sky and an overhead sun, whose light through the
+// opening, pi, falls on 2 pi. Some 90 patches of 256 rays and 6 points for the sun: 2 %.
+TEST(PatchTransport, ABowlOfJoinedFacetsIsAnIntegratingSphere) {
+  const float rho = 0.8f;
+  const PatchScene scene = Cut(Bowl(32), 1.0, glm::vec3(rho));
+  ASSERT_FALSE(scene.several.Empty());
+  EXPECT_LT(20 * scene.PatchCount(), scene.mesh.triangles.size());
+  const PatchTransport transport(scene, {.rays_per_receiver = 256});
+  const auto sky = MakeUniformSkyShape();
+  const std::vector<glm::vec3> direct = transport.DirectFromSky(*sky);
+  const FaceLight all = transport.SolveSky(scene, *sky, kAllBounces);
+  const std::vector<glm::vec3> of_sun =
+      transport.DirectFromSun(scene, {0.0, 0.0, 1.0}, kMeanSunAngularRadiusRad);
+  double mean_direct = 0.0;
+  double mean_all = 0.0;
+  double mean_of_sun = 0.0;
+  double area = 0.0;
+  for (std::size_t patch = 0; patch < scene.PatchCount(); ++patch) {
+    const double a = scene.PatchAreaM2(patch);
+    mean_direct += a * direct[2 * patch].x;
+    mean_all += a * all.radiosity[2 * patch].x;
+    mean_of_sun += a * of_sun[2 * patch].x;
+    area += a;
+    EXPECT_LT(of_sun[2 * patch + 1].x, 0.005f) << "the disc, from behind the rim";
+  }
+  EXPECT_NEAR(mean_direct / area, 0.5, 0.01);
+  EXPECT_NEAR(mean_all / area, rho * 0.5 / (1.0 - 0.5 * rho), 0.02 * rho);
+  EXPECT_NEAR(mean_of_sun / area, 0.5, 0.01);
 }
 
 TEST(PatchTransport, BouncesAreCountedAsReflectionsOnTheWay) {

@@ -29,7 +29,7 @@ struct SurveySite {
   PatchTransport transport;
 
   Survey Make(const SurveyMap& map) {
-    const std::vector<std::uint8_t> diffuse(patches.mesh.triangles.size(), 1);
+    const std::vector<std::uint8_t> diffuse(patches.PatchCount(), 1);
     for (std::size_t face = 0; face < patches.FaceCount(); ++face) {
       patches.face_albedo_rgb[face] = glm::vec3(0.5f);
     }

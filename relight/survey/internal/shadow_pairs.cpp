@@ -120,8 +120,7 @@ class SunSearch {
   bool IsUsable(std::size_t i) const {
     if (input_.face.pixels[i] == PatchScene::kSky) return false;
     const auto patch = static_cast<std::size_t>(input_.face.pixels[i]) / 2;
-    if (input_.patch_is_diffuse[patch] == 0 ||
-        input_.scene.source_triangle[patch] == PatchScene::kExtension) {
+    if (input_.patch_is_diffuse[patch] == 0 || input_.scene.IsExtension(patch)) {
       return false;
     }
     if (input_.mask != nullptr && input_.mask->pixels[i] != 255) return false;
@@ -143,8 +142,7 @@ class SunSearch {
         const float cosine = glm::dot(normal, towards_sun);
         if (std::abs(cosine) < kLeastSunCosine) continue;
         const std::uint32_t material =
-            input_.scene.mesh
-                .triangle_material[static_cast<std::size_t>(input_.face.pixels[i]) / 2];
+            input_.scene.MaterialOf(static_cast<std::size_t>(input_.face.pixels[i]) / 2);
         const Point point{i, weight, y / cell_px * (kCellsAround + 1) + x / cell_px};
         const std::pair key{material, Facing(normal)};
         if (input_.side.pixels[i] == ShadowSide::kLit) {

@@ -33,7 +33,7 @@ GrayImage DistanceToSurfaces(const Gray8Image& shows_sky, int sky_rows) {
       surfaces.At(x, y) = shows_sky.At(x, y) == 0 ? 255 : 0;
     }
   }
-  return DistanceTo(surfaces, true, false);
+  return DistanceTo(surfaces, true);
 }
 
 // Mean of each row's weighted pixels; rows without take the nearest row that has (from above

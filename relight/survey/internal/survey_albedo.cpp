@@ -190,7 +190,7 @@ class AlbedoSolver {
     const std::size_t faces = scene_.FaceCount();
     means_.assign(faces, {});
     tbb::parallel_for(std::size_t{0}, faces, [&](std::size_t face) {
-      if (scene_.source_triangle[face / 2] == PatchScene::kExtension) return;
+      if (scene_.IsExtension(face / 2)) return;
       if (!pixels_.Of(face).empty())
         means_[face] = MeanAlbedo(pixels_.Of(face), input_.side, view_);
     });
@@ -201,14 +201,14 @@ class AlbedoSolver {
     std::vector<MaterialMean> materials(scene_.mesh.materials.size());
     for (std::size_t face = 0; face < faces; ++face) {
       if (!means_[face].known) continue;
-      MaterialMean& material = materials[scene_.mesh.triangle_material[face / 2]];
+      MaterialMean& material = materials[scene_.MaterialOf(face / 2)];
       const double area_m2 = scene_.PatchAreaM2(face / 2);
       material.sum += area_m2 * glm::dvec3(means_[face].albedo);
       material.area_m2 += area_m2;
     }
     double largest = 0.0;
     for (std::size_t face = 0; face < faces; ++face) {
-      const std::uint32_t index = scene_.mesh.triangle_material[face / 2];
+      const std::uint32_t index = scene_.MaterialOf(face / 2);
       const MaterialMean& material = materials[index];
       const glm::vec3 albedo = means_[face].known ? means_[face].albedo
                                : material.area_m2 > 0.0
@@ -261,8 +261,7 @@ class AlbedoSolver {
 
   // Faces of one group and material.
   std::size_t SurfaceOf(std::size_t face) const {
-    return scene_.mesh.triangle_group[face / 2] * scene_.mesh.materials.size() +
-           scene_.mesh.triangle_material[face / 2];
+    return scene_.GroupOf(face / 2) * scene_.mesh.materials.size() + scene_.MaterialOf(face / 2);
   }
 
   std::vector<std::optional<SurfaceAlbedo>> CertainAlbedoOfSurfaces() const {

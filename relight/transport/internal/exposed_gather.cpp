@@ -142,7 +142,7 @@ class Search {
           source_[ray] = direction.z > 0.0f ? ExposedRays::kSky : ExposedRays::kDark;
           continue;
         }
-        source_[ray] = PatchScene::FaceOfHit(*hit, direction);
+        source_[ray] = scene_.FaceOfHit(*hit, direction);
         const auto met_face = static_cast<std::size_t>(source_[ray]);
         const std::size_t met_cell = met_face * kCells + CellOf(hit->barycentric);
         if (slot_[met_cell] == kNone) {

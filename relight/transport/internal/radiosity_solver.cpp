@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <tbb/parallel_for.h>
@@ -12,7 +14,18 @@ namespace pleinair::internal {
 namespace {
 
 constexpr std::size_t kFacesPerTask = 256;
+
+// Of `lights` lights, three channels each. A fourth, which is zero, makes the rows of few lights
+// whole vectors of the processor.
+struct Layout {
+  std::size_t lights = 1;
+  std::size_t stride = 3;
+  std::size_t Floats() const { return lights * stride; }
+};
+
 constexpr std::size_t kMostFloats = 3 * kLightsPerBlock;
+constexpr std::size_t kMostPadded = 8;  // Lights that are.
+static_assert(4 * kMostPadded <= kMostFloats);
 
 // Per float of a block's row: largest change, and largest radiosity.
 struct Maxima {
@@ -25,19 +38,15 @@ struct Maxima {
       radiosity[k] = std::max(radiosity[k], other.radiosity[k]);
     }
   }
-};
 
-// The largest relative change of any light, its three channels taken together.
-double LargestRelativeChange(const Maxima& maxima, std::size_t floats) {
-  double largest = 0.0;
-  for (std::size_t k = 0; k < floats; k += 3) {
-    const float change = std::max({maxima.change[k], maxima.change[k + 1], maxima.change[k + 2]});
-    const float radiosity =
-        std::max({maxima.radiosity[k], maxima.radiosity[k + 1], maxima.radiosity[k + 2]});
-    if (radiosity > 0.0f) largest = std::max(largest, static_cast<double>(change) / radiosity);
+  // The largest change of a light over its largest radiosity, all channels taken together.
+  double RelativeChange(const Layout& layout, std::size_t light) const {
+    const std::size_t k = layout.stride * light;
+    const float largest_change = std::max({change[k], change[k + 1], change[k + 2]});
+    const float largest = std::max({radiosity[k], radiosity[k + 1], radiosity[k + 2]});
+    return largest > 0.0f ? static_cast<double>(largest_change) / largest : 0.0;
   }
-  return largest;
-}
+};
 
 // One block's arrays and the sweep over them. kFloats is the row's length where it is known to the
 // compiler, else 0.
@@ -46,18 +55,14 @@ class Sweep {
  public:
   Sweep(const FormFactorRows& rows,
         std::span<const glm::vec3> albedo,
-        const float* direct,
-        std::size_t direct_stride,
-        std::size_t floats)
+        std::span<const float> direct,
+        const Layout& layout)
       : rows_(rows),
         albedo_(albedo),
         direct_(direct),
-        direct_stride_(direct_stride),
-        floats_(floats),
+        layout_(layout),
         tasks_((rows.Count() + kFacesPerTask - 1) / kFacesPerTask),
         maxima_(tasks_) {}
-
-  std::size_t Floats() const { return kFloats == 0 ? floats_ : kFloats; }
 
   // next = albedo (direct + F current); a null `current` is all dark.
   Maxima Run(const float* current, float* next) {
@@ -72,10 +77,12 @@ class Sweep {
   }
 
  private:
+  std::size_t Floats() const { return kFloats == 0 ? layout_.Floats() : kFloats; }
+
   void Row(std::size_t i, const float* current, float* next, Maxima& maxima) const {
     const std::size_t floats = Floats();
     std::array<float, kFloats == 0 ? kMostFloats : kFloats> sum;
-    const float* const direct = direct_ + i * direct_stride_;
+    const float* const direct = direct_.data() + i * floats;
     std::fill_n(sum.begin(), floats, 0.0f);
     if (current != nullptr) {
       for (std::uint64_t k = rows_.begin[i]; k < rows_.begin[i + 1]; ++k) {
@@ -87,7 +94,7 @@ class Sweep {
     float* const out = next + i * floats;
     const float* const before = current == nullptr ? nullptr : current + i * floats;
     const glm::vec3 albedo = albedo_[i];
-    for (std::size_t j = 0; j < floats; j += 3) {
+    for (std::size_t j = 0; j < floats; j += layout_.stride) {
       for (std::size_t channel = 0; channel < 3; ++channel) {
         const std::size_t k = j + channel;
         out[k] = albedo[static_cast<glm::length_t>(channel)] * (direct[k] + sum[k]);
@@ -102,41 +109,63 @@ class Sweep {
 
   const FormFactorRows& rows_;
   std::span<const glm::vec3> albedo_;
-  const float* direct_;
-  std::size_t direct_stride_;
-  std::size_t floats_;
+  std::span<const float> direct_;
+  Layout layout_;
   std::size_t tasks_;
   std::vector<Maxima> maxima_;
 };
 
-template <std::size_t kFloats>
-BlockSolution Iterate(Sweep<kFloats>& sweep,
+// Where one light is on its way.
+struct Approach {
+  double previous_change = 0.0;
+  bool is_done = false;
+};
+
+// A light stops when it would by itself: what it is solved together with changes nothing of it.
+// take(light, values) is called for each once, with all values of the block.
+template <std::size_t kFloats, class Take>
+BlockSolution Iterate(Sweep<kFloats> sweep,
                       std::size_t faces,
+                      const Layout& layout,
                       int reflections,
                       double tolerance,
-                      std::vector<float>& current) {
+                      const Take& take) {
   // With albedo 0.98 all around the ratio of successive changes is 0.98, and 1e-6 takes some 700
   // iterations.
   constexpr int kMaxIterations = 5000;
   const int last = reflections < 0 ? kMaxIterations : reflections;
-  std::vector<float> next(faces * sweep.Floats());
-  current.resize(faces * sweep.Floats());
+  std::vector<float> current(faces * layout.Floats(), 0.0f);
+  std::vector<float> next(current);
   sweep.Run(nullptr, current.data());
   BlockSolution solution{.iterations = 1, .residual = 0.0};
-  double previous_change = 0.0;
-  while (solution.iterations < last) {
+  std::vector<Approach> approach(layout.lights);
+  std::size_t done = 0;
+  const auto finish = [&](std::size_t light) {
+    approach[light].is_done = true;
+    ++done;
+    take(light, current);
+  };
+  while (solution.iterations < last && done < layout.lights) {
     const Maxima maxima = sweep.Run(current.data(), next.data());
     current.swap(next);
     ++solution.iterations;
-    const double change = LargestRelativeChange(maxima, sweep.Floats());
-    if (reflections < 0) {
-      solution.residual = change;
+    if (reflections >= 0) continue;
+    for (std::size_t light = 0; light < layout.lights; ++light) {
+      if (approach[light].is_done) continue;
+      const double change = maxima.RelativeChange(layout, light);
       // What later iterations would add is change * q / (1 - q), q the ratio of successive changes.
-      const double q = previous_change > 0.0 ? std::min(change / previous_change, 0.999) : 0.5;
+      const double previous = std::exchange(approach[light].previous_change, change);
+      const double q = previous > 0.0 ? std::min(change / previous, 0.999) : 0.5;
       // Below float's step nothing changes any more.
-      if (change * q / (1.0 - q) < tolerance || change < 1e-7) break;
+      const bool is_solved = change * q / (1.0 - q) < tolerance || change < 1e-7;
+      if (is_solved || solution.iterations == last) {
+        solution.residual = std::max(solution.residual, change);
+        finish(light);
+      }
     }
-    previous_change = change;
+  }
+  for (std::size_t light = 0; light < layout.lights; ++light) {
+    if (!approach[light].is_done) finish(light);
   }
   return solution;
 }
@@ -154,25 +183,42 @@ BlockSolution SolveBlock(const FormFactorRows& rows,
                          std::span<glm::vec3> radiosity) {
   const std::size_t faces = rows.Count();
   if (faces == 0 || count == 0) return {};
-  const float* const direct_of_first = glm::value_ptr(direct[first]);
-  std::vector<float> solved;
-  const auto run = [&](auto sweep) {
-    return Iterate(sweep, faces, reflections, tolerance, solved);
-  };
-  BlockSolution solution;
-  if (count == 1) {
-    solution = run(Sweep<3>(rows, albedo, direct_of_first, 3 * lights, 3));
-  } else if (count == kLightsPerBlock) {
-    solution = run(Sweep<kMostFloats>(rows, albedo, direct_of_first, 3 * lights, kMostFloats));
-  } else {
-    solution = run(Sweep<0>(rows, albedo, direct_of_first, 3 * lights, 3 * count));
-  }
+  const Layout layout{count, count <= kMostPadded ? std::size_t{4} : std::size_t{3}};
+  std::vector<float> own_direct(faces * layout.Floats(), 0.0f);
   for (std::size_t face = 0; face < faces; ++face) {
-    std::copy_n(solved.data() + face * 3 * count,
-                3 * count,
-                glm::value_ptr(radiosity[face * lights + first]));
+    for (std::size_t light = 0; light < count; ++light) {
+      std::copy_n(glm::value_ptr(direct[face * lights + first + light]),
+                  3,
+                  own_direct.data() + face * layout.Floats() + light * layout.stride);
+    }
   }
-  return solution;
+  const auto take = [&](std::size_t light, std::span<const float> solved) {
+    for (std::size_t face = 0; face < faces; ++face) {
+      std::copy_n(solved.data() + face * layout.Floats() + light * layout.stride,
+                  3,
+                  glm::value_ptr(radiosity[face * lights + first + light]));
+    }
+  };
+  const auto run = [&]<std::size_t kFloats>(std::integral_constant<std::size_t, kFloats>) {
+    return Iterate(Sweep<kFloats>(rows, albedo, own_direct, layout),
+                   faces,
+                   layout,
+                   reflections,
+                   tolerance,
+                   take);
+  };
+  switch (layout.Floats()) {
+    case 4:
+      return run(std::integral_constant<std::size_t, 4>{});
+    case 8:
+      return run(std::integral_constant<std::size_t, 8>{});
+    case 16:
+      return run(std::integral_constant<std::size_t, 16>{});
+    case kMostFloats:
+      return run(std::integral_constant<std::size_t, kMostFloats>{});
+    default:
+      return run(std::integral_constant<std::size_t, 0>{});
+  }
 }
 
 }  // namespace pleinair::internal

@@ -85,7 +85,7 @@ RayCounts ProbeRays::Cast(const glm::vec3& origin_m, std::span<std::uint32_t> so
       ++(back ? counts.back : counts.front);
       const glm::vec3 normal = back ? -hit->geometric_normal : hit->geometric_normal;
       if (survey_ != nullptr) pixel = SurveyPixelOfSurface(*survey_, hit->position_m, normal);
-      const auto face = static_cast<std::uint32_t>(PatchScene::FaceOfHit(*hit, direction));
+      const auto face = static_cast<std::uint32_t>(scene_.FaceOfHit(*hit, direction));
       sources[ray] = pixel ? *pixel : layout_.pixels + face;
     } else if (direction.z > 0.0f) {
       ++counts.sky;

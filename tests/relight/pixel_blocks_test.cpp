@@ -1,0 +1,85 @@
+#include "relight/transport/pixel_blocks.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace pleinair {
+namespace {
+
+struct Size {
+  int width;
+  int height;
+  int side_px;
+};
+
+// Sides that blocks divide and that they do not, and pictures of less than a block.
+constexpr std::array<Size, 7> kSizes{
+    {{9, 5, 4}, {10, 7, 4}, {12, 8, 4}, {3, 2, 8}, {1, 6, 4}, {1, 1, 4}, {7, 5, 1}}};
+
+TEST(PixelBlocks, EachPixelIsDoneOnce) {
+  for (const Size& size : kSizes) {
+    const PixelBlocks blocks(size.width, size.height, size.side_px);
+    Gray8Image done(size.width, size.height, 0);
+    ForBlocks(
+        blocks,
+        [&](int y, std::span<const std::uint8_t> wanted) {
+          for (int x = 0; x < size.width; ++x) done.At(x, y) += wanted[static_cast<std::size_t>(x)];
+        },
+        [&](int column, int row, const PixelBlock& block) {
+          if ((column + row) % 2 == 0) return false;
+          block.ForPixelsBetween([&](int x, int y) { ++done.At(x, y); });
+          return true;
+        });
+    EXPECT_TRUE(std::ranges::all_of(done.pixels, [](std::uint8_t times) { return times == 1; }))
+        << size.width << "x" << size.height << " in blocks of " << size.side_px;
+  }
+}
+
+TEST(PixelBlocks, CornersAreDoneBeforeWhatLiesBetween) {
+  for (const Size& size : kSizes) {
+    const PixelBlocks blocks(size.width, size.height, size.side_px);
+    Gray8Image done(size.width, size.height, 0);
+    bool all_were = true;
+    ForBlocks(
+        blocks,
+        [&](int y, std::span<const std::uint8_t> wanted) {
+          for (int x = 0; x < size.width; ++x) done.At(x, y) |= wanted[static_cast<std::size_t>(x)];
+        },
+        [&](int, int, const PixelBlock& block) {
+          for (const std::size_t corner : blocks.Corners(block)) {
+            all_were = all_were && done.pixels[corner] != 0;
+          }
+          return true;
+        });
+    EXPECT_TRUE(all_were) << size.width << "x" << size.height << " in blocks of " << size.side_px;
+  }
+}
+
+TEST(PixelBlocks, BlendsAPlaneExactly) {
+  const PixelBlocks blocks(11, 7, 4);
+  const auto plane = [](int x, int y) {
+    return 2.0f * static_cast<float>(x) - 3.0f * static_cast<float>(y);
+  };
+  for (int row = 0; row < blocks.Rows(); ++row) {
+    for (int column = 0; column < blocks.Columns(); ++column) {
+      const PixelBlock block = blocks.At(column, row);
+      const PixelBlock::Blend<float> blend(block,
+                                           {plane(block.left, block.top),
+                                            plane(block.right, block.top),
+                                            plane(block.left, block.bottom),
+                                            plane(block.right, block.bottom)});
+      for (int y = block.top; y < block.end_y; ++y) {
+        for (int x = block.left; x < block.end_x; ++x) {
+          EXPECT_FLOAT_EQ(blend(x, y), plane(x, y)) << x << ", " << y;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pleinair
