@@ -446,6 +446,7 @@ void RunLiveCommand(RunCommandOptions options) {
   RefuseWhatIsNotLive(options);
   if (!options.written) options.written = WrittenPictures::kShown;
   options.pipeline.sun_ahead = true;
+  options.pipeline.light_in_steps = true;
   LiveRun(options).Run();
 }
 

@@ -86,11 +86,16 @@ class LightsDone {
   }
   void Done(const FrameBasis& basis, std::size_t light) {
     made_.resize(basis.LightCount());
-    made_[light] = {basis.Version(light), basis.Generation(), basis.BounceSun().direction_enu};
+    made_[light] = {
+        basis.Version(light), basis.Generation(), basis.BounceSun().direction_enu, ++last_stamp_};
   }
-  // 0 where it never was.
-  std::uint64_t Version(std::size_t light) const {
-    return light < made_.size() ? made_[light].version : 0;
+  // All count as never computed from now on.
+  void Lapse() {
+    for (Made& made : made_) made.version = 0;
+  }
+  // Another each time that a light is computed; 0 where it never was.
+  std::uint64_t Stamp(std::size_t light) const {
+    return light < made_.size() ? made_[light].stamp : 0;
   }
   // Lights that shine in `lighting` and are not current.
   std::vector<std::size_t> StaleIn(const FrameBasis& basis,
@@ -104,8 +109,10 @@ class LightsDone {
     std::uint64_t version = 0;
     std::uint64_t generation = 0;
     glm::dvec3 sun_direction_enu{0.0};
+    std::uint64_t stamp = 0;
   };
   std::vector<Made> made_;  // By light.
+  std::uint64_t last_stamp_ = 0;
 };
 
 }  // namespace pleinair

@@ -47,7 +47,7 @@ NearSunlight::NearSunlight(const PatchScene& real,
     const float length = glm::dot(receiver.normal, receiver.normal);
     if (!(std::abs(length - 1.0f) < 1e-3f)) return;
     const NormalFrame frame(receiver.normal);
-    const glm::dvec2 rotation = RotationOf(options.seed, i);
+    const glm::dvec2 rotation = RotationOf(options.seed, options.first_receiver + i);
     const glm::vec3 origin_m = OffsetFromSurface(receiver.position_m, receiver.normal);
     // No place within reach is farther; a thousandth for rounding.
     const float farthest_m = 1.001f * (reach_m + glm::distance(origin_m, centre_m));
@@ -66,6 +66,16 @@ NearSunlight::NearSunlight(const PatchScene& real,
     places_.insert(places_.end(), of_receiver[i].begin(), of_receiver[i].end());
     first_place_[i + 1] = static_cast<std::uint32_t>(places_.size());
   }
+}
+
+void NearSunlight::Append(const NearSunlight& next) {
+  if (first_place_.empty()) first_place_.push_back(0);
+  const std::uint32_t before = first_place_.back();
+  for (std::size_t i = 1; i < next.first_place_.size(); ++i) {
+    first_place_.push_back(before + next.first_place_[i]);
+  }
+  places_.insert(places_.end(), next.places_.begin(), next.places_.end());
+  share_ = next.share_;
 }
 
 std::vector<glm::vec3> NearSunlight::Change(const PatchScene& real,

@@ -20,6 +20,8 @@ struct NearSunlightOptions {
   // How far from the objects' common bounding sphere a surface is still near, as a multiple of that
   // sphere's radius: farther off a patch's mean is as good. Converged: many.
   double reach = 2.0;
+  // The number of the first receiver, where they are part of a longer list: see GatherOptions.
+  std::size_t first_receiver = 0;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
@@ -38,6 +40,9 @@ class NearSunlight {
                const PatchScene& objects,
                std::span<const Receiver> receivers,
                const NearSunlightOptions& options = {});
+
+  // Adds the receivers of another one that was made with the same options but the first's number.
+  void Append(const NearSunlight& next);
 
   std::size_t ReceiverCount() const { return first_place_.empty() ? 0 : first_place_.size() - 1; }
 

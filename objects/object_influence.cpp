@@ -50,18 +50,96 @@ void ObjectInfluenceOptions::Validate() const {
     throw std::invalid_argument("least_spacing is " + std::to_string(least_spacing) +
                                 ": expected more than 0, of an object's radius");
   }
+  if (!(least_share > 0.0) || !(least_share < 1.0)) {
+    throw std::invalid_argument("least_share is " + std::to_string(least_share) +
+                                ": expected more than 0 and less than 1");
+  }
+  if (!(coarseness > 0.0) || !std::isfinite(coarseness)) {
+    throw std::invalid_argument("coarseness is " + std::to_string(coarseness) +
+                                ": expected more than 0");
+  }
+  in_motion.Validate();
+}
+
+void InfluenceInMotionOptions::Validate() const {
+  const auto require = [](const char* name, double value, bool holds, const char* expected) {
+    if (holds) return;
+    throw std::invalid_argument(std::string("influence in motion: ") + name + " is " +
+                                std::to_string(value) + ": expected " + expected);
+  };
+  require("rays_per_receiver",
+          rays_per_receiver,
+          rays_per_receiver >= 0 && rays_per_receiver <= 65536,
+          "0 to 65536");
+  require("least_share",
+          least_share,
+          least_share > 0.0 && least_share < 1.0,
+          "more than 0 and less than 1");
+  require("coarseness", coarseness, coarseness > 0.0 && std::isfinite(coarseness), "more than 0");
+  require("receivers_at_rest", receivers_at_rest, receivers_at_rest >= 0, "0 or more");
+}
+
+ObjectInfluenceOptions ObjectInfluenceOptions::InMotion() const {
+  ObjectInfluenceOptions options = *this;
+  options.rays_per_receiver = in_motion.rays_per_receiver;
+  options.least_share = in_motion.least_share;
+  options.coarseness = in_motion.coarseness;
+  return options;
 }
 
 ObjectInfluence::ObjectInfluence(const PatchScene& real,
                                  const PatchScene& objects,
                                  const SurfaceView& view,
                                  const ObjectInfluenceOptions& options)
-    : real_faces_(real.FaceCount()),
-      object_faces_(objects.FaceCount()),
-      picture_width_px_(view.Width()),
-      picture_height_px_(view.Height()) {
+    : ObjectInfluence(InParts(real, objects, view, options)) {
+  Cast(real, objects, 0);
+}
+
+ObjectInfluence::ObjectInfluence(const PatchScene& real,
+                                 const PatchScene& objects,
+                                 const ObjectInfluenceOptions& options)
+    : ObjectInfluence(InParts(real, objects, options)) {
+  Cast(real, objects, 0);
+}
+
+ObjectInfluence ObjectInfluence::InParts(const PatchScene& real,
+                                         const PatchScene& objects,
+                                         const SurfaceView& view,
+                                         const ObjectInfluenceOptions& options) {
   options.Validate();
-  const PixelPlan plan = PlanPixels(objects, BoundsOfObjects(objects.mesh), view);
+  ObjectInfluence influence;
+  influence.real_faces_ = real.FaceCount();
+  influence.object_faces_ = objects.FaceCount();
+  influence.picture_width_px_ = view.Width();
+  influence.picture_height_px_ = view.Height();
+  influence.PlacePixels(objects, view, options);
+  if (influence.receivers_.empty()) return influence;
+  influence.rays_ =
+      std::make_shared<InfluenceRays>(objects, influence.receivers_, options.rays_per_receiver);
+  return influence;
+}
+
+bool ObjectInfluence::Cast(const PatchScene& real, const PatchScene& objects, int receivers) {
+  if (rays_ == nullptr || rays_->IsComplete()) return true;
+  const bool is_complete =
+      rays_->Cast(real, objects, receivers_, static_cast<std::size_t>(receivers));
+  if (!is_complete || lattice_ == nullptr) return is_complete;
+  for (std::size_t i = 0; i < receivers_.size(); ++i) {
+    float share = 0.0f;
+    for (const InfluenceRays::Hit& hit : rays_->HitsOf(i)) share += hit.share;
+    is_open_.push_back(share > kShareInside ? 0.0f : 1.0f);
+  }
+  return true;
+}
+
+void ObjectInfluence::PlacePixels(const PatchScene& objects,
+                                  const SurfaceView& view,
+                                  const ObjectInfluenceOptions& options) {
+  const PixelPlan plan = PlanPixels(objects,
+                                    BoundsOfObjects(objects.mesh),
+                                    view,
+                                    static_cast<float>(options.least_share),
+                                    static_cast<float>(options.coarseness));
   // Pixels of their own receiver come first.
   std::vector<std::uint32_t> first_of_row;
   for (std::size_t pixel = 0; pixel < plan.size.pixels.size(); ++pixel) {
@@ -117,32 +195,33 @@ ObjectInfluence::ObjectInfluence(const PatchScene& real,
     }
   });
   FindSpans();
-  rays_ =
-      std::make_shared<const InfluenceRays>(real, objects, receivers_, options.rays_per_receiver);
 }
 
-ObjectInfluence::ObjectInfluence(const PatchScene& real,
-                                 const PatchScene& objects,
-                                 const ObjectInfluenceOptions& options)
-    : real_faces_(real.FaceCount()),
-      object_faces_(objects.FaceCount()),
-      face_albedo_rgb_(real.face_albedo_rgb) {
+ObjectInfluence ObjectInfluence::InParts(const PatchScene& real,
+                                         const PatchScene& objects,
+                                         const ObjectInfluenceOptions& options) {
   options.Validate();
-  lattice_ = std::make_shared<const FaceLattice>(
-      real, PartsOfFaces(real, BoundsOfObjects(objects.mesh), options.least_spacing));
-  receivers_ = lattice_->Receivers();
-  stands_at_.reserve(receivers_.size());
-  for (const std::uint32_t side : lattice_->SideOfReceiver()) {
-    stands_at_.push_back(
+  ObjectInfluence influence;
+  influence.real_faces_ = real.FaceCount();
+  influence.object_faces_ = objects.FaceCount();
+  influence.face_albedo_rgb_ = real.face_albedo_rgb;
+  influence.lattice_ =
+      std::make_shared<const FaceLattice>(real,
+                                          PartsOfFaces(real,
+                                                       BoundsOfObjects(objects.mesh),
+                                                       static_cast<float>(options.least_share),
+                                                       static_cast<float>(options.coarseness),
+                                                       options.least_spacing));
+  const FaceLattice& lattice = *influence.lattice_;
+  influence.receivers_ = lattice.Receivers();
+  influence.stands_at_.reserve(influence.receivers_.size());
+  for (const std::uint32_t side : lattice.SideOfReceiver()) {
+    influence.stands_at_.push_back(
         static_cast<std::size_t>(real.FaceOfSide(static_cast<std::int32_t>(side))));
   }
-  rays_ =
-      std::make_shared<const InfluenceRays>(real, objects, receivers_, options.rays_per_receiver);
-  for (std::size_t i = 0; i < receivers_.size(); ++i) {
-    float share = 0.0f;
-    for (const InfluenceRays::Hit& hit : rays_->HitsOf(i)) share += hit.share;
-    is_open_.push_back(share > kShareInside ? 0.0f : 1.0f);
-  }
+  influence.rays_ =
+      std::make_shared<InfluenceRays>(objects, influence.receivers_, options.rays_per_receiver);
+  return influence;
 }
 
 void ObjectInfluence::See(const PatchScene& real,

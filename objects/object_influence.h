@@ -31,6 +31,18 @@ enum class InfluenceAt {
   kFaces,   // On a lattice over the surfaces, kept while the camera moves.
 };
 
+// What objects that move do to real surfaces: with less of everything, until they rest.
+struct InfluenceInMotionOptions {
+  // As in ObjectInfluenceOptions. 0: an object in motion is treated as one at rest.
+  int rays_per_receiver = 64;
+  double least_share = 1.0 / 128.0;
+  double coarseness = 2.0;
+  // At rest: for how many receivers rays are cast in a frame, until all have been. 0: all at once.
+  int receivers_at_rest = 1024;
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
 struct ObjectInfluenceOptions {
   // Over each object's bounding sphere, low-discrepancy, where that fills more than 1/16 of a
   // surface's view; fewer in proportion where it fills less, down to an eighth. Converged: as many
@@ -40,6 +52,16 @@ struct ObjectInfluenceOptions {
   // object's bounding sphere. Farther off it is a quarter of the distance to the object. Converged:
   // a tenth of that.
   double least_spacing = 0.06;
+  // Receivers stand where the objects' bounding spheres fill more than this share of a surface's
+  // view: under a clear sun, eight times the sky, a white object brings a shaded surface half a
+  // code value there. Converged: a tenth of that.
+  double least_share = 1.0 / 1024.0;
+  // Blocks of pixels and spacing on faces are so many times as wide beside the distance to the
+  // objects. Converged: a tenth.
+  double coarseness = 1.0;
+  InfluenceInMotionOptions in_motion{};
+  // Those for objects in motion.
+  ObjectInfluenceOptions InMotion() const;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
@@ -68,9 +90,6 @@ struct InfluenceBasis {
 // A ray that meets the real scene first changes nothing, so nothing darkens twice. Light between
 // the surfaces that change is left out: real faces shine as without the objects.
 //
-// Receivers stand where the objects' bounding spheres fill more than 1/1024 of a surface's view:
-// under a clear sun, eight times the sky, a white object brings a shaded surface half a code value
-// there.
 // At pixels  each near an object has its own; farther off, blocks of up to 15 x 15 pixels share
 //            one a plane, and pixels blend those around them. For that view alone.
 // On faces   on a lattice over the real faces, which pixels blend: they stay while the camera
@@ -90,6 +109,19 @@ class ObjectInfluence {
   ObjectInfluence(const PatchScene& real,
                   const PatchScene& objects,
                   const ObjectInfluenceOptions& options = {});
+
+  // The same before any rays are cast: for callers that spread them over several frames, by Cast.
+  // What they get in the end is the same bit for bit.
+  static ObjectInfluence InParts(const PatchScene& real,
+                                 const PatchScene& objects,
+                                 const SurfaceView& view,
+                                 const ObjectInfluenceOptions& options);
+  static ObjectInfluence InParts(const PatchScene& real,
+                                 const PatchScene& objects,
+                                 const ObjectInfluenceOptions& options);
+  // Casts the rays of up to `receivers` more, 0: of all that lack them. Returns whether none lacks
+  // any: all other functions need that.
+  bool Cast(const PatchScene& real, const PatchScene& objects, int receivers);
 
   // On faces: what Evaluate is for. `faces` are those of `real`, as of construction, that the
   // pixels show, PatchScene::kSky where none.
@@ -143,6 +175,9 @@ class ObjectInfluence {
     glm::vec3 before{0.0f};  // What the surface gets in all.
   };
 
+  void PlacePixels(const PatchScene& objects,
+                   const SurfaceView& view,
+                   const ObjectInfluenceOptions& options);
   void FindSpans();
   glm::vec3 Before(std::size_t light,
                    std::size_t receiver,
@@ -161,7 +196,7 @@ class ObjectInfluence {
   std::vector<Receiver> receivers_;
   // Per receiver, the pixel where it stands; on faces a face that it stands on.
   std::vector<std::size_t> stands_at_;
-  std::shared_ptr<const InfluenceRays> rays_;   // Null without receivers.
+  std::shared_ptr<InfluenceRays> rays_;         // Null without receivers.
   std::shared_ptr<const FaceLattice> lattice_;  // Null at pixels.
   std::vector<float> is_open_;              // On faces, per receiver: 0 inside an object, else 1.
   std::vector<glm::vec3> face_albedo_rgb_;  // On faces.

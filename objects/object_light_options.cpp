@@ -16,7 +16,18 @@ void SingleProbeOptions::Validate() const {
   }
 }
 
+void GatherInMotionOptions::Validate() const {
+  const auto require = [](const char* name, int value) {
+    if (value >= 0) return;
+    throw std::invalid_argument(std::string("GatherInMotionOptions::") + name + " is " +
+                                std::to_string(value) + ": expected 0 or more");
+  };
+  require("vertices_per_frame", vertices_per_frame);
+  require("vertices_at_rest", vertices_at_rest);
+}
+
 void ObjectLightOptions::Validate() const {
+  in_motion.Validate();
   if (daylight == Daylight::kSamples) {
     direct_daylight.Validate();
     if (route == ObjectLight::kSingleProbe) {

@@ -34,9 +34,19 @@ enum class Daylight {
   kSamples,  // By samples of the sky: sharp shadows through windows.
 };
 
+// Rays at the vertices of objects that move: for how many vertices they are cast in a frame. Those
+// of the others follow from what was found before (LightInMotion).
+struct GatherInMotionOptions {
+  int vertices_per_frame = 128;  // While an object moves. 0: all, as where they stand still.
+  int vertices_at_rest = 1024;   // In frames after that, until all have been. 0: all at once.
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
 struct ObjectLightOptions {
   ObjectLight route = ObjectLight::kGather;
   GatherOptions gather;
+  GatherInMotionOptions in_motion;
   SingleProbeOptions single_probe;
   Daylight daylight = Daylight::kGather;
   DirectDaylightOptions direct_daylight;  // For samples, and looked at for them alone.

@@ -12,8 +12,8 @@
 #include <glm/vec4.hpp>
 
 #include "calib/lens.h"
-#include "objects/internal/influence_plan.h"
 #include "objects/internal/object_cone.h"
+#include "objects/object_influence.h"
 #include "scene/low_discrepancy.h"
 
 namespace pleinair {
@@ -88,6 +88,7 @@ InfluenceReach ReachOfInfluence(const PatchScene& objects, const SurfaceView& vi
     float largest_share = 0.0f;
     std::vector<std::uint32_t> pixels;
   };
+  const auto least_share = static_cast<float>(ObjectInfluenceOptions().least_share);
   std::vector<Row> rows(static_cast<std::size_t>(view.Height()));
   tbb::parallel_for(0, view.Height(), [&](int y) {
     Row& row = rows[static_cast<std::size_t>(y)];
@@ -95,7 +96,7 @@ InfluenceReach ReachOfInfluence(const PatchScene& objects, const SurfaceView& vi
       const std::size_t pixel = view.region.Index(x, y);
       if (view.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
       const float share = ShareAt(bounds, view, pixel);
-      if (!(kBlendMargin * share > kLeastInfluenceShare)) continue;
+      if (!(kBlendMargin * share > least_share)) continue;
       row.largest_share = std::max(row.largest_share, share);
       row.pixels.push_back(static_cast<std::uint32_t>(pixel));
     }

@@ -5,7 +5,20 @@
 #include <string>
 #include <utility>
 
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
 namespace pleinair {
+
+double BoxesMoved(const glm::dmat4& from, const glm::dmat4& to, const BoundingBox& box) {
+  const glm::dmat4 back = from * glm::inverse(to);
+  double farthest_m = 0.0;
+  for (const glm::vec3& corner_m : CornersOf(box)) {
+    const glm::dvec4 corner(glm::dvec3(corner_m), 1.0);
+    farthest_m = std::max(farthest_m, glm::length(glm::dvec3(back * corner - corner)));
+  }
+  return farthest_m / glm::distance(box.lower_m, box.upper_m);
+}
 
 PosedObjects::PosedObjects(std::vector<VirtualObject> objects)
     : given_(std::move(objects)),

@@ -11,6 +11,10 @@
 
 namespace pleinair {
 
+// How far an object has gone between two poses: the farthest corner of its box, over the box's
+// diagonal. `box` is that of the second pose.
+double BoxesMoved(const glm::dmat4& from, const glm::dmat4& to, const BoundingBox& box);
+
 class PosedObjects {
  public:
   PosedObjects() = default;

@@ -17,10 +17,13 @@
 #include "objects/direct_daylight.h"
 #include "objects/frame_basis.h"
 #include "objects/learned_cost.h"
+#include "objects/light_in_motion.h"
+#include "objects/light_steps.h"
 #include "objects/near_sunlight.h"
 #include "objects/object_gather.h"
 #include "objects/object_interreflection.h"
 #include "objects/object_light_options.h"
+#include "objects/posed_objects.h"
 #include "objects/single_probe_light.h"
 #include "relight/prepared_scene.h"
 #include "relight/volume/irradiance_volume.h"
@@ -48,8 +51,13 @@ class VertexLight {
   // `scene`, `room` (the mesh as given) and `options` outlive this.
   VertexLight(const PreparedScene& scene, const Mesh& room, const ObjectLightOptions& options);
 
+  // A frame begins, whose Update finds so much. In steps gathered light follows objects that keep
+  // their shape (LightInMotion) until all has been gathered where they are.
+  void BeginFrame(LightSteps steps);
   // Sets where objects are; all light on them has to be computed again.
-  void Pose(const std::vector<VirtualObject>& objects);
+  void Pose(const PosedObjects& objects);
+  // Whether gathered light follows the objects: further steps change it.
+  bool FollowsObjects() const { return follows_; }
 
   // All objects' triangles, a group an object. Stays at one address.
   const PatchScene& Objects() const { return interreflection_.Objects(); }
@@ -149,6 +157,15 @@ class VertexLight {
   const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
   void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
   void UpdateGathered(const FrameBasis& basis, std::size_t light);
+  // What is left where the objects were, for light to follow them; whether it can.
+  bool Leave(const std::vector<glm::dmat4>& world_from_given);
+  // A step of light that follows the objects. Returns whether more are to come; else all rays have
+  // been cast, and lights are still to be worked out.
+  bool Follow(const FrameBasis& basis, std::span<const std::size_t> lights);
+  std::vector<std::size_t> NextParts();
+  std::vector<LightInMotion::Gathered> GatherParts(std::span<const std::size_t> parts,
+                                                   const FrameBasis& basis,
+                                                   std::span<const std::size_t> lights);
   std::vector<glm::vec3> AtSingleProbeWithObjects(const FrameBasis& basis, std::size_t light);
   // Adds what sunlight close to the objects changes at their points, `at_vertices` at the vertices.
   template <class AtVertices>
@@ -170,6 +187,7 @@ class VertexLight {
   const Mesh& room_;
   const ObjectLightOptions& options_;
   const std::vector<VirtualObject>* objects_ = nullptr;
+  std::vector<glm::dmat4> world_from_given_;
   ObjectInterreflection interreflection_;
   std::unique_ptr<DirectDaylight> daylight_;
   std::vector<std::shared_ptr<const SkyShape>> sampled_shapes_;
@@ -183,6 +201,23 @@ class VertexLight {
   // By rays.
   ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.
   std::optional<NearSunlight> near_sunlight_;  // With the first one in the sun.
+  // While the objects move, and until all parts of gather_ have been cast.
+  struct Left {
+    ObjectInterreflection interreflection;
+    ObjectGather gather;
+    std::vector<glm::dmat4> world_from_given;
+    VerticesByLight irradiance;
+  };
+  LightSteps steps_ = LightSteps::kAll;  // Of the present frame.
+  bool follows_ = false;
+  std::optional<Left> left_;
+  LightInMotion motion_;
+  std::uint64_t motion_generation_ = 0;
+  std::vector<bool> has_object_moved_;  // With the last pose.
+  std::vector<bool> part_moves_;        // Whether a part of gather_ has vertices of such an object.
+  std::size_t next_moved_part_ = 0;
+  std::size_t next_other_part_ = 0;
+  std::vector<std::optional<NearSunlight>> near_of_part_;
   // Per basis light, all objects' vertices: what is sampled.
   std::vector<std::vector<glm::vec3>> daylight_response_;
   LightsDone daylight_done_;
@@ -203,6 +238,7 @@ class VertexLight {
   LearnedCost near_cost_;
   std::array<LearnedCost, 3> light_costs_;  // By WayOf.
   LearnedCost between_cost_;                // Of the rays between objects.
+  LearnedCost follow_cost_;
   LearnedCost daylight_cost_;
   LearnedCost sum_cost_;
 };

@@ -110,6 +110,7 @@ FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
   if (SourceOf(options, sequence) != SourceKind::kOutdoor) pipeline.daylight_colours = false;
   if (options.receivers_at) pipeline.view.receivers_at = *options.receivers_at;
   if (options.influence_at) pipeline.influence_at = *options.influence_at;
+  if (options.light_in_steps) pipeline.light_in_steps = *options.light_in_steps;
   pipeline.object_light.daylight = DaylightOf(options, loaded.site);
   for (const WindowEntry& window : sequence.windows) {
     pipeline.object_light.direct_daylight.windows.push_back({window.name, window.polygon_world_m});

@@ -71,6 +71,8 @@ struct SessionOptions {
   // In place of the pipeline's. None: on surfaces and faces where the camera moves.
   std::optional<SurfaceViewOptions::ReceiversAt> receivers_at;
   std::optional<InfluenceAt> influence_at;
+  // In place of the pipeline's. None: as the program that shows the frames sets it.
+  std::optional<bool> light_in_steps;
   CompositorOptions compositor;
   bool measure_shadows = false;  // Compares the real shadows' direction with the sun's.
   bool with_objects = true;      // False: the light alone, composites are the frames.

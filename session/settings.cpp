@@ -434,6 +434,22 @@ void AddObjects(std::vector<Setting>& settings) {
       "rays at each vertex of an object",
       Between(1, 65536),
       [](Options & o) -> auto& { return o.pipeline.object_light.gather.rays_per_receiver; }));
+  settings.push_back(ChoiceSetting(
+      "light_in_steps",
+      "light of objects that move is coarse, and refined in frames after that",
+      [](Options & o) -> auto& { return o.light_in_steps; },
+      {{"on", true}, {"off", false}},
+      "on in the viewer and for a camera's pictures, off for a recording's"));
+  settings.push_back(NumberSetting(
+      "pipeline.object_light.in_motion.vertices_per_frame",
+      "vertices of moving objects whose rays are cast in a frame; 0: all",
+      Between(0, 1 << 30),
+      [](Options & o) -> auto& { return o.pipeline.object_light.in_motion.vertices_per_frame; }));
+  settings.push_back(NumberSetting(
+      "pipeline.object_light.in_motion.vertices_at_rest",
+      "the same in frames after a motion, until all have been; 0: all",
+      Between(0, 1 << 30),
+      [](Options & o) -> auto& { return o.pipeline.object_light.in_motion.vertices_at_rest; }));
   settings.push_back(NumberSetting(
       "pipeline.object_light.single_probe.rays", "rays at a single probe", Between(1, 1 << 20), [
       ](Options & o) -> auto& { return o.pipeline.object_light.single_probe.rays; }));
@@ -499,6 +515,21 @@ void AddObjects(std::vector<Setting>& settings) {
       "distance of receivers on surfaces near an object, over its radius",
       Above(0.0),
       [](Options & o) -> auto& { return o.pipeline.influence.least_spacing; }));
+  settings.push_back(NumberSetting(
+      "pipeline.influence.in_motion.rays_per_receiver",
+      "rays from a real surface over an object that moves; 0: as over one at rest",
+      Between(0, 65536),
+      [](Options & o) -> auto& { return o.pipeline.influence.in_motion.rays_per_receiver; }));
+  settings.push_back(NumberSetting(
+      "pipeline.influence.in_motion.coarseness",
+      "distance of receivers on surfaces near an object that moves, over that at rest",
+      Above(0.0),
+      [](Options & o) -> auto& { return o.pipeline.influence.in_motion.coarseness; }));
+  settings.push_back(NumberSetting(
+      "pipeline.influence.in_motion.receivers_at_rest",
+      "receivers on surfaces whose rays are cast in a frame after a motion; 0: all",
+      Between(0, 1 << 30),
+      [](Options & o) -> auto& { return o.pipeline.influence.in_motion.receivers_at_rest; }));
   settings.push_back(NumberSetting(
       "pipeline.soft_sun.disc_samples",
       "points of the sun's disc for a pixel near the edge of a virtual shadow",

@@ -83,6 +83,7 @@ class FrameWorker::Viewing {
   void Open() {
     SessionOptions options = worker_.options_;
     options.pipeline.sun_ahead = source_.IsLive();
+    options.pipeline.light_in_steps = true;
     Load(options);
   }
 
@@ -129,8 +130,14 @@ class FrameWorker::Viewing {
                              std::chrono::duration<double>(1.0 / request.frames_per_second));
   }
 
+  // Objects came to rest with the last frame that was played: no other one will refine its light.
+  bool IsLeftCoarse(const ViewRequest& request) const {
+    return (!request.is_playing || has_ended_) && frame_is_of_session_ && frame_ &&
+           frame_->number != last_refined_ && frame_->Succeeded() &&
+           frame_->step.result->is_light_coarse;
+  }
   bool IsChanged(const ViewRequest& request) const {
-    return (!frame_ && !has_ended_) || request.seeks != done_.seeks ||
+    return (!frame_ && !has_ended_) || IsLeftCoarse(request) || request.seeks != done_.seeks ||
            request.settings_changes != done_.settings_changes || IsOtherPicture(request) ||
            IsShownOtherwise(request) || request.is_recording != done_.is_recording;
   }
@@ -191,7 +198,8 @@ class FrameWorker::Viewing {
   void DrawAgain(const ViewRequest& request) {
     if (!frame_is_of_session_ || !frame_->Succeeded()) return;
     Stopwatch watch;
-    if (IsOtherPicture(request)) {
+    if (IsOtherPicture(request) || IsLeftCoarse(request)) {
+      last_refined_ = frame_->number;
       session_->SetEffects(EffectsFor(request));
       SessionStep step = session_->Redraw(frame_->step);
       // The picture that there is stays.
@@ -345,6 +353,7 @@ class FrameWorker::Viewing {
     for (const std::string& assignment : request.settings) ApplySetting(assignment, options);
     options.pipeline.effects = request.effects;
     options.pipeline.sun_ahead = source_.IsLive();
+    options.pipeline.light_in_steps = true;
     Load(options);
   }
 
@@ -398,6 +407,7 @@ class FrameWorker::Viewing {
   std::shared_ptr<const ViewedFrame> frame_;
   bool frame_is_of_session_ = false;  // Else of the one before.
   std::int64_t frames_made_ = 0;
+  std::int64_t last_refined_ = 0;  // The number of a frame that was drawn again, or failed to be.
   bool has_ended_ = false;
   SteadyClock::time_point last_frame_{};
 };

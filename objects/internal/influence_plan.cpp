@@ -98,7 +98,9 @@ bool IsCovered(const RayCaster& objects,
 
 PixelPlan PlanPixels(const PatchScene& objects,
                      const std::vector<std::optional<ObjectBounds>>& bounds,
-                     const SurfaceView& view) {
+                     const SurfaceView& view,
+                     float least_share,
+                     float coarseness) {
   PixelPlan plan{Gray8Image(view.Width(), view.Height(), 0),
                  Gray8Image(view.Width(), view.Height(), 0)};
   const glm::vec3 eye_m(view.camera.CentreWorldM());
@@ -115,7 +117,7 @@ PixelPlan PlanPixels(const PatchScene& objects,
     for (const std::optional<ObjectBounds>& object : bounds) {
       if (object) share += ObjectCone(*object, position_m).LargestShare(normal);
     }
-    if (!(share > kLeastInfluenceShare)) return;
+    if (!(share > least_share)) return;
     const glm::vec3 to_eye_m = eye_m - position_m;
     const float range_m = glm::length(to_eye_m);
     const glm::vec3 to_eye = to_eye_m / range_m;
@@ -125,7 +127,7 @@ PixelPlan PlanPixels(const PatchScene& objects,
     }
     // The longer side of a pixel on the surface.
     const float cosine = std::abs(glm::dot(normal, to_eye));
-    const float pixel_m = range_m / (focal_px * std::max(cosine, 1e-3f));
+    const float pixel_m = range_m / (coarseness * focal_px * std::max(cosine, 1e-3f));
     std::size_t size = sizes.At(position_m, pixel_m, box_m);
     if (IsCovered(objects.caster, from_eye, eye_m, position_m, normal)) {
       plan.covered.pixels[pixel] = 1;
@@ -181,6 +183,8 @@ Gray8Image Candidates(const PixelPlan& plan, std::size_t size) {
 
 std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
                                         const std::vector<std::optional<ObjectBounds>>& bounds,
+                                        float least_share,
+                                        float coarseness,
                                         double least_spacing) {
   std::vector<std::uint16_t> parts(real.SideCount(), 0);
   tbb::parallel_for(std::size_t{0}, real.SideCount(), [&](std::size_t side) {
@@ -207,12 +211,13 @@ std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
       }
       distance_m = std::max(distance_m - 0.25f * edge_m, 0.0f);
       near |= distance_m < object->radius_m;
-      spacing_m = std::min(spacing_m,
-                           std::max(kSpacingPerDistance * distance_m,
-                                    static_cast<float>(least_spacing) * object->radius_m));
+      spacing_m =
+          std::min(spacing_m,
+                   coarseness * std::max(kSpacingPerDistance * distance_m,
+                                         static_cast<float>(least_spacing) * object->radius_m));
     }
     const bool matters = std::any_of(
-        share.begin(), share.end(), [](float at_point) { return at_point > kLeastInfluenceShare; });
+        share.begin(), share.end(), [&](float at_point) { return at_point > least_share; });
     if (!matters && !near) return;
     // The boxes' corner that is farthest in front of the face's plane: more than rounding.
     const bool faces_one =

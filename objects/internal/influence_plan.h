@@ -15,9 +15,6 @@
 
 namespace pleinair {
 
-// Below this share of a surface's view objects do not matter: see ObjectInfluence.
-inline constexpr float kLeastInfluenceShare = 1.0f / 1024.0f;
-
 // Sides of the blocks that share a receiver, in pixels: odd, so that a pixel is in the middle.
 inline constexpr std::array<int, 4> kInfluenceBlocksPx{1, 3, 7, 15};
 
@@ -27,9 +24,12 @@ struct PixelPlan {
   Gray8Image covered;  // Where a size is: an object hides the surface that the view describes.
 };
 
+// `least_share` and `coarseness` as in ObjectInfluenceOptions.
 PixelPlan PlanPixels(const PatchScene& objects,
                      const std::vector<std::optional<ObjectBounds>>& bounds,
-                     const SurfaceView& view);
+                     const SurfaceView& view,
+                     float least_share,
+                     float coarseness);
 
 // Pixels that may hold a receiver for blocks of size `size`: those of the blocks around any pixel
 // that has that size.
@@ -38,6 +38,8 @@ Gray8Image Candidates(const PixelPlan& plan, std::size_t size);
 // Into how many parts the edges of each face are cut for a lattice, 0 where no object can matter.
 std::vector<std::uint16_t> PartsOfFaces(const PatchScene& real,
                                         const std::vector<std::optional<ObjectBounds>>& bounds,
+                                        float least_share,
+                                        float coarseness,
                                         double least_spacing);
 
 }  // namespace pleinair

@@ -77,48 +77,60 @@ class RayBatch {
 
 }  // namespace
 
-InfluenceRays::InfluenceRays(const PatchScene& real,
-                             const PatchScene& objects,
+InfluenceRays::InfluenceRays(const PatchScene& objects,
                              std::span<const Receiver> receivers,
                              int rays_per_receiver)
-    : runs_((receivers.size() + kRun - 1) / kRun) {
-  const std::vector<std::optional<ObjectBounds>> bounds = BoundsOfObjects(objects.mesh);
-  const ConeDirections direction_sets[] = {ConeDirections(rays_per_receiver),
-                                           ConeDirections((rays_per_receiver + 1) / 2),
-                                           ConeDirections((rays_per_receiver + 3) / 4),
-                                           ConeDirections((rays_per_receiver + 7) / 8)};
+    : bounds_(BoundsOfObjects(objects.mesh)), runs_((receivers.size() + kRun - 1) / kRun) {
+  for (int part = 1; part <= 8; part *= 2) {
+    direction_sets_.emplace_back((rays_per_receiver + part - 1) / part);
+  }
+}
+
+bool InfluenceRays::Cast(const PatchScene& real,
+                         const PatchScene& objects,
+                         std::span<const Receiver> receivers,
+                         std::size_t count) {
+  const std::size_t end =
+      count == 0 ? runs_.size() : std::min(runs_.size(), cast_ + (count + kRun - 1) / kRun);
   tbb::enumerable_thread_specific<std::vector<Hit>> hits_of_run;
-  tbb::parallel_for(std::size_t{0}, runs_.size(), [&](std::size_t r) {
-    Run& run = runs_[r];
-    std::vector<Hit>& hits = hits_of_run.local();
-    hits.clear();
-    RayBatch batch(real, objects);
-    const std::size_t first = r * kRun;
-    for (std::size_t i = first; i < std::min(first + kRun, receivers.size()); ++i) {
-      run.begin.push_back(static_cast<std::uint32_t>(hits.size()));
-      const auto& [position_m, normal] = receivers[i];
-      const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
-      for (std::uint32_t group = 0; group < bounds.size(); ++group) {
-        if (!bounds[group]) continue;
-        const BoundingBox& box = bounds[group]->box;
-        const ObjectCone cone(*bounds[group], position_m);
-        const float share_of_rays = cone.LargestShare(normal) / kShareOfAllRays;
-        std::size_t set = 0;
-        while (set + 1 < std::size(direction_sets) &&
-               share_of_rays < 1.0f / static_cast<float>(1u << set)) {
-          ++set;
-        }
-        direction_sets[set].ForEach(cone, normal, [&](const glm::vec3& direction, float share) {
-          if (MayMeet(box, start_m, direction)) {
-            batch.Add(start_m, group, direction, share, hits);
-          }
-        });
-        batch.Cast(start_m, group, hits);
-      }
-    }
-    run.begin.push_back(static_cast<std::uint32_t>(hits.size()));
-    run.hits = hits;
+  tbb::parallel_for(cast_, end, [&](std::size_t r) {
+    CastRun(real, objects, receivers, r, hits_of_run.local());
   });
+  cast_ = end;
+  return IsComplete();
+}
+
+void InfluenceRays::CastRun(const PatchScene& real,
+                            const PatchScene& objects,
+                            std::span<const Receiver> receivers,
+                            std::size_t r,
+                            std::vector<Hit>& hits) {
+  Run& run = runs_[r];
+  hits.clear();
+  RayBatch batch(real, objects);
+  const std::size_t first = r * kRun;
+  for (std::size_t i = first; i < std::min(first + kRun, receivers.size()); ++i) {
+    run.begin.push_back(static_cast<std::uint32_t>(hits.size()));
+    const auto& [position_m, normal] = receivers[i];
+    const glm::vec3 start_m = OffsetFromSurface(position_m, normal);
+    for (std::uint32_t group = 0; group < bounds_.size(); ++group) {
+      if (!bounds_[group]) continue;
+      const BoundingBox& box = bounds_[group]->box;
+      const ObjectCone cone(*bounds_[group], position_m);
+      const float share_of_rays = cone.LargestShare(normal) / kShareOfAllRays;
+      std::size_t set = 0;
+      while (set + 1 < direction_sets_.size() &&
+             share_of_rays < 1.0f / static_cast<float>(1u << set)) {
+        ++set;
+      }
+      direction_sets_[set].ForEach(cone, normal, [&](const glm::vec3& direction, float share) {
+        if (MayMeet(box, start_m, direction)) batch.Add(start_m, group, direction, share, hits);
+      });
+      batch.Cast(start_m, group, hits);
+    }
+  }
+  run.begin.push_back(static_cast<std::uint32_t>(hits.size()));
+  run.hits = hits;
 }
 
 }  // namespace pleinair

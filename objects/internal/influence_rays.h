@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
+#include "objects/internal/object_cone.h"
 #include "relight/transport/patch_scene.h"
 #include "relight/transport/transport.h"
 
@@ -24,13 +26,20 @@ class InfluenceRays {
   };
 
   InfluenceRays() = default;
-  // The objects are the groups of `objects`. Rays as of ObjectInfluenceOptions::rays_per_receiver.
-  // Keeps no reference.
-  // Threads  the result does not depend on their number.
-  InfluenceRays(const PatchScene& real,
-                const PatchScene& objects,
+  // The objects are the groups of `objects`. Rays as of ObjectInfluenceOptions::rays_per_receiver;
+  // none are cast yet. Keeps no reference.
+  InfluenceRays(const PatchScene& objects,
                 std::span<const Receiver> receivers,
                 int rays_per_receiver);
+
+  // Casts the rays of up to `count` more receivers, 0: of all that lack them, rounded up to runs.
+  // Everything is as of construction. Returns IsComplete().
+  // Threads  the result does not depend on their number.
+  bool Cast(const PatchScene& real,
+            const PatchScene& objects,
+            std::span<const Receiver> receivers,
+            std::size_t count);
+  bool IsComplete() const { return cast_ == runs_.size(); }
 
   std::span<const Hit> HitsOf(std::size_t receiver) const {
     const Run& run = runs_[receiver / kRun];
@@ -45,7 +54,16 @@ class InfluenceRays {
     std::vector<std::uint32_t> begin;  // Per receiver, hits [begin, next begin).
     std::vector<Hit> hits;
   };
+  void CastRun(const PatchScene& real,
+               const PatchScene& objects,
+               std::span<const Receiver> receivers,
+               std::size_t r,
+               std::vector<Hit>& hits);
+
+  std::vector<std::optional<ObjectBounds>> bounds_;
+  std::vector<ConeDirections> direction_sets_;
   std::vector<Run> runs_;
+  std::size_t cast_ = 0;  // Runs.
 };
 
 }  // namespace pleinair

@@ -29,10 +29,10 @@ EffectStage::EffectStage(const PreparedScene& scene,
       soft_sun_(real_caster_, light_.Objects(), options.soft_sun),
       influence_(options.influence_at) {}
 
-void EffectStage::Pose(const std::vector<VirtualObject>& objects) {
+void EffectStage::Pose(const PosedObjects& objects) {
   light_.Pose(objects);
   object_boxes_.clear();
-  for (const VirtualObject& object : objects) {
+  for (const VirtualObject& object : objects.Objects()) {
     object_boxes_.push_back(object.mesh.Empty() ? BoundingBox() : BoundingBoxOf(object.mesh));
   }
   largest_diffuse_ = largest_albedo_ = glm::vec3(0.0f);

@@ -9,9 +9,9 @@
 
 #include "objects/object_influence.h"
 #include "objects/object_reach.h"
+#include "objects/posed_objects.h"
 #include "objects/soft_sun.h"
 #include "objects/vertex_light.h"
-#include "objects/virtual_object.h"
 #include "pipeline/effects/frame_effect.h"
 #include "pipeline/effects/kept_influence.h"
 #include "pipeline/effects/kept_mirror.h"
@@ -29,7 +29,7 @@ class EffectStage {
   EffectStage& operator=(const EffectStage&) = delete;
 
   // Replaces the objects and their poses; they outlive this.
-  void Pose(const std::vector<VirtualObject>& objects);
+  void Pose(const PosedObjects& objects);
 
   const PreparedScene& Scene() const { return scene_; }
   const FramePipelineOptions& Options() const { return options_; }

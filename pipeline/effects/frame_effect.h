@@ -69,6 +69,7 @@ struct EffectFrame {
   const DisplayCodes& codes;
   std::uint64_t pose = 0;                         // Of the objects.
   std::span<const glm::dmat4> object_poses = {};  // Each one's; see PosedObjects.
+  LightSteps steps = LightSteps::kAll;
   LightBeforePlan light = {};
   double camera_blur_px = 0.0;  // As measured.
   // Bounds that are far above this need not be any closer.

@@ -1,5 +1,6 @@
 #include "pipeline/effects/kept_influence.h"
 
+#include <utility>
 #include <vector>
 
 #include "pipeline/effects/effect_stage.h"
@@ -13,12 +14,37 @@ GatheredFor KeptInfluence::RaysFor(const EffectFrame& frame) const {
   return rays;
 }
 
-WorkCost KeptInfluence::Cost(const EffectFrame& frame) const {
-  const bool is_new = !influence_.IsOf(RaysFor(frame)) || !influence_.Kept().has_all_lights;
+bool KeptInfluence::Moves(const EffectStage& stage, const EffectFrame& frame) {
+  return frame.steps == LightSteps::kMoving &&
+         stage.Options().influence.in_motion.rays_per_receiver > 0;
+}
+
+ObjectInfluence KeptInfluence::Make(const EffectStage& stage,
+                                    const EffectFrame& frame,
+                                    const ObjectInfluenceOptions& options) const {
+  const PatchScene& real = stage.Scene().patches;
+  return OnFaces() ? ObjectInfluence::InParts(real, stage.Objects(), options)
+                   : ObjectInfluence::InParts(real, stage.Objects(), frame.view, options);
+}
+
+void KeptInfluence::Refine(const EffectStage& stage, const EffectFrame& frame, Gathered& gathered) {
+  const ObjectInfluenceOptions& options = stage.Options().influence;
+  if (!gathered.fine) gathered.fine = Make(stage, frame, options);
+  const int receivers = frame.steps == LightSteps::kAll ? 0 : options.in_motion.receivers_at_rest;
+  if (!gathered.fine->Cast(stage.Scene().patches, stage.Objects(), receivers)) return;
+  gathered = Gathered{std::move(*gathered.fine)};
+}
+
+WorkCost KeptInfluence::Cost(const EffectStage& stage, const EffectFrame& frame) const {
+  const bool is_of_frame = influence_.IsOf(RaysFor(frame));
+  const bool follows = is_of_frame ? influence_.Kept().is_coarse : Moves(stage, frame);
+  const bool is_new = !is_of_frame || !influence_.Kept().has_all_lights || follows;
   const bool is_lit = lit_.IsOf({RaysFor(frame), frame.light.mode});
   const LightsDone none;
   const LightsDone& done = is_lit ? lit_.Kept().done : none;
-  WorkCost cost = costs_.Of(is_new, LightsToDo(done, is_new, frame).size());
+  LightByLightCosts costs = costs_;
+  if (follows) costs.gather = motion_cost_;
+  WorkCost cost = costs.Of(is_new, LightsToDo(done, is_new, frame).size());
   if (OnFaces() && (is_new || !influence_.Kept().seen.IsOf(frame.Geometry()))) {
     cost.expected_ms += see_cost_.Ms();
     cost.nominal_ms += see_cost_.NominalMs();
@@ -32,14 +58,18 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
   const ObjectInfluenceOptions& options = stage.Options().influence;
   VertexLight& vertex_light = stage.Light();
   Stopwatch watch;
+  const bool moves = Moves(stage, frame);
+  const bool is_new = !influence_.IsOf(RaysFor(frame));
   Gathered& gathered = influence_.Get(RaysFor(frame), [&] {
-    Gathered made{OnFaces() ? ObjectInfluence(real, stage.Objects(), options)
-                            : ObjectInfluence(real, stage.Objects(), frame.view, options),
-                  false,
-                  {}};
-    costs_.gather.Learn(watch.LapMs());
+    Gathered made{Make(stage, frame, moves ? options.InMotion() : options), moves};
+    made.influence.Cast(real, stage.Objects(), 0);
+    (moves ? motion_cost_ : costs_.gather).Learn(watch.LapMs());
     return made;
   });
+  if (!is_new && gathered.is_coarse) {
+    Refine(stage, frame, gathered);
+    motion_cost_.Learn(watch.LapMs());
+  }
   ObjectInfluence& influence = gathered.influence;
   if (OnFaces()) {
     gathered.seen.Get(frame.Geometry(), [&] {

@@ -1,6 +1,10 @@
 // Light that objects hide from real surfaces and reflect to them: kept while neither the objects
-// nor their light change.
+// nor their light change. In a frame in which objects have moved it is a coarse one
+// (InfluenceInMotionOptions); in those after it the fine one is gathered, a part in each, and takes
+// its place.
 #pragma once
+
+#include <optional>
 
 #include "objects/learned_cost.h"
 #include "objects/object_influence.h"
@@ -14,10 +18,12 @@ class KeptInfluence {
  public:
   explicit KeptInfluence(InfluenceAt at) : at_(at) {}
 
-  WorkCost Cost(const EffectFrame& frame) const;
+  WorkCost Cost(const EffectStage& stage, const EffectFrame& frame) const;
   // The stage must have computed the lights that shine in the frame. If it had them for an older
   // sun, they are recomputed when the stage's are.
   void Update(EffectStage& stage, const EffectFrame& frame);
+  // Whether what Update found last is coarse: further steps refine it.
+  bool IsCoarse() const { return influence_.Kept().is_coarse; }
   void Evaluate(const Lighting& lighting, const InfluenceParts& parts);
   const IrradianceChange& Change() const { return change_; }
 
@@ -25,10 +31,19 @@ class KeptInfluence {
   struct Seen {};
   struct Gathered {
     ObjectInfluence influence;
-    bool has_all_lights = false;    // All have been worked out once: their sum is defined.
-    Cached<Seen, ViewOfPose> seen;  // Of receivers on faces: which pixels show them.
+    bool is_coarse = false;
+    bool has_all_lights = false;            // All have been worked out once: their sum is defined.
+    std::optional<ObjectInfluence> fine{};  // Of a coarse one, in the making.
+    Cached<Seen, ViewOfPose> seen{};        // Of receivers on faces: which pixels show them.
   };
 
+  // Whether the frame is one in motion, and treated as such.
+  static bool Moves(const EffectStage& stage, const EffectFrame& frame);
+  ObjectInfluence Make(const EffectStage& stage,
+                       const EffectFrame& frame,
+                       const ObjectInfluenceOptions& options) const;
+  // Goes on with what is to take a coarse one's place.
+  void Refine(const EffectStage& stage, const EffectFrame& frame, Gathered& gathered);
   bool OnFaces() const { return at_ == InfluenceAt::kFaces; }
   // Receivers on faces stay while the camera moves.
   GatheredFor RaysFor(const EffectFrame& frame) const;
@@ -38,6 +53,7 @@ class KeptInfluence {
   Cached<LitByLight, LitFor> lit_;
   IrradianceChange change_;
   LightByLightCosts costs_{LearnedCost(150.0), LearnedCost(2.0), LearnedCost(1.0)};
+  LearnedCost motion_cost_{40.0};
   LearnedCost see_cost_{4.0};
 };
 

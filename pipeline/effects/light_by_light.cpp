@@ -38,7 +38,7 @@ std::vector<std::size_t> LightsToDo(const LitByLight& lit,
   std::vector<std::size_t> lights = LightsToDo(lit.done, is_new, frame, upto);
   for (std::size_t light = 0; light < frame.basis.LightCount(); ++light) {
     const std::uint64_t made_from = light < lit.made_from.size() ? lit.made_from[light] : 0;
-    if (!Shines(frame.lighting, light) || made_from == source.Version(light)) continue;
+    if (!Shines(frame.lighting, light) || made_from == source.Stamp(light)) continue;
     if (std::find(lights.begin(), lights.end(), light) == lights.end()) lights.push_back(light);
   }
   return lights;
@@ -49,7 +49,7 @@ void NoteLight(const EffectFrame& frame,
                const LightsDone& source,
                LitByLight& lit) {
   lit.made_from.resize(frame.basis.LightCount(), 0);
-  lit.made_from[light] = source.Version(light);
+  lit.made_from[light] = source.Stamp(light);
   if (Shines(frame.lighting, light)) lit.done.Done(frame.basis, light);
 }
 

@@ -29,7 +29,7 @@ struct LitFor {
 // The lights that were worked out.
 struct LitByLight {
   LightsDone done;
-  std::vector<std::uint64_t> made_from;  // By light: version of the objects' light.
+  std::vector<std::uint64_t> made_from;  // By light: stamp of the objects' light.
 };
 
 struct LightByLightCosts {

@@ -25,7 +25,7 @@ class SkyOcclusion : public FrameEffect {
 
   void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works) override {
     works.push_back(WorkOf("influence on surfaces",
-                           stage_.Influence().Cost(frame),
+                           stage_.Influence().Cost(stage_, frame),
                            frame,
                            {Effect::kSkyOcclusion, Effect::kColourBleeding}));
     works.back().make = [this, &frame](EffectSet) { stage_.Influence().Update(stage_, frame); };

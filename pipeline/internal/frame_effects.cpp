@@ -63,7 +63,7 @@ void FrameEffects::SetEffects(const EffectSettings& effects) {
 void FrameEffects::Pose() {
   if (pose_ == objects_.Version()) return;
   compositor_.SetObjects(objects_.Objects());
-  stage_.Pose(objects_.Objects());
+  stage_.Pose(objects_);
   pose_ = objects_.Version();
 }
 
@@ -129,8 +129,17 @@ LightBeforePlan FrameEffects::MakeLight(const VertexLight::Mode& mode, const Eff
   return before;
 }
 
+LightSteps FrameEffects::StepsOf(const Frame& frame) const {
+  if (!options_.light_in_steps || !last_time_) return LightSteps::kAll;
+  const double since_last_s = std::chrono::duration<double>(frame.time - *last_time_).count();
+  if (!(since_last_s > 0.0 && since_last_s <= MotionTrack::kLongestGapS)) return LightSteps::kAll;
+  return pose_ == objects_.Version() ? LightSteps::kResting : LightSteps::kMoving;
+}
+
 RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   RenderedFrame rendered;
+  const LightSteps steps = StepsOf(lit.frame);
+  stage_.Light().BeginFrame(steps);
   Pose();
   if (objects_.Objects().empty()) {
     rendered.composite = Draw(InputOf(lit), rendered.timing_ms);
@@ -138,7 +147,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
     return rendered;
   }
   Stopwatch watch;
-  EffectFrame frame = Begin(lit);
+  EffectFrame frame = Begin(lit, steps);
   double once_ms = 0.0;  // Of planning, of the first frames alone.
   if (settings_[Effect::kCameraBlur] != EffectSwitch::kOff) {
     Stopwatch measuring;
@@ -187,13 +196,14 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   rendered.works.reserve(works.size());
   for (const FrameWork& work : works) rendered.works.push_back(PlannedOf(work, rendered.plan.runs));
   LearnDrawing(works, rendered);
+  rendered.is_light_coarse = IsLightCoarse(rendered.plan.runs);
   last_geometry_ = frame.Geometry();
   last_time_ = lit.frame.time;
   last_light_ = ModeOfLight(stage_.Light(), rendered.plan.runs);
   return rendered;
 }
 
-EffectFrame FrameEffects::Begin(const LitFrame& lit) {
+EffectFrame FrameEffects::Begin(const LitFrame& lit, LightSteps steps) {
   basis_.Update(lit.view_builder, lit.transport_sun, lit.bounce_sun);
   Expose(lit.frame);
   EffectFrame frame{lit.frame,
@@ -203,7 +213,8 @@ EffectFrame FrameEffects::Begin(const LitFrame& lit) {
                     lit.lighting,
                     codes_,
                     *pose_,
-                    objects_.Poses()};
+                    objects_.Poses(),
+                    steps};
   frame.light.costs = CostsOfLight(stage_.Light(), basis_, lit.lighting);
   frame.light.daylight = CostOfDaylight(stage_.Light(), basis_);
   frame.threshold_code_values = settings_.threshold_code_values;
@@ -267,6 +278,13 @@ Composite FrameEffects::Draw(const CompositeInput& input, StageTimes& times) {
   times.render = composite.draw_ms;
   times.readback = composite.readback_ms;
   return composite;
+}
+
+bool FrameEffects::IsLightCoarse(EffectSet runs) {
+  const bool is_at_vertices = stage_.Light().UpdatedIn().at == VertexLight::At::kVertices;
+  const bool has_influence = runs.Has(Effect::kSkyOcclusion) || runs.Has(Effect::kColourBleeding);
+  return (runs.HasAny(kOnLightAtVertices) && is_at_vertices && stage_.Light().FollowsObjects()) ||
+         (has_influence && stage_.Influence().IsCoarse());
 }
 
 void FrameEffects::LearnDrawing(std::span<const FrameWork> works, const RenderedFrame& rendered) {

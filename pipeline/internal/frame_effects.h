@@ -51,11 +51,13 @@ class FrameEffects {
   // Hands objects that have moved to the stage and the compositor.
   void Pose();
   void Expose(const Frame& frame);
+  // Decides what counts as motion: what follows it reads the answer.
+  LightSteps StepsOf(const Frame& frame) const;
   // How a budget shares costs among frames; without one each frame bears its own.
   WorkSharing SharingOf(const LitFrame& lit) const;
   // Over how many frames a budget may spread the work that each sun requires.
   double FramesASun(const Frame& frame) const;
-  EffectFrame Begin(const LitFrame& lit);
+  EffectFrame Begin(const LitFrame& lit, LightSteps steps);
   // Fills in what these effects offer, in the order of the list.
   void AddOffers(EffectSet effects, const EffectFrame& frame, std::vector<EffectOffer>& offers);
   // Light on the objects in that way, before the plan.
@@ -71,6 +73,7 @@ class FrameEffects {
   // Without any effect.
   CompositeInput InputOf(const LitFrame& lit) const;
   Composite Draw(const CompositeInput& input, StageTimes& times);
+  bool IsLightCoarse(EffectSet runs);
   void LearnDrawing(std::span<const FrameWork> works, const RenderedFrame& rendered);
 
   const PosedObjects& objects_;

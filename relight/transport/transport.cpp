@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/packing.hpp>
 
 #include "relight/transport/internal/exposed_gather.h"
 #include "relight/transport/internal/radiosity_solver.h"
@@ -45,6 +46,14 @@ glm::vec3 UnpackUpperDirection(std::uint32_t packed) {
   // A direction that was above the horizon stays above it.
   const float z = std::max(1.0f - std::max(std::abs(u), std::abs(v)), 1e-6f);
   return glm::normalize(glm::vec3(0.5f * (u + v), 0.5f * (u - v), z));
+}
+
+std::uint32_t PackDirection(const glm::vec3& direction) {
+  return glm::packSnorm3x10_1x2(glm::vec4(direction, 0.0f));
+}
+
+glm::vec3 UnpackDirection(std::uint32_t packed) {
+  return glm::normalize(glm::vec3(glm::unpackSnorm3x10_1x2(packed)));
 }
 
 void CheckFaceCount(std::size_t given, std::size_t expected, const char* what) {
@@ -86,6 +95,14 @@ struct AtPoint {
   }
 };
 
+struct OfScene {
+  const PatchScene& scene;
+  std::int32_t operator()(const glm::vec3& origin_m, const glm::vec3& direction) const {
+    const auto hit = scene.caster.Intersect(origin_m, direction);
+    return hit ? scene.FaceOfHit(*hit, direction) : PatchScene::kSky;
+  }
+};
+
 // `share` of a receiver's rays would meet what the skyline hides, were there no mesh.
 float HiddenScale(const Skyline& skyline, const glm::vec3& normal, float share) {
   // Where fewer meet it the rays hardly do, and there is nothing to scale.
@@ -110,11 +127,12 @@ void GatherOptions::Validate() const {
   }
 }
 
-template <class RayStarts>
-void GatheredRays::Gather(const PatchScene& scene,
+template <class RayStarts, class FaceOfRay>
+void GatheredRays::Gather(const Skyline& skyline,
                           std::size_t receiver_count,
                           const GatherOptions& options,
-                          const RayStarts& ray_start) {
+                          const RayStarts& ray_start,
+                          const FaceOfRay& face_of_ray) {
   options.Validate();
   rays_per_receiver_ = options.rays_per_receiver;
   const float share = 1.0f / static_cast<float>(options.rays_per_receiver);
@@ -127,7 +145,11 @@ void GatheredRays::Gather(const PatchScene& scene,
     std::vector<float> face_share;
     std::vector<std::uint32_t> sky;
     std::vector<float> hidden_scale;
+    std::vector<std::uint32_t> other_count;
+    std::vector<std::uint32_t> other;
   };
+  const std::size_t other_from = options.keep_directions_from_face;
+  const bool keeps_others = other_from != GatherOptions().keep_directions_from_face;
   std::vector<Batch> batches((receiver_count + kReceiversPerBatch - 1) / kReceiversPerBatch);
   tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t b) {
     Batch& batch = batches[b];
@@ -136,11 +158,12 @@ void GatheredRays::Gather(const PatchScene& scene,
     for (std::size_t i = b * kReceiversPerBatch; i < end; ++i) {
       const std::size_t faces_before = batch.face.size();
       const std::size_t skies_before = batch.sky.size();
+      const std::size_t others_before = batch.other.size();
       const glm::vec3 normal = ray_start.Normal(i);
       float hidden = 0.0f;
       if (IsUnit(normal)) {
         hits.clear();
-        const std::size_t identity = ray_start.Identity(i);
+        const std::size_t identity = options.first_receiver + ray_start.Identity(i);
         const auto set = identity / static_cast<std::size_t>(sharers);
         const auto part = static_cast<int>(identity % static_cast<std::size_t>(sharers));
         const glm::dvec2 rotation = RotationOf(options.seed, set);
@@ -150,30 +173,43 @@ void GatheredRays::Gather(const PatchScene& scene,
               NormalFrame(ray_normal)
                   .CosineDirection(FibonacciPoint(
                       k * sharers + part, options.rays_per_receiver * sharers, rotation));
-          if (!scene.skyline.Empty() && direction.z > 0.0f) {
+          if (!skyline.Empty() && direction.z > 0.0f) {
             // As it is kept: a rounding may take it over a cell's edge.
             const glm::vec3 kept = UnpackUpperDirection(PackUpperDirection(direction));
-            hidden += scene.skyline.hidden[SkyTable::CellOf(kept)];
+            hidden += skyline.hidden[SkyTable::CellOf(kept)];
           }
-          if (const auto hit = scene.caster.Intersect(origin_m, direction)) {
-            hits.push_back(scene.FaceOfHit(*hit, direction));
+          if (const std::int32_t face = face_of_ray(origin_m, direction);
+              face != PatchScene::kSky) {
+            hits.push_back(face);
+            if (static_cast<std::size_t>(face) >= other_from) {
+              batch.other.push_back(PackDirection(direction));
+            }
           } else if (direction.z > 0.0f) {
             batch.sky.push_back(PackUpperDirection(direction));
+          } else if (keeps_others) {
+            batch.other.push_back(PackDirection(direction));
           }
         }
         AppendShares(hits, share, batch.face, batch.face_share);
       }
-      if (!scene.skyline.Empty()) {
-        batch.hidden_scale.push_back(HiddenScale(scene.skyline, normal, hidden * share));
+      if (!skyline.Empty()) {
+        batch.hidden_scale.push_back(HiddenScale(skyline, normal, hidden * share));
       }
       batch.face_count.push_back(static_cast<std::uint32_t>(batch.face.size() - faces_before));
       batch.sky_count.push_back(static_cast<std::uint32_t>(batch.sky.size() - skies_before));
+      if (keeps_others) {
+        batch.other_count.push_back(static_cast<std::uint32_t>(batch.other.size() - others_before));
+      }
     }
   });
 
   face_begin_.assign(1, 0);
   sky_begin_.assign(1, 0);
+  if (keeps_others) other_begin_.assign(1, 0);
   for (Batch& batch : batches) {
+    for (const std::uint32_t count : batch.other_count) {
+      other_begin_.push_back(other_begin_.back() + count);
+    }
     for (const std::uint32_t count : batch.face_count) {
       face_begin_.push_back(face_begin_.back() + count);
     }
@@ -188,6 +224,7 @@ void GatheredRays::Gather(const PatchScene& scene,
     face_.insert(face_.end(), batch.face.begin(), batch.face.end());
     face_share_.insert(face_share_.end(), batch.face_share.begin(), batch.face_share.end());
     sky_direction_.insert(sky_direction_.end(), batch.sky.begin(), batch.sky.end());
+    other_direction_.insert(other_direction_.end(), batch.other.begin(), batch.other.end());
     hidden_scale_.insert(hidden_scale_.end(), batch.hidden_scale.begin(), batch.hidden_scale.end());
     batch = Batch{};
   }
@@ -209,7 +246,7 @@ void GatheredRays::FindSkyCells() {
 GatheredRays::GatheredRays(const PatchScene& scene,
                            std::span<const Receiver> receivers,
                            const GatherOptions& options) {
-  Gather(scene, receivers.size(), options, AtPoint{receivers, {}});
+  Gather(scene.skyline, receivers.size(), options, AtPoint{receivers, {}}, OfScene{scene});
 }
 
 GatheredRays::GatheredRays(const PatchScene& scene,
@@ -221,7 +258,24 @@ GatheredRays::GatheredRays(const PatchScene& scene,
                                 " entries: expected " + std::to_string(receivers.size()) +
                                 ", one a receiver");
   }
-  Gather(scene, receivers.size(), options, AtPoint{receivers, identities});
+  Gather(scene.skyline, receivers.size(), options, AtPoint{receivers, identities}, OfScene{scene});
+}
+
+GatheredRays::GatheredRays(const PatchScene& first,
+                           const PatchScene& second,
+                           std::span<const Receiver> receivers,
+                           const GatherOptions& options) {
+  const auto face_of_ray = [&](const glm::vec3& origin_m, const glm::vec3& direction) {
+    const auto of_first = first.caster.Intersect(origin_m, direction);
+    const auto of_second = of_first
+                               ? second.caster.Intersect(origin_m, direction, of_first->distance_m)
+                               : second.caster.Intersect(origin_m, direction);
+    if (of_second) {
+      return static_cast<std::int32_t>(first.FaceCount()) + second.FaceOfHit(*of_second, direction);
+    }
+    return of_first ? first.FaceOfHit(*of_first, direction) : PatchScene::kSky;
+  };
+  Gather(Skyline(), receivers.size(), options, AtPoint{receivers, {}}, face_of_ray);
 }
 
 GatheredRays GatheredRays::OfFaces(const PatchScene& scene, const GatherOptions& options) {
@@ -237,7 +291,7 @@ GatheredRays GatheredRays::OfFaces(const PatchScene& scene, const GatherOptions&
     }
   };
   GatheredRays rays;
-  rays.Gather(scene, scene.FaceCount(), options, OnFace{scene});
+  rays.Gather(scene.skyline, scene.FaceCount(), options, OnFace{scene}, OfScene{scene});
   return rays;
 }
 
@@ -338,6 +392,23 @@ std::vector<GatheredRays::FaceShare> GatheredRays::FacesOf(std::size_t receiver)
     faces.push_back({face_[k], face_share_[k]});
   }
   return faces;
+}
+
+std::vector<glm::vec3> GatheredRays::SkyDirectionsOf(std::size_t receiver) const {
+  std::vector<glm::vec3> directions;
+  for (std::uint64_t k = sky_begin_[receiver]; k < sky_begin_[receiver + 1]; ++k) {
+    directions.push_back(UnpackUpperDirection(sky_direction_[k]));
+  }
+  return directions;
+}
+
+std::vector<glm::vec3> GatheredRays::OtherDirectionsOf(std::size_t receiver) const {
+  std::vector<glm::vec3> directions;
+  if (other_begin_.empty()) return directions;
+  for (std::uint64_t k = other_begin_[receiver]; k < other_begin_[receiver + 1]; ++k) {
+    directions.push_back(UnpackDirection(other_direction_[k]));
+  }
+  return directions;
 }
 
 double GatheredRays::SkyShareOf(std::size_t receiver) const {

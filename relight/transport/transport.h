@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,6 +38,12 @@ struct GatherOptions {
   // So many receivers in a row, of one normal, cast parts of one set of directions: together they
   // sample what they all see as evenly as one receiver with all their rays. 1 to 1024.
   int receivers_per_set = 1;
+  // The number of the first receiver, where they are part of a longer list: each then casts the
+  // rays that it would cast among all. A multiple of receivers_per_set.
+  std::size_t first_receiver = 0;
+  // Of rays that meet this face or a later one, and of those that end in the dark below the
+  // horizon, the directions are kept too: see OtherDirectionsOf.
+  std::size_t keep_directions_from_face = std::numeric_limits<std::size_t>::max();
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
@@ -55,6 +62,12 @@ class GatheredRays {
   GatheredRays(const PatchScene& scene,
                std::span<const Receiver> receivers,
                std::span<const std::uint32_t> identities,
+               const GatherOptions& options);
+  // Of two scenes in one place: the faces of `first`, then those of `second`. Skylines are left
+  // out.
+  GatheredRays(const PatchScene& first,
+               const PatchScene& second,
+               std::span<const Receiver> receivers,
                const GatherOptions& options);
   // One receiver a face, its rays starting all over the patch: face-to-face form factors.
   static GatheredRays OfFaces(const PatchScene& scene, const GatherOptions& options);
@@ -86,6 +99,9 @@ class GatheredRays {
     float share;
   };
   std::vector<FaceShare> FacesOf(std::size_t receiver) const;
+  std::vector<glm::vec3> SkyDirectionsOf(std::size_t receiver) const;
+  // Where they were asked for: GatherOptions::keep_directions_from_face. To 0.1 deg.
+  std::vector<glm::vec3> OtherDirectionsOf(std::size_t receiver) const;
   double SkyShareOf(std::size_t receiver) const;
 
   // Defined in relight/internal/serialization.h.
@@ -108,6 +124,9 @@ class GatheredRays {
   // receiver's rays say of that. Their scatter would else look like light that differs from place
   // to place, on level ground where it is all one.
   std::vector<float> hidden_scale_;
+  // Per receiver, other directions that are kept, packed to 32 bits; else empty.
+  std::vector<std::uint64_t> other_begin_;
+  std::vector<std::uint32_t> other_direction_;
   // Rays of each receiver where they differ; else empty.
   std::vector<std::int32_t> ray_count_;
 
@@ -117,11 +136,13 @@ class GatheredRays {
   }
 
   void FindSkyCells();
-  template <class RayStarts>
-  void Gather(const PatchScene& scene,
+  // face_of_ray(origin_m, direction) is the face that a ray meets, PatchScene::kSky if none.
+  template <class RayStarts, class FaceOfRay>
+  void Gather(const Skyline& skyline,
               std::size_t receiver_count,
               const GatherOptions& options,
-              const RayStarts& ray_start);
+              const RayStarts& ray_start,
+              const FaceOfRay& face_of_ray);
 };
 
 // Radiosity (W m^-2 per unit of irradiance) of every face for one unit basis light.

@@ -96,6 +96,27 @@ TEST(ObjectGather, IsOneInAFurnace) {
   EXPECT_NEAR(gather.Irradiance(sky.get(), white_object, white)[0].y, 1.0, 1e-3);
 }
 
+// 50 triangles apart are 150 vertices: three parts.
+TEST(ObjectGather, APartThatIsNamedTwiceIsCastOnce) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < 50; ++i) {
+    const Mesh one = PointAbove({0.0f, 0.0f, 1.0f});
+    for (const glm::vec3& at : one.positions_m)
+      mesh.positions_m.push_back(at + glm::vec3(static_cast<float>(i)));
+    mesh.normals.insert(mesh.normals.end(), one.normals.begin(), one.normals.end());
+    mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+  }
+  const PatchScene objects = UncutScene(mesh);
+  const PatchScene real = UncutScene(Square(50.0f, 0.0f));
+  ObjectGather gather = ObjectGather::InParts(objects, real, GatherOptions{.rays_per_receiver = 8});
+  ASSERT_EQ(gather.PartCount(), 3u);
+  gather.Cast(objects, real, std::vector<std::size_t>{0, 1, 0});
+  EXPECT_FALSE(gather.IsComplete());
+  EXPECT_FALSE(gather.HasCast(2));
+  gather.Cast(objects, real, std::vector<std::size_t>{2, 2});
+  EXPECT_TRUE(gather.IsComplete());
+}
+
 TEST(ObjectGather, RefusesRadiositiesOfAnotherScene) {
   const ObjectGather gather(
       UncutScene(PointAbove({0.0f, 0.0f, 1.0f})), UncutScene(Square(50.0f, 0.0f)), kManyRays);

@@ -1,6 +1,7 @@
 // A level ground under a given sun and an even sky, for objects to stand on: quick to prepare.
 #pragma once
 
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -99,10 +100,12 @@ class GroundStage {
     return frame;
   }
 
-  // Results of one frame for each list of poses, through one pipeline.
+  // Results of one frame for each list of poses, through one pipeline; `apart_s` from one to the
+  // next.
   std::vector<FrameResult> Run(const std::vector<VirtualObject>& objects,
                                const FramePipelineOptions& options,
-                               const std::vector<std::vector<glm::dmat4>>& poses = {{}}) const {
+                               const std::vector<std::vector<glm::dmat4>>& poses = {{}},
+                               double apart_s = 0.0) const {
     const HeadlessContext context;
     Compositor compositor;
     FramePipeline pipeline({scene_, site_.mesh, std::nullopt, objects},
@@ -112,7 +115,10 @@ class GroundStage {
     std::vector<FrameResult> results;
     results.reserve(poses.size());
     for (const std::vector<glm::dmat4>& of_frame : poses) {
-      results.push_back(pipeline.Process(MakeFrame(), of_frame).value());
+      Frame frame = MakeFrame();
+      frame.time += std::chrono::nanoseconds(
+          std::llround(1e9 * apart_s * static_cast<double>(results.size())));
+      results.push_back(pipeline.Process(frame, of_frame).value());
     }
     return results;
   }

@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "ground_stage.h"
+#include "pipeline/display_codes.h"
 
 namespace pleinair::moving_objects_test {
 namespace {
@@ -160,6 +161,186 @@ TEST_F(MovingObjects, OneObjectShadesTheOther) {
     EXPECT_LT(in_sun.r - in_shade.r, of_sun + 0.6 * std::numbers::inv_pi * StillLight::kSky);
     EXPECT_GT(in_shade.r, 0.0f);
   }
+}
+
+// Vertices enough that light follows them in steps, and light at them whatever the plan would say.
+VirtualObject Ball(const glm::vec3& centre_m) { return BallObject(centre_m, 0.4f, 16, kRed); }
+
+FramePipelineOptions InSteps() {
+  FramePipelineOptions options = GroundStage::QuickOptions();
+  options.light_in_steps = true;
+  options.object_light.in_motion = {.vertices_per_frame = 128, .vertices_at_rest = 128};
+  options.effects = EffectSettings::Everything();
+  options.influence.in_motion.rays_per_receiver = options.influence.rays_per_receiver;
+  return options;
+}
+
+constexpr double kFrameS = 0.04;
+
+// Poses of some frames: to the east, and turned around the origin.
+std::vector<std::vector<glm::dmat4>> Path(int frames,
+                                          double turn_a_frame_rad = 0.0,
+                                          double step_m = 0.04) {
+  std::vector<std::vector<glm::dmat4>> poses{{glm::dmat4(1.0)}};
+  for (int i = 1; i <= frames; ++i) {
+    const glm::dmat4 there = glm::translate(glm::dmat4(1.0), glm::dvec3(step_m * i, 0.0, 0.0));
+    poses.push_back({glm::rotate(there, turn_a_frame_rad * i, glm::dvec3(0.0, 0.0, 1.0))});
+  }
+  return poses;
+}
+
+// Over the pixels that an object covers or changes, in decibels of white.
+double Psnr(const Composite& composite, const Composite& reference) {
+  const DisplayCodes codes(ResponseCurve::Srgb(), 1.0 / 60.0);
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < reference.radiance.pixels.size(); ++i) {
+    if (reference.change.pixels[i] == 0) continue;
+    for (int channel = 0; channel < 3; ++channel) {
+      const double off = codes.Code(channel, composite.radiance.pixels[i][channel]) -
+                         codes.Code(channel, reference.radiance.pixels[i][channel]);
+      sum += off * off;
+      ++count;
+    }
+  }
+  return 10.0 * std::log10(kWhiteCode * kWhiteCode * count / sum);
+}
+
+// 544 vertices are 9 parts, of which two are gathered in each frame at rest.
+constexpr int kFramesToRest = 5;
+
+TEST_F(MovingObjects, AtRestThePictureBecomesThatOfAStillObject) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  std::vector<std::vector<glm::dmat4>> poses = Path(4, 0.05);
+  const std::size_t last_in_motion = poses.size() - 1;
+  poses.insert(poses.end(), kFramesToRest, poses.back());
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses, kFrameS);
+  const Composite still =
+      std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
+  EXPECT_NE(results[last_in_motion].composite.radiance.pixels, still.radiance.pixels);
+  EXPECT_TRUE(results[last_in_motion].is_light_coarse);
+  EXPECT_FALSE(results.back().is_light_coarse);
+  EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
+}
+
+TEST_F(MovingObjects, APictureInMotionIsAsGoodAsAStillOne) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<std::vector<glm::dmat4>> poses = Path(12);
+  FramePipelineOptions converged = InSteps();
+  converged.object_light.gather.rays_per_receiver = 2048;
+  converged.influence.rays_per_receiver = 1024;
+  const Composite reference =
+      std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
+  const Composite still =
+      std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
+  const Composite moving =
+      std::move(stage_->Run(objects, InSteps(), poses, kFrameS).back().composite);
+  EXPECT_GT(Psnr(moving, reference), Psnr(still, reference) - 1.0);
+}
+
+// All of it is gathered in each frame, with room for more.
+TEST_F(MovingObjects, AnObjectOfFewVerticesIsAsAStillOneInEachFrame) {
+  const std::vector<VirtualObject> objects{
+      BoxObject({-0.3f, -0.3f, 0.0f}, {0.3f, 0.3f, 0.8f}, kRed)};
+  FramePipelineOptions options = InSteps();
+  options.influence.in_motion.rays_per_receiver = 0;
+  const std::vector<std::vector<glm::dmat4>> poses = Path(64, 0.05, 0.005);
+  const std::vector<FrameResult> moving = stage_->Run(objects, options, poses, kFrameS);
+  for (std::size_t i = 0; i < poses.size(); i += 16) {
+    const Composite still = std::move(stage_->Run(objects, options, {poses[i]}).front().composite);
+    EXPECT_EQ(moving[i].composite.radiance.pixels, still.radiance.pixels) << "frame " << i;
+  }
+}
+
+// What is no motion: the same time again, a time before, a gap; and no motion is looked for unless
+// asked for.
+TEST_F(MovingObjects, AnObjectThatIsElsewhereAtOnceIsAsAStillOne) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<std::vector<glm::dmat4>> poses = Path(2, 0.05);
+  const auto last_of = [&](const FramePipelineOptions& options, double apart_s) {
+    FrameResult result = std::move(stage_->Run(objects, options, poses, apart_s).back());
+    EXPECT_FALSE(result.is_light_coarse);
+    return result.composite.radiance.pixels;
+  };
+  const auto still =
+      stage_->Run(objects, InSteps(), {poses.back()}).front().composite.radiance.pixels;
+  FramePipelineOptions at_once = InSteps();
+  at_once.light_in_steps = false;
+  EXPECT_EQ(last_of(InSteps(), 0.0), still);
+  EXPECT_EQ(last_of(InSteps(), -kFrameS), still);
+  EXPECT_EQ(last_of(InSteps(), 0.6), still);
+  EXPECT_EQ(last_of(at_once, kFrameS), still);
+  EXPECT_NE(stage_->Run(objects, InSteps(), poses, kFrameS).back().composite.radiance.pixels,
+            still);
+}
+
+// In the middle of a motion, and while it is being refined.
+TEST_F(MovingObjects, AFrameThatIsDrawnAgainIsAsAStillOne) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<std::vector<glm::dmat4>> poses = Path(3, 0.05);
+  const auto still =
+      stage_->Run(objects, InSteps(), {poses.back()}).front().composite.radiance.pixels;
+  const HeadlessContext context;
+  Compositor compositor;
+  FramePipeline pipeline({stage_->Scene(), stage_->Phantom(), std::nullopt, objects},
+                         std::make_unique<StillLight>(),
+                         compositor,
+                         InSteps());
+  Frame frame = stage_->MakeFrame();
+  const auto next = [&](const std::vector<glm::dmat4>& of_frame) {
+    frame.time += std::chrono::milliseconds(40);
+    return pipeline.Process(frame, of_frame).value();
+  };
+  for (const int frames_at_rest : {0, 1, 2}) {
+    FrameResult last;
+    for (const std::vector<glm::dmat4>& of_frame : poses) last = next(of_frame);
+    for (int i = 0; i < frames_at_rest; ++i) last = next(poses.back());
+    EXPECT_TRUE(last.is_light_coarse) << frames_at_rest;
+    const FrameResult again = pipeline.Redraw(frame, last, poses.back()).value();
+    EXPECT_FALSE(again.is_light_coarse);
+    EXPECT_EQ(again.composite.radiance.pixels, still) << frames_at_rest;
+    EXPECT_EQ(next(poses.back()).composite.radiance.pixels, still) << frames_at_rest;
+  }
+}
+
+TEST_F(MovingObjects, StepsOfAMotionAreTheSameInEachRun) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<FrameResult> first = stage_->Run(objects, InSteps(), Path(3, 0.05), kFrameS);
+  const std::vector<FrameResult> second = stage_->Run(objects, InSteps(), Path(3, 0.05), kFrameS);
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].composite.radiance.pixels, second[i].composite.radiance.pixels);
+  }
+}
+
+TEST_F(MovingObjects, OneThatStandsBesideAMovingOneKeepsItsLight) {
+  const std::vector<VirtualObject> objects{Ball({-0.6f, 0.0f, 0.4f}), Ball({0.5f, 0.0f, 0.4f})};
+  std::vector<std::vector<glm::dmat4>> poses = Path(6, 0.0, 0.005);
+  for (std::vector<glm::dmat4>& of_frame : poses) {
+    of_frame.insert(of_frame.begin(), glm::dmat4(1.0));
+  }
+  const std::size_t last_in_motion = poses.size() - 1;
+  poses.insert(poses.end(), 2 * kFramesToRest, poses.back());
+  FramePipelineOptions converged = InSteps();
+  converged.object_light.gather.rays_per_receiver = 2048;
+  converged.influence.rays_per_receiver = 1024;
+  const Composite reference =
+      std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
+  const Composite still =
+      std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses, kFrameS);
+  EXPECT_GT(Psnr(results[last_in_motion].composite, reference), Psnr(still, reference) - 1.0);
+  EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
+}
+
+// A transform that bends the shape leaves nothing to keep.
+TEST_F(MovingObjects, AnObjectThatIsStretchedIsAsOneThatWasMadeSo) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<glm::dmat4> stretched{glm::scale(glm::dmat4(1.0), glm::dvec3(1.0, 1.0, 1.5))};
+  std::vector<std::vector<glm::dmat4>> poses(1);
+  poses.insert(poses.end(), 1 + kFramesToRest, stretched);
+  const std::vector<FrameResult> results = stage_->Run(objects, InSteps(), poses, kFrameS);
+  const Composite still = std::move(stage_->Run(objects, InSteps(), {stretched}).front().composite);
+  EXPECT_EQ(results.back().composite.radiance.pixels, still.radiance.pixels);
 }
 
 TEST_F(MovingObjects, RefusesPosesThatMakeNoSenseAndGoesOn) {

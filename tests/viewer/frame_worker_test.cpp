@@ -2,6 +2,8 @@
 #include "apps/viewer/frame_worker.h"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -92,6 +94,39 @@ TEST_F(Worker, AnEditDrawsTheSameFrameAgain) {
   ASSERT_TRUE(driver.ReachFrame(
       [&](const ViewedFrame& frame) { return frame.request.edits == edits + 1; }));
   EXPECT_TRUE(driver.frame->shown.pixels == first.pixels);
+}
+
+// A tenth of a second apart: between the frames the object is in motion.
+TEST_F(Worker, WhatIsLeftCoarseIsDrawnAgain) {
+  std::ifstream file(copy_ / "sequence.json");
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string second = "\"2005-06-21T08:18:00Z\"";
+  ASSERT_NE(text.find(second), std::string::npos);
+  text.replace(text.find(second), second.size(), "\"2005-06-21T07:52:00.1Z\"");
+  std::ofstream(copy_ / "sequence.json") << text;
+  ViewCommandOptions options = CoarseOptions(copy_.Path());
+  WorkerDriver driver(options);
+  ASSERT_TRUE(driver.Open());
+  driver.request.objects[0].world_from_object =
+      glm::translate(glm::dmat4(1.0), glm::dvec3(0.1, 0.0, 0.0)) *
+      driver.request.objects[0].world_from_object;
+  ++driver.request.edits;
+  driver.request.seek_frame = 1;
+  ++driver.request.seeks;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) {
+    return frame.Index() == 1 && !frame.step.result->is_light_coarse;
+  }));
+
+  SequenceSession session(options);
+  session.Next();
+  session.SetObjects(driver.request.objects);
+  const SessionStep at_once = session.Next().value();
+  EXPECT_TRUE(driver.frame->shown.pixels == session.Show(at_once).pixels);
+  options.light_in_steps = true;
+  SequenceSession in_steps(options);
+  in_steps.Next();
+  in_steps.SetObjects(driver.request.objects);
+  EXPECT_TRUE(in_steps.Next()->result->is_light_coarse);
 }
 
 TEST_F(Worker, ADraggedObjectsPicturesAreFollowedByACompleteOne) {

@@ -1,0 +1,131 @@
+#include "objects/internal/own_shape.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <glm/geometric.hpp>
+
+namespace pleinair {
+namespace {
+
+glm::vec3 MiddleOf(const Mesh& mesh, std::size_t face) {
+  const glm::uvec3& corners = mesh.triangles[face / 2];
+  return (mesh.positions_m[corners.x] + mesh.positions_m[corners.y] + mesh.positions_m[corners.z]) /
+         3.0f;
+}
+
+}  // namespace
+
+std::size_t OwnShape::CellOf(const glm::vec3& direction) {
+  const float sum = std::abs(direction.x) + std::abs(direction.y) + std::abs(direction.z);
+  float u = direction.x / sum;
+  float v = direction.y / sum;
+  if (direction.z < 0.0f) {
+    const float folded = (1.0f - std::abs(v)) * (u < 0.0f ? -1.0f : 1.0f);
+    v = (1.0f - std::abs(u)) * (v < 0.0f ? -1.0f : 1.0f);
+    u = folded;
+  }
+  const auto step = [](float at) {
+    const int i = static_cast<int>((0.5f * at + 0.5f) * static_cast<float>(kCellsASide));
+    return static_cast<std::size_t>(std::clamp(i, 0, kCellsASide - 1));
+  };
+  return step(v) * kCellsASide + step(u);
+}
+
+OwnShape::OwnShape(const ObjectGather& gather,
+                   const PatchScene& objects,
+                   std::span<const glm::mat3> own_from_world) {
+  const std::size_t vertices = gather.VertexCount();
+  object_of_vertex_.assign(vertices, 0);
+  for (std::size_t t = 0; t < objects.mesh.triangles.size(); ++t) {
+    for (int corner = 0; corner < 3; ++corner) {
+      object_of_vertex_[objects.mesh.triangles[t][corner]] = objects.mesh.triangle_group[t];
+    }
+  }
+  struct OfVertex {
+    std::vector<Source> cells;
+    std::vector<Source> faces;
+  };
+  std::vector<OfVertex> of_vertices(vertices);
+  tbb::parallel_for(std::size_t{0}, vertices, [&](std::size_t v) {
+    const std::uint32_t object = object_of_vertex_[v];
+    std::array<float, kCells> shares{};
+    std::vector<Source>& faces = of_vertices[v].faces;
+    const auto add_direction = [&](const glm::vec3& direction, float share) {
+      shares[CellOf(own_from_world[object] * direction)] += share;
+    };
+    gather.ForSources(
+        v,
+        [&](const glm::vec3& point_m, std::size_t face, float share) {
+          if (objects.mesh.triangle_group[face / 2] == object) {
+            faces.push_back({static_cast<std::uint32_t>(face), share});
+            return;
+          }
+          const glm::vec3 to_middle_m = MiddleOf(objects.mesh, face) - point_m;
+          const float distance_m = glm::length(to_middle_m);
+          if (distance_m > 0.0f) add_direction(to_middle_m / distance_m, share);
+        },
+        add_direction);
+    std::sort(faces.begin(), faces.end(), [](const Source& a, const Source& b) {
+      return a.index < b.index;
+    });
+    std::size_t kept = 0;  // Each face once: a vertex's points see the same ones.
+    for (std::size_t i = 1; i < faces.size(); ++i) {
+      if (faces[i].index == faces[kept].index) {
+        faces[kept].share += faces[i].share;
+      } else {
+        faces[++kept] = faces[i];
+      }
+    }
+    if (!faces.empty()) faces.resize(kept + 1);
+    for (std::size_t cell = 0; cell < kCells; ++cell) {
+      if (shares[cell] == 0.0f) continue;
+      of_vertices[v].cells.push_back(
+          {static_cast<std::uint32_t>(object * kCells + cell), shares[cell]});
+    }
+  });
+  for (auto [rows, part] :
+       {std::pair{&cells_, &OfVertex::cells}, std::pair{&faces_, &OfVertex::faces}}) {
+    rows->begin.push_back(0);
+    for (const OfVertex& of_vertex : of_vertices) {
+      const std::vector<Source>& sources = of_vertex.*part;
+      rows->sources.insert(rows->sources.end(), sources.begin(), sources.end());
+      rows->begin.push_back(static_cast<std::uint32_t>(rows->sources.size()));
+    }
+  }
+}
+
+std::vector<glm::vec3> OwnShape::Rows::Sum(std::span<const glm::vec3> radiosity,
+                                           std::size_t lights) const {
+  const std::size_t vertices = begin.size() - 1;
+  std::vector<glm::vec3> sums(vertices * lights, glm::vec3(0.0f));
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices, 128),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t v = range.begin(); v < range.end(); ++v) {
+                        glm::vec3* const sum = sums.data() + v * lights;
+                        for (std::uint32_t k = begin[v]; k < begin[v + 1]; ++k) {
+                          const glm::vec3* const source =
+                              radiosity.data() + std::size_t{sources[k].index} * lights;
+                          for (std::size_t light = 0; light < lights; ++light) {
+                            sum[light] += sources[k].share * source[light];
+                          }
+                        }
+                      }
+                    });
+  return sums;
+}
+
+std::vector<glm::vec3> OwnShape::FromCells(std::span<const glm::vec3> cells,
+                                           std::size_t lights) const {
+  return cells_.Sum(cells, lights);
+}
+
+std::vector<glm::vec3> OwnShape::FromFaces(std::span<const glm::vec3> faces,
+                                           std::size_t lights) const {
+  return faces_.Sum(faces, lights);
+}
+
+}  // namespace pleinair

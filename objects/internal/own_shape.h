@@ -1,0 +1,63 @@
+// What an object's own shape does to the light at its vertices: kept in the object's space, where
+// it stays while the object moves as a rigid body.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "objects/object_gather.h"
+#include "relight/transport/patch_scene.h"
+
+namespace pleinair {
+
+// Per vertex, which share of its hemisphere looks past the object's own shape in which direction,
+// and which share meets which of its faces. Directions are those of 256 cells of the sphere. What
+// hides the view besides, real surfaces and other objects, counts as a direction: it stays behind
+// when the object moves.
+class OwnShape {
+ public:
+  // Cells of an octahedral map.
+  static constexpr int kCellsASide = 16;
+  static constexpr std::size_t kCells = std::size_t{kCellsASide} * kCellsASide;
+  static std::size_t CellOf(const glm::vec3& direction);
+
+  OwnShape() = default;
+  // From rays that have been cast; `own_from_world` is a rotation an object. Keeps no reference.
+  OwnShape(const ObjectGather& gather,
+           const PatchScene& objects,
+           std::span<const glm::mat3> own_from_world);
+
+  bool Empty() const { return object_of_vertex_.empty(); }
+  std::size_t VertexCount() const { return object_of_vertex_.size(); }
+  std::uint32_t ObjectOf(std::size_t vertex) const { return object_of_vertex_[vertex]; }
+
+  // Irradiance at the vertices from radiosities (pi times radiance) of the cells.
+  // Shape  cells [(object * kCells + cell) * lights + light]; result [vertex * lights + light].
+  std::vector<glm::vec3> FromCells(std::span<const glm::vec3> cells, std::size_t lights) const;
+  // The same from the faces of all objects, [face * lights + light], of which each vertex sees its
+  // own object's.
+  std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> faces, std::size_t lights) const;
+
+ private:
+  struct Source {
+    std::uint32_t index = 0;  // Of a cell of all objects', or of a face.
+    float share = 0.0f;
+  };
+  // Sources of vertex v: [begin[v], begin[v + 1]).
+  struct Rows {
+    std::vector<std::uint32_t> begin;
+    std::vector<Source> sources;
+    std::vector<glm::vec3> Sum(std::span<const glm::vec3> radiosity, std::size_t lights) const;
+  };
+
+  std::vector<std::uint32_t> object_of_vertex_;
+  Rows cells_;
+  Rows faces_;
+};
+
+}  // namespace pleinair
