@@ -16,6 +16,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -203,6 +204,7 @@ void Run(benchmark::State& state, const Show& show) {
   FrameResult last;
   std::vector<double> moving_ms;
   std::vector<double> rest_ms;
+  std::map<std::string, std::vector<double>> stages_ms;
   {
     Drawing drawing(show, show.options);
     const auto take = [&](std::vector<double>& times_ms) {
@@ -216,6 +218,12 @@ void Run(benchmark::State& state, const Show& show) {
     for (auto _ : state) {
       ++step;
       last = take(moving_ms);
+      stages_ms["view_ms"].push_back(last.timing_ms.transport);
+      stages_ms["light_ms"].push_back(last.timing_ms.estimate);
+      stages_ms["draw_ms"].push_back(last.timing_ms.render + last.timing_ms.readback);
+      for (const PlannedWork& work : last.works) {
+        if (work.is_done && !work.is_drawing) stages_ms[std::string(work.name)].push_back(work.ms);
+      }
     }
     const int last_time_step = time_step;
     FrameResult resting = take(rest_ms);
@@ -229,6 +237,7 @@ void Run(benchmark::State& state, const Show& show) {
       Compare(Drawing(show, at_once).Take(step, time_step).composite, reference.composite, frame);
   double rest_sum_ms = 0.0;
   for (const double ms : rest_ms) rest_sum_ms += ms;
+  for (const auto& [name, values] : stages_ms) state.counters[name] = UpperMedian(values);
   state.counters["median_ms"] = UpperMedian(moving_ms);
   state.counters["rest_frames"] = static_cast<double>(rest_ms.size());
   state.counters["rest_ms"] = rest_sum_ms;

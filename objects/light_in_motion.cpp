@@ -26,6 +26,8 @@ constexpr std::size_t kProbes = 8;
 constexpr float kProbeAt = 0.5f;  // Over half a side.
 // Four a cell.
 constexpr int kProbeRays = 1024;
+constexpr std::size_t kRaysPerRun = 64;  // That one thread casts together.
+static_assert(kProbeRays % kRaysPerRun == 0);
 // Radiance at a place in the box is linear in it: its value in the middle, and what it gains along
 // half a side.
 constexpr std::size_t kTerms = 4;
@@ -262,17 +264,26 @@ LightInMotion::Seen LightInMotion::SeenFrom(const ObjectBounds& object,
   Seen seen{world_from_given, std::vector<std::int32_t>(rays, PatchScene::kSky), {}};
   const auto reach_m = static_cast<float>(1.0 + NearSunlightOptions().reach) * object.radius_m;
   std::vector<std::optional<glm::vec3>> near(rays);
-  tbb::parallel_for(std::size_t{0}, rays, [&](std::size_t ray) {
+  const std::size_t runs = directions_.size() / kRaysPerRun;
+  tbb::parallel_for(std::size_t{0}, kProbes * runs, [&](std::size_t run) {
     const glm::vec3 place_m =
-        MiddleOf(object.box) + kProbeAt * SideOf(ray / directions_.size()) * HalfSideOf(object.box);
-    const glm::vec3& direction = directions_[ray % directions_.size()];
-    const auto hit = real_->caster.Intersect(place_m, direction);
-    if (!hit) return;
-    const std::int32_t side = PatchScene::SideOfHit(*hit, direction);
-    seen.sources[ray] = real_->FaceOfSide(side);
-    if (hit->distance_m > reach_m) return;
-    near[ray] =
-        OffsetFromSurface(hit->position_m, real_->SideNormal(static_cast<std::size_t>(side)));
+        MiddleOf(object.box) + kProbeAt * SideOf(run / runs) * HalfSideOf(object.box);
+    const glm::vec3* const directions = directions_.data() + run % runs * kRaysPerRun;
+    std::array<FaceHit, kRaysPerRun> hits;
+    real_->caster.IntersectFrom(
+        place_m, RayCaster::Origin::kMayBeOnMesh, directions, kRaysPerRun, hits.data());
+    for (std::size_t k = 0; k < kRaysPerRun; ++k) {
+      if (hits[k].triangle == FaceHit::kNone) continue;
+      const std::size_t ray = run * kRaysPerRun + k;
+      seen.sources[ray] = real_->FaceOfHit(hits[k]);
+      if (hits[k].distance_m > reach_m) continue;
+      // Where on it, exactly.
+      const auto hit = real_->caster.Intersect(place_m, directions[k]);
+      if (!hit) continue;
+      const std::int32_t side = PatchScene::SideOfHit(*hit, directions[k]);
+      near[ray] =
+          OffsetFromSurface(hit->position_m, real_->SideNormal(static_cast<std::size_t>(side)));
+    }
   });
   for (std::size_t ray = 0; ray < rays; ++ray) {
     if (near[ray]) seen.near.push_back({ray, *near[ray]});

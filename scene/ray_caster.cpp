@@ -157,6 +157,21 @@ PacketMask FillPacket(const glm::vec3* origins_m,
   return valid;
 }
 
+void TakeHits(const RTCRayHit8& packet,
+              const glm::vec3* directions,
+              std::size_t lanes,
+              FaceHit* hits) {
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    FaceHit& hit = hits[lane];
+    hit = {};
+    if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+    const glm::vec3 normal(packet.hit.Ng_x[lane], packet.hit.Ng_y[lane], packet.hit.Ng_z[lane]);
+    hit.triangle = packet.hit.primID[lane];
+    hit.is_front = glm::dot(normal, directions[lane]) <= 0.0f;
+    hit.distance_m = packet.ray.tfar[lane];
+  }
+}
+
 // The nearest point of a triangle to `point_m` (Ericson, Real-Time Collision Detection, 5.1.5); not
 // a number where the triangle has no area.
 glm::vec3 NearestOnTriangle(const glm::vec3& point_m,
@@ -361,6 +376,21 @@ void RayCaster::Intersect(const glm::vec3* origins_m,
   }
 }
 
+void RayCaster::Intersect(const glm::vec3* origins_m,
+                          const glm::vec3* directions,
+                          std::size_t count,
+                          FaceHit* hits) const {
+  Query query = impl_->NewQuery(kInfinity);
+  for (std::size_t begin = 0; begin < count; begin += kPacket) {
+    const std::size_t lanes = std::min(kPacket, count - begin);
+    RTCRayHit8 packet{};
+    const auto valid = FillPacket(origins_m + begin, directions + begin, lanes, packet.ray);
+    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
+    TakeHits(packet, directions + begin, lanes, hits + begin);
+  }
+}
+
 void RayCaster::IntersectFrom(const glm::vec3& origin_m,
                               Origin where,
                               const glm::vec3* directions,
@@ -392,15 +422,7 @@ void RayCaster::IntersectFrom(const glm::vec3& origin_m,
     // Not as coherent rays: Embree's way with those is the slower one over an object's small
     // triangles.
     rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      FaceHit& hit = hits[begin + lane];
-      hit = {};
-      if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
-      const glm::vec3 normal(packet.hit.Ng_x[lane], packet.hit.Ng_y[lane], packet.hit.Ng_z[lane]);
-      hit.triangle = packet.hit.primID[lane];
-      hit.is_front = glm::dot(normal, directions[begin + lane]) <= 0.0f;
-      hit.distance_m = packet.ray.tfar[lane];
-    }
+    TakeHits(packet, directions + begin, lanes, hits + begin);
   }
 }
 

@@ -61,6 +61,13 @@ class RayCaster {
                  std::size_t count,
                  std::optional<RayHit>* hits) const;
 
+  // `count` queries at once, with short results: the faster way for rays that are not coherent.
+  // Shape  origins_m, directions, hits: count entries each.
+  void Intersect(const glm::vec3* origins_m,
+                 const glm::vec3* directions,
+                 std::size_t count,
+                 FaceHit* hits) const;
+
   // The same for `count` rays from one point, with short results: faster again; and more so for a
   // point that is known to be off the mesh, where single precision decides on triangles' sides.
   // Shape  directions, hits: count entries each.

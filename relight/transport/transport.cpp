@@ -95,11 +95,41 @@ struct AtPoint {
   }
 };
 
+// A receiver's rays, and the faces that they meet, PatchScene::kSky where none.
+struct RaysOfReceiver {
+  std::vector<glm::vec3> origins_m;
+  std::vector<glm::vec3> directions;
+  std::vector<FaceHit> hits;
+  std::vector<std::int32_t> faces;
+};
+
 struct OfScene {
   const PatchScene& scene;
-  std::int32_t operator()(const glm::vec3& origin_m, const glm::vec3& direction) const {
-    const auto hit = scene.caster.Intersect(origin_m, direction);
-    return hit ? scene.FaceOfHit(*hit, direction) : PatchScene::kSky;
+  void Cast(RaysOfReceiver& rays) const {
+    const std::size_t count = rays.directions.size();
+    rays.hits.resize(count);
+    rays.faces.resize(count);
+    scene.caster.Intersect(rays.origins_m.data(), rays.directions.data(), count, rays.hits.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      const FaceHit& hit = rays.hits[k];
+      rays.faces[k] = hit.triangle == FaceHit::kNone ? PatchScene::kSky : scene.FaceOfHit(hit);
+    }
+  }
+};
+
+struct OfTwo {
+  const PatchScene& first;
+  const PatchScene& second;
+  void Cast(RaysOfReceiver& rays) const {
+    const std::size_t count = rays.directions.size();
+    OfScene{first}.Cast(rays);
+    std::vector<FaceHit> of_second(count);
+    second.caster.Intersect(rays.origins_m.data(), rays.directions.data(), count, of_second.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      const FaceHit& hit = of_second[k];
+      if (hit.triangle == FaceHit::kNone || hit.distance_m >= rays.hits[k].distance_m) continue;
+      rays.faces[k] = static_cast<std::int32_t>(first.FaceCount()) + second.FaceOfHit(hit);
+    }
   }
 };
 
@@ -127,12 +157,12 @@ void GatherOptions::Validate() const {
   }
 }
 
-template <class RayStarts, class FaceOfRay>
+template <class RayStarts, class Scenes>
 void GatheredRays::Gather(const Skyline& skyline,
                           std::size_t receiver_count,
                           const GatherOptions& options,
                           const RayStarts& ray_start,
-                          const FaceOfRay& face_of_ray) {
+                          const Scenes& scenes) {
   options.Validate();
   rays_per_receiver_ = options.rays_per_receiver;
   const float share = 1.0f / static_cast<float>(options.rays_per_receiver);
@@ -154,6 +184,7 @@ void GatheredRays::Gather(const Skyline& skyline,
   tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t b) {
     Batch& batch = batches[b];
     std::vector<std::int32_t> hits;
+    RaysOfReceiver rays;
     const std::size_t end = std::min(receiver_count, (b + 1) * kReceiversPerBatch);
     for (std::size_t i = b * kReceiversPerBatch; i < end; ++i) {
       const std::size_t faces_before = batch.face.size();
@@ -167,19 +198,25 @@ void GatheredRays::Gather(const Skyline& skyline,
         const auto set = identity / static_cast<std::size_t>(sharers);
         const auto part = static_cast<int>(identity % static_cast<std::size_t>(sharers));
         const glm::dvec2 rotation = RotationOf(options.seed, set);
+        rays.origins_m.clear();
+        rays.directions.clear();
         for (int k = 0; k < options.rays_per_receiver; ++k) {
           const auto [origin_m, ray_normal] = ray_start.StartOf(i, k, rotation);
-          const glm::vec3 direction =
+          rays.origins_m.push_back(origin_m);
+          rays.directions.push_back(
               NormalFrame(ray_normal)
                   .CosineDirection(FibonacciPoint(
-                      k * sharers + part, options.rays_per_receiver * sharers, rotation));
+                      k * sharers + part, options.rays_per_receiver * sharers, rotation)));
+        }
+        scenes.Cast(rays);
+        for (std::size_t k = 0; k < rays.directions.size(); ++k) {
+          const glm::vec3& direction = rays.directions[k];
           if (!skyline.Empty() && direction.z > 0.0f) {
             // As it is kept: a rounding may take it over a cell's edge.
             const glm::vec3 kept = UnpackUpperDirection(PackUpperDirection(direction));
             hidden += skyline.hidden[SkyTable::CellOf(kept)];
           }
-          if (const std::int32_t face = face_of_ray(origin_m, direction);
-              face != PatchScene::kSky) {
+          if (const std::int32_t face = rays.faces[k]; face != PatchScene::kSky) {
             hits.push_back(face);
             if (static_cast<std::size_t>(face) >= other_from) {
               batch.other.push_back(PackDirection(direction));
@@ -265,17 +302,7 @@ GatheredRays::GatheredRays(const PatchScene& first,
                            const PatchScene& second,
                            std::span<const Receiver> receivers,
                            const GatherOptions& options) {
-  const auto face_of_ray = [&](const glm::vec3& origin_m, const glm::vec3& direction) {
-    const auto of_first = first.caster.Intersect(origin_m, direction);
-    const auto of_second = of_first
-                               ? second.caster.Intersect(origin_m, direction, of_first->distance_m)
-                               : second.caster.Intersect(origin_m, direction);
-    if (of_second) {
-      return static_cast<std::int32_t>(first.FaceCount()) + second.FaceOfHit(*of_second, direction);
-    }
-    return of_first ? first.FaceOfHit(*of_first, direction) : PatchScene::kSky;
-  };
-  Gather(Skyline(), receivers.size(), options, AtPoint{receivers, {}}, face_of_ray);
+  Gather(Skyline(), receivers.size(), options, AtPoint{receivers, {}}, OfTwo{first, second});
 }
 
 GatheredRays GatheredRays::OfFaces(const PatchScene& scene, const GatherOptions& options) {

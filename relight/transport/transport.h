@@ -136,13 +136,12 @@ class GatheredRays {
   }
 
   void FindSkyCells();
-  // face_of_ray(origin_m, direction) is the face that a ray meets, PatchScene::kSky if none.
-  template <class RayStarts, class FaceOfRay>
+  template <class RayStarts, class Scenes>
   void Gather(const Skyline& skyline,
               std::size_t receiver_count,
               const GatherOptions& options,
               const RayStarts& ray_start,
-              const FaceOfRay& face_of_ray);
+              const Scenes& scenes);
 };
 
 // Radiosity (W m^-2 per unit of irradiance) of every face for one unit basis light.

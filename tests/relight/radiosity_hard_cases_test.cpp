@@ -58,6 +58,36 @@ TEST(RadiosityHardCases, AFurnaceOfManyLightsIsManyFurnaces) {
   }
 }
 
+// One wall alone is lit, in dark rooms and in such as hardly lose any light: far fewer sweeps than
+// reflections lead to what 2000 reflections do. A face's sum is rounded by some 1e-6 of itself, of
+// which all that is reflected since makes 1 / (1 - albedo) times as much.
+TEST(RadiosityHardCases, LightOfOneWallComesToRestInFewSweeps) {
+  struct Case {
+    float albedo;
+    int most_iterations;
+  };
+  for (const auto& [albedo, most_iterations] :
+       {Case{0.0f, 3}, Case{0.3f, 12}, Case{0.7f, 25}, Case{0.95f, 80}, Case{0.98f, 120}}) {
+    const PatchScene scene = ClosedRoom(1.0, albedo);
+    const PatchTransport transport(scene, {.rays_per_receiver = 128});
+    std::vector<glm::vec3> direct(scene.FaceCount(), glm::vec3(0.0f));
+    for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+      if (scene.FaceNormal(face).x > 0.5f) direct[face] = glm::vec3(1.0f);
+    }
+    const FaceLight solved = transport.Solve(scene, direct, kAllBounces);
+    const FaceLight exact = transport.Solve(scene, direct, 2000);
+    EXPECT_LE(solved.iterations, most_iterations) << albedo;
+    float largest = 0.0f;
+    for (const glm::vec3& radiosity : exact.radiosity) largest = std::max(largest, radiosity.x);
+    for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+      EXPECT_GE(solved.radiosity[face].x, 0.0f);
+      EXPECT_NEAR(
+          solved.radiosity[face].x, exact.radiosity[face].x, 2e-6f / (1.0f - albedo) * largest)
+          << albedo;
+    }
+  }
+}
+
 TEST(RadiosityHardCases, ManyLightsAreWhatEachIsAlone) {
   const PatchScene scene = CutRoom(RoomWithWindow({0.7f, 0.5f, 0.2f}), 1.0);
   const PatchTransport transport(scene, kExposed);

@@ -115,13 +115,19 @@ TEST(RayCaster, ManyRaysAtOnceSayTheSame) {
     caster.Occluded(origins.data(), directions.data(), count, occluded.get());
     std::vector<std::optional<RayHit>> hits(count);
     caster.Intersect(origins.data(), directions.data(), count, hits.data());
+    std::vector<FaceHit> face_hits(count);
+    caster.Intersect(origins.data(), directions.data(), count, face_hits.data());
     for (std::size_t i = 0; i < count; ++i) {
       EXPECT_EQ(occluded[i], caster.Occluded(origins[i], directions[i]));
       const auto hit = caster.Intersect(origins[i], directions[i]);
       EXPECT_EQ(occluded[i], hit.has_value());
       ASSERT_EQ(hits[i].has_value(), hit.has_value());
+      ASSERT_EQ(face_hits[i].triangle != FaceHit::kNone, hit.has_value());
       if (!hit) continue;
       EXPECT_EQ(hits[i]->triangle, hit->triangle);
+      EXPECT_EQ(face_hits[i].triangle, hit->triangle);
+      EXPECT_EQ(face_hits[i].is_front, glm::dot(hit->geometric_normal, directions[i]) <= 0.0f);
+      EXPECT_NEAR(face_hits[i].distance_m, hit->distance_m, 1e-5f);
       // A few roundings of the distance, in packets' own order.
       EXPECT_LT(glm::distance(hits[i]->position_m, hit->position_m), 1e-5f);
       EXPECT_NEAR(hits[i]->distance_m, hit->distance_m, 1e-5f);

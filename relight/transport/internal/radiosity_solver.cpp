@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <tbb/parallel_for.h>
+#include <glm/common.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
 namespace pleinair::internal {
@@ -64,8 +66,11 @@ class Sweep {
         tasks_((rows.Count() + kFacesPerTask - 1) / kFacesPerTask),
         maxima_(tasks_) {}
 
-  // next = albedo (direct + F current); a null `current` is all dark.
-  Maxima Run(const float* current, float* next) {
+  // next = albedo (direct + F current); a null `current` is all dark. Where `omega`, by float of a
+  // row, is not 1, next = previous + omega (albedo (direct + F current) - previous), previous being
+  // what `next` held. The change is what the first of these would have changed.
+  Maxima Run(const float* current, std::span<const float> omega, float* next) {
+    omega_ = omega;
     tbb::parallel_for(std::size_t{0}, tasks_, [&](std::size_t task) {
       maxima_[task] = Maxima{};
       const std::size_t end = std::min(rows_.Count(), (task + 1) * kFacesPerTask);
@@ -97,13 +102,14 @@ class Sweep {
     for (std::size_t j = 0; j < floats; j += layout_.stride) {
       for (std::size_t channel = 0; channel < 3; ++channel) {
         const std::size_t k = j + channel;
-        out[k] = albedo[static_cast<glm::length_t>(channel)] * (direct[k] + sum[k]);
+        sum[k] = albedo[static_cast<glm::length_t>(channel)] * (direct[k] + sum[k]);
       }
     }
     for (std::size_t j = 0; j < floats; ++j) {
-      const float change = before == nullptr ? out[j] : std::abs(out[j] - before[j]);
+      const float change = before == nullptr ? sum[j] : std::abs(sum[j] - before[j]);
       maxima.change[j] = std::max(maxima.change[j], change);
-      maxima.radiosity[j] = std::max(maxima.radiosity[j], out[j]);
+      maxima.radiosity[j] = std::max(maxima.radiosity[j], sum[j]);
+      out[j] = omega_[j] == 1.0f ? sum[j] : out[j] + omega_[j] * (sum[j] - out[j]);
     }
   }
 
@@ -113,12 +119,69 @@ class Sweep {
   Layout layout_;
   std::size_t tasks_;
   std::vector<Maxima> maxima_;
+  std::span<const float> omega_;
 };
 
-// Where one light is on its way.
-struct Approach {
-  double previous_change = 0.0;
-  bool is_done = false;
+// Where one light is on its way: by single reflections first, and by Chebyshev's polynomials once
+// these tell how fast they fade (Golub and Varga, "Chebyshev semi-iterative methods, successive
+// overrelaxation iterative methods, and second order Richardson iterative methods", 1961). Form
+// factors times albedo have real eigenvalues, but for the rays' scatter; of the largest one what
+// has been seen is a lower bound. Too low a bound slows the way and does not change where it leads;
+// it is seen by that, and raised (Hageman and Young, "Applied iterative methods", 1981, chapter 5).
+class Approach {
+ public:
+  bool IsDone() const { return is_done_; }
+  void End() { is_done_ = true; }
+  // Weight of the next sweep.
+  double Omega() const { return omega_; }
+  // After a sweep, in which one reflection would have changed the light by so much of itself:
+  // whether less than `tolerance` of it is missing, or as little as float's rounding allows.
+  bool IsSolved(double change, double tolerance) {
+    since_least_ = change < least_change_ ? 0 : since_least_ + 1;
+    least_change_ = std::min(change, least_change_);
+    return Missing(change) < tolerance || change < kRounding || since_least_ == kPatience;
+  }
+
+ private:
+  double Missing(double change) {
+    const double previous = std::exchange(previous_change_, change);
+    const double fading = previous > 0.0 ? change / previous : 0.5;
+    ++sweeps_;
+    double eigenvalue = std::min(fading, kMost);
+    if (is_accelerated_ && change < 10.0 * kRounding) {
+      eigenvalue = bound_;
+    } else if (is_accelerated_) {
+      const double root = 1.0 + std::sqrt(1.0 - bound_ * bound_);
+      const double z = fading * root;
+      eigenvalue = z > bound_ ? std::min(0.5 * (z + bound_ * bound_ / z), kMost) : bound_;
+    }
+    const bool is_higher = 1.0 - eigenvalue < kTooLow * (1.0 - bound_);
+    if (sweeps_ >= kSweepsToSee && (!is_accelerated_ || is_higher)) {
+      is_accelerated_ = true;
+      bound_ = eigenvalue;
+      omega_ = 1.0 / (1.0 - 0.5 * bound_ * bound_);
+      sweeps_ = 0;
+    } else if (is_accelerated_) {
+      omega_ = 1.0 / (1.0 - 0.25 * bound_ * bound_ * omega_);
+    }
+    // What single reflections would still add.
+    return change * eigenvalue / (1.0 - eigenvalue);
+  }
+
+  static constexpr int kSweepsToSee = 4;
+  static constexpr double kTooLow = 0.8;
+  static constexpr double kMost = 0.999;
+  static constexpr double kRounding = 1e-6;  // Of a face's sum.
+  static constexpr int kPatience = 50;       // Sweeps without any progress.
+
+  double least_change_ = std::numeric_limits<double>::infinity();
+  int since_least_ = 0;
+  int sweeps_ = 0;  // Since the bound changed.
+  double previous_change_ = 0.0;
+  double bound_ = 0.0;
+  double omega_ = 1.0;
+  bool is_accelerated_ = false;
+  bool is_done_ = false;
 };
 
 // A light stops when it would by itself: what it is solved together with changes nothing of it.
@@ -136,28 +199,28 @@ BlockSolution Iterate(Sweep<kFloats> sweep,
   const int last = reflections < 0 ? kMaxIterations : reflections;
   std::vector<float> current(faces * layout.Floats(), 0.0f);
   std::vector<float> next(current);
-  sweep.Run(nullptr, current.data());
+  std::vector<float> omega(layout.Floats(), 1.0f);
+  sweep.Run(nullptr, omega, current.data());
   BlockSolution solution{.iterations = 1, .residual = 0.0};
   std::vector<Approach> approach(layout.lights);
   std::size_t done = 0;
   const auto finish = [&](std::size_t light) {
-    approach[light].is_done = true;
+    approach[light].End();
     ++done;
     take(light, current);
   };
   while (solution.iterations < last && done < layout.lights) {
-    const Maxima maxima = sweep.Run(current.data(), next.data());
+    const Maxima maxima = sweep.Run(current.data(), omega, next.data());
     current.swap(next);
     ++solution.iterations;
     if (reflections >= 0) continue;
     for (std::size_t light = 0; light < layout.lights; ++light) {
-      if (approach[light].is_done) continue;
+      if (approach[light].IsDone()) continue;
       const double change = maxima.RelativeChange(layout, light);
-      // What later iterations would add is change * q / (1 - q), q the ratio of successive changes.
-      const double previous = std::exchange(approach[light].previous_change, change);
-      const double q = previous > 0.0 ? std::min(change / previous, 0.999) : 0.5;
-      // Below float's step nothing changes any more.
-      const bool is_solved = change * q / (1.0 - q) < tolerance || change < 1e-7;
+      const bool is_solved = approach[light].IsSolved(change, tolerance);
+      std::fill_n(omega.begin() + static_cast<std::ptrdiff_t>(light * layout.stride),
+                  layout.stride,
+                  static_cast<float>(approach[light].Omega()));
       if (is_solved || solution.iterations == last) {
         solution.residual = std::max(solution.residual, change);
         finish(light);
@@ -165,7 +228,7 @@ BlockSolution Iterate(Sweep<kFloats> sweep,
     }
   }
   for (std::size_t light = 0; light < layout.lights; ++light) {
-    if (!approach[light].is_done) finish(light);
+    if (!approach[light].IsDone()) finish(light);
   }
   return solution;
 }
@@ -194,9 +257,10 @@ BlockSolution SolveBlock(const FormFactorRows& rows,
   }
   const auto take = [&](std::size_t light, std::span<const float> solved) {
     for (std::size_t face = 0; face < faces; ++face) {
-      std::copy_n(solved.data() + face * layout.Floats() + light * layout.stride,
-                  3,
-                  glm::value_ptr(radiosity[face * lights + first + light]));
+      const float* const from = solved.data() + face * layout.Floats() + light * layout.stride;
+      // What is accelerated may pass by the answer, and so fall below the dark.
+      radiosity[face * lights + first + light] =
+          glm::max(glm::vec3(from[0], from[1], from[2]), 0.0f);
     }
   };
   const auto run = [&]<std::size_t kFloats>(std::integral_constant<std::size_t, kFloats>) {
