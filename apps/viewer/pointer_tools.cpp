@@ -64,15 +64,20 @@ void PointerTools::MoveObjects(const PicturePlace& place,
       model.request.is_dragging = false;
     }
   }
-  if (pressed_at_ && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+  const auto is_drag_to = [&](const glm::dvec2& at) {
     constexpr double kLeastDragPx = 2.0;
-    if (model.request.is_dragging || glm::distance(pixel, *pressed_at_) > kLeastDragPx) {
+    return model.request.is_dragging || glm::distance(at, *pressed_at_) > kLeastDragPx;
+  };
+  if (pressed_at_ && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+    if (is_drag_to(pixel)) {
       model.request.is_dragging = true;
       DragTo(pixel, model);
     }
   } else if (pressed_at_) {
+    // All of a drag may lie between two pictures.
+    const glm::dvec2 released_at = place.ToPixel(window.ReleasedAt());
+    if (is_drag_to(released_at)) DragTo(released_at, model);
     pressed_at_.reset();
-    if (model.request.is_dragging) DragTo(place.ToPixel(window.ReleasedAt()), model);
     editor.EndDrag();
     model.request.is_dragging = false;
   }
