@@ -12,6 +12,7 @@
 
 #include "relight/transport/internal/ground_extension.h"
 #include "relight/transport/internal/patch_joining.h"
+#include "relight/transport/internal/smooth_normals.h"
 #include "relight/transport/patch_refinement.h"
 #include "scene/low_discrepancy.h"
 
@@ -117,6 +118,12 @@ glm::vec3 PatchScene::SideNormal(std::size_t side) const {
   return side % 2 == 0 ? normal : -normal;
 }
 
+glm::vec3 PatchScene::SurfaceNormal(std::size_t side) const {
+  if (several.Empty()) return SideNormal(side);
+  const glm::vec3& normal = several.smooth_normal[side / 2];
+  return side % 2 == 0 ? normal : -normal;
+}
+
 glm::vec3 PatchScene::FaceNormal(std::size_t face) const {
   if (several.Empty()) return SideNormal(face);
   const glm::vec3& normal = several.normal[face / 2];
@@ -194,6 +201,13 @@ PatchScene BuildPatchScene(const Mesh& mesh, const PatchOptions& options) {
         target, static_cast<std::uint32_t>(mesh.triangles.size()), refined);
   }
   scene.mesh = std::move(refined.mesh);
+  if (!scene.several.Empty()) {
+    std::vector<std::uint8_t> is_small(scene.mesh.triangles.size());
+    for (std::size_t t = 0; t < is_small.size(); ++t) {
+      is_small[t] = scene.IsJoined(scene.PatchOf(t)) ? 1 : 0;
+    }
+    scene.several.smooth_normal = internal::SmoothNormals(scene.mesh, is_small);
+  }
   scene.source_triangle = std::move(refined.source_triangle);
   for (std::uint32_t& source : scene.source_triangle) {
     if (source >= mesh.triangles.size()) source = PatchScene::kExtension;

@@ -34,6 +34,7 @@ struct PatchesOfTriangles {
   std::vector<std::uint32_t> begin;        // Patch p: triangles [begin[p], begin[p + 1]).
   std::vector<std::uint32_t> of_triangle;  // Per triangle: its patch.
   std::vector<float> area_share_until;     // Per triangle: of its patch, it and those before.
+  std::vector<glm::vec3> smooth_normal;    // Per triangle, of its front.
   std::vector<float> area_m2;              // Per patch,
   std::vector<glm::vec3> normal;           // of its front.
 
@@ -107,7 +108,10 @@ struct PatchScene {
   std::int32_t FaceOfHit(const FaceHit& hit) const { return FaceOfSide(SideOfHit(hit)); }
   // Unit normal of a triangle's side; zero for one without area.
   glm::vec3 SideNormal(std::size_t side) const;
-  // The same of a face: the mean over its triangles' area.
+  // The same of the surface that triangle stands for: of one among small ones a mean with those
+  // around it.
+  glm::vec3 SurfaceNormal(std::size_t side) const;
+  // Of a face: the mean over its triangles' area.
   glm::vec3 FaceNormal(std::size_t face) const;
   double PatchAreaM2(std::size_t patch) const;
   // Of a patch's triangle; of a joined one, of a square of its area from corner to corner.

@@ -78,8 +78,9 @@ class GeometryCast {
   struct ShownPlane {
     std::int32_t side = 0;
     std::int32_t region = 0;
-    glm::vec3 normal{0.0f};
-    double height_m = 0.0;  // Along the normal, over the eye.
+    glm::vec3 normal{0.0f};          // Of the triangle,
+    glm::vec3 surface_normal{0.0f};  // and of what it stands for.
+    double height_m = 0.0;           // Along the normal, over the eye.
   };
 
   ShownPlane Plane(std::int32_t shown) const {
@@ -89,6 +90,7 @@ class GeometryCast {
     return {shown,
             static_cast<std::int32_t>(scene_.mesh.triangle_group[triangle]),
             normal,
+            scene_.SurfaceNormal(static_cast<std::size_t>(shown)),
             glm::dot(glm::dvec3(normal), corner_m - glm::dvec3(rays_.origin_m))};
   }
 
@@ -116,7 +118,9 @@ class GeometryCast {
     view_.region.pixels[pixel] = plane.region;
     view_.position_world_m.pixels[pixel] =
         glm::vec3(glm::dvec3(rays_.origin_m) + distance_m * glm::dvec3(direction));
-    view_.normal_world.pixels[pixel] = plane.normal;
+    // Turned to the eye it has to be.
+    const bool is_turned = glm::dot(plane.surface_normal, direction) < 0.0f;
+    view_.normal_world.pixels[pixel] = is_turned ? plane.surface_normal : plane.normal;
   }
 
   const PatchScene& scene_;
