@@ -31,6 +31,10 @@ constexpr double kLeastNoiseShare = 0.02;
 constexpr double kNegligible = 1e-4;
 constexpr double kUnstatedDeviation = 0.05;
 
+// A change of less than this share of a light is no cloud; it fades with this time constant.
+constexpr double kCreep = 0.03;
+constexpr double kFadingS = 0.2;
+
 double SecondsBetween(UtcTime from, UtcTime to) {
   // In double before the difference: three centuries of nanoseconds overflow their 64 bits.
   using Seconds = std::chrono::duration<double>;
@@ -156,11 +160,16 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units) {
   late_frames_ = 0;
   Forget(raw.time);
   Add(raw);
+  std::array<bool, 2> has_ended{};
   for (const std::size_t light : {kSun, kSky}) {
     UpdateNoise(light);
+    const std::size_t begin = tracks_[light].begin;
     UpdateRun(light);
+    has_ended[light] = tracks_[light].begin > begin;
   }
-  return Report();
+  FilteredLighting result = Report();
+  Ease(has_ended, result);
+  return result;
 }
 
 bool LightingFilter::Continues(const Lighting& raw, LightUnits units) const {
@@ -174,6 +183,8 @@ void LightingFilter::Restart(LightUnits units) {
   late_frames_ = 0;
   entries_.clear();
   tracks_ = {};
+  reported_.clear();
+  fading_.clear();
 }
 
 void LightingFilter::Forget(UtcTime now) {
@@ -384,6 +395,50 @@ FilteredLighting LightingFilter::Report() const {
   if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(newest.lighting, lighting);
   AddDoubt(newest.lighting, result);
   return result;
+}
+
+void LightingFilter::Ease(const std::array<bool, 2>& has_ended, FilteredLighting& result) {
+  Lighting& lighting = result.lighting;
+  const std::size_t side = SideOf(lighting);
+  const glm::dvec3 unit = entries_.back().unit;
+  const auto unit_of = [&unit](std::size_t u) { return unit[static_cast<int>(u % 3)]; };
+  double left = 0.0;
+  if (!reported_.empty()) {
+    const double elapsed_s =
+        SecondsBetween(entries_[entries_.size() - 2].lighting.time, lighting.time);
+    left = std::exp(-std::max(0.0, elapsed_s) / kFadingS);
+  }
+  fading_.resize(side, 0.0);
+  for (const std::size_t light : {kSun, kSky}) {
+    const std::size_t begin = light == kSun ? 0 : 3;
+    const std::size_t end = light == kSun ? 3 : side;
+    if (has_ended[light] && !reported_.empty()) {
+      double change = 0.0;
+      double level = 0.0;
+      for (std::size_t u = begin; u < end; ++u) {
+        fading_[u] = reported_[u] - Component(lighting, u) / unit_of(u);
+        change += fading_[u];
+        level += reported_[u];
+      }
+      if (std::abs(change) > kCreep * level) {
+        std::fill(fading_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  fading_.begin() + static_cast<std::ptrdiff_t>(end),
+                  0.0);
+      }
+    }
+    for (std::size_t u = begin; u < end; ++u) {
+      fading_[u] *= left;
+      double& component = Component(lighting, u);
+      component = std::max(0.0, component + unit_of(u) * fading_[u]);
+    }
+    for (std::size_t u = begin; u < end && HasCovariance(lighting); ++u) {
+      for (std::size_t v = begin; v < end; ++v) {
+        lighting.covariance[u * side + v] += unit_of(u) * fading_[u] * unit_of(v) * fading_[v];
+      }
+    }
+  }
+  reported_.resize(side);
+  for (std::size_t u = 0; u < side; ++u) reported_[u] = Component(lighting, u) / unit_of(u);
 }
 
 }  // namespace pleinair

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <deque>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -45,6 +46,9 @@ struct FilteredLighting {
 //           ends the run: nothing from before the step is left in the mean.
 //   glitch  A frame that the next one does not confirm is left out.
 //   ramp    The run is as short as keeps the drift within the noise.
+//   creep   Where the run ends for less than 3 % of the light, what was reported fades over to it
+//   in
+//           0.2 s: a camera that moves on to other surfaces takes their errors along.
 //   gap     After more than memory_s a frame stands alone: its estimate is left as it is.
 //   order   A frame from before the last one is reported as it is and changes nothing. After three
 //           in a row, or one by more than memory_s, the clock was set back: it starts anew.
@@ -97,6 +101,9 @@ class LightingFilter {
   int late_frames_ = 0;
   std::deque<Entry> entries_;
   std::array<Track, 2> tracks_;
+  // In the order of Lighting::covariance, in the filter's units.
+  std::vector<double> reported_;  // Last.
+  std::vector<double> fading_;    // What is left of it beside the mean.
 
   bool Continues(const Lighting& raw, LightUnits units) const;
   void Restart(LightUnits units);
@@ -111,6 +118,8 @@ class LightingFilter {
   void CutWhereItChanged(std::size_t light);
   bool IsInRun(std::size_t light, std::size_t entry) const;
   FilteredLighting Report() const;
+  // Where the run of a light has just ended for little, its old one fades.
+  void Ease(const std::array<bool, 2>& has_ended, FilteredLighting& result);
 };
 
 }  // namespace pleinair

@@ -136,6 +136,35 @@ TEST(LightingFilter, FollowsARamp) {
   }
 }
 
+// Other surfaces come into view, and their errors with them: 1.5 % of the sky within a frame, the
+// noise being less. No step of it is seen, and half a second later hardly anything of the old sky
+// is left. In recordings of a frame a second it is all there.
+TEST(LightingFilter, FadesWhatIsTooSmallForACloud) {
+  for (const double rate : {1.0, 30.0}) {
+    EstimateStream stream;
+    stream.frames_per_second = rate;
+    stream.noise = 0.002;
+    const auto raw = stream.Make(120, [](int i) {
+      TrueLight light;
+      if (i >= 60) light.sky *= 1.015;
+      return light;
+    });
+    const Levels own = LevelsOf(raw);
+    const Levels followed = LevelsOf(Filter(raw));
+    const double old_level = MeanOf(own.sky, 30, 60);
+    const double new_level = MeanOf(own.sky, 60, 120);
+    double largest_step = 0.0;
+    for (std::size_t i = 30; i < 120; ++i) {
+      largest_step = std::max(largest_step, std::abs(followed.sky[i] / followed.sky[i - 1] - 1.0));
+    }
+    if (rate > 1.0) {
+      EXPECT_LT(largest_step, 0.005);
+    }
+    const auto later = static_cast<std::size_t>(62 + std::lround(0.5 * rate));
+    EXPECT_NEAR(followed.sky[later], new_level, 0.2 * (new_level - old_level)) << rate;
+  }
+}
+
 // Errors of albedo and model are the same in every frame: a hundred frames know no more of them.
 TEST(LightingFilter, DoesNotGrowSurerByWaiting) {
   const EstimateStream stream;
