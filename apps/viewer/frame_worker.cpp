@@ -115,7 +115,7 @@ class FrameWorker::Viewing {
           ReportEvents();
           lock.lock();
         }
-      } else if (!request.is_playing || has_ended_) {
+      } else if (!request.is_playing || IsAtEnd(request)) {
         worker_.changed_.wait(lock);
       } else if (SteadyClock::now() >= NextDue(request)) {
         return request;
@@ -130,6 +130,10 @@ class FrameWorker::Viewing {
                              std::chrono::duration<double>(1.0 / request.frames_per_second));
   }
 
+  // And stays there: it does not go round, or cannot.
+  bool IsAtEnd(const ViewRequest& request) const {
+    return has_ended_ && !(request.loops && can_go_back_ && !source_.IsLive());
+  }
   // Objects came to rest with the last frame that was played: no other one will refine its light.
   bool IsLeftCoarse(const ViewRequest& request) const {
     return (!request.is_playing || has_ended_) && frame_is_of_session_ && frame_ &&
@@ -166,7 +170,7 @@ class FrameWorker::Viewing {
     if (request.edits != done_.edits || is_other_session) {
       Try([&] { session_->SetObjects(request.objects); });
     }
-    const bool is_due = request.is_playing && !has_ended_ &&
+    const bool is_due = request.is_playing && !IsAtEnd(request) &&
                         (source_.IsLive() || SteadyClock::now() >= NextDue(request));
     if (source_.IsLive() && !request.is_playing && frame_) {
       if (is_other_session) {
@@ -222,9 +226,13 @@ class FrameWorker::Viewing {
     session_->SetEffects(EffectsFor(request));
     Stopwatch watch;
     std::optional<SessionStep> step = session_->Next();
-    if (!step && !source_.IsLive() && request.loops && session_->Seek(0)) step = session_->Next();
+    if (!step && !source_.IsLive() && request.loops) {
+      can_go_back_ = session_->Seek(0);
+      if (can_go_back_) step = session_->Next();
+    }
     last_frame_ = SteadyClock::now();
     if (!step) return End();
+    has_ended_ = false;
     if (step->result && budget_) budget_->Look(step->result->plan);
     if (source_.IsLive()) watch.LapMs();
     const LightPoint light = LightPointOf(*step);
@@ -409,6 +417,7 @@ class FrameWorker::Viewing {
   std::int64_t frames_made_ = 0;
   std::int64_t last_refined_ = 0;  // The number of a frame that was drawn again, or failed to be.
   bool has_ended_ = false;
+  bool can_go_back_ = true;  // To the first frame, as far as is known.
   SteadyClock::time_point last_frame_{};
 };
 

@@ -249,11 +249,12 @@ class Viewer {
     window_.BeginFrame();
     const FreeArea free = DrawChrome(window_, model_);
     picture_.Draw(model_, window_, free.origin, free.size);
-    const ImVec2 pointer = ImGui::GetIO().MousePos;
-    TakeKeys(picture_.Place().ToPixel({pointer.x, pointer.y}), window_, model_);
     const bool was_dragging = model_.request.is_dragging;
     pointer_.Take(picture_.Place(), window_, model_);
     if (was_dragging && !model_.request.is_dragging) drag_end_ = SteadyClock::now();
+    // After the pointer: where a drag has ended is what is saved, also on a slow display.
+    const ImVec2 pointer = ImGui::GetIO().MousePos;
+    TakeKeys(picture_.Place().ToPixel({pointer.x, pointer.y}), window_, model_);
     TakeDrop();
     ShowTitle();
     window_.EndFrame();

@@ -71,6 +71,8 @@ TEST_F(Worker, PlaysInOrderAndAroundOnlyWhereItLoops) {
   // The sun is clear in frame 0 and behind cloud in frame 2.
   EXPECT_GT(driver.lights[0].sun_rgb.y, 10.0 * driver.lights[2].sun_rgb.y);
   EXPECT_TRUE(driver.lights[0].has_stddev);
+  // Only once it stands at the end.
+  ASSERT_TRUE(driver.Reach([&] { return driver.has_ended; }));
   driver.request.loops = true;
   EXPECT_TRUE(driver.Reach([&] { return driver.lights.size() >= 8; }));
   EXPECT_EQ(driver.lights[6].frame, 0);
