@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "estimation/internal/missing_sun.h"
 #include "estimation/internal/square.h"
 
 namespace pleinair::estimation_internal {
@@ -35,8 +36,14 @@ void WithColumns(int column_count, Loops&& loops) {
 
 }  // namespace
 
+bool Reweighting::IsInShade(std::size_t sample) const {
+  static const double kTwoLogOdds = 2.0 * std::log((1.0 - kShadeTheMeshLacks) / kShadeTheMeshLacks);
+  return shade_[sample] > kTwoLogOdds * own_variance_;
+}
+
 void Reweighting::Forget() {
   for (BasisMatrix& normal : last_normal_) normal.resize(0, 0);
+  own_variance_ = 0.0;
 }
 
 void Reweighting::Update(FitProblem& problem,
@@ -72,8 +79,10 @@ bool Reweighting::Explains(FitProblem& problem,
   const double last = InlierFraction();
   Standardise(problem, x, camera_errors, options);
   const double cut = options.tukey_width * scale_;
-  const auto inliers = std::count_if(
-      deviation_.begin(), deviation_.end(), [cut](double deviation) { return deviation < cut; });
+  int inliers = 0;
+  for (std::size_t i = 0; i < deviation_.size(); ++i) {
+    inliers += deviation_[i] < cut && !IsInShade(i) ? 1 : 0;
+  }
   if (static_cast<double>(inliers) < (last - kFewer) * static_cast<double>(deviation_.size())) {
     return false;
   }
@@ -95,6 +104,7 @@ void Reweighting::Standardise(FitProblem& problem,
   residual_.resize(count * 3);
   sky_share_.resize(count * 3);
   deviation_.resize(count);
+  shade_.resize(count);
   WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Predict<kColumns>(problem, x); });
   problem.SetExponentColumn(residual_);
   const auto columns = static_cast<std::size_t>(problem.ColumnCount());
@@ -115,14 +125,23 @@ void Reweighting::Standardise(FitProblem& problem,
       residual_[v] -= error * problem.transport[v * columns + column] * inverse_unit_[v];
     }
   }
+  const bool leave_out = options.loss == LightingFitOptions::Loss::kTukey;
   for (std::size_t i = 0; i < count; ++i) {
     double sum = 0.0;
+    double residual = 0.0;
+    double sky = 0.0;
+    double sun = 0.0;
     double channels = 0.0;
     for (std::size_t v = i * 3; v < i * 3 + 3; ++v) {
       sum += Square(residual_[v]);
+      residual += residual_[v];
+      sky += sky_share_[v];
+      sun += problem.radiance[v] * inverse_unit_[v] - residual_[v] - sky_share_[v];
       channels += problem.weight[v] > 0.0 ? 1.0 : 0.0;
     }
     deviation_[i] = std::sqrt(sum / channels);
+    const bool may_be = leave_out && sun > kLitFrom * (sun + sky);
+    shade_[i] = may_be ? -sun * (2.0 * residual + sun) / Square(channels) : 0.0;
   }
 }
 
@@ -156,6 +175,9 @@ void Reweighting::Weigh(const LightingFitOptions& options) {
       weigh([inverse_cut = 1.0 / (options.tukey_width * scale_)](double deviation) {
         return Square(std::max(0.0, 1.0 - Square(deviation * inverse_cut)));
       });
+      for (std::size_t i = 0; i < weight_.size(); ++i) {
+        if (IsInShade(i)) weight_[i] = 0.0;
+      }
       break;
     case LightingFitOptions::Loss::kHuber:
       weigh([bend = options.huber_width * scale_](double deviation) {

@@ -27,6 +27,15 @@ struct WhitenedChannel {
 // with d the sample's combined residual over RGB and scale 1.4826 times its median, far ones left
 // out.
 //
+// Under Tukey's weights a sample is left out, of the scale too, that is more likely in the shadow
+// of something that the mesh lacks (a tree, a car, a house outside it) than where the mesh has it:
+// however many there are, they do not widen the cut. With r the mean over RGB of its residual, u of
+// the sunlight that is predicted on it, a large part of its light, and s^2 its own variance, that
+// is
+//   exp(-(r + u)^2 / (2 s^2)) p > exp(-r^2 / (2 s^2)) (1 - p),   p = kShadeTheMeshLacks.
+// s^2 is that within planes, as all of a plane errs alike by its albedo; before it is known, 0:
+// what lacks half of its sun is left out.
+//
 // The noise is that of the M-estimator: the variance n for which n (sum w J J')^-1 is its
 // asymptotic covariance, n = mean(w) * mean(psi^2) / mean(psi')^2 (Huber, Robust Statistics,
 // section 7.6), as a 3 x 3 matrix over the channels, since albedo errors are often grey.
@@ -100,7 +109,8 @@ class Reweighting {
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
-  LightVector explained_;  // What Explains has just looked at; else empty.
+  double own_variance_ = 0.0;  // Of samples within their planes; 0 before the first pass.
+  LightVector explained_;      // What Explains has just looked at; else empty.
   // Of the pass before, or of a frame like this one; empty after Forget.
   std::array<BasisMatrix, 3> last_normal_;
   double error_ = 1.0;  // e of the planes' errors.
@@ -111,6 +121,7 @@ class Reweighting {
   std::vector<double> residual_;      // Per sample and channel, in noise units.
   std::vector<double> sky_share_;     // v, likewise.
   std::vector<double> deviation_;     // d, per sample.
+  std::vector<double> shade_;         // -u (2 r + u), per sample; 0 where u is small.
   std::vector<double> weight_;        // w, per sample.
   // Per plane and channel: summed weight, and weighted means of residual, target and row.
   std::vector<double> plane_weight_;
@@ -141,6 +152,10 @@ class Reweighting {
   template <int kColumns>
   void Accumulate(const FitProblem& problem);
 
+  bool IsInShade(std::size_t sample) const;
+  static double ScaleOf(std::vector<double>& deviations,
+                        double unknowns,
+                        const LightingFitOptions& options);
   void EstimateScale(const FitProblem& problem, const LightingFitOptions& options);
   void Weigh(const LightingFitOptions& options);
   void EstimateSlope(const LightingFitOptions& options);

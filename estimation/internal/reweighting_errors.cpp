@@ -21,34 +21,48 @@ constexpr double kPriorCount = 1.0;
 
 }  // namespace
 
-void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOptions& options) {
-  const double samples = static_cast<double>(deviation_.size());
-  const double unknowns = problem.basis_count;
+// Of deviations, which are reordered.
+double Reweighting::ScaleOf(std::vector<double>& deviations,
+                            double unknowns,
+                            const LightingFitOptions& options) {
+  if (deviations.empty()) return options.expected_noise;
+  const double samples = static_cast<double>(deviations.size());
   const double lost = std::sqrt(samples / std::max(1.0, samples - unknowns));
-  scratch_.assign(deviation_.begin(), deviation_.end());
   // nth_element leaves nothing before it that is above it, and nothing behind it that is below.
-  auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-  std::nth_element(scratch_.begin(), middle, scratch_.end());
+  auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::nth_element(deviations.begin(), middle, deviations.end());
   double scale = kSigmaOfMedian * lost * *middle;
   // 40 % of wrong samples double that median. Once more without what is far off by it (Rousseeuw
   // and Leroy, Robust Regression and Outlier Detection, chapter 5), twice, so that a scale that was
   // drawn out lets go. All that is far off is above the median, and so is no lower one.
   for (int round = 0; round < 2; ++round) {
-    const auto near = static_cast<std::ptrdiff_t>(scratch_.size()) -
-                      std::count_if(middle, scratch_.end(), [&](double deviation) {
+    const auto near = static_cast<std::ptrdiff_t>(deviations.size()) -
+                      std::count_if(middle, deviations.end(), [&](double deviation) {
                         return deviation > kFarOff * scale;
                       });
-    const auto next = scratch_.begin() + near / 2;
-    if (next < middle) std::nth_element(scratch_.begin(), next, middle);
+    const auto next = deviations.begin() + near / 2;
+    if (next < middle) std::nth_element(deviations.begin(), next, middle);
     middle = next;
     scale = kSigmaOfMedianWithoutFarOff * lost * *middle;
   }
   // Few samples are fitted too well for their median to mean anything.
-  scale_ = std::sqrt(Square(scale) + Square(options.expected_noise) * unknowns / samples);
+  return std::sqrt(Square(scale) + Square(options.expected_noise) * unknowns / samples);
+}
+
+void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOptions& options) {
+  scratch_.clear();
+  for (std::size_t i = 0; i < deviation_.size(); ++i) {
+    if (!IsInShade(i)) scratch_.push_back(deviation_[i]);
+  }
+  scale_ = ScaleOf(scratch_, problem.basis_count, options);
 }
 
 // psi' of the residual vector r of a sample is w I + (dw/dd) / (3 d) r r'.
 void Reweighting::EstimateSlope(const LightingFitOptions& options) {
+  if (!(mean_weight_ > 0.0)) {  // All are left out.
+    inverse_slope_.setIdentity();
+    return;
+  }
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
   const auto add = [&](const auto& share_of) {
     for (std::size_t i = 0; i < weight_.size(); ++i) {
@@ -115,6 +129,7 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   noise_ = (degrees * from_data +
             kPriorCount * Square(options.expected_noise) * Eigen::Matrix3d::Identity()) /
            (degrees + kPriorCount);
+  own_variance_ = noise_.trace() / 3.0;
   if (within) noise_ *= DesignEffect(problem, mean_square);
   const Eigen::Vector3d inverse_sigma = noise_.diagonal().cwiseSqrt().cwiseInverse();
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();

@@ -18,7 +18,9 @@ struct TwoLights {
 
 // Least truncated squares over solutions of random pairs, one sample of each that sees much sun and
 // one that sees little (Rousseeuw, Journal of the American Statistical Association 79, 1984). All
-// sky shapes count as equally strong.
+// sky shapes count as equally strong. A shadow that the mesh lacks may lie on any part of a plane,
+// at the price of its improbability; light that no sky explains has no such excuse. So a few
+// samples in the sun outweigh many that only the mesh has there.
 class RobustStart {
  public:
   // Unknowns of `problem`, all >= 0. The same problem and seed give the same answer.

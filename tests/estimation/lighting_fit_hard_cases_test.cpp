@@ -443,5 +443,67 @@ TEST(LightingFitHardCases, ShadeOnOnePlaneSaysMoreThanGuessedAlbedos) {
   EXPECT_EQ(with_sun, 0);
 }
 
+// Whether the mesh has the sample in the sun: bounces are an eighth of the sun at most.
+bool IsLitByTheMesh(const DiffuseSample& sample) {
+  return sample.sun_transport_rgb.y > 0.35 * sample.sky_transport_rgb[0].y;
+}
+
+// Something that the mesh lacks takes all but a thirtieth of the sun, on the first samples of the
+// planes below `planes` that are lit by the mesh: so many as `share` of them.
+void HideTheSun(const SyntheticScene& scene,
+                int planes,
+                double share,
+                std::vector<DiffuseSample>& samples) {
+  for (int plane = 0; plane < planes; ++plane) {
+    std::vector<DiffuseSample*> lit;
+    for (DiffuseSample& sample : samples) {
+      if (sample.plane == plane && IsLitByTheMesh(sample)) lit.push_back(&sample);
+    }
+    lit.resize(static_cast<std::size_t>(share * static_cast<double>(lit.size())));
+    for (DiffuseSample* sample : lit) {
+      const glm::dvec3 sun = scene.sun * sample->sun_transport_rgb;
+      const glm::dvec3 sky = scene.sky * sample->sky_transport_rgb[0];
+      sample->radiance_rgb *= (sky + sun / 30.0) / (sky + sun);
+    }
+  }
+}
+
+// Trees that the mesh lacks shade five planes of six altogether. That the sixth is as bright as the
+// sun makes it has no such excuse.
+TEST(LightingFitHardCases, OnePlaneInTheSunOutweighsFiveInTheShadeOfTrees) {
+  LightingFitter fitter(ClosedOptions());
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    SyntheticScene scene;
+    scene.seed = seed;
+    scene.albedo_noise = 0.1;
+    scene.region_noise = 0.03;
+    std::vector<DiffuseSample> samples = MakeSamples(scene);
+    HideTheSun(scene, scene.regions - 1, 1.0, samples);
+    fitter.Forget();
+    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true);
+    ExpectSane(fit);
+    ExpectTruthWithinThreeSigma(fit, scene);
+    EXPECT_GT(fit.irradiance_rgb[1], 0.85 * scene.sun.y) << seed;
+    EXPECT_TRUE(TellsTheSun(fit, ClearSkyBeam())) << seed;
+  }
+}
+
+// Nor do the shadows of trees on parts of all planes make the sun weaker.
+TEST(LightingFitHardCases, ShadowsThatTheMeshLacksDoNotWeakenTheSun) {
+  LightingFitter fitter(ClosedOptions());
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    SyntheticScene scene;
+    scene.seed = seed;
+    scene.albedo_noise = 0.1;
+    std::vector<DiffuseSample> samples = MakeSamples(scene);
+    HideTheSun(scene, scene.regions, 0.7, samples);
+    fitter.Forget();
+    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true);
+    ExpectSane(fit);
+    ExpectTruthWithinThreeSigma(fit, scene);
+    EXPECT_NEAR(fit.irradiance_rgb[1], scene.sun.y, 0.1 * scene.sun.y) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace pleinair::lighting_fit_hard_cases_test
