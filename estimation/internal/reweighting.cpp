@@ -36,9 +36,9 @@ void WithColumns(int column_count, Loops&& loops) {
 
 }  // namespace
 
-bool Reweighting::IsInShade(std::size_t sample) const {
+double Reweighting::ShadeFrom() const {
   static const double kTwoLogOdds = 2.0 * std::log((1.0 - kShadeTheMeshLacks) / kShadeTheMeshLacks);
-  return shade_[sample] > kTwoLogOdds * own_variance_;
+  return kTwoLogOdds * own_variance_;
 }
 
 void Reweighting::Forget() {
@@ -79,9 +79,10 @@ bool Reweighting::Explains(FitProblem& problem,
   const double last = InlierFraction();
   Standardise(problem, x, camera_errors, options);
   const double cut = options.tukey_width * scale_;
+  const double shade_from = ShadeFrom();
   int inliers = 0;
   for (std::size_t i = 0; i < deviation_.size(); ++i) {
-    inliers += deviation_[i] < cut && !IsInShade(i) ? 1 : 0;
+    inliers += deviation_[i] < cut && !(shade_[i] > shade_from) ? 1 : 0;
   }
   if (static_cast<double>(inliers) < (last - kFewer) * static_cast<double>(deviation_.size())) {
     return false;
@@ -166,6 +167,7 @@ void Reweighting::Predict(const FitProblem& problem, const LightVector& x) {
 }
 
 void Reweighting::Weigh(const LightingFitOptions& options) {
+  const double shade_from = ShadeFrom();
   weight_.resize(deviation_.size());
   const auto weigh = [&](const auto& weight_of) {
     for (std::size_t i = 0; i < weight_.size(); ++i) weight_[i] = weight_of(deviation_[i]);
@@ -176,7 +178,7 @@ void Reweighting::Weigh(const LightingFitOptions& options) {
         return Square(std::max(0.0, 1.0 - Square(deviation * inverse_cut)));
       });
       for (std::size_t i = 0; i < weight_.size(); ++i) {
-        if (IsInShade(i)) weight_[i] = 0.0;
+        weight_[i] = shade_[i] > shade_from ? 0.0 : weight_[i];
       }
       break;
     case LightingFitOptions::Loss::kHuber:

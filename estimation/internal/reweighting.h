@@ -152,7 +152,7 @@ class Reweighting {
   template <int kColumns>
   void Accumulate(const FitProblem& problem);
 
-  bool IsInShade(std::size_t sample) const;
+  double ShadeFrom() const;  // What shade_ must be above.
   static double ScaleOf(std::vector<double>& deviations,
                         double unknowns,
                         const LightingFitOptions& options);

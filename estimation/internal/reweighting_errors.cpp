@@ -50,10 +50,14 @@ double Reweighting::ScaleOf(std::vector<double>& deviations,
 }
 
 void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOptions& options) {
-  scratch_.clear();
+  const double shade_from = ShadeFrom();
+  scratch_.resize(deviation_.size());
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < deviation_.size(); ++i) {
-    if (!IsInShade(i)) scratch_.push_back(deviation_[i]);
+    scratch_[kept] = deviation_[i];
+    kept += shade_[i] > shade_from ? 0 : 1;
   }
+  scratch_.resize(kept);
   scale_ = ScaleOf(scratch_, problem.basis_count, options);
 }
 

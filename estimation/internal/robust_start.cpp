@@ -25,6 +25,13 @@ constexpr double kBrightOutlierFrom = 0.4;
 // Samples that judge a guess: enough to tell a right guess from a wrong one, which is all it takes.
 constexpr int kJudges = 96;
 
+bool IsLit(double predicted, double of_sky) { return predicted - of_sky > kLitFrom * predicted; }
+
+// More than half of it, so that the shade explains more of what is seen.
+bool LacksItsSun(double seen, double predicted, double of_sky) {
+  return IsLit(predicted, of_sky) && predicted - seen > 0.5 * (predicted - of_sky);
+}
+
 // How improbable it is that just these of a plane's lit samples lie in a shadow, of whatever size.
 double NatsOfShadow(int shaded, int lit) {
   const double share = static_cast<double>(shaded) / lit;
@@ -134,7 +141,8 @@ void RobustStart::SplitBySunShare(const FitProblem& problem) {
                    });
 }
 
-void RobustStart::GatherWitnesses(const FitProblem& problem) {
+template <class Unit>
+void RobustStart::GatherWitnesses(const FitProblem& problem, const Unit& unit) {
   const int judges = std::min(kJudges, problem.sample_count);
   witnesses_.clear();
   for (int judge = 0; judge < judges; ++judge) {
@@ -149,9 +157,9 @@ void RobustStart::GatherWitnesses(const FitProblem& problem) {
                       problem.noise[v],
                       problem.weight[v],
                       problem.plane[static_cast<std::size_t>(i)]};
-      if (problem.has_sun) witness.sun_transport = row[0];
+      if (problem.has_sun) witness.sun_transport = row[0] * unit(c, 0);
       for (int j = problem.has_sun ? 1 : 0; j < problem.basis_count; ++j) {
-        witness.sky_transport += row[j];
+        witness.sky_transport += row[j] * unit(c, j);
       }
       witnesses_.push_back(witness);
     }
@@ -168,7 +176,9 @@ double RobustStart::AlbedoError(std::size_t first,
   ratios_.clear();
   for (std::size_t judge = first; judge < last; judge += 3) {
     const Witness& witness = witnesses_[judge + channel];
-    const double predicted = witness.Predicted(light);
+    const double of_sky = light.sky * witness.sky_transport;
+    double predicted = witness.Predicted(light);
+    if (LacksItsSun(witness.radiance, predicted, of_sky)) predicted = of_sky;
     if (witness.weight > 0.0 && predicted > 0.0 && witness.radiance > 0.0) {
       ratios_.push_back(witness.radiance / predicted);
     }
@@ -240,10 +250,8 @@ double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
     const double outlier = seen > 2.0 * all_predicted ? kBrightOutlierFrom : kOutlierFrom;
     const double deviation = std::min(squares / channels, Square(outlier));
     as_modelled += deviation;
-    const double sun = all_predicted - all_of_sky;
-    const bool is_lit = sun > kLitFrom * all_predicted;
-    lit += is_lit ? 1 : 0;
-    if (is_lit && all_predicted - seen > 0.5 * sun) {
+    lit += IsLit(all_predicted, all_of_sky) ? 1 : 0;
+    if (LacksItsSun(seen, all_predicted, all_of_sky)) {
       ++shaded;
       with_shadows += std::min(squares_in_shade / channels, Square(outlier));
     } else {
@@ -252,6 +260,28 @@ double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
   }
   if (shaded == 0) return as_modelled;
   return std::min(as_modelled, with_shadows + 2.0 * Square(kOwnError) * NatsOfShadow(shaded, lit));
+}
+
+double RobustStart::DeviationOf(const FitProblem& problem,
+                                const NoiseUnits& noise,
+                                double shared_error,
+                                const LightVector& x) {
+  GatherWitnesses(problem,
+                  [&](int channel, int basis) { return x[channel * problem.basis_count + basis]; });
+  return TruncatedDeviation(noise,
+                            {{{1.0, 1.0}, {1.0, 1.0}, {1.0, 1.0}}},
+                            shared_error,
+                            std::numeric_limits<double>::infinity());
+}
+
+double RobustStart::LogOdds(const FitProblem& problem,
+                            const NoiseUnits& noise,
+                            double shared_error,
+                            const LightVector& a,
+                            const LightVector& b) {
+  return (DeviationOf(problem, noise, shared_error, a) -
+          DeviationOf(problem, noise, shared_error, b)) /
+         (2.0 * Square(kOwnError));
 }
 
 LightVector RobustStart::Find(const FitProblem& problem,
@@ -263,7 +293,7 @@ LightVector RobustStart::Find(const FitProblem& problem,
   for (TwoLights& lights : best) lights.sky = 1.0;
   if (problem.sample_count >= 2) {
     SplitBySunShare(problem);
-    GatherWitnesses(problem);
+    GatherWitnesses(problem, [](int, int) { return 1.0; });
     double best_deviation =
         TruncatedDeviation(noise, best, shared_error, std::numeric_limits<double>::infinity());
     const int half = problem.sample_count / 2;

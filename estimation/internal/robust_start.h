@@ -31,6 +31,14 @@ class RobustStart {
                    double shared_error,
                    std::uint64_t seed);
 
+  // How much better `b` explains the judges than `a`, as a logarithm of odds: by the measure that
+  // Find goes by, its shadows included.
+  double LogOdds(const FitProblem& problem,
+                 const NoiseUnits& noise,
+                 double shared_error,
+                 const LightVector& a,
+                 const LightVector& b);
+
  private:
   // What one channel of one judging sample says.
   struct Witness {
@@ -51,7 +59,13 @@ class RobustStart {
   std::vector<double> ratios_;
 
   void SplitBySunShare(const FitProblem& problem);
-  void GatherWitnesses(const FitProblem& problem);
+  // Transports in the light that `unit` gives for (channel, basis).
+  template <class Unit>
+  void GatherWitnesses(const FitProblem& problem, const Unit& unit);
+  double DeviationOf(const FitProblem& problem,
+                     const NoiseUnits& noise,
+                     double shared_error,
+                     const LightVector& x);
   double AlbedoError(std::size_t first,
                      std::size_t last,
                      std::size_t channel,

@@ -505,5 +505,51 @@ TEST(LightingFitHardCases, ShadowsThatTheMeshLacksDoNotWeakenTheSun) {
   }
 }
 
+// Some planes face the sun by the mesh, and all are as dark as the clear sky alone makes them; the
+// others are in shade.
+std::vector<DiffuseSample> DarkPlanes(int facing_the_sun, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> gauss;
+  std::vector<DiffuseSample> samples;
+  for (int plane = 0; plane < 6; ++plane) {
+    const double sky = 0.1 + 0.02 * plane;
+    const double error = 1.0 + 0.03 * gauss(random);
+    for (int i = 0; i < 80; ++i) {
+      DiffuseSample& sample = samples.emplace_back();
+      sample.plane = plane;
+      sample.pixel = {7 * (i % 10), 40 * plane + i / 10};
+      sample.sun_transport_rgb = glm::dvec3(plane < facing_the_sun ? 0.1 : 0.0);
+      sample.sky_transport_rgb[0] = glm::dvec3(sky);
+      sample.radiance_rgb =
+          SyntheticClearSky().diffuse_rgb * sky * error * (1.0 + 0.06 * gauss(random));
+    }
+  }
+  return samples;
+}
+
+// A tree may shade one plane altogether, though that is improbable, so that the plane alone does
+// not show that there is no sun. Three planes do.
+TEST(LightingFitHardCases, OneDarkPlaneDoesNotShowThatThereIsNoSun) {
+  const double beam = ClearSkyBeam();
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    LightingFitter fitter(ClosedOptions());
+    for (int frame = 0; frame < 3; ++frame) {  // Nor does the same plane in the next frames.
+      const LightingFit one = fitter.Fit(DarkPlanes(1, seed), SyntheticPrior(), true);
+      ExpectSane(one);
+      EXPECT_LT(one.irradiance_rgb[1], 0.1 * beam);
+      EXPECT_GT(std::sqrt(one.covariance(1, 1)), 0.15 * beam) << seed << " " << frame;
+      EXPECT_FALSE(TellsTheSun(one, beam)) << seed << " " << frame;
+      double clear = 0.0;
+      for (const WeatherFit& weather : one.weathers) clear += weather.share;
+      EXPECT_NEAR(clear, 1.0, 1e-9);
+    }
+    const LightingFit three =
+        FitLighting(DarkPlanes(3, seed), SyntheticPrior(), true, ClosedOptions());
+    EXPECT_LT(three.irradiance_rgb[1], 0.05 * beam);
+    EXPECT_LT(std::sqrt(three.covariance(1, 1)), 0.1 * beam) << seed;
+    EXPECT_TRUE(TellsTheSun(three, beam)) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace pleinair::lighting_fit_hard_cases_test
