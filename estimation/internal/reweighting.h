@@ -40,15 +40,18 @@ struct WhitenedChannel {
 // asymptotic covariance, n = mean(w) * mean(psi^2) / mean(psi')^2 (Huber, Robust Statistics,
 // section 7.6), as a 3 x 3 matrix over the channels, since albedo errors are often grey.
 //
-// Samples of one plane, lit and shaded, share two errors beside their own: of albedo, a part t of
-// their whole prediction, and of the sky's shape, a part s of the sky's share v of it. So 400
-// samples of one wall count as much as that wall's albedo allows, and the contrast of lit and
-// shaded on it tells the sun whatever the sky's shape. The plane's covariance is
-//   n I + t^2 1 1' + s^2 v v'.
+// Samples of one plane, lit and shaded, share three errors beside their own: of albedo, a part t of
+// their whole prediction; of the sky's shape, a part s of the sky's share v of it; and, of the same
+// size s, of what hides the sky from some of them though the mesh lacks it (an awning over the
+// shaded part), which looks like more or less sun: the sun's column times what of v is in
+// proportion to it, u. So 400 samples of one wall count as much as that wall's albedo allows, and
+// the contrast of lit and shaded on it tells the sun whatever the sky's shape, but to s of the
+// sky's light. The plane's covariance is
+//   n I + t^2 1 1' + s^2 (v v' + u u').
 // It is whitened by taking from each row the part phi of the plane's mean row, 1 - phi =
 // (1 + t^2 W / n)^-1/2 with W the plane's summed weight, and then in the same way along what that
-// leaves of v. t and s are as many times what is expected of them as the planes' residuals say
-// (one-way analysis of variance).
+// leaves of v, and of u. t and s are as many times what is expected of them as the planes'
+// residuals say (one-way analysis of variance).
 //
 // Neighbours share more: a texture, the dark of a corner. n counts that in by the design effect
 // (Kish, Survey Sampling, section 8.1): how many times as uncertain the means over parts of a plane
@@ -136,6 +139,11 @@ class Reweighting {
   std::vector<double> sky_target_;
   std::vector<double> sky_row_;
   std::vector<double> sky_taken_;
+  // Of the sun's column, likewise; and v over it, by least squares: u = sky_per_sun_ times it.
+  std::vector<double> sun_target_;
+  std::vector<double> sun_row_;
+  std::vector<double> sun_taken_;
+  std::vector<double> sky_per_sun_;
   // Per cell: the sum of psi, and the inliers; and those of its plane.
   std::vector<Eigen::Vector3d> cell_psi_;
   std::vector<double> cell_inliers_;
@@ -179,6 +187,7 @@ class Reweighting {
                     const LightingFitOptions& options) const;
   void WhitenMeans(const FitProblem& problem);
   void WhitenSky(const FitProblem& problem);
+  void WhitenSun(const FitProblem& problem);
   void FinishNormal(const FitProblem& problem);
 };
 

@@ -161,8 +161,8 @@ double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) 
 
 // One-way analysis of variance over the planes. One picture cannot tell albedo from the sky's
 // shape: both errors are as many times larger than expected, e. The residual r of a plane's mean
-// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 v^2)), h the part of it that the fitted lights
-// take away, known from the last pass.
+// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 (v^2 + u^2))), h the part of it that the fitted
+// lights take away, known from the last pass.
 void Reweighting::EstimateSharedErrors(const FitProblem& problem,
                                        const LightMatrix& prior_information,
                                        const LightingFitOptions& options) {
@@ -225,12 +225,13 @@ Reweighting::Witness Reweighting::WitnessOf(int plane,
   for (std::size_t c = 0; c < 3; ++c) {
     const std::size_t i = first + c;
     const auto ci = static_cast<Eigen::Index>(c);
-    const double expected =
-        Square(options.shared_error) + Square(options.sky_shape_error * sky_mean_[i]);
-    // Below the weight of one sample a mean says more about the weights than about the plane.
-    if (!(plane_weight_[i] >= 1.0) || !(expected > 0.0)) continue;
     const auto columns = static_cast<std::size_t>(normal_[0].rows());
     const Eigen::Map<const BasisVector> row(plane_row_.data() + i * columns, bases);
+    const double expected =
+        Square(options.shared_error) +
+        Square(options.sky_shape_error) * (Square(sky_mean_[i]) + Square(sky_per_sun_[i] * row[0]));
+    // Below the weight of one sample a mean says more about the weights than about the plane.
+    if (!(plane_weight_[i] >= 1.0) || !(expected > 0.0)) continue;
     const double alone = noise_(ci, ci) / plane_weight_[i];
     // Where the samples' own errors are the larger a mean says little of the shared one.
     const double told = Square(expected / (expected + alone));
