@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "estimation/internal/lighting_fitter.h"
 #include "estimation/internal/symmetric_algebra.h"
@@ -214,8 +215,10 @@ LightVector LightingFitter::Impl::Begin() {
       x[u] = last_irradiance_rgb[problem.LightIndex(c, u % problem.basis_count)] /
              problem.irradiance_unit[c];
     }
-    if (reweighting.Explains(problem, x, camera_errors, options)) return x;
+    began_anew = !reweighting.Explains(problem, x, camera_errors, options);
+    if (!began_anew) return x;
   }
+  began_anew = true;
   reweighting.Forget();
   camera_errors.setZero();
   return start.Find(problem, NoiseUnits(options), options.shared_error, options.seed);
@@ -223,8 +226,9 @@ LightVector LightingFitter::Impl::Begin() {
 
 // Reweighted least squares from a good start. The early passes are closed solves (they only
 // bring the weights near); the last one, whose answer is given, is the chosen solver's.
-LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFit& fit) {
-  LightVector x = Begin();
+LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior,
+                                          LightVector x,
+                                          LightingFit& fit) {
   bool rescale = true;
   LightMatrix expected = prior_information;
   for (int pass = 0; pass < options.max_passes; ++pass) {
@@ -260,6 +264,68 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior, LightingFi
   return mixture.Light();
 }
 
+LightVector LightingFitter::Impl::FitFrom(const LightingPrior& prior,
+                                          LightVector x,
+                                          LightingFit& fit) {
+  const LightVector found = Iterate(prior, std::move(x), fit);
+  Describe(prior, found, fit);
+  fit.picture_over_light_rgb = PictureOverLight(found);
+  return found;
+}
+
+LightVector LightingFitter::Impl::WithSun(const LightingPrior& prior, const LightVector& x) const {
+  const WeatherLight* sunniest = nullptr;
+  for (const WeatherLight& weather : prior.weathers) {
+    if (!sunniest || weather.light.mean[1] > sunniest->light.mean[1]) sunniest = &weather;
+  }
+  LightVector with_sun = x;
+  if (!problem.has_sun || !sunniest) return {};
+  const int bases = problem.basis_count;
+  double before = 0.0;
+  double after = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const SunAndSky& mean = sunniest->light.mean;
+    double& sun = with_sun[c * bases];
+    before += sun;
+    sun = mean[c] / mean[3 + c] * x.segment(c * bases + 1, bases - 1).sum();
+    after += sun;
+  }
+  // Nearer, and the fit would go to the same light from either.
+  constexpr double kAnotherLight = 0.5;
+  return before < kAnotherLight * after ? with_sun : LightVector();
+}
+
+// A picture without sun may be one whose sun something hides that the mesh lacks, from all that the
+// mesh has in it. What the fit finds with those samples left out is weighed by how improbable such
+// shadows are.
+void LightingFitter::Impl::WeighAgainstHiddenSun(const LightingPrior& prior,
+                                                 const LightVector& x,
+                                                 LightingFit& fit) {
+  if (!began_anew) return;
+  LightVector start_with_sun = WithSun(prior, x);
+  if (start_with_sun.size() == 0) return;
+  const ErrorVector errors = camera_errors;
+  reweighting.Forget();
+  camera_errors.setZero();
+  LightingFit other = fit;
+  const LightVector y = FitFrom(prior, std::move(start_with_sun), other);
+  // Mostly the fit goes to the same sun from either start.
+  const Eigen::Vector3d apart = other.irradiance_rgb.head<3>() - fit.irradiance_rgb.head<3>();
+  double share = 0.0;
+  if (apart.squaredNorm() > fit.covariance.topLeftCorner<3, 3>().trace()) {
+    const double log_odds = start.LogOdds(problem, NoiseUnits(options), options.shared_error, x, y);
+    share = 1.0 / (1.0 + std::exp(-log_odds));
+  }
+  is_ambiguous = share > WeatherMixture::kLeastShare && share < 1.0 - WeatherMixture::kLeastShare;
+  if (share > 0.5) std::swap(fit, other);
+  if (is_ambiguous) Blend(other, std::min(share, 1.0 - share), fit);
+  if (share > 0.5 || is_ambiguous) return;
+  // The next frame goes on from here.
+  reweighting.Forget();
+  camera_errors = errors;
+  Iterate(prior, x, other);
+}
+
 LightingFitter::LightingFitter(const LightingFitOptions& options)
     : impl_(std::make_unique<Impl>(options)) {}
 LightingFitter::~LightingFitter() = default;
@@ -293,10 +359,11 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   impl_->options.shared_error = std::max(impl_->given_options.shared_error, prior.albedo_stddev);
   impl_->LoadPrior(prior);
   impl_->mixture.Load(prior, impl_->problem);
-  const LightVector x = impl_->Iterate(prior, fit);
-  impl_->Describe(prior, x, fit);
+  impl_->is_ambiguous = false;
+  const LightVector x = impl_->FitFrom(prior, impl_->Begin(), fit);
+  impl_->WeighAgainstHiddenSun(prior, x, fit);
   impl_->last_irradiance_rgb = fit.irradiance_rgb;
-  fit.picture_over_light_rgb = impl_->PictureOverLight(x);
+  if (impl_->is_ambiguous) Forget();
   return fit;
 }
 

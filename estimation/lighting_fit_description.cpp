@@ -235,4 +235,33 @@ void LightingFitter::Impl::DescribeWeathers(const LightMatrix& normal, LightingF
   }
 }
 
+// As over weathers: the light is between the mean and the likelier one's, and what is stated about
+// it is that of the mixture.
+void Blend(const LightingFit& other, double share, LightingFit& fit) {
+  const double kept = 1.0 - share;
+  const double weight = Square(share) / (Square(share) + Square(kept));
+  const LightVector apart = other.irradiance_rgb - fit.irradiance_rgb;
+  const double about = kept * Square(weight) + share * Square(1.0 - weight);
+  fit.irradiance_rgb += weight * apart;
+  fit.covariance =
+      (kept * fit.covariance + share * other.covariance + about * apart * apart.transpose()).eval();
+  SunAndSky sums = SunAndSky::Zero();
+  for (Eigen::Index u = 0; u < apart.size(); ++u) {
+    sums[u < 3 ? u : 3 + u % 3] += apart[u];
+  }
+  for (int c = 0; c < 3; ++c) {
+    // Where the samples say nothing of the sun if it is hidden, what else is known of it counts.
+    fit.sun_stddev_data_rgb[c] =
+        std::sqrt(kept * Square(fit.sun_stddev_data_rgb[c]) + share * other.covariance(c, c) +
+                  about * Square(apart[c]));
+  }
+  fit.data_covariance += about * sums * sums.transpose();
+  for (std::size_t w = 0; w < fit.weathers.size(); ++w) {
+    WeatherFit& weather = fit.weathers[w];
+    const WeatherFit& of_other = other.weathers[w];
+    if (share * of_other.share > kept * weather.share) weather.light = of_other.light;
+    weather.share = kept * weather.share + share * of_other.share;
+  }
+}
+
 }  // namespace pleinair

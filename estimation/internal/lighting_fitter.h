@@ -20,6 +20,9 @@ inline constexpr double kWeakInformation = 1e-4;
 
 }  // namespace estimation_internal
 
+// Makes `fit` that of a mixture with `other`, of which `share` is the smaller part.
+void Blend(const LightingFit& other, double share, LightingFit& fit);
+
 struct LightingFitter::Impl {
   const LightingFitOptions given_options;
   LightingFitOptions options;  // Of this call: the prior may know less of the albedos.
@@ -36,6 +39,8 @@ struct LightingFitter::Impl {
 
   // What the last call found, in the prior's units and order; empty before.
   LightVector last_irradiance_rgb;
+  bool began_anew = true;                          // This call, at no earlier light.
+  bool is_ambiguous = false;                       // It found two lights that may both be.
   estimation_internal::ErrorVector camera_errors;  // In standard deviations.
 
   explicit Impl(const LightingFitOptions& fit_options)
@@ -47,13 +52,18 @@ struct LightingFitter::Impl {
   double BeamIn(const LightingPrior& prior, const LightVector& x) const;
   void AddShapePrior(const LightingPrior& prior, const LightVector& x);
   LightVector Begin();
+  // Where the fit of `x` would start if the sun shone: as strong as the brightest weather has it
+  // for the sky of `x`. Empty where `x` has such a sun already, or nothing is known of weathers.
+  LightVector WithSun(const LightingPrior& prior, const LightVector& x) const;
+  LightVector FitFrom(const LightingPrior& prior, LightVector x, LightingFit& fit);
+  void WeighAgainstHiddenSun(const LightingPrior& prior, const LightVector& x, LightingFit& fit);
   // What the samples say of lights and camera errors together, those last and with their prior.
   estimation_internal::Evidence WithErrors() const;
   estimation_internal::Evidence WithoutErrors(
       const estimation_internal::Evidence& with_errors) const;
   void FindErrors(const estimation_internal::Evidence& with_errors, const LightVector& x);
   estimation_internal::Evidence WithPrior(const estimation_internal::Evidence& samples) const;
-  LightVector Iterate(const LightingPrior& prior, LightingFit& fit);
+  LightVector Iterate(const LightingPrior& prior, LightVector x, LightingFit& fit);
   LightMatrix SampleVariance() const;
   LightMatrix CovarianceOf(const estimation_internal::WeatherSolution& solution,
                            const estimation_internal::Evidence& with_errors,

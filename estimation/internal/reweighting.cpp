@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "estimation/internal/missing_sun.h"
 #include "estimation/internal/square.h"
 
 namespace pleinair::estimation_internal {
@@ -35,8 +36,14 @@ void WithColumns(int column_count, Loops&& loops) {
 
 }  // namespace
 
+double Reweighting::ShadeFrom() const {
+  static const double kTwoLogOdds = 2.0 * std::log((1.0 - kShadeTheMeshLacks) / kShadeTheMeshLacks);
+  return kTwoLogOdds * own_variance_;
+}
+
 void Reweighting::Forget() {
   for (BasisMatrix& normal : last_normal_) normal.resize(0, 0);
+  own_variance_ = 0.0;
 }
 
 void Reweighting::Update(FitProblem& problem,
@@ -72,8 +79,11 @@ bool Reweighting::Explains(FitProblem& problem,
   const double last = InlierFraction();
   Standardise(problem, x, camera_errors, options);
   const double cut = options.tukey_width * scale_;
-  const auto inliers = std::count_if(
-      deviation_.begin(), deviation_.end(), [cut](double deviation) { return deviation < cut; });
+  const double shade_from = ShadeFrom();
+  int inliers = 0;
+  for (std::size_t i = 0; i < deviation_.size(); ++i) {
+    inliers += deviation_[i] < cut && !(shade_[i] > shade_from) ? 1 : 0;
+  }
   if (static_cast<double>(inliers) < (last - kFewer) * static_cast<double>(deviation_.size())) {
     return false;
   }
@@ -95,6 +105,7 @@ void Reweighting::Standardise(FitProblem& problem,
   residual_.resize(count * 3);
   sky_share_.resize(count * 3);
   deviation_.resize(count);
+  shade_.resize(count);
   WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Predict<kColumns>(problem, x); });
   problem.SetExponentColumn(residual_);
   const auto columns = static_cast<std::size_t>(problem.ColumnCount());
@@ -115,14 +126,23 @@ void Reweighting::Standardise(FitProblem& problem,
       residual_[v] -= error * problem.transport[v * columns + column] * inverse_unit_[v];
     }
   }
+  const bool leave_out = options.loss == LightingFitOptions::Loss::kTukey;
   for (std::size_t i = 0; i < count; ++i) {
     double sum = 0.0;
+    double residual = 0.0;
+    double sky = 0.0;
+    double sun = 0.0;
     double channels = 0.0;
     for (std::size_t v = i * 3; v < i * 3 + 3; ++v) {
       sum += Square(residual_[v]);
+      residual += residual_[v];
+      sky += sky_share_[v];
+      sun += problem.radiance[v] * inverse_unit_[v] - residual_[v] - sky_share_[v];
       channels += problem.weight[v] > 0.0 ? 1.0 : 0.0;
     }
     deviation_[i] = std::sqrt(sum / channels);
+    const bool may_be = leave_out && sun > kLitFrom * (sun + sky);
+    shade_[i] = may_be ? -sun * (2.0 * residual + sun) / Square(channels) : 0.0;
   }
 }
 
@@ -147,6 +167,7 @@ void Reweighting::Predict(const FitProblem& problem, const LightVector& x) {
 }
 
 void Reweighting::Weigh(const LightingFitOptions& options) {
+  const double shade_from = ShadeFrom();
   weight_.resize(deviation_.size());
   const auto weigh = [&](const auto& weight_of) {
     for (std::size_t i = 0; i < weight_.size(); ++i) weight_[i] = weight_of(deviation_[i]);
@@ -156,6 +177,9 @@ void Reweighting::Weigh(const LightingFitOptions& options) {
       weigh([inverse_cut = 1.0 / (options.tukey_width * scale_)](double deviation) {
         return Square(std::max(0.0, 1.0 - Square(deviation * inverse_cut)));
       });
+      for (std::size_t i = 0; i < weight_.size(); ++i) {
+        weight_[i] = shade_[i] > shade_from ? 0.0 : weight_[i];
+      }
       break;
     case LightingFitOptions::Loss::kHuber:
       weigh([bend = options.huber_width * scale_](double deviation) {
@@ -181,6 +205,9 @@ void Reweighting::Accumulate(const FitProblem& problem) {
     sums->assign(cells, 0.0);
   }
   plane_row_.assign(cells * kColumns, 0.0);
+  sun_row_.assign(cells * kColumns, 0.0);
+  sun_target_.assign(cells, 0.0);
+  sky_per_sun_.assign(cells, 0.0);
   sky_row_.assign(cells * kColumns, 0.0);
   std::array<Eigen::Matrix<double, kColumns, kColumns>, 3> normal;
   normal.fill(Eigen::Matrix<double, kColumns, kColumns>::Zero());
@@ -234,6 +261,10 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       sky_target_[cell] = sum_sky_target;
       Eigen::Map<Row>(plane_row_.data() + cell * kColumns) = inverse * sum_row;
       Eigen::Map<Row>(sky_row_.data() + cell * kColumns) = sum_sky_row;
+      if (!problem.has_sun) continue;
+      Eigen::Map<Row>(sun_row_.data() + cell * kColumns) = sum_normal.col(0);
+      sun_target_[cell] = sum_target_row[0];
+      if (sum_normal(0, 0) > 0.0) sky_per_sun_[cell] = sum_sky_row[0] / sum_normal(0, 0);
     }
     first = last;
   }
@@ -264,6 +295,9 @@ void Reweighting::WhitenMeans(const FitProblem& problem) {
     sky_sky_[cell] -= sky * sky_mean_[cell];
     sky_target_[cell] -= sky * plane_target_[cell];
     Eigen::Map<BasisVector>(sky_row_.data() + cell * b, columns).noalias() -= sky * mean_row;
+    const double sun = part * mean_row[0];
+    sun_target_[cell] -= sun * plane_target_[cell];
+    Eigen::Map<BasisVector>(sun_row_.data() + cell * b, columns).noalias() -= sun * mean_row;
   }
 }
 
@@ -284,12 +318,40 @@ void Reweighting::WhitenSky(const FitProblem& problem) {
     const double part = (1.0 - kept_squared) * sky_sky;
     normal_[c].noalias() -= part * row * row.transpose();
     gradient_[c].noalias() -= part * sky_target_[cell] * row;
+
+    const double sun = part * row[0];
+    sun_target_[cell] -= sun * sky_target_[cell];
+    Eigen::Map<BasisVector>(sun_row_.data() + cell * static_cast<std::size_t>(columns), columns)
+        .noalias() -= sun * row;
+  }
+}
+
+void Reweighting::WhitenSun(const FitProblem& problem) {
+  const int columns = problem.ColumnCount();
+  sun_taken_.assign(sun_target_.size(), 0.0);
+  if (!problem.has_sun) return;
+  for (std::size_t cell = 0; cell < sun_taken_.size(); ++cell) {
+    Eigen::Map<BasisVector> row(sun_row_.data() + cell * static_cast<std::size_t>(columns),
+                                columns);
+    const double sun_sun = row[0];
+    if (!(sun_sun > 0.0)) continue;
+    const std::size_t c = cell % 3;
+    const auto ci = static_cast<Eigen::Index>(c);
+    const double kept_squared =
+        1.0 / (1.0 + Square(sky_shape_error_ * sky_per_sun_[cell]) * sun_sun / noise_(ci, ci));
+    sun_taken_[cell] = 1.0 - std::sqrt(kept_squared);
+    row /= sun_sun;
+    sun_target_[cell] /= sun_sun;
+    const double part = (1.0 - kept_squared) * sun_sun;
+    normal_[c].noalias() -= part * row * row.transpose();
+    gradient_[c].noalias() -= part * sun_target_[cell] * row;
   }
 }
 
 void Reweighting::FinishNormal(const FitProblem& problem) {
   WhitenMeans(problem);
   WhitenSky(problem);
+  WhitenSun(problem);
   for (std::size_t c = 0; c < 3; ++c) {
     const double inverse = 1.0 / noise_(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c));
     normal_[c] *= inverse;
@@ -315,13 +377,17 @@ void Reweighting::Whiten(const FitProblem& problem) {
       const double* row = problem.transport.data() + v * static_cast<std::size_t>(columns);
       const double* mean_row = plane_row_.data() + cell * static_cast<std::size_t>(columns);
       const double* sky_row = sky_row_.data() + cell * static_cast<std::size_t>(columns);
+      const double* sun_row = sun_row_.data() + cell * static_cast<std::size_t>(columns);
       const double by_sky = sky_taken_[cell] * (sky_share_[v] - taken_[cell] * sky_mean_[cell]);
+      const double by_sun =
+          sun_taken_[cell] * (unit * row[0] - taken_[cell] * mean_row[0] - by_sky * sky_row[0]);
       for (int j = 0; j < columns; ++j) {
-        out[j] = factor * (unit * row[j] - taken_[cell] * mean_row[j] - by_sky * sky_row[j]);
+        out[j] = factor * (unit * row[j] - taken_[cell] * mean_row[j] - by_sky * sky_row[j] -
+                           by_sun * sun_row[j]);
       }
       channel.target[i] =
           factor * (unit * problem.radiance[v] - taken_[cell] * plane_target_[cell] -
-                    by_sky * sky_target_[cell]);
+                    by_sky * sky_target_[cell] - by_sun * sun_target_[cell]);
     }
   }
 }

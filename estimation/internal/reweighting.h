@@ -27,19 +27,31 @@ struct WhitenedChannel {
 // with d the sample's combined residual over RGB and scale 1.4826 times its median, far ones left
 // out.
 //
+// Under Tukey's weights a sample is left out, of the scale too, that is more likely in the shadow
+// of something that the mesh lacks (a tree, a car, a house outside it) than where the mesh has it:
+// however many there are, they do not widen the cut. With r the mean over RGB of its residual, u of
+// the sunlight that is predicted on it, a large part of its light, and s^2 its own variance, that
+// is
+//   exp(-(r + u)^2 / (2 s^2)) p > exp(-r^2 / (2 s^2)) (1 - p),   p = kShadeTheMeshLacks.
+// s^2 is that within planes, as all of a plane errs alike by its albedo; before it is known, 0:
+// what lacks half of its sun is left out.
+//
 // The noise is that of the M-estimator: the variance n for which n (sum w J J')^-1 is its
 // asymptotic covariance, n = mean(w) * mean(psi^2) / mean(psi')^2 (Huber, Robust Statistics,
 // section 7.6), as a 3 x 3 matrix over the channels, since albedo errors are often grey.
 //
-// Samples of one plane, lit and shaded, share two errors beside their own: of albedo, a part t of
-// their whole prediction, and of the sky's shape, a part s of the sky's share v of it. So 400
-// samples of one wall count as much as that wall's albedo allows, and the contrast of lit and
-// shaded on it tells the sun whatever the sky's shape. The plane's covariance is
-//   n I + t^2 1 1' + s^2 v v'.
+// Samples of one plane, lit and shaded, share three errors beside their own: of albedo, a part t of
+// their whole prediction; of the sky's shape, a part s of the sky's share v of it; and, of the same
+// size s, of what hides the sky from some of them though the mesh lacks it (an awning over the
+// shaded part), which looks like more or less sun: the sun's column times what of v is in
+// proportion to it, u. So 400 samples of one wall count as much as that wall's albedo allows, and
+// the contrast of lit and shaded on it tells the sun whatever the sky's shape, but to s of the
+// sky's light. The plane's covariance is
+//   n I + t^2 1 1' + s^2 (v v' + u u').
 // It is whitened by taking from each row the part phi of the plane's mean row, 1 - phi =
 // (1 + t^2 W / n)^-1/2 with W the plane's summed weight, and then in the same way along what that
-// leaves of v. t and s are as many times what is expected of them as the planes' residuals say
-// (one-way analysis of variance).
+// leaves of v, and of u. t and s are as many times what is expected of them as the planes'
+// residuals say (one-way analysis of variance).
 //
 // Neighbours share more: a texture, the dark of a corner. n counts that in by the design effect
 // (Kish, Survey Sampling, section 8.1): how many times as uncertain the means over parts of a plane
@@ -100,7 +112,8 @@ class Reweighting {
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
-  LightVector explained_;  // What Explains has just looked at; else empty.
+  double own_variance_ = 0.0;  // Of samples within their planes; 0 before the first pass.
+  LightVector explained_;      // What Explains has just looked at; else empty.
   // Of the pass before, or of a frame like this one; empty after Forget.
   std::array<BasisMatrix, 3> last_normal_;
   double error_ = 1.0;  // e of the planes' errors.
@@ -111,6 +124,7 @@ class Reweighting {
   std::vector<double> residual_;      // Per sample and channel, in noise units.
   std::vector<double> sky_share_;     // v, likewise.
   std::vector<double> deviation_;     // d, per sample.
+  std::vector<double> shade_;         // -u (2 r + u), per sample; 0 where u is small.
   std::vector<double> weight_;        // w, per sample.
   // Per plane and channel: summed weight, and weighted means of residual, target and row.
   std::vector<double> plane_weight_;
@@ -125,6 +139,11 @@ class Reweighting {
   std::vector<double> sky_target_;
   std::vector<double> sky_row_;
   std::vector<double> sky_taken_;
+  // Of the sun's column, likewise; and v over it, by least squares: u = sky_per_sun_ times it.
+  std::vector<double> sun_target_;
+  std::vector<double> sun_row_;
+  std::vector<double> sun_taken_;
+  std::vector<double> sky_per_sun_;
   // Per cell: the sum of psi, and the inliers; and those of its plane.
   std::vector<Eigen::Vector3d> cell_psi_;
   std::vector<double> cell_inliers_;
@@ -141,6 +160,10 @@ class Reweighting {
   template <int kColumns>
   void Accumulate(const FitProblem& problem);
 
+  double ShadeFrom() const;  // What shade_ must be above.
+  static double ScaleOf(std::vector<double>& deviations,
+                        double unknowns,
+                        const LightingFitOptions& options);
   void EstimateScale(const FitProblem& problem, const LightingFitOptions& options);
   void Weigh(const LightingFitOptions& options);
   void EstimateSlope(const LightingFitOptions& options);
@@ -164,6 +187,7 @@ class Reweighting {
                     const LightingFitOptions& options) const;
   void WhitenMeans(const FitProblem& problem);
   void WhitenSky(const FitProblem& problem);
+  void WhitenSun(const FitProblem& problem);
   void FinishNormal(const FitProblem& problem);
 };
 

@@ -21,34 +21,52 @@ constexpr double kPriorCount = 1.0;
 
 }  // namespace
 
-void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOptions& options) {
-  const double samples = static_cast<double>(deviation_.size());
-  const double unknowns = problem.basis_count;
+// Of deviations, which are reordered.
+double Reweighting::ScaleOf(std::vector<double>& deviations,
+                            double unknowns,
+                            const LightingFitOptions& options) {
+  if (deviations.empty()) return options.expected_noise;
+  const double samples = static_cast<double>(deviations.size());
   const double lost = std::sqrt(samples / std::max(1.0, samples - unknowns));
-  scratch_.assign(deviation_.begin(), deviation_.end());
   // nth_element leaves nothing before it that is above it, and nothing behind it that is below.
-  auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-  std::nth_element(scratch_.begin(), middle, scratch_.end());
+  auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::nth_element(deviations.begin(), middle, deviations.end());
   double scale = kSigmaOfMedian * lost * *middle;
   // 40 % of wrong samples double that median. Once more without what is far off by it (Rousseeuw
   // and Leroy, Robust Regression and Outlier Detection, chapter 5), twice, so that a scale that was
   // drawn out lets go. All that is far off is above the median, and so is no lower one.
   for (int round = 0; round < 2; ++round) {
-    const auto near = static_cast<std::ptrdiff_t>(scratch_.size()) -
-                      std::count_if(middle, scratch_.end(), [&](double deviation) {
+    const auto near = static_cast<std::ptrdiff_t>(deviations.size()) -
+                      std::count_if(middle, deviations.end(), [&](double deviation) {
                         return deviation > kFarOff * scale;
                       });
-    const auto next = scratch_.begin() + near / 2;
-    if (next < middle) std::nth_element(scratch_.begin(), next, middle);
+    const auto next = deviations.begin() + near / 2;
+    if (next < middle) std::nth_element(deviations.begin(), next, middle);
     middle = next;
     scale = kSigmaOfMedianWithoutFarOff * lost * *middle;
   }
   // Few samples are fitted too well for their median to mean anything.
-  scale_ = std::sqrt(Square(scale) + Square(options.expected_noise) * unknowns / samples);
+  return std::sqrt(Square(scale) + Square(options.expected_noise) * unknowns / samples);
+}
+
+void Reweighting::EstimateScale(const FitProblem& problem, const LightingFitOptions& options) {
+  const double shade_from = ShadeFrom();
+  scratch_.resize(deviation_.size());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < deviation_.size(); ++i) {
+    scratch_[kept] = deviation_[i];
+    kept += shade_[i] > shade_from ? 0 : 1;
+  }
+  scratch_.resize(kept);
+  scale_ = ScaleOf(scratch_, problem.basis_count, options);
 }
 
 // psi' of the residual vector r of a sample is w I + (dw/dd) / (3 d) r r'.
 void Reweighting::EstimateSlope(const LightingFitOptions& options) {
+  if (!(mean_weight_ > 0.0)) {  // All are left out.
+    inverse_slope_.setIdentity();
+    return;
+  }
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
   const auto add = [&](const auto& share_of) {
     for (std::size_t i = 0; i < weight_.size(); ++i) {
@@ -115,6 +133,7 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   noise_ = (degrees * from_data +
             kPriorCount * Square(options.expected_noise) * Eigen::Matrix3d::Identity()) /
            (degrees + kPriorCount);
+  own_variance_ = noise_.trace() / 3.0;
   if (within) noise_ *= DesignEffect(problem, mean_square);
   const Eigen::Vector3d inverse_sigma = noise_.diagonal().cwiseSqrt().cwiseInverse();
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
@@ -142,8 +161,8 @@ double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) 
 
 // One-way analysis of variance over the planes. One picture cannot tell albedo from the sky's
 // shape: both errors are as many times larger than expected, e. The residual r of a plane's mean
-// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 v^2)), h the part of it that the fitted lights
-// take away, known from the last pass.
+// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 (v^2 + u^2))), h the part of it that the fitted
+// lights take away, known from the last pass.
 void Reweighting::EstimateSharedErrors(const FitProblem& problem,
                                        const LightMatrix& prior_information,
                                        const LightingFitOptions& options) {
@@ -206,12 +225,13 @@ Reweighting::Witness Reweighting::WitnessOf(int plane,
   for (std::size_t c = 0; c < 3; ++c) {
     const std::size_t i = first + c;
     const auto ci = static_cast<Eigen::Index>(c);
-    const double expected =
-        Square(options.shared_error) + Square(options.sky_shape_error * sky_mean_[i]);
-    // Below the weight of one sample a mean says more about the weights than about the plane.
-    if (!(plane_weight_[i] >= 1.0) || !(expected > 0.0)) continue;
     const auto columns = static_cast<std::size_t>(normal_[0].rows());
     const Eigen::Map<const BasisVector> row(plane_row_.data() + i * columns, bases);
+    const double expected =
+        Square(options.shared_error) +
+        Square(options.sky_shape_error) * (Square(sky_mean_[i]) + Square(sky_per_sun_[i] * row[0]));
+    // Below the weight of one sample a mean says more about the weights than about the plane.
+    if (!(plane_weight_[i] >= 1.0) || !(expected > 0.0)) continue;
     const double alone = noise_(ci, ci) / plane_weight_[i];
     // Where the samples' own errors are the larger a mean says little of the shared one.
     const double told = Square(expected / (expected + alone));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "estimation/internal/missing_sun.h"
 #include "estimation/internal/random.h"
 #include "estimation/internal/square.h"
 #include "scene/upper_median.h"
@@ -19,8 +20,25 @@ constexpr int kPairs = 24;
 constexpr double kOutlierFrom = 0.3;
 // Of a sample by itself, relative, beside its plane's albedo: texture, and what the model misses.
 constexpr double kOwnError = 0.1;
+// What brightens a surface that much is rarer than what darkens it.
+constexpr double kBrightOutlierFrom = 0.4;
 // Samples that judge a guess: enough to tell a right guess from a wrong one, which is all it takes.
 constexpr int kJudges = 96;
+
+bool IsLit(double predicted, double of_sky) { return predicted - of_sky > kLitFrom * predicted; }
+
+// More than half of it, so that the shade explains more of what is seen.
+bool LacksItsSun(double seen, double predicted, double of_sky) {
+  return IsLit(predicted, of_sky) && predicted - seen > 0.5 * (predicted - of_sky);
+}
+
+// How improbable it is that just these of a plane's lit samples lie in a shadow, of whatever size.
+double NatsOfShadow(int shaded, int lit) {
+  const double share = static_cast<double>(shaded) / lit;
+  double nats = -std::log(kShadeTheMeshLacks) - shaded * std::log(share);
+  if (shaded < lit) nats -= (lit - shaded) * std::log1p(-share);
+  return nats;
+}
 
 // Least-squares light of one kind, where the pair of samples cannot tell two apart.
 double OneLight(double t0, double t1, double l0, double l1) {
@@ -84,6 +102,18 @@ std::array<TwoLights, 3> SolvePair(const FitProblem& problem, int lit, int shade
   return lights;
 }
 
+// How bright a sample is for what it sees of the sky.
+double OverSky(const FitProblem& problem, int sample) {
+  double seen = 0.0;
+  double sky = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double* row = problem.Transport(sample, c);
+    seen += problem.radiance[static_cast<std::size_t>(sample * 3 + c)];
+    for (int j = problem.has_sun ? 1 : 0; j < problem.basis_count; ++j) sky += row[j];
+  }
+  return sky > 0.0 ? seen / sky : 0.0;
+}
+
 }  // namespace
 
 void RobustStart::SplitBySunShare(const FitProblem& problem) {
@@ -111,7 +141,8 @@ void RobustStart::SplitBySunShare(const FitProblem& problem) {
                    });
 }
 
-void RobustStart::GatherWitnesses(const FitProblem& problem) {
+template <class Unit>
+void RobustStart::GatherWitnesses(const FitProblem& problem, const Unit& unit) {
   const int judges = std::min(kJudges, problem.sample_count);
   witnesses_.clear();
   for (int judge = 0; judge < judges; ++judge) {
@@ -126,9 +157,9 @@ void RobustStart::GatherWitnesses(const FitProblem& problem) {
                       problem.noise[v],
                       problem.weight[v],
                       problem.plane[static_cast<std::size_t>(i)]};
-      if (problem.has_sun) witness.sun_transport = row[0];
+      if (problem.has_sun) witness.sun_transport = row[0] * unit(c, 0);
       for (int j = problem.has_sun ? 1 : 0; j < problem.basis_count; ++j) {
-        witness.sky_transport += row[j];
+        witness.sky_transport += row[j] * unit(c, j);
       }
       witnesses_.push_back(witness);
     }
@@ -145,7 +176,9 @@ double RobustStart::AlbedoError(std::size_t first,
   ratios_.clear();
   for (std::size_t judge = first; judge < last; judge += 3) {
     const Witness& witness = witnesses_[judge + channel];
-    const double predicted = witness.Predicted(light);
+    const double of_sky = light.sky * witness.sky_transport;
+    double predicted = witness.Predicted(light);
+    if (LacksItsSun(witness.radiance, predicted, of_sky)) predicted = of_sky;
     if (witness.weight > 0.0 && predicted > 0.0 && witness.radiance > 0.0) {
       ratios_.push_back(witness.radiance / predicted);
     }
@@ -187,20 +220,68 @@ double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
 double RobustStart::TruncatedDeviation(const NoiseUnits& noise,
                                        const std::array<TwoLights, 3>& lights,
                                        std::span<const Witness> witnesses) {
-  double total = 0.0;
+  double as_modelled = 0.0;
+  double with_shadows = 0.0;
+  int lit = 0;
+  int shaded = 0;
   for (std::size_t judge = 0; judge < witnesses.size(); judge += 3) {
-    double sum = 0.0;
+    double seen = 0.0;
+    double all_predicted = 0.0;
+    double all_of_sky = 0.0;
+    double squares = 0.0;
+    double squares_in_shade = 0.0;
     int channels = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const Witness& witness = witnesses[judge + c];
+      if (!(witness.weight > 0.0)) continue;
+      const auto squared = [&](double predicted) {
+        return Square(witness.radiance - predicted) *
+               noise.InverseSquare(predicted, witness.noise, witness.weight);
+      };
+      const double of_sky = lights[c].sky * witness.sky_transport;
       const double predicted = witness.Predicted(lights[c]);
-      const double residual = witness.radiance - predicted;
-      sum += residual * residual * noise.InverseSquare(predicted, witness.noise, witness.weight);
-      channels += witness.weight > 0.0 ? 1 : 0;
+      squares += squared(predicted);
+      squares_in_shade += squared(of_sky);
+      seen += witness.radiance;
+      all_predicted += predicted;
+      all_of_sky += of_sky;
+      ++channels;
     }
-    total += std::min(sum / channels, kOutlierFrom * kOutlierFrom);
+    const double outlier = seen > 2.0 * all_predicted ? kBrightOutlierFrom : kOutlierFrom;
+    const double deviation = std::min(squares / channels, Square(outlier));
+    as_modelled += deviation;
+    lit += IsLit(all_predicted, all_of_sky) ? 1 : 0;
+    if (LacksItsSun(seen, all_predicted, all_of_sky)) {
+      ++shaded;
+      with_shadows += std::min(squares_in_shade / channels, Square(outlier));
+    } else {
+      with_shadows += deviation;
+    }
   }
-  return total;
+  if (shaded == 0) return as_modelled;
+  return std::min(as_modelled, with_shadows + 2.0 * Square(kOwnError) * NatsOfShadow(shaded, lit));
+}
+
+double RobustStart::DeviationOf(const FitProblem& problem,
+                                const NoiseUnits& noise,
+                                double shared_error,
+                                const LightVector& x) {
+  GatherWitnesses(problem,
+                  [&](int channel, int basis) { return x[channel * problem.basis_count + basis]; });
+  return TruncatedDeviation(noise,
+                            {{{1.0, 1.0}, {1.0, 1.0}, {1.0, 1.0}}},
+                            shared_error,
+                            std::numeric_limits<double>::infinity());
+}
+
+double RobustStart::LogOdds(const FitProblem& problem,
+                            const NoiseUnits& noise,
+                            double shared_error,
+                            const LightVector& a,
+                            const LightVector& b) {
+  return (DeviationOf(problem, noise, shared_error, a) -
+          DeviationOf(problem, noise, shared_error, b)) /
+         (2.0 * Square(kOwnError));
 }
 
 LightVector RobustStart::Find(const FitProblem& problem,
@@ -212,16 +293,22 @@ LightVector RobustStart::Find(const FitProblem& problem,
   for (TwoLights& lights : best) lights.sky = 1.0;
   if (problem.sample_count >= 2) {
     SplitBySunShare(problem);
-    GatherWitnesses(problem);
+    GatherWitnesses(problem, [](int, int) { return 1.0; });
     double best_deviation =
         TruncatedDeviation(noise, best, shared_error, std::numeric_limits<double>::infinity());
     const int half = problem.sample_count / 2;
     SplitMix64 random(seed);
     for (int pair = 0; pair < kPairs; ++pair) {
       const auto shaded = static_cast<std::size_t>(random.Below(half));
-      const auto lit = static_cast<std::size_t>(half + random.Below(problem.sample_count - half));
-      const std::array<TwoLights, 3> lights =
-          SolvePair(problem, by_sun_share_[lit], by_sun_share_[shaded]);
+      const auto draw_lit = [&] {
+        return by_sun_share_[static_cast<std::size_t>(half +
+                                                      random.Below(problem.sample_count - half))];
+      };
+      // Of two the brighter, as the other may be in a shadow that the mesh lacks.
+      const int one = draw_lit();
+      const int other = draw_lit();
+      const int lit = OverSky(problem, one) < OverSky(problem, other) ? other : one;
+      const std::array<TwoLights, 3> lights = SolvePair(problem, lit, by_sun_share_[shaded]);
       const double deviation = TruncatedDeviation(noise, lights, shared_error, best_deviation);
       if (deviation < best_deviation) {
         best_deviation = deviation;

@@ -18,7 +18,9 @@ struct TwoLights {
 
 // Least truncated squares over solutions of random pairs, one sample of each that sees much sun and
 // one that sees little (Rousseeuw, Journal of the American Statistical Association 79, 1984). All
-// sky shapes count as equally strong.
+// sky shapes count as equally strong. A shadow that the mesh lacks may lie on any part of a plane,
+// at the price of its improbability; light that no sky explains has no such excuse. So a few
+// samples in the sun outweigh many that only the mesh has there.
 class RobustStart {
  public:
   // Unknowns of `problem`, all >= 0. The same problem and seed give the same answer.
@@ -28,6 +30,14 @@ class RobustStart {
                    const NoiseUnits& noise,
                    double shared_error,
                    std::uint64_t seed);
+
+  // How much better `b` explains the judges than `a`, as a logarithm of odds: by the measure that
+  // Find goes by, its shadows included.
+  double LogOdds(const FitProblem& problem,
+                 const NoiseUnits& noise,
+                 double shared_error,
+                 const LightVector& a,
+                 const LightVector& b);
 
  private:
   // What one channel of one judging sample says.
@@ -49,7 +59,13 @@ class RobustStart {
   std::vector<double> ratios_;
 
   void SplitBySunShare(const FitProblem& problem);
-  void GatherWitnesses(const FitProblem& problem);
+  // Transports in the light that `unit` gives for (channel, basis).
+  template <class Unit>
+  void GatherWitnesses(const FitProblem& problem, const Unit& unit);
+  double DeviationOf(const FitProblem& problem,
+                     const NoiseUnits& noise,
+                     double shared_error,
+                     const LightVector& x);
   double AlbedoError(std::size_t first,
                      std::size_t last,
                      std::size_t channel,

@@ -2,6 +2,7 @@
 // effects do, not about how well the site is known.
 #include "tests/pipeline/planned_frames.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -19,6 +20,14 @@ namespace {
 
 constexpr EffectSet kOfTheSun{
     Effect::kSunShading, Effect::kSunShadow, Effect::kObjectShadow, Effect::kPenumbra};
+
+// Whether any of it is work: what is kept of the last frame costs nothing, and may go on for a sun
+// of a thousandth of the sky.
+bool WorksOnTheSun(const EffectPlan& plan) {
+  return std::any_of(plan.effects.begin(), plan.effects.end(), [](const PlannedEffect& planned) {
+    return planned.fate == EffectFate::kRun && kOfTheSun.Has(planned.effect);
+  });
+}
 
 // Estimates each frame once: done again, it has the same light.
 class LightOnce : public LightingSource {
@@ -90,7 +99,7 @@ void ExpectThePlanToHold(const std::string& name, const std::vector<RecordedFram
     const Frame frame = frames->Next().value().value();
     const std::string what = name + ", frame " + std::to_string(recorded.index);
     const FrameResult planned = ExpectThatBoundsHold(pipeline, frame, what);
-    EXPECT_EQ(planned.plan.runs.HasAny(kOfTheSun), recorded.is_sunny) << what;
+    EXPECT_EQ(WorksOnTheSun(planned.plan), recorded.is_sunny) << what;
     EXPECT_TRUE(planned.plan.runs.HasAll({Effect::kProbeShading, Effect::kSkyOcclusion})) << what;
   }
 }
