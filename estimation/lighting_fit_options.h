@@ -35,7 +35,7 @@ struct LightingFitOptions {
   double shared_error = 0.05;
   // Expected error of the sky's part of the prediction that the samples of one plane share,
   // relative: a real sky is not of the fitted shape. Lit and shaded samples of a plane err alike,
-  // so that their contrast tells the sun whatever the sky's shape; what hides the sky from one of
+  // so that their contrast is of the sun whatever the sky's shape; what hides the sky from one of
   // the two makes them differ by as much again. A tenth is right for a mix of shapes: held to it,
   // over 156 measured and modelled skies and views of two scenes, the stated deviation of the sky
   // held 71 % of the known skies (0.2: 82 %), with the same errors. >= 0.

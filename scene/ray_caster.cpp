@@ -244,6 +244,17 @@ struct RayCaster::Impl {
                const glm::vec3& origin_m,
                const glm::vec3& direction) const;
 
+  RTCRayHit8 CastPacket(const glm::vec3* origins_m,
+                        const glm::vec3* directions,
+                        std::size_t lanes,
+                        RTCIntersectContext& context) const {
+    RTCRayHit8 packet{};
+    const auto valid = FillPacket(origins_m, directions, lanes, packet.ray);
+    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect8(valid.data(), scene, &context, &packet);
+    return packet;
+  }
+
   Query NewQuery(float max_distance_m) const {
     Query query{};
     rtcInitIntersectContext(&query.context);
@@ -360,10 +371,8 @@ void RayCaster::Intersect(const glm::vec3* origins_m,
   query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   for (std::size_t begin = 0; begin < count; begin += kPacket) {
     const std::size_t lanes = std::min(kPacket, count - begin);
-    RTCRayHit8 packet{};
-    const auto valid = FillPacket(origins_m + begin, directions + begin, lanes, packet.ray);
-    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
-    rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
+    const RTCRayHit8 packet =
+        impl_->CastPacket(origins_m + begin, directions + begin, lanes, query.context);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       hits[begin + lane].reset();
       if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
@@ -383,10 +392,8 @@ void RayCaster::Intersect(const glm::vec3* origins_m,
   Query query = impl_->NewQuery(kInfinity);
   for (std::size_t begin = 0; begin < count; begin += kPacket) {
     const std::size_t lanes = std::min(kPacket, count - begin);
-    RTCRayHit8 packet{};
-    const auto valid = FillPacket(origins_m + begin, directions + begin, lanes, packet.ray);
-    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
-    rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
+    const RTCRayHit8 packet =
+        impl_->CastPacket(origins_m + begin, directions + begin, lanes, query.context);
     TakeHits(packet, directions + begin, lanes, hits + begin);
   }
 }

@@ -45,7 +45,7 @@ struct WhitenedChannel {
 // size s, of what hides the sky from some of them though the mesh lacks it (an awning over the
 // shaded part), which looks like more or less sun: the sun's column times what of v is in
 // proportion to it, u. So 400 samples of one wall count as much as that wall's albedo allows, and
-// the contrast of lit and shaded on it tells the sun whatever the sky's shape, but to s of the
+// the contrast of lit and shaded on it gives the sun whatever the sky's shape, but to s of the
 // sky's light. The plane's covariance is
 //   n I + t^2 1 1' + s^2 (v v' + u u').
 // It is whitened by taking from each row the part phi of the plane's mean row, 1 - phi =
@@ -122,7 +122,7 @@ class Reweighting {
 
   std::vector<double> inverse_unit_;  // Per sample and channel; 0 where unusable.
   std::vector<double> residual_;      // Per sample and channel, in noise units.
-  std::vector<double> sky_share_;     // v, likewise.
+  std::vector<double> sky_share_;     // v, as residual_.
   std::vector<double> deviation_;     // d, per sample.
   std::vector<double> shade_;         // -u (2 r + u), per sample; 0 where u is small.
   std::vector<double> weight_;        // w, per sample.
@@ -139,7 +139,7 @@ class Reweighting {
   std::vector<double> sky_target_;
   std::vector<double> sky_row_;
   std::vector<double> sky_taken_;
-  // Of the sun's column, likewise; and v over it, by least squares: u = sky_per_sun_ times it.
+  // The same of the sun's column; and v over it, by least squares: u = sky_per_sun_ times it.
   std::vector<double> sun_target_;
   std::vector<double> sun_row_;
   std::vector<double> sun_taken_;
