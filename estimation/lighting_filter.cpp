@@ -403,7 +403,7 @@ void LightingFilter::Ease(const std::array<bool, 2>& has_ended, FilteredLighting
   const glm::dvec3 unit = entries_.back().unit;
   const auto unit_of = [&unit](std::size_t u) { return unit[static_cast<int>(u % 3)]; };
   double left = 0.0;
-  if (!reported_.empty()) {
+  if (!reported_.empty() && entries_.size() > 1) {
     const double elapsed_s =
         SecondsBetween(entries_[entries_.size() - 2].lighting.time, lighting.time);
     left = std::exp(-std::max(0.0, elapsed_s) / kFadingS);
@@ -437,6 +437,7 @@ void LightingFilter::Ease(const std::array<bool, 2>& has_ended, FilteredLighting
       }
     }
   }
+  if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(entries_.back().lighting, lighting);
   reported_.resize(side);
   for (std::size_t u = 0; u < side; ++u) reported_[u] = Component(lighting, u) / unit_of(u);
 }

@@ -46,9 +46,9 @@ struct FilteredLighting {
 //           ends the run: nothing from before the step is left in the mean.
 //   glitch  A frame that the next one does not confirm is left out.
 //   ramp    The run is as short as keeps the drift within the noise.
-//   creep   Where the run ends for less than 3 % of the light, what was reported fades over to it
-//   in
-//           0.2 s: a camera that moves on to other surfaces takes their errors along.
+//   creep   Where the run ends for less than 3 % of the light, what was reported fades over to the
+//           new mean, time constant 0.2 s: a camera that moves on to other surfaces takes their
+//           errors along.
 //   gap     After more than memory_s a frame stands alone: its estimate is left as it is.
 //   order   A frame from before the last one is reported as it is and changes nothing. After three
 //           in a row, or one by more than memory_s, the clock was set back: it starts anew.

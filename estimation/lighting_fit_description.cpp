@@ -200,6 +200,7 @@ void LightingFitter::Impl::Describe(const LightingPrior& prior,
   }
   fit.condition_number = ConditionNumber(samples.normal);
   fit.inlier_fraction = reweighting.InlierFraction();
+  fit.inliers.clear();
   for (std::size_t i = 0; i < reweighting.Weights().size(); ++i) {
     if (reweighting.Weights()[i] > 0.0) fit.inliers.push_back(problem.source[i]);
   }

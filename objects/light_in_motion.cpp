@@ -24,7 +24,7 @@ namespace {
 // Probes stand in the middle between that of an object's box and its corners.
 constexpr std::size_t kProbes = 8;
 constexpr float kProbeAt = 0.5f;  // Over half a side.
-// Four a cell.
+// Four a cell on average, 1 to 9; a cell without any, in some tilted poses, counts as dark.
 constexpr int kProbeRays = 1024;
 constexpr std::size_t kRaysPerRun = 64;  // That one thread casts together.
 static_assert(kProbeRays % kRaysPerRun == 0);
@@ -42,8 +42,8 @@ glm::vec3 HalfSideOf(const BoundingBox& box) {
   return glm::max(0.5f * (box.upper_m - box.lower_m), kLeastM);
 }
 glm::vec3 MiddleOf(const BoundingBox& box) { return 0.5f * (box.lower_m + box.upper_m); }
-// A correction counts in full while no corner of the object's box has gone farther than the box is
-// wide, and not at all from three times that on. What comes from one side of an object counts as
+// A correction counts in full while no corner of the object's box has gone farther than the box's
+// diagonal, and not at all from three diagonals on. What comes from one side of an object counts as
 // much as it still points to that side, a mean over all axes.
 constexpr double kFullReach = 1.0;
 constexpr double kFarthestReach = 3.0;
@@ -310,7 +310,7 @@ std::vector<glm::vec3> LightInMotion::Radiance(const Seen& seen,
   }
   if (light != 0 || !surfaces_reflect_) return radiance;
   const std::vector<glm::vec3>& direct = basis.DirectIrradiance();
-  const glm::vec3 to_sun(basis.Sun().direction_enu);
+  const glm::vec3 to_sun(basis.BounceSun().direction_enu);
   tbb::parallel_for(std::size_t{0}, seen.near.size(), [&](std::size_t i) {
     const auto& [ray, start_m] = seen.near[i];
     const auto face = static_cast<std::size_t>(seen.sources[ray]);
@@ -332,6 +332,7 @@ std::vector<glm::vec3> LightInMotion::FaceRadiosity(const ObjectInterreflection&
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
     std::vector<glm::vec3> of_light(shape_.VertexCount());
     for (std::size_t v = 0; v < of_light.size(); ++v) of_light[v] = outside[v * count + i];
+    ObjectGather::Fill(buried_, of_light);
     const std::vector<glm::vec3> radiosity =
         objects.FaceRadiosity(UnitSun(lights[i]), std::span(&of_light, 1));
     for (std::size_t face = 0; face < radiosity.size(); ++face) {

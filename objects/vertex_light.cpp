@@ -238,10 +238,13 @@ void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Li
     return;
   }
   if (stale.empty()) return;
-  if (at == At::kVertices && follows_ && Follow(basis, stale)) {
-    for (const std::size_t light : stale) responses_[0].done.Done(basis, light);
+  if (at == At::kVertices && follows_) {
+    const bool goes_on = Follow(basis, stale);
     follow_cost_.Learn(watch.LapMs());
-    return;
+    if (goes_on) {
+      for (const std::size_t light : stale) responses_[0].done.Done(basis, light);
+      return;
+    }
   }
   if (at == At::kVertices && gather_.VertexCount() == 0) {
     gather_ = ObjectGather(objects, scene_.patches, options_.gather);
@@ -423,7 +426,8 @@ std::vector<LightInMotion::Gathered> VertexLight::GatherParts(std::span<const st
       const std::optional<NearSunlight>& near = near_of_part_[parts[p]];
       if (lights[i] != 0 || !near) return;
       const std::vector<glm::vec3> change = gather_.AtVerticesOf(
-          parts[p], near->Change(scene_.patches, objects, basis.Sun(), basis.DirectIrradiance()));
+          parts[p],
+          near->Change(scene_.patches, objects, basis.BounceSun(), basis.DirectIrradiance()));
       for (std::size_t v = 0; v < irradiance.size(); ++v) {
         irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));
       }

@@ -201,7 +201,7 @@ class VertexLight {
   // By rays.
   ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.
   std::optional<NearSunlight> near_sunlight_;  // With the first one in the sun.
-  // While the objects move, and until all parts of gather_ have been cast.
+  // Where the objects were before a motion, until motion_ has started from it.
   struct Left {
     ObjectInterreflection interreflection;
     ObjectGather gather;
@@ -209,7 +209,7 @@ class VertexLight {
     VerticesByLight irradiance;
   };
   LightSteps steps_ = LightSteps::kAll;  // Of the present frame.
-  bool follows_ = false;
+  bool follows_ = false;  // While the objects move, and until all parts of gather_ have been cast.
   std::optional<Left> left_;
   LightInMotion motion_;
   std::uint64_t motion_generation_ = 0;

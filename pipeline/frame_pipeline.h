@@ -51,7 +51,7 @@ struct FramePipelineOptions {
   // not wait for it: until it is there the last one is used (FrameResult::sun_age_s). For live
   // frames.
   bool sun_ahead = false;
-  // Where objects have moved since a frame that was less than half a second ago, light on them and
+  // Where objects have moved since a frame that was at most half a second ago, light on them and
   // on what is around them is coarse (object_light.in_motion, influence.in_motion), and is refined
   // in the frames after that. Then a picture depends on those before it: for live frames.
   bool light_in_steps = false;

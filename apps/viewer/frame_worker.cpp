@@ -209,6 +209,7 @@ class FrameWorker::Viewing {
       // The picture that there is stays.
       if (!step.result) throw std::runtime_error(step.result.error().reason);
       Show(std::move(step), request, watch);
+      last_refined_ = frame_->number;
     } else if (IsShownOtherwise(request)) {
       Show(frame_->step, request, watch);
     }

@@ -106,6 +106,7 @@ void InfluenceRays::CastRun(const PatchScene& real,
                             std::size_t r,
                             std::vector<Hit>& hits) {
   Run& run = runs_[r];
+  run.begin.clear();
   hits.clear();
   RayBatch batch(real, objects);
   const std::size_t first = r * kRun;

@@ -249,6 +249,15 @@ TEST(LightingFilter, FollowsACloudThatACameraSees) {
   }
 }
 
+// One frame has all the say: each is reported as it is.
+TEST(LightingFilter, OfOneFrameIsThatFrame) {
+  EstimateStream stream;
+  LightingFilter filter({.most_frames = 1});
+  for (const Lighting& raw : stream.Make(5, [](int) { return TrueLight(); })) {
+    EXPECT_EQ(filter.Apply(raw).lighting.sun.irradiance_rgb, raw.sun.irradiance_rgb);
+  }
+}
+
 TEST(LightingFilter, RefusesImpossibleOptions) {
   EXPECT_THROW(LightingFilter({.memory_s = 0.0}), std::invalid_argument);
   EXPECT_THROW(LightingFilter({.memory_s = std::nan("")}), std::invalid_argument);

@@ -30,6 +30,8 @@ LightingFitOptions ClosedOptions() {
 }
 
 void ExpectSane(const LightingFit& fit) {
+  // Each sample once.
+  EXPECT_EQ(std::set(fit.inliers.begin(), fit.inliers.end()).size(), fit.inliers.size());
   EXPECT_TRUE(fit.irradiance_rgb.allFinite());
   EXPECT_GE(fit.irradiance_rgb.minCoeff(), 0.0);
   EXPECT_TRUE(fit.covariance.allFinite());
