@@ -37,6 +37,7 @@ Levels LevelsOf(const std::vector<Lighting>& stream) {
 std::vector<Lighting> Filter(const std::vector<Lighting>& stream) {
   LightingFilter filter;
   std::vector<Lighting> filtered;
+  filtered.reserve(stream.size());
   for (const Lighting& lighting : stream) filtered.push_back(filter.Apply(lighting).lighting);
   return filtered;
 }
