@@ -19,6 +19,7 @@ namespace {
 using internal::SmoothNormals;
 
 constexpr int kCells = 40;  // A side.
+constexpr int kMiddle = kCells / 2;
 
 // Squares of 10 cm of two triangles each, from (0, 0); `height_m` of a corner.
 template <class Height>
@@ -72,7 +73,7 @@ TEST(SmoothNormals, NoiseOfAPlaneFades) {
 
 // A step of a metre: its wall is one row of triangles that are ten times as tall as wide.
 TEST(SmoothNormals, EdgesOfBuildingsStay) {
-  const Mesh mesh = Terrain([](int x, int) { return x < kCells / 2 ? 0.0f : 1.0f; });
+  const Mesh mesh = Terrain([](int x, int) { return x < kMiddle ? 0.0f : 1.0f; });
   const std::vector<glm::vec3> normals = AllSmooth(mesh);
   for (std::size_t t = 0; t < normals.size(); ++t) {
     EXPECT_LT(DegreesBetween(normals[t], TriangleNormal(mesh, static_cast<std::uint32_t>(t))), 0.1)
@@ -84,7 +85,7 @@ TEST(SmoothNormals, EdgesOfBuildingsStay) {
 TEST(SmoothNormals, CurvesStay) {
   const auto height_m = [](float x_m) { return std::sqrt(std::max(0.0f, 4.5f - x_m * x_m)); };
   const Mesh mesh =
-      Terrain([&](int x, int) { return height_m(0.1f * static_cast<float>(x - kCells / 2)); });
+      Terrain([&](int x, int) { return height_m(0.1f * static_cast<float>(x - kMiddle)); });
   const std::vector<glm::vec3> normals = AllSmooth(mesh);
   for (std::size_t t = 0; t < normals.size(); ++t) {
     const std::size_t column = t / 2 % kCells;
