@@ -13,7 +13,6 @@
 
 #include "calib/lens.h"
 #include "objects/internal/object_cone.h"
-#include "objects/object_influence.h"
 #include "scene/low_discrepancy.h"
 
 namespace pleinair {
@@ -70,7 +69,9 @@ bool MayBeInView(const PatchScene& objects, const Camera& camera) {
   return false;
 }
 
-InfluenceReach ReachOfInfluence(const PatchScene& objects, const SurfaceView& view) {
+InfluenceReach ReachOfInfluence(const PatchScene& objects,
+                                const SurfaceView& view,
+                                const ObjectInfluenceOptions& options) {
   const std::vector<std::optional<ObjectBounds>> bounds = BoundsOfObjects(objects.mesh);
   InfluenceReach reach;
   constexpr int kStep = 4;
@@ -88,7 +89,7 @@ InfluenceReach ReachOfInfluence(const PatchScene& objects, const SurfaceView& vi
     float largest_share = 0.0f;
     std::vector<std::uint32_t> pixels;
   };
-  const auto least_share = static_cast<float>(ObjectInfluenceOptions().least_share);
+  const auto least_share = static_cast<float>(options.least_share);
   std::vector<Row> rows(static_cast<std::size_t>(view.Height()));
   tbb::parallel_for(0, view.Height(), [&](int y) {
     Row& row = rows[static_cast<std::size_t>(y)];

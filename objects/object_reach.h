@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "objects/object_influence.h"
 #include "relight/transport/patch_scene.h"
 #include "scene/camera.h"
 #include "scene/lighting.h"
@@ -29,7 +30,9 @@ struct InfluenceReach {
 // The reach over the pixels where ObjectInfluence has or may blend receivers.
 // Cost     a sixteenth of the picture's pixels are asked first; where one is decisive that is all.
 // Threads  the result does not depend on their number.
-InfluenceReach ReachOfInfluence(const PatchScene& objects, const SurfaceView& view);
+InfluenceReach ReachOfInfluence(const PatchScene& objects,
+                                const SurfaceView& view,
+                                const ObjectInfluenceOptions& options = {});
 
 // Whether some of the sun's disc is seen, past `real` alone, from a vertex of the objects (five
 // rays, to the disc's centre and rim) or the middle of a face of theirs (one), whichever way it

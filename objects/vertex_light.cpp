@@ -100,7 +100,11 @@ bool VertexLight::Leave(const std::vector<glm::dmat4>& world_from_given) {
     has_object_moved_[object] = stood[object] != world_from_given[object];
   }
   if (has_gathered) {
-    left_ = Left{std::move(interreflection_), std::move(gather_), stood, responses_[0].of_light};
+    left_ = Left{std::move(interreflection_),
+                 std::move(gather_),
+                 stood,
+                 responses_[0].of_light,
+                 responses_[0].done};
   }
   return true;
 }
@@ -391,6 +395,10 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
     return false;
   }
   if (left_) {
+    // Of another set of skies a light's index means another light.
+    for (std::size_t light = 0; light < left_->irradiance.size(); ++light) {
+      if (!left_->done.Ever(basis, light)) left_->irradiance[light].clear();
+    }
     motion_.Start({left_->interreflection, left_->world_from_given},
                   left_->gather,
                   left_->irradiance,

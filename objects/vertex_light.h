@@ -207,6 +207,7 @@ class VertexLight {
     ObjectGather gather;
     std::vector<glm::dmat4> world_from_given;
     VerticesByLight irradiance;
+    LightsDone done;  // Of `irradiance`.
   };
   LightSteps steps_ = LightSteps::kAll;  // Of the present frame.
   bool follows_ = false;  // While the objects move, and until all parts of gather_ have been cast.

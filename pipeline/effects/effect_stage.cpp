@@ -57,7 +57,8 @@ bool EffectStage::SunReachesObjects(const EffectFrame& frame) {
 }
 
 const InfluenceReach& EffectStage::Reach(const EffectFrame& frame) {
-  return reach_.Get(frame.Geometry(), [&] { return ReachOfInfluence(Objects(), frame.view); });
+  return reach_.Get(frame.Geometry(),
+                    [&] { return ReachOfInfluence(Objects(), frame.view, options_.influence); });
 }
 
 glm::vec3 EffectStage::LargestIrradiance(const EffectFrame& frame) const {

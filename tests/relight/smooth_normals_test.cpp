@@ -43,8 +43,9 @@ Mesh Terrain(const Height& height_m) {
 }
 
 double DegreesBetween(const glm::vec3& a, const glm::vec3& b) {
-  const double cosine = std::clamp(double{glm::dot(a, b)}, -1.0, 1.0);
-  return std::acos(cosine) * 180.0 / std::numbers::pi;
+  return std::atan2(glm::length(glm::cross(glm::dvec3(a), glm::dvec3(b))),
+                    glm::dot(glm::dvec3(a), glm::dvec3(b))) *
+         180.0 / std::numbers::pi;
 }
 
 std::vector<glm::vec3> AllSmooth(const Mesh& mesh) {
