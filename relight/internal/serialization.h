@@ -73,6 +73,7 @@ void ArchiveSurvey(Archive& archive, Survey& survey) {
   ArchivePlain(archive, light.albedo_stddev_rgb);
   archive(light.sun_clipped, light.aerosol_optical_depth_500nm, light.notes);
   ArchiveImage(archive, light.sky_radiance);
+  ArchiveImage(archive, survey.unmodelled_shade);
   ArchiveBlock(archive, survey.skyline.hidden);
   ArchiveBlock(archive, survey.skyline.reflected);
   ArchiveImage(archive, survey.skyline.irradiance_of_hidden);

@@ -20,6 +20,7 @@
 #include "relight/survey/internal/survey_haze.h"
 #include "relight/survey/internal/survey_light.h"
 #include "relight/survey/internal/survey_skyline.h"
+#include "relight/survey/internal/unmodelled_shade.h"
 #include "relight/transport/edge_distance.h"
 #include "relight/transport/sun_disc.h"
 #include "relight/transport/surface_gather.h"
@@ -127,14 +128,16 @@ void MarkSampleable(const PatchScene& scene,
                     const Image<std::int32_t>& face,
                     std::span<const std::uint8_t> patch_is_diffuse,
                     const Gray8Image* mask,
-                    SurfaceView& view) {
+                    Survey& survey) {
+  SurfaceView& view = survey.view;
   view.may_be_sampled = Gray8Image(view.Width(), view.Height(), 0);
   for (std::size_t i = 0; i < face.pixels.size(); ++i) {
     if (face.pixels[i] == PatchScene::kSky) continue;
     const auto patch = static_cast<std::size_t>(face.pixels[i]) / 2;
     const bool allowed = patch_is_diffuse[patch] != 0 && !scene.IsExtension(patch) &&
                          (mask == nullptr || mask->pixels[i] == 255);
-    view.may_be_sampled.pixels[i] = allowed && view.albedo_measured.pixels[i] != 0;
+    view.may_be_sampled.pixels[i] =
+        allowed && view.albedo_measured.pixels[i] != 0 && survey.unmodelled_shade.pixels[i] == 0;
   }
 }
 
@@ -324,7 +327,23 @@ Survey MakeSurvey(const SurveyMap& map,
         "survey albedo: " + std::to_string(solved.on_wrong_side) +
         " pixels beside shadow edges, which mesh and map place differently, have their surface's");
   }
-  MarkSampleable(scene, face, patch_is_diffuse, mask, view);
+  UnmodelledShade shade =
+      FindUnmodelledShade({.radiance = map.radiance,
+                           .view = view,
+                           .side = side,
+                           .sun_irradiance_rgb = glm::vec3(survey.light.sun_irradiance_rgb),
+                           .sky_irradiance_rgb = glm::vec3(survey.light.sky_irradiance_rgb)});
+  for (std::size_t i = 0; i < shade.is_in_shade.pixels.size(); ++i) {
+    if (shade.is_in_shade.pixels[i] == 0) continue;
+    view.albedo_rgb.pixels[i] = glm::min(shade.albedo_rgb.pixels[i], glm::vec3(kLargestAlbedo));
+    view.albedo_measured.pixels[i] = 1;
+  }
+  survey.unmodelled_shade = std::move(shade.is_in_shade);
+  if (shade.pixels > 0) {
+    survey.light.notes.push_back("survey albedo: " + std::to_string(shade.pixels) +
+                                 " pixels lie in shade that the mesh does not cast");
+  }
+  MarkSampleable(scene, face, patch_is_diffuse, mask, survey);
   survey.light.albedo_stddev_rgb = AlbedoStddev(survey.light, view);
   NoteSun(shadows, survey.light);
   view.geometry_version = 1;

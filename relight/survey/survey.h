@@ -73,12 +73,15 @@ struct SurveyLight {
 // `view` has the map's size (its camera is not used); albedo, normal, sky_response, sun_visibility
 // are the maps of the paper; pixels without a surface show the sky. As made, sky_response holds the
 // map's own sky (OwnSkyShape) and the sun_* images stand for the sun of the survey, so that
-// relighting with `light` gives the map back wherever albedo_measured.
+// relighting with `light` gives the map back wherever albedo_measured and no unmodelled_shade.
 struct Survey {
   glm::dvec3 position_m{0.0};
   SurveyLight light;
   Skyline skyline;  // What the map shows against the sky and the mesh lacks.
   SurfaceView view;
+  // 1 where the map shows shade that the mesh does not cast (internal/unmodelled_shade.h):
+  // albedo_rgb is the surface's all the same, but none of it may be sampled.
+  Gray8Image unmodelled_shade;
   std::shared_ptr<const SurfaceGather> gather;  // For other skies and suns.
 };
 

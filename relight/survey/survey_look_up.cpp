@@ -62,6 +62,8 @@ SurveyLookUp::SurveyLookUp(const Survey& survey)
     texel.region =
         view.albedo_measured.pixels[i] != 0 ? view.region.pixels[i] : SurfaceView::kNoRegion;
     texel.may_be_sampled = view.may_be_sampled.pixels[i];
+    texel.is_in_unmodelled_shade =
+        survey.unmodelled_shade.Empty() ? 0 : survey.unmodelled_shade.pixels[i];
     texels_.push_back(texel);
   }
   for (int y = 0; y < size_.height; ++y) {
@@ -75,6 +77,10 @@ std::size_t SurveyLookUp::Index(const LatLongSize& size, int x, int y) {
   const int column = x < 0 ? x + size.width : x < size.width ? x : x - size.width;
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(size.width) +
          static_cast<std::size_t>(column);
+}
+
+const SurveyLookUp::Texel& SurveyLookUp::NearestTexel(const glm::vec2& place) const {
+  return texels_[Index(FloorOfPlace(place.x + 0.5f), FloorOfPlace(place.y + 0.5f))];
 }
 
 void SurveyLookUp::AddLevel() {
@@ -236,6 +242,8 @@ glm::vec3 SurveyLookUp::TintOf(const PatchScene& real,
   const auto region = static_cast<std::int32_t>(real.mesh.triangle_group[of_triangle / 2]);
   const auto surveyed = At(position_m, real.SideNormal(of_triangle), region);
   if (!surveyed) return glm::vec3(1.0f);
+  // The model has the sun there, which the face's albedo, too dark, makes up for.
+  if (NearestTexel(PlaceOf(position_m)).is_in_unmodelled_shade != 0) return glm::vec3(1.0f);
   return surveyed->albedo_rgb /
          glm::max(real.face_albedo_rgb[static_cast<std::size_t>(real.FaceOfSide(side))],
                   glm::vec3(kLeastAlbedo));

@@ -73,8 +73,9 @@ class SurveyLookUp {
     float cell_edge_distance_px;  // The least of its four.
     std::int32_t region;          // SurfaceView::kNoRegion where no albedo was measured.
     std::uint8_t may_be_sampled;
-    std::uint8_t cell_may_be_sampled;  // All four.
-    std::uint8_t cell_is_one_plane;    // All four are measured, on one plane of one region.
+    std::uint8_t cell_may_be_sampled;     // All four.
+    std::uint8_t cell_is_one_plane;       // All four are measured, on one plane of one region.
+    std::uint8_t is_in_unmodelled_shade;  // See Survey.
   };
 
   // The map at half the resolution of the level before, means over two pixels a side. Texels are
@@ -87,6 +88,7 @@ class SurveyLookUp {
 
   std::size_t Index(int x, int y) const { return Index(size_, x, y); }
   static std::size_t Index(const LatLongSize& size, int x, int y);
+  const Texel& NearestTexel(const glm::vec2& place) const;
   void AddLevel();
   static bool Shows(const Texel& texel,
                     const glm::vec3& position_m,

@@ -369,9 +369,11 @@ TEST(SurveyHardCases, AnEaveThatTheMeshLacksLeavesNoDarkBand) {
   SiteModel model = site.Model(with_eave.Map());
   const Seams seams = SeamsOfTheGround(Prepare(model));
   model.environment->misplacement = {0.0, 0.0};
-  const Seams as_modelled = SeamsOfTheGround(Prepare(model));
-  ASSERT_GT(as_modelled.wrong, 20);
-  EXPECT_LT(seams.wrong, 0.5 * as_modelled.wrong) << "of " << as_modelled.wrong;
+  const Seams by_edges_alone = SeamsOfTheGround(Prepare(model));
+  // Albedos under the model's shadows have 37 wrong pixels. With a mesh that is taken as exact, the
+  // shade's own edges show it (unmodelled_shade.h).
+  EXPECT_LE(seams.wrong, 18) << "of " << seams.pixels;
+  EXPECT_LE(by_edges_alone.wrong, 18) << "of " << by_edges_alone.pixels;
 }
 
 TEST(SurveyHardCases, SeamsAreNotSoughtWhereThereAreNone) {

@@ -19,7 +19,6 @@ namespace pleinair {
 namespace {
 
 constexpr double kFewestRays = 16.0;  // See the header.
-constexpr float kLargestAlbedo = 0.98f;
 constexpr double kConverged = 1e-4;
 constexpr int kMaxIterations = 30;
 // A face's mean leaves out pixels this near to an edge, where it has others.

@@ -25,6 +25,9 @@ struct AlbedoInput {
   int bounces = kAllBounces;
 };
 
+// Above it a surface is one that the mesh lacks: see SolveAlbedo.
+inline constexpr float kLargestAlbedo = 0.98f;
+
 struct AlbedoResult {
   int iterations = 0;
   double last_change = 0.0;       // Largest move of a face's albedo in the last iteration.

@@ -48,6 +48,10 @@ std::optional<std::uint32_t> SurveyPixelOfSurface(const Survey& survey,
   const std::size_t pixel = view.region.Index(xy.x, xy.y);
   if (view.region.pixels[pixel] == SurfaceView::kNoRegion) return std::nullopt;
   if (view.albedo_measured.pixels[pixel] == 0) return std::nullopt;
+  // The model has the sun there, which the face's albedo, too dark, makes up for.
+  if (!survey.unmodelled_shade.Empty() && survey.unmodelled_shade.pixels[pixel] != 0) {
+    return std::nullopt;
+  }
 
   const glm::dvec3 shown_normal(view.normal_world.pixels[pixel]);
   if (!(glm::dot(shown_normal, glm::dvec3(normal)) >= kLeastNormalAgreement)) return std::nullopt;

@@ -1,0 +1,244 @@
+#include "relight/survey/internal/unmodelled_shade.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
+namespace pleinair {
+namespace {
+
+// All of it in logarithms.
+constexpr float kLeastHueStep = 0.18f;  // Of red over blue, from the sun to the shade.
+constexpr float kLeastLevelStep = 0.4f;
+constexpr float kLevelBelow = 0.35f;  // Of a step's level below and above the expected one.
+constexpr float kLevelAbove = 0.6f;
+constexpr float kLeastHueShare = 0.6f;  // Of the expected step of hue.
+constexpr float kMostHueShare = 1.5f;
+constexpr float kHueSlack = 0.1f;
+constexpr float kGreenSlack = 0.15f;
+constexpr float kVisibleStep = 0.25f;
+// Of one shade's pixels.
+constexpr float kSameLevel = 0.45f;
+constexpr float kSameHueShare = 0.5f;
+
+constexpr std::size_t kFewestPixels = 64;
+constexpr std::size_t kFewestSteps = 24;
+constexpr double kLeastShareOfBorder = 0.3;
+constexpr float kOnePlaneCosine = 0.95f;
+
+float LevelOf(const glm::vec3& log_rgb) { return (log_rgb.x + log_rgb.y + log_rgb.z) / 3.0f; }
+float HueOf(const glm::vec3& log_rgb) { return log_rgb.x - log_rgb.z; }
+float GreenOf(const glm::vec3& log_rgb) { return log_rgb.y - 0.5f * (log_rgb.x + log_rgb.z); }
+
+constexpr std::array<glm::ivec2, 4> kAround{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+
+class ShadeSearch {
+ public:
+  explicit ShadeSearch(const UnmodelledShadeInput& input)
+      : input_(input),
+        width_(input.view.Width()),
+        height_(input.view.Height()),
+        across_(std::max(2, width_ / 128)),
+        is_usable_(width_, height_, 0),
+        as_lit_(width_, height_, glm::vec3(0.0f)),
+        step_(width_, height_, glm::vec3(0.0f)),
+        has_step_(width_, height_, 0),
+        part_(width_, height_, kNone) {
+    const SurfaceView& view = input_.view;
+    for (std::size_t i = 0; i < part_.pixels.size(); ++i) {
+      if (view.region.pixels[i] == SurfaceView::kNoRegion) continue;
+      if (input_.side.pixels[i] != ShadowSide::kLit) continue;
+      const glm::vec3& radiance = input_.radiance.pixels[i];
+      const float cosine =
+          std::max(glm::dot(view.normal_world.pixels[i], glm::vec3(view.sun_direction_enu)), 0.0f);
+      const glm::vec3 shaded = input_.sky_irradiance_rgb * view.sky_response[0].pixels[i] +
+                               input_.sun_irradiance_rgb * view.sun_bounce.pixels[i];
+      const glm::vec3 lit = shaded + input_.sun_irradiance_rgb * cosine;
+      if (!(std::min({radiance.x, radiance.y, radiance.z}) > 0.0f)) continue;
+      if (!(std::min({shaded.x, shaded.y, shaded.z}) > 0.0f)) continue;
+      step_.pixels[i] = glm::log(lit / shaded);
+      if (!(HueOf(step_.pixels[i]) > kLeastHueStep)) continue;
+      if (!(LevelOf(step_.pixels[i]) > kLeastLevelStep)) continue;
+      as_lit_.pixels[i] = glm::log(std::numbers::pi_v<float> * radiance / lit);
+      is_usable_.pixels[i] = 1;
+    }
+  }
+
+  UnmodelledShade Find() {
+    UnmodelledShade found{Gray8Image(width_, height_, 0), RgbImage(width_, height_), 0};
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) has_step_.At(x, y) = HasStepBeside({x, y}) ? 1 : 0;
+    }
+    std::int32_t parts = 0;
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) {
+        if (part_.At(x, y) != kNone || has_step_.At(x, y) == 0) continue;
+        const std::vector<glm::ivec2> pixels = Grow({x, y}, parts);
+        const std::optional<float> brighter = LitBeside(pixels, parts);
+        ++parts;
+        if (!brighter) continue;
+        for (const glm::ivec2& at : pixels) {
+          const std::size_t i = Index(at);
+          found.is_in_shade.pixels[i] = 1;
+          found.albedo_rgb.pixels[i] = glm::exp(as_lit_.pixels[i] + step_.pixels[i] + *brighter);
+        }
+        found.pixels += pixels.size();
+      }
+    }
+    FillBlur(found);
+    return found;
+  }
+
+ private:
+  static constexpr std::int32_t kNone = -1;
+
+  std::size_t Index(const glm::ivec2& at) const { return part_.Index(at.x, at.y); }
+
+  // The pixel of the same plane that is `step` off; none where there is none that can be compared.
+  std::optional<glm::ivec2> Beside(const glm::ivec2& at, const glm::ivec2& step) const {
+    const glm::ivec2 there((at.x + step.x + width_) % width_, at.y + step.y);
+    if (there.y < 0 || there.y >= height_) return std::nullopt;
+    const std::size_t i = Index(at);
+    const std::size_t j = Index(there);
+    const SurfaceView& view = input_.view;
+    const bool is_one_plane =
+        is_usable_.pixels[j] != 0 && view.region.pixels[i] == view.region.pixels[j] &&
+        glm::dot(view.normal_world.pixels[i], view.normal_world.pixels[j]) > kOnePlaneCosine;
+    return is_one_plane ? std::optional(there) : std::nullopt;
+  }
+
+  // Whether `lit` may be the same surface in the sun as `shaded` in the shade.
+  bool IsStep(const glm::ivec2& shaded, const glm::ivec2& lit) const {
+    const glm::vec3 step = as_lit_.pixels[Index(lit)] - as_lit_.pixels[Index(shaded)];
+    const glm::vec3& expected = step_.pixels[Index(shaded)];
+    const float level = LevelOf(step) - LevelOf(expected);
+    const float hue = HueOf(step);
+    return level > -kLevelBelow && level < kLevelAbove && hue > kLeastHueShare * HueOf(expected) &&
+           hue < kMostHueShare * HueOf(expected) + kHueSlack &&
+           std::abs(GreenOf(step) - GreenOf(expected)) < kGreenSlack;
+  }
+
+  bool HasStepBeside(const glm::ivec2& at) const {
+    if (is_usable_.pixels[Index(at)] == 0) return false;
+    return std::any_of(kAround.begin(), kAround.end(), [&](const glm::ivec2& direction) {
+      const auto there = Beside(at, across_ * direction);
+      return there && IsStep(at, *there);
+    });
+  }
+
+  // What is connected to `seed` and as dark and blue as it, or as the last pixel beside a step on
+  // the way there, marked as `part`.
+  std::vector<glm::ivec2> Grow(const glm::ivec2& seed, std::int32_t part) {
+    std::vector<glm::ivec2> pixels{seed};
+    std::vector<glm::vec3> like{as_lit_.pixels[Index(seed)]};
+    part_.pixels[Index(seed)] = part;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      for (const glm::ivec2& direction : kAround) {
+        const auto there = Beside(pixels[i], direction);
+        if (!there || part_.pixels[Index(*there)] != kNone) continue;
+        const glm::vec3 off = as_lit_.pixels[Index(*there)] - like[i];
+        const float most_hue = kSameHueShare * HueOf(step_.pixels[Index(*there)]);
+        if (!(std::abs(LevelOf(off)) < kSameLevel) || !(std::abs(HueOf(off)) < most_hue)) continue;
+        part_.pixels[Index(*there)] = part;
+        pixels.push_back(*there);
+        like.push_back(has_step_.pixels[Index(*there)] != 0 ? as_lit_.pixels[Index(*there)]
+                                                            : like[i]);
+      }
+    }
+    return pixels;
+  }
+
+  // By how much the lit surface beside a part is brighter than the part without the sun, in the
+  // median; none where the part is no shade.
+  std::optional<float> LitBeside(const std::vector<glm::ivec2>& pixels, std::int32_t part) const {
+    if (pixels.size() < kFewestPixels) return std::nullopt;
+    std::size_t edges = 0;
+    std::vector<float> brighter;
+    for (const glm::ivec2& at : pixels) {
+      for (const glm::ivec2& direction : kAround) {
+        const auto there = Beside(at, across_ * direction);
+        if (!there || part_.pixels[Index(*there)] == part) continue;
+        const float level = LevelOf(as_lit_.pixels[Index(*there)] - as_lit_.pixels[Index(at)]);
+        if (std::abs(level) < kVisibleStep) continue;
+        ++edges;
+        if (IsStep(at, *there)) brighter.push_back(level - LevelOf(step_.pixels[Index(at)]));
+      }
+    }
+    if (brighter.size() < kFewestSteps ||
+        static_cast<double>(brighter.size()) < kLeastShareOfBorder * static_cast<double>(edges)) {
+      return std::nullopt;
+    }
+    const auto middle = brighter.begin() + static_cast<std::ptrdiff_t>(brighter.size() / 2);
+    std::nth_element(brighter.begin(), middle, brighter.end());
+    return *middle;
+  }
+
+  // Between shade and sun a pixel has some of both: it takes the mean of the sunlit ones around.
+  void FillBlur(UnmodelledShade& found) const {
+    std::vector<std::uint32_t> blurred;
+    std::vector<glm::vec3> albedo;
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) {
+        const std::size_t i = part_.Index(x, y);
+        if (is_usable_.pixels[i] == 0 || found.is_in_shade.pixels[i] != 0) continue;
+        if (!IsNearShade(found, {x, y})) continue;
+        glm::vec3 sum(0.0f);
+        int count = 0;
+        for (int dy = -across_ - 2; dy <= across_ + 2; ++dy) {
+          for (int dx = -across_ - 2; dx <= across_ + 2; ++dx) {
+            const auto there = Beside({x, y}, {dx, dy});
+            if (!there || found.is_in_shade.pixels[Index(*there)] != 0) continue;
+            if (IsNearShade(found, *there)) continue;
+            sum += as_lit_.pixels[Index(*there)];
+            ++count;
+          }
+        }
+        if (count == 0) continue;
+        blurred.push_back(static_cast<std::uint32_t>(i));
+        albedo.push_back(glm::exp(sum / static_cast<float>(count)));
+      }
+    }
+    for (std::size_t k = 0; k < blurred.size(); ++k) {
+      found.is_in_shade.pixels[blurred[k]] = 1;
+      found.albedo_rgb.pixels[blurred[k]] = albedo[k];
+    }
+    found.pixels += blurred.size();
+  }
+
+  bool IsNearShade(const UnmodelledShade& found, const glm::ivec2& at) const {
+    for (int off = 1; off < across_; ++off) {
+      for (const glm::ivec2& direction : kAround) {
+        const auto there = Beside(at, off * direction);
+        if (there && found.is_in_shade.pixels[Index(*there)] != 0) return true;
+      }
+    }
+    return false;
+  }
+
+  const UnmodelledShadeInput& input_;
+  int width_;
+  int height_;
+  int across_;  // Pixels from one side of an edge to the other.
+  Gray8Image is_usable_;
+  RgbImage as_lit_;      // Logarithm of the albedo that the sun would make of the radiance.
+  RgbImage step_;        // And by how much it is larger in the shade.
+  Gray8Image has_step_;  // Beside it to a sunlit pixel.
+  Image<std::int32_t> part_;
+};
+
+}  // namespace
+
+UnmodelledShade FindUnmodelledShade(const UnmodelledShadeInput& input) {
+  return ShadeSearch(input).Find();
+}
+
+}  // namespace pleinair

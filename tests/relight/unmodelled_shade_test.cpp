@@ -1,0 +1,164 @@
+// Shade of things that the mesh lacks, in a survey's map of a level ground.
+#include "relight/survey/internal/unmodelled_shade.h"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "scene/lat_long.h"
+
+namespace pleinair::unmodelled_shade_test {
+namespace {
+
+constexpr LatLongSize kSize{512, 256};
+constexpr float kEyeM = 1.6f;
+const glm::vec3 kSun(1000.0f, 920.0f, 800.0f);
+const glm::vec3 kSky(120.0f, 160.0f, 230.0f);
+const glm::vec3 kToSun = glm::normalize(glm::vec3(0.6f, 0.2f, 0.8f));
+const glm::vec3 kPaving(0.3f);
+
+class UnmodelledShadeTest : public testing::Test {
+ protected:
+  UnmodelledShadeTest() {
+    view_.region = Image<std::int32_t>(kSize.width, kSize.height, SurfaceView::kNoRegion);
+    view_.position_world_m = RgbImage(kSize.width, kSize.height);
+    view_.normal_world = RgbImage(kSize.width, kSize.height, glm::vec3(0.0f, 0.0f, 1.0f));
+    view_.sky_response.assign(1, RgbImage(kSize.width, kSize.height, glm::vec3(1.0f)));
+    view_.sun_bounce = RgbImage(kSize.width, kSize.height, glm::vec3(0.0f));
+    view_.sun_direction_enu = glm::dvec3(kToSun);
+    side_ = Image<ShadowSide>(kSize.width, kSize.height, ShadowSide::kUnsure);
+    for (int y = kSize.height / 2 + 4; y < kSize.height; ++y) {
+      for (int x = 0; x < kSize.width; ++x) {
+        const glm::vec3 direction(DirectionFromLatLong({x + 0.5, y + 0.5}, kSize));
+        view_.region.At(x, y) = 0;
+        view_.position_world_m.At(x, y) =
+            glm::vec3(0.0f, 0.0f, kEyeM) - direction * (kEyeM / direction.z);
+        side_.At(x, y) = ShadowSide::kLit;
+      }
+    }
+  }
+
+  // What a camera with soft pixels sees of a ground of that albedo, a tenth of stains beside, under
+  // these shares of the sun and the sky.
+  RgbImage Map(const std::function<glm::vec3(const glm::vec3&)>& albedo_at,
+               const std::function<glm::vec2(const glm::vec3&)>& sun_and_sky_at) const {
+    std::mt19937 random(1);
+    std::normal_distribution<float> stain(0.0f, 0.1f);
+    RgbImage sharp(kSize.width, kSize.height, glm::vec3(0.0f));
+    for (std::size_t i = 0; i < sharp.pixels.size(); ++i) {
+      if (view_.region.pixels[i] == SurfaceView::kNoRegion) continue;
+      const glm::vec3& at_m = view_.position_world_m.pixels[i];
+      const glm::vec2 shares = sun_and_sky_at(at_m);
+      sharp.pixels[i] = std::exp(stain(random)) * std::numbers::inv_pi_v<float> * albedo_at(at_m) *
+                        (shares.y * sky_ + shares.x * kToSun.z * sun_);
+    }
+    RgbImage soft = sharp;
+    for (int y = kSize.height / 2 + 5; y + 1 < kSize.height; ++y) {
+      for (int x = 0; x < kSize.width; ++x) {
+        const int left = (x + kSize.width - 1) % kSize.width;
+        const int right = (x + 1) % kSize.width;
+        soft.At(x, y) = 0.5f * sharp.At(x, y) + 0.125f * (sharp.At(left, y) + sharp.At(right, y) +
+                                                          sharp.At(x, y - 1) + sharp.At(x, y + 1));
+      }
+    }
+    return soft;
+  }
+
+  UnmodelledShade Find(const RgbImage& map) const {
+    return FindUnmodelledShade({.radiance = map,
+                                .view = view_,
+                                .side = side_,
+                                .sun_irradiance_rgb = sun_,
+                                .sky_irradiance_rgb = sky_});
+  }
+
+  // Of the pixels whose place is within `radius_m` of a tree's shade, or beyond it.
+  struct Share {
+    int pixels = 0;
+    int in_shade = 0;
+    double albedo = 0.0;  // The mean of those in shade.
+  };
+  Share InsideOf(const UnmodelledShade& found, float radius_m) const {
+    return ShareOf(found, [=](float from_middle_m) { return from_middle_m < radius_m; });
+  }
+  Share OutsideOf(const UnmodelledShade& found, float radius_m) const {
+    return ShareOf(found, [=](float from_middle_m) { return from_middle_m > radius_m; });
+  }
+
+  static constexpr float kShadeM = 1.2f;  // Radius of the shade around kMiddleM.
+  static float FromMiddleM(const glm::vec3& at_m) { return glm::distance(at_m, kMiddleM); }
+
+  glm::vec3 sun_ = kSun;
+  glm::vec3 sky_ = kSky;
+
+ private:
+  static constexpr glm::vec3 kMiddleM{2.0f, 1.5f, 0.0f};
+
+  Share ShareOf(const UnmodelledShade& found, const std::function<bool(float)>& counts) const {
+    Share share;
+    for (std::size_t i = 0; i < view_.region.pixels.size(); ++i) {
+      if (view_.region.pixels[i] == SurfaceView::kNoRegion) continue;
+      if (!counts(FromMiddleM(view_.position_world_m.pixels[i]))) continue;
+      ++share.pixels;
+      if (found.is_in_shade.pixels[i] == 0) continue;
+      ++share.in_shade;
+      share.albedo += found.albedo_rgb.pixels[i].g;
+    }
+    if (share.in_shade > 0) share.albedo /= share.in_shade;
+    return share;
+  }
+
+  SurfaceView view_;
+  Image<ShadowSide> side_;
+};
+
+glm::vec3 Paved(const glm::vec3& /*at_m*/) { return kPaving; }
+
+TEST_F(UnmodelledShadeTest, IsFoundWithTheAlbedoOfTheSunlitSurface) {
+  for (const float sky_left : {1.0f, 0.6f}) {
+    const UnmodelledShade found = Find(Map(Paved, [&](const glm::vec3& at_m) {
+      return FromMiddleM(at_m) < kShadeM ? glm::vec2(0.0f, sky_left) : glm::vec2(1.0f);
+    }));
+    const Share inside = InsideOf(found, 0.9f * kShadeM);
+    EXPECT_GT(inside.in_shade, 0.95 * inside.pixels) << sky_left;
+    EXPECT_NEAR(inside.albedo, kPaving.g, 0.1 * kPaving.g) << sky_left;
+    EXPECT_LT(OutsideOf(found, 1.3f * kShadeM).in_shade, 50) << sky_left;
+  }
+}
+
+// Asphalt of a shade's level in the sun, and paint of another colour and level.
+TEST_F(UnmodelledShadeTest, IsNotADarkerSurfaceInTheSun) {
+  for (const glm::vec3& dark :
+       {glm::vec3(0.055f), glm::vec3(0.03f, 0.06f, 0.15f), glm::vec3(0.12f, 0.05f, 0.04f)}) {
+    const UnmodelledShade found = Find(
+        Map([&](const glm::vec3& at_m) { return FromMiddleM(at_m) < kShadeM ? dark : kPaving; },
+            [](const glm::vec3&) { return glm::vec2(1.0f); }));
+    EXPECT_EQ(found.pixels, 0u) << dark.r << " " << dark.b;
+  }
+}
+
+TEST_F(UnmodelledShadeTest, IsNotLookedForWhereItsColourSaysNothing) {
+  sun_ = glm::vec3(1000.0f);
+  sky_ = glm::vec3(150.0f);
+  EXPECT_EQ(Find(Map(Paved,
+                     [](const glm::vec3& at_m) {
+                       return FromMiddleM(at_m) < kShadeM ? glm::vec2(0.0f, 1.0f) : glm::vec2(1.0f);
+                     }))
+                .pixels,
+            0u);
+}
+
+TEST_F(UnmodelledShadeTest, NeedsASunAndAPicture) {
+  const RgbImage map = Map(Paved, [](const glm::vec3&) { return glm::vec2(1.0f); });
+  EXPECT_EQ(Find(map).pixels, 0u);
+  EXPECT_EQ(Find(RgbImage(kSize.width, kSize.height, glm::vec3(0.0f))).pixels, 0u);
+  sun_ = glm::vec3(0.0f);
+  EXPECT_EQ(Find(map).pixels, 0u);
+}
+
+}  // namespace
+}  // namespace pleinair::unmodelled_shade_test
