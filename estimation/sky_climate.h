@@ -56,7 +56,7 @@ struct SkyClimate {
 // blue and cloud grey are the two ends of a sky's colour, so no channel can vanish.
 //
 // Source     Shares and spreads are assumptions, set by hand and not fitted to measurements;
-//            docs/method.md compares them with one measured day.
+//            docs/weather.md compares them with one measured day.
 // Throws     std::invalid_argument for a clear sky that is negative or not finite.
 SkyClimate MakeSkyClimate(const ClearSkyExpectation& clear_sky);
 
