@@ -22,7 +22,7 @@ using estimation_internal::IsMeasured;
 
 // What orientation and refraction may be off by.
 constexpr double kSearchRadiusRad = 2.5 * std::numbers::pi / 180.0;
-// Of the sky around the disc that stands for the sky behind it.
+// The sky around the disc that is used as the sky behind it.
 constexpr double kRingWidthRad = 1.5 * std::numbers::pi / 180.0;
 // Above the sky around: a thin cloud's bright patch is not a disc.
 constexpr float kDiscContrast = 3.0f;

@@ -15,7 +15,8 @@ namespace {
 using estimation_internal::Square;
 
 constexpr double kHuber = 1.5;
-constexpr double kAlbedoConverged = 1e-3;  // Of an albedo, relative: far below any of its errors.
+constexpr double kAlbedoConverged =
+    1e-3;  // Change of an albedo, relative: far below any of its errors.
 // The suns whose colour counts, as a share of the strongest.
 constexpr double kStrongSun = 0.5;
 // Below this share of a frame's usual light a sample's own error is glare and bounces.
@@ -33,7 +34,7 @@ double TransportOf(const DiffuseSample& sample, int basis, int channel) {
 struct Reading {
   double log_albedo = 0.0;
   double variance = 0.0;
-  double sky_share = 0.0;  // Of its light.
+  double sky_share = 0.0;  // Of the frame's light.
 };
 
 class JointFit {
@@ -140,7 +141,7 @@ class JointFit {
     }
   }
 
-  // Of one sample in its frame's light; none where too little falls on it.
+  // Albedo of one sample in its frame's light; none where too little light falls on it.
   bool Read(std::size_t frame, const AlbedoSample& sample, int channel, Reading& reading) const {
     const LightingFit& light = found_.lights[frame];
     const auto lights = light.irradiance_rgb.size() / 3;
@@ -167,8 +168,8 @@ class JointFit {
     return std::isfinite(reading.log_albedo) && std::isfinite(reading.variance);
   }
 
-  // What all samples of a surface share in one frame, lit or shaded: a real sky is not of the
-  // fitted shape, so that what the sun lights tells an albedo best.
+  // The error that all samples of a surface share in one frame, lit or shaded: a real sky is not of
+  // the fitted shape. So sunlit samples determine an albedo best.
   double SharedVariance(double sky_share) const {
     return Square(options_.frame_error) + Square(options_.fit.sky_shape_error * sky_share);
   }
@@ -293,8 +294,8 @@ class JointFit {
     for (int c = 0; c < 3; ++c) log_factor_[c] = std::log(factor[c]);
   }
 
-  // Per channel the median over the strongest suns that their frames tell of sun over beam, each of
-  // mean 1; black where there is none.
+  // Per channel the median of sun over beam, each of mean 1, over the strongest suns that their
+  // frames determine; black where there is none.
   glm::dvec3 SunOverBeam() const {
     double strongest = 0.0;
     for (std::size_t f = 0; f < frames_.size(); ++f) {
@@ -320,7 +321,7 @@ class JointFit {
   }
   double SunOf(std::size_t f) const { return Mean(SunRgb(f)); }
 
-  // Whether the samples tell the sun to a tenth of itself, in each channel.
+  // Whether the samples determine the sun to a tenth of itself, in each channel.
   bool IsTold(std::size_t f) const {
     const glm::dvec3& beam = frames_[f].clear_beam_rgb;
     if (!frames_[f].sun_is_up || !(std::min({beam.x, beam.y, beam.z}) > 0.0)) return false;

@@ -16,12 +16,12 @@ namespace {
 // A frame as much later is likely to show the same light.
 constexpr auto kStartsAtTheLast = std::chrono::seconds(10);
 
-// Of each channel's gain: of units that are the survey's; of a picture whose exposure and white
-// balance changed by a known factor; of one whose white balance is not known.
+// Standard deviations of each channel's gain. In order: units of the survey; a picture whose
+// exposure and white balance changed by a known factor; a picture of unknown white balance.
 constexpr double kSurveyedGainStddev = 0.02;
 constexpr double kFollowedGainStddev = 0.02;
 constexpr double kUnknownGainStddev = 0.35;
-// Of the climate's light in units that only earlier frames have tied.
+// Standard deviation of the climate's light in units that only earlier frames have tied.
 constexpr double kLearnedGainStddev = 0.3;
 
 bool AnyOfTheDiscIsUp(const SunState& sun) {
@@ -36,9 +36,9 @@ bool IsKnown(const ClearSkyExpectation& clear_sky) {
              0.0;
 }
 
-// What two Gaussians know that may share their errors: in each direction what the better one does.
-// A picture's errors of albedo and geometry are the next picture's, too, so that many pictures know
-// hardly more than one (after Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal intersection).
+// Fuses two Gaussians that may share their errors: in each direction the better one counts. Errors
+// of albedo and geometry are the same in the next picture, so that many pictures have hardly more
+// information than one. After Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal intersection.
 SunAndSkyMatrix BetterOf(const SunAndSkyMatrix& known, const SunAndSkyMatrix& measured) {
   const Eigen::LLT<SunAndSkyMatrix> root(known);
   const SunAndSkyMatrix lower = root.matrixL();
@@ -167,7 +167,7 @@ void Describe(const OutdoorConditions& conditions,
   estimate.relative_residual = fit.relative_residual;
 }
 
-// Of the prior's weathers, which are the belief's states with a share.
+// For the prior's weathers: the belief's states with a share.
 void DescribeWeather(const WeatherBelief& belief,
                      const LightingFit& fit,
                      LightingEstimate& estimate) {
@@ -195,8 +195,8 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     }
     expectation.prior.log_likelihood.assign(log_likelihood.begin(), log_likelihood.end());
   }
-  // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each
-  // found by themselves.
+  // A wrong model may favour either of two starts: frames of a recording, minutes apart, are each
+  // fitted without the last one.
   const auto since = last_time_ ? conditions.time - *last_time_ : UtcTime::duration::max();
   if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
   last_time_ = conditions.time;

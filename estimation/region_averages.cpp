@@ -15,7 +15,7 @@ using estimation_internal::IsMeasured;
 
 struct RunSum {
   glm::vec3 radiance_sr{0.0f};
-  float least = 0.0f;  // Of all values, or 0.
+  float least = 0.0f;  // Mean of all values, or 0.
 };
 
 // Four pixels at a time: a sum of one pixel after another waits for every single addition.

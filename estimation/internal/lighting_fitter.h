@@ -20,12 +20,12 @@ inline constexpr double kWeakInformation = 1e-4;
 
 }  // namespace estimation_internal
 
-// Makes `fit` that of a mixture with `other`, of which `share` is the smaller part.
+// Replaces `fit` by a mixture of itself and `other`, which has the smaller part `share`.
 void Blend(const LightingFit& other, double share, LightingFit& fit);
 
 struct LightingFitter::Impl {
   const LightingFitOptions given_options;
-  LightingFitOptions options;  // Of this call: the prior may know less of the albedos.
+  LightingFitOptions options;  // For this call: the prior may state less certain albedos.
   estimation_internal::FitProblem problem;
   estimation_internal::RobustStart start;
   estimation_internal::Reweighting reweighting;

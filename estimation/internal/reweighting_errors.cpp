@@ -1,4 +1,4 @@
-// How large the errors are that reweighting goes by, as the residuals of a pass tell.
+// Estimates the sizes of the errors that reweighting uses, from the residuals of a pass.
 #include "estimation/internal/reweighting.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 // The median of |x| of a Gaussian is 0.6745 standard deviations.
 constexpr double kSigmaOfMedian = 1.4826;
-// Of one cut off at 2.5 standard deviations, 0.6640.
+// For a distribution cut off at 2.5 standard deviations: 0.6640.
 constexpr double kFarOff = 2.5;
 constexpr double kSigmaOfMedianWithoutFarOff = 1.5060;
 // What is expected before the data have spoken counts as so many samples, cells or planes.
@@ -21,7 +21,7 @@ constexpr double kPriorCount = 1.0;
 
 }  // namespace
 
-// Of deviations, which are reordered.
+// Median of deviations, which are reordered.
 double Reweighting::ScaleOf(std::vector<double>& deviations,
                             double unknowns,
                             const LightingFitOptions& options) {
@@ -139,9 +139,9 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
 }
 
-// By the sums of psi over cells of neighbours. Would samples err alone, the square of such a sum
-// were expected to be `mean_square` (m - m^2 / M), m and M the inliers of the cell and of its
-// plane, whose mean is taken away.
+// From the sums of psi over cells of neighbours. With independent errors, the expected square of
+// such a sum is `mean_square` (m - m^2 / M). Here m and M are the inliers of the cell and of its
+// plane, whose mean is subtracted.
 double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) const {
   double squares = 0.0;
   double expected = 0.0;
@@ -159,10 +159,10 @@ double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) 
   return std::max(1.0, (kPriorCount + degrees * squares / expected) / (kPriorCount + degrees));
 }
 
-// One-way analysis of variance over the planes. One picture cannot tell albedo from the sky's
-// shape: both errors are as many times larger than expected, e. The residual r of a plane's mean
-// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 (v^2 + u^2))), h the part of it that the fitted
-// lights take away, known from the last pass.
+// One-way analysis of variance over the planes. One picture cannot distinguish albedo from the
+// sky's shape: both errors are e times the expected ones. The residual r of a plane's mean has a
+// variance of (1 - h) (n / W + e^2 (t^2 + s^2 (v^2 + u^2))). Here h is the part that the fitted
+// lights remove, known from the last pass.
 void Reweighting::EstimateSharedErrors(const FitProblem& problem,
                                        const LightMatrix& prior_information,
                                        const LightingFitOptions& options) {
@@ -211,7 +211,7 @@ void Reweighting::EstimateSharedErrors(const FitProblem& problem,
   sky_shape_error_ = error_ * options.sky_shape_error;
 }
 
-// Of all channels together: an albedo is most often off in all of them alike.
+// One value for all channels: the error of an albedo is mostly common to them.
 Reweighting::Witness Reweighting::WitnessOf(int plane,
                                             const std::array<BasisMatrix, 3>& covariance,
                                             const LightingFitOptions& options) const {

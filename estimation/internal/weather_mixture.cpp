@@ -13,7 +13,8 @@
 namespace pleinair::estimation_internal {
 namespace {
 
-// Of a free gain, relative to the one that the samples choose: wide, yet a mean stays a mean.
+// Spread of a free gain, relative to the gain that the samples determine: wide, yet a mean stays a
+// mean.
 constexpr double kFreeGainStddev = 1.0;
 
 double LogDeterminant(const LightMatrix& positive) {
