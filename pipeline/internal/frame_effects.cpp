@@ -14,7 +14,7 @@ namespace {
 
 // Nominal.
 constexpr double kReadBackMs = 0.5;
-constexpr double kChooseMs = 0.5;  // Of the plan's choice.
+constexpr double kChooseMs = 0.5;  // Time of the plan's choice.
 // Where nothing moves, a budget shares the cost of what is made once among so many frames.
 // Otherwise it would never start an effect that is cheap from its second frame on.
 constexpr double kFramesThatShare = 30.0;
@@ -148,7 +148,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   }
   Stopwatch watch;
   EffectFrame frame = Begin(lit, steps);
-  double once_ms = 0.0;  // Of planning, of the first frames alone.
+  double once_ms = 0.0;  // Part of planning, in the first frames only.
   if (settings_[Effect::kCameraBlur] != EffectSwitch::kOff) {
     Stopwatch measuring;
     frame.camera_blur_px = camera_matching_.BlurPx(lit.frame, lit.view);

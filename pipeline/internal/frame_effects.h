@@ -94,7 +94,7 @@ class FrameEffects {
   LearnedCost draw_cost_;  // Over the nominal: no milliseconds, but their ratio.
   bool has_drawn_ = false;
   LearnedCost read_back_cost_;
-  LearnedCost plan_cost_;  // Of the choice itself.
+  LearnedCost plan_cost_;  // Time of the choice itself.
 };
 
 }  // namespace pleinair

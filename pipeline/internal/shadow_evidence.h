@@ -28,9 +28,9 @@ struct ShadowPicture {
 // shaded level that suit it, so that neither light nor albedo need be known. Low is good.
 std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
 
-// The share of the pixels that `candidate` puts in the sun, and of those that it puts in shade,
-// that is nearer to its own level than to the other: the smaller of the two. 0 where no plane has
-// levels.
+// The share of the pixels that are nearer to their own level than to the other. It is computed for
+// the pixels that `candidate` puts in the sun and for those that it puts in shade; the smaller one
+// is returned. 0 where no plane has levels.
 double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate);
 
 // How much bluer shade is than sun on the same planes, as `candidate` has them: a natural
@@ -49,9 +49,10 @@ struct PictureEvidence {
   bool sunlit = false;              // Some plane has a lit and a shaded part.
 };
 
-// With the planes' levels as found under `candidate`. `raised_shares`: as picture.shares, for suns
-// at other elevations, all as likely a priori: a mesh whose eaves or chimneys are a little too high
-// or too low moves shadows along the sun's azimuth, and such edges must not support another one.
+// With the planes' levels as found under `candidate`. `raised_shares` is as picture.shares, for
+// suns at other elevations, all equally likely a priori. A mesh whose eaves or chimneys are a
+// little too high or too low moves shadows along the sun's azimuth, and such edges must not support
+// another azimuth.
 PictureEvidence EvidenceNear(const ShadowPicture& picture,
                              std::size_t candidate,
                              std::span<const std::vector<std::uint8_t>> raised_shares);
