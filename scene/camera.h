@@ -1,4 +1,4 @@
-// A camera as plain data. Lens mathematics (distortion and its inverse) is calib/lens.h's.
+// A camera as plain data. For distortion and its inverse see calib/lens.h.
 #pragma once
 
 #include <array>

@@ -25,7 +25,7 @@ glm::dvec3 DirectionFromLatLong(glm::dvec2 uv_px, LatLongSize size);
 // poles u is width / 2. Throws std::invalid_argument for a zero or non-finite direction.
 glm::dvec2 LatLongFromDirection(const glm::dvec3& direction_enu, LatLongSize size);
 
-// The pixel that holds that point.
+// The pixel that contains that point.
 glm::ivec2 LatLongPixelFromDirection(const glm::dvec3& direction_enu, LatLongSize size);
 
 // Solid angle in steradians of a pixel of row `y`, exact for the mapping.
@@ -34,7 +34,7 @@ double LatLongPixelSolidAngleSr(int y, LatLongSize size);
 // Bilinear look-up that wraps around the seam and over the poles.
 glm::vec3 SampleLatLong(const RgbImage& image, const glm::dvec3& direction_enu);
 
-// `image` turned about the vertical: what it shows at azimuth A is at A + clockwise_rad then.
+// Returns `image` turned about the vertical: content at azimuth A moves to A + clockwise_rad.
 // Linear between pixels' centres, so that each row keeps its light.
 RgbImage TurnedLatLong(const RgbImage& image, double clockwise_rad);
 

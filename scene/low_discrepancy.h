@@ -1,4 +1,4 @@
-// Point sets and hashes behind the gathered rays: same bits on every machine and thread count.
+// Point sets and hashes for gathered rays, with the same bits on every machine and thread count.
 #pragma once
 
 #include <cmath>

@@ -53,9 +53,9 @@ class PartMotion {
 
   // The animation goes on from its beginning when it ends, and before its beginning.
   glm::dmat4 FileFromPart(double time_s) const;
-  // Takes the part from where it is at time 0 to where it is at `time_s`; the unit matrix, to the
-  // bit, where these are one place. Throws std::runtime_error where the part has no extent at time
-  // 0: a scale of 0.
+  // Takes the part from where it is at time 0 to where it is at `time_s`; exactly the unit matrix
+  // where these are equal. Throws std::runtime_error where the part has no extent at time 0: a
+  // scale of 0.
   glm::dmat4 FileFromStart(double time_s) const;
 
  private:

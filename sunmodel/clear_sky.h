@@ -27,9 +27,9 @@ struct ClearSkyConditions {
   void Validate() const;
 };
 
-// For the sun at `apparent_elevation_rad`. Continuous in it, through the horizon too: the beam
-// fades in while the disc's centre rises by the disc's width, and is exactly 0 with the centre at
-// or below the horizon; the sky dims by e per degree below it.
+// Returns the irradiance for the sun at `apparent_elevation_rad`. Continuous in it, also at the
+// horizon. The beam fades in while the disc's centre rises by the disc's width, and is exactly 0
+// with the centre at or below the horizon. The sky dims by e per degree below it.
 //
 // Units      Each channel as though the entire solar constant had that channel's loss: above the
 //            atmosphere the beam is white, 1361 W m^-2 in every channel at 1 au.

@@ -33,8 +33,8 @@ double HazePhase(double cosine) {
   return (1.0 - g * g) / (spread * std::sqrt(spread));
 }
 
-// What a layer of depth 1 would scatter towards the ground, were its phase 1: the integral over the
-// layer of light that comes by air mass `in` and leaves by `out`,
+// Light that a layer of depth 1 and phase 1 scatters towards the ground: the integral over the
+// layer of light that enters by air mass `in` and leaves by `out`,
 //   out (e^(-depth in) - e^(-depth out)) / (out - in) / depth, even where the two masses meet.
 double ScatteredShare(double depth, double in, double out) {
   const double apart = std::abs(out - in) * depth;

@@ -17,7 +17,7 @@ namespace pleinair {
 
 // The place of a picture: empty where there is none.
 struct ImportedTexture {
-  std::string name;  // Of a file, or of the picture with that number in the scene.
+  std::string name;  // A file, or the picture with that index in the scene.
   std::int32_t embedded = -1;
   TextureWraps wraps;
   std::uint32_t set = 0;  // Which of a vertex' texture coordinates.
@@ -48,7 +48,7 @@ struct ImportedMesh {
   std::uint64_t points_and_lines = 0;  // Faces without three corners.
   std::vector<glm::vec3> positions;
   std::vector<glm::vec3> normals;                  // As many, or none.
-  std::vector<glm::vec4> colours;                  // Of the first set; as many, or none.
+  std::vector<glm::vec4> colours;                  // The first set; one for each vertex, or none.
   std::vector<std::vector<glm::vec2>> texture_uv;  // By set; v goes up. Each as many, or none.
   std::vector<glm::uvec3> triangles;
 };
