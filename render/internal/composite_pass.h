@@ -28,8 +28,8 @@ struct CompositeLayers {
   GLuint object_layer = 0;
   GLuint shadow_mask = 0;
   const RectTexture& change;
-  const RectTexture& hidden_sun;  // Shares of the sun's disc; where it is not empty, no mask is.
-  const BlurKernel& shadow_blur;  // Of hidden_sun.
+  const RectTexture& hidden_sun;  // Shares of the sun's disc; replaces the mask unless empty.
+  const BlurKernel& shadow_blur;  // Blur of hidden_sun.
   PixelRect object_rect;
   PixelRect mask_rect;
   PixelRect hidden_rect;

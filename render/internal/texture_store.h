@@ -10,8 +10,8 @@
 
 namespace pleinair {
 
-// Linear half floats: software's own decoding of sRGB is good to half a code only, and devices may
-// filter before they decode. 8 bytes a texel, and a third more for the levels.
+// Linear half floats: software's own decoding of sRGB is accurate to half a code only, and devices
+// may filter before they decode. 8 bytes for each texel, and a third more for the levels.
 class TextureStore {
  public:
   // Those that are not among `wanted` are forgotten; the others stay as they are, so that an object

@@ -12,9 +12,10 @@
 namespace pleinair {
 namespace {
 
-// Where a sample lies in a triangle: with the corners' clip coordinates (x, y, w) as columns of M,
-// the weights are M^-1 (x, y, 1) up to their sum (Olano and Greer 1997, "Triangle scan conversion
-// using 2D homogeneous coordinates"), also where a corner lies behind the camera.
+// Barycentric weights of a sample in a triangle. With the corners' clip coordinates (x, y, w) as
+// columns of M, they are M^-1 (x, y, 1) up to their sum, also where a corner lies behind the
+// camera. Source: Olano and Greer 1997, "Triangle scan conversion using 2D homogeneous
+// coordinates".
 class TriangleWeights {
  public:
   TriangleWeights(const VertexShares::Samples& samples, const glm::uvec3& triangle) {
