@@ -1,4 +1,4 @@
-// A response from a bracket some of whose pictures may be no use.
+// A response from a bracket of which some pictures may be unusable.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace pleinair {
 
-// How a picture's light lies to that of the others, by the curve.
+// A picture's light compared with that of the others, by the curve.
 struct BracketPicture {
   double offset = 0.0;   // Median over pixels, natural logarithm: its exposure is not as stated.
   double scatter = 0.0;  // Median of the absolute deviations: something else is seen.
@@ -21,7 +21,7 @@ struct BracketFit {
   std::vector<BracketPicture> pictures;  // As they were given.
 };
 
-// FitResponseFromBrackets without the pictures that contradict the others: where the light of one
+// FitResponseFromBrackets without the pictures that contradict the others. While the light of one
 // differs from the median picture's by more than kLargestOffset, or scatters by more than
 // kLargestScatter, the worst is left out and the rest fitted again, down to three pictures.
 // Throws  as FitResponseFromBrackets.

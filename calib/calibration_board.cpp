@@ -133,7 +133,7 @@ double ValueAt(const Gray8Image& picture, const glm::dvec2& at) {
   return (1.0 - fy) * row(y) + fy * row(y + 1);
 }
 
-// Of the edge between two neighbouring corners; none where the sides hardly differ.
+// Width of the edge between two neighbouring corners; none where the sides hardly differ.
 std::optional<double> EdgeWidthPx(const Gray8Image& picture,
                                   const glm::dvec2& from,
                                   const glm::dvec2& to,

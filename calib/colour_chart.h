@@ -1,4 +1,4 @@
-// A ColorChecker Classic (24 patches) in a picture: where it is, and what its patches look like.
+// A ColorChecker Classic (24 patches) in a picture: its place, and the colours of its patches.
 #pragma once
 
 #include <array>
@@ -29,11 +29,11 @@ using ChartCorners = std::array<glm::dvec2, 4>;
 
 struct ChartPatch {
   glm::dvec3 mean{0.0};    // Over the inner half of its sides.
-  glm::dvec3 stddev{0.0};  // Of single pixels there.
+  glm::dvec3 stddev{0.0};  // Standard deviation of single pixels there.
 };
 
-// Finds the chart with OpenCV's mcc; none where it sees none, or where the patches do not look like
-// the chart whichever way it is turned.
+// Finds the chart with OpenCV's mcc. None where mcc finds none, or where the patches do not match
+// the chart in any orientation.
 std::optional<ChartCorners> FindColourChart(const Rgb8Image& picture);
 
 // Throws std::invalid_argument where the corners are not those of a convex field inside the

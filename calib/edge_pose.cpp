@@ -34,7 +34,7 @@ constexpr double kProfileStepPx = 0.75;
 // A step of light counts from here on, in codes a pixel, and as a share of the profile's steepest.
 constexpr double kLeastSlope = 1.5;
 constexpr double kLeastSlopeShare = 0.25;
-constexpr double kAlongShare = 0.7;  // Of its slope along the edge to that across it.
+constexpr double kAlongShare = 0.7;  // Slope along the edge over that across it.
 constexpr double kNearPx = 2.0;      // A picture's edge so near is the mesh's.
 // How near edges are where a pose is right; those of a wrong one are drawn near, and miss by more.
 constexpr double kSharpPx = 0.7;
@@ -265,7 +265,7 @@ std::vector<EdgeMatch> MatchesOf(const std::vector<Sample>& samples, double scal
 
 struct Stage {
   double reach_px;
-  double scale_px;  // Of the weights.
+  double scale_px;  // Scale of the weights.
   int rounds;
   double hold = 0.0;  // Root of the weight by which samples stay where the rough pose puts them.
   std::size_t samples = kFewSamples;

@@ -1,4 +1,4 @@
-// What a JPEG's EXIF data say of its exposure.
+// Exposure settings from a JPEG's EXIF data.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// When a JPEG's EXIF data say that it was taken.
+// The time of a picture from a JPEG's EXIF data.
 #pragma once
 
 #include <filesystem>

@@ -110,7 +110,7 @@ class StructureCheck final : public nlohmann::json_sax<nlohmann::json> {
   }
 
   const std::string& label_;
-  std::vector<std::set<std::string>> keys_;  // Of each open object; of a list, none.
+  std::vector<std::set<std::string>> keys_;  // Keys of each open object; empty for a list.
 };
 
 }  // namespace

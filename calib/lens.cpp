@@ -139,8 +139,8 @@ std::optional<glm::dvec3> Lens::DirectionFromPixel(const glm::dvec2& pixel) cons
   const double inner_radius = valid_radius_ * (1.0 - 1e-12);
 
   // Newton's method; the error's length falls in every step. Halving the step keeps it in the disc
-  // where the Jacobian is positive definite; towards the rim it converges more slowly (by a factor
-  // of four in the error), never wrongly.
+  // where the Jacobian is positive definite. Towards the rim it converges more slowly (by a factor
+  // of four in the error), never to a wrong point.
   const auto error_px = [&](const glm::dvec2& error) {
     return std::hypot(intrinsics_.fx_px * error.x, intrinsics_.fy_px * error.y);
   };

@@ -20,12 +20,12 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr std::size_t kMostPoses = 256;  // Of fast trackers: bounds the cost.
+constexpr std::size_t kMostPoses = 256;  // For fast trackers: bounds the cost.
 // Below what any picture shows, and above rounding errors of poses 1e6 m from the origin.
 constexpr double kLeastNoisePx = 0.002;
 
-// A change of pose as a vector whose length is what it moves in the picture: rms pixels over points
-// at the middle of the view and halfway to its corners, at two distances.
+// A change of pose as a vector whose length is the shift in the picture. The shift is in rms pixels
+// over points at the middle of the view and halfway to its corners, at two distances.
 class PixelMetric {
  public:
   PixelMetric(const CameraIntrinsics& camera, double distance_m) {
@@ -67,7 +67,7 @@ class PixelMetric {
 
 struct PoseNoise {
   double variance_px2 = 0.0;  // Summed over the six.
-  double degrees = 6.0;       // Of freedom: 1 where all of it is along one of them.
+  double degrees = 6.0;       // Degrees of freedom: 1 where all of the variance is along one.
 };
 
 // How far each pose is from the line between its neighbours, with a pose's own noise.

@@ -92,8 +92,8 @@ LogarithmicCurve FitCurve(std::span<const ResponseSample> samples) {
     darkest = std::min(darkest, sample.light);
     brightest = std::max(brightest, sample.light);
   }
-  // From next to nothing (a straight logarithm) to far above all light (a straight line); the
-  // error has one valley there, but a grid costs nothing and does not rely on that.
+  // From nearly 0 (a logarithm) to far above all light (a straight line). The error has one minimum
+  // there, but a grid costs nothing and does not rely on that.
   LogarithmicCurve best = FitLine(samples, 0.0);
   const double low = std::log(1e-4 * darkest);
   const double high = std::log(1e3 * brightest);
