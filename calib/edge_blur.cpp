@@ -23,8 +23,8 @@ constexpr int kPlateauPx = 3;
 constexpr std::size_t kMostLines = 1500;
 constexpr int kLeastEdges = 20;
 constexpr double kMisplacedPx = 2.0;
-constexpr double kSteepest =
-    0.7;  // Slant of an edge against the line across it, in pixels for each line.
+// Slant of an edge against the line across it, in pixels for each line.
+constexpr double kSteepest = 0.7;
 // A pixel's own square.
 constexpr double kPixelVariance = 1.0 / 12.0;
 constexpr double kLeastPx = 0.15;  // Less moves 1 % of an edge's contrast.
@@ -52,8 +52,8 @@ bool IsModelEdge(const SurfaceView& view, const glm::ivec2& a, const glm::ivec2&
   const glm::vec3& normal = view.normal_world.pixels[i];
   if (glm::dot(normal, view.normal_world.pixels[j]) < kSameFacing) return true;
   const glm::vec3 step = view.position_world_m.pixels[j] - view.position_world_m.pixels[i];
-  constexpr float kBehind =
-      0.35f;  // Distance from the plane over the step: beyond a bend of 20 deg.
+  // Distance from the plane over the step: beyond a bend of 20 deg.
+  constexpr float kBehind = 0.35f;
   return std::abs(glm::dot(normal, step)) > kBehind * glm::length(step);
 }
 

@@ -34,8 +34,8 @@ struct EdgePoseOptions {
 struct EdgeSample {
   glm::dvec2 pixel{0.0};   // Where the pose puts it.
   glm::dvec2 normal{0.0};  // Unit, across the edge.
-  double offset_px =
-      0.0;              // Distance of the picture's nearest edge along the normal; infinite: none.
+  // Distance of the picture's nearest edge along the normal; infinite: none.
+  double offset_px = 0.0;
   bool counts = false;  // It is near enough to be that edge.
 };
 

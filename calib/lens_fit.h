@@ -60,8 +60,8 @@ struct HeldOutError {
   // Their boards' poses are fitted, the lens is not. A picture counts at most 20 px, also where the
   // model does not fit it.
   double rms_px = 0.0;
-  double focal_sigma_px =
-      0.0;  // Standard deviation of fx, by the jackknife over the parts held out.
+  // Standard deviation of fx, by the jackknife over the parts held out.
+  double focal_sigma_px = 0.0;
 };
 
 // The result for one model.

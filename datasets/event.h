@@ -1,4 +1,4 @@
-// What happens to a live run: a drop, a reconnection, a control that was not accepted.
+// Events of a live run: a drop, a reconnection, a control that was not accepted.
 #pragma once
 
 #include <array>
@@ -41,18 +41,18 @@ struct Event {
   UtcTime time{};
   EventKind kind = EventKind::kStarted;
   std::string text;        // One line.
-  std::int64_t count = 1;  // Of drops and losses: so many frames.
+  std::int64_t count = 1;  // Number of frames, for drops and losses.
 };
 
-// Any thread. Frames that are dropped, lost or damaged within a second are one event, and so are
+// Thread-safe. Frames that are dropped, lost or damaged within a second are one event, and so are
 // poses.
 class EventLog {
  public:
   void Add(Event event);
-  // Those that nobody has taken, in order; not what may still be added to.
+  // Returns the events since the last call, in order, without those that may still grow.
   std::vector<Event> Take(UtcTime now);
   std::vector<Event> TakeAll();
-  // Of all events so far.
+  // Over all events so far.
   std::int64_t CountOf(EventKind kind) const;
 
  private:

@@ -53,7 +53,7 @@ fs::path FreeName(const fs::path& folder, const std::string& stem, const std::st
 // it and nobody's own.
 std::string MadeNote(const fs::path& name) { return name.string() + " is made by site new"; }
 
-// The file that `json[object][key]` names, where it is made here. `source` is never taken for one.
+// The file that `json[object][key]` names, where it was written by this module; never `source`.
 std::optional<fs::path> MadeBefore(const fs::path& folder,
                                    const Json& json,
                                    const char* object,

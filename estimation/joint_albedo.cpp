@@ -15,8 +15,8 @@ namespace {
 using estimation_internal::Square;
 
 constexpr double kHuber = 1.5;
-constexpr double kAlbedoConverged =
-    1e-3;  // Change of an albedo, relative: far below any of its errors.
+// Change of an albedo, relative: far below any of its errors.
+constexpr double kAlbedoConverged = 1e-3;
 // The suns whose colour counts, as a share of the strongest.
 constexpr double kStrongSun = 0.5;
 // Below this share of a frame's usual light a sample's own error is glare and bounces.

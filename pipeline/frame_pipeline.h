@@ -132,8 +132,8 @@ struct CompositedScene {
   const PreparedScene& scene;  // Outlives the pipeline.
   const Mesh& phantom;         // The mesh as given; read during the call only.
   std::optional<Site> site;
-  std::vector<VirtualObject>
-      objects;  // In world coordinates, metres; none: the composite is the frame.
+  // In world coordinates, metres; none: the composite is the frame.
+  std::vector<VirtualObject> objects;
 };
 
 // Keeps results from frame to frame where they still hold. One thread at a time.

@@ -223,8 +223,8 @@ class Search {
   std::vector<TriedCombination> tried_;
   std::set<Combination> known_;
   bool effects_known_ = false;
-  std::vector<std::vector<Effect>>
-      effects_;  // Effect of each setting's values, relative to the start.
+  // Effect of each setting's values, relative to the start.
+  std::vector<std::vector<Effect>> effects_;
 };
 
 }  // namespace

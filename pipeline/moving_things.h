@@ -75,8 +75,8 @@ class MovingThings {
   // One block in one frame, per channel, in log.
   struct Seen {
     glm::vec3 ratio{0.0f};  // The camera's radiance over the model's.
-    glm::vec3 lit{
-        0.0f};  // The model's radiance with all of the sun's disc visible, over the model's.
+    // The model's radiance with all of the sun's disc visible, over the model's.
+    glm::vec3 lit{0.0f};
     glm::vec3 shaded{0.0f};         // The same with none of it.
     std::int32_t light_class = -1;  // -1: the block was not seen.
   };

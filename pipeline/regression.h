@@ -56,8 +56,8 @@ struct FigureComparison {
   std::optional<double> baseline;
   // Difference between the best and the worst of the baseline's seeds, kind.rounding at least.
   double noise = 0.0;
-  double limit =
-      0.0;  // The value up to which it is not worse. Without meaning where there is no baseline.
+  // The value up to which it is not worse. Without meaning where there is no baseline.
+  double limit = 0.0;
 
   bool GotWorse() const { return outcome == Outcome::kWorse || outcome == Outcome::kGone; }
   // One line; empty where the figure has not got worse.

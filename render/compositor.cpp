@@ -175,8 +175,8 @@ void Compositor::Impl::UpdateLayerView(const Camera& camera) {
 
 // A layer that is looked up between its pixels is blurred by that already.
 BlurKernel Compositor::Impl::LayerBlur(float camera_blur_px) const {
-  constexpr double kMeanVarianceOfLookups =
-      1.0 / 6.0;  // Mean of f (1 - f) for f uniform in [0, 1].
+  // Mean of f (1 - f) for f uniform in [0, 1].
+  constexpr double kMeanVarianceOfLookups = 1.0 / 6.0;
   return lookup.IsIdentity() ? BlurKernel(camera_blur_px)
                              : BlurKernel::AfterBlur(camera_blur_px, kMeanVarianceOfLookups);
 }

@@ -45,8 +45,8 @@ struct Frame {
   std::optional<glm::dvec3>
       sun_direction_enu;  // Where the source has a better value than place and time.
 
-  std::optional<Weather>
-      weather;  // As judged by a person, or by a survey without a sun; none: unknown.
+  // As judged by a person, or by a survey without a sun; none: unknown.
+  std::optional<Weather> weather;
 
   // Scene-linear, in `units`. A linear frame's defects are kept.
   RgbImage radiance;

@@ -113,8 +113,8 @@ std::optional<std::string> FileBlobStore::Load(std::string_view key) {
     file.read(header.data(), static_cast<std::streamsize>(header.size()));
     file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     if (file && header == Header(key, bytes)) {
-      // The time of last use, which is what eviction goes by. Where it cannot be set, the time of
-      // writing stands in.
+      // The time of last use, which decides eviction. Where it cannot be set, the time of writing
+      // replaces it.
       fs::last_write_time(path, fs::file_time_type::clock::now(), error);
       return bytes;
     }

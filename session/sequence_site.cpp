@@ -99,8 +99,8 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
              : "the map's orientation, north, place or time (zone)");
 }
 
-// Where the site's model is turned from true north: by how much a map has to be turned clockwise to
-// be in the model's frame. 0 where its sun stands in the model's frame already, or none is found.
+// The clockwise turn of a map into the model's frame, where the site's model is turned from true
+// north. 0 where the map's sun is given in the model's frame already, or none is found.
 double TurnToModel(const Sequence& sequence,
                    const RgbImage& radiance,
                    std::vector<std::string>& notes) {

@@ -426,7 +426,7 @@ class LibcameraStream final : public CameraStream {
   std::vector<std::unique_ptr<libcamera::Request>> requests_;
   std::optional<LibcameraLock> lock_;
 
-  std::mutex mutex_;  // Of what libcamera's thread changes:
+  std::mutex mutex_;  // Guards the state that libcamera's thread changes:
   std::condition_variable has_news_;
   std::deque<libcamera::Request*> done_;
   bool is_gone_ = false;

@@ -191,7 +191,7 @@ class PoseStream::SlotInput final : public Input {
   }
 
   std::string source_;
-  std::uint64_t* words_ = nullptr;  // Of the slot; read alone.
+  std::uint64_t* words_ = nullptr;  // The mapped slot; read only.
 };
 
 PoseStream::PoseStream(const std::string& source,

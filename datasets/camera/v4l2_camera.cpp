@@ -110,7 +110,7 @@ class MappedBuffer {
       : start_(std::exchange(other.start_, MAP_FAILED)), length_(other.length_) {}
   MappedBuffer& operator=(MappedBuffer&&) = delete;
 
-  // Of the picture that it was filled with.
+  // Copies the bytes of the picture in the buffer.
   std::vector<std::byte> Copy(const DriverBuffer& filled) const {
     const auto* data = static_cast<const std::byte*>(start_);
     const std::size_t end = std::min<std::size_t>(filled.picture_end, length_);

@@ -113,7 +113,7 @@ class BinaryCursor {
     while (const char c = Take<char>()) text += c;
     return text;
   }
-  // Of records that have `least_bytes` each: never more than the file can hold.
+  // Number of records of `least_bytes` each: never more than the file can hold.
   std::uint64_t TakeCount(std::size_t least_bytes) {
     const auto count = Take<std::uint64_t>();
     if (count > (bytes_.size() - at_) / least_bytes) {

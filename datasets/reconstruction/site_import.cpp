@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kReceiverSigmaM = 5.0;  // Of a telephone under open sky, where it states none.
+constexpr double kReceiverSigmaM = 5.0;  // For a telephone under open sky, where it states none.
 constexpr double kCompassSigmaRad = RadFromDeg(10.0);
 constexpr int kJpegQuality = 95;
 

@@ -1,4 +1,4 @@
-// Where a recording puts its pictures.
+// Writes the pictures of a recording.
 #pragma once
 
 #include <cstdint>
@@ -22,16 +22,16 @@ enum class PictureStore {
 class PictureFiles {
  public:
   virtual ~PictureFiles() = default;
-  // Writes the picture, completely or not at all, and says in `entry` where it is. Returns its
-  // bytes on disk; an error for one that cannot be decoded. Throws std::runtime_error where the
-  // disk fails.
+  // Writes the picture, completely or not at all, and sets its place in `entry`. Returns its bytes
+  // on disk; an error for one that cannot be decoded. Throws std::runtime_error where the disk
+  // fails.
   virtual tl::expected<std::uint64_t, std::string> Add(const CameraFrame& frame,
                                                        FrameEntry& entry) = 0;
 };
 
 // In `folder`, named for the UTC of the (first) picture: frames/20261123T005140.250000Z.jpg (.raw,
 // .png), video/20261123T005140.250000Z.mkv, which hold 1800 pictures each. A second one of the same
-// microsecond (clocks are stepped back) has -2 behind it.
+// microsecond (clocks may be stepped back) has -2 in its name.
 // Throws std::invalid_argument for a video of Bayer pictures.
 std::unique_ptr<PictureFiles> MakePictureFiles(PictureStore store,
                                                const PictureLayout& layout,

@@ -44,7 +44,7 @@ class CameraLock {
 
   // As CameraStream has them.
   const CameraSettings& Settings() const { return settings_; }
-  // Of this picture, as it is dequeued.
+  // The exposure of this picture, as it is dequeued.
   CapturedExposure Of(std::uint32_t sequence);
   // Pictures after a change of controls that may still be of the old ones.
   int DelayFrames() const { return request_.control_delay_frames; }

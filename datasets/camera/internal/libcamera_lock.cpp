@@ -39,7 +39,7 @@ CapturedExposure ExposureOf(const ControlList& metadata) {
 
 RawDevelopment DevelopmentOf(const ControlList& metadata, int bits) {
   RawDevelopment development = UsualDevelopment(bits);
-  // Of red, green, green and blue, at 16 bits.
+  // Black levels of red, green, green and blue, at 16 bits.
   if (const auto black = metadata.get(controls::SensorBlackLevels)) {
     double sum = 0.0;
     for (const std::int32_t level : *black) sum += level;

@@ -105,7 +105,7 @@ std::string UnitOf(std::uint32_t control) {
   }
 }
 
-// Of a file of sysfs; empty where it is not there.
+// Content of a file of sysfs; empty where it is absent.
 std::string LineOf(const std::filesystem::path& file) {
   std::ifstream in(file);
   std::string line;
@@ -113,7 +113,7 @@ std::string LineOf(const std::filesystem::path& file) {
   return line;
 }
 
-// Of the same device, with lower numbers.
+// Number of nodes of the same device with lower numbers.
 int NodesBefore(int number, const std::string& port) {
   int nodes = 0;
   for (int other = 0; other < number; ++other) {
@@ -126,7 +126,7 @@ int NodesBefore(int number, const std::string& port) {
   return nodes;
 }
 
-// Of this node alone.
+// Capabilities of this node only.
 std::uint32_t CapabilitiesOf(const v4l2_capability& found) {
   return (found.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? found.device_caps : found.capabilities;
 }
