@@ -16,6 +16,7 @@ struct BracketPicture {
   std::string reason;    // Why it is left out; empty where it counts.
 };
 
+// The response, and the judgement of each picture.
 struct BracketFit {
   ResponseFit response;
   std::vector<BracketPicture> pictures;  // As they were given.

@@ -32,6 +32,7 @@ struct CharucoMarkers {
   double side_share = 0.75;           // Side of a marker over that of a square; 0 to 1.
 };
 
+// A board's layout.
 struct CalibrationBoard {
   BoardSize size;
   std::optional<CharucoMarkers> markers;  // None: a plain chessboard.
@@ -40,6 +41,7 @@ struct CalibrationBoard {
   void Validate() const;
 };
 
+// One inner corner, in the picture and on the board.
 struct BoardCorner {
   glm::dvec2 place_squares{0.0};  // On the board, in sides of a square.
   glm::dvec2 pixel{0.0};
@@ -62,12 +64,14 @@ double BoardEdgeWidthPx(const Gray8Image& picture,
                         const CalibrationBoard& board,
                         const std::vector<BoardCorner>& corners);
 
+// The corners of one picture.
 struct BoardPicture {
   std::string name;
   std::vector<BoardCorner> corners;
   double edge_width_px = 0.0;  // BoardEdgeWidthPx; 0: not known.
 };
 
+// A picture that was left out, and why.
 struct RejectedPicture {
   std::string name;
   std::string reason;

@@ -16,11 +16,13 @@
 
 namespace pleinair {
 
+// A world point and its pixel.
 struct PointMatch {
   glm::dvec3 point_world_m{0.0};
   glm::dvec2 pixel{0.0};  // In the picture as the camera took it: distorted.
 };
 
+// Limits and noise of FindCameraPose.
 struct CameraPoseOptions {
   double inlier_px = 3.0;  // A match that is farther off does not count; above 0.
   // Standard deviation of a point's coordinate at best; above 0. Residuals may increase it.
@@ -48,6 +50,7 @@ struct PoseCandidate {
   double rms_px = 0.0;  // Over the inliers: the root of the mean squared distance.
 };
 
+// A pose and its accuracy.
 struct CameraPose {
   glm::dmat4 camera_from_world{1.0};
   double rms_px = 0.0;              // As PoseCandidate's.
@@ -60,6 +63,7 @@ struct CameraPose {
   std::optional<PoseCandidate> rival;
 };
 
+// Why there is no pose.
 struct UndeterminedPose {
   std::string reason;  // One line, with the reprojection error where there is one.
   std::vector<PoseCandidate> candidates;  // The closest poses, best first.

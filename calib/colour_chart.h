@@ -27,6 +27,7 @@ inline constexpr std::array<int, 6> kChartGreys{18, 19, 20, 21, 22, 23};
 // white, in this order; a turned picture has them turned.
 using ChartCorners = std::array<glm::dvec2, 4>;
 
+// The colour of one patch.
 struct ChartPatch {
   glm::dvec3 mean{0.0};    // Over the inner half of its sides.
   glm::dvec3 stddev{0.0};  // Standard deviation of single pixels there.

@@ -23,6 +23,7 @@ struct ColourPair {
 // differ, needs three pairs that are not all of one hue.
 enum class ColourTieKind { kScale, kMatrix };
 
+// The conversion, and how well pairs agree with it.
 struct ColourTie {
   glm::dmat3 to_from_rgb{1.0};            // to = matrix * from; diagonal for kScale.
   double rms_relative = 0.0;              // Rms of |matrix * from - to| / |to|, over the inliers.

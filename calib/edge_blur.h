@@ -8,6 +8,7 @@
 
 namespace pleinair {
 
+// The measured blur, in pixels.
 struct EdgeBlur {
   // Standard deviation of the Gaussian blur, in addition to the average over each pixel; 0 where it
   // is negligible, or too few edges show it.

@@ -16,6 +16,7 @@
 
 namespace pleinair {
 
+// Limits and noise of the search.
 struct EdgePoseOptions {
   // Search distance for edges from where the rough pose puts them, in pixels; above 1.
   double reach_px = 20.0;
@@ -39,6 +40,7 @@ struct EdgeSample {
   bool counts = false;  // It is near enough to be that edge.
 };
 
+// A pose and its accuracy.
 struct EdgePose {
   glm::dmat4 camera_from_world{1.0};
   double rms_px = 0.0;        // Over the samples that count, across their edges.

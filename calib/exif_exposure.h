@@ -6,6 +6,7 @@
 
 namespace pleinair {
 
+// What is absent is none.
 struct ExifExposure {
   std::optional<double> exposure_s;
   std::optional<double> iso;

@@ -16,6 +16,7 @@ struct ExposedPicture {
   double exposure = 0.0;
 };
 
+// The merged picture; all images have the pictures' size. Radiance is scene-linear.
 struct MergedExposures {
   RgbImage radiance;
   RgbImage stddev;  // By the noise model; without meaning where clipped or at_noise_floor.

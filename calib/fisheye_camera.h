@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// Lens and orientation; a sky camera's position does not matter.
 struct FisheyeCamera {
   FisheyeIntrinsics intrinsics;
   // Its columns are the world (ENU) directions of the picture's right, the picture's down and the

@@ -23,6 +23,7 @@ struct DirectionPair {
 
 enum class Handedness { kRightHanded, kMirrored };
 
+// The orientation, and how well pairs agree with it.
 struct OrientationFit {
   glm::dmat3 world_from_camera{1.0};
   double rms_rad = 0.0;              // Over the inliers.
@@ -30,6 +31,7 @@ struct OrientationFit {
   std::vector<bool> counts;          // False: a mark that does not fit the others.
 };
 
+// Limits of the fit.
 struct OrientationOptions {
   Handedness handedness = Handedness::kRightHanded;
   // A mark farther off than this does not count: a wrong match.

@@ -20,11 +20,13 @@ const char* LensModelName(LensModel model);
 
 using AnyLens = std::variant<CameraIntrinsics, FisheyeIntrinsics>;
 
+// The fit of one picture.
 struct FittedPicture {
   std::string name;
   double rms_px = 0.0;
 };
 
+// A lens and how well it fits.
 struct LensFit {
   // A fish-eye's is of model kOpenCv; max_angle_rad to the picture's farthest corner, or where the
   // distortion folds.
@@ -70,6 +72,7 @@ struct LensTrial {
   std::string failure;                   // Why no lens of this model fits; empty where one does.
 };
 
+// The chosen model, and both results.
 struct LensChoice {
   LensFit fit;
   LensTrial pinhole;

@@ -18,12 +18,14 @@
 
 namespace pleinair {
 
+// One marker of a board; world frame, metres.
 struct BoardMarker {
   int id = 0;
   // Corners of the black border, in DetectedMarker's order.
   std::array<glm::dvec3, 4> corners_world_m{};
 };
 
+// All markers of a scene.
 struct MarkerBoard {
   std::string dictionary;  // As MarkerDictionary::name.
   std::vector<BoardMarker> markers;
@@ -45,6 +47,7 @@ std::array<glm::dvec3, 4> MarkerSquare(double size_m);
 std::vector<PointMatch> MatchMarkers(const MarkerBoard& board,
                                      std::span<const DetectedMarker> seen);
 
+// The camera's pose, and the markers that it is from.
 struct BoardPose {
   CameraPose pose;
   std::vector<int> markers;   // Ids of inliers: three of their corners are.

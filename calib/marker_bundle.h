@@ -12,28 +12,33 @@
 
 namespace pleinair {
 
+// The markers in one picture.
 struct MarkerView {
   std::string name;  // The picture's name.
   std::vector<DetectedMarker> markers;
 };
 
+// A view that was used, and its fit.
 struct FittedMarkerView {
   std::string name;
   std::size_t markers = 0;
   double rms_px = 0.0;
 };
 
+// A view that was left out, and why.
 struct RejectedMarkerView {
   std::string name;
   std::string reason;
 };
 
+// How well one marker is placed.
 struct PlacedMarker {
   int id = 0;
   int views = 0;  // Views that show it; with a single view the place is not confirmed.
   double rms_px = 0.0;
 };
 
+// The board, and how well views fit.
 struct MarkerBoardFit {
   MarkerBoard board;  // In the frame of the reference marker, as MarkerSquare lies in it.
   int reference_id = 0;

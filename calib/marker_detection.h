@@ -24,6 +24,7 @@ struct MarkerDictionary {
 std::optional<MarkerDictionary> FindMarkerDictionary(std::string_view name);
 std::vector<std::string> MarkerDictionaryNames();
 
+// A marker in a picture.
 struct DetectedMarker {
   int id = 0;
   // Outer corners of the black border, integer coordinates at pixel centres: the marker's own top

@@ -11,6 +11,7 @@
 
 namespace pleinair {
 
+// One edge; world frame, metres.
 struct MeshEdge {
   glm::dvec3 from_m{0.0};
   glm::dvec3 to_m{0.0};

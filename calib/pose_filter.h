@@ -10,6 +10,7 @@
 
 namespace pleinair {
 
+// Set-up of the filter.
 struct PoseFilterOptions {
   // Poses are compared by the shift in the picture of things at half and at twice this distance.
   double distance_m = 5.0;

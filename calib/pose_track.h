@@ -13,6 +13,7 @@
 
 namespace pleinair {
 
+// Set-up of the track; seconds.
 struct PoseTrackOptions {
   // Largest gap between two poses between which a frame's pose is interpolated.
   double most_gap_s = 0.2;
@@ -24,11 +25,13 @@ struct PoseTrackOptions {
   void Validate() const;
 };
 
+// The pose at a time.
 struct TrackPose {
   glm::dmat4 camera_from_world{1.0};
   double held_s = 0.0;  // Time from the frame to the pose that is used for it; 0: interpolated.
 };
 
+// One thread at a time.
 class PoseTrack {
  public:
   // Keeps the `most_poses` latest; 0: all. Throws as PoseTrackOptions::Validate.

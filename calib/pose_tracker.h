@@ -11,6 +11,7 @@
 
 namespace pleinair {
 
+// Limits of the tracker; frames' own times.
 struct PoseTrackerOptions {
   // How long the last pose replaces a missing one: both limits hold; 0 or more.
   int carry_frames = 3;
@@ -28,6 +29,7 @@ struct PoseTrackerOptions {
 
 enum class PoseOrigin { kFound, kCarried };
 
+// A frame's pose and its origin.
 struct TrackedPose {
   glm::dmat4 camera_from_world{1.0};
   PoseOrigin origin = PoseOrigin::kFound;

@@ -22,11 +22,13 @@ struct ResponseChannelFit {
   int falls_repaired = 0;
 };
 
+// The curve, and the accuracy of each channel.
 struct ResponseFit {
   ResponseTable table{};  // 1 at code 255; strictly rising.
   std::array<ResponseChannelFit, 3> channels;
 };
 
+// Set-up of the fit.
 struct BracketFitOptions {
   // Weight of a departure from a power law against the data.
   double smoothness = 10.0;
@@ -73,6 +75,7 @@ struct LogarithmicCurve {
   double CodeFromLight(double light) const;
 };
 
+// The curve and its parameters, per channel.
 struct LogarithmicResponseFit {
   ResponseFit response;
   std::array<LogarithmicCurve, 3> curves;

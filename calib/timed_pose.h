@@ -10,6 +10,7 @@
 
 namespace pleinair {
 
+// A pose at a time, UTC.
 struct TimedPose {
   UtcTime time{};
   glm::dmat4 camera_from_world{1.0};

@@ -29,6 +29,7 @@ struct CompositePictures {
   double exposure = 1.0;
 };
 
+// The score of one composite, on display code values 0..255.
 struct CompositeScore {
   // Over pixels that the object covers completely.
   std::optional<double> object_psnr_db;

@@ -9,6 +9,7 @@
 
 namespace pleinair {
 
+// A mask, and the picture that it is over.
 struct DiffuseMask {
   Gray8Image image;  // 255: may be sampled.
   // Over the survey map; else over the picture of the camera in the first frame.

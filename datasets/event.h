@@ -13,6 +13,7 @@
 
 namespace pleinair {
 
+// The kind of an event; see NameOf for its text.
 enum class EventKind {
   kStarted,
   kPreparing,     // The site: pictures pass as they came.
@@ -37,6 +38,7 @@ inline constexpr std::size_t kEventKinds = static_cast<std::size_t>(EventKind::k
 // "frame-dropped".
 std::string_view NameOf(EventKind kind);
 
+// One line of events.jsonl.
 struct Event {
   UtcTime time{};
   EventKind kind = EventKind::kStarted;

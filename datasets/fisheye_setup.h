@@ -11,6 +11,7 @@
 
 namespace pleinair {
 
+// Camera and colours of a fish-eye.
 struct FisheyeSetup {
   FisheyeCamera camera;
   // Converts radiance of the fish-eye camera to that of the room camera.

@@ -24,6 +24,7 @@ class FrameSource {
   virtual bool Seek(int /*index*/) { return false; }
 };
 
+// Linear pictures or 8-bit ones, where a frame has both.
 enum class FrameKind { kLinear, kLdr };
 
 // Plays a recorded sequence. `preferred` decides where a frame has both kinds; a frame with one

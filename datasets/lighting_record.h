@@ -11,6 +11,8 @@
 
 namespace pleinair {
 
+// Sun and sky of one line, in the run's radiance units times sr: sun normal to the beam, sky
+// horizontal.
 struct RecordedLight {
   std::optional<glm::dvec3> sun_direction_enu;  // Unit.
   std::optional<glm::dvec3> sun_irradiance_rgb;
@@ -19,6 +21,7 @@ struct RecordedLight {
   std::optional<glm::dvec3> sky_irradiance_stddev_rgb;
 };
 
+// One line of lighting.jsonl.
 struct LightingRecord {
   int frame = 0;
   std::optional<std::string> error;  // The reason of a failed frame; then there is no light.

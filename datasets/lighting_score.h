@@ -81,6 +81,7 @@ struct LightSummary {
   int with_stddev = 0;
 };
 
+// Summarises the scores of frames; entries that are none are left out.
 LightSummary SummariseLight(const std::vector<LightScore>& scores);
 
 }  // namespace pleinair

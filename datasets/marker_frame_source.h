@@ -25,6 +25,7 @@ struct MarkerFrameReport {
   std::string reason;  // Why the frame's own is none, or is not used.
 };
 
+// Set-up of the source.
 struct MarkerFrameOptions {
   CameraPoseOptions pose;
   PoseTrackerOptions tracker;

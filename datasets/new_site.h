@@ -36,6 +36,7 @@ inline constexpr std::array kSiteParts{SitePart::kPlace,
                                        SitePart::kAlbedo,
                                        SitePart::kObjects};
 
+// One part of a site, for messages and questions.
 struct SitePartState {
   SitePart part{};
   std::string name;
@@ -53,6 +54,8 @@ std::vector<SitePartState> SitePartsIn(const std::filesystem::path& folder);
 // std::runtime_error naming what is in the way.
 void StartSite(const std::filesystem::path& folder);
 
+// Writes the place. Throws std::invalid_argument as Site::Validate; std::runtime_error as
+// EditSiteFile.
 void SetSitePlace(const std::filesystem::path& folder, const Site& site);
 
 // Writes the mesh as scene.obj into the folder, in metres with +Z up; the name has a number where

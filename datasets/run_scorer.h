@@ -18,6 +18,7 @@ struct ScoredComposite {
   std::optional<Gray8Image> change;  // Its mask, 0 where nothing has changed.
 };
 
+// Collects frames of a run, then returns their score. One thread at a time.
 class RunScorer {
  public:
   // Reads truth/. Keeps a reference to `sequence`.

@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The score of one frame.
 struct FrameScore {
   int frame = 0;
   std::string time_utc;
@@ -25,6 +26,7 @@ struct FrameScore {
   bool IsWellPosed() const { return sunlit && sunlit->IsWellPosed(); }
 };
 
+// Statistics of the composites over frames.
 struct CompositeSummary {
   std::optional<Distribution> object_psnr_db;
   std::optional<Distribution> object_psnr_without_specular_db;
@@ -34,12 +36,14 @@ struct CompositeSummary {
   std::optional<Distribution> changed_of_unchanged;
 };
 
+// Statistics of the light over frames.
 struct LightSummaries {
   LightSummary all;
   LightSummary well_posed;
   LightSummary others;
 };
 
+// The score of a run.
 struct Score {
   std::string sequence;
   double largest_true_sun = 0.0;   // Mean over RGB.

@@ -39,7 +39,7 @@ struct FrameEntry {
   std::optional<std::filesystem::path> fisheye;
   UtcTime time{};
   std::optional<double> exposure;    // Linear factor from radiance to the 8-bit camera's [0, 1].
-  std::optional<double> exposure_s;  // Used only together with iso and f_number.
+  std::optional<double> exposure_s;  // How long the shutter was open.
   std::optional<double> iso;
   std::optional<double> f_number;
   std::optional<glm::dmat4> camera_from_world;
@@ -59,6 +59,7 @@ struct EnvironmentEntry {
   std::optional<glm::dvec3> sun_direction_enu;
 };
 
+// The key `fisheye`.
 struct FisheyeEntry {
   std::string model;  // equidistant, equisolid, stereographic, opencv
   double fov_deg = 180.0;
@@ -72,16 +73,19 @@ struct FisheyeEntry {
   std::optional<std::filesystem::path> calibration;  // See calib/fisheye_file.h.
 };
 
+// An entry of `windows`; world frame, metres.
 struct WindowEntry {
   std::string name;
   std::vector<glm::dvec3> polygon_world_m;
 };
 
+// An entry of `virtual_objects`; an invertible transform, metres.
 struct VirtualObjectEntry {
   std::filesystem::path mesh;
   glm::dmat4 world_from_object{1.0};
 };
 
+// sequence.json. World frame: metres, east-north-up; camera frame: OpenCV's.
 struct Sequence {
   std::filesystem::path folder;
   std::filesystem::path file;  // sequence.json or site.json in it, for messages.

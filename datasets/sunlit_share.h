@@ -19,6 +19,7 @@ namespace pleinair {
 // least this share is not. Then sun and sky can be distinguished.
 inline constexpr double kWellPosedShare = 0.03;
 
+// Counts of one frame's pixels.
 struct SunlitShare {
   int diffuse_pixels = 0;  // Visible, in the diffuse regions.
   double lit = 0.0;        // Part of these; the rest is shaded or turned away.

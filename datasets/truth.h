@@ -13,6 +13,7 @@
 
 namespace pleinair {
 
+// The truth of one frame, in the sequence's radiance units times sr.
 struct TruthFrame {
   int frame = 0;                                // 0-based, into the sequence's frames.
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Unit, apparent.

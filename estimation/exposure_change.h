@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The change between two pictures.
 struct ExposureChange {
   enum class Kind {
     kUnknown,   // Nothing to compare with, or nothing that distinguishes the two.

@@ -11,6 +11,7 @@
 
 namespace pleinair {
 
+// Set-up of the source.
 struct FisheyeLightingOptions {
   SkyRegions regions{};                    // In which the sky's radiance is reported.
   SkyDetail detail = SkyDetail::kPicture;  // Detail of the sky that lights the scene.

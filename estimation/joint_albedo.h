@@ -20,6 +20,7 @@ struct AlbedoSample {
   std::int32_t spot = 0;     // Index: a spot deviates from its surface.
 };
 
+// One frame's samples, and what is known of its light.
 struct AlbedoFrame {
   std::vector<AlbedoSample> samples;
   // For samples of the expected albedo. It may contain only ratios of lights, as no unit is known.
@@ -28,6 +29,7 @@ struct AlbedoFrame {
   glm::dvec3 clear_beam_rgb{0.0};  // Only the colour is used; black: unknown.
 };
 
+// Assumed errors and limits of the fit.
 struct JointAlbedoOptions {
   // Standard deviation of an expected albedo, relative. > 0.
   double expected_stddev = 0.4;
@@ -42,6 +44,7 @@ struct JointAlbedoOptions {
   void Validate() const;
 };
 
+// The result; albedos in [0, 1], RGB.
 struct JointAlbedo {
   std::vector<glm::dvec3> surface_albedo_rgb;
   // Relative, between surfaces: the common scale is not in it.

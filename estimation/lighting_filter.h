@@ -13,6 +13,7 @@
 
 namespace pleinair {
 
+// Set-up of the filter.
 struct LightingFilterOptions {
   // Older frames have no weight; after a longer gap a frame is not filtered. > 0.
   double memory_s = 2.0;
@@ -30,6 +31,7 @@ struct FilterSpan {
   bool held = false;  // The frame's own light disagrees with them, and is not used yet.
 };
 
+// The reported light, and how many frames it rests on.
 struct FilteredLighting {
   Lighting lighting;
   FilterSpan sun;

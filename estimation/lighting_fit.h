@@ -26,6 +26,7 @@ struct WeatherFit {
   SunAndSky light = SunAndSky::Zero();  // 0 for a weather with a negligible share.
 };
 
+// The result. Irradiances in units of radiance times sr: sun normal to the beam, sky horizontal.
 struct LightingFit {
   // sun RGB, sky[0] RGB, ...: irradiance, >= 0. Between the mean over the weathers and the light of
   // the most likely one.

@@ -5,6 +5,7 @@
 
 namespace pleinair {
 
+// Options of LightingFitter. All errors are relative.
 struct LightingFitOptions {
   enum class Solver {
     kCeres,   // Ceres does the last, bounded solve.

@@ -45,6 +45,8 @@ struct LightingObservation {
   std::optional<SurveyedLight> surveyed = std::nullopt;
 };
 
+// The light of one frame, and how it was estimated. Irradiances are in the units of `units`: sun
+// normal to the beam, sky horizontal without the disc.
 struct LightingEstimate {
   Lighting lighting;
   LightUnits units = LightUnits::kAbsolute;
@@ -79,6 +81,7 @@ inline bool ModelMismatch(const LightingEstimate& estimate) {
 // Otherwise the light is that of the last frame that was known, or of the climate.
 bool LightIsKnown(const Lighting& lighting);
 
+// Why a frame has no estimate: one line.
 struct LightingFailure {
   std::string reason;
 };
@@ -86,6 +89,7 @@ struct LightingFailure {
 // Fixed functions of direction, in the order of Lighting::sky.
 using SkyBasis = std::span<const std::shared_ptr<const SkyShape>>;
 
+// Estimates the light of frames. One thread at a time.
 class LightingSource {
  public:
   virtual ~LightingSource() = default;

@@ -13,6 +13,7 @@
 
 namespace pleinair {
 
+// Set-up of the source.
 struct OutdoorLightingOptions {
   int samples = 500;  // At most; fewer where the view has fewer. 1 .. 100000.
   std::uint64_t seed = 1;
@@ -27,6 +28,7 @@ struct OutdoorLightingOptions {
   void Validate() const;
 };
 
+// Makes the source. Throws std::invalid_argument as OutdoorLightingOptions::Validate.
 std::unique_ptr<LightingSource> MakeOutdoorLightingSource(const OutdoorLightingOptions& options);
 
 }  // namespace pleinair

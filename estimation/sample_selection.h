@@ -22,6 +22,7 @@ enum class SampleChoice {
   kRandom,        // As proportional, but at random inside a stratum.
 };
 
+// How many samples are drawn, and how.
 struct SampleSelectionOptions {
   int samples = 500;  // At most; fewer where the view has fewer. 1 .. 100000.
   std::uint64_t seed = 1;

@@ -9,6 +9,7 @@
 
 namespace pleinair {
 
+// Evidence of shadows in one picture.
 struct ShadowCues {
   int shaded = 0;     // Samples found in a shadow that the mesh does not cast.
   bool flat = false;  // A large plane is lit evenly.

@@ -15,6 +15,7 @@ namespace pleinair {
 using SunAndSky = Eigen::Matrix<double, 6, 1>;
 using SunAndSkyMatrix = Eigen::Matrix<double, 6, 6>;
 
+// A normal distribution of sun and sky, in irradiance units.
 struct LightGaussian {
   SunAndSky mean = SunAndSky::Zero();
   SunAndSkyMatrix covariance = SunAndSkyMatrix::Zero();
@@ -40,6 +41,7 @@ struct ClearSkyExpectation {
 enum class SkyState { kClear, kSunAmongClouds, kVeiledSun, kCoveredSun, kOvercast };
 inline constexpr int kSkyStates = 5;
 
+// The distribution of light for each state of the sky.
 struct SkyClimate {
   struct State {
     double share = 0.0;  // Share of daytime; all add up to 1.
@@ -63,6 +65,7 @@ SkyClimate MakeSkyClimate(const ClearSkyExpectation& clear_sky);
 // since judgements err.
 void Believe(Weather seen, SkyClimate& climate);
 
+// Returns the weather that a state belongs to.
 Weather WeatherOf(SkyState state);
 
 }  // namespace pleinair

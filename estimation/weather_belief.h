@@ -19,6 +19,7 @@ struct WeatherLight {
   double log_evidence = 0.0;
 };
 
+// The belief of the light at one time: a mixture over the states of the sky.
 struct WeatherBelief {
   UtcTime time{};
   double repeats = 0.0;  // The part of the last picture's evidence that this one repeats.

@@ -11,6 +11,7 @@
 
 namespace pleinair {
 
+// Which of the camera's imperfections virtual objects get.
 struct CameraMatchingOptions {
   bool noise = true;  // For frames of code values; linear frames stay clean.
   bool blur = true;   // For all frames: a linear frame came through the same lens.
@@ -20,6 +21,7 @@ struct CameraMatchingOptions {
   void Validate() const;
 };
 
+// Keeps the measured blur from frame to frame. One thread at a time.
 class CameraMatching {
  public:
   explicit CameraMatching(const CameraMatchingOptions& options);

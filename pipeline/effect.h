@@ -25,6 +25,7 @@ std::string_view NameOf(Effect effect);
 // One line of help.
 std::string_view HelpOf(Effect effect);
 
+// A set of effects.
 class EffectSet {
  public:
   constexpr EffectSet() = default;
@@ -52,8 +53,10 @@ class EffectSet {
   std::uint32_t bits_ = 0;
 };
 
+// kPlan: the plan decides.
 enum class EffectSwitch : std::uint8_t { kOff, kPlan, kOn };
 
+// Which effects are asked for, and with which threshold or budget.
 struct EffectSettings {
   // By Effect.
   std::array<EffectSwitch, kEffectCount> switches = Filled(EffectSwitch::kPlan);

@@ -46,6 +46,7 @@ struct WorkOffer {
   }
 };
 
+// What the plan did with an effect.
 enum class EffectFate : std::uint8_t {
   kOff,      // Switched off.
   kLeftOut,  // By the plan.
@@ -53,6 +54,7 @@ enum class EffectFate : std::uint8_t {
   kRun,
 };
 
+// One effect in the plan.
 struct PlannedEffect {
   Effect effect = Effect::kSunShading;
   EffectFate fate = EffectFate::kOff;
@@ -63,6 +65,7 @@ struct PlannedEffect {
   std::string_view why;
 };
 
+// The choice for one frame. Times in milliseconds.
 struct EffectPlan {
   std::array<PlannedEffect, kEffectCount> effects{};  // By Effect.
   EffectSet runs;

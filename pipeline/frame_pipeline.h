@@ -38,6 +38,7 @@ namespace pleinair {
 class DirectDaylight;
 class FrameEffects;
 
+// Set-up of the pipeline.
 struct FramePipelineOptions {
   SurfaceViewOptions view;
   // The sun's transport is computed for times on this raster. So it is a pure function of a frame's
@@ -125,6 +126,7 @@ struct FrameLight {
   std::optional<Lighting> drawn_lighting;  // Where it differs from the estimate's.
 };
 
+// Everything that Process returns for a frame.
 struct FrameResult : RenderedFrame, FrameLight {};
 
 // A real scene, and the virtual objects in it.

@@ -18,6 +18,7 @@ struct TransportSteps {
   double bounces_s = 0.0;
 };
 
+// The time and the suns that a frame's transport is computed for.
 struct TransportTime {
   UtcTime time{};
   SunState sun;
@@ -37,6 +38,7 @@ TransportTime TransportSun(const std::optional<Site>& site,
                            const SunState& sun,
                            const TransportSteps& steps);
 
+// Returns the frame's sample polygons as regions of the view.
 std::vector<SampleRegionPolygon> SampleRegionsOf(const Frame& frame);
 
 }  // namespace pleinair

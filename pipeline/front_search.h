@@ -17,11 +17,13 @@ struct CombinationCost {
   std::vector<double> time_ms;
 };
 
+// A combination and its measured cost.
 struct TriedCombination {
   Combination combination;
   std::optional<CombinationCost> cost;  // None where it could not be measured.
 };
 
+// Set-up of the search.
 struct FrontSearch {
   std::vector<int> value_counts;   // Number of values, for each setting.
   std::vector<Combination> start;  // Tried first; at least one. Others vary the first one.

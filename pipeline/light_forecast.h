@@ -20,6 +20,7 @@
 
 namespace pleinair {
 
+// The forecast for one time. Irradiances in the scene's units.
 struct LightForecast {
   UtcTime time{};
   SunState sun;
@@ -42,6 +43,7 @@ struct LightForecast {
   std::optional<double> sky_relative_stddev;
 };
 
+// Set-up of the forecast.
 struct LightForecastOptions {
   SurfaceViewOptions view;
   OutdoorLightingOptions light;  // Its haze is set to the scene's.
@@ -53,6 +55,7 @@ struct LightForecastOptions {
   std::uint64_t seed = 1;  // Seed of the camera's noise and the albedos' errors.
 };
 
+// Forecasts for one camera at one site. One thread at a time.
 class LightForecaster {
  public:
   // `scene` outlives it. Throws std::invalid_argument naming the option.

@@ -18,11 +18,13 @@
 
 namespace pleinair {
 
+// One source's estimate of one frame.
 struct LightTrial {
   LightingEstimate estimate;
   double estimate_ms = 0.0;  // Without drawing a new sample set.
 };
 
+// One thread at a time.
 class LightTrials {
  public:
   // `scene` outlives the trials. The sun's transport is computed on the raster of time of `run`.

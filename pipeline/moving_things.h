@@ -17,6 +17,7 @@
 
 namespace pleinair {
 
+// Thresholds of the search.
 struct MovingThingsOptions {
   // Natural log of the ratio of radiance to the model's prediction, relative to the pixel's usual
   // ratio. From this value on, the pixel shows something else. > 0.
@@ -31,6 +32,7 @@ struct MovingThingsOptions {
   void Validate() const;
 };
 
+// What was found over all frames.
 struct MovingThingsFound {
   // Over the picture: 0 where something moves, with a margin of a block; 255 elsewhere and where
   // nothing is known. Empty without frames.

@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The corrected orientation of a model.
 struct NorthCorrection {
   // Whether shadows determine north. Where not, `reason` says why, and north is unchanged.
   bool determined = false;

@@ -41,6 +41,7 @@ using SeededFigures = std::map<std::string, std::vector<double>>;
 // Appends one seed's.
 void AddSeed(const std::map<std::string, double>& figures, SeededFigures& all);
 
+// One figure, compared with the baseline.
 struct FigureComparison {
   enum class Outcome {
     kSame,    // Within the noise.

@@ -17,6 +17,7 @@
 
 namespace pleinair {
 
+// Set-up of the self-calibration.
 struct SelfCalibrationOptions {
   int frames = 16;     // At most, spread evenly over the recording. >= 1.
   int samples = 1000;  // A frame. 1 .. 100000.
@@ -34,6 +35,7 @@ struct SelfCalibrationOptions {
   void Validate() const;
 };
 
+// How it ended, for reports.
 struct SelfCalibration {
   int frames = 0;
   int surfaces = 0;

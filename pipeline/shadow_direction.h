@@ -15,6 +15,7 @@
 
 namespace pleinair {
 
+// Set-up of ShadowDirectionFinder.
 struct ShadowDirectionOptions {
   double largest_offset_rad =
       0.3491;                  // Candidates reach this far to either side (20 deg); (0, pi].
@@ -46,6 +47,7 @@ struct ShadowDirection {
   bool ContradictsTheSun() const;
 };
 
+// The result of one frame.
 struct FrameShadowDirection {
   int frame = 0;
   bool sunlit = false;     // Lit and shaded parts of one plane are distinct.
@@ -54,6 +56,7 @@ struct FrameShadowDirection {
   ShadowDirection shadow;  // By this frame alone.
 };
 
+// The result of all frames together, and of each.
 struct ShadowDirectionResult {
   ShadowDirection all;                       // One offset for all frames together.
   std::vector<FrameShadowDirection> frames;  // Those that were kept.

@@ -23,6 +23,7 @@ struct ShadowEdgeMark {
   glm::dvec3 sun_direction_enu{0.0};  // The computed one, unit.
 };
 
+// The angles of all marks, and the turn of the sun that they determine.
 struct ShadowEdgeFit {
   // Between the computed sun and the nearest direction in which the mesh's outline is visible from
   // the mark: the error of the mark's own shadow. Empty where the mark is on no surface, or no

@@ -14,6 +14,8 @@
 
 namespace pleinair {
 
+// A sun whose stated direction the shadows of one frame contradict. Directions are unit, in the
+// model's frame.
 struct SunContradiction {
   int frame = 0;
   glm::dvec3 stated_enu{0.0, 0.0, 1.0};

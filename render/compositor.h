@@ -57,6 +57,7 @@ struct CompositeInput {
 // The change of a pixel by the composite.
 enum class PixelChange : std::uint8_t { kNone = 0, kScaled = 128, kCovered = 255 };
 
+// The composite of one frame; images have the view's size.
 struct Composite {
   // Scene-linear; kNone pixels are the camera's own, bit for bit. Changed ones are finite, and may
   // exceed the range of half floats: camera noise is added before ClampToHalf.
@@ -75,6 +76,7 @@ enum class CompositeBy {
   kProcessor,
 };
 
+// Set-up of the compositor.
 struct CompositorOptions {
   // Antialiasing of virtual objects: 2, 4, 6 or 8; its square plus one is the number of samples of
   // a pixel. Two is enough for distant objects. Where an object fills a large picture, a smaller

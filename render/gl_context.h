@@ -8,6 +8,7 @@ namespace pleinair {
 
 enum class GlApi { kDesktop45, kEs31 };
 
+// The driver's own strings.
 struct GlDescription {
   std::string vendor;
   std::string renderer;

@@ -5,6 +5,7 @@
 
 namespace pleinair {
 
+// A real pixel, and the light on it before and after.
 struct PixelInNewLight {
   glm::vec3 camera{0.0f};  // Radiance, as all light here in one unit.
   bool clipped = false;    // Then a lower bound.
@@ -14,6 +15,7 @@ struct PixelInNewLight {
   glm::vec3 irradiance_after{0.0f};   // and with them.
 };
 
+// The pixel's new radiance.
 struct RelitRadiance {
   glm::vec3 radiance{0.0f};
   bool is_changed = false;  // By more than the rounding of half floats.

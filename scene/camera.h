@@ -23,6 +23,7 @@ struct CameraIntrinsics {
   bool operator==(const CameraIntrinsics&) const = default;
 };
 
+// Lens and pose.
 struct Camera {
   CameraIntrinsics intrinsics;
   glm::dmat4 camera_from_world{1.0};  // Rigid; camera x right, y down, z forward; metres.

@@ -38,6 +38,7 @@ inline constexpr std::uint8_t kNearBlack = 2;
 // Red, green or blue is clipped: its true value is at least the pixel's. The others are sound.
 inline constexpr std::uint8_t kClipped[3] = {4, 8, 16};
 
+// A picture and its metadata. Images have the camera's size.
 struct Frame {
   int index = 0;  // 0-based, into the sequence's frames.
   UtcTime time{};
@@ -71,6 +72,7 @@ struct Frame {
   std::optional<RgbImage> fisheye_radiance;
 };
 
+// Why a frame could not be read.
 struct FrameError {
   int index = 0;
   UtcTime time{};

@@ -42,6 +42,7 @@ Rgb8Image ReadDisplayImage(const std::filesystem::path& file);
 // Reads the first channel of an 8-bit PNG or JPEG.
 Gray8Image ReadMaskImage(const std::filesystem::path& file);
 
+// Counts the defects of an image.
 ImageDefects DefectsOf(const RgbImage& image);
 
 // Counts defects and repairs them. A NaN or negative channel becomes 0, also -infinity. +infinity

@@ -13,6 +13,7 @@
 
 namespace pleinair {
 
+// Size of a lat-long image in pixels.
 struct LatLongSize {
   int width = 0;
   int height = 0;

@@ -37,6 +37,7 @@ enum class LightUnits {
   kRelativePerFrame,  // Exposure and white balance unknown: a factor for each channel and frame.
 };
 
+// The light of one moment, in the world frame (ENU).
 struct Lighting {
   UtcTime time{};
   DirectionalLight sun;           // Irradiance 0 where there is none.

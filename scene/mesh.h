@@ -16,6 +16,7 @@ namespace pleinair {
 
 struct TexturedMaterial;  // scene/textured_material.h
 
+// A GGX surface with a diffuse part.
 struct Material {
   std::string name;
   glm::vec3 diffuse_albedo{0.5f};        // Linear RGB in [0, 1).
@@ -49,6 +50,7 @@ struct Mesh {
   bool Empty() const { return triangles.empty(); }
 };
 
+// Axis-aligned; metres.
 struct BoundingBox {
   glm::vec3 lower_m{0.0f};
   glm::vec3 upper_m{0.0f};

@@ -29,6 +29,7 @@ struct MeshReport {
   std::string Summary() const;  // One line.
 };
 
+// A mesh and the report of its loading.
 struct LoadedMesh {
   Mesh mesh;
   MeshReport report;
@@ -73,6 +74,7 @@ struct MeshPart {
   PartMotion motion;  // In the mesh's axes.
 };
 
+// The parts of a mesh file that move separately.
 struct LoadedParts {
   std::vector<MeshPart> parts;  // At least one; the part that stands still first, if there is one.
   MeshReport report;            // Of all parts.

@@ -41,6 +41,7 @@ struct MovingNode {
   glm::dmat4 ParentFromNodeAt(double time_s) const;
 };
 
+// The motion of one part: a chain of nodes whose tracks repeat.
 class PartMotion {
  public:
   // Stands still.

@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// The complete result of one ray.
 struct RayHit {
   float distance_m = 0.0f;
   std::uint32_t triangle = 0;

@@ -36,6 +36,7 @@ class SkyShape {
   virtual const PartlyHiddenTables* PartlyHidden() const { return nullptr; }
 };
 
+// The sky of equal radiance in all directions: "uniform".
 std::shared_ptr<const SkyShape> MakeUniformSkyShape();
 
 // A sky by a table over the hemisphere's equal-area map to a disc: a look-up costs a square root.

@@ -26,6 +26,7 @@ struct ObjectSunShare {
   GrayImage seen;
 };
 
+// Both, for one frame.
 struct SunShares {
   RealSunShare real;
   ObjectSunShare objects;

@@ -17,6 +17,7 @@ namespace pleinair {
 // Texture coordinates beyond a picture's edge.
 enum class TextureWrap : std::uint8_t { kRepeat, kMirror, kClamp };
 
+// The wrap mode along each axis.
 struct TextureWraps {
   TextureWrap u = TextureWrap::kRepeat;
   TextureWrap v = TextureWrap::kRepeat;

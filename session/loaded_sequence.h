@@ -20,6 +20,7 @@
 
 namespace pleinair {
 
+// A sequence, its site and its prepared scene.
 struct LoadedSequence {
   Sequence sequence;
   SequenceSite site;

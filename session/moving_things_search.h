@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The result over a recording.
 struct MovingThingsInSequence {
   MovingThingsFound found;
   int left_out = 0;          // Frames of another camera or pose, or without light.

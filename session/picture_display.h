@@ -10,6 +10,7 @@
 
 namespace pleinair {
 
+// One thread at a time.
 class PictureDisplay {
  public:
   // `response` is the 8-bit camera's.

@@ -26,6 +26,7 @@
 
 namespace pleinair {
 
+// One frame of a session, and its result.
 struct SessionStep {
   std::optional<Frame> frame;  // None where it could not be read.
   tl::expected<FrameResult, FrameError> result;

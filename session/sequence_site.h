@@ -42,6 +42,7 @@ SiteObjects LoadObject(const std::filesystem::path& folder,
                        const VirtualObjectEntry& entry,
                        std::size_t index);
 
+// A site ready for preparation. World frame: metres, east-north-up.
 struct SequenceSite {
   SiteModel model;
   std::vector<VirtualObject> objects;  // SiteObjects' parts.
@@ -73,6 +74,7 @@ std::string AzimuthAndElevation(const glm::dvec3& direction_enu);
 // Throws std::runtime_error, one line with the file and what was expected.
 SequenceSite LoadSequenceSite(const Sequence& sequence);
 
+// Seconds from the sequence's first frame to `time`; the clock of animations.
 double SecondsSinceFirstFrame(const Sequence& sequence, UtcTime time);
 
 // Returns poses for FramePipeline::Process, a time after the first frame; empty where nothing

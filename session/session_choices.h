@@ -12,6 +12,8 @@
 
 namespace pleinair {
 
+// The source of `options`; where none is given, fish-eye where frames have such a picture, else
+// outdoor.
 SourceKind SourceOf(const SessionOptions& options, const Sequence& sequence);
 // The survey where there is one; else the materials where their albedo is known or assumed, or no
 // light is estimated from them; else self-calibration.
@@ -26,6 +28,7 @@ std::unique_ptr<LightingSource> MakeSourceFor(const SessionOptions& options,
                                               const Sequence& sequence,
                                               double aerosol_optical_depth_500nm);
 
+// Returns options.pipeline with what depends on the sequence filled in.
 FramePipelineOptions PipelineOptionsFor(const SessionOptions& options,
                                         const LoadedSequence& loaded);
 

@@ -31,6 +31,7 @@ enum class AlbedoSource {
   kSelfCalibrated,  // Found together with the light of the sequence's frames.
 };
 
+// Options of SequenceSession and LoadSequence.
 struct SessionOptions {
   std::filesystem::path sequence;
   std::filesystem::path cache;       // Folder of prepared parts; empty: the user's cache folder.

@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// One named setting.
 struct Setting {
   std::string name;      // Its place in SessionOptions: "light.samples".
   std::string meaning;   // With its unit.

@@ -10,6 +10,7 @@ namespace pleinair {
 // Haze of the standard spectrum ASTM G173-03: a clear day.
 inline constexpr double kStandardAerosolDepth500nm = 0.084;
 
+// Irradiance of a cloudless sky, W m^-2 per channel.
 struct ClearSkyIrradiance {
   glm::dvec3 beam_rgb{0.0};     // Normal to the beam, W m^-2 per channel; 0 below the horizon.
   glm::dvec3 diffuse_rgb{0.0};  // On a horizontal plane, from the sky without the disc.

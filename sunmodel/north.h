@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The north that an azimuth is counted from.
 enum class NorthKind {
   kTrue,      // The meridian through the site.
   kGrid,      // The northing lines of the site's UTM zone (near the poles: UPS).

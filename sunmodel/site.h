@@ -5,6 +5,7 @@
 
 namespace pleinair {
 
+// A place on earth, and the orientation of its model.
 struct Site {
   double latitude_rad = 0.0;   // WGS84, [-pi/2, pi/2], north positive.
   double longitude_rad = 0.0;  // East positive; any turn.

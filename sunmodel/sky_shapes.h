@@ -24,6 +24,7 @@ enum class SkyShapeKind { kUniform, kOvercast, kClear };
 inline constexpr SkyShapeKind kAllSkyShapeKinds[] = {
     SkyShapeKind::kUniform, SkyShapeKind::kOvercast, SkyShapeKind::kClear};
 
+// The name in settings and in lighting.jsonl.
 std::string_view NameOf(SkyShapeKind kind);
 // Whether the shape is another one for another sun.
 bool TurnsWithTheSun(SkyShapeKind kind);

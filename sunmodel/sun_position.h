@@ -10,6 +10,7 @@
 
 namespace pleinair {
 
+// The sun's centre, as seen from a site.
 struct SunPosition {
   glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // Unit, from the site to the sun; airless.
   double angular_radius_rad = 0.0;

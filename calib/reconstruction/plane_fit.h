@@ -19,12 +19,14 @@ struct Plane {
   double DistanceOf(const glm::dvec3& p) const { return glm::dot(normal, p) - offset; }
 };
 
+// What is known of the plane.
 enum class PlaneKind {
   kFree,
   kVertical,     // Its normal is horizontal: a wall.
   kKnownNormal,  // Only its offset is found.
 };
 
+// A plane and its members, in the points' unit.
 struct PlaneFit {
   Plane plane;
   std::vector<std::uint32_t> members;  // Points within the tolerance of it, ascending.
@@ -32,6 +34,7 @@ struct PlaneFit {
   double normal_sigma_rad = 0.0;       // From the members' spread; the worst axis.
 };
 
+// Set-up of the search.
 struct PlaneFitOptions {
   PlaneKind kind = PlaneKind::kFree;
   glm::dvec3 normal{0.0, 0.0, 1.0};  // For kKnownNormal; unit.

@@ -17,17 +17,20 @@
 
 namespace pleinair {
 
+// A point in the model's frame.
 struct ReconstructedPoint {
   std::int64_t id = 0;
   glm::dvec3 position{0.0};
   glm::dvec3 colour_srgb{0.5};  // In [0, 1], display values of the pictures.
 };
 
+// A point in one picture.
 struct PointObservation {
   std::uint32_t point = 0;  // Into Reconstruction::points.
   glm::dvec2 pixel{0.0};    // In the picture as it was taken; integers are pixel centres.
 };
 
+// A photograph and its pose.
 struct ReconstructedPicture {
   std::string name;                   // Path relative to the folder of the photographs.
   std::uint32_t camera = 0;           // Into Reconstruction::cameras.
@@ -37,11 +40,13 @@ struct ReconstructedPicture {
   glm::dvec3 Centre() const;
 };
 
+// A lens; several pictures may share it.
 struct ReconstructedCamera {
   std::string name;
   CameraIntrinsics intrinsics;
 };
 
+// A model by structure from motion; unit and axes are the model's own unless stated.
 struct Reconstruction {
   std::vector<ReconstructedCamera> cameras;
   std::vector<ReconstructedPicture> pictures;

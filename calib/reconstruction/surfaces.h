@@ -15,6 +15,7 @@
 
 namespace pleinair {
 
+// One flat surface.
 struct SiteSurface {
   std::string name;
   Plane plane;  // Its normal points to the cameras' side.
@@ -26,6 +27,7 @@ struct SiteSurface {
   double normal_sigma_rad = 0.0;
 };
 
+// One mark, in pixels of the photograph as the model has it.
 struct SurfaceMark {
   std::size_t picture = 0;  // Into Reconstruction::pictures.
   glm::dvec2 pixel{0.0};
@@ -38,6 +40,7 @@ struct MarkedSurface {
   std::vector<SurfaceMark> marks;
 };
 
+// Limits of the search; metres.
 struct SurfaceOptions {
   double tolerance_m = 0.1;      // Largest distance of a point to its plane; above 0.
   double camera_height_m = 1.6;  // Height of the lowest camera, where no points show the ground.
@@ -48,6 +51,7 @@ struct SurfaceOptions {
   std::optional<glm::dvec3> wall_direction;
 };
 
+// The ground and the walls.
 struct SiteSurfaces {
   std::vector<SiteSurface> surfaces;  // The ground first.
   std::vector<std::string> notes;

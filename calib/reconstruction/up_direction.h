@@ -21,6 +21,7 @@ struct LevelDirection {
   double weight = 1.0;  // Below 1 for directions that share their errors.
 };
 
+// The estimated direction, unit, in the model's frame.
 struct UpEstimate {
   glm::dvec3 up{0.0, 0.0, 1.0};
   double sigma_rad = 0.0;  // The worse axis.

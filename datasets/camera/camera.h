@@ -17,6 +17,7 @@
 
 namespace pleinair {
 
+// A format and size that a camera offers.
 struct CameraMode {
   PixelFormat format;
   int width_px = 0;
@@ -24,6 +25,7 @@ struct CameraMode {
   std::vector<double> frames_per_second;  // Highest first; empty: not stated.
 };
 
+// A control and its range, in `unit`.
 struct CameraControl {
   std::string name;  // As the driver states it.
   double minimum = 0.0;
@@ -34,6 +36,7 @@ struct CameraControl {
   bool is_read_only = false;
 };
 
+// A camera that can be opened.
 struct CameraDescription {
   std::string device;  // A name for OpenCamera: "/dev/video0", "libcamera:ID".
   std::string name;    // Name of the product.
@@ -91,6 +94,7 @@ struct CameraSettings {
 // ISO 100 stands for gain 1.
 std::optional<double> IsoOf(const CapturedExposure& exposure);
 
+// One picture in the driver's own bytes.
 struct CapturedBuffer {
   std::vector<std::byte> bytes;
   PictureLayout layout;
@@ -101,6 +105,7 @@ struct CapturedBuffer {
   std::optional<RawDevelopment> development;  // Levels of raw pictures.
 };
 
+// Why a picture is missing.
 enum class CameraFaultKind {
   kEnded,  // The stream is over: only from stand-ins.
   kUnplugged,
@@ -110,6 +115,7 @@ enum class CameraFaultKind {
   kFailed,  // Anything else that the driver refuses.
 };
 
+// A fault of the camera, for events and reports.
 struct CameraFault {
   CameraFaultKind kind = CameraFaultKind::kFailed;
   std::string reason;  // One line: the device, and what happened.
@@ -131,6 +137,7 @@ class CameraStream {
   virtual std::vector<std::string> TakeNotes() = 0;
 };
 
+// The result of ListCameras.
 struct CameraList {
   std::vector<CameraDescription> cameras;  // In the order of their devices.
   std::vector<std::string> not_permitted;  // Devices that this user may not open.

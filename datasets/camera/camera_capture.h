@@ -29,6 +29,7 @@ struct CameraFrame {
   std::optional<glm::dmat4> camera_from_world{};
 };
 
+// Set-up of CameraCapture.
 struct CaptureOptions {
   std::size_t queue_frames = 2;           // The most pictures that wait for the consumer.
   std::chrono::milliseconds stall{2000};  // Time without a picture, and 3 intervals: an event.

@@ -39,6 +39,7 @@ struct RawDevelopment {
 // sensors of cameras and telephones.
 RawDevelopment UsualDevelopment(int bits);
 
+// A raw picture as linear light.
 struct DevelopedPicture {
   // (code - black) / (white - black) times the white balance; noise around black may be negative.
   RgbImage signal_rgb;

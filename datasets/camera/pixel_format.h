@@ -8,6 +8,7 @@
 
 namespace pleinair {
 
+// Memory layouts of a picture.
 enum class PixelCoding {
   kYuyv,   // Y0 U Y1 V: two pixels in four bytes.
   kNv12,   // A plane of Y, then one of U V pairs at half the size.
@@ -51,6 +52,7 @@ struct YuvCoding {
   bool operator==(const YuvCoding&) const = default;
 };
 
+// The layout of one picture in memory.
 struct PictureLayout {
   PixelFormat format;
   int width_px = 0;

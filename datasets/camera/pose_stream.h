@@ -29,6 +29,7 @@ struct PoseSlot {
 };
 static_assert(sizeof(PoseSlot) == 160);
 
+// Set-up of PoseStream.
 struct PoseStreamOptions {
   PoseTrackOptions track;
   // How long a frame waits for a pose at its time or later; 0 or more. After that the last pose is

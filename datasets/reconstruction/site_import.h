@@ -32,23 +32,27 @@ struct PickPair {
   glm::dvec2 second_px{0.0};
 };
 
+// A length in metres between two points.
 struct KnownLength {
   double length_m = 0.0;
   std::variant<PointPair, PickPair> between;
 };
 
+// A person's statement of a picture's azimuth.
 struct StatedHeading {
   std::string picture;
   double azimuth_rad = 0.0;  // Azimuth of the view, clockwise from true north.
   double sigma_rad = 0.0;    // Above 0.
 };
 
+// A mark on a photograph, in its pixels.
 struct PictureMark {
   std::string picture;
   glm::dvec2 pixel{0.0};
   std::string surface;
 };
 
+// Input and choices of an import.
 struct SiteImportOptions {
   std::filesystem::path reconstruction;  // As for ReadReconstruction.
   std::filesystem::path photos;          // Folder that the pictures' names are relative to.
@@ -66,6 +70,7 @@ struct SiteImportOptions {
   SurfaceOptions surfaces;     // All but tolerance_m.
 };
 
+// What was imported and how well it is placed.
 struct SiteImportReport {
   std::size_t pictures = 0;
   std::size_t points = 0;

@@ -13,12 +13,14 @@
 
 namespace pleinair {
 
+// How pictures are stored.
 enum class PictureStore {
   kRaw,   // A file a picture: as the driver gave it where that is MJPEG or Bayer, else PNG.
   kFfv1,  // Video, lossless: codes bit for bit. Not of Bayer.
   kH264,  // Video to look at: its codes are not the camera's. Not of Bayer.
 };
 
+// Writes pictures in one of these ways. One thread at a time.
 class PictureFiles {
  public:
   virtual ~PictureFiles() = default;

@@ -18,6 +18,7 @@
 
 namespace pleinair {
 
+// Set-up of a recorder.
 struct RecorderOptions {
   RecordingOptions recording;
   std::chrono::nanoseconds interval{0};  // Time from a recorded picture to the next; 0: every one.
@@ -27,6 +28,7 @@ struct RecorderOptions {
   std::chrono::milliseconds sync_interval{1000};
 };
 
+// Counts of pictures so far.
 struct RecorderStatus {
   std::int64_t written = 0;   // Survive a kill of the process.
   std::int64_t finished = 0;  // Survive a power cut.

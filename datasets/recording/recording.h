@@ -20,6 +20,7 @@
 
 namespace pleinair {
 
+// Set-up of a recording.
 struct RecordingOptions {
   std::filesystem::path folder;  // New, or empty.
   PictureStore store = PictureStore::kRaw;

@@ -18,6 +18,7 @@ namespace pleinair {
 std::vector<std::filesystem::path> SiteFiles(const std::filesystem::path& folder,
                                              const std::filesystem::path& left_out);
 
+// Returns the bytes of these files together.
 std::uint64_t SizeOf(const std::filesystem::path& folder,
                      const std::vector<std::filesystem::path>& files);
 

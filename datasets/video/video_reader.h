@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// One picture of a video.
 struct VideoPicture {
   // With the file's matrix and range; where it states none, BT.709 from 720 rows on, else BT.601.
   // Rotation is not applied: intrinsics refer to the sensor's rows and columns.

@@ -11,11 +11,13 @@
 
 namespace pleinair {
 
+// How pictures are coded.
 enum class VideoCodec {
   kFfv1,  // Lossless: VideoReader returns the codes bit for bit.
   kH264,  // To look at: colours at half the resolution, and rounded.
 };
 
+// Set-up of a video.
 struct VideoFormat {
   VideoCodec codec = VideoCodec::kFfv1;
   int width_px = 0;

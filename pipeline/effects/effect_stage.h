@@ -21,6 +21,7 @@
 
 namespace pleinair {
 
+// Shared by the effects of one pipeline. One thread at a time.
 class EffectStage {
  public:
   // `scene`, `phantom` and `options` outlive this. Without objects until Pose.

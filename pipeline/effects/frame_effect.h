@@ -82,6 +82,7 @@ struct EffectFrame {
   ViewOfPose UnderSun() const { return {view.sun_version, pose}; }
 };
 
+// An upper bound in code values of the 8-bit picture, and its reason.
 struct Bound {
   double code_values = 0.0;
   std::string_view why;
@@ -167,6 +168,7 @@ std::unique_ptr<FrameEffect> MakeEffect(EffectStage& stage) {
 PLEINAIR_EFFECTS(PLEINAIR_DECLARATION)
 #undef PLEINAIR_DECLARATION
 
+// Returns the definition of a listed effect.
 const EffectDefinition& DefinitionOf(Effect effect);
 
 }  // namespace pleinair

@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// One thread at a time.
 class KeptInfluence {
  public:
   explicit KeptInfluence(InfluenceAt at) : at_(at) {}

@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// One thread at a time.
 class KeptMirror {
  public:
   LightCost Cost(const EffectFrame& frame) const;

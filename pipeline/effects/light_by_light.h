@@ -32,6 +32,7 @@ struct LitByLight {
   std::vector<std::uint64_t> made_from;  // For each light, the stamp of the objects' light.
 };
 
+// Learned costs of the three steps.
 struct LightByLightCosts {
   LearnedCost gather;
   LearnedCost light;

@@ -20,6 +20,7 @@ inline constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
 // The way that light is computed where these effects are run.
 VertexLight::Mode ModeOfLight(const VertexLight& light, EffectSet runs);
 
+// Returns the costs of each way for the lights that shine in `lighting`.
 LightCosts CostsOfLight(const VertexLight& light,
                         const FrameBasis& basis,
                         const Lighting& lighting);

@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// Exposure and read-out times where frames do not state them, in seconds.
 struct MotionBlurOptions {
   double exposure_s = 0.0;  // For frames that do not state it; 0: no motion blur for them.
   double readout_s = 0.0;   // From the first row's exposure to the last one's; 0: all at once.

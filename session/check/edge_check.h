@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The agreement of the mesh's edges with pictures.
 struct EdgeFit {
   // Shift from the mesh's edges to those in the pictures, as a share of the picture's width.
   glm::dvec2 shift{0.0};

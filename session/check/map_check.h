@@ -11,6 +11,7 @@ namespace pleinair {
 
 enum class MapLayout { kAsStated, kUpsideDown, kHalfTurned, kMirrored };
 
+// The layout that fits best, compared with that of the map as given.
 struct MapLayoutFit {
   // The layout in which the mesh's surfaces, as seen from the map's place, explain the map best.
   MapLayout best = MapLayout::kAsStated;

@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// One time of the day.
 struct SiteHour {
   LightForecast light;
   // Share of the objects' surface that faces the sun and is in no shadow of the real mesh; none
@@ -21,6 +22,7 @@ struct SiteHour {
   std::optional<double> sun_on_objects;
 };
 
+// The day, step by step.
 struct SiteDay {
   SolarDay sun;                 // Sunrise, noon, sunset.
   std::vector<SiteHour> hours;  // From sunrise to sunset, or all day where there are none.
