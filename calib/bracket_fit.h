@@ -11,9 +11,11 @@ namespace pleinair {
 
 // A picture's light compared with that of the others, by the curve.
 struct BracketPicture {
-  double offset = 0.0;   // Median over pixels, natural logarithm: its exposure is not as stated.
-  double scatter = 0.0;  // Median of the absolute deviations: something else is seen.
-  std::string reason;    // Why it is left out; empty where it counts.
+  double offset =
+      0.0;  // Median over pixels, natural logarithm: not 0 where its exposure is not as stated.
+  double scatter =
+      0.0;  // Median of the absolute deviations: large where the picture shows something else.
+  std::string reason;  // Why it is left out; empty where it counts.
 };
 
 // The response, and the judgement of each picture.

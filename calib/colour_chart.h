@@ -24,7 +24,7 @@ inline constexpr std::array<double, kChartPatches> kChartReflectance{
 inline constexpr std::array<int, 6> kChartGreys{18, 19, 20, 21, 22, 23};
 
 // Corners of the field of patches (without the frame): those of dark skin, bluish green, black and
-// white, in this order; a turned picture has them turned.
+// white, in this order; in a turned picture they are turned too.
 using ChartCorners = std::array<glm::dvec2, 4>;
 
 // The colour of one patch.

@@ -6,7 +6,7 @@
 
 namespace pleinair {
 
-// What is absent is none.
+// Absent values are none.
 struct ExifExposure {
   std::optional<double> exposure_s;
   std::optional<double> iso;

@@ -7,7 +7,7 @@
 
 namespace pleinair {
 
-// What is absent is none.
+// Absent values are none.
 struct ExifPlace {
   // WGS84, degrees, north and east positive; both or none.
   std::optional<double> latitude_deg;

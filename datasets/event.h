@@ -16,7 +16,7 @@ namespace pleinair {
 // The kind of an event; see NameOf for its text.
 enum class EventKind {
   kStarted,
-  kPreparing,     // The site: pictures pass as they came.
+  kPreparing,     // The site is being prepared; pictures pass without objects.
   kPrepared,      // The site: pictures are composited from now on.
   kControl,       // Refused, clamped or missing.
   kClock,         // Stepped, or not synchronised.
@@ -29,7 +29,7 @@ enum class EventKind {
   kFormatChanged,
   kReconnected,
   kDisk,
-  kSite,    // Gone, or there again.
+  kSite,    // The site's folder is gone, or back.
   kOutput,  // A place that the picture goes to has failed.
   kPose,    // From outside: refused, or an old one is held.
   kEnded,

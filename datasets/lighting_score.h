@@ -64,7 +64,7 @@ struct SigmaCoverage {
   double within_2 = 0.0;
 };
 
-// Over frames. An entry is none where no frame has that score.
+// Statistics over frames. An entry is none where no frame has that score.
 struct LightSummary {
   int frames = 0;
   std::optional<Distribution> sun_error;

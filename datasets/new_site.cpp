@@ -50,7 +50,7 @@ fs::path FreeName(const fs::path& folder, const std::string& stem, const std::st
 }
 
 // Notes in the site's file on which file of the folder is made here, so that the next one replaces
-// it and nobody's own.
+// it and no file of a person.
 std::string MadeNote(const fs::path& name) { return name.string() + " is made by site new"; }
 
 // The file that `json[object][key]` names, where it was written by this module; never `source`.

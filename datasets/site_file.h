@@ -29,7 +29,8 @@ void EditSiteFile(const std::filesystem::path& folder,
 // WriteWholeFile.
 void WriteJsonFile(const nlohmann::ordered_json& json, const std::filesystem::path& file);
 
-// As keys have them: a list of rows; width, height, fx, fy, cx, cy, distortion and what they mean.
+// In the form of the keys: a list of rows; width, height, fx, fy, cx, cy, distortion and their
+// conventions.
 nlohmann::ordered_json JsonOf(const glm::dmat4& matrix);
 nlohmann::ordered_json JsonOf(const CameraIntrinsics& camera);
 

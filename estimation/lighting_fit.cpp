@@ -99,7 +99,7 @@ double LightingFitter::Impl::BeamIn(const LightingPrior& prior, const LightVecto
 // With S the sum of a channel's sky, m_k the share expected of shape k and p_k the mean over the
 // channels of its share, rows
 //   (s_k - m_k S) / S = 0                                        give or take shape_share_spread,
-//   (s_k - p_k S) / S of one channel - the same of another = 0   likewise the colour's spread,
+//   (s_k - p_k S) / S of one channel - the same of another = 0 give or take the colour's spread,
 // with denominators and p_k evaluated at `x`. They are 0 for any S: the sky's sum is left to the
 // data. All m_k are equal, except that the shape of a beam has 0, give or take a tenth, where there
 // is no beam. Under an overcast sky walls and ground differ little between shapes, and a few per

@@ -242,7 +242,7 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
   if (IsKnown(clear_sky)) {
     SkyClimate climate = MakeSkyClimate(clear_sky);
     if (conditions.weather) Believe(*conditions.weather, climate);
-    // Twilight and lamps are in nobody's climate: only the colour of their light is.
+    // Twilight and lamps are in no climate: only the colour of their light is.
     const bool is_tied = clear_sky.absolute && conditions.units == LightUnits::kAbsolute &&
                          AnyOfTheDiscIsUp(conditions.sun);
     const ExposureChange& change = conditions.exposure_change;

@@ -141,7 +141,7 @@ EffectPlan PlanEffects(const EffectSettings& settings,
     if (runs.HasAny(never) || !runs.HasAll(always)) continue;
     if (!IsAllowed(settings, offers, runs)) continue;
     double left_out = 0.0;
-    double squares = 0.0;  // Changes of several effects are taken to be independent.
+    double squares = 0.0;  // Changes of several effects are treated as independent.
     ForLeftOut(settings, offers, runs, [&](const EffectOffer& offer) {
       left_out += offer.bound_code_values;
       const double rms = offer.rms_share * offer.bound_code_values;

@@ -61,7 +61,7 @@ struct FramePipelineOptions {
   SoftSunOptions soft_sun;
   MirrorImageOptions mirror;
   EffectSettings effects;
-  CameraMatchingOptions camera_matching;  // What is false in it is off.
+  CameraMatchingOptions camera_matching;  // Its false fields switch effects off.
   MotionBlurOptions motion_blur;
   // Response from light to the code values in which the plan counts.
   ResponseCurve display_response = ResponseCurve::Srgb();

@@ -45,7 +45,7 @@ struct MovingThingsFound {
   double typical_change = 0.0;  // Median over blocks of the spread over frames, in log.
   struct Region {
     std::string name;
-    std::int64_t pixels = 0;  // That may be sampled.
+    std::int64_t pixels = 0;  // Pixels that may be sampled.
     std::int64_t masked = 0;  // Of those pixels.
   };
   std::vector<Region> regions;  // In the view's order; those with pixels.

@@ -20,7 +20,7 @@ struct RunToJudge {
 
 // One figure of merit of a run.
 struct FigureKind {
-  std::string name;   // As files have it: sun_error_median, ...
+  std::string name;   // As in files: sun_error_median, ...
   std::string words;  // For people, with its unit.
   bool higher_is_better = false;
   // It varies by up to this with another compiler, processor or GL driver, by rounding.
@@ -48,7 +48,7 @@ struct FigureComparison {
     kBetter,  // Beyond the best of the baseline's seeds by more than the noise.
     kWorse,   // Beyond the worst of them by more than the noise.
     kNew,     // The baseline does not have it.
-    kGone,    // The run does not have it any more; counts as worse.
+    kGone,    // Only the baseline has it; counts as worse.
   };
   FigureKind kind;
   Outcome outcome = Outcome::kSame;

@@ -1,4 +1,4 @@
-// How the camera and virtual objects move while a frame is exposed.
+// The motion of camera and virtual objects during a frame's exposure.
 #pragma once
 
 #include <cstdint>
@@ -47,8 +47,8 @@ struct ExposureMotion {
   bool operator==(const ExposureMotion&) const = default;
 };
 
-// Which object is nearest in the pixels of part of the undistorted picture (see UndistortedCover),
-// real surfaces left out, and its depth along the optical axis.
+// The nearest object in each pixel of part of the undistorted picture (see UndistortedCover),
+// without real surfaces, and its depth along the optical axis.
 struct ObjectDepths {
   static constexpr std::int32_t kNone = -1;
 

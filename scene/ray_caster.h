@@ -84,13 +84,13 @@ class RayCaster {
   // is less. Triangles that are not finite have none.
   float DistanceTo(const glm::vec3& point_m, float within_m) const;
 
-  // Whether anything stands in (0, max_distance_m).
+  // Whether there is any hit in (0, max_distance_m).
   bool Occluded(const glm::vec3& origin_m,
                 const glm::vec3& direction,
                 float max_distance_m = std::numeric_limits<float>::infinity()) const;
 
-  // `count` occlusion queries at once; faster than one by one where rays are coherent.
-  // Shape  origins_m, directions, occluded: count entries each.
+  // `count` occlusion queries at once; faster than single queries where rays are coherent. Shape
+  // origins_m, directions, occluded: count entries each.
   void Occluded(const glm::vec3* origins_m,
                 const glm::vec3* directions,
                 std::size_t count,

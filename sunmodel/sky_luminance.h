@@ -1,4 +1,4 @@
-// How bright a sky is in one direction relative to others: overcast and cloudless skies.
+// Relative luminance of overcast and cloudless skies over direction.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -91,7 +91,7 @@ struct CameraSettings {
       colour_gains;  // Gains of red and blue, where there are no kelvins.
 };
 
-// ISO 100 stands for gain 1.
+// The ISO value of gain 1.
 std::optional<double> IsoOf(const CapturedExposure& exposure);
 
 // One picture in the driver's own bytes.

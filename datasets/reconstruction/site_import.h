@@ -62,9 +62,9 @@ struct SiteImportOptions {
   std::vector<StatedHeading> headings;   // In addition to the photographs' compasses.
   // Offset of the cameras' clocks from UTC, where the photographs do not state it.
   std::optional<std::chrono::minutes> utc_offset;
-  std::map<std::string, UtcTime> times;  // By picture; in place of what the photographs say.
+  std::map<std::string, UtcTime> times;  // For each picture; replaces the photographs' times.
   std::vector<PictureMark> marks;
-  std::string camera;          // Whose pictures become frames; empty: the one with the most.
+  std::string camera;  // The camera whose pictures become frames; empty: the one with the most.
   double tolerance_m = 0.0;    // SurfaceOptions::tolerance_m; 0: half a percent of the distance.
   int longest_side_px = 1600;  // Photographs are reduced to it; 0: not reduced.
   SurfaceOptions surfaces;     // All but tolerance_m.

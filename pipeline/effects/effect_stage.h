@@ -48,7 +48,7 @@ class EffectStage {
   // Whether any material of the objects is glossy, and their highest reflectances.
   bool AnyGlossy() const { return any_glossy_; }
   const glm::vec3& LargestDiffuse() const { return largest_diffuse_; }
-  const glm::vec3& LargestAlbedo() const { return largest_albedo_; }  // What they mirror included.
+  const glm::vec3& LargestAlbedo() const { return largest_albedo_; }  // Mirrored light included.
 
   // Terms of several effects' bounds.
   bool InView(const EffectFrame& frame);

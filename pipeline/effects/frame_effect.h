@@ -36,7 +36,7 @@ struct ViewOfPose {
   bool operator==(const ViewOfPose&) const = default;
 };
 
-// How many frames share the cost of what is made once, and of what is made for each sun.
+// Number of frames that share the cost of one-off results, and of results for each sun.
 struct WorkSharing {
   double frames_that_stand_still = 1.0;
   double frames_a_sun = 1.0;
@@ -63,7 +63,7 @@ struct LightBeforePlan {
 struct EffectFrame {
   const Frame& frame;
   const SurfaceView& view;
-  const Image<std::int32_t>& pixel_faces;  // As SurfaceViewBuilder has them.
+  const Image<std::int32_t>& pixel_faces;  // As in SurfaceViewBuilder.
   const FrameBasis& basis;
   const Lighting& lighting;
   const DisplayCodes& codes;
@@ -114,7 +114,7 @@ FrameWork WorkOf(std::string_view name,
                  const WorkCost& cost,
                  const EffectFrame& frame,
                  EffectSet for_any);
-// What the compositor draws for them.
+// The compositor's drawing for them.
 FrameWork DrawingOf(std::string_view name,
                     double nominal_ms,
                     const EffectFrame& frame,

@@ -230,7 +230,7 @@ EffectPlan FrameEffects::Plan(std::span<const EffectOffer> offers,
   EffectSettings settings = settings_;
   EffectSwitch& current = settings[Effect::kLightUpdate];
   const EffectOffer& update = offers[static_cast<std::size_t>(Effect::kLightUpdate)];
-  // A frame without a budget is the same whatever was before it.
+  // A frame without a budget does not depend on earlier frames.
   if (update.bound_code_values > 0.0 && !budget_ms && current == EffectSwitch::kPlan) {
     current = EffectSwitch::kOn;
   }
