@@ -11,10 +11,10 @@ namespace pleinair {
 
 // A picture's light compared with that of the others, by the curve.
 struct BracketPicture {
-  double offset =
-      0.0;  // Median over pixels, natural logarithm: not 0 where its exposure is not as stated.
-  double scatter =
-      0.0;  // Median of the absolute deviations: large where the picture shows something else.
+  // Median over pixels, natural logarithm: not 0 where its exposure is not as stated.
+  double offset = 0.0;
+  // Median of the absolute deviations: large where the picture shows something else.
+  double scatter = 0.0;
   std::string reason;  // Why it is left out; empty where it counts.
 };
 

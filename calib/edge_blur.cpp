@@ -232,8 +232,8 @@ std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   return errors;
 }
 
-// What the errors say of a lens's own sigma where the edge is slanted: along the line both it and
-// the pixel's side across the line are wider.
+// The lens's own sigma from the errors, for a slanted edge: along the line both the blur and the
+// pixel's side across the line are wider.
 double ErrorAt(const LineErrors& errors, double sigma_px, double slant) {
   const double along_px =
       std::sqrt(sigma_px * sigma_px * (1.0 + slant * slant) + slant * slant * kPixelVariance);
@@ -245,7 +245,7 @@ double ErrorAt(const LineErrors& errors, double sigma_px, double slant) {
   return (1.0 - share) * errors.of_sigma[k - 1] + share * errors.of_sigma[k];
 }
 
-// How far the edge goes sideways from line to line.
+// Sideways shift of the edge from line to line.
 double SlantOf(const RgbImage& radiance, const Line& line) {
   const glm::ivec2 along(line.across.y, line.across.x);
   double difference = 0.0;

@@ -47,7 +47,7 @@ UndeterminedPose OpenPose(const std::string& why, std::vector<PoseCandidate> can
   return {"the camera's pose cannot be determined from edges: " + why, std::move(candidates)};
 }
 
-// How steep the light of a smoothed picture is, at any place and in any direction: the structure
+// Steepness of a smoothed picture's light, at each place and for any direction: the structure
 // tensor, summed over the channels.
 class Slopes {
  public:
@@ -255,7 +255,7 @@ std::vector<EdgeMatch> MatchesOf(const std::vector<Sample>& samples, double scal
     match.edge = sample.edge;
     match.match = {sample.point_m, sample.pixel + nearest * sample.normal};
     match.normal = sample.normal;
-    // Geman and McClure's: what is far off pulls ever less.
+    // Geman and McClure's loss: the influence of distant samples decreases.
     const double ratio = nearest / scale_px;
     match.root_weight = 1.0 / (1.0 + ratio * ratio);
     matches.push_back(match);
@@ -434,8 +434,8 @@ tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
     double support;
   };
   std::vector<Try> tries;
-  // From each, edges are looked for all over the reach, and near by alone: a wide search is drawn
-  // to whatever is strongest, a narrow one to what fits best.
+  // From each start, edges are searched over the entire reach, and also only nearby. A wide search
+  // goes to the strongest edges, a narrow one to those that fit best.
   const std::vector<Stage> wide{{reach, 0.3 * reach, 6, 0.3},
                                 {0.5 * reach, 0.15 * reach, 6, 0.15},
                                 {0.3 * reach, kNearPx, 6, 0.05}};

@@ -196,9 +196,9 @@ CameraIntrinsics UndistortedCover(const CameraIntrinsics& intrinsics) {
   const auto cover_pixel = [&](double u, double v) {
     if (const auto direction = lens.DirectionFromPixel({u, v})) cover(*direction);
   };
-  // The mapping is one-to-one and continuous, so what is seen ends where the picture's outline, or
-  // the fold inside the picture, is seen. Half-pixel steps: between them a smooth outline deviates
-  // by far less than the margin.
+  // The mapping is one-to-one and continuous. So the visible directions end at the picture's
+  // outline, or at the fold inside the picture. Steps of half a pixel: between them a smooth
+  // outline deviates by far less than the margin.
   const double right = intrinsics.width_px - 0.5;
   const double bottom = intrinsics.height_px - 0.5;
   for (int i = 0; i <= 2 * intrinsics.width_px; ++i) {

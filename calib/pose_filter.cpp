@@ -70,7 +70,7 @@ struct PoseNoise {
   double degrees = 6.0;       // Degrees of freedom: 1 where all of the variance is along one.
 };
 
-// How far each pose is from the line between its neighbours, with a pose's own noise.
+// Distance of each pose from the line between its neighbours, in units of a pose's own noise.
 PoseNoise NoiseOf(const std::vector<Vector6>& places, const std::deque<TimedPose>& poses) {
   std::vector<Vector6> off;
   std::vector<double> squares;
@@ -97,10 +97,10 @@ PoseNoise NoiseOf(const std::vector<Vector6>& places, const std::deque<TimedPose
   return {trace, trace * trace / covariance.squaredNorm()};
 }
 
-// What a squared mean of noise is above once in 10^4 times, over its expectation: Wilson and
-// Hilferty's chi-square (PNAS 17(12), 1931).
+// The value, over its expectation, that a squared mean of noise exceeds once in 10^4 times: Wilson
+// and Hilferty's chi-square (PNAS 17(12), 1931).
 double LargestOfNoise(double degrees) {
-  constexpr double kNormalQuantile = 3.719;  // Of 1 - 1e-4.
+  constexpr double kNormalQuantile = 3.719;  // Normal quantile of 1 - 1e-4.
   const double variance = 2.0 / (9.0 * degrees);
   const double root = 1.0 - variance + kNormalQuantile * std::sqrt(variance);
   return root * root * root;

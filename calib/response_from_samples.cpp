@@ -41,7 +41,7 @@ class PowerLawCurve {
   explicit PowerLawCurve(std::vector<std::pair<double, double>> nodes) : nodes_(std::move(nodes)) {}
 
   double Light(double code) const {
-    // A camera's darkest code has no light: half a code stands for it, so that powers exist.
+    // A camera's darkest code has no light: half a code replaces it, so that powers exist.
     const double u = std::log(std::max(code, 0.5));
     std::size_t upper = 1;
     while (upper + 1 < nodes_.size() && code > nodes_[upper].first) ++upper;

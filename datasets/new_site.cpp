@@ -345,7 +345,7 @@ void SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
                              ": expected EXIF data with the focal length for 35 mm film; calibrate "
                              "the lens: pleinair calibrate lens");
   }
-  // Of 36 x 24 mm.
+  // Diagonal of 36 x 24 mm.
   constexpr double kFilmDiagonalMm = 43.27;
   CameraIntrinsics lens;
   lens.width_px = photo.width;

@@ -18,7 +18,7 @@ using estimation_internal::kFullyLit;
 using estimation_internal::kFullyShaded;
 using estimation_internal::kLeastSunCosine;
 
-constexpr int kPatchesAcross = 60;  // A picture is cut into so many columns, of square patches.
+constexpr int kPatchesAcross = 60;  // Number of columns of square patches in a picture.
 constexpr int kPatchRadiusPx = 1;
 constexpr std::size_t kLeastPatches = 20;
 constexpr std::chrono::seconds kLongestGap{2};

@@ -30,7 +30,7 @@ double TransportOf(const DiffuseSample& sample, int basis, int channel) {
                     : sample.sky_transport_rgb[static_cast<std::size_t>(basis - 1)][channel];
 }
 
-// What a frame says of ln albedo.
+// A frame's evidence of ln albedo.
 struct Reading {
   double log_albedo = 0.0;
   double variance = 0.0;
@@ -255,7 +255,7 @@ class JointFit {
           const double surface =
               std::log(found_.surface_albedo_rgb[static_cast<std::size_t>(sample.surface)][c]);
           const double deviation = reading.log_albedo - surface + log_factor_[c];
-          // What passes by is no stain.
+          // Things that pass by are no stains.
           const double error =
               reading.variance + SharedVariance(reading.sky_share) + Square(options_.spot_spread);
           const double weight =
@@ -273,7 +273,7 @@ class JointFit {
     }
   }
 
-  glm::dvec3 log_factor_{0.0};  // That the last FixScale has put on all albedos.
+  glm::dvec3 log_factor_{0.0};  // Factor of the last FixScale on all albedos.
 
   void FixScale() {
     glm::dvec3 mean(0.0);

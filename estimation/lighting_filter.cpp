@@ -84,7 +84,7 @@ double VarianceOf(const Lighting& lighting, int channel, double sun, double sky)
   return std::max(0.0, variance);
 }
 
-// What one unit of the sun brings to horizontal ground.
+// Horizontal irradiance by one unit of the sun.
 double SunToHorizontal(const Lighting& lighting) {
   return std::max(0.0, lighting.sun.direction_enu.z);
 }
@@ -111,7 +111,7 @@ void GiveTotalOf(const Lighting& raw, Lighting& lighting) {
   }
 }
 
-// What is held may turn out to have changed: the difference is a deviation.
+// A held light may prove to have changed: the difference is a deviation.
 void AddDoubt(const Lighting& raw, FilteredLighting& result) {
   Lighting& lighting = result.lighting;
   if (!HasCovariance(lighting)) return;
@@ -259,7 +259,7 @@ double LightingFilter::NoiseShare(std::size_t light) const {
 double LightingFilter::WeightOf(std::size_t light, std::size_t entry) const {
   const Reading& reading = entries_[entry].readings[light];
   const double variance = MeanOf(reading.variance);
-  // Without any light all frames are alike.
+  // Without any light all frames are equal.
   return reading.left_out ? 0.0 : variance > 0.0 ? 1.0 / variance : 1.0;
 }
 
@@ -330,7 +330,8 @@ void LightingFilter::CutWhereItChanged(std::size_t light) {
   const std::size_t end = entries_.size();
   double most = options_.change_sigmas;
   std::size_t cut = track.begin;
-  // Of 2, 3, 4, 5, 6, 8, 10, 13, ... frames: a change between two of them shows in both.
+  // The last 2, 3, 4, 5, 6, 8, 10, 13, ... frames: a change between two of these lengths is visible
+  // with both.
   for (std::size_t tail = 2; track.begin + tail < end; tail += std::max<std::size_t>(1, tail / 3)) {
     double sigmas = 0.0;
     const Mean before = MeanOver(light, track.begin, end - tail);

@@ -319,7 +319,7 @@ void LightingFitter::Impl::WeighAgainstHiddenSun(const LightingPrior& prior,
   if (share > 0.5) std::swap(fit, other);
   if (is_ambiguous) Blend(other, std::min(share, 1.0 - share), fit);
   if (share > 0.5 || is_ambiguous) return;
-  // The next frame goes on from here.
+  // The next frame continues from here.
   reweighting.Forget();
   camera_errors = errors;
   Iterate(prior, x, other);

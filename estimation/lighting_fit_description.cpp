@@ -1,4 +1,4 @@
-// How well the fit knows its answer.
+// The uncertainty of the fit's result.
 #include <algorithm>
 #include <cmath>
 #include <limits>

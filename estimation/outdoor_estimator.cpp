@@ -42,7 +42,7 @@ bool IsKnown(const ClearSkyExpectation& clear_sky) {
 SunAndSkyMatrix BetterOf(const SunAndSkyMatrix& known, const SunAndSkyMatrix& measured) {
   const Eigen::LLT<SunAndSkyMatrix> root(known);
   const SunAndSkyMatrix lower = root.matrixL();
-  // Of `measured`, where `known` is the unit.
+  // Factor of `measured` over `known`.
   SunAndSkyMatrix relative = root.matrixL().solve(measured);
   relative = root.matrixL().solve(relative.transpose().eval());
   relative = (0.5 * (relative + relative.transpose())).eval();
@@ -114,7 +114,8 @@ void HoldSkyToSun(const ClearSkyExpectation& clear_sky,
   }
 }
 
-// What was held is no knowledge: real skies are from half a clear one's light to twice it.
+// A held value is not a measurement: real skies have from half a clear one's light to twice that
+// light.
 void WidenHeldSky(LightingFit& fit) {
   constexpr double kStddev = 0.6;
   const Eigen::Index lights = fit.irradiance_rgb.size() / 3;
@@ -148,7 +149,7 @@ void Describe(const OutdoorConditions& conditions,
     lighting.sky.push_back(
         {conditions.sky_shape_names[k], {light[first], light[first + 1], light[first + 2]}});
   }
-  // Light is what is seen over albedo: where all albedos are too high, all lights are too weak.
+  // Light is radiance over albedo: where all albedos are too high, all lights are too weak.
   const glm::dvec3& scale = conditions.albedo_stddev_rgb;
   const Eigen::Index unknowns = light.size();
   for (Eigen::Index u = 0; u < unknowns; ++u) {
@@ -201,8 +202,8 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
   last_time_ = conditions.time;
   LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
-  // Surfaces that are all in the sun say little of the sky, and a model that errs may say that
-  // there is none.
+  // Surfaces that are all in the sun contain little evidence of the sky, and errors of the model
+  // may result in a sky of 0.
   if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held && TellsMoreOfTheSun(fit) &&
       !HasASkyForItsSun(conditions.clear_sky, fit.irradiance_rgb)) {
     HoldSkyToSun(conditions.clear_sky, fit.irradiance_rgb, expectation.prior);
@@ -316,7 +317,7 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
   const double information = before + part * std::max(0.0, after - before);
   const double weighted =
       before * expected.exponent + part * (after * fit.exponent - before * expected.exponent);
-  // Albedos that err with brightness look like a response, in every frame alike.
+  // Errors of albedo that depend on brightness look like a response, the same in every frame.
   constexpr double kLeastStddev = 0.005;
   response_ = Response{
       weighted / information, std::max(1.0 / information, kLeastStddev * kLeastStddev), time};

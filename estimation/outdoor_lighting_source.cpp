@@ -129,13 +129,13 @@ class OutdoorLightingSource final : public LightingSource {
  private:
   OutdoorLightingOptions options_;
   std::vector<std::shared_ptr<const SkyShape>> basis_;
-  glm::dvec3 basis_sun_enu_{0.0};  // What those that turn were made for.
+  glm::dvec3 basis_sun_enu_{0.0};  // The sun that shapes which turn are for.
   SampleSet set_;
   std::vector<DiffuseSample> samples_;
   OutdoorEstimator estimator_;
   ExposureWatch exposure_watch_;
   TextureWatch texture_watch_;
-  // What the set was drawn for.
+  // The key of the set.
   bool drawn_ = false;
   int drawn_size_ = 0;  // Size of the set when it was last filled.
   std::uint64_t geometry_version_ = 0;

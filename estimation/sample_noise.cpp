@@ -12,7 +12,7 @@
 namespace pleinair {
 namespace {
 
-// Below so many standard deviations of a pixel, black cuts some of its noise off.
+// A signal below this many standard deviations of a pixel has some of its noise cut off by black.
 constexpr double kReachOfNoise = 3.0;
 // How much brighter a sample can be than its albedo and the model predict: three times the error
 // that the fit expects.

@@ -17,11 +17,11 @@ constexpr double kLitShare = 0.3;       // Least share of the sun in the transpo
 constexpr double kLeastOfLevel = 0.08;  // Least share of the samples on either level.
 // In natural logarithms of radiance over transport.
 constexpr double kLeastStep = 0.45;   // Shadows of weaker suns look like stains.
-constexpr double kLargestStep = 2.6;  // No sky is a thirteenth of the sun beside it.
+constexpr double kLargestStep = 2.6;  // No sky is as weak as a thirteenth of its sun.
 constexpr double kLeastSteps = 3.0;   // In units of the levels' own spread.
 constexpr double kLeastBluer = 0.04;  // Change of blue over red, in the shade against the sun.
 constexpr double kFlatSpread = 0.25;
-// What the shade keeps of the sun's transport: light from the lit surfaces around.
+// Share of the sun's transport that remains in the shade: light from the lit surfaces around.
 constexpr double kBounced = 0.02;
 
 // One sample's light, as logarithms.

@@ -12,7 +12,7 @@ namespace {
 
 // Below, the median is chance.
 constexpr std::size_t kLeastSquares = 60;
-// A median over so many is good to 8 % of their spread.
+// A median over this many is accurate to 8 % of their spread.
 constexpr std::size_t kEnoughSquares = 240;
 
 constexpr int kGreenIsUnsound = kUnusable | kClipped[1];

@@ -112,7 +112,7 @@ struct ShadowDirectionFinder::Impl {
   ShadowDirectionOptions options;
   OffsetGrid grid;
   RayCaster caster;
-  std::optional<Camera> camera;  // What `surfaces` were found for.
+  std::optional<Camera> camera;  // The camera that `surfaces` are for.
   std::vector<ShadowPixel> surfaces;
 
   struct Picture {

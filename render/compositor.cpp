@@ -136,7 +136,7 @@ struct Compositor::Impl {
   ShadowVolumes object_volumes;
   ShadowVolumes real_volumes;
 
-  // What a frame's layers hold.
+  // The content of a frame's layers.
   struct Drawn {
     const FrameBuffer* objects = nullptr;
     PixelRect object_rect;  // In the layers.

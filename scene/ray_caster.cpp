@@ -40,7 +40,7 @@ RTCDevice SharedDevice() {
   return device;
 }
 
-// What Filter needs to know beside Embree's own context.
+// Data for Filter, in addition to Embree's own context.
 struct Query {
   RTCIntersectContext context;  // First: Embree hands back a pointer to it.
   const glm::vec4* vertices;

@@ -25,7 +25,7 @@ double AirMassTowards(const glm::dvec3& direction_enu) {
   return RelativeAirMass(std::atan2(direction_enu.z, std::hypot(direction_enu.x, direction_enu.y)));
 }
 
-// Per unit of optical depth, over 4 pi: share of what is scattered that goes on at an angle.
+// Phase functions: over 4 pi they are the share of the scattered light per steradian at an angle.
 double RayleighPhase(double cosine) { return 0.75 * (1.0 + cosine * cosine); }
 double HazePhase(double cosine) {
   constexpr double g = kAerosolAsymmetry;

@@ -266,7 +266,7 @@ UpEstimate EstimateUp(std::span<const LevelDirection> evidence, const glm::dvec3
   std::vector<double> weights(evidence.size(), 1.0);
   UpEstimate estimate;
   constexpr int kRounds = 20;
-  // What is off by more counts less.
+  // Evidence that differs by more has less weight.
   constexpr double kWrongRad = RadFromDeg(1.5);
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();

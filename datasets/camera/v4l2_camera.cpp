@@ -171,8 +171,7 @@ class V4l2Stream final : public CameraStream {
 
  private:
   void SetMode(const CameraRequest& request) {
-    // Before the signal is looked at: no later change may be missed. Most cameras have no such
-    // event.
+    // Before the signal is read: no later change may be missed. Most cameras have no such event.
     v4l2_event_subscription source{};
     source.type = V4L2_EVENT_SOURCE_CHANGE;
     device_.Call(VIDIOC_SUBSCRIBE_EVENT, &source);

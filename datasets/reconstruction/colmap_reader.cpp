@@ -264,7 +264,7 @@ class TextLines {
     for (int c = 0; c < 3; ++c) v[c] = Take<double>(what);
     return v;
   }
-  // What is left of the line: names may have spaces in them.
+  // The rest of the line: names may contain spaces.
   std::string Rest() {
     HasWords();
     return std::string(rest_.substr(0, rest_.find_last_not_of(" \t\r") + 1));

@@ -270,7 +270,7 @@ class Importer {
       }
     }
     report_.up = EstimateUp(evidence, sense);
-    // How cameras are tilted is not known well: they look up at houses.
+    // The tilt of cameras is not known well: they look up at houses.
     const std::vector<PictureEdge> edges = EdgesOfPhotographs();
     const std::vector<PlaneNormal> planes =
         FindPlaneNormals(made_, kToleranceOfDistance * MedianDistance(made_));
@@ -476,7 +476,7 @@ class Importer {
     sequence.north_stddev_rad = report_.earth.turn_sigma_rad;
     sequence.scene_mesh = "scene.obj";
     sequence.albedos_assumed = true;
-    // What no points show is not known to be what the pictures show there.
+    // A surface without points may not be what the pictures show there.
     for (const SiteSurface& surface : report_.surfaces) {
       if (surface.points > 0) sequence.diffuse_regions.push_back(surface.name);
     }

@@ -115,7 +115,7 @@ class Reweighting {
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
   double own_variance_ = 0.0;  // Variance of samples within their planes; 0 before the first pass.
-  LightVector explained_;      // What Explains has just looked at; else empty.
+  LightVector explained_;      // The light of the last call of Explains; else empty.
   // Normal equations of the pass before, or of a frame like this one; empty after Forget.
   std::array<BasisMatrix, 3> last_normal_;
   double error_ = 1.0;  // e of the planes' errors.
@@ -162,7 +162,7 @@ class Reweighting {
   template <int kColumns>
   void Accumulate(const FitProblem& problem);
 
-  double ShadeFrom() const;  // What shade_ must be above.
+  double ShadeFrom() const;  // Limit for shade_.
   static double ScaleOf(std::vector<double>& deviations,
                         double unknowns,
                         const LightingFitOptions& options);

@@ -16,7 +16,7 @@ constexpr double kSigmaOfMedian = 1.4826;
 // For a distribution cut off at 2.5 standard deviations: 0.6640.
 constexpr double kFarOff = 2.5;
 constexpr double kSigmaOfMedianWithoutFarOff = 1.5060;
-// What is expected before the data have spoken counts as so many samples, cells or planes.
+// Weight of the expected errors, as a number of samples, cells or planes.
 constexpr double kPriorCount = 1.0;
 
 }  // namespace
@@ -32,9 +32,9 @@ double Reweighting::ScaleOf(std::vector<double>& deviations,
   auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
   std::nth_element(deviations.begin(), middle, deviations.end());
   double scale = kSigmaOfMedian * lost * *middle;
-  // 40 % of wrong samples double that median. Once more without what is far off by it (Rousseeuw
-  // and Leroy, Robust Regression and Outlier Detection, chapter 5), twice, so that a scale that was
-  // drawn out lets go. All that is far off is above the median, and so is no lower one.
+  // 40 % of wrong samples double that median. It is computed twice more without the samples that
+  // are outliers by it, so that an inflated scale recovers (Rousseeuw and Leroy, Robust Regression
+  // and Outlier Detection, chapter 5). All outliers are above the median.
   for (int round = 0; round < 2; ++round) {
     const auto near = static_cast<std::ptrdiff_t>(deviations.size()) -
                       std::count_if(middle, deviations.end(), [&](double deviation) {
@@ -89,8 +89,8 @@ void Reweighting::EstimateSlope(const LightingFitOptions& options) {
       break;
   }
   const Eigen::Matrix3d slope = mean_weight_ * Eigen::Matrix3d::Identity() + outer;
-  // A slope near 0 or below comes from a handful of samples beside the cut; it would claim an
-  // infinite variance, a quarter claims a sixteenfold one.
+  // A slope near 0 or below is caused by a handful of samples beside the cut, and would give an
+  // infinite variance. The limit of a quarter gives a sixteenfold one.
   inverse_slope_ = InverseOfAtLeast(slope, 0.25 * mean_weight_);
 }
 

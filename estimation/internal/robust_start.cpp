@@ -21,19 +21,19 @@ constexpr double kOutlierFrom = 0.3;
 // Error of a single sample, relative, in addition to its plane's albedo: texture, and what the
 // model misses.
 constexpr double kOwnError = 0.1;
-// What brightens a surface that much is rarer than what darkens it.
+// Errors that brighten a surface that much are rarer than those that darken it.
 constexpr double kBrightOutlierFrom = 0.4;
 // Samples that judge a guess: enough to distinguish a right guess from a wrong one.
 constexpr int kJudges = 96;
 
 bool IsLit(double predicted, double of_sky) { return predicted - of_sky > kLitFrom * predicted; }
 
-// More than half of it, so that the shade explains more of what is seen.
+// More than half of it, so that shade is the better explanation.
 bool LacksItsSun(double seen, double predicted, double of_sky) {
   return IsLit(predicted, of_sky) && predicted - seen > 0.5 * (predicted - of_sky);
 }
 
-// How improbable it is that just these of a plane's lit samples lie in a shadow, of whatever size.
+// Improbability of a shadow, of any size, on exactly these of a plane's lit samples.
 double NatsOfShadow(int shaded, int lit) {
   const double share = static_cast<double>(shaded) / lit;
   double nats = -std::log(kShadeTheMeshLacks) - shaded * std::log(share);
@@ -104,7 +104,7 @@ std::array<TwoLights, 3> SolvePair(const FitProblem& problem, int lit, int shade
   return lights;
 }
 
-// How bright a sample is for what it sees of the sky.
+// A sample's radiance over its response to the sky.
 double OverSky(const FitProblem& problem, int sample) {
   double seen = 0.0;
   double sky = 0.0;

@@ -50,7 +50,7 @@ class WeatherMixture {
   LightVector Light() const;
   // Information of the most likely weather.
   const LightMatrix& Information() const;
-  // How near a weather is to the answer is worth a look from this share on.
+  // Weathers with a smaller share are neglected.
   static constexpr double kLeastShare = 1e-3;
 
  private:

@@ -15,8 +15,8 @@ namespace {
 // Nominal.
 constexpr double kReadBackMs = 0.5;
 constexpr double kChooseMs = 0.5;  // Time of the plan's choice.
-// Where nothing moves, a budget shares the cost of what is made once among so many frames.
-// Otherwise it would never start an effect that is cheap from its second frame on.
+// Where nothing moves, a budget shares the cost of one-off work among this many frames. Otherwise
+// it would never start an effect that is cheap from its second frame on.
 constexpr double kFramesThatShare = 30.0;
 
 PlannedWork PlannedOf(const FrameWork& work, EffectSet runs) {
@@ -156,7 +156,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   }
   rendered.camera_blur_px = frame.camera_blur_px;
 
-  // What is sure to be run is run at once, as what it brings makes other bounds closer.
+  // Effects that are sure to run do so at once, as their results make other bounds tighter.
   std::vector<EffectOffer> offers(kEffectCount);
   AddOffers(kDecideOnLight, frame, offers);
   const LikelyLight likely = LikelyLightOf(settings_, offers, frame.light.costs);

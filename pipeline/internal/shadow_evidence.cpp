@@ -30,7 +30,7 @@ constexpr double kLeastSpread = 0.08;
 // Share of pixels that show what the mesh lacks, and the span of log radiance that they fall in.
 constexpr double kOutlierShare = 0.1;
 constexpr double kOutlierSpan = 3.0;
-// Neighbouring pixels err together (texture, blur, mesh edges): a tile counts for no more than so
+// Neighbouring pixels share errors (texture, blur, mesh edges): a tile counts for no more than this
 // many independent ones.
 constexpr double kMostIndependentPixels = 16.0;
 // Tiles that prefer no candidate by this much say nothing.

@@ -1,5 +1,5 @@
-// What one picture says of each candidate offset of the sun: how well lit and shaded pixels, as the
-// mesh and the turned sun have them, explain its brightness.
+// One picture's evidence of each candidate offset of the sun: how well lit and shaded pixels, by
+// the mesh and the turned sun, explain its brightness.
 #pragma once
 
 #include <cstddef>
@@ -33,8 +33,8 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
 // is returned. 0 where no plane has levels.
 double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate);
 
-// How much bluer shade is than sun on the same planes, as `candidate` has them: a natural
-// logarithm. 0 where no plane has both.
+// Natural log of blue over red in shade, over that in the sun, on the same planes under
+// `candidate`. 0 where no plane has both.
 double BluenessOfShade(const ShadowPicture& picture, std::size_t candidate);
 
 // One tile's log-likelihood of each candidate, up to a constant.
@@ -44,7 +44,7 @@ struct TileEvidence {
 };
 
 struct PictureEvidence {
-  std::vector<TileEvidence> tiles;  // Those that distinguish candidates.
+  std::vector<TileEvidence> tiles;  // Only tiles that distinguish candidates.
   double contrast = 1.0;            // Lit over shaded radiance, median over shadow pixels.
   bool sunlit = false;              // Some plane has a lit and a shaded part.
 };

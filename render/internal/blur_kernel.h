@@ -32,7 +32,7 @@ class BlurKernel {
   // Along a row or column, in px^2.
   double Variance() const;
 
-  // What `rect` grows to, inside a picture of that size.
+  // `rect` with the kernel's margin, inside a picture of that size.
   PixelRect Spread(const PixelRect& rect, int width, int height) const;
 
  private:

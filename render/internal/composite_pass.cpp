@@ -105,7 +105,7 @@ float ShadowAt(ivec2 pixel) {
 }
 )";
 
-// What both of the following begin with.
+// The common beginning of the following two.
 constexpr std::string_view kCommonShader = R"(
 uniform sampler2D u_camera_radiance;
 uniform float u_gain;

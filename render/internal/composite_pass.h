@@ -21,7 +21,8 @@ struct CompositeLight {
   std::vector<glm::vec3> sky_irradiance;  // Per sky shape of the view.
 };
 
-// What the pass reads: textures of the frame, and where in the camera's picture they can matter.
+// The input of the pass: textures of the frame, and the parts of the camera's picture where they
+// can matter.
 struct CompositeLayers {
   const SurfaceTextures& surface;
   const LayerLookup& lookup;

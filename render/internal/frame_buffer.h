@@ -1,4 +1,4 @@
-// What a pass draws into.
+// The target of a pass.
 #pragma once
 
 #include <string>

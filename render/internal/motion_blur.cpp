@@ -62,7 +62,7 @@ auto Cubic(const glm::vec2& at, const Texel& texel) {
   const glm::vec2 lower = glm::floor(at);
   const glm::vec2 weight = at - lower;
   const glm::ivec2 first(lower);
-  // A pixel's own value, where it is asked for, is that to the bit.
+  // At a pixel's own place the result is exactly its value.
   if (weight == glm::vec2(0.0f)) return texel(first);
   const std::array<float, 4> across = CubicWeights(weight.x);
   const std::array<float, 4> down = CubicWeights(weight.y);
@@ -194,7 +194,7 @@ double MotionBlur::CameraRowOf(const glm::ivec2& layer_pixel) const {
   return pixel ? pixel->y : 0.0;
 }
 
-// How far a point at that place of the layers, at depth z, moves in the picture.
+// Shift in the picture of a point at that place of the layers, at depth z.
 glm::dvec2 MotionBlur::OffsetOf(const glm::dmat4& camera_from_camera,
                                 const glm::dvec2& at,
                                 double z) const {
@@ -202,7 +202,7 @@ glm::dvec2 MotionBlur::OffsetOf(const glm::dmat4& camera_from_camera,
   const glm::dvec2 focal(layers.fx_px, layers.fy_px);
   const glm::dvec2 centre(layers.cx_px, layers.cy_px);
   const glm::dvec4 moved = camera_from_camera * glm::dvec4(z * (at - centre) / focal, z, 1.0);
-  // What comes to the camera leaves the picture somewhere far away.
+  // A point that comes up to the camera leaves the picture far away.
   constexpr double kNearest = 1e-2;  // Share of the depth before.
   if (!(moved.z > kNearest * z)) return glm::dvec2(0.0);
   return focal * glm::dvec2(moved) / moved.z + centre - at;
@@ -376,7 +376,7 @@ MotionBlur::Tap MotionBlur::TapAt(const glm::ivec2& layer_pixel, float time) con
     float depth;
     int unknown;
   };
-  constexpr std::size_t kMostGroups = 8;  // That meet in a pixel; those in front.
+  constexpr std::size_t kMostGroups = 8;  // Groups that meet in a pixel; those in front.
   std::array<Seen, kMostGroups> seen;
   std::size_t count = 0;
   float real_depth = -1.0f;  // Not looked up yet.
@@ -565,7 +565,7 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
     const glm::ivec2 place = pixel - lower;
     return image.Contains(place.x, place.y) ? image.At(place.x, place.y) : Value(0.0f);
   };
-  // What the sky loses has no edges.
+  // The loss of sky light has no edges.
   const bool is_smooth = follows == Follows::kOtherLight;
   const float px_per_step = is_smooth ? 3.0f : 1.0f;
   Image<Value> moved(paths.rect.Width(), paths.rect.Height());
@@ -589,7 +589,7 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
       const glm::vec2 at = glm::vec2(pixel) + Along(ends, time);
       if (!stays && !IsOnSurfaceOf(pixel, NearestPixel(at))) continue;
       const Value value = is_smooth ? Linear(at, texel) : Cubic(at, texel);
-      // While an object covers the pixel nothing of its surface is seen.
+      // While an object covers the pixel, its surface is not visible.
       const float covered = may_be_covered ? TapAt(in_layers, time).value.a : 0.0f;
       const float seen = 1.0f - std::clamp(covered, 0.0f, 1.0f);
       sum += seen * value;

@@ -63,17 +63,17 @@ class MotionBlur {
 
     const glm::vec4& At(const glm::ivec2& pixel) const;
   };
-  // Objects that move alike.
+  // Objects with the same motion.
   struct Group {
     SteadyMotion motion;
     OverRows camera_from_camera;
-    PixelRect rect;                    // Of Paths.
+    PixelRect rect;                    // Region of Paths.
     std::vector<float> depth;          // Over rect: of the nearest of its pixels.
     std::vector<std::uint8_t> shows;   // Over rect: where it is the nearest object.
     std::vector<std::uint8_t> hidden;  // The same, behind a real surface.
     Paths paths;
   };
-  // What the objects' layer has for a pixel at one time.
+  // The objects' layer at a pixel at one time.
   struct Tap {
     glm::vec4 value{0.0f};
     int unknown = 0;  // Group whose value is not known, and one; 0: none.

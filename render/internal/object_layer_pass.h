@@ -33,13 +33,13 @@ struct LayerSun {
   const ShadowVolumes* of_real = nullptr;
 };
 
-// What ray casting says of the layer.
+// Results of ray casting for the layer.
 struct LayerLight {
   // Per object and vertex; empty: none.
   std::span<const std::vector<glm::vec3>> vertex_irradiance;
   // Share of the disc, a sample at a time; may be empty.
   const RectTexture& seen_sun;
-  // What glossy surfaces send; null: they are diffuse.
+  // Light of glossy surfaces; null: they are diffuse.
   const MirroredLight* mirrored = nullptr;
   float gain = 1.0f;  // To the layer's units, of irradiance and of what is mirrored.
 };
@@ -82,7 +82,7 @@ class ObjectLayerPass {
   const FrameBuffer& Layer() const { return layer_; }
 
  private:
-  // What the samples in the buffer belong to.
+  // The key of the samples in the buffer.
   struct KeptFor {
     std::uint64_t version = 0;  // The scene's.
     glm::dmat4 clip_from_local{0.0};

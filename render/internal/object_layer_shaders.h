@@ -1,4 +1,4 @@
-// What ObjectLayerPass draws with. Formulas are in its header.
+// Shaders of ObjectLayerPass. For formulas see its header.
 #pragma once
 
 #include <string_view>

@@ -51,9 +51,9 @@ class ObjectMesh {
                           bool mirrors,
                           std::vector<glm::vec3>& radiance) const;
 
-  // What is on the device: triangles, batch by batch, and vertices. The first batch is that of
-  // triangles of one colour each, none may be in it; those that are cut out are the last ones. In a
-  // batch one object's come after the other's.
+  // The data on the device: triangles in batches, and vertices. The first batch has triangles of
+  // one colour each, and may be empty; the last ones have those with cut-outs. Within a batch
+  // triangles are ordered by object.
   std::span<const Batch> Batches() const { return batches_; }
   std::span<const glm::uvec3> Triangles() const { return triangles_; }
   // The last triangles, which have materials by place.

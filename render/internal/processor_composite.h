@@ -23,7 +23,7 @@ struct LayerPart {
 // A pixel's share of new shadow, by a mask of the layers: see CompositePass.
 float ShadowByMask(const LayerPart<float>& mask, const LayerLookup& lookup, int x, int y);
 
-// What is read: as CompositeLayers, in memory.
+// The input: as CompositeLayers, in memory.
 struct ProcessorLayers {
   const LayerLookup& lookup;
   LayerPart<glm::vec4> object;  // Radiance times coverage in the layers' units, and coverage.

@@ -1,4 +1,4 @@
-// What part of a picture some geometry can show in, and how near it comes. No OpenGL here.
+// The part of a picture in which geometry can be visible, and its least depth. No OpenGL here.
 #pragma once
 
 #include <cstddef>

@@ -49,8 +49,7 @@ class ShadowCaster {
   // Equal positions are joined, triangles whose corners are not three different positions left out.
   ShadowCaster(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles);
 
-  // Joined positions; the index that follows the last one stands for the point at infinity away
-  // from the sun.
+  // Joined positions; the index after the last one is the point at infinity away from the sun.
   std::span<const glm::vec3> Positions() const { return positions_; }
   std::span<const glm::uvec3> Triangles() const { return triangles_; }
   std::uint32_t InfinityIndex() const { return static_cast<std::uint32_t>(positions_.size()); }

@@ -43,8 +43,8 @@ class TriangleWeights {
     return glm::vec3(inside / sum_inside);
   }
 
-  // What the weights change by from one sample to the next, to the right and down: the derivative
-  // of n_k / sum. Not finite where the triangle is seen from its edge.
+  // Change of the weights from one sample to the next, to the right and down: the derivative of n_k
+  // / sum. Not finite where the triangle is seen from its edge.
   std::array<glm::vec3, 2> Steps(const glm::dvec2& clip, const glm::dvec2& clip_step) const {
     const glm::dvec3 sample(clip, 1.0);
     const glm::dvec3 weights(

@@ -1,4 +1,4 @@
-// What a mesh file holds, as plain data.
+// The content of a mesh file, as plain data.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct ImportedTexture {
   std::int32_t embedded = -1;
   TextureWraps wraps;
   std::uint32_t set = 0;  // Which of a vertex' texture coordinates.
-  // As SourceMaterial has them.
+  // As in SourceMaterial.
   glm::dvec2 uv_scale{1.0};
   double uv_rotation_rad = 0.0;
   glm::dvec2 uv_offset{0.0};

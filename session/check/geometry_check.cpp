@@ -18,14 +18,14 @@
 namespace pleinair {
 namespace {
 
-// What sites of people have, in metres: courtyards to valleys, cameras on stands to drones, cups to
+// Usual sizes at sites, in metres: courtyards to valleys, cameras on stands to drones, cups to
 // houses.
 struct UsualSize {
   double least_m;
   double most_m;
 };
 constexpr UsualSize kMeshLength{2.0, 3000.0};
-constexpr UsualSize kMeshHeight{0.0, 300.0};  // Level ground alone has none.
+constexpr UsualSize kMeshHeight{0.0, 300.0};  // A mesh of level ground only has none.
 constexpr UsualSize kCameraHeight{0.1, 120.0};
 constexpr UsualSize kObjectLength{0.03, 60.0};
 

@@ -1,4 +1,4 @@
-// How much a cloudless atmosphere takes out of a vertical beam, in the three bands of ours.
+// Optical depth of a cloudless atmosphere for a vertical beam, in our three bands.
 #pragma once
 
 #include <array>

@@ -52,7 +52,7 @@ double LowestCamera(const Reconstruction& world) {
 
 glm::dvec3 AlongWall(const glm::dvec3& normal) { return {-normal.y, normal.x, 0.0}; }
 
-// Parts of a wall between which nothing of it is seen, with the indices ascending.
+// Parts of a wall that are separated by gaps, with the indices ascending.
 std::vector<std::vector<std::uint32_t>> PiecesOf(const Reconstruction& world,
                                                  const PlaneFit& fit,
                                                  double tolerance_m) {

@@ -94,7 +94,7 @@ void LibcameraLock::NoteMissing(const libcamera::ControlId& control,
   notes_.push_back(fmt::format("{}: expected a control of {}, the camera has none", device_, name));
 }
 
-// What is stated, or else what was found; unset where neither is known.
+// The stated value, or else the one found; unset where neither is known.
 void LibcameraLock::AddValues(ControlList& list, const ControlList& found) const {
   if (Knows(controls::ExposureTime)) {
     if (request_.exposure_s) {

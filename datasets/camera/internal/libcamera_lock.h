@@ -11,8 +11,8 @@
 
 namespace pleinair {
 
-// What libcamera states of a completed request: the settings that its picture was taken with, so no
-// delay has to be accounted for. Gain is that of sensor and processor together.
+// The settings of a completed request's picture, as libcamera states them, so that no delay needs
+// to be considered. Gain is that of sensor and processor together.
 CapturedExposure ExposureOf(const libcamera::ControlList& metadata);
 
 // Levels of a raw picture of so many bits: black level and white balance as stated, else the usual
@@ -38,7 +38,7 @@ class LibcameraLock {
   libcamera::ControlList TakeControls();
   // The exposure of the last request that was given to Take.
   const CapturedExposure& Exposure() const { return exposure_; }
-  // What the automatics were locked at; empty where nothing had to settle.
+  // The locked values of the automatics; empty where nothing had to settle.
   const CameraSettings& Settings() const { return settings_; }
   // Since the last call: what was refused, clamped or is missing, a line each.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }

@@ -20,7 +20,7 @@ struct DriverBuffer {
   std::uint32_t flags = 0;
   std::uint32_t sequence = 0;
   timeval timestamp{};
-  std::uint32_t map_offset = 0;  // What mmap takes.
+  std::uint32_t map_offset = 0;  // Offset for mmap.
   std::uint32_t length_bytes = 0;
   // The picture in it.
   std::uint32_t picture_begin = 0;
