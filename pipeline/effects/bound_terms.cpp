@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 
 #include "pipeline/effects/effect_stage.h"
+#include "pipeline/effects/real_pixels.h"
 #include "scene/is_finite.h"
 
 namespace pleinair {
@@ -56,20 +57,6 @@ double SunOnFaces(const PatchScene& objects, const EffectFrame& frame) {
 }
 
 }  // namespace
-
-PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel) {
-  const SurfaceView& view = frame.view;
-  const glm::vec3 sun = SunOf(frame.lighting);
-  PixelLight light;
-  light.indirect = sun * view.sun_bounce.pixels[pixel];
-  for (std::size_t k = 0; k < view.sky_response.size(); ++k) {
-    light.indirect +=
-        glm::vec3(frame.lighting.sky[k].irradiance_rgb) * view.sky_response[k].pixels[pixel];
-  }
-  const glm::vec3 to_sun(frame.lighting.sun.direction_enu);
-  light.direct = sun * std::max(glm::dot(view.normal_world.pixels[pixel], to_sun), 0.0f);
-  return light;
-}
 
 double ChangeOfReached(const EffectFrame& frame,
                        const InfluenceReach& reach,

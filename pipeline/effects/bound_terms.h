@@ -40,17 +40,6 @@ inline bool IsDark(const glm::vec3& light) {
 
 inline glm::vec3 SunOf(const Lighting& lighting) { return glm::vec3(lighting.sun.irradiance_rgb); }
 
-inline bool IsClipped(const Frame& frame, std::size_t pixel) {
-  return !frame.clipped.Empty() && frame.clipped.pixels[pixel] != 0;
-}
-
-// The model's light on a real pixel without virtual objects.
-struct PixelLight {
-  glm::vec3 indirect{0.0f};
-  glm::vec3 direct{0.0f};  // With all of the disc visible.
-};
-PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel);
-
 // The highest reflectances of a material at any place.
 inline TexturedMaterial::Reflectances BrightestOf(const Material& material) {
   if (material.by_place) return material.by_place->Brightest();

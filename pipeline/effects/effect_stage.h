@@ -35,6 +35,7 @@ class EffectStage {
   const PreparedScene& Scene() const { return scene_; }
   const FramePipelineOptions& Options() const { return options_; }
   const PatchScene& Objects() const { return light_.Objects(); }
+  const RayCaster& RealSurfaces() const { return real_caster_; }
   const SoftSun& SunPastObjects() const { return soft_sun_; }
   VertexLight& Light() { return light_; }
   const VertexLight& Light() const { return light_; }

@@ -26,7 +26,7 @@ class ObjectShadow : public FrameEffect {
 
 const EffectDefinition kObjectShadowEffect{
     .name = "object-shadow",
-    .help = "shadows on virtual objects, of real casters and their own",
+    .help = "shadows on virtual objects: real ones and their own",
     .rms_share = 0.1,
     .make = MakeEffect<ObjectShadow>};
 

@@ -3,15 +3,21 @@
 #include <vector>
 
 #include "objects/learned_cost.h"
+#include "objects/shadow_places.h"
 #include "pipeline/effects/effect_stage.h"
+#include "pipeline/effects/seen_shade.h"
 #include "scene/cached.h"
 #include "scene/stopwatch.h"
 
 namespace pleinair {
 namespace {
 
-// A part of the shares that the compositor is given.
+// What of the shares that the compositor is given needs no more than the mesh.
 struct Done {};
+struct PastMesh {
+  ObjectSunShare share;
+  ShadowPlaces shadow_places;
+};
 
 class Penumbra : public FrameEffect {
  public:
@@ -51,6 +57,7 @@ class Penumbra : public FrameEffect {
                            {Effect::kObjectShadow}));
     works.back().offer.with_all = {Effect::kPenumbra};
     works.back().make = [this, &frame](EffectSet) { UpdateObjects(frame); };
+    works.back().sum = [this, &frame](EffectSet) { TakeSeenShade(frame); };
   }
 
   void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
@@ -58,8 +65,10 @@ class Penumbra : public FrameEffect {
   }
 
  private:
-  using Made = Cached<Done, ViewOfPose>;
-  static WorkCost CostOf(const Made& made, const LearnedCost& cost, const EffectFrame& frame) {
+  template <class Made>
+  static WorkCost CostOf(const Cached<Made, ViewOfPose>& made,
+                         const LearnedCost& cost,
+                         const EffectFrame& frame) {
     if (made.IsOf(frame.UnderSun())) return {.is_kept = true};
     return {.expected_ms = cost.Ms(), .nominal_ms = cost.NominalMs(), .sun_ms = cost.Ms()};
   }
@@ -76,15 +85,28 @@ class Penumbra : public FrameEffect {
     on_objects_.Get(frame.UnderSun(), [&] {
       const ObjectView& view = stage_.ViewOfObjects().Update(stage_.Objects(), frame);
       Stopwatch watch;
-      shares_.objects = stage_.SunPastObjects().OnObjects(view, frame.basis.Sun());
+      PastMesh past_mesh;
+      past_mesh.share = stage_.SunPastObjects().OnObjects(view, frame.basis.Sun());
+      past_mesh.shadow_places = ShadowPlacesOf(view,
+                                               stage_.Objects(),
+                                               stage_.RealSurfaces(),
+                                               frame.view,
+                                               glm::vec3(frame.basis.Sun().direction_enu));
       object_cost_.Learn(watch.LapMs());
-      return Done();
+      return past_mesh;
     });
+  }
+  // With each picture: clouds aside, what stands before the sun moves with it and by itself.
+  void TakeSeenShade(const EffectFrame& frame) {
+    const PastMesh& past_mesh = on_objects_.Kept();
+    shares_.objects = past_mesh.share;
+    const GrayImage left = SunPastSeenShade(frame, past_mesh.shadow_places);
+    if (!left.Empty()) TakeSun(left, shares_.objects);
   }
 
   SunShares shares_;
-  Made real_;
-  Made on_objects_;
+  Cached<Done, ViewOfPose> real_;  // In shares_.
+  Cached<PastMesh, ViewOfPose> on_objects_;
   LearnedCost real_cost_{4.0};
   LearnedCost object_cost_{4.0};
   EffectStage& stage_;

@@ -8,7 +8,7 @@
 
 #include "pipeline/effects/bound_terms.h"
 #include "pipeline/effects/effect_stage.h"
-#include "render/real_sun.h"
+#include "pipeline/effects/real_pixels.h"
 #include "scene/cached.h"
 #include "scene/is_finite.h"
 
@@ -18,26 +18,16 @@ namespace {
 // Code values by which a real pixel falls when it loses all of its sun, where objects may hide that
 // share of its other light. In the dark a step of light is more codes.
 float FallInShadow(const EffectFrame& frame, std::size_t pixel, float hidden_share) {
-  const SurfaceView& view = frame.view;
   const glm::vec3& camera = frame.frame.radiance.pixels[pixel];
   if (!IsFinite(camera)) return 0.0f;
   const PixelLight light = LightOfPixel(frame, pixel);
-  const glm::vec3 to_radiance = kInvPi * view.albedo_rgb.pixels[pixel];
-  RealPixel state;
-  state.observed = camera;
-  state.clipped = IsClipped(frame.frame, pixel);
-  state.lit = to_radiance * (light.indirect + light.direct);
-  state.shaded = to_radiance * light.indirect;
-  state.model_visibility = view.sun_visibility.pixels[pixel];
-  state.edge_distance_px = view.edge_distance_px.pixels[pixel];
-  state.albedo_measured = view.albedo_measured.pixels[pixel] != 0;
-  const int width = view.Width();
-  const auto place = static_cast<int>(pixel);
-  const float seen = SunSeenWithout(
-      state, {frame.frame.radiance, frame.frame.clipped, view}, place % width, place / width);
+  const RealPixel state = RealPixelOf(frame, pixel, light);
+  const float seen = SunSeenWithout(frame, pixel, state);
   if (seen <= 0.0f) return 0.0f;
   const glm::vec3 before = light.indirect + seen * light.direct;
-  const glm::vec3 without = state.clipped ? glm::max(camera, to_radiance * before) : camera;
+  const glm::vec3 without =
+      state.clipped ? glm::max(camera, kInvPi * frame.view.albedo_rgb.pixels[pixel] * before)
+                    : camera;
   glm::vec3 after = without;
   for (int c = 0; c < 3; ++c) {
     if (before[c] > 0.0f) after[c] = without[c] * light.indirect[c] / before[c];

@@ -1,0 +1,28 @@
+// A frame's real pixels as the camera and the model have them.
+#pragma once
+
+#include <cstddef>
+
+#include <glm/vec3.hpp>
+
+#include "pipeline/effects/frame_effect.h"
+#include "render/real_sun.h"
+
+namespace pleinair {
+
+// The model's light of a real pixel without virtual objects.
+struct PixelLight {
+  glm::vec3 indirect{0.0f};
+  glm::vec3 direct{0.0f};  // With all of the disc seen.
+};
+PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel);
+
+bool IsClipped(const Frame& frame, std::size_t pixel);
+
+// What decides whether the pixel has sun.
+RealPixel RealPixelOf(const EffectFrame& frame, std::size_t pixel, const PixelLight& light);
+
+// Share of the disc that the pixel sees without virtual objects.
+float SunSeenWithout(const EffectFrame& frame, std::size_t pixel, const RealPixel& state);
+
+}  // namespace pleinair
