@@ -24,9 +24,10 @@ struct BracketFit {
   std::vector<BracketPicture> pictures;  // As they were given.
 };
 
-// FitResponseFromBrackets without the pictures that contradict the others. While the light of one
-// differs from the median picture's by more than kLargestOffset, or scatters by more than
-// kLargestScatter, the worst is left out and the rest fitted again, down to three pictures.
+// FitResponseFromBrackets without the pictures that contradict the others. A picture contradicts
+// them where its light differs from the median picture's by more than kLargestOffset, or scatters
+// by more than kLargestScatter. The worst is left out and the rest fitted again, down to three
+// pictures.
 // Throws  as FitResponseFromBrackets.
 inline constexpr double kLargestOffset = 0.2;  // A sixth of a stop is 0.12.
 inline constexpr double kLargestScatter = 0.4;

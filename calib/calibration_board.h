@@ -58,8 +58,8 @@ tl::expected<std::vector<BoardCorner>, std::string> FindBoardCorners(const Gray8
 // to try, not a measurement.
 std::optional<BoardSize> FindBoardSize(const Gray8Image& picture);
 
-// Returns the blur of the picture at the board: the width in pixels from 10 % to 90 % of the edges
-// between its squares, for the median edge. 0 where no edge can be measured.
+// Returns the blur of the picture at the board. It is the width in pixels from 10 % to 90 % of the
+// median edge between its squares. 0 where no edge can be measured.
 double BoardEdgeWidthPx(const Gray8Image& picture,
                         const CalibrationBoard& board,
                         const std::vector<BoardCorner>& corners);

@@ -57,8 +57,8 @@ struct EdgePose {
 // picture, by robust least squares across the edges. Edges are creases, outlines, ends and borders
 // of materials, without hidden parts. Each sample of an edge proposes the steps of light along its
 // normal; the nearest one counts. Many turned starts are tried, and the pose with most of its edges
-// in the picture is kept. Or the reason why there is none: few edges in view, not more of them
-// found than by chance, two nearly equal poses, an undetermined pose, or one that is not near.
+// in the picture is kept. Or the reason why there is none: few edges in view, no more of them found
+// than by chance, or a pose that is ambiguous, undetermined or not near.
 //
 // Source   Drummond and Cipolla, IEEE PAMI 24(7), 2002 (searching along normals); several
 //          hypotheses for each sample by Wuest, Vial and Stricker, ISMAR 2005. The deviation is the

@@ -80,8 +80,8 @@ struct LensChoice {
 };
 
 // Returns the model that predicts held-out pictures better. A fifth of the pictures that either
-// model fits are held out in turn. The pinhole is taken where it is not worse by more than a tenth:
-// both then describe the lens equally well, and a camera of the scene must be a pinhole. With fewer
+// model fits are held out in turn. The pinhole is taken where it is not worse by more than a tenth.
+// Both then describe the lens equally well, and a camera of the scene must be a pinhole. With fewer
 // than 5 pictures their own rms decides. Throws as FitLens where neither model fits.
 LensChoice ChooseLens(std::span<const BoardPicture> pictures, int width_px, int height_px);
 

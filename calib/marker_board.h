@@ -39,8 +39,8 @@ struct MarkerBoard {
 MarkerBoard ReadMarkerBoard(const std::filesystem::path& file);
 std::string MarkerBoardText(const MarkerBoard& board);
 
-// The corners of a square with sides of `size_m` about its centre: x along the marker's top edge to
-// the right, y from its bottom to its top, z out of it.
+// The corners of a square with sides of `size_m` about its centre. x is along the marker's top edge
+// to the right, y from its bottom to its top, z out of it.
 std::array<glm::dvec3, 4> MarkerSquare(double size_m);
 
 // Visible corners and their world points, four for each marker of the board.

@@ -35,10 +35,10 @@ struct LightingFitOptions {
   double shared_error = 0.05;
   // Expected error of the sky's part of the prediction that the samples of one plane share,
   // relative: a real sky is not of the fitted shape. Lit and shaded samples of a plane have the
-  // same error, so that their contrast depends on the sun and not on the sky's shape. An occluder
-  // of the sky on one of the two adds a difference of the same size. A tenth is right for a mix of
-  // shapes. Tested on 156 measured and modelled skies and views of two scenes: the stated deviation
-  // of the sky covered 71 % of the known skies (with 0.2: 82 %), with the same errors. >= 0.
+  // same error, so their contrast depends on the sun, not on the sky's shape. An occluder of the
+  // sky on one of the two adds a difference of the same size. A tenth is right for a mix of shapes.
+  // Tested on 156 measured and modelled skies and views of two scenes: the stated deviation of the
+  // sky covered 71 % of the known skies (with 0.2: 82 %), with the same errors. >= 0.
   double sky_shape_error = 0.1;
   // Prior spread of the shares of the sky's shapes about equal shares. It is wider than any mix of
   // fractions, so that it matters only where the samples do not determine the shares. On measured

@@ -14,8 +14,8 @@ namespace pleinair {
 
 inline constexpr double kWhiteCode = 255.0;
 
-// Returns the exposure, from radiance to [0, 1], at which 95 % of a linear picture's pixels are
-// below 0.8 of white: for frames that do not state theirs. 1 for a picture without light.
+// Returns an exposure, from radiance to [0, 1], for frames that do not state theirs: 95 % of a
+// linear picture's pixels are then below 0.8 of white. 1 for a picture without light.
 double ChosenExposure(const RgbImage& radiance);
 
 // Continuous code values, 0 to 255, clipped at white; linear between the light of the codes.

@@ -119,7 +119,7 @@ class Compositor {
 
   // Returns the composite. Throws std::invalid_argument when sizes do not agree, naming them.
   // Throws std::runtime_error for a picture that the device cannot draw, and where the context is
-  // not current or has been lost; after a loss, make a new context and a new compositor.
+  // not current or has been lost. After a loss, make a new context and a new compositor.
   Composite Render(const CompositeInput& input);
 
   // Returns the hard sun shadow on the nearest surface, phantom or object, in each pixel of an

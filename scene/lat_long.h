@@ -1,8 +1,8 @@
 // The one mapping between directions and lat-long (equirectangular) images.
 //
-// Top row zenith, centre column north, azimuth clockwise (east is right of the centre), image
-// coordinates (u, v) in pixels counted from the image's top left corner: pixel (x, y) has its
-// centre at (x + 0.5, y + 0.5).
+// Top row zenith, centre column north, azimuth clockwise (east is right of the centre). Image
+// coordinates (u, v) are in pixels from the image's top left corner: pixel (x, y) has its centre at
+// (x + 0.5, y + 0.5).
 //   azimuth = (u / width - 0.5) * 2 pi, elevation = (0.5 - v / height) * pi
 #pragma once
 

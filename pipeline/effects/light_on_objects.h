@@ -1,6 +1,6 @@
-// How light on virtual objects is computed in a frame: at their vertices or at a single probe, and
-// with or without the light that they hide from and reflect to each other. Also the cost of each
-// way.
+// How light on virtual objects is computed in a frame, and the cost of each way: at their vertices
+// or at a single probe, and with or without the light that they hide from and reflect to each
+// other.
 #pragma once
 
 #include <span>

@@ -21,8 +21,8 @@ namespace {
 
 // Deviations of the albedo by which a surface in shade may be darker than predicted.
 constexpr float kDarkerSigmas = 2.0f;
-// Half the side of the window whose mean counts, and the means between which the share goes from
-// none of the sun to all of it: a window's straight edge takes two pixels.
+// Half the side of the averaging window, and the means between which the share rises from none of
+// the sun to all of it. A straight edge in the window takes two pixels.
 constexpr int kWindowPx = 3;
 constexpr float kAllHidden = 0.35f;
 constexpr float kAllSeen = 0.65f;

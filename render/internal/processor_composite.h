@@ -37,7 +37,7 @@ struct ProcessorLayers {
 // result.radiance is the camera's picture and result.change is kNone. input.lighting is not used:
 // `light` and `gain` replace it, in the layers' units.
 //
-// Where the processor also draws for OpenGL, this takes a tenth of the pass's time: its input is in
+// Where the processor also draws for OpenGL, this takes a tenth of the pass's time. Its input is in
 // memory anyway, only pixels that change are read, and the test for sun is done only where it
 // matters.
 //

@@ -151,7 +151,7 @@ void TakeDirection(const Reconstruction& world,
 
 // The strongest wall's own direction, or that of the pictures' edges where possible. Edges across a
 // facade give its direction better than its points, whose small parallax gives large errors of
-// depth: a wall that is turned by a degree still fits its pictures within a pixel.
+// depth. A wall that is turned by a degree still fits its pictures within a pixel.
 glm::dvec3 FirstDirection(const Reconstruction& world,
                           const SurfaceOptions& options,
                           PlaneFit& wall) {
