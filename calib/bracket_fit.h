@@ -1,4 +1,4 @@
-// A response from a bracket some of whose pictures may be no use.
+// A response from a bracket of which some pictures may be unusable.
 #pragma once
 
 #include <span>
@@ -9,21 +9,25 @@
 
 namespace pleinair {
 
-// How a picture's light lies to that of the others, by the curve.
+// A picture's light compared with that of the others, by the curve.
 struct BracketPicture {
-  double offset = 0.0;   // Median over pixels, natural logarithm: its exposure is not as stated.
-  double scatter = 0.0;  // Median of the absolute deviations: something else is seen.
-  std::string reason;    // Why it is left out; empty where it counts.
+  // Median over pixels, natural logarithm: not 0 where its exposure is not as stated.
+  double offset = 0.0;
+  // Median of the absolute deviations: large where the picture shows something else.
+  double scatter = 0.0;
+  std::string reason;  // Why it is left out; empty where it counts.
 };
 
+// The response, and the judgement of each picture.
 struct BracketFit {
   ResponseFit response;
   std::vector<BracketPicture> pictures;  // As they were given.
 };
 
-// FitResponseFromBrackets without the pictures that contradict the others: where the light of one
-// differs from the median picture's by more than kLargestOffset, or scatters by more than
-// kLargestScatter, the worst is left out and the rest fitted again, down to three pictures.
+// FitResponseFromBrackets without the pictures that contradict the others. A picture contradicts
+// them where its light differs from the median picture's by more than kLargestOffset, or scatters
+// by more than kLargestScatter. The worst is left out and the rest fitted again, down to three
+// pictures.
 // Throws  as FitResponseFromBrackets.
 inline constexpr double kLargestOffset = 0.2;  // A sixth of a stop is 0.12.
 inline constexpr double kLargestScatter = 0.4;

@@ -44,8 +44,8 @@ tl::expected<std::vector<BoardCorner>, std::string> FindChessboard(const Gray8Im
   const cv::Mat image = View(picture);
   const cv::Size size(board.columns, board.rows);
   std::vector<cv::Point2f> found;
-  // The finder that grows quads follows boards that the lens bends; the newer, straighter one is
-  // asked only where it fails.
+  // The finder that grows quads also finds boards that the lens distorts. The newer finder, which
+  // needs straighter lines, is used only where it fails.
   if (!cv::findChessboardCorners(
           image, size, found, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) &&
       !cv::findChessboardCornersSB(image, size, found, cv::CALIB_CB_NORMALIZE_IMAGE)) {
@@ -133,7 +133,7 @@ double ValueAt(const Gray8Image& picture, const glm::dvec2& at) {
   return (1.0 - fy) * row(y) + fy * row(y + 1);
 }
 
-// Of the edge between two neighbouring corners; none where the sides hardly differ.
+// Width of the edge between two neighbouring corners; none where the sides hardly differ.
 std::optional<double> EdgeWidthPx(const Gray8Image& picture,
                                   const glm::dvec2& from,
                                   const glm::dvec2& to,
@@ -210,7 +210,7 @@ tl::expected<std::vector<BoardCorner>, std::string> FindBoardCorners(
 
 std::optional<BoardSize> FindBoardSize(const Gray8Image& picture) {
   if (picture.Empty()) return std::nullopt;
-  // The smallest board that may be asked for, grown as far as the pattern goes on.
+  // The smallest allowed board, grown as far as the pattern continues.
   const cv::Size smallest(kFewestCornersASide, kFewestCornersASide);
   const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
   std::vector<cv::Point2f> corners;

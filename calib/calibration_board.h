@@ -1,5 +1,4 @@
-// Flat boards that lenses are calibrated with, chessboard or ChArUco, and their corners in
-// pictures.
+// Flat boards for the calibration of lenses, chessboard or ChArUco, and their corners in pictures.
 #pragma once
 
 #include <optional>
@@ -33,6 +32,7 @@ struct CharucoMarkers {
   double side_share = 0.75;           // Side of a marker over that of a square; 0 to 1.
 };
 
+// A board's layout.
 struct CalibrationBoard {
   BoardSize size;
   std::optional<CharucoMarkers> markers;  // None: a plain chessboard.
@@ -41,40 +41,44 @@ struct CalibrationBoard {
   void Validate() const;
 };
 
+// One inner corner, in the picture and on the board.
 struct BoardCorner {
   glm::dvec2 place_squares{0.0};  // On the board, in sides of a square.
   glm::dvec2 pixel{0.0};
 };
 
-// The inner corners, to a part of a pixel: of a chessboard all, row by row; of a ChArUco board
-// those that are seen, 6 or more and not on one line. Otherwise what is not found, in a few words.
-// Safe from any thread. Throws as CalibrationBoard::Validate.
+// Returns the inner corners, to a fraction of a pixel. For a chessboard these are all corners, row
+// by row; for a ChArUco board the visible ones, 6 or more and not on one line. Otherwise what is
+// not found, in a few words. Safe from any thread. Throws as CalibrationBoard::Validate.
 tl::expected<std::vector<BoardCorner>, std::string> FindBoardCorners(const Gray8Image& picture,
                                                                      const CalibrationBoard& board);
 
-// How many inner corners the largest chessboard in the picture has, columns >= rows; none where no
-// board is found. Parts of a strongly bent board may be missed: the size to try, not a measurement.
+// Returns the number of inner corners of the largest chessboard in the picture, columns >= rows;
+// none where no board is found. Parts of a strongly distorted board may be missed: it is the size
+// to try, not a measurement.
 std::optional<BoardSize> FindBoardSize(const Gray8Image& picture);
 
-// How soft the picture is at the board: pixels in which the edges between its squares rise from
-// 10 % to 90 % of their height, the median edge; 0 where no edge can be measured.
+// Returns the blur of the picture at the board. It is the width in pixels from 10 % to 90 % of the
+// median edge between its squares. 0 where no edge can be measured.
 double BoardEdgeWidthPx(const Gray8Image& picture,
                         const CalibrationBoard& board,
                         const std::vector<BoardCorner>& corners);
 
+// The corners of one picture.
 struct BoardPicture {
   std::string name;
   std::vector<BoardCorner> corners;
   double edge_width_px = 0.0;  // BoardEdgeWidthPx; 0: not known.
 };
 
+// A picture that was left out, and why.
 struct RejectedPicture {
   std::string name;
   std::string reason;
 };
 
-// Takes out of `pictures`, and names, those that are blurred: edges more than twice as wide as the
-// median picture's, and wider than 4 px.
+// Removes the blurred ones from `pictures` and returns them with the reason: edges more than twice
+// as wide as the median picture's, and wider than 4 px.
 std::vector<RejectedPicture> TakeOutBlurred(std::vector<BoardPicture>& pictures);
 
 }  // namespace pleinair

@@ -1,4 +1,4 @@
-// How far one pixel of an 8-bit camera may be off for the camera's own noise.
+// The noise of one pixel of an 8-bit camera.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace pleinair {
 
-// What a pixel's value wavers by, as a share of a full well, which is what 1 stands for; by default
-// a consumer camera's at its base sensitivity.
+// Noise of a pixel's value as a share of a full well, which is the value 1. By default that of a
+// consumer camera at its base sensitivity.
 struct CameraNoise {
   double full_well_electrons = 16000.0;
   double read_noise_electrons = 7.0;
@@ -20,11 +20,10 @@ struct CameraNoise {
   double Variance(double linear) const;
 };
 
-// Shot noise, read noise and the rounding to a code, as EMVA 1288's linear camera model adds them
-// up:
+// Shot noise, read noise and the rounding to a code, by EMVA 1288's linear camera model:
 //   variance(signal) = (signal * full_well + read_noise^2) / full_well^2 + step(signal)^2 / 12,
 // in units of the signal, 0 to 1; step is the width of the code there. Neighbouring pixels are
-// taken to be independent, which demosaicing and compression make them less than.
+// treated as independent; demosaicing and compression correlate them.
 class SignalNoise {
  public:
   explicit SignalNoise(const ResponseCurve& response, const CameraNoise& camera = {});

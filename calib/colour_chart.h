@@ -1,4 +1,4 @@
-// A ColorChecker Classic (24 patches) in a picture: where it is, and what its patches look like.
+// A ColorChecker Classic (24 patches) in a picture: its place, and the colours of its patches.
 #pragma once
 
 #include <array>
@@ -24,16 +24,17 @@ inline constexpr std::array<double, kChartPatches> kChartReflectance{
 inline constexpr std::array<int, 6> kChartGreys{18, 19, 20, 21, 22, 23};
 
 // Corners of the field of patches (without the frame): those of dark skin, bluish green, black and
-// white, in this order; a turned picture has them turned.
+// white, in this order; in a turned picture they are turned too.
 using ChartCorners = std::array<glm::dvec2, 4>;
 
+// The colour of one patch.
 struct ChartPatch {
   glm::dvec3 mean{0.0};    // Over the inner half of its sides.
-  glm::dvec3 stddev{0.0};  // Of single pixels there.
+  glm::dvec3 stddev{0.0};  // Standard deviation of single pixels there.
 };
 
-// Finds the chart with OpenCV's mcc; none where it sees none, or where the patches do not look like
-// the chart whichever way it is turned.
+// Finds the chart with OpenCV's mcc. None where mcc finds none, or where the patches do not match
+// the chart in any orientation.
 std::optional<ChartCorners> FindColourChart(const Rgb8Image& picture);
 
 // Throws std::invalid_argument where the corners are not those of a convex field inside the

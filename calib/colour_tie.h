@@ -1,4 +1,4 @@
-// Two cameras tied in colour: colours that one measures, converted to those of the other.
+// Conversion of one camera's colours to those of another.
 #pragma once
 
 #include <span>
@@ -19,22 +19,23 @@ struct ColourPair {
   glm::dvec3 to_rgb;
 };
 
-// A factor a channel needs one pair; a full matrix, for sensors whose colours differ, needs three
-// that are not all of one hue.
+// kScale, one factor for each channel, needs one pair. A full matrix, for sensors whose colours
+// differ, needs three pairs that are not all of one hue.
 enum class ColourTieKind { kScale, kMatrix };
 
+// The conversion, and how well pairs agree with it.
 struct ColourTie {
-  glm::dmat3 to_from_rgb{1.0};  // to = matrix * from; diagonal for kScale.
-  double rms_relative = 0.0;    // Of |matrix * from - to| / |to|, over the pairs that count.
-  std::vector<double> residual_relative;  // A pair each.
+  glm::dmat3 to_from_rgb{1.0};            // to = matrix * from; diagonal for kScale.
+  double rms_relative = 0.0;              // Rms of |matrix * from - to| / |to|, over the inliers.
+  std::vector<double> residual_relative;  // One for each pair.
   std::vector<bool> counts;               // False: farther off than kOutlierRatio times the median.
 };
 
-// Least squares of relative errors, each pair with the same weight however bright, reweighted until
-// pairs that do not fit (moved, clipped, glossy ones) no longer pull.
+// Least squares of relative errors, each pair with the same weight at any brightness. It is
+// reweighted until pairs that do not fit (moved, clipped, glossy ones) have no influence.
 //
 // Throws  std::invalid_argument naming the pair whose colours are not positive, no pair at all;
-//         std::runtime_error where a matrix is asked of colours that do not determine one.
+//         std::runtime_error where the colours do not determine a matrix.
 ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind);
 inline constexpr double kOutlierRatio = 5.0;
 
@@ -42,10 +43,10 @@ inline constexpr double kOutlierRatio = 5.0;
 // Throws  std::invalid_argument naming the place: outside the picture, or without a finite pixel.
 glm::dvec3 MeanOfDisc(const RgbImage& light, const glm::dvec2& centre_px, double radius_px);
 
-// A camera's response with a factor for each channel in it: the largest is 1 in the table, and the
-// others are their ratios to it, so that what is read has the other camera's colours up to one
-// factor, which belongs to the exposure. Throws std::invalid_argument for a factor that is not
-// positive.
+// Returns a camera's response with a factor for each channel included. In the table the largest
+// factor is 1, and the others are ratios to it. So light that is read has the other camera's
+// colours up to one factor, which belongs to the exposure. Throws std::invalid_argument for a
+// factor that is not positive.
 ResponseTable TiedResponse(const ResponseCurve& response, const glm::dvec3& factor_rgb);
 
 }  // namespace pleinair

@@ -23,7 +23,8 @@ constexpr int kPlateauPx = 3;
 constexpr std::size_t kMostLines = 1500;
 constexpr int kLeastEdges = 20;
 constexpr double kMisplacedPx = 2.0;
-constexpr double kSteepest = 0.7;  // Of an edge against the line across it, in pixels a line.
+// Slant of an edge against the line across it, in pixels for each line.
+constexpr double kSteepest = 0.7;
 // A pixel's own square.
 constexpr double kPixelVariance = 1.0 / 12.0;
 constexpr double kLeastPx = 0.15;  // Less moves 1 % of an edge's contrast.
@@ -51,7 +52,8 @@ bool IsModelEdge(const SurfaceView& view, const glm::ivec2& a, const glm::ivec2&
   const glm::vec3& normal = view.normal_world.pixels[i];
   if (glm::dot(normal, view.normal_world.pixels[j]) < kSameFacing) return true;
   const glm::vec3 step = view.position_world_m.pixels[j] - view.position_world_m.pixels[i];
-  constexpr float kBehind = 0.35f;  // Of the step, off the plane: beyond a bend of 20 deg.
+  // Distance from the plane over the step: beyond a bend of 20 deg.
+  constexpr float kBehind = 0.35f;
   return std::abs(glm::dot(normal, step)) > kBehind * glm::length(step);
 }
 
@@ -198,7 +200,7 @@ std::optional<double> MiddleOfStep(Profile& profile) {
     high += profile[kCount - 1 - i] / kPlateauPx;
   }
   const double contrast = high - low;
-  constexpr double kLeastContrast = 0.1;  // Of both sides' sum.
+  constexpr double kLeastContrast = 0.1;  // Share of both sides' sum.
   if (!(std::abs(contrast) > kLeastContrast * (low + high))) return std::nullopt;
   for (double& value : profile) value = (value - low) / contrast;
   constexpr double kEven = 0.15;
@@ -230,8 +232,8 @@ std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   return errors;
 }
 
-// What the errors say of a lens's own sigma where the edge is slanted: along the line both it and
-// the pixel's side across the line are wider.
+// The lens's own sigma from the errors, for a slanted edge: along the line both the blur and the
+// pixel's side across the line are wider.
 double ErrorAt(const LineErrors& errors, double sigma_px, double slant) {
   const double along_px =
       std::sqrt(sigma_px * sigma_px * (1.0 + slant * slant) + slant * slant * kPixelVariance);
@@ -243,7 +245,7 @@ double ErrorAt(const LineErrors& errors, double sigma_px, double slant) {
   return (1.0 - share) * errors.of_sigma[k - 1] + share * errors.of_sigma[k];
 }
 
-// How far the edge goes sideways from line to line.
+// Sideways shift of the edge from line to line.
 double SlantOf(const RgbImage& radiance, const Line& line) {
   const glm::ivec2 along(line.across.y, line.across.x);
   double difference = 0.0;
@@ -286,7 +288,7 @@ void EdgeBlurMeter::Add(const RgbImage& radiance,
     const double slant = SlantOf(radiance, line);
     if (!(slant <= kSteepest)) continue;
     ++edges_;
-    constexpr double kLeastNoise = 0.01;  // Of the step: lenses are not quite Gaussian.
+    constexpr double kLeastNoise = 0.01;  // Share of the step: lenses are not exactly Gaussian.
     constexpr int kFitted = 4;            // Both sides, place and width.
     const double variance = std::max(errors->least / (kCount - kFitted), kLeastNoise * kLeastNoise);
     for (std::size_t k = 0; k < doubts_.size(); ++k) {

@@ -1,4 +1,4 @@
-// How soft a camera draws edges, by the edges in its pictures.
+// The blur of a camera, measured by the edges in its pictures.
 #pragma once
 
 #include <vector>
@@ -8,23 +8,24 @@
 
 namespace pleinair {
 
+// The measured blur, in pixels.
 struct EdgeBlur {
-  // Standard deviation of the Gaussian that blurs a picture of light averaged over each pixel; 0
-  // where it is negligible, or too few edges show it.
+  // Standard deviation of the Gaussian blur, in addition to the average over each pixel; 0 where it
+  // is negligible, or too few edges show it.
   double sigma_px = 0.0;
-  int edges = 0;             // Profiles that the answer is from.
-  bool is_measured = false;  // They were enough.
+  int edges = 0;             // Profiles used.
+  bool is_measured = false;  // Whether they were enough.
 };
 
-// Fits the step of light across edges of the model: where surfaces of another group or facing, or
-// far behind, begin. Lines of pixels across them count where they show one step between two even
-// sides, no more than 2 px from where the model has it. Each says, by its own noise, how well it
-// goes with each width, and no more against one than three deviations: where the mesh is round or
-// coarse, things stand in the way or a penumbra lies there, lines show other widths, each another
-// one, and the width is taken that most agree on.
+// Fits the step of light across edges of the model: where a surface of another group or facing, or
+// one far behind, begins. Lines of pixels across them count where they show one step between two
+// even sides, no more than 2 px from the model's edge. Each line rates each width by its own noise,
+// with a penalty of at most three deviations. Where the mesh is round or coarse, or a thing or a
+// penumbra lies there, lines show other, differing widths. The result is the width that most lines
+// agree on.
 //
-// Accuracy  some 5 % from 20 edges on that are 30 times the noise high, of the entire width: the
-//           pixel's own square and what is returned here.
+// Accuracy  some 5 % from 20 edges on with a step of 30 times the noise. This is of the entire
+//           width: the pixel's own square and the returned blur.
 class EdgeBlurMeter {
  public:
   // Pictures of one camera. `radiance` is linear and has the view's size; where `clipped` is not 0
@@ -36,7 +37,7 @@ class EdgeBlurMeter {
   EdgeBlur Blur() const;
 
  private:
-  std::vector<double> doubts_;  // Of each width, in variances, over all lines.
+  std::vector<double> doubts_;  // Sum over all lines for each width, in variances.
   int edges_ = 0;
 };
 

@@ -34,7 +34,7 @@ constexpr double kProfileStepPx = 0.75;
 // A step of light counts from here on, in codes a pixel, and as a share of the profile's steepest.
 constexpr double kLeastSlope = 1.5;
 constexpr double kLeastSlopeShare = 0.25;
-constexpr double kAlongShare = 0.7;  // Of its slope along the edge to that across it.
+constexpr double kAlongShare = 0.7;  // Slope along the edge over that across it.
 constexpr double kNearPx = 2.0;      // A picture's edge so near is the mesh's.
 // How near edges are where a pose is right; those of a wrong one are drawn near, and miss by more.
 constexpr double kSharpPx = 0.7;
@@ -47,7 +47,7 @@ UndeterminedPose OpenPose(const std::string& why, std::vector<PoseCandidate> can
   return {"the camera's pose cannot be determined from edges: " + why, std::move(candidates)};
 }
 
-// How steep the light of a smoothed picture is, at any place and in any direction: the structure
+// Steepness of a smoothed picture's light, at each place and for any direction: the structure
 // tensor, summed over the channels.
 class Slopes {
  public:
@@ -255,7 +255,7 @@ std::vector<EdgeMatch> MatchesOf(const std::vector<Sample>& samples, double scal
     match.edge = sample.edge;
     match.match = {sample.point_m, sample.pixel + nearest * sample.normal};
     match.normal = sample.normal;
-    // Geman and McClure's: what is far off pulls ever less.
+    // Geman and McClure's loss: the influence of distant samples decreases.
     const double ratio = nearest / scale_px;
     match.root_weight = 1.0 / (1.0 + ratio * ratio);
     matches.push_back(match);
@@ -265,7 +265,7 @@ std::vector<EdgeMatch> MatchesOf(const std::vector<Sample>& samples, double scal
 
 struct Stage {
   double reach_px;
-  double scale_px;  // Of the weights.
+  double scale_px;  // Scale of the weights.
   int rounds;
   double hold = 0.0;  // Root of the weight by which samples stay where the rough pose puts them.
   std::size_t samples = kFewSamples;
@@ -434,8 +434,8 @@ tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
     double support;
   };
   std::vector<Try> tries;
-  // From each, edges are looked for all over the reach, and near by alone: a wide search is drawn
-  // to whatever is strongest, a narrow one to what fits best.
+  // From each start, edges are searched over the entire reach, and also only nearby. A wide search
+  // goes to the strongest edges, a narrow one to those that fit best.
   const std::vector<Stage> wide{{reach, 0.3 * reach, 6, 0.3},
                                 {0.5 * reach, 0.15 * reach, 6, 0.15},
                                 {0.3 * reach, kNearPx, 6, 0.05}};

@@ -1,4 +1,4 @@
-// Where a camera stands, from the mesh's edges in its picture and a rough pose.
+// The pose of a camera, from the mesh's edges in its picture and a rough pose.
 #pragma once
 
 #include <span>
@@ -16,10 +16,12 @@
 
 namespace pleinair {
 
+// Limits and noise of the search.
 struct EdgePoseOptions {
-  // How far from where the rough pose puts them the edges are looked for, in pixels; above 1.
+  // Search distance for edges from where the rough pose puts them, in pixels; above 1.
   double reach_px = 20.0;
-  // How well the mesh's edges are where the real ones are; 0 or more. For the deviations alone.
+  // Standard deviation of the mesh's edges from the real ones; 0 or more. Used only for the
+  // deviations.
   double mesh_sigma_m = 0.01;
   // A pose whose rotation or position is known less well is no pose; above 0.
   double largest_rotation_sigma_rad = 0.02;
@@ -33,36 +35,36 @@ struct EdgePoseOptions {
 struct EdgeSample {
   glm::dvec2 pixel{0.0};   // Where the pose puts it.
   glm::dvec2 normal{0.0};  // Unit, across the edge.
-  double offset_px = 0.0;  // Of the picture's nearest edge along the normal; infinite: none.
-  bool counts = false;     // It is near enough to be that edge.
+  // Distance of the picture's nearest edge along the normal; infinite: none.
+  double offset_px = 0.0;
+  bool counts = false;  // It is near enough to be that edge.
 };
 
+// A pose and its accuracy.
 struct EdgePose {
   glm::dmat4 camera_from_world{1.0};
   double rms_px = 0.0;        // Over the samples that count, across their edges.
-  double found_share = 0.0;   // Of the samples, that count.
-  double chance_share = 0.0;  // That would for the picture's other edges alone.
-  // From the scatter of entire edges of the mesh, as one that is misplaced is so all along, and
-  // from mesh_sigma_m.
+  double found_share = 0.0;   // Share of the samples that are inliers.
+  double chance_share = 0.0;  // Share expected from the picture's other edges by chance.
+  // From the scatter of entire edges of the mesh, since a misplaced edge is misplaced along all of
+  // its length, and from mesh_sigma_m.
   double rotation_sigma_rad = 0.0;  // About the worst axis.
-  double position_sigma_m = 0.0;    // Of the camera's centre, all three axes together.
+  double position_sigma_m = 0.0;    // For the camera's centre, all three axes together.
   std::vector<EdgeSample> samples;
 };
 
-// The pose near `rough_camera_from_world` whose projected edges (creases, outlines, ends, borders
-// of materials; hidden parts left out) lie on edges of the picture, least squares across the edges
-// with the weights of outliers falling off. Each sample of an edge proposes the steps of light
-// along its normal; the nearest one counts. Many turned starts are tried, and the pose is kept on
-// whose edges the picture has most. Or why there is none: few edges in view, not more of them found
-// than by chance, two poses that are nearly as good, a pose that they leave open or that is not
-// near.
+// Returns the pose near `rough_camera_from_world` whose projected edges lie on edges of the
+// picture, by robust least squares across the edges. Edges are creases, outlines, ends and borders
+// of materials, without hidden parts. Each sample of an edge proposes the steps of light along its
+// normal; the nearest one counts. Many turned starts are tried, and the pose with most of its edges
+// in the picture is kept. Or the reason why there is none: few edges in view, no more of them found
+// than by chance, or a pose that is ambiguous, undetermined or not near.
 //
 // Source   Drummond and Cipolla, IEEE PAMI 24(7), 2002 (searching along normals); several
-// hypotheses
-//          a sample by Wuest, Vial and Stricker, ISMAR 2005. The deviation is the sandwich estimate
-//          with one cluster an edge.
+//          hypotheses for each sample by Wuest, Vial and Stricker, ISMAR 2005. The deviation is the
+//          sandwich estimate with one cluster for each edge.
 // Cost     1 s of one thread for a picture of 640 x 480.
-// Throws   std::invalid_argument: a picture that has not the lens's size, and as Validate.
+// Throws   std::invalid_argument: a picture of another size than the lens's, and as Validate.
 tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
     const Lens& lens,
     const Rgb8Image& picture,

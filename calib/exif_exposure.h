@@ -1,4 +1,4 @@
-// What a JPEG's EXIF data say of its exposure.
+// Exposure settings from a JPEG's EXIF data.
 #pragma once
 
 #include <filesystem>
@@ -6,6 +6,7 @@
 
 namespace pleinair {
 
+// Absent values are none.
 struct ExifExposure {
   std::optional<double> exposure_s;
   std::optional<double> iso;

@@ -1,4 +1,4 @@
-// What a JPEG's EXIF data say of its lens.
+// The focal length from a JPEG's EXIF data.
 #pragma once
 
 #include <filesystem>
@@ -6,9 +6,9 @@
 
 namespace pleinair {
 
-// The focal length that gives the same view on 35 mm film, whose diagonal is 43.27 mm: nominal, a
-// whole number of millimetres, and of the camera's own crop. None where the file is no JPEG or does
-// not say.
+// The focal length that gives the same view on 35 mm film, whose diagonal is 43.27 mm: nominal, an
+// integer number of millimetres, and for the camera's own crop. None where the file is no JPEG or
+// does not state it.
 std::optional<double> ReadExifFocalLength35mm(const std::filesystem::path& file);
 
 }  // namespace pleinair

@@ -1,4 +1,4 @@
-// Where a JPEG's EXIF data say that it was taken, and how the camera was held.
+// Place and orientation of the camera from a JPEG's EXIF data.
 #pragma once
 
 #include <filesystem>
@@ -7,16 +7,17 @@
 
 namespace pleinair {
 
+// Absent values are none.
 struct ExifPlace {
   // WGS84, degrees, north and east positive; both or none.
   std::optional<double> latitude_deg;
   std::optional<double> longitude_deg;
   std::optional<double> altitude_m;        // Over the sea, as receivers state it.
   std::optional<double> position_sigma_m;  // Horizontal, where the receiver states one.
-  // Azimuth that the camera looked to, from true north, by its compass.
+  // Azimuth of the view, from true north, by the camera's compass.
   std::optional<double> heading_deg;
   std::string utc;  // ISO 8601 with Z, the receiver's clock; empty: none.
-  // Which way up the picture is to be shown, 1 to 8 as EXIF counts; 1 where it is not said.
+  // Orientation in which the picture is to be shown, 1 to 8 as in EXIF; 1 where it is not stated.
   int orientation = 1;
 };
 

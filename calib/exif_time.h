@@ -1,4 +1,4 @@
-// When a JPEG's EXIF data say that it was taken.
+// The time of a picture from a JPEG's EXIF data.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +7,7 @@
 
 namespace pleinair {
 
+// Texts as in the file.
 struct ExifTime {
   std::string local_time;  // ISO 8601, the camera's clock: "2005-06-21T11:50:00.25".
   std::string utc_offset;  // "+02:00", or empty: cameras before 2016 state none.

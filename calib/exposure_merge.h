@@ -16,18 +16,20 @@ struct ExposedPicture {
   double exposure = 0.0;
 };
 
+// The merged picture; all images have the pictures' size. Radiance is scene-linear.
 struct MergedExposures {
   RgbImage radiance;
-  RgbImage stddev;  // By the noise model; of no meaning where clipped or at_noise_floor.
-  // 1 where a channel is clipped in every picture: its radiance is at least what is given.
+  RgbImage stddev;  // By the noise model; without meaning where clipped or at_noise_floor.
+  // 1 where a channel is clipped in every picture: its radiance is a lower bound.
   Gray8Image clipped;
   // 1 where a channel is at the noise floor in every picture that does not clip it.
   Gray8Image at_noise_floor;
 };
 
-// The mean of what the pictures say, each channel by itself, weighted by 1 / variance (shot noise,
-// read noise and the code's rounding). The variances are those of the merged value, not of each
-// picture's own: weights that go with a measurement's own noise favour the low ones.
+// Returns the mean over the pictures, for each channel separately, with weights of 1 / variance
+// (shot noise, read noise and the code's rounding). The variances are evaluated at the merged
+// value, not at each picture's own: weights that depend on a measurement's own noise favour low
+// values.
 //
 // Left out  codes from kClippedFromCode on, or from one below where the curve's upper end is flat
 //           (to 0.5 %); up to kNoiseFloorUpToCode unless there is nothing else.

@@ -1,4 +1,4 @@
-// The file that `pleinair calibrate` keeps a fish-eye camera in, and that sequences refer to.
+// The file of a fish-eye camera, which `pleinair calibrate` writes and sequences name.
 #pragma once
 
 #include <filesystem>
@@ -19,16 +19,17 @@ namespace pleinair {
 struct FisheyeCalibration {
   FisheyeIntrinsics intrinsics;                 // max_angle_rad is half of fov_deg.
   std::optional<glm::dmat3> world_from_camera;  // As FisheyeCamera's.
-  // Radiance as the room camera would measure it from what the fish-eye camera measures.
+  // Converts radiance of the fish-eye camera to that of the room camera.
   std::optional<glm::dmat3> room_from_fisheye_rgb;
-  std::optional<double> rms_px;  // Of the lens, over the board corners that it was fitted to.
+  std::optional<double> rms_px;  // Rms of the lens's fit, over the board corners.
 };
 
-// Throws std::runtime_error naming file, key and what was expected: also for a lens that
-// FisheyeLens refuses and a world_from_camera that is not orthogonal to 1e-5 (it is then made so).
+// Reads such a file. world_from_camera must be orthogonal to 1e-5, and is then made exactly so.
+// Throws std::runtime_error naming file, key and what was expected, also for a lens that
+// FisheyeLens refuses.
 FisheyeCalibration ReadFisheyeCalibration(const std::filesystem::path& file);
 
-// The file's text; the angles come back to the last bit but one.
+// Returns the file's text; angles are preserved to the last bit but one.
 std::string FisheyeCalibrationText(const FisheyeCalibration& calibration);
 
 }  // namespace pleinair

@@ -5,7 +5,7 @@
 //   stereographic  r = 2 f tan(theta / 2)
 //   opencv         r = f theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)
 //   (cv::fisheye)
-// How the camera stands in the world is fisheye_camera.h's.
+// For the camera's orientation in the world see fisheye_camera.h.
 #pragma once
 
 #include <array>
@@ -34,14 +34,14 @@ struct FisheyeIntrinsics {
   double fy_px = 0.0;
   double cx_px = 0.0;
   double cy_px = 0.0;
-  std::array<double, 4> distortion{};             // k1..k4; zero but for kOpenCv.
+  std::array<double, 4> distortion{};             // k1..k4; zero except for kOpenCv.
   double max_angle_rad = 0.5 * std::numbers::pi;  // From the axis: half the field of view.
 
   bool operator==(const FisheyeIntrinsics&) const = default;
 };
 
-// The ideal lens whose circle of `field_of_view_rad` (full angle) is as wide as the picture's
-// shorter side, and centred. Throws std::invalid_argument for kOpenCv, and as FisheyeLens does.
+// Returns the ideal lens whose centred circle of `field_of_view_rad` (full angle) is as wide as the
+// picture's shorter side. Throws std::invalid_argument for kOpenCv, and as FisheyeLens does.
 FisheyeIntrinsics CentredFisheye(FisheyeModel model,
                                  double field_of_view_rad,
                                  int width_px,
@@ -54,15 +54,17 @@ FisheyeIntrinsics CentredFisheye(FisheyeModel model,
 //           fisheye_camera.h.
 // Validity  directions up to MaxAngleRad() from the axis. There the mapping is one-to-one, and
 //           projecting a direction that came from a pixel gives that pixel back within 1e-6 px, for
-//           pixels up to 1e5 px from the principal point. Outside of it both functions refuse. The
-//           picture's borders are not looked at.
+//           pixels up to 1e5 px from the principal point. Outside of it both functions return none.
+//           The picture's borders are ignored.
 class FisheyeLens {
  public:
-  // 179.94 deg from the axis. Straight backwards is a whole circle of the picture, not a point.
+  // 179.94 deg from the axis. The direction straight backwards is a circle in the picture, not a
+  // point.
   static constexpr double kLargestAngleRad = std::numbers::pi - 1e-3;
 
-  // Throws std::invalid_argument naming the field and its value: a size, focal length or angle that
-  // is not positive, a value that is not finite, distortion of a model that has none.
+  // Throws std::invalid_argument naming the field and its value. Refused are a size, focal length
+  // or angle that is not positive, a value that is not finite, and distortion for a model that has
+  // none.
   explicit FisheyeLens(const FisheyeIntrinsics& intrinsics);
 
   // Image point of a camera-frame direction of any length; none outside the validity.
@@ -71,11 +73,11 @@ class FisheyeLens {
   // Unit camera-frame direction through an image point; none where no valid direction leads there.
   std::optional<glm::dvec3> DirectionFromPixel(const glm::dvec2& pixel) const;
 
-  // Solid angle in steradians of the pixel around an image point, were it all inside the validity:
-  // pixels whose centre is valid then tile the field of view, as their pictures do. 0 where the
-  // point itself is not valid.
-  // Accuracy  1e-4 relative for a focal length of 10 px or more, 90 deg to all sides of the pixel;
-  //           near the validity's end where the model folds, that of the middle alone.
+  // Solid angle in steradians of the pixel around an image point, as if all of it were valid. So
+  // pixels with a valid centre tile the field of view. 0 where the point itself is not valid.
+  // Accuracy  1e-4 relative for a focal length of 10 px or more, up to 90 deg on all sides of the
+  //           pixel. Near the end of the validity, where the model folds, that of the pixel's
+  //           middle.
   double PixelSolidAngleSr(const glm::dvec2& pixel) const;
 
   // The validity's end: the stated angle, or where the distortion folds, or kLargestAngleRad.

@@ -1,4 +1,4 @@
-// How a fish-eye camera stands in the world: from marks whose world directions are known, or from
+// The orientation of a fish-eye camera in the world, from marks of known world directions, or from
 // the sun's own image at known times.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace pleinair {
 
-// One thing seen: where it is for the camera, and where it is in the world. Any length but 0.
+// One thing in the picture: its direction in the camera and in the world. Any length but 0.
 struct DirectionPair {
   glm::dvec3 direction_camera;
   glm::dvec3 direction_world;
@@ -23,21 +23,23 @@ struct DirectionPair {
 
 enum class Handedness { kRightHanded, kMirrored };
 
+// The orientation, and how well pairs agree with it.
 struct OrientationFit {
   glm::dmat3 world_from_camera{1.0};
-  double rms_rad = 0.0;              // Over the pairs that count.
-  std::vector<double> residual_rad;  // A pair each, in the order given.
+  double rms_rad = 0.0;              // Over the inliers.
+  std::vector<double> residual_rad;  // One for each pair, in the order given.
   std::vector<bool> counts;          // False: a mark that does not fit the others.
 };
 
+// Limits of the fit.
 struct OrientationOptions {
   Handedness handedness = Handedness::kRightHanded;
   // A mark farther off than this does not count: a wrong match.
   double outlier_rad = 0.035;  // 2 degrees.
 };
 
-// The rotation (or mirrored rotation) that turns camera directions into world directions: the one
-// that most pairs agree on (each two propose one), then least squares over these.
+// Returns the rotation (or mirrored rotation) from camera to world directions. It is the one that
+// most pairs agree on (each two propose one), refined by least squares over these.
 //
 // Source   Kabsch, Acta Crystallographica A32, 1976; Wahba's problem by singular values.
 // Throws   std::invalid_argument: fewer than two pairs, a direction of no length;
@@ -47,27 +49,27 @@ OrientationFit FitOrientation(std::span<const DirectionPair> pairs,
                               const OrientationOptions& options = {});
 inline constexpr double kLeastSpreadRad = 0.05;
 
-// The same from the world's up in camera coordinates (the optical axis, of a camera that is
-// levelled) and one sun or mark: up is kept exactly, the mark gives north. residual_rad has one
-// entry: what the mark's height above the horizon disagrees by.
+// The same from the world's up in camera coordinates (the optical axis of a levelled camera) and
+// one sun or mark. Up is kept exactly; the mark gives north. residual_rad has one entry: the error
+// of the mark's height above the horizon.
 // Throws   as FitOrientation; std::runtime_error where the mark is within kLeastSpreadRad of up.
 OrientationFit OrientationFromUp(const glm::dvec3& up_camera,
                                  const DirectionPair& mark,
                                  Handedness handedness = Handedness::kRightHanded);
 
-// Where the sun is for an observer: refracted as in the standard atmosphere at the site's height.
+// Apparent direction of the sun: refracted as in the standard atmosphere at the site's height.
 glm::dvec3 ApparentSunDirectionEnu(const Site& site, UtcTime time);
 
 // The sun's own image.
 struct SunImage {
-  glm::dvec3 direction_camera{0.0, 0.0, 1.0};  // Of its centre of light, unit.
-  double angular_radius_rad = 0.0;             // Of a disc of the same solid angle.
-  bool clipped = false;                        // A flat top: what is above it is not known.
+  glm::dvec3 direction_camera{0.0, 0.0, 1.0};  // Direction of its centre of light, unit.
+  double angular_radius_rad = 0.0;             // Radius of a disc of the same solid angle.
+  bool clipped = false;                        // A flat top: light above it is not known.
 };
 
-// The brightest thing in a sky picture, where it is small enough for the sun (kLargestSunRad) and
-// stands alone: connected pixels above half of the brightest one's light, three quarters of all
-// such light. None otherwise (no sun, or clipped clouds).
+// Finds the brightest thing in a sky picture, where it is small enough for the sun (kLargestSunRad)
+// and isolated. It is a set of connected pixels above half of the brightest one's light, and must
+// hold three quarters of all such light. None otherwise (no sun, or clipped clouds).
 std::optional<SunImage> FindSunImage(const RgbImage& radiance, const FisheyeLens& lens);
 inline constexpr double kLargestSunRad = 0.09;  // 5 degrees: clipped aureole included.
 

@@ -1,4 +1,4 @@
-// The mean of noisy HDR frames of a camera that stands still.
+// The mean of noisy HDR frames of a fixed camera.
 #pragma once
 
 #include <cstdint>

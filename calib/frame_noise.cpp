@@ -9,11 +9,11 @@ namespace pleinair {
 namespace {
 
 constexpr int kBlockPx = 16;
-constexpr int kBins = 16;  // Of the signal's square root: shot noise has one width there.
+constexpr int kBins = 16;  // Bins of the signal's square root: shot noise has one width there.
 constexpr std::size_t kLeastBlocks = 6;
 constexpr int kMostBlocks = 500;
-// The differences of a block of noise are as good as 68 independent ones (256 over the sum of the
-// filter's squared autocorrelation, 3.78): their mean square scatters by 17 %, and a quarter of all
+// The differences of a block of noise are worth 68 independent ones (256 over the sum of the
+// filter's squared autocorrelation, 3.78). Their mean square scatters by 17 %, and a quarter of all
 // blocks lies below this share of the variance.
 constexpr double kQuarterBelow = 0.884;
 

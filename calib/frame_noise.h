@@ -1,4 +1,4 @@
-// How noisy an 8-bit picture is, by the picture itself.
+// The noise of an 8-bit picture, measured in the picture itself.
 #pragma once
 
 #include <array>
@@ -17,15 +17,15 @@ struct FrameNoise {
   double Variance(int channel, double signal) const;
 };
 
-// Looks at blocks of 16 x 16 pixels for what neighbours differ by beyond any slope (Immerkaer 1996,
-// "Fast noise variance estimation"), and believes the quietest quarter of blocks of one brightness:
-// texture only adds. Neighbouring pixels are taken to be independent: of a picture whose
-// demosaicing or compression has smoothed the noise only the rest is measured. All zero where
-// there is no measurement: too few blocks that are neither clipped nor black, noise below the
-// rounding.
+// Measures in blocks of 16 x 16 pixels the differences of neighbours without slopes (Immerkaer
+// 1996, "Fast noise variance estimation"). The quietest quarter of the blocks of one brightness
+// counts, since texture only adds. Neighbouring pixels are treated as independent: where
+// demosaicing or compression has smoothed the noise, only the remaining noise is measured. All zero
+// where there is no measurement: too few blocks that are neither clipped nor black, or noise below
+// the rounding.
 //
-// Accuracy  some 5 % of the standard deviation, from 100 even blocks on; no more than 500 blocks,
-//           spread over the picture, are looked at.
+// Accuracy  some 5 % of the standard deviation, from 100 even blocks on. At most 500 blocks, spread
+//           over the picture, are used.
 FrameNoise MeasureFrameNoise(const Rgb8Image& codes, const ResponseCurve& response);
 
 }  // namespace pleinair

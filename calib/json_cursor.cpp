@@ -66,9 +66,9 @@ std::string LineAndColumn(std::string_view text, std::size_t byte) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-// Refuses what the parser would let pass: keys given twice and deep nesting. A pass of its own over
-// the text: the parser's callback, which could do the same, makes it walk each list at the end of
-// each of its objects, in quadratic time.
+// Refuses what the parser would let pass: keys given twice and deep nesting. It is a separate pass
+// over the text. The parser's callback could do the same, but makes the parser walk each list at
+// the end of each of its objects, in quadratic time.
 class StructureCheck final : public nlohmann::json_sax<nlohmann::json> {
  public:
   explicit StructureCheck(const std::string& label) : label_(label) {}
@@ -110,7 +110,7 @@ class StructureCheck final : public nlohmann::json_sax<nlohmann::json> {
   }
 
   const std::string& label_;
-  std::vector<std::set<std::string>> keys_;  // Of each open object; of a list, none.
+  std::vector<std::set<std::string>> keys_;  // Keys of each open object; empty for a list.
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Strict reading of JSON files that people write: every refusal says file, key and what was
+// Strict reading of JSON files that people write: every refusal names file, key and what was
 // expected.
 #pragma once
 
@@ -29,8 +29,8 @@ nlohmann::json LoadJson(const std::filesystem::path& file);
 // The same for text; `label` stands where the file's name would.
 nlohmann::json ParseJson(std::string_view text, const std::string& label);
 
-// A value and where it stands. Every function throws JsonError when the value is not what it asks
-// for. Keeps a reference to the document, which must outlive it.
+// A value and its place. Every function throws JsonError when the value is not of the expected
+// kind. Keeps a reference to the document, which must outlive it.
 class JsonCursor {
  public:
   JsonCursor(const nlohmann::json& value, std::string file);
@@ -40,7 +40,7 @@ class JsonCursor {
   const std::string& Path() const { return path_; }
 
   [[noreturn]] void Fail(const std::string& expected) const;
-  // The same of a key of this object that is not there.
+  // The same for a missing key of this object.
   [[noreturn]] void FailMissing(std::string_view key, const std::string& expected) const;
 
   // The value is an object whose keys are all in `known`, or free: `name`, and those that begin

@@ -139,8 +139,8 @@ std::optional<glm::dvec3> Lens::DirectionFromPixel(const glm::dvec2& pixel) cons
   const double inner_radius = valid_radius_ * (1.0 - 1e-12);
 
   // Newton's method; the error's length falls in every step. Halving the step keeps it in the disc
-  // where the Jacobian is positive definite; towards the rim it converges more slowly (by a factor
-  // of four in the error), never wrongly.
+  // where the Jacobian is positive definite. Towards the rim it converges more slowly (by a factor
+  // of four in the error), never to a wrong point.
   const auto error_px = [&](const glm::dvec2& error) {
     return std::hypot(intrinsics_.fx_px * error.x, intrinsics_.fy_px * error.y);
   };
@@ -196,9 +196,9 @@ CameraIntrinsics UndistortedCover(const CameraIntrinsics& intrinsics) {
   const auto cover_pixel = [&](double u, double v) {
     if (const auto direction = lens.DirectionFromPixel({u, v})) cover(*direction);
   };
-  // The mapping is one-to-one and continuous, so what is seen ends where the picture's outline, or
-  // the fold inside the picture, is seen. Half-pixel steps: between them a smooth outline deviates
-  // by far less than the margin.
+  // The mapping is one-to-one and continuous. So the visible directions end at the picture's
+  // outline, or at the fold inside the picture. Steps of half a pixel: between them a smooth
+  // outline deviates by far less than the margin.
   const double right = intrinsics.width_px - 0.5;
   const double bottom = intrinsics.height_px - 0.5;
   for (int i = 0; i <= 2 * intrinsics.width_px; ++i) {

@@ -19,12 +19,12 @@ namespace pleinair {
 //
 // Validity  points before the camera with r < ValidRadius() whose picture lies within 1e8 px of the
 //           picture's origin (beyond, a double does not hold 1e-6 px). There the mapping is
-//           one-to-one, and projecting a direction that came from a pixel gives that pixel back
-//           within 1e-6 px. Outside of it both functions refuse.
+//           one-to-one, and projecting a pixel's direction returns that pixel within 1e-6 px.
+//           Outside of it both functions return none.
 class Lens {
  public:
-  // Throws std::invalid_argument naming the field and its value: a size or focal length that is not
-  // positive, a value that is not finite.
+  // Throws std::invalid_argument naming the field and its value, for a size or focal length that is
+  // not positive, or a value that is not finite.
   explicit Lens(const CameraIntrinsics& intrinsics);
 
   // Image point of a camera-frame point; none outside the validity.
@@ -49,11 +49,11 @@ std::optional<glm::dvec2> ProjectToPixel(const CameraIntrinsics& intrinsics,
 std::optional<glm::dvec3> DirectionFromPixel(const CameraIntrinsics& intrinsics,
                                              const glm::dvec2& pixel);
 
-// The smallest undistorted pinhole camera (same focal length, pixel grid aligned with the distorted
-// one's principal point) whose picture covers every direction that the distorted one sees, with one
-// pixel of margin; the same camera where there is no distortion.
-// Throws  std::invalid_argument where a side would pass 16384 pixels: a distortion that bends the
-//         picture's corners to nearly a right angle is no pinhole camera's.
+// Returns the smallest undistorted pinhole camera whose picture covers every direction of the
+// distorted one, with one pixel of margin. It has the same focal length and a pixel grid aligned
+// with the distorted one's principal point. Without distortion it is the same camera.
+// Throws  std::invalid_argument where a side would exceed 16384 pixels: the picture's corners are
+//         then nearly at a right angle to the axis, which no pinhole camera covers.
 CameraIntrinsics UndistortedCover(const CameraIntrinsics& intrinsics);
 
 }  // namespace pleinair

@@ -24,7 +24,7 @@ constexpr std::size_t kFewestCorners = 6;
 // A picture that fits this many times worse than the median one has another fault than this lens:
 // corners on the wrong squares, a bent board, motion.
 constexpr double kWorstShare = 2.5;
-// What corner finding alone may cost on small, strongly bent boards.
+// Error of corner finding on small, strongly distorted boards.
 constexpr double kWorstPx = 0.75;
 // Beyond, it is not this model or not one camera.
 constexpr double kHopelessPx = 5.0;
@@ -169,12 +169,13 @@ class LensSolver {
   cv::Size size_;
 };
 
-// What a picture may be off by among these.
+// Largest rms of a picture among these.
 double Limit(const Solution& solution) {
   return std::max(kWorstPx, kWorstShare * UpperMedian(solution.rms_px));
 }
 
-// Which picture the others do best without; -1 where the rest cannot be solved without any.
+// The picture whose removal improves the fit of the others most; -1 where no removal gives a
+// solution.
 int BestLeftOut(const LensSolver& solver, const BoardPictures& kept) {
   int best = -1;
   double best_rms = std::numeric_limits<double>::infinity();
@@ -206,7 +207,7 @@ int BestLeftOut(const LensSolver& solver, const BoardPictures& kept) {
 double LargestAngleRad(const CameraIntrinsics& lens) { return std::atan(Lens(lens).ValidRadius()); }
 double LargestAngleRad(const FisheyeIntrinsics& lens) { return FisheyeLens(lens).MaxAngleRad(); }
 
-// How far one sees in the picture: to its farthest corner, or where the lens ends.
+// Largest angle in the picture: at its farthest corner, or where the lens ends.
 double PictureAngleRad(const FisheyeIntrinsics& intrinsics) {
   const FisheyeLens lens(intrinsics);
   double angle = 0.0;
@@ -220,8 +221,8 @@ double PictureAngleRad(const FisheyeIntrinsics& intrinsics) {
   return angle;
 }
 
-// How well lenses fitted to the others predict each of `pictures`, which all together have a
-// solution; of `count_all` pictures the others are not predicted at all.
+// Error of the prediction of each of `pictures` by lenses fitted to the others. All together have a
+// solution; the rest of the `count_all` pictures counts as not predicted.
 HeldOutError HoldOut(const LensSolver& solver,
                      const BoardPictures& pictures,
                      std::size_t count_all) {

@@ -20,11 +20,13 @@ const char* LensModelName(LensModel model);
 
 using AnyLens = std::variant<CameraIntrinsics, FisheyeIntrinsics>;
 
+// The fit of one picture.
 struct FittedPicture {
   std::string name;
   double rms_px = 0.0;
 };
 
+// A lens and how well it fits.
 struct LensFit {
   // A fish-eye's is of model kOpenCv; max_angle_rad to the picture's farthest corner, or where the
   // distortion folds.
@@ -42,14 +44,14 @@ struct LensFit {
 
 // Least squares over lens and board poses (cv::calibrateCamera, cv::fisheye::calibrate; no skew). A
 // picture that spoils the solution, or fits far worse than the others (kWorstShare times the
-// median, and more than kWorstPx), is left out, named, and the rest fitted again; what then fits
-// after all comes back.
+// median, and more than kWorstPx), is left out and named. The rest is fitted again; pictures that
+// then fit are used again.
 //
 // Not seen  boards that reach beyond 90 degrees from the axis are left out: OpenCV's fit cannot
 //           hold them.
 // Throws    std::invalid_argument: a picture of fewer than 6 corners, a size that is not positive;
-//           std::runtime_error where fewer than 3 pictures are left, or where the lens folds inside
-//           what boards show, with what was wrong with the others.
+//           std::runtime_error where fewer than 3 pictures remain, with what was wrong with the
+//           others, or where the lens folds inside the boards' area.
 LensFit FitLens(std::span<const BoardPicture> pictures,
                 LensModel model,
                 int width_px,
@@ -57,33 +59,35 @@ LensFit FitLens(std::span<const BoardPicture> pictures,
 
 // How well a model predicts pictures that it was not fitted to.
 struct HeldOutError {
-  // Their boards' poses fitted, the lens not. A picture counts 20 px at most, and as much where the
+  // Their boards' poses are fitted, the lens is not. A picture counts at most 20 px, also where the
   // model does not fit it.
   double rms_px = 0.0;
-  double focal_sigma_px = 0.0;  // Of fx, by the jackknife over the parts held out.
+  // Standard deviation of fx, by the jackknife over the parts held out.
+  double focal_sigma_px = 0.0;
 };
 
-// What became of one model.
+// The result for one model.
 struct LensTrial {
-  std::optional<HeldOutError> held_out;  // None where too few pictures are left to hold any out.
+  std::optional<HeldOutError> held_out;  // None where there are too few pictures to hold any out.
   std::string failure;                   // Why no lens of this model fits; empty where one does.
 };
 
+// The chosen model, and both results.
 struct LensChoice {
   LensFit fit;
   LensTrial pinhole;
   LensTrial fisheye;
 };
 
-// The model that predicts held-out pictures better: a fifth of those that either model fits are
-// held out in turn. The pinhole is taken where it is not worse by more than a tenth (the lens is
-// then known as well by either, and a camera of the scene has to be a pinhole). With fewer than 5
-// pictures their own rms decides. Throws as FitLens where neither model fits.
+// Returns the model that predicts held-out pictures better. A fifth of the pictures that either
+// model fits are held out in turn. The pinhole is taken where it is not worse by more than a tenth.
+// Both then describe the lens equally well, and a camera of the scene must be a pinhole. With fewer
+// than 5 pictures their own rms decides. Throws as FitLens where neither model fits.
 LensChoice ChooseLens(std::span<const BoardPicture> pictures, int width_px, int height_px);
 
-// What is wrong with a fit that no camera with square pixels gives, or that its pictures
-// contradict: rms above kLargestCredibleRmsPx, or fx and fy further apart than kLargestPixelAspect.
-// Empty where nothing is. Corners of another board size, or of another board, fit like that.
+// Returns what is wrong with a fit that is not credible: rms above kLargestCredibleRmsPx, or fx and
+// fy further apart than kLargestPixelAspect. Empty where nothing is wrong. Corners of another
+// board, or of another board size, give such fits.
 inline constexpr double kLargestCredibleRmsPx = 1.0;
 inline constexpr double kLargestPixelAspect = 0.03;  // |fx / fy - 1|
 std::string DoubtAbout(const LensFit& fit);

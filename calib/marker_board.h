@@ -1,5 +1,4 @@
-// Markers that stand in the scene: where they are, and the camera's pose from those seen in a
-// picture.
+// Markers in the scene: their places, and the camera's pose from those in a picture.
 #pragma once
 
 #include <array>
@@ -19,12 +18,14 @@
 
 namespace pleinair {
 
+// One marker of a board; world frame, metres.
 struct BoardMarker {
   int id = 0;
   // Corners of the black border, in DetectedMarker's order.
   std::array<glm::dvec3, 4> corners_world_m{};
 };
 
+// All markers of a scene.
 struct MarkerBoard {
   std::string dictionary;  // As MarkerDictionary::name.
   std::vector<BoardMarker> markers;
@@ -32,28 +33,29 @@ struct MarkerBoard {
 
 // {"format": "pleinair-markers", "version": 1, "dictionary": "apriltag_36h11",
 //  "markers": [{"id": 0, "corners_world_m": [[x, y, z] x 4]}]}
-// Throws  JsonError naming file, key and what was expected: also for an id that the dictionary has
-//         not or that comes twice, and for corners that are not those of a square, one after the
-//         other, to 5 %.
+// Throws JsonError naming file, key and what was expected. It refuses an id that the dictionary
+// does not have or that is given twice, and corners that are not those of a square, in order, to 5
+// %.
 MarkerBoard ReadMarkerBoard(const std::filesystem::path& file);
 std::string MarkerBoardText(const MarkerBoard& board);
 
-// The square of `size_m` a side about its centre, as a marker lies on a table: x along its top edge
+// The corners of a square with sides of `size_m` about its centre. x is along the marker's top edge
 // to the right, y from its bottom to its top, z out of it.
 std::array<glm::dvec3, 4> MarkerSquare(double size_m);
 
-// Corners seen and where they are, four for each marker that the board has.
+// Visible corners and their world points, four for each marker of the board.
 std::vector<PointMatch> MatchMarkers(const MarkerBoard& board,
                                      std::span<const DetectedMarker> seen);
 
+// The camera's pose, and the markers that it is from.
 struct BoardPose {
   CameraPose pose;
-  std::vector<int> markers;   // Ids that count: three of their corners do.
-  std::vector<int> left_out;  // Ids of the board, seen where they do not fit the others.
+  std::vector<int> markers;   // Ids of inliers: three of their corners are.
+  std::vector<int> left_out;  // Ids of the board that were seen but do not fit the others.
 };
 
-// The pose from all markers of the board that are in the picture. Reasons as FindCameraPose's, or
-// that none was seen; `expected_camera_from_world` as there.
+// Returns the pose from all markers of the board in the picture. Reasons as FindCameraPose's, or
+// that no marker was seen; `expected_camera_from_world` as there.
 // Throws  std::invalid_argument as FindCameraPose and DetectMarkers.
 tl::expected<BoardPose, UndeterminedPose> FindBoardPose(
     const Lens& lens,

@@ -85,7 +85,7 @@ class Placing {
     reference_id_ = reference_id;
   }
 
-  // Until no view shows a placed marker beside one that is not.
+  // Until no view shows a placed marker together with one that is not placed.
   void PlaceAll() {
     while (const auto next = NextMarker()) {
       if (!Place(*next)) hopeless_.insert(*next);
@@ -127,7 +127,7 @@ class Placing {
     return matches;
   }
 
-  // The marker that most views show beside placed ones.
+  // The marker that most views show together with placed ones.
   std::optional<int> NextMarker() const {
     std::map<int, int> views_of;
     for (const MarkerView* view : views_) {
@@ -160,7 +160,7 @@ class Placing {
         if (marker.id == id) shared.push_back({placed, marker});
       }
     }
-    // Those that show it large first.
+    // Views that show it large come first.
     std::stable_sort(shared.begin(), shared.end(), [](const Shared& a, const Shared& b) {
       return ShortestSidePx(a.marker) > ShortestSidePx(b.marker);
     });

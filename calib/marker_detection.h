@@ -20,10 +20,11 @@ struct MarkerDictionary {
   int marker_count = 0;  // Ids are 0 to marker_count - 1.
   int cells = 0;         // A side, the black border of one cell included.
 };
-// None for a name that is not known.
+// None for an unknown name.
 std::optional<MarkerDictionary> FindMarkerDictionary(std::string_view name);
 std::vector<std::string> MarkerDictionaryNames();
 
+// A marker in a picture.
 struct DetectedMarker {
   int id = 0;
   // Outer corners of the black border, integer coordinates at pixel centres: the marker's own top
@@ -31,13 +32,14 @@ struct DetectedMarker {
   std::array<glm::dvec2, 4> corners_px{};
 };
 
-// All markers found, by id and then from left to right. A marker needs a white rim of a cell, and
-// some 3 pixels a cell. Pictures of up to a megapixel are searched at twice their size, too.
+// All markers found, by id and then from left to right. A marker needs a white rim of one cell, and
+// some 3 pixels for each cell. Pictures of up to a megapixel are also searched at twice their size.
 //
-// Accuracy  corners where lines along the sides cross: 0.1 px rms on sharp synthetic pictures;
-// within
-//           0.5 px of another program's (median of 31) on tags of 12 to 34 px in photographs.
-// Source    Garrido-Jurado et al., Pattern Recognition 47(6), 2014 (cv::aruco), the corners apart.
+// Accuracy  corners are crossings of lines along the sides: 0.1 px rms on sharp synthetic pictures;
+//           within 0.5 px of another program's (median of 31) on tags of 12 to 34 px in
+//           photographs.
+// Source    Garrido-Jurado et al., Pattern Recognition 47(6), 2014 (cv::aruco), except for the
+//           corners.
 // Throws    std::invalid_argument for a dictionary that FindMarkerDictionary does not know.
 std::vector<DetectedMarker> DetectMarkers(const Gray8Image& picture, const std::string& dictionary);
 
@@ -47,7 +49,8 @@ Gray8Image MarkerPicture(const Rgb8Image& codes);
 // markers in shade keep their contrast. Values that are not finite or negative become black.
 Gray8Image MarkerPicture(const RgbImage& radiance);
 
-// The marker to print: `pixels_per_cell` to a cell, a white rim of one cell around it.
+// Returns the marker to print: `pixels_per_cell` pixels for each cell, with a white rim of one
+// cell.
 // Throws  std::invalid_argument naming the value: a dictionary or id that is not there, a size
 //         below 1.
 Gray8Image DrawMarker(const std::string& dictionary, int id, int pixels_per_cell);

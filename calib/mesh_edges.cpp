@@ -30,7 +30,7 @@ std::vector<std::uint32_t> FirstAtPlace(const Mesh& mesh) {
   return at;
 }
 
-// Whether the surface of `side` goes on beyond the edge, in its plane and material.
+// Whether the surface of `side` continues beyond the edge, in its plane and material.
 bool GoesOn(const Mesh& mesh,
             const RayCaster& rays,
             const glm::dvec3& from,

@@ -20,12 +20,12 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr std::size_t kMostPoses = 256;  // Of fast trackers: bounds the cost.
+constexpr std::size_t kMostPoses = 256;  // For fast trackers: bounds the cost.
 // Below what any picture shows, and above rounding errors of poses 1e6 m from the origin.
 constexpr double kLeastNoisePx = 0.002;
 
-// A change of pose as a vector whose length is what it moves in the picture: rms pixels over points
-// at the middle of the view and halfway to its corners, at two distances.
+// A change of pose as a vector whose length is the shift in the picture. The shift is in rms pixels
+// over points at the middle of the view and halfway to its corners, at two distances.
 class PixelMetric {
  public:
   PixelMetric(const CameraIntrinsics& camera, double distance_m) {
@@ -67,10 +67,10 @@ class PixelMetric {
 
 struct PoseNoise {
   double variance_px2 = 0.0;  // Summed over the six.
-  double degrees = 6.0;       // Of freedom: 1 where all of it is along one of them.
+  double degrees = 6.0;       // Degrees of freedom: 1 where all of the variance is along one.
 };
 
-// How far each pose is from the line between its neighbours, with a pose's own noise.
+// Distance of each pose from the line between its neighbours, in units of a pose's own noise.
 PoseNoise NoiseOf(const std::vector<Vector6>& places, const std::deque<TimedPose>& poses) {
   std::vector<Vector6> off;
   std::vector<double> squares;
@@ -97,10 +97,10 @@ PoseNoise NoiseOf(const std::vector<Vector6>& places, const std::deque<TimedPose
   return {trace, trace * trace / covariance.squaredNorm()};
 }
 
-// What a squared mean of noise is above once in 10^4 times, over its expectation: Wilson and
-// Hilferty's chi-square (PNAS 17(12), 1931).
+// The value, over its expectation, that a squared mean of noise exceeds once in 10^4 times: Wilson
+// and Hilferty's chi-square (PNAS 17(12), 1931).
 double LargestOfNoise(double degrees) {
-  constexpr double kNormalQuantile = 3.719;  // Of 1 - 1e-4.
+  constexpr double kNormalQuantile = 3.719;  // Normal quantile of 1 - 1e-4.
   const double variance = 2.0 / (9.0 * degrees);
   const double root = 1.0 - variance + kNormalQuantile * std::sqrt(variance);
   return root * root * root;

@@ -1,4 +1,4 @@
-// Steadies the poses of a camera at rest, and leaves those of a moving one as they are.
+// Averages the poses of a camera at rest, and does not change those of a moving one.
 #pragma once
 
 #include <deque>
@@ -10,48 +10,49 @@
 
 namespace pleinair {
 
+// Set-up of the filter.
 struct PoseFilterOptions {
-  // Poses are compared by how far apart they show things at half and at twice this distance.
+  // Poses are compared by the shift in the picture of things at half and at twice this distance.
   double distance_m = 5.0;
-  // What is averaged over at most: long enough to lower the noise of 10 poses a second to a fifth.
+  // Longest time to average over: long enough to lower the noise of 10 poses a second to a fifth.
   double window_s = 3.0;
-  // A camera is not taken to be at rest from fewer: half a second at 30 a second. With fewer, a
-  // slow motion is noticed only after it has left the mean by more than a pixel.
+  // Least number of poses for a camera at rest: half a second at 30 a second. With fewer, a slow
+  // motion would be noticed only after it has left the mean by more than a pixel.
   int least_poses = 16;
-  // Poses that scatter more are motion, not noise: a hand's tremor is to be followed.
+  // Poses that scatter more are motion, not noise: the tremor of a hand is followed.
   double most_noise_px = 1.0;
 
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
 
-// What PoseFilter keeps from pose to pose.
+// The state of PoseFilter.
 struct PoseFilterState {
-  std::deque<TimedPose> recent;  // As they came, oldest first.
-  glm::dmat4 last_result{1.0};   // Of the newest of them.
-  // For reports: how many poses the last result is the mean of (1: it is the pose itself), and the
-  // noise that was measured, rms; 0: not yet.
+  std::deque<TimedPose> recent;  // As received, oldest first.
+  glm::dmat4 last_result{1.0};   // The filtered pose for the newest one.
+  // For reports: the number of poses of the last mean (1: the pose itself), and the measured noise,
+  // rms; 0: not yet.
   int averaged = 0;
   double noise_px = 0.0;
 };
 
-// The result is the mean of the longest run of last poses that a camera at rest can have given, of
-// least_poses or more; where there is none it is the newest pose, unchanged.
+// The result is the mean of the longest run of latest poses, at least least_poses, that are
+// consistent with a camera at rest. Where there is none, it is the newest pose, unchanged.
 //
 // Test     A run is at rest if no 1, 2, 4, 8 ... of its last or first poses have a mean that is
-//          farther from the mean of the others than their noise explains, at a level of 1e-4 each
-//          (adaptive windowing: Bifet and Gavalda, SIAM Data Mining 2007; there the bound is
-//          Hoeffding's, here the noise is known). Distances are rms pixels over points in view; a
-//          sum of correlated squares is taken as a chi-square of fitted degrees (Satterthwaite,
+//          farther from the mean of the others than their noise explains, at a level of 1e-4 each.
+//          This is adaptive windowing (Bifet and Gavalda, SIAM Data Mining 2007; there the bound is
+//          Hoeffding's, here the noise is known). Distances are rms pixels over points in view. A
+//          sum of correlated squares is treated as a chi-square of fitted degrees (Satterthwaite,
 //          Biometrics 2(6), 1946).
-// Noise    From second differences of the poses, which steady motion cancels out of; their largest
-//          are left out.
-// Accuracy Poses with 0.5 px of noise, 30 a second: 0.06 px rms at rest. A camera that
-//          creeps by less than 0.1 px a pose is up to 0.4 px behind; a faster one is not behind
-//          once it is noticed to move, and by less than 1 px (two deviations of the noise) before.
-// Gaps     Poses older than window_s count no more. A pose that is not later than the one before
-//          begins again. One that equals the one before is no new measurement: the last result
-//          holds.
+// Noise    From second differences of the poses, in which steady motion cancels; the largest are
+//          left out.
+// Accuracy For poses with 0.5 px of noise, 30 a second: 0.06 px rms at rest. For a camera that
+// creeps by less than 0.1 px a pose the result is up to 0.4 px behind. For a faster one it is not
+// behind once the motion is noticed, and by less than 1 px (two deviations of the noise) before.
+// Gaps     Poses older than window_s are dropped. A pose that is not later than the one before
+//          restarts the filter. One that equals the one before is no new measurement: the last
+//          result holds.
 // Cost     10 us at 30 poses a second.
 // Threads  The class has no state of its own.
 class PoseFilter {
@@ -59,7 +60,7 @@ class PoseFilter {
   // Throws as PoseFilterOptions::Validate.
   explicit PoseFilter(const PoseFilterOptions& options = {});
 
-  // Throws std::invalid_argument where the pose is none (FaultOfPose).
+  // Returns the filtered pose. Throws std::invalid_argument for an invalid pose (FaultOfPose).
   glm::dmat4 Update(const CameraIntrinsics& camera,
                     const TimedPose& pose,
                     PoseFilterState& state) const;

@@ -13,10 +13,11 @@
 
 namespace pleinair {
 
+// Set-up of the track; seconds.
 struct PoseTrackOptions {
-  // A frame between two poses that are no farther apart has a pose between them.
+  // Largest gap between two poses between which a frame's pose is interpolated.
   double most_gap_s = 0.2;
-  // How long a pose stands for frames after it, or before it, where there is none on their other
+  // How long a pose is used for frames after it, or before it, where there is none on their other
   // side; 0 or more.
   double hold_s = 0.2;
 
@@ -24,26 +25,29 @@ struct PoseTrackOptions {
   void Validate() const;
 };
 
+// The pose at a time.
 struct TrackPose {
   glm::dmat4 camera_from_world{1.0};
-  double held_s = 0.0;  // How far the frame's time is from the pose that stands for it; 0: between.
+  double held_s = 0.0;  // Time from the frame to the pose that is used for it; 0: interpolated.
 };
 
+// One thread at a time.
 class PoseTrack {
  public:
   // Keeps the `most_poses` latest; 0: all. Throws as PoseTrackOptions::Validate.
   explicit PoseTrack(const PoseTrackOptions& options = {}, std::size_t most_poses = 0);
 
-  // In any order of times; of two poses with one time the later call's holds. Throws
-  // std::invalid_argument, one line, for what is no pose (FaultOfPose).
+  // Adds a pose, in any order of times; of two poses with one time the later call's holds. Throws
+  // std::invalid_argument, one line, for an invalid pose (FaultOfPose).
   void Add(const TimedPose& pose);
 
   bool IsEmpty() const { return poses_.empty(); }
   // Whether a pose at `time` or later is there: then no further one is needed for At.
   bool Reaches(UtcTime time) const { return !IsEmpty() && poses_.back().time >= time; }
-  // Of the latest pose; throws std::logic_error where there is none.
+  // Time of the latest pose; throws std::logic_error where there is none.
   UtcTime LatestTime() const;
-  // The camera's pose at `time`, or one line that says by how much the nearest pose is too far.
+  // Returns the camera's pose at `time`, or one line with the distance of the nearest pose, which
+  // is too far.
   tl::expected<TrackPose, std::string> At(UtcTime time) const;
 
  private:

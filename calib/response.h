@@ -1,4 +1,4 @@
-// What a camera makes of light: linear exposure in [0, 1] to 8-bit code values and back.
+// A camera's response: linear exposure in [0, 1] to 8-bit code values and back.
 #pragma once
 
 #include <array>
@@ -18,13 +18,13 @@ namespace pleinair {
 double SrgbFromLinear(double linear);
 double LinearFromSrgb(double encoded);
 
-// What an 8-bit code says of a measurement. From 254 on: a camera whose white is not quite at 255
-// (JPEG's rounding, a gain applied after clipping) puts clipped light one code below.
+// Limits of 8-bit codes for measurements. Clipped from 254 on: a camera whose white is not quite at
+// 255 (JPEG's rounding, a gain applied after clipping) puts clipped light one code below.
 inline constexpr int kClippedFromCode = 254;
 // Up to 2 the code is read noise and rounding: half a code is a quarter of the value or more.
 inline constexpr int kNoiseFloorUpToCode = 2;
 
-// The light in [0, 1] that each code of each channel (R, G, B) stands for.
+// The light in [0, 1] of each code of each channel (R, G, B).
 using ResponseTable = std::array<std::array<float, 256>, 3>;
 
 // A monotone curve per channel.
@@ -39,15 +39,15 @@ class ResponseCurve {
   // Throws std::runtime_error naming file, place and what was expected.
   static ResponseCurve FromFile(const std::filesystem::path& file);
 
-  // The text of a file that FromFile reads, to the last bit.
+  // Returns the text of a file that FromFile reads back bit for bit.
   std::string FileText() const;
 
   const std::array<float, 256>& LinearOfCode(int channel) const {
     return channels_.at(static_cast<std::size_t>(channel)).linear_of_code;
   }
   glm::vec3 LinearFromCode(const glm::u8vec3& code) const;
-  // Nearest code; values are clipped to [0, 1] first, as the camera does. NaN gives 0. Of codes
-  // that stand for the same light (a flat end of the curve) the highest.
+  // Returns the nearest code; values are clipped to [0, 1] first, as the camera does. NaN gives 0.
+  // Among codes of the same light (a flat end of the curve) it is the highest.
   glm::u8vec3 CodeFromLinear(const glm::vec3& linear) const;
 
  private:
@@ -56,11 +56,11 @@ class ResponseCurve {
     std::array<float, 256> linear_of_code{};
     // Linear value from which on the code is at least its index + 1, ascending.
     std::array<float, 255> threshold_above_code{};
-    // The code at the lower end of each of kGuesses equal parts of [0, 1]: where to begin looking.
+    // The code at the lower end of each of kGuesses equal parts of [0, 1]: the start of the search.
     std::array<std::uint8_t, kGuesses> guess{};
 
     // Thresholds and guesses from linear_of_code: only the values at the codes are known, so the
-    // camera is taken to change its code halfway between them.
+    // camera is assumed to change its code halfway between them.
     void FillThresholds();
     void FillGuesses();
     std::uint8_t Code(float linear) const;

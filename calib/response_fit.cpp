@@ -60,9 +60,9 @@ double CodeWeight(double code, const CodeRange& range) {
   return std::min(code - range.low + 1.0, 0.25 * (range.high + 1.0 - code) + 1.0);
 }
 
-// The median code in the darker picture for each code in the brighter one, not the other way round:
-// the brighter picture has less noise, and a code that is given draws the median towards where the
-// scene has more pixels by as much as it is noisy.
+// The median code in the darker picture for each code in the brighter one, and not vice versa. The
+// condition on a noisy code pulls the median towards codes of which the scene has more pixels, and
+// the brighter picture has less noise.
 void AddMedians(const JointHistogram& counts,
                 const CodeRange& range,
                 double log_ratio,

@@ -41,7 +41,7 @@ class PowerLawCurve {
   explicit PowerLawCurve(std::vector<std::pair<double, double>> nodes) : nodes_(std::move(nodes)) {}
 
   double Light(double code) const {
-    // A camera's darkest code has no light: half a code stands for it, so that powers exist.
+    // A camera's darkest code has no light: half a code replaces it, so that powers exist.
     const double u = std::log(std::max(code, 0.5));
     std::size_t upper = 1;
     while (upper + 1 < nodes_.size() && code > nodes_[upper].first) ++upper;
@@ -92,8 +92,8 @@ LogarithmicCurve FitCurve(std::span<const ResponseSample> samples) {
     darkest = std::min(darkest, sample.light);
     brightest = std::max(brightest, sample.light);
   }
-  // From next to nothing (a straight logarithm) to far above all light (a straight line); the
-  // error has one valley there, but a grid costs nothing and does not rely on that.
+  // From nearly 0 (a logarithm) to far above all light (a straight line). The error has one minimum
+  // there, but a grid costs nothing and does not rely on that.
   LogarithmicCurve best = FitLine(samples, 0.0);
   const double low = std::log(1e-4 * darkest);
   const double high = std::log(1e3 * brightest);

@@ -22,7 +22,7 @@ glm::dvec3 RotationVectorOf(const glm::dmat3& rotation) {
   glm::dquat turned = glm::normalize(glm::quat_cast(rotation));
   if (turned.w < 0.0) turned = -turned;  // The shorter way round.
   const glm::dvec3 axis(turned.x, turned.y, turned.z);
-  const double sine = glm::length(axis);  // Of half the angle.
+  const double sine = glm::length(axis);  // Sine of half the angle.
   // To first order where the angle is too small for its axis: 2 sin(a/2) = a to a^3 / 24.
   if (!(sine > 1e-9)) return 2.0 * axis;
   return axis * (2.0 * std::atan2(sine, turned.w) / sine);

@@ -1,4 +1,4 @@
-// A camera's pose at a time, and what lies between two.
+// A camera's pose at a time, and interpolation between two.
 #pragma once
 
 #include <string>
@@ -10,15 +10,16 @@
 
 namespace pleinair {
 
+// A pose at a time, UTC.
 struct TimedPose {
   UtcTime time{};
   glm::dmat4 camera_from_world{1.0};
 };
 
 // A small motion from one pose to another, in the first one's camera axes. It does not depend on
-// where the world's origin is.
+// the world's origin.
 struct PoseChange {
-  glm::dvec3 moved_m{0.0};     // Of the camera's centre.
+  glm::dvec3 moved_m{0.0};     // Motion of the camera's centre.
   glm::dvec3 turned_rad{0.0};  // Axis times angle: a direction v of the first camera is, in the
                                // second, exp(turned) v.
 };
@@ -26,15 +27,15 @@ PoseChange ChangeBetween(const glm::dmat4& from, const glm::dmat4& to);
 // `from` after `change`: the inverse of the above.
 glm::dmat4 Changed(const glm::dmat4& from, const PoseChange& change);
 
-// Of any two times: their difference in ticks may be too large for these.
+// Difference of any two times: in ticks it may overflow.
 double SecondsFromTo(UtcTime from, UtcTime to);
 
-// The camera moves straight and turns about one axis, both at constant speed. Before the first and
-// after the second pose it stands still. The two may be of one time: the second one holds there.
+// Interpolates: the camera moves straight and turns about one axis, both at constant speed. It is
+// at rest before the first and after the second pose. For two poses of one time, the second holds.
 glm::dmat4 PoseBetween(const TimedPose& first, const TimedPose& second, UtcTime time);
 
-// What is expected where `camera_from_world` is not rigid (to 1e-5: poses are written with six
-// digits or more), a mirror image or not finite; empty where it is a pose.
+// Returns what is expected where `camera_from_world` is not rigid (to 1e-5: poses are written with
+// six digits or more), mirrored or not finite; empty for a valid pose.
 std::string FaultOfPose(const glm::dmat4& camera_from_world);
 
 }  // namespace pleinair

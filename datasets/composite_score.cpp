@@ -36,7 +36,7 @@ double LargestDifference(const glm::dvec3& a, const glm::dvec3& b) {
 bool IsIdentical(const glm::vec3& input, const glm::vec3& composite) {
   for (int c = 0; c < 3; ++c) {
     const float expected = static_cast<float>(Imath::half(input[c]));
-    // What is not a number stays so; which bits it has does not matter.
+    // NaN stays NaN; its bits do not matter.
     if (std::isnan(expected) && std::isnan(composite[c])) continue;
     if (expected != composite[c]) return false;
   }

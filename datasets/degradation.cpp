@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Each has a stream of its own.
+// Each has its own random stream.
 enum class Draw {
   kGain,
   kExposure,
@@ -166,7 +166,7 @@ RgbImage ClippedMap(RgbImage map, double times_brightest_sky) {
   return map;
 }
 
-// What is written otherwise, or stays away: names in the source's folder.
+// Names in the source's folder that are written differently, or left out.
 bool IsReplaced(const Sequence& source, const fs::path& relative) {
   const fs::path top = *relative.begin();
   if (top == "truth" || relative == "sequence.json" || relative == source.scene_mesh) return true;

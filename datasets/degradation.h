@@ -1,7 +1,8 @@
-// A rendered recording made as imperfect as a real one: its camera, poses, mesh, north and survey.
+// Adds the imperfections of a real recording to a rendered one: to camera, poses, mesh, north and
+// survey.
 //
-// For scoring: it reads the truth where guessed albedos are to be off by a known amount, and shows
-// the truth's pictures as the imperfect camera takes them.
+// For scoring only: it reads the truth for guessed albedos with a known error, and for the truth's
+// pictures as the imperfect camera takes them.
 #pragma once
 
 #include <cstdint>
@@ -17,49 +18,51 @@
 
 namespace pleinair {
 
-// How large each imperfection is. All 0: an 8-bit camera with noise, known in all else.
+// Sizes of the imperfections. All 0: an 8-bit camera with noise, and everything else is known.
 struct Imperfections {
   // Imperfections of the camera's pictures, in the order in which they arise.
-  double gain_log_stddev = 0.0;   // White balance unknown: of red's and blue's gain over green's.
-  double exposure_ev = 0.0;       // Above 0 no frame states it, and it wanders by about this.
-  double veil_share = 0.0;        // Of the mean picture, added by flare and haze.
-  double vignette_share = 0.0;    // Of the light, lost in the corners.
+  // White balance unknown: log deviation of red's and blue's gain over green's.
+  double gain_log_stddev = 0.0;
+  double exposure_ev = 0.0;       // Above 0: no frame states it, and it varies by about this.
+  double veil_share = 0.0;        // Share of the mean picture, added by flare and haze.
+  double vignette_share = 0.0;    // Share of the light that the corners lose.
   double saturation = 0.0;        // Gain about the grey axis: 1 + |draw| times this.
-  double curve_log_stddev = 0.0;  // Of a gamma on top of sRGB.
+  double curve_log_stddev = 0.0;  // Log deviation of a gamma on top of sRGB.
   double sharpening = 0.0;        // Amount of the unsharp mask.
   double jpeg_loss = 0.0;         // The quality is 100 less this.
   // Imperfections of measurements that are made once.
-  double pose_deg = 0.0;   // The camera is turned by this about some axis,
-  double pose_m = 0.0;     // and off by about this.
-  double mesh_m = 0.0;     // Vertices are off by about this; those on the ground stay on it.
+  double pose_deg = 0.0;   // The camera is turned by this about a random axis,
+  double pose_m = 0.0;     // and displaced by about this.
+  double mesh_m = 0.0;     // Vertices are displaced by about this; those on the ground stay on it.
   double north_deg = 0.0;  // Mesh, objects and cameras are turned by this about the zenith.
   // Imperfections of the survey.
-  std::optional<double> map_clipped_at;  // Times its brightest sky (99th percentile).
-  bool map_withheld = false;             // Albedos are then the materials', guessed:
-  double albedo_log_stddev = 0.0;        // a material's true mean, off by about this.
+  // Clipped at this times its brightest sky (99th percentile).
+  std::optional<double> map_clipped_at;
+  bool map_withheld = false;       // Albedos are then the materials', guessed:
+  double albedo_log_stddev = 0.0;  // a material's true mean, with about this log error.
 
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
 
-// The imperfections that a seed draws. A draw depends on its imperfection alone, and scales with
-// its size: sizes can be compared with the same seed, and imperfections be added.
+// The imperfections drawn with a seed. A draw depends only on its imperfection, and scales with its
+// size. So sizes can be compared with the same seed, and imperfections can be combined.
 class Degradation {
  public:
   // Throws as Imperfections::Validate.
   Degradation(const Imperfections& sizes, std::uint64_t seed);
 
-  // The 8-bit picture that the camera takes of `radiance` as its `frame`-th; exposure is what a
-  // perfect camera's would be. Its noise depends on the seed and on `frame`.
+  // Returns the 8-bit picture that the camera takes of `radiance` as its frame number `frame`;
+  // `exposure` is that of a perfect camera. Its noise depends on the seed and on `frame`.
   Rgb8Image Picture(const RgbImage& radiance, double exposure, int frame) const;
 
-  // Writes to the empty `folder` what a person would have recorded of `frames` of `source`,
-  // numbered from 0: sequence.json, 8-bit frames alone, mesh, survey map and what else is in the
-  // source's folder, but not its truth/.
+  // Writes to the empty `folder` an imperfect recording of `frames` of `source`, numbered from 0.
+  // It contains sequence.json, 8-bit frames only, mesh, survey map and all other files of the
+  // source's folder except its truth/.
   //
-  // Throws  std::runtime_error naming file and what was expected: a frame without a linear picture
-  //         or exposure, a mesh that is no OBJ where vertices are to be moved, no mean albedos in
-  //         the truth where they are to be guessed.
+  // Throws  std::runtime_error naming file and what was expected. Refused are a frame without a
+  //         linear picture or exposure, a mesh that is no OBJ where vertices are to be moved, and a
+  //         truth without mean albedos where they are to be guessed.
   void Write(const Sequence& source,
              std::span<const int> frames,
              const std::filesystem::path& folder) const;

@@ -14,8 +14,8 @@
 namespace pleinair {
 namespace {
 
-// What the file says now: a caller's sequence may lack what its settings leave out, the survey map
-// and its mask.
+// The file's present content: a caller's sequence may lack parts that its settings leave out, the
+// survey map and its mask.
 Sequence AsWritten(const Sequence& sequence) {
   return sequence.file.filename() == "site.json"
              ? ReadSite(sequence.folder, UtcTime{}, SequencePoses::kMayBeAbsent)

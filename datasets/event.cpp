@@ -46,7 +46,7 @@ void EventLog::Add(Event event) {
   const std::lock_guard lock(mutex_);
   counts_[static_cast<std::size_t>(event.kind)] += event.count;
   if (IsSummed(event.kind)) {
-    // The last one of its kind that nobody has taken.
+    // The last one of its kind that has not been taken.
     const auto same = std::find_if(events_.rbegin(), events_.rend(), [&](const Event& other) {
       return other.kind == event.kind;
     });

@@ -1,4 +1,4 @@
-// What happens to a live run: a drop, a reconnection, a control that was not accepted.
+// Events of a live run: a drop, a reconnection, a control that was not accepted.
 #pragma once
 
 #include <array>
@@ -13,9 +13,10 @@
 
 namespace pleinair {
 
+// The kind of an event; see NameOf for its text.
 enum class EventKind {
   kStarted,
-  kPreparing,     // The site: pictures pass as they came.
+  kPreparing,     // The site is being prepared; pictures pass without objects.
   kPrepared,      // The site: pictures are composited from now on.
   kControl,       // Refused, clamped or missing.
   kClock,         // Stepped, or not synchronised.
@@ -28,7 +29,7 @@ enum class EventKind {
   kFormatChanged,
   kReconnected,
   kDisk,
-  kSite,    // Gone, or there again.
+  kSite,    // The site's folder is gone, or back.
   kOutput,  // A place that the picture goes to has failed.
   kPose,    // From outside: refused, or an old one is held.
   kEnded,
@@ -37,22 +38,23 @@ inline constexpr std::size_t kEventKinds = static_cast<std::size_t>(EventKind::k
 // "frame-dropped".
 std::string_view NameOf(EventKind kind);
 
+// One line of events.jsonl.
 struct Event {
   UtcTime time{};
   EventKind kind = EventKind::kStarted;
   std::string text;        // One line.
-  std::int64_t count = 1;  // Of drops and losses: so many frames.
+  std::int64_t count = 1;  // Number of frames, for drops and losses.
 };
 
-// Any thread. Frames that are dropped, lost or damaged within a second are one event, and so are
+// Thread-safe. Frames that are dropped, lost or damaged within a second are one event, and so are
 // poses.
 class EventLog {
  public:
   void Add(Event event);
-  // Those that nobody has taken, in order; not what may still be added to.
+  // Returns the events since the last call, in order, without those that may still grow.
   std::vector<Event> Take(UtcTime now);
   std::vector<Event> TakeAll();
-  // Of all events so far.
+  // Over all events so far.
   std::int64_t CountOf(EventKind kind) const;
 
  private:

@@ -1,4 +1,4 @@
-// The fish-eye camera of a sequence, put together from what sequence.json and its calibration say.
+// The fish-eye camera of a sequence, from sequence.json and its calibration.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,15 @@
 
 namespace pleinair {
 
+// Camera and colours of a fish-eye.
 struct FisheyeSetup {
   FisheyeCamera camera;
-  // Radiance as the room camera would measure it from what the fish-eye camera measures.
+  // Converts radiance of the fish-eye camera to that of the room camera.
   std::optional<glm::dmat3> room_from_fisheye_rgb;
 };
 
-// The setup of the fish-eye camera that `entry` describes; the calibration is read from `folder`.
+// Returns the set-up of the fish-eye camera that `entry` describes; the calibration is read from
+// `folder`.
 //
 // Lens         the calibration's, of the stated model and size, valid up to half the stated field
 //              of view; without one the ideal lens whose circle fills the shorter side.

@@ -11,6 +11,8 @@
 
 namespace pleinair {
 
+// Sun and sky of one line, in the run's radiance units times sr: sun normal to the beam, sky
+// horizontal.
 struct RecordedLight {
   std::optional<glm::dvec3> sun_direction_enu;  // Unit.
   std::optional<glm::dvec3> sun_irradiance_rgb;
@@ -19,19 +21,21 @@ struct RecordedLight {
   std::optional<glm::dvec3> sky_irradiance_stddev_rgb;
 };
 
+// One line of lighting.jsonl.
 struct LightingRecord {
   int frame = 0;
-  std::optional<std::string> error;  // Of a frame that failed; then there is no light.
+  std::optional<std::string> error;  // The reason of a failed frame; then there is no light.
   RecordedLight light;
-  std::optional<RecordedLight> raw;                // Before the filter over time.
-  std::map<std::string, glm::dvec3> sky_shape;     // Share of each shape; empty where not given.
-  std::optional<std::filesystem::path> sky_image;  // Whose shape the sky has; as seen from here.
+  std::optional<RecordedLight> raw;             // Before the filter over time.
+  std::map<std::string, glm::dvec3> sky_shape;  // Share of each shape; empty where not given.
+  // Image with the sky's shape; absolute, or relative to the working folder.
+  std::optional<std::filesystem::path> sky_image;
   std::optional<bool> sun_observable;
 };
 
-// One entry a line, in the file's order; sky_image is relative to the file; keys that are not in
-// the structs above are passed over, and null stands for what a source cannot know. Throws
-// std::runtime_error naming file, line, key and what was expected; for a frame given twice.
+// Returns one entry for each line, in the file's order. sky_image is relative to the file. Keys
+// that are not in the structs above are ignored; null is a value that the source does not know.
+// Throws std::runtime_error naming file, line, key and what was expected; for a frame given twice.
 std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& file);
 
 }  // namespace pleinair

@@ -9,7 +9,7 @@
 namespace pleinair {
 namespace {
 
-// What is required of an estimate where sun and sky cannot be distinguished.
+// Requirements on an estimate where sun and sky cannot be distinguished.
 constexpr double kMaxErrorSigmas = 3.0;
 constexpr double kMaxStddevOfClearBeam = 0.4;
 

@@ -1,4 +1,4 @@
-// How far an estimate of sun and sky is from the truth.
+// The error of an estimate of sun and sky against the truth.
 #pragma once
 
 #include <optional>
@@ -12,17 +12,18 @@
 
 namespace pleinair {
 
-// One frame's. What has no meaning (a ratio to a black sky, the colour of a black light) or is not
-// known (a standard deviation) is none.
+// The score of one frame. Values without meaning (a ratio to a black sky, the colour of a black
+// light) or unknown ones (a standard deviation) are none.
 struct LightScore {
   // Mean over RGB of |error|, over the sequence's largest true sun (mean over RGB).
   std::optional<double> sun_error;
   // Mean over RGB of |error|, over the mean over RGB of this frame's true sky.
   std::optional<double> sky_error;
-  // Mean over RGB of |sun / sky over the true sun / sky - 1|: what relative light can be held to.
-  // None where the true sun is below 5 % of the sequence's largest.
+  // Mean over RGB of |sun / sky over the true sun / sky - 1|: the error that is defined for
+  // relative light. None where the true sun is below 5 % of the sequence's largest.
   std::optional<double> sun_to_sky_error;
-  // Angles between the RGB vectors, estimated and true: an error of colour, whatever the strength.
+  // Angles between the estimated and the true RGB vectors: an error of colour, independent of the
+  // intensity.
   std::optional<double> sun_colour_angle_rad;
   std::optional<double> sky_colour_angle_rad;
   std::optional<double> sun_direction_error_rad;
@@ -41,16 +42,16 @@ struct LightScore {
 // Mean over RGB of the brightest true sun.
 double LargestTrueSun(const std::vector<TruthFrame>& truth);
 
-// None where the record has no light. `clear_beam_rgb` is the beam that a clear sky would let
-// through at the frame's time.
+// Returns the score; none where the record has no light. `clear_beam_rgb` is the beam under a clear
+// sky at the frame's time.
 std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
                                      const TruthFrame& truth,
                                      double largest_true_sun,
                                      const glm::dvec3& clear_beam_rgb);
 
-// |log| of the estimated sun over sky, over the true one, per channel: what an unknown exposure and
-// white balance leave alone. At most log(100), which stands for no sun or no sky at all. None where
-// the record has no light, and where sun_to_sky_error is.
+// |log| of the estimated sun over sky, over the true one, per channel: independent of an unknown
+// exposure and white balance. At most log(100), the value for no sun or no sky at all. None where
+// the record has no light, and where sun_to_sky_error is none.
 std::optional<glm::dvec3> LogSunOverSkyError(const RecordedLight& estimate,
                                              const TruthFrame& truth,
                                              double largest_true_sun);
@@ -63,7 +64,7 @@ struct SigmaCoverage {
   double within_2 = 0.0;
 };
 
-// Over frames. An entry is none where no frame has that score.
+// Statistics over frames. An entry is none where no frame has that score.
 struct LightSummary {
   int frames = 0;
   std::optional<Distribution> sun_error;
@@ -74,11 +75,13 @@ struct LightSummary {
   std::optional<Distribution> sun_direction_error_rad;
   std::optional<SigmaCoverage> sun_sigma;
   std::optional<SigmaCoverage> sky_sigma;
-  // How many of the frames with known standard deviations state what they do not know.
+  // Frames for which LightScore::SaysWhatItDoesNotKnow is true, of the with_stddev frames with
+  // known standard deviations.
   int says_what_it_does_not_know = 0;
   int with_stddev = 0;
 };
 
+// Summarises the scores of frames; entries that are none are left out.
 LightSummary SummariseLight(const std::vector<LightScore>& scores);
 
 }  // namespace pleinair

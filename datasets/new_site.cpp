@@ -50,10 +50,10 @@ fs::path FreeName(const fs::path& folder, const std::string& stem, const std::st
 }
 
 // Notes in the site's file on which file of the folder is made here, so that the next one replaces
-// it and nobody's own.
+// it and no file of a person.
 std::string MadeNote(const fs::path& name) { return name.string() + " is made by site new"; }
 
-// The file that `json[object][key]` names, where it is made here. `source` is never taken for one.
+// The file that `json[object][key]` names, where it was written by this module; never `source`.
 std::optional<fs::path> MadeBefore(const fs::path& folder,
                                    const Json& json,
                                    const char* object,
@@ -345,7 +345,7 @@ void SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
                              ": expected EXIF data with the focal length for 35 mm film; calibrate "
                              "the lens: pleinair calibrate lens");
   }
-  // Of 36 x 24 mm.
+  // Diagonal of 36 x 24 mm.
   constexpr double kFilmDiagonalMm = 43.27;
   CameraIntrinsics lens;
   lens.width_px = photo.width;

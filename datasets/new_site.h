@@ -1,5 +1,5 @@
-// A site's folder, made part by part: place, mesh, camera, lens, pose, albedo, objects. Each call
-// writes one part of site.json, completely or not at all, and copies what it names.
+// Makes a site's folder part by part: place, mesh, camera, lens, pose, albedo, objects. Each call
+// writes one part of site.json, completely or not at all, and copies the files that it names.
 #pragma once
 
 #include <array>
@@ -17,10 +17,10 @@
 
 namespace pleinair {
 
-// In what a mesh file is written.
+// Units and axes of a mesh file.
 struct MeshFrame {
   double unit_m = 1.0;   // > 0.
-  bool y_is_up = false;  // +X right, +Y up, +Z to the viewer; not of glTF, which is turned anyway.
+  bool y_is_up = false;  // +X right, +Y up, +Z to the viewer; not for glTF, which is turned anyway.
 
   glm::dmat4 MetresZUpFromFile() const;
 };
@@ -36,13 +36,14 @@ inline constexpr std::array kSiteParts{SitePart::kPlace,
                                        SitePart::kAlbedo,
                                        SitePart::kObjects};
 
+// One part of a site, for messages and questions.
 struct SitePartState {
   SitePart part{};
   std::string name;
-  std::optional<std::string> value;  // In words; none: missing.
-  bool is_required = true;           // Nothing runs without it.
-  std::string how;                   // To get it, in words.
-  std::string command;               // That writes it.
+  std::optional<std::string> value;  // The part's state in words; none: missing.
+  bool is_required = true;           // Required for every run.
+  std::string how;                   // How to get it, in words.
+  std::string command;               // The option that writes it.
 };
 
 // In kSiteParts' order. Throws std::runtime_error, one line, for a folder without a site's file, or
@@ -53,11 +54,13 @@ std::vector<SitePartState> SitePartsIn(const std::filesystem::path& folder);
 // std::runtime_error naming what is in the way.
 void StartSite(const std::filesystem::path& folder);
 
+// Writes the place. Throws std::invalid_argument as Site::Validate; std::runtime_error as
+// EditSiteFile.
 void SetSitePlace(const std::filesystem::path& folder, const Site& site);
 
-// Writes the mesh as scene.obj into the folder, in metres with +Z up; with a number where another
-// scene.obj is there. The mesh that this function has written before is removed. Returns the names
-// in diffuse_regions that the mesh lacks, which are dropped there. Throws as LoadMesh;
+// Writes the mesh as scene.obj into the folder, in metres with +Z up; the name has a number where
+// there is another scene.obj. The mesh that this function has written before is removed. Returns
+// the names in diffuse_regions that the mesh lacks, which are dropped there. Throws as LoadMesh;
 // std::runtime_error where coordinates are then beyond what LoadMesh takes.
 std::vector<std::string> SetSiteMesh(const std::filesystem::path& folder,
                                      const std::filesystem::path& mesh,
@@ -65,16 +68,15 @@ std::vector<std::string> SetSiteMesh(const std::filesystem::path& folder,
 // Names of its groups or materials. Throws std::runtime_error naming one that the mesh lacks.
 void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
-// A device or a camera's identity, for live runs; or a photograph, whose size and EXIF focal length
-// are a first lens where there is none. Throws std::runtime_error for a picture that cannot be
-// read.
+// Sets a device or a camera's identity, for live runs. Or uses a photograph: its size and EXIF
+// focal length are a first lens where there is none. Throws std::runtime_error for a picture that
+// cannot be read.
 void SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
-// In place of the one that is there, and of what is noted about that.
+// Replaces the lens, and notes about it.
 void SetSiteLens(const std::filesystem::path& folder, const CameraIntrinsics& lens);
 
-// `folder` and `out` as EditSiteFile takes them. Throws std::invalid_argument unless it is a
-// rotation and a translation; std::runtime_error where frames state their own poses, which come
-// before the camera's.
+// `folder` and `out` as for EditSiteFile. Throws std::invalid_argument unless it is a rotation and
+// a translation; std::runtime_error where frames state their own poses, which take precedence.
 void SetSitePose(const std::filesystem::path& folder,
                  const glm::dmat4& camera_from_world,
                  const std::filesystem::path& out = {});
@@ -90,7 +92,7 @@ void SetSiteEnvironment(const std::filesystem::path& folder,
                         const std::filesystem::path& map,
                         const glm::dvec3& position_m,
                         UtcTime time);
-// That the materials' Kd is measured, or guessed.
+// States that the materials' Kd is measured, or guessed.
 void SetSiteAlbedos(const std::filesystem::path& folder, bool known);
 
 // Copies the object's files and adds it, turned about the vertical, counter-clockwise from above.

@@ -1,4 +1,4 @@
-// What a frame knows from its picture alone.
+// Fills the fields of a frame that follow from its picture only.
 #pragma once
 
 #include <memory>
@@ -10,20 +10,20 @@
 
 namespace pleinair {
 
-// Sets `radiance`, `defects`, `clipped` and `unusable` of a linear picture, which is clipped
-// nowhere.
+// Sets `radiance`, `defects`, `clipped` and `unusable` for a linear picture, which is never
+// clipped.
 void SetRadiance(RgbImage radiance, Frame& frame);
-// Whether there is anything in such a picture to go by; `defects` are its own.
+// Whether such a picture has any finite pixel; `defects` are its own.
 bool HasFinitePixel(const RgbImage& radiance, const ImageDefects& defects);
 
-// Sets `codes`, `noise`, `radiance`, `clipped` and `unusable` of an 8-bit picture at
-// frame.exposure, 1 where that is unknown. `noise` is that of signals of `response`.
+// Sets `codes`, `noise`, `radiance`, `clipped` and `unusable` for an 8-bit picture at
+// frame.exposure, 1 where that is unknown. `noise` is for signals of `response`.
 void SetCodes(Rgb8Image codes,
               const ResponseCurve& response,
               std::shared_ptr<const SignalNoise> noise,
               Frame& frame);
 
-// Sets `radiance`, `defects`, `clipped` and `unusable` of a raw picture at frame.exposure, 1 where
+// Sets `radiance`, `defects`, `clipped` and `unusable` for a raw picture at frame.exposure, 1 where
 // that is unknown.
 void SetDeveloped(DevelopedPicture picture, Frame& frame);
 

@@ -121,7 +121,7 @@ std::vector<TimedPicture> PicturesIn(const fs::path& folder, const PictureTimes&
   for (const fs::path& file : files) {
     if (!times.start) {
       pictures.push_back(WithExifTime(file, times));
-      // What follows has the time of what it follows, and so keeps its place.
+      // A picture without a time gets the time of the one before it, and so keeps its place.
       if (!pictures.back().fault.empty() && pictures.size() > 1) {
         pictures.back().time = pictures[pictures.size() - 2].time;
       }

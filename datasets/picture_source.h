@@ -13,13 +13,13 @@
 
 namespace pleinair {
 
-// What is known of pictures' times beside what their files say.
+// Times of pictures, in addition to those in their files.
 struct PictureTimes {
-  // Of the first picture, in place of what the files say.
+  // Time of the first picture; replaces that in the files.
   std::optional<UtcTime> start;
   // From a picture of a folder to the next, with `start`.
   std::optional<std::chrono::nanoseconds> interval;
-  // Of EXIF times that state none: "Z", "+02:00".
+  // For EXIF times without an offset: "Z", "+02:00".
   std::string utc_offset;
 
   // Throws std::invalid_argument naming the field.
@@ -27,7 +27,7 @@ struct PictureTimes {
 };
 
 // Frames of a video file's pictures, at the times of their presentation after `times.start`, or
-// after what the container states as its creation. Their exposure is unknown.
+// after the container's time of creation. Their exposure is unknown.
 //
 // `site` as ReadSite gives it; copied. A picture that is damaged, or of another shape than the
 // site's camera's, is that frame's error. Throws std::runtime_error, one line with the file: no
@@ -48,13 +48,13 @@ std::unique_ptr<FrameSource> MakePictureFolderSource(const std::filesystem::path
                                                      const PictureTimes& times,
                                                      const CameraNoise& noise = {});
 
-// One of the two: whatever `input` is.
+// One of the two, by the kind of `input`.
 std::unique_ptr<FrameSource> MakeFrameSourceAt(const Sequence& site,
                                                const std::filesystem::path& input,
                                                const PictureTimes& times,
                                                const CameraNoise& noise = {});
 
-// The first frame's time of such a source, for ReadSite. Throws as it would.
+// The time of the first frame of such a source, for ReadSite. Throws as the source.
 UtcTime FirstPictureTime(const std::filesystem::path& input, const PictureTimes& times);
 
 }  // namespace pleinair

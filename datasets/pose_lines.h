@@ -11,12 +11,12 @@
 
 namespace pleinair {
 
-// Throws  JsonError, one line that begins with `label`: not JSON, an unknown key, a time or a pose
-//         that is none.
+// Throws  JsonError, one line that begins with `label`: not JSON, an unknown key, an invalid time
+//         or pose.
 TimedPose ReadPoseLine(std::string_view line, const std::string& label);
 
-// All lines of a file or pipe, up to its end; empty ones are passed over.
-// Throws  JsonError, one line with file and line number; where there is no pose in it.
+// Reads all lines of a file or pipe, up to its end; empty ones are ignored. Throws JsonError, one
+// line with file and line number; where there is no pose in it.
 PoseTrack ReadPoses(const std::filesystem::path& file, const PoseTrackOptions& options = {});
 
 }  // namespace pleinair

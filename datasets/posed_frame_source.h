@@ -1,4 +1,4 @@
-// Frames whose camera is where something beside the sequence says.
+// Frames with the camera's pose from a source outside the sequence.
 #pragma once
 
 #include <functional>
@@ -15,22 +15,22 @@
 
 namespace pleinair {
 
-// `sequence` for frames whose poses come from elsewhere: without its own, which may be absent. A
-// diffuse_mask over the first frame says nothing of a camera that moves, and is left out.
+// Returns `sequence` for frames with poses from elsewhere: without its own, which may be absent. A
+// diffuse_mask over the first frame does not hold for a camera that moves, and is left out.
 Sequence WithoutPoses(Sequence sequence);
 
 using PoseAtTime = std::function<tl::expected<TrackPose, std::string>(UtcTime)>;
-// Of a frame whose pose was held: PoseTrackOptions::hold_s.
+// For a frame whose pose was held: PoseTrackOptions::hold_s.
 using HeldPoseReport = std::function<void(const Frame&, double held_s)>;
 
-// `frames` with the camera where `pose_at` says at each frame's time, whatever pose a frame came
-// with. Where it says none, that is the frame's error ("camera pose is not known: ..."). `report`
-// may be empty.
+// Returns `frames` with the poses of `pose_at` at each frame's time, instead of their own. Where
+// there is none, that is the frame's error ("camera pose is not known: ..."). `report` may be
+// empty.
 std::unique_ptr<FrameSource> MakePosedFrameSource(std::unique_ptr<FrameSource> frames,
                                                   PoseAtTime pose_at,
                                                   HeldPoseReport report = {});
 
-// `frames` with poses steadied by PoseFilter. Throws as PoseFilterOptions::Validate.
+// Returns `frames` with poses filtered by PoseFilter. Throws as PoseFilterOptions::Validate.
 std::unique_ptr<FrameSource> MakeSteadyFrameSource(std::unique_ptr<FrameSource> frames,
                                                    const PoseFilterOptions& options = {});
 

@@ -31,7 +31,7 @@ glm::dvec3 ClearBeam(const Sequence& sequence, const glm::dvec3& sun_direction_e
   return ComputeClearSky(sequence.site.value_or(Site{}), elevation_rad).beam_rgb;
 }
 
-// What the composites of one run are compared with.
+// The reference of a run's composites.
 class CompositeScorer {
  public:
   CompositeScorer(const Sequence& sequence, const Mesh& phantom)
@@ -133,7 +133,7 @@ struct RunScorer::Impl {
   Mesh phantom;
   SunlitCounter sunlit;
   CompositeScorer composites;
-  std::map<int, SunlitShare> sunlit_share;  // As far as it was asked for.
+  std::map<int, SunlitShare> sunlit_share;  // As far as requested.
   std::map<int, FrameScore> added;
 
   explicit Impl(const Sequence& the_sequence)

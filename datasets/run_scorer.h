@@ -1,4 +1,4 @@
-// Scores a run of a sequence frame by frame, whether it was written or is still in memory.
+// Scores a run of a sequence frame by frame, from files or from memory.
 #pragma once
 
 #include <functional>
@@ -18,6 +18,7 @@ struct ScoredComposite {
   std::optional<Gray8Image> change;  // Its mask, 0 where nothing has changed.
 };
 
+// Collects frames of a run, then returns their score. One thread at a time.
 class RunScorer {
  public:
   // Reads truth/. Keeps a reference to `sequence`.
@@ -29,12 +30,12 @@ class RunScorer {
   // Whether the truth has the picture with the object for `frame`.
   bool HasPictureOf(int frame) const;
 
-  // Adds what the run says of record.frame; a frame without truth is passed over. `composite` is
-  // called where there is something to compare it with; what it throws is the reason why there is
-  // no score. Empty: the run has no composites, and none are missed.
+  // Adds the run's result for record.frame; a frame without truth is ignored. `composite` is called
+  // where the truth has a picture; an exception is the reason why there is no score. Empty: the run
+  // has no composites.
   void Add(const LightingRecord& record, const std::function<ScoredComposite()>& composite);
 
-  // The score of all that was added since the last call. Forgets it: the next run may be added.
+  // Returns the score of everything added since the last call, and starts again for the next run.
   Score Finish();
 
  private:

@@ -18,7 +18,7 @@ fs::path NumberedFile(const fs::path& folder, int frame, const char* extension) 
   return folder / name;
 }
 
-// What `out` has of a frame. Throws std::exception with what is missing.
+// Reads a frame's files in `out`. Throws std::exception with what is missing.
 ScoredComposite ReadComposite(const fs::path& out, int frame) {
   const fs::path file = NumberedFile(out / "composite", frame, "exr");
   if (!fs::exists(file)) throw std::runtime_error(file.string() + " is not there");

@@ -1,4 +1,4 @@
-// A run against its sequence's truth: `pleinair score`.
+// Compares a run with its sequence's truth: `pleinair score`.
 #pragma once
 
 #include <filesystem>
@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The score of one frame.
 struct FrameScore {
   int frame = 0;
   std::string time_utc;
@@ -25,6 +26,7 @@ struct FrameScore {
   bool IsWellPosed() const { return sunlit && sunlit->IsWellPosed(); }
 };
 
+// Statistics of the composites over frames.
 struct CompositeSummary {
   std::optional<Distribution> object_psnr_db;
   std::optional<Distribution> object_psnr_without_specular_db;
@@ -34,28 +36,30 @@ struct CompositeSummary {
   std::optional<Distribution> changed_of_unchanged;
 };
 
+// Statistics of the light over frames.
 struct LightSummaries {
   LightSummary all;
   LightSummary well_posed;
   LightSummary others;
 };
 
+// The score of a run.
 struct Score {
   std::string sequence;
   double largest_true_sun = 0.0;   // Mean over RGB.
   std::vector<FrameScore> frames;  // Every frame of the sequence.
   LightSummaries light;            // Filtered over time.
-  LightSummaries raw;              // Not.
+  LightSummaries raw;              // Not filtered.
   CompositeSummary composite;
 };
 
-// Reads the sequence, its truth/, and lighting.jsonl, composite/ and mask/ of `out`. What a frame
-// lacks (no truth, failed, no composite) is said in its `without`.
+// Reads the sequence, its truth/, and lighting.jsonl, composite/ and mask/ of `out`. Where a frame
+// lacks something (no truth, failed, no composite), its `without` says so.
 // Throws std::runtime_error naming file and place where the sequence, its truth or lighting.jsonl
 // cannot be read.
 Score ScoreRun(const std::filesystem::path& sequence_folder, const std::filesystem::path& out);
 
-// One object; angles in degrees, shares and errors as ratios, null for what there is not.
+// One JSON object; angles in degrees, shares and errors as ratios, null for missing values.
 std::string ToJson(const Score& score);
 // A table to print: one line per frame, then the summaries.
 std::string ToTable(const Score& score);

@@ -21,7 +21,7 @@
 
 namespace pleinair {
 
-// A sensor's bytes as its driver gave them: Bayer, without a header, of the camera's size.
+// A sensor's bytes as its driver delivered them: Bayer, without a header, of the camera's size.
 struct RawImageEntry {
   std::filesystem::path image;
   PixelFormat format;
@@ -35,11 +35,11 @@ struct FrameEntry {
   std::optional<std::filesystem::path> image_ldr;
   // The picture of a video file that image_ldr names, counted from 0 in the order of presentation.
   std::optional<int> video_frame;
-  std::optional<RawImageEntry> raw;  // In place of image and image_ldr.
+  std::optional<RawImageEntry> raw;  // Replaces image and image_ldr.
   std::optional<std::filesystem::path> fisheye;
   UtcTime time{};
   std::optional<double> exposure;    // Linear factor from radiance to the 8-bit camera's [0, 1].
-  std::optional<double> exposure_s;  // Count together with iso and f_number only.
+  std::optional<double> exposure_s;  // How long the shutter was open.
   std::optional<double> iso;
   std::optional<double> f_number;
   std::optional<glm::dmat4> camera_from_world;
@@ -59,6 +59,7 @@ struct EnvironmentEntry {
   std::optional<glm::dvec3> sun_direction_enu;
 };
 
+// The key `fisheye`.
 struct FisheyeEntry {
   std::string model;  // equidistant, equisolid, stereographic, opencv
   double fov_deg = 180.0;
@@ -69,19 +70,22 @@ struct FisheyeEntry {
   std::string image_up;
   std::string image_right;
   std::optional<glm::dvec3> position_m;
-  std::optional<std::filesystem::path> calibration;  // As calib/fisheye_file.h has it.
+  std::optional<std::filesystem::path> calibration;  // See calib/fisheye_file.h.
 };
 
+// An entry of `windows`; world frame, metres.
 struct WindowEntry {
   std::string name;
   std::vector<glm::dvec3> polygon_world_m;
 };
 
+// An entry of `virtual_objects`; an invertible transform, metres.
 struct VirtualObjectEntry {
   std::filesystem::path mesh;
   glm::dmat4 world_from_object{1.0};
 };
 
+// sequence.json. World frame: metres, east-north-up; camera frame: OpenCV's.
 struct Sequence {
   std::filesystem::path folder;
   std::filesystem::path file;  // sequence.json or site.json in it, for messages.
@@ -89,10 +93,10 @@ struct Sequence {
   std::optional<Site> site;
   // Standard deviation of the angle between the world frame's +Y and true north; 0: exact.
   double north_stddev_rad = 0.0;
-  std::optional<Weather> weather;  // Of all frames; a frame's own wins.
+  std::optional<Weather> weather;  // For all frames; a frame's own takes precedence.
   CameraIntrinsics intrinsics;
-  std::string camera_device;  // Of live runs: a device or a camera's identity; empty: not stated.
-  std::optional<glm::dmat4> camera_from_world;  // A frame's own wins.
+  std::string camera_device;  // For live runs: a device or a camera's identity; empty: not stated.
+  std::optional<glm::dmat4> camera_from_world;  // A frame's own takes precedence.
   std::string response_ldr = "srgb8";           // Or the path of a response file.
   std::filesystem::path scene_mesh;
   bool albedos_known = false;
@@ -107,7 +111,7 @@ struct Sequence {
   std::vector<VirtualObjectEntry> virtual_objects;
   std::vector<FrameEntry> frames;
 
-  // False of a site.
+  // False for a site.
   bool HasPictures() const;
   // Throws std::out_of_range; std::invalid_argument where neither frame nor sequence has a pose.
   Camera CameraOfFrame(std::size_t frame) const;
@@ -120,8 +124,8 @@ struct Sequence {
   std::optional<Weather> WeatherOfFrame(std::size_t frame) const;
 };
 
-// Whether each frame has to have a pose, its own or the camera's: none is needed where markers in
-// the picture give it.
+// Whether each frame must have a pose, its own or the camera's. It need not where markers in the
+// picture give it.
 enum class SequencePoses { kRequired, kMayBeAbsent };
 
 // Reads and checks `folder`/sequence.json: every key, type and range, every referenced file's
@@ -131,8 +135,8 @@ enum class SequencePoses { kRequired, kMayBeAbsent };
 //         a transform is rigid to 1e-5, a direction unit to 1e-3 (and then made unit);
 //         camera.pixel_centers may be left out, and must be "integer" otherwise.
 // Frames  where `frames` is the name of a file, it has an entry of the list in each line; a last
-//         line without its end is passed over: a recorder was stopped there.
-// Weather  `weather`, where given, is that of all frames, in place of what the file says of any.
+//         line without its end is ignored: a recorder was stopped there.
+// Weather  `weather`, where given, is for all frames, and replaces values in the file.
 // Sun     without a site, a survey map or a fish-eye camera, each frame states where the sun is, or
 //         is overcast.
 // Throws  std::runtime_error, one line with file, key and what was expected; for a video, a picture
@@ -158,11 +162,11 @@ struct StatedCamera {
   std::optional<glm::dmat4> camera_from_world;
 };
 StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder);
-// The lens alone.
+// Only the lens.
 CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder);
 
-// Writes sequence.json, completely or not at all, so that ReadSequence gives the same back (angles
-// to the last bit of a double). The referenced files are the caller's, and so is the folder. Throws
+// Writes sequence.json, completely or not at all, so that ReadSequence returns the same (angles to
+// the last bit of a double). The referenced files are the caller's, and so is the folder. Throws
 // std::runtime_error naming the file.
 void WriteSequence(const Sequence& sequence, const std::filesystem::path& folder);
 

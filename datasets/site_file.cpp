@@ -36,7 +36,7 @@ void EditSiteFile(const std::filesystem::path& folder,
                   const std::function<void(Json&)>& edit,
                   const std::filesystem::path& out) {
   const std::filesystem::path file = SiteFileIn(folder);
-  // What this returns is in alphabetical order: parsed for its refusals alone.
+  // The result is in alphabetical order: it is parsed only for its refusals.
   LoadJson(file);
   const std::vector<std::byte> bytes = ReadWholeFile(file);
   const Json before = Json::parse(bytes.begin(), bytes.end());

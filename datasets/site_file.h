@@ -1,5 +1,5 @@
-// The file in which a folder states its site: site.json, or else a sequence's sequence.json. Its
-// keys are changed here and not by WriteSequence, which would lose notes and the order of keys.
+// The file of a site: site.json, or else a sequence's sequence.json. Its keys are changed here and
+// not by WriteSequence, which would lose notes and the order of keys.
 #pragma once
 
 #include <filesystem>
@@ -12,13 +12,13 @@
 
 namespace pleinair {
 
-// `folder`/site.json where it exists, else `folder`/sequence.json; such a file itself stands for
+// Returns `folder`/site.json where it exists, else `folder`/sequence.json; such a file may be given
 // itself. Throws std::runtime_error, naming the folder, where there is neither.
 std::filesystem::path SiteFileIn(const std::filesystem::path& folder);
 
-// Replaces the file that SiteFileIn finds by what `edit` makes of it. Keys that `edit` leaves alone
-// keep their order and values. Nothing is written where `edit` changes nothing, or throws. With
-// `out` that file is written, in any case, and the site's stays as it is.
+// Changes the file of SiteFileIn by `edit`. Other keys keep their order and values. Nothing is
+// written where `edit` changes nothing, or throws. With `out`, that file is always written, and the
+// site's is not changed.
 // Throws  std::runtime_error, one line with the file: as SiteFileIn, for what is not a JSON object,
 //         and as WriteWholeFile; what `edit` throws.
 void EditSiteFile(const std::filesystem::path& folder,
@@ -29,7 +29,8 @@ void EditSiteFile(const std::filesystem::path& folder,
 // WriteWholeFile.
 void WriteJsonFile(const nlohmann::ordered_json& json, const std::filesystem::path& file);
 
-// As keys have them: a list of rows; width, height, fx, fy, cx, cy, distortion and what they mean.
+// In the form of the keys: a list of rows; width, height, fx, fy, cx, cy, distortion and their
+// conventions.
 nlohmann::ordered_json JsonOf(const glm::dmat4& matrix);
 nlohmann::ordered_json JsonOf(const CameraIntrinsics& camera);
 

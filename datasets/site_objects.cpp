@@ -115,7 +115,7 @@ std::vector<fs::path> NamesInLines(const fs::path& file, std::span<const char* c
   return names;
 }
 
-// A URI's "%20" as the blank that it stands for.
+// Decodes a URI: "%20" becomes a blank.
 std::string Unescaped(const std::string& uri) {
   std::string text;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -148,8 +148,8 @@ std::vector<fs::path> NamesInGltf(const fs::path& file) {
   return names;
 }
 
-// Relative to its folder: the mesh, and what it names that is there. The rest is reported when the
-// mesh is read.
+// The mesh and the existing files that it names, relative to its folder. Missing ones are reported
+// when the mesh is read.
 std::set<fs::path> FilesOf(const fs::path& mesh) {
   constexpr const char* kLibrary[] = {"mtllib"};
   constexpr const char* kTexture[] = {"map_Kd"};
@@ -216,7 +216,7 @@ void SaveObjects(const fs::path& folder, std::span<const VirtualObjectEntry> obj
       }
       list.push_back(std::move(entry));
     }
-    // What a file calls a single object stays one.
+    // A file with the key of a single object keeps it.
     if (json.contains("virtual_object") && list.size() == 1) {
       json["virtual_object"] = list.front();
       return;

@@ -6,6 +6,7 @@
 
 namespace pleinair {
 
+// Order statistics of values.
 struct Distribution {
   int count = 0;
   double smallest = 0.0;

@@ -8,7 +8,7 @@
 namespace pleinair {
 namespace {
 
-constexpr int kReach = 5;  // Of QualitySSIM's window.
+constexpr int kReach = 5;  // Half width of QualitySSIM's window.
 
 cv::Mat1d LumaOf(const Image<glm::dvec3>& codes, const cv::Rect& box) {
   cv::Mat1d luma(box.height, box.width);

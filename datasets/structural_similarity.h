@@ -17,10 +17,10 @@ struct PixelBox {
   bool Empty() const { return left >= right || top >= bottom; }
 };
 
-// The mean of the SSIM over the box's pixels, of the luma (ITU-R BT.601) of code values 0 .. 255: a
-// Gaussian window of standard deviation 1.5 over 11 pixels a side, which looks beyond the box where
-// there is picture and mirrors it at the picture's border; constants 0.01 and 0.03. 1 for equal
-// pictures. Both pictures are of one size and hold the box, which is not empty. (QualitySSIM of
+// Returns the mean of the SSIM over the box's pixels, of the luma (ITU-R BT.601) of code values 0
+// .. 255; 1 for equal pictures. The window is a Gaussian of standard deviation 1.5 over 11 x 11
+// pixels. It extends beyond the box, and is mirrored at the picture's border. Constants are 0.01
+// and 0.03. Both pictures have one size and contain the box, which is not empty. (QualitySSIM of
 // OpenCV, in double.)
 double StructuralSimilarity(const Image<glm::dvec3>& codes,
                             const Image<glm::dvec3>& reference_codes,

@@ -1,4 +1,4 @@
-// How much of what a camera sees is in the sun and how much is not, by geometry alone.
+// Shares of a camera's view in the sun and not in the sun, by geometry only.
 #pragma once
 
 #include <cstdint>
@@ -16,26 +16,27 @@
 namespace pleinair {
 
 // A frame is well posed where at least this share of its visible diffuse pixels is sunlit, and at
-// least as much is not: then sun and sky can be distinguished.
+// least this share is not. Then sun and sky can be distinguished.
 inline constexpr double kWellPosedShare = 0.03;
 
+// Counts of one frame's pixels.
 struct SunlitShare {
   int diffuse_pixels = 0;  // Visible, in the diffuse regions.
-  double lit = 0.0;        // Of these; the rest is shaded or turned away.
+  double lit = 0.0;        // Part of these; the rest is shaded or turned away.
   bool IsWellPosed() const {
     return diffuse_pixels > 0 && lit >= kWellPosedShare && 1.0 - lit >= kWellPosedShare;
   }
 };
 
-// Casts rays through the pixels of a sequence's cameras against its mesh. A diffuse mask counts
-// where it is one over the picture and the camera stands still.
+// Casts rays through the pixels of a sequence's cameras against its mesh. A diffuse mask is used
+// where it is over the picture and the camera is fixed.
 class SunlitCounter {
  public:
   // `mesh` is the sequence's scene. Throws std::runtime_error where the diffuse mask cannot be
   // read.
   SunlitCounter(const Sequence& sequence, const Mesh& mesh);
 
-  // Keeps what the camera sees until another camera is asked for.
+  // Keeps the view until it is called for another camera.
   SunlitShare Count(const Camera& camera, const glm::dvec3& sun_direction_enu);
 
  private:
@@ -53,8 +54,8 @@ class SunlitCounter {
 };
 
 // 1 where the pixel, or one beside it, shows a virtual object's material with specular reflectance.
-// None where no object has such a material. `objects` and `phantom` are in world coordinates; what
-// the phantom hides is not seen.
+// None where no object has such a material. `objects` and `phantom` are in world coordinates; parts
+// behind the phantom are not visible.
 std::optional<Gray8Image> SpecularPixels(const std::vector<Mesh>& objects,
                                          const RayCaster& phantom,
                                          const Camera& camera);

@@ -1,4 +1,4 @@
-// What a rendered sequence's light and pictures really were. Scoring alone may read this.
+// The true light and pictures of a rendered sequence. Only scoring may read this.
 #pragma once
 
 #include <filesystem>
@@ -13,24 +13,25 @@
 
 namespace pleinair {
 
+// The truth of one frame, in the sequence's radiance units times sr.
 struct TruthFrame {
   int frame = 0;                                // 0-based, into the sequence's frames.
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Unit, apparent.
   glm::dvec3 sun_irradiance_rgb{0.0};           // Normal to the beam, clouds included.
   glm::dvec3 sky_irradiance_rgb{0.0};           // Horizontal, unoccluded, without the disc.
-  // The picture with the object really there, and how much of each pixel it covers (0..255).
+  // The picture with the object really there, and the object's coverage of each pixel (0..255).
   std::optional<std::filesystem::path> with_object;
   std::optional<std::filesystem::path> coverage;
 };
 
-// Reads truth/truth.json of the sequence; keys that scoring does not use are passed over. Pictures
-// that it does not name are looked for under their usual names.
+// Reads truth/truth.json of the sequence; keys that scoring does not use are ignored. Pictures that
+// it does not name are expected under their usual names.
 // Throws  std::runtime_error naming file, key and what was expected: a frame that the sequence does
 //         not have or that occurs twice, a path outside the sequence's folder.
 std::vector<TruthFrame> ReadTruth(const Sequence& sequence);
 
-// Mean albedos of the materials that truth/truth.json knows one of, by name. Throws
-// std::runtime_error as ReadTruth; where it knows none.
+// Mean albedos, by name, of the materials for which truth/truth.json has one. Throws
+// std::runtime_error as ReadTruth, and where it has none.
 std::map<std::string, glm::dvec3> ReadTrueAlbedos(const Sequence& sequence);
 
 }  // namespace pleinair

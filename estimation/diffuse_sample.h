@@ -9,7 +9,7 @@
 
 namespace pleinair {
 
-// Sky shapes that one estimate can tell apart at most; the fit's matrices are this large at most.
+// The most sky shapes that one estimate can distinguish; it bounds the size of the fit's matrices.
 inline constexpr int kMaxSkyShapes = 5;
 
 // Means over one footprint, so that under a Lighting
@@ -19,13 +19,13 @@ struct DiffuseSample {
   glm::dvec3 radiance_rgb{0.0};
   glm::dvec3 sun_transport_rgb{0.0};  // albedo / pi * SunResponse
   std::array<glm::dvec3, kMaxSkyShapes> sky_transport_rgb{};
-  glm::dvec3 radiance_stddev_rgb{0.0};  // Of the camera's noise alone; 0 where negligible.
+  glm::dvec3 radiance_stddev_rgb{0.0};  // From the camera's noise only; 0 where negligible.
   double weight = 1.0;                  // Share of an ordinary sample's information; 0 leaves out.
   // Samples of one plane (region and facing; lit and shaded) share a part of their model's error.
   std::int32_t plane = 0;
   glm::ivec2 pixel{0};
-  int pixels = 1;  // That radiance_rgb is the mean of.
-  // By the last estimate: its robust weight was 0, or it could not be used at all.
+  int pixels = 1;  // The number of pixels that radiance_rgb is the mean of.
+  // The last estimate gave it a robust weight of 0, or could not use it at all.
   bool is_rejected = false;
 };
 

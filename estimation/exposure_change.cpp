@@ -18,14 +18,14 @@ using estimation_internal::kFullyLit;
 using estimation_internal::kFullyShaded;
 using estimation_internal::kLeastSunCosine;
 
-constexpr int kPatchesAcross = 60;  // A picture is cut into so many columns, of square patches.
+constexpr int kPatchesAcross = 60;  // Number of columns of square patches in a picture.
 constexpr int kPatchRadiusPx = 1;
 constexpr std::size_t kLeastPatches = 20;
 constexpr std::chrono::seconds kLongestGap{2};
 
 // In logarithms of radiance. Medians of twenty patches of nine pixels agree to half a per cent by
-// noise, to some per cent of a change by the response curve's error; a cloud sets sun and shade
-// apart by as much as it changes either.
+// noise, and to some per cent of a change by the response curve's error. A cloud changes the ratio
+// of sun and shade by as much as it changes either.
 constexpr double kSmallestChange = 0.01;
 constexpr double kLargestSplit = 0.02;
 constexpr double kLargestSplitOfChange = 0.1;

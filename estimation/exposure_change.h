@@ -1,4 +1,4 @@
-// Told from two pictures of one view: has the exposure changed, or the light?
+// Determines from two pictures of one view whether the exposure has changed, or the light.
 #pragma once
 
 #include <array>
@@ -12,28 +12,29 @@
 
 namespace pleinair {
 
+// The change between two pictures.
 struct ExposureChange {
   enum class Kind {
-    kUnknown,   // Nothing to compare with, or nothing that tells the two apart.
+    kUnknown,   // Nothing to compare with, or nothing that distinguishes the two.
     kNone,      // Neither exposure nor light.
     kExposure,  // Sunlit and shaded surfaces have changed by one factor a channel.
-    kLight,     // Otherwise; the exposure may have changed beside.
+    kLight,     // Otherwise; the exposure may have changed as well.
   };
   Kind kind = Kind::kUnknown;
-  glm::dvec3 factor_rgb{1.0};  // Of kNone and kExposure: this picture over the last.
+  glm::dvec3 factor_rgb{1.0};  // For kNone and kExposure: this picture over the last.
 };
 
-// A change of exposure or white balance scales all that the camera sees; a cloud changes the sun's
-// part alone, or the sky's the other way. Compared are the medians over a grid of patches in the
-// sun, in the shade and of the sky itself; the latter, whose clouds drift, only where one of the
-// others is not in view. With the sun behind clouds, light and exposure are the same to a picture
-// of relative light: it is taken for exposure.
+// A change of exposure or white balance scales everything that the camera sees. A cloud changes the
+// sun's part only, or the sky's in the opposite direction. Medians are compared over a grid of
+// patches in the sun, in the shade and of the sky itself. The sky, whose clouds drift, is used only
+// where one of the others is not in view. While clouds hide the sun, a picture of relative light
+// cannot distinguish light from exposure: the change is then reported as one of exposure.
 //
 // One thread at a time.
 class ExposureWatch {
  public:
-  // Compares with the last picture that was given. Of another camera or one more than two seconds
-  // apart it knows nothing.
+  // Compares with the picture of the last call. Returns kUnknown where that was of another camera
+  // or more than two seconds away.
   ExposureChange Compare(const Frame& frame, const SurfaceView& view);
 
  private:

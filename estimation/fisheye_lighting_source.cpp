@@ -13,8 +13,8 @@
 namespace pleinair {
 namespace {
 
-// How well an HDR fish-eye picture's radiances are known: its own response and vignetting, and how
-// well its colours are tied to the frame's camera. Relative.
+// Relative errors of an HDR fish-eye picture's radiances: of its own response and vignetting, and
+// of the tie of its colours to the frame's camera.
 constexpr double kPhotometricError = 0.02;
 
 class FisheyeLightingSource final : public LightingSource {

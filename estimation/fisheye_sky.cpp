@@ -20,9 +20,9 @@ namespace {
 
 using estimation_internal::IsMeasured;
 
-// What orientation and refraction may be off by.
+// Largest error of orientation and refraction.
 constexpr double kSearchRadiusRad = 2.5 * std::numbers::pi / 180.0;
-// Of the sky around the disc that stands for the sky behind it.
+// The sky around the disc that is used as the sky behind it.
 constexpr double kRingWidthRad = 1.5 * std::numbers::pi / 180.0;
 // Above the sky around: a thin cloud's bright patch is not a disc.
 constexpr float kDiscContrast = 3.0f;
@@ -106,7 +106,7 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   sun_ = {};
   DiscArea disc;
   if (!(sun_direction_enu.z > -std::sin(sun_angular_radius_rad))) return disc;
-  // The disc, as far off as it is looked for, clipped over as much again, and a ring around it.
+  // Radius of the search for the disc, the same again for clipping, and a ring around it.
   const double reach_cosine = std::cos(2.0 * kSearchRadiusRad + kRingWidthRad);
   struct Near {
     std::uint32_t pixel;

@@ -1,6 +1,6 @@
-// What one fish-eye picture of the sky says: the sun's disc, and the sky without it (grosch-2007,
-// section 5.1, with the disc taken out first: averaged into a region it would light the wrong
-// places).
+// Measures in one fish-eye picture of the sky the sun's disc, and the sky without it (grosch-2007,
+// section 5.1). Unlike there the disc is removed first: averaged into a region it would light the
+// wrong places.
 #pragma once
 
 #include <cstdint>
@@ -23,20 +23,20 @@ namespace pleinair {
 // The disc's light above the sky around it.
 struct SunDiscReading {
   glm::dvec3 irradiance_rgb{0.0};  // Normal to the beam.
-  // From how uneven the sky around it is. Where clipped: without meaning.
+  // From the unevenness of the sky around the disc. Without meaning where clipped.
   glm::dvec3 stddev_rgb{0.0};
-  // The picture's brightest value covers more than a sun's disc does: the irradiance is a lower
-  // bound.
+  // The picture's brightest value covers more than a sun's disc: the irradiance is a lower bound.
   bool clipped = false;
 };
 
 // How finely a picture's sky is kept as a shape.
 enum class SkyDetail {
   kPicture,  // Pixel by pixel.
-  kRegions,  // One radiance a region, as in grosch-2007.
+  kRegions,  // One radiance for each region, as in grosch-2007.
 };
 
-// Reads picture after picture of one camera; its set-up is done once.
+// Reads pictures of one camera, with a common set-up. Radiances in the picture's unit, irradiances
+// in that unit times sr. One thread at a time.
 class FisheyeSky {
  public:
   // Throws std::invalid_argument where the camera sees no part of the upper hemisphere, and as
@@ -45,8 +45,8 @@ class FisheyeSky {
              const SkyRegions& regions,
              SkyDetail detail = SkyDetail::kPicture);
 
-  // `sun_direction_enu` is where the disc is looked for, 2.5 deg around; a sun below the horizon
-  // has none. Pixels that are not finite or below 0 are left out.
+  // The disc is looked for within 2.5 deg of `sun_direction_enu`; a sun below the horizon has none.
+  // Pixels that are not finite or below 0 are left out.
   // Throws std::invalid_argument for a picture of another size than the camera's.
   void Read(const RgbImage& radiance,
             const glm::dvec3& sun_direction_enu,
@@ -54,11 +54,11 @@ class FisheyeSky {
 
   const SunDiscReading& Sun() const { return sun_; }
   // Mean radiance of each region over solid angle, without the disc. A region that the picture does
-  // not show has that of the nearest one above it, one of the highest band the mean of all.
+  // not show has the radiance of the nearest one above it; in the highest band, the mean of all.
   std::span<const glm::dvec3> RegionRadiance() const { return region_averages_.Radiance(); }
-  // The sky without the disc, as a shape and how strong it is on an unoccluded horizontal plane.
-  // Directions that the picture does not show have their region's radiance. The same object while
-  // pictures show the same sky.
+  // The sky without the disc: its shape, and its irradiance on an unoccluded horizontal plane.
+  // Directions that the picture does not show have their region's radiance. The shape is the same
+  // object while pictures show the same sky.
   std::shared_ptr<const SkyShape> Shape() const { return shape_; }
   glm::dvec3 SkyIrradianceRgb() const { return sky_irradiance_rgb_; }
 
@@ -68,7 +68,7 @@ class FisheyeSky {
   glm::dmat3 camera_from_world_;
   FisheyePixelTable table_;
   RegionAverages region_averages_;
-  // Per cell of SkyTable the pixel nearest to it; kNone where the picture does not show it.
+  // For each cell of SkyTable the nearest pixel; kNone where the picture does not show it.
   static constexpr std::uint32_t kNone = 0xffffffffu;
   std::vector<std::uint32_t> pixel_of_cell_;
   std::vector<std::uint32_t> region_of_cell_;
@@ -84,10 +84,10 @@ class FisheyeSky {
     int right;
     int bottom;
   };
-  // Holds every pixel within `radius_rad` of a direction.
+  // Contains every pixel within `radius_rad` of a direction.
   PixelWindow WindowAround(const glm::dvec3& direction_enu, double radius_rad) const;
 
-  // Pixels around the disc, and what the sky there is without it.
+  // Pixels around the disc, and the radiance of the sky there without it.
   struct DiscArea {
     std::vector<std::uint32_t> pixels;
     glm::vec3 background{0.0f};

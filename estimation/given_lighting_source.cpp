@@ -103,7 +103,7 @@ class GivenLightingSource final : public LightingSource {
   std::unique_ptr<LightingSource> shape_source_;
   double aerosol_optical_depth_500nm_;
   std::vector<std::shared_ptr<const SkyShape>> basis_;
-  // What basis_ was made for.
+  // The key of basis_.
   std::filesystem::path image_;
   std::vector<std::string> names_;
   glm::dvec3 sun_enu_{0.0};

@@ -1,4 +1,5 @@
-// Light that is known beforehand: replayed from an earlier run, measured otherwise, or made up.
+// Light that is known beforehand: replayed from an earlier run, measured by other means, or
+// invented.
 #pragma once
 
 #include <filesystem>
@@ -17,25 +18,26 @@ namespace pleinair {
 
 // The light of one frame, in the frame's radiance units.
 struct GivenLight {
-  // For the frame's own: a source is told where the sun is.
+  // Replaces the frame's own, which the source gets from its caller.
   std::optional<glm::dvec3> sun_direction_enu;
   glm::dvec3 sun_irradiance_rgb{0.0};  // Normal to the beam.
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, without the disc.
-  // At most one of the two; with neither, the sky's shape is fitted to the frame, its horizontal
-  // irradiance held.
+  // At most one of the two. With neither, the sky's shape is fitted to the frame, with its
+  // horizontal irradiance held.
   std::map<std::string, glm::dvec3> sky_shares;    // By the shape's name; add up to 1 per channel.
   std::optional<std::filesystem::path> sky_image;  // Lat-long radiance, without the disc; its
                                                    // scale does not matter.
-  bool sun_observable = false;                     // As whoever measured it said.
+  bool sun_observable = false;                     // As stated with the measurement.
 
-  // Throws std::invalid_argument, without naming the frame: a value below 0 or not finite, shares
-  // of an unknown shape or that do not add up to 1 within 1 %, both a shape and an image.
+  // Throws std::invalid_argument, without naming the frame. It refuses a value below 0 or not
+  // finite, shares of an unknown shape or that do not add up to 1 within 1 %, and both a shape and
+  // an image.
   void Validate() const;
 };
 
-// Gives the light of `by_frame`; a frame that is not there fails, saying so. `shape_source` fits
-// the shapes of skies that have none: it must respect LightingObservation::held. The haze is that
-// of clear skies among the given shares.
+// Returns a source of the light in `by_frame`, by the frame's index; Estimate fails for a frame
+// that is not there. `shape_source` fits the shapes of skies that have none: it must respect
+// LightingObservation::held. The haze is that of clear skies among the given shares.
 std::unique_ptr<LightingSource> MakeGivenLightingSource(
     std::map<int, GivenLight> by_frame,
     std::unique_ptr<LightingSource> shape_source,

@@ -15,7 +15,8 @@ namespace {
 using estimation_internal::Square;
 
 constexpr double kHuber = 1.5;
-constexpr double kAlbedoConverged = 1e-3;  // Of an albedo, relative: far below any of its errors.
+// Change of an albedo, relative: far below any of its errors.
+constexpr double kAlbedoConverged = 1e-3;
 // The suns whose colour counts, as a share of the strongest.
 constexpr double kStrongSun = 0.5;
 // Below this share of a frame's usual light a sample's own error is glare and bounces.
@@ -29,11 +30,11 @@ double TransportOf(const DiffuseSample& sample, int basis, int channel) {
                     : sample.sky_transport_rgb[static_cast<std::size_t>(basis - 1)][channel];
 }
 
-// What a frame says of ln albedo.
+// A frame's evidence of ln albedo.
 struct Reading {
   double log_albedo = 0.0;
   double variance = 0.0;
-  double sky_share = 0.0;  // Of its light.
+  double sky_share = 0.0;  // Of the frame's light.
 };
 
 class JointFit {
@@ -140,7 +141,7 @@ class JointFit {
     }
   }
 
-  // Of one sample in its frame's light; none where too little falls on it.
+  // Albedo of one sample in its frame's light; none where too little light falls on it.
   bool Read(std::size_t frame, const AlbedoSample& sample, int channel, Reading& reading) const {
     const LightingFit& light = found_.lights[frame];
     const auto lights = light.irradiance_rgb.size() / 3;
@@ -167,8 +168,8 @@ class JointFit {
     return std::isfinite(reading.log_albedo) && std::isfinite(reading.variance);
   }
 
-  // What all samples of a surface share in one frame, lit or shaded: a real sky is not of the
-  // fitted shape, so that what the sun lights tells an albedo best.
+  // The error that all samples of a surface share in one frame, lit or shaded: a real sky is not of
+  // the fitted shape. So sunlit samples determine an albedo best.
   double SharedVariance(double sky_share) const {
     return Square(options_.frame_error) + Square(options_.fit.sky_shape_error * sky_share);
   }
@@ -254,7 +255,7 @@ class JointFit {
           const double surface =
               std::log(found_.surface_albedo_rgb[static_cast<std::size_t>(sample.surface)][c]);
           const double deviation = reading.log_albedo - surface + log_factor_[c];
-          // What passes by is no stain.
+          // Things that pass by are no stains.
           const double error =
               reading.variance + SharedVariance(reading.sky_share) + Square(options_.spot_spread);
           const double weight =
@@ -272,7 +273,7 @@ class JointFit {
     }
   }
 
-  glm::dvec3 log_factor_{0.0};  // That the last FixScale has put on all albedos.
+  glm::dvec3 log_factor_{0.0};  // Factor of the last FixScale on all albedos.
 
   void FixScale() {
     glm::dvec3 mean(0.0);
@@ -293,8 +294,8 @@ class JointFit {
     for (int c = 0; c < 3; ++c) log_factor_[c] = std::log(factor[c]);
   }
 
-  // Per channel the median over the strongest suns that their frames tell of sun over beam, each of
-  // mean 1; black where there is none.
+  // Per channel the median of sun over beam, each of mean 1, over the strongest suns that their
+  // frames determine; black where there is none.
   glm::dvec3 SunOverBeam() const {
     double strongest = 0.0;
     for (std::size_t f = 0; f < frames_.size(); ++f) {
@@ -320,7 +321,7 @@ class JointFit {
   }
   double SunOf(std::size_t f) const { return Mean(SunRgb(f)); }
 
-  // Whether the samples tell the sun to a tenth of itself, in each channel.
+  // Whether the samples determine the sun to a tenth of itself, in each channel.
   bool IsTold(std::size_t f) const {
     const glm::dvec3& beam = frames_[f].clear_beam_rgb;
     if (!frames_[f].sun_is_up || !(std::min({beam.x, beam.y, beam.z}) > 0.0)) return false;

@@ -15,7 +15,7 @@ constexpr int kLateFramesToStartAnew = 3;
 // nothing back.
 constexpr int kFramesThatHold = 3;
 
-// Of second differences that are remembered: a step spoils two of them, a glitch three.
+// Number of second differences that are kept: a step spoils two of them, a glitch three.
 constexpr std::size_t kMostRoughness = 32;
 // The median of chi^2 over its degrees of freedom: 0.455 for one, 0.79 for three. Channels err
 // partly together.
@@ -26,8 +26,8 @@ constexpr int kExpectedNoiseCount = 4;
 // Steadier than that is a made-up stream, whose every rounding would be a change.
 constexpr double kLeastNoiseShare = 0.02;
 
-// Of the whole light: differences that nobody sees, and the deviation of a light of which none is
-// stated.
+// Share of the entire light: differences that are not visible, and the deviation of a light without
+// a stated one.
 constexpr double kNegligible = 1e-4;
 constexpr double kUnstatedDeviation = 0.05;
 
@@ -59,7 +59,7 @@ double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 std::size_t SideOf(const Lighting& lighting) { return 3 * (1 + lighting.sky.size()); }
 
-// Of basis light u / 3, channel u % 3: Lighting::covariance's order.
+// The value of basis light u / 3, channel u % 3: Lighting::covariance's order.
 template <typename MaybeConstLighting>
 auto& Component(MaybeConstLighting& lighting, std::size_t u) {
   const auto channel = static_cast<int>(u % 3);
@@ -71,8 +71,8 @@ bool HasCovariance(const Lighting& lighting) {
   return lighting.covariance.size() == SideOf(lighting) * SideOf(lighting);
 }
 
-// Of the sum over its basis lights of factor * irradiance, the sun's factor being `sun`, the sky's
-// shapes' all `sky`.
+// Variance of the sum over the basis lights of factor * irradiance, with the factor `sun` for the
+// sun and `sky` for each shape of the sky.
 double VarianceOf(const Lighting& lighting, int channel, double sun, double sky) {
   const std::size_t side = SideOf(lighting);
   double variance = 0.0;
@@ -84,7 +84,7 @@ double VarianceOf(const Lighting& lighting, int channel, double sun, double sky)
   return std::max(0.0, variance);
 }
 
-// What one unit of the sun brings to horizontal ground.
+// Horizontal irradiance by one unit of the sun.
 double SunToHorizontal(const Lighting& lighting) {
   return std::max(0.0, lighting.sun.direction_enu.z);
 }
@@ -111,7 +111,7 @@ void GiveTotalOf(const Lighting& raw, Lighting& lighting) {
   }
 }
 
-// What is held may turn out to have changed: the difference is a deviation.
+// A held light may prove to have changed: the difference is a deviation.
 void AddDoubt(const Lighting& raw, FilteredLighting& result) {
   Lighting& lighting = result.lighting;
   if (!HasCovariance(lighting)) return;
@@ -259,7 +259,7 @@ double LightingFilter::NoiseShare(std::size_t light) const {
 double LightingFilter::WeightOf(std::size_t light, std::size_t entry) const {
   const Reading& reading = entries_[entry].readings[light];
   const double variance = MeanOf(reading.variance);
-  // Without any light all frames are alike.
+  // Without any light all frames are equal.
   return reading.left_out ? 0.0 : variance > 0.0 ? 1.0 / variance : 1.0;
 }
 
@@ -330,7 +330,8 @@ void LightingFilter::CutWhereItChanged(std::size_t light) {
   const std::size_t end = entries_.size();
   double most = options_.change_sigmas;
   std::size_t cut = track.begin;
-  // Of 2, 3, 4, 5, 6, 8, 10, 13, ... frames: a change between two of them shows in both.
+  // The last 2, 3, 4, 5, 6, 8, 10, 13, ... frames: a change between two of these lengths is visible
+  // with both.
   for (std::size_t tail = 2; track.begin + tail < end; tail += std::max<std::size_t>(1, tail / 3)) {
     double sigmas = 0.0;
     const Mean before = MeanOver(light, track.begin, end - tail);

@@ -15,8 +15,8 @@ namespace {
 
 using namespace estimation_internal;  // The folder's own.
 
-// The scales settle within a few passes: they are kept once the light moves by less than this, a
-// small part of any standard deviation, so that the weights can converge.
+// The scales settle within a few passes. They are kept once the light moves by less than this, so
+// that the weights can converge: a small part of any standard deviation.
 constexpr double kScalesHaveSettled = 5e-4;
 constexpr int kMostPassesThatRescale = 8;
 // A thousandth of a deviation at most, far above rounding.
@@ -73,17 +73,17 @@ void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
   prior_information = fixed_prior_information;
 }
 
-// How much there is of the beam that comes with a shape's light: 1 from a tenth of the clear sky's
-// sun over sky on, which thin cloud lets through and still brightens around the sun. Where that
-// would be a twentieth of the sky's light or less, as at sunset, a sun that is not found says
-// nothing: 1 too, by and by.
+// How much there is of the beam that a shape's light belongs to. It is 1 from a tenth of the clear
+// sky's sun over sky on: thin cloud lets that much through, and is still brighter around the sun.
+// Where that would be a twentieth of the sky's light or less, as at sunset, a missing sun is no
+// evidence: the value rises gradually to 1.
 double LightingFitter::Impl::BeamIn(const LightingPrior& prior, const LightVector& x) const {
   constexpr double kEnough = 0.1;
   constexpr double kTellingRatio = 0.5;
   const int bases = problem.basis_count;
   double sun = 0.0;
   double sky = 0.0;
-  double clear_sun = 0.0;  // Over such a sky, were it clear.
+  double clear_sun = 0.0;  // Of a clear sky of the same light.
   for (int c = 0; c < 3; ++c) {
     const double unit = problem.irradiance_unit[c];
     const double of_channel = unit * x.segment(c * bases + 1, bases - 1).sum();
@@ -99,18 +99,18 @@ double LightingFitter::Impl::BeamIn(const LightingPrior& prior, const LightVecto
 // With S the sum of a channel's sky, m_k the share expected of shape k and p_k the mean over the
 // channels of its share, rows
 //   (s_k - m_k S) / S = 0                                        give or take shape_share_spread,
-//   (s_k - p_k S) / S of one channel - the same of another = 0   likewise the colour's spread,
-// their denominators and p_k being those of `x`. They are 0 for any S: the sky's sum is left to the
-// data. All m_k are alike, but without its beam that of the shape that comes with one is 0, give or
-// take a tenth: an overcast sky's walls and ground differ by little between shapes, and a few per
-// cent of error within a plane would choose.
+//   (s_k - p_k S) / S of one channel - the same of another = 0 give or take the colour's spread,
+// with denominators and p_k evaluated at `x`. They are 0 for any S: the sky's sum is left to the
+// data. All m_k are equal, except that the shape of a beam has 0, give or take a tenth, where there
+// is no beam. Under an overcast sky walls and ground differ little between shapes, and a few per
+// cent of error within a plane would decide.
 void LightingFitter::Impl::AddShapePrior(const LightingPrior& prior, const LightVector& x) {
   const int bases = problem.basis_count;
   const int first = problem.has_sun ? 1 : 0;
   const int shapes = bases - first;
   if (shapes < 2) return;
-  // Shares of a sky that is black at `x`, which may be no more than a bad start, mean nothing: they
-  // are those of a tenth of the light that explains the median sample.
+  // The shares of a sky that is black at `x` mean nothing, and `x` may be only a bad start. They
+  // are computed for a tenth of the light that explains the median sample.
   constexpr double kLeastSky = 0.1;
   std::array<double, 3> sky{};
   BasisVector mean_share = BasisVector::Zero(shapes);
@@ -204,8 +204,8 @@ Evidence LightingFitter::Impl::WithPrior(const Evidence& samples) const {
   return {samples.normal + prior_information, samples.gradient + prior_gradient};
 }
 
-// The last frame's light where it still holds: then a few passes do. Otherwise the robust start, so
-// that a light that is gone cannot keep what it explains.
+// The last frame's light where it still holds: then a few passes are enough. Otherwise the robust
+// start, so that light that is gone does not keep the samples that it explains.
 LightVector LightingFitter::Impl::Begin() {
   const int unknowns = problem.UnknownCount();
   if (last_irradiance_rgb.size() == 3 + unknowns - (problem.has_sun ? 3 : 0)) {
@@ -295,9 +295,8 @@ LightVector LightingFitter::Impl::WithSun(const LightingPrior& prior, const Ligh
   return before < kAnotherLight * after ? with_sun : LightVector();
 }
 
-// A picture without sun may be one whose sun something hides that the mesh lacks, from all that the
-// mesh has in it. What the fit finds with those samples left out is weighed by how improbable such
-// shadows are.
+// In a picture without sun, something that the mesh lacks may hide the sun from all surfaces that
+// the mesh has in it. The fit without those samples is weighted by how improbable such shadows are.
 void LightingFitter::Impl::WeighAgainstHiddenSun(const LightingPrior& prior,
                                                  const LightVector& x,
                                                  LightingFit& fit) {
@@ -320,7 +319,7 @@ void LightingFitter::Impl::WeighAgainstHiddenSun(const LightingPrior& prior,
   if (share > 0.5) std::swap(fit, other);
   if (is_ambiguous) Blend(other, std::min(share, 1.0 - share), fit);
   if (share > 0.5 || is_ambiguous) return;
-  // The next frame goes on from here.
+  // The next frame continues from here.
   reweighting.Forget();
   camera_errors = errors;
   Iterate(prior, x, other);

@@ -1,4 +1,4 @@
-// How well the fit knows its answer.
+// The uncertainty of the fit's result.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,7 +16,7 @@ using namespace estimation_internal;  // The folder's own.
 // A normal distribution's second moment about `origin`, of the part of it that is not negative.
 double NonNegativeSquare(double mean, double stddev, double origin) {
   const double a = -mean / stddev;
-  // phi(a) / (1 - Phi(a)), and from where on its series is the better way to tell it.
+  // phi(a) / (1 - Phi(a)), and the argument from which its series is more accurate.
   constexpr double kFar = 6.0;
   if (a > kFar) {
     const double first = stddev / a * (1.0 - 2.0 / Square(a));
@@ -71,8 +71,9 @@ LightMatrix LightingFitter::Impl::CovarianceOf(const WeatherSolution& solution,
   return (0.5 * (covariance + covariance.transpose())).topLeftCorner(unknowns, unknowns);
 }
 
-// At its bound a light has one side only, and what the samples say of it is the tail of a normal
-// distribution: its second moment about the answer. Of the sun, and of the sky as a whole.
+// At its bound a light has one side only, and the samples' distribution of it is the tail of a
+// normal one. The variance is its second moment about the estimate, for the sun and for the entire
+// sky.
 void LightingFitter::Impl::WidenAtBounds(const WeatherSolution& solution,
                                          const Evidence& evidence,
                                          LightMatrix& covariance) const {
@@ -166,7 +167,7 @@ void LightingFitter::Impl::Describe(const LightingPrior& prior,
   const Evidence evidence = WithPrior(samples);
   const LightMatrix variance = SampleVariance();
 
-  // Of the mixture: each weather's own, and how far it is from the answer.
+  // Covariance of the mixture: that of each weather, and its distance from the estimate.
   LightMatrix covariance = LightMatrix::Zero(unknowns, unknowns);
   double shares = 0.0;
   for (const WeatherSolution& solution : mixture.Solutions()) {

@@ -1,4 +1,5 @@
-// What is known of sun and sky before the picture is looked at.
+// The prior of sun and sky: what is known before the picture is used. Irradiances in the frame's
+// radiance units times sr: sun normal to the beam, sky horizontal.
 #pragma once
 
 #include <span>
@@ -23,72 +24,75 @@ using LightVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxFitUnknowns,
 using LightMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxFitUnknowns, kMaxFitUnknowns>;
 
-// What the camera does to all pixels alike, beside noise. Deviations of 0: it does not.
+// Errors of the camera that all pixels share, noise excluded. Deviations of 0: none.
 struct CameraErrors {
   // Light that is added everywhere (haze, flare in the lens, a wrong black level), as a share of
   // the picture's mean radiance.
   glm::dvec3 mean_radiance_rgb{0.0};
   double veil_stddev = 0.0;
-  // g of a response curve that is not the stated one:
+  // The g of a response curve that differs from the stated one:
   //   recorded / white = (radiance / white)^(1 + g).
   double exponent = 0.0;
   double exponent_stddev = 0.0;
-  double white_radiance = 1.0;  // > 0. Where the exposure is not known any will do.
+  double white_radiance = 1.0;  // > 0. Any value where the exposure is not known.
 };
 
 // A mixture of Gaussians: one common factor in information form,
 //   minus twice its logarithm = x' information x - 2 x' information_times_mean + constant,
-// which is singular where it says nothing, times the sum over the weathers.
+// which is singular where nothing is known, times the sum over the weathers.
 struct LightingPrior {
   int sky_shapes = 1;
   LightMatrix information;
   LightVector information_times_mean;
 
-  // Of sun and sky as the sum over its shapes. None: nothing is known of the weather.
+  // Gaussians over the sun and the sum of the sky's shapes. None: nothing is known of the weather.
   std::vector<WeatherLight> weathers;
   double repeats = 0.0;  // See WeatherBelief.
-  // Of what else the picture shows, per weather; empty: nothing.
+  // Of other evidence in the picture, per weather; empty: none.
   std::vector<double> log_likelihood;
   // The weathers' light is known up to one factor, which the picture gives.
   bool gain_is_free = false;
-  // Of a factor of each channel, common to sun and sky: white balance, albedos' colour.
+  // Standard deviation of a factor of each channel, common to sun and sky: white balance, colour of
+  // the albedos.
   double channel_gain_stddev = 0.0;
 
-  // The shape whose light comes of the beam, as around the sun in clear air: where hardly any of
-  // the beam is found that a clear sky has, it has hardly a share. Below 0: none does. Sun over the
-  // whole sky under a clear sky gives how much that is; where it is little itself, as at sunset, or
-  // not known (0), nothing is said.
+  // The shape that is scattered light of the beam, as around the sun in clear air; below 0: none.
+  // Where the fit finds hardly any of a clear sky's beam, this shape has hardly a share. How much
+  // beam a clear sky has is the sun over the entire sky, below. Where that is small itself, as at
+  // sunset, or not known (0), the share is not restricted.
   int beam_shape = -1;
   glm::dvec3 clear_sun_to_sky_rgb{0.0};
 
   CameraErrors camera;
-  // Of each plane's albedo, relative, where it is less known than LightingFitOptions::shared_error.
+  // Standard deviation of each plane's albedo, relative, where larger than
+  // LightingFitOptions::shared_error.
   double albedo_stddev = 0.0;
 
-  // Irradiance of usual size, for when there is no sample to take the unit from; 0 where unknown.
+  // Irradiance of usual size: the unit where there is no sample. 0 where unknown.
   glm::dvec3 scale_rgb{0.0};
 
-  // Says nothing. Throws std::invalid_argument when sky_shapes is outside 1 .. kMaxSkyShapes.
+  // Returns a prior without information. Throws std::invalid_argument when sky_shapes is outside 1
+  // .. kMaxSkyShapes.
   static LightingPrior Nothing(int sky_shapes);
   bool SaysSomething() const;
 };
 
-// The prior of architecture section 4: `belief`, wide enough that a frame which can separate sun
-// and sky by itself does not feel it.
+// The prior of architecture section 4: `belief`, wide enough not to influence a frame that can
+// separate sun and sky by itself.
 LightingPrior MakeLightingPrior(const WeatherBelief& belief,
                                 const SkyClimate& climate,
                                 int sky_shapes);
 
-// The climate alone.
+// The prior of the climate only.
 LightingPrior MakeClimatePrior(const ClearSkyExpectation& clear_sky, int sky_shapes);
 
-// Makes the clear shape, where it is among those of these names, the one that comes of the beam.
+// Sets beam_shape to the clear shape, where it is among `shape_names`.
 void SetBeamShape(std::span<const std::string> shape_names,
                   const ClearSkyExpectation& clear_sky,
                   LightingPrior& prior);
 
-// Holds sun and whole sky to within 10^-4 of the larger, so that the samples decide the sky's shape
-// alone.
+// Holds sun and entire sky to within 10^-4 of the larger, so that the samples determine only the
+// sky's shape.
 void HoldIrradiance(const glm::dvec3& sun_rgb, const glm::dvec3& sky_rgb, LightingPrior& prior);
 
 }  // namespace pleinair

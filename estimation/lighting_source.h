@@ -25,48 +25,51 @@
 
 namespace pleinair {
 
-// Light that is known, so that only the sky's shape is left to find.
+// Light that is known, so that only the sky's shape is to be found.
 struct HeldIrradiance {
   glm::dvec3 sun_rgb{0.0};  // Normal to the beam.
   glm::dvec3 sky_rgb{0.0};  // Horizontal, without the disc.
 };
 
-// What a source may look at for one frame. References live for the call only.
+// A source's input for one frame. References live for the call only.
 struct LightingObservation {
   const Frame& frame;
-  const SurfaceView& view;  // Of frame.camera, for `sun` and the source's own sky basis.
+  const SurfaceView& view;  // View of frame.camera, for `sun` and the source's own sky basis.
   SunState sun;
   ClearSkyExpectation clear_sky;
   std::optional<HeldIrradiance> held = std::nullopt;
-  // Of the view's albedo, relative: an error that all samples share.
+  // Standard deviation of the view's albedo, relative: an error that all samples share.
   glm::dvec3 albedo_stddev_rgb{0.0};
-  // Of each plane's albedo by itself, relative: where somebody has guessed them.
+  // Standard deviation of each plane's own albedo, relative: for guessed albedos.
   double plane_albedo_stddev = 0.0;
   std::optional<SurveyedLight> surveyed = std::nullopt;
 };
 
+// The light of one frame, and how it was estimated. Irradiances are in the units of `units`: sun
+// normal to the beam, sky horizontal without the disc.
 struct LightingEstimate {
   Lighting lighting;
   LightUnits units = LightUnits::kAbsolute;
-  // Since the last frame; of light that is relative per frame alone.
+  // Since the last frame; only for light that is relative per frame.
   ExposureChange exposure_change;
   bool sun_observable = false;
   int samples_used = 0;
   double inlier_fraction = 0.0;
   double condition_number = 0.0;
-  double new_sample_set_ms = 0.0;  // Spent on drawing samples in this call; 0 when they were kept.
-  // Of each region of a source that measures the sky itself; empty for others.
+  double new_sample_set_ms = 0.0;  // Time to draw samples in this call; 0 when they were kept.
+  // For each region, from a source that measures the sky itself; empty for others.
   std::vector<glm::dvec3> sky_radiance_rgb;
-  // How probable each weather is, in kAllWeathers' order; none where the source does not ask.
+  // Probability of each weather, in kAllWeathers' order; none where the source does not estimate
+  // it.
   std::optional<std::array<double, std::size(kAllWeathers)>> weather_shares;
-  // How far the data are from the model, as a relative rms over inliers.
+  // Difference of data and model, as a relative rms over inliers.
   double relative_residual = 0.0;
 };
 
-// Whether the picture and the model are too far apart for the stated deviations to be trusted: a
-// mesh, a pose or a sun in the wrong place, wet ground, a façade that is not of one colour.
-// Surveyed albedos of textured walls leave residuals of 2 to 13 %, unseen windows and plants up to
-// a third of outliers.
+// Whether the picture and the model differ too much for the stated deviations to be trusted. Causes
+// are a mesh, a pose or a sun in the wrong place, wet ground, or a façade of several colours.
+// Surveyed albedos of textured walls have residuals of 2 to 13 %; unseen windows and plants give up
+// to a third of outliers.
 inline bool ModelMismatch(const LightingEstimate& estimate) {
   constexpr double kLargestResidual = 0.2;
   constexpr double kFewestInliers = 0.6;
@@ -74,10 +77,11 @@ inline bool ModelMismatch(const LightingEstimate& estimate) {
                                         estimate.inlier_fraction >= kFewestInliers);
 }
 
-// Whether sun and sky are known apart well enough to be believed: the sun to a third of all light.
+// Whether sun and sky are separated well enough to be used: the sun to a third of all light.
 // Otherwise the light is that of the last frame that was known, or of the climate.
 bool LightIsKnown(const Lighting& lighting);
 
+// Why a frame has no estimate: one line.
 struct LightingFailure {
   std::string reason;
 };
@@ -85,18 +89,20 @@ struct LightingFailure {
 // Fixed functions of direction, in the order of Lighting::sky.
 using SkyBasis = std::span<const std::shared_ptr<const SkyShape>>;
 
+// Estimates the light of frames. One thread at a time.
 class LightingSource {
  public:
   virtual ~LightingSource() = default;
-  // What the sky of `frame` will be told as a mix of, and what the view's sky_response has to stand
-  // for when `frame` is estimated. A shape that has not changed is the same object as in the last
-  // call. The basis lives until the next call. `sun` may be a step of time off the frame's.
+  // Returns the shapes whose mix is the sky of `frame`. The view's sky_response must be for these
+  // shapes when `frame` is estimated. A shape that has not changed is the same object as in the
+  // last call. The basis lives until the next call. `sun` may be a step of time off the frame's.
   virtual tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
                                                            const SunState& sun) = 0;
-  // Called after BasisFor the same frame.
+  // Estimates the light of one frame, after BasisFor the same frame.
   virtual tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) = 0;
-  // What the last estimate was made from, until the next call; empty of a source without any.
+  // The samples of the last estimate, valid until the next call; empty for a source without
+  // samples.
   virtual std::span<const DiffuseSample> Samples() const { return {}; }
 };
 

@@ -16,12 +16,12 @@ namespace {
 // A frame as much later is likely to show the same light.
 constexpr auto kStartsAtTheLast = std::chrono::seconds(10);
 
-// Of each channel's gain: of units that are the survey's; of a picture whose exposure and white
-// balance changed by a known factor; of one whose white balance is not known.
+// Standard deviations of each channel's gain. In order: units of the survey; a picture whose
+// exposure and white balance changed by a known factor; a picture of unknown white balance.
 constexpr double kSurveyedGainStddev = 0.02;
 constexpr double kFollowedGainStddev = 0.02;
 constexpr double kUnknownGainStddev = 0.35;
-// Of the climate's light in units that only earlier frames have tied.
+// Standard deviation of the climate's light in units that only earlier frames have tied.
 constexpr double kLearnedGainStddev = 0.3;
 
 bool AnyOfTheDiscIsUp(const SunState& sun) {
@@ -36,13 +36,13 @@ bool IsKnown(const ClearSkyExpectation& clear_sky) {
              0.0;
 }
 
-// What two Gaussians know that may share their errors: in each direction what the better one does.
-// A picture's errors of albedo and geometry are the next picture's, too, so that many pictures know
-// hardly more than one (after Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal intersection).
+// Fuses two Gaussians that may share their errors: in each direction the better one counts. Errors
+// of albedo and geometry are the same in the next picture, so that many pictures have hardly more
+// information than one. After Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal intersection.
 SunAndSkyMatrix BetterOf(const SunAndSkyMatrix& known, const SunAndSkyMatrix& measured) {
   const Eigen::LLT<SunAndSkyMatrix> root(known);
   const SunAndSkyMatrix lower = root.matrixL();
-  // Of `measured`, where `known` is the unit.
+  // Factor of `measured` over `known`.
   SunAndSkyMatrix relative = root.matrixL().solve(measured);
   relative = root.matrixL().solve(relative.transpose().eval());
   relative = (0.5 * (relative + relative.transpose())).eval();
@@ -114,7 +114,8 @@ void HoldSkyToSun(const ClearSkyExpectation& clear_sky,
   }
 }
 
-// What was held is no knowledge: real skies are from half a clear one's light to twice it.
+// A held value is not a measurement: real skies have from half a clear one's light to twice that
+// light.
 void WidenHeldSky(LightingFit& fit) {
   constexpr double kStddev = 0.6;
   const Eigen::Index lights = fit.irradiance_rgb.size() / 3;
@@ -148,7 +149,7 @@ void Describe(const OutdoorConditions& conditions,
     lighting.sky.push_back(
         {conditions.sky_shape_names[k], {light[first], light[first + 1], light[first + 2]}});
   }
-  // Light is what is seen over albedo: where all albedos are too high, all lights are too weak.
+  // Light is radiance over albedo: where all albedos are too high, all lights are too weak.
   const glm::dvec3& scale = conditions.albedo_stddev_rgb;
   const Eigen::Index unknowns = light.size();
   for (Eigen::Index u = 0; u < unknowns; ++u) {
@@ -167,7 +168,7 @@ void Describe(const OutdoorConditions& conditions,
   estimate.relative_residual = fit.relative_residual;
 }
 
-// Of the prior's weathers, which are the belief's states with a share.
+// For the prior's weathers: the belief's states with a share.
 void DescribeWeather(const WeatherBelief& belief,
                      const LightingFit& fit,
                      LightingEstimate& estimate) {
@@ -195,14 +196,14 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     }
     expectation.prior.log_likelihood.assign(log_likelihood.begin(), log_likelihood.end());
   }
-  // Of two starts a wrong model may favour either: a recording's frames, minutes apart, are each
-  // found by themselves.
+  // A wrong model may favour either of two starts: frames of a recording, minutes apart, are each
+  // fitted without the last one.
   const auto since = last_time_ ? conditions.time - *last_time_ : UtcTime::duration::max();
   if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
   last_time_ = conditions.time;
   LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
-  // Surfaces that are all in the sun say little of the sky, and a model that errs may say that
-  // there is none.
+  // Surfaces that are all in the sun contain little evidence of the sky, and errors of the model
+  // may result in a sky of 0.
   if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held && TellsMoreOfTheSun(fit) &&
       !HasASkyForItsSun(conditions.clear_sky, fit.irradiance_rgb)) {
     HoldSkyToSun(conditions.clear_sky, fit.irradiance_rgb, expectation.prior);
@@ -242,7 +243,7 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
   if (IsKnown(clear_sky)) {
     SkyClimate climate = MakeSkyClimate(clear_sky);
     if (conditions.weather) Believe(*conditions.weather, climate);
-    // Twilight and lamps are in nobody's climate: only the colour of their light is.
+    // Twilight and lamps are in no climate: only the colour of their light is.
     const bool is_tied = clear_sky.absolute && conditions.units == LightUnits::kAbsolute &&
                          AnyOfTheDiscIsUp(conditions.sun);
     const ExposureChange& change = conditions.exposure_change;
@@ -316,7 +317,7 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
   const double information = before + part * std::max(0.0, after - before);
   const double weighted =
       before * expected.exponent + part * (after * fit.exponent - before * expected.exponent);
-  // Albedos that err with brightness look like a response, in every frame alike.
+  // Errors of albedo that depend on brightness look like a response, the same in every frame.
   constexpr double kLeastStddev = 0.005;
   response_ = Response{
       weighted / information, std::max(1.0 / information, kLeastStddev * kLeastStddev), time};

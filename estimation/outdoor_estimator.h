@@ -1,4 +1,4 @@
-// From the samples of one frame, and what is known beside them, to its light.
+// The light of one frame from its samples and from what else is known.
 #pragma once
 
 #include <optional>
@@ -16,16 +16,16 @@
 
 namespace pleinair {
 
-// Of one frame, beside its samples. References live for the call only.
+// What is known of one frame, its samples excluded. References live for the call only.
 struct OutdoorConditions {
   UtcTime time{};
   SunState sun;
   ClearSkyExpectation clear_sky;
   std::span<const std::string> sky_shape_names;
   LightUnits units = LightUnits::kAbsolute;
-  ExposureChange exposure_change;  // Looked at where units are relative per frame.
-  std::optional<Weather> weather;  // As a person saw it.
-  // Looked at without a survey, whose light says more.
+  ExposureChange exposure_change;  // Used where units are relative per frame.
+  std::optional<Weather> weather;  // As judged by a person.
+  // Used only without a survey, whose light is better evidence.
   std::optional<TextureContrast> texture;
   std::optional<SurveyedLight> surveyed;
   std::optional<HeldIrradiance> held;
@@ -34,24 +34,24 @@ struct OutdoorConditions {
   CameraErrors camera;
 };
 
-// Keeps what it knows of the light from frame to frame. One thread at a time.
+// Keeps its belief of the light from frame to frame. One thread at a time.
 class OutdoorEstimator {
  public:
   explicit OutdoorEstimator(const LightingFitOptions& options) : fitter_(options) {}
 
-  // Samples in a shadow that the mesh does not cast are changed: see FindShadows; and is_rejected
-  // is set in all.
+  // Returns the light, or why there is none. Changes samples in a shadow that the mesh does not
+  // cast (see FindShadows), and sets is_rejected of all samples.
   tl::expected<LightingEstimate, LightingFailure> Estimate(std::span<DiffuseSample> samples,
                                                            const OutdoorConditions& conditions);
 
  private:
   LightingFitter fitter_;
   std::optional<UtcTime> last_time_;
-  // In the last frame's units, which are climate_gain_ times those of its clear sky.
+  // In the last frame's units: climate_gain_ times those of its clear sky.
   std::optional<WeatherBelief> belief_;
-  ClearSkyExpectation last_clear_sky_;  // Of belief_.
+  ClearSkyExpectation last_clear_sky_;  // That belief_ holds under.
   double climate_gain_ = 1.0;
-  // Of the camera: what earlier pictures say of its response, and when the last one did.
+  // The camera's response as learned from earlier pictures, and the time of the last one.
   struct Response {
     double exponent = 0.0;
     double variance = 0.0;
@@ -62,7 +62,7 @@ class OutdoorEstimator {
   struct Expectation {
     LightingPrior prior;
     WeatherBelief belief;
-    double climate_gain = 1.0;  // Of the units that both are in.
+    double climate_gain = 1.0;  // Of the units of both.
   };
   Expectation Expect(const OutdoorConditions& conditions, int sky_shapes);
   void Learn(const Expectation& expectation, const LightingFit& fit);

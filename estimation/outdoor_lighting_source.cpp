@@ -19,17 +19,18 @@
 namespace pleinair {
 namespace {
 
-// Of a set that was drawn for an earlier frame; with fewer left, the frame gets its own.
+// Least share of a set drawn for an earlier frame; with fewer samples left, the frame gets its own
+// set.
 constexpr double kLeastShareOfKeptSet = 0.8;
 
-// Veils, as a share of the mean radiance of the picture: of linear frames, of the 8-bit frames of
-// a camera whose exposure somebody states, and of one of which nothing is known. Assumed, not
+// Standard deviations of the veil, as a share of the mean radiance of the picture. In order: linear
+// frames; 8-bit frames with a stated exposure; a camera of which nothing is known. Assumed, not
 // measured on cameras.
 constexpr double kVeilOfLinear = 0.0005;
 constexpr double kVeilOfStated = 0.005;
 constexpr double kVeilOfUnknown = 0.015;
-// Of the response of a camera of which nothing is known: picture styles turn contrast up or down by
-// some per cent. Who states an exposure has a response to go with it.
+// Exponent of the response of a camera of which nothing is known: picture styles change contrast by
+// some per cent. A stated exposure comes with a response.
 constexpr double kExponentOfUnknown = 0.05;
 
 // Over pixels on a raster: a veil need not be known better than by some per cent.
@@ -128,15 +129,15 @@ class OutdoorLightingSource final : public LightingSource {
  private:
   OutdoorLightingOptions options_;
   std::vector<std::shared_ptr<const SkyShape>> basis_;
-  glm::dvec3 basis_sun_enu_{0.0};  // What those that turn were made for.
+  glm::dvec3 basis_sun_enu_{0.0};  // The sun that shapes which turn are for.
   SampleSet set_;
   std::vector<DiffuseSample> samples_;
   OutdoorEstimator estimator_;
   ExposureWatch exposure_watch_;
   TextureWatch texture_watch_;
-  // What the set was drawn for.
+  // The key of the set.
   bool drawn_ = false;
-  int drawn_size_ = 0;  // Of the set when it was last filled.
+  int drawn_size_ = 0;  // Size of the set when it was last filled.
   std::uint64_t geometry_version_ = 0;
   std::uint64_t sky_version_ = 0;
   std::uint64_t sun_version_ = 0;

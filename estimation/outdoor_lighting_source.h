@@ -13,20 +13,22 @@
 
 namespace pleinair {
 
+// Set-up of the source.
 struct OutdoorLightingOptions {
-  int samples = 500;  // Asked for; fewer where the view does not hold them. 1 .. 100000.
+  int samples = 500;  // At most; fewer where the view has fewer. 1 .. 100000.
   std::uint64_t seed = 1;
   SampleChoice choice = SampleChoice::kBalanced;
   LightingFitOptions fit{};
-  // What the sky's light is a mix of: at least one, each at most once. Uniform alone is
+  // The shapes whose mix is the sky: at least one, each at most once. Uniform alone is
   // jensen-2006's model.
   std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
-  // Of a clear sky's haze, as the survey shows it (see SurveyLight). 0 .. 5.
+  // Haze of a clear sky, as measured by the survey (see SurveyLight). 0 .. 5.
   double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm;
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };
 
+// Makes the source. Throws std::invalid_argument as OutdoorLightingOptions::Validate.
 std::unique_ptr<LightingSource> MakeOutdoorLightingSource(const OutdoorLightingOptions& options);
 
 }  // namespace pleinair

@@ -15,7 +15,7 @@ using estimation_internal::IsMeasured;
 
 struct RunSum {
   glm::vec3 radiance_sr{0.0f};
-  float least = 0.0f;  // Of all values, or 0.
+  float least = 0.0f;  // Mean of all values, or 0.
 };
 
 // Four pixels at a time: a sum of one pixel after another waits for every single addition.
@@ -87,7 +87,7 @@ void RegionAverages::Average(const RgbImage& radiance,
         SumOf(pixels.subspan(run.begin, count), solid_angle_sr.subspan(run.begin, count));
     glm::vec3 radiance_sr = sum.radiance_sr;
     float weight_sr = run.solid_angle_sr;
-    // Most runs are clean: defects are looked for where the sum shows some.
+    // Most runs are clean: defects are searched only where the sum reveals some.
     if (sum.least != 0.0f || !IsMeasured(radiance_sr)) {
       radiance_sr = glm::vec3(0.0f);
       weight_sr = 0.0f;

@@ -13,18 +13,18 @@
 
 namespace pleinair {
 
-// Set up once a camera; then a picture costs one read of its pixels.
+// Set up once for each camera; a picture then costs one read of its pixels.
 class RegionAverages {
  public:
   // Keeps no reference to `table`.
   RegionAverages(const FisheyePixelTable& table, const SkyRegions& regions);
 
-  // False where the camera sees nothing of the upper hemisphere.
+  // Whether the camera sees any of the upper hemisphere.
   bool SeesSky() const { return !runs_.empty(); }
 
   // Averages `radiance` over solid angle, region by region. Pixels that are not finite or below 0
   // are left out; those in `replaced` (each once, above the horizon) count as `replacement`. A
-  // region without a pixel has the average of the nearest one above it, one of the highest band the
+  // region without a pixel has the average of the nearest one above it; in the highest band, the
   // mean of all.
   //
   // Shape    `radiance` has the size of the camera's pictures, unchecked.
@@ -32,7 +32,7 @@ class RegionAverages {
   void Average(const RgbImage& radiance,
                std::span<const std::uint32_t> replaced,
                const glm::vec3& replacement);
-  // One a region; of the last picture.
+  // One for each region, from the last picture.
   std::span<const glm::dvec3> Radiance() const { return average_; }
 
  private:
@@ -46,10 +46,10 @@ class RegionAverages {
 
   SkyRegions regions_;
   std::vector<float> solid_angle_sr_;           // Per pixel.
-  std::vector<std::uint32_t> region_of_pixel_;  // Of no meaning for pixels outside all runs.
+  std::vector<std::uint32_t> region_of_pixel_;  // Without meaning for pixels outside all runs.
   std::vector<Run> runs_;
   std::vector<glm::dvec3> average_;
-  std::vector<double> weight_sr_;  // That the averages were made of.
+  std::vector<double> weight_sr_;  // Solid angle that each average is over.
 };
 
 }  // namespace pleinair

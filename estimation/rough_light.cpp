@@ -10,19 +10,19 @@
 namespace pleinair {
 namespace {
 
-// Of the sun's share of the samples' transport, between its deciles: with less, sun and sky are
-// taken to change together.
+// Least difference between the deciles of the sun's share of the samples' transport. With less, sun
+// and sky are assumed to change together.
 constexpr double kLeastSpreadOfShares = 0.1;
 constexpr int kRounds = 3;
 
-// Of one channel.
+// Light of one channel.
 struct ChannelLight {
   double sun = 0.0;
   double sky = 0.0;
   double sunlit_from_share = 1.0;
 };
 
-// The light that medians over the samples speak for, those with little sun and those with much.
+// The light from medians over the samples with little sun and over those with much.
 class MedianLight {
  public:
   ChannelLight Find(std::span<const DiffuseSample> samples, int channel) {

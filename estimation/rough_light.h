@@ -1,4 +1,4 @@
-// Sun and sky from medians: what samples should show, near enough to know their noise by.
+// Sun and sky from medians: accurate enough to predict the noise of samples.
 #pragma once
 
 #include <span>
@@ -9,23 +9,23 @@
 
 namespace pleinair {
 
-// The sky's shapes count as one, in equal parts.
+// Irradiances; the sky's shapes count as one, in equal parts.
 struct RoughLight {
   glm::dvec3 sun_rgb{0.0};
   glm::dvec3 sky_rgb{0.0};
-  // Of a sample's transport (green): those with a larger share of the sun are sunlit. 1: none is.
+  // Samples with a larger share of the sun in their transport (green) are sunlit. 1: none is.
   double sunlit_from_share = 1.0;
 };
 
-// The sky from the samples with little sun, the sun from those with much, by medians; each channel
-// by itself. Where the samples' shares of the sun are alike the two are the same. 0 without
-// samples.
+// Finds by medians the sky from the samples with little sun and the sun from those with much, for
+// each channel separately. Where the samples have similar shares of the sun, the two are equal. 0
+// without samples.
 RoughLight FindRoughLight(std::span<const DiffuseSample> samples);
 
-// Of the sun in the sample's transport, where it has any.
+// Share of the sun in the sample's transport, where it has any.
 double SunShare(const DiffuseSample& sample, int channel);
 
-// Over the sky's shapes that the sample has a response to.
+// Mean over the sky's shapes that the sample has a response to.
 double MeanSkyTransport(const DiffuseSample& sample, int channel);
 
 }  // namespace pleinair

@@ -12,18 +12,19 @@
 namespace pleinair {
 namespace {
 
-// Below so many standard deviations of a pixel, black cuts some of its noise off.
+// A signal below this many standard deviations of a pixel has some of its noise cut off by black.
 constexpr double kReachOfNoise = 3.0;
-// What a sample can be brighter than it should be for its albedo and the model: three times the
-// error that the fit expects.
+// How much brighter a sample can be than its albedo and the model predict: three times the error
+// that the fit expects.
 constexpr double kReachOfModel = 0.15;
 
-// Of a plane's sunlit or shaded samples: with more of them clipped, the others are the darker ones.
+// Share of a plane's sunlit or shaded samples. With more of them clipped, the others are the darker
+// ones.
 constexpr double kMostClipped = 0.1;
 
 // The samples of one plane in the sun or in the shade.
 struct Group {
-  glm::dvec3 signal{0.0};  // Of what they should show, the sum.
+  glm::dvec3 signal{0.0};  // Sum of the predicted signals.
   glm::ivec3 clipped{0};
   int samples = 0;
 };

@@ -1,4 +1,4 @@
-// What the camera's own noise makes of samples, and which of them its black and white cut off.
+// The camera's noise in samples, and which samples black or white may clip.
 #pragma once
 
 #include <span>
@@ -9,17 +9,18 @@
 namespace pleinair {
 
 // Writes radiance_stddev_rgb: the camera's noise over the sample's pixels, infinite in a channel
-// that black or white may cut off. Where it is infinite already the channel is clipped, and stays
-// so. `exposure` leads from radiance to the camera's signal.
+// that black or white may cut off. Where it is infinite already, the channel is clipped and stays
+// so. `exposure` is the factor from radiance to the camera's signal.
 //
-// All of this goes by what a sample should show, not by what it does: by its transport under the
-// light that the medians of the samples speak for, clipped ones among them. Leaving out those that
-// happen to be clipped keeps those that happen to be darker; where more than a few of a plane's
-// sunlit or shaded samples are, all of them are left out. And the relative noise is that of the
-// samples of one plane together, sunlit or shaded: a noise of their own would make the samples of
-// an albedo that is believed too bright count more, and where a plane's samples differ by little
-// else (an overcast day) the fit takes that for light: a recording's sky came out a quarter too
-// weak.
+// All decisions use a sample's predicted signal, not its measured one: its transport under the
+// light that the medians of the samples support, clipped samples included. The reason is that
+// leaving out only samples that happen to be clipped keeps the darker ones. Where more than a few
+// of a plane's sunlit or shaded samples are clipped, all of these are left out.
+//
+// The relative noise is common to the samples of one plane, sunlit or shaded. Individual noise
+// would give more weight to samples whose albedo is assumed too bright. Where a plane's samples
+// differ by little else (an overcast day), the fit would explain that by light: a recording's sky
+// came out a quarter too weak.
 void ApplySignalNoise(const SignalNoise& noise, double exposure, std::span<DiffuseSample> samples);
 
 }  // namespace pleinair

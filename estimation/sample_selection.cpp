@@ -43,7 +43,7 @@ constexpr double kLeastAlbedoSpread = 0.1;
 // Darker than soot: its radiance is glare and noise. Lighter than fresh snow: no diffuse surface.
 constexpr float kLeastAlbedo = 0.02f;
 constexpr float kLargestAlbedo = 0.95f;
-// A filled albedo errs some twice as much as a measured one.
+// A filled albedo has about twice the error of a measured one.
 constexpr double kFilledAlbedoWeight = 0.25;
 
 bool IsFinite(const glm::vec3& v) {
@@ -164,8 +164,8 @@ class SampleDraw {
     if (region < 0 || PlaneOf(region, view_.normal_world.pixels[pixel]) != footprint.plane) {
       return std::nullopt;
     }
-    // Something else of the same kind may stand before it. The pixel's own place is half a pixel
-    // away, or more where the surface is seen at a slant.
+    // Another surface of the same kind may occlude it. The pixel's own place is half a pixel away,
+    // or more at a grazing view.
     constexpr double kLargestShift = 0.02;
     const glm::dvec3 shown_m(view_.position_world_m.pixels[pixel]);
     const double range_m = glm::distance(shown_m, view_.camera.CentreWorldM());
@@ -292,7 +292,8 @@ class SampleDraw {
   }
 
   void DropAlbedoOutliers(std::span<Stratum> region, std::size_t count) {
-    constexpr std::size_t kEnough = 2000;  // A median over so many is good to 3 % of the spread.
+    // A median over this many is accurate to 3 % of the spread.
+    constexpr std::size_t kEnough = 2000;
     const std::size_t stride = std::max<std::size_t>(1, count / kEnough);
     glm::dvec3 median(0.0);
     glm::dvec3 reach(0.0);
@@ -325,7 +326,7 @@ class SampleDraw {
     }
   }
 
-  // Of `wanted` footprints, for the strata `open`; they add up to it.
+  // Shares of `wanted` footprints for the strata `open`; they add up to it.
   std::vector<std::size_t> Quotas(std::size_t wanted, std::span<const std::size_t> open) const {
     std::vector<std::size_t> quotas(open.size(), wanted / open.size());
     if (options_.choice == SampleChoice::kBalanced) {

@@ -13,15 +13,15 @@ namespace {
 
 // Below, neither two levels nor one are more than chance.
 constexpr std::size_t kLeastSamples = 60;
-constexpr double kLitShare = 0.3;       // Of the sun in the transport of a lit sample, at least.
-constexpr double kLeastOfLevel = 0.08;  // Of the samples, on either level.
+constexpr double kLitShare = 0.3;       // Least share of the sun in the transport of a lit sample.
+constexpr double kLeastOfLevel = 0.08;  // Least share of the samples on either level.
 // In natural logarithms of radiance over transport.
-constexpr double kLeastStep = 0.45;   // Weaker suns throw shadows like stains.
-constexpr double kLargestStep = 2.6;  // No sky is a thirteenth of the sun beside it.
-constexpr double kLeastSteps = 3.0;   // Of the levels' own spread.
-constexpr double kLeastBluer = 0.04;  // Of blue over red, in the shade against the sun.
+constexpr double kLeastStep = 0.45;   // Shadows of weaker suns look like stains.
+constexpr double kLargestStep = 2.6;  // No sky is as weak as a thirteenth of its sun.
+constexpr double kLeastSteps = 3.0;   // In units of the levels' own spread.
+constexpr double kLeastBluer = 0.04;  // Change of blue over red, in the shade against the sun.
 constexpr double kFlatSpread = 0.25;
-// What the shade keeps of the sun's transport: light from the lit surfaces around.
+// Share of the sun's transport that remains in the shade: light from the lit surfaces around.
 constexpr double kBounced = 0.02;
 
 // One sample's light, as logarithms.
@@ -141,7 +141,7 @@ ShadowCues FindShadows(std::span<DiffuseSample> samples) {
 }
 
 std::array<double, kSkyStates> LogLikelihood(const ShadowCues& cues) {
-  // Of a flat plane, in SkyState's order.
+  // Likelihood of a flat plane, in SkyState's order.
   static constexpr std::array<double, kSkyStates> kFlat{0.2, 0.2, 0.5, 0.9, 0.95};
   std::array<double, kSkyStates> log{};
   if (!cues.flat || cues.shaded > 0) return log;

@@ -33,8 +33,8 @@ constexpr StateModel kModels[kSkyStates] = {
     {0.25, {0.00, 0.01}, {0.10, 0.10}, {0.32, 0.15}},
 };
 
-// Of one channel against the others, relative: haze, dust and ozone redden the beam, clouds and the
-// ground colour the sky.
+// Error of one channel against the others, relative: haze, dust and ozone redden the beam, clouds
+// and the ground colour the sky.
 constexpr double kSunHueStddev = 0.06;
 constexpr double kSkyHueStddev = 0.12;
 // A sun at the horizon has no beam, and its Gaussian no width: this part of the sky.

@@ -12,12 +12,12 @@ namespace {
 
 // Below, the median is chance.
 constexpr std::size_t kLeastSquares = 60;
-// A median over so many is good to 8 % of their spread.
+// A median over this many is accurate to 8 % of their spread.
 constexpr std::size_t kEnoughSquares = 240;
 
 constexpr int kGreenIsUnsound = kUnusable | kClipped[1];
-// Of a square, at the noise floor: deep shadows are among its pixels, but what is all dark has the
-// camera's own grain.
+// Largest share of a square's pixels at the noise floor: deep shadows are among its pixels, but an
+// all dark square shows the camera's own grain.
 constexpr double kMostNearBlack = 0.5;
 
 // The variance of radiance over its mean's square; nullopt where a pixel of the square is outside
@@ -66,7 +66,7 @@ std::optional<double> FineContrast(const Frame& frame, std::span<const DiffuseSa
     }
   }
   if (variances.size() < kLeastSquares) return std::nullopt;
-  // Of the logarithm of log-normal values.
+  // Standard deviation of the logarithm of log-normal values.
   return std::sqrt(std::log1p(UpperMedianInPlace(variances)));
 }
 

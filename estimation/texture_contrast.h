@@ -1,4 +1,4 @@
-// How deep the shadows are that rough surfaces (leaves, grass, gravel) cast on themselves.
+// The depth of the shadows that rough surfaces (leaves, grass, gravel) cast on themselves.
 #pragma once
 
 #include <array>
@@ -12,29 +12,32 @@
 
 namespace pleinair {
 
-// Standard deviations of the logarithm of radiance within squares of kTextureWindowPx, the median
-// over the samples.
+// Standard deviations of the logarithm of radiance within squares of kTextureWindowPx; medians over
+// the samples.
 struct TextureContrast {
   double now = 0.0;
-  double most = 0.0;  // That this camera has seen so far, `now` among them.
+  double most = 0.0;  // The most that this camera has shown so far, `now` included.
 };
 
 inline constexpr int kTextureWindowPx = 17;
 
-// nullopt where hardly any sample's square is usable. Radiance in any unit; green alone is read.
+// Contrast of one frame; nullopt where hardly any sample's square is usable. Radiance in any unit;
+// only green is read.
 std::optional<double> FineContrast(const Frame& frame, std::span<const DiffuseSample> samples);
 
-// Under each state of the sky, as logarithms. Deep fine contrast is the sun's; contrast that was
-// deep and is no longer is the sun's that is gone. Smooth surfaces say nothing.
+// Log-likelihood under each state of the sky. Deep fine contrast is evidence of the sun; contrast
+// that was deep and no longer is, is evidence that the sun is gone. Smooth surfaces are no
+// evidence.
 //
 // Source  Contrast as a feature of sunny and cloudy pictures: Lu, Lin, Jia and Tang, CVPR 2014. The
 //         figures are assumptions.
 std::array<double, kSkyStates> LogLikelihood(const TextureContrast& contrast);
 
-// Remembers the most that one camera has seen. One thread at a time.
+// Keeps the largest contrast that one camera has shown. One thread at a time.
 class TextureWatch {
  public:
-  // Of another camera than the last frame's it knows nothing yet.
+  // Returns the contrast of `frame`, nullopt as FineContrast. Starts again with another camera than
+  // the last frame's.
   std::optional<TextureContrast> Look(const Frame& frame,
                                       const Camera& camera,
                                       std::span<const DiffuseSample> samples);

@@ -13,10 +13,10 @@ namespace {
 
 using estimation_internal::Square;
 
-// How long states last. Within broken cloud the sun comes and goes in a minute or two; a weather
-// stays for some hours, which is also how soon the light in it becomes another.
+// Durations of the states. Within broken cloud the sun comes and goes in a minute or two. A weather
+// lasts for some hours, and the light in it changes at the same rate.
 constexpr double kBrokenCloudsS = 90.0;
-// Pictures as much later show other shadows.
+// After this time a picture shows other shadows.
 constexpr double kEvidenceS = 600.0;
 constexpr double kWeatherS = 8.0 * 3600.0;
 
@@ -33,8 +33,8 @@ constexpr Memory kMemories[kSkyStates] = {
     {4.0 * 3600.0, 3.0 * 3600.0},
 };
 
-// Of a survey's light: radiometry and what it did not see of its sky, common to the channels, and
-// of one channel against the others.
+// Errors of a survey's light: common to the channels (radiometry, and the sky that it did not see),
+// and of one channel against the others.
 constexpr double kSurveyStddev = 0.05;
 constexpr double kSurveyHueStddev = 0.01;
 
@@ -44,7 +44,7 @@ double SecondsBetween(UtcTime from, UtcTime to) {
   return (Seconds(to.time_since_epoch()) - Seconds(from.time_since_epoch())).count();
 }
 
-// Of the next state, given the last; rows add up to 1.
+// Probabilities of the next state, given the last; rows add up to 1.
 std::array<std::array<double, kSkyStates>, kSkyStates> TransitionsOver(double gap_s,
                                                                        const SkyClimate& climate) {
   const double broken_stays = std::exp(-gap_s / kBrokenCloudsS);
@@ -71,7 +71,7 @@ std::array<std::array<double, kSkyStates>, kSkyStates> TransitionsOver(double ga
   return transitions;
 }
 
-// Of `last` in the same state: each light keeps a part of its distance from the climate.
+// Predicts `last` in the same state: each light keeps a part of its distance from the climate.
 LightGaussian GoOn(const LightGaussian& last,
                    const LightGaussian& climate,
                    double sun_kept,
@@ -80,8 +80,8 @@ LightGaussian GoOn(const LightGaussian& last,
   kept << sun_kept, sun_kept, sun_kept, sky_kept, sky_kept, sky_kept;
   LightGaussian next;
   next.mean = climate.mean + kept.cwiseProduct(last.mean - climate.mean);
-  // What sun and sky gain of the climate's spread is as correlated as both are forgotten alike:
-  // positive definite whatever their memories.
+  // Sun and sky regain the climate's correlation to the degree that both are forgotten: positive
+  // definite whatever their memories.
   const SunAndSky forgotten = (1.0 - kept.array().square()).max(0.0).sqrt();
   next.covariance = kept.asDiagonal() * last.covariance * kept.asDiagonal();
   next.covariance += forgotten.asDiagonal() * climate.covariance * forgotten.asDiagonal();
@@ -189,11 +189,11 @@ WeatherBelief Predict(const WeatherBelief& last, const SkyClimate& climate, UtcT
 }
 
 void FollowTheSun(const SkyClimate& then, const SkyClimate& now, WeatherBelief& belief) {
-  // Of a sun that was at the horizon there is little to conclude from; one that sets leaves a
-  // covariance that is positive definite.
+  // A sun that was at the horizon has little information; for one that sets, the covariance stays
+  // positive definite.
   constexpr double kMost = 4.0;
   constexpr double kLeast = 1e-3;
-  // A state without a sun has the clear one's to go by.
+  // A state without a sun uses that of the clear state.
   constexpr auto kClear = static_cast<std::size_t>(SkyState::kClear);
   for (std::size_t s = 0; s < kSkyStates; ++s) {
     SunAndSky factor = SunAndSky::Ones();

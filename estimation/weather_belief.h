@@ -1,4 +1,4 @@
-// How weather goes on: what is believed of the light now, from what was known of it before.
+// The weather's development: the belief of the present light, predicted from the earlier belief.
 #pragma once
 
 #include <array>
@@ -10,18 +10,19 @@
 
 namespace pleinair {
 
-// One state of the sky: how probable it is, and the light if it is the one.
+// One state of the sky: its probability, and the light under it.
 struct WeatherLight {
   double share = 0.0;
   LightGaussian light;
-  // How well the last picture agreed with it: a logarithm, but for a constant. The next picture of
-  // the same light says the same once more, which is no news.
+  // How well the last picture agreed with it: a logarithm, up to a constant. The next picture of
+  // the same light repeats that evidence, and must not count it again.
   double log_evidence = 0.0;
 };
 
+// The belief of the light at one time: a mixture over the states of the sky.
 struct WeatherBelief {
   UtcTime time{};
-  double repeats = 0.0;  // Of the last picture's evidence: the part that this one shares.
+  double repeats = 0.0;  // The part of the last picture's evidence that this one repeats.
   std::array<WeatherLight, kSkyStates> states;
 };
 
@@ -34,30 +35,31 @@ struct SurveyedLight {
   ClearSkyExpectation clear_sky;  // At the sun of the survey.
 };
 
-// What the climate alone says.
+// The belief from the climate only.
 WeatherBelief BeliefFromClimate(const SkyClimate& climate, UtcTime time);
 
-// The survey's own light under each state, and the states as probable as they make it.
+// The survey's own light under each state, with the states' probabilities given that light.
 WeatherBelief BeliefFromSurvey(const SurveyedLight& survey);
 
-// `last` at `time`, before or after it, under the climate of that time. States follow each other as
-// a Markov chain: the sun comes and goes among broken clouds within a minute or so, clear, broken
-// and overcast weather stay for hours. Within a state the light goes back to the climate's
-// (an Ornstein-Uhlenbeck process); where the state changes the sun is the climate's, and where the
-// weather changes so is the sky. Nothing is known for certain for long, and nothing is forgotten at
-// once: for an interval of 0 it is `last`, for a long one the climate (an
-// interacting-multiple-model prediction: Blom and Bar-Shalom, IEEE Transactions on Automatic
-// Control 33(8), 1988).
+// Predicts `last` for `time`, before or after it, under the climate of that time. States follow
+// each other as a Markov chain: among broken clouds the sun comes and goes within a minute or so;
+// clear, broken and overcast weather last for hours. Within a state the light returns to the
+// climate's (an Ornstein-Uhlenbeck process). Where the state changes, the sun is the climate's;
+// where the weather changes, so is the sky. For an interval of 0 the result is `last`, for a long
+// one the climate.
+//
+// Source  Interacting-multiple-model prediction: Blom and Bar-Shalom, IEEE Transactions on
+//         Automatic Control 33(8), 1988.
 WeatherBelief Predict(const WeatherBelief& last, const SkyClimate& climate, UtcTime time);
 
-// As it would be under the sun of `now`, known under that of `then`: each state's light goes with
-// its climate's, up to some times as strong.
+// Converts a belief from the sun of `then` to that of `now`: each state's light scales with its
+// climate's, up to some times as strong.
 void FollowTheSun(const SkyClimate& then, const SkyClimate& now, WeatherBelief& belief);
 
-// As the same function of a climate.
+// As the function of the same name for a climate.
 void Believe(Weather seen, WeatherBelief& belief);
 
-// In a picture that is brighter by `factor_rgb`.
+// Converts to the units of a picture that is brighter by `factor_rgb`.
 void Rescale(const glm::dvec3& factor_rgb, WeatherBelief& belief);
 void Rescale(const glm::dvec3& factor_rgb, LightGaussian& light);
 

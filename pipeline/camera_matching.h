@@ -1,4 +1,4 @@
-// Virtual objects as noisy and as soft as the camera's own picture.
+// Gives virtual objects the noise and the blur of the camera's own picture.
 #pragma once
 
 #include <optional>
@@ -11,29 +11,32 @@
 
 namespace pleinair {
 
+// Which of the camera's imperfections virtual objects get.
 struct CameraMatchingOptions {
-  bool noise = true;  // Of frames that came as code values; linear light is left clean.
-  bool blur = true;   // Of any: a linear frame came through the same lens.
-  // The camera's shot and read noise. None: each frame's own, measured.
+  bool noise = true;  // For frames of code values; linear frames stay clean.
+  bool blur = true;   // For all frames: a linear frame came through the same lens.
+  // The camera's shot and read noise. None: measured in each frame.
   std::optional<CameraNoise> camera_noise;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
 
+// Keeps the measured blur from frame to frame. One thread at a time.
 class CameraMatching {
  public:
   explicit CameraMatching(const CameraMatchingOptions& options);
 
-  // Blur for CompositeInput::camera_blur_px. Measured in the first frames together, each of them
-  // used once, and then kept: a lens does not change.
+  // Returns the blur for CompositeInput::camera_blur_px, as a Gaussian's standard deviation. It is
+  // measured in the first frames together, each of them used once, and then kept: a lens does not
+  // change.
   double BlurPx(const Frame& frame, const SurfaceView& view);
 
-  // Adds noise to the pixels that the composite has changed, and to no other: all of a pixel's that
-  // an object covers (its rim, where the camera's own shines through, gets some too much), what is
-  // missing where real light was scaled and its noise with it, and nothing to light from white on,
-  // which the camera clips. The same for the same frame's index,
-  // place and light; another one in each frame, pixel and channel. Codes come of it by rounding.
-  // `response` is that of frame.codes.
+  // Adds noise to the pixels that the composite has changed, and to no other. A pixel that an
+  // object covers gets all of the camera's noise; at its rim, where the camera's own pixel is
+  // visible too, that is a little too much. Where real light was scaled together with its noise,
+  // the missing part is added. Light from white on gets none, as the camera clips it. The noise
+  // depends only on the frame's index, the pixel, the channel and the light. Rounding to codes is
+  // left to the caller. `response` is that of frame.codes.
   void AddNoise(const Frame& frame, const ResponseCurve& response, Composite& composite) const;
 
  private:

@@ -1,4 +1,4 @@
-// How the camera's 8-bit picture would show light: what a change of light is worth to the eye.
+// Light in code values of the camera's 8-bit picture: the unit of visible changes.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@ namespace pleinair {
 
 inline constexpr double kWhiteCode = 255.0;
 
-// The exposure at which 95 % of a linear picture's pixels are below 0.8 of white: for frames that
-// do not say theirs. 1 for a picture without light.
+// Returns an exposure, from radiance to [0, 1], for frames that do not state theirs: 95 % of a
+// linear picture's pixels are then below 0.8 of white. 1 for a picture without light.
 double ChosenExposure(const RgbImage& radiance);
 
-// Continuous code values, 0 to 255, clipped at white: linear between the codes' own light.
+// Continuous code values, 0 to 255, clipped at white; linear between the light of the codes.
 class DisplayCodes {
  public:
   // Throws std::invalid_argument for an exposure that is not positive and finite.
@@ -31,9 +31,9 @@ class DisplayCodes {
   float Code(int channel, float radiance) const;
   // The largest difference between codes of two radiances, over the channels.
   float Difference(const glm::vec3& a, const glm::vec3& b) const;
-  // Bound of the change of a code where radiance of at least `least` grows by up to `added`: of the
-  // curve that is nowhere flatter than the camera's, and falls off as it goes up. For a curve that
-  // does so itself, as sRGB's does, the largest change there is.
+  // Upper bound of the change of a code where radiance of at least `least` grows by up to `added`.
+  // It uses a concave curve that is nowhere flatter than the camera's. For a concave curve, as
+  // sRGB's is, it is the largest possible change.
   float LargestRise(const glm::vec3& least, const glm::vec3& added) const;
 
  private:

@@ -1,4 +1,4 @@
-// What can be simulated, and what of it is asked for.
+// The effects that can be simulated, and the choice of them.
 #pragma once
 
 #include <array>
@@ -25,6 +25,7 @@ std::string_view NameOf(Effect effect);
 // One line of help.
 std::string_view HelpOf(Effect effect);
 
+// A set of effects.
 class EffectSet {
  public:
   constexpr EffectSet() = default;
@@ -52,16 +53,18 @@ class EffectSet {
   std::uint32_t bits_ = 0;
 };
 
+// kPlan: the plan decides.
 enum class EffectSwitch : std::uint8_t { kOff, kPlan, kOn };
 
+// Which effects are asked for, and with which threshold or budget.
 struct EffectSettings {
   // By Effect.
   std::array<EffectSwitch, kEffectCount> switches = Filled(EffectSwitch::kPlan);
-  // What may be left out in all, in code values of the 8-bit picture.
+  // Sum of the changes that may be left out, in code values of the 8-bit picture. >= 0.
   double threshold_code_values = 1.0;
-  // Milliseconds for a frame, from the estimate on: what is made for a new view or sun before is
-  // the same for all choices. Given, the plan asks not what can be left out, but what can be had
-  // for it.
+  // Milliseconds for a frame, from the estimate on; the work for a new view or sun before that is
+  // the same for all choices. With a budget, the plan chooses the most accurate set of effects that
+  // fits, instead of what the threshold allows to leave out.
   std::optional<double> budget_ms;
 
   EffectSwitch& operator[](Effect effect) { return switches[static_cast<std::size_t>(effect)]; }

@@ -44,7 +44,8 @@ void ForLeftOut(const EffectSettings& settings,
   }
 }
 
-// Nothing runs that is off or lacks its needs; what is on runs where it has them.
+// An effect that is off, or lacks the effects that it needs, does not run; one that is on runs
+// where it has them.
 bool IsAllowed(const EffectSettings& settings,
                std::span<const EffectOffer> offers,
                EffectSet runs) {
@@ -57,8 +58,8 @@ bool IsAllowed(const EffectSettings& settings,
   });
 }
 
-// What no choice has, and what every one has: an effect whose own bound is above the threshold and
-// that is part of no other cannot be left out.
+// Effects that no choice has, and those that all have. An effect cannot be left out where its own
+// bound is above the threshold and it is part of no other.
 struct DecidedEffects {
   EffectSet never;
   EffectSet always;
@@ -72,7 +73,7 @@ DecidedEffects Decided(const EffectSettings& settings,
     const EffectSwitch wanted = settings[offer.effect];
     const bool is_independent = offer.needs_any.Empty();
     const bool is_seen = !has_budget && offer.bound_code_values > settings.threshold_code_values;
-    // What changes nothing only takes time.
+    // An effect that changes nothing only takes time.
     const bool is_idle = wanted == EffectSwitch::kPlan && offer.bound_code_values == 0.0;
     if (wanted == EffectSwitch::kOff || is_idle) decided.never = decided.never.With(offer.effect);
     if (is_independent &&
@@ -141,7 +142,7 @@ EffectPlan PlanEffects(const EffectSettings& settings,
     if (runs.HasAny(never) || !runs.HasAll(always)) continue;
     if (!IsAllowed(settings, offers, runs)) continue;
     double left_out = 0.0;
-    double squares = 0.0;  // Changes of several effects are taken to be independent.
+    double squares = 0.0;  // Changes of several effects are treated as independent.
     ForLeftOut(settings, offers, runs, [&](const EffectOffer& offer) {
       left_out += offer.bound_code_values;
       const double rms = offer.rms_share * offer.bound_code_values;

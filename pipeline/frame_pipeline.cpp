@@ -195,7 +195,7 @@ const TransportTime& FramePipeline::TransportOf(const Frame& frame, const SunSta
 void FramePipeline::MakeSunAhead(const Frame& frame) {
   if (!site_ || frame.sun_direction_enu || !(options_.sun_step_s > 0.0)) return;
   const TransportSteps steps{options_.sun_step_s, options_.bounce_step_s};
-  // What the frame itself waits for comes first.
+  // Work that the frame itself waits for comes first.
   if (TransportSun(site_, frame, {}, steps).time != transport_->time) return;
   Frame next;
   next.time = frame.time + std::chrono::nanoseconds(std::llround(options_.sun_step_s * 1e9));

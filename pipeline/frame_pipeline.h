@@ -38,22 +38,22 @@ namespace pleinair {
 class DirectDaylight;
 class FrameEffects;
 
+// Set-up of the pipeline.
 struct FramePipelineOptions {
   SurfaceViewOptions view;
-  // The sun's transport is made for times on this raster, so that it is a pure function of a
-  // frame's time and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: made for
-  // every frame.
+  // The sun's transport is computed for times on this raster. So it is a pure function of a frame's
+  // time, and is kept while the sun has hardly moved: half a step is 0.1 deg. 0: computed for every
+  // frame.
   double sun_step_s = 48.0;
-  // The same for what takes longer and changes less: the sun's bounces, and the sky shapes that
-  // turn with it. A multiple of sun_step_s has both made for the same frames.
+  // The same for transport that takes longer and changes less: the sun's bounces, and the sky
+  // shapes that turn with it. With a multiple of sun_step_s both are computed for the same frames.
   double bounce_step_s = 240.0;
-  // That transport for the raster's next time is made ahead, on another thread, and a frame does
-  // not wait for it: until it is there the last one is used (FrameResult::sun_age_s). For live
-  // frames.
+  // Transport for the raster's next time is computed ahead, on another thread, and a frame does not
+  // wait for it. Until it is ready, the last one is used (FrameResult::sun_age_s). For live frames.
   bool sun_ahead = false;
-  // Where objects have moved since a frame that was at most half a second ago, light on them and
-  // on what is around them is coarse (object_light.in_motion, influence.in_motion), and is refined
-  // in the frames after that. Then a picture depends on those before it: for live frames.
+  // Where objects have moved since a frame at most half a second before, light on them and on
+  // surfaces around them is coarse (object_light.in_motion, influence.in_motion). Later frames
+  // refine it. A picture then depends on those before it: for live frames.
   bool light_in_steps = false;
   ObjectLightOptions object_light;
   InfluenceAt influence_at = InfluenceAt::kPixels;
@@ -61,12 +61,12 @@ struct FramePipelineOptions {
   SoftSunOptions soft_sun;
   MirrorImageOptions mirror;
   EffectSettings effects;
-  CameraMatchingOptions camera_matching;  // What is false in it is off.
+  CameraMatchingOptions camera_matching;  // Its false fields switch effects off.
   MotionBlurOptions motion_blur;
-  // Response of the camera that gives code values: the unit in which the plan counts.
+  // Response from light to the code values in which the plan counts.
   ResponseCurve display_response = ResponseCurve::Srgb();
-  // Pictures are drawn in light as WithDaylightColours has it. Not for a source that measures the
-  // sky itself, whose colours are real.
+  // Pictures are drawn in the light of WithDaylightColours. Not for a source that measures the sky
+  // itself, whose colours are real.
   bool daylight_colours = true;
   // None: each frame's own estimate is reported.
   std::optional<LightingFilterOptions> filter = LightingFilterOptions{};
@@ -77,7 +77,7 @@ struct FramePipelineOptions {
 // Wall time in milliseconds. read and write are the caller's.
 struct StageTimes {
   double read = 0.0;
-  double transport = 0.0;  // View, sun's part, and drawing of a new sample set.
+  double transport = 0.0;  // View, the sun's part, and drawing of a new sample set.
   double estimate = 0.0;
   double relight = 0.0;  // Environment map, where the route needs it.
   double probes = 0.0;
@@ -90,53 +90,55 @@ struct StageTimes {
 struct PlannedWork {
   std::string_view name;
   bool is_done = false;  // Some effect needed it.
-  bool is_kept = false;  // Nothing slow was left to do.
+  bool is_kept = false;  // The last frame's result was used.
   bool is_drawing = false;
   double expected_ms = 0.0;
-  double ms = 0.0;  // 0 for drawing, whose parts are not timed apart.
+  double ms = 0.0;  // 0 for drawing, whose parts are not timed separately.
 };
 
-// What is drawn in a frame whose light is known.
+// The picture of a frame whose light is known.
 struct RenderedFrame {
   Composite composite;
-  std::int64_t clamped_pixels = 0;  // Of the composite, by ClampToHalf.
+  std::int64_t clamped_pixels = 0;  // Pixels of the composite that ClampToHalf changed.
   EffectPlan plan;                  // Without objects nothing is planned.
   std::vector<PlannedWork> works;
-  // Objects move or have just come to rest: the frame drawn again at the same time, or some more
-  // frames at rest, are finer. Only with light_in_steps.
+  // Objects move or have just come to rest. The same frame drawn again, or more frames at rest, are
+  // finer. Only with light_in_steps.
   bool is_light_coarse = false;
-  double camera_blur_px = 0.0;       // By the frames so far; 0 where it is off.
+  double camera_blur_px = 0.0;       // Measured in the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.
-  double expected_drawing_ms = 0.0;  // Of the objects without effects, read back.
-  // Where daylight comes by samples: of the frame's own sky. Its maps_drawn is 0 where those of the
-  // last frame could stay.
+  double expected_drawing_ms = 0.0;  // Of the objects without effects, read-back included.
+  // Where daylight is sampled: of the frame's own sky. maps_drawn is 0 where the last frame's maps
+  // were kept.
   std::optional<DirectDaylightSummary> daylight;
   StageTimes timing_ms;
 };
 
-// What is found of a frame before anything is drawn.
+// The light of a frame, before anything is drawn.
 struct FrameLight {
   SunState sun;
-  double sun_age_s = 0.0;  // From the time that the sun's transport is made for.
+  double sun_age_s = 0.0;  // Since the time that the sun's transport is for.
   ClearSkyExpectation clear_sky;
   LightingEstimate estimate;  // Its lighting is the filter's.
   Lighting raw_lighting;      // The frame's own.
   FilterSpan sun_filter;
   FilterSpan sky_filter;
-  std::optional<Lighting> drawn_lighting;  // Where it is other than the estimate's.
+  std::optional<Lighting> drawn_lighting;  // Where it differs from the estimate's.
 };
 
+// Everything that Process returns for a frame.
 struct FrameResult : RenderedFrame, FrameLight {};
 
-// A real scene, and what is put into it.
+// A real scene, and the virtual objects in it.
 struct CompositedScene {
   const PreparedScene& scene;  // Outlives the pipeline.
-  const Mesh& phantom;         // The mesh as given; looked at for the call only.
+  const Mesh& phantom;         // The mesh as given; read during the call only.
   std::optional<Site> site;
-  std::vector<VirtualObject> objects;  // In world coordinates; none: the composite is the frame.
+  // In world coordinates, metres; none: the composite is the frame.
+  std::vector<VirtualObject> objects;
 };
 
-// Keeps what may be kept from frame to frame. One thread at a time.
+// Keeps results from frame to frame where they still hold. One thread at a time.
 class FramePipeline {
  public:
   // `compositor` outlives the pipeline; its context is current at each call.
@@ -146,51 +148,51 @@ class FramePipeline {
                 const FramePipelineOptions& options);
   ~FramePipeline();
 
-  // A frame that fails is an error of its own; the next one may succeed. `object_poses` as in
-  // PosedObjects: what depends on where objects are is recomputed where one has moved.
+  // Estimates the light of a frame and composites it. A frame that fails returns an error; the next
+  // one may succeed. `object_poses` as in PosedObjects: results that depend on the objects' places
+  // are recomputed where one has moved.
   tl::expected<FrameResult, FrameError> Process(const Frame& frame,
                                                 std::span<const glm::dmat4> object_poses = {});
 
-  // Draws the last frame again, with objects, poses and effects as they are now, in the light that
-  // was found for it.
+  // Draws the last frame again in its known light, with the present objects, poses and effects.
   tl::expected<FrameResult, FrameError> Redraw(const Frame& frame,
                                                const FrameLight& light,
                                                std::span<const glm::dmat4> object_poses = {});
 
-  // Puts others in place of the objects, from the next frame on; the light of real surfaces stays.
-  // `phantom` as at construction.
+  // Replaces the objects from the next frame on; the light of real surfaces stays. `phantom` as at
+  // construction.
   void SetObjects(std::vector<VirtualObject> objects, const Mesh& phantom);
 
   // Replaces the options' effects from the next frame on; cached results stay. Throws
   // std::invalid_argument naming field and value.
   void SetEffects(const EffectSettings& effects);
 
-  // Of the last frame that was processed: what its camera sees, and what its light was estimated
-  // from (see LightingSource).
+  // For the last frame that was processed: its camera's view, and the samples of its light (see
+  // LightingSource).
   const SurfaceView& View() const { return view_builder_.View(); }
   std::span<const DiffuseSample> Samples() const { return source_->Samples(); }
 
-  // The volume of the last frame that succeeded; empty unless objects get their light from it.
-  // Folded, it holds only the probes that objects need; the others are not valid.
+  // The volume of the last frame that succeeded; empty unless objects get their light from it. Once
+  // folded, only the probes that objects need are valid.
   const IrradianceVolume& Volume() const;
 
-  // The real light around the view's place in the last frame that succeeded, without the sun's
-  // disc. `lighting` is that frame's.
+  // Radiance of the real light around the view's place in the last frame that succeeded, without
+  // the sun's disc; scene-linear, lat-long. `lighting` is that frame's.
   RgbImage EnvironmentRadiance(const EnvironmentView& view, const Lighting& lighting) const;
 
-  // The sky of the last frame that succeeded, without the sun's disc, black below the horizon, and
-  // unoccluded as its irradiance is: lat-long. `lighting` is that frame's.
+  // Radiance of the unoccluded sky in the last frame that succeeded, without the sun's disc;
+  // scene-linear, lat-long, black below the horizon. `lighting` is that frame's.
   RgbImage SkyRadiance(const Lighting& lighting, LatLongSize size) const;
 
-  // Null where daylight does not come by samples.
+  // Null where daylight is not sampled.
   const DirectDaylight* Daylight() const;
-  // What its samples are restricted to, in a line; empty without such.
+  // What its samples are restricted to, in one line; empty where daylight is not sampled.
   std::string DaylightNote() const;
 
  private:
-  // Fills in what is drawn of a frame whose light is known. Adds to the times.
+  // Draws a frame whose light is known, and adds to the times.
   void Draw(const Frame& frame, FrameResult& result);
-  // For what the frame's transport is made.
+  // The time and sun that the frame's transport is for.
   const TransportTime& TransportOf(const Frame& frame, const SunState& sun);
   void MakeSunAhead(const Frame& frame);
   void FilterEstimate(FrameResult& result);
@@ -204,7 +206,7 @@ class FramePipeline {
   FramePipelineOptions options_;
   ScaledClearSky clear_sky_;
   SurfaceViewBuilder view_builder_;
-  std::optional<TransportTime> transport_;                   // Of the last frame.
+  std::optional<TransportTime> transport_;                   // For the last frame.
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;  // The source's basis.
   std::unique_ptr<FrameEffects> effects_;
 };

@@ -1,4 +1,5 @@
-// What of a frame decides its view: the sun that transport is made for, and where may be sampled.
+// What a frame's view depends on: the sun that transport is for, and the regions that may be
+// sampled.
 #pragma once
 
 #include <optional>
@@ -11,31 +12,33 @@
 
 namespace pleinair {
 
-// On rasters of time; 0: at a frame's very time.
+// Steps of the rasters of time; 0: each frame's own time.
 struct TransportSteps {
   double sun_s = 0.0;
   double bounces_s = 0.0;
 };
 
+// The time and the suns that a frame's transport is computed for.
 struct TransportTime {
   UtcTime time{};
   SunState sun;
-  SunState bounces;  // The sun for what its light does after it has met a surface.
+  SunState bounces;  // The sun of its bounces: light after the first surface.
 
-  // The disc grows and shrinks by a ten thousandth a day: one of the two sizes serves both.
+  // The disc changes by a ten thousandth a day: one of the two sizes is used for both.
   SunPlace Place() const {
     return {sun.direction_enu, bounces.angular_radius_rad, bounces.direction_enu};
   }
 };
 
-// The sun in the middle of the cell that the frame's time lies in, so that transport is a pure
-// function of time and is kept while the sun has hardly moved. `sun` itself where the frame states
-// its direction or there is no site.
+// Returns the sun in the middle of the raster's cell that contains the frame's time. So transport
+// is a pure function of time, and is kept while the sun has hardly moved. Returns `sun` itself
+// where the frame states its direction or there is no site.
 TransportTime TransportSun(const std::optional<Site>& site,
                            const Frame& frame,
                            const SunState& sun,
                            const TransportSteps& steps);
 
+// Returns the frame's sample polygons as regions of the view.
 std::vector<SampleRegionPolygon> SampleRegionsOf(const Frame& frame);
 
 }  // namespace pleinair

@@ -22,7 +22,7 @@ class ErrorOverTime {
  public:
   void Add(double time_ms, double error) { points_.emplace_back(time_ms, error); }
 
-  // How far, as a logarithm, a point is below the front; negative: above.
+  // Distance, as a logarithm, of a point below the front; negative: above.
   double Below(double time_ms, double error) const {
     double least = std::numeric_limits<double>::infinity();
     double quickest_ms = std::numeric_limits<double>::infinity();
@@ -181,7 +181,7 @@ class Search {
         fronts[t].Add(tried.cost->time_ms[t], tried.cost->error);
       }
     }
-    // Those that should be below a front as it is now.
+    // Combinations that are expected below the present front.
     std::vector<std::pair<Combination, CombinationCost>> candidates;
     Combination combination(search_.value_counts.size(), 0);
     do {
@@ -223,7 +223,8 @@ class Search {
   std::vector<TriedCombination> tried_;
   std::set<Combination> known_;
   bool effects_known_ = false;
-  std::vector<std::vector<Effect>> effects_;  // Of each setting's values, against the start.
+  // Effect of each setting's values, relative to the start.
+  std::vector<std::vector<Effect>> effects_;
 };
 
 }  // namespace

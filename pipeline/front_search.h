@@ -1,4 +1,4 @@
-// Which combinations of settings are worth what they cost: a search that tries few of many.
+// Searches the front of error against time over combinations of settings, with few trials.
 #pragma once
 
 #include <functional>
@@ -11,42 +11,44 @@ namespace pleinair {
 // One value of each setting, as its index.
 using Combination = std::vector<int>;
 
-// What a combination costs. All above 0; one time for each way of use (still, moving).
+// Cost of a combination. All above 0; one time for each way of use (still, moving).
 struct CombinationCost {
   double error = 0.0;
   std::vector<double> time_ms;
 };
 
+// A combination and its measured cost.
 struct TriedCombination {
   Combination combination;
   std::optional<CombinationCost> cost;  // None where it could not be measured.
 };
 
+// Set-up of the search.
 struct FrontSearch {
-  std::vector<int> value_counts;   // Of each setting.
-  std::vector<Combination> start;  // Tried first; at least one, and the first is what others vary.
-  int most_trials = 60;            // The start and its variations by one value among them.
-  int batch = 6;                   // Measured at once.
+  std::vector<int> value_counts;   // Number of values, for each setting.
+  std::vector<Combination> start;  // Tried first; at least one. Others vary the first one.
+  int most_trials = 60;            // The start and its variations by one value included.
+  int batch = 6;                   // Measured together.
 
   // Throws std::invalid_argument naming the field; for more than 4 million combinations.
   void Validate() const;
 };
 
-// One entry a combination.
+// Returns one entry for each combination.
 using MeasureCombinations =
     std::function<std::vector<std::optional<CombinationCost>>(std::span<const Combination>)>;
 
 // Tries combinations and returns all that were tried, in that order.
 //
-// Method  First the start, then each of its settings' other values by itself. What a value changes
-//         there (error by a difference, times by a factor) is taken to hold elsewhere, beginning
-//         from the tried combination with the fewest other values; of the untried ones those are
-//         tried that should lie farthest below the front of error against one of the times. What
-//         is measured corrects what is expected next. Ends after most_trials, or where nothing
-//         is expected to be better by more than a hundredth.
-// Cost    beside measuring: combinations x trials, each batch.
+// Method  First the start, then each other value of one setting. The change by a value (error by a
+//         difference, times by a factor) is assumed to be the same elsewhere, beginning from the
+//         tried combination with the fewest other values. Then those untried combinations are tried
+//         that are expected farthest below the front of error against one of the times.
+//         Measurements correct later expectations. Ends after most_trials, or where nothing is
+//         expected to be better by more than a hundredth.
+// Cost    without measuring: combinations x trials, each batch.
 //
-// The same costs lead to the same trials: chance has no part in it.
+// The same costs lead to the same trials: there is no randomness.
 std::vector<TriedCombination> SearchFront(const FrontSearch& search,
                                           const MeasureCombinations& measure);
 

@@ -1,5 +1,5 @@
-// What a camera's picture would show under a clear sky, and how well the estimate would know that
-// light: before anything is recorded.
+// Predicts a camera's picture under a clear sky, and the accuracy of the light that is estimated
+// from it, before anything is recorded.
 #pragma once
 
 #include <cstdint>
@@ -20,21 +20,22 @@
 
 namespace pleinair {
 
+// The forecast for one time. Irradiances in the scene's units.
 struct LightForecast {
   UtcTime time{};
   SunState sun;
-  // Shares of the picture's pixels: diffuse surfaces that may be sampled, in the sun (it stands 6
-  // deg or more above the surface), and in a shadow or turned away from the sun.
+  // Shares of the picture's pixels with diffuse surfaces that may be sampled. Lit: the sun is 6 deg
+  // or more above the surface. Shaded: in a shadow, or turned away from the sun.
   double lit_share = 0.0;
   double shaded_share = 0.0;
-  // What the picture below was made with: the clear sky's.
+  // The clear sky's, with which the picture below is rendered.
   glm::dvec3 sun_irradiance_rgb{0.0};  // Normal to the beam.
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal.
-  // As an 8-bit sRGB camera with automatic exposure would show the mesh, noise included, with
-  // albedos that are patchily off by 5 %; empty where the sun is below the horizon.
+  // The mesh as an 8-bit sRGB camera with automatic exposure would show it: with noise, and with
+  // albedos that are off by 5 % from patch to patch. Empty where the sun is below the horizon.
   Rgb8Image picture;
-  // The estimate from that picture by itself, without frames before. None where the sun is below
-  // the horizon.
+  // The estimate from that picture only, without earlier frames. None where the sun is below the
+  // horizon.
   std::optional<tl::expected<LightingEstimate, LightingFailure>> estimate;
   // Standard deviations by the estimate's covariance, relative to the clear sky's light; mean over
   // RGB. None without an estimate.
@@ -42,17 +43,19 @@ struct LightForecast {
   std::optional<double> sky_relative_stddev;
 };
 
+// Set-up of the forecast.
 struct LightForecastOptions {
   SurfaceViewOptions view;
   OutdoorLightingOptions light;  // Its haze is set to the scene's.
-  // In which the camera's frames give light: what exposure is known.
+  // Units of the light in the camera's frames: whether exposure is known.
   LightUnits units = LightUnits::kAbsolute;
-  // Larger pictures are worked out at this width: neither shares nor deviations depend on the
-  // number of pixels much. At least 16.
+  // Larger pictures are computed at this width: shares and deviations hardly depend on the number
+  // of pixels. At least 16.
   int most_width_px = 480;
-  std::uint64_t seed = 1;  // Of the camera's noise and of the albedos' errors.
+  std::uint64_t seed = 1;  // Seed of the camera's noise and the albedos' errors.
 };
 
+// Forecasts for one camera at one site. One thread at a time.
 class LightForecaster {
  public:
   // `scene` outlives it. Throws std::invalid_argument naming the option.
@@ -64,7 +67,7 @@ class LightForecaster {
   // A pure function of `time`. Cost: transport of a new sun over the view.
   LightForecast At(UtcTime time);
 
-  // What At has made its picture from; of the last time with the sun up.
+  // The view of At's last picture with the sun up.
   const SurfaceView* View() const { return view_; }
 
  private:

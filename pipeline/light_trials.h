@@ -1,4 +1,4 @@
-// The light of recorded frames as many sources find it, each frame's view made once for all.
+// Estimates the light of recorded frames by several sources, with one view for all of them.
 #pragma once
 
 #include <memory>
@@ -18,26 +18,28 @@
 
 namespace pleinair {
 
+// One source's estimate of one frame.
 struct LightTrial {
   LightingEstimate estimate;
-  double estimate_ms = 0.0;  // Without the drawing of a new sample set.
+  double estimate_ms = 0.0;  // Without drawing a new sample set.
 };
 
+// One thread at a time.
 class LightTrials {
  public:
-  // `scene` outlives the trials. The sun's transport is made on the raster of time that `run` has.
+  // `scene` outlives the trials. The sun's transport is computed on the raster of time of `run`.
   LightTrials(const PreparedScene& scene,
               std::optional<Site> site,
               const SurfaceViewOptions& options);
 
-  // One entry a source, which may fail by itself. The sky bases of `sources` are of the same
-  // shapes. Fails for all where the frame has no sun direction or no view.
+  // Returns one entry for each source, each of which may fail. The sky bases of `sources` have the
+  // same shapes. Fails for all where the frame has no sun direction or no view.
   tl::expected<std::vector<tl::expected<LightTrial, LightingFailure>>, FrameError> Process(
       const Frame& frame, std::span<const std::unique_ptr<LightingSource>> sources);
 
-  // The last frame's, once it has an entry that has not failed.
+  // The last frame's view, once it has an entry that has not failed.
   const SurfaceView& View() const { return *view_; }
-  // What it cost.
+  // Time to compute it.
   double ViewMs() const { return view_ms_; }
 
  private:

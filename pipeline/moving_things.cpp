@@ -35,7 +35,7 @@ float MedianOf(std::vector<float>& values) {
 
 float Rms(const glm::vec3& v) { return std::sqrt(glm::dot(v, v) / 3.0f); }
 
-// What is nearest to `change` between shade and sun: one share of the sun for all channels.
+// The change nearest to `change` between shade and sun, with one share of the sun for all channels.
 glm::vec3 NearestSunlit(const glm::vec3& change, const glm::vec3& shaded, const glm::vec3& lit) {
   const glm::vec3 way = lit - shaded;
   const float length2 = glm::dot(way, way);
@@ -51,7 +51,7 @@ struct BlockSums {
   glm::dvec3 shaded{0.0};
 };
 
-// What the model says of one pixel: as it is, with all of the disc and with none.
+// The model's radiance of one pixel: with its own, all and none of the disc.
 void AddPixel(const SurfaceView& view,
               const Lighting& lighting,
               std::size_t pixel,
@@ -76,7 +76,7 @@ bool IsFinite(const glm::vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Which of the 27 parts of the sphere, by the signs of what is not near 0.
+// Index of one of 27 parts of the sphere, by the signs of the components that are not near 0.
 int SideOf(const glm::vec3& normal) {
   int side = 0;
   for (int i = 0; i < 3; ++i) {
@@ -183,8 +183,8 @@ bool MovingThings::Add(const Frame& frame, const SurfaceView& view, const Lighti
   return true;
 }
 
-// What is neither a block's own nor its class's in the frame; NaN where nothing is known. Both are
-// medians, taken in turn, the second time without each other's part.
+// The changes without the block's own part and its class's part in the frame; NaN where nothing is
+// known. Both parts are medians, computed in turn, the second time without each other.
 MovingThings::Changes MovingThings::UnusualChanges() const {
   constexpr int kRounds = 2;
   constexpr float kNotKnown = std::numeric_limits<float>::quiet_NaN();

@@ -12,27 +12,29 @@
 
 namespace pleinair {
 
+// The corrected orientation of a model.
 struct NorthCorrection {
-  // Whether shadows say anything; where not, `reason` says why, and north is what it was.
+  // Whether shadows determine north. Where not, `reason` says why, and north is unchanged.
   bool determined = false;
   std::string reason;
   // Azimuth of the model's +Y, clockwise from true north, with the stated deviation as a normal
   // prior about 0. Without shadows 0 and the stated deviation.
   double north_azimuth_rad = 0.0;
   double stddev_rad = 0.0;
-  // From the shadows only.
+  // From the shadows only, without the prior.
   double shadows_azimuth_rad = 0.0;
   double shadows_stddev_rad = 0.0;
-  int frames = 0;  // That were looked at.
+  int frames = 0;  // Frames that were used.
 };
 
-// Looks at up to 24 of the frames whose sun follows from place and time, evenly chosen, as
-// ShadowDirectionFinder does: within 20 deg, or three stated deviations where these are more.
-// Shadows that contradict the stated deviation by more than three of both change nothing.
+// Corrects north by the shadows in up to 24 frames, chosen evenly among those whose sun follows
+// from place and time. ShadowDirectionFinder searches within 20 deg, or three stated deviations
+// where these are more. Shadows that contradict the stated deviation by more than three combined
+// deviations change nothing.
 //
-// `site`         its model_north_azimuth_rad is not looked at.
-// `open_frames`  gives the recording from its start, at each call.
-// Cost           0.2 to 0.6 s a frame.
+// `site`         its model_north_azimuth_rad is not used.
+// `open_frames`  returns the recording from its start, at each call.
+// Cost           0.2 to 0.6 s for each frame.
 // Throws         std::invalid_argument for a deviation that is not positive, and as
 //                ShadowDirectionFinder.
 NorthCorrection CorrectNorth(const std::function<std::unique_ptr<FrameSource>()>& open_frames,

@@ -1,5 +1,4 @@
-// What can be said of a run's light and pictures without any truth: how far they are from what
-// light can be.
+// Judges a run's light and pictures without ground truth, by how plausible they are.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +13,21 @@
 
 namespace pleinair {
 
-// One frame that was done.
+// One frame that was processed.
 struct FrameFacts {
   UtcTime time{};
   glm::dvec3 sun_irradiance_rgb{0.0};  // Normal to the beam.
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal.
-  // Whether light is in the unit of the frames before and after.
+  // Whether the light is in the unit of the frames before and after.
   bool has_common_unit = true;
   bool light_is_known = true;  // LightIsKnown.
-  // What a person judged from the picture; none where that was not done or not possible.
+  // A person's judgement of the picture; none where there is none.
   std::optional<bool> judged_sunshine;
   // None where light was not measured from samples.
   std::optional<double> inlier_fraction;
   std::optional<double> relative_residual;
-  // Without pictures all of these are none. Share of the pixels outside the composite's own mask
-  // that are the camera's; none, too, where the composite has changed every pixel.
+  // The following are none without pictures. Share of the pixels outside the composite's own mask
+  // that are the camera's; also none where the composite has changed every pixel.
   std::optional<double> untouched_share;
   std::optional<std::int64_t> glowing_pixels;  // CountGlowingPixels.
   std::optional<std::int64_t> clamped_pixels;  // FrameResult's.
@@ -37,9 +36,9 @@ struct FrameFacts {
 // None where the composite has changed every pixel.
 std::optional<double> UntouchedShare(const RgbImage& camera_radiance, const Composite& composite);
 
-// Real pixels that the composite made brighter than anything around can make them: their brightest
-// channel is more than twice that of any pixel of the camera's picture, or of the object, within
-// 16 px; or is not finite.
+// Counts real pixels that the composite made brighter than anything around can make them. Their
+// brightest channel is more than twice that of any pixel of the camera's picture, or of the object,
+// within 16 px; or it is not finite.
 std::int64_t CountGlowingPixels(const RgbImage& camera_radiance, const Composite& composite);
 
 // Smallest over largest channel; none of a black sky.
@@ -49,17 +48,17 @@ std::optional<double> SkyHue(const FrameFacts& frame);
 // any light.
 double SunOverSky(const FrameFacts& frame);
 
-// Whether the light casts a shadow that a person calls one. Sunshine is a beam of 120 W m^-2 and
-// more (World Meteorological Organization, Guide to Instruments, part I, chapter 8), and bright
-// skies that hide the sun bring up to some 400 W m^-2: a beam of 0.3 times the sky.
+// Whether the light casts shadows that a person notices: a beam of at least 0.3 times the sky.
+// Sunshine is a beam of 120 W m^-2 and more (World Meteorological Organization, Guide to
+// Instruments, part I, chapter 8). Bright skies that hide the sun have up to some 400 W m^-2.
 bool ShowsSun(const FrameFacts& frame);
 
-// How far light moves from a frame to the next one: the largest |log ratio|, at most log(100), over
-// pairs of successive frames not more than an hour apart between which nobody saw the sun come or
-// go. None without such a pair.
+// The largest change of light from a frame to the next one, as |log ratio|, at most log(100). It is
+// over pairs of successive frames not more than an hour apart between which no judgement of
+// sunshine changes. None without such a pair.
 //
-// Contrast is 1 + SunOverSky: what a surface that faces the sun gains by it, defined without a sun,
-// too. The sky's step asks for a common unit.
+// Contrast is 1 + SunOverSky: the factor by which sunlight brightens a surface that faces the sun,
+// defined without a sun, too. The sky's step needs a common unit.
 std::optional<double> LargestContrastStep(const std::vector<FrameFacts>& frames);
 std::optional<double> LargestSkyStep(const std::vector<FrameFacts>& frames);
 

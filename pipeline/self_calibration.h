@@ -17,23 +17,25 @@
 
 namespace pleinair {
 
+// Set-up of the self-calibration.
 struct SelfCalibrationOptions {
   int frames = 16;     // At most, spread evenly over the recording. >= 1.
   int samples = 1000;  // A frame. 1 .. 100000.
   std::uint64_t seed = 1;
   // Shapes of the sky with which the light is estimated.
   std::vector<SkyShapeKind> sky_shapes{std::begin(kAllSkyShapeKinds), std::end(kAllSkyShapeKinds)};
-  // How often light between surfaces is worked out again with the albedos found. >= 1.
+  // How often light between surfaces is recomputed with the albedos found. >= 1.
   int rounds = 3;
-  // What the mean albedo is taken to be, in (0, 1]; none: the materials' own.
+  // The assumed mean albedo, in (0, 1]; none: the materials' own.
   std::optional<double> mean_albedo;
-  int receiver_block_px = 4;  // As SurfaceViewOptions has it.
-  // expected_stddev is that of the scale, too.
+  int receiver_block_px = 4;  // As in SurfaceViewOptions.
+  // expected_stddev is also that of the common scale.
   JointAlbedoOptions joint;
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
 };
 
+// How it ended, for reports.
 struct SelfCalibration {
   int frames = 0;
   int surfaces = 0;
@@ -43,12 +45,13 @@ struct SelfCalibration {
   bool converged = false;
 };
 
-// Finds the albedos of what the frames show (FitAlbedoAndLight; surfaces are what one material of a
-// group shows to one side, spots the scene's patches), and sets scene.patches.face_albedo_rgb: what
-// no frame shows takes its group's mean, or its material's. Sets scene.albedo_stddev_rgb to the
-// scale's, which no picture determines, and adds a note.
+// Finds the albedos of the surfaces that the frames show, by FitAlbedoAndLight: surfaces are one
+// material of a group with one facing, spots are the scene's patches. Sets
+// scene.patches.face_albedo_rgb; faces that no frame shows get the mean of their group, or of their
+// material. Sets scene.albedo_stddev_rgb to the deviation of the scale, which no picture
+// determines, and adds a note.
 //
-// `open_frames`  gives the recording from its start, at each call.
+// `open_frames`  returns the recording from its start, at each call.
 // Throws std::invalid_argument for a scene with a survey, std::runtime_error where no frame could
 // be used.
 SelfCalibration SelfCalibrateAlbedo(

@@ -41,8 +41,8 @@ constexpr double kClearlyOffRad = RadFromDeg(0.5);
 constexpr double kClearlyOffSigmas = 3.0;
 constexpr double kWorthAWarningRad = RadFromDeg(3.0);
 constexpr double kSurelyOffSigmas = 4.0;
-// For a search over all directions: shadows explain 0.01 to 0.02 of what differs in overcast
-// pictures, 0.03 and more in sunlit ones; those of a sun within some degrees of the best, most of
+// For a search over all directions. Shadows explain 0.01 to 0.02 of the differences in overcast
+// pictures, 0.03 and more in sunlit ones. A sun within some degrees of the best explains most of
 // that.
 constexpr double kLeastExplained = 0.025;
 constexpr double kLeastShareOfExplained = 0.3;
@@ -112,7 +112,7 @@ struct ShadowDirectionFinder::Impl {
   ShadowDirectionOptions options;
   OffsetGrid grid;
   RayCaster caster;
-  std::optional<Camera> camera;  // What `surfaces` were found for.
+  std::optional<Camera> camera;  // The camera that `surfaces` are for.
   std::vector<ShadowPixel> surfaces;
 
   struct Picture {
@@ -122,7 +122,7 @@ struct ShadowDirectionFinder::Impl {
   };
   std::vector<Picture> pictures;
   std::size_t added = 0;
-  std::size_t every = 1;  // Of the frames added, so many to one that is kept.
+  std::size_t every = 1;  // One in so many of the added frames is kept.
 
   Impl(Mesh mesh_in, std::span<const std::string> regions, const ShadowDirectionOptions& options_in)
       : mesh(std::move(mesh_in)),

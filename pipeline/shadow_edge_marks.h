@@ -1,6 +1,6 @@
 // The angle between real shadows and the computed sun, from places that a person has marked on the
-// edges of shadows: for pictures whose surfaces are too patchy to separate sun and
-// shade automatically.
+// edges of shadows. For pictures whose surfaces are too patchy to separate sun and shade
+// automatically.
 #pragma once
 
 #include <cstddef>
@@ -16,25 +16,26 @@
 
 namespace pleinair {
 
-// Where the edge of a shadow that the mesh casts lies on a surface of the mesh, in a picture.
+// A pixel where the edge of a shadow that the mesh casts lies on a surface of the mesh.
 struct ShadowEdgeMark {
   Camera camera;
   glm::dvec2 pixel;                   // Integers are centres.
   glm::dvec3 sun_direction_enu{0.0};  // The computed one, unit.
 };
 
+// The angles of all marks, and the turn of the sun that they determine.
 struct ShadowEdgeFit {
-  // Between the computed sun and the nearest direction in which the mesh's outline is seen from the
-  // mark: what the mark's own shadow is off by. Empty where the mark is on no surface, or no
-  // outline is within ShadowEdgeMarks' reach.
+  // Between the computed sun and the nearest direction in which the mesh's outline is visible from
+  // the mark: the error of the mark's own shadow. Empty where the mark is on no surface, or no
+  // outline is within kShadowEdgeReachRad.
   std::vector<std::optional<double>> angle_rad;  // Per mark.
   std::size_t used = 0;                          // Marks that have one.
-  double rms_rad = 0.0;                          // Of those.
+  double rms_rad = 0.0;                          // Over those marks.
   double largest_rad = 0.0;
 
-  // The turn of the sun about the vertical, clockwise, that makes the angles' squares least: as
-  // ShadowDirection's azimuth_offset_rad. Its deviation is by leaving out one mark after the other;
-  // without at least three marks there is neither.
+  // The turn of the sun about the vertical, clockwise, that minimises the sum of the squared
+  // angles: as ShadowDirection's azimuth_offset_rad. Its deviation is from leaving out each mark in
+  // turn. Both need at least three marks.
   std::optional<double> azimuth_offset_rad;
   double azimuth_stddev_rad = 0.0;
   double rms_after_rad = 0.0;  // With the sun turned so.
@@ -45,8 +46,8 @@ struct ShadowEdgeFit {
 inline constexpr double kShadowEdgeStepRad = 0.000873;  // 0.05 deg.
 inline constexpr double kShadowEdgeReachRad = 0.1745;   // 10 deg.
 
-// Method  From each mark the mesh is seen as the sun sees it: the directions around the sun that it
-//         covers, on a raster; the outline is where neighbours differ.
+// Method  For each mark the directions around the sun that the mesh covers are found on a raster.
+//         The outline is where neighbours differ.
 // Throws  std::invalid_argument for a sun that is not above the horizon, naming the mark.
 ShadowEdgeFit FitShadowEdges(const RayCaster& mesh, std::span<const ShadowEdgeMark> marks);
 

@@ -1,4 +1,4 @@
-// Warns of a sun whose place the pictures' shadows contradict.
+// Warns of a sun whose direction the pictures' shadows contradict.
 #pragma once
 
 #include <optional>
@@ -14,6 +14,8 @@
 
 namespace pleinair {
 
+// A sun whose stated direction the shadows of one frame contradict. Directions are unit, in the
+// model's frame.
 struct SunContradiction {
   int frame = 0;
   glm::dvec3 stated_enu{0.0, 0.0, 1.0};
@@ -22,8 +24,9 @@ struct SunContradiction {
   double stddev_rad = 0.0;
 };
 
-// Looks at a few frames of a run: the 1st, 2nd, 4th, 8th ..., and those whose sun has moved by 10
-// deg or whose share of the light has changed by a third since the last look; at most kMostLooks.
+// Checks a few frames of a run, at most kMostLooks: the 1st, 2nd, 4th, 8th ... It also checks those
+// whose sun has moved by 10 deg, or whose sun's share of the light has changed by a third, since
+// the last check.
 class SunCheck {
  public:
   static constexpr int kMostLooks = 12;
@@ -31,11 +34,11 @@ class SunCheck {
   // Throws as ShadowDirectionFinder.
   SunCheck(Mesh mesh, std::span<const std::string> diffuse_regions);
 
-  // Whether this frame, counted by this call, is one to Look at.
+  // Whether to Look at this frame; each call counts one frame.
   bool IsDue(const Lighting& lighting);
-  // `lighting`: what the frame was lit with, its sun in the place stated or computed for it. What
-  // contradicts that, once: again only where the shadows show it 5 deg or more from the last time.
-  // Costs as ShadowDirectionFinder::ShownBy.
+  // `lighting` is the frame's light, with the sun in its stated or computed direction. Returns a
+  // contradiction once, and again only where the shadows show the sun 5 deg or more from the last
+  // time. Costs as ShadowDirectionFinder::ShownBy.
   std::optional<SunContradiction> Look(const Frame& frame, const Lighting& lighting);
 
  private:

@@ -18,9 +18,9 @@ namespace {
 // of the sky, but not those of the beam.
 constexpr double kLeastClearBeamShare = 0.3;
 
-// Deviation of the factor between the survey's units and the model's, assumed: a clear survey is
-// reproduced and keeps 5 % of radiometry; under cloud the sky sends anything from a tenth to a half
-// of the clear global irradiance.
+// Assumed deviation of the factor between the survey's units and the model's. A clear survey is
+// reproduced, with 5 % for radiometry. Under cloud the sky sends anything from a tenth to a half of
+// the clear global irradiance.
 constexpr double kClearGainStddev = 0.05;
 constexpr double kCloudedShare = 0.35;
 constexpr double kCloudedGainStddev = 0.5;
@@ -63,8 +63,8 @@ ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLigh
   const glm::dvec3 beam_scale = survey->sun_irradiance_rgb / model.beam_rgb;
   if (!(std::min({diffuse_scale.x, diffuse_scale.y, diffuse_scale.z}) > 0.0)) return;
   absolute_ = true;
-  // The sky under broken cloud is brighter than the clear one, never so by the factor that hides
-  // the beam: a beam far weaker than the sky's scale means a cloud before the disc.
+  // The sky under broken cloud is brighter than the clear one, but never by the factor that hides
+  // the beam. So a beam far weaker than the sky's scale means a cloud before the disc.
   const bool shows_beam = survey->sun_origin != SunOrigin::kClearSky &&
                           beam_scale.y >= kLeastClearBeamShare * diffuse_scale.y;
   if (shows_beam) {

@@ -1,4 +1,4 @@
-// What place and time alone say of the sun and the clear sky, for the frames of one site.
+// Sun and clear sky from place and time, for the frames of one site.
 #pragma once
 
 #include <optional>
@@ -23,8 +23,8 @@ SunState SunOverSite(const Site& site, UtcTime time);
 // Throws std::invalid_argument when there is none of these.
 SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame);
 
-// The clear-sky model tied to a site by its survey: scaled per channel so that it gives the
-// survey's own sun and sky back at the survey's sun, which takes in the site's turbidity and the
+// The clear-sky model, tied to a site by its survey. It is scaled per channel so that it reproduces
+// the survey's own sun and sky at the survey's sun. This includes the site's turbidity and the
 // camera's scale. A survey under cloud ties the scale only as well as its weather is known.
 class ScaledClearSky {
  public:

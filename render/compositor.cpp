@@ -36,8 +36,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Bits of positive floats are ordered as the floats are, negative ones are below and what is not
-// finite is above, so that one integer maximum, which the compiler can vectorise, finds the
+// As integers, the bits of positive floats have the order of the floats; negative floats are below
+// and non-finite ones above. So one integer maximum, which the compiler can vectorise, finds the
 // largest.
 float LargestFinite(std::span<const glm::vec3> values) {
   constexpr std::int32_t kInfinityBits = 0x7f800000;
@@ -79,9 +79,10 @@ double PeakOnObjects(const CompositeInput& input) {
   return peak;
 }
 
-// The layers are half floats, with full precision from 6e-5 to 65504. A power of two brings the
-// brightest value in them near 2^4, so that radiances in any unit keep their digits, exactly, down
-// to a quarter of a millionth of it; and a glint of the sun may be four thousand times as bright.
+// The layers are half floats, with full precision from 6e-5 to 65504. Scaling by a power of two,
+// which is exact, puts their brightest value near 2^4. So radiances in any unit keep their digits
+// down to a quarter of a millionth of it, and a glint of the sun may be four thousand times as
+// bright.
 float LayerGain(double peak_of_light, double peak_of_pictures) {
   const double peak = std::max(peak_of_light, peak_of_pictures);
   if (!(peak > 0.0) || !std::isfinite(peak)) return 1.0f;
@@ -135,7 +136,7 @@ struct Compositor::Impl {
   ShadowVolumes object_volumes;
   ShadowVolumes real_volumes;
 
-  // What a frame's layers hold.
+  // The content of a frame's layers.
   struct Drawn {
     const FrameBuffer* objects = nullptr;
     PixelRect object_rect;  // In the layers.
@@ -174,7 +175,8 @@ void Compositor::Impl::UpdateLayerView(const Camera& camera) {
 
 // A layer that is looked up between its pixels is blurred by that already.
 BlurKernel Compositor::Impl::LayerBlur(float camera_blur_px) const {
-  constexpr double kMeanVarianceOfLookups = 1.0 / 6.0;  // Of f (1 - f), f anywhere in a pixel.
+  // Mean of f (1 - f) for f uniform in [0, 1].
+  constexpr double kMeanVarianceOfLookups = 1.0 / 6.0;
   return lookup.IsIdentity() ? BlurKernel(camera_blur_px)
                              : BlurKernel::AfterBlur(camera_blur_px, kMeanVarianceOfLookups);
 }

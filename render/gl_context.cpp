@@ -90,7 +90,7 @@ std::vector<EGLDisplay> CandidateDisplays() {
 EGLContext CreateContext(EGLDisplay display, GlApi api) {
   const bool desktop = api == GlApi::kDesktop45;
   if (eglBindAPI(desktop ? EGL_OPENGL_API : EGL_OPENGL_ES_API) != EGL_TRUE) return EGL_NO_CONTEXT;
-  // No surface is ever made, so that a context without a config will do where it can be had.
+  // No surface is ever made, so a context without a config is used where available.
   EGLConfig config = EGL_NO_CONFIG_KHR;
   if (!HasExtension(eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_no_config_context")) {
     const std::array<EGLint, 5> wanted{EGL_SURFACE_TYPE,

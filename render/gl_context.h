@@ -1,4 +1,4 @@
-// OpenGL contexts without a window. The renderer itself takes any current context.
+// OpenGL contexts without a window. The renderer itself works with any current context.
 #pragma once
 
 #include <memory>
@@ -8,25 +8,26 @@ namespace pleinair {
 
 enum class GlApi { kDesktop45, kEs31 };
 
+// The driver's own strings.
 struct GlDescription {
   std::string vendor;
   std::string renderer;
   std::string version;
 };
 
-// A surfaceless EGL context, current on the thread that made it until another is made current or it
-// is destroyed.
+// A surfaceless EGL context. It is current on the thread that made it until another is made current
+// or it is destroyed.
 class HeadlessContext {
  public:
-  // Throws std::runtime_error, one line: which step failed, with EGL's word for it, and what to
-  // install, when no such context can be had.
+  // Throws std::runtime_error, one line, where no such context is available: the failed step, EGL's
+  // error, and what to install.
   explicit HeadlessContext(GlApi api = GlApi::kDesktop45);
   ~HeadlessContext();
   HeadlessContext(const HeadlessContext&) = delete;
   HeadlessContext& operator=(const HeadlessContext&) = delete;
 
-  // On the thread that made it; does nothing where it is current already. Throws
-  // std::runtime_error, one line, where that cannot be.
+  // Makes it current, on the thread that made it; does nothing where it is current already. Throws
+  // std::runtime_error, one line, where that fails.
   void MakeCurrent() const;
 
   GlDescription Describe() const;

@@ -1,4 +1,4 @@
-// A value that is kept with what it was made from.
+// A value that is kept together with the key it was computed from.
 #pragma once
 
 #include <optional>
@@ -6,12 +6,12 @@
 
 namespace pleinair {
 
-// With another key, the value is recomputed; no caller has to remember to drop it. Where the
-// making throws, nothing is kept.
+// With another key, the value is recomputed; no caller has to invalidate it. Where `make` throws,
+// nothing is kept.
 template <class Value, class Key>
 class Cached {
  public:
-  // Whether the value was made from `key`.
+  // Whether the value was computed from `key`.
   bool IsOf(const Key& key) const { return key_ == key; }
 
   // `make` takes nothing and returns the value.
@@ -25,7 +25,7 @@ class Cached {
     return value_;
   }
 
-  // What was last made; Value() before that. Of the present key only where IsOf says so.
+  // The last value, for any key (see IsOf); Value() before the first.
   const Value& Kept() const { return value_; }
   Value& Kept() { return value_; }
 

@@ -1,4 +1,4 @@
-// A camera as plain data. Lens mathematics (distortion and its inverse) is calib/lens.h's.
+// A camera as plain data. For distortion and its inverse see calib/lens.h.
 #pragma once
 
 #include <array>
@@ -23,6 +23,7 @@ struct CameraIntrinsics {
   bool operator==(const CameraIntrinsics&) const = default;
 };
 
+// Lens and pose.
 struct Camera {
   CameraIntrinsics intrinsics;
   glm::dmat4 camera_from_world{1.0};  // Rigid; camera x right, y down, z forward; metres.

@@ -5,6 +5,7 @@
 
 namespace pleinair {
 
+// Milliseconds since `start`.
 inline double MsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
       .count();

@@ -29,7 +29,7 @@ glm::dvec3 TurnOf(const glm::dmat3& rotation) {
   glm::dquat q = glm::normalize(glm::quat_cast(rotation));
   if (q.w < 0.0) q = -q;
   const glm::dvec3 axis(q.x, q.y, q.z);
-  const double sine = glm::length(axis);  // Of half the angle.
+  const double sine = glm::length(axis);  // Sine of half the angle.
   if (!(sine > 0.0)) return glm::dvec3(0.0);
   return (2.0 * std::atan2(sine, q.w) / sine) * axis;
 }

@@ -1,4 +1,4 @@
-// How the camera and virtual objects move while a frame is exposed.
+// The motion of camera and virtual objects during a frame's exposure.
 #pragma once
 
 #include <cstdint>
@@ -15,24 +15,24 @@ namespace pleinair {
 
 // A constant velocity and a constant turn, about the frame's own instant. In world coordinates.
 struct SteadyMotion {
-  glm::dvec3 centre_m{0.0};       // At that instant; what turns, turns about it.
-  glm::dvec3 velocity_m_s{0.0};   // Of the centre.
-  glm::dvec3 turn_rad_s{0.0};     // Along the axis.
+  glm::dvec3 centre_m{0.0};       // At that instant; the centre of the turn.
+  glm::dvec3 velocity_m_s{0.0};   // Velocity of the centre.
+  glm::dvec3 turn_rad_s{0.0};     // Turn rate times the unit axis.
   glm::dmat3 stretch_per_s{0.0};  // Growth and shear, before the turn.
 
   bool Moves() const;
-  // Takes it from where it is at the frame's instant to where it is so much later.
+  // The transform from the place at the frame's instant to that `seconds` later.
   glm::dmat4 After(double seconds) const;
   bool operator==(const SteadyMotion&) const = default;
 };
 
-// The motion that takes a thing by `now_from_before`, an affine transform of the world, in
-// `seconds` above 0. None where that mirrors or flattens it: no motion does.
+// Returns the motion that gives `now_from_before`, an affine transform of the world, in `seconds`
+// above 0. None where that mirrors or flattens, which no motion does.
 std::optional<SteadyMotion> MotionOf(const glm::dmat4& now_from_before,
                                      double seconds,
                                      const glm::dvec3& centre_now_m);
 
-// The frame's poses are those of the middle of the exposure of the picture's middle row.
+// The frame's poses hold at the middle of the exposure of the picture's middle row.
 struct ExposureMotion {
   double exposure_s = 0.0;
   double readout_s = 0.0;  // From the first row's exposure to the last one's: a rolling shutter.
@@ -47,18 +47,18 @@ struct ExposureMotion {
   bool operator==(const ExposureMotion&) const = default;
 };
 
-// Which object is nearest in the pixels of part of the undistorted picture (see UndistortedCover),
-// real surfaces left out, and its depth along the optical axis.
+// The nearest object in each pixel of part of the undistorted picture (see UndistortedCover),
+// without real surfaces, and its depth along the optical axis.
 struct ObjectDepths {
   static constexpr std::int32_t kNone = -1;
 
-  int x_px = 0;  // Of the images' first pixel in that picture.
+  int x_px = 0;  // Position of the images' first pixel in that picture.
   int y_px = 0;
   Image<std::int32_t> object;  // Into ExposureMotion::objects, or kNone. May be empty.
   Image<float> depth_m;
 };
 
-// What is blurred by motion, and how.
+// What motion blurs, and the motions.
 struct MotionInPicture {
   ExposureMotion motion;
   ObjectDepths objects;

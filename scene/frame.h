@@ -32,37 +32,39 @@ struct SamplePolygon {
 
 // Values of Frame::unusable; 0 is usable.
 inline constexpr std::uint8_t kUnusable = 1;
-// At the noise floor by itself. A mean over such pixels and others can be well above it, and would
-// be too bright without them.
+// The pixel is at the noise floor. A mean over such pixels and others can be well above it, and
+// would be too bright without them.
 inline constexpr std::uint8_t kNearBlack = 2;
 // Red, green or blue is clipped: its true value is at least the pixel's. The others are sound.
 inline constexpr std::uint8_t kClipped[3] = {4, 8, 16};
 
+// A picture and its metadata. Images have the camera's size.
 struct Frame {
   int index = 0;  // 0-based, into the sequence's frames.
   UtcTime time{};
   Camera camera;
   std::optional<glm::dvec3>
-      sun_direction_enu;  // Where the source knows better than place and time.
+      sun_direction_enu;  // Where the source has a better value than place and time.
 
-  std::optional<Weather> weather;  // As a person saw it, or a survey without a sun; none: unknown.
+  // As judged by a person, or by a survey without a sun; none: unknown.
+  std::optional<Weather> weather;
 
   // Scene-linear, in `units`. A linear frame's defects are kept.
   RgbImage radiance;
   ImageDefects defects;
   LightUnits units = LightUnits::kAbsolute;
-  // Not 0 where a channel is clipped (kClipped), at the noise floor (kNearBlack) or not finite, or
-  // outside the diffuse mask of a sequence whose mask is over its first frame (frames of that
-  // camera): not to be measured from as it is.
+  // Not 0 where a pixel must not be measured without care: a channel is clipped (kClipped), at the
+  // noise floor (kNearBlack) or not finite. Also outside the diffuse mask, where the sequence's
+  // mask is over its first frame (frames of that camera).
   Gray8Image unusable;
   Gray8Image clipped;  // 1 where a channel is clipped: its true value is at least that.
-  // The camera's own code values, where the frame came as 8 bit: what stays untouched in the
+  // The camera's own code values, for 8-bit frames: pixels that nothing changes keep them in the
   // output.
   std::optional<Rgb8Image> codes;
   std::optional<double> exposure;    // Radiance to [0, 1]; see sequence_format.
   std::optional<double> exposure_s;  // How long the shutter was open. None: unknown.
   // Noise of the signal in [0, 1], radiance times exposure (1 where that is unknown). None where
-  // the camera's noise is nothing beside other errors: linear frames.
+  // the camera's noise is negligible: linear frames.
   std::shared_ptr<const SignalNoise> noise;
   std::vector<SamplePolygon> sample_polygons;
   // The sky camera's picture where the frame has one: scene-linear, as MakeFisheyeSetup's camera
@@ -70,6 +72,7 @@ struct Frame {
   std::optional<RgbImage> fisheye_radiance;
 };
 
+// Why a frame could not be read.
 struct FrameError {
   int index = 0;
   UtcTime time{};

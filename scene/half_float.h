@@ -1,4 +1,4 @@
-// Radiance as half floats hold it: what a written composite can be.
+// The range of half floats, as of a written composite.
 #pragma once
 
 #include <cstdint>

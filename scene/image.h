@@ -1,4 +1,4 @@
-// A plain image: pixels in memory, nothing else. Files are image_io.h's business.
+// A plain image: pixels in memory, nothing else. For files see image_io.h.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +38,7 @@ struct Image {
   const Pixel& At(int x, int y) const { return pixels[Index(x, y)]; }
 };
 
-// Makes `image` this large and of one value, keeping its memory.
+// Sets `image` to this size and one value, reusing its memory.
 template <typename Pixel>
 void Reset(int width, int height, const Pixel& value, Image<Pixel>& image) {
   image.width = width;

@@ -9,20 +9,20 @@
 
 namespace pleinair {
 
-// What a radiance image holds beside finite, non-negative values, in pixels.
+// Defects of a radiance image: counts of pixels.
 struct ImageDefects {
   std::int64_t not_finite = 0;  // A channel is NaN or infinite.
   std::int64_t negative = 0;    // A channel is below zero (and all are finite).
   std::int64_t Count() const { return not_finite + negative; }
 };
 
-// What a file is, is read from its content: names and their endings say nothing.
+// The format is read from a file's content; names and their endings are ignored.
 
 // Whether a file holds scene-linear light (OpenEXR or Radiance HDR). Throws std::runtime_error
 // naming the file when it is none, or empty.
 bool HoldsRadiance(const std::filesystem::path& file);
 
-// What a file seems to be, for messages: "a JPEG picture", "an MP4 video", "text". Throws as
+// Describes a file's content for messages: "a JPEG picture", "an MP4 video", "text". Throws as
 // HoldsRadiance.
 std::string DescribeContent(const std::filesystem::path& file);
 
@@ -42,19 +42,20 @@ Rgb8Image ReadDisplayImage(const std::filesystem::path& file);
 // Reads the first channel of an 8-bit PNG or JPEG.
 Gray8Image ReadMaskImage(const std::filesystem::path& file);
 
+// Counts the defects of an image.
 ImageDefects DefectsOf(const RgbImage& image);
 
-// Counts defects and repairs them: a NaN or negative channel becomes 0, +infinity (a sun that
-// overflowed half float) the largest finite value of its channel in the image, -infinity 0.
+// Counts defects and repairs them. A NaN or negative channel becomes 0, also -infinity. +infinity
+// (a sun that overflowed half float) becomes the largest finite value of its channel in the image.
 ImageDefects RepairRadiance(RgbImage& image);
 
 enum class ExrPrecision { kHalf, kFloat };
 
 // The writers go through a temporary file beside the target and rename it, so that a file under its
 // final name is complete. Throw std::runtime_error naming the file when that fails. EXR is lossless
-// (ZIP); kHalf refuses finite values beyond half float's 65504 with std::invalid_argument, and
-// keeps NaN and infinities as they are: what was read from half floats is written back bit for bit.
-// HDR holds each pixel to 1/256 of its largest channel, and refuses what is not finite, negative or
+// (ZIP). kHalf refuses finite values beyond half float's 65504 with std::invalid_argument, and
+// keeps NaN and infinities, so that values read from half floats are written back bit for bit. HDR
+// holds each pixel to 1/256 of its largest channel, and refuses what is not finite, negative or
 // beyond 2^126.
 void WriteExr(const std::filesystem::path& file, const RgbImage& image, ExrPrecision precision);
 void WriteHdr(const std::filesystem::path& file, const RgbImage& image);

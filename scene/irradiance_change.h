@@ -1,4 +1,4 @@
-// What virtual objects change of the light on real surfaces, over part of a picture: plain data
+// The change of the light on real surfaces by virtual objects, over part of a picture: plain data
 // from relight to render.
 #pragma once
 
@@ -6,10 +6,9 @@
 
 namespace pleinair {
 
-// The sun's direct light left out: its shadows are drawn. Pixels outside the image change by
-// nothing.
+// Without the sun's direct light, whose shadows are drawn. Pixels outside the image do not change.
 struct IrradianceChange {
-  int x_px = 0;  // Of the image's first pixel in the picture.
+  int x_px = 0;  // Position of the image's first pixel in the picture.
   int y_px = 0;
   RgbImage irradiance_rgb;  // To be added: less than 0 where the pixel darkens. May be empty.
 };

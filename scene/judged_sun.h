@@ -1,4 +1,4 @@
-// Whether the sun reaches a place, as a person judged it from the picture.
+// A person's judgement, from the picture, whether the sun reaches a place.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The light of one moment: intensities of basis lights, and how sure they are.
+// The light of one moment: intensities of basis lights, and their uncertainty.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ namespace pleinair {
 // Radii of the sun's disc vary by 1.7 % over the year; sunmodel gives the day's.
 inline constexpr double kMeanSunAngularRadiusRad = 0.004654;
 
-// Where a sun stands that is not there, or that nothing says the place of: below every horizon.
+// Direction of a sun that is absent or unknown: below every horizon.
 inline constexpr glm::dvec3 kNoSunDirectionEnu{0.0, 0.0, -1.0};
 
 // A far light; its direction points towards it.
@@ -23,27 +23,28 @@ struct DirectionalLight {
   double angular_radius_rad = kMeanSunAngularRadiusRad;
 };
 
-// One fixed function of direction over the upper hemisphere, and how strong it is.
-// irradiance_rgb is what it brings to an unoccluded horizontal plane.
+// One fixed function of direction over the upper hemisphere, and its intensity: irradiance_rgb is
+// its irradiance on an unoccluded horizontal plane.
 struct SkyComponent {
   std::string shape = "uniform";
   glm::dvec3 irradiance_rgb{0.0};
 };
 
-// What light is measured in.
+// The unit of light.
 enum class LightUnits {
   kAbsolute,          // The survey's units; W m^-2 where these are.
   kRelative,          // One unknown factor for all frames.
   kRelativePerFrame,  // Exposure and white balance unknown: a factor for each channel and frame.
 };
 
+// The light of one moment, in the world frame (ENU).
 struct Lighting {
   UtcTime time{};
   DirectionalLight sun;           // Irradiance 0 where there is none.
   std::vector<SkyComponent> sky;  // In the order of the transport's sky basis.
 
   // Row-major square matrix over (sun RGB, sky[0] RGB, sky[1] RGB, ...) in irradiance units
-  // squared; empty where the source cannot know.
+  // squared; empty where the source does not know it.
   std::vector<double> covariance;
 
   glm::dvec3 SkyIrradianceRgb() const {

@@ -1,4 +1,4 @@
-// Point sets and hashes behind the gathered rays: same bits on every machine and thread count.
+// Point sets and hashes for gathered rays, with the same bits on every machine and thread count.
 #pragma once
 
 #include <cmath>
@@ -24,6 +24,7 @@ inline double UnitFromHash(std::uint64_t bits) {
   return static_cast<double>(bits >> 11) * 0x1.0p-53;
 }
 
+// The fractional part, in [0, 1).
 inline double Fraction(double value) { return value - std::floor(value); }
 
 // Two numbers in [0, 1) that turn a point set for one receiver (Cranley-Patterson rotation).

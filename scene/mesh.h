@@ -1,4 +1,4 @@
-// Triangle meshes with materials, as plain data. Files are mesh_io.h's business.
+// Triangle meshes with materials, as plain data. For files see mesh_io.h.
 #pragma once
 
 #include <array>
@@ -16,17 +16,18 @@ namespace pleinair {
 
 struct TexturedMaterial;  // scene/textured_material.h
 
+// A GGX surface with a diffuse part.
 struct Material {
   std::string name;
   glm::vec3 diffuse_albedo{0.5f};        // Linear RGB in [0, 1).
   glm::vec3 specular_reflectance{0.0f};  // Linear RGB at normal incidence.
   float roughness = 1.0f;                // GGX with alpha = roughness^2.
-  // Where its colour varies from place to place: its texture. The values above are then the means
-  // over a triangle, for callers that need no more. Null: it is the same all over.
+  // For a colour that varies with the place: its texture. The values above are then the means over
+  // a triangle. Null: one colour.
   std::shared_ptr<const TexturedMaterial> by_place{};
 };
 
-// Where a triangle's corners lie in what its material is looked up in; linear in between.
+// Texture coordinates and colours of a triangle's corners; linear in between.
 struct TriangleColours {
   // Right and down from the picture's upper left corner; (1, 1) is its lower right one.
   std::array<glm::vec2, 3> texture_uv{};
@@ -34,8 +35,8 @@ struct TriangleColours {
   std::array<glm::vec4, 3> vertex_colour{glm::vec4(1.0f), glm::vec4(1.0f), glm::vec4(1.0f)};
 };
 
-// positions_m and normals have one entry a vertex; the triangle_* one a triangle. Winding is
-// counter-clockwise seen from outside, where the mesh has an outside.
+// positions_m and normals have one entry for each vertex; the triangle_* one for each triangle.
+// Winding is counter-clockwise seen from outside, where the mesh has an outside.
 struct Mesh {
   std::vector<glm::vec3> positions_m;
   std::vector<glm::vec3> normals;  // Shading normals, unit.
@@ -49,6 +50,7 @@ struct Mesh {
   bool Empty() const { return triangles.empty(); }
 };
 
+// Axis-aligned; metres.
 struct BoundingBox {
   glm::vec3 lower_m{0.0f};
   glm::vec3 upper_m{0.0f};
@@ -56,11 +58,11 @@ struct BoundingBox {
 
 // Tight around the vertices that triangles use; throws std::invalid_argument for an empty mesh.
 BoundingBox BoundingBoxOf(const Mesh& mesh);
-// Bits of the index say upper: 1 along x, 2 along y, 4 along z.
+// Set bits of the index mean the upper corner: 1 along x, 2 along y, 4 along z.
 std::array<glm::vec3, 8> CornersOf(const BoundingBox& box);
 
-// The mesh moved by an affine transform; normals go by the inverse transpose, and winding is turned
-// where the transform mirrors.
+// Returns the mesh moved by an affine transform. Normals use the inverse transpose, and the winding
+// is reversed where the transform mirrors.
 Mesh TransformMesh(const glm::dmat4& target_from_mesh, const Mesh& mesh);
 
 // Unit normal by winding; zero for a triangle without area.

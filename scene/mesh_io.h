@@ -11,14 +11,14 @@
 
 namespace pleinair {
 
-// What loading had to repair or leave out. All zero for a clean file.
+// Defects that loading repaired or left out. All zero for a clean file.
 struct MeshReport {
   std::int64_t degenerate_triangles_removed = 0;  // No area, relative to the mesh's size.
   std::int64_t duplicate_triangles_removed = 0;   // Same three corners, same winding.
   std::int64_t non_finite_triangles_removed = 0;  // A corner is NaN or infinite.
   std::int64_t normals_computed = 0;              // Vertices whose normal was missing or zero.
 
-  // Edges of the repaired mesh, vertices of equal position taken as one.
+  // Edges of the repaired mesh, with vertices of equal position merged.
   std::int64_t open_edges = 0;          // One triangle only.
   std::int64_t non_manifold_edges = 0;  // More than two.
   std::int64_t misoriented_edges = 0;   // Two that disagree on which side is outside.
@@ -29,22 +29,24 @@ struct MeshReport {
   std::string Summary() const;  // One line.
 };
 
+// A mesh and the report of its loading.
 struct LoadedMesh {
   Mesh mesh;
   MeshReport report;
 };
 
-// How textures, and the vertex colours of glTF, count.
+// How textures, and the vertex colours of glTF, are used.
 enum class MeshColours {
-  // A material's mean: for a scene, each of whose materials has one measured albedo.
+  // As a material's mean: for scenes, where each material has one measured albedo.
   kMaterials,
   // By place: for objects to draw. Each triangle gets a material of its name with the means over
-  // it, and by_place where it is not of one colour.
+  // it, and by_place where its colour varies.
   kByPlace,
 };
 
-// Loads a mesh; n-gons are cut into triangles (concave ones too), corners of equal position and
-// normal welded, node transforms applied, glTF's Y-up turned to Z-up. The winding is kept.
+// Loads a mesh. n-gons are cut into triangles (concave ones too), corners of equal position and
+// normal are welded, node transforms are applied, glTF's Y-up is turned to Z-up. The winding is
+// kept.
 //
 // Groups      an OBJ's `g`, else `o`; a glTF's nodes; otherwise the file's name. Parts of one name
 //             are one group.
@@ -54,27 +56,28 @@ enum class MeshColours {
 //             glTF metallic-roughness. Kd is limited to 0.98; that, textures and what is left out
 //             are notes. An OBJ whose material libraries are all missing gets Kd 0.5, noted.
 // Textures    by place (PNG, JPEG; u, v within 1e4): with glTF's wrap modes and alphaMode MASK.
-//             Triangles without usable coordinates have the texture's mean, noted. Of a scene a
+//             Triangles without usable coordinates have the texture's mean, noted. For a scene, a
 //             texture that cannot be read is left out, noted.
-// Animation   left out: nodes are where they rest.
-// Throws      std::runtime_error naming the file and what was expected: unreadable, no triangle
-//             left or more than 2^24, a coordinate beyond 1e5 m of the origin (float would lose the
-//             millimetres: georeferenced models are to be moved to a local origin), a material name
-//             that the libraries don't define, a file outside the mesh's folder, by place a texture
-//             that cannot be read.
-// Process     assimp reads in a child of this process: what it crashes on is refused as well.
+// Animation   left out: nodes have their rest pose.
+// Throws      std::runtime_error naming the file and what was expected. Reasons: unreadable, no
+//             triangle left or more than 2^24, a material name that the libraries don't define, a
+//             file outside the mesh's folder. By place, a texture that cannot be read. Also a
+//             coordinate beyond 1e5 m of the origin: float would lose the millimetres, and
+//             georeferenced models must be moved to a local origin.
+// Process     assimp reads in a child of this process: files that crash it are refused as well.
 LoadedMesh LoadMesh(const std::filesystem::path& file,
                     MeshColours colours = MeshColours::kMaterials);
 
-// What moves together, where it is at the beginning of the animation.
+// Triangles that move together, at the beginning of the animation.
 struct MeshPart {
   Mesh mesh;
   PartMotion motion;  // In the mesh's axes.
 };
 
+// The parts of a mesh file that move separately.
 struct LoadedParts {
   std::vector<MeshPart> parts;  // At least one; the part that stands still first, if there is one.
-  MeshReport report;            // Of all.
+  MeshReport report;            // Of all parts.
 };
 
 // As LoadMesh, with the nodes moved by the first animation of a glTF. Skins and morph targets stay

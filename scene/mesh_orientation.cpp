@@ -77,7 +77,7 @@ std::int64_t TurnClosedPartsOutward(Mesh& mesh) {
     if (sum != 0) is_open[part[edges[first].triangle]] = 1;
   }
   std::vector<double> volume(part.size(), 0.0);
-  std::vector<double> agreement(part.size(), 0.0);  // Of normals with winding.
+  std::vector<double> agreement(part.size(), 0.0);  // Agreement of normals with winding.
   for (std::uint32_t t = 0; t < part.size(); ++t) {
     const glm::uvec3& corners = mesh.triangles[t];
     const glm::dvec3 a(mesh.positions_m[corners.x]);

@@ -1,4 +1,4 @@
-// How a part of a mesh file moves: the animation of the nodes above it.
+// The motion of a part of a mesh file, by the animation of the nodes above it.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace pleinair {
 
-// Values at times, as glTF 2.0 has them (section 3.11, appendix C).
+// Values at times, as in glTF 2.0 (section 3.11, appendix C).
 struct KeyTrack {
   enum class Interpolation { kStep, kLinear, kCubicSpline };
 
@@ -41,6 +41,7 @@ struct MovingNode {
   glm::dmat4 ParentFromNodeAt(double time_s) const;
 };
 
+// The motion of one part: a chain of nodes whose tracks repeat.
 class PartMotion {
  public:
   // Stands still.
@@ -51,11 +52,11 @@ class PartMotion {
   bool Moves() const { return !chain_.empty(); }
   double DurationS() const { return duration_s_; }
 
-  // The animation goes on from its beginning when it ends, and before its beginning.
+  // The animation repeats, after its end and before its beginning.
   glm::dmat4 FileFromPart(double time_s) const;
-  // Takes the part from where it is at time 0 to where it is at `time_s`; the unit matrix, to the
-  // bit, where these are one place. Throws std::runtime_error where the part has no extent at time
-  // 0: a scale of 0.
+  // Takes the part from where it is at time 0 to where it is at `time_s`; exactly the unit matrix
+  // where these are equal. Throws std::runtime_error where the part has no extent at time 0: a
+  // scale of 0.
   glm::dmat4 FileFromStart(double time_s) const;
 
  private:

@@ -17,10 +17,9 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Embree works out a hit in single precision, relative to the triangle's corners as seen from the
-// ray's origin: a plane that passes the origin within this share of the mesh's coordinates (64
-// rounding errors) may be taken to lie on its wrong side. There double precision decides; see
-// Filter.
+// Embree computes a hit in single precision, relative to the triangle's corners as seen from the
+// ray's origin. For a plane that passes the origin within this share of the mesh's coordinates (64
+// rounding errors), it may choose the wrong side. There double precision decides; see Filter.
 constexpr float kNearShare = 0x1p-18f;
 
 // Embree's own bound for coordinates. Debian builds it with assertions, which end the program when
@@ -41,7 +40,7 @@ RTCDevice SharedDevice() {
   return device;
 }
 
-// What Filter needs to know beside Embree's own context.
+// Data for Filter, in addition to Embree's own context.
 struct Query {
   RTCIntersectContext context;  // First: Embree hands back a pointer to it.
   const glm::vec4* vertices;
@@ -64,8 +63,8 @@ double PlaneDistance(const Query& query,
 }
 
 // Whether the surface really lies in front of the origin. The differences of single-precision
-// coordinates are exact in double precision, so the origin's side of a plane is known for sure: a
-// ray that leaves a surface does not meet it again, however large its triangles are.
+// coordinates are exact in double precision, so the origin's side of a plane is certain. A ray that
+// leaves a surface does not meet it again, however large its triangles are.
 bool LiesInFront(const Query& query, const RTCFilterFunctionNArguments& arguments, unsigned lane) {
   RTCRayN* const ray = arguments.ray;
   RTCHitN* const hit = arguments.hit;
@@ -475,7 +474,7 @@ void RayCaster::Occluded(const glm::vec3* origins_m,
 }
 
 // A hit point is the true one rounded to float: each coordinate is off by half a unit in the last
-// place, 2^-24 of its size, and the moved point's again. Along a unit normal that is at most
+// place, 2^-24 of its size. The moved point's is rounded again. Along a unit normal that is at most
 // 2 sqrt(3) 2^-24 = 2^-22.2 of the largest coordinate. Twice that leaves the point on its side, and
 // RayCaster needs no more.
 glm::vec3 OffsetFromSurface(const glm::vec3& position_m, const glm::vec3& normal_to_side) {

@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// The complete result of one ray.
 struct RayHit {
   float distance_m = 0.0f;
   std::uint32_t triangle = 0;
@@ -38,7 +39,8 @@ struct FaceHit {
 //           through. A ray that starts within a rounding error of an edge may start on the other
 //           side of it.
 // Not       hit: triangles without area, or with a corner that is not finite or beyond 1.8e18 m. A
-//           ray that is not finite, or beyond that, misses. Nor what a material by place cuts out.
+//           ray that is not finite, or beyond that, misses. Places that a material cuts out are not
+//           hit either.
 class RayCaster {
  public:
   // An empty mesh is allowed: every ray misses.
@@ -53,8 +55,8 @@ class RayCaster {
       const glm::vec3& direction,
       float max_distance_m = std::numeric_limits<float>::infinity()) const;
 
-  // `count` queries at once; faster than one by one where rays are coherent. Of two hits at one
-  // distance another one may be returned.
+  // `count` queries at once; faster than one by one where rays are coherent. For equal distances,
+  // it may return another hit than the single query.
   // Shape  origins_m, directions, hits: count entries each.
   void Intersect(const glm::vec3* origins_m,
                  const glm::vec3* directions,
@@ -68,7 +70,7 @@ class RayCaster {
                  std::size_t count,
                  FaceHit* hits) const;
 
-  // The same for `count` rays from one point, with short results: faster again; and more so for a
+  // The same for `count` rays from one point, with short results: faster still. It is fastest for a
   // point that is known to be off the mesh, where single precision decides on triangles' sides.
   // Shape  directions, hits: count entries each.
   enum class Origin : std::uint8_t { kMayBeOnMesh, kOffMesh };
@@ -78,17 +80,17 @@ class RayCaster {
                      std::size_t count,
                      FaceHit* hits) const;
 
-  // Distance to the nearest point of a triangle, what is cut out of it included, or `within_m`
-  // where that is less. Triangles that are not finite have none.
+  // Distance to the nearest point of a triangle, cut-out places included, or `within_m` where that
+  // is less. Triangles that are not finite have none.
   float DistanceTo(const glm::vec3& point_m, float within_m) const;
 
-  // Whether anything stands in (0, max_distance_m).
+  // Whether there is any hit in (0, max_distance_m).
   bool Occluded(const glm::vec3& origin_m,
                 const glm::vec3& direction,
                 float max_distance_m = std::numeric_limits<float>::infinity()) const;
 
-  // `count` occlusion queries at once; faster than one by one where rays are coherent.
-  // Shape  origins_m, directions, occluded: count entries each.
+  // `count` occlusion queries at once; faster than single queries where rays are coherent. Shape
+  // origins_m, directions, occluded: count entries each.
   void Occluded(const glm::vec3* origins_m,
                 const glm::vec3* directions,
                 std::size_t count,
@@ -99,9 +101,10 @@ class RayCaster {
   std::unique_ptr<Impl> impl_;
 };
 
-// Where a ray that leaves a surface at `position_m` to the side of `normal_to_side` has to start so
-// that it meets neither that surface again nor skips a neighbour: moved along the normal by the
-// rounding error of a hit point at these coordinates (after pbrt-v4's OffsetRayOrigin idea).
+// Returns the start of a ray that leaves a surface at `position_m` to the side of `normal_to_side`,
+// such that it neither meets that surface again nor skips a neighbour. The point is moved along the
+// normal by the rounding error of a hit point at these coordinates (after pbrt-v4's OffsetRayOrigin
+// idea).
 glm::vec3 OffsetFromSurface(const glm::vec3& position_m, const glm::vec3& normal_to_side);
 
 }  // namespace pleinair

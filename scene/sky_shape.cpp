@@ -157,7 +157,7 @@ glm::dvec3 SkyTable::DirectionOfCell(std::size_t cell) {
 
 double SkyTable::SolidAngleSr(std::size_t cell) {
   const glm::dvec2 point = DiscPoint(cell);
-  // The disc's area of pi stands for 2 pi steradians.
+  // The disc's area of pi represents 2 pi steradians.
   return glm::dot(point, point) < 1.0 ? 2.0 * 4.0 / static_cast<double>(kCells) : 0.0;
 }
 

@@ -1,4 +1,4 @@
-// Fixed functions of direction that a sky's light is a mix of.
+// Fixed functions of direction whose mix is a sky's light.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace pleinair {
 // Per cell of SkyTable.
 struct PartlyHiddenTables {
   std::vector<glm::vec3> bare;
-  // What the hiding changes, with the mean of what is reflected: for an even sky the same in each
-  // cell, times the share that is hidden.
+  // The change by the hiding, with the mean of the reflected light: for an even sky the same in
+  // each cell, times the share that is hidden.
   std::vector<glm::vec3> change;
 };
 
@@ -30,12 +30,13 @@ class SkyShape {
   // Zero on and below the horizon. `direction_enu` is unit.
   virtual glm::vec3 Radiance(const glm::vec3& direction_enu) const = 0;
   // For callers that know the cells of many directions: radiance of each of SkyTable's cells, where
-  // Radiance looks that up; else null.
+  // Radiance is a look-up of that; else null.
   virtual const std::vector<glm::vec3>* Table() const { return nullptr; }
   // For a sky that is partly hidden: the shape separate from what hides it; else null.
   virtual const PartlyHiddenTables* PartlyHidden() const { return nullptr; }
 };
 
+// The sky of equal radiance in all directions: "uniform".
 std::shared_ptr<const SkyShape> MakeUniformSkyShape();
 
 // A sky by a table over the hemisphere's equal-area map to a disc: a look-up costs a square root.
@@ -45,16 +46,16 @@ class SkyTable {
   static constexpr int kSide = 256;
   static constexpr std::size_t kCells = std::size_t{kSide} * kSide;
 
-  // Cells whose centre lies outside the disc belong to the horizon next to them.
+  // Cells whose centre lies outside the disc count as the horizon next to them.
   static glm::dvec3 DirectionOfCell(std::size_t cell);
-  // Solid angle that a cell's value counts for in an integral; 0 outside the disc.
+  // Solid angle of a cell in an integral; 0 outside the disc.
   static double SolidAngleSr(std::size_t cell);
   // The cell of a unit direction above the horizon.
   static std::size_t CellOf(const glm::vec3& direction_enu);
 };
 
 // The shape whose radiance in each of SkyTable's cells is `radiance`, relative. A channel that is
-// black all over stays without light.
+// black everywhere stays without light.
 // Throws std::invalid_argument for another length than kCells, a value below 0 or not finite.
 std::shared_ptr<const SkyShape> MakeTableSkyShape(std::string name,
                                                   std::vector<glm::vec3> radiance);
@@ -62,14 +63,14 @@ std::shared_ptr<const SkyShape> MakeTableSkyShape(std::string name,
 glm::dvec3 HorizontalIrradiance(std::span<const glm::vec3> table);
 
 // The shape of a lat-long sky image (any size, without the disc), interpolated between its pixels'
-// centres. What the image holds below the horizon is not looked at. A channel that is black all
-// over the sky falls back to no light in that channel.
+// centres. Pixels below the horizon are ignored. A channel that is black over the entire sky has no
+// light.
 //
 // Throws  std::invalid_argument for an image with defects, or with less than two rows.
 std::shared_ptr<const SkyShape> MakeImageSkyShape(std::string name, const RgbImage& sky_radiance);
 
 // Irradiance of a lat-long sky image on an unoccluded horizontal plane: the scale that
-// MakeImageSkyShape takes out.
+// MakeImageSkyShape divides by.
 glm::dvec3 HorizontalIrradiance(const RgbImage& sky_radiance);
 
 }  // namespace pleinair

@@ -1,4 +1,4 @@
-// What hides a site's sky though its mesh lacks it: trees, masts, far houses.
+// Occluders of a site's sky that its mesh lacks: trees, masts, far houses.
 #pragma once
 
 #include <memory>
@@ -14,11 +14,11 @@ namespace pleinair {
 // other places for near ones. Per cell of SkyTable; both empty where nothing hides the sky.
 struct Skyline {
   std::vector<float> hidden;  // Share of the cell's sky, 0..1.
-  // Radiance of what hides it, per unit of the sky's irradiance on an unoccluded horizontal plane,
-  // averaged over the cell (0 where nothing hides).
+  // Radiance of the occluder, per unit of the sky's irradiance on an unoccluded horizontal plane,
+  // averaged over the cell (0 without an occluder).
   std::vector<glm::vec3> reflected;
-  // Lat-long over a surface's normal, what an even sky of radiance 1 would bring it if only what is
-  // hidden shone; the same in all channels.
+  // Lat-long over a surface's normal: its irradiance from the hidden part only, under an even sky
+  // of radiance 1; the same in all channels.
   RgbImage irradiance_of_hidden;
 
   bool Empty() const { return hidden.empty(); }
@@ -28,10 +28,10 @@ struct Skyline {
 // Throws std::invalid_argument for tables that are not of SkyTable's cells.
 Skyline MakeSkyline(std::vector<float> hidden, std::vector<glm::vec3> reflected);
 
-// `shape` as it is seen past the skyline: what hides the sky reflects a share of the sky's light.
-// A unit is still the irradiance of an unoccluded plane under `shape` itself, so that an intensity
-// means the same with a skyline and without. Has the name of `shape`; is `shape` where the skyline
-// is empty.
+// Returns `shape` as seen past the skyline: the occluders reflect a share of the sky's light. A
+// unit is still the irradiance of an unoccluded plane under `shape` itself, so that an intensity
+// has the same meaning with and without a skyline. The result has the name of `shape`; it is
+// `shape` where the skyline is empty.
 std::shared_ptr<const SkyShape> SeenPast(const Skyline& skyline,
                                          std::shared_ptr<const SkyShape> shape);
 

@@ -53,9 +53,9 @@ void RequireSize(const char* what, int bands, std::size_t size) {
 
 }  // namespace
 
-// Normalised Legendre functions by the three-term recurrence in l, which is stable upwards, divided
-// by sin^m(theta); that factor is in the real and imaginary part of (x + i y)^m, so that nothing is
-// singular at the poles.
+// Normalised Legendre functions divided by sin^m(theta), by the three-term recurrence in l, which
+// is stable upwards. That factor is in the real and imaginary part of (x + i y)^m, so that nothing
+// is singular at the poles.
 void EvaluateShBasis(int bands, const glm::dvec3& direction, std::span<double> values) {
   RequireSize("spherical harmonics", bands, values.size());
   const double z = direction.z;
@@ -138,8 +138,8 @@ glm::vec3 IrradianceFromSh(const ShRgb& radiance_sh, const glm::vec3& normal) {
 
 // The turned light L(source_from_target * direction), projected again. The integrand is a
 // polynomial of degree 2 (bands - 1), for which `bands` Gauss-Legendre heights and 2 bands - 1
-// azimuths are exact: the result is the rotation to rounding error, without the recurrences for its
-// matrix.
+// azimuths are exact. So the result is the rotation to rounding error, without the recurrences for
+// its matrix.
 std::vector<double> RotateSh(int bands,
                              std::span<const double> coefficients,
                              const glm::dmat3& target_from_source) {

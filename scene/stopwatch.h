@@ -5,8 +5,8 @@
 
 namespace pleinair {
 
-// While one lives, time stands still for the stopwatches of its thread: what is planned by measured
-// times is then the same however busy the machine is. For tests.
+// While one exists, time stands still for the stopwatches of its thread, so that plans by measured
+// times do not depend on how busy the machine is. For tests.
 class StoppedTime {
  public:
   StoppedTime() { ++count; }

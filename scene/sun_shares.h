@@ -1,17 +1,17 @@
-// How much of the sun's disc is seen past real and virtual casters together, over parts of a
-// picture: plain data from relight to render.
+// The share of the sun's disc that is visible past real and virtual casters together, over parts of
+// a picture: plain data from relight to render.
 #pragma once
 
 #include "scene/image.h"
 
 namespace pleinair {
 
-// On real surfaces, a camera pixel at a time. Pixels outside the image lose nothing.
+// On real surfaces, for each camera pixel. Pixels outside the image lose nothing.
 struct RealSunShare {
-  int x_px = 0;  // Of the image's first pixel in the picture.
+  int x_px = 0;  // Position of the image's first pixel in the picture.
   int y_px = 0;
-  // What virtual objects hide of the part of the disc that the pixel sees without them, 0..1: a
-  // mean over the pixel's square. May be empty.
+  // Share that virtual objects hide of the part of the disc that the pixel sees without them, 0..1:
+  // a mean over the pixel's square. May be empty.
   GrayImage hidden;
 };
 
@@ -19,12 +19,14 @@ struct RealSunShare {
 // (see UndistortedCover).
 struct ObjectSunShare {
   static constexpr int kSamplesPerSide = 2;  // Parts of a pixel.
-  int x_px = 0;                              // Of the image's first pixel in that picture.
+  int x_px = 0;                              // Position of the image's first pixel in that picture.
   int y_px = 0;
-  // Share of the disc seen, 0..1, a mean over each part of what the sun may shine on. May be empty.
+  // Visible share of the disc, 0..1: a mean over the points of each part that the sun may reach.
+  // May be empty.
   GrayImage seen;
 };
 
+// Both, for one frame.
 struct SunShares {
   RealSunShare real;
   ObjectSunShare objects;

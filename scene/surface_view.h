@@ -1,5 +1,5 @@
-// What one camera view shows of the real scene, pixel by pixel: the ground on which both the
-// lighting estimate and the composite stand. Made by relight, plain data.
+// The real scene in one camera view, pixel by pixel: the common model of the lighting estimate and
+// the composite. Made by relight, plain data.
 #pragma once
 
 #include <cstddef>
@@ -34,17 +34,17 @@ struct SurfaceView {
   Image<JudgedSun> judged_sun;
   std::vector<std::string> sky_shape_names;    // As in lighting.jsonl's sky_shape.
   std::vector<Image<glm::vec3>> sky_response;  // Per sky shape: c + c_bounce.
-  Image<float> sun_visibility;                 // s, share of the disc seen, 0..1.
+  Image<float> sun_visibility;                 // s, visible share of the disc, 0..1.
   Image<glm::vec3> sun_bounce;                 // s_bounce.
   // Distance to the nearest pixel where the model jumps: mesh edge, shadow edge of now, shadow edge
   // of the survey, picture border.
   Image<float> edge_distance_px;
-  Image<float> footprint_radius_px;  // Half a survey texel, seen in this view; at least 0.5.
+  Image<float> footprint_radius_px;  // Half a survey texel, in pixels of this view; at least 0.5.
 
-  glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // The one that the sun_* images are for.
+  glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // The sun of the sun_* images.
 
-  // Change whenever the images they stand for do: lets a consumer keep what it derived or uploaded.
-  std::uint64_t geometry_version = 0;  // Of all but what follows.
+  // Change whenever their images do, so that a consumer can keep derived or uploaded data.
+  std::uint64_t geometry_version = 0;  // Of all other images.
   std::uint64_t sky_version = 0;       // Of sky_response.
   std::uint64_t sun_version = 0;       // Of the sun_* images and edge_distance_px.
 

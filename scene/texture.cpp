@@ -37,8 +37,8 @@ std::uint8_t CodeOfLinear(float value) {
                                    kUpperEnds.begin());
 }
 
-// What a texel of a halved side covers of the side before: two texels, and of an odd side's three
-// parts of the outer ones. A side of 1 stays.
+// Weights of the texels that a texel of a halved side covers: two texels; for an odd side three,
+// with parts of the outer ones. A side of 1 stays.
 struct Covered {
   int first = 0;
   int count = 0;

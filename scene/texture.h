@@ -1,5 +1,4 @@
-// A picture on a surface, as its places show it from near and far. Files are the mesh loader's
-// business.
+// A picture on a surface, filtered for near and far views. For files see mesh_io.h.
 #pragma once
 
 #include <array>
@@ -15,9 +14,10 @@
 
 namespace pleinair {
 
-// What is beyond a picture's edge.
+// Texture coordinates beyond a picture's edge.
 enum class TextureWrap : std::uint8_t { kRepeat, kMirror, kClamp };
 
+// The wrap mode along each axis.
 struct TextureWraps {
   TextureWrap u = TextureWrap::kRepeat;
   TextureWrap v = TextureWrap::kRepeat;
@@ -27,11 +27,11 @@ struct TextureWraps {
 // Colours are sRGB codes (IEC 61966-2-1), alpha is linear; both are filtered in the linear scale.
 //
 // Levels   0 is the picture; each further one has sides half as long, rounded down, to 1x1. A texel
-//          is the mean over just the area of the level before that it covers, so that each level
-//          has the picture's own mean, whatever the picture's size; only then it is rounded to
-//          codes, by half of one at most.
-// Size     A picture of more than kMostTexels is taken at half its size, or as many halves as it
-//          takes: the device keeps 8 bytes a texel.
+//          is the mean over exactly the area that it covers in the level before. So each level has
+//          the picture's own mean, whatever the picture's size, until it is rounded to codes, by
+//          half of one at most.
+// Size     A picture of more than kMostTexels is halved as often as needed: the device keeps 8
+//          bytes for each texel.
 // Threads  safe from any once it is made.
 class Texture {
  public:
@@ -46,7 +46,7 @@ class Texture {
   int Height() const { return levels_.front().height; }
   int LevelCount() const { return static_cast<int>(levels_.size()); }
   const Codes& Level(int level) const { return levels_[static_cast<std::size_t>(level)]; }
-  // Halves that kMostTexels took.
+  // Number of halvings for kMostTexels.
   int TimesHalved() const { return times_halved_; }
 
   // Linear, of all texels: mean, and the largest and the least of each channel.
@@ -54,17 +54,17 @@ class Texture {
   const glm::vec4& Largest() const { return largest_; }
   const glm::vec4& Least() const { return least_; }
 
-  // What a code of red, green or blue stands for, in [0, 1].
+  // Linear value of a code of red, green or blue, in [0, 1].
   static const std::array<float, 256>& LinearOfCode();
 
-  // The level whose texels are as wide as a place that goes by these steps of uv, the longer one
-  // counts: in [0, LevelCount() - 1].
+  // The level whose texels are as wide as the longer of these two steps of uv, in [0, LevelCount()
+  // - 1].
   float LevelFor(const glm::vec2& uv_across, const glm::vec2& uv_down) const;
   // Linear RGB and alpha: between the four nearest texels of a level, and between two levels. uv is
   // that of TriangleColours.
   glm::vec4 At(const glm::vec2& uv, float level, const TextureWraps& wraps) const;
-  // Over a triangle, of all texels or of what their alpha leaves there. At most 256 texels are
-  // looked at, of the level where no more are in it.
+  // Over a triangle, of all texels or of those that their alpha keeps. At most 256 texels are used,
+  // of the level where the triangle has no more.
   enum class Of { kAll, kWhatIsThere };
   glm::vec3 MeanOver(const std::array<glm::vec2, 3>& corners_uv,
                      const TextureWraps& wraps,

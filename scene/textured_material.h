@@ -1,4 +1,4 @@
-// A material of another colour wherever its texture, or the colours of vertices, say so.
+// A material whose colour varies by a texture or by colours of vertices.
 #pragma once
 
 #include <memory>
@@ -19,14 +19,14 @@ struct TexturedMaterial {
   std::string name;
   glm::vec3 base_colour{0.5f};
   float base_alpha = 1.0f;
-  // Share of a metal, which mirrors its colour and has no diffuse part; the rest has the colour for
-  // its diffuse albedo and mirrors `dielectric_reflectance`.
+  // Share of metal, which mirrors its colour and has no diffuse part. For the rest the colour is
+  // the diffuse albedo, and `dielectric_reflectance` is mirrored.
   float metallic = 0.0f;
   glm::vec3 dielectric_reflectance{0.0f};
   float roughness = 1.0f;
   std::shared_ptr<const Texture> texture;  // Null: white.
   TextureWraps wraps;
-  // Places of less alpha are not there. 0: all are.
+  // Places of less alpha are cut out. 0: none is.
   float alpha_cutoff = 0.0f;
 
   static constexpr float kMaxAlbedo = 0.98f;
@@ -35,13 +35,13 @@ struct TexturedMaterial {
     glm::vec3 specular_reflectance{0.0f};
   };
 
-  // Where texture and vertices are of this colour together; within what interreflection that is to
-  // converge allows.
+  // Reflectances of a place where texture times vertices has this colour; limited so that
+  // interreflection converges.
   Reflectances Of(const glm::vec3& colour) const;
   Material WithColour(const glm::vec3& colour) const;
-  // Where they are of their means.
+  // For the mean colour.
   Material Mean() const;
-  // Whether WithColour has to limit it.
+  // Whether WithColour must limit it.
   bool ExceedsLimits() const;
   // No place is brighter, in any channel.
   Reflectances Brightest() const;
@@ -52,15 +52,15 @@ struct TexturedMaterial {
   // triangle.
   glm::vec4 ColourAt(const glm::vec2& uv, float level, const glm::vec4& vertex_colour) const;
   glm::vec3 MeanOver(const TriangleColours& colours) const;
-  // The same where its place in the texture is not known.
+  // The same for a triangle without texture coordinates.
   glm::vec3 MeanAnywhere(const TriangleColours& colours) const;
-  // Whether that triangle is of one colour, and all there.
+  // Whether that triangle has one colour and no cut-out place.
   bool IsEvenOver(const TriangleColours& colours) const;
 };
 
-// Gives each triangle of a material by place one of its own, with the means over that triangle, to
-// the next of 128 steps of display code; triangles that agree share it. What is not by place stays,
-// but for its number; a mesh without such materials stays as it is.
+// Gives each triangle of a material by place its own material, with the means over that triangle,
+// rounded to 128 steps of display code; equal ones are shared. Other materials only change their
+// index. A mesh without such materials is not changed.
 void TakeMeansOverTriangles(Mesh& mesh);
 
 }  // namespace pleinair

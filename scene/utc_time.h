@@ -1,11 +1,11 @@
-// Time as all of the project counts it.
+// The project's time type.
 #pragma once
 
 #include <chrono>
 
 namespace pleinair {
 
-// UTC in ticks without leap seconds (as POSIX), 1677 to 2262. Text is sunmodel/time_text.h's.
+// UTC in ticks without leap seconds (as POSIX), 1677 to 2262. For text see sunmodel/time_text.h.
 using UtcTime = std::chrono::sys_time<std::chrono::nanoseconds>;
 
 }  // namespace pleinair

@@ -1,4 +1,4 @@
-// What the sky was like, as a person saw it.
+// A person's judgement of the sky.
 #pragma once
 
 #include <optional>
@@ -27,7 +27,7 @@ constexpr std::string_view NameOf(Weather weather) {
   return "clear";
 }
 
-// None where `name` is no weather's.
+// None where `name` is not the name of a weather.
 constexpr std::optional<Weather> WeatherNamed(std::string_view name) {
   for (const Weather weather : kAllWeathers) {
     if (NameOf(weather) == name) return weather;

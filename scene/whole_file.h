@@ -13,15 +13,15 @@ namespace pleinair {
 // Throws std::runtime_error: the file and why.
 [[noreturn]] void RefuseFile(const std::filesystem::path& file, const std::string& why);
 
-// Throws std::runtime_error naming it unless `file` is a regular file with something in it.
+// Throws std::runtime_error naming it unless `file` is a regular file that is not empty.
 void RequireFile(const std::filesystem::path& file);
 
 // The bytes of a regular file. Throws std::runtime_error naming it when it cannot be read or is
 // empty.
 std::vector<std::byte> ReadWholeFile(const std::filesystem::path& file);
 
-// Throws std::runtime_error naming it unless `file` is a regular file, or a link to one, or
-// absent: a device or a pipe must not be replaced by a file, nor a folder.
+// Throws std::runtime_error naming it unless `file` is a regular file, or a link to one, or absent.
+// A device, a pipe or a folder must not be replaced by a file.
 void RequireReplaceable(const std::filesystem::path& file);
 
 // Writes `bytes` to a temporary file beside `file` (".NAME.PID.N.part") and renames it: `file` is

@@ -99,7 +99,7 @@ std::optional<std::string> FileBlobStore::Load(std::string_view key) {
     fs::remove_all(path, error);
     return std::nullopt;
   }
-  // The size is asked of the open file: by now another process may have put a new one in its place.
+  // The size is that of the open file: another process may have replaced the file by now.
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) return std::nullopt;
   const std::streamoff file_bytes = file.tellg();
@@ -113,8 +113,8 @@ std::optional<std::string> FileBlobStore::Load(std::string_view key) {
     file.read(header.data(), static_cast<std::streamsize>(header.size()));
     file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     if (file && header == Header(key, bytes)) {
-      // The time of last use, which is what eviction goes by. Where it cannot be set, the time of
-      // writing stands in.
+      // The time of last use, which decides eviction. Where it cannot be set, the time of writing
+      // replaces it.
       fs::last_write_time(path, fs::file_time_type::clock::now(), error);
       return bytes;
     }
@@ -164,7 +164,7 @@ void FileBlobStore::RemoveLeastRecentlyUsed(const fs::path& keep) const {
   std::vector<Blob> blobs;
   std::uintmax_t total_bytes = 0;
   std::error_code error;
-  // Other processes add and remove files meanwhile: what is gone when looked at does not count.
+  // Other processes add and remove files meanwhile: files that are gone do not count.
   for (fs::directory_iterator entry(folder_, error), end; !error && entry != end;
        entry.increment(error)) {
     std::error_code gone;

@@ -18,9 +18,9 @@ std::filesystem::path DefaultCacheFolder();
 
 constexpr std::uint64_t kDefaultCacheLimitBytes = 2ULL << 30;
 
-// One file a blob, `<key>.blob`; other files in the folder are never touched. Processes may share a
-// folder: a blob appears when complete, by a rename, and its checksum and key are looked at when it
-// is read. When the blobs exceed the limit, those go first whose last use is longest ago.
+// One file for each blob, `<key>.blob`; other files in the folder are never touched. Processes may
+// share a folder: a blob appears when complete, by a rename, and its checksum and key are checked
+// when it is read. When the blobs exceed the limit, the least recently used ones are removed first.
 //
 // Keys     1 to 128 letters, digits, '-' and '_' (hex digests, as a rule). Others throw
 //          std::invalid_argument: they could lead out of the folder.
@@ -32,15 +32,15 @@ class FileBlobStore final : public BlobStore {
   explicit FileBlobStore(std::filesystem::path folder = {},
                          std::uint64_t limit_bytes = kDefaultCacheLimitBytes);
 
-  // Returns nothing where there is no such blob, or only a damaged one; the latter is taken away.
+  // Returns nothing where there is no such blob, or only a damaged one, which is removed.
   std::optional<std::string> Load(std::string_view key) override;
 
-  // Keeps nothing, and says why in SaveFailure(), when the disc says no or the blob alone exceeds
-  // the limit.
+  // Stores the blob. Where the disc fails, or the blob alone exceeds the limit, nothing is stored,
+  // and SaveFailure() has the reason.
   void Save(std::string_view key, std::string_view bytes) override;
 
   const std::filesystem::path& Folder() const { return folder_; }
-  // Why the last Save kept nothing: one line; empty when it did.
+  // Why the last Save stored nothing: one line; empty when it succeeded.
   const std::string& SaveFailure() const { return save_failure_; }
 
  private:

@@ -1,4 +1,4 @@
-// `run --lighting FILE`: a lighting.jsonl as the light to use in place of an estimate.
+// `run --lighting FILE`: a lighting.jsonl whose light replaces the estimate.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace pleinair {
 
-// Lighting by frame, without lines of failed frames. Throws std::runtime_error naming file,
-// frame, key and what was expected: no light in a line, a light that GivenLight refuses, a sky
-// image that is not there.
+// Returns the light by frame, without lines of failed frames. Throws std::runtime_error naming
+// file, frame, key and what was expected, for a line without light, a light that GivenLight
+// refuses, or a missing sky image.
 std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file);
 
 }  // namespace pleinair

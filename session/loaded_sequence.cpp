@@ -67,7 +67,8 @@ void LeaveOutEnvironment(Sequence& sequence) {
   sequence.environment.reset();
 }
 
-// Where the model's orientation is said to be uncertain. Returns what was found, for the report.
+// Corrects north where the model's orientation is stated as uncertain. Returns a note for the
+// report.
 std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded) {
   Sequence& sequence = loaded.sequence;
   if (!sequence.site || !(sequence.north_stddev_rad > 0.0)) return {};

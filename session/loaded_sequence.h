@@ -1,5 +1,4 @@
-// A sequence that is read and prepared: what sessions of it share while their offline settings are
-// the same.
+// A sequence that is read and prepared. Sessions with the same offline settings share it.
 #pragma once
 
 #include <functional>
@@ -21,6 +20,7 @@
 
 namespace pleinair {
 
+// A sequence, its site and its prepared scene.
 struct LoadedSequence {
   Sequence sequence;
   SequenceSite site;
@@ -29,29 +29,29 @@ struct LoadedSequence {
   std::optional<PoseTrack> poses;
 };
 
-// Reads and prepares, or loads what is prepared; finds albedos from the frames where
-// AlbedoSourceOf says so. Throws as ReadSequence, LoadSequenceSite and PrepareScene. A cache that
-// cannot keep what was prepared is a note of the site's.
+// Reads and prepares a sequence, or loads the prepared parts from the cache; finds albedos from the
+// frames where AlbedoSourceOf says so. A cache that fails to store is a note of the site. Throws as
+// ReadSequence, LoadSequenceSite and PrepareScene.
 std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options,
                                                    const Progress& progress = {});
 
-// Of `options.sequence` as a site (see ReadSite), for frames of another source from `time` on:
-// albedos or a north that are found from frames are not for it. Where the camera moves, its pose is
-// roughly where that begins. Throws as LoadSequence.
+// Loads `options.sequence` as a site (see ReadSite), for frames of another source from `time` on.
+// Albedos and north are not found from frames. For a camera that moves, its pose is roughly that of
+// the beginning. Throws as LoadSequence.
 std::shared_ptr<const LoadedSequence> LoadSite(const SessionOptions& options,
                                                UtcTime time,
                                                const Progress& progress = {});
 
-// The sequence's frames. What markers or poses from outside could not give goes to `notes`, which
-// outlives the source.
+// The sequence's frames. Missing poses, from markers or from outside, are reported in `notes`,
+// which outlives the source.
 std::unique_ptr<FrameSource> FramesOf(const SessionOptions& options,
                                       const LoadedSequence& loaded,
                                       std::vector<std::string>& notes);
 
 using PoseNote = std::function<void(const std::string&)>;
-// `frames`, of any source, with poses from markers or from outside where `loaded` has them, or from
-// `live` where that is not empty; steadied where they do not come from the sequence, or as
-// `options` say. A line to `note` for each frame whose pose is an earlier one.
+// Returns `frames`, of any source, with poses from markers or from outside where `loaded` has them,
+// or from `live` where that is not empty. They are filtered where they do not come from the
+// sequence, or as `options` say. `note` gets a line for each frame whose pose is an earlier one.
 std::unique_ptr<FrameSource> WithPoses(std::unique_ptr<FrameSource> frames,
                                        const SessionOptions& options,
                                        const LoadedSequence& loaded,

@@ -1,4 +1,4 @@
-// Light as the camera itself would have shown it, for pictures that people look at.
+// Converts light to the camera's own code values, for pictures that people view.
 #pragma once
 
 #include <optional>
@@ -10,6 +10,7 @@
 
 namespace pleinair {
 
+// One thread at a time.
 class PictureDisplay {
  public:
   // `response` is the 8-bit camera's.
@@ -17,11 +18,11 @@ class PictureDisplay {
 
   const ResponseCurve& Response() const { return response_; }
 
-  // At `exposure`; where that is unknown, at one that was chosen for the first composite shown, or
-  // 1.
+  // Returns the picture at `exposure`; where that is unknown, at the exposure chosen for the first
+  // composite shown, or 1.
   Rgb8Image Show(const RgbImage& radiance, std::optional<double> exposure) const;
 
-  // Where the camera gave code values, unchanged pixels keep them.
+  // Where the camera delivered code values, unchanged pixels keep them.
   Rgb8Image Show(const Frame& frame, const Composite& composite);
 
  private:

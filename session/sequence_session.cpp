@@ -114,7 +114,8 @@ SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
       PipelineOptionsFor(options, *loaded_));
 }
 
-// What the pipeline and the compositor hold is deleted in the context that it was made in.
+// OpenGL objects of the pipeline and the compositor are deleted in the context that they were made
+// in.
 SequenceSession::~SequenceSession() {
   try {
     context_->MakeCurrent();
@@ -184,7 +185,7 @@ SessionStep SequenceSession::Process(CapturedPicture captured) {
   } else {
     SetRadiance(std::move(std::get<RgbImage>(captured.picture)), frame);
   }
-  // The sequence's frames were looked at when they were read; these are looked at here.
+  // The sequence's frames were checked when they were read; these are checked here.
   const FrameError place{frame.index, frame.time, {}};
   try {
     return Process(std::move(frame));

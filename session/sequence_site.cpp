@@ -32,7 +32,7 @@ namespace {
 
 // Probes on the ground itself would see it from within; they start this share of the height above.
 constexpr float kProbeFootShare = 0.03f;
-// Where nothing virtual stands the light is still asked for around what the camera looks at.
+// Without virtual objects the light is still computed around the camera's view.
 constexpr float kDefaultViewDistanceM = 10.0f;
 constexpr float kDefaultProbeBoxM = 2.0f;
 
@@ -68,7 +68,7 @@ const char* Describe(MapSunKind kind) {
   return "its disc";
 }
 
-// Empty where the map's own sun is where it is said to be, or not in view.
+// Empty where the map's own sun agrees with the stated direction, or is not visible.
 std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
   constexpr double kWorthAWarningRad = RadFromDeg(3.0);
   const std::optional<MapSun> shown = FindMapSun(map.radiance);
@@ -99,8 +99,8 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
              : "the map's orientation, north, place or time (zone)");
 }
 
-// Where the site's model is turned from true north: by how much a map has to be turned clockwise to
-// be in the model's frame. 0 where its sun stands in the model's frame already, or none is found.
+// The clockwise turn of a map into the model's frame, where the site's model is turned from true
+// north. 0 where the map's sun is given in the model's frame already, or none is found.
 double TurnToModel(const Sequence& sequence,
                    const RgbImage& radiance,
                    std::vector<std::string>& notes) {
@@ -126,7 +126,7 @@ double TurnToModel(const Sequence& sequence,
   return -sequence.site->model_north_azimuth_rad;
 }
 
-// What may be sampled of neither of two pixels may not be of what lies between them.
+// A place between two pixels may be sampled only where one of them may.
 Gray8Image TurnedMask(const Gray8Image& mask, double clockwise_rad) {
   Gray8Image turned(mask.width, mask.height);
   const double shift_px = clockwise_rad / (2.0 * std::numbers::pi) * mask.width;
@@ -145,7 +145,7 @@ Gray8Image TurnedMask(const Gray8Image& mask, double clockwise_rad) {
 
 struct LoadedMap {
   SurveyMap map;
-  double turned_rad = 0.0;  // Clockwise, from how its file has it.
+  double turned_rad = 0.0;  // Clockwise, relative to its file.
 };
 
 LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& notes) {

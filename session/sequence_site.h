@@ -1,4 +1,4 @@
-// A recorded sequence's files as what relight and render work on.
+// Loads a recorded sequence's files as input of relight and render.
 #pragma once
 
 #include <cstdint>
@@ -17,21 +17,21 @@
 
 namespace pleinair {
 
-// Of one virtual object, as its mesh file animates it.
+// The motion of one virtual object, by the animation of its mesh file.
 struct ObjectMotion {
   std::size_t entry = 0;  // Into the sequence's virtual_objects.
   glm::dmat4 world_from_file{1.0};
   PartMotion of_part;
 
-  // Takes the object from where it is at the first frame to where it is `time_s` later.
+  // The transform from the object's place at the first frame to that `time_s` later.
   glm::dmat4 WorldFromStart(double time_s) const;
 };
 
-// Virtual objects: a part of its own for what a mesh file animates by itself.
+// Virtual objects: each separately animated part of a mesh file is a part of its own.
 struct SiteObjects {
   std::vector<VirtualObject> parts;   // In world coordinates, as in the first frame.
-  std::vector<ObjectMotion> motions;  // One a part.
-  std::vector<std::string> notes;     // What was repaired in loading.
+  std::vector<ObjectMotion> motions;  // One for each part.
+  std::vector<std::string> notes;     // Notes on repairs in loading.
 
   void Append(SiteObjects more);
 };
@@ -42,59 +42,63 @@ SiteObjects LoadObject(const std::filesystem::path& folder,
                        const VirtualObjectEntry& entry,
                        std::size_t index);
 
+// A site ready for preparation. World frame: metres, east-north-up.
 struct SequenceSite {
   SiteModel model;
   std::vector<VirtualObject> objects;  // SiteObjects' parts.
   std::vector<ObjectMotion> motions;
-  // Around the objects in all frames, or around what the first camera looks at.
+  // Box around the objects in all frames, or around what the first camera views.
   BoundingBox probe_box;
-  // What the cameras look at: patches are finest there. Not where the objects are, so that what is
-  // prepared serves other objects, too.
+  // Places that the cameras view: patches are finest there. They do not depend on the objects, so
+  // that the prepared parts serve other objects, too.
   std::vector<glm::dvec3> viewed_m;
   bool is_indoors = false;         // The first camera sees little of the sky.
-  std::vector<std::string> notes;  // What was repaired or assumed in loading.
-  // What there is to say where the materials' albedo is used: without an environment map.
+  std::vector<std::string> notes;  // Notes on repairs and assumptions in loading.
+  // Notes for the case that the materials' albedo is used: without an environment map.
   std::string materials_note;
   bool albedo_is_a_guess = false;  // The materials'.
 };
 
-// Where neither a site nor `environment.sun_direction_enu` says where the sun is: takes it from the
-// environment map, for the map and for the frames that do not state their own. A map without a sun
-// is overcast, and so are those frames. Returns what was done, for the report.
-// Throws std::runtime_error, one line, for a frame that is said not to be overcast under such a
-// map.
+// Reads the sun's direction from the environment map where neither a site nor
+// `environment.sun_direction_enu` gives it. It is used for the map and for frames that do not state
+// their own. A map without a sun is overcast, and so are those frames. Returns a note for the
+// report. Throws std::runtime_error, one line, for a frame that is stated not to be overcast under
+// such a map.
 std::vector<std::string> FindSunInMap(Sequence& sequence);
 
 // "azimuth 144.0 deg, elevation 52.6 deg", for people.
 std::string AzimuthAndElevation(const glm::dvec3& direction_enu);
 
-// Loads mesh, environment map, mask and objects. A sun that the map shows 3 deg or more from where
-// it is stated, or computed, is a note. Where nothing says where it is, as FindSunInMap.
+// Loads mesh, environment map, mask and objects. A sun in the map that is 3 deg or more from its
+// stated or computed direction is a note. Without such a direction as FindSunInMap.
 // Throws std::runtime_error, one line with the file and what was expected.
 SequenceSite LoadSequenceSite(const Sequence& sequence);
 
+// Seconds from the sequence's first frame to `time`; the clock of animations.
 double SecondsSinceFirstFrame(const Sequence& sequence, UtcTime time);
 
-// Poses for FramePipeline::Process, so long after the first frame; empty where nothing moves.
+// Returns poses for FramePipeline::Process, a time after the first frame; empty where nothing
+// moves.
 std::vector<glm::dmat4> ObjectPosesAt(std::span<const ObjectMotion> motions, double time_s);
 
-// What may be asked of the offline part; what is unset is as PrepareOptions has it.
+// Options of the offline part; unset ones are as in PrepareOptions.
 struct PrepareSettings {
   int bounces = kAllBounces;
   std::optional<double> patch_size_m;  // Longest edge of patches near what cameras view.
-  std::optional<int> rays;             // A receiver of light.
-  double ground_albedo = 0.0;          // As PatchOptions has it.
-  // Of the probe grid: how many along x, y, z, or how far apart; not both.
+  std::optional<int> rays;             // For each receiver of light.
+  double ground_albedo = 0.0;          // As in PatchOptions.
+  // The probe grid: numbers along x, y, z, or spacing; not both.
   std::optional<glm::ivec3> probe_counts;
   std::optional<double> probe_spacing_m;
   std::optional<int> probe_rays;
-  std::optional<int> map_width;  // Of the environment map, in pixels; its own unless said.
-  std::uint64_t seed = 1;        // Of all rays.
+  std::optional<int> map_width;  // Of the environment map, in pixels; unset: its own.
+  std::uint64_t seed = 1;        // Seed of all rays.
 
   bool operator==(const PrepareSettings&) const = default;
 };
 
-// The options that `prepare` and `run` share, so that one finds what the other has stored.
+// Returns the options that `prepare` and `run` share, so that one finds the parts that the other
+// has stored.
 // Throws std::invalid_argument for a spacing that is not positive, or needs more than 64 probes
 // along an axis.
 PrepareOptions PrepareOptionsFor(const SequenceSite& site, const PrepareSettings& settings = {});

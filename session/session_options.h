@@ -1,4 +1,4 @@
-// What can be asked of a session; a default-constructed one is an ordinary run.
+// The options of a session; the defaults are an ordinary run.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace pleinair {
 
-// What the light is measured from.
+// The source that the light is measured from.
 enum class SourceKind { kOutdoor, kFisheye };
 
 // Where the albedo of real surfaces comes from.
@@ -31,54 +31,58 @@ enum class AlbedoSource {
   kSelfCalibrated,  // Found together with the light of the sequence's frames.
 };
 
+// Options of SequenceSession and LoadSequence.
 struct SessionOptions {
   std::filesystem::path sequence;
-  std::filesystem::path cache;       // Folder of what was prepared; empty: the user's cache folder.
-  std::shared_ptr<BlobStore> store;  // In place of `cache`, where set.
+  std::filesystem::path cache;       // Folder of prepared parts; empty: the user's cache folder.
+  std::shared_ptr<BlobStore> store;  // Replaces `cache` where set.
   FrameKind frames = FrameKind::kLinear;
-  // Of captured 8-bit pictures; none: the sequence's. The sequence's own frames keep theirs: a
-  // session that has this takes captured pictures alone.
+  // For captured 8-bit pictures; none: the sequence's. The sequence's own frames keep theirs, so a
+  // session with this option processes only captured pictures.
   std::optional<ResponseCurve> response;
   std::filesystem::path markers;  // Board file that camera poses come from; empty: none.
-  bool camera_moves = false;      // Whatever the sequence says: its poses come as it streams.
-  std::filesystem::path poses;    // File of lines with camera poses (pose_lines.h); empty: none.
-  PoseTrackOptions pose_track;    // Of `poses`, and of those that come while a camera streams.
-  double pose_wait_s = 0.05;      // That a camera's frame waits for the latter; 0 or more.
-  // Steadies poses while the camera is at rest. None: where they do not come from the sequence.
+  // True: poses arrive while the camera streams, independent of the sequence.
+  bool camera_moves = false;
+  std::filesystem::path poses;  // File of lines with camera poses (pose_lines.h); empty: none.
+  PoseTrackOptions pose_track;  // For `poses`, and for poses that arrive while a camera streams.
+  double pose_wait_s = 0.05;    // Time that a camera's frame waits for the latter; 0 or more.
+  // Averages poses while the camera is at rest. None: only those that do not come from the
+  // sequence.
   std::optional<bool> steady_poses;
   std::optional<SourceKind> source;  // None: fish-eye where frames have such a picture.
   // A lighting.jsonl to use instead of estimating; empty: estimate.
   std::filesystem::path lighting;
-  std::optional<AlbedoSource> albedo;  // None: as AlbedoSourceOf has it.
-  std::optional<Weather> weather;      // Of all frames, in place of what the sequence says.
-  bool ignore_exposure = false;        // Of 8-bit frames: light is then relative.
+  std::optional<AlbedoSource> albedo;  // None: as AlbedoSourceOf.
+  std::optional<Weather> weather;      // For all frames; replaces the sequence's.
+  bool ignore_exposure = false;        // For 8-bit frames: light is then relative.
   CameraNoise camera_noise;
-  // That camera_noise is not the default but this camera's: virtual objects get it, too.
+  // Whether camera_noise is this camera's and not the default: virtual objects then get it, too.
   bool camera_noise_is_known = false;
-  // That a fish-eye's sky is averaged over before it lights the scene. None: its picture lights it.
+  // Regions that a fish-eye's sky is averaged over before it lights the scene. None: its picture
+  // lights it.
   std::optional<SkyRegions> sky_regions;
 
   OutdoorLightingOptions
-      light;  // Its haze is the survey's. Samples and seed are a fish-eye's, too.
+      light;  // Its haze is the survey's. Samples and seed are also used for a fish-eye.
   SelfCalibrationOptions calibration;  // Its seed and sky shapes are those of `light`.
   PrepareSettings prepare;
-  // What a sequence decides is set by PipelineOptionsFor: display, windows, camera noise, and where
-  // receivers are.
+  // PipelineOptionsFor sets what depends on the sequence: display, windows, camera noise, and the
+  // kind of receivers.
   FramePipelineOptions pipeline;
-  // In place of the pipeline's. None: gathered, but for the irradiance volume indoors, which is too
+  // Replaces the pipeline's. None: gathered, except for the irradiance volume indoors, which is too
   // smooth for windows.
   std::optional<Daylight> daylight;
-  // In place of the pipeline's. None: on surfaces and faces where the camera moves.
+  // Replace the pipeline's. None: on surfaces and faces where the camera moves.
   std::optional<SurfaceViewOptions::ReceiversAt> receivers_at;
   std::optional<InfluenceAt> influence_at;
-  // In place of the pipeline's. None: as the program that shows the frames sets it.
+  // Replaces the pipeline's. None: as set by the program that shows the frames.
   std::optional<bool> light_in_steps;
   CompositorOptions compositor;
   bool measure_shadows = false;  // Compares the real shadows' direction with the sun's.
-  bool with_objects = true;      // False: the light alone, composites are the frames.
+  bool with_objects = true;      // False: only the light; composites are the frames.
 };
 
-// Of all that is drawn at random.
+// Seed of everything random.
 void SetSeed(std::uint64_t seed, SessionOptions& options);
 
 }  // namespace pleinair

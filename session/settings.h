@@ -12,28 +12,30 @@
 
 namespace pleinair {
 
+// One named setting.
 struct Setting {
-  std::string name;      // Where it is in SessionOptions: "light.samples".
+  std::string name;      // Its place in SessionOptions: "light.samples".
   std::string meaning;   // With its unit.
   std::string values;    // "1 to 100000", "tukey, huber or squares".
-  std::string standard;  // What holds where nothing is said, in words where the sequence decides.
-  // Reads `text` into the options. Throws std::invalid_argument, one line, for what is not among
-  // the values.
+  std::string standard;  // The default, in words where the sequence decides.
+  // Reads `text` into the options. Throws std::invalid_argument, one line, for a value that is not
+  // allowed.
   std::function<void(const std::string& text, SessionOptions& options)> set;
 };
 
-// In the order in which they are listed: by the part of the work that they are about.
+// All settings, in the order of the list: by the part of the work that they belong to.
 const std::vector<Setting>& Settings();
 
 // Throws std::invalid_argument for an unknown name, with the nearest known one.
 const Setting& SettingOf(std::string_view name);
 
-// Of "name=value". Throws std::invalid_argument, one line, as SettingOf and Setting::set, and for
-// text without a name.
+// Applies "name=value". Throws std::invalid_argument, one line, as SettingOf and Setting::set, and
+// for text without a name.
 void ApplySetting(const std::string& assignment, SessionOptions& options);
 
-// A "name=value" a line; empty lines and those that begin with # are passed over. All of a file or
-// nothing is applied. Throws std::runtime_error, one line with file and line number.
+// Applies a file of one "name=value" per line; empty lines and those that begin with # are ignored.
+// All of a file or nothing is applied. Throws std::runtime_error, one line with file and line
+// number.
 void ApplySettings(const std::filesystem::path& file, SessionOptions& options);
 
 }  // namespace pleinair

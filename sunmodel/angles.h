@@ -1,4 +1,4 @@
-// Degrees at the edges, radians inside.
+// Conversions: degrees in text and files, radians everywhere else.
 #pragma once
 
 #include <numbers>

@@ -27,7 +27,7 @@ struct Band {
 constexpr std::array<Band, 3> kBands{
     {{kBandWavelengthUm[0], 0.120}, {kBandWavelengthUm[1], 0.085}, {kBandWavelengthUm[2], 0.006}}};
 
-// Rural aerosol as the source has it.
+// Rural aerosol of the source.
 constexpr double kScatteringAlbedoAt400nm = 0.945;
 constexpr double kScatteringAlbedoVariation = 0.095;
 // Where the source evaluates the light that the ground sends up: sky reflectance is that at this
@@ -73,7 +73,7 @@ double AerosolForwardShare(double cos_zenith) {
   return 1.0 - 0.5 * std::exp((first + second * cos_zenith) * cos_zenith);
 }
 
-// How much of the sky sends back what comes from below (equation 3-8).
+// Reflectance of the sky for light from below (equation 3-8).
 double SkyReflectance(const Transmittances& up) {
   return up.ozone * up.aerosol_absorption *
          (0.5 * (1.0 - up.rayleigh) + (1.0 - AerosolForwardShare(1.0 / kUpwardAirMass)) *

@@ -10,6 +10,7 @@ namespace pleinair {
 // Haze of the standard spectrum ASTM G173-03: a clear day.
 inline constexpr double kStandardAerosolDepth500nm = 0.084;
 
+// Irradiance of a cloudless sky, W m^-2 per channel.
 struct ClearSkyIrradiance {
   glm::dvec3 beam_rgb{0.0};     // Normal to the beam, W m^-2 per channel; 0 below the horizon.
   glm::dvec3 diffuse_rgb{0.0};  // On a horizontal plane, from the sky without the disc.
@@ -27,9 +28,9 @@ struct ClearSkyConditions {
   void Validate() const;
 };
 
-// For the sun at `apparent_elevation_rad`. Continuous in it, through the horizon too: the beam
-// fades in while the disc's centre rises by the disc's width, and is exactly 0 with the centre at
-// or below the horizon; the sky dims by e per degree below it.
+// Returns the irradiance for the sun at `apparent_elevation_rad`. Continuous in it, also at the
+// horizon. The beam fades in while the disc's centre rises by the disc's width, and is exactly 0
+// with the centre at or below the horizon. The sky dims by e per degree below it.
 //
 // Units      Each channel as though the entire solar constant had that channel's loss: above the
 //            atmosphere the beam is white, 1361 W m^-2 in every channel at 1 au.

@@ -12,6 +12,7 @@
 
 namespace pleinair {
 
+// The north that an azimuth is counted from.
 enum class NorthKind {
   kTrue,      // The meridian through the site.
   kGrid,      // The northing lines of the site's UTM zone (near the poles: UPS).
@@ -24,7 +25,7 @@ enum class NorthKind {
 // Throws     std::invalid_argument for a bad site.
 double GridNorthAzimuthRad(const Site& site);
 
-// Which field model, and where its file (NAME.wmm beside NAME.wmm.cof) lies.
+// A field model, and the folder of its file (NAME.wmm beside NAME.wmm.cof).
 struct MagneticModelFile {
   std::string name = "wmm2020";
   std::filesystem::path folder;  // Empty: where GeographicLib looks by itself.
@@ -33,8 +34,8 @@ struct MagneticModelFile {
 // Azimuth of magnetic north: the declination, clockwise from true north, in (-pi, pi].
 //
 // Accuracy   The field models' own: about 0.4 deg away from the magnetic poles; iron nearby and
-//            magnetic storms come on top, by degrees.
-// Throws     std::runtime_error, one line, where the model's file is not there or damaged, or the
+//            magnetic storms add degrees.
+// Throws     std::runtime_error, one line, where the model's file is missing or damaged, or the
 //            time or height is outside the model's; std::invalid_argument for a bad site.
 double MagneticNorthAzimuthRad(const Site& site, UtcTime time, const MagneticModelFile& model = {});
 

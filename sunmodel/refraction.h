@@ -1,4 +1,4 @@
-// How the atmosphere lifts the sun, and how much of it the light crosses.
+// Atmospheric refraction of the sun's direction, and the air mass of its light.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -22,8 +22,8 @@ struct Atmosphere {
 // The standard atmosphere at a height; thin but never negative far up.
 //
 // Source     ISO 2533 to 20 km (lapse of 6.5 K/km to 11 km, constant temperature above), the upper
-//            layer carried on beyond: pressure is too low by 15 % at 40 km, where nothing is left
-//            to refract. Height over the ellipsoid stands in for height over the sea: 1 % at most.
+//            layer carried on beyond: pressure is too low by 15 % at 40 km, where refraction is
+//            negligible. Height over the ellipsoid is used as height over the sea: 1 % at most.
 // Throws     std::invalid_argument for a height that no Site may have.
 Atmosphere StandardAtmosphere(double height_m);
 

@@ -25,7 +25,7 @@ double AirMassTowards(const glm::dvec3& direction_enu) {
   return RelativeAirMass(std::atan2(direction_enu.z, std::hypot(direction_enu.x, direction_enu.y)));
 }
 
-// Per unit of optical depth, over 4 pi: share of what is scattered that goes on at an angle.
+// Phase functions: over 4 pi they are the share of the scattered light per steradian at an angle.
 double RayleighPhase(double cosine) { return 0.75 * (1.0 + cosine * cosine); }
 double HazePhase(double cosine) {
   constexpr double g = kAerosolAsymmetry;
@@ -33,8 +33,8 @@ double HazePhase(double cosine) {
   return (1.0 - g * g) / (spread * std::sqrt(spread));
 }
 
-// What a layer of depth 1 would scatter towards the ground, were its phase 1: the integral over the
-// layer of light that comes by air mass `in` and leaves by `out`,
+// Light that a layer of depth 1 and phase 1 scatters towards the ground: the integral over the
+// layer of light that enters by air mass `in` and leaves by `out`,
 //   out (e^(-depth in) - e^(-depth out)) / (out - in) / depth, even where the two masses meet.
 double ScatteredShare(double depth, double in, double out) {
   const double apart = std::abs(out - in) * depth;

@@ -1,4 +1,4 @@
-// How bright a sky is in one direction relative to others: overcast and cloudless skies.
+// Relative luminance of overcast and cloudless skies over direction.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -13,18 +13,17 @@ namespace pleinair {
 // Source     Moon and Spencer, Illuminating Engineering 37, 1942; ISO 15469, type 16.
 double OvercastSkyLuminance(const glm::dvec3& direction_enu);
 
-// A cloudless sky in three channels, of light that air and haze have scattered once: brightest
-// around the sun, the more so the hazier it is, brighter and paler towards the horizon. Light that
-// is scattered again is nearly even over the sky; a mix with a uniform sky has it.
+// A cloudless sky in three channels, of light that air and haze have scattered once. It is
+// brightest around the sun, more so with more haze, and brighter and paler towards the horizon.
+// Light that is scattered again is nearly even over the sky: add a uniform sky for it.
 //
 // Source     Single scattering in plane layers (Chandrasekhar, Radiative Transfer, 1950, section
 //            VI.47.1) by air (Rayleigh) and by haze (Henyey and Greenstein, Astrophysical Journal
 //            93, 1941, with g = 0.65); optical depths as in clear_sky.h, paths as RelativeAirMass.
-// Accuracy   With the haze that fits them, and a share of uniform and overcast sky, six panoramas
-// of
-//            clear skies are met to 4 to 15 %: as well as, or better than by the form of Perez,
-//            Seals and Michalsky with Preetham's coefficients, which are too bright around the sun
-//            for air without haze.
+// Accuracy   With the haze that fits them, and a share of uniform and overcast sky, it agrees with
+//            six panoramas of clear skies to 4 to 15 %. This is as well as, or better than, the
+//            form of Perez, Seals and Michalsky with Preetham's coefficients, which are too bright
+//            around the sun for air without haze.
 // Continuous in the sun's direction; a sun below the horizon counts as one on it.
 class ClearSkyDistribution {
  public:

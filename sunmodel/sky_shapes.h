@@ -1,4 +1,4 @@
-// The analytic sky shapes, by name: what a sky's light is fitted as a mix of.
+// The analytic sky shapes, by name: the fit describes a sky's light as a mix of these.
 #pragma once
 
 #include <memory>
@@ -19,13 +19,14 @@ std::shared_ptr<const SkyShape> MakeClearSkyShape(
     const glm::dvec3& sun_direction_enu,
     double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm);
 
-// The shapes above by name: what the sky's light is fitted as a mix of.
+// The shapes above by name.
 enum class SkyShapeKind { kUniform, kOvercast, kClear };
 inline constexpr SkyShapeKind kAllSkyShapeKinds[] = {
     SkyShapeKind::kUniform, SkyShapeKind::kOvercast, SkyShapeKind::kClear};
 
+// The name in settings and in lighting.jsonl.
 std::string_view NameOf(SkyShapeKind kind);
-// Whether the shape is another one for another sun.
+// Whether the shape depends on the sun's direction.
 bool TurnsWithTheSun(SkyShapeKind kind);
 std::shared_ptr<const SkyShape> MakeSkyShape(
     SkyShapeKind kind,

@@ -16,8 +16,8 @@ using namespace std::chrono_literals;
 
 using Ticks = std::chrono::nanoseconds;
 
-// Half the day is a whole number of steps; a sun up for a shorter time than a step is still seen at
-// noon, which is one of the steps' ends.
+// Half the day is an integer number of steps. A sun that is up for less than a step is still found
+// at noon, which is one of the steps' ends.
 constexpr Ticks kStep = 10min;
 constexpr Ticks kHalfDay = 12h;
 // The equation of time stays within 17 minutes.
@@ -35,8 +35,8 @@ UtcTime Bisect(const Function& value, UtcTime low, UtcTime high) {
   return low + (high - low) / 2;
 }
 
-// How many steps the limb, at this apparent elevation, surely stays on its side of the horizon, and
-// one where it may not: the earth turns 2.51 deg a step, and refraction is below 2 deg.
+// How many steps the limb, at this apparent elevation, certainly stays on its side of the horizon;
+// one where it may not. The earth turns 2.51 deg in a step, and refraction is below 2 deg.
 std::int64_t StepsWithoutCrossing(double limb_rad) {
   const double spare_rad = std::abs(limb_rad) - RadFromDeg(2.0);
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(spare_rad / RadFromDeg(2.52)));

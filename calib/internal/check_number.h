@@ -1,4 +1,4 @@
-// Numbers that lenses are made of.
+// Checks of a lens's numbers.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What everything that works on exposure brackets asks of them.
+// Common checks of exposure brackets.
 #pragma once
 
 #include <array>

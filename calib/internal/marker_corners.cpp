@@ -11,7 +11,7 @@
 namespace pleinair {
 namespace {
 
-// Bilinear; the picture goes on as at its edge.
+// Bilinear; beyond the picture its edge is repeated.
 double Sample(const Gray8Image& picture, const glm::dvec2& at) {
   const double x = std::clamp(at.x, 0.0, picture.width - 1.0);
   const double y = std::clamp(at.y, 0.0, picture.height - 1.0);
@@ -132,7 +132,7 @@ std::array<glm::dvec2, 4> RefinedMarkerCorners(const Gray8Image& picture,
                                                const std::array<glm::dvec2, 4>& corners_px,
                                                int cells) {
   constexpr double kShortestPx = 10.0;
-  constexpr double kFarthestPx = 3.0;  // That the finder is off by.
+  constexpr double kFarthestPx = 3.0;  // Largest error of the finder.
   std::array<glm::dvec2, 4> refined = corners_px;
   const glm::dvec2 centre = 0.25 * (corners_px[0] + corners_px[1] + corners_px[2] + corners_px[3]);
   for (std::size_t i = 0; i < 4; ++i) {

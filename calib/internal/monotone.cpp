@@ -34,8 +34,8 @@ std::vector<double> IsotonicRegression(std::span<const double> values,
 }
 
 std::array<float, 256> StrictlyRising(const std::array<double, 256>& linear_of_code) {
-  // A step of 1e-5 of the value, and 1e-9 of white at the dark end: some hundred times what a float
-  // of that size resolves, 0.3 % of white in all at most.
+  // A step of 1e-5 of the value, and 1e-9 of white at the dark end. That is some hundred times the
+  // resolution of a float of that size, and at most 0.3 % of white in all.
   constexpr double kRelativeStep = 1e-5;
   constexpr double kSmallestStep = 1e-9;
   double largest = 0.0;

@@ -1,4 +1,4 @@
-// How points lie in space: along a line, in a plane, or in all directions.
+// The spread of points in space: along a line, in a plane, or in all directions.
 #pragma once
 
 #include <span>

@@ -144,7 +144,7 @@ void PoseSearch::AddFromTriple(const std::array<std::size_t, 3>& triple,
 }
 
 std::vector<ScoredPose> PoseSearch::Hypotheses() const {
-  constexpr std::size_t kAllTriplesUpTo = 150;  // Of ten matches or fewer.
+  constexpr std::size_t kAllTriplesUpTo = 150;  // Ten matches or fewer.
   constexpr std::size_t kMostTriples = 1000;
   constexpr std::size_t kFewestTriples = 60;
   constexpr double kMissed = 1e-5;

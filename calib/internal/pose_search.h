@@ -43,8 +43,8 @@ class PoseSearch {
   void AddFromTriple(const std::array<std::size_t, 3>& triple,
                      std::vector<glm::dmat4>& poses) const;
 
-  // From triples of matches: of all, or where there are too many of as many as it takes to have met
-  // one without a wrong match for all but certain; and those of a flat board. Best first.
+  // Poses from triples of matches, and those of a flat board, best first. All triples are used;
+  // where there are too many, as many as contain almost certainly one without a wrong match.
   std::vector<ScoredPose> Hypotheses() const;
 
   // The two poses of these matches with their points moved onto the plane that is nearest to them.
@@ -57,7 +57,7 @@ class PoseSearch {
   std::span<const PointMatch> matches_;
   const CameraPoseOptions& options_;
   std::vector<PointMatch> visible_;  // Those whose pixel the lens can see.
-  std::vector<glm::dvec2> rays_;     // Of these, at distance 1, undistorted.
+  std::vector<glm::dvec2> rays_;     // Their rays at distance 1, undistorted.
 };
 
 }  // namespace pleinair

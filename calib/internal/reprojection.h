@@ -1,4 +1,4 @@
-// What a camera sees of points that move, for Ceres' automatic derivatives.
+// Projection of moving points, for Ceres' automatic derivatives.
 #pragma once
 
 #include <array>

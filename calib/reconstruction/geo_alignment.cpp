@@ -67,7 +67,7 @@ PlanFit FitPlan(const std::vector<PlanPair>& pairs, std::optional<double> scale)
       weights[i] = 1.0 / (1.0 + std::pow(off / (kCauchy * pairs[i].sigma_m), 2.0));
     }
     fit.rms_m = std::sqrt(residuals / sum);
-    // What the receivers say of themselves, or what they do; the latter of each axis.
+    // The stated errors of the receivers, or their residuals for each axis, whichever are larger.
     fit.sigma_m = std::max(std::sqrt(variances / sum), fit.rms_m / std::numbers::sqrt2);
   }
   return fit;
@@ -122,7 +122,7 @@ GeoAlignment AlignToEarth(std::span<const GeoReading> readings, std::optional<do
     }
   }
   if (std::abs(headings) > 0.0) {
-    // One compass's errors are alike in all pictures: they do not average out.
+    // One compass has the same errors in all pictures: they do not average out.
     const double sigma = heading_sigmas / heading_weights;
     const double weight = 1.0 / (sigma * sigma);
     found.turn_by_headings_rad = std::arg(headings);

@@ -1,4 +1,4 @@
-// Planes through points some of which lie elsewhere.
+// Planes through points with outliers.
 #pragma once
 
 #include <cstdint>
@@ -19,29 +19,32 @@ struct Plane {
   double DistanceOf(const glm::dvec3& p) const { return glm::dot(normal, p) - offset; }
 };
 
+// What is known of the plane.
 enum class PlaneKind {
   kFree,
   kVertical,     // Its normal is horizontal: a wall.
-  kKnownNormal,  // Its place alone is found.
+  kKnownNormal,  // Only its offset is found.
 };
 
+// A plane and its members, in the points' unit.
 struct PlaneFit {
   Plane plane;
   std::vector<std::uint32_t> members;  // Points within the tolerance of it, ascending.
-  double rms = 0.0;                    // Of their distances.
+  double rms = 0.0;                    // Rms of their distances.
   double normal_sigma_rad = 0.0;       // From the members' spread; the worst axis.
 };
 
+// Set-up of the search.
 struct PlaneFitOptions {
   PlaneKind kind = PlaneKind::kFree;
-  glm::dvec3 normal{0.0, 0.0, 1.0};  // Of kKnownNormal; unit.
-  double tolerance = 0.1;  // Points that are farther off do not count; above 0, the points' unit.
-  std::size_t fewest = 8;  // A plane with fewer members is none.
+  glm::dvec3 normal{0.0, 0.0, 1.0};  // For kKnownNormal; unit.
+  double tolerance = 0.1;  // Points farther away are outliers; above 0, in the points' unit.
+  std::size_t fewest = 8;  // Least number of members.
   std::uint64_t seed = 1;
 };
 
-// The plane that most points are near to, least squares over its members; none where no plane has
-// enough members, or they lie on a line.
+// Returns the plane with most members, by least squares over these; none where no plane has enough
+// members, or they lie on a line.
 //
 // Source   MSAC: Torr and Zisserman, CVIU 78(1), 2000, with hypotheses from neighbouring points.
 // Cost     up to 20000 of the points are tried against 600 hypotheses.

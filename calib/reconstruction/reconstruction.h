@@ -1,5 +1,5 @@
-// What photographs were reconstructed to: cameras, where they stood, and points. Plain data; files
-// are read by datasets/reconstruction/.
+// A reconstruction from photographs: cameras, their poses, and points. Plain data; for files see
+// datasets/reconstruction/.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,20 @@
 
 namespace pleinair {
 
+// A point in the model's frame.
 struct ReconstructedPoint {
   std::int64_t id = 0;
   glm::dvec3 position{0.0};
-  glm::dvec3 colour_srgb{0.5};  // In [0, 1], as the pictures show it.
+  glm::dvec3 colour_srgb{0.5};  // In [0, 1], display values of the pictures.
 };
 
+// A point in one picture.
 struct PointObservation {
   std::uint32_t point = 0;  // Into Reconstruction::points.
   glm::dvec2 pixel{0.0};    // In the picture as it was taken; integers are pixel centres.
 };
 
+// A photograph and its pose.
 struct ReconstructedPicture {
   std::string name;                   // Path relative to the folder of the photographs.
   std::uint32_t camera = 0;           // Into Reconstruction::cameras.
@@ -37,18 +40,20 @@ struct ReconstructedPicture {
   glm::dvec3 Centre() const;
 };
 
+// A lens; several pictures may share it.
 struct ReconstructedCamera {
   std::string name;
   CameraIntrinsics intrinsics;
 };
 
+// A model by structure from motion; unit and axes are the model's own unless stated.
 struct Reconstruction {
   std::vector<ReconstructedCamera> cameras;
   std::vector<ReconstructedPicture> pictures;
   std::vector<ReconstructedPoint> points;
-  // The model is east-north-up in metres about this place, as its maker says.
+  // The model is east-north-up in metres about this place, as stated by its source.
   std::optional<Site> enu_at;
-  std::vector<std::string> notes;  // What was left out.
+  std::vector<std::string> notes;  // Notes on what was left out.
 };
 
 // target = scale * rotation * source + translation.
@@ -58,11 +63,11 @@ struct Similarity {
   glm::dvec3 translation{0.0};
 };
 
-// Moves points and cameras; pixels stay.
+// Moves points and cameras; pixels do not change.
 void Transform(const Similarity& target_from_model, Reconstruction& reconstruction);
 
-// Where a picture shows the points: its observations, or where the file held none, the points
-// before it that project into it (some of which may be hidden).
+// The points in a picture: its observations, or where the file has none, the points in front that
+// project into it (some may be hidden).
 std::vector<PointObservation> VisiblePoints(const Reconstruction& reconstruction,
                                             std::size_t picture);
 

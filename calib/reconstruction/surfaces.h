@@ -1,4 +1,4 @@
-// Ground and walls of a reconstructed place, as a coarse mesh of named surfaces.
+// Ground and walls of a reconstructed place, found as a coarse mesh of named surfaces.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,19 @@
 
 namespace pleinair {
 
+// One flat surface.
 struct SiteSurface {
   std::string name;
-  Plane plane;  // Its normal points to the side that the cameras are on.
+  Plane plane;  // Its normal points to the cameras' side.
   // Counter-clockwise seen from there; metres.
   std::vector<std::vector<glm::dvec3>> polygons;
   glm::dvec3 albedo{0.5};  // A guess: the hue of its points in the pictures, and a mean of 0.5.
-  std::size_t points = 0;  // That the plane was fitted to; 0: it is assumed.
-  double rms_m = 0.0;      // Of their distances.
+  std::size_t points = 0;  // Number of points of the fit; 0: the plane is assumed.
+  double rms_m = 0.0;      // Rms of their distances.
   double normal_sigma_rad = 0.0;
 };
 
+// One mark, in pixels of the photograph as the model has it.
 struct SurfaceMark {
   std::size_t picture = 0;  // Into Reconstruction::pictures.
   glm::dvec2 pixel{0.0};
@@ -38,16 +40,18 @@ struct MarkedSurface {
   std::vector<SurfaceMark> marks;
 };
 
+// Limits of the search; metres.
 struct SurfaceOptions {
-  double tolerance_m = 0.1;      // Of a point to its plane; above 0.
-  double camera_height_m = 1.6;  // Of the lowest camera, where no points show the ground.
-  double border_m = 30.0;        // By which the ground extends beyond all else.
+  double tolerance_m = 0.1;      // Largest distance of a point to its plane; above 0.
+  double camera_height_m = 1.6;  // Height of the lowest camera, where no points show the ground.
+  double border_m = 30.0;        // Margin of the ground beyond everything else.
   std::size_t most_walls = 12;
-  // Level, unit: along or across most walls, where that is known. The strongest wall takes it where
-  // it is within 4 degrees of it.
+  // Level, unit: along or across most walls, where known. The strongest wall uses it where it is
+  // within 4 degrees of it.
   std::optional<glm::dvec3> wall_direction;
 };
 
+// The ground and the walls.
 struct SiteSurfaces {
   std::vector<SiteSurface> surfaces;  // The ground first.
   std::vector<std::string> notes;
@@ -60,7 +64,7 @@ struct SiteSurfaces {
 //          at camera_height_m below the lowest one, noted.
 // Walls    upright; along or across the strongest one, unless half as many points more are on one
 //          that is not. They reach from the ground to their highest points and meet each other
-//          where they nearly do. What cameras see points through is open.
+//          where they nearly do. Places through which cameras see points are open.
 // Marks    surfaces whose names and places are given in place of walls that are found: upright or
 //          level where their points allow, else as steep as these are; upright ones within 3
 //          degrees of along or across the first one are so. Their outlines are the

@@ -27,7 +27,7 @@ struct PictureAxes {
   glm::dvec3 forward;
 };
 
-// Of the picture as it is to be shown, in the model's frame.
+// Axes of the picture as it is to be shown, in the model's frame.
 PictureAxes AxesOf(const ReconstructedPicture& picture, int orientation) {
   const glm::dmat3 model_from_camera = glm::transpose(glm::dmat3(picture.camera_from_model));
   const glm::dvec3& x = model_from_camera[0];
@@ -143,7 +143,7 @@ std::vector<PictureEdge> FindEdges(const Gray8Image& picture,
                                    const CameraIntrinsics& intrinsics,
                                    const glm::dmat4& camera_from_model) {
   constexpr int kLongestSidePx = 1600;  // Edges are as straight in it, and found faster.
-  constexpr double kShortest = 0.04;    // Of the picture's height.
+  constexpr double kShortest = 0.04;    // Share of the picture's height.
   const cv::Mat stored(
       picture.height, picture.width, CV_8UC1, const_cast<std::uint8_t*>(picture.pixels.data()));
   const double shrink =
@@ -266,7 +266,7 @@ UpEstimate EstimateUp(std::span<const LevelDirection> evidence, const glm::dvec3
   std::vector<double> weights(evidence.size(), 1.0);
   UpEstimate estimate;
   constexpr int kRounds = 20;
-  // What is off by more counts less.
+  // Evidence that differs by more has less weight.
   constexpr double kWrongRad = RadFromDeg(1.5);
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();

@@ -1,4 +1,4 @@
-// Cameras: what they offer, and their pictures one by one as their drivers give them.
+// Cameras: their formats and controls, and their pictures as the drivers deliver them.
 #pragma once
 
 #include <array>
@@ -17,6 +17,7 @@
 
 namespace pleinair {
 
+// A format and size that a camera offers.
 struct CameraMode {
   PixelFormat format;
   int width_px = 0;
@@ -24,8 +25,9 @@ struct CameraMode {
   std::vector<double> frames_per_second;  // Highest first; empty: not stated.
 };
 
+// A control and its range, in `unit`.
 struct CameraControl {
-  std::string name;  // As the driver has it.
+  std::string name;  // As the driver states it.
   double minimum = 0.0;
   double maximum = 0.0;
   double value = 0.0;
@@ -34,36 +36,37 @@ struct CameraControl {
   bool is_read_only = false;
 };
 
+// A camera that can be opened.
 struct CameraDescription {
-  std::string device;  // What OpenCamera takes: "/dev/video0", "libcamera:ID".
-  std::string name;    // Of the product.
-  // Stays when the camera is plugged in again under another number; at another port, too, where
-  // it has a serial number.
+  std::string device;  // A name for OpenCamera: "/dev/video0", "libcamera:ID".
+  std::string name;    // Name of the product.
+  // Is kept when the camera is plugged in again under another number; with a serial number, also at
+  // another port.
   std::string identity;
   std::string driver;
   std::vector<CameraMode> modes;
   std::vector<CameraControl> controls;
 };
 
-// What to ask of a camera; what is unset is the driver's choice.
+// A request to a camera; unset values are the driver's choice.
 struct CameraRequest {
   std::optional<PixelFormat> format;  // None: the best that can be decoded.
   std::optional<int> width_px;
   std::optional<int> height_px;
   std::optional<double> frames_per_second;  // None: the highest, up to 30.
-  // Locked unless `automatic`: at these, or where they are unset at what they are when the camera
-  // is opened.
+  // Locked unless `automatic`: at these values, or where unset at the camera's values when it is
+  // opened.
   std::optional<double> exposure_s;
   std::optional<double> gain;  // In the driver's unit.
   std::optional<double> white_balance_k;
-  // Of red and blue against green, as CameraSettings has them: for libcamera.
+  // Gains of red and blue against green, as in CameraSettings: for libcamera.
   std::optional<std::array<double, 2>> colour_gains;
-  // What CapturedExposure's gain counts from with V4L2, in the driver's unit. None: the gain at
-  // which the camera is locked, or which an automatic one has when it is opened.
+  // The reference of CapturedExposure's gain with V4L2, in the driver's unit. None: the gain at
+  // which the camera is locked, or that of an automatic one when it is opened.
   std::optional<double> reference_gain;
   bool automatic = false;  // Exposure, gain and white balance stay automatic, and are read back.
   int control_delay_frames = 2;  // From setting a control to the frame that it applies to.
-  std::optional<RawDevelopment> development;  // Of raw pictures; none: as the driver states it.
+  std::optional<RawDevelopment> development;  // For raw pictures; none: as the driver states it.
 
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
@@ -72,44 +75,47 @@ struct CameraRequest {
 // The settings that a picture was taken with; what is unset is unknown.
 struct CapturedExposure {
   std::optional<double> exposure_s;
-  // Linear. Of libcamera's cameras 1 is no amplification. V4L2 does not state the unit of gain: 1
-  // at the reference gain, unknown at any other.
+  // Linear. With libcamera 1 is no amplification. V4L2 does not state the unit of gain: it is 1 at
+  // the reference gain, unknown at any other.
   std::optional<double> gain;
 
   bool operator==(const CapturedExposure&) const = default;
 };
 
-// Where a camera's controls are; what is unset is unknown, or automatic.
+// The values of a camera's controls; unset ones are unknown, or automatic.
 struct CameraSettings {
   std::optional<double> exposure_s;
   std::optional<double> gain;  // In the driver's unit; of an automatic camera the reference.
   std::optional<double> white_balance_k;
   std::optional<std::array<double, 2>>
-      colour_gains;  // Of red and blue: where there are no kelvins.
+      colour_gains;  // Gains of red and blue, where there are no kelvins.
 };
 
-// ISO 100 stands for gain 1.
+// The ISO value of gain 1.
 std::optional<double> IsoOf(const CapturedExposure& exposure);
 
+// One picture in the driver's own bytes.
 struct CapturedBuffer {
   std::vector<std::byte> bytes;
   PictureLayout layout;
   std::uint32_t sequence = 0;                  // The driver's count; a jump is a loss.
-  std::chrono::nanoseconds monotonic_time{0};  // Of the exposure, on CLOCK_MONOTONIC.
+  std::chrono::nanoseconds monotonic_time{0};  // Time of the exposure, on CLOCK_MONOTONIC.
   bool is_damaged = false;                     // The driver reports it.
   CapturedExposure exposure;
-  std::optional<RawDevelopment> development;  // Of raw ones.
+  std::optional<RawDevelopment> development;  // Levels of raw pictures.
 };
 
+// Why a picture is missing.
 enum class CameraFaultKind {
-  kEnded,  // The stream is over: of stand-ins alone.
+  kEnded,  // The stream is over: only from stand-ins.
   kUnplugged,
   kStalled,   // No picture in time.
-  kSettling,  // A picture came, and is not to be used: the camera's automatics are not locked yet.
+  kSettling,  // A picture that must not be used: the camera's automatics are not locked yet.
   kFormatChanged,
   kFailed,  // Anything else that the driver refuses.
 };
 
+// A fault of the camera, for events and reports.
 struct CameraFault {
   CameraFaultKind kind = CameraFaultKind::kFailed;
   std::string reason;  // One line: the device, and what happened.
@@ -119,36 +125,37 @@ struct CameraFault {
 class CameraStream {
  public:
   virtual ~CameraStream() = default;
-  // The next picture, or why there is none. After a fault the stream is over, but for kStalled
-  // and kSettling.
+  // Returns the next picture, or why there is none. After a fault the stream is over, except for
+  // kStalled and kSettling.
   virtual tl::expected<CapturedBuffer, CameraFault> Next(std::chrono::milliseconds timeout) = 0;
   virtual const PictureLayout& Layout() const = 0;
   virtual double FramesPerSecond() const = 0;  // 0: not stated.
   virtual const std::string& Identity() const = 0;
-  // What a camera that comes back is to be asked for; empty until the camera is locked.
+  // The request for a camera that comes back; empty until the camera is locked.
   virtual CameraSettings Settings() const { return {}; }
-  // Since the last call: each control that was refused, clamped or is missing, a line each.
+  // One line for each control that was refused, clamped or is missing, since the last call.
   virtual std::vector<std::string> TakeNotes() = 0;
 };
 
+// The result of ListCameras.
 struct CameraList {
   std::vector<CameraDescription> cameras;  // In the order of their devices.
   std::vector<std::string> not_permitted;  // Devices that this user may not open.
-  std::string libcamera_failure;           // Why libcamera's were not looked at; else empty.
+  std::string libcamera_failure;           // Why libcamera's were not listed; else empty.
 };
 
 // All that can be opened now. A camera that another program holds is listed, too.
 CameraList ListCameras();
 
-// Whether `name` has the form of a camera's name: "/dev/videoN", a link to one such as udev makes
-// in /dev/v4l/by-id and /dev/v4l/by-path, "libcamera:ID". It may not be there.
+// Whether `name` has the form of a camera's name; the camera may be absent: "/dev/videoN", a link
+// to one such as udev makes in /dev/v4l/by-id and /dev/v4l/by-path, "libcamera:ID".
 bool IsCameraName(const std::string& name);
 
 // Throws std::runtime_error, one line with the device and what was expected; std::invalid_argument
 // as CameraRequest::Validate.
 std::unique_ptr<CameraStream> OpenCamera(const std::string& device, const CameraRequest& request);
 
-// The device where the camera of this identity is now; none where it is not there. A camera that
+// Returns the present device of the camera of this identity; none where it is absent. A camera that
 // another program holds is found, too. "card|bus_info" is the first one at that port.
 std::optional<std::string> FindCamera(const std::string& identity);
 

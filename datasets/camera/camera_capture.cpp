@@ -13,7 +13,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-// How soon Stop, and a camera that is back, are noticed.
+// Interval of checks for Stop, and for a camera that is back.
 constexpr milliseconds kTick{100};
 // Between attempts to open a camera, at most: each may try 256 devices.
 constexpr milliseconds kLongestWait{1000};
@@ -73,7 +73,7 @@ CameraCapture::CameraCapture(const std::string& device,
   if (std::string warning = ClockWarning(); !warning.empty()) {
     Note(EventKind::kClock, std::move(warning));
   }
-  // A camera that comes back is asked for what it gave.
+  // The request for a camera that comes back is its earlier mode.
   request_.format = layout_.format;
   request_.width_px = layout_.width_px;
   request_.height_px = layout_.height_px;

@@ -1,4 +1,4 @@
-// Pictures of a camera on a thread of their own, through everything that happens to a camera.
+// Captures a camera's pictures on a thread of its own, and recovers from the camera's faults.
 #pragma once
 
 #include <atomic>
@@ -20,19 +20,20 @@
 
 namespace pleinair {
 
-// A picture as the driver gave it, with its time. Its monotonic time ascends: where the driver's
-// does not, it is the picture's arrival.
+// A picture as the driver delivered it, with its time. The monotonic time ascends: where the
+// driver's does not, it is the time of arrival.
 struct CameraFrame {
   CapturedBuffer buffer;
   UtcTime time{};
-  // Of a camera that moves, for its recording; none: the site's.
+  // For a camera that moves, for its recording; none: the site's.
   std::optional<glm::dmat4> camera_from_world{};
 };
 
+// Set-up of CameraCapture.
 struct CaptureOptions {
-  std::size_t queue_frames = 2;           // That wait for the consumer at most.
-  std::chrono::milliseconds stall{2000};  // Without a picture, and 3 intervals: an event.
-  // Without a picture, and 5 intervals: the camera is closed and opened again.
+  std::size_t queue_frames = 2;           // The most pictures that wait for the consumer.
+  std::chrono::milliseconds stall{2000};  // Time without a picture, and 3 intervals: an event.
+  // Time without a picture, and 5 intervals: the camera is closed and opened again.
   std::chrono::milliseconds reopen{10000};
   CameraClock::Read clock;  // None: the system's.
   // None: OpenCamera and FindCamera.
@@ -42,9 +43,9 @@ struct CaptureOptions {
 };
 
 // Never waits for its consumer: a full queue loses its oldest picture, which is counted. A camera
-// that is unplugged, fails or changes its format is opened again, found by its identity, as it was
-// opened first, and locked at once at what the first lock has found; what happened is an event.
-// Times ascend but where the system's clock is stepped back.
+// that is unplugged, fails or changes its format is found by its identity and opened again with the
+// first request. It is locked at once at the values of the first lock. Each fault is an event.
+// Times ascend except where the system's clock is stepped back.
 class CameraCapture {
  public:
   // Opens the camera. Throws as OpenCamera. `events` outlives it.
@@ -61,14 +62,14 @@ class CameraCapture {
   // From any thread; pictures in the queue are lost.
   void Stop();
 
-  // As it was opened first.
+  // The first mode.
   const PictureLayout& Layout() const { return layout_; }
   double FramesPerSecond() const { return frames_per_second_; }  // 0: not stated.
   const CameraClock& Clock() const { return clock_; }
 
  private:
   void Run();
-  // A camera that comes back is asked for what this one was locked at first.
+  // The request for a camera that comes back: the values of the first lock.
   void KeepSettings();
   // Until the camera is back, or Stop.
   void Reconnect();

@@ -18,7 +18,7 @@ std::chrono::nanoseconds ReadClock(clockid_t clock) {
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
-// The reading of one clock lies between two of the other; a thread that is put to sleep between
+// The reading of one clock lies between two of the other. A thread that is put to sleep between
 // them would tie them wrongly, so the closest of three is taken.
 CameraClock::Reading ReadSystemClocks() {
   CameraClock::Reading best;

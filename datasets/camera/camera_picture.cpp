@@ -352,7 +352,7 @@ tl::expected<DevelopedPicture, std::string> Develop(std::span<const std::byte> b
   if (std::string fault = FaultOf(bytes, layout); !fault.empty()) {
     return tl::unexpected(std::move(fault));
   }
-  // What bilinear interpolation needs around a pixel.
+  // Pixels that bilinear interpolation needs around a pixel.
   if (layout.width_px < 4 || layout.height_px < 4) {
     return tl::unexpected(
         fmt::format("camera picture: expected 4x4 raw pixels or more, found {}x{}",

@@ -1,4 +1,4 @@
-// A camera's bytes as a picture.
+// Converts a camera's bytes to a picture.
 #pragma once
 
 #include <cstddef>
@@ -17,14 +17,14 @@ namespace pleinair {
 //
 // Accuracy      YUYV and NV12 to half a code of the exact matrix, colours of neighbours shared as
 //               they were sampled (no smoothing).
-// Returns error one line: bytes that are too few for the layout, a JPEG that is damaged or of
-//               another size, a layout that no picture has. Bytes past the picture are passed over,
-//               and up to 16 bytes of padding before a marker of a JPEG, as webcams leave them;
-//               where there is such padding, damage after it is found only if the end is missing.
+// Returns error one line: too few bytes for the layout, a JPEG that is damaged or of another size,
+// an impossible layout. Bytes after the picture are ignored. So are up to 16 bytes of padding
+// before a marker of a JPEG, which webcams leave; damage after such padding is found only if the
+// end is missing.
 tl::expected<Rgb8Image, std::string> DecodeCodes(std::span<const std::byte> bytes,
                                                  const PictureLayout& layout);
 
-// How raw codes stand for light.
+// The conversion of raw codes to light.
 struct RawDevelopment {
   // Code without light, and the least code that is clipped; as codes of the format's own bits.
   double black_level = 0.0;
@@ -35,17 +35,19 @@ struct RawDevelopment {
   void Validate() const;
 };
 
-// Of a sensor whose driver states nothing: black is a 16th of the range (64 of 1023), as most
-// sensors of cameras and telephones have it.
+// For a sensor whose driver states nothing: black is a 16th of the range (64 of 1023), as for most
+// sensors of cameras and telephones.
 RawDevelopment UsualDevelopment(int bits);
 
+// A raw picture as linear light.
 struct DevelopedPicture {
   // (code - black) / (white - black) times the white balance; noise around black may be negative.
   RgbImage signal_rgb;
-  Gray8Image clipped;  // 1 where a colour that a pixel was made of is at the white level.
+  // 1 where one of the colours that a pixel was computed from is at the white level.
+  Gray8Image clipped;
 };
 
-// Bayer alone: bilinear demosaicing by OpenCV in 16 bits. Returns error as DecodeCodes.
+// Only for Bayer: bilinear demosaicing by OpenCV in 16 bits. Returns error as DecodeCodes.
 tl::expected<DevelopedPicture, std::string> Develop(std::span<const std::byte> bytes,
                                                     const PictureLayout& layout,
                                                     const RawDevelopment& development);

@@ -57,7 +57,7 @@ class FrameQueue {
     return item;
   }
 
-  // What is in it can still be taken out.
+  // Items inside can still be taken out.
   void Close() {
     {
       const std::lock_guard lock(mutex_);

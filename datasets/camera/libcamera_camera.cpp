@@ -39,7 +39,7 @@ constexpr std::string_view kPackedSuffix = "_CSI2P";
   throw std::runtime_error(device + ": " + why);
 }
 
-// What libcamera returns: 0, or errno's value below 0.
+// A return value of libcamera: 0, or errno's value below 0.
 void Require(const std::string& device, int result, const char* step) {
   if (result >= 0) return;
   const bool is_used = result == -EBUSY || result == -EAGAIN;
@@ -68,7 +68,7 @@ libcamera::CameraManager& Manager() {
   return running.manager;
 }
 
-// libcamera has DRM's names of formats, which are ours but for three.
+// libcamera uses DRM's names of formats, which are ours except for three.
 std::optional<PixelFormat> OursOf(const libcamera::PixelFormat& format) {
   std::string name = format.toString();
   if (name == "R8") name = "GREY";
@@ -116,7 +116,7 @@ std::vector<double> RatesOf(const libcamera::Camera& camera) {
   return rates;
 }
 
-// `wanted` is a size that is listed where the camera can have it, though it be no usual one.
+// `wanted` is a size that is listed where the camera supports it, even if it is not a usual one.
 void AddModes(libcamera::Camera& camera,
               libcamera::StreamRole role,
               std::optional<libcamera::Size> wanted,
@@ -169,7 +169,7 @@ std::string UnitOf(const libcamera::ControlId& control) {
   return {};
 }
 
-// libcamera states no current values: the default stands for them.
+// libcamera states no current values: the defaults replace them.
 std::vector<CameraControl> ControlsOf(const libcamera::Camera& camera) {
   std::vector<CameraControl> list;
   for (const auto& [control, info] : camera.controls()) {
@@ -426,7 +426,7 @@ class LibcameraStream final : public CameraStream {
   std::vector<std::unique_ptr<libcamera::Request>> requests_;
   std::optional<LibcameraLock> lock_;
 
-  std::mutex mutex_;  // Of what libcamera's thread changes:
+  std::mutex mutex_;  // Guards the state that libcamera's thread changes:
   std::condition_variable has_news_;
   std::deque<libcamera::Request*> done_;
   bool is_gone_ = false;

@@ -13,11 +13,11 @@ namespace pleinair {
 // "libcamera:ID" is a camera's device and its identity; ID is libcamera's.
 inline constexpr const char* kLibcameraPrefix = "libcamera:";
 
-// Of the library that is in use; empty where pleinair was built without it.
+// Version of the library; empty where pleinair was built without it.
 std::string LibcameraVersion();
 
-// As ListCameras, OpenCamera and FindCamera have it. The first call starts libcamera, which stays
-// until the program ends; what it logs is dropped, unless LIBCAMERA_LOG_FILE says where it goes.
+// As ListCameras, OpenCamera and FindCamera. The first call starts libcamera, which runs until the
+// program ends. Its log is dropped, unless LIBCAMERA_LOG_FILE names a file.
 CameraList ListLibcameraCameras();
 std::unique_ptr<CameraStream> OpenLibcameraCamera(const std::string& device,
                                                   const CameraRequest& request);

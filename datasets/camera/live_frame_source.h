@@ -1,4 +1,4 @@
-// A live camera at a site as a source of frames.
+// Frames from a live camera at a site.
 #pragma once
 
 #include <functional>
@@ -12,9 +12,9 @@
 
 namespace pleinair {
 
-// `site` at a picture of `width_px` x `height_px`: the same lens and sensor at another resolution.
-// Throws std::runtime_error, one line, where the shape of the picture is another one by more than
-// half a per cent.
+// Returns `site` for a picture of `width_px` x `height_px`: the same lens and sensor at another
+// resolution. Throws std::runtime_error, one line, where the picture's aspect ratio differs by more
+// than half a per cent.
 CameraIntrinsics ScaledTo(const CameraIntrinsics& site, int width_px, int height_px);
 
 // Called with every picture that becomes a frame, before it is decoded: for a recorder.

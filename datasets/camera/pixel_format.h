@@ -1,4 +1,4 @@
-// How a camera's driver lays a picture out in memory.
+// Layouts of a camera's picture in memory.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 
 namespace pleinair {
 
+// Memory layouts of a picture.
 enum class PixelCoding {
   kYuyv,   // Y0 U Y1 V: two pixels in four bytes.
   kNv12,   // A plane of Y, then one of U V pairs at half the size.
@@ -20,12 +21,12 @@ enum class PixelCoding {
 // The colours of the top row's first two pixels, and of the row below.
 enum class BayerOrder { kRggb, kGrbg, kGbrg, kBggr };
 
-// Plain Bayer rows have 8 bits in a byte, more in two bytes (little-endian, the upper bits 0).
-// Packed ones have four pixels of 10 bits in 5 bytes, or two of 12 bits in 3: the upper eight bits
-// of each, then the lower ones of all, first pixel lowest (MIPI CSI-2).
+// Plain Bayer rows have 8 bits in a byte, or more in two bytes (little-endian, upper bits 0).
+// Packed rows have four pixels of 10 bits in 5 bytes, or two of 12 bits in 3. The upper eight bits
+// of each pixel come first, then the lower ones of all, first pixel lowest (MIPI CSI-2).
 struct PixelFormat {
   PixelCoding coding = PixelCoding::kRgb;
-  int bits = 8;  // 8, 10 or 12; other than 8 of Bayer alone.
+  int bits = 8;  // 8, 10 or 12; other than 8 only for Bayer.
   bool is_packed = false;
   BayerOrder order = BayerOrder::kRggb;
 
@@ -36,14 +37,14 @@ struct PixelFormat {
 std::optional<PixelFormat> PixelFormatOf(std::uint32_t fourcc);
 std::uint32_t FourccOf(const PixelFormat& format);
 
-// What people call it: "YUYV", "NV12", "MJPEG", "GREY", "RGB24", "SRGGB8", "SRGGB10", "SRGGB10P".
+// Its usual name: "YUYV", "NV12", "MJPEG", "GREY", "RGB24", "SRGGB8", "SRGGB10", "SRGGB10P".
 std::string NameOf(const PixelFormat& format);
 // Upper or lower case.
 std::optional<PixelFormat> PixelFormatNamed(std::string_view name);
 
 enum class YuvMatrix { kBt601, kBt709, kBt2020 };
 
-// How Y, U and V stand for R, G and B.
+// The conversion of Y, U and V to R, G and B.
 struct YuvCoding {
   YuvMatrix matrix = YuvMatrix::kBt601;
   bool is_full_range = false;  // Else Y is 16 to 235, and U and V 16 to 240.
@@ -51,12 +52,13 @@ struct YuvCoding {
   bool operator==(const YuvCoding&) const = default;
 };
 
+// The layout of one picture in memory.
 struct PictureLayout {
   PixelFormat format;
   int width_px = 0;
   int height_px = 0;
-  int stride_bytes = 0;  // From row to row; of MJPEG without meaning.
-  YuvCoding yuv;         // Of YUYV and NV12 alone: a JPEG has its own.
+  int stride_bytes = 0;  // From row to row; without meaning for MJPEG.
+  YuvCoding yuv;         // Only for YUYV and NV12: a JPEG has its own.
 
   bool operator==(const PictureLayout&) const = default;
 };

@@ -27,9 +27,9 @@ namespace {
 
 constexpr std::size_t kMostPoses = 4096;  // Four seconds of the fastest trackers.
 constexpr std::size_t kMostLineBytes = 1 << 16;
-// How often a slot, or a file's end, is looked at. A tracker of 500 poses a second loses none.
+// Interval of reading a slot, or a file's end. A tracker of 500 poses a second loses none.
 constexpr std::chrono::milliseconds kLook{1};
-constexpr int kTickMs = 50;  // How soon a stop is noticed.
+constexpr int kTickMs = 50;  // Interval of checks for a stop.
 constexpr std::string_view kSharedMemory = "shm:";
 
 [[noreturn]] void RefuseSource(const std::string& source, const std::string& expected) {
@@ -50,7 +50,7 @@ class PoseStream::Input {
   using Sink = std::function<void(const tl::expected<TimedPose, std::string>&)>;
 
   virtual ~Input() = default;
-  // Gives poses, or why one is none, to `sink` until the source ends or `stop` is requested.
+  // Passes poses, or why one is invalid, to `sink` until the source ends or `stop` is requested.
   virtual void Read(const std::stop_token& stop, const Sink& sink) = 0;
 };
 
@@ -191,7 +191,7 @@ class PoseStream::SlotInput final : public Input {
   }
 
   std::string source_;
-  std::uint64_t* words_ = nullptr;  // Of the slot; read alone.
+  std::uint64_t* words_ = nullptr;  // The mapped slot; read only.
 };
 
 PoseStream::PoseStream(const std::string& source,

@@ -110,7 +110,7 @@ class MappedBuffer {
       : start_(std::exchange(other.start_, MAP_FAILED)), length_(other.length_) {}
   MappedBuffer& operator=(MappedBuffer&&) = delete;
 
-  // Of the picture that it was filled with.
+  // Copies the bytes of the picture in the buffer.
   std::vector<std::byte> Copy(const DriverBuffer& filled) const {
     const auto* data = static_cast<const std::byte*>(start_);
     const std::size_t end = std::min<std::size_t>(filled.picture_end, length_);
@@ -171,8 +171,7 @@ class V4l2Stream final : public CameraStream {
 
  private:
   void SetMode(const CameraRequest& request) {
-    // Before the signal is looked at: no later change may be missed. Most cameras have no such
-    // event.
+    // Before the signal is read: no later change may be missed. Most cameras have no such event.
     v4l2_event_subscription source{};
     source.type = V4L2_EVENT_SOURCE_CHANGE;
     device_.Call(VIDIOC_SUBSCRIBE_EVENT, &source);

@@ -10,8 +10,8 @@
 
 namespace pleinair {
 
-// As ListCameras, OpenCamera and FindCamera have it, for /dev/videoN. Numbers are tried one by
-// one: that finds stand-ins, too.
+// As ListCameras, OpenCamera and FindCamera, for /dev/videoN. Numbers are tried one by one, which
+// also finds stand-ins.
 CameraList ListV4l2Cameras();
 std::unique_ptr<CameraStream> OpenV4l2Camera(const std::string& device,
                                              const CameraRequest& request);

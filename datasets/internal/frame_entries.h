@@ -9,7 +9,7 @@
 
 namespace pleinair {
 
-// What the rest of the sequence asks of its frames.
+// Requirements of the sequence on its frames.
 struct FrameRules {
   std::filesystem::path folder;
   std::filesystem::path file;  // For messages.

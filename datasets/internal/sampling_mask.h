@@ -17,7 +17,7 @@ class SamplingMask {
  public:
   // Keeps `sequence`. Throws std::runtime_error where the mask cannot be read or has another size.
   explicit SamplingMask(const Sequence& sequence);
-  // Of frames of the first frame's camera, at any resolution. Throws std::runtime_error as
+  // For frames of the first frame's camera, at any resolution. Throws std::runtime_error as
   // ScaledTo. One thread at a time.
   void ApplyTo(Frame& frame) const;
 

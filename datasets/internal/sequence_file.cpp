@@ -17,7 +17,7 @@ bool LooksLikeFrames(const fs::path& file) {
   return content.find("picture") != std::string::npos || content.ends_with("video");
 }
 
-// The first file of a folder that is a picture or a video, by name; empty where there is none.
+// The first file of a folder, by name, that is a picture or a video; empty where there is none.
 fs::path PictureIn(const fs::path& folder) {
   constexpr int kFilesLookedAt = 1000;
   std::set<fs::path> files;

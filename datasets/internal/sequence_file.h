@@ -1,4 +1,4 @@
-// Which file describes a sequence, and whether it does.
+// Finds and checks the file that describes a sequence.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@ namespace pleinair {
 // else.
 std::filesystem::path SequenceFileIn(const std::filesystem::path& folder);
 
-// Throws JsonError where the key `format` is there and is no sequence's or site's.
+// Throws JsonError where the key `format` exists and is neither a sequence's nor a site's.
 void CheckFormat(const JsonCursor& root);
 
 }  // namespace pleinair

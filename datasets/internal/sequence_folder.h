@@ -16,7 +16,7 @@ namespace pleinair {
 tl::expected<std::filesystem::path, std::string> ResolveInside(
     const std::filesystem::path& folder, const std::filesystem::path& relative);
 
-// The same of a file that is there. Throws std::runtime_error naming it.
+// The same for an existing file. Throws std::runtime_error naming it.
 std::filesystem::path FileInside(const std::filesystem::path& folder,
                                  const std::filesystem::path& relative);
 

@@ -35,7 +35,7 @@ std::vector<std::string> ReadTexts(const JsonCursor& at);
 Weather ReadWeather(const JsonCursor& at);
 CameraIntrinsics ReadIntrinsics(const JsonCursor& at);
 
-// A path in `folder`, as it stands in the JSON: the file may be missing.
+// A path in `folder`, as written in the JSON: the file may be missing.
 std::filesystem::path ReadPathInside(const JsonCursor& at, const std::filesystem::path& folder);
 std::filesystem::path ReadExistingFile(const JsonCursor& at, const std::filesystem::path& folder);
 

@@ -14,7 +14,7 @@
 namespace pleinair {
 
 // A camera's own settings as metadata of a frame: ISO 100 at gain 1, and f/1, as
-// the aperture is fixed. Relative light is the same whatever stands for these.
+// the aperture is fixed. Relative light does not depend on these values.
 void SetExposure(const CapturedExposure& exposure, FrameEntry& entry);
 
 class SiteFrames {

@@ -113,7 +113,7 @@ class BinaryCursor {
     while (const char c = Take<char>()) text += c;
     return text;
   }
-  // Of records that have `least_bytes` each: never more than the file can hold.
+  // Number of records of `least_bytes` each: never more than the file can hold.
   std::uint64_t TakeCount(std::size_t least_bytes) {
     const auto count = Take<std::uint64_t>();
     if (count > (bytes_.size() - at_) / least_bytes) {
@@ -264,7 +264,7 @@ class TextLines {
     for (int c = 0; c < 3; ++c) v[c] = Take<double>(what);
     return v;
   }
-  // What is left of the line: names may have spaces in them.
+  // The rest of the line: names may contain spaces.
   std::string Rest() {
     HasWords();
     return std::string(rest_.substr(0, rest_.find_last_not_of(" \t\r") + 1));

@@ -80,7 +80,7 @@ void ReconstructionBuilder::AddPoint(const std::string& where,
 Reconstruction ReconstructionBuilder::Finish(const std::string& where) {
   if (made_.pictures.empty()) Refuse(where, "expected a picture with a pose, found none");
   if (made_.points.empty()) Refuse(where, "expected points, found none");
-  // Writers have their own orders: what is made of a reconstruction does not depend on them.
+  // Writers use different orders; results must not depend on them.
   std::sort(made_.points.begin(), made_.points.end(), [](const auto& a, const auto& b) {
     return a.id < b.id;
   });

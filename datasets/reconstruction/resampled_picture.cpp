@@ -13,8 +13,8 @@
 namespace pleinair {
 namespace {
 
-// How far beyond its border, in shares of its longer side, `of` would have to reach to see all
-// that `camera` does.
+// How far beyond its border, in shares of its longer side, `of` would have to reach to cover the
+// view of `camera`.
 double Missing(const CameraIntrinsics& camera, const CameraIntrinsics& of) {
   constexpr int kSteps = 16;
   const Lens lens(camera);

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kReceiverSigmaM = 5.0;  // Of a telephone under open sky, where it states none.
+constexpr double kReceiverSigmaM = 5.0;  // For a telephone under open sky, where it states none.
 constexpr double kCompassSigmaRad = RadFromDeg(10.0);
 constexpr int kJpegQuality = 95;
 
@@ -270,7 +270,7 @@ class Importer {
       }
     }
     report_.up = EstimateUp(evidence, sense);
-    // How cameras are tilted is not known well: they look up at houses.
+    // The tilt of cameras is not known well: they look up at houses.
     const std::vector<PictureEdge> edges = EdgesOfPhotographs();
     const std::vector<PlaneNormal> planes =
         FindPlaneNormals(made_, kToleranceOfDistance * MedianDistance(made_));
@@ -476,7 +476,7 @@ class Importer {
     sequence.north_stddev_rad = report_.earth.turn_sigma_rad;
     sequence.scene_mesh = "scene.obj";
     sequence.albedos_assumed = true;
-    // What no points show is not known to be what the pictures show there.
+    // A surface without points may not be what the pictures show there.
     for (const SiteSurface& surface : report_.surfaces) {
       if (surface.points > 0) sequence.diffuse_regions.push_back(surface.name);
     }

@@ -32,40 +32,45 @@ struct PickPair {
   glm::dvec2 second_px{0.0};
 };
 
+// A length in metres between two points.
 struct KnownLength {
   double length_m = 0.0;
   std::variant<PointPair, PickPair> between;
 };
 
+// A person's statement of a picture's azimuth.
 struct StatedHeading {
   std::string picture;
-  double azimuth_rad = 0.0;  // That the camera looks to, clockwise from true north.
+  double azimuth_rad = 0.0;  // Azimuth of the view, clockwise from true north.
   double sigma_rad = 0.0;    // Above 0.
 };
 
+// A mark on a photograph, in its pixels.
 struct PictureMark {
   std::string picture;
   glm::dvec2 pixel{0.0};
   std::string surface;
 };
 
+// Input and choices of an import.
 struct SiteImportOptions {
-  std::filesystem::path reconstruction;  // As ReadReconstruction takes it.
+  std::filesystem::path reconstruction;  // As for ReadReconstruction.
   std::filesystem::path photos;          // Folder that the pictures' names are relative to.
-  std::filesystem::path out;             // Made; has to be absent or empty.
-  std::optional<KnownLength> length;     // None: by the receivers' positions.
-  std::optional<Site> site;              // None: by the receivers.
-  std::vector<StatedHeading> headings;   // Beside those of the photographs' compasses.
-  // What the cameras' clocks are ahead of UTC, where the photographs do not say.
+  std::filesystem::path out;             // Is created; must be absent or empty.
+  std::optional<KnownLength> length;     // None: from GPS positions.
+  std::optional<Site> site;              // None: from GPS.
+  std::vector<StatedHeading> headings;   // In addition to the photographs' compasses.
+  // Offset of the cameras' clocks from UTC, where the photographs do not state it.
   std::optional<std::chrono::minutes> utc_offset;
-  std::map<std::string, UtcTime> times;  // By picture; in place of what the photographs say.
+  std::map<std::string, UtcTime> times;  // For each picture; replaces the photographs' times.
   std::vector<PictureMark> marks;
-  std::string camera;          // Whose pictures become frames; empty: the one with the most.
+  std::string camera;  // The camera whose pictures become frames; empty: the one with the most.
   double tolerance_m = 0.0;    // SurfaceOptions::tolerance_m; 0: half a percent of the distance.
-  int longest_side_px = 1600;  // Photographs are reduced to it; 0: they stay as they are.
+  int longest_side_px = 1600;  // Photographs are reduced to it; 0: not reduced.
   SurfaceOptions surfaces;     // All but tolerance_m.
 };
 
+// What was imported and how well it is placed.
 struct SiteImportReport {
   std::size_t pictures = 0;
   std::size_t points = 0;
@@ -85,7 +90,7 @@ struct SiteImportReport {
 //
 // World   metres, +X east, +Y north, +Z up; the origin is on the ground below the cameras' mean.
 // Throws  std::runtime_error or std::invalid_argument, one line: what, where, what was expected.
-//         `out` is as it was then.
+//         `out` is then unchanged.
 SiteImportReport ImportSite(const SiteImportOptions& options);
 
 }  // namespace pleinair

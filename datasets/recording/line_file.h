@@ -1,4 +1,4 @@
-// A text file that grows line by line, and is complete to its last line at any moment.
+// A text file that grows by lines, and is complete up to its last line at any moment.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace pleinair {
 
-// What was added stays when the process is killed; Sync makes it, and all else that was written to
-// the file system before, outlast a power cut.
+// Added lines survive a kill of the process. After Sync they, and everything else written to the
+// file system before, survive a power cut.
 class LineFile {
  public:
   // A new one. Throws std::runtime_error naming it, as all functions here.
@@ -16,7 +16,7 @@ class LineFile {
   LineFile(const LineFile&) = delete;
   LineFile& operator=(const LineFile&) = delete;
 
-  // A line without its end: all of it or, where that fails, nothing.
+  // Adds a line, given without its end: all of it or, where that fails, nothing.
   void Add(std::string_view line);
   // May be called from another thread; takes as long as the disk needs.
   void Sync() const;

@@ -7,7 +7,7 @@
 namespace pleinair {
 namespace {
 
-// Of decoded codes, the largest that a picture may be.
+// In pictures of decoded codes, the largest form of a picture.
 std::size_t QueueCapacity(const PictureLayout& layout, std::uint64_t bytes) {
   const std::uint64_t picture = 3ull * static_cast<std::uint64_t>(layout.width_px) *
                                 static_cast<std::uint64_t>(layout.height_px);

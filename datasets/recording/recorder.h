@@ -1,4 +1,4 @@
-// Records a camera's pictures beside whatever else is done with them.
+// Records a camera's pictures in parallel with other uses.
 #pragma once
 
 #include <chrono>
@@ -18,26 +18,28 @@
 
 namespace pleinair {
 
+// Set-up of a recorder.
 struct RecorderOptions {
   RecordingOptions recording;
-  std::chrono::nanoseconds interval{0};  // From a recorded picture to the next; 0: every one.
-  // Pictures that wait for the disk, together.
+  std::chrono::nanoseconds interval{0};  // Time from a recorded picture to the next; 0: every one.
+  // Total size of the pictures that wait for the disk.
   std::uint64_t queue_bytes = 256'000'000;
-  // A power cut loses what came since the last one at most.
+  // Time between syncs: a power cut loses at most the pictures since the last one.
   std::chrono::milliseconds sync_interval{1000};
 };
 
+// Counts of pictures so far.
 struct RecorderStatus {
   std::int64_t written = 0;   // Survive a kill of the process.
   std::int64_t finished = 0;  // Survive a power cut.
   std::int64_t dropped = 0;   // The disk was too slow.
-  std::int64_t damaged = 0;   // Not to be decoded, or of another size.
+  std::int64_t damaged = 0;   // Not decodable, or of another size.
   std::uint64_t bytes = 0;
   std::uint64_t free_bytes = 0;
-  std::string stopped;  // Why it goes on no longer, one line; empty: it does.
+  std::string stopped;  // Why it has stopped, one line; empty: it has not.
 };
 
-// A Recording on a thread of its own. What happens is an event.
+// A Recording on a thread of its own. Faults are events.
 class Recorder {
  public:
   // Throws as Recording. `events` outlives it.
@@ -50,13 +52,14 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  // Never waits: where the queue is full its oldest picture is dropped. False for a picture that is
-  // not to be recorded: it comes before its time, or the recorder has stopped.
+  // Adds a picture without waiting: where the queue is full its oldest picture is dropped. False
+  // for a picture that is not recorded: it is before the next interval, or the recorder has
+  // stopped.
   bool Offer(CameraFrame frame);
-  // To the recording's events.jsonl, soon.
+  // Adds an event to the recording's events.jsonl, on the thread.
   void AddEvents(std::vector<Event> events);
   RecorderStatus Status() const;
-  // Waits until what is in the queue is written. Nothing more is taken but events.
+  // Waits until the queue is written. After that only events are accepted.
   void Close();
   // As Close; then ends the recording, and waits until it is on the disk.
   void Finish();
@@ -75,7 +78,7 @@ class Recorder {
   Recording recording_;
   FrameQueue<CameraFrame> queue_;
   std::optional<std::chrono::nanoseconds> next_due_;  // On the pictures' monotonic clock.
-  mutable std::mutex mutex_;                          // Of what follows.
+  mutable std::mutex mutex_;                          // Guards the following members.
   RecorderStatus status_;
   std::vector<Event> new_events_;
   bool is_closed_ = false;

@@ -61,7 +61,7 @@ Sequence AtLayout(Sequence site, const PictureLayout& layout) {
   return site;
 }
 
-// A mask over the first picture, in place of its copy: it has the pictures' size.
+// A mask over the first picture replaces its copy: it has the pictures' size.
 void ScaleMask(const Sequence& site, const PictureLayout& layout, const fs::path& folder) {
   const CameraIntrinsics& camera = site.intrinsics;
   if (camera.width_px == layout.width_px && camera.height_px == layout.height_px) return;

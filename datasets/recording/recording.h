@@ -1,4 +1,4 @@
-// A sequence that is written while its pictures come.
+// Writes a sequence while its pictures arrive.
 #pragma once
 
 #include <chrono>
@@ -20,21 +20,24 @@
 
 namespace pleinair {
 
+// Set-up of a recording.
 struct RecordingOptions {
   std::filesystem::path folder;  // New, or empty.
   PictureStore store = PictureStore::kRaw;
-  std::uint64_t keep_free_bytes = 200'000'000;  // Of the file system: a recording ends before.
-  // That are to fit, as far as their sizes can be estimated.
+  // Bytes left free on the file system: a recording ends before.
+  std::uint64_t keep_free_bytes = 200'000'000;
+  // Pictures that must fit, by their estimated sizes.
   std::optional<double> expected_pictures;
-  // Of the folder's file system, for programs without privileges; none: as the system says.
+  // Free bytes of the folder's file system, for programs without privileges; none: the system's
+  // value.
   std::function<std::uint64_t()> free_bytes;
 };
 
-// A folder that ReadSequence reads from the first picture on, at any moment: sequence.json, the
-// site's files, and frames.jsonl, which gets a frame's line when its picture is complete. A process
-// that is killed loses no picture that was added; a power cut none that was added before the last
-// Sync. There a listed picture may be missing, or damaged: that is its own error when it is played.
-// One thread, but for Sync.
+// A folder that ReadSequence can read at any moment from the first picture on. It has
+// sequence.json, the site's files, and frames.jsonl, which gets a frame's line when its picture is
+// complete. A process that is killed loses no added picture; a power cut loses none that was added
+// before the last Sync. After a power cut a listed picture may be missing or damaged: that is its
+// own error when it is played. One thread, except for Sync.
 class Recording {
  public:
   // `site` as ReadSite gives it, at pictures of this layout: its camera is scaled to them. Copies
@@ -43,13 +46,13 @@ class Recording {
   // pictures.
   Recording(const Sequence& site, const PictureLayout& layout, const RecordingOptions& options);
 
-  // The picture's bytes on disk, or why there is none: damaged, of another layout than the first.
-  // Throws std::runtime_error where the disk is full or fails; the recording is complete without
-  // this picture then.
+  // Adds a picture. Returns its bytes on disk, or why it was refused: damaged, or of another layout
+  // than the first. Throws std::runtime_error where the disk is full or fails; the recording is
+  // then complete without this picture.
   tl::expected<std::uint64_t, std::string> Add(const CameraFrame& frame);
   // To events.jsonl. Throws as Add.
   void AddEvents(std::span<const Event> events);
-  // No picture comes any more: ends a video. Throws as Add.
+  // Ends the recording, and its video. Throws as Add.
   void Finish();
   // From any thread; takes as long as the disk needs.
   void Sync() const { frames_->Sync(); }
@@ -64,7 +67,7 @@ class Recording {
   std::unique_ptr<LineFile> events_;
 };
 
-// Of a picture on disk: from pictures of courtyards and rooms.
+// Estimated bytes of a picture on disk: from pictures of courtyards and rooms.
 double EstimatedBytes(const PictureLayout& layout, PictureStore store);
 
 // {"time_utc": ..., "event": "frame-dropped", "text": ..., "count": 3}, one line.

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a recording, and not of the place.
+// Files of a recording, not of the place.
 constexpr std::array kOfARecording = {
     "sequence.json", "site.json", "frames.jsonl", "events.jsonl", "judged.json", "truth"};
 

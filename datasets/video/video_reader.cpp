@@ -18,8 +18,8 @@ constexpr int kHighDefinitionRows = 720;
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
 
 // FFV1 from version 3 on: the last bytes of each slice are its length without them (3 bytes), a
-// status and a CRC that makes the slice's 0. FFmpeg's decoder knows of damage, and does not say so:
-// it shows an older picture there.
+// status and a CRC that makes the slice's 0. FFmpeg's decoder detects damage but does not report
+// it: it shows an older picture there.
 bool HasSoundSlices(const AVPacket& packet) {
   constexpr int kTrailer = 8;
   int end = packet.size;
@@ -85,7 +85,7 @@ struct VideoReader::Impl {
     }
   }
 
-  // Decodes into `frame`. 0 where it is there, AVERROR_EOF at the end, else the damage.
+  // Decodes into `frame`. Returns 0 for a picture, AVERROR_EOF at the end, else the error.
   int Decode() {
     for (;;) {
       const int received = avcodec_receive_frame(decoder.get(), frame.get());
@@ -135,7 +135,7 @@ struct VideoReader::Impl {
     return codes;
   }
 
-  // What VideoWriter keeps.
+  // The data that VideoWriter stores.
   void CopyExactly(Rgb8Image& codes) const {
     for (int y = 0; y < codes.height; ++y) {
       const std::uint8_t* row = frame->data[0] + std::ptrdiff_t{y} * frame->linesize[0];
@@ -207,7 +207,7 @@ std::optional<UtcTime> VideoReader::CreationTime() const {
     // Cameras without a clock write the start of their count: 1904, 1970.
     if (time >= std::chrono::sys_days{std::chrono::year{1990} / 1 / 1}) return time;
   } catch (const std::invalid_argument&) {
-    // No time that anything can be made of.
+    // No usable time.
   }
   return std::nullopt;
 }

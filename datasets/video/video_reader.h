@@ -1,4 +1,4 @@
-// Pictures out of a video file.
+// Reads pictures of a video file.
 #pragma once
 
 #include <chrono>
@@ -14,15 +14,16 @@
 
 namespace pleinair {
 
+// One picture of a video.
 struct VideoPicture {
-  // As the file's matrix and range say; BT.709 from 720 rows on, else BT.601, where it says
-  // nothing. Rotation is not applied: intrinsics refer to the sensor's rows and columns.
+  // With the file's matrix and range; where it states none, BT.709 from 720 rows on, else BT.601.
+  // Rotation is not applied: intrinsics refer to the sensor's rows and columns.
   Rgb8Image codes;
-  std::chrono::nanoseconds time{0};  // Of presentation, from the start of the file.
+  std::chrono::nanoseconds time{0};  // Time of presentation, from the start of the file.
 };
 
-// What FFmpeg decodes of the common containers (Matroska, WebM, MP4, MOV, AVI, MPEG); other files
-// that a container names are not opened.
+// Reads the common containers (Matroska, WebM, MP4, MOV, AVI, MPEG) by FFmpeg. Other files that a
+// container names are not opened.
 class VideoReader {
  public:
   // Throws std::runtime_error, one line with the file: no video, damaged at its start, of another

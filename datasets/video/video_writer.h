@@ -1,4 +1,4 @@
-// Pictures into a video file that can be read while it grows.
+// Writes pictures to a video file that can be read while it grows.
 #pragma once
 
 #include <chrono>
@@ -11,20 +11,22 @@
 
 namespace pleinair {
 
+// How pictures are coded.
 enum class VideoCodec {
-  kFfv1,  // Lossless: VideoReader gives the codes back bit for bit.
+  kFfv1,  // Lossless: VideoReader returns the codes bit for bit.
   kH264,  // To look at: colours at half the resolution, and rounded.
 };
 
+// Set-up of a video.
 struct VideoFormat {
   VideoCodec codec = VideoCodec::kFfv1;
   int width_px = 0;
   int height_px = 0;
   bool is_grey = false;  // Pictures have three equal channels, and are kept as one.
-  UtcTime start{};       // Of the first picture: VideoReader's CreationTime, in milliseconds.
+  UtcTime start{};       // UTC of the first picture: VideoReader's CreationTime, in milliseconds.
 };
 
-// Matroska. A picture that was added can be read, however the process ends.
+// Matroska. Every added picture can be read, however the process ends.
 class VideoWriter {
  public:
   // Throws std::runtime_error naming the file: it exists, cannot be made, or there is no such
@@ -37,8 +39,8 @@ class VideoWriter {
 
   // `time` counts from the first picture. Players show whole milliseconds: a time that does not
   // ascend by one is moved. Returns the bytes that the file has grown by. Throws std::runtime_error
-  // naming the file where the disk fails: the file ends before the picture then, and takes no more;
-  // std::invalid_argument for another size.
+  // naming the file where the disk fails: the file then ends before the picture, and accepts no
+  // more. Throws std::invalid_argument for another size.
   std::uint64_t Add(const Rgb8Image& picture, std::chrono::nanoseconds time);
 
  private:

@@ -59,7 +59,7 @@ struct CeresSolver::Impl {
     options.max_num_iterations = 10;
     // The problem is linear: Gauss-Newton steps are exact.
     options.initial_trust_region_radius = 1e16;
-    options.jacobi_scaling = false;  // FitProblem's units make the unknowns alike.
+    options.jacobi_scaling = false;  // FitProblem's units give the unknowns similar sizes.
   }
 
   void Build(int unknown_count) {

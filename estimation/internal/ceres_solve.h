@@ -16,11 +16,11 @@ class CeresSolver {
   ~CeresSolver();
 
   // argmin over x >= 0 of |root' x - root^-1 gradient|^2, root being the lower Cholesky factor of
-  // the positive definite `normal`. Ceres solves for the unknowns that are not held at 0, which at
-  // first are those above 0 in `x`; then those that want to leave their bound, or went past it,
-  // change sides, and it solves again. (Ceres' own bounds bring a line search that does not end at
-  // an unknown's bound: 126 steps for one frame.)
-  // Returns false when that does not settle; x is then as it was.
+  // the positive definite `normal`. Ceres solves for the unknowns that are not held at 0: at first
+  // those above 0 in `x`. Those that would leave their bound, or crossed it, then change sides, and
+  // it solves again. (Ceres' own bounds bring a line search that does not end at an unknown's
+  // bound: 126 steps for one frame.) Returns false where this does not converge; x is then
+  // unchanged.
   bool Solve(const LightMatrix& normal, const LightVector& gradient, LightVector& x);
 
  private:

@@ -26,12 +26,12 @@ using BasisMatrix =
 // So a frame times 10^k is the same problem but for rounding.
 struct FitProblem {
   int basis_count = 0;
-  // Of the camera, all channels in common; as unknowns of unit variance. The veil is the first, the
-  // exponent the last.
+  // Errors of the camera, common to all channels, as unknowns of unit variance. The veil is the
+  // first, the exponent the last.
   int error_count = 0;
-  double exponent_stddev = 0.0;  // 0: it is none of the errors.
-  glm::dvec3 white{1.0};         // In the fit's units: what a wrong exponent leaves as it is.
-  // Of the errors, in standard deviations.
+  double exponent_stddev = 0.0;  // 0: the exponent is not an unknown.
+  glm::dvec3 white{1.0};  // In the fit's units: the radiance that a wrong exponent does not change.
+  // Prior mean of the exponent, in standard deviations.
   double expected_exponent = 0.0;
   bool has_sun = false;
   int sample_count = 0;

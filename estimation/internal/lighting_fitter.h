@@ -20,12 +20,12 @@ inline constexpr double kWeakInformation = 1e-4;
 
 }  // namespace estimation_internal
 
-// Makes `fit` that of a mixture with `other`, of which `share` is the smaller part.
+// Replaces `fit` by a mixture of itself and `other`, which has the smaller part `share`.
 void Blend(const LightingFit& other, double share, LightingFit& fit);
 
 struct LightingFitter::Impl {
   const LightingFitOptions given_options;
-  LightingFitOptions options;  // Of this call: the prior may know less of the albedos.
+  LightingFitOptions options;  // For this call: the prior may state less certain albedos.
   estimation_internal::FitProblem problem;
   estimation_internal::RobustStart start;
   estimation_internal::Reweighting reweighting;
@@ -37,7 +37,7 @@ struct LightingFitter::Impl {
   LightVector prior_gradient;
   LightMatrix fixed_prior_information;  // Without the rows that are relative to the light found.
 
-  // What the last call found, in the prior's units and order; empty before.
+  // The last call's result, in the prior's units and order; empty before.
   LightVector last_irradiance_rgb;
   bool began_anew = true;                          // This call, at no earlier light.
   bool is_ambiguous = false;                       // It found two lights that may both be.
@@ -52,12 +52,13 @@ struct LightingFitter::Impl {
   double BeamIn(const LightingPrior& prior, const LightVector& x) const;
   void AddShapePrior(const LightingPrior& prior, const LightVector& x);
   LightVector Begin();
-  // Where the fit of `x` would start if the sun shone: as strong as the brightest weather has it
-  // for the sky of `x`. Empty where `x` has such a sun already, or nothing is known of weathers.
+  // A start of the fit with a sun as strong as in the brightest weather for the sky of `x`. Empty
+  // where `x` has such a sun already, or nothing is known of weathers.
   LightVector WithSun(const LightingPrior& prior, const LightVector& x) const;
   LightVector FitFrom(const LightingPrior& prior, LightVector x, LightingFit& fit);
   void WeighAgainstHiddenSun(const LightingPrior& prior, const LightVector& x, LightingFit& fit);
-  // What the samples say of lights and camera errors together, those last and with their prior.
+  // The samples' evidence of lights and camera errors together; the errors come last and include
+  // their prior.
   estimation_internal::Evidence WithErrors() const;
   estimation_internal::Evidence WithoutErrors(
       const estimation_internal::Evidence& with_errors) const;

@@ -1,4 +1,4 @@
-// Which pixels of a surface view the sun lights for sure.
+// Limits for pixels of a surface view that are certainly sunlit.
 #pragma once
 
 namespace pleinair::estimation_internal {

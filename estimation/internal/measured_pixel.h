@@ -1,4 +1,4 @@
-// Which values of a linear picture are measurements.
+// Whether a value of a linear picture is a measurement.
 #pragma once
 
 #include <limits>

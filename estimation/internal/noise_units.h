@@ -1,4 +1,4 @@
-// How uncertain one measured channel is before the fit has scaled it.
+// The uncertainty of one measured channel before the fit has scaled it.
 #pragma once
 
 #include "estimation/lighting_fit.h"
@@ -6,11 +6,10 @@
 namespace pleinair::estimation_internal {
 
 // Errors of albedo and model grow with the radiance itself, so a residual is measured in units of
-// the predicted radiance. Predicted, not measured: the estimating equation
-//   sum transport (radiance - predicted) / predicted^2 = 0
-// is then free of bias, where weights from the noisy measurement would favour dark samples.
-// `floor` stands for what does not shrink with it; camera noise counts in units of the noise that
-// is expected of the model.
+// the predicted radiance. With the predicted radiance the estimating equation sum transport
+// (radiance - predicted) / predicted^2 = 0 is free of bias; weights from the noisy measurement
+// would favour dark samples. `floor` is the noise that does not decrease with the radiance. Camera
+// noise is in units of the model's expected noise.
 struct NoiseUnits {
   double floor_squared;
   double per_camera_noise_squared;

@@ -73,8 +73,8 @@ bool Reweighting::Explains(FitProblem& problem,
                            const ErrorVector& camera_errors,
                            const LightingFitOptions& options) {
   if (weight_.empty() || problem.sample_count == 0) return false;
-  // What noise moves across the cut from one frame of a still scene to the next. A new sun takes
-  // more: all lit samples.
+  // The share of samples that noise moves across the cut from one frame of a still scene to the
+  // next. A new sun moves more: all lit samples.
   constexpr double kFewer = 0.01;
   const double last = InlierFraction();
   Standardise(problem, x, camera_errors, options);

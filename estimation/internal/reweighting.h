@@ -27,48 +27,50 @@ struct WhitenedChannel {
 // with d the sample's combined residual over RGB and scale 1.4826 times its median, far ones left
 // out.
 //
-// Under Tukey's weights a sample is left out, of the scale too, that is more likely in the shadow
-// of something that the mesh lacks (a tree, a car, a house outside it) than where the mesh has it:
-// however many there are, they do not widen the cut. With r the mean over RGB of its residual, u of
-// the sunlight that is predicted on it, a large part of its light, and s^2 its own variance, that
-// is
+// Under Tukey's weights some samples are left out, of the scale too, so that any number of them
+// does not widen the cut. They are the samples that are more likely in the shadow of something that
+// the mesh lacks (a tree, a car, a house outside it) than as the mesh has them. Let r be the mean
+// over RGB of the residual, u that of the predicted sunlight, a large part of the light, and s^2
+// the sample's own variance. The condition is
 //   exp(-(r + u)^2 / (2 s^2)) p > exp(-r^2 / (2 s^2)) (1 - p),   p = kShadeTheMeshLacks.
-// s^2 is that within planes, as all of a plane errs alike by its albedo; before it is known, 0:
-// what lacks half of its sun is left out.
+// s^2 is the variance within planes, as all samples of a plane share the error of its albedo.
+// Before it is known it is 0: a sample that lacks half of its sun is left out.
 //
 // The noise is that of the M-estimator: the variance n for which n (sum w J J')^-1 is its
 // asymptotic covariance, n = mean(w) * mean(psi^2) / mean(psi')^2 (Huber, Robust Statistics,
-// section 7.6), as a 3 x 3 matrix over the channels, since albedo errors are often grey.
+// section 7.6). It is a 3 x 3 matrix over the channels, since albedo errors are often grey.
 //
-// Samples of one plane, lit and shaded, share three errors beside their own: of albedo, a part t of
-// their whole prediction; of the sky's shape, a part s of the sky's share v of it; and, of the same
-// size s, of what hides the sky from some of them though the mesh lacks it (an awning over the
-// shaded part), which looks like more or less sun: the sun's column times what of v is in
-// proportion to it, u. So 400 samples of one wall count as much as that wall's albedo allows, and
-// the contrast of lit and shaded on it gives the sun whatever the sky's shape, but to s of the
-// sky's light. The plane's covariance is
+// Samples of one plane, lit and shaded, share three errors:
+// - of albedo: a part t of their entire prediction;
+// - of the sky's shape: a part s of the sky's share v of the prediction;
+// - of an occluder of the sky that the mesh lacks (an awning over the shaded part), of the same
+//   size s. It looks like more or less sun: u is the sun's column times the part of v that is
+//   proportional to it.
+// So 400 samples of one wall count as much as that wall's albedo allows. The contrast of lit and
+// shaded samples determines the sun to s of the sky's light, whatever the sky's shape. The plane's
+// covariance is
 //   n I + t^2 1 1' + s^2 (v v' + u u').
-// It is whitened by taking from each row the part phi of the plane's mean row, 1 - phi =
-// (1 + t^2 W / n)^-1/2 with W the plane's summed weight, and then in the same way along what that
-// leaves of v, and of u. t and s are as many times what is expected of them as the planes'
-// residuals say (one-way analysis of variance).
+// It is whitened by subtracting from each row the part phi of the plane's mean row, 1 - phi = (1 +
+// t^2 W / n)^-1/2 with W the plane's summed weight. The same follows along the remaining v, and
+// along u. t and s are a multiple of their expected values; the planes' residuals determine it
+// (one-way analysis of variance).
 //
-// Neighbours share more: a texture, the dark of a corner. n counts that in by the design effect
-// (Kish, Survey Sampling, section 8.1): how many times as uncertain the means over parts of a plane
-// are as they would be of samples that err alone. So many samples of a view are worth no more than
-// the picture has to say, and how many that is the residuals tell.
+// Neighbours share more: a texture, the dark of a corner. n includes that by the design effect
+// (Kish, Survey Sampling, section 8.1): the variance of means over parts of a plane, over the
+// variance that they would have with independent samples. So more samples do not carry more
+// information than the picture has. The residuals determine the effect.
 class Reweighting {
  public:
-  // The next pass expects of the planes' errors what the options say; those after it find them.
+  // The next pass uses the planes' errors of the options; later passes estimate them.
   void Forget();
   // Not after Forget, nor when the sun has risen or set since.
   bool KnowsSharedErrors(const FitProblem& problem) const {
     return last_normal_[0].rows() == problem.ColumnCount();
   }
 
-  // `prior_information` is what else holds the unknowns, as the residuals of planes tell more of
-  // their errors where the fit is not free to follow them. `rescale` false keeps the scales
-  // (robust, noise, shared) of the last pass.
+  // `prior_information` is the prior of the unknowns: residuals of planes contain more of their
+  // errors where the fit is not free to follow them. `rescale` false keeps the scales (robust,
+  // noise, shared) of the last pass.
   void Update(FitProblem& problem,
               const LightVector& x,
               const ErrorVector& camera_errors,
@@ -76,8 +78,8 @@ class Reweighting {
               const LightingFitOptions& options,
               bool rescale);
 
-  // Whether `x` explains as many samples as the light that was found last did, and as well: then it
-  // is a start as good as any. False before the first Update.
+  // Whether `x` explains as many samples as the light of the last fit did, and as well: then it is
+  // a good start. False before the first Update.
   bool Explains(FitProblem& problem,
                 const LightVector& x,
                 const ErrorVector& camera_errors,
@@ -112,9 +114,9 @@ class Reweighting {
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d correlation_ = Eigen::Matrix3d::Identity();
   double scale_ = 1.0;
-  double own_variance_ = 0.0;  // Of samples within their planes; 0 before the first pass.
-  LightVector explained_;      // What Explains has just looked at; else empty.
-  // Of the pass before, or of a frame like this one; empty after Forget.
+  double own_variance_ = 0.0;  // Variance of samples within their planes; 0 before the first pass.
+  LightVector explained_;      // The light of the last call of Explains; else empty.
+  // Normal equations of the pass before, or of a frame like this one; empty after Forget.
   std::array<BasisMatrix, 3> last_normal_;
   double error_ = 1.0;  // e of the planes' errors.
   double shared_error_ = 0.0;
@@ -160,7 +162,7 @@ class Reweighting {
   template <int kColumns>
   void Accumulate(const FitProblem& problem);
 
-  double ShadeFrom() const;  // What shade_ must be above.
+  double ShadeFrom() const;  // Limit for shade_.
   static double ScaleOf(std::vector<double>& deviations,
                         double unknowns,
                         const LightingFitOptions& options);
@@ -172,9 +174,9 @@ class Reweighting {
   void EstimateSharedErrors(const FitProblem& problem,
                             const LightMatrix& prior_information,
                             const LightingFitOptions& options);
-  // What a plane says of e, per channel: the shift of its mean, the part of that which its samples'
-  // own errors explain, the weight of its square in units of what is expected, and the degrees of
-  // freedom that it is worth. A weight of 0: nothing.
+  // A plane's evidence on e, per channel: the shift of its mean, and the part of it that its
+  // samples' own errors explain. Then the weight of the squared shift in units of its expectation,
+  // and its degrees of freedom. A weight of 0: no evidence.
   struct Witness {
     Eigen::Vector3d shift = Eigen::Vector3d::Zero();
     Eigen::Vector3d alone = Eigen::Vector3d::Zero();

@@ -1,4 +1,4 @@
-// How large the errors are that reweighting goes by, as the residuals of a pass tell.
+// Estimates the sizes of the errors that reweighting uses, from the residuals of a pass.
 #include "estimation/internal/reweighting.h"
 
 #include <algorithm>
@@ -13,15 +13,15 @@ namespace {
 
 // The median of |x| of a Gaussian is 0.6745 standard deviations.
 constexpr double kSigmaOfMedian = 1.4826;
-// Of one cut off at 2.5 standard deviations, 0.6640.
+// For a distribution cut off at 2.5 standard deviations: 0.6640.
 constexpr double kFarOff = 2.5;
 constexpr double kSigmaOfMedianWithoutFarOff = 1.5060;
-// What is expected before the data have spoken counts as so many samples, cells or planes.
+// Weight of the expected errors, as a number of samples, cells or planes.
 constexpr double kPriorCount = 1.0;
 
 }  // namespace
 
-// Of deviations, which are reordered.
+// Median of deviations, which are reordered.
 double Reweighting::ScaleOf(std::vector<double>& deviations,
                             double unknowns,
                             const LightingFitOptions& options) {
@@ -32,9 +32,9 @@ double Reweighting::ScaleOf(std::vector<double>& deviations,
   auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
   std::nth_element(deviations.begin(), middle, deviations.end());
   double scale = kSigmaOfMedian * lost * *middle;
-  // 40 % of wrong samples double that median. Once more without what is far off by it (Rousseeuw
-  // and Leroy, Robust Regression and Outlier Detection, chapter 5), twice, so that a scale that was
-  // drawn out lets go. All that is far off is above the median, and so is no lower one.
+  // 40 % of wrong samples double that median. It is computed twice more without the samples that
+  // are outliers by it, so that an inflated scale recovers (Rousseeuw and Leroy, Robust Regression
+  // and Outlier Detection, chapter 5). All outliers are above the median.
   for (int round = 0; round < 2; ++round) {
     const auto near = static_cast<std::ptrdiff_t>(deviations.size()) -
                       std::count_if(middle, deviations.end(), [&](double deviation) {
@@ -89,8 +89,8 @@ void Reweighting::EstimateSlope(const LightingFitOptions& options) {
       break;
   }
   const Eigen::Matrix3d slope = mean_weight_ * Eigen::Matrix3d::Identity() + outer;
-  // A slope near 0 or below comes from a handful of samples beside the cut; it would claim an
-  // infinite variance, a quarter claims a sixteenfold one.
+  // A slope near 0 or below is caused by a handful of samples beside the cut, and would give an
+  // infinite variance. The limit of a quarter gives a sixteenfold one.
   inverse_slope_ = InverseOfAtLeast(slope, 0.25 * mean_weight_);
 }
 
@@ -139,9 +139,9 @@ void Reweighting::EstimateNoise(const FitProblem& problem, const LightingFitOpti
   correlation_ = inverse_sigma.asDiagonal() * noise_ * inverse_sigma.asDiagonal();
 }
 
-// By the sums of psi over cells of neighbours. Would samples err alone, the square of such a sum
-// were expected to be `mean_square` (m - m^2 / M), m and M the inliers of the cell and of its
-// plane, whose mean is taken away.
+// From the sums of psi over cells of neighbours. With independent errors, the expected square of
+// such a sum is `mean_square` (m - m^2 / M). Here m and M are the inliers of the cell and of its
+// plane, whose mean is subtracted.
 double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) const {
   double squares = 0.0;
   double expected = 0.0;
@@ -159,10 +159,10 @@ double Reweighting::DesignEffect(const FitProblem& problem, double mean_square) 
   return std::max(1.0, (kPriorCount + degrees * squares / expected) / (kPriorCount + degrees));
 }
 
-// One-way analysis of variance over the planes. One picture cannot tell albedo from the sky's
-// shape: both errors are as many times larger than expected, e. The residual r of a plane's mean
-// has a variance of (1 - h) (n / W + e^2 (t^2 + s^2 (v^2 + u^2))), h the part of it that the fitted
-// lights take away, known from the last pass.
+// One-way analysis of variance over the planes. One picture cannot distinguish albedo from the
+// sky's shape: both errors are e times the expected ones. The residual r of a plane's mean has a
+// variance of (1 - h) (n / W + e^2 (t^2 + s^2 (v^2 + u^2))). Here h is the part that the fitted
+// lights remove, known from the last pass.
 void Reweighting::EstimateSharedErrors(const FitProblem& problem,
                                        const LightMatrix& prior_information,
                                        const LightingFitOptions& options) {
@@ -211,7 +211,7 @@ void Reweighting::EstimateSharedErrors(const FitProblem& problem,
   sky_shape_error_ = error_ * options.sky_shape_error;
 }
 
-// Of all channels together: an albedo is most often off in all of them alike.
+// One value for all channels: the error of an albedo is mostly common to them.
 Reweighting::Witness Reweighting::WitnessOf(int plane,
                                             const std::array<BasisMatrix, 3>& covariance,
                                             const LightingFitOptions& options) const {

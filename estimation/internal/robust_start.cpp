@@ -15,24 +15,25 @@ namespace {
 // With 40 % of wrong samples a pair is right with a chance of 0.36: 24 pairs are all wrong with one
 // of 2e-5.
 constexpr int kPairs = 24;
-// Relative: what a sample farther off than this says of a guess is that it is an outlier. A median
-// would not do: where a quarter of the samples are in the sun, no sun at all explains the most.
+// Relative: a sample farther from a guess than this is an outlier of it. A median would not do:
+// where a quarter of the samples are in the sun, no sun at all explains the most.
 constexpr double kOutlierFrom = 0.3;
-// Of a sample by itself, relative, beside its plane's albedo: texture, and what the model misses.
+// Error of a single sample, relative, in addition to its plane's albedo: texture, and what the
+// model misses.
 constexpr double kOwnError = 0.1;
-// What brightens a surface that much is rarer than what darkens it.
+// Errors that brighten a surface that much are rarer than those that darken it.
 constexpr double kBrightOutlierFrom = 0.4;
-// Samples that judge a guess: enough to tell a right guess from a wrong one, which is all it takes.
+// Samples that judge a guess: enough to distinguish a right guess from a wrong one.
 constexpr int kJudges = 96;
 
 bool IsLit(double predicted, double of_sky) { return predicted - of_sky > kLitFrom * predicted; }
 
-// More than half of it, so that the shade explains more of what is seen.
+// More than half of it, so that shade is the better explanation.
 bool LacksItsSun(double seen, double predicted, double of_sky) {
   return IsLit(predicted, of_sky) && predicted - seen > 0.5 * (predicted - of_sky);
 }
 
-// How improbable it is that just these of a plane's lit samples lie in a shadow, of whatever size.
+// Improbability of a shadow, of any size, on exactly these of a plane's lit samples.
 double NatsOfShadow(int shaded, int lit) {
   const double share = static_cast<double>(shaded) / lit;
   double nats = -std::log(kShadeTheMeshLacks) - shaded * std::log(share);
@@ -40,7 +41,7 @@ double NatsOfShadow(int shaded, int lit) {
   return nats;
 }
 
-// Least-squares light of one kind, where the pair of samples cannot tell two apart.
+// Least-squares light of one kind, where the pair of samples cannot distinguish two.
 double OneLight(double t0, double t1, double l0, double l1) {
   const double square = t0 * t0 + t1 * t1;
   return square > 0.0 ? std::max(0.0, (t0 * l0 + t1 * l1) / square) : 0.0;
@@ -50,7 +51,8 @@ TwoLights SolveChannel(
     double sun0, double sky0, double light0, double sun1, double sky1, double light1) {
   const double determinant = sun0 * sky1 - sun1 * sky0;
   const double size = std::abs(sun0 * sky1) + std::abs(sun1 * sky0);
-  // Transports carry the error of their albedo, some per cent: below that there are no two lights.
+  // Transports have the error of their albedo, some per cent: below that two lights cannot be
+  // distinguished.
   constexpr double kDistinct = 0.02;
   if (!(std::abs(determinant) > kDistinct * size)) {
     return {0.0, OneLight(sky0, sky1, light0, light1)};
@@ -102,7 +104,7 @@ std::array<TwoLights, 3> SolvePair(const FitProblem& problem, int lit, int shade
   return lights;
 }
 
-// How bright a sample is for what it sees of the sky.
+// A sample's radiance over its response to the sky.
 double OverSky(const FitProblem& problem, int sample) {
   double seen = 0.0;
   double sky = 0.0;
@@ -166,8 +168,8 @@ void RobustStart::GatherWitnesses(const FitProblem& problem, const Unit& unit) {
   }
 }
 
-// How many times as bright as under `lights` the judges first .. last - 1 of one plane are: as far
-// as its albedo can be off.
+// Factor by which the judges first .. last - 1 of one plane are brighter than under `lights`,
+// limited by the error of its albedo.
 double RobustStart::AlbedoError(std::size_t first,
                                 std::size_t last,
                                 std::size_t channel,
@@ -304,7 +306,7 @@ LightVector RobustStart::Find(const FitProblem& problem,
         return by_sun_share_[static_cast<std::size_t>(half +
                                                       random.Below(problem.sample_count - half))];
       };
-      // Of two the brighter, as the other may be in a shadow that the mesh lacks.
+      // The brighter of two, as the other may be in a shadow that the mesh lacks.
       const int one = draw_lit();
       const int other = draw_lit();
       const int lit = OverSky(problem, one) < OverSky(problem, other) ? other : one;

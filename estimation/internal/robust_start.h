@@ -1,4 +1,4 @@
-// A first guess that a large minority of wrong samples cannot pull away.
+// A robust first guess: a large minority of wrong samples does not change it.
 #pragma once
 
 #include <array>
@@ -13,26 +13,26 @@ namespace pleinair::estimation_internal {
 
 struct TwoLights {
   double sun = 0.0;
-  double sky = 0.0;  // Of each shape.
+  double sky = 0.0;  // For each shape.
 };
 
 // Least truncated squares over solutions of random pairs, one sample of each that sees much sun and
 // one that sees little (Rousseeuw, Journal of the American Statistical Association 79, 1984). All
 // sky shapes count as equally strong. A shadow that the mesh lacks may lie on any part of a plane,
-// at the price of its improbability; light that no sky explains has no such excuse. So a few
-// samples in the sun outweigh many that only the mesh has there.
+// with a penalty for its improbability. Light that no sky explains has no such explanation. So a
+// few samples in the sun outweigh many that are in the sun only by the mesh.
 class RobustStart {
  public:
   // Unknowns of `problem`, all >= 0. The same problem and seed give the same answer.
-  // `shared_error`: of each plane's albedo, relative. Lit and shaded samples of a plane share it,
-  // so that where albedos are but guessed their contrast says the most of the light.
+  // `shared_error` is the error of each plane's albedo, relative. Lit and shaded samples of a plane
+  // share it, so that with guessed albedos their contrast is the best evidence of the light.
   LightVector Find(const FitProblem& problem,
                    const NoiseUnits& noise,
                    double shared_error,
                    std::uint64_t seed);
 
-  // How much better `b` explains the judges than `a`, as a logarithm of odds: by the measure that
-  // Find goes by, its shadows included.
+  // Log odds of `b` over `a` by the judging samples, with the measure that Find uses, its shadows
+  // included.
   double LogOdds(const FitProblem& problem,
                  const NoiseUnits& noise,
                  double shared_error,
@@ -40,11 +40,11 @@ class RobustStart {
                  const LightVector& b);
 
  private:
-  // What one channel of one judging sample says.
+  // One channel of one judging sample.
   struct Witness {
     double radiance;
     double sun_transport;
-    double sky_transport;  // Of all shapes together.
+    double sky_transport;  // Sum over the shapes.
     double noise;
     double weight;
     std::int32_t plane;
@@ -71,12 +71,12 @@ class RobustStart {
                      std::size_t channel,
                      const TwoLights& light,
                      double shared_error);
-  // Of all witnesses; from `enough` on it need not be complete: those lights are not the best.
+  // Sum over all witnesses. It may stop at `enough`: such lights are not the best.
   double TruncatedDeviation(const NoiseUnits& noise,
                             const std::array<TwoLights, 3>& lights,
                             double shared_error,
                             double enough);
-  // Of one plane's witnesses.
+  // Sum over one plane's witnesses.
   static double TruncatedDeviation(const NoiseUnits& noise,
                                    const std::array<TwoLights, 3>& lights,
                                    std::span<const Witness> witnesses);

@@ -7,7 +7,7 @@
 
 namespace pleinair::estimation_internal {
 
-// Of a symmetric matrix; not finite where it is singular.
+// Inverse of a symmetric matrix; not finite where it is singular.
 LightMatrix InverseOf(const LightMatrix& symmetric);
 
 // The lower triangular root of a positive definite matrix: root root' = positive.
@@ -17,10 +17,10 @@ LightVector SolveLower(const LightMatrix& root, const LightVector& right);
 // positive^-1 right.
 LightVector SolvePositive(const LightMatrix& positive, const LightVector& right);
 
-// Of a symmetric matrix whose eigenvalues below `least` are raised to it.
+// Inverse of a symmetric matrix whose eigenvalues below `least` are raised to it.
 Eigen::Matrix3d InverseOfAtLeast(const Eigen::Matrix3d& symmetric, double least);
 
-// Of a symmetric matrix, ascending.
+// Eigenvalues of a symmetric matrix, ascending.
 LightVector EigenvaluesOf(const LightMatrix& symmetric);
 
 }  // namespace pleinair::estimation_internal

@@ -13,7 +13,8 @@
 namespace pleinair::estimation_internal {
 namespace {
 
-// Of a free gain, relative to the one that the samples choose: wide, yet a mean stays a mean.
+// Spread of a free gain, relative to the gain that the samples determine: wide, yet a mean stays a
+// mean.
 constexpr double kFreeGainStddev = 1.0;
 
 double LogDeterminant(const LightMatrix& positive) {
@@ -22,7 +23,7 @@ double LogDeterminant(const LightMatrix& positive) {
 
 }  // namespace
 
-// Which of the sums (sun RGB, sky RGB) an unknown is a part of.
+// The sum (sun RGB, sky RGB) that an unknown is a part of.
 int WeatherMixture::SumOf(Eigen::Index unknown) const {
   const auto basis = static_cast<int>(unknown) % basis_count_;
   const auto channel = static_cast<int>(unknown) / basis_count_;
@@ -58,8 +59,8 @@ void WeatherMixture::Load(const LightingPrior& prior, const FitProblem& problem)
   if (weathers_.empty()) solutions_[0].share = 1.0;
 }
 
-// What the samples say of a weather against the one that was the likeliest, without what the last
-// picture has said already: its part of what both say.
+// The samples' evidence of a weather relative to the likeliest one, without the part that repeats
+// the last picture's evidence.
 double WeatherMixture::News(std::size_t weather) const {
   const double now = solutions_[weather].log_evidence - solutions_[likeliest_before_].log_evidence;
   const double before =

@@ -10,27 +10,27 @@
 
 namespace pleinair::estimation_internal {
 
-// Of the samples and the common factor of the prior: minus twice the logarithm of what they say is
+// Evidence of the samples and the common factor of the prior. Minus twice its logarithm is
 //   x' normal x - 2 x' gradient + constant.
 struct Evidence {
   LightMatrix normal;
   LightVector gradient;
 };
 
-// One weather's answer.
+// The solution under one weather.
 struct WeatherSolution {
-  double share = 0.0;       // Of the posterior.
+  double share = 0.0;       // Share of the posterior.
   LightVector light;        // The minimiser over lights >= 0.
-  LightMatrix information;  // Of the weather alone.
+  LightMatrix information;  // Of the weather only.
   LightVector information_times_mean;
-  double gain = 1.0;          // Of the prior's light in this picture.
-  double log_evidence = 0.0;  // Of the samples, but for a constant.
+  double gain = 1.0;          // Scale of the prior's light in this picture.
+  double log_evidence = 0.0;  // Of the samples, up to a constant.
 };
 
-// A Gaussian each over the sums that a prior knows of: sun and whole sky per channel.
+// Gaussians over the sums that a prior describes: sun and entire sky per channel.
 class WeatherMixture {
  public:
-  // `problem` is read for its units and kept track of by no reference.
+  // Reads the units of `problem`; keeps no reference.
   void Load(const LightingPrior& prior, const FitProblem& problem);
 
   // Finds the gain of each weather where it is free: the one under which its mean light explains
@@ -45,19 +45,19 @@ class WeatherMixture {
   bool Refine(const Evidence& evidence, CeresSolver& ceres);
 
   const std::vector<WeatherSolution>& Solutions() const { return solutions_; }
-  // Between the mean over the weathers, which nothing in the picture may look like where they are
-  // far apart, and the most likely one's light: the mean weighted by squared shares.
+  // The mean of the weathers' lights weighted by squared shares. It lies between their mean, which
+  // may resemble no weather where they are far apart, and the most likely light.
   LightVector Light() const;
-  // Of the most likely weather.
+  // Information of the most likely weather.
   const LightMatrix& Information() const;
-  // How near a weather is to the answer is worth a look from this share on.
+  // Weathers with a smaller share are neglected.
   static constexpr double kLeastShare = 1e-3;
 
  private:
   struct Weather {
     double log_share = 0.0;
     double last_log_evidence = 0.0;
-    double log_likelihood = 0.0;  // Of what else the picture shows.
+    double log_likelihood = 0.0;  // Of other evidence in the picture.
     LightGaussian light;          // In the fit's units, with a gain of 1.
     // With the gain as chosen.
     SunAndSkyMatrix information;

@@ -1,5 +1,5 @@
-// What virtual objects hide of the light from themselves and reflect to themselves, and sunlight on
-// the ground beside them.
+// Light that virtual objects hide from themselves and reflect to themselves, and sunlight on the
+// ground beside them.
 #include <optional>
 
 #include "pipeline/effects/bound_terms.h"

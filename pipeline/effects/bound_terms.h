@@ -1,10 +1,11 @@
-// Terms that several effects' bounds are made of.
+// Terms of several effects' bounds.
 //
-// Bounds are upper bounds except for four things, each as small as the effect itself: sun that
-// reaches an object between its vertices and the middles of its faces (AnySeesSun), shadows
-// narrower than a pixel (SoftSun), the noise of the rays at vertices, of which light at a single
-// probe has less (local-light), and shadows under overhangs, where objects hide more than three
-// quarters of the other light (sun-shadow).
+// Bounds are upper bounds with four exceptions, each as small as the effect itself:
+// - sun that reaches an object between its vertices and the middles of its faces (AnySeesSun);
+// - shadows narrower than a pixel (SoftSun);
+// - the noise of the rays at vertices, of which light at a single probe has less (local-light);
+// - shadows under overhangs, where objects hide more than three quarters of the other light
+//   (sun-shadow).
 #pragma once
 
 #include <algorithm>
@@ -39,7 +40,7 @@ inline bool IsDark(const glm::vec3& light) {
 
 inline glm::vec3 SunOf(const Lighting& lighting) { return glm::vec3(lighting.sun.irradiance_rgb); }
 
-// The highest reflectances at any place of a material.
+// The highest reflectances of a material at any place.
 inline TexturedMaterial::Reflectances BrightestOf(const Material& material) {
   if (material.by_place) return material.by_place->Brightest();
   return {material.diffuse_albedo, material.specular_reflectance};
@@ -59,16 +60,16 @@ float LargestOver(std::size_t count, const Value& value) {
       [](float a, float b) { return std::max(a, b); });
 }
 
-// Code values by which real pixels in reach change where their light is at least (1 - hidden) of
-// itself, and grows by `added` at most.
+// Upper bound, in code values, of the change of real pixels in reach, where their light falls to (1
+// - hidden) of itself at least, and grows by `added` at most.
 double ChangeOfReached(const EffectFrame& frame,
                        const InfluenceReach& reach,
                        const glm::vec3& hidden,
                        const glm::vec3& added);
 
-// All light on objects but the sun's.
+// Bound of all light on objects except the sun's.
 Bound LightOnObjects(EffectStage& stage, const EffectFrame& frame);
-// The sun on objects in the sun, whether or not they are.
+// Bound of the sun on objects, as if all of them were in the sun.
 Bound SunOnObjects(EffectStage& stage, const EffectFrame& frame);
 
 }  // namespace pleinair

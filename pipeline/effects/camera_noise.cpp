@@ -39,7 +39,7 @@ class CameraNoiseOnObjects : public FrameEffect {
  private:
   EffectStage& stage_;
   CameraMatching matching_;
-  LearnedCost cost_{5.0};  // Of measuring a frame's noise and adding it.
+  LearnedCost cost_{5.0};  // Cost of measuring a frame's noise and adding it.
 };
 
 }  // namespace

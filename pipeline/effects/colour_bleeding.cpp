@@ -1,5 +1,4 @@
-// Light that virtual objects reflect to real surfaces in place of what they hide. Its work is that
-// of sky-occlusion.
+// Light that virtual objects reflect to real surfaces. Its work is that of sky-occlusion.
 #include "pipeline/effects/bound_terms.h"
 #include "pipeline/effects/effect_stage.h"
 

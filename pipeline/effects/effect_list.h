@@ -1,4 +1,4 @@
-// The one list of effects, in the order in which they are planned, worked out and reported.
+// The one list of effects, in the order in which they are planned, computed and reported.
 #pragma once
 
 // An effect `Penumbra` is Effect::kPenumbra, and effects/penumbra.cpp defines kPenumbraEffect: its

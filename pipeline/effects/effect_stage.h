@@ -1,5 +1,5 @@
-// What effects share: the objects among the real surfaces, the light on them, and what is kept of
-// both from frame to frame.
+// State that effects share: the objects among the real surfaces, the light on them, and results of
+// both that are kept from frame to frame.
 #pragma once
 
 #include <cstdint>
@@ -21,6 +21,7 @@
 
 namespace pleinair {
 
+// Shared by the effects of one pipeline. One thread at a time.
 class EffectStage {
  public:
   // `scene`, `phantom` and `options` outlive this. Without objects until Pose.
@@ -42,15 +43,15 @@ class EffectStage {
   KeptInfluence& Influence() { return influence_; }
   KeptMirror& Mirror() { return mirror_; }
 
-  // Around each object, where it is.
+  // Around each object, at its present place.
   const std::vector<BoundingBox>& ObjectBoxes() const { return object_boxes_; }
 
   // Whether any material of the objects is glossy, and their highest reflectances.
   bool AnyGlossy() const { return any_glossy_; }
   const glm::vec3& LargestDiffuse() const { return largest_diffuse_; }
-  const glm::vec3& LargestAlbedo() const { return largest_albedo_; }  // What they mirror included.
+  const glm::vec3& LargestAlbedo() const { return largest_albedo_; }  // Mirrored light included.
 
-  // Bounds that several effects' bounds are made of.
+  // Terms of several effects' bounds.
   bool InView(const EffectFrame& frame);
   bool SunReachesObjects(const EffectFrame& frame);
   const InfluenceReach& Reach(const EffectFrame& frame);

@@ -36,7 +36,7 @@ struct ViewOfPose {
   bool operator==(const ViewOfPose&) const = default;
 };
 
-// How many frames share the cost of what is made once, and of what is made for each sun.
+// Number of frames that share the cost of one-off results, and of results for each sun.
 struct WorkSharing {
   double frames_that_stand_still = 1.0;
   double frames_a_sun = 1.0;
@@ -44,18 +44,18 @@ struct WorkSharing {
 
 // Light on the objects, as far as it is known before the plan.
 struct LightBeforePlan {
-  // The way in which it will be found, or is likely to be.
+  // The way in which it will be computed, or is likely to be.
   VertexLight::Mode mode;
-  // Before anything was made.
+  // Before anything was computed.
   LightCosts costs;
   WorkCost daylight;
-  // The way in which it has been found already, and how long that took.
+  // The way in which it has been computed already, and its time.
   std::optional<VertexLight::Mode> made;
-  bool was_updated = false;  // For this sun and sky, where it was of older ones.
+  bool was_updated = false;  // For this sun and sky, where it was for older ones.
   double made_ms = 0.0;
   double evaluated_ms = 0.0;  // Its sum over this frame's intensities.
   double daylight_made_ms = 0.0;
-  // At the vertices, one list an object; empty where it has not been.
+  // At the vertices, one list for each object; empty where not computed.
   std::span<const std::vector<glm::vec3>> irradiance;
 };
 
@@ -63,25 +63,26 @@ struct LightBeforePlan {
 struct EffectFrame {
   const Frame& frame;
   const SurfaceView& view;
-  const Image<std::int32_t>& pixel_faces;  // As SurfaceViewBuilder has them.
+  const Image<std::int32_t>& pixel_faces;  // As in SurfaceViewBuilder.
   const FrameBasis& basis;
   const Lighting& lighting;
   const DisplayCodes& codes;
-  std::uint64_t pose = 0;                         // Of the objects.
+  std::uint64_t pose = 0;                         // Of the objects: PosedObjects::Version().
   std::span<const glm::dmat4> object_poses = {};  // Each one's; see PosedObjects.
   LightSteps steps = LightSteps::kAll;
   LightBeforePlan light = {};
   double camera_blur_px = 0.0;  // As measured.
-  // Bounds that are far above this need not be any closer.
+  // Bounds far above this need no refinement.
   double threshold_code_values = 1.0;
   bool has_budget = false;
   WorkSharing sharing = {};
-  double draw_scale = 1.0;  // Of drawing, over its nominal time.
+  double draw_scale = 1.0;  // Time of drawing over its nominal time.
 
   ViewOfPose Geometry() const { return {view.geometry_version, pose}; }
   ViewOfPose UnderSun() const { return {view.sun_version, pose}; }
 };
 
+// An upper bound in code values of the 8-bit picture, and its reason.
 struct Bound {
   double code_values = 0.0;
   std::string_view why;
@@ -91,21 +92,21 @@ struct Bound {
 inline constexpr EffectSet kOnSurfaces{
     Effect::kSunShadow, Effect::kSkyOcclusion, Effect::kColourBleeding};
 
-// Nominal times of drawing are those of an object of 4000 faces over 4000 pixels at 640x480 that
-// stands on the ground, neither it nor the camera moving, by software on two cores
-// (bench/plan_bench.cpp). This one is for objects without any effect.
+// Nominal times of drawing are for software on two cores (bench/plan_bench.cpp). The object has
+// 4000 faces over 4000 pixels at 640x480 and stands on the ground; neither it nor the camera moves.
+// This time is for objects without any effect.
 inline constexpr double kDrawObjectsMs = 1.0;
 
 // A piece of work as the plan knows it, and how it is done.
 struct FrameWork {
   WorkOffer offer;
-  // What stays while light and geometry stand still. Empty for drawing.
+  // Computes what holds while light and geometry do not change. Empty for drawing.
   std::function<void(EffectSet runs)> make = nullptr;
-  // What follows when all works are done: sums over this frame's intensities. May be empty.
+  // Follows when all works are done: sums over this frame's intensities. May be empty.
   std::function<void(EffectSet runs)> sum = nullptr;
   // Changes to the finished composite. May be empty.
   std::function<void(Composite& composite)> finish = nullptr;
-  double ms = 0.0;  // That it took; drawing's parts are not timed apart.
+  double ms = 0.0;  // Measured; the parts of drawing are not timed separately.
 };
 
 // A work that `for_any` of the effects need; `cost` as a budget shares it.
@@ -113,7 +114,7 @@ FrameWork WorkOf(std::string_view name,
                  const WorkCost& cost,
                  const EffectFrame& frame,
                  EffectSet for_any);
-// What the compositor draws for them.
+// The compositor's drawing for them.
 FrameWork DrawingOf(std::string_view name,
                     double nominal_ms,
                     const EffectFrame& frame,
@@ -127,32 +128,33 @@ class FrameEffect {
   // The switch's value where there is nothing to simulate, or no way to leave the effect out.
   virtual EffectSwitch SwitchFor(EffectSwitch asked) const { return asked; }
 
-  // What leaving it out would change in any pixel, at most. `before`: the offers of the effects
-  // before it in the list, of 0 for those that are off. Not asked of an effect that is off.
+  // Returns an upper bound of the change in any pixel by leaving it out. `before` has the offers of
+  // the effects before it in the list, with a bound of 0 for those that are off. Not called for an
+  // effect that is off.
   virtual Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> before) = 0;
   // The effects that it is part of: see EffectOffer.
   virtual EffectSet PartOf(const EffectFrame& frame);
   // See EffectOffer; `usual` is the definition's.
   virtual double RmsShare(const EffectFrame& frame, double usual);
 
-  // Adds the works that are its own to those of the frame, in the order in which they are done.
+  // Adds its own works to those of the frame, in the order in which they are done.
   virtual void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works);
 
-  // Adds what it has made to what the compositor is given; only where it is run.
+  // Adds its results to the compositor's input; called only where it is run.
   virtual void Draw(const EffectFrame& frame, CompositeInput& input) const;
 };
 
 // An effect as it is listed.
 struct EffectDefinition {
   std::string_view name;  // As on the command line and in plan.jsonl.
-  std::string_view help;  // What it is, in a line.
-  // What a picture usually loses without it, as a root mean square over the objects' pixels, over a
-  // bound of 255: measured on recordings (docs/accuracy.md, "A budget").
+  std::string_view help;  // One line of help.
+  // Usual change of a picture without it, as a root mean square over the objects' pixels, over a
+  // bound of 255. Measured on recordings (docs/accuracy.md, "A budget").
   double rms_share = 1.0;
   std::unique_ptr<FrameEffect> (*make)(EffectStage& stage) = nullptr;
-  // Asked for by name it brings these along: its other half.
+  // Effects that are switched on with it when it is named: its other half.
   EffectSet brings = {};
-  // A way of doing other effects: on with them, unless refused by name.
+  // A way of computing other effects: on with them, unless switched off by name.
   bool is_way_of_others = false;
 };
 
@@ -166,6 +168,7 @@ std::unique_ptr<FrameEffect> MakeEffect(EffectStage& stage) {
 PLEINAIR_EFFECTS(PLEINAIR_DECLARATION)
 #undef PLEINAIR_DECLARATION
 
+// Returns the definition of a listed effect.
 const EffectDefinition& DefinitionOf(Effect effect);
 
 }  // namespace pleinair

@@ -1,4 +1,4 @@
-// What glossy virtual objects mirror.
+// Mirror images in glossy virtual objects.
 #include <vector>
 
 #include "pipeline/effects/bound_terms.h"

@@ -1,7 +1,7 @@
-// Light that objects hide from real surfaces and reflect to them: kept while neither the objects
-// nor their light change. In a frame in which objects have moved it is a coarse one
-// (InfluenceInMotionOptions); in those after it the fine one is gathered, a part in each, and takes
-// its place.
+// Light that objects hide from real surfaces and reflect to them, kept while neither the objects
+// nor their light change. In a frame in which objects have moved it is coarse
+// (InfluenceInMotionOptions). In later frames the fine one is gathered, a part in each, and
+// replaces it.
 #pragma once
 
 #include <optional>
@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// One thread at a time.
 class KeptInfluence {
  public:
   explicit KeptInfluence(InfluenceAt at) : at_(at) {}
@@ -22,7 +23,7 @@ class KeptInfluence {
   // The stage must have computed the lights that shine in the frame. If it had them for an older
   // sun, they are recomputed when the stage's are.
   void Update(EffectStage& stage, const EffectFrame& frame);
-  // Whether what Update found last is coarse: further steps refine it.
+  // Whether the result of the last Update is coarse: further steps refine it.
   bool IsCoarse() const { return influence_.Kept().is_coarse; }
   void Evaluate(const Lighting& lighting, const InfluenceParts& parts);
   const IrradianceChange& Change() const { return change_; }
@@ -32,9 +33,9 @@ class KeptInfluence {
   struct Gathered {
     ObjectInfluence influence;
     bool is_coarse = false;
-    bool has_all_lights = false;            // All have been worked out once: their sum is defined.
-    std::optional<ObjectInfluence> fine{};  // Of a coarse one, in the making.
-    Cached<Seen, ViewOfPose> seen{};        // Of receivers on faces: which pixels show them.
+    bool has_all_lights = false;            // All have been computed once: their sum is defined.
+    std::optional<ObjectInfluence> fine{};  // The replacement of a coarse one, in progress.
+    Cached<Seen, ViewOfPose> seen{};        // For receivers on faces: which pixels show them.
   };
 
   // Whether the frame is one in motion, and treated as such.
@@ -42,7 +43,7 @@ class KeptInfluence {
   ObjectInfluence Make(const EffectStage& stage,
                        const EffectFrame& frame,
                        const ObjectInfluenceOptions& options) const;
-  // Goes on with what is to take a coarse one's place.
+  // Continues the fine one that replaces a coarse one.
   void Refine(const EffectStage& stage, const EffectFrame& frame, Gathered& gathered);
   bool OnFaces() const { return at_ == InfluenceAt::kFaces; }
   // Receivers on faces stay while the camera moves.

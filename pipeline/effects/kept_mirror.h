@@ -1,4 +1,5 @@
-// What glossy objects mirror: kept while neither they, nor the camera, nor their light change.
+// The mirror images of glossy objects, kept while neither they, nor the camera, nor their light
+// change.
 #pragma once
 
 #include <optional>
@@ -13,6 +14,7 @@
 
 namespace pleinair {
 
+// One thread at a time.
 class KeptMirror {
  public:
   LightCost Cost(const EffectFrame& frame) const;
@@ -20,20 +22,20 @@ class KeptMirror {
   void Update(EffectStage& stage, const EffectFrame& frame, Upto upto);
   void Evaluate(const Lighting& lighting);
   const MirroredLight& Image() const { return image_; }
-  // Of the last Update, whatever view and pose that was for.
+  // The lights of the last Update, for any view and pose.
   const LightsDone& Done() const { return lit_.Kept().done; }
 
  private:
   struct Gathered {
     MirrorImage image;
-    bool has_all_lights = false;  // All have been worked out once: their sum is defined.
+    bool has_all_lights = false;  // All have been computed once: their sum is defined.
   };
 
   static GatheredFor RaysFor(const EffectFrame& frame) {
     return {frame.Geometry(), frame.basis.LightCount()};
   }
 
-  std::optional<SurveyLookUp> survey_;  // Of a scene with a survey, once something mirrors it.
+  std::optional<SurveyLookUp> survey_;  // For a scene with a survey, once something mirrors it.
   Cached<Gathered, GatheredFor> mirror_;
   Cached<LitByLight, LitFor> lit_;
   MirroredLight image_;

@@ -8,6 +8,7 @@
 
 namespace pleinair {
 
+// One thread at a time.
 class KeptObjectView {
  public:
   WorkCost Cost(const EffectFrame& frame) const;

@@ -1,4 +1,4 @@
-// Something that rays have gathered once, then is worked out light by light, then summed.
+// Results that are gathered once by rays, then computed for each light, then summed.
 #pragma once
 
 #include <cstddef>
@@ -12,26 +12,27 @@
 
 namespace pleinair {
 
-// What rays were cast for. Another number of lights is another basis.
+// The key of cast rays. Another number of lights is another basis.
 struct GatheredFor {
   ViewOfPose place;
   std::size_t lights = 0;
   bool operator==(const GatheredFor&) const = default;
 };
 
-// What lights were worked out for: the rays, and the way that light on the objects was found.
+// The key of computed lights: the rays, and the way in which light on the objects was computed.
 struct LitFor {
   GatheredFor rays;
   VertexLight::Mode light;
   bool operator==(const LitFor&) const = default;
 };
 
-// The lights that were worked out.
+// The lights that were computed.
 struct LitByLight {
   LightsDone done;
-  std::vector<std::uint64_t> made_from;  // By light: stamp of the objects' light.
+  std::vector<std::uint64_t> made_from;  // For each light, the stamp of the objects' light.
 };
 
+// Learned costs of the three steps.
 struct LightByLightCosts {
   LearnedCost gather;
   LearnedCost light;
@@ -46,13 +47,13 @@ std::vector<std::size_t> LightsToDo(const LightsDone& done,
                                     bool is_new,
                                     const EffectFrame& frame,
                                     Upto upto = Upto::kCurrent);
-// The same, and lights whose light on the objects, `source`, has been recomputed since.
+// The same, plus the lights whose light on the objects, `source`, has been recomputed since.
 std::vector<std::size_t> LightsToDo(const LitByLight& lit,
                                     const LightsDone& source,
                                     bool is_new,
                                     const EffectFrame& frame,
                                     Upto upto = Upto::kCurrent);
-// Notes that a light was worked out.
+// Records that a light was computed.
 void NoteLight(const EffectFrame& frame,
                std::size_t light,
                const LightsDone& source,

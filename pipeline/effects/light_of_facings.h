@@ -1,4 +1,4 @@
-// How much a change of the light at a single probe can show.
+// How visible a change of the light at a single probe can be.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace pleinair {
 // Above this share of a vertex's view, what objects hide from themselves is visible under any sky.
 inline constexpr float kMostHidden = 0.02f;
 
-// Bound for a surface of any facing whose light changes so much, and by what objects hide of it.
+// Bound, in code values, for a surface of any facing whose light changes by `change_of`, and by the
+// share `hidden` that objects hide.
 template <class ChangeOf>
 float ChangeOfFacings(const EffectStage& stage,
                       const EffectFrame& frame,

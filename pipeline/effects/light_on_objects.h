@@ -1,5 +1,6 @@
-// How light on virtual objects is computed in a frame: at their vertices or at a single probe, with
-// or without what they hide from and reflect to each other; and the cost of each of these ways.
+// How light on virtual objects is computed in a frame, and the cost of each way: at their vertices
+// or at a single probe, and with or without the light that they hide from and reflect to each
+// other.
 #pragma once
 
 #include <span>
@@ -16,9 +17,10 @@ inline constexpr EffectSet kOnLightAtVertices{Effect::kProbeShading,
                                               Effect::kColourBleeding,
                                               Effect::kGlossyReflection};
 
-// The way that light is found where these effects are run.
+// The way that light is computed where these effects are run.
 VertexLight::Mode ModeOfLight(const VertexLight& light, EffectSet runs);
 
+// Returns the costs of each way for the lights that shine in `lighting`.
 LightCosts CostsOfLight(const VertexLight& light,
                         const FrameBasis& basis,
                         const Lighting& lighting);
@@ -26,19 +28,19 @@ LightCosts CostsOfLight(const VertexLight& light,
 // The cost of drawing samples of the sky.
 WorkCost CostOfDaylight(const VertexLight& light, const FrameBasis& basis);
 
-// What is likely to be run of the effects that say how light is found, and whether it is sure to be
-// needed: then it is made before the plan, as what it brings makes other bounds closer.
+// Which of the effects that decide on the way of light are likely to be run, and whether that light
+// is sure to be needed. Then it is computed before the plan, as it makes other bounds tighter.
 struct LikelyLight {
   EffectSet effects;
   bool is_sure = false;
 };
 
-// `offers` by Effect: those of kDecideOnLight are looked at.
+// `offers` by Effect; only those of kDecideOnLight are used.
 LikelyLight LikelyLightOf(const EffectSettings& settings,
                           std::span<const EffectOffer> offers,
                           const LightCosts& costs);
 
-// Effects whose offers come first, as light on the objects is found by them.
+// Effects whose offers come first, as they decide how light on the objects is computed.
 inline constexpr EffectSet kDecideOnLight{
     Effect::kProbeShading, Effect::kLocalLight, Effect::kAmbientOcclusion, Effect::kDaylight};
 

@@ -32,7 +32,7 @@ class LightUpdate : public FrameEffect {
   }
 
  private:
-  // Within a budget the plan may choose any way, and says so where that has older light.
+  // Within a budget the plan may choose any way, and reports where that way has older light.
   bool HasOlder(const EffectFrame& frame) {
     const LightCosts& costs = frame.light.costs;
     return (frame.has_budget ? costs.AnyHasOlder() : costs.Of(frame.light.mode).HasOlder()) ||

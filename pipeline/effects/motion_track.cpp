@@ -16,8 +16,8 @@ glm::dvec3 MiddleOf(const BoundingBox& box) {
   return 0.5 * (glm::dvec3(box.lower_m) + glm::dvec3(box.upper_m));
 }
 
-// Of the corners, which `after` takes to where they are later; 0 for those that are not before the
-// camera both times. Without the lens' distortion.
+// Largest shift of the corners when `after` moves them; corners that are not before the camera both
+// times have 0. Without the lens' distortion.
 double ShiftPx(const BoundingBox& box,
                const Camera& camera,
                const glm::dmat4& camera_from_world_after,

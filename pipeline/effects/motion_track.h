@@ -1,4 +1,4 @@
-// What the poses of frames say of how things move while they are exposed.
+// The motion of camera and objects during the exposure, from the poses of frames.
 #pragma once
 
 #include <optional>
@@ -14,17 +14,18 @@
 
 namespace pleinair {
 
+// Exposure and read-out times where frames do not state them, in seconds.
 struct MotionBlurOptions {
-  double exposure_s = 0.0;  // Of frames that do not state it. 0: they are not blurred by motion.
+  double exposure_s = 0.0;  // For frames that do not state it; 0: no motion blur for them.
   double readout_s = 0.0;   // From the first row's exposure to the last one's; 0: all at once.
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };
 
-// Motion is that from the last frame to this one, as if it went on. Not from frames that are
-// farther apart than kLongestGapS or not in order, and not over a cut: from one frame to the next a
-// thing moves by no more than a quarter of the picture, and by no more than four times what it did
-// before, and kStartPx. So a fast motion counts from its second frame on.
+// The motion from the last frame to this one is assumed to continue. There is none between frames
+// that are farther apart than kLongestGapS or not in order, and none over a cut. A cut is a shift
+// of more than a quarter of the picture's width, or of more than kStartPx and four times the shift
+// before. So a fast motion counts from its second frame on.
 class MotionTrack {
  public:
   static constexpr double kLongestGapS = 0.5;
@@ -33,17 +34,17 @@ class MotionTrack {
   struct Instant {
     UtcTime time{};
     Camera camera;
-    std::vector<glm::dmat4> world_from_given;  // Of each object; see PosedObjects.
-    std::vector<BoundingBox> boxes;            // Of the objects in the world, as they stand there.
+    std::vector<glm::dmat4> world_from_given;  // For each object; see PosedObjects.
+    std::vector<BoundingBox> boxes;            // In the world, around each object.
   };
   struct Found {
     SteadyMotion camera;
     std::vector<SteadyMotion> objects;
-    std::string_view why_still;  // Where nothing moves.
+    std::string_view why_still;  // The reason where nothing moves.
   };
 
-  // The frames one after the other. The same time again is the same frame: objects that have been
-  // moved within it stand still.
+  // Returns the motion at the next frame. The same time again is the same frame: objects that have
+  // been moved within it stand still.
   Found At(const Instant& now);
 
  private:
@@ -65,8 +66,8 @@ class MotionTrack {
   std::string_view why_still_;
 };
 
-// The largest way of the boxes' corners in the picture from where they are at the frame's instant
-// to where they are so much later.
+// The largest shift of the boxes' corners in the picture between the frame's instant and `seconds`
+// before or after it.
 double LargestShiftPx(const ExposureMotion& motion,
                       const Camera& camera,
                       const std::vector<BoundingBox>& boxes,

@@ -85,7 +85,7 @@ class ProbeShading : public FrameEffect {
 
   void Evaluate(const EffectFrame& frame, EffectSet runs) const {
     if (!runs.Has(Effect::kProbeShading)) return;
-    // What was made before the plan stands, where the plan has chosen the same way.
+    // The light computed before the plan is used where the plan has chosen the same way.
     if (frame.light.made == ModeOfLight(stage_.Light(), runs)) return;
     stage_.Light().Evaluate(frame.basis, frame.lighting);
   }

@@ -1,4 +1,4 @@
-// A frame's real pixels as the camera and the model have them.
+// A frame's real pixels: radiance of the camera and of the model.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace pleinair {
 
-// The model's light of a real pixel without virtual objects.
+// The model's light on a real pixel without virtual objects.
 struct PixelLight {
   glm::vec3 indirect{0.0f};
-  glm::vec3 direct{0.0f};  // With all of the disc seen.
+  glm::vec3 direct{0.0f};  // With all of the disc visible.
 };
 PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel);
 
 bool IsClipped(const Frame& frame, std::size_t pixel);
 
-// What decides whether the pixel has sun.
+// The data for the decision whether the pixel has sun.
 RealPixel RealPixelOf(const EffectFrame& frame, std::size_t pixel, const PixelLight& light);
 
 // Share of the disc that the pixel sees without virtual objects.

@@ -21,9 +21,9 @@ namespace {
 
 // Deviations of the albedo by which a surface in shade may be darker than predicted.
 constexpr float kDarkerSigmas = 2.0f;
-// Half the side of the window whose mean counts, and the means between which the share goes from
-// none of the sun to all of it: a straight edge takes three pixels, and a stain or a manhole cover
-// that is less than half of the window is no edge.
+// Half the side of the averaging window, and the means between which the share rises from none of
+// the sun to all of it. A straight edge takes three pixels; a stain or a manhole cover smaller than
+// half of the window is no edge.
 constexpr int kWindowPx = 5;
 constexpr float kAllHidden = 0.35f;
 constexpr float kAllSeen = 0.65f;

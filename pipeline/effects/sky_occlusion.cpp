@@ -1,4 +1,4 @@
-// What virtual objects hide of the light on real surfaces: contact shadows.
+// Light on real surfaces that virtual objects hide: contact shadows.
 #include <vector>
 
 #include "pipeline/effects/bound_terms.h"

@@ -15,8 +15,8 @@
 namespace pleinair {
 namespace {
 
-// Code values by which a real pixel falls when all of the sun that it sees is taken away, where
-// objects may hide that share of its other light: in the dark a step of light is more codes.
+// Code values by which a real pixel falls when it loses all of its sun, where objects may hide that
+// share of its other light. In the dark a step of light is more codes.
 float FallInShadow(const EffectFrame& frame, std::size_t pixel, float hidden_share) {
   const glm::vec3& camera = frame.frame.radiance.pixels[pixel];
   if (!IsFinite(camera)) return 0.0f;

@@ -1,13 +1,13 @@
-// What pieces of work cost, as input of the plan.
+// Costs of pieces of work, as input of the plan.
 #pragma once
 
 #include "objects/vertex_light.h"
 
 namespace pleinair {
 
-// What a piece of work will cost.
+// The expected cost of a piece of work.
 struct WorkCost {
-  double expected_ms = 0.0;  // As learned here.
+  double expected_ms = 0.0;  // As learned on this machine.
   double nominal_ms = 0.0;   // The same on every machine.
   bool is_kept = false;
   // Parts of expected_ms that later frames need not repeat where nothing moves, and until the sun
@@ -16,8 +16,8 @@ struct WorkCost {
   double sun_ms = 0.0;
 };
 
-// Cost of light that is computed once and again as the sun moves: for lights never computed, and
-// for lights of an older sun.
+// Cost of light that is recomputed as the sun moves: for lights never computed, and for lights of
+// an older sun.
 struct LightCost {
   WorkCost lacking;
   WorkCost now;

@@ -14,9 +14,9 @@ namespace {
 
 // Nominal.
 constexpr double kReadBackMs = 0.5;
-constexpr double kChooseMs = 0.5;  // Of the plan's choice.
-// Where nothing moves, a budget shares the cost of what is made once among so many frames.
-// Otherwise it would never start an effect that is cheap from its second frame on.
+constexpr double kChooseMs = 0.5;  // Time of the plan's choice.
+// Where nothing moves, a budget shares the cost of one-off work among this many frames. Otherwise
+// it would never start an effect that is cheap from its second frame on.
 constexpr double kFramesThatShare = 30.0;
 
 PlannedWork PlannedOf(const FrameWork& work, EffectSet runs) {
@@ -148,7 +148,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   }
   Stopwatch watch;
   EffectFrame frame = Begin(lit, steps);
-  double once_ms = 0.0;  // Of planning, of the first frames alone.
+  double once_ms = 0.0;  // Part of planning, in the first frames only.
   if (settings_[Effect::kCameraBlur] != EffectSwitch::kOff) {
     Stopwatch measuring;
     frame.camera_blur_px = camera_matching_.BlurPx(lit.frame, lit.view);
@@ -156,7 +156,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   }
   rendered.camera_blur_px = frame.camera_blur_px;
 
-  // What is sure to be run is run at once, as what it brings makes other bounds closer.
+  // Effects that are sure to run do so at once, as their results make other bounds tighter.
   std::vector<EffectOffer> offers(kEffectCount);
   AddOffers(kDecideOnLight, frame, offers);
   const LikelyLight likely = LikelyLightOf(settings_, offers, frame.light.costs);
@@ -230,7 +230,7 @@ EffectPlan FrameEffects::Plan(std::span<const EffectOffer> offers,
   EffectSettings settings = settings_;
   EffectSwitch& current = settings[Effect::kLightUpdate];
   const EffectOffer& update = offers[static_cast<std::size_t>(Effect::kLightUpdate)];
-  // A frame without a budget is the same whatever was before it.
+  // A frame without a budget does not depend on earlier frames.
   if (update.bound_code_values > 0.0 && !budget_ms && current == EffectSwitch::kPlan) {
     current = EffectSwitch::kOn;
   }

@@ -24,9 +24,9 @@ struct LitFrame {
   const Frame& frame;
   const SurfaceView& view;
   SurfaceViewBuilder& view_builder;       // As of `view`.
-  const DirectionalLight& transport_sun;  // What the sun's part is made for.
+  const DirectionalLight& transport_sun;  // The sun that transport is for.
   const DirectionalLight& bounce_sun;     // And its bounces.
-  const Lighting& lighting;               // That is drawn.
+  const Lighting& lighting;               // The light that is drawn.
   double spent_ms = 0.0;                  // On this frame's light, of a budget.
 };
 
@@ -53,7 +53,7 @@ class FrameEffects {
   void Expose(const Frame& frame);
   // Decides what counts as motion: what follows it reads the answer.
   LightSteps StepsOf(const Frame& frame) const;
-  // How a budget shares costs among frames; without one each frame bears its own.
+  // The sharing of costs among frames by a budget; without one each frame bears its own.
   WorkSharing SharingOf(const LitFrame& lit) const;
   // Over how many frames a budget may spread the work that each sun requires.
   double FramesASun(const Frame& frame) const;
@@ -87,14 +87,14 @@ class FrameEffects {
   std::optional<double> chosen_exposure_;  // For frames without one.
   CameraMatching camera_matching_;
 
-  std::optional<std::uint64_t> pose_;  // That the stage and the compositor have.
+  std::optional<std::uint64_t> pose_;  // The pose in the stage and the compositor.
   std::optional<ViewOfPose> last_geometry_;
   std::optional<UtcTime> last_time_;
   std::optional<VertexLight::Mode> last_light_;  // As the last plan found it.
   LearnedCost draw_cost_;  // Over the nominal: no milliseconds, but their ratio.
   bool has_drawn_ = false;
   LearnedCost read_back_cost_;
-  LearnedCost plan_cost_;  // Of the choice itself.
+  LearnedCost plan_cost_;  // Time of the choice itself.
 };
 
 }  // namespace pleinair

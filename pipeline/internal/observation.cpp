@@ -14,7 +14,7 @@ std::optional<SurveyedLight> SurveyedLightOf(const PreparedScene& scene,
                        clear_sky.At(light.sun_direction_enu)};
 }
 
-// Guesses err from surface to surface, mostly: a person compares with what stands beside.
+// Errors of guesses differ mostly between surfaces: a person compares with neighbouring surfaces.
 double PlaneAlbedoStddev(const PreparedScene& scene) {
   constexpr double kPartOfEach = 0.7;
   const glm::dvec3& stddev = scene.albedo_stddev_rgb;

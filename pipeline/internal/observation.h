@@ -1,4 +1,4 @@
-// What a lighting source is given of one frame at a prepared site.
+// A lighting source's input for one frame at a prepared site.
 #pragma once
 
 #include "estimation/lighting_source.h"

@@ -94,7 +94,8 @@ Moments MomentsOf(const std::vector<double>& density, const OffsetGrid& grid) {
   if (moments.stddev_rad >= grid.step_rad || peak == density.begin() || peak + 1 == density.end()) {
     return moments;
   }
-  // Narrower than the grid: the normal distribution through the logarithms at the peak and beside.
+  // Narrower than the grid: the normal distribution through the logarithms at the peak and its
+  // neighbours.
   const auto log_of = [](double value) { return std::log(std::max(value, 1e-300)); };
   const double before = log_of(peak[-1]) - log_of(peak[0]);
   const double after = log_of(peak[1]) - log_of(peak[0]);

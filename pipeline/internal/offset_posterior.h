@@ -9,11 +9,11 @@
 
 namespace pleinair {
 
-// What one tile of one picture says.
+// The evidence of one tile of one picture.
 struct OffsetUnit {
   std::size_t frame = 0;
-  std::size_t block = 0;               // Of the picture: neighbouring tiles err together.
-  std::vector<double> log_likelihood;  // Of each candidate, up to a constant.
+  std::size_t block = 0;               // Block of the picture: neighbouring tiles err together.
+  std::vector<double> log_likelihood;  // For each candidate, up to a constant.
 };
 
 struct OffsetEstimate {
@@ -31,9 +31,9 @@ struct OffsetPosterior {
   std::size_t peak = 0;                // The likeliest candidate of all frames together.
 };
 
-// Model: a tile sees offset + e, e normal with an unknown standard deviation that all tiles share
-// (the mesh's errors); an unknown share of the tiles sees anything at all (shadows of what the mesh
-// lacks). Both unknowns are integrated over, as is the offset over the grid.
+// Model: a tile sees offset + e, with e normal with an unknown standard deviation that all tiles
+// share (the mesh's errors). An unknown share of the tiles sees an arbitrary offset (shadows of
+// what the mesh lacks). Both unknowns are integrated over, and the offset over the grid.
 OffsetPosterior CombineUnits(std::span<const OffsetUnit> units,
                              std::size_t frames,
                              const OffsetGrid& grid);

@@ -10,8 +10,8 @@
 namespace pleinair {
 namespace {
 
-// A pixel counts by its distance from its state's level in log radiance, up to this: lit and shaded
-// are about 1.2 apart (3.5 : 1); what is farther off than half of that is another thing.
+// A pixel counts by its distance from its state's level in log radiance, up to this. Lit and shaded
+// are about 1.2 apart (3.5 : 1); a pixel farther than half of that shows something else.
 constexpr double kLargestMisfit = 0.6;
 // A plane is used when each of its states has this many pixels.
 constexpr std::size_t kLeastPixels = 12;
@@ -30,7 +30,7 @@ constexpr double kLeastSpread = 0.08;
 // Share of pixels that show what the mesh lacks, and the span of log radiance that they fall in.
 constexpr double kOutlierShare = 0.1;
 constexpr double kOutlierSpan = 3.0;
-// Neighbouring pixels err together (texture, blur, mesh edges): a tile counts for no more than so
+// Neighbouring pixels share errors (texture, blur, mesh edges): a tile counts for no more than this
 // many independent ones.
 constexpr double kMostIndependentPixels = 16.0;
 // Tiles that prefer no candidate by this much say nothing.

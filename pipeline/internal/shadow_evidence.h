@@ -1,5 +1,5 @@
-// What one picture says of each candidate offset of the sun: how well lit and shaded pixels, as the
-// mesh and the turned sun have them, explain its brightness.
+// One picture's evidence of each candidate offset of the sun: how well lit and shaded pixels, by
+// the mesh and the turned sun, explain its brightness.
 #pragma once
 
 #include <cstddef>
@@ -28,13 +28,13 @@ struct ShadowPicture {
 // shaded level that suit it, so that neither light nor albedo need be known. Low is good.
 std::vector<double> MisfitByCandidate(const ShadowPicture& picture);
 
-// The share of the pixels that `candidate` puts in the sun, and of those that it puts in shade,
-// that is nearer to its own level than to the other: the smaller of the two. 0 where no plane has
-// levels.
+// The share of the pixels that are nearer to their own level than to the other. It is computed for
+// the pixels that `candidate` puts in the sun and for those that it puts in shade; the smaller one
+// is returned. 0 where no plane has levels.
 double AgreementOfStates(const ShadowPicture& picture, std::size_t candidate);
 
-// How much bluer shade is than sun on the same planes, as `candidate` has them: a natural
-// logarithm. 0 where no plane has both.
+// Natural log of blue over red in shade, over that in the sun, on the same planes under
+// `candidate`. 0 where no plane has both.
 double BluenessOfShade(const ShadowPicture& picture, std::size_t candidate);
 
 // One tile's log-likelihood of each candidate, up to a constant.
@@ -44,14 +44,15 @@ struct TileEvidence {
 };
 
 struct PictureEvidence {
-  std::vector<TileEvidence> tiles;  // Those that distinguish candidates.
+  std::vector<TileEvidence> tiles;  // Only tiles that distinguish candidates.
   double contrast = 1.0;            // Lit over shaded radiance, median over shadow pixels.
   bool sunlit = false;              // Some plane has a lit and a shaded part.
 };
 
-// With the planes' levels as found under `candidate`. `raised_shares`: as picture.shares, for suns
-// at other elevations, all as likely a priori: a mesh whose eaves or chimneys are a little too high
-// or too low moves shadows along the sun's azimuth, and such edges must not support another one.
+// With the planes' levels as found under `candidate`. `raised_shares` is as picture.shares, for
+// suns at other elevations, all equally likely a priori. A mesh whose eaves or chimneys are a
+// little too high or too low moves shadows along the sun's azimuth, and such edges must not support
+// another azimuth.
 PictureEvidence EvidenceNear(const ShadowPicture& picture,
                              std::size_t candidate,
                              std::span<const std::vector<std::uint8_t>> raised_shares);

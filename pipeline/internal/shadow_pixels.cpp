@@ -18,7 +18,7 @@ namespace {
 // real buildings miss cornices by as much.
 constexpr double kEdgeShareOfWidth = 1.0 / 160.0;
 constexpr std::uint32_t kNoPlane = 0xffffffffu;
-// States are cast at every so many candidates; between two that agree nothing changes.
+// States are cast only at each n-th candidate; between two that agree nothing changes.
 constexpr int kCoarseStep = 4;
 // Facings are distinguished to about 6 deg.
 constexpr float kFacingSteps = 10.0f;

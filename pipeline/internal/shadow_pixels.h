@@ -38,20 +38,20 @@ struct ShadowPixel {
   int x = 0;
   int y = 0;
   std::uint32_t plane = 0;  // Same group, material and facing, whichever picture it is in.
-  glm::vec3 start_m{0.0f};  // Of the shadow ray.
+  glm::vec3 start_m{0.0f};  // Start of the shadow ray.
   glm::vec3 normal{0.0f};   // Turned to the camera.
 };
 
-// Pixels of `camera` on the triangles marked in `usable`, none nearer to a mesh edge in the picture
-// than mesh and picture may disagree; a regular raster of at most `most` pixels.
+// Returns pixels of `camera` on the triangles marked in `usable`, on a regular raster of at most
+// `most` pixels. None is nearer to a mesh edge in the picture than mesh and picture may disagree.
 std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
                                           std::span<const std::uint8_t> usable,
                                           const RayCaster& caster,
                                           const Camera& camera,
                                           int most);
 
-// Share of sun that each pixel gets under each candidate, in quarters, 0 to 4; a shadow's edge is
-// as wide as the disc where the grid's step is its radius. Shape: pixels x grid.Size(), row-major.
+// Share of the sun at each pixel under each candidate, in quarters, 0 to 4. A shadow's edge is as
+// wide as the disc where the grid's step is its radius. Shape: pixels x grid.Size(), row-major.
 //
 // Not  seen: shadows so narrow that they come and go within four candidates.
 std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,

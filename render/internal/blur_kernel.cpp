@@ -25,8 +25,8 @@ std::vector<double> SampledGaussian(double variance, int reach) {
 
 int ReachOf(double sigma_px) { return static_cast<int>(std::ceil(3.0 * sigma_px)); }
 
-// What a pixel whose middle lies that far past a straight edge shows of the far side, through a
-// lens that blurs by sigma_px: a mean over the pixel of the Gaussian's integral.
+// Share of the far side that a pixel shows whose middle lies that far past a straight edge, through
+// a lens that blurs by sigma_px. It is a mean over the pixel of the Gaussian's integral.
 double PastEdge(double middle_px, double sigma_px) {
   const auto integral = [sigma_px](double x) {
     if (sigma_px == 0.0) return std::max(x, 0.0);

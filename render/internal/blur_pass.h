@@ -13,9 +13,9 @@ class BlurPass {
  public:
   BlurPass();
 
-  // Convolves a layer, which is zero outside `rect`, with the kernel; beyond the picture it goes on
-  // as at its border. What covers less than 1/512 of a pixel is left out. Zero outside the kernel's
-  // Spread of `rect`.
+  // Convolves a layer, which is zero outside `rect`, with the kernel; beyond the picture its border
+  // is repeated. Coverage below 1/512 of a pixel is left out. Zero outside the kernel's Spread of
+  // `rect`.
   void Draw(GLuint layer, const PixelRect& rect, const BlurKernel& kernel, int width, int height);
 
   const FrameBuffer& Layer() const { return both_ways_; }

@@ -12,8 +12,8 @@ class CheckedContext {
   // Calls without a context would go nowhere, or end the program: throws std::runtime_error where
   // it is not current on this thread.
   void RequireCurrent() const;
-  // A device that was reset or taken away draws nothing any more, and reads back anything: throws
-  // std::runtime_error.
+  // Throws std::runtime_error after the device was reset or removed: it then draws nothing, and
+  // reads back arbitrary data.
   void RequireNotLost() const;
   // Whether processors draw, and no graphics device.
   bool DrawsInSoftware() const { return draws_in_software_; }

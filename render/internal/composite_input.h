@@ -1,4 +1,4 @@
-// What a compositor refuses before it draws anything.
+// Checks of a compositor's input.
 #pragma once
 
 #include <span>

@@ -54,10 +54,10 @@ vec3 ChangeAt(ivec2 pixel) {
 }
 )";
 
-// A pixel's share of new shadow: the share of the disc that is hidden, where that is given, as the
-// camera blurs it over what no object covers. Else the mask says lit or shaded at a pixel's centre,
-// and its mean over the pixel and half of each neighbour is taken (a tent filter): what a lens and
-// the sun's disc make of an edge.
+// A pixel's share of new shadow. Where given, it is the hidden share of the disc, with the camera's
+// blur over pixels that no object covers. Else the mask has lit or shaded at a pixel's centre, and
+// its mean over the pixel and half of each neighbour is used (a tent filter): an approximation of
+// lens and disc.
 constexpr std::string_view kShadowShareShader = R"(
 uniform sampler2D u_shadow_mask;
 uniform sampler2D u_hidden_sun;
@@ -105,7 +105,7 @@ float ShadowAt(ivec2 pixel) {
 }
 )";
 
-// What both of the following begin with.
+// The common beginning of the following two.
 constexpr std::string_view kCommonShader = R"(
 uniform sampler2D u_camera_radiance;
 uniform float u_gain;

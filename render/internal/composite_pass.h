@@ -21,15 +21,16 @@ struct CompositeLight {
   std::vector<glm::vec3> sky_irradiance;  // Per sky shape of the view.
 };
 
-// What the pass reads: textures of the frame, and where in the camera's picture they can matter.
+// The input of the pass: textures of the frame, and the parts of the camera's picture where they
+// can matter.
 struct CompositeLayers {
   const SurfaceTextures& surface;
   const LayerLookup& lookup;
   GLuint object_layer = 0;
   GLuint shadow_mask = 0;
   const RectTexture& change;
-  const RectTexture& hidden_sun;  // Shares of the sun's disc; where it is not empty, no mask is.
-  const BlurKernel& shadow_blur;  // Of hidden_sun.
+  const RectTexture& hidden_sun;  // Shares of the sun's disc; replaces the mask unless empty.
+  const BlurKernel& shadow_blur;  // Blur of hidden_sun.
   PixelRect object_rect;
   PixelRect mask_rect;
   PixelRect hidden_rect;

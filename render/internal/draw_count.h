@@ -1,4 +1,4 @@
-// How often the passes draw: what a frame's effects cost, measured without a clock.
+// Counts draw calls: a measure of a frame's cost without a clock.
 #pragma once
 
 namespace pleinair {

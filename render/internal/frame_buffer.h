@@ -1,4 +1,4 @@
-// What a pass draws into.
+// The target of a pass.
 #pragma once
 
 #include <string>
@@ -48,8 +48,8 @@ class FrameBuffer {
   GlObject frame_buffer_;
 };
 
-// Puts every piece of state that our passes rely on to its default, whatever the application that
-// owns the context has left: all tests and blending off, all masks open, our winding (GL_CW).
+// Sets all state that our passes rely on to its default, independent of the application that owns
+// the context: all tests and blending off, all masks open, our winding (GL_CW).
 void ResetPassState();
 
 // Limits drawing and clearing to `rect`.

@@ -37,7 +37,7 @@ GlObject MakeFramebuffer();
 GlObject MakeShader(GLenum stage);
 GlObject MakeProgram();
 
-// Replaces the buffer's content, telling the driver that the old one is not needed any more.
+// Replaces the buffer's content, and lets the driver discard the old one.
 template <typename Container>
 void UploadBuffer(const GlObject& buffer, GLenum target, const Container& data, GLenum usage) {
   glBindBuffer(target, buffer.Name());

@@ -11,8 +11,8 @@
 
 namespace pleinair {
 
-// The camera's own pixels are never resampled: it is the layers that are looked up, at the place
-// that this texture gives for each pixel.
+// The camera's own pixels are never resampled. Instead the layers are looked up, at the place that
+// this texture has for each pixel.
 class LayerLookup {
  public:
   // Makes the texture again where the camera is another one.

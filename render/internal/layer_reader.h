@@ -11,7 +11,7 @@
 
 namespace pleinair {
 
-// What it returns stands until it reads again.
+// Results are valid until the next call.
 class LayerReader {
  public:
   // `rect` of an RGBA16F frame buffer, four half floats a pixel; in its own format where the device

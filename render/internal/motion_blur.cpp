@@ -62,7 +62,7 @@ auto Cubic(const glm::vec2& at, const Texel& texel) {
   const glm::vec2 lower = glm::floor(at);
   const glm::vec2 weight = at - lower;
   const glm::ivec2 first(lower);
-  // A pixel's own value, where it is asked for, is that to the bit.
+  // At a pixel's own place the result is exactly its value.
   if (weight == glm::vec2(0.0f)) return texel(first);
   const std::array<float, 4> across = CubicWeights(weight.x);
   const std::array<float, 4> down = CubicWeights(weight.y);
@@ -194,7 +194,7 @@ double MotionBlur::CameraRowOf(const glm::ivec2& layer_pixel) const {
   return pixel ? pixel->y : 0.0;
 }
 
-// How far a point at that place of the layers, at depth z, moves in the picture.
+// Shift in the picture of a point at that place of the layers, at depth z.
 glm::dvec2 MotionBlur::OffsetOf(const glm::dmat4& camera_from_camera,
                                 const glm::dvec2& at,
                                 double z) const {
@@ -202,8 +202,8 @@ glm::dvec2 MotionBlur::OffsetOf(const glm::dmat4& camera_from_camera,
   const glm::dvec2 focal(layers.fx_px, layers.fy_px);
   const glm::dvec2 centre(layers.cx_px, layers.cy_px);
   const glm::dvec4 moved = camera_from_camera * glm::dvec4(z * (at - centre) / focal, z, 1.0);
-  // What comes to the camera leaves the picture somewhere far away.
-  constexpr double kNearest = 1e-2;  // Of the depth that it had.
+  // A point that comes up to the camera leaves the picture far away.
+  constexpr double kNearest = 1e-2;  // Share of the depth before.
   if (!(moved.z > kNearest * z)) return glm::dvec2(0.0);
   return focal * glm::dvec2(moved) / moved.z + centre - at;
 }
@@ -231,7 +231,7 @@ void MotionBlur::FindReach(Group& group) const {
   }
   group.rect = {};
   if (upper.x < lower.x) return;
-  constexpr int kMargin = 2;  // Of edges between pixels, and of rows that are exposed otherwise.
+  constexpr int kMargin = 2;  // For edges between pixels, and for rows with another exposure.
   const CameraIntrinsics& layers = lookup_.Undistorted();
   group.rect = ClippedTo({lower - kMargin, upper + kMargin + 1}, layers.width_px, layers.height_px);
 }
@@ -296,8 +296,8 @@ void MotionBlur::FindPaths(Group& group) const {
   });
 }
 
-// Of the real surfaces, from where on an object is surely behind them: a pixel's middle is not
-// quite where the surface meets an object.
+// Depth from which an object is certainly behind the real surface: a pixel's middle is not exactly
+// where the surface meets an object.
 void MotionBlur::FindRealDepths() {
   real_depth_.assign(rect_.Count(), std::numeric_limits<float>::infinity());
   const CameraIntrinsics& layers = lookup_.Undistorted();
@@ -376,7 +376,7 @@ MotionBlur::Tap MotionBlur::TapAt(const glm::ivec2& layer_pixel, float time) con
     float depth;
     int unknown;
   };
-  constexpr std::size_t kMostGroups = 8;  // That meet in a pixel; those in front.
+  constexpr std::size_t kMostGroups = 8;  // Groups that meet in a pixel; those in front.
   std::array<Seen, kMostGroups> seen;
   std::size_t count = 0;
   float real_depth = -1.0f;  // Not looked up yet.
@@ -517,7 +517,7 @@ bool MotionBlur::IsOnSurfaceOf(const glm::ivec2& pixel, const glm::ivec2& other)
   const std::size_t index = view_.region.Index(pixel.x, pixel.y);
   const std::size_t index_of_other = view_.region.Index(other.x, other.y);
   if (view_.region.pixels[index_of_other] == SurfaceView::kNoRegion) return false;
-  constexpr double kOff = 0.05;  // Of the distance: far more than relief and a mesh's noise.
+  constexpr double kOff = 0.05;  // Share of the distance: far more than relief and a mesh's noise.
   const glm::dvec3 place(view_.position_world_m.pixels[index_of_other]);
   const glm::dvec3 from(view_.position_world_m.pixels[index]);
   const glm::dvec3 normal(view_.normal_world.pixels[index]);
@@ -533,7 +533,7 @@ MotionBlur::Paths MotionBlur::SurfacePaths(const PixelRect& of_image, Follows fo
       reach = glm::max(reach, glm::max(glm::vec2(ends.x, ends.y), glm::vec2(ends.z, ends.w)));
     }
   }
-  constexpr float kMost = 1.2f;  // Of what was asked.
+  constexpr float kMost = 1.2f;  // Factor over the sampled shifts.
   const glm::ivec2 margin =
       glm::min(glm::ivec2(glm::ceil(kMost * reach)) + 2, glm::ivec2(view_.Width(), view_.Height()));
   Paths paths{
@@ -565,7 +565,7 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
     const glm::ivec2 place = pixel - lower;
     return image.Contains(place.x, place.y) ? image.At(place.x, place.y) : Value(0.0f);
   };
-  // What the sky loses has no edges.
+  // The loss of sky light has no edges.
   const bool is_smooth = follows == Follows::kOtherLight;
   const float px_per_step = is_smooth ? 3.0f : 1.0f;
   Image<Value> moved(paths.rect.Width(), paths.rect.Height());
@@ -589,7 +589,7 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
       const glm::vec2 at = glm::vec2(pixel) + Along(ends, time);
       if (!stays && !IsOnSurfaceOf(pixel, NearestPixel(at))) continue;
       const Value value = is_smooth ? Linear(at, texel) : Cubic(at, texel);
-      // While an object covers the pixel nothing of its surface is seen.
+      // While an object covers the pixel, its surface is not visible.
       const float covered = may_be_covered ? TapAt(in_layers, time).value.a : 0.0f;
       const float seen = 1.0f - std::clamp(covered, 0.0f, 1.0f);
       sum += seen * value;

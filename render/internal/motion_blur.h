@@ -1,4 +1,4 @@
-// What moves while a frame is exposed, as a mean over the exposure. No OpenGL here.
+// Motion blur: means of objects and shadows over the exposure. No OpenGL here.
 #pragma once
 
 #include <cstdint>
@@ -20,17 +20,17 @@
 
 namespace pleinair {
 
-// A pixel looks up what the picture of the frame's own instant has at the places from which objects
-// and shadows pass through it: along a straight path for each pixel, between the places for the
+// A pixel reads the picture of the frame's own instant at the places from which objects and shadows
+// pass through it. These lie on a straight path for each pixel, between the places for the
 // beginning and the end of its row's exposure, in steps of at most a pixel. Objects are as bright
 // as at the frame's instant.
 //
-// Objects   move as their nearest points in the picture do. What a real surface, or an object that
-//           moves otherwise, hides at the frame's instant is not known: in its place comes the mean
-//           of what else of that object passes through the pixel.
+// Objects   move as their nearest points in the picture do. What a real surface, or an object with
+//           another motion, hides at the frame's instant is not known. It is replaced by the mean
+//           of the rest of that object that passes through the pixel.
 // Shadows   move over the plane of the surface that a pixel shows: with the camera, and with the
 //           part of the nearest object that the sun's ray passes closest to its middle.
-// Cost      of pixels times steps, whatever the meshes have.
+// Cost      pixels times steps, independent of the meshes.
 // Threads   The results do not depend on their number.
 class MotionBlur {
  public:
@@ -63,17 +63,17 @@ class MotionBlur {
 
     const glm::vec4& At(const glm::ivec2& pixel) const;
   };
-  // Objects that move alike.
+  // Objects with the same motion.
   struct Group {
     SteadyMotion motion;
     OverRows camera_from_camera;
-    PixelRect rect;                    // Of Paths.
+    PixelRect rect;                    // Region of Paths.
     std::vector<float> depth;          // Over rect: of the nearest of its pixels.
     std::vector<std::uint8_t> shows;   // Over rect: where it is the nearest object.
     std::vector<std::uint8_t> hidden;  // The same, behind a real surface.
     Paths paths;
   };
-  // What the objects' layer has for a pixel at one time.
+  // The objects' layer at a pixel at one time.
   struct Tap {
     glm::vec4 value{0.0f};
     int unknown = 0;  // Group whose value is not known, and one; 0: none.
@@ -110,9 +110,9 @@ class MotionBlur {
   std::vector<OverRows> object_undone_;  // In the world: back to the frame's instant.
   std::vector<Group> groups_;
   LayerPart<glm::vec4> layer_;
-  PixelRect rect_;                 // Of what may be moved.
+  PixelRect rect_;                 // The part of the picture that motion may change.
   std::vector<float> real_depth_;  // Over rect_: what is farther is behind a real surface.
-  Paths real_paths_;               // Of the real surfaces over rect_; empty where they do not move.
+  Paths real_paths_;  // Paths of the real surfaces over rect_; empty where they do not move.
 };
 
 }  // namespace pleinair

@@ -1,4 +1,4 @@
-// What ObjectLayerPass draws materials by place with; see object_layer_shaders.h.
+// Shaders of ObjectLayerPass for materials by place; see object_layer_shaders.h.
 #pragma once
 
 #include <string_view>
@@ -33,8 +33,8 @@ void main() {
 )";
 
 // TexturedMaterial and Texture, on the device. Levels are mixed here: software takes a short cut
-// where it is asked to. Put before the passes' own; to be called before any branch, since it looks
-// at its neighbours, and after them, since what is not there ends in it.
+// where it is asked to. Placed before the passes' own code. It must be called before any branch,
+// since it reads neighbouring fragments; it also discards cut-out fragments.
 inline constexpr std::string_view kByPlaceMaterial = R"(
 in vec2 v_texture_uv;
 in vec4 v_colour;

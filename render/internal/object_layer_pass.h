@@ -33,13 +33,13 @@ struct LayerSun {
   const ShadowVolumes* of_real = nullptr;
 };
 
-// What ray casting says of the layer.
+// Results of ray casting for the layer.
 struct LayerLight {
   // Per object and vertex; empty: none.
   std::span<const std::vector<glm::vec3>> vertex_irradiance;
   // Share of the disc, a sample at a time; may be empty.
   const RectTexture& seen_sun;
-  // What glossy surfaces send; null: they are diffuse.
+  // Light of glossy surfaces; null: they are diffuse.
   const MirroredLight* mirrored = nullptr;
   float gain = 1.0f;  // To the layer's units, of irradiance and of what is mirrored.
 };
@@ -47,23 +47,23 @@ struct LayerLight {
 // Radiance of a point with diffuse albedo d, specular reflectance k and GGX width alpha, under
 // irradiance E (from the vertices) and sun irradiance P from direction l:
 //   L = d/pi E + M + s P max(0, n.l) (d/pi + GGX(k, alpha)) ,
-// n the shading normal, turned to the viewer; s is the share of the disc seen, or 0 in the shadow
-// of any caster, and 0 where the triangle's visible side faces away. M is what a glossy surface
-// mirrors of its surroundings; where that is not known, the surface is treated as diffuse, with
-// min(d + k, 1). Of materials by place d and k are each sample's own, looked up at the level of its
-// texture whose texels are as wide as the sample; M is not: it comes with that of the triangle.
+// with n the shading normal, turned to the viewer. s is the visible share of the disc, or 0 in the
+// shadow of any caster, and 0 where the triangle's visible side faces away. M is the light that a
+// glossy surface mirrors; where that is not known, the surface is treated as diffuse, with min(d +
+// k, 1). For materials by place, d and k are looked up for each sample, at the level of the texture
+// whose texels are as wide as the sample. M uses the reflectance of the triangle.
 //
-// Edges  Several samples a pixel, each shaded and shadowed by itself: drawn larger and turned (see
-//        SampleLattice), but only the rectangle that holds objects. In software that costs half of
-//        what multisampling does.
-// Kept   Where that is asked for, what the samples show stays while neither camera nor geometry
-//        moves: their depth, and the vertices' shares of each pixel, coloured by textures, which
-//        new light is summed by.
-//        Then the sun alone is drawn for each frame. To rounding the layer is the same.
+// Edges  Several samples for each pixel, each with its own shading and shadow. They are drawn as a
+//        larger, turned picture (see SampleLattice), but only for the rectangle with objects. In
+//        software that costs half of multisampling.
+// Kept   Where asked for, the samples are kept while neither camera nor geometry moves: their
+//        depth, and the vertices' shares of each pixel, coloured by textures. New light is summed
+//        with these shares, and only the sun is drawn for each frame. The layer is the same up to
+//        rounding.
 class ObjectLayerPass {
  public:
-  // The lattice for `rect`: the side is as asked for, less where an object fills so much of a
-  // large picture that its pixels would have more than 2^22 samples, but two at least.
+  // The lattice for `rect`. The side is as asked for, but less where an object in a large picture
+  // would have more than 2^22 samples, and at least two.
   static SampleLattice LatticeOf(const PixelRect& rect, int wanted_side);
 
   // `keeps_samples` needs desktop OpenGL.
@@ -82,7 +82,7 @@ class ObjectLayerPass {
   const FrameBuffer& Layer() const { return layer_; }
 
  private:
-  // What the samples in the buffer belong to.
+  // The key of the samples in the buffer.
   struct KeptFor {
     std::uint64_t version = 0;  // The scene's.
     glm::dmat4 clip_from_local{0.0};
@@ -112,9 +112,9 @@ class ObjectLayerPass {
 
   int wanted_samples_per_side_;
   bool keeps_samples_;
-  SampleLattice lattice_;  // Of what is drawn.
+  SampleLattice lattice_;  // For the samples that are drawn.
   FrameBuffer samples_;
-  FrameBuffer triangles_;  // Of samples, as numbers; where they are kept.
+  FrameBuffer triangles_;  // Triangle indices of the samples, where these are kept.
   FrameBuffer layer_;
   std::optional<ShaderProgram> ambient_program_;   // Where samples are not kept.
   std::optional<ShaderProgram> triangle_program_;  // Where they are.

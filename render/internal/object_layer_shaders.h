@@ -1,4 +1,4 @@
-// What ObjectLayerPass draws with. Formulas are in its header.
+// Shaders of ObjectLayerPass. For formulas see its header.
 #pragma once
 
 #include <string_view>
@@ -94,17 +94,17 @@ void FindMaterial(out vec3 diffuse, out vec4 specular_alpha) {
 )";
 
 // GGX with Smith's height-correlated masking (Heitz 2014, "Understanding the masking-shadowing
-// function", equation 99) and Schlick's Fresnel term, which ends at 1 only for reflectances that
-// real surfaces have (above 2 %), so that k = 0 means none.
+// function", equation 99) and Schlick's Fresnel term. That term ends at 1 only for reflectances of
+// real surfaces (above 2 %), so that k = 0 means none.
 //
 // The disc widens the lobe by half its radius, in half vectors: a perfect mirror then shows the
-// sun's own mean radiance, P / (pi radius^2), and nothing overflows but the format. So does the
-// turn of the normal over a sample (Tokuyoshi and Kaplanyan 2019, "Improved geometric specular
-// antialiasing", a Gaussian of variance 1 / (2 pi) samples, at most 0.18): a glint smaller than a
-// sample keeps its energy, and does not flicker where it moves between samples. Neither reaches
-// far: the material's own share of the widened lobe, alpha^2 before over after, stays GGX, so that
-// its tail is the material's, and the rest is a Gaussian (Beckmann's lobe) of that width, which
-// leaves the peak as that of a GGX so wide.
+// sun's own mean radiance, P / (pi radius^2), and nothing overflows but the format. The turn of the
+// normal over a sample widens it too (Tokuyoshi and Kaplanyan 2019, "Improved geometric specular
+// antialiasing", a Gaussian of variance 1 / (2 pi) samples, at most 0.18). So a glint smaller than
+// a sample keeps its energy, and does not flicker where it moves between samples. The widening must
+// not change the lobe's tail. The material's own share of the widened lobe, alpha^2 before over
+// after, stays GGX, with the material's tail. The rest is a Gaussian (Beckmann's lobe) of that
+// width, which keeps the peak of a GGX of that width.
 inline constexpr std::string_view kObjectSunFragmentShader = R"(
 in vec3 v_position;
 in vec3 v_normal;

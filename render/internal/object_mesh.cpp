@@ -55,7 +55,7 @@ struct PlaceKeyHash {
   }
 };
 
-// A mesh without materials has the one that stands for none.
+// A mesh without materials gets a default one.
 const Material* MaterialOf(const Mesh& mesh, std::size_t triangle) {
   if (mesh.triangle_material.empty() || mesh.materials.empty()) return nullptr;
   return &mesh.materials[mesh.triangle_material[triangle]];

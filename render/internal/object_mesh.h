@@ -18,8 +18,9 @@ namespace pleinair {
 
 // All objects in one vertex buffer. A vertex that triangles of several materials share is stored
 // once for each. Attributes: 0 (position, 1), 1 normal, 2 diffuse albedo, 3 (specular reflectance,
-// GGX alpha), 4 irradiance; of materials by place 5 the place in the texture, 6 the vertex' colour,
-// and 2 and 3 without meaning but for alpha. A vertex is stored once for each such place, too.
+// GGX alpha), 4 irradiance. Materials by place also have 5, the texture coordinates, and 6, the
+// vertex' colour; of their 2 and 3 only alpha has a meaning. A vertex is stored once for each
+// texture coordinate, too.
 class ObjectMesh {
  public:
   // Triangles that are drawn together.
@@ -44,15 +45,15 @@ class ObjectMesh {
   void UploadIrradiance(std::span<const std::vector<glm::vec3>> vertex_irradiance, float gain);
 
   // Radiance under that irradiance, per vertex on the device; see ObjectLayerPass. `mirrors`: that
-  // of glossy surfaces without what they mirror. Of materials by place that of white ones.
+  // of glossy surfaces without what they mirror. For materials by place that of white ones.
   void RadianceAtVertices(std::span<const std::vector<glm::vec3>> vertex_irradiance,
                           float gain,
                           bool mirrors,
                           std::vector<glm::vec3>& radiance) const;
 
-  // What is on the device: triangles, batch by batch, and vertices. The first batch is that of
-  // triangles of one colour each, none may be in it; those that are cut out are the last ones. In a
-  // batch one object's come after the other's.
+  // The data on the device: triangles in batches, and vertices. The first batch has triangles of
+  // one colour each, and may be empty; the last ones have those with cut-outs. Within a batch
+  // triangles are ordered by object.
   std::span<const Batch> Batches() const { return batches_; }
   std::span<const glm::uvec3> Triangles() const { return triangles_; }
   // The last triangles, which have materials by place.
@@ -90,7 +91,7 @@ class ObjectMesh {
   std::vector<Source> sources_;
   std::vector<glm::vec3> positions_;
   std::vector<std::uint32_t> material_of_;  // Into materials_.
-  std::vector<Material> materials_;         // Of all objects.
+  std::vector<Material> materials_;         // The materials of all objects.
   std::vector<glm::vec3> irradiance_values_;
   std::vector<glm::uvec3> sunlit_triangles_;
 };

@@ -99,7 +99,7 @@ class PixelByPixel {
     RelitRadiance real{camera, false};
     if (may_be_relit && is_known) real = Relight(x, y, camera, in_shadow, change);
     if (is_covered) {
-      // What a broken camera pixel holds cannot shine through an object's edge.
+      // The value of a broken camera pixel must not show through an object's edge.
       const glm::vec3 of_object(object);
       real.radiance =
           is_known ? of_object + (1.0f - object.a) * real.radiance : of_object / object.a;
@@ -176,7 +176,7 @@ class PixelByPixel {
     const std::size_t pixel = view.region.Index(x, y);
     const glm::vec3& normal = view.normal_world.pixels[pixel];
     if (normal == glm::vec3(0.0f)) return {camera, false};  // There is no surface.
-    // What needs not be known is not fetched: this is as fast as memory is read.
+    // Unneeded data is not read: the speed is that of memory.
     glm::vec3 indirect(0.0f);
     for (std::size_t k = 0; k < light_.sky_irradiance.size(); ++k) {
       indirect += light_.sky_irradiance[k] * view.sky_response[k].pixels[pixel];

@@ -23,23 +23,23 @@ struct LayerPart {
 // A pixel's share of new shadow, by a mask of the layers: see CompositePass.
 float ShadowByMask(const LayerPart<float>& mask, const LayerLookup& lookup, int x, int y);
 
-// What is read: as CompositeLayers, in memory.
+// The input: as CompositeLayers, in memory.
 struct ProcessorLayers {
   const LayerLookup& lookup;
   LayerPart<glm::vec4> object;  // Radiance times coverage in the layers' units, and coverage.
   LayerPart<float> mask;        // New shadow by volumes, 0 or 1.
-  BlurKernel shadow_blur;       // Of the shares of the sun's disc.
+  BlurKernel shadow_blur;       // Blur of the shares of the sun's disc.
   PixelRect object_rect;        // Where in the camera's picture they can matter.
   PixelRect mask_rect;
 };
 
-// What CompositePass draws, to what that rounds to half floats, into result.radiance, which holds
-// the camera's picture, and result.change, which holds kNone. Of `input` the lighting is not looked
-// at: `light` and `gain` are it, in the layers' units.
+// Does the work of CompositePass, without its rounding to half floats. Before the call,
+// result.radiance is the camera's picture and result.change is kNone. input.lighting is not used:
+// `light` and `gain` replace it, in the layers' units.
 //
-// Where the processor draws for OpenGL too, this takes a tenth of the pass's time: all that is read
-// lies in memory anyway, only pixels that change are looked at, and only those that see the sun are
-// asked whether they do.
+// Where the processor also draws for OpenGL, this takes a tenth of the pass's time. Its input is in
+// memory anyway, only pixels that change are read, and the test for sun is done only where it
+// matters.
 //
 // Threads  The result does not depend on their number.
 void CompositeByProcessor(const CompositeInput& input,

@@ -12,8 +12,8 @@ namespace pleinair {
 
 class RectTexture {
  public:
-  // Takes this frame's values; an empty image: there are none. Keeps its memory while it suffices.
-  // One instance has images of one kind.
+  // Uploads this frame's values; an empty image means none. Keeps its memory while it is large
+  // enough. One instance is for images of one kind.
   void Update(const glm::ivec2& lower, const RgbImage& image);
   void Update(const glm::ivec2& lower, const GrayImage& image);
   void Update(const glm::ivec2& lower, const Image<glm::vec4>& image);

@@ -9,11 +9,11 @@
 namespace pleinair {
 
 // Samples are drawn as a picture of their own, turned by atan(turn / side) against that of the
-// pixels and side^2 + turn^2 times as fine: sample (s, t) of it lies at pixel M^-1 (s, t), M =
+// pixels and side^2 + turn^2 times as fine. Sample (s, t) of it lies at pixel M^-1 (s, t), M =
 // [side turn; -turn side]. M is an integer matrix, so all pixels have their samples at the same
-// places. With a turn of 1 no two of a pixel's are in one of its rows or columns, so that an edge
-// that is nearly upright or level passes them one by one, where a grid along the pixels has it pass
-// `side` at once (after the rotated grids of multisampling hardware).
+// places. With a turn of 1 no two samples of a pixel share a row or column. So an edge that is
+// nearly upright or level passes them one by one; in a grid along the pixels it passes `side` at
+// once (after the rotated grids of multisampling hardware).
 //
 // Coordinates are those of windows: from corners, of the rectangle of pixels that is drawn.
 class SampleLattice {

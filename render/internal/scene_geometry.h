@@ -55,7 +55,7 @@ class SceneGeometry {
   bool has_phantom_origin_ = false;
 };
 
-// How one camera sees the scene: what the passes over the undistorted layers share.
+// The view of one camera: common data of the passes over the undistorted layers.
 struct LayerView {
   CameraIntrinsics intrinsics;  // Without distortion.
   glm::dmat4 clip_from_local{1.0};
@@ -63,7 +63,7 @@ struct LayerView {
   glm::dmat4 camera_from_local{1.0};
   PixelRect object_rect;  // Where virtual objects can show.
 
-  // What VolumeStencil asks for; the point at infinity lies away from the sun.
+  // Data for VolumeStencil; the point at infinity lies away from the sun.
   glm::vec4 ClipOfInfinity(const glm::dvec3& to_sun) const {
     return glm::vec4(clip_from_local * glm::dvec4(-to_sun, 0.0));
   }

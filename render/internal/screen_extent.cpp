@@ -150,8 +150,8 @@ PixelRect ShadowExtentOf(const BoundingBox& casters,
                          const CameraIntrinsics& intrinsics,
                          const glm::dmat4& camera_from_positions) {
   // The box's shadow, cut off where the last receiver lies behind it, is a convex body: its faces
-  // are clipped to the receivers' box and to the view. What the clipped faces do not bound is
-  // bounded by the receivers' box itself, whose corners in shadow are looked for apart.
+  // are clipped to the receivers' box and to the view. The rest is bounded by the receivers' box
+  // itself, whose corners in shadow are found separately.
   const std::array<glm::vec3, 8> receiver_corners = CornersOf(receivers);
   const std::array<glm::vec3, 8> caster_corners = CornersOf(casters);
   double highest = -std::numeric_limits<double>::infinity();

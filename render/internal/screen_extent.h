@@ -1,4 +1,4 @@
-// What part of a picture some geometry can show in, and how near it comes. No OpenGL here.
+// The part of a picture in which geometry can be visible, and its least depth. No OpenGL here.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,7 @@ struct PixelRect {
   bool Holds(const glm::ivec2& pixel) const {
     return pixel.x >= lower.x && pixel.y >= lower.y && pixel.x < upper.x && pixel.y < upper.y;
   }
-  // Of a pixel that it holds, row by row.
+  // Index of a pixel inside, in row-major order.
   std::size_t Index(const glm::ivec2& pixel) const {
     return static_cast<std::size_t>(pixel.y - lower.y) * static_cast<std::size_t>(Width()) +
            static_cast<std::size_t>(pixel.x - lower.x);

@@ -60,8 +60,8 @@ struct BeamBox {
   }
 };
 
-// How many triangles overlap each cell of a grid across the beam: a bound on how many prisms hold a
-// point.
+// Number of triangles that overlap each cell of a grid across the beam: a bound on the number of
+// prisms that contain a point.
 class OverlapGrid {
  public:
   OverlapGrid(const BeamBox& extent, std::size_t triangle_count)
@@ -257,8 +257,8 @@ std::vector<ShadowCaster::Hole> ShadowCaster::FindHoles() const {
   return holes;
 }
 
-// A part that is inside out (a room, a cavity) has negative volume: there it is the backs of its
-// faces that stand for solid matter's outside.
+// A part that is inside out (a room, a cavity) has negative volume: there the backs of its faces
+// are the outside of solid matter.
 void ShadowCaster::ClassifyParts() {
   // Above this share of a part's area, holes are not holes: the part is a sheet.
   constexpr double kMaxHoleShare = 0.3;

@@ -1,18 +1,17 @@
 // Which triangles block the sun, and the volumes that lie in their shadow. No OpenGL here.
 //
-// The shadow of one triangle is a prism: its cap is the triangle, turned so that its front faces
-// the sun; it has one side for each edge, and no far cap, since all sides meet in one point at
+// The shadow of one triangle is a prism. Its cap is the triangle, turned so that its front faces
+// the sun. It has one side for each edge, and no far cap, since all sides meet in one point at
 // infinity. A point is in shadow when it lies in at least one prism. Counting the faces of all
-// prisms along a line of sight counts the prisms that hold its end, whatever the mesh is: open,
+// prisms along a line of sight counts the prisms that contain its end, for any mesh: open,
 // non-manifold, self-intersecting, with doubled faces. Sides of neighbours with opposite directions
 // cancel, and so a side is only drawn where the directed edges of the turned triangles do not add
 // up to zero.
 //
-// In a closed part a ray that leaves through the back of a face has come in through the front of
-// another, so that faces with their front to the sun are enough: half the caps and sides. A part
-// with a few small holes (a statue without its foot, a sphere without its poles) is closed in
-// thought, by a cone over each hole's rim; it wants its other faces only beneath holes that are
-// open to the sun.
+// In a closed part a ray that leaves through the back of a face has entered through the front of
+// another. So faces with their front to the sun are enough: half the caps and sides. A part with a
+// few small holes (a statue without its foot, a sphere without its poles) is closed by an imaginary
+// cone over each hole's rim. It needs its other faces only beneath holes that are open to the sun.
 #pragma once
 
 #include <cstdint>
@@ -50,8 +49,7 @@ class ShadowCaster {
   // Equal positions are joined, triangles whose corners are not three different positions left out.
   ShadowCaster(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles);
 
-  // Joined positions; the index that follows the last one stands for the point at infinity away
-  // from the sun.
+  // Joined positions; the index after the last one is the point at infinity away from the sun.
   std::span<const glm::vec3> Positions() const { return positions_; }
   std::span<const glm::uvec3> Triangles() const { return triangles_; }
   std::uint32_t InfinityIndex() const { return static_cast<std::uint32_t>(positions_.size()); }
@@ -60,8 +58,8 @@ class ShadowCaster {
   // edge-on or without area. For Triangles().
   void Facing(const glm::dvec3& to_sun, std::vector<std::int8_t>& facing) const;
 
-  // The same for the triangles that this was made from, but 0 too where the side that faces the sun
-  // is the inside of a closed part, where the sun never comes.
+  // The same for the triangles of construction. It is also 0 where the side that faces the sun is
+  // the inside of a closed part, which the sun never reaches.
   void SidesThatMayBeSunlit(const glm::dvec3& to_sun, std::vector<std::int8_t>& sides) const;
 
   // Writes the volumes for the unit direction `to_sun`; memory of `volumes` is used again. With
@@ -113,7 +111,7 @@ class ShadowCaster {
   std::vector<EdgeUse> edge_uses_;
   std::vector<std::uint32_t> part_;       // Per triangle: the number of a triangle of its part.
   std::vector<Casting> casting_of_part_;  // By that number.
-  std::vector<Hole> holes_;               // Of parts that are closed in thought.
+  std::vector<Hole> holes_;               // Holes of parts that are closed by imaginary cones.
 };
 
 }  // namespace pleinair

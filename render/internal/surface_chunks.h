@@ -17,7 +17,7 @@ namespace pleinair {
 class SurfaceChunks {
  public:
   struct Range {
-    std::size_t first = 0;  // Of Triangles().
+    std::size_t first = 0;  // Range of Triangles().
     std::size_t count = 0;
     bool operator==(const Range&) const = default;
   };

@@ -36,7 +36,7 @@ class SurfaceTextures {
 
   Size size_;
   Size camera_size_;
-  // Versions alone would take two views that were both never versioned for the same one.
+  // By versions alone, two views without versions would look equal.
   const void* geometry_data_ = nullptr;
   const void* sky_data_ = nullptr;
   const void* sun_data_ = nullptr;

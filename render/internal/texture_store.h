@@ -10,12 +10,12 @@
 
 namespace pleinair {
 
-// Linear half floats: software's own decoding of sRGB is good to half a code only, and devices may
-// filter before they decode. 8 bytes a texel, and a third more for the levels.
+// Linear half floats: software's own decoding of sRGB is accurate to half a code only, and devices
+// may filter before they decode. 8 bytes for each texel, and a third more for the levels.
 class TextureStore {
  public:
-  // Those that are not among `wanted` are forgotten; the others stay as they are, so that an object
-  // that moves costs none.
+  // Textures that are not in `wanted` are removed; the others are kept, so that a moving object
+  // costs no upload.
   void Keep(std::span<const std::shared_ptr<const Texture>> wanted);
 
   // Binds to the active unit one that was wanted, uploading it when it is new: linear between the

@@ -12,9 +12,10 @@
 namespace pleinair {
 namespace {
 
-// Where a sample lies in a triangle: with the corners' clip coordinates (x, y, w) as columns of M,
-// the weights are M^-1 (x, y, 1) up to their sum (Olano and Greer 1997, "Triangle scan conversion
-// using 2D homogeneous coordinates"), also where a corner lies behind the camera.
+// Barycentric weights of a sample in a triangle. With the corners' clip coordinates (x, y, w) as
+// columns of M, they are M^-1 (x, y, 1) up to their sum, also where a corner lies behind the
+// camera. Source: Olano and Greer 1997, "Triangle scan conversion using 2D homogeneous
+// coordinates".
 class TriangleWeights {
  public:
   TriangleWeights(const VertexShares::Samples& samples, const glm::uvec3& triangle) {
@@ -42,8 +43,8 @@ class TriangleWeights {
     return glm::vec3(inside / sum_inside);
   }
 
-  // What the weights change by from one sample to the next, to the right and down: the derivative
-  // of n_k / sum. Not finite where the triangle is seen from its edge.
+  // Change of the weights from one sample to the next, to the right and down: the derivative of n_k
+  // / sum. Not finite where the triangle is seen from its edge.
   std::array<glm::vec3, 2> Steps(const glm::dvec2& clip, const glm::dvec2& clip_step) const {
     const glm::dvec3 sample(clip, 1.0);
     const glm::dvec3 weights(

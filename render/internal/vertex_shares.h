@@ -1,4 +1,4 @@
-// What each pixel of the objects' layer shows of their vertices. No OpenGL here.
+// Shares of the objects' vertices in each pixel of their layer. No OpenGL here.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ struct TriangleByPlace {
   TriangleColours colours;
 };
 
-// Light without the sun comes from the vertices and is interpolated between them, so that a pixel's
-// mean over its samples is a sum over vertices, whose weights stand while neither the camera nor
-// the objects move. New light then costs some products a pixel, whatever the number of samples.
-// Where a texture says of what colour a sample is, the weights are coloured.
+// Light without the sun is interpolated between the vertices. So a pixel's mean over its samples is
+// a sum over vertices, whose weights hold while neither the camera nor the objects move. New light
+// then costs a few products for each pixel, independent of the number of samples. Where a texture
+// gives each sample its colour, the weights are coloured.
 class VertexShares {
  public:
   // The triangles that samples show, and where those lie.
@@ -58,7 +58,7 @@ class VertexShares {
     float weight = 0.0f;
   };
   struct Pixel {
-    std::uint32_t end = 0;  // Of its entries in the row; they begin where the last pixel's end.
+    std::uint32_t end = 0;  // End of its entries in the row; they begin at the last pixel's end.
     float coverage = 0.0f;
     float glossy = 0.0f;
   };

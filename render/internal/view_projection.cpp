@@ -3,9 +3,9 @@
 namespace pleinair {
 
 glm::dmat4 ClipFromCamera(const CameraIntrinsics& intrinsics, double near_m) {
-  // Infinity comes to lie at z/w = 1 - kFarMargin, so that rounding cannot push the far ends of
-  // shadow volumes out of the clip volume (Everitt and Kilgard 2002, "Practical and robust
-  // stenciled shadow volumes", section 4). Two steps of a 24-bit depth buffer.
+  // Infinity maps to z/w = 1 - kFarMargin, so that rounding cannot push the far ends of shadow
+  // volumes out of the clip volume. The margin is two steps of a 24-bit depth buffer. Source:
+  // Everitt and Kilgard 2002, "Practical and robust stenciled shadow volumes", section 4.
   constexpr double kFarMargin = 1.0 / (1 << 22);
   const double width = intrinsics.width_px;
   const double height = intrinsics.height_px;

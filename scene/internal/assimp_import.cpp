@@ -132,7 +132,7 @@ void ReadTransform(const aiMaterial& source, aiTextureType type, ImportedTexture
                        0.5 * scale.y * (s + c - 1.0) + 1.0 - scale.y - transform.mTranslation.y};
 }
 
-// Where it is. False: the material has none of this type.
+// Finds the texture. False: the material has none of this type.
 bool FindTexture(const aiScene& scene,
                  const aiMaterial& source,
                  aiTextureType type,

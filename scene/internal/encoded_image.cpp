@@ -131,7 +131,7 @@ void CheckJpeg(const std::filesystem::path& file, std::span<const std::byte> byt
     if (bytes.size() - offset < 2) truncated();
     const std::size_t length = NumberAt(bytes, offset, 2);
     if (length < 2 || bytes.size() - offset < length) truncated();
-    // Start of frame: C0..CF but for the tables DHT, JPG and DAC.
+    // Start of frame: C0..CF except for the tables DHT, JPG and DAC.
     const bool frame =
         marker >= 0xc0u && marker <= 0xcfu && marker != 0xc4u && marker != 0xc8u && marker != 0xccu;
     if (frame && length >= 8) {

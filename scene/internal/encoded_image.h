@@ -1,4 +1,4 @@
-// What an image file says of itself, checked before a decoder allocates or prints anything.
+// Checks of an image file's own data before a decoder allocates or prints anything.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
-// The nodes of a glTF file and how its first animation moves them. Read here and not taken from
-// assimp, which takes every track for a LINEAR one. tinygltf 2.7 was tried: it accepts a
-// translation of two numbers, nodes and buffer views that do not exist, and buffers outside the
-// file's folder, all without an error, so that every check here would stay.
+// The nodes of a glTF file, and their motion by its first animation. They are read here and not by
+// assimp, which treats every track as LINEAR. tinygltf 2.7 was tried. It accepts a translation of
+// two numbers, nodes and buffer views that do not exist, and buffers outside the file's folder, all
+// without an error. So every check here would still be needed.
 #pragma once
 
 #include <filesystem>
@@ -15,13 +15,13 @@ namespace pleinair {
 struct GltfMotion {
   std::vector<MovingNode> nodes;           // In the file's order.
   std::vector<std::vector<int>> children;  // Per node, into nodes.
-  std::vector<int> roots;                  // Of the file's scene.
-  double duration_s = 0.0;                 // Of the last key; 0: nothing moves.
+  std::vector<int> roots;                  // Root nodes of the file's scene.
+  double duration_s = 0.0;                 // Time of the last key; 0: nothing moves.
   std::vector<std::string> notes;
 };
 
-// What is checked before assimp reads the file: throws as ReadGltfMotion for JSON nested deeper
-// than 64, sparse accessors without indices or values, and nodes that are not trees (section 3.5.2:
+// Checks before assimp reads the file. Throws as ReadGltfMotion for JSON nested deeper than 64 and
+// for sparse accessors without indices or values. Also for nodes that are not trees (section 3.5.2:
 // each node has one parent at most) of kMostNodeLevels or fewer. Does not throw for a file that is
 // no glTF.
 void RequireSoundGltf(const std::filesystem::path& file);

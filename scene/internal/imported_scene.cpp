@@ -41,7 +41,8 @@ class Reader {
     if (bytes > 0) std::memcpy(data, bytes_.data(), bytes);
     bytes_.remove_prefix(bytes);
   }
-  // Of entries that take `least_bytes` or more each: checked before there is room made for them.
+  // Reads the number of entries of at least `least_bytes` each. It is checked before memory is
+  // allocated.
   std::size_t Count(std::size_t, std::size_t least_bytes) {
     std::size_t count = 0;
     Raw(&count, sizeof(count));

@@ -1,4 +1,4 @@
-// What a mesh file holds, as plain data.
+// The content of a mesh file, as plain data.
 #pragma once
 
 #include <cstddef>
@@ -17,11 +17,11 @@ namespace pleinair {
 
 // The place of a picture: empty where there is none.
 struct ImportedTexture {
-  std::string name;  // Of a file, or of the picture with that number in the scene.
+  std::string name;  // A file, or the picture with that index in the scene.
   std::int32_t embedded = -1;
   TextureWraps wraps;
   std::uint32_t set = 0;  // Which of a vertex' texture coordinates.
-  // As SourceMaterial has them.
+  // As in SourceMaterial.
   glm::dvec2 uv_scale{1.0};
   double uv_rotation_rad = 0.0;
   glm::dvec2 uv_offset{0.0};
@@ -48,7 +48,7 @@ struct ImportedMesh {
   std::uint64_t points_and_lines = 0;  // Faces without three corners.
   std::vector<glm::vec3> positions;
   std::vector<glm::vec3> normals;                  // As many, or none.
-  std::vector<glm::vec4> colours;                  // Of the first set; as many, or none.
+  std::vector<glm::vec4> colours;                  // The first set; one for each vertex, or none.
   std::vector<std::vector<glm::vec2>> texture_uv;  // By set; v goes up. Each as many, or none.
   std::vector<glm::uvec3> triangles;
 };

@@ -21,7 +21,7 @@
 namespace pleinair {
 namespace {
 
-// How the child exits where it wrote all bytes: of the result, or of an exception's message.
+// Exit codes of the child after it wrote all bytes: of the result, or of an exception's message.
 enum Exit : int { kResult = 71, kMessage = 72, kOutOfMemory = 73, kCutOff = 74 };
 
 std::uint64_t AddressSpaceBytes() {

@@ -11,7 +11,7 @@ namespace pleinair {
 
 struct IsolationLimits {
   std::uint64_t memory_bytes = 0;  // Beyond what the process has when it starts; at least 1 MiB.
-  std::chrono::seconds time{0};    // Of its processor; twice that by the clock. At least 1 s.
+  std::chrono::seconds time{0};    // Processor time; wall time may be twice that. At least 1 s.
 };
 
 // The work's process ended without a result, or exceeded a limit; what() says which.
@@ -20,9 +20,9 @@ class IsolationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// What `work` returns, from a child of this process: nothing that the work does, to memory or to
-// its own end, reaches this process, but for these bytes and what it writes to files. The child has
-// this thread alone: the work must not wait for another one. Its error stream is discarded.
+// Returns the result of `work`, run in a child of this process. Only these bytes and written files
+// reach this process; changes of memory or a crash do not. The child has only this thread: the work
+// must not wait for another one. Its error stream is discarded.
 //
 // Cost    1 ms and more, by the memory of this process, whose tables of pages are copied.
 // Throws  std::runtime_error with the message of a std::exception that the work threw;

@@ -1,4 +1,4 @@
-// A mesh's list of materials in the making: one for each colour that is asked for.
+// Builds a mesh's list of materials: one for each requested colour.
 #pragma once
 
 #include <cstdint>

@@ -25,10 +25,10 @@ glm::dmat4 ZUpFromYUp() {
   return {1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0};
 }
 
-// What assimp calls the material of faces without one.
+// assimp's name of the material of faces without one.
 constexpr const char* kNoMaterial = "DefaultMaterial";
 
-// Whether assimp made the name up for a part that has none.
+// Whether assimp invented the name for a part without one.
 bool IsMadeUp(const std::string& name) {
   return name.empty() || name == "defaultobject" || name.starts_with("<STL") ||
          name.starts_with("nodes[") || name.starts_with("meshes[");

@@ -1,4 +1,4 @@
-// What an imported scene holds, part by part, materials and groups by name.
+// Collects the content of an imported scene by parts, with materials and groups by name.
 #pragma once
 
 #include <cstdint>

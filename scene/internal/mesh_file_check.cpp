@@ -46,7 +46,7 @@ int JsonNesting(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (in_string) {
-      if (c == '\\') ++i;  // What follows ends no string.
+      if (c == '\\') ++i;  // The next character ends no string.
       if (c == '"') in_string = false;
     } else if (c == '"') {
       in_string = true;

@@ -1,4 +1,4 @@
-// What a mesh file says of itself, checked before its reader spends time or memory on it.
+// Checks of a mesh file's own data before its reader spends time or memory on it.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ namespace pleinair {
 // reads on past the end of the file, 20 s and more. Throws std::runtime_error naming the file.
 void RequireSoundPlyHeader(const std::filesystem::path& file);
 
-// How deep lists and objects of a JSON text are nested, at most; of what is no JSON, any number.
+// Largest nesting of lists and objects in a JSON text; any number for other text.
 int JsonNesting(std::string_view text);
 
 }  // namespace pleinair

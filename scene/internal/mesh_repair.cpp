@@ -69,7 +69,7 @@ Key<3> CanonicalOrder(const glm::uvec3& triangle) {
   return key;
 }
 
-// What is left of the loose triangles, corners as indices of distinct positions.
+// The remaining loose triangles, corners as indices of distinct positions.
 struct Kept {
   std::vector<glm::vec3> positions;
   std::vector<glm::uvec3> triangles;

@@ -26,9 +26,9 @@ struct LooseTriangle {
   std::uint32_t group = 0;
 };
 
-// Fills the geometry of `mesh` (all but materials and group_names) and the counts of `report`:
-// leaves out triangles that are not finite, without area or there twice, makes missing normals, and
-// welds corners whose position and normal are equal. Order is kept. Colours are filled in where any
+// Fills the geometry of `mesh` (all but materials and group_names) and the counts of `report`. It
+// leaves out triangles that are not finite, without area or duplicates, computes missing normals,
+// and welds corners of equal position and normal. Order is kept. Colours are filled in where any
 // triangle is by place.
 void RepairTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshReport& report);
 

@@ -52,7 +52,7 @@ float Number(const Place& place, std::string_view key, std::string_view word) {
   return value;
 }
 
-// One value stands for all three.
+// One value is used for all three.
 glm::vec3 Colour(const Place& place, std::string_view key, std::string_view rest) {
   std::vector<float> values;
   for (std::string_view word = TakeWord(rest); !word.empty(); word = TakeWord(rest)) {
@@ -63,7 +63,7 @@ glm::vec3 Colour(const Place& place, std::string_view key, std::string_view rest
   return {values[0], values[1], values[2]};
 }
 
-// What a library says of one material; roughness is settled when all of it is known.
+// A library's data of one material; roughness follows when all of it is known.
 struct Definition {
   std::string name;
   std::optional<glm::vec3> diffuse_albedo;  // Kd

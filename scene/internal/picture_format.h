@@ -1,4 +1,4 @@
-// What kind of file some bytes are, by their beginning: a file's name may say anything.
+// The kind of a file by its first bytes, since a file's name is not reliable.
 #pragma once
 
 #include <cstddef>

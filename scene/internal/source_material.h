@@ -13,8 +13,8 @@ namespace pleinair {
 struct SourceMaterial : TexturedMaterial {
   unsigned texture_set = 0;        // Which of a vertex' texture coordinates.
   std::string unreadable_texture;  // One that is wanted, and cannot be read; else empty.
-  // What coordinates are changed by before they are looked up, v down (KHR_texture_transform): they
-  // are scaled, turned counter-clockwise around the origin, and moved.
+  // The transform of coordinates before the look-up, v down (KHR_texture_transform): scaled, turned
+  // counter-clockwise around the origin, and moved.
   glm::dvec2 uv_scale{1.0};
   double uv_rotation_rad = 0.0;
   glm::dvec2 uv_offset{0.0};

@@ -18,7 +18,7 @@ namespace pleinair {
 // unless `with_alpha`.
 std::shared_ptr<const Texture> DecodeTexture(std::span<const std::byte> encoded, bool with_alpha);
 
-// The mean of such an image whose codes stand for linear values.
+// The mean of such an image whose codes are linear values.
 std::optional<glm::vec3> MeanOfLinearImage(std::span<const std::byte> encoded);
 
 // Those of one file that are decoded, by name, alpha included or not: several materials may want

@@ -1,4 +1,4 @@
-// Whether times and place are those of the pictures: one minute is 0.25 deg of sun.
+// Checks whether times and place agree with the pictures: one minute is 0.25 deg of sun.
 #pragma once
 
 #include <chrono>
@@ -15,23 +15,23 @@
 
 namespace pleinair {
 
-// Frames' times against what their JPEGs' EXIF data say, and against daylight where the exposure is
+// Compares frames' times with their JPEGs' EXIF data, and with daylight where the exposure is
 // known.
 SiteWarnings CheckFrameTimes(const Sequence& sequence);
 
-// The sun as a picture shows it, in the model's frame.
+// The sun's direction by a picture, in the model's frame.
 struct SeenSun {
   UtcTime time{};
   glm::dvec3 direction_enu{0.0, 0.0, 1.0};
   double stddev_rad = 0.0;
 };
 
-// Between two directions of any length, radians.
+// Angle between two directions of any length, radians.
 double AngleApart(const glm::dvec3& a, const glm::dvec3& b);
 
-// What would bring the computed sun to where it is seen, in words, the best first: a clock or time
-// zone, an east for a west, a model's north. With how far each leaves the two apart. Empty where
-// nothing simple does.
+// Returns explanations, in words, for the computed sun not being where it is seen, the best first:
+// a clock or time zone, east instead of west, a model's north. Each has the remaining angle. Empty
+// where there is no simple one.
 std::vector<std::string> ExplanationsOf(std::span<const SeenSun> suns, const Site& site);
 
 }  // namespace pleinair

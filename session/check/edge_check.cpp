@@ -19,7 +19,7 @@ namespace {
 constexpr int kEdgeWidth = 240;
 constexpr int kEdgeReach = 14;
 constexpr int kEdgeSide = 2 * kEdgeReach + 1;
-// Of log radiance; one strong edge is not to outweigh all others.
+// Largest step of log radiance: one strong edge must not outweigh all others.
 constexpr double kMostContrast = 0.4;
 // Halves are the two colours of a chessboard with such fields.
 constexpr int kEdgeFieldPx = 40;

@@ -1,4 +1,4 @@
-// Whether the mesh's edges are where photographs have edges.
+// Checks whether the mesh's edges agree with edges in photographs.
 #pragma once
 
 #include <vector>
@@ -12,39 +12,39 @@
 
 namespace pleinair {
 
+// The agreement of the mesh's edges with pictures.
 struct EdgeFit {
-  // From where the mesh's edges are seen to where the pictures have them, as a share of the
-  // picture's width.
+  // Shift from the mesh's edges to those in the pictures, as a share of the picture's width.
   glm::dvec2 shift{0.0};
-  // How far the pictures' contrast over the mesh's edges stands out among all shifts, in standard
-  // deviations: with that shift, and as the edges are.
+  // Contrast of the pictures over the mesh's edges relative to all shifts, in standard deviations:
+  // with that shift, and without.
   double sharpness = 0.0;
   double sharpness_as_stated = 0.0;
-  // Both halves of the mesh's edges ask for that shift.
+  // Whether both halves of the mesh's edges give that shift.
   bool is_agreed = false;
 
-  // Further off than pose and mesh of a usable site: 1.8 % of the width, 1 to 2 deg.
+  // A larger shift than pose and mesh of a usable site have: 1.8 % of the width, 1 to 2 deg.
   bool IsShifted() const;
-  // No shift within reach brings the edges to where the pictures have any.
+  // No shift within reach gives agreement.
   bool IsLost() const;
 };
 
 // Method  The contrast of log radiance over each edge between surfaces (Segments), with all edges
-//         shifted together by up to 6 % of the picture's width; it is largest where mesh and
-//         picture agree. Shadows' edges are in other places, and differ from frame to frame.
+//         shifted together by up to 6 % of the picture's width. It is largest where mesh and
+//         picture agree. Edges of shadows are in other places, and differ from frame to frame.
 class EdgeChecker {
  public:
   // Keeps references.
   EdgeChecker(const Mesh& mesh, const RayCaster& caster) : mesh_(mesh), caster_(caster) {}
 
   void Add(const RgbImage& radiance, const Camera& camera);
-  // Of all pictures added; zero where none shows an edge of the mesh.
+  // The result of all pictures added; zero where none shows an edge of the mesh.
   EdgeFit Result() const;
 
  private:
   const Mesh& mesh_;
   const RayCaster& caster_;
-  std::vector<double> contrast_[2];  // By shift, of each half of the edges.
+  std::vector<double> contrast_[2];  // Contrast by shift, for each half of the edges.
 };
 
 }  // namespace pleinair

@@ -18,14 +18,14 @@
 namespace pleinair {
 namespace {
 
-// What sites of people have, in metres: courtyards to valleys, cameras on stands to drones, cups to
+// Usual sizes at sites, in metres: courtyards to valleys, cameras on stands to drones, cups to
 // houses.
 struct UsualSize {
   double least_m;
   double most_m;
 };
 constexpr UsualSize kMeshLength{2.0, 3000.0};
-constexpr UsualSize kMeshHeight{0.0, 300.0};  // Level ground alone has none.
+constexpr UsualSize kMeshHeight{0.0, 300.0};  // A mesh of level ground only has none.
 constexpr UsualSize kCameraHeight{0.1, 120.0};
 constexpr UsualSize kObjectLength{0.03, 60.0};
 
@@ -71,11 +71,12 @@ constexpr std::array<glm::vec3, 6> kAxes{glm::vec3{0, 0, 1},
                                          glm::vec3{-1, 0, 0}};
 constexpr std::array<const char*, 6> kAxisNames{"+Z", "-Z", "+Y", "-Y", "+X", "-X"};
 
-// Of points spread through the mesh's box, per axis: the share with nothing that way, and a surface
-// that faces it the other way. Outdoors up is such an axis.
+// For points spread through the mesh's box, per axis: the share with nothing in that direction, and
+// a surface that faces it in the opposite one. Outdoors up is such an axis.
 std::array<double, 6> OpennessOf(const Mesh& mesh, const RayCaster& caster) {
   constexpr int kSteps = 7;
-  constexpr float kLeastShare = 0.1f;  // Of the longest side: level ground alone is flat.
+  // Share of the longest side: a mesh of level ground only is flat.
+  constexpr float kLeastShare = 0.1f;
   const BoundingBox box = BoundingBoxOf(mesh);
   const glm::vec3 middle = 0.5f * (box.lower_m + box.upper_m);
   const auto least = static_cast<float>(kLeastShare * LongestSide(box));
@@ -216,7 +217,7 @@ SiteWarnings CheckUnits(const Sequence& sequence,
 SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster) {
   SiteWarnings warnings;
   constexpr double kClearlyOpen = 0.2;
-  constexpr double kMostAsStated = 0.3;  // Of that.
+  constexpr double kMostAsStated = 0.3;  // Share of that.
   constexpr double kLeastWalls = 0.001;  // A façade alone faces nothing but its street.
   const std::array<double, 6> open = OpennessOf(mesh, caster);
   const auto best =

@@ -1,4 +1,4 @@
-// Whether mesh, camera and objects of a site are in metres, east, north and up.
+// Checks whether mesh, camera and objects of a site are in metres, east, north and up.
 #pragma once
 
 #include <span>
@@ -12,16 +12,16 @@
 
 namespace pleinair {
 
-// What sizes can show: factors of 100 and 1000. Feet look like a site three times as large, which
-// only edges or a known length show.
-// `objects`, `motions`: SequenceSite's parts of virtual_objects, in world coordinates.
+// Checks sizes: they reveal factors of 100 and 1000. A site in feet looks three times as large,
+// which only edges or a known length reveal. `objects`, `motions`: SequenceSite's parts of
+// virtual_objects, in world coordinates.
 SiteWarnings CheckUnits(const Sequence& sequence,
                         const Mesh& mesh,
                         const RayCaster& caster,
                         std::span<const VirtualObject> objects,
                         std::span<const ObjectMotion> motions);
 
-// That the ground is below and the sky above: of the mesh, and of the camera.
+// Checks that the ground is below and the sky above, for the mesh and for the camera.
 SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster);
 
 }  // namespace pleinair

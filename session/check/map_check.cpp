@@ -16,8 +16,8 @@ constexpr int kMapHeight = 72;
 constexpr double kLeastExplainedMap = 0.35;
 // Good maps of the recordings gain up to 0.02 by some turn or mirror; wrong ones 0.14 and more.
 constexpr double kLeastGain = 0.08;
-// Of layouts that explain nearly as much as the best, the first without a turn holds: surroundings
-// are often nearly symmetrical.
+// Among layouts that explain nearly as much as the best, the first without a turn is chosen:
+// surroundings are often nearly symmetrical.
 constexpr double kAsGood = 0.03;
 
 }  // namespace

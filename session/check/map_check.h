@@ -1,4 +1,4 @@
-// Whether a survey map stands as the mesh does: not upside down, mirrored, or turned.
+// Checks the layout of a survey map against the mesh: not upside down, mirrored, or turned.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -11,15 +11,16 @@ namespace pleinair {
 
 enum class MapLayout { kAsStated, kUpsideDown, kHalfTurned, kMirrored };
 
+// The layout that fits best, compared with that of the map as given.
 struct MapLayoutFit {
-  // That explains the map best by the mesh's surfaces as seen from the map's place.
+  // The layout in which the mesh's surfaces, as seen from the map's place, explain the map best.
   MapLayout best = MapLayout::kAsStated;
-  // And how far the map is then to be turned, clockwise seen from above, [-pi, pi).
+  // The turn of the map after that, clockwise seen from above, [-pi, pi).
   double turn_rad = 0.0;
-  double explained = 0.0;            // By the best: see ExplainedShare.
-  double explained_as_stated = 0.0;  // By the map as it is.
+  double explained = 0.0;            // With the best layout: see ExplainedShare.
+  double explained_as_stated = 0.0;  // With the map as given.
 
-  // By more than symmetric surroundings and imprecise meshes make up for.
+  // By more than symmetric surroundings and imprecise meshes explain.
   bool ContradictsTheMap() const;
 };
 

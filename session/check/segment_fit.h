@@ -1,4 +1,4 @@
-// Whether a picture shows what a mesh says that it shows, by the mesh's surfaces alone.
+// Compares a picture with the mesh's surfaces in it, without knowledge of light and albedo.
 #pragma once
 
 #include <cmath>
@@ -18,14 +18,15 @@
 
 namespace pleinair {
 
-// A picture's pixels by what the mesh shows there: 0 the sky, else one number for all faces of one
-// group, material and facing.
+// Segments of a picture by the mesh: 0 for the sky, else one number for all faces of one group,
+// material and facing.
 struct Segments {
   Image<std::uint32_t> label;
   std::uint32_t count = 1;  // Labels are less.
 };
 
-// `direction(x, y)`: of the pixel's middle, unit, in the world; zero where there is none.
+// `direction(x, y)` is the direction of the pixel's middle, unit, in the world; zero where there is
+// none.
 Segments SegmentsOf(const Mesh& mesh,
                     const RayCaster& caster,
                     const glm::dvec3& centre_world_m,
@@ -33,16 +34,16 @@ Segments SegmentsOf(const Mesh& mesh,
                     int height,
                     const std::function<glm::dvec3(int, int)>& direction);
 
-// Log radiance, for differences that do not depend on how strong the light is. Black and what is
-// not finite count as 1e-4 of the picture's mean.
+// Log radiance, whose differences do not depend on the intensity of the light. Black pixels and
+// those that are not finite count as 1e-4 of the picture's mean.
 RgbImage LogRadiance(const RgbImage& radiance);
 
-// The share of the picture's variance that segments explain: 1 where each is of one colour, 0 where
-// their borders have nothing to do with the picture. Borders in the right place explain most,
-// whatever light and materials are: a fit by pixels of a cut-out.
+// Returns the share of the picture's variance that segments explain: 1 where each has one colour, 0
+// where their borders are unrelated to the picture. Borders in the right place explain most, for
+// any light and materials.
 //
-// `source(x, y)`: the picture's value that would be seen at the segments' pixel, null to leave it
-// out; `weight(y)`: of a row's pixels.
+// `source(x, y)` is the picture's value at the segments' pixel, null to leave it out; `weight(y)`
+// is the weight of a row's pixels.
 template <typename Source, typename Weight>
 double ExplainedShare(const Segments& segments, const Source& source, const Weight& weight) {
   struct Sums {

@@ -105,7 +105,7 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
   return warnings;
 }
 
-// What pictures show of edges and shadows.
+// Checks edges and shadows in pictures.
 SiteWarnings CheckPictures(const Sequence& sequence,
                            FrameKind kind,
                            const Mesh& mesh,

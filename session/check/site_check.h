@@ -1,4 +1,4 @@
-// All that can be known to be wrong with a site before its light is estimated.
+// Finds everything wrong with a site that can be found before its light is estimated.
 #pragma once
 
 #include "datasets/frame_source.h"
@@ -7,12 +7,10 @@
 
 namespace pleinair {
 
-// Looks at mesh, camera, objects and survey map, and where the sequence has pictures at their
-// times, edges and shadows. Silent where nothing contradicts: see docs/site.md for what each
-// warning needs to be seen. Cost    shadows 0.2 to 0.6 s a frame; of the frames a few are looked
-// at. Throws  as LoadMesh, ReadRadianceImage and MakeRecordedFrameSource. Frames that cannot be
-// read
-//         are passed over.
+// Checks mesh, camera, objects and survey map, and where the sequence has pictures their times,
+// edges and shadows. Returns warnings only for contradictions: docs/site.md lists what each warning
+// needs. Cost shadows 0.2 to 0.6 s for each frame; only a few frames are used. Throws as LoadMesh,
+// ReadRadianceImage and MakeRecordedFrameSource. Frames that cannot be read are ignored.
 SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames);
 
 }  // namespace pleinair

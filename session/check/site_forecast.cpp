@@ -16,7 +16,7 @@ namespace {
 
 using std::chrono::minutes;
 
-// Of the objects' area, by their triangles' middles.
+// Share of the objects' area, by their triangles' middles.
 double SunOn(const std::vector<VirtualObject>& objects,
              const RayCaster& real,
              const glm::dvec3& sun_direction_enu) {

@@ -1,4 +1,4 @@
-// What a day at a prepared site will be like for the estimate of its light, step by step.
+// Forecast of the light's estimate over a day at a prepared site.
 #pragma once
 
 #include <chrono>
@@ -14,6 +14,7 @@
 
 namespace pleinair {
 
+// One time of the day.
 struct SiteHour {
   LightForecast light;
   // Share of the objects' surface that faces the sun and is in no shadow of the real mesh; none
@@ -21,21 +22,22 @@ struct SiteHour {
   std::optional<double> sun_on_objects;
 };
 
+// The day, step by step.
 struct SiteDay {
   SolarDay sun;                 // Sunrise, noon, sunset.
   std::vector<SiteHour> hours;  // From sunrise to sunset, or all day where there are none.
 };
 
-// Of more hours that many, evenly chosen, keep their picture.
+// At most this many hours, evenly chosen, keep their picture.
 inline constexpr std::size_t kMostDayPictures = 24;
 
-// Whether an hour's picture by itself gives the sun: see LightingEstimate::sun_observable.
+// Whether an hour's picture alone determines the sun: see LightingEstimate::sun_observable.
 bool SunWillBeKnown(const SiteHour& hour);
 
-// Under a clear sky, at full multiples of `step` (of UTC), or at solar noon where the sun is up at
-// none of them, of the solar day whose noon has the date of `day` at the site. The camera stands
-// where it does in the first frame. Which source and which settings of the estimate: those of
-// `options`; where a fish-eye camera gives the light, estimates are left out. Throws
+// Forecasts the solar day whose noon has the date of `day` at the site, under a clear sky. The
+// times are full multiples of `step` (of UTC), or solar noon where the sun is up at none of them.
+// The camera has the pose of the first frame. Source and settings of the estimate are those of
+// `options`; where a fish-eye camera measures the light, estimates are left out. Throws
 // std::runtime_error without a place; std::invalid_argument for a step outside 1 min to 1 day.
 SiteDay ForecastDay(const LoadedSequence& loaded,
                     const SessionOptions& options,

@@ -1,4 +1,4 @@
-// What is wrong with a site, or looks so: for a person to act on.
+// A warning about a site, for a person to act on.
 #pragma once
 
 #include <string>
@@ -6,13 +6,13 @@
 
 namespace pleinair {
 
-// Each a text of one line.
+// Each field is a text of one line.
 struct SiteWarning {
   std::string what;      // "the mesh is not in metres"
   std::string where;     // File, key or frame.
-  std::string evidence;  // How this is known, with figures.
+  std::string evidence;  // The evidence, with figures.
   std::string remedy;    // What to do.
-  // Of a mesh or camera that is not what is meant: its hours would be of no use.
+  // True for a mesh or camera that is unusable: a forecast of its hours would be useless.
   bool spoils_forecast = false;
 };
 

@@ -52,7 +52,7 @@ double LowestCamera(const Reconstruction& world) {
 
 glm::dvec3 AlongWall(const glm::dvec3& normal) { return {-normal.y, normal.x, 0.0}; }
 
-// Parts of a wall between which nothing of it is seen, with the indices ascending.
+// Parts of a wall that are separated by gaps, with the indices ascending.
 std::vector<std::vector<std::uint32_t>> PiecesOf(const Reconstruction& world,
                                                  const PlaneFit& fit,
                                                  double tolerance_m) {
@@ -102,7 +102,7 @@ bool IsInside(const std::vector<glm::dvec2>& polygon, const glm::dvec2& p) {
 
 // Points that pictures show inside the marks, ascending.
 std::vector<std::uint32_t> PointsInside(const Reconstruction& world, const MarkedSurface& marked) {
-  constexpr double kNearMark = 0.02;  // Of the picture's width.
+  constexpr double kNearMark = 0.02;  // Share of the picture's width.
   std::set<std::uint32_t> inside;
   for (std::size_t picture = 0; picture < world.pictures.size(); ++picture) {
     std::vector<glm::dvec2> corners;
@@ -149,9 +149,9 @@ void TakeDirection(const Reconstruction& world,
   }
 }
 
-// The strongest wall's own, or that of the pictures' edges where it can be. Edges across a facade
-// say its direction better than its points, which are as far off in depth as their small parallax
-// has them: a wall that is turned by a degree still meets its pictures within a pixel.
+// The strongest wall's own direction, or that of the pictures' edges where possible. Edges across a
+// facade give its direction better than its points, whose small parallax gives large errors of
+// depth. A wall that is turned by a degree still fits its pictures within a pixel.
 glm::dvec3 FirstDirection(const Reconstruction& world,
                           const SurfaceOptions& options,
                           PlaneFit& wall) {
@@ -202,7 +202,7 @@ bool IsReliefOf(const Reconstruction& world,
                 const PlaneFit& wall,
                 const PlaneFit& candidate,
                 double tolerance_m) {
-  constexpr double kDeepest = 6.0;  // Of the tolerance.
+  constexpr double kDeepest = 6.0;  // In units of the tolerance.
   constexpr double kParallel = 0.995;
   const double cosine = glm::dot(wall.plane.normal, candidate.plane.normal);
   if (std::abs(cosine) < kParallel) return false;

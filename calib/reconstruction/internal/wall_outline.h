@@ -1,4 +1,4 @@
-// What of a wall's plane is wall.
+// The outline of a wall in its plane.
 #pragma once
 
 #include <span>

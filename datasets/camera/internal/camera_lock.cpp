@@ -8,12 +8,12 @@
 namespace pleinair {
 namespace {
 
-constexpr double kExposureUnitS = 1e-4;  // Of V4L2_CID_EXPOSURE_ABSOLUTE.
+constexpr double kExposureUnitS = 1e-4;  // Unit of V4L2_CID_EXPOSURE_ABSOLUTE.
 
 struct AutomaticControl {
   std::uint32_t id;
   int off;
-  std::uint32_t value_id;  // What it drives.
+  std::uint32_t value_id;  // The control that it drives.
   const char* name;
 };
 
@@ -103,7 +103,7 @@ void CameraLock::Lock() {
         *reference_gain_,
         gain ? fmt::format("{:g}", *gain) : "not stated"));
   }
-  // What no request can state is left to the camera.
+  // Values that no request can state are left to the camera.
   settings_.exposure_s = locked_.exposure_s;
   if (gain && *gain >= 0.0) settings_.gain = gain;
   if (const auto kelvin = device_.GetControl(V4L2_CID_WHITE_BALANCE_TEMPERATURE);

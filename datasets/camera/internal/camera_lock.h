@@ -32,8 +32,7 @@ class ExposureTimeline {
 
 class CameraLock {
  public:
-  // Asks for what `request` states. What the camera does automatically and nothing is stated for
-  // goes on so until Settle.
+  // Sets the values of `request`. Automatic controls without a value stay automatic until Settle.
   CameraLock(const V4l2Device& device, const CameraRequest& request);
 
   // Pictures that the camera's automatics get before they are locked.
@@ -42,9 +41,9 @@ class CameraLock {
   // Locks at what the automatics have found.
   void Settle();
 
-  // As CameraStream has them.
+  // As in CameraStream.
   const CameraSettings& Settings() const { return settings_; }
-  // Of this picture, as it is dequeued.
+  // The exposure of this picture, as it is dequeued.
   CapturedExposure Of(std::uint32_t sequence);
   // Pictures after a change of controls that may still be of the old ones.
   int DelayFrames() const { return request_.control_delay_frames; }

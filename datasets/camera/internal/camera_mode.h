@@ -1,4 +1,4 @@
-// Which of a camera's modes a request means.
+// Chooses the camera's mode for a request.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace pleinair {
 
-// What is asked for where nothing is stated.
+// The default request.
 inline constexpr double kUsualFramesPerSecond = 30.0;
 
-// The mode that is closest to what is asked for: format, size, rate; then the format in which least
-// is lost. Throws std::runtime_error, one line with the device, where there is no mode at all or
+// Returns the mode that is closest to the request: format, size, rate; then the format with the
+// least loss. Throws std::runtime_error, one line with the device, where there is no mode at all or
 // none of the format.
 CameraMode ChooseMode(const std::string& device,
                       const std::vector<CameraMode>& modes,

@@ -39,7 +39,7 @@ CapturedExposure ExposureOf(const ControlList& metadata) {
 
 RawDevelopment DevelopmentOf(const ControlList& metadata, int bits) {
   RawDevelopment development = UsualDevelopment(bits);
-  // Of red, green, green and blue, at 16 bits.
+  // Black levels of red, green, green and blue, at 16 bits.
   if (const auto black = metadata.get(controls::SensorBlackLevels)) {
     double sum = 0.0;
     for (const std::int32_t level : *black) sum += level;
@@ -94,7 +94,7 @@ void LibcameraLock::NoteMissing(const libcamera::ControlId& control,
   notes_.push_back(fmt::format("{}: expected a control of {}, the camera has none", device_, name));
 }
 
-// What is stated, or else what was found; unset where neither is known.
+// The stated value, or else the one found; unset where neither is known.
 void LibcameraLock::AddValues(ControlList& list, const ControlList& found) const {
   if (Knows(controls::ExposureTime)) {
     if (request_.exposure_s) {

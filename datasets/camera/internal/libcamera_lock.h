@@ -11,11 +11,12 @@
 
 namespace pleinair {
 
-// What libcamera states of a completed request: the settings that its picture was taken with, so no
-// delay has to be accounted for. Gain is that of sensor and processor together.
+// The settings of a completed request's picture, as libcamera states them, so that no delay needs
+// to be considered. Gain is that of sensor and processor together.
 CapturedExposure ExposureOf(const libcamera::ControlList& metadata);
 
-// Of a raw picture of so many bits: black level and white balance as stated, else as usual.
+// Levels of a raw picture of so many bits: black level and white balance as stated, else the usual
+// ones.
 RawDevelopment DevelopmentOf(const libcamera::ControlList& metadata, int bits);
 
 class LibcameraLock {
@@ -30,14 +31,14 @@ class LibcameraLock {
   // To start the camera with.
   libcamera::ControlList StartControls() const;
 
-  // Of a completed request, in order. Whether its picture is to be handed out: not while the
-  // camera's automatics settle, nor before the values that they are locked at apply.
+  // Takes a completed request, in order. Returns whether its picture may be delivered: not while
+  // the camera's automatics settle, nor before the locked values apply.
   bool Take(const libcamera::ControlList& metadata);
   // To send with the next request.
   libcamera::ControlList TakeControls();
-  // Of the request that Take has seen last.
+  // The exposure of the last request that was given to Take.
   const CapturedExposure& Exposure() const { return exposure_; }
-  // What the automatics were locked at; empty where nothing had to settle.
+  // The locked values of the automatics; empty where nothing had to settle.
   const CameraSettings& Settings() const { return settings_; }
   // Since the last call: what was refused, clamped or is missing, a line each.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }

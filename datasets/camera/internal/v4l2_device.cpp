@@ -15,10 +15,10 @@
 namespace pleinair {
 namespace {
 
-// A driver that goes on listing for ever must not stop us.
+// Limit for a driver whose list never ends.
 constexpr std::uint32_t kMostEntries = 256;
 
-// What a driver with a range of sizes is listed with, as far as they lie in the range.
+// Sizes that are listed for a driver with a range, as far as they lie in the range.
 constexpr std::array<std::pair<int, int>, 7> kUsualSizes = {
     {{320, 240}, {640, 480}, {800, 600}, {1280, 720}, {1280, 960}, {1920, 1080}, {3840, 2160}}};
 
@@ -105,7 +105,7 @@ std::string UnitOf(std::uint32_t control) {
   }
 }
 
-// Of a file of sysfs; empty where it is not there.
+// Content of a file of sysfs; empty where it is absent.
 std::string LineOf(const std::filesystem::path& file) {
   std::ifstream in(file);
   std::string line;
@@ -113,7 +113,7 @@ std::string LineOf(const std::filesystem::path& file) {
   return line;
 }
 
-// Of the same device, with lower numbers.
+// Number of nodes of the same device with lower numbers.
 int NodesBefore(int number, const std::string& port) {
   int nodes = 0;
   for (int other = 0; other < number; ++other) {
@@ -126,7 +126,7 @@ int NodesBefore(int number, const std::string& port) {
   return nodes;
 }
 
-// Of this node alone.
+// Capabilities of this node only.
 std::uint32_t CapabilitiesOf(const v4l2_capability& found) {
   return (found.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? found.device_caps : found.capabilities;
 }
@@ -307,7 +307,7 @@ std::string IdentityOf(int number,
                        const v4l2_capability& camera,
                        const std::filesystem::path& sysfs) {
   const std::filesystem::path node = sysfs / ("video" + std::to_string(number));
-  // `device` is the USB interface: what is above it is the device.
+  // `device` is the USB interface; its parent is the device.
   const std::string serial = LineOf(node / "device/../serial");
   const std::string vendor = LineOf(node / "device/../idVendor");
   const std::string product = LineOf(node / "device/../idProduct");

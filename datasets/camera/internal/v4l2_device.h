@@ -20,7 +20,7 @@ struct DriverBuffer {
   std::uint32_t flags = 0;
   std::uint32_t sequence = 0;
   timeval timestamp{};
-  std::uint32_t map_offset = 0;  // What mmap takes.
+  std::uint32_t map_offset = 0;  // Offset for mmap.
   std::uint32_t length_bytes = 0;
   // The picture in it.
   std::uint32_t picture_begin = 0;
@@ -43,7 +43,7 @@ class V4l2Device {
   // 0, or errno's value.
   int Call(unsigned long request, void* argument) const;
 
-  // Of its buffers: V4L2_BUF_TYPE_VIDEO_CAPTURE, or the same with planes.
+  // Type of its buffers: V4L2_BUF_TYPE_VIDEO_CAPTURE, or the same with planes.
   std::uint32_t BufferType() const { return buffer_type_; }
   // As Call, of VIDIOC_G_FMT, S_FMT and TRY_FMT. EINVAL: planes in several pieces of memory.
   int CallWithFormat(unsigned long request, v4l2_pix_format& format) const;
@@ -73,9 +73,9 @@ std::string CardOf(const v4l2_capability& camera);
 // "card|bus_info", which all nodes of a device share; on USB the second is the port.
 std::string PortOf(const v4l2_capability& camera);
 
-// Of the camera at /dev/video`number`: "vendor:product:serial:index" of a device that has a serial
-// number, at any port, as `sysfs` states them; else PortOf and "|index". The index is the node's
-// place within its device.
+// Identity of the camera at /dev/video`number`. With a serial number it is
+// "vendor:product:serial:index", at any port, as `sysfs` states them; else PortOf and "|index". The
+// index is the node's place within its device.
 std::string IdentityOf(int number,
                        const v4l2_capability& camera,
                        const std::filesystem::path& sysfs = "/sys/class/video4linux");

@@ -6,8 +6,8 @@
 
 namespace pleinair {
 
-// Whether pictures of `to` can be made from those of `from`, but for 3 % at their borders: COLMAP
-// may have adjusted one camera for each picture.
+// Whether pictures of `to` can be made from those of `from`, except for 3 % at their borders.
+// COLMAP may have adjusted one camera for each picture.
 bool SeesAlike(const CameraIntrinsics& from, const CameraIntrinsics& to);
 
 // The picture as `camera` would have taken it; the border is repeated where it ends.
