@@ -71,6 +71,7 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
     motion_cost_.Learn(watch.LapMs());
   }
   ObjectInfluence& influence = gathered.influence;
+  const bool sees_anew = OnFaces() && !gathered.seen.IsOf(frame.Geometry());
   if (OnFaces()) {
     gathered.seen.Get(frame.Geometry(), [&] {
       influence.See(real, frame.view, frame.pixel_faces);
@@ -78,6 +79,8 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
       return Seen();
     });
   }
+  // A second look: it stands.
+  if (!is_new && !sees_anew) influence.FindSpans();
   LitByLight& lit =
       lit_.Get({RaysFor(frame), vertex_light.UpdatedIn()}, [] { return LitByLight(); });
   const LightsDone& source = vertex_light.Done(vertex_light.UpdatedIn());
