@@ -55,6 +55,9 @@ struct FramePipelineOptions {
   // on what is around them is coarse (object_light.in_motion, influence.in_motion), and is refined
   // in the frames after that. Then a picture depends on those before it: for live frames.
   bool light_in_steps = false;
+  // With that, the first frame of all is coarse, too (object_light.in_motion.rays_at_first): for
+  // callers that somebody waits for.
+  bool first_in_steps = false;
   ObjectLightOptions object_light;
   InfluenceAt influence_at = InfluenceAt::kPixels;
   ObjectInfluenceOptions influence;
@@ -102,8 +105,8 @@ struct RenderedFrame {
   std::int64_t clamped_pixels = 0;  // Of the composite, by ClampToHalf.
   EffectPlan plan;                  // Without objects nothing is planned.
   std::vector<PlannedWork> works;
-  // Objects move or have just come to rest: the frame drawn again at the same time, or some more
-  // frames at rest, are finer. Only with light_in_steps.
+  // Objects move or have just come to rest, or it is the first frame: the frame drawn again at the
+  // same time, or some more frames at rest, are finer. Only with light_in_steps.
   bool is_light_coarse = false;
   double camera_blur_px = 0.0;       // By the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.
