@@ -7,9 +7,15 @@
 //
 // Medians over frames, in ms: `median_ms` of the entire frame, `cpu_ms` its processor time (all
 // threads together), `view_ms`, `light_ms` and `draw_ms` its parts. `first_ms` is the first frame.
+//
+// `first/...` are first frames alone, each of a new pipeline: complete ones, and such in steps,
+// which the frames after it refine: in `rest_ms` together, `rest_most_ms` the longest of them. Of
+// the first frame, `first_transport_ms` are the view, light on surfaces and gathering, of which
+// `first_works_ms` what effects need; `first_draw_ms` is drawing.
 
 #include <time.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -114,6 +120,65 @@ void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt 
   for (const auto& [name, values] : times_ms) state.counters[name] = UpperMedian(values);
 }
 
+// Medians over first frames.
+void First(benchmark::State& state, int width_px, int height_px, ReceiversAt at, bool in_steps) {
+  if (!std::filesystem::exists(kCourtyard)) {
+    state.SkipWithError("the recorded courtyard is not there");
+    return;
+  }
+  static const Yard yard;
+  Frame frame = yard.frame;
+  if (width_px != frame.radiance.width) Resize(width_px, height_px, frame);
+  FramePipelineOptions options;
+  options.view.receivers_at = at;
+  if (at == ReceiversAt::kSurfaces) options.influence_at = InfluenceAt::kFaces;
+  options.light_in_steps = in_steps;
+  options.first_in_steps = in_steps;
+  std::map<std::string, std::vector<double>> times_ms;
+  for (auto _ : state) {
+    state.PauseTiming();
+    const HeadlessContext context;
+    Compositor compositor;
+    FramePipeline pipeline(
+        {yard.scene, yard.site.model.mesh, yard.sequence.site, yard.site.objects},
+        MakeOutdoorLightingSource({}),
+        compositor,
+        options);
+    const auto next = [&](double& ms) {
+      const auto start = std::chrono::steady_clock::now();
+      auto result = pipeline.Process(frame);
+      ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+               .count();
+      return result;
+    };
+    double first_ms = 0.0;
+    state.ResumeTiming();
+    auto result = next(first_ms);
+    state.PauseTiming();
+    if (!result) return state.SkipWithError(result.error().reason.c_str());
+    const StageTimes& stages = result->timing_ms;
+    double works_ms = 0.0;
+    for (const PlannedWork& work : result->works) works_ms += work.ms;
+    times_ms["first_ms"].push_back(first_ms);
+    times_ms["first_works_ms"].push_back(works_ms);
+    times_ms["first_transport_ms"].push_back(stages.transport);
+    times_ms["first_draw_ms"].push_back(stages.render + stages.readback);
+    double rest_ms = 0.0;
+    double most_ms = 0.0;
+    while (result && result->is_light_coarse) {
+      frame.time += std::chrono::milliseconds(40);
+      double ms = 0.0;
+      result = next(ms);
+      rest_ms += ms;
+      most_ms = std::max(most_ms, ms);
+    }
+    times_ms["rest_ms"].push_back(rest_ms);
+    times_ms["rest_most_ms"].push_back(most_ms);
+    state.ResumeTiming();
+  }
+  for (const auto& [name, values] : times_ms) state.counters[name] = UpperMedian(values);
+}
+
 }  // namespace
 }  // namespace pleinair
 
@@ -131,6 +196,17 @@ int main(int argc, char** argv) {
           ->Unit(benchmark::kMillisecond)
           ->UseRealTime()
           ->Iterations(at == ReceiversAt::kPixels ? 5 : 40);
+    }
+  }
+  for (const auto& [name, at] :
+       {std::pair{"pixels", ReceiversAt::kPixels}, std::pair{"surfaces", ReceiversAt::kSurfaces}}) {
+    for (const bool in_steps : {false, true}) {
+      benchmark::RegisterBenchmark(
+          (std::string("first/") + name + "/480" + (in_steps ? "/in_steps" : "/complete")).c_str(),
+          [=, at = at](benchmark::State& state) { pleinair::First(state, 480, 360, at, in_steps); })
+          ->Unit(benchmark::kMillisecond)
+          ->UseRealTime()
+          ->Iterations(7);
     }
   }
   benchmark::Initialize(&argc, argv);

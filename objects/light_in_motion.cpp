@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include <tbb/blocked_range.h>
@@ -99,6 +100,10 @@ void LightInMotion::Start(const PlacedObjects& stood,
   const PatchScene& objects = stood.objects.Objects();
   if (shape_.VertexCount() != gather.VertexCount()) {
     shape_ = OwnShape(gather, objects, OwnFromWorld(stood.world_from_given));
+  } else {
+    std::vector<std::size_t> all(gather.PartCount());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    shape_.Refine(gather, all, objects, OwnFromWorld(stood.world_from_given));
   }
   buried_ = gather.BuriedVertices();
   const std::size_t count = lights.size();
@@ -155,6 +160,10 @@ void LightInMotion::Update(const PlacedObjects& placed,
   }
   const auto here = std::make_shared<const std::vector<glm::dmat4>>(placed.world_from_given.begin(),
                                                                     placed.world_from_given.end());
+  std::vector<std::size_t> parts;
+  parts.reserve(gathered.size());
+  for (const Gathered& part : gathered) parts.push_back(part.part);
+  shape_.Refine(gather, parts, placed.objects.Objects(), OwnFromWorld(placed.world_from_given));
   const std::vector<glm::vec3> outside = OutsideOf(placed, basis, lights);
   for (const Gathered& part : gathered) {
     const auto [begin, end] = gather.VerticesOf(part.part);

@@ -4,11 +4,13 @@
 #include <stdexcept>
 #include <string>
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
 
 #include "relight/transport/sun_disc.h"
 #include "scene/low_discrepancy.h"
+#include "scene/ray_caster.h"
 
 namespace pleinair {
 namespace {
@@ -16,7 +18,45 @@ namespace {
 // The places of one receiver share these points of the disc; together they see all of it.
 constexpr int kNearDiscPoints = 16;
 
+// Where a ray meets the plane of a side's triangle, to a position's own rounding.
+glm::vec3 OnPlaneOf(const PatchScene& scene,
+                    std::int32_t side,
+                    const glm::vec3& origin_m,
+                    const glm::vec3& direction) {
+  const glm::uvec3& corners = scene.mesh.triangles[static_cast<std::size_t>(side) / 2];
+  const glm::dvec3 a_m(scene.mesh.positions_m[corners.x]);
+  const glm::dvec3 normal = glm::cross(glm::dvec3(scene.mesh.positions_m[corners.y]) - a_m,
+                                       glm::dvec3(scene.mesh.positions_m[corners.z]) - a_m);
+  const glm::dvec3 from_m(origin_m);
+  const double distance_m =
+      glm::dot(normal, a_m - from_m) / glm::dot(normal, glm::dvec3(direction));
+  return glm::vec3(from_m + distance_m * glm::dvec3(direction));
+}
+
 }  // namespace
+
+// Rays of a receiver, cast together, and the places that they meet.
+struct NearSunlight::RaysFromOnePlace {
+  std::vector<glm::vec3> origins_m;
+  std::vector<glm::vec3> directions;
+  std::vector<FaceHit> hits;  // Before a cast, how far each goes.
+  std::vector<Place> places;
+
+  void Clear() { Resize(0); }
+  void Resize(std::size_t count) {
+    origins_m.resize(count);
+    directions.resize(count);
+    hits.resize(count);
+  }
+  void Add(const glm::vec3& origin_m, const glm::vec3& direction, float farthest_m) {
+    origins_m.push_back(origin_m);
+    directions.push_back(direction);
+    hits.push_back({.distance_m = farthest_m});
+  }
+  void CastNearer(const RayCaster& caster) {
+    caster.IntersectNearer(origins_m.data(), directions.data(), hits.size(), hits.data());
+  }
+};
 
 void NearSunlightOptions::Validate() const {
   if (rays_per_receiver < 1) {
@@ -42,7 +82,7 @@ NearSunlight::NearSunlight(const PatchScene& real,
   const float radius_m = 0.5f * glm::distance(box.lower_m, box.upper_m);
   const float reach_m = static_cast<float>(1.0 + options.reach) * radius_m;
   std::vector<std::vector<Place>> of_receiver(receivers.size());
-  tbb::parallel_for(std::size_t{0}, receivers.size(), [&](std::size_t i) {
+  const auto look_from = [&](std::size_t i, RaysFromOnePlace& rays) {
     const Receiver& receiver = receivers[i];
     const float length = glm::dot(receiver.normal, receiver.normal);
     if (!(std::abs(length - 1.0f) < 1e-3f)) return;
@@ -51,17 +91,38 @@ NearSunlight::NearSunlight(const PatchScene& real,
     const glm::vec3 origin_m = OffsetFromSurface(receiver.position_m, receiver.normal);
     // No place within reach is farther; a thousandth for rounding.
     const float farthest_m = 1.001f * (reach_m + glm::distance(origin_m, centre_m));
+    rays.Clear();
     for (int k = 0; k < options.rays_per_receiver; ++k) {
-      const glm::vec3 direction =
-          frame.CosineDirection(FibonacciPoint(k, options.rays_per_receiver, rotation));
-      const auto hit = real.caster.Intersect(origin_m, direction, farthest_m);
-      if (!hit || glm::distance(hit->position_m, centre_m) > reach_m) continue;
-      if (objects.caster.Occluded(origin_m, direction, hit->distance_m)) continue;
-      const std::int32_t side = PatchScene::SideOfHit(*hit, direction);
-      const glm::vec3 normal = real.SideNormal(static_cast<std::size_t>(side));
-      of_receiver[i].push_back({OffsetFromSurface(hit->position_m, normal), real.FaceOfSide(side)});
+      const glm::dvec2 point = FibonacciPoint(k, options.rays_per_receiver, rotation);
+      rays.Add(origin_m, frame.CosineDirection(point), farthest_m);
     }
-  });
+    rays.CastNearer(real.caster);
+    // What is in reach; then, of that, what no object hides.
+    rays.places.clear();
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < rays.hits.size(); ++k) {
+      const FaceHit hit = rays.hits[k];
+      if (hit.triangle == FaceHit::kNone) continue;
+      const std::int32_t side = PatchScene::SideOfHit(hit);
+      const glm::vec3 position_m = OnPlaneOf(real, side, origin_m, rays.directions[k]);
+      if (glm::distance(position_m, centre_m) > reach_m) continue;
+      const glm::vec3 normal = real.SideNormal(static_cast<std::size_t>(side));
+      rays.places.push_back({OffsetFromSurface(position_m, normal), real.FaceOfSide(side)});
+      rays.directions[kept] = rays.directions[k];
+      rays.hits[kept++] = hit;
+    }
+    rays.Resize(kept);
+    rays.CastNearer(objects.caster);
+    for (std::size_t k = 0; k < kept; ++k) {
+      if (rays.hits[k].triangle == FaceHit::kNone) of_receiver[i].push_back(rays.places[k]);
+    }
+  };
+  constexpr std::size_t kReceiversPerTask = 16;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, receivers.size(), kReceiversPerTask),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      RaysFromOnePlace rays;
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) look_from(i, rays);
+                    });
   for (std::size_t i = 0; i < receivers.size(); ++i) {
     places_.insert(places_.end(), of_receiver[i].begin(), of_receiver[i].end());
     first_place_[i + 1] = static_cast<std::uint32_t>(places_.size());

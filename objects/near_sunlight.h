@@ -59,6 +59,8 @@ class NearSunlight {
     glm::vec3 start_m{0.0f};  // Off the surface, to the face's side.
     std::int32_t face = 0;
   };
+  struct RaysFromOnePlace;
+
   std::vector<std::uint32_t> first_place_;  // Per receiver, places [begin, next begin).
   std::vector<Place> places_;
   float share_ = 0.0f;  // Of a receiver's hemisphere, a ray's.

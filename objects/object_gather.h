@@ -108,6 +108,9 @@ class ObjectGather {
   static void Fill(std::span<const Buried> buried, std::span<glm::vec3> at_vertices);
 
   std::size_t VertexCount() const { return points_.size() / kPointsPerVertex; }
+  int RaysPerVertex() const {
+    return of_point_.rays_per_receiver * static_cast<int>(kPointsPerVertex);
+  }
 
  private:
   struct Part {

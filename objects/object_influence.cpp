@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -132,6 +133,30 @@ bool ObjectInfluence::Cast(const PatchScene& real, const PatchScene& objects, in
   return true;
 }
 
+namespace {
+
+// Pixels that have a receiver to themselves, row by row, and how many are before each row.
+std::vector<std::size_t> PixelsOfOwn(const PixelPlan& plan,
+                                     std::vector<std::uint32_t>& first_of_row) {
+  const auto width = static_cast<std::size_t>(plan.size.width);
+  const auto height = static_cast<std::size_t>(plan.size.height);
+  std::vector<std::vector<std::size_t>> of_row(height);
+  tbb::parallel_for(std::size_t{0}, height, [&](std::size_t y) {
+    for (std::size_t pixel = y * width; pixel < (y + 1) * width; ++pixel) {
+      if (plan.size.pixels[pixel] == 1) of_row[y].push_back(pixel);
+    }
+  });
+  std::vector<std::size_t> pixels;
+  first_of_row.reserve(height);
+  for (const std::vector<std::size_t>& row : of_row) {
+    first_of_row.push_back(static_cast<std::uint32_t>(pixels.size()));
+    pixels.insert(pixels.end(), row.begin(), row.end());
+  }
+  return pixels;
+}
+
+}  // namespace
+
 void ObjectInfluence::PlacePixels(const PatchScene& objects,
                                   const SurfaceView& view,
                                   const ObjectInfluenceOptions& options) {
@@ -140,29 +165,27 @@ void ObjectInfluence::PlacePixels(const PatchScene& objects,
                                     view,
                                     static_cast<float>(options.least_share),
                                     static_cast<float>(options.coarseness));
-  // Pixels of their own receiver come first.
-  std::vector<std::uint32_t> first_of_row;
-  for (std::size_t pixel = 0; pixel < plan.size.pixels.size(); ++pixel) {
-    if (pixel % static_cast<std::size_t>(view.Width()) == 0) {
-      first_of_row.push_back(static_cast<std::uint32_t>(stands_at_.size()));
-    }
-    if (plan.size.pixels[pixel] == 1) stands_at_.push_back(pixel);
-  }
   const glm::vec3 eye_m(view.camera.CentreWorldM());
-  std::vector<PlaneBlocks> blocks;
-  std::vector<std::uint32_t> first_receiver;
-  for (std::size_t size = 1; size < kInfluenceBlocksPx.size(); ++size) {
+  std::array<std::optional<PlaneBlocks>, kInfluenceBlocksPx.size()> blocks;  // But for pixels.
+  tbb::parallel_for(std::size_t{1}, blocks.size(), [&](std::size_t size) {
     const Gray8Image candidates = Candidates(plan, size);
-    blocks.emplace_back(
+    blocks[size].emplace(
         view,
         eye_m,
         PlaneBlocks::Options{
             .block_px = kInfluenceBlocksPx[size], .wraps_x = false, .candidates = &candidates});
-    first_receiver.push_back(static_cast<std::uint32_t>(stands_at_.size()));
-    const std::vector<std::size_t>& pixels = blocks.back().ReceiverPixels();
+  });
+  // Pixels of their own receiver come first.
+  std::vector<std::uint32_t> first_of_row;
+  stands_at_ = PixelsOfOwn(plan, first_of_row);
+  std::array<std::uint32_t, kInfluenceBlocksPx.size()> first_receiver{};
+  for (std::size_t size = 1; size < blocks.size(); ++size) {
+    first_receiver[size] = static_cast<std::uint32_t>(stands_at_.size());
+    const std::vector<std::size_t>& pixels = blocks[size]->ReceiverPixels();
     stands_at_.insert(stands_at_.end(), pixels.begin(), pixels.end());
   }
   if (stands_at_.empty()) return;
+  receivers_.reserve(stands_at_.size());
   for (const std::size_t pixel : stands_at_) {
     receivers_.push_back({view.position_world_m.pixels[pixel], view.normal_world.pixels[pixel]});
   }
@@ -182,9 +205,9 @@ void ObjectInfluence::PlacePixels(const PatchScene& objects,
       if (plan.size.At(x, y) == 1) {
         row.entries.push_back({own++, 1.0f});
       } else if (matters(x)) {
-        const std::size_t size = plan.size.At(x, y) - 2u;
+        const std::size_t size = plan.size.At(x, y) - 1u;
         double sum = 0.0;
-        blocks[size].ForPixel(x, y, [&](std::uint32_t receiver, double weight) {
+        blocks[size]->ForPixel(x, y, [&](std::uint32_t receiver, double weight) {
           row.entries.push_back({first_receiver[size] + receiver, static_cast<float>(weight)});
           sum += weight;
         });
@@ -194,7 +217,6 @@ void ObjectInfluence::PlacePixels(const PatchScene& objects,
       row.begin.push_back(static_cast<std::uint32_t>(row.entries.size()));
     }
   });
-  FindSpans();
 }
 
 ObjectInfluence ObjectInfluence::InParts(const PatchScene& real,
@@ -239,21 +261,29 @@ void ObjectInfluence::See(const PatchScene& real,
   }
   picture_width_px_ = sides.width;
   picture_height_px_ = sides.height;
+  has_spans_ = false;
   rows_.resize(static_cast<std::size_t>(sides.height));
   tbb::parallel_for(0, sides.height, [&](int y) {
     Row& row = rows_[static_cast<std::size_t>(y)];
-    // Three a pixel, of no weight where nothing changes.
-    const auto width = static_cast<std::size_t>(sides.width);
+    const auto may_change = [&](int x) {
+      const std::int32_t side = sides.At(x, y);
+      return side != PatchScene::kSky && lattice_->HasReceivers(static_cast<std::size_t>(side));
+    };
+    int end = sides.width;
     row.first_px = 0;
+    while (row.first_px < end && !may_change(row.first_px)) ++row.first_px;
+    while (row.first_px < end && !may_change(end - 1)) --end;
+    // Three a pixel, of no weight where nothing changes.
+    const auto width = static_cast<std::size_t>(end - row.first_px);
     row.entries.assign(3 * width, Entry{0, 0.0f});
     row.begin.resize(width + 1);
     for (std::size_t i = 0; i <= width; ++i) row.begin[i] = static_cast<std::uint32_t>(3 * i);
-    for (int x = 0; x < sides.width; ++x) {
+    FaceLattice::LastSide last_side(*lattice_, real);
+    for (int x = row.first_px; x < end; ++x) {
+      if (!may_change(x)) continue;
       const std::size_t pixel = sides.Index(x, y);
-      if (sides.pixels[pixel] == PatchScene::kSky) continue;
-      const auto side = static_cast<std::size_t>(sides.pixels[pixel]);
-      if (!lattice_->HasReceivers(side)) continue;
-      const auto around = lattice_->Around(real, side, view.position_world_m.pixels[pixel]);
+      const auto around = last_side.Around(static_cast<std::size_t>(sides.pixels[pixel]),
+                                           view.position_world_m.pixels[pixel]);
       // What an object stands on is not to darken what lies beside it.
       float open = 0.0f;
       for (const FaceLattice::Weighted& at : around) open += at.weight * is_open_[at.receiver];
@@ -261,15 +291,16 @@ void ObjectInfluence::See(const PatchScene& real,
         const float weight = open > kLeastOpen
                                  ? around[k].weight * is_open_[around[k].receiver] / open
                                  : around[k].weight;
-        row.entries[3 * static_cast<std::size_t>(x) + k] = {around[k].receiver, weight};
+        row.entries[3 * static_cast<std::size_t>(x - row.first_px) + k] = {around[k].receiver,
+                                                                           weight};
       }
     }
   });
-  FindSpans();
 }
 
-// What a frame asks first of its rows, without a look at every pixel.
 void ObjectInfluence::FindSpans() {
+  if (has_spans_) return;
+  has_spans_ = true;
   // Per thread and receiver, where its span is: true where that one says so.
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> places_of_thread(
       std::vector<std::uint32_t>(receivers_.size(), 0));
@@ -379,6 +410,20 @@ std::array<int, 2> ObjectInfluence::PixelsThatChange(
     const Row& row, std::span<const glm::vec3> at_receivers) const {
   int begin = picture_width_px_;
   int end = 0;
+  if (!has_spans_) {
+    const auto changes = [&](int x) {
+      const std::span<const Entry> entries = row.EntriesOf(x);
+      return std::any_of(entries.begin(), entries.end(), [&](const Entry& entry) {
+        return entry.weight != 0.0f && at_receivers[entry.receiver] != glm::vec3(0.0f);
+      });
+    };
+    int first = row.first_px;
+    int last = row.EndPx();
+    while (first < last && !changes(first)) ++first;
+    while (first < last && !changes(last - 1)) --last;
+    if (first < last) return {first, last};
+    return {begin, end};
+  }
   for (const Span& span : row.spans) {
     if (span.begin_px >= begin && span.end_px <= end) continue;
     if (at_receivers[span.receiver] == glm::vec3(0.0f)) continue;

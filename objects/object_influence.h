@@ -137,6 +137,10 @@ class ObjectInfluence {
   // another.
   void Fold(std::size_t light, const InfluenceBasis& basis, const SurfaceView& view);
 
+  // For callers that evaluate again and again, to find at once where in the picture anything
+  // changes: the same result in less time, for more before the first.
+  void FindSpans();
+
   // The change under `lighting`, which has the sky components that were folded; 0 where it is less
   // than 1/512 of what the surface gets, a quarter of a code value in white. `change` keeps its
   // memory from frame to frame.
@@ -161,7 +165,7 @@ class ObjectInfluence {
     int first_px = 0;
     std::vector<std::uint32_t> begin;  // Per pixel, entries [begin, next begin).
     std::vector<Entry> entries;
-    std::vector<Span> spans;  // One a receiver.
+    std::vector<Span> spans;  // One a receiver; FindSpans makes them.
 
     int EndPx() const { return first_px + std::max(static_cast<int>(begin.size()) - 1, 0); }
     std::span<const Entry> EntriesOf(int x) const {
@@ -178,7 +182,6 @@ class ObjectInfluence {
   void PlacePixels(const PatchScene& objects,
                    const SurfaceView& view,
                    const ObjectInfluenceOptions& options);
-  void FindSpans();
   glm::vec3 Before(std::size_t light,
                    std::size_t receiver,
                    const SurfaceView& view,
@@ -193,6 +196,7 @@ class ObjectInfluence {
   int picture_width_px_ = 0;
   int picture_height_px_ = 0;
   std::vector<Row> rows_;
+  bool has_spans_ = false;
   std::vector<Receiver> receivers_;
   // Per receiver, the pixel where it stands; on faces a face that it stands on.
   std::vector<std::size_t> stands_at_;

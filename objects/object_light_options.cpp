@@ -24,6 +24,7 @@ void GatherInMotionOptions::Validate() const {
   };
   require("vertices_per_frame", vertices_per_frame);
   require("vertices_at_rest", vertices_at_rest);
+  require("rays_at_first", rays_at_first);
 }
 
 void ObjectLightOptions::Validate() const {

@@ -39,6 +39,8 @@ enum class Daylight {
 struct GatherInMotionOptions {
   int vertices_per_frame = 128;  // While an object moves. 0: all, as where they stand still.
   int vertices_at_rest = 1024;   // In frames after that, until all have been. 0: all at once.
+  // Of a vertex in a first frame that is coarse (LightSteps::kFirst). 0: as many as in others.
+  int rays_at_first = 64;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };

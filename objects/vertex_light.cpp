@@ -1,10 +1,8 @@
 #include "objects/vertex_light.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
-#include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -50,6 +48,7 @@ void VertexLight::Pose(const PosedObjects& posed) {
   const std::vector<VirtualObject>& objects = posed.Objects();
   objects_ = &objects;
   follows_ = Leave({posed.Poses().begin(), posed.Poses().end()});
+  if (left_ && !left_->interreflection) left_->interreflection = std::move(interreflection_);
   interreflection_ = ObjectInterreflection(objects);
   daylight_.reset();
   if (options_.daylight == Daylight::kSamples && !objects.empty()) {
@@ -68,6 +67,7 @@ void VertexLight::Pose(const PosedObjects& posed) {
     needed_probes_ = ProbesNeededIn(scene_.probes.Grid(), scene_.probes.Valid(), boxes);
   }
   gather_ = ObjectGather();
+  is_coarse_ = false;
   near_sunlight_.reset();
   single_probe_.Pose(interreflection_.Objects().mesh);
   // Light that follows is some step's until the next one.
@@ -81,37 +81,6 @@ void VertexLight::Pose(const PosedObjects& posed) {
   daylight_response_.clear();
   daylight_done_ = {};
   vertices_.clear();
-}
-
-bool VertexLight::Leave(const std::vector<glm::dmat4>& world_from_given) {
-  const std::vector<glm::dmat4> stood = std::exchange(world_from_given_, world_from_given);
-  const bool keep_shape =
-      std::all_of(world_from_given.begin(), world_from_given.end(), &LightInMotion::KeepsShape);
-  const bool has_gathered = gather_.VertexCount() > 0 && gather_.IsComplete();
-  if (steps_ != LightSteps::kMoving || !IsGathered() || daylight_ != nullptr ||
-      options_.in_motion.vertices_per_frame == 0 || !keep_shape ||
-      stood.size() != world_from_given.size() || (!follows_ && !has_gathered)) {
-    left_.reset();
-    motion_ = LightInMotion(scene_);
-    return false;
-  }
-  has_object_moved_.resize(stood.size());
-  for (std::size_t object = 0; object < stood.size(); ++object) {
-    has_object_moved_[object] = stood[object] != world_from_given[object];
-  }
-  if (has_gathered) {
-    left_ = Left{std::move(interreflection_),
-                 std::move(gather_),
-                 stood,
-                 responses_[0].of_light,
-                 responses_[0].done};
-  }
-  return true;
-}
-
-void VertexLight::BeginFrame(LightSteps steps) {
-  steps_ = steps;
-  if (follows_) responses_[0].done.Lapse();
 }
 
 const SingleProbeLight& VertexLight::LightAtSingleProbe(const FrameBasis& basis,
@@ -251,12 +220,20 @@ void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Li
     }
   }
   if (at == At::kVertices && gather_.VertexCount() == 0) {
-    gather_ = ObjectGather(objects, scene_.patches, options_.gather);
-    set_up_cost_.Learn(watch.LapMs());
+    is_coarse_ = MayStartCoarse();
+    GatherOptions gather = options_.gather;
+    if (is_coarse_) gather.rays_per_receiver = options_.in_motion.rays_at_first;
+    gather_ = ObjectGather(objects, scene_.patches, gather);
+    if (!is_coarse_) set_up_cost_.Learn(watch.LapMs());
   }
   if (LooksForSun(mode, stale)) {
-    near_sunlight_.emplace(scene_.patches, objects, ObjectGather::PointsAround(objects.mesh));
-    near_cost_.Learn(watch.LapMs());
+    NearSunlightOptions near;
+    if (is_coarse_) {
+      near.rays_per_receiver = std::max(
+          1, near.rays_per_receiver * gather_.RaysPerVertex() / options_.gather.rays_per_receiver);
+    }
+    near_sunlight_.emplace(scene_.patches, objects, ObjectGather::PointsAround(objects.mesh), near);
+    if (!is_coarse_) near_cost_.Learn(watch.LapMs());
   }
   Responses& responses = Of(mode);
   responses.of_light.resize(basis.LightCount());
@@ -321,127 +298,6 @@ void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
         irradiance);
   }
   Of(mode_).of_light[light] = WithReflection(light, std::move(irradiance));
-}
-
-std::vector<std::size_t> VertexLight::NextParts() {
-  constexpr std::size_t kPart = ObjectGather::kVerticesPerPart;
-  const std::size_t all = gather_.PartCount();
-  // Those that lack rays, from `first` on around.
-  const auto lacking = [&](bool of_moved, std::size_t first) {
-    std::vector<std::size_t> parts;
-    for (std::size_t i = 0; i < all; ++i) {
-      const std::size_t part = (first + i) % all;
-      if (!gather_.HasCast(part) && part_moves_[part] == of_moved) parts.push_back(part);
-    }
-    return parts;
-  };
-  std::vector<std::size_t> parts = lacking(true, next_moved_part_);
-  std::vector<std::size_t> others = lacking(false, next_other_part_);
-  const bool moves = steps_ == LightSteps::kMoving;
-  const GatherInMotionOptions& options = options_.in_motion;
-  const int vertices = moves ? options.vertices_per_frame : options.vertices_at_rest;
-  const std::size_t most = vertices == 0 || steps_ == LightSteps::kAll
-                               ? all
-                               : (static_cast<std::size_t>(vertices) + kPart - 1) / kPart;
-  // What stands still changes by what moves alone.
-  const std::size_t for_others = moves && most > 1 ? std::max<std::size_t>(most / 4, 1) : 0;
-  parts.resize(std::min(parts.size(), most - std::min(others.size(), for_others)));
-  others.resize(std::min(others.size(), most - parts.size()));
-  if (!parts.empty()) next_moved_part_ = parts.back() + 1;
-  if (!others.empty()) next_other_part_ = others.back() + 1;
-  parts.insert(parts.end(), others.begin(), others.end());
-  return parts;
-}
-
-bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> lights) {
-  const PatchScene& objects = interreflection_.Objects();
-  if (gather_.VertexCount() == 0) {
-    gather_ = ObjectGather::InParts(objects, scene_.patches, options_.gather);
-    near_of_part_.assign(gather_.PartCount(), std::nullopt);
-    part_moves_.assign(gather_.PartCount(), false);
-    std::size_t vertex = 0;
-    for (std::size_t object = 0; object < objects_->size(); ++object) {
-      const std::size_t end = vertex + (*objects_)[object].mesh.positions_m.size();
-      for (; vertex < end; ++vertex) {
-        if (has_object_moved_[object]) part_moves_[vertex / ObjectGather::kVerticesPerPart] = true;
-      }
-    }
-  }
-  std::vector<std::size_t> parts = NextParts();
-  if (!left_ && motion_generation_ != basis.Generation()) {
-    // What is known is of other lights.
-    parts.resize(gather_.PartCount());
-    std::iota(parts.begin(), parts.end(), std::size_t{0});
-  }
-  gather_.Cast(objects, scene_.patches, parts);
-  if (lights.front() == 0 && scene_.options.bounces != 0) {
-    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
-      NearSunlightOptions options;
-      options.first_receiver = gather_.VerticesOf(parts[i]).begin * ObjectGather::kPointsPerVertex;
-      near_of_part_[parts[i]].emplace(scene_.patches, objects, gather_.PointsOf(parts[i]), options);
-    });
-  }
-  if (gather_.IsComplete()) {
-    const bool all_near = std::all_of(near_of_part_.begin(),
-                                      near_of_part_.end(),
-                                      [](const auto& near) { return near.has_value(); });
-    if (all_near) {
-      near_sunlight_.emplace();
-      for (const auto& near : near_of_part_) near_sunlight_->Append(*near);
-    }
-    near_of_part_.clear();
-    left_.reset();
-    follows_ = false;
-    return false;
-  }
-  if (left_) {
-    // Of another set of skies a light's index means another light.
-    for (std::size_t light = 0; light < left_->irradiance.size(); ++light) {
-      if (!left_->done.Ever(basis, light)) left_->irradiance[light].clear();
-    }
-    motion_.Start({left_->interreflection, left_->world_from_given},
-                  left_->gather,
-                  left_->irradiance,
-                  basis,
-                  lights);
-    motion_generation_ = basis.Generation();
-    left_.reset();
-  }
-  motion_.Update({interreflection_, world_from_given_},
-                 gather_,
-                 GatherParts(parts, basis, lights),
-                 basis,
-                 lights,
-                 responses_[0].of_light);
-  return true;
-}
-
-std::vector<LightInMotion::Gathered> VertexLight::GatherParts(std::span<const std::size_t> parts,
-                                                              const FrameBasis& basis,
-                                                              std::span<const std::size_t> lights) {
-  const PatchScene& objects = interreflection_.Objects();
-  std::vector<LightInMotion::Gathered> gathered(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    gathered[i] = {parts[i], VerticesByLight(lights.size())};
-  }
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    std::vector<glm::vec3> radiosity(objects.FaceCount(), glm::vec3(0.0f));
-    const std::vector<glm::vec3>& of_real = basis.FaceRadiosity(lights[i]);
-    radiosity.insert(radiosity.end(), of_real.begin(), of_real.end());
-    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
-      std::vector<glm::vec3>& irradiance = gathered[p].irradiance[i];
-      irradiance = gather_.IrradianceOf(parts[p], basis.Sky(lights[i]), radiosity);
-      const std::optional<NearSunlight>& near = near_of_part_[parts[p]];
-      if (lights[i] != 0 || !near) return;
-      const std::vector<glm::vec3> change = gather_.AtVerticesOf(
-          parts[p],
-          near->Change(scene_.patches, objects, basis.BounceSun(), basis.DirectIrradiance()));
-      for (std::size_t v = 0; v < irradiance.size(); ++v) {
-        irradiance[v] = glm::max(irradiance[v] + change[v], glm::vec3(0.0f));
-      }
-    });
-  }
-  return gathered;
 }
 
 template <class AtVertices>

@@ -52,12 +52,13 @@ class VertexLight {
   VertexLight(const PreparedScene& scene, const Mesh& room, const ObjectLightOptions& options);
 
   // A frame begins, whose Update finds so much. In steps gathered light follows objects that keep
-  // their shape (LightInMotion) until all has been gathered where they are.
+  // their shape (LightInMotion) until all has been gathered where they are. A first step gathers
+  // with fewer rays, and the steps after it go on from there.
   void BeginFrame(LightSteps steps);
   // Sets where objects are; all light on them has to be computed again.
   void Pose(const PosedObjects& objects);
   // Whether gathered light follows the objects: further steps change it.
-  bool FollowsObjects() const { return follows_; }
+  bool FollowsObjects() const { return follows_ || is_coarse_; }
 
   // All objects' triangles, a group an object. Stays at one address.
   const PatchScene& Objects() const { return interreflection_.Objects(); }
@@ -157,6 +158,10 @@ class VertexLight {
   const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
   void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
   void UpdateGathered(const FrameBasis& basis, std::size_t light);
+  // Whether the first light at vertices is one of few rays.
+  bool MayStartCoarse() const;
+  // What a coarse start found is left, for finer light at the same place.
+  void LeaveCoarse();
   // What is left where the objects were, for light to follow them; whether it can.
   bool Leave(const std::vector<glm::dmat4>& world_from_given);
   // A step of light that follows the objects. Returns whether more are to come; else all rays have
@@ -203,13 +208,14 @@ class VertexLight {
   std::optional<NearSunlight> near_sunlight_;  // With the first one in the sun.
   // Where the objects were before a motion, until motion_ has started from it.
   struct Left {
-    ObjectInterreflection interreflection;
+    std::optional<ObjectInterreflection> interreflection;  // None: they are where they were.
     ObjectGather gather;
     std::vector<glm::dmat4> world_from_given;
     VerticesByLight irradiance;
     LightsDone done;  // Of `irradiance`.
   };
   LightSteps steps_ = LightSteps::kAll;  // Of the present frame.
+  bool is_coarse_ = false;  // gather_ and near_sunlight_ have few rays: of a first step.
   bool follows_ = false;  // While the objects move, and until all parts of gather_ have been cast.
   std::optional<Left> left_;
   LightInMotion motion_;

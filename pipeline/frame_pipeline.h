@@ -55,6 +55,9 @@ struct FramePipelineOptions {
   // surfaces around them is coarse (object_light.in_motion, influence.in_motion). Later frames
   // refine it. A picture then depends on those before it: for live frames.
   bool light_in_steps = false;
+  // With that, the first frame of all is coarse, too (object_light.in_motion.rays_at_first): for
+  // callers that somebody waits for.
+  bool first_in_steps = false;
   ObjectLightOptions object_light;
   InfluenceAt influence_at = InfluenceAt::kPixels;
   ObjectInfluenceOptions influence;
@@ -102,8 +105,8 @@ struct RenderedFrame {
   std::int64_t clamped_pixels = 0;  // Pixels of the composite that ClampToHalf changed.
   EffectPlan plan;                  // Without objects nothing is planned.
   std::vector<PlannedWork> works;
-  // Objects move or have just come to rest. The same frame drawn again, or more frames at rest, are
-  // finer. Only with light_in_steps.
+  // Objects move or have just come to rest, or it is the first frame. The frame drawn again at the
+  // same time, or some more frames at rest, are finer. Only with light_in_steps.
   bool is_light_coarse = false;
   double camera_blur_px = 0.0;       // Measured in the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.

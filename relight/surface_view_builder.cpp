@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 #include <glm/geometric.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -118,6 +119,22 @@ struct SurfaceViewBuilder::Impl {
   }
 
   void BuildGeometry(const Camera& camera) {
+    // For the first view, beside it: for the most part on one thread.
+    if (IsOnSurfaces() && !surfaces) {
+      tbb::parallel_invoke(
+          [&] { CastView(camera); },
+          [&] {
+            surfaces.emplace(
+                scene.patches, scene.transport.FaceRays(), options.surfaces, scene.options.gather);
+          });
+    } else {
+      CastView(camera);
+    }
+    if (IsOnSurfaces()) surfaces->Show(side);
+    ++view.geometry_version;
+  }
+
+  void CastView(const Camera& camera) {
     view.camera = camera;
     const CameraPixels pixels(camera);
     const ViewRays rays = pixels.Rays(directions_in_camera.Get(
@@ -130,17 +147,10 @@ struct SurfaceViewBuilder::Impl {
                      : FindPlanarBlocks(view, rays.origin_m, sun_block_px);
     MeshEdgesInBlocks(view, rays.origin_m, geometry_blocks, mesh_edges);
     albedo.Fill(pixels, geometry_blocks, side, view, survey_edge_distance_px);
-    if (IsOnSurfaces()) {
-      if (!surfaces) {
-        surfaces.emplace(
-            scene.patches, scene.transport.FaceRays(), options.surfaces, scene.options.gather);
-      }
-      surfaces->Show(side);
-    } else {
+    if (!IsOnSurfaces()) {
       gather =
           SurfaceGather(scene.patches, rays, view, options.receiver_block_px, scene.options.gather);
     }
-    ++view.geometry_version;
   }
 
   // Returns which are new; they have no light on faces yet.
@@ -162,21 +172,27 @@ struct SurfaceViewBuilder::Impl {
 
   void FillSky(std::span<const std::size_t> of_shapes) {
     view.sky_response.resize(shapes.size());
-    for (const std::size_t k : of_shapes) {
-      if (surfaces) continue;
-      SizeFor(geometry_blocks.blocks, view.sky_response[k]);
-      SkyResponse(gather, k, view.sky_response[k].pixels);
-    }
+    if (!surfaces) SkyResponses(gather, of_shapes, view);
     ++view.sky_version;
   }
 
-  void SkyResponse(const SurfaceGather& receivers,
-                   std::size_t k,
-                   std::vector<glm::vec3>& at_pixels) const {
-    std::vector<glm::vec3> response = receivers.Rays().FromSky(*shapes[k]);
-    const std::vector<glm::vec3> bounced = receivers.Rays().FromFaces(sky_faces[k].radiosity);
-    for (std::size_t i = 0; i < response.size(); ++i) response[i] += bounced[i];
-    receivers.Blend(response, at_pixels);
+  // Of the view whose pixels `receivers` are blended over.
+  void SkyResponses(const SurfaceGather& receivers,
+                    std::span<const std::size_t> of_shapes,
+                    SurfaceView& of_view) const {
+    std::vector<const SkyShape*> skies;
+    for (const std::size_t k : of_shapes) skies.push_back(shapes[k].get());
+    std::vector<std::vector<glm::vec3>> responses = receivers.Rays().FromSkies(skies);
+    for (std::size_t i = 0; i < of_shapes.size(); ++i) {
+      const std::size_t k = of_shapes[i];
+      std::vector<glm::vec3>& response = responses[i];
+      const std::vector<glm::vec3> bounced = receivers.Rays().FromFaces(sky_faces[k].radiosity);
+      for (std::size_t r = 0; r < response.size(); ++r) response[r] += bounced[r];
+      RgbImage& image = of_view.sky_response[k];
+      image.width = of_view.Width();
+      image.height = of_view.Height();
+      receivers.Blend(response, image.pixels);
+    }
   }
 
   void UpdateSurveySky(Survey& survey) {
@@ -184,13 +200,11 @@ struct SurfaceViewBuilder::Impl {
         std::exchange(survey_shapes, shapes);
     survey.view.sky_shape_names = view.sky_shape_names;
     survey.view.sky_response.resize(shapes.size());
+    std::vector<std::size_t> are_new;
     for (std::size_t k = 0; k < shapes.size(); ++k) {
-      if (k < before.size() && before[k] == shapes[k]) continue;
-      RgbImage& response = survey.view.sky_response[k];
-      response.width = survey.view.Width();
-      response.height = survey.view.Height();
-      SkyResponse(*survey.gather, k, response.pixels);
+      if (k >= before.size() || before[k] != shapes[k]) are_new.push_back(k);
     }
+    SkyResponses(*survey.gather, are_new, survey.view);
   }
 
   void LimitTo(std::span<const SampleRegionPolygon> limits) {
@@ -222,11 +236,13 @@ struct SurfaceViewBuilder::Impl {
     if (new_sun != nullptr) of_sun = {new_sun->bounces_from_enu, new_sun->angular_radius_rad};
     std::vector<FaceLight> lights =
         scene.transport.SolveTogether(scene.patches, skies, of_sun, scene.options.bounces);
+    std::vector<SurfaceLight::IndexedLight> on_surfaces;
     for (std::size_t i = 0; i < new_shapes.size(); ++i) {
       const std::size_t k = new_shapes[i];
       sky_faces[k] = std::move(lights[i]);
-      if (surfaces) surfaces->SetLight(LightOfSky(k), shapes[k], sky_faces[k].radiosity);
+      on_surfaces.push_back({LightOfSky(k), shapes[k], sky_faces[k].radiosity});
     }
+    if (surfaces) surfaces->SetLights(std::move(on_surfaces));
     return new_sun != nullptr ? std::make_shared<const FaceLight>(std::move(lights.back()))
                               : nullptr;
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <embree3/rtcore.h>
 #include <glm/common.hpp>
@@ -62,6 +63,15 @@ double PlaneDistance(const Query& query,
   return glm::dot(normal, a - origin_m) / glm::dot(normal, direction);
 }
 
+// Whether single precision decides on which side of a hit's plane the ray starts.
+bool IsFarFromPlane(const Query& query,
+                    const glm::vec3& normal,
+                    const glm::vec3& direction,
+                    float distance_m) {
+  const float height = distance_m * glm::dot(normal, direction);
+  return height * height > query.near_m * query.near_m * glm::dot(normal, normal);
+}
+
 // Whether the surface really lies in front of the origin. The differences of single-precision
 // coordinates are exact in double precision, so the origin's side of a plane is certain. A ray that
 // leaves a surface does not meet it again, however large its triangles are.
@@ -76,8 +86,7 @@ bool LiesInFront(const Query& query, const RTCFilterFunctionNArguments& argument
                          RTCHitN_Ng_y(hit, lanes, lane),
                          RTCHitN_Ng_z(hit, lanes, lane));
   const float distance_m = RTCRayN_tfar(ray, lanes, lane);
-  const float height = distance_m * glm::dot(normal, direction);
-  if (height * height > query.near_m * query.near_m * glm::dot(normal, normal)) {
+  if (IsFarFromPlane(query, normal, direction, distance_m)) {
     return distance_m < query.max_distance_m;
   }
   const glm::dvec3 origin_m(RTCRayN_org_x(ray, lanes, lane),
@@ -246,12 +255,40 @@ struct RayCaster::Impl {
   RTCRayHit8 CastPacket(const glm::vec3* origins_m,
                         const glm::vec3* directions,
                         std::size_t lanes,
-                        RTCIntersectContext& context) const {
+                        Query& query) const {
     RTCRayHit8 packet{};
     const auto valid = FillPacket(origins_m, directions, lanes, packet.ray);
     std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
-    rtcIntersect8(valid.data(), scene, &context, &packet);
+    CastExactly(valid, query, packet);
     return packet;
+  }
+
+  // The nearest hits that Filter accepts. It is called for few rays: what is hit first without it,
+  // and far from its plane, is what it would accept, too; other rays are cast again.
+  void CastExactly(const PacketMask& valid, Query& query, RTCRayHit8& packet) const {
+    if (!cut_outs.Empty()) {
+      rtcIntersect8(valid.data(), scene, &query.context, &packet);
+      return;
+    }
+    const RTCFilterFunctionN filter = std::exchange(query.context.filter, nullptr);
+    std::array<float, kPacket> farthest_m;
+    std::copy_n(packet.ray.tfar, kPacket, farthest_m.begin());
+    rtcIntersect8(valid.data(), scene, &query.context, &packet);
+    query.context.filter = filter;
+    PacketMask again{};
+    bool any_again = false;
+    for (std::size_t lane = 0; lane < kPacket; ++lane) {
+      if (valid[lane] == 0 || packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+      const glm::vec3 normal(packet.hit.Ng_x[lane], packet.hit.Ng_y[lane], packet.hit.Ng_z[lane]);
+      const glm::vec3 direction(
+          packet.ray.dir_x[lane], packet.ray.dir_y[lane], packet.ray.dir_z[lane]);
+      if (IsFarFromPlane(query, normal, direction, packet.ray.tfar[lane])) continue;
+      again[lane] = -1;
+      any_again = true;
+      packet.ray.tfar[lane] = farthest_m[lane];
+      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+    if (any_again) rtcIntersect8(again.data(), scene, &query.context, &packet);
   }
 
   Query NewQuery(float max_distance_m) const {
@@ -354,11 +391,26 @@ std::optional<RayHit> RayCaster::Intersect(const glm::vec3& origin_m,
     return std::nullopt;
   }
   Query query = impl_->NewQuery(max_distance_m);
-  RTCRayHit found{};
-  found.ray = NewRay(origin_m, direction, max_distance_m);
-  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(impl_->scene, &query.context, &found);
+  const auto cast = [&] {
+    RTCRayHit found{};
+    found.ray = NewRay(origin_m, direction, max_distance_m);
+    found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(impl_->scene, &query.context, &found);
+    return found;
+  };
+  const RTCFilterFunctionN filter = query.context.filter;
+  // As in CastExactly.
+  if (impl_->cut_outs.Empty()) query.context.filter = nullptr;
+  RTCRayHit found = cast();
   if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const glm::vec3 normal(found.hit.Ng_x, found.hit.Ng_y, found.hit.Ng_z);
+  if (query.context.filter == nullptr &&
+      !(IsFarFromPlane(query, normal, direction, found.ray.tfar) &&
+        found.ray.tfar < max_distance_m)) {
+    query.context.filter = filter;
+    found = cast();
+    if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  }
   return impl_->HitAt(query, found.hit.primID, {found.hit.u, found.hit.v}, origin_m, direction);
 }
 
@@ -371,7 +423,7 @@ void RayCaster::Intersect(const glm::vec3* origins_m,
   for (std::size_t begin = 0; begin < count; begin += kPacket) {
     const std::size_t lanes = std::min(kPacket, count - begin);
     const RTCRayHit8 packet =
-        impl_->CastPacket(origins_m + begin, directions + begin, lanes, query.context);
+        impl_->CastPacket(origins_m + begin, directions + begin, lanes, query);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       hits[begin + lane].reset();
       if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
@@ -392,8 +444,35 @@ void RayCaster::Intersect(const glm::vec3* origins_m,
   for (std::size_t begin = 0; begin < count; begin += kPacket) {
     const std::size_t lanes = std::min(kPacket, count - begin);
     const RTCRayHit8 packet =
-        impl_->CastPacket(origins_m + begin, directions + begin, lanes, query.context);
+        impl_->CastPacket(origins_m + begin, directions + begin, lanes, query);
     TakeHits(packet, directions + begin, lanes, hits + begin);
+  }
+}
+
+void RayCaster::IntersectNearer(const glm::vec3* origins_m,
+                                const glm::vec3* directions,
+                                std::size_t count,
+                                FaceHit* hits) const {
+  Query query = impl_->NewQuery(kInfinity);
+  for (std::size_t begin = 0; begin < count; begin += kPacket) {
+    const std::size_t lanes = std::min(kPacket, count - begin);
+    RTCRayHit8 packet{};
+    const auto valid = FillPacket(origins_m + begin, directions + begin, lanes, packet.ray);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      packet.ray.tfar[lane] = hits[begin + lane].distance_m;
+    }
+    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
+    impl_->CastExactly(valid, query, packet);
+    std::array<FaceHit, kPacket> found;
+    TakeHits(packet, directions + begin, lanes, found.data());
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      FaceHit& hit = hits[begin + lane];
+      if (found[lane].distance_m < hit.distance_m) {
+        hit = found[lane];
+      } else {
+        hit.triangle = FaceHit::kNone;
+      }
+    }
   }
 }
 
@@ -407,7 +486,8 @@ void RayCaster::IntersectFrom(const glm::vec3& origin_m,
     return;
   }
   Query query = impl_->NewQuery(kInfinity);
-  if (where == Origin::kOffMesh && impl_->cut_outs.Empty()) query.context.filter = nullptr;
+  const bool is_exact = where == Origin::kMayBeOnMesh || !impl_->cut_outs.Empty();
+  if (!is_exact) query.context.filter = nullptr;
   RTCRayHit8 packet{};
   std::fill_n(packet.ray.org_x, kPacket, origin_m.x);
   std::fill_n(packet.ray.org_y, kPacket, origin_m.y);
@@ -427,7 +507,11 @@ void RayCaster::IntersectFrom(const glm::vec3& origin_m,
     std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
     // Not as coherent rays: Embree's way with those is the slower one over an object's small
     // triangles.
-    rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
+    if (is_exact) {
+      impl_->CastExactly(valid, query, packet);
+    } else {
+      rtcIntersect8(valid.data(), impl_->scene, &query.context, &packet);
+    }
     TakeHits(packet, directions + begin, lanes, hits + begin);
   }
 }

@@ -70,6 +70,13 @@ class RayCaster {
                  std::size_t count,
                  FaceHit* hits) const;
 
+  // The same where a ray goes no farther than its entry of `hits` says, such as the distance to
+  // another mesh. A ray that meets nothing nearer keeps its distance and gets no triangle.
+  void IntersectNearer(const glm::vec3* origins_m,
+                       const glm::vec3* directions,
+                       std::size_t count,
+                       FaceHit* hits) const;
+
   // The same for `count` rays from one point, with short results: faster still. It is fastest for a
   // point that is known to be off the mesh, where single precision decides on triangles' sides.
   // Shape  directions, hits: count entries each.

@@ -20,6 +20,9 @@ class UniformSkyShape final : public SkyShape {
   glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
     return glm::vec3(direction_enu.z > 0.0f ? std::numbers::inv_pi_v<float> : 0.0f);
   }
+  std::optional<ByHeight> LinearInHeight() const override {
+    return ByHeight{double{std::numbers::inv_pi_v<float>}, 0.0};
+  }
 };
 
 class TableSkyShape final : public SkyShape {

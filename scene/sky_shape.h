@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +30,13 @@ class SkyShape {
   virtual std::string Name() const = 0;  // As in lighting.jsonl's sky_shape.
   // Zero on and below the horizon. `direction_enu` is unit.
   virtual glm::vec3 Radiance(const glm::vec3& direction_enu) const = 0;
+  // Where above the horizon it is `level + rise * direction.z`, the same in all channels; else
+  // none.
+  struct ByHeight {
+    double level = 0.0;
+    double rise = 0.0;
+  };
+  virtual std::optional<ByHeight> LinearInHeight() const { return std::nullopt; }
   // For callers that know the cells of many directions: radiance of each of SkyTable's cells, where
   // Radiance is a look-up of that; else null.
   virtual const std::vector<glm::vec3>* Table() const { return nullptr; }

@@ -451,6 +451,11 @@ void AddObjects(std::vector<Setting>& settings) {
       Between(0, 1 << 30),
       [](Options & o) -> auto& { return o.pipeline.object_light.in_motion.vertices_at_rest; }));
   settings.push_back(NumberSetting(
+      "pipeline.object_light.in_motion.rays_at_first",
+      "rays of a vertex in the first frame of all, where light is in steps; 0: as in others",
+      Between(0, 65536),
+      [](Options & o) -> auto& { return o.pipeline.object_light.in_motion.rays_at_first; }));
+  settings.push_back(NumberSetting(
       "pipeline.object_light.single_probe.rays", "rays at a single probe", Between(1, 1 << 20), [
       ](Options & o) -> auto& { return o.pipeline.object_light.single_probe.rays; }));
   settings.push_back(NumberSetting(

@@ -1,10 +1,14 @@
 #include "sunmodel/sky_shapes.h"
 
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "sunmodel/sky_luminance.h"
 
@@ -15,11 +19,16 @@ class OvercastSkyShape final : public SkyShape {
  public:
   std::string Name() const override { return "overcast"; }
   glm::vec3 Radiance(const glm::vec3& direction_enu) const override {
-    // The integral of (1 + 2 sin e) / 3 times sin e over the hemisphere.
-    constexpr double kIrradiance = 7.0 * std::numbers::pi / 9.0;
     return glm::vec3(
         static_cast<float>(OvercastSkyLuminance(glm::dvec3(direction_enu)) / kIrradiance));
   }
+  std::optional<ByHeight> LinearInHeight() const override {
+    return ByHeight{1.0 / (3.0 * kIrradiance), 2.0 / (3.0 * kIrradiance)};
+  }
+
+ private:
+  // The integral of (1 + 2 sin e) / 3 times sin e over the hemisphere.
+  static constexpr double kIrradiance = 7.0 * std::numbers::pi / 9.0;
 };
 
 }  // namespace
@@ -32,9 +41,12 @@ std::shared_ptr<const SkyShape> MakeClearSkyShape(const glm::dvec3& sun_directio
                                                   double aerosol_optical_depth_500nm) {
   const ClearSkyDistribution sky(sun_direction_enu, aerosol_optical_depth_500nm);
   std::vector<glm::vec3> table(SkyTable::kCells);
-  for (std::size_t cell = 0; cell < table.size(); ++cell) {
-    table[cell] = glm::vec3(sky.Radiance(SkyTable::DirectionOfCell(cell)));
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, table.size(), 1024),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t cell = range.begin(); cell < range.end(); ++cell) {
+                        table[cell] = glm::vec3(sky.Radiance(SkyTable::DirectionOfCell(cell)));
+                      }
+                    });
   return MakeTableSkyShape("clear", std::move(table));
 }
 

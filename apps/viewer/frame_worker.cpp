@@ -84,6 +84,7 @@ class FrameWorker::Viewing {
     SessionOptions options = worker_.options_;
     options.pipeline.sun_ahead = source_.IsLive();
     options.pipeline.light_in_steps = true;
+    options.pipeline.first_in_steps = true;
     Load(options);
   }
 
@@ -363,6 +364,7 @@ class FrameWorker::Viewing {
     options.pipeline.effects = request.effects;
     options.pipeline.sun_ahead = source_.IsLive();
     options.pipeline.light_in_steps = true;
+    options.pipeline.first_in_steps = true;
     Load(options);
   }
 

@@ -76,6 +76,22 @@ class BlockSizes {
   bool has_anchor_ = false;
 };
 
+// Whether the objects fill less than a share of any surface's view there: without a root, for most
+// pixels. A cone whose half angle's squared sine is s, up to a half, fills 2 s / (1 + sqrt(1 - s))
+// at most.
+bool IsFarFromAll(const std::vector<std::optional<ObjectBounds>>& bounds,
+                  const glm::vec3& position_m,
+                  float least_share) {
+  constexpr float kSharePerSquaredSine = 1.18f;
+  float squared_sines = 0.0f;
+  for (const std::optional<ObjectBounds>& object : bounds) {
+    if (!object) continue;
+    const glm::vec3 apart = object->centre_m - position_m;
+    squared_sines += object->radius_m * object->radius_m / glm::dot(apart, apart);
+  }
+  return kSharePerSquaredSine * squared_sines < std::min(least_share, 0.5f);
+}
+
 // Whether an object stands between the eye and a surface; `from_eye` are the cones in which the
 // objects are seen from there.
 bool IsCovered(const RayCaster& objects,
@@ -112,6 +128,7 @@ PixelPlan PlanPixels(const PatchScene& objects,
   }
   const auto plan_pixel = [&](std::size_t pixel, BlockSizes& sizes) {
     const glm::vec3& position_m = view.position_world_m.pixels[pixel];
+    if (IsFarFromAll(bounds, position_m, least_share)) return;
     const glm::vec3& normal = view.normal_world.pixels[pixel];
     float share = 0.0f;
     for (const std::optional<ObjectBounds>& object : bounds) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
 
@@ -37,23 +37,41 @@ std::size_t OwnShape::CellOf(const glm::vec3& direction) {
 
 OwnShape::OwnShape(const ObjectGather& gather,
                    const PatchScene& objects,
-                   std::span<const glm::mat3> own_from_world) {
-  const std::size_t vertices = gather.VertexCount();
-  object_of_vertex_.assign(vertices, 0);
+                   std::span<const glm::mat3> own_from_world)
+    : object_of_vertex_(gather.VertexCount(), 0), parts_(gather.PartCount()) {
   for (std::size_t t = 0; t < objects.mesh.triangles.size(); ++t) {
     for (int corner = 0; corner < 3; ++corner) {
       object_of_vertex_[objects.mesh.triangles[t][corner]] = objects.mesh.triangle_group[t];
     }
   }
-  struct OfVertex {
-    std::vector<Source> cells;
-    std::vector<Source> faces;
-  };
-  std::vector<OfVertex> of_vertices(vertices);
-  tbb::parallel_for(std::size_t{0}, vertices, [&](std::size_t v) {
+  std::vector<std::size_t> all(parts_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  Refine(gather, all, objects, own_from_world);
+}
+
+void OwnShape::Refine(const ObjectGather& gather,
+                      std::span<const std::size_t> parts,
+                      const PatchScene& objects,
+                      std::span<const glm::mat3> own_from_world) {
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+    Part& part = parts_[parts[i]];
+    if (part.rays_per_vertex >= gather.RaysPerVertex()) return;
+    part = PartOf(gather, parts[i], objects, own_from_world);
+  });
+}
+
+OwnShape::Part OwnShape::PartOf(const ObjectGather& gather,
+                                std::size_t index,
+                                const PatchScene& objects,
+                                std::span<const glm::mat3> own_from_world) const {
+  Part part;
+  part.rays_per_vertex = gather.RaysPerVertex();
+  const auto [first, last] = gather.VerticesOf(index);
+  std::vector<Source> faces;
+  for (std::size_t v = first; v < last; ++v) {
     const std::uint32_t object = object_of_vertex_[v];
     std::array<float, kCells> shares{};
-    std::vector<Source>& faces = of_vertices[v].faces;
+    faces.clear();
     const auto add_direction = [&](const glm::vec3& direction, float share) {
       shares[CellOf(own_from_world[object] * direction)] += share;
     };
@@ -81,51 +99,45 @@ OwnShape::OwnShape(const ObjectGather& gather,
       }
     }
     if (!faces.empty()) faces.resize(kept + 1);
+    part.faces.sources.insert(part.faces.sources.end(), faces.begin(), faces.end());
+    part.faces.begin.push_back(static_cast<std::uint32_t>(part.faces.sources.size()));
     for (std::size_t cell = 0; cell < kCells; ++cell) {
       if (shares[cell] == 0.0f) continue;
-      of_vertices[v].cells.push_back(
+      part.cells.sources.push_back(
           {static_cast<std::uint32_t>(object * kCells + cell), shares[cell]});
     }
-  });
-  for (auto [rows, part] :
-       {std::pair{&cells_, &OfVertex::cells}, std::pair{&faces_, &OfVertex::faces}}) {
-    rows->begin.push_back(0);
-    for (const OfVertex& of_vertex : of_vertices) {
-      const std::vector<Source>& sources = of_vertex.*part;
-      rows->sources.insert(rows->sources.end(), sources.begin(), sources.end());
-      rows->begin.push_back(static_cast<std::uint32_t>(rows->sources.size()));
-    }
+    part.cells.begin.push_back(static_cast<std::uint32_t>(part.cells.sources.size()));
   }
+  return part;
 }
 
-std::vector<glm::vec3> OwnShape::Rows::Sum(std::span<const glm::vec3> radiosity,
-                                           std::size_t lights) const {
-  const std::size_t vertices = begin.size() - 1;
-  std::vector<glm::vec3> sums(vertices * lights, glm::vec3(0.0f));
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices, 128),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t v = range.begin(); v < range.end(); ++v) {
-                        glm::vec3* const sum = sums.data() + v * lights;
-                        for (std::uint32_t k = begin[v]; k < begin[v + 1]; ++k) {
-                          const glm::vec3* const source =
-                              radiosity.data() + std::size_t{sources[k].index} * lights;
-                          for (std::size_t light = 0; light < lights; ++light) {
-                            sum[light] += sources[k].share * source[light];
-                          }
-                        }
-                      }
-                    });
+std::vector<glm::vec3> OwnShape::Sum(Rows Part::*rows,
+                                     std::span<const glm::vec3> radiosity,
+                                     std::size_t lights) const {
+  std::vector<glm::vec3> sums(VertexCount() * lights, glm::vec3(0.0f));
+  tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t part) {
+    const auto& [begin, sources] = parts_[part].*rows;
+    glm::vec3* sum = sums.data() + part * ObjectGather::kVerticesPerPart * lights;
+    for (std::size_t i = 0; i + 1 < begin.size(); ++i, sum += lights) {
+      for (std::uint32_t k = begin[i]; k < begin[i + 1]; ++k) {
+        const glm::vec3* const source = radiosity.data() + std::size_t{sources[k].index} * lights;
+        for (std::size_t light = 0; light < lights; ++light) {
+          sum[light] += sources[k].share * source[light];
+        }
+      }
+    }
+  });
   return sums;
 }
 
 std::vector<glm::vec3> OwnShape::FromCells(std::span<const glm::vec3> cells,
                                            std::size_t lights) const {
-  return cells_.Sum(cells, lights);
+  return Sum(&Part::cells, cells, lights);
 }
 
 std::vector<glm::vec3> OwnShape::FromFaces(std::span<const glm::vec3> faces,
                                            std::size_t lights) const {
-  return faces_.Sum(faces, lights);
+  return Sum(&Part::faces, faces, lights);
 }
 
 }  // namespace pleinair

@@ -32,6 +32,13 @@ class OwnShape {
            const PatchScene& objects,
            std::span<const glm::mat3> own_from_world);
 
+  // The same for these parts of the objects alone, at another place, where `gather` has more rays
+  // than what is known of a part.
+  void Refine(const ObjectGather& gather,
+              std::span<const std::size_t> parts,
+              const PatchScene& objects,
+              std::span<const glm::mat3> own_from_world);
+
   bool Empty() const { return object_of_vertex_.empty(); }
   std::size_t VertexCount() const { return object_of_vertex_.size(); }
   std::uint32_t ObjectOf(std::size_t vertex) const { return object_of_vertex_[vertex]; }
@@ -48,16 +55,26 @@ class OwnShape {
     std::uint32_t index = 0;  // Of a cell of all objects', or of a face.
     float share = 0.0f;
   };
-  // Sources of vertex v: [begin[v], begin[v + 1]).
+  // Of a part's vertices: sources of its vertex i are [begin[i], begin[i + 1]).
   struct Rows {
-    std::vector<std::uint32_t> begin;
+    std::vector<std::uint32_t> begin{0};
     std::vector<Source> sources;
-    std::vector<glm::vec3> Sum(std::span<const glm::vec3> radiosity, std::size_t lights) const;
   };
+  struct Part {
+    Rows cells;
+    Rows faces;
+    int rays_per_vertex = 0;
+  };
+  Part PartOf(const ObjectGather& gather,
+              std::size_t part,
+              const PatchScene& objects,
+              std::span<const glm::mat3> own_from_world) const;
+  std::vector<glm::vec3> Sum(Rows Part::*rows,
+                             std::span<const glm::vec3> radiosity,
+                             std::size_t lights) const;
 
   std::vector<std::uint32_t> object_of_vertex_;
-  Rows cells_;
-  Rows faces_;
+  std::vector<Part> parts_;  // As of ObjectGather.
 };
 
 }  // namespace pleinair

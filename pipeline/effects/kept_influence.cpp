@@ -15,7 +15,7 @@ GatheredFor KeptInfluence::RaysFor(const EffectFrame& frame) const {
 }
 
 bool KeptInfluence::Moves(const EffectStage& stage, const EffectFrame& frame) {
-  return frame.steps == LightSteps::kMoving &&
+  return (frame.steps == LightSteps::kMoving || frame.steps == LightSteps::kFirst) &&
          stage.Options().influence.in_motion.rays_per_receiver > 0;
 }
 
@@ -71,6 +71,7 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
     motion_cost_.Learn(watch.LapMs());
   }
   ObjectInfluence& influence = gathered.influence;
+  const bool is_new_view = OnFaces() && !gathered.seen.IsOf(frame.Geometry());
   if (OnFaces()) {
     gathered.seen.Get(frame.Geometry(), [&] {
       influence.See(real, frame.view, frame.pixel_faces);
@@ -78,6 +79,8 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
       return Seen();
     });
   }
+  // A second look: it stands.
+  if (!is_new && !is_new_view) influence.FindSpans();
   LitByLight& lit =
       lit_.Get({RaysFor(frame), vertex_light.UpdatedIn()}, [] { return LitByLight(); });
   const LightsDone& source = vertex_light.Done(vertex_light.UpdatedIn());

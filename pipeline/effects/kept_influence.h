@@ -38,7 +38,7 @@ class KeptInfluence {
     Cached<Seen, ViewOfPose> seen{};        // For receivers on faces: which pixels show them.
   };
 
-  // Whether the frame is one in motion, and treated as such.
+  // Whether the frame is one in motion, or the first in steps, and treated as such.
   static bool Moves(const EffectStage& stage, const EffectFrame& frame);
   ObjectInfluence Make(const EffectStage& stage,
                        const EffectFrame& frame,

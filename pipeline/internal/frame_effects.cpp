@@ -130,7 +130,8 @@ LightBeforePlan FrameEffects::MakeLight(const VertexLight::Mode& mode, const Eff
 }
 
 LightSteps FrameEffects::StepsOf(const Frame& frame) const {
-  if (!options_.light_in_steps || !last_time_) return LightSteps::kAll;
+  if (!options_.light_in_steps) return LightSteps::kAll;
+  if (!last_time_) return options_.first_in_steps ? LightSteps::kFirst : LightSteps::kAll;
   const double since_last_s = std::chrono::duration<double>(frame.time - *last_time_).count();
   if (!(since_last_s > 0.0 && since_last_s <= MotionTrack::kLongestGapS)) return LightSteps::kAll;
   return pose_ == objects_.Version() ? LightSteps::kResting : LightSteps::kMoving;

@@ -102,7 +102,7 @@ void GatheredRays::serialize(Archive& archive) {
   internal::ArchiveBlock(archive, ray_count_);
   internal::ArchiveBlock(archive, hidden_scale_);
   archive(rays_per_receiver_);
-  if constexpr (Archive::is_loading::value) FindSkyCells();
+  if constexpr (Archive::is_loading::value) DescribeSky();
 }
 
 template <class Archive>

@@ -54,22 +54,6 @@ PlaceKey KeyOf(const glm::vec3& position_m, const glm::vec3& normal) {
 // Slots of the rows before row r.
 std::uint32_t RowBegin(std::uint32_t r) { return r * (r + 1) / 2; }
 
-// Of a point in a triangle; one outside by rounding counts as on the edge. Patches have an area.
-glm::vec3 BarycentricOf(const glm::vec3& point_m,
-                        const glm::vec3& a_m,
-                        const glm::vec3& b_m,
-                        const glm::vec3& c_m) {
-  const glm::vec3 normal = glm::cross(b_m - a_m, c_m - a_m);
-  const float twice_area_squared = glm::dot(normal, normal);
-  glm::vec3 weights(1.0f / 3.0f);
-  if (!(twice_area_squared > 0.0f)) return weights;
-  weights.x = glm::dot(normal, glm::cross(c_m - b_m, point_m - b_m)) / twice_area_squared;
-  weights.y = glm::dot(normal, glm::cross(a_m - c_m, point_m - c_m)) / twice_area_squared;
-  weights.z = 1.0f - weights.x - weights.y;
-  weights = glm::max(weights, glm::vec3(0.0f));
-  return weights / (weights.x + weights.y + weights.z);
-}
-
 }  // namespace
 
 FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t> parts)
@@ -82,6 +66,13 @@ FaceLattice::FaceLattice(const PatchScene& scene, std::span<const std::uint16_t>
   std::unordered_map<PlaceKey, std::uint32_t, HashOfKey> receiver_at;
   std::vector<glm::dvec3> sum_m;  // Per receiver, over the small triangles around it.
   std::vector<int> triangles;
+  std::size_t slots = 0;
+  for (const std::uint16_t n : parts_) {
+    if (n > 0) slots += (std::size_t{n} + 1) * (std::size_t{n} + 2) / 2;
+  }
+  receiver_of_slot_.reserve(slots);
+  first_slot_.reserve(parts_.size());
+  receiver_at.reserve(slots / 2);  // Most are shared.
   for (std::size_t side = 0; side < parts_.size(); ++side) {
     first_slot_.push_back(static_cast<std::uint32_t>(receiver_of_slot_.size()));
     const std::uint32_t n = parts_[side];
@@ -299,15 +290,46 @@ std::array<FaceLattice::Weighted, 3> FaceLattice::AroundOnGrid(const Grid& grid,
   return {Weighted{top, 1.0f - v}, {receiver_of_slot_[first + 1], v - u}, {far, u}};
 }
 
+// Patches have an area.
+FaceLattice::Triangle FaceLattice::TriangleOf(const PatchScene& scene, std::size_t side) {
+  const glm::uvec3& vertices = scene.mesh.triangles[side / 2];
+  const glm::vec3& a_m = scene.mesh.positions_m[vertices.x];
+  Triangle triangle;
+  triangle.b_m = scene.mesh.positions_m[vertices.y];
+  triangle.c_m = scene.mesh.positions_m[vertices.z];
+  const glm::vec3 normal = glm::cross(triangle.b_m - a_m, triangle.c_m - a_m);
+  const float twice_area_squared = glm::dot(normal, normal);
+  triangle.has_area = twice_area_squared > 0.0f;
+  if (!triangle.has_area) return triangle;
+  triangle.of_a_per_m = glm::cross(normal, triangle.c_m - triangle.b_m) / twice_area_squared;
+  triangle.of_b_per_m = glm::cross(normal, a_m - triangle.c_m) / twice_area_squared;
+  return triangle;
+}
+
+void FaceLattice::LastSide::Take(std::size_t side) {
+  side_ = side;
+  grid_ = lattice_.GridOf(side);
+  if (grid_ == nullptr) triangle_ = TriangleOf(scene_, side);
+}
+
 std::array<FaceLattice::Weighted, 3> FaceLattice::Around(const PatchScene& scene,
                                                          std::size_t side,
                                                          const glm::vec3& point_m) const {
-  if (const Grid* const grid = GridOf(side)) return AroundOnGrid(*grid, point_m);
-  const glm::uvec3& vertices = scene.mesh.triangles[side / 2];
-  const glm::vec3 weights = BarycentricOf(point_m,
-                                          scene.mesh.positions_m[vertices.x],
-                                          scene.mesh.positions_m[vertices.y],
-                                          scene.mesh.positions_m[vertices.z]);
+  return LastSide(*this, scene).Around(side, point_m);
+}
+
+// A point outside by rounding counts as on the edge.
+std::array<FaceLattice::Weighted, 3> FaceLattice::AroundInTriangle(std::size_t side,
+                                                                   const Triangle& triangle,
+                                                                   const glm::vec3& point_m) const {
+  glm::vec3 weights(1.0f / 3.0f);
+  if (triangle.has_area) {
+    weights.x = glm::dot(triangle.of_a_per_m, point_m - triangle.b_m);
+    weights.y = glm::dot(triangle.of_b_per_m, point_m - triangle.c_m);
+    weights.z = 1.0f - weights.x - weights.y;
+    weights = glm::max(weights, glm::vec3(0.0f));
+    weights /= weights.x + weights.y + weights.z;
+  }
   const std::uint32_t n = parts_[side];
   const auto most = static_cast<float>(n - 1);
   // Row and place in the row, as fractions: from vertex 0 downwards, and across.

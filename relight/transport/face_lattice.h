@@ -24,6 +24,16 @@ namespace pleinair {
 // along most: each on the triangle nearest to a corner of the grid, shared with patches beside it.
 // So small triangles do not ask for more receivers than large ones.
 class FaceLattice {
+  struct Grid;
+  // By which points have barycentric weights: of vertices 0 and 1, their change by place.
+  struct Triangle {
+    glm::vec3 b_m{0.0f};
+    glm::vec3 c_m{0.0f};
+    glm::vec3 of_a_per_m{0.0f};
+    glm::vec3 of_b_per_m{0.0f};
+    bool has_area = false;
+  };
+
  public:
   FaceLattice() = default;
   // `parts` of each side's edges, one entry a side; 0 gives a side no receivers. Of a joined
@@ -54,6 +64,28 @@ class FaceLattice {
                                  std::size_t side,
                                  const glm::vec3& point_m) const;
 
+  // The same for many points of which most lie on the side of the one before: what depends on the
+  // side alone is kept. Keeps references.
+  class LastSide {
+   public:
+    LastSide(const FaceLattice& lattice, const PatchScene& scene)
+        : lattice_(lattice), scene_(scene) {}
+    std::array<Weighted, 3> Around(std::size_t side, const glm::vec3& point_m) {
+      if (side != side_) Take(side);
+      return grid_ != nullptr ? lattice_.AroundOnGrid(*grid_, point_m)
+                              : lattice_.AroundInTriangle(side, triangle_, point_m);
+    }
+
+   private:
+    void Take(std::size_t side);
+
+    const FaceLattice& lattice_;
+    const PatchScene& scene_;
+    std::size_t side_ = static_cast<std::size_t>(-1);
+    const Grid* grid_ = nullptr;
+    Triangle triangle_;
+  };
+
  private:
   // Over a joined patch's face, seen along an axis.
   struct Grid {
@@ -77,6 +109,10 @@ class FaceLattice {
   static Grid GridOver(const PatchScene& scene, std::size_t face, std::uint16_t parts);
   void AddGrids(const PatchScene& scene);
   std::array<Weighted, 3> AroundOnGrid(const Grid& grid, const glm::vec3& point_m) const;
+  static Triangle TriangleOf(const PatchScene& scene, std::size_t side);
+  std::array<Weighted, 3> AroundInTriangle(std::size_t side,
+                                           const Triangle& triangle,
+                                           const glm::vec3& point_m) const;
 
   std::vector<Grid> grids_;
   std::vector<std::uint32_t> grid_of_side_;  // Empty where no patch is joined.

@@ -28,7 +28,13 @@ struct PixelBlock {
   class Blend {
    public:
     Blend(const PixelBlock& block, const std::array<Value, 4>& at_corners)
-        : left_(block.left), top_(block.top), at_(at_corners) {
+        : left_(block.left),
+          top_(block.top),
+          right_(block.right),
+          bottom_(block.bottom),
+          end_x_(block.end_x),
+          end_y_(block.end_y),
+          at_(at_corners) {
       if (block.right > block.left) per_px_x_ = 1.0f / static_cast<float>(block.right - left_);
       if (block.bottom > block.top) per_px_y_ = 1.0f / static_cast<float>(block.bottom - top_);
     }
@@ -39,9 +45,28 @@ struct PixelBlock {
              v * ((1.0f - u) * at_[2] + u * at_[3]);
     }
 
+    // The same for the block's own pixels that are no corners, row by row: to rounding.
+    void FillBetween(Image<Value>& image) const {
+      for (int y = top_; y < end_y_; ++y) {
+        const float v = static_cast<float>(y - top_) * per_px_y_;
+        const Value at_left = (1.0f - v) * at_[0] + v * at_[2];
+        const Value step = per_px_x_ * ((1.0f - v) * at_[1] + v * at_[3] - at_left);
+        const bool has_corners = y == top_ || y == bottom_;
+        Value* const row = image.pixels.data() + image.Index(left_, y);
+        for (int i = 0; i < end_x_ - left_; ++i) {
+          if (has_corners && (i == 0 || left_ + i == right_)) continue;
+          row[i] = at_left + static_cast<float>(i) * step;
+        }
+      }
+    }
+
    private:
     int left_;
     int top_;
+    int right_;
+    int bottom_;
+    int end_x_;
+    int end_y_;
     float per_px_x_ = 0.0f;
     float per_px_y_ = 0.0f;
     std::array<Value, 4> at_;

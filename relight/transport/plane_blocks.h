@@ -2,11 +2,12 @@
 // blended over the others.
 #pragma once
 
-#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "relight/transport/same_plane.h"
@@ -38,19 +39,17 @@ class PlaneBlocks {
   // pixel's own block has a weight of a quarter at least.
   template <class Visit>
   void ForPixel(int x, int y, const Visit& visit) const {
-    const double u = (x + 0.5) / block_px_ - 0.5;
-    const double v = (y + 0.5) / block_px_ - 0.5;
-    const int left = static_cast<int>(std::floor(u));
-    const int top = static_cast<int>(std::floor(v));
+    const Along& across = across_[static_cast<std::size_t>(x)];
+    const Along& down = down_[static_cast<std::size_t>(y)];
     const std::size_t pixel = view_.region.Index(x, y);
     const float range_m = RangeM(pixel);
     for (int dy = 0; dy < 2; ++dy) {
       for (int dx = 0; dx < 2; ++dx) {
-        const double weight =
-            (dx == 0 ? 1.0 - (u - left) : u - left) * (dy == 0 ? 1.0 - (v - top) : v - top);
+        const double weight = (dx == 0 ? 1.0 - across.share : across.share) *
+                              (dy == 0 ? 1.0 - down.share : down.share);
         if (!(weight > 0.0)) continue;
-        const int row = top + dy;
-        int column = left + dx;
+        const int row = down.first + dy;
+        int column = across.first + dx;
         if (row < 0 || row >= rows_) continue;
         if (wraps_x_) column = (column + columns_) % columns_;
         if (column < 0 || column >= columns_) continue;
@@ -66,6 +65,29 @@ class PlaneBlocks {
   struct Plane {
     std::size_t pixel = 0;
     std::uint32_t receiver = 0;
+  };
+
+  // Along one side of the picture: a pixel lies between the middles of block `first` and the next,
+  // by `share` of the way.
+  struct Along {
+    int first = 0;
+    double share = 0.0;
+  };
+  static std::vector<Along> AlongSide(int pixels, int block_px);
+
+  // Memory of Collect.
+  struct Scratch {
+    struct Member {
+      glm::ivec2 pixel;
+      std::size_t plane;
+    };
+    struct Middle {
+      glm::dvec2 sum{0.0};
+      int count = 0;
+      double nearest = 0.0;
+    };
+    std::vector<Member> members;
+    std::vector<Middle> middles;
   };
 
   std::size_t Block(int column, int row) const {
@@ -89,7 +111,7 @@ class PlaneBlocks {
     }
     return nullptr;
   }
-  void Collect(int column, int row, const Gray8Image* candidates);
+  void Collect(int column, int row, const Gray8Image* candidates, Scratch& scratch);
 
   const SurfaceView& view_;
   glm::vec3 origin_m_;
@@ -97,6 +119,8 @@ class PlaneBlocks {
   bool wraps_x_;
   int columns_;
   int rows_;
+  std::vector<Along> across_;               // Per column,
+  std::vector<Along> down_;                 // and per row of the picture.
   std::vector<std::vector<Plane>> planes_;  // Per block, row-major.
   std::vector<Receiver> receivers_;
   std::vector<std::size_t> receiver_pixels_;

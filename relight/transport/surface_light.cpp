@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -106,15 +107,20 @@ void SurfaceLight::Show(const Image<std::int32_t>& side) {
     receivers.push_back(lattice_.Receivers()[receiver]);
   }
   batch.rays = GatheredRays(scene_, receivers, batch.receivers, gather_);
-  for (std::size_t light = 0; light < lights_.size(); ++light) Evaluate(batch, light);
+  std::vector<std::size_t> all(lights_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  Evaluate(batch, all);
   gathered_ += batch.receivers.size();
   batches_.push_back(std::move(batch));
 }
 
-void SurfaceLight::SetLight(std::size_t light,
-                            std::shared_ptr<const SkyShape> sky,
-                            std::vector<glm::vec3> face_radiosity) {
-  if (light >= lights_.size()) lights_.resize(light + 1);
+void SurfaceLight::SetLights(std::vector<IndexedLight> lights) {
+  std::vector<std::size_t> indices;
+  for (IndexedLight& light : lights) {
+    indices.push_back(light.index);
+    if (light.index >= lights_.size()) lights_.resize(light.index + 1);
+    lights_[light.index] = {std::move(light.sky), std::move(light.face_radiosity)};
+  }
   if (lights_.size() > stride_) {
     std::vector<glm::vec3> wider(ReceiverCount() * lights_.size(), glm::vec3(0.0f));
     for (std::size_t i = 0; i < ReceiverCount(); ++i) {
@@ -125,18 +131,33 @@ void SurfaceLight::SetLight(std::size_t light,
     values_ = std::move(wider);
     stride_ = lights_.size();
   }
-  lights_[light] = {std::move(sky), std::move(face_radiosity)};
-  for (const Batch& batch : batches_) Evaluate(batch, light);
+  for (const Batch& batch : batches_) Evaluate(batch, indices);
 }
 
-void SurfaceLight::Evaluate(const Batch& batch, std::size_t light) {
-  const Light& of = lights_[light];
-  const std::vector<glm::vec3> bounced = batch.rays.FromFaces(of.face_radiosity);
-  const std::vector<glm::vec3> direct =
-      of.sky ? batch.rays.FromSky(*of.sky)
-             : std::vector<glm::vec3>(bounced.size(), glm::vec3(0.0f));
+void SurfaceLight::Evaluate(const Batch& batch, std::span<const std::size_t> lights) {
+  const std::size_t count = lights.size();
+  if (count == 0) return;
+  std::vector<const SkyShape*> skies;
+  std::vector<std::size_t> with_sky;  // Places in `lights`.
+  std::vector<glm::vec3> radiosity(scene_.FaceCount() * count, glm::vec3(0.0f));
+  for (std::size_t k = 0; k < count; ++k) {
+    const Light& light = lights_[lights[k]];
+    for (std::size_t face = 0; face < light.face_radiosity.size(); ++face) {
+      radiosity[face * count + k] = light.face_radiosity[face];
+    }
+    if (!light.sky) continue;
+    skies.push_back(light.sky.get());
+    with_sky.push_back(k);
+  }
+  const std::vector<glm::vec3> bounced = batch.rays.FromFaces(radiosity, count);
+  const std::vector<std::vector<glm::vec3>> direct = batch.rays.FromSkies(skies);
   for (std::size_t i = 0; i < batch.receivers.size(); ++i) {
-    ValueAt(batch.receivers[i], light) = direct[i] + bounced[i];
+    for (std::size_t k = 0; k < count; ++k) {
+      ValueAt(batch.receivers[i], lights[k]) = bounced[i * count + k];
+    }
+    for (std::size_t sky = 0; sky < with_sky.size(); ++sky) {
+      ValueAt(batch.receivers[i], lights[with_sky[sky]]) += direct[sky][i];
+    }
   }
 }
 
@@ -147,7 +168,7 @@ void SurfaceLight::LookUp(const PlanarBlocks& planar,
                           std::span<Image<glm::vec3>* const> at_pixels) const {
   const PixelBlocks& blocks = planar.blocks;
   for (Image<glm::vec3>* image : at_pixels) SizeFor(blocks, *image);
-  const auto look_up = [&](std::size_t pixel) {
+  const auto look_up = [&](std::size_t pixel, FaceLattice::LastSide& last_side) {
     const std::int32_t shown = side.pixels[pixel];
     if (shown == PatchScene::kSky) {
       for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
@@ -156,8 +177,7 @@ void SurfaceLight::LookUp(const PlanarBlocks& planar,
     if (is_shown_[static_cast<std::size_t>(shown)] == 0) {
       throw std::logic_error("SurfaceLight: a side is looked up that was not shown");
     }
-    const auto around =
-        lattice_.Around(scene_, static_cast<std::size_t>(shown), position_m.pixels[pixel]);
+    const auto around = last_side.Around(static_cast<std::size_t>(shown), position_m.pixels[pixel]);
     for (std::size_t image = 0; image < at_pixels.size(); ++image) {
       glm::vec3 sum(0.0f);
       for (const FaceLattice::Weighted& at : around) {
@@ -169,8 +189,9 @@ void SurfaceLight::LookUp(const PlanarBlocks& planar,
   ForBlocks(
       blocks,
       [&](int y, std::span<const std::uint8_t> wanted) {
+        FaceLattice::LastSide last_side(lattice_, scene_);
         for (int x = 0; x < blocks.Width(); ++x) {
-          if (wanted[static_cast<std::size_t>(x)] != 0) look_up(side.Index(x, y));
+          if (wanted[static_cast<std::size_t>(x)] != 0) look_up(side.Index(x, y), last_side);
         }
       },
       [&](int column, int row, const PixelBlock& block) {
@@ -182,7 +203,7 @@ void SurfaceLight::LookUp(const PlanarBlocks& planar,
                                                     image->pixels[corners[1]],
                                                     image->pixels[corners[2]],
                                                     image->pixels[corners[3]]});
-          block.ForPixelsBetween([&](int x, int y) { image->At(x, y) = blend(x, y); });
+          blend.FillBetween(*image);
         }
         return true;
       });

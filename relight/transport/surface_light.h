@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -48,10 +49,19 @@ class SurfaceLight {
   // Shape  the side that each pixel shows, PatchScene::kSky where none.
   void Show(const Image<std::int32_t>& side);
 
-  // Light `light` is that of a sky (null: none) and of faces with these radiosities.
+  // Light `index` is that of a sky (null: none) and of faces with these radiosities.
+  struct IndexedLight {
+    std::size_t index = 0;
+    std::shared_ptr<const SkyShape> sky;
+    std::vector<glm::vec3> face_radiosity;
+  };
+  // Of several at once the rays are looked at once.
+  void SetLights(std::vector<IndexedLight> lights);
   void SetLight(std::size_t light,
                 std::shared_ptr<const SkyShape> sky,
-                std::vector<glm::vec3> face_radiosity);
+                std::vector<glm::vec3> face_radiosity) {
+    SetLights({{light, std::move(sky), std::move(face_radiosity)}});
+  }
   std::size_t Lights() const { return lights_.size(); }
 
   // Irradiance at the points that pixels show, zero where they show none; within planar blocks it
@@ -81,7 +91,7 @@ class SurfaceLight {
   glm::vec3& ValueAt(std::uint32_t receiver, std::size_t light) {
     return values_[receiver * stride_ + light];
   }
-  void Evaluate(const Batch& batch, std::size_t light);
+  void Evaluate(const Batch& batch, std::span<const std::size_t> lights);
 
   const PatchScene& scene_;
   GatherOptions gather_;

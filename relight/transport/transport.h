@@ -83,6 +83,8 @@ class GatheredRays {
   std::size_t EntryCount() const { return face_.size(); }
   // Irradiance at each receiver straight from the sky (c, for a uniform shape).
   std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
+  // The same for several shapes, with one look at the rays.
+  std::vector<std::vector<glm::vec3>> FromSkies(std::span<const SkyShape* const> shapes) const;
   // Irradiance at each receiver from faces of given radiosity.
   std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity) const;
   // The same for many lights at once.
@@ -118,7 +120,10 @@ class GatheredRays {
   // 1 / rays_per_receiver.
   std::vector<std::uint64_t> sky_begin_;
   std::vector<std::uint32_t> sky_direction_;
-  std::vector<std::uint16_t> sky_cell_;  // Of SkyTable, that each lies in.
+  // What follows from them: the cell of SkyTable that each lies in, and per receiver the sum of
+  // their heights (z).
+  std::vector<std::uint16_t> sky_cell_;
+  std::vector<double> sky_heights_;
   std::int32_t rays_per_receiver_ = 1;
   // Where the scene has a skyline: what it hides from each receiver, mesh apart, over what the
   // receiver's rays say of that. Their scatter would else look like light that differs from place
@@ -135,7 +140,7 @@ class GatheredRays {
     return ray_count_.empty() ? rays_per_receiver_ : ray_count_[receiver];
   }
 
-  void FindSkyCells();
+  void DescribeSky();
   template <class RayStarts, class Scenes>
   void Gather(const Skyline& skyline,
               std::size_t receiver_count,

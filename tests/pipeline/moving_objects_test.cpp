@@ -303,6 +303,56 @@ TEST_F(MovingObjects, AFrameThatIsDrawnAgainIsAsAStillOne) {
   }
 }
 
+FramePipelineOptions FirstInSteps() {
+  FramePipelineOptions options = InSteps();
+  options.first_in_steps = true;
+  // Of 256 at other vertices; the influence is coarse by its rays alone.
+  options.object_light.gather.rays_per_receiver = 256;
+  options.object_light.in_motion.rays_at_first = 64;
+  options.influence.in_motion.rays_per_receiver = options.influence.rays_per_receiver / 2;
+  return options;
+}
+
+// Its light is that of fewer rays first: within 30 dB of white, and complete after a few frames.
+TEST_F(MovingObjects, AFirstFrameInStepsIsFollowedByTheCompleteOne) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  const std::vector<std::vector<glm::dmat4>> poses(1 + kFramesToRest, {glm::dmat4(1.0)});
+  const std::vector<FrameResult> results = stage_->Run(objects, FirstInSteps(), poses, kFrameS);
+  FramePipelineOptions at_once = FirstInSteps();
+  at_once.first_in_steps = false;
+  const FrameResult complete = std::move(stage_->Run(objects, at_once, {poses.front()}).front());
+  EXPECT_FALSE(complete.is_light_coarse);
+  EXPECT_TRUE(results.front().is_light_coarse);
+  EXPECT_NE(results.front().composite.radiance.pixels, complete.composite.radiance.pixels);
+  EXPECT_GT(Psnr(results.front().composite, complete.composite), 30.0);
+  EXPECT_FALSE(results.back().is_light_coarse);
+  EXPECT_EQ(results.back().composite.radiance.pixels, complete.composite.radiance.pixels);
+  // Nor is anything coarse without steps.
+  at_once.first_in_steps = true;
+  at_once.light_in_steps = false;
+  EXPECT_FALSE(stage_->Run(objects, at_once, {poses.front()}).front().is_light_coarse);
+}
+
+// What was found with few rays is refined while the object moves, and leaves no trace at rest.
+TEST_F(MovingObjects, OneThatMovesFromTheFirstFrameOnBecomesAsGood) {
+  const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
+  std::vector<std::vector<glm::dmat4>> poses = Path(12);
+  const std::size_t last_in_motion = poses.size() - 1;
+  poses.insert(poses.end(), kFramesToRest, poses.back());
+  FramePipelineOptions complete_first = FirstInSteps();
+  complete_first.first_in_steps = false;
+  FramePipelineOptions converged = complete_first;
+  converged.object_light.gather.rays_per_receiver = 2048;
+  converged.influence.rays_per_receiver = 1024;
+  const Composite reference =
+      std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
+  const std::vector<FrameResult> coarse = stage_->Run(objects, FirstInSteps(), poses, kFrameS);
+  const std::vector<FrameResult> fine = stage_->Run(objects, complete_first, poses, kFrameS);
+  EXPECT_GT(Psnr(coarse[last_in_motion].composite, reference),
+            Psnr(fine[last_in_motion].composite, reference) - 0.5);
+  EXPECT_EQ(coarse.back().composite.radiance.pixels, fine.back().composite.radiance.pixels);
+}
+
 TEST_F(MovingObjects, StepsOfAMotionAreTheSameInEachRun) {
   const std::vector<VirtualObject> objects{Ball({0.0f, 0.0f, 0.4f})};
   const std::vector<FrameResult> first = stage_->Run(objects, InSteps(), Path(3, 0.05), kFrameS);

@@ -123,6 +123,21 @@ TEST(FaceLattice, JoinedPatchesShareAGrid) {
   }
 }
 
+TEST(FaceLattice, WhatIsKeptOfTheLastSideChangesNothing) {
+  const PatchScene scene = Square();
+  const FaceLattice lattice(scene, std::vector<std::uint16_t>{3, 2, 5, 1});
+  FaceLattice::LastSide last_side(lattice, scene);
+  for (const std::size_t side : {0u, 0u, 3u, 2u, 2u, 1u, 0u}) {
+    const glm::vec3 point_m = side < 2 ? glm::vec3(0.7f, 0.2f, 0.0f) : glm::vec3(0.3f, 0.9f, 0.0f);
+    const auto kept = last_side.Around(side, point_m);
+    const auto fresh = lattice.Around(scene, side, point_m);
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      EXPECT_EQ(kept[k].receiver, fresh[k].receiver) << side;
+      EXPECT_EQ(kept[k].weight, fresh[k].weight) << side;
+    }
+  }
+}
+
 TEST(FaceLattice, APointAHairOutsideIsOnTheEdge) {
   const PatchScene scene = Square();
   const FaceLattice lattice(scene, std::vector<std::uint16_t>{3, 0, 0, 0});

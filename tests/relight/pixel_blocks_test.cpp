@@ -59,6 +59,26 @@ TEST(PixelBlocks, CornersAreDoneBeforeWhatLiesBetween) {
   }
 }
 
+// To some roundings of values below 10; corners and other blocks' pixels stay.
+TEST(PixelBlocks, FillsBetweenAsItBlends) {
+  for (const Size& size : kSizes) {
+    const PixelBlocks blocks(size.width, size.height, size.side_px);
+    for (int row = 0; row < blocks.Rows(); ++row) {
+      for (int column = 0; column < blocks.Columns(); ++column) {
+        const PixelBlock block = blocks.At(column, row);
+        const PixelBlock::Blend<float> blend(block, {1.0f, 7.0f, 2.0f, 9.0f});
+        Image<float> filled(size.width, size.height, -1.0f);
+        blend.FillBetween(filled);
+        Image<float> expected(size.width, size.height, -1.0f);
+        block.ForPixelsBetween([&](int x, int y) { expected.At(x, y) = blend(x, y); });
+        for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
+          EXPECT_NEAR(filled.pixels[i], expected.pixels[i], 1e-5f) << i;
+        }
+      }
+    }
+  }
+}
+
 TEST(PixelBlocks, BlendsAPlaneExactly) {
   const PixelBlocks blocks(11, 7, 4);
   const auto plane = [](int x, int y) {

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/lighting.h"
+#include "scene/sky_shape.h"
+#include "scene/skyline.h"
 #include "sunmodel/sky_shapes.h"
 #include "tests/relight/probe_test_scenes.h"
 
@@ -81,6 +84,46 @@ TEST(GatheredRays, WhatLooksDownSeesNoSky) {
 
 // Four receivers at one place that share a set of directions see, together, what one with as many
 // rays sees: a sky of two halves. 1e-6: rounding.
+// A shape without a table, one with, and one that is partly hidden, together: each is the mean of
+// its radiance over the rays.
+TEST(GatheredRays, SkiesTogetherAreThoseAlone) {
+  Mesh mesh;
+  AddQuad(mesh, {-1.0f, 1.0f, 0.0f}, {1.0f, 1.0f, 0.0f}, {1.0f, 1.0f, 2.0f}, {-1.0f, 1.0f, 2.0f});
+  const PatchScene scene = SceneOf(std::move(mesh));
+  std::vector<float> hidden(SkyTable::kCells, 0.0f);
+  std::vector<glm::vec3> table(SkyTable::kCells);
+  for (std::size_t cell = 0; cell < SkyTable::kCells; ++cell) {
+    const glm::dvec3 direction = SkyTable::DirectionOfCell(cell);
+    hidden[cell] = direction.z < 0.3 ? 0.5f : 0.0f;
+    table[cell] = glm::vec3(1.0 + direction.x, 2.0 + direction.y, 1.0 + direction.z);
+  }
+  const auto shape = MakeTableSkyShape("slanted", std::move(table));
+  const std::vector<glm::vec3> reflected(SkyTable::kCells, glm::vec3(0.0f));
+  const auto partly = SeenPast(MakeSkyline(std::move(hidden), reflected), shape);
+  const auto uniform = MakeUniformSkyShape();
+  const std::vector<Receiver> receivers{{{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}},
+                                        {{0.0f, 0.5f, 1.0f}, {0.0f, 1.0f, 0.0f}}};
+  GatherOptions options;
+  options.rays_per_receiver = 512;
+  const GatheredRays rays(scene, receivers, options);
+  const SkyShape* const shapes[] = {uniform.get(), partly.get(), shape.get()};
+  const std::vector<std::vector<glm::vec3>> together = rays.FromSkies(shapes);
+  ASSERT_EQ(together.size(), 3u);
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    EXPECT_LT(rays.SkyShareOf(i), 0.95);
+    EXPECT_GT(rays.SkyShareOf(i), 0.05);
+    for (std::size_t k = 0; k < 3; ++k) {
+      glm::dvec3 sum(0.0);
+      for (const glm::vec3& direction : rays.SkyDirectionsOf(i)) {
+        sum += glm::dvec3(shapes[k]->Radiance(direction));
+      }
+      const glm::vec3 expected(std::numbers::pi / options.rays_per_receiver * sum);
+      // To single precision of the table's sums.
+      EXPECT_LT(glm::distance(together[k][i], expected), 1e-5f * glm::length(expected)) << k;
+    }
+  }
+}
+
 TEST(GatheredRays, ReceiversThatShareASetAreAsGoodAsOne) {
   Mesh wall;
   AddQuad(wall,

@@ -170,6 +170,38 @@ TEST(RayCaster, ManyRaysFromOnePointSayTheSame) {
 }
 
 // To faces, edges and corners of a box, from both sides.
+// Rays that go no farther than what another mesh stopped: as the nearer one of two hits.
+TEST(RayCaster, RaysThatEndSomewhereMeetWhatIsNearer) {
+  const RayCaster caster(BoxMesh({-1.0f, -1.0f, -1.0f}, {1.0f, 1.0f, 1.0f}));
+  std::vector<glm::vec3> origins_m;
+  std::vector<glm::vec3> directions;
+  std::vector<FaceHit> limited;
+  for (int i = 0; i < 37; ++i) {
+    const float angle = 0.17f * static_cast<float>(i);
+    origins_m.emplace_back(3.0f * std::cos(angle), 3.0f * std::sin(angle), 0.1f);
+    directions.push_back(glm::normalize(glm::vec3(0.02f * static_cast<float>(i % 7), 0.0f, 0.3f) -
+                                        origins_m.back()));
+    FaceHit hit;
+    hit.triangle = 7;  // Of the other mesh.
+    if (i % 3 != 0) hit.distance_m = i % 3 == 1 ? 1.2f : 10.0f;
+    limited.push_back(hit);
+  }
+  std::vector<FaceHit> nearest(origins_m.size());
+  caster.Intersect(origins_m.data(), directions.data(), origins_m.size(), nearest.data());
+  const std::vector<FaceHit> before = limited;
+  caster.IntersectNearer(origins_m.data(), directions.data(), origins_m.size(), limited.data());
+  int nearer = 0;
+  for (std::size_t i = 0; i < limited.size(); ++i) {
+    ASSERT_NE(nearest[i].triangle, FaceHit::kNone);
+    const bool is_nearer = nearest[i].distance_m < before[i].distance_m;
+    nearer += is_nearer ? 1 : 0;
+    EXPECT_EQ(limited[i].triangle, is_nearer ? nearest[i].triangle : FaceHit::kNone) << i;
+    EXPECT_EQ(limited[i].distance_m, is_nearer ? nearest[i].distance_m : before[i].distance_m);
+  }
+  EXPECT_GT(nearer, 10);
+  EXPECT_LT(nearer, 30);
+}
+
 TEST(RayCaster, ReturnsTheDistanceToTheNearestTriangle) {
   const glm::vec3 lower_m(-1.0f, -2.0f, 0.0f);
   const glm::vec3 upper_m(1.0f, 1.0f, 0.5f);

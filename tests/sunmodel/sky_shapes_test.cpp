@@ -1,5 +1,6 @@
 #include "sunmodel/sky_shapes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -27,6 +28,25 @@ TEST(SkyShapes, EveryKindBringsIrradianceOneInEveryChannel) {
       EXPECT_EQ(shape->Radiance({0.0f, 0.8f, -0.6f}), glm::vec3(0.0f));
     }
   }
+}
+
+TEST(SkyShapes, WhatIsSaidToBeLinearInHeightIsSo) {
+  int linear = 0;
+  for (const SkyShapeKind kind : kAllSkyShapeKinds) {
+    const auto shape = MakeSkyShape(kind, glm::normalize(glm::dvec3(0.3, -0.8, 0.5)));
+    const auto by_height = shape->LinearInHeight();
+    if (!by_height) continue;
+    ++linear;
+    for (int i = 1; i <= 200; ++i) {
+      const double rise = 0.005 * i;
+      const double level = std::sqrt(std::max(1.0 - rise * rise, 0.0));
+      const glm::dvec3 direction(level * std::cos(2.4 * i), level * std::sin(2.4 * i), rise);
+      const glm::vec3 radiance = shape->Radiance(glm::vec3(direction));
+      EXPECT_NEAR(radiance.x, by_height->level + by_height->rise * rise, 1e-6) << shape->Name();
+      EXPECT_EQ(radiance, glm::vec3(radiance.x));
+    }
+  }
+  EXPECT_EQ(linear, 2);
 }
 
 // The table's cells are 0.45 deg wide; beside the sun the sky changes by some 15 % a degree.

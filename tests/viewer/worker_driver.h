@@ -41,9 +41,9 @@ class WorkerDriver {
     return true;
   }
 
-  // The first frame, with the site's own objects.
+  // The first frame, with the site's own objects, complete.
   ::testing::AssertionResult Open() {
-    if (!Reach([this] { return frame != nullptr || !failure.empty(); }) || !frame) {
+    if (!Reach([this] { return (frame && !IsCoarse(*frame)) || !failure.empty(); }) || !frame) {
       return ::testing::AssertionFailure() << "no frame: " << failure;
     }
     if (!frame->Succeeded()) {
@@ -63,11 +63,16 @@ class WorkerDriver {
   std::vector<LightPoint> lights;
   std::vector<std::string> notes;
   std::vector<std::string> stages;
-  std::vector<int> shown;  // Indices of the frames that were taken, in order.
+  // Indices of the frames that were taken, in order; but of those that took a coarse one's place.
+  std::vector<int> shown;
   std::string failure;
   bool has_ended = false;
 
  private:
+  static bool IsCoarse(const ViewedFrame& of) {
+    return of.Succeeded() && of.step.result->is_light_coarse;
+  }
+
   void Take() {
     WorkerNews news = worker_.Take();
     if (news.site) {
@@ -80,8 +85,9 @@ class WorkerDriver {
       ++sites;
     }
     if (news.frame) {
+      const bool is_finer = frame && IsCoarse(*frame) && frame->Index() == news.frame->Index();
       frame = news.frame;
-      shown.push_back(frame->Index());
+      if (!is_finer) shown.push_back(frame->Index());
     }
     lights.insert(lights.end(), news.lights.begin(), news.lights.end());
     notes.insert(notes.end(), news.notes.begin(), news.notes.end());
