@@ -10,6 +10,8 @@
 #include <imgui.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/input_refusals.h"
+#include "apps/site_frames.h"
 #include "apps/viewer/actions.h"
 #include "apps/viewer/chrome.h"
 #include "apps/viewer/panel.h"
@@ -304,6 +306,14 @@ class Viewer {
 
 }  // namespace
 
-void RunViewCommand(const ViewCommandOptions& options) { Viewer(options).Run(); }
+void RunViewCommand(const ViewCommandOptions& options) {
+  const PlayedInput input{options.input, options.camera, options.times};
+  RefuseContradictions(options);
+  RefuseOtherInputs(input, options);
+  if (input.IsCamera()) return Viewer(options).Run();
+  ViewCommandOptions readable = options;
+  readable.poses = PoseFileOf(options.poses);
+  Viewer(readable).Run();
+}
 
 }  // namespace pleinair
