@@ -9,8 +9,10 @@
 
 #include <glm/geometric.hpp>
 
+#include "apps/chart_greys.h"
 #include "apps/number_table.h"
 #include "apps/picture_files.h"
+#include "apps/site_response.h"
 #include "apps/whole_text.h"
 #include "calib/bracket_fit.h"
 #include "calib/colour_chart.h"
@@ -113,15 +115,7 @@ std::array<std::vector<ResponseSample>, 3> ChartSamples(const CalibrateResponseO
       report += LeftOut(options.pictures[i], error.what());
       continue;
     }
-    for (const int grey : kChartGreys) {
-      const auto index = static_cast<std::size_t>(grey);
-      for (int c = 0; c < 3; ++c) {
-        const double code = patches[index].mean[c];
-        if (code >= kClippedFromCode - 1 || code <= kNoiseFloorUpToCode) continue;
-        samples[static_cast<std::size_t>(c)].push_back(
-            {exposures[i] * kChartReflectance[index], code});
-      }
-    }
+    AddGreys(patches, exposures[i], samples);
   }
   return samples;
 }
@@ -181,19 +175,6 @@ std::string DescribeTie(const ColourTie& tie) {
                        std::count(tie.counts.begin(), tie.counts.end(), true));
 }
 
-constexpr const char* kResponseFile = "camera_response.json";
-
-// Makes `response` that of the camera in `file`, a site's or a sequence's; `out` may be `file`.
-void WriteSiteResponse(const std::string& response,
-                       const std::filesystem::path& file,
-                       const std::filesystem::path& out) {
-  WriteWholeText(out.parent_path() / kResponseFile, response);
-  EditSiteFile(
-      file,
-      [](nlohmann::ordered_json& json) { json["radiometry"]["frames_ldr"] = kResponseFile; },
-      out);
-}
-
 // A site's camera: its response takes the factors.
 std::string TieSite(const CalibrateColourOptions& options, const std::filesystem::path& file) {
   if (options.matrix) {
@@ -201,23 +182,15 @@ std::string TieSite(const CalibrateColourOptions& options, const std::filesystem
         "--matrix: expected a fish-eye's file, as a site's camera has a "
         "factor for each channel only");
   }
-  const nlohmann::json document = LoadJson(file);
-  std::string response = "srgb8";
-  if (const auto radiometry = JsonCursor(document, file.string()).Optional("radiometry")) {
-    if (const auto ldr = radiometry->Optional("frames_ldr")) response = ldr->Text();
-  }
-  if (response != "srgb8") response = (file.parent_path() / response).string();
+  const std::string response = ResponseNameIn(file);
   const ColourTie tie = FitColourTie(
       ColourPairs(options, options.from_response.empty() ? response : options.from_response),
       ColourTieKind::kScale);
-  const glm::dvec3 factor(tie.to_from_rgb[0][0], tie.to_from_rgb[1][1], tie.to_from_rgb[2][2]);
-  WriteSiteResponse(
-      ResponseCurve::FromTable(TiedResponse(ResponseFrom(response), factor)).FileText(),
-      file,
-      options.out.empty() ? file : options.out);
+  const double largest = WriteTiedResponse(
+      ResponseFrom(response), tie, file, options.out.empty() ? file : options.out);
   return DescribeTie(tie) + Line("the camera's 1 is %.5g of the other's; its response is now %s",
-                                 std::max({factor.x, factor.y, factor.z}),
-                                 kResponseFile);
+                                 largest,
+                                 kSiteResponseFile);
 }
 
 std::string Coordinate(double value) {

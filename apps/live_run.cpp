@@ -23,10 +23,9 @@
 #include "apps/progress.h"
 #include "apps/run_description.h"
 #include "apps/run_output.h"
+#include "apps/site_frames.h"
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
-#include "datasets/camera/pose_stream.h"
-#include "datasets/posed_frame_source.h"
 #include "datasets/recording/recorder.h"
 #include "session/session_choices.h"
 
@@ -116,15 +115,6 @@ CameraRequest RequestFor(const RunCommandOptions& options, const Sequence& site)
   return request;
 }
 
-void RefuseWhatIsNotLive(const RunCommandOptions& options) {
-  const auto refuse = [](const std::string& option) {
-    throw std::invalid_argument(option + ": expected a recorded sequence, found a camera");
-  };
-  RefuseTimes(options.times, "a camera");
-  if (options.source == SourceKind::kFisheye) refuse("--source fisheye");
-  if (options.albedo == AlbedoSource::kSelfCalibrated) refuse("the setting albedo");
-}
-
 // A line a second: light, rate, drops.
 class LightOfTheSecond {
  public:
@@ -148,23 +138,6 @@ class LightOfTheSecond {
   int frames_ = 0;
 };
 
-// Frames with their poses, and what is to be done with each: its picture came before its pose.
-class TappedFrames final : public FrameSource {
- public:
-  TappedFrames(std::unique_ptr<FrameSource> frames, std::function<void(const Frame&)> tap)
-      : frames_(std::move(frames)), tap_(std::move(tap)) {}
-  std::optional<tl::expected<Frame, FrameError>> Next() override {
-    auto frame = frames_->Next();
-    if (frame && *frame) tap_(**frame);
-    return frame;
-  }
-  std::optional<int> Count() const override { return frames_->Count(); }
-
- private:
-  std::unique_ptr<FrameSource> frames_;
-  std::function<void(const Frame&)> tap_;
-};
-
 std::optional<double> RateOf(const CameraCapture& capture) {
   const double rate = capture.FramesPerSecond();
   return rate > 0.0 ? std::optional(rate) : std::nullopt;
@@ -176,7 +149,6 @@ class LiveRun {
   explicit LiveRun(const RunCommandOptions& options)
       : options_(options),
         site_(ReadSite(options.sequence, std::chrono::system_clock::now())),
-        moves_(!options.markers.empty() || !options.poses.empty()),
         capture_(options.input, RequestFor(options, site_), {}, events_),
         output_(options, events_, RateOf(capture_)) {
     // A camera of another shape would fail in every frame.
@@ -186,11 +158,7 @@ class LiveRun {
       record.recording.folder = options.record;
       recorder_.emplace(site_, capture_.Layout(), record, events_);
     }
-    if (!options.poses.empty()) {
-      poses_.emplace(options.poses.string(),
-                     PoseStreamOptions{options.pose_track, options.pose_wait_s},
-                     events_);
-    }
+    camera_.emplace(options, capture_, events_);
     WatchTasks tasks;
     tasks.write = [writer = EventWriter(output_, recorder_ ? &*recorder_ : nullptr)](
                       Event event) mutable { writer.Write(std::move(event)); };
@@ -243,7 +211,7 @@ class LiveRun {
     std::jthread passing([this](const std::stop_token& is_ready) { PassPictures(is_ready); });
     try {
       const auto loaded =
-          LoadSite(OfflineOptions(),
+          LoadSite(PosedCamera::OfflineOptions(options_),
                    capture_.Clock().Now(),
                    [this, show = ProgressOnStandardError()](std::string_view stage, double share) {
                      if (no_more_pictures_) throw NotWanted();
@@ -253,8 +221,8 @@ class LiveRun {
                      }
                      show(stage, share);
                    });
-      auto session =
-          std::make_unique<SequenceSession>(loaded, OptionsOfSession(), FramesAt(*loaded));
+      auto session = std::make_unique<SequenceSession>(
+          loaded, camera_->OptionsOfSession(options_), FramesAt(*loaded));
       passing.request_stop();
       passing.join();
       Note(EventKind::kPrepared,
@@ -272,48 +240,11 @@ class LiveRun {
     }
   }
 
-  // A tracker's poses are no file that is read before.
-  SessionOptions OfflineOptions() const {
-    SessionOptions offline = options_;
-    offline.poses.clear();
-    return offline;
-  }
-
-  SessionOptions OptionsOfSession() const {
-    SessionOptions options = options_;
-    options.camera_moves = moves_;
-    return options;
-  }
-
-  // A camera that moves is recorded with the poses that were used; frames without one are not.
   std::unique_ptr<FrameSource> FramesAt(const LoadedSequence& loaded) {
-    auto frames = MakeLiveFrameSource(moves_ ? WithoutPoses(loaded.sequence) : loaded.sequence,
-                                      capture_,
-                                      events_,
-                                      options_.camera_noise,
-                                      [this](const CameraFrame& frame) {
-                                        taken_ = frame.buffer.monotonic_time;
-                                        if (!recorder_) return;
-                                        if (moves_) {
-                                          last_picture_ = frame;
-                                        } else {
-                                          recorder_->Offer(frame);
-                                        }
-                                      });
-    PoseAtTime live;
-    if (poses_) live = [this](UtcTime time) { return poses_->At(time); };
-    frames = WithPoses(
-        std::move(frames),
-        options_,
-        loaded,
-        [this](const std::string& note) { Note(EventKind::kPose, note); },
-        std::move(live));
-    if (!moves_) return frames;
-    return std::make_unique<TappedFrames>(std::move(frames), [this](const Frame& frame) {
-      if (!recorder_) return;
-      last_picture_.camera_from_world = frame.camera.camera_from_world;
-      recorder_->Offer(std::move(last_picture_));
-    });
+    PosedCamera::Taps taps;
+    taps.taken = [this](const CameraFrame& frame) { taken_ = frame.buffer.monotonic_time; };
+    if (recorder_) taps.record = [this](CameraFrame frame) { recorder_->Offer(std::move(frame)); };
+    return camera_->FramesAt(loaded, options_, std::move(taps));
   }
 
   // Where the site is prepared, they are shown and recorded; not in the moment that it takes to
@@ -322,7 +253,7 @@ class LiveRun {
     try {
       const auto source = MakeLiveFrameSource(
           site_, capture_, events_, options_.camera_noise, [this](const CameraFrame& frame) {
-            if (recorder_ && is_preparing_ && !moves_) recorder_->Offer(frame);
+            if (recorder_ && is_preparing_ && !camera_->Moves()) recorder_->Offer(frame);
           });
       const PictureDisplay display(ResponseOf(options_, site_));
       const bool are_shown = options_.video || !options_.picture_stream.empty();
@@ -425,12 +356,10 @@ class LiveRun {
   StopSignals signals_;
   EventLog events_;
   Sequence site_;
-  const bool moves_;  // The camera does: markers or poses from outside say how.
   CameraCapture capture_;
   RunOutput output_;
   std::optional<Recorder> recorder_;
-  std::optional<PoseStream> poses_;
-  CameraFrame last_picture_;  // Of a camera that moves: to be recorded when its pose is known.
+  std::optional<PosedCamera> camera_;
   bool site_is_there_ = true;
   std::optional<CameraWatch> watch_;
   std::atomic<bool> is_preparing_ = false;
@@ -443,7 +372,6 @@ class LiveRun {
 }  // namespace
 
 void RunLiveCommand(RunCommandOptions options) {
-  RefuseWhatIsNotLive(options);
   if (!options.written) options.written = WrittenPictures::kShown;
   options.pipeline.sun_ahead = true;
   options.pipeline.light_in_steps = true;

@@ -13,6 +13,7 @@
 #include "apps/camera_arguments.h"
 #include "apps/effect_names.h"
 #include "apps/picture_times_arguments.h"
+#include "apps/pose_arguments.h"
 #include "apps/quality.h"
 #include "apps/run_command.h"
 #include "apps/settings_arguments.h"
@@ -161,19 +162,7 @@ void AddRun(CLI::App& app, Work& work) {
   AddSettingOption(run, "--frames", "frames", *given, kInput);
   AddSettingOption(run, "--source", "source", *given, kInput);
   AddSettingOption(run, "--weather", "weather", *given, kInput);
-  run.add_option("--markers",
-                 options->markers,
-                 "board file of `calibrate markers`: camera poses come from the markers in the "
-                 "frames")
-      ->type_name("FILE")
-      ->group(kInput);
-  run.add_option(
-         "--poses",
-         options->poses,
-         "camera poses from outside, a line of JSON each: a file, a pipe or -; while a camera "
-         "streams also shm:NAME (docs/live.md)")
-      ->type_name("SOURCE")
-      ->group(kInput);
+  AddPoseSources(run, *options, kInput);
   run.add_option("--lighting",
                  options->lighting,
                  "a lighting.jsonl whose light is used in place of an estimate")
@@ -207,12 +196,6 @@ void AddRun(CLI::App& app, Work& work) {
                                     "camera stands");
       }
       options->sequence = std::exchange(options->input, {});
-    }
-    if (!options->markers.empty() && !options->poses.empty()) {
-      throw std::invalid_argument("--markers and --poses exclude each other");
-    }
-    if (!options->lighting.empty() && options->source) {
-      throw std::invalid_argument("--lighting and --source exclude each other");
     }
   });
   run.callback([options, &work] {

@@ -12,11 +12,13 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/frame_loop.h"
+#include "apps/input_refusals.h"
 #include "apps/live_run.h"
 #include "apps/progress.h"
 #include "apps/run_description.h"
 #include "apps/run_folder.h"
 #include "apps/run_output.h"
+#include "apps/site_frames.h"
 #include "apps/survey_maps_writer.h"
 #include "datasets/truth.h"
 #include "scene/image_io.h"
@@ -104,35 +106,16 @@ void AddTruth(const Sequence& sequence,
 }
 
 void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
-  const CameraRequest& camera = options.camera;
-  const std::pair<bool, const char*> of_cameras[] = {
-      {!options.record.empty(), "--record"},
-      {options.duration_s.has_value(), "--duration"},
-      {camera.format.has_value(), "--format"},
-      {camera.width_px.has_value(), "--size"},
-      {camera.frames_per_second.has_value(), "--rate"},
-      {camera.exposure_s.has_value(), "--exposure"},
-      {camera.gain.has_value(), "--gain"},
-      {camera.white_balance_k.has_value(), "--white-balance"},
-      {camera.automatic, "--auto"}};
-  for (const auto& [is_given, option] : of_cameras) {
-    if (!is_given) continue;
-    throw std::invalid_argument(std::string(option) + ": expected a camera, found recorded frames");
-  }
-  if (options.input.empty()) {
-    RefuseTimes(options.times, "a sequence, which states its own");
-    return;
-  }
-  const auto refuse_at_site = [](const std::string& option) {
-    throw std::invalid_argument(option +
-                                ": expected a recorded sequence, found a video or pictures");
-  };
-  if (options.albedo == AlbedoSource::kSelfCalibrated) refuse_at_site("albedo=self-calibrated");
+  const PlayedInput input{options.input, options.camera, options.times};
+  RefuseContradictions(options);
+  RefuseOtherInputs(input, options);
+  if (input.IsCamera()) return;
+  RefuseWithoutCamera(!options.record.empty(), "--record");
+  RefuseWithoutCamera(options.duration_s.has_value(), "--duration");
 }
 
 // Of the sequence's own frames, or a video's or pictures' at a site.
 void RunRecorded(const RunCommandOptions& options) {
-  RefuseWhatDoesNotHold(options);
   const bool is_at_site = !options.input.empty();
   const auto loaded = is_at_site ? LoadSite(options,
                                             FirstPictureTime(options.input, options.times),
@@ -142,14 +125,10 @@ void RunRecorded(const RunCommandOptions& options) {
   std::optional<SequenceSession> session;
   std::optional<std::size_t> count;
   if (is_at_site) {
-    const bool moves = loaded->board || loaded->poses;
-    auto frames = WithPoses(MakeFrameSourceAt(moves ? WithoutPoses(sequence) : sequence,
-                                              options.input,
-                                              options.times,
-                                              options.camera_noise),
-                            options,
-                            *loaded,
-                            [](const std::string& note) { spdlog::warn("{}", note); });
+    auto frames =
+        PosedFramesAt(*loaded, options.input, options.times, options, [](const std::string& note) {
+          spdlog::warn("{}", note);
+        });
     if (const auto known = frames->Count()) count = static_cast<std::size_t>(*known);
     session.emplace(loaded, options, std::move(frames));
   } else {
@@ -185,14 +164,6 @@ void RunRecorded(const RunCommandOptions& options) {
 
 }  // namespace
 
-void RefuseTimes(const PictureTimes& times, const std::string& found) {
-  if (!times.start && !times.interval && times.utc_offset.empty()) return;
-  throw std::invalid_argument(std::string(times.start      ? "--start-time"
-                                          : times.interval ? "--every"
-                                                           : "--time-zone") +
-                              ": expected a video or a folder of pictures, found " + found);
-}
-
 void RunPrepareCommand(const PrepareCommandOptions& options) {
   if (options.maps) RequireApart(*options.maps, options.sequence);
   SessionOptions run;
@@ -213,15 +184,14 @@ void RunPrepareCommand(const PrepareCommandOptions& options) {
 }
 
 void RunRunCommand(const RunCommandOptions& options) {
+  RefuseWhatDoesNotHold(options);
   RequireInputsKept(options);
   if (!options.input.empty() && IsCameraName(options.input)) {
     RunLiveCommand(options);
-  } else if (options.poses == "-") {
-    RunCommandOptions named = options;
-    named.poses = "/dev/stdin";
-    RunRecorded(named);
   } else {
-    RunRecorded(options);
+    RunCommandOptions readable = options;
+    readable.poses = PoseFileOf(options.poses);
+    RunRecorded(readable);
   }
 }
 

@@ -44,9 +44,6 @@ struct RunCommandOptions : SessionOptions {
   bool write_environment = false;
 };
 
-// Throws std::invalid_argument where times of pictures are given: `found` is none that needs them.
-void RefuseTimes(const PictureTimes& times, const std::string& found);
-
 // Throw std::runtime_error or std::invalid_argument, one line. Progress goes to the log.
 void RunPrepareCommand(const PrepareCommandOptions& options);
 void RunRunCommand(const RunCommandOptions& options);

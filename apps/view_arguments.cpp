@@ -8,6 +8,7 @@
 
 #include "apps/camera_arguments.h"
 #include "apps/picture_times_arguments.h"
+#include "apps/pose_arguments.h"
 #include "apps/settings_arguments.h"
 #include "apps/viewer/view_command.h"
 
@@ -33,6 +34,7 @@ void AddView(CLI::App& app, Work& work) {
   AddSettingOption(view, "--frames", "frames", *given, kInput);
   AddSettingOption(view, "--source", "source", *given, kInput);
   AddSettingOption(view, "--weather", "weather", *given, kInput);
+  AddPoseSources(view, *options, kInput);
   view.add_option("--lighting",
                   options->lighting,
                   "a lighting.jsonl whose light is used in place of an estimate")

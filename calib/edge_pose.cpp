@@ -337,8 +337,59 @@ glm::dmat4 Turned(const glm::dmat4& pose, double pan_rad, double tilt_rad) {
   return MovedPose(pose, motion);
 }
 
-// The covariance of the camera's motion: errors along one edge of the mesh count as one, and each
-// edge may be off its place by mesh_sigma_m.
+// Which matches are of edges that are off together: those of one edge of the mesh, and of parallel
+// edges next to each other in the picture, which its one step of light stands for. Numbers from 0.
+std::vector<std::size_t> GroupsOf(const std::vector<EdgeMatch>& matches) {
+  struct Group {
+    std::size_t edge;
+    glm::dvec2 normal;
+    double low;  // Where it reaches along itself.
+    double high;
+    glm::dvec2 middle;
+  };
+  std::vector<Group> groups;
+  std::vector<std::size_t> group_of;
+  group_of.reserve(matches.size());
+  std::size_t first = 0;
+  const auto known_like = [&](const Group& edge) {
+    constexpr double kParallel = 0.995;  // The cosine of 6 deg.
+    return std::find_if(groups.begin(), groups.end(), [&](const Group& group) {
+      const glm::dvec2 along(-group.normal.y, group.normal.x);
+      const double there = glm::dot(edge.middle, along);
+      return std::abs(glm::dot(edge.normal, group.normal)) > kParallel &&
+             std::abs(glm::dot(edge.middle - group.middle, group.normal)) < 2.0 * kNearPx &&
+             there > group.low && there < group.high;
+    });
+  };
+  while (first < matches.size()) {
+    // Samples of one edge follow one another.
+    std::size_t end = first;
+    glm::dvec2 sum(0.0);
+    for (; end < matches.size() && matches[end].edge == matches[first].edge; ++end) {
+      sum += matches[end].match.pixel;
+    }
+    Group edge{matches[first].edge,
+               matches[first].normal,
+               0.0,
+               0.0,
+               sum / static_cast<double>(end - first)};
+    const glm::dvec2 along(-edge.normal.y, edge.normal.x);
+    edge.low = glm::dot(matches[first].match.pixel, along);
+    edge.high = glm::dot(matches[end - 1].match.pixel, along);
+    if (edge.low > edge.high) std::swap(edge.low, edge.high);
+    const auto like = known_like(edge);
+    const auto number = static_cast<std::size_t>(like - groups.begin());
+    if (like == groups.end()) groups.push_back(edge);
+    group_of.insert(group_of.end(), end - first, number);
+    first = end;
+  }
+  return group_of;
+}
+
+// The covariance of the camera's motion. The model: each group of edges is off its place by an
+// amount of its own, mesh_sigma_m in the world, all along; samples scatter about that. How far
+// groups lie from the picture's edges, beside what the model expects of a pose that is fitted to
+// them, corrects the amount.
 Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
                                          const std::vector<EdgeMatch>& matches,
                                          const glm::dmat4& pose,
@@ -350,34 +401,64 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
   const Motion none = Motion::Zero();
   const NormalErrorsAndJacobian linearise(errors);
   linearise(none.data(), residuals.data(), jacobian.data());
-  const Eigen::Matrix<double, 6, 6> normal = jacobian.transpose() * jacobian;
-  Eigen::Matrix<double, 6, 6> scatter = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 6> offsets = Eigen::Matrix<double, 6, 6>::Zero();
-  double edges = 0.0;
-  for (int i = 0; i < count;) {
-    // Samples of one edge follow one another.
-    Eigen::Matrix<double, 6, 1> of_edge = Eigen::Matrix<double, 6, 1>::Zero();
-    const std::size_t edge = matches[static_cast<std::size_t>(i)].edge;
-    Eigen::Matrix<double, 6, 1> of_offset = Eigen::Matrix<double, 6, 1>::Zero();
-    for (; i < count && matches[static_cast<std::size_t>(i)].edge == edge; ++i) {
-      const EdgeMatch& match = matches[static_cast<std::size_t>(i)];
-      const double depth_m = (pose * glm::dvec4(match.match.point_world_m, 1.0)).z;
-      of_edge += jacobian.row(i).transpose() * residuals[i];
-      of_offset += jacobian.row(i).transpose() * match.root_weight * mesh_sigma_m *
-                   view.Intrinsics().fx_px / depth_m;
-    }
-    scatter += of_edge * of_edge.transpose();
-    offsets += of_offset * of_offset.transpose();
-    edges += 1.0;
+  const Eigen::Matrix<double, 6, 6> inverse =
+      (jacobian.transpose() * jacobian).fullPivLu().inverse();
+
+  const std::vector<std::size_t> group_of = GroupsOf(matches);
+  const auto groups =
+      static_cast<Eigen::Index>(*std::max_element(group_of.begin(), group_of.end()) + 1);
+  // Of each group: what its being off by one deviation does to the normal equations, and its mean
+  // residual in deviations.
+  Eigen::Matrix<double, 6, Eigen::Dynamic> pulls(6, groups);
+  Eigen::Matrix<double, Eigen::Dynamic, 6> means(groups, 6);
+  Eigen::VectorXd mean_residual(groups);
+  Eigen::VectorXd sizes(groups);
+  Eigen::VectorXd offsets(count);
+  pulls.setZero();
+  means.setZero();
+  mean_residual.setZero();
+  sizes.setZero();
+  // Of a picture's edge, whatever the mesh: blur, and the threshold between what it separates.
+  constexpr double kPictureSigmaPx = 0.1;
+  for (int i = 0; i < count; ++i) {
+    const EdgeMatch& match = matches[static_cast<std::size_t>(i)];
+    const double depth_m = (pose * glm::dvec4(match.match.point_world_m, 1.0)).z;
+    const double offset_px =
+        match.root_weight *
+        std::hypot(mesh_sigma_m * view.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
+    const auto group = static_cast<Eigen::Index>(group_of[static_cast<std::size_t>(i)]);
+    offsets[i] = offset_px;
+    pulls.col(group) += jacobian.row(i).transpose() * offset_px;
+    means.row(group) += jacobian.row(i) / offset_px;
+    mean_residual[group] += residuals[i] / offset_px;
+    sizes[group] += 1.0;
   }
-  const Eigen::Matrix<double, 6, 6> inverse = normal.fullPivLu().inverse();
-  // Few edges bend the pose to themselves: as many fewer are left as it has unknowns.
-  const double left = std::max(edges - 6.0, 0.0);
-  const double few = left > 0.0 ? edges / left : std::numeric_limits<double>::infinity();
-  const Eigen::Matrix<double, 6, 6> by_edges = inverse * (few * scatter + offsets) * inverse;
-  const double variance = residuals.squaredNorm() / std::max(1.0, count - 6.0);
-  const Eigen::Matrix<double, 6, 6> by_samples = variance * inverse;
-  return by_edges.trace() > by_samples.trace() ? by_edges : by_samples;
+  for (Eigen::Index group = 0; group < groups; ++group) {
+    means.row(group) /= sizes[group];
+    mean_residual[group] /= sizes[group];
+  }
+  // What each group's being off leaves of each group's mean residual once the pose is fitted.
+  // Groups count by their samples.
+  const Eigen::MatrixXd left = Eigen::MatrixXd::Identity(groups, groups) - means * inverse * pulls;
+  const double one_group = sizes.squaredNorm() / sizes.sum();
+  const double expected = sizes.dot(left.rowwise().squaredNorm()) / one_group;
+  const double found = sizes.dot(mean_residual.array().square().matrix()) / one_group;
+  // The stated deviation counts as much as one group.
+  constexpr double kStatedGroups = 1.0;
+  const double freedom = kStatedGroups + expected;
+  const double scale = (kStatedGroups + found) / freedom;
+  // A scale that few groups give is itself uncertain, as Student's t is wider than a normal error.
+  const double few = freedom / (freedom - std::min(1.0, 0.5 * freedom));
+  double squares = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const auto group = static_cast<Eigen::Index>(group_of[static_cast<std::size_t>(i)]);
+    const double about = residuals[i] - mean_residual[group] * offsets[i];
+    squares += about * about;
+  }
+  const double variance = squares / std::max(1.0, static_cast<double>(count - groups));
+  const Eigen::Matrix<double, 6, 6> by_groups =
+      inverse * (pulls * pulls.transpose()) * inverse * (few * scale);
+  return by_groups + variance * inverse;
 }
 
 }  // namespace
@@ -507,6 +588,10 @@ tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
       Eigen::Matrix3d(covariance.topLeftCorner<3, 3>()), Eigen::EigenvaluesOnly);
   result.rotation_sigma_rad = std::sqrt(of_rotation.eigenvalues()[2]);
   result.position_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  for (int axis = 0; axis < 3; ++axis) {
+    result.axis_rotation_sigma_rad[axis] = std::sqrt(covariance(axis, axis));
+    result.axis_position_sigma_m[axis] = std::sqrt(covariance(3 + axis, 3 + axis));
+  }
   if (!(result.rotation_sigma_rad <= options.largest_rotation_sigma_rad &&
         result.position_sigma_m <= options.largest_position_sigma_m)) {
     return tl::unexpected(

@@ -6,6 +6,7 @@
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
 #include "calib/camera_pose.h"
@@ -46,10 +47,13 @@ struct EdgePose {
   double rms_px = 0.0;        // Over the samples that count, across their edges.
   double found_share = 0.0;   // Share of the samples that are inliers.
   double chance_share = 0.0;  // Share expected from the picture's other edges by chance.
-  // From the scatter of entire edges of the mesh, since a misplaced edge is misplaced along all of
-  // its length, and from mesh_sigma_m.
+  // Edges count, not samples, since a misplaced edge is misplaced along all of its length. By how
+  // much edges are is mesh_sigma_m, corrected by how far entire edges lie from the picture's.
   double rotation_sigma_rad = 0.0;  // About the worst axis.
   double position_sigma_m = 0.0;    // For the camera's centre, all three axes together.
+  // About and along each of the camera's axes.
+  glm::dvec3 axis_rotation_sigma_rad{0.0};
+  glm::dvec3 axis_position_sigma_m{0.0};
   std::vector<EdgeSample> samples;
 };
 
@@ -61,8 +65,9 @@ struct EdgePose {
 // than by chance, or a pose that is ambiguous, undetermined or not near.
 //
 // Source   Drummond and Cipolla, IEEE PAMI 24(7), 2002 (searching along normals); several
-//          hypotheses for each sample by Wuest, Vial and Stricker, ISMAR 2005. The deviation is the
-//          sandwich estimate with one cluster for each edge.
+//          hypotheses for each sample by Wuest, Vial and Stricker, ISMAR 2005. Deviations assume
+//          that edges are off independently of each other, each along all of its length; parallel
+//          ones next to each other count as one.
 // Cost     1 s of one thread for a picture of 640 x 480.
 // Throws   std::invalid_argument: a picture of another size than the lens's, and as Validate.
 tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(

@@ -40,6 +40,10 @@ class MarkerFrameSource final : public FrameSource {
   }
 
   std::optional<int> Count() const override { return frames_->Count(); }
+  bool Seek(int index) override {
+    tracker_ = PoseTracker(options_.tracker);
+    return frames_->Seek(index);
+  }
 
  private:
   void Follow(Frame& frame, MarkerFrameReport& report) {

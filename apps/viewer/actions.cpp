@@ -36,6 +36,12 @@ void Warn(const std::string& fault, ViewModel& model) {
   spdlog::warn("{}", fault);
 }
 
+void TakeTool(Tool tool, ViewModel& model) {
+  if (tool == model.tool) return;
+  model.hand.LetGo(model);
+  model.tool = tool;
+}
+
 bool Save(ViewModel& model) {
   switch (model.tool) {
     case Tool::kObjects:
@@ -52,6 +58,19 @@ bool Save(ViewModel& model) {
       model.pose.reset();  // The next picks are of the pose that is read again.
       model.Reload();
       return true;
+    case Tool::kColour:
+      if (!model.colour || !Report(
+                               "colours", [&] { model.colour->Save(); }, model))
+        return false;
+      model.colour.reset();  // The next ones are by the response that is read again.
+      model.Reload();
+      return true;
+    case Tool::kResponse:
+      if (!model.response || !Report(
+                                 "response", [&] { model.response->Save(); }, model))
+        return false;
+      model.Reload();
+      return true;
   }
   return false;
 }
@@ -60,10 +79,14 @@ void Undo(ViewModel& model) {
   if (model.tool == Tool::kObjects && model.editor) model.editor->Undo();
   if (model.tool == Tool::kMask && model.mask) model.mask->Undo();
   if (model.tool == Tool::kPose && model.pose) model.pose->TakeBack();
+  if (model.tool == Tool::kColour && model.colour) model.colour->Undo();
+  if (model.tool == Tool::kResponse && model.response) model.response->Undo();
 }
 
 void Redo(ViewModel& model) {
   if (model.tool == Tool::kObjects && model.editor) model.editor->Redo();
+  if (model.tool == Tool::kColour && model.colour) model.colour->Redo();
+  if (model.tool == Tool::kResponse && model.response) model.response->Redo();
 }
 
 bool HasUnsavedWork(const ViewModel& model) {
@@ -125,6 +148,36 @@ void TakeSnapshot(const std::vector<std::string>& stated_settings,
   } catch (const std::exception& error) {
     Warn(error.what(), model);
   }
+}
+
+void OpenOtherPicture(const std::filesystem::path& file, ViewModel& model) {
+  if (!model.colour) return;
+  try {
+    model.colour->OpenOther(file);
+    model.status = model.colour->Describe();
+  } catch (const std::exception& error) {
+    Warn(error.what(), model);
+  }
+}
+
+void RefinePose(ViewModel& model) {
+  if (model.tool != Tool::kPose || !model.pose || !model.frame || !model.frame->input) return;
+  model.status = model.pose->RefineByEdges(*model.frame->input);
+}
+
+void FindChart(ViewModel& model) {
+  if (!TakeUpTool(model)) return;
+  if (model.tool == Tool::kColour) model.status = model.colour->FindCharts();
+  if (model.tool == Tool::kResponse && model.frame->input) {
+    model.status = model.response->FindChart(*model.frame->input);
+  }
+}
+
+void TakePicture(ViewModel& model) {
+  if (!model.response || !model.frame) return;
+  const bool is_stated = model.typed_exposure > 0.0;
+  model.status = model.response->Take(
+      *model.frame, is_stated ? std::optional(model.typed_exposure) : std::nullopt);
 }
 
 void AddObject(const std::filesystem::path& mesh, const glm::dvec2& pixel, ViewModel& model) {

@@ -9,11 +9,14 @@
 
 namespace pleinair {
 
+// What was begun with another tool ends.
+void TakeTool(Tool tool, ViewModel& model);
+
 // In the window, and in the log of whoever has started it.
 void Warn(const std::string& fault, ViewModel& model);
 
-// Of the tool that is taken: objects, the mask or the pose. Save writes to the site's file; a mask
-// and a pose are then read again. False where it failed, with the reason in the status.
+// Of the tool that is taken. Save writes to the site's file; all but objects is then read again.
+// False where it failed, with the reason in the status.
 bool Save(ViewModel& model);
 void Undo(ViewModel& model);
 void Redo(ViewModel& model);
@@ -32,6 +35,15 @@ bool SnapshotIsDue(const ViewModel& model);
 void TakeSnapshot(const std::vector<std::string>& stated_settings,
                   const std::filesystem::path& out,
                   ViewModel& model);
+
+// The other camera's, for colours.
+void OpenOtherPicture(const std::filesystem::path& file, ViewModel& model);
+// Fits the pose that is shown to the picture's edges.
+void RefinePose(ViewModel& model);
+// The ColorChecker, of the tool for colours or for the response.
+void FindChart(ViewModel& model);
+// The shown picture, for the response.
+void TakePicture(ViewModel& model);
 
 // A mesh file onto what a pixel of the picture shows.
 void AddObject(const std::filesystem::path& mesh, const glm::dvec2& pixel, ViewModel& model);

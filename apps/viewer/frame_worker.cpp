@@ -325,7 +325,8 @@ class FrameWorker::Viewing {
     }
   }
 
-  void Load(const SessionOptions& options) {
+  void Load(const SessionOptions& given) {
+    const SessionOptions options = source_.OptionsOfSession(given);
     const auto loaded = source_.Load(options, [this](std::string_view stage, double share) {
       if (worker_.IsEnding()) throw Ending();
       worker_.Report([&](WorkerNews& news) {
@@ -333,7 +334,7 @@ class FrameWorker::Viewing {
         news.stage_share = share;
       });
     });
-    std::unique_ptr<FrameSource> frames = source_.Frames(loaded->sequence, options);
+    std::unique_ptr<FrameSource> frames = source_.Frames(*loaded, options);
     const std::optional<int> count =
         frames ? frames->Count() : static_cast<int>(loaded->sequence.frames.size());
     // The last one stays where this one cannot be made.
@@ -349,6 +350,7 @@ class FrameWorker::Viewing {
                                                               count,
                                                               source_.IsLive(),
                                                               can_seek,
+                                                              source_.CameraMoves(),
                                                               session_->Renderer().renderer});
     ReportNotes();
     worker_.Report([&](WorkerNews& news) {

@@ -24,6 +24,7 @@ struct ViewedSite {
   std::optional<int> frames;  // None: a camera's, without end.
   bool is_live = false;
   bool can_seek = false;
+  bool camera_moves = false;  // Markers or a tracker say where it is.
   std::string renderer;
 };
 

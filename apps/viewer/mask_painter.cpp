@@ -24,7 +24,7 @@ constexpr std::size_t kMostUndone = 50;
 MaskPainter::MaskPainter(std::shared_ptr<const ViewedSite> site) : site_(std::move(site)) {
   const Sequence& sequence = site_->loaded->sequence;
   mask_ = Gray8Image(sequence.intrinsics.width_px, sequence.intrinsics.height_px, kMaySample);
-  if (!sequence.camera_from_world) {
+  if (!sequence.camera_from_world || site_->camera_moves) {
     why_not_ = "a mask is painted over the picture of a camera that stands still";
     return;
   }

@@ -15,8 +15,10 @@ constexpr std::array kPanels = {
     PanelDefinition{"Environment", "The relit environment map", false, DrawEnvironmentPanel},
     PanelDefinition{"Events", "What happened, and what was assumed", false, DrawEventsPanel},
     PanelDefinition{"Settings", "Exposure, and every setting of a run", false, DrawSettingsPanel},
-    PanelDefinition{
-        "Tools", "Objects, the mask of samples, the camera's pose", false, DrawToolsPanel},
+    PanelDefinition{"Tools",
+                    "Objects, the mask of samples, the camera's pose, colours and response",
+                    false,
+                    DrawToolsPanel},
     PanelDefinition{
         "Daylight", "Windows, and samples of the sky through them", false, DrawDaylightPanel},
 };

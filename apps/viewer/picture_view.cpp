@@ -6,6 +6,7 @@
 
 #include <imgui.h>
 
+#include "apps/viewer/tool_marks.h"
 #include "calib/lens.h"
 
 namespace pleinair {
@@ -47,7 +48,10 @@ void PictureView::Draw(ViewModel& model,
     number_ = frame.number;
   }
   const glm::dvec2 size(shown_.Width(), shown_.Height());
-  place_.scale = std::min(area_size.x / size.x, area_size.y / size.y);
+  const bool has_other =
+      model.tool == Tool::kColour && model.colour && !model.colour->OtherShown().Empty();
+  const glm::dvec2 area(area_size.x, has_other ? 0.5 * area_size.y : area_size.y);
+  place_.scale = std::min(area.x / size.x, area.y / size.y);
   place_.origin = area_origin;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const ImVec2 low = ToIm(place_.origin);
@@ -57,18 +61,68 @@ void PictureView::Draw(ViewModel& model,
   list.PushClipRect(low, high, true);
   DrawBalls(model);
   DrawWindows(model);
+  DrawTool(model, size);
+  list.PopClipRect();
+  other_place_.reset();
+  if (has_other) DrawOther(model, area_origin + glm::dvec2(0.0, area.y), area);
+  DrawLoupes(model);
+}
+
+bool PictureView::IsIn(const Texture& texture,
+                       const PicturePlace& place,
+                       const glm::dvec2& screen) {
+  const glm::dvec2 pixel = place.ToPixel(screen);
+  return pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x < texture.Width() - 0.5 &&
+         pixel.y < texture.Height() - 0.5;
+}
+
+void PictureView::DrawTool(const ViewModel& model, const glm::dvec2& size) {
   switch (model.tool) {
     case Tool::kObjects:
-      DrawSelection(model);
-      break;
+      return DrawSelection(model);
     case Tool::kMask:
       DrawMask(model, place_.origin, place_.origin + place_.scale * size);
       break;
     case Tool::kPose:
-      DrawPose(model);
+      if (model.pose) DrawPoseMarks(place_, model, HandPixel(model));
+      break;
+    case Tool::kColour:
+      if (model.colour) DrawColourMarks(place_, PictureSide::kCamera, *model.colour);
+      break;
+    case Tool::kResponse:
+      if (model.response) DrawResponseMarks(place_, *model.response);
       break;
   }
+  if (model.cursor.is_shown && model.cursor.side == PictureSide::kCamera) {
+    DrawCursor(place_, model.cursor);
+  }
+}
+
+void PictureView::DrawOther(const ViewModel& model,
+                            const glm::dvec2& origin,
+                            const glm::dvec2& size) {
+  if (other_version_ != model.colour->OtherVersion()) {
+    other_.Upload(model.colour->OtherShown());
+    other_version_ = model.colour->OtherVersion();
+  }
+  const glm::dvec2 pixels(other_.Width(), other_.Height());
+  other_place_ = PicturePlace{origin, std::min(size.x / pixels.x, size.y / pixels.y)};
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const ImVec2 low = ToIm(origin);
+  const ImVec2 high = ToIm(origin + other_place_->scale * pixels);
+  list.AddImage(other_.Id(), low, high);
+  list.PushClipRect(low, high, true);
+  DrawColourMarks(*other_place_, PictureSide::kOther, *model.colour);
+  if (model.cursor.is_shown && model.cursor.side == PictureSide::kOther) {
+    DrawCursor(*other_place_, model.cursor);
+  }
   list.PopClipRect();
+}
+
+glm::dvec2 PictureView::HandPixel(const ViewModel& model) const {
+  if (model.cursor.is_shown) return model.cursor.pixel;
+  const ImVec2 mouse = ImGui::GetIO().MousePos;
+  return place_.ToPixel({mouse.x, mouse.y});
 }
 
 // The edges of the selected object's box.
@@ -143,47 +197,37 @@ void PictureView::DrawMask(const ViewModel& model, const glm::dvec2& low, const 
   }
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   list.AddImage(mask_.Id(), ToIm(low), ToIm(high));
-  if (ImGui::GetIO().WantCaptureMouse || model.brush_takes_surfaces) return;
+  if (model.brush_takes_surfaces) return;
+  if (ImGui::GetIO().WantCaptureMouse && !model.cursor.is_shown) return;
   const float radius = static_cast<float>(model.brush_radius_px * place_.scale);
-  list.AddCircle(ImGui::GetIO().MousePos, radius, IM_COL32(255, 255, 255, 200), 48);
+  list.AddCircle(ToIm(place_.ToScreen(HandPixel(model))), radius, IM_COL32(255, 255, 255, 200), 48);
 }
 
-// The mesh's edges as the pose has them, and each pick with its residual.
-void PictureView::DrawPose(const ViewModel& model) {
-  if (!model.pose) return;
-  const PosePicker& picker = *model.pose;
-  const Camera& camera = picker.Shown();
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  for (const MeshEdge& edge : picker.Edges()) {
-    if (!edge.is_sharp && !edge.IsOutlineFrom(camera.CentreWorldM())) continue;
-    const auto from = PixelOf(camera, edge.from_m);
-    const auto to = PixelOf(camera, edge.to_m);
-    if (!from || !to) continue;
-    list.AddLine(
-        ToIm(place_.ToScreen(*from)), ToIm(place_.ToScreen(*to)), IM_COL32(60, 230, 120, 140));
-  }
-  const auto& found = picker.Found();
-  for (std::size_t i = 0; i < picker.Picks().size(); ++i) {
-    const PointMatch& pick = picker.Picks()[i];
-    const bool is_wrong = found && *found && !(*found)->counts[i];
-    const ImU32 colour = is_wrong ? IM_COL32(255, 60, 60, 255) : IM_COL32(255, 210, 60, 255);
-    const ImVec2 at = ToIm(place_.ToScreen(pick.pixel));
-    constexpr float kArm = 6.0f;
-    list.AddLine({at.x - kArm, at.y}, {at.x + kArm, at.y}, colour, 1.5f);
-    list.AddLine({at.x, at.y - kArm}, {at.x, at.y + kArm}, colour, 1.5f);
-    if (const auto corner = PixelOf(camera, pick.point_world_m)) {
-      list.AddLine(at, ToIm(place_.ToScreen(*corner)), colour, 1.5f);
+void PictureView::DrawLoupes(const ViewModel& model) {
+  if (model.tool == Tool::kObjects || model.tool == Tool::kMask) return;
+  if (model.cursor.is_shown) {
+    if (model.cursor.side == PictureSide::kCamera) {
+      DrawLoupe(shown_, place_, model.cursor.pixel);
+    } else if (other_place_) {
+      DrawLoupe(other_, *other_place_, model.cursor.pixel);
     }
+    return;
   }
   if (ImGui::GetIO().WantCaptureMouse) return;
-  const ImVec2 mouse = ImGui::GetIO().MousePos;
-  DrawLoupe(place_.ToPixel({mouse.x, mouse.y}));
+  const glm::dvec2 mouse(ImGui::GetIO().MousePos.x, ImGui::GetIO().MousePos.y);
+  if (OtherHolds(mouse)) {
+    DrawLoupe(other_, *other_place_, other_place_->ToPixel(mouse));
+  } else {
+    DrawLoupe(shown_, place_, place_.ToPixel(mouse));
+  }
 }
 
-void PictureView::DrawLoupe(const glm::dvec2& pixel) {
+void PictureView::DrawLoupe(const Texture& texture,
+                            const PicturePlace& place,
+                            const glm::dvec2& pixel) {
   constexpr double kShownPx = 12.0;  // To each side of the pointer.
   constexpr double kMagnified = 7.0;
-  const glm::dvec2 size(shown_.Width(), shown_.Height());
+  const glm::dvec2 size(texture.Width(), texture.Height());
   if (!(pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < size.x && pixel.y < size.y)) return;
   const glm::dvec2 uv_low = (pixel + 0.5 - kShownPx) / size;
   const glm::dvec2 uv_high = (pixel + 0.5 + kShownPx) / size;
@@ -191,9 +235,9 @@ void PictureView::DrawLoupe(const glm::dvec2& pixel) {
   // In the corner that the pointer is far from.
   const bool is_left = pixel.x > 0.5 * size.x;
   const glm::dvec2 corner =
-      place_.origin + glm::dvec2(is_left ? 8.0 : place_.scale * size.x - side - 8.0, 8.0);
+      place.origin + glm::dvec2(is_left ? 8.0 : place.scale * size.x - side - 8.0, 8.0);
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  list.AddImage(shown_.Id(), ToIm(corner), ToIm(corner + side), ToIm(uv_low), ToIm(uv_high));
+  list.AddImage(texture.Id(), ToIm(corner), ToIm(corner + side), ToIm(uv_low), ToIm(uv_high));
   list.AddRect(ToIm(corner), ToIm(corner + side), IM_COL32(255, 255, 255, 200));
   const ImVec2 middle = ToIm(corner + 0.5 * side);
   const auto arm = static_cast<float>(0.5 * side);

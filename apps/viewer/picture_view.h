@@ -1,20 +1,14 @@
-// The picture in the window: where it is, and what is drawn over it.
+// The pictures in the window: where they are, and what is drawn over them.
 #pragma once
+
+#include <optional>
 
 #include <glm/vec2.hpp>
 
+#include "apps/viewer/picture_place.h"
 #include "apps/viewer/view_model.h"
 
 namespace pleinair {
-
-// Where on the screen the picture's pixels are. Integer pixel coordinates are pixel centres.
-struct PicturePlace {
-  glm::dvec2 origin{0.0};  // Of its upper left corner.
-  double scale = 1.0;      // Screen units a pixel.
-
-  glm::dvec2 ToScreen(const glm::dvec2& pixel) const { return origin + scale * (pixel + 0.5); }
-  glm::dvec2 ToPixel(const glm::dvec2& screen) const { return (screen - origin) / scale - 0.5; }
-};
 
 class PictureView {
  public:
@@ -24,18 +18,33 @@ class PictureView {
             const glm::dvec2& area_origin,
             const glm::dvec2& area_size);
   const PicturePlace& Place() const { return place_; }
+  // Of the other camera's picture, below, while a tool shows one.
+  const std::optional<PicturePlace>& OtherPlace() const { return other_place_; }
+  // Whether the place is in the camera's picture, or in the other one.
+  bool Holds(const glm::dvec2& screen) const { return IsIn(shown_, place_, screen); }
+  bool OtherHolds(const glm::dvec2& screen) const {
+    return other_place_ && IsIn(other_, *other_place_, screen);
+  }
 
  private:
+  static bool IsIn(const Texture& texture, const PicturePlace& place, const glm::dvec2& screen);
   void DrawSelection(const ViewModel& model);
   void DrawBalls(const ViewModel& model);
   void DrawWindows(const ViewModel& model);
   void DrawMask(const ViewModel& model, const glm::dvec2& low, const glm::dvec2& high);
-  void DrawPose(const ViewModel& model);
-  // The picture around the pointer, larger.
-  void DrawLoupe(const glm::dvec2& pixel);
+  void DrawTool(const ViewModel& model, const glm::dvec2& size);
+  void DrawOther(const ViewModel& model, const glm::dvec2& origin, const glm::dvec2& size);
+  // Where the cursor is shown, or else the pointer is, in the camera's picture.
+  glm::dvec2 HandPixel(const ViewModel& model) const;
+  // The picture around the cursor or the pointer, larger.
+  void DrawLoupes(const ViewModel& model);
+  static void DrawLoupe(const Texture& texture, const PicturePlace& place, const glm::dvec2& pixel);
 
   PicturePlace place_;
+  std::optional<PicturePlace> other_place_;
   Texture shown_;
+  Texture other_;
+  std::int64_t other_version_ = 0;  // Of that texture.
   Texture overlay_;
   Texture balls_;  // One below the other.
   Texture mask_;

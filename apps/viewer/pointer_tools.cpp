@@ -1,5 +1,6 @@
 #include "apps/viewer/pointer_tools.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -26,25 +27,21 @@ void TurnByWheel(double notches, ObjectEditor& editor) {
 
 }  // namespace
 
-void PointerTools::Take(const PicturePlace& place, const ViewWindow& window, ViewModel& model) {
+void PointerTools::Take(const PictureView& picture, ViewWindow& window, ViewModel& model) {
+  edges_ = window.TakeEdges();
+  used_edges_ = 0;
   if (!model.editor || model.ShownCamera() == nullptr) return;
   if (tool_ != model.tool) EndGestures(model);
-  constexpr double kReach = 14.0;  // On the screen.
-  switch (model.tool) {
-    case Tool::kObjects:
-      return MoveObjects(place, window, model);
-    case Tool::kMask:
-      return PaintMask(PixelAtPointer(place), model);
-    case Tool::kPose:
-      return PickPose(PixelAtPointer(place), kReach / place.scale, model);
+  if (model.tool == Tool::kObjects) {
+    MoveObjects(picture.Place(), window, model);
+  } else {
+    TakeUpTool(model);
   }
 }
 
 void PointerTools::EndGestures(ViewModel& model) {
   tool_ = model.tool;
   pressed_at_.reset();
-  painted_.reset();
-  corner_.reset();
   model.request.is_dragging = false;
   model.editor->EndDrag();
 }
@@ -89,40 +86,44 @@ void PointerTools::DragTo(const glm::dvec2& pixel, ViewModel& model) {
   dragged_to_ = pixel;
 }
 
-void PointerTools::PaintMask(const glm::dvec2& pixel_of_picture, ViewModel& model) {
-  if (!model.mask) model.mask.emplace(model.site);
-  MaskPainter& mask = *model.mask;
-  const ImGuiIO& io = ImGui::GetIO();
-  if (!mask.WhyNot().empty() || io.WantCaptureMouse) return;
-  const bool gives_back = model.brush_gives_back || io.KeyShift;
-  // The mask has the site's size; a camera's picture may have another one.
-  const double scale =
-      static_cast<double>(mask.Mask().width) / model.ShownCamera()->intrinsics.width_px;
-  const glm::dvec2 pixel = (pixel_of_picture + 0.5) * scale - 0.5;
-  if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-    mask.BeginStroke();
-    if (model.brush_takes_surfaces) mask.PaintSurface(pixel, gives_back);
-  }
-  if (ImGui::IsMouseDown(ImGuiMouseButton_Left) && !model.brush_takes_surfaces) {
-    mask.Paint(painted_.value_or(pixel), pixel, model.brush_radius_px * scale, gives_back);
-    painted_ = pixel;
-  } else {
-    painted_.reset();
+void PointerTools::UseTool(const PictureView& picture, std::size_t edges, ViewModel& model) {
+  for (; used_edges_ < std::min(edges, edges_.size()); ++used_edges_) {
+    UseEdge(picture, edges_[used_edges_], model);
   }
 }
 
-void PointerTools::PickPose(const glm::dvec2& pixel, double reach_px, ViewModel& model) {
-  if (!model.pose) model.pose.emplace(model.site, *model.ShownCamera());
+void PointerTools::UseEdge(const PictureView& picture,
+                           const ViewWindow::PointerEdge& edge,
+                           ViewModel& model) {
+  if (model.tool == Tool::kObjects) return;
+  if (!edge.is_press) {
+    if (!used_in_) return;
+    model.hand.MoveTo(used_in_->ToPixel(edge.at), model);
+    model.hand.Release(model);
+    used_in_.reset();
+    return;
+  }
+  // A panel or the help stands over the picture there.
   const ImGuiIO& io = ImGui::GetIO();
-  if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !io.WantCaptureMouse) {
-    corner_ = model.pose->CornerAt(pixel, reach_px);
-    if (!corner_) model.status = "no corner of the mesh there";
-  }
-  if (corner_ && ImGui::IsMouseReleased(ImGuiMouseButton_Left)) {
-    model.pose->Pick(*corner_, pixel);
-    model.status = model.pose->Describe();
-    corner_.reset();
-  }
+  const bool is_here = glm::distance(edge.at, glm::dvec2(io.MousePos.x, io.MousePos.y)) < 1.0;
+  const bool is_other = picture.OtherHolds(edge.at);
+  if ((io.WantCaptureMouse && is_here) || !(is_other || picture.Holds(edge.at))) return;
+  used_in_ = is_other ? *picture.OtherPlace() : picture.Place();
+  constexpr double kReach = 14.0;  // On the screen.
+  model.hand.Press({used_in_->ToPixel(edge.at),
+                    is_other ? PictureSide::kOther : PictureSide::kCamera,
+                    kReach / used_in_->scale,
+                    model.brush_gives_back || edge.shift},
+                   model);
+}
+
+void PointerTools::Follow(const PictureView& picture, ViewModel& model) {
+  UseTool(picture, edges_.size(), model);
+  const ImGuiIO& io = ImGui::GetIO();
+  const bool has_moved = io.MouseDelta.x != 0.0f || io.MouseDelta.y != 0.0f;
+  const bool keys_hold = model.hand.IsDown() && !used_in_;
+  if (has_moved && !keys_hold) model.cursor.is_shown = false;
+  if (used_in_) model.hand.MoveTo(PixelAtPointer(*used_in_), model);
 }
 
 }  // namespace pleinair

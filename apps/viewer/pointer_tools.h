@@ -1,10 +1,11 @@
-// What the pointer does in the picture: moves objects, paints the mask, picks corners.
+// What the pointer does in the pictures: drags objects, or presses with the tool that is taken.
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <vector>
 
 #include <glm/vec2.hpp>
-#include <glm/vec3.hpp>
 
 #include "apps/viewer/picture_view.h"
 #include "apps/viewer/view_model.h"
@@ -13,22 +14,27 @@ namespace pleinair {
 
 class PointerTools {
  public:
-  // Once a picture of the window, while Dear ImGui's frame is open.
-  void Take(const PicturePlace& place, const ViewWindow& window, ViewModel& model);
+  // These three once a picture of the window, while Dear ImGui's frame is open, in this order.
+  void Take(const PictureView& picture, ViewWindow& window, ViewModel& model);
+  // Presses and releases with a tool, up to number `edges` of this picture; as often as there are
+  // keys between them.
+  void UseTool(const PictureView& picture, std::size_t edges, ViewModel& model);
+  // The rest of them; then the tool moves with the pointer.
+  void Follow(const PictureView& picture, ViewModel& model);
 
  private:
   // What was begun with another tool ends.
   void EndGestures(ViewModel& model);
   void MoveObjects(const PicturePlace& place, const ViewWindow& window, ViewModel& model);
   void DragTo(const glm::dvec2& pixel, ViewModel& model);
-  void PaintMask(const glm::dvec2& pixel, ViewModel& model);
-  void PickPose(const glm::dvec2& pixel, double reach_px, ViewModel& model);
+  void UseEdge(const PictureView& picture, const ViewWindow::PointerEdge& edge, ViewModel& model);
 
   Tool tool_ = Tool::kObjects;  // Of the gestures.
   std::optional<glm::dvec2> pressed_at_;
   glm::dvec2 dragged_to_{0.0};
-  std::optional<glm::dvec2> painted_;  // Of the stroke, last.
-  std::optional<glm::dvec3> corner_;   // That is being picked.
+  std::vector<ViewWindow::PointerEdge> edges_;  // Of this picture.
+  std::size_t used_edges_ = 0;                  // Of these.
+  std::optional<PicturePlace> used_in_;         // Where the tool was pressed, until it is let go.
 };
 
 }  // namespace pleinair

@@ -40,28 +40,52 @@ std::string PosePicker::Describe() const {
                      pose.position_sigma_m);
 }
 
+std::optional<glm::dvec2> PosePicker::PixelOf(const glm::dvec3& corner_m) const {
+  const glm::dvec3 seen(shown_.camera_from_world * glm::dvec4(corner_m, 1.0));
+  return seen.z > 0.0 ? ProjectToPixel(shown_.intrinsics, seen) : std::nullopt;
+}
+
+// What stands in front by more than the corner's own faces hides it.
+bool PosePicker::IsHidden(const glm::dvec3& corner_m) const {
+  const glm::dvec3 eye = shown_.CentreWorldM();
+  const double distance_m = glm::distance(corner_m, eye);
+  constexpr double kShare = 0.995;
+  return site_->caster.Occluded(glm::vec3(eye),
+                                glm::vec3((corner_m - eye) / distance_m),
+                                static_cast<float>(kShare * distance_m));
+}
+
 std::optional<glm::dvec3> PosePicker::CornerAt(const glm::dvec2& pixel, double reach_px) const {
   std::optional<glm::dvec3> nearest;
-  const glm::dvec3 eye = shown_.CentreWorldM();
   for (const MeshEdge& edge : edges_) {
     if (!edge.is_sharp) continue;
     for (const glm::dvec3& corner : {edge.from_m, edge.to_m}) {
-      const glm::dvec3 seen(shown_.camera_from_world * glm::dvec4(corner, 1.0));
-      const auto at = seen.z > 0.0 ? ProjectToPixel(shown_.intrinsics, seen) : std::nullopt;
-      if (!at || glm::distance(*at, pixel) >= reach_px) continue;
-      // What stands in front by more than the corner's own faces hides it.
-      const double distance_m = glm::distance(corner, eye);
-      constexpr double kShare = 0.995;
-      if (site_->caster.Occluded(glm::vec3(eye),
-                                 glm::vec3((corner - eye) / distance_m),
-                                 static_cast<float>(kShare * distance_m))) {
-        continue;
-      }
+      const auto at = PixelOf(corner);
+      if (!at || glm::distance(*at, pixel) >= reach_px || IsHidden(corner)) continue;
       reach_px = glm::distance(*at, pixel);
       nearest = corner;
     }
   }
   return nearest;
+}
+
+std::vector<glm::dvec2> PosePicker::CornersInView() const {
+  const glm::dvec2 last(shown_.intrinsics.width_px - 1, shown_.intrinsics.height_px - 1);
+  std::vector<glm::dvec3> known;
+  std::vector<glm::dvec2> seen;
+  known.reserve(2 * edges_.size());
+  seen.reserve(2 * edges_.size());
+  for (const MeshEdge& edge : edges_) {
+    if (!edge.is_sharp) continue;
+    for (const glm::dvec3& corner : {edge.from_m, edge.to_m}) {
+      if (std::find(known.begin(), known.end(), corner) != known.end()) continue;
+      known.push_back(corner);
+      const auto at = PixelOf(corner);
+      if (!at || at->x < 0.0 || at->y < 0.0 || at->x > last.x || at->y > last.y) continue;
+      if (!IsHidden(corner)) seen.push_back(*at);
+    }
+  }
+  return seen;
 }
 
 void PosePicker::Pick(const glm::dvec3& corner_world_m, const glm::dvec2& pixel) {

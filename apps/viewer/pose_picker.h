@@ -32,6 +32,8 @@ class PosePicker {
 
   // The corner of a sharp edge that is shown next to the pixel, hidden ones left out.
   std::optional<glm::dvec3> CornerAt(const glm::dvec2& pixel, double reach_px) const;
+  // Where all such corners are seen, each once.
+  std::vector<glm::dvec2> CornersInView() const;
   // A pick of that corner, in place of an earlier one.
   void Pick(const glm::dvec3& corner_world_m, const glm::dvec2& pixel);
   void TakeBack();
@@ -44,6 +46,9 @@ class PosePicker {
 
  private:
   void Solve();
+  // Where the corner is seen; none: behind the camera, or hidden.
+  std::optional<glm::dvec2> PixelOf(const glm::dvec3& corner_m) const;
+  bool IsHidden(const glm::dvec3& corner_m) const;
 
   std::shared_ptr<const ViewedSite> site_;
   Camera given_;

@@ -27,8 +27,18 @@ constexpr Shortcut kShortcuts[] = {
     {"P", "put it down on the surface under the pointer"},
     {"Ctrl+D, Delete", "duplicate it, delete it"},
     {"Ctrl+Z, Ctrl+Y", "undo, redo; of a mask or a pose: undo"},
-    {"Ctrl+S", "save to the site: objects, mask or pose, whichever tool is taken"},
-    {"T", "the next tool: objects, mask, camera's pose"},
+    {"Ctrl+S", "save to the site what the tool edits"},
+    {"T, Shift+T", "the next tool, or the last: objects, mask, pose, colours, response"},
+    {"W A S D", "other tools: move the cursor by a pixel (Shift: by ten)"},
+    {"Enter", "press at the cursor, and let go (mask: Shift gives back); Escape: leave it"},
+    {"Tab, Shift+Tab",
+     "pose: the next corner of the mesh, or the last; colours: the other picture"},
+    {"+, -", "mask, colours: a larger brush, or disc; a smaller one"},
+    {"G", "mask: entire surfaces, or the brush"},
+    {"R", "pose: refine by edges"},
+    {"C", "colours, response: by a ColorChecker, or not"},
+    {"F", "colours, response: find the ColorChecker"},
+    {"P", "response: take the picture"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
     {"F2 ... F9, F11", "panels; the last one by the menu"},
     {"F10", "keys go to the panels: arrows, Enter, Ctrl+Tab; Escape: back to the picture"},
@@ -188,6 +198,75 @@ void TakeObjectKey(const ViewWindow::KeyPress& press,
   }
 }
 
+void Resize(double factor, ViewModel& model) {
+  constexpr double kLargestPx = 80.0;
+  double* radius = &model.region_radius_px;
+  if (model.tool == Tool::kMask) radius = &model.brush_radius_px;
+  if (model.tool == Tool::kColour && model.cursor.side == PictureSide::kOther) {
+    radius = &model.other_region_radius_px;
+  }
+  *radius = std::clamp(*radius * factor, 1.0, kLargestPx);
+}
+
+void ToggleChart(ViewModel& model) {
+  if (!TakeUpTool(model)) return;
+  if (model.tool == Tool::kColour) {
+    const bool is_chart = model.colour->Way() == ColourWay::kChart;
+    model.colour->SetWay(is_chart ? ColourWay::kSurfaces : ColourWay::kChart);
+    model.status = model.colour->Describe();
+  } else if (model.tool == Tool::kResponse) {
+    const bool is_chart = model.response->Way() == ResponseWay::kChart;
+    model.response->SetWay(is_chart ? ResponseWay::kBracket : ResponseWay::kChart);
+    model.status = model.response->Describe();
+  }
+}
+
+// Of all tools but objects.
+void TakeToolKey(const ViewWindow::KeyPress& press, ViewModel& model) {
+  constexpr double kResizeStep = 1.25;
+  const double step_px = press.shift ? 10.0 : 1.0;
+  switch (press.key) {
+    case GLFW_KEY_W:
+      return MoveCursor({0.0, -step_px}, model);
+    case GLFW_KEY_S:
+      return MoveCursor({0.0, step_px}, model);
+    case GLFW_KEY_A:
+      return MoveCursor({-step_px, 0.0}, model);
+    case GLFW_KEY_D:
+      return MoveCursor({step_px, 0.0}, model);
+    case GLFW_KEY_ENTER:
+    case GLFW_KEY_KP_ENTER:
+      if (!press.is_repeat) PressAtCursor(press.shift, model);
+      return;
+    case GLFW_KEY_ESCAPE:
+      model.hand.LetGo(model);
+      model.cursor.is_shown = false;
+      return;
+    case GLFW_KEY_TAB:
+      return JumpCursor(press.shift, model);
+    case GLFW_KEY_EQUAL:
+    case GLFW_KEY_KP_ADD:
+      return Resize(kResizeStep, model);
+    case GLFW_KEY_MINUS:
+    case GLFW_KEY_KP_SUBTRACT:
+      return Resize(1.0 / kResizeStep, model);
+    case GLFW_KEY_G:
+      model.brush_takes_surfaces = !model.brush_takes_surfaces;
+      return;
+    case GLFW_KEY_R:
+      return RefinePose(model);
+    case GLFW_KEY_C:
+      return ToggleChart(model);
+    case GLFW_KEY_F:
+      return FindChart(model);
+    case GLFW_KEY_P:
+      if (model.tool == Tool::kResponse && TakeUpTool(model)) TakePicture(model);
+      return;
+    default:
+      return;
+  }
+}
+
 }  // namespace
 
 std::span<const Shortcut> Shortcuts() { return kShortcuts; }
@@ -197,10 +276,14 @@ std::string KeyOfPanel(std::size_t index) {
                                        : std::string();
 }
 
-void TakeKeys(const glm::dvec2& pointer_px, ViewWindow& window, ViewModel& model) {
+void TakeKeys(const glm::dvec2& pointer_px,
+              ViewWindow& window,
+              const std::function<void(std::size_t)>& use_pointer,
+              ViewModel& model) {
   const std::vector<ViewWindow::KeyPress> keys = window.TakeKeys();
   if (ImGui::GetIO().WantTextInput) return;
   for (const ViewWindow::KeyPress& press : keys) {
+    use_pointer(press.after_edges);
     if (model.quitting == Quitting::kAsked) {
       AnswerQuit(press.key, model);
       continue;
@@ -217,9 +300,14 @@ void TakeKeys(const glm::dvec2& pointer_px, ViewWindow& window, ViewModel& model
     } else {
       TakePlaybackKey(press.key, model);
       if (press.key == GLFW_KEY_T) {
-        model.tool = static_cast<Tool>((static_cast<int>(model.tool) + 1) % 3);
-      } else if (model.editor && model.tool == Tool::kObjects) {
+        const int step = press.shift ? kTools - 1 : 1;
+        TakeTool(static_cast<Tool>((static_cast<int>(model.tool) + step) % kTools), model);
+      } else if (!model.editor) {
+        continue;
+      } else if (model.tool == Tool::kObjects) {
         TakeObjectKey(press, pointer_px, model);
+      } else {
+        TakeToolKey(press, model);
       }
     }
   }

@@ -23,7 +23,8 @@ struct ViewCommandOptions : SessionOptions {
   bool restores_state = true;                // The window's places and what it showed last.
 };
 
-// Until the window is closed. Throws std::runtime_error, one line: without a display, or where the
+// Until the window is closed. Throws std::invalid_argument for options that the input has no use
+// for, as RefuseOtherInputs; std::runtime_error, one line: without a display, or where the
 // sequence or the camera cannot be opened.
 void RunViewCommand(const ViewCommandOptions& options);
 

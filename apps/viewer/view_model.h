@@ -8,10 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "apps/viewer/colour_picker.h"
 #include "apps/viewer/frame_worker.h"
 #include "apps/viewer/mask_painter.h"
 #include "apps/viewer/object_editor.h"
+#include "apps/viewer/picture_cursor.h"
 #include "apps/viewer/pose_picker.h"
+#include "apps/viewer/response_picker.h"
+#include "apps/viewer/tool_hand.h"
 #include "apps/viewer/window.h"
 
 namespace pleinair {
@@ -24,9 +28,6 @@ struct WindowTimes {
   double drag_pictures_per_second = 0.0;
   double completed_after_s = 0.0;
 };
-
-// What the pointer does in the picture.
-enum class Tool { kObjects, kMask, kPose };
 
 enum class Quitting { kNo, kAsked, kYes };
 
@@ -48,11 +49,20 @@ struct ViewModel {
   std::int64_t environment_number = 0;  // Of the frame that it is of.
 
   Tool tool = Tool::kObjects;
+  ToolHand hand;
+  PictureCursor cursor;
   std::optional<MaskPainter> mask;  // Once its tool was taken.
   double brush_radius_px = 12.0;
   bool brush_gives_back = false;
   bool brush_takes_surfaces = false;
-  std::optional<PosePicker> pose;  // Once its tool was taken.
+  // Each once its tool was taken.
+  std::optional<PosePicker> pose;
+  std::optional<ColourPicker> colour;
+  std::optional<ResponsePicker> response;
+  double region_radius_px = 6.0;  // Of surfaces that are pressed in the camera's picture.
+  double other_region_radius_px = 3.0;
+  std::string typed_other_picture;  // Path of the other camera's picture.
+  double typed_exposure = 0.0;      // Of the picture that is taken next; 0: its own.
   // To read the site again, after what was saved.
   void Reload() { ++request.settings_changes; }
 

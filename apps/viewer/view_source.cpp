@@ -1,11 +1,12 @@
 #include "apps/viewer/view_source.h"
 
 #include <chrono>
-#include <stdexcept>
+#include <utility>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "apps/input_refusals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/picture_source.h"
 
@@ -23,16 +24,6 @@ class SharedFrames final : public FrameSource {
   FrameSource& frames_;
 };
 
-void RequireOfCamera(const SessionOptions& options) {
-  if (options.source == SourceKind::kFisheye) {
-    throw std::invalid_argument("source=fisheye: expected a recorded sequence, found a camera");
-  }
-  if (options.albedo == AlbedoSource::kSelfCalibrated) {
-    throw std::invalid_argument(
-        "albedo=self-calibrated: expected a recorded sequence, found a camera");
-  }
-}
-
 }  // namespace
 
 ViewSource::ViewSource(const ViewCommandOptions& options, EventLog& events)
@@ -45,6 +36,7 @@ ViewSource::ViewSource(const ViewCommandOptions& options, EventLog& events)
     request.height_px = site_->intrinsics.height_px;
   }
   capture_.emplace(options.input, request, CaptureOptions{}, events);
+  camera_.emplace(options, *capture_, events);
   // A camera of another shape would fail in every frame.
   ScaledTo(site_->intrinsics, capture_->Layout().width_px, capture_->Layout().height_px);
 }
@@ -59,29 +51,38 @@ UtcTime ViewSource::Now() const {
 
 void ViewSource::Stop() {
   if (capture_) capture_->Stop();
+  if (camera_) camera_->Stop();
 }
 
 std::shared_ptr<const LoadedSequence> ViewSource::Load(const SessionOptions& options,
                                                        const Progress& progress) const {
+  RefuseOtherInputs({options_.input, options_.camera, options_.times}, options);
   if (IsLive()) {
-    RequireOfCamera(options);
-    return LoadSite(options, capture_->Clock().Now(), progress);
+    return LoadSite(PosedCamera::OfflineOptions(options), capture_->Clock().Now(), progress);
   }
   if (options_.input.empty()) return LoadSequence(options, progress);
   return LoadSite(options, FirstPictureTime(options_.input, options_.times), progress);
 }
 
-std::unique_ptr<FrameSource> ViewSource::Frames(const Sequence& sequence,
+std::unique_ptr<FrameSource> ViewSource::Frames(const LoadedSequence& loaded,
                                                 const SessionOptions& options) {
   if (IsLive()) {
-    live_frames_ = MakeLiveFrameSource(
-        sequence, *capture_, events_, options.camera_noise, [this](const CameraFrame& frame) {
-          if (recorder_) recorder_->Offer(frame);
-        });
+    PosedCamera::Taps taps;
+    taps.record = [this](CameraFrame frame) {
+      if (recorder_) recorder_->Offer(std::move(frame));
+    };
+    live_frames_ = camera_->FramesAt(loaded, options, std::move(taps));
     return std::make_unique<SharedFrames>(*live_frames_);
   }
   if (options_.input.empty()) return nullptr;
-  return MakeFrameSourceAt(sequence, options_.input, options_.times, options.camera_noise);
+  return PosedFramesAt(
+      loaded, options_.input, options_.times, options, [this](const std::string& note) {
+        events_.Add({Now(), EventKind::kPose, note});
+      });
+}
+
+SessionOptions ViewSource::OptionsOfSession(const SessionOptions& options) const {
+  return camera_ ? camera_->OptionsOfSession(options) : options;
 }
 
 void ViewSource::Record(bool is_recording) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/site_frames.h"
 #include "apps/viewer/view_command.h"
 #include "datasets/camera/camera_capture.h"
 #include "datasets/event.h"
@@ -26,18 +27,22 @@ class ViewSource {
   ViewSource& operator=(const ViewSource&) = delete;
 
   bool IsLive() const { return capture_.has_value(); }
+  // Markers or a tracker say where the camera is.
+  bool CameraMoves() const { return !options_.markers.empty() || !options_.poses.empty(); }
   double FramesPerSecond() const;  // A camera's; 0: not known.
   UtcTime Now() const;
   // A wait for a camera's picture ends, and so does its stream.
   void Stop();
 
-  // Throws as LoadSequence and LoadSite; std::invalid_argument where `options` asks for what a
-  // camera has not.
+  // Throws as LoadSequence and LoadSite; std::invalid_argument where `options` asks for what the
+  // input has not.
   std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options,
                                              const Progress& progress) const;
   // For a session of what was loaded. In place of the sequence's own frames; null: those. A
   // camera's go on from session to session.
-  std::unique_ptr<FrameSource> Frames(const Sequence& sequence, const SessionOptions& options);
+  std::unique_ptr<FrameSource> Frames(const LoadedSequence& loaded, const SessionOptions& options);
+  // What a session of these frames is asked for.
+  SessionOptions OptionsOfSession(const SessionOptions& options) const;
 
   // Of a camera, into a new folder. Throws as Recorder.
   void Record(bool is_recording);
@@ -54,6 +59,7 @@ class ViewSource {
   EventLog& events_;
   std::optional<Sequence> site_;
   std::optional<CameraCapture> capture_;
+  std::optional<PosedCamera> camera_;
   std::unique_ptr<FrameSource> live_frames_;
   std::optional<Recorder> recorder_;
 };

@@ -10,6 +10,8 @@
 #include <imgui.h>
 #include <spdlog/spdlog.h>
 
+#include "apps/input_refusals.h"
+#include "apps/site_frames.h"
 #include "apps/viewer/actions.h"
 #include "apps/viewer/chrome.h"
 #include "apps/viewer/panel.h"
@@ -250,11 +252,16 @@ class Viewer {
     const FreeArea free = DrawChrome(window_, model_);
     picture_.Draw(model_, window_, free.origin, free.size);
     const bool was_dragging = model_.request.is_dragging;
-    pointer_.Take(picture_.Place(), window_, model_);
+    pointer_.Take(picture_, window_, model_);
     if (was_dragging && !model_.request.is_dragging) drag_end_ = SteadyClock::now();
     // After the pointer: where a drag has ended is what is saved, also on a slow display.
     const ImVec2 pointer = ImGui::GetIO().MousePos;
-    TakeKeys(picture_.Place().ToPixel({pointer.x, pointer.y}), window_, model_);
+    TakeKeys(
+        picture_.Place().ToPixel({pointer.x, pointer.y}),
+        window_,
+        [this](std::size_t edges) { pointer_.UseTool(picture_, edges, model_); },
+        model_);
+    pointer_.Follow(picture_, model_);
     TakeDrop();
     ShowTitle();
     window_.EndFrame();
@@ -277,7 +284,13 @@ class Viewer {
   void TakeDrop() {
     const ViewWindow::Drop drop = window_.TakeDrop();
     const glm::dvec2 pixel = picture_.Place().ToPixel(drop.at);
-    for (const std::filesystem::path& file : drop.files) AddObject(file, pixel, model_);
+    for (const std::filesystem::path& file : drop.files) {
+      if (model_.tool == Tool::kColour) {
+        OpenOtherPicture(file, model_);
+      } else {
+        AddObject(file, pixel, model_);
+      }
+    }
   }
 
   ViewCommandOptions options_;
@@ -304,6 +317,14 @@ class Viewer {
 
 }  // namespace
 
-void RunViewCommand(const ViewCommandOptions& options) { Viewer(options).Run(); }
+void RunViewCommand(const ViewCommandOptions& options) {
+  const PlayedInput input{options.input, options.camera, options.times};
+  RefuseContradictions(options);
+  RefuseOtherInputs(input, options);
+  if (input.IsCamera()) return Viewer(options).Run();
+  ViewCommandOptions readable = options;
+  readable.poses = PoseFileOf(options.poses);
+  Viewer(readable).Run();
+}
 
 }  // namespace pleinair

@@ -79,17 +79,20 @@ ViewWindow::ViewWindow(const std::string& title,
   glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
     Self(w).has_input_ = true;
     if (action == GLFW_RELEASE) return;
-    Self(w).keys_.push_back({key,
+    Self(w).keys_.push_back({Self(w).edges_.size(),
+                             key,
                              (mods & GLFW_MOD_CONTROL) != 0,
                              (mods & GLFW_MOD_ALT) != 0,
                              (mods & GLFW_MOD_SHIFT) != 0,
                              action == GLFW_REPEAT});
   });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { Self(w).has_input_ = true; });
-  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int mods) {
     Self(w).has_input_ = true;
     if (button != GLFW_MOUSE_BUTTON_LEFT) return;
     (action == GLFW_PRESS ? Self(w).pressed_at_ : Self(w).released_at_) = Self(w).pointer_;
+    Self(w).edges_.push_back(
+        {Self(w).pointer_, action == GLFW_PRESS, (mods & GLFW_MOD_SHIFT) != 0});
   });
   glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
     Self(w).has_input_ = true;
@@ -189,6 +192,7 @@ ScreenPlace ViewWindow::Place() const {
 }
 
 bool ViewWindow::TakeInput() { return std::exchange(has_input_, false); }
+std::vector<ViewWindow::PointerEdge> ViewWindow::TakeEdges() { return std::exchange(edges_, {}); }
 std::vector<ViewWindow::KeyPress> ViewWindow::TakeKeys() { return std::exchange(keys_, {}); }
 ViewWindow::Drop ViewWindow::TakeDrop() { return std::exchange(drop_, {}); }
 

@@ -1,6 +1,7 @@
 // A window with an OpenGL context and Dear ImGui in it.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -72,10 +73,19 @@ class ViewWindow {
   float ContentScale() const { return content_scale_; }
   // Whether there was input since the last call.
   bool TakeInput();
+  // Presses and releases of the pointer's left button since the last call, in order: Dear ImGui
+  // has one a frame, where the pointer then is.
+  struct PointerEdge {
+    glm::dvec2 at{0.0};
+    bool is_press = false;
+    bool shift = false;
+  };
+  std::vector<PointerEdge> TakeEdges();
   // Keys that were pressed, or repeat, since the last call: also those that were released before
   // anyone looked.
   struct KeyPress {
-    int key = 0;  // GLFW_KEY_...
+    std::size_t after_edges = 0;  // Of those that TakeEdges gives.
+    int key = 0;                  // GLFW_KEY_...
     bool ctrl = false;
     bool alt = false;
     bool shift = false;
@@ -111,6 +121,7 @@ class ViewWindow {
   float content_scale_ = 1.0f;
   bool has_input_ = true;
   std::vector<KeyPress> keys_;
+  std::vector<PointerEdge> edges_;
   glm::dvec2 pointer_{0.0};
   glm::dvec2 pressed_at_{0.0};
   glm::dvec2 released_at_{0.0};

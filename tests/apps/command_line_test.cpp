@@ -176,6 +176,8 @@ TEST_F(CommandLine, RefusesWrongOptionsOfARunOfACamera) {
 TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
   const std::string out = " --out " + (folder_ / "out").string() + " ";
   const std::string courtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+  const std::string at_courtyard = " --site " + courtyard + out;
+  const auto option_of = [](const std::string& text) { return text.substr(0, text.find(' ')); };
   for (const char* option : {"--format YUYV",
                              "--size 640x480",
                              "--rate 30",
@@ -185,19 +187,35 @@ TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
                              "--auto",
                              "--duration 3",
                              "--record folder"}) {
-    const std::string text = option;
-    const std::string reason =
-        text.substr(0, text.find(' ')) + ": expected a camera, found recorded frames";
-    ExpectOneLineAndCode2("run " + courtyard + out + option, reason);
-    // A folder of pictures.
-    ExpectOneLineAndCode2("run " + courtyard + "/frames --site " + courtyard + out + option,
-                          reason);
+    const std::string reason = option_of(option) + ": expected a camera, found recorded frames";
+    for (const char* command : {"run ", "view "}) {
+      const bool is_of_run = option_of(option) == "--duration" || option_of(option) == "--record";
+      if (is_of_run && std::string(command) == "view ") continue;
+      ExpectOneLineAndCode2(command + courtyard + out + option, reason);
+      // A folder of pictures.
+      ExpectOneLineAndCode2(command + courtyard + "/frames" + at_courtyard + option, reason);
+    }
   }
-  for (const char* option : {"--start-time 2026-06-21T10:00:00Z", "--every 10s", "--time-zone Z"}) {
-    const std::string text = option;
-    const std::string reason = text.substr(0, text.find(' ')) + ": expected a video or a folder";
-    ExpectOneLineAndCode2("run " + courtyard + out + option, reason);
-    ExpectOneLineAndCode2("run /dev/video200 --site " + courtyard + out + option, reason);
+  for (const char* command : {"run ", "view "}) {
+    for (const char* option :
+         {"--start-time 2026-06-21T10:00:00Z", "--every 10s", "--time-zone Z"}) {
+      const std::string reason = option_of(option) + ": expected a video or a folder";
+      ExpectOneLineAndCode2(command + courtyard + out + option, reason);
+      ExpectOneLineAndCode2(command + std::string("/dev/video200") + at_courtyard + option, reason);
+    }
+    // A video states when each of its pictures is shown; whether it is one is seen later.
+    const std::string video = command + Write("film.mp4", "").string() + at_courtyard;
+    for (const char* option : {"--every 10s", "--time-zone Z"}) {
+      ExpectOneLineAndCode2(video + option,
+                            option_of(option) + ": expected a folder of pictures, found a video");
+    }
+    ExpectOneLineAndCode2(
+        command + std::string("/dev/video200") + at_courtyard + "--source fisheye",
+        "--source fisheye: expected a recorded sequence, found a camera");
+    ExpectOneLineAndCode2(command + courtyard + out + "--markers a.json --poses b.jsonl",
+                          "--markers and --poses exclude each other");
+    ExpectOneLineAndCode2(command + courtyard + out + "--lighting a.jsonl --source outdoor",
+                          "--lighting and --source exclude each other");
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
 }

@@ -99,6 +99,16 @@ glm::dmat4 Moved(const glm::dmat4& pose, double turn_rad, double step_m, unsigne
   return glm::translate(glm::dmat4(1.0), step_m * any()) * turned * pose;
 }
 
+CameraIntrinsics HalfSize(CameraIntrinsics camera) {
+  camera.width_px /= 2;
+  camera.height_px /= 2;
+  camera.fx_px *= 0.5;
+  camera.fy_px *= 0.5;
+  camera.cx_px = 0.5 * (camera.cx_px + 0.5) - 0.5;
+  camera.cy_px = 0.5 * (camera.cy_px + 0.5) - 0.5;
+  return camera;
+}
+
 const glm::dmat4 kPose = LookAt({0.8, -5.0, 1.7}, {0.0, 5.0, 1.3});
 
 // Rough by 1 deg and 10 cm: some 15 px here.
@@ -124,6 +134,60 @@ TEST(EdgePose, FindsThePoseOfThePicture) {
   }
   // One picture: its error is one draw of the deviation that is stated for it.
   EXPECT_LT(squares, 9.0);
+}
+
+// Pictures of villages whose corners are off the mesh's by 1 or 2 cm, each from another
+// place: the errors about and along the camera's axes lie within the stated deviations as often as
+// they should.
+TEST(EdgePose, StatesHowFarOffItIs) {
+  const Mesh mesh = Village();
+  const RayCaster rays(mesh);
+  const Lens lens(HalfSize(MarkerCamera()));
+  const std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
+  EdgePoseOptions options;
+  options.reach_px = 12.0;
+  constexpr unsigned kDraws = 24;
+  int within_one = 0;
+  int within_two = 0;
+  for (unsigned seed = 0; seed < kDraws; ++seed) {
+    std::mt19937 random(1000 + seed);
+    std::normal_distribution<double> normal(0.0, 1.0);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    Mesh real = mesh;
+    constexpr std::size_t kOfTheLawn = 8;
+    const double off_m = seed % 2 == 0 ? 0.01 : 0.02;
+    for (std::size_t i = kOfTheLawn; i < real.positions_m.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        real.positions_m[i][c] += static_cast<float>(off_m * normal(random));
+      }
+    }
+    const double x_m = 0.8 + 2.0 * uniform(random);
+    const double y_m = -5.0 + uniform(random);
+    const double z_m = 1.7 + 0.5 * uniform(random);
+    const glm::dmat4 pose = LookAt({x_m, y_m, z_m}, {0.5 * uniform(random), 5.0, 1.3});
+    const auto found = RefinePoseByEdges(lens,
+                                         PictureOf(real, lens, pose, seed),
+                                         edges,
+                                         rays,
+                                         Moved(pose, RadFromDeg(0.6), 0.06, seed),
+                                         options);
+    ASSERT_TRUE(found) << found.error().reason;
+    const glm::dmat4 turn = found->camera_from_world * glm::inverse(pose);
+    const glm::dvec3 turned_rad =
+        0.5 * glm::dvec3(turn[1][2] - turn[2][1], turn[2][0] - turn[0][2], turn[0][1] - turn[1][0]);
+    const glm::dvec3 moved_m =
+        glm::dmat3(pose) * (CentreOfPose(found->camera_from_world) - CentreOfPose(pose));
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double sigmas : {turned_rad[axis] / found->axis_rotation_sigma_rad[axis],
+                                  moved_m[axis] / found->axis_position_sigma_m[axis]}) {
+        within_one += std::abs(sigmas) < 1.0 ? 1 : 0;
+        within_two += std::abs(sigmas) < 2.0 ? 1 : 0;
+      }
+    }
+  }
+  // A normal error's shares, to 10 and 5 points.
+  EXPECT_NEAR(within_one / (6.0 * kDraws), 0.68, 0.10);
+  EXPECT_NEAR(within_two / (6.0 * kDraws), 0.95, 0.05);
 }
 
 TEST(EdgePose, SaysWhyThereIsNone) {

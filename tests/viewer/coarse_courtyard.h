@@ -63,7 +63,7 @@ inline std::shared_ptr<const ViewedSite> ViewedSiteOf(const std::filesystem::pat
   RayCaster caster(loaded->site.model.mesh);
   const auto frames = static_cast<int>(loaded->sequence.frames.size());
   return std::make_shared<const ViewedSite>(
-      ViewedSite{std::move(loaded), std::move(caster), frames, false, true, ""});
+      ViewedSite{std::move(loaded), std::move(caster), frames, false, true, false, ""});
 }
 
 }  // namespace pleinair

@@ -8,10 +8,19 @@
 #include <set>
 
 #include <gmock/gmock.h>
+#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
+#include <nlohmann/json.hpp>
 
+#include "apps/viewer/mask_painter.h"
 #include "apps/viewer/overlay.h"
+#include "calib/camera_pose.h"
+#include "datasets/sequence.h"
+#include "datasets/site_file.h"
+#include "scene/image_io.h"
 #include "session/sequence_session.h"
+#include "sunmodel/time_text.h"
+#include "tests/calib/marker_scene.h"
 #include "tests/viewer/coarse_courtyard.h"
 #include "tests/viewer/worker_driver.h"
 
@@ -271,6 +280,85 @@ TEST_F(Worker, AFrameThatCannotBeReadIsShownAsFailed) {
   ++driver.request.seeks;
   ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.Index() == 2; }));
   EXPECT_TRUE(driver.frame->Succeeded());
+}
+
+// Poses from outside, as `run --poses` takes them: each frame's camera is where they say, also when
+// it is gone back to.
+TEST_F(Worker, FollowsPosesFromOutside) {
+  const Sequence sequence = ReadSequence(copy_.Path());
+  const auto pose_of = [&](std::size_t frame) {
+    const glm::dvec3 step(0.02 * static_cast<double>(frame), 0.0, 0.0);
+    return glm::translate(glm::dmat4(1.0), step) * sequence.CameraOfFrame(0).camera_from_world;
+  };
+  std::ofstream lines(copy_ / "poses.jsonl");
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    nlohmann::json line;
+    line["time_utc"] = FormatUtcTime(sequence.frames[i].time);
+    line["camera_from_world"] = JsonOf(pose_of(i));
+    lines << line.dump() << "\n";
+  }
+  lines.close();
+  ViewCommandOptions options = CoarseOptions(copy_.Path());
+  options.poses = copy_ / "poses.jsonl";
+  WorkerDriver driver(options);
+  ASSERT_TRUE(driver.Open());
+  EXPECT_TRUE(driver.site->camera_moves);
+  for (const int index : {0, 3, 1}) {
+    driver.request.seek_frame = index;
+    ++driver.request.seeks;
+    ASSERT_TRUE(
+        driver.ReachFrame([&](const ViewedFrame& frame) { return frame.Index() == index; }));
+    ASSERT_TRUE(driver.frame->Succeeded());
+    const glm::dmat4 expected = pose_of(static_cast<std::size_t>(index));
+    const glm::dmat4& found = driver.frame->step.frame->camera.camera_from_world;
+    for (int c = 0; c < 4; ++c) EXPECT_LT(glm::distance(found[c], expected[c]), 1e-9) << index;
+  }
+  // What is picked of a camera that stands still is not for this one.
+  EXPECT_THAT(MaskPainter(driver.site).WhyNot(), HasSubstr("a camera that stands still"));
+}
+
+// Poses from markers in the pictures, as `run --markers` takes them.
+TEST_F(Worker, FollowsMarkers) {
+  const Sequence sequence = ReadSequence(copy_.Path());
+  const MarkerBoard board = RoomBoard();
+  const auto pose_of = [](int frame) {
+    return LookAt({0.3 + 0.02 * frame, -1.6, 1.1}, {0.0, 0.2, 0.1});
+  };
+  std::ofstream(copy_ / "board.json") << MarkerBoardText(board);
+  EditSiteFile(copy_.Path(), [&](nlohmann::ordered_json& json) {
+    nlohmann::ordered_json frames = nlohmann::ordered_json::array();
+    for (int i = 0; i < 2; ++i) {
+      const Gray8Image seen = RenderMarkers(board, sequence.intrinsics, pose_of(i));
+      Rgb8Image picture(seen.width, seen.height);
+      for (std::size_t k = 0; k < seen.pixels.size(); ++k) {
+        picture.pixels[k] = glm::u8vec3(seen.pixels[k]);
+      }
+      const std::string name = "frames/markers" + std::to_string(i) + ".png";
+      WritePng(copy_ / name, picture);
+      frames.push_back(
+          {{"image_ldr", name}, {"time_utc", "2005-06-21T09:50:0" + std::to_string(i) + "Z"}});
+    }
+    json["frames"] = frames;
+    json["camera"].erase("camera_from_world");
+  });
+  ViewCommandOptions options = CoarseOptions(copy_.Path());
+  options.frames = FrameKind::kLdr;
+  options.markers = copy_ / "board.json";
+  WorkerDriver driver(options);
+  ASSERT_TRUE(driver.Reach([&] { return driver.frame || !driver.failure.empty(); }));
+  ASSERT_EQ(driver.failure, "");
+  EXPECT_TRUE(driver.site->camera_moves);
+  for (const int index : {1, 0}) {
+    driver.request.seek_frame = index;
+    ++driver.request.seeks;
+    ASSERT_TRUE(
+        driver.ReachFrame([&](const ViewedFrame& frame) { return frame.Index() == index; }));
+    ASSERT_TRUE(driver.frame->step.frame);
+    const Camera& camera = driver.frame->step.frame->camera;
+    EXPECT_LT(RotationBetweenRad(camera.camera_from_world, pose_of(index)), 0.005) << index;
+    const glm::dvec3 eye_m(glm::inverse(pose_of(index))[3]);
+    EXPECT_LT(glm::distance(camera.CentreWorldM(), eye_m), 0.01) << index;
+  }
 }
 
 TEST_F(Worker, ASequenceThatIsMissingIsAFailureOfOneLine) {

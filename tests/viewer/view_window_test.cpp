@@ -3,10 +3,13 @@
 //
 // Nothing here depends on how fast the machine is: each step waits for what it does.
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include <fmt/format.h>
@@ -19,9 +22,8 @@
 #include "objects/object_placement.h"
 #include "scene/image_io.h"
 #include "scene/mesh_io.h"
-#include "tests/scene/shell.h"
-#include "tests/scene/temporary_folder.h"
-#include "tests/viewer/background_program.h"
+#include "sunmodel/time_text.h"
+#include "tests/viewer/view_window.h"
 
 namespace pleinair::view_window_test {
 namespace {
@@ -30,176 +32,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using testing::HasSubstr;
 
-const fs::path kCourtyard = fs::path(PLEINAIR_SOURCE_DIR) / "datasets/samples/courtyard";
-
-bool IsInstalled(const std::string& program) {
-  return Shell("command -v " + program).exit_code == 0;
-}
-
-// A display without a screen, under a number that is free.
-class Display {
- public:
-  explicit Display(const fs::path& folder, const std::string& size = "1366x900")
-      : number_file_(folder / "display"),
-        server_("Xvfb -displayfd 3 -screen 0 " + size + "x24 -noreset -r -nolisten tcp 3>" +
-                number_file_.string() + " 2>/dev/null") {
-    if (!Await([this] { return ContentOf(number_file_).ends_with('\n'); })) {
-      throw std::runtime_error("Xvfb does not start");
-    }
-    name_ = ":" + ContentOf(number_file_);
-    name_.pop_back();
-  }
-  ~Display() {
-    server_.Terminate();
-    server_.ExitCode();
-  }
-  const std::string& Name() const { return name_; }
-
- private:
-  fs::path number_file_;
-  BackgroundProgram server_;
-  std::string name_;
-};
-
-// A window on the display.
-class View {
- public:
-  // `command`: of a program that opens it.
-  View(const Display& display, const std::string& command, const fs::path& log)
-      : display_(display),
-        program_("env -u WAYLAND_DISPLAY DISPLAY=" + display.Name() + " " + command + " >" +
-                 log.string() + " 2>&1") {
-    EXPECT_TRUE(Await([this] {
-      return !(window_ = Line("search --onlyvisible --name '^pleinair'")).empty() ||
-             program_.HasEnded();
-    }));
-    Line("windowfocus " + window_);
-  }
-
-  std::string Title() const { return Line("getwindowname " + window_); }
-  // Of frame `frame`, with or without edits that are not saved.
-  bool AwaitTitle(const std::string& ending) {
-    return Await([&] { return Title().ends_with(ending) || program_.HasEnded(); }) &&
-           !program_.HasEnded();
-  }
-  // "Right", "ctrl+s", several after another.
-  void Press(const std::string& keys) { Line("key --delay 5 " + keys); }
-  // As a finger does: until it is seen what it does. The display repeats no keys.
-  ::testing::AssertionResult Hold(const std::string& key, const std::string& title) {
-    Line("keydown " + key);
-    const bool is_reached = AwaitTitle(title);
-    Line("keyup " + key);
-    return is_reached ? ::testing::AssertionSuccess()
-                      : ::testing::AssertionFailure() << key << ": " << Title();
-  }
-  void Move(int x, int y) { Line(fmt::format("mousemove --window {} {} {}", window_, x, y)); }
-  void Do(const std::string& action) { Line(action); }
-  std::optional<int> ExitCode() { return program_.ExitCode(); }
-  bool HasEnded() { return program_.HasEnded(); }
-  std::string Line(const std::string& action) const {
-    std::string output =
-        StandardOutputOf("DISPLAY=" + display_.Name() + " xdotool " + action + " 2>/dev/null")
-            .output;
-    if (output.ends_with('\n')) output.pop_back();
-    return output;
-  }
-
- private:
-  const Display& display_;
-  std::string window_;
-  BackgroundProgram program_;
-};
-
-// The site is prepared once for all tests, coarsely.
-class ViewWindow : public testing::Test {
+// What is saved of the site's objects, and what the command makes of them.
+class ViewWindow : public WindowTest {
  protected:
-  // 960 points wide, without panels: the courtyard's 480x360 pixels in double size, below a menu of
-  // 21 points.
-  static constexpr int kMenuHeight = 21;
-  static constexpr int kPointsAPixel = 2;
-
-  static void SetUpTestSuite() {
-    if (!IsInstalled("Xvfb") || !IsInstalled("xdotool")) return;
-    shared_ = std::make_unique<TemporaryFolder>();
-    display_ = std::make_unique<Display>(shared_->Path());
-    const Ended prepared =
-        Shell(std::string(PLEINAIR_PROGRAM) + " prepare " + kCourtyard.string() + Coarse());
-    ASSERT_EQ(prepared.exit_code, 0) << prepared.output;
-  }
-  static void TearDownTestSuite() {
-    display_.reset();
-    shared_.reset();
-  }
-
-  void SetUp() override {
-    if (!shared_) GTEST_SKIP() << "Xvfb or xdotool is not installed";
-    CopyCourtyard(Site());
-    WriteState("[]");
-  }
-
-  static std::string Coarse(const fs::path& cache = *shared_ / "cache") {
-    return " --cache " + cache.string() + " --set prepare.patch_size_m=4 --set prepare.rays=16";
-  }
-  static std::string Settings() {
-    return Coarse() +
-           " --set light.samples=200 --set pipeline.view.receiver_block_px=16"
-           " --set pipeline.object_light.gather.rays_per_receiver=32"
-           " --set pipeline.influence.rays_per_receiver=16";
-  }
-  static void CopyCourtyard(const fs::path& folder) {
-    fs::create_directories(folder);
-    for (const fs::directory_entry& entry : fs::directory_iterator(kCourtyard)) {
-      if (entry.path().filename() == "truth") continue;
-      fs::copy(entry.path(), folder / entry.path().filename(), fs::copy_options::recursive);
-    }
-  }
-
-  fs::path Site() const { return folder_ / "yard"; }
-  fs::path Out() const { return folder_ / "out"; }
-  fs::path SiteFile() const { return Site() / "sequence.json"; }
-  fs::path StateFile() const { return folder_ / "config/pleinair/view.json"; }
-  std::string Log() const { return ContentOf(folder_ / "log"); }
-
-  void WriteState(const std::string& panels) const {
-    fs::create_directories(StateFile().parent_path());
-    folder_.Write("config/pleinair/view.json",
-                  R"({"window": {"width": 960, "height": 820, "maximised": false},
-                      "open_panels": )" +
-                      panels +
-                      R"(, "overlay": "", "exposure_stops": 0, "frames_per_second": 10,
-                      "loops": true})");
-  }
-
-  std::string Command(const std::string& arguments) const {
-    return "XDG_CONFIG_HOME=" + (folder_ / "config").string() + " " + PLEINAIR_PROGRAM + " view " +
-           arguments + " --out " + Out().string();
-  }
-  std::unique_ptr<View> Open(const std::string& command) const {
-    return std::make_unique<View>(*display_, command, folder_ / "log");
-  }
-  std::unique_ptr<View> OpenSite() const {
-    auto view = Open(Command(Site().string() + Settings()));
-    EXPECT_TRUE(view->AwaitTitle("pleinair: yard frame 0")) << view->Title() << Log();
-    return view;
-  }
-
-  // The place in the window that shows a pixel, and the pixel that a place shows.
-  static glm::ivec2 PlaceOf(const glm::dvec2& pixel) {
-    return glm::ivec2(double{kPointsAPixel} * (pixel + 0.5)) + glm::ivec2(0, kMenuHeight);
-  }
-  static glm::dvec2 PixelAt(const glm::ivec2& place) {
-    return glm::dvec2(place - glm::ivec2(0, kMenuHeight)) / double{kPointsAPixel} - 0.5;
-  }
-
-  // Saves, and waits until the file is another one.
-  ::testing::AssertionResult Save(View& view) const {
-    const std::string before = ContentOf(SiteFile());
-    view.Press("ctrl+s");
-    if (!Await([&] { return ContentOf(SiteFile()) != before; })) {
-      return ::testing::AssertionFailure() << "the site's file is as it was; " << view.Title();
-    }
-    return ::testing::AssertionSuccess();
-  }
   std::vector<VirtualObjectEntry> Saved() const { return ReadSequence(Site()).virtual_objects; }
   glm::dmat4 SavedPose() const { return Saved().at(0).world_from_object; }
 
@@ -233,10 +68,6 @@ class ViewWindow : public testing::Test {
                           glm::dvec3(camera.camera_from_world * glm::dvec4(foot, 1.0)))
         .value();
   }
-
-  inline static std::unique_ptr<TemporaryFolder> shared_;
-  inline static std::unique_ptr<Display> display_;
-  TemporaryFolder folder_;
 };
 
 TEST_F(ViewWindow, GoesThroughFramesByKeys) {
@@ -505,6 +336,52 @@ TEST_F(ViewWindow, ACameraIsFrozenRecordedAndLeft) {
                           Settings() + " --frames-limit 2 --out " + (folder_ / "run").string());
   EXPECT_EQ(run.exit_code, 0) << run.output;
   EXPECT_TRUE(fs::exists(folder_ / "run/composite/000001.png")) << run.output;
+}
+
+// A tracker's poses of a camera in the window: what is recorded has those that were used.
+TEST_F(ViewWindow, ACameraFollowsPosesFromOutside) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers do not load behind the stand-in";
+#endif
+  const Json sequence = Json::parse(ContentOf(SiteFile()));
+  const UtcTime start =
+      ParseUtcTime(sequence["frames"][0]["time_utc"].get<std::string>()) - std::chrono::seconds(5);
+  Json pose = sequence["camera"]["camera_from_world"];
+  const double x_m = pose[0][3].get<double>();
+  std::string lines;
+  for (int i = 0; i < 3000; ++i) {
+    pose[0][3] = x_m + 0.1 * std::sin(0.3 * i);
+    const UtcTime time = start + i * std::chrono::milliseconds(100);
+    lines += Json{{"time_utc", FormatUtcTime(time)}, {"camera_from_world", pose}}.dump() + "\n";
+  }
+  const fs::path poses = folder_.Write("poses.jsonl", lines);
+  const auto view =
+      Open(std::string(PLEINAIR_STAND_IN) + " " + kCourtyard.string() + " --loop 0 -- env " +
+           Command("/dev/video90 --site " + Site().string() + Settings()) + " --poses " +
+           poses.string() + " --exposure 0.01 --gain 100 --white-balance 5000 --rate 5");
+  ASSERT_TRUE(Await([&] { return view->Title().find(" frame ") != std::string::npos; })) << Log();
+  view->Press("ctrl+r");
+  const auto recorded = [&]() -> std::string {
+    if (!fs::exists(Out())) return {};
+    for (const fs::directory_entry& entry : fs::directory_iterator(Out())) {
+      return ContentOf(entry.path() / "frames.jsonl");
+    }
+    return {};
+  };
+  ASSERT_TRUE(Await([&] {
+    const std::string frames = recorded();
+    return std::count(frames.begin(), frames.end(), '\n') >= 3;
+  })) << Log();
+  view->Press("ctrl+q");
+  EXPECT_EQ(view->ExitCode(), 0) << Log();
+  std::set<double> places_m;
+  std::istringstream frames(recorded());
+  for (std::string line; std::getline(frames, line);) {
+    const double place_m = Json::parse(line)["camera_from_world"][0][3].get<double>();
+    EXPECT_LE(std::abs(place_m - x_m), 0.1 + 1e-9);
+    places_m.insert(place_m);
+  }
+  EXPECT_GE(places_m.size(), 3u);
 }
 
 }  // namespace

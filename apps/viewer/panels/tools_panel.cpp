@@ -5,6 +5,7 @@
 
 #include "apps/viewer/actions.h"
 #include "apps/viewer/panel.h"
+#include "apps/viewer/panels/tool_parts.h"
 
 namespace pleinair {
 namespace {
@@ -51,9 +52,7 @@ void DrawPoseTool(ViewModel& model) {
   ImGui::SameLine();
   if (ImGui::Button("clear")) pose.Clear();
   ImGui::SameLine();
-  if (ImGui::Button("refine by edges") && model.frame && model.frame->input) {
-    model.status = pose.RefineByEdges(*model.frame->input);
-  }
+  if (ImGui::Button("refine by edges")) RefinePose(model);
   ImGui::SameLine();
   if (ImGui::Button("save pose")) Save(model);  // Last: it may end the picker.
 }
@@ -62,13 +61,16 @@ void DrawPoseTool(ViewModel& model) {
 
 void DrawToolsPanel(ViewModel& model) {
   const auto choose = [&](const char* name, Tool tool) {
-    if (ImGui::RadioButton(name, model.tool == tool)) model.tool = tool;
+    if (ImGui::RadioButton(name, model.tool == tool)) TakeTool(tool, model);
   };
   choose("objects", Tool::kObjects);
   ImGui::SameLine();
   choose("mask", Tool::kMask);
   ImGui::SameLine();
   choose("camera's pose", Tool::kPose);
+  choose("colours", Tool::kColour);
+  ImGui::SameLine();
+  choose("response", Tool::kResponse);
   ImGui::Separator();
   switch (model.tool) {
     case Tool::kObjects:
@@ -78,6 +80,10 @@ void DrawToolsPanel(ViewModel& model) {
       return DrawMaskTool(model);
     case Tool::kPose:
       return DrawPoseTool(model);
+    case Tool::kColour:
+      return DrawColourTool(model);
+    case Tool::kResponse:
+      return DrawResponseTool(model);
   }
 }
 

@@ -1,0 +1,125 @@
+// The camera's colours tied to the survey's, or to another camera's, by surfaces or a ColorChecker
+// that a person picks in both pictures.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <tl/expected.hpp>
+
+#include "apps/viewer/chart_marks.h"
+#include "apps/viewer/frame_worker.h"
+#include "apps/viewer/picture_side.h"
+#include "apps/viewer/undo_stack.h"
+#include "calib/colour_tie.h"
+
+namespace pleinair {
+
+// What both pictures show.
+enum class ColourWay { kSurfaces, kChart };
+
+// A disc in a picture.
+struct PickedDisc {
+  glm::dvec2 at_px{0.0};
+  double radius_px = 0.0;
+
+  bool operator==(const PickedDisc&) const = default;
+};
+
+// One surface, in the camera's picture and, once it is known there, in the other one.
+struct PickedSurface {
+  PickedDisc camera;
+  std::optional<PickedDisc> other;
+
+  bool operator==(const PickedSurface&) const = default;
+};
+
+class ColourPicker {
+ public:
+  // The other picture is the site's survey map, where it has one.
+  explicit ColourPicker(std::shared_ptr<const ViewedSite> site);
+
+  // Measures in this picture of the camera from now on.
+  void Look(const ViewedFrame& frame);
+  // Another picture in place of the survey map: an 8-bit one is taken to be sRGB. Throws as
+  // ReadLinear.
+  void OpenOther(const std::filesystem::path& file);
+  // As a screen shows it; empty: none.
+  const Rgb8Image& OtherShown() const { return other_shown_; }
+  std::int64_t OtherVersion() const { return other_version_; }
+
+  ColourWay Way() const { return now_.way; }
+  void SetWay(ColourWay way);
+  const std::vector<PickedSurface>& Surfaces() const { return now_.surfaces; }
+  const ChartMarks& Chart(PictureSide side) const { return now_.charts.at(IndexOf(side)); }
+  // Of the pairs; none without one. Its residuals are in the order of Surfaces that are in both
+  // pictures, or of the chart's patches.
+  const std::optional<tl::expected<ColourTie, std::string>>& Tie() const { return tie_; }
+  // The residual of surface `index`; none: it is not in both pictures, or there is no tie.
+  struct Residual {
+    double relative = 0.0;
+    bool counts = true;
+  };
+  std::optional<Residual> ResidualOf(std::size_t index) const;
+  std::string Describe() const;
+
+  // Takes the mark within reach, or sets a new one: a surface of the camera's picture, with its
+  // place in the survey map as the mesh has it; in the other picture that of the last surface.
+  // Returns why not, in a line.
+  std::string Press(PictureSide side, const glm::dvec2& pixel, double reach_px, double radius_px);
+  // The mark that was taken, until Release.
+  void MoveTo(const glm::dvec2& pixel);
+  void Release() { held_.reset(); }
+  // Charts that OpenCV finds, in both pictures. Returns why not, in a line.
+  std::string FindCharts();
+  void Delete(std::size_t surface);
+  void Undo();
+  void Redo();
+
+  // The tie as the response of the site's camera. Throws std::runtime_error, one line.
+  void Save();
+
+ private:
+  struct State {
+    ColourWay way = ColourWay::kSurfaces;
+    std::vector<PickedSurface> surfaces;
+    std::array<ChartMarks, 2> charts;
+  };
+  struct Held {
+    PictureSide side = PictureSide::kCamera;
+    std::size_t index = 0;
+  };
+
+  static std::size_t IndexOf(PictureSide side) { return static_cast<std::size_t>(side); }
+  std::optional<std::size_t> SurfaceNear(PictureSide side,
+                                         const glm::dvec2& pixel,
+                                         double reach_px) const;
+  // Where the survey map shows the surface; none: not from where that was taken.
+  std::optional<glm::dvec2> PlaceInSurvey(const glm::dvec2& pixel) const;
+  std::vector<ColourPair> Pairs() const;
+  void Fit();
+
+  std::shared_ptr<const ViewedSite> site_;
+  std::string response_name_;
+  std::optional<ResponseCurve> response_;  // Of the site's camera.
+  std::optional<Camera> camera_;           // Of the picture that is looked at.
+  std::int64_t looked_at_ = 0;             // That frame's number.
+  Rgb8Image codes_;
+  RgbImage light_;  // Empty: the camera's pictures are linear, or there is none yet.
+  RgbImage other_light_;
+  Rgb8Image other_shown_;
+  std::int64_t other_version_ = 0;
+  bool other_is_survey_ = false;
+  State now_;
+  UndoStack<State> undo_;
+  std::optional<Held> held_;
+  std::optional<tl::expected<ColourTie, std::string>> tie_;
+};
+
+}  // namespace pleinair

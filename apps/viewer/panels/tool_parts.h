@@ -1,0 +1,11 @@
+// Parts of the panel Tools, a file each.
+#pragma once
+
+#include "apps/viewer/view_model.h"
+
+namespace pleinair {
+
+void DrawColourTool(ViewModel& model);
+void DrawResponseTool(ViewModel& model);
+
+}  // namespace pleinair

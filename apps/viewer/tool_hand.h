@@ -1,0 +1,55 @@
+// What a press in a picture does with the tool that is taken, whether the pointer presses or the
+// cursor that keys move.
+#pragma once
+
+#include <optional>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "apps/viewer/picture_side.h"
+
+namespace pleinair {
+
+struct ViewModel;
+
+// What the pointer does in the picture.
+enum class Tool { kObjects, kMask, kPose, kColour, kResponse };
+inline constexpr int kTools = 5;
+
+struct PressPlace {
+  glm::dvec2 pixel{0.0};  // Of the picture on that side.
+  PictureSide side = PictureSide::kCamera;
+  double reach_px = 0.0;    // How near a mark has to be to be taken.
+  bool gives_back = false;  // Of the mask.
+};
+
+// Of all tools but objects, which the pointer drags and keys move by themselves.
+class ToolHand {
+ public:
+  void Press(const PressPlace& place, ViewModel& model);
+  // Once it is down.
+  void MoveTo(const glm::dvec2& pixel, ViewModel& model);
+  void Release(ViewModel& model);
+  // What it holds is not put down.
+  void LetGo(ViewModel& model);
+
+  bool IsDown() const { return is_down_; }
+  // Of the mesh, that is to be put where the picture shows it.
+  const std::optional<glm::dvec3>& HeldCorner() const { return corner_; }
+
+ private:
+  void Paint(const glm::dvec2& pixel, ViewModel& model);
+
+  bool is_down_ = false;
+  bool gives_back_ = false;
+  glm::dvec2 at_{0.0};
+  std::optional<glm::dvec2> painted_;  // Of the stroke, last.
+  std::optional<glm::dvec3> corner_;
+};
+
+// Makes what the tool works on, and shows it the picture. False where it cannot be used here: the
+// status says why.
+bool TakeUpTool(ViewModel& model);
+
+}  // namespace pleinair
