@@ -244,7 +244,7 @@ class LiveRun {
     PosedCamera::Taps taps;
     taps.taken = [this](const CameraFrame& frame) { taken_ = frame.buffer.monotonic_time; };
     if (recorder_) taps.record = [this](CameraFrame frame) { recorder_->Offer(std::move(frame)); };
-    return camera_->FramesAt(loaded, options_, std::move(taps));
+    return camera_->FramesAt(loaded, options_, taps);
   }
 
   // Where the site is prepared, they are shown and recorded; not in the moment that it takes to

@@ -67,7 +67,7 @@ SessionOptions PosedCamera::OptionsOfSession(SessionOptions options) const {
 // A camera that moves is recorded with the poses that were used; frames without one are not.
 std::unique_ptr<FrameSource> PosedCamera::FramesAt(const LoadedSequence& loaded,
                                                    const SessionOptions& options,
-                                                   Taps taps) {
+                                                   const Taps& taps) {
   auto frames = MakeLiveFrameSource(moves_ ? WithoutPoses(loaded.sequence) : loaded.sequence,
                                     capture_,
                                     events_,

@@ -49,7 +49,7 @@ class PosedCamera {
   // The camera's frames at the site. One source at a time: it refers to this object.
   std::unique_ptr<FrameSource> FramesAt(const LoadedSequence& loaded,
                                         const SessionOptions& options,
-                                        Taps taps);
+                                        const Taps& taps);
   // From any thread: no frame waits for its pose from now on.
   void Stop();
 

@@ -88,7 +88,7 @@ std::string ColourPicker::Describe() const {
   }
   if (now_.way == ColourWay::kSurfaces) return "press surfaces that both pictures show";
   for (const ChartMarks& chart : now_.charts) {
-    if (const std::string missing = chart.Missing(); !missing.empty()) return missing;
+    if (std::string missing = chart.Missing(); !missing.empty()) return missing;
   }
   return {};
 }

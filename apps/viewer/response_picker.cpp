@@ -69,7 +69,7 @@ std::string ResponsePicker::Describe() const {
                        channels[1].highest_code);
   }
   if (now_.way == ResponseWay::kChart) {
-    if (const std::string missing = now_.chart.Missing(); !missing.empty()) return missing;
+    if (std::string missing = now_.chart.Missing(); !missing.empty()) return missing;
     return "take pictures of the chart, at several exposures";
   }
   return fmt::format("{} of 2 pictures: take the same view at several exposures",
@@ -171,7 +171,7 @@ void ResponsePicker::FitByBracket() {
   for (BracketPicture& picture : fit.pictures) {
     residuals_.push_back({std::expm1(picture.offset), picture.scatter, std::move(picture.reason)});
   }
-  found_ = std::move(fit.response);
+  found_ = fit.response;
 }
 
 void ResponsePicker::FitByChart() {
@@ -206,7 +206,7 @@ void ResponsePicker::FitByChart() {
   for (const GreySamples& samples : of_pictures) {
     residuals_.push_back(ResidualOf(samples, fit.table, scale));
   }
-  found_ = std::move(fit);
+  found_ = fit;
 }
 
 void ResponsePicker::Save() {

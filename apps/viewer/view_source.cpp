@@ -71,7 +71,7 @@ std::unique_ptr<FrameSource> ViewSource::Frames(const LoadedSequence& loaded,
     taps.record = [this](CameraFrame frame) {
       if (recorder_) recorder_->Offer(std::move(frame));
     };
-    live_frames_ = camera_->FramesAt(loaded, options, std::move(taps));
+    live_frames_ = camera_->FramesAt(loaded, options, taps);
     return std::make_unique<SharedFrames>(*live_frames_);
   }
   if (options_.input.empty()) return nullptr;

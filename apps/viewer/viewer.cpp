@@ -207,7 +207,8 @@ class Viewer {
 
   void ShowTitle() {
     if (!model_.frame) return;
-    std::string title = fmt::format("pleinair: {} frame {}{}",
+    std::string title = fmt::format("pleinair{}: {} frame {}{}",
+                                    picture_.OtherPlace() ? ", colours" : "",
                                     NameOf(model_.site->loaded->sequence.folder),
                                     model_.frame->Index(),
                                     model_.editor->HasUnsavedEdits() ? " *" : "");

@@ -115,8 +115,12 @@ TEST_F(Picker, ASurfaceThatDoesNotFitIsLeftOutDeletedAndBroughtBack) {
   const auto middle = [](int patch) {
     return glm::dvec2(kFirst + kPatchPx * glm::ivec2(patch % 6, patch / 6) + kPatchPx / 2);
   };
-  for (const auto& [camera, other] :
-       {std::pair{1, 1}, {4, 4}, {10, 10}, {13, 13}, {18, 18}, {22, 19}}) {
+  for (const auto& [camera, other] : {std::pair{1, 1},
+                                      std::pair{4, 4},
+                                      std::pair{10, 10},
+                                      std::pair{13, 13},
+                                      std::pair{18, 18},
+                                      std::pair{22, 19}}) {
     EXPECT_THAT(picker.Press(PictureSide::kCamera, middle(camera), kReachPx, kRadiusPx),
                 HasSubstr("press the same surface in the other picture"));
     picker.Release();

@@ -245,6 +245,7 @@ TEST_F(ToolsWindow, ColoursTiedByThePointerAreTheCommands) {
   const fs::path copy = Copy();
   const auto view = OpenSite(" --frames ldr");
   view->PressEach("t t t");
+  ASSERT_TRUE(Await([&] { return view->Title().starts_with("pleinair, colours:"); }));
   // Below the menu, above the bar of two lines, half each.
   constexpr double kBar = 60.0;
   const double height = 0.5 * (820.0 - kMenuHeight - kBar);
