@@ -176,12 +176,15 @@ TEST(LightingFit, SharedErrorsAreAsExpectedWhereSamplesCannotTell) {
   scene.samples = 24;
   scene.albedo_noise = 0.5;
   const LightingFitOptions options;
+  int much_less = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     scene.seed = seed;
     const LightingFit fit = FitLighting(MakeSamples(scene), SyntheticPrior(), true, options);
     EXPECT_GT(fit.shared_error, 0.35 * options.shared_error) << seed;
     EXPECT_LT(fit.shared_error, 4.0 * options.shared_error) << seed;
+    much_less += fit.shared_error < 0.4 * options.shared_error ? 1 : 0;
   }
+  EXPECT_LE(much_less, 2);  // A hundredth of the draws.
 }
 
 // Nine tenths of the samples still see the old light: the sun of the tenth is gone.
