@@ -210,10 +210,25 @@ Difference RelitMap(const PreparedScene& scene, const RgbImage& map) {
   const SurfaceView& view = scene.survey->view;
   std::vector<double> ratios;
   for (std::size_t i = 0; i < map.pixels.size(); ++i) {
-    if (view.region.pixels[i] != 0) continue;
+    if (view.region.pixels[i] != 0 || scene.survey->unmodelled_shade.pixels[i] != 0) continue;
     ratios.push_back(Mean(glm::dvec3(maps.relit.pixels[i])) / Mean(glm::dvec3(map.pixels[i])));
   }
   return Compare(ratios);
+}
+
+// The model has the sun in shade that the mesh does not cast; the picture has not. The blur of the
+// shade's edge in the map is a pixel wider in a frame.
+bool IsInUnmodelledShade(const glm::vec3& position_m, const Survey& survey) {
+  const LatLongSize size{survey.view.Width(), survey.view.Height()};
+  const glm::ivec2 at = LatLongPixelFromDirection(glm::dvec3(position_m) - survey.position_m, size);
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int x = (at.x + dx + size.width) % size.width;
+      const int y = std::clamp(at.y + dy, 0, size.height - 1);
+      if (survey.unmodelled_shade.At(x, y) != 0) return true;
+    }
+  }
+  return false;
 }
 
 struct FrameLight {
@@ -249,7 +264,9 @@ FrameLight EstimateFrame(const Sequence& sequence, const PreparedScene& scene) {
   const Lighting& light = found.estimate.lighting;
   std::vector<double> ratios;
   for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
-    if (view.region.pixels[i] != 0) continue;
+    if (view.region.pixels[i] != 0 ||
+        IsInUnmodelledShade(view.position_world_m.pixels[i], *scene.survey))
+      continue;
     glm::dvec3 irradiance =
         light.sun.irradiance_rgb * glm::dvec3(SunResponse(view, i, sun.direction_enu));
     for (std::size_t k = 0; k < light.sky.size(); ++k) {
@@ -307,8 +324,9 @@ TEST_P(SunnyPanorama, IsSplitIntoSunAndSkyAndGivesItsGroundBack) {
   EXPECT_LT(Mean(light.sun_irradiance_stddev_rgb),
             0.04 * Mean(light.sun_irradiance_rgb));  // 3.6 %.
 
-  // Some of the ground's own pixels are too bright for any albedo: 0.5 %.
-  EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).beyond_share, 0.0055);
+  // Some of the ground's own pixels are too bright for any albedo: 0.5 % of it, 0.57 % of what is
+  // not in shade.
+  EXPECT_LT(RelitMap(panorama.scene, panorama.files.Map()).beyond_share, 0.0063);
   const FrameLight frame = EstimateFrame(panorama.sequence, panorama.scene);
   EXPECT_LT(frame.relit.median, GetParam().median);
   EXPECT_LT(frame.relit.beyond_share, GetParam().beyond_share);
