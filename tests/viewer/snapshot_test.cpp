@@ -90,7 +90,7 @@ TEST_F(Snapshot, LeavesNothingBehindWhereItFails) {
   SnapshotChoices choices = Choices();
   choices.objects.push_back({copy_ / "none.obj", glm::dmat4(1.0)});
   const auto fails = [&](const fs::path& out) {
-    const std::string message =
+    std::string message =
         MessageOf([&] { WriteSnapshot(*driver_.site, *driver_.frame, choices, out); });
     EXPECT_THAT(message, testing::StartsWith("snapshot: "));
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
