@@ -53,6 +53,15 @@ Extent ExtentOf(const Mesh& mesh, const Camera& camera, const CameraIntrinsics& 
 
 }  // namespace
 
+ObjectPlace PlaceOf(const ObjectView::Sample& sample, const Mesh& mesh, const glm::vec3& eye_m) {
+  const glm::uvec3& corners = mesh.triangles[sample.triangle];
+  const glm::vec3& a = mesh.positions_m[corners.x];
+  const glm::vec3 position_m = a + sample.barycentric.x * (mesh.positions_m[corners.y] - a) +
+                               sample.barycentric.y * (mesh.positions_m[corners.z] - a);
+  const glm::vec3 normal = TriangleNormal(mesh, sample.triangle);
+  return {position_m, glm::dot(normal, eye_m - position_m) < 0.0f ? -normal : normal};
+}
+
 ObjectView SeeObjects(const PatchScene& objects, const Camera& camera) {
   constexpr int kSide = ObjectView::kSamplesPerSide;
   const CameraIntrinsics picture =

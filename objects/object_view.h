@@ -36,6 +36,13 @@ struct ObjectView {
   bool Empty() const { return samples.Empty(); }
 };
 
+// What a sample that is not kNothing shows, on the objects' mesh in the world.
+struct ObjectPlace {
+  glm::vec3 position_m{0.0f};
+  glm::vec3 normal{0.0f};  // Unit, of the triangle, turned to the eye.
+};
+ObjectPlace PlaceOf(const ObjectView::Sample& sample, const Mesh& mesh, const glm::vec3& eye_m);
+
 // One ray a sample. `objects` in the world; only their mesh and caster are looked at.
 // Threads  The result does not depend on their number.
 ObjectView SeeObjects(const PatchScene& objects, const Camera& camera);

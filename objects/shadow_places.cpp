@@ -88,12 +88,7 @@ ShadowPlaces ShadowPlacesOf(const ObjectView& objects_in_view,
     for (int x = 0; x < width; ++x) {
       const ObjectView::Sample* const sample = FirstSample(objects_in_view, x, y);
       if (sample == nullptr) continue;
-      const glm::uvec3& corners = mesh.triangles[sample->triangle];
-      const glm::vec3& a = mesh.positions_m[corners.x];
-      const glm::vec3 position_m = a + sample->barycentric.x * (mesh.positions_m[corners.y] - a) +
-                                   sample->barycentric.y * (mesh.positions_m[corners.z] - a);
-      glm::vec3 normal = TriangleNormal(mesh, sample->triangle);
-      if (glm::dot(normal, objects_in_view.eye_m - position_m) < 0.0f) normal = -normal;
+      const auto [position_m, normal] = PlaceOf(*sample, mesh, objects_in_view.eye_m);
       if (!(glm::dot(normal, to_sun) > 0.0f)) continue;
       places.pixel.At(x, y) = ShadowPlaces::kNotSeen;
       places.object.At(x, y) = mesh.triangle_group[sample->triangle];

@@ -32,12 +32,7 @@ std::optional<Start> StartOf(const ObjectView::Sample& sample,
                              const glm::vec3& eye_m,
                              const DiscPoints& disc) {
   if (sample.triangle == ObjectView::kNothing) return std::nullopt;
-  const glm::uvec3& corners = mesh.triangles[sample.triangle];
-  const glm::vec3& a = mesh.positions_m[corners.x];
-  const glm::vec3 position_m = a + sample.barycentric.x * (mesh.positions_m[corners.y] - a) +
-                               sample.barycentric.y * (mesh.positions_m[corners.z] - a);
-  glm::vec3 normal = TriangleNormal(mesh, sample.triangle);
-  if (glm::dot(normal, eye_m - position_m) < 0.0f) normal = -normal;
+  const auto [position_m, normal] = PlaceOf(sample, mesh, eye_m);
   if (!(glm::dot(normal, disc.Centre()) > -disc.TangentRadius())) return std::nullopt;
   return Start{OffsetFromSurface(position_m, normal), normal};
 }
