@@ -1,14 +1,23 @@
 #include "scene/internal/mesh_file_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "scene/whole_file.h"
 
 namespace pleinair {
+
+namespace {
+
+constexpr std::array<std::string_view, 5> kPlyWords{
+    "comment", "element", "format", "obj_info", "property"};
+
+}  // namespace
 
 void RequireSoundPlyHeader(const std::filesystem::path& file) {
   constexpr std::size_t kLongestHeader = std::size_t{1} << 16U;
@@ -17,19 +26,35 @@ void RequireSoundPlyHeader(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!stream) RefuseFile(file, "cannot be read");
-  std::replace(text.begin(), text.end(), '\r', '\n');
 
+  // Where both kinds of line end stand by themselves, readers disagree on what a line is.
+  const char line_end = text.find('\n') < text.find("end_header") ? '\n' : '\r';
   std::istringstream lines(text);
   std::string line;
-  std::getline(lines, line);
-  if (line != "ply") RefuseFile(file, "expected a PLY file, which begins with `ply`");
-  while (std::getline(lines, line)) {
+  const auto read_line = [&] {
+    if (!std::getline(lines, line, line_end)) return false;
+    if (line_end == '\n' && !line.empty() && line.back() == '\r') line.pop_back();
+    return true;
+  };
+  if (!read_line() || line != "ply") {
+    RefuseFile(file, "expected a PLY file, which begins with `ply`");
+  }
+  int line_number = 1;
+  while (read_line()) {
     if (line == "end_header") return;
     std::istringstream words(line);
     std::string word;
     std::string name;
     std::uint64_t count = 0;
-    if (!(words >> word) || word != "element") continue;
+    ++line_number;
+    if (!(words >> word)) continue;
+    if (std::find(kPlyWords.begin(), kPlyWords.end(), word) == kPlyWords.end()) {
+      RefuseFile(file,
+                 "line " + std::to_string(line_number) +
+                     ": expected `comment`, `element`, `end_header`, `format`, `obj_info` or "
+                     "`property` and its line's end");
+    }
+    if (word != "element") continue;
     // A minus sign makes it a number near 2^64.
     if (!(words >> name >> count) || count > file_bytes) {
       RefuseFile(file,

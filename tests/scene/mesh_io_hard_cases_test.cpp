@@ -365,8 +365,17 @@ TEST(MeshIoHardCases, RefusesDamagedPly) {
                 StartsWith((folder / "a.ply").string() + ": not a readable mesh ("))
         << text;
   }
-  EXPECT_THAT(LoadingMessage(folder.Write("a.ply", Changed(kPly, "end_header", ""))),
-              HasSubstr("expected `end_header`"));
+  const std::string no_end = std::string(kPly).substr(0, std::string(kPly).find("end_header"));
+  EXPECT_THAT(LoadingMessage(folder.Write("a.ply", no_end)), HasSubstr("expected `end_header`"));
+  // The lines end in one way, whichever.
+  std::string of_cr = kPly;
+  std::replace(of_cr.begin(), of_cr.end(), '\n', '\r');
+  EXPECT_EQ(LoadingMessage(folder.Write("a.ply", of_cr)), "");
+  EXPECT_THAT(
+      LoadingMessage(folder.Write("a.ply", Changed(kPly, "end_header\n", "\rend_header\r"))),
+      HasSubstr(": line 9: expected `comment`"));
+  EXPECT_THAT(LoadingMessage(folder.Write("a.ply", Changed(kPly, "format", "formal"))),
+              HasSubstr(": line 2: expected `comment`"));
   for (const char* count : {"100000000", "-1", "99999999999999999999", ""}) {
     EXPECT_THAT(LoadingMessage(
                     folder.Write("a.ply", Changed(kPly, "face 1", std::string("face ") + count))),

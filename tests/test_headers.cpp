@@ -1,2 +1,0 @@
-// Nothing of its own: the target that it stands for reads the headers that all tests share.
-int main() { return 0; }
