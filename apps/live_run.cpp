@@ -27,16 +27,13 @@
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/recording/recorder.h"
+#include "scene/elapsed.h"
 #include "session/session_choices.h"
 
 namespace pleinair {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-
-double SecondsSince(SteadyClock::time_point start) {
-  return std::chrono::duration<double>(SteadyClock::now() - start).count();
-}
 
 // Writes what is finished. A failure ends it, and is thrown by Finish.
 class OutputThread {

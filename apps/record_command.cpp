@@ -16,6 +16,7 @@
 #include "apps/stop_signals.h"
 #include "datasets/camera/camera_capture.h"
 #include "datasets/sequence.h"
+#include "scene/elapsed.h"
 
 namespace pleinair {
 namespace {
@@ -24,10 +25,6 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kTerminalProgress{1};
 constexpr std::chrono::seconds kLoggedProgress{10};
-
-double SecondsSince(SteadyClock::time_point start) {
-  return std::chrono::duration<double>(SteadyClock::now() - start).count();
-}
 
 std::string SizeText(std::uint64_t bytes) {
   constexpr double kGigabyte = 1e9;

@@ -181,6 +181,12 @@ std::optional<glm::dvec3> DirectionFromPixel(const CameraIntrinsics& intrinsics,
   return KeptLens(intrinsics).DirectionFromPixel(pixel);
 }
 
+std::optional<glm::dvec2> ProjectToPixel(const Camera& camera, const glm::dvec3& point_world_m) {
+  const glm::dvec3 point_camera(camera.camera_from_world * glm::dvec4(point_world_m, 1.0));
+  if (!(point_camera.z > 0.0)) return std::nullopt;
+  return ProjectToPixel(camera.intrinsics, point_camera);
+}
+
 CameraIntrinsics UndistortedCover(const CameraIntrinsics& intrinsics) {
   const Lens lens(intrinsics);
   if (!intrinsics.HasDistortion()) return intrinsics;

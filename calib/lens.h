@@ -49,6 +49,9 @@ std::optional<glm::dvec2> ProjectToPixel(const CameraIntrinsics& intrinsics,
 std::optional<glm::dvec3> DirectionFromPixel(const CameraIntrinsics& intrinsics,
                                              const glm::dvec2& pixel);
 
+// None also for points at or behind the camera's centre.
+std::optional<glm::dvec2> ProjectToPixel(const Camera& camera, const glm::dvec3& point_world_m);
+
 // Returns the smallest undistorted pinhole camera whose picture covers every direction of the
 // distorted one, with one pixel of margin. It has the same focal length and a pixel grid aligned
 // with the distorted one's principal point. Without distortion it is the same camera.

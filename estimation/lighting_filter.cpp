@@ -55,8 +55,6 @@ bool IsFinite(const Lighting& lighting) {
   });
 }
 
-double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
-
 std::size_t SideOf(const Lighting& lighting) { return 3 * (1 + lighting.sky.size()); }
 
 // The value of basis light u / 3, channel u % 3: Lighting::covariance's order.

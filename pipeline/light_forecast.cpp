@@ -16,6 +16,7 @@
 #include "datasets/degradation.h"
 #include "datasets/picture_frame.h"
 #include "pipeline/internal/observation.h"
+#include "scene/lighting.h"
 #include "scene/low_discrepancy.h"
 
 namespace pleinair {
@@ -26,8 +27,6 @@ constexpr double kLeastFacing = 0.1;
 // Automatic exposure puts all but the brightest hundredth of the surfaces below this signal.
 constexpr double kExposedTo = 0.9;
 constexpr double kExposedShare = 0.99;
-
-double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 // The same view in fewer pixels; integer coordinates stay pixels' centres.
 Camera AtMostAsWideAs(Camera camera, int width_px) {

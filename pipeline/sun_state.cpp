@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/lighting.h"
 #include "sunmodel/north.h"
 #include "sunmodel/refraction.h"
 #include "sunmodel/sun_position.h"
@@ -24,8 +25,6 @@ constexpr double kLeastClearBeamShare = 0.3;
 constexpr double kClearGainStddev = 0.05;
 constexpr double kCloudedShare = 0.35;
 constexpr double kCloudedGainStddev = 0.5;
-
-double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 }  // namespace
 

@@ -11,4 +11,8 @@ inline double MsSince(std::chrono::steady_clock::time_point start) {
       .count();
 }
 
+inline double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return MsSince(start) / 1e3;
+}
+
 }  // namespace pleinair

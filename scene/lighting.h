@@ -16,6 +16,9 @@ inline constexpr double kMeanSunAngularRadiusRad = 0.004654;
 // Direction of a sun that is absent or unknown: below every horizon.
 inline constexpr glm::dvec3 kNoSunDirectionEnu{0.0, 0.0, -1.0};
 
+inline double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
+inline float MeanOf(const glm::vec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0f; }
+
 // A far light; its direction points towards it.
 struct DirectionalLight {
   glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // Unit.

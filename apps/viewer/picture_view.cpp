@@ -6,19 +6,12 @@
 
 #include <imgui.h>
 
+#include "apps/viewer/to_im.h"
 #include "apps/viewer/tool_marks.h"
 #include "calib/lens.h"
 
 namespace pleinair {
 namespace {
-
-ImVec2 ToIm(const glm::dvec2& v) { return {static_cast<float>(v.x), static_cast<float>(v.y)}; }
-
-std::optional<glm::dvec2> PixelOf(const Camera& camera, const glm::dvec3& point_world_m) {
-  const glm::dvec3 point_camera(camera.camera_from_world * glm::dvec4(point_world_m, 1.0));
-  if (!(point_camera.z > 0.0)) return std::nullopt;
-  return ProjectToPixel(camera.intrinsics, point_camera);
-}
 
 // One below the other; all are of one size.
 Rgba8Image Stacked(const std::vector<ShadedBall>& balls) {
@@ -134,8 +127,8 @@ void PictureView::DrawSelection(const ViewModel& model) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     for (const std::size_t axis : {1u, 2u, 4u}) {
       if ((i & axis) != 0) continue;
-      const auto from = PixelOf(camera, corners[i]);
-      const auto to = PixelOf(camera, corners[i | axis]);
+      const auto from = ProjectToPixel(camera, corners[i]);
+      const auto to = ProjectToPixel(camera, corners[i | axis]);
       if (!from || !to) continue;
       list.AddLine(ToIm(place_.ToScreen(*from)),
                    ToIm(place_.ToScreen(*to)),
@@ -152,7 +145,7 @@ void PictureView::DrawBalls(const ViewModel& model) {
   const auto count = static_cast<float>(frame.balls.size());
   for (std::size_t i = 0; i < frame.balls.size(); ++i) {
     const ShadedBall& ball = frame.balls[i];
-    const auto centre = PixelOf(camera, ball.centre_world_m);
+    const auto centre = ProjectToPixel(camera, ball.centre_world_m);
     if (!centre) continue;
     const double depth_m = (camera.camera_from_world * glm::dvec4(ball.centre_world_m, 1.0)).z;
     const double radius = place_.scale * camera.intrinsics.fx_px * ball.radius_m / depth_m;
@@ -171,8 +164,8 @@ void PictureView::DrawWindows(const ViewModel& model) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   for (const Window& window : model.frame->daylight->windows) {
     for (std::size_t i = 0; i < window.polygon_m.size(); ++i) {
-      const auto from = PixelOf(camera, window.polygon_m[i]);
-      const auto to = PixelOf(camera, window.polygon_m[(i + 1) % window.polygon_m.size()]);
+      const auto from = ProjectToPixel(camera, window.polygon_m[i]);
+      const auto to = ProjectToPixel(camera, window.polygon_m[(i + 1) % window.polygon_m.size()]);
       if (!from || !to) continue;
       list.AddLine(ToIm(place_.ToScreen(*from)),
                    ToIm(place_.ToScreen(*to)),

@@ -6,6 +6,7 @@
 
 #include <imgui.h>
 
+#include "apps/viewer/to_im.h"
 #include "calib/lens.h"
 
 namespace pleinair {
@@ -14,19 +15,11 @@ namespace {
 constexpr ImU32 kGood = IM_COL32(255, 210, 60, 255);
 constexpr ImU32 kLeftOut = IM_COL32(255, 60, 60, 255);
 
-ImVec2 ToIm(const glm::dvec2& v) { return {static_cast<float>(v.x), static_cast<float>(v.y)}; }
-
 void DrawCross(const ImVec2& at, ImU32 colour) {
   constexpr float kArm = 6.0f;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   list.AddLine({at.x - kArm, at.y}, {at.x + kArm, at.y}, colour, 1.5f);
   list.AddLine({at.x, at.y - kArm}, {at.x, at.y + kArm}, colour, 1.5f);
-}
-
-std::optional<glm::dvec2> PixelOf(const Camera& camera, const glm::dvec3& point_world_m) {
-  const glm::dvec3 point_camera(camera.camera_from_world * glm::dvec4(point_world_m, 1.0));
-  if (!(point_camera.z > 0.0)) return std::nullopt;
-  return ProjectToPixel(camera.intrinsics, point_camera);
 }
 
 // Its field, as far as it is set, and the corner that is dark skin's.
@@ -72,8 +65,8 @@ void DrawPoseMarks(const PicturePlace& place, const ViewModel& model, const glm:
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   for (const MeshEdge& edge : picker.Edges()) {
     if (!edge.is_sharp && !edge.IsOutlineFrom(camera.CentreWorldM())) continue;
-    const auto from = PixelOf(camera, edge.from_m);
-    const auto to = PixelOf(camera, edge.to_m);
+    const auto from = ProjectToPixel(camera, edge.from_m);
+    const auto to = ProjectToPixel(camera, edge.to_m);
     if (!from || !to) continue;
     list.AddLine(
         ToIm(place.ToScreen(*from)), ToIm(place.ToScreen(*to)), IM_COL32(60, 230, 120, 140));
@@ -85,12 +78,12 @@ void DrawPoseMarks(const PicturePlace& place, const ViewModel& model, const glm:
     const ImU32 colour = is_wrong ? kLeftOut : kGood;
     const ImVec2 at = ToIm(place.ToScreen(pick.pixel));
     DrawCross(at, colour);
-    if (const auto corner = PixelOf(camera, pick.point_world_m)) {
+    if (const auto corner = ProjectToPixel(camera, pick.point_world_m)) {
       list.AddLine(at, ToIm(place.ToScreen(*corner)), colour, 1.5f);
     }
   }
   const auto& held = model.hand.HeldCorner();
-  const auto from = held ? PixelOf(camera, *held) : std::nullopt;
+  const auto from = held ? ProjectToPixel(camera, *held) : std::nullopt;
   if (from) {
     list.AddLine(ToIm(place.ToScreen(*from)), ToIm(place.ToScreen(hand_px)), kGood, 1.5f);
   }

@@ -5,11 +5,11 @@
 #include <stdexcept>
 
 #include "calib/lens.h"
+#include "datasets/internal/sequence_values.h"
 
 namespace pleinair {
 namespace {
 
-constexpr int kMaxImageSidePx = 65536;
 // Beyond, the squares of differences lose what a plane's fit needs.
 constexpr double kFarthest = 1e9;
 

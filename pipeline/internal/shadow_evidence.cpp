@@ -14,7 +14,7 @@ namespace {
 // are about 1.2 apart (3.5 : 1); a pixel farther than half of that shows something else.
 constexpr double kLargestMisfit = 0.6;
 // A plane is used when each of its states has this many pixels.
-constexpr std::size_t kLeastPixels = 12;
+constexpr std::size_t kLeastEvidencePixels = 12;
 // Quarters of sun with which a pixel counts as plainly lit or shaded.
 constexpr int kLit = 4;
 constexpr int kShaded = 0;
@@ -67,7 +67,8 @@ std::optional<Levels> LevelsUnder(const ShadowPicture& picture,
     if (quarters == kLit) lit.push_back(picture.log_radiance[i]);
     if (quarters == kShaded) shaded.push_back(picture.log_radiance[i]);
   }
-  if (lit.size() < kLeastPixels || shaded.size() < kLeastPixels) return std::nullopt;
+  if (lit.size() < kLeastEvidencePixels || shaded.size() < kLeastEvidencePixels)
+    return std::nullopt;
   const Levels levels{MedianOf(lit), MedianOf(shaded)};
   if (levels.lit - levels.shaded < kLeastContrast) return std::nullopt;
   return levels;
@@ -155,7 +156,7 @@ double BluenessOfShade(const ShadowPicture& picture, std::size_t candidate) {
       if (quarters == kShaded) shaded.push_back(picture.log_blue_over_red[i]);
     }
     const std::size_t fewer = std::min(lit.size(), shaded.size());
-    if (fewer < kLeastPixels) continue;
+    if (fewer < kLeastEvidencePixels) continue;
     sum += static_cast<double>(fewer) * (MedianOf(shaded) - MedianOf(lit));
     weights += static_cast<double>(fewer);
   }

@@ -29,7 +29,7 @@ constexpr double kLeastFramedShare = 0.5;
 constexpr std::size_t kLeastRays = 3;
 // The planes that most rays hit; a room has some ten, its furniture the rest.
 constexpr std::size_t kMostPlanes = 64;
-constexpr double kOnePlaneCosine = 0.99996;  // Half a degree.
+constexpr double kSamePlaneCosine = 0.99996;  // Half a degree.
 constexpr double kOnePlaneM = 0.005;
 
 void RequireFinite(std::span<const glm::dvec3> points_m) {
@@ -147,7 +147,7 @@ SeenFromInside LookAround(const Mesh& mesh,
         const auto known =
             std::find_if(seen.planes.begin(), seen.planes.end(), [&](const PlaneHits& candidate) {
               const WallPlane& plane = candidate.plane;
-              return glm::dot(plane.normal, normal) > kOnePlaneCosine &&
+              return glm::dot(plane.normal, normal) > kSamePlaneCosine &&
                      std::abs(glm::dot(plane.normal, position_m) - plane.offset_m) < kOnePlaneM;
             });
         index = static_cast<std::uint32_t>(known - seen.planes.begin());

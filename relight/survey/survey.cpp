@@ -25,6 +25,7 @@
 #include "relight/transport/sun_disc.h"
 #include "relight/transport/surface_gather.h"
 #include "scene/lat_long.h"
+#include "scene/lighting.h"
 
 namespace pleinair {
 namespace {
@@ -42,8 +43,6 @@ double SunSeenFrom(const SurveyMap& map, const PatchScene& scene, int samples) {
                        map.sun_angular_radius_rad,
                        samples);
 }
-
-double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 // What is known of the sun before the shadows, `light` being that of the map alone.
 SunPrior PriorOf(const SurveyLight& light, const SurveyMap& map) {

@@ -63,9 +63,9 @@ std::vector<std::byte> FromBase64(std::string_view text) {
 // As the other JSON files of ours; glTF's own keys need fewer.
 constexpr int kDeepestNesting = 64;
 
-class Reader {
+class MotionReader {
  public:
-  explicit Reader(const std::filesystem::path& file) : file_(file) {
+  explicit MotionReader(const std::filesystem::path& file) : file_(file) {
     const std::vector<std::byte> bytes = ReadWholeFile(file);
     std::span<const std::byte> text = bytes;
     if (bytes.size() >= 20 && NumberAt(bytes, 0) == 0x46546c67u) text = ReadChunks(bytes);
@@ -399,14 +399,14 @@ class Reader {
 }  // namespace
 
 void RequireSoundGltf(const std::filesystem::path& file) {
-  const Reader reader(file);
+  const MotionReader reader(file);
   reader.RequireSoundAccessors();
   reader.RequireTrees();
 }
 
 GltfMotion ReadGltfMotion(const std::filesystem::path& file) {
   try {
-    return Reader(file).Read();
+    return MotionReader(file).Read();
   } catch (const json::exception& error) {
     throw std::runtime_error(file.string() + ": not a readable glTF file (" + error.what() + ")");
   }

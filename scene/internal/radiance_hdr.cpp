@@ -21,9 +21,9 @@ constexpr int kMinRunWidth = 8;
 constexpr int kMaxRunWidth = 0x7fff;
 
 // Reads a picture's bytes front to back; every read is checked.
-class Reader {
+class HdrReader {
  public:
-  Reader(const std::filesystem::path& file, std::span<const std::byte> bytes)
+  HdrReader(const std::filesystem::path& file, std::span<const std::byte> bytes)
       : file_(file), bytes_(bytes) {}
 
   [[noreturn]] void Refuse(const std::string& why) const {
@@ -54,7 +54,7 @@ class Reader {
 };
 
 // Returns the factor from stored to scene values.
-double ReadHeader(Reader& reader) {
+double ReadHeader(HdrReader& reader) {
   if (!reader.Line().starts_with("#?")) reader.Refuse("not a Radiance picture: no #? in front");
   double scale = 1.0;
   for (std::string line = reader.Line(); !line.empty(); line = reader.Line()) {
@@ -86,7 +86,7 @@ struct Resolution {
 
 Resolution ReadResolution(const std::filesystem::path& file,
                           std::size_t file_bytes,
-                          Reader& reader) {
+                          HdrReader& reader) {
   const std::string line = reader.Line();
   std::array<std::string_view, 4> words;
   std::string_view rest = line;
@@ -109,7 +109,7 @@ Resolution ReadResolution(const std::filesystem::path& file,
       static_cast<int>(sides[1]), static_cast<int>(sides[0]), words[0] == "+Y", words[2] == "-X"};
 }
 
-void ReadRuns(Reader& reader, std::vector<Rgbe>& row) {
+void ReadRuns(HdrReader& reader, std::vector<Rgbe>& row) {
   for (std::size_t channel = 0; channel < 4; ++channel) {
     for (std::size_t x = 0; x < row.size();) {
       const std::size_t code = reader.Byte();
@@ -128,7 +128,7 @@ void ReadRuns(Reader& reader, std::vector<Rgbe>& row) {
 
 // Old run-length form: a pixel (1, 1, 1, n) repeats the one before n times, shifted by eight bits
 // for each such pixel in a row. Plain pixels are the case without any.
-void ReadPlain(Reader& reader, Rgbe first, std::vector<Rgbe>& row) {
+void ReadPlain(HdrReader& reader, Rgbe first, std::vector<Rgbe>& row) {
   unsigned shift = 0;
   Rgbe pixel = first;
   for (std::size_t x = 0; x < row.size();) {
@@ -149,7 +149,7 @@ void ReadPlain(Reader& reader, Rgbe first, std::vector<Rgbe>& row) {
   }
 }
 
-void ReadRow(Reader& reader, std::vector<Rgbe>& row) {
+void ReadRow(HdrReader& reader, std::vector<Rgbe>& row) {
   const Rgbe first = reader.Pixel();
   const int width = static_cast<int>(row.size());
   const bool runs = width >= kMinRunWidth && width <= kMaxRunWidth && first[0] == 2 &&
@@ -219,7 +219,7 @@ void AppendRuns(std::vector<std::byte>& bytes, const std::vector<Rgbe>& row, std
 }  // namespace
 
 RgbImage DecodeRadianceHdr(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-  Reader reader(file, bytes);
+  HdrReader reader(file, bytes);
   const double scale = ReadHeader(reader);
   const Resolution resolution = ReadResolution(file, bytes.size(), reader);
   RgbImage image(resolution.width, resolution.height);

@@ -48,7 +48,7 @@ bool IsUsual(double length_m, UsualSize usual) {
   return length_m >= usual.least_m && length_m <= usual.most_m;
 }
 
-std::string Range(UsualSize usual) {
+std::string RangeText(UsualSize usual) {
   return fmt::format("{:g} to {:g} m", usual.least_m, usual.most_m);
 }
 
@@ -169,7 +169,7 @@ SiteWarnings CheckUnits(const Sequence& sequence,
                      "high",
                      length,
                      height,
-                     Range(kMeshLength),
+                     RangeText(kMeshLength),
                      kMeshHeight.most_m),
          fmt::format("if it is in {}, convert it: pleinair site new {} --mesh FILE --mesh-units "
                      "cm|mm|ft",
@@ -186,7 +186,7 @@ SiteWarnings CheckUnits(const Sequence& sequence,
          fmt::format("the camera would stand {:.4g} m over the surface beneath it; cameras stand "
                      "{} over theirs",
                      *over_ground,
-                     Range(kCameraHeight)),
+                     RangeText(kCameraHeight)),
          "write the translation of camera_from_world in metres, as the mesh",
          true});
   }
@@ -205,7 +205,8 @@ SiteWarnings CheckUnits(const Sequence& sequence,
     warnings.push_back(
         {"the virtual object seems not to be in metres",
          name,
-         fmt::format("as placed it is {:.4g} m long; objects are {}", size, Range(kObjectLength)),
+         fmt::format(
+             "as placed it is {:.4g} m long; objects are {}", size, RangeText(kObjectLength)),
          fmt::format("if its file is in {}, scale world_from_object, or: pleinair site new {} "
                      "--object FILE --object-units cm|mm|ft",
                      UnitOf(size, kObjectLength),

@@ -26,7 +26,7 @@
 namespace pleinair {
 namespace {
 
-constexpr double kWorthAWarningRad = RadFromDeg(3.0);
+constexpr double kSunApartRad = RadFromDeg(3.0);
 
 void Append(SiteWarnings more, SiteWarnings& warnings) {
   warnings.insert(
@@ -86,7 +86,7 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
   if (!shown || !sequence.site || entry.sun_direction_enu) return warnings;
   const glm::dvec3 computed = SunOverSite(*sequence.site, entry.time).direction_enu;
   const double apart = AngleApart(shown->direction_enu, computed);
-  const double in_north = std::max({kWorthAWarningRad, 2.0 * sequence.north_stddev_rad});
+  const double in_north = std::max({kSunApartRad, 2.0 * sequence.north_stddev_rad});
   if (apart - shown->uncertain_rad < in_north) return warnings;
   const glm::dvec3 mirrored(
       -shown->direction_enu.x, shown->direction_enu.y, shown->direction_enu.z);
@@ -134,7 +134,7 @@ SiteWarnings CheckPictures(const Sequence& sequence,
     suns.push_back({frame.time, shown.direction_enu, shown.stddev_rad});
     const double apart = AngleApart(shown.direction_enu, stated);
     if (!shown.contradicts || !contradiction.empty() ||
-        apart < std::max(kWorthAWarningRad, 2.0 * sequence.north_stddev_rad)) {
+        apart < std::max(kSunApartRad, 2.0 * sequence.north_stddev_rad)) {
       continue;
     }
     contradiction = fmt::format(

@@ -17,6 +17,7 @@
 #include "pipeline/frame_pipeline.h"
 #include "pipeline/light_trials.h"
 #include "render/gl_context.h"
+#include "scene/lighting.h"
 #include "session/sequence_site.h"
 #include "tests/pipeline/ground_stage.h"
 
@@ -79,8 +80,6 @@ class Courtyard : public testing::Test {
 std::optional<Sequence> Courtyard::sequence_;
 std::optional<SequenceSite> Courtyard::site_;
 std::unique_ptr<PreparedScene> Courtyard::scene_;
-
-double MeanOf(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 double QuantileOf(std::vector<double> values, double share) {
   const auto there =

@@ -14,6 +14,7 @@
 #include <glm/vector_relational.hpp>
 
 #include "scene/lat_long.h"
+#include "scene/lighting.h"
 
 namespace pleinair {
 namespace {
@@ -27,8 +28,6 @@ constexpr float kEdgeMarginPx = 1.5f;
 constexpr double kTrimmedShare = 0.1;
 // A surface's albedo may be this many scatters from its median.
 constexpr double kScatters = 2.0;
-
-float MeanOf(const glm::vec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0f; }
 
 // The map's pixels sorted by the face they show.
 class PixelsOfFaces {
