@@ -15,6 +15,8 @@ target_compile_options(pleinair_flags INTERFACE
 # It takes sources that are built together for one header.
 target_compile_options(pleinair_flags INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+# Nobody asks errno for what a root said; without it several roots are taken at a time.
+target_compile_options(pleinair_flags INTERFACE -fno-math-errno)
 if(PLEINAIR_SANITIZE)
   target_compile_options(pleinair_flags INTERFACE
     -fsanitize=${PLEINAIR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
@@ -27,6 +29,56 @@ endif()
 file(RELATIVE_PATH libraries_from_programs
   ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
 set(CMAKE_INSTALL_RPATH $ORIGIN $ORIGIN/${libraries_from_programs})
+
+# Other projects' headers, read once for all that is compiled with the same options: reading them
+# took half of the build. GCC takes the level of optimisation from what it has read, thus a set for
+# each level. Sources still include what they use: preset clang builds the libraries without sets.
+set(pleinair_common_headers
+  <algorithm> <array> <charconv> <chrono> <cmath> <filesystem> <fstream> <functional> <map>
+  <memory> <mutex> <numeric> <optional> <random> <set> <span> <sstream> <string> <thread>
+  <unordered_map> <variant> <vector>
+  <Eigen/Core> <fmt/format.h>
+  <glm/common.hpp> <glm/geometric.hpp> <glm/mat3x3.hpp> <glm/mat4x4.hpp> <glm/matrix.hpp> <glm/vec2.hpp>
+  <glm/vec3.hpp> <glm/vec4.hpp>
+  <nlohmann/json.hpp> <tbb/parallel_for.h> <tl/expected.hpp>)
+add_library(pleinair_common_headers_use INTERFACE)
+target_link_libraries(pleinair_common_headers_use INTERFACE
+  Eigen3::Eigen fmt::fmt glm::glm nlohmann_json::nlohmann_json TBB::tbb tl::expected)
+
+# pleinair_add_headers(<name> FLAGS <target> [PROGRAM] [ALSO headers...] [LIBS ...]): a set for
+# libraries, or programs, that link FLAGS. ALSO needs LIBS.
+function(pleinair_add_headers name)
+  cmake_parse_arguments(ARG "PROGRAM" "FLAGS" "ALSO;LIBS" ${ARGN})
+  if(ARG_PROGRAM)
+    add_executable(pleinair_${name} ${PROJECT_SOURCE_DIR}/cmake/headers.cpp)
+  else()
+    add_library(pleinair_${name} OBJECT ${PROJECT_SOURCE_DIR}/cmake/headers.cpp)
+  endif()
+  target_precompile_headers(pleinair_${name} PRIVATE ${pleinair_common_headers} ${ARG_ALSO})
+  target_link_libraries(pleinair_${name} PRIVATE
+    pleinair_common_headers_use ${ARG_LIBS} ${ARG_FLAGS})
+endfunction()
+
+# pleinair_build_together(<target> <name>): in large units, with the set of that name.
+function(pleinair_build_together target name)
+  if(CMAKE_UNITY_BUILD)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 20)
+    target_precompile_headers(${target} REUSE_FROM pleinair_${name})
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:pleinair_common_headers_use>)
+  endif()
+endfunction()
+
+# For what takes negligible time, as most of a test's own code does: optimising it would take a
+# good part of the build.
+add_library(pleinair_cold_flags INTERFACE)
+target_compile_options(pleinair_cold_flags INTERFACE $<$<CONFIG:Release>:-O1>)
+target_link_libraries(pleinair_cold_flags INTERFACE pleinair_flags)
+
+pleinair_add_headers(library_headers FLAGS pleinair_flags)
+pleinair_add_headers(cold_library_headers FLAGS pleinair_cold_flags)
+if(PLEINAIR_BUILD_BENCHES)
+  pleinair_add_headers(program_headers PROGRAM FLAGS pleinair_cold_flags)
+endif()
 
 # pleinair_add_library(<folder> SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
 # PUBLIC are libraries that appear in the folder's headers.
@@ -49,27 +101,8 @@ function(pleinair_add_library folder)
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(pleinair_${folder}
     PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:pleinair_flags>)
+  pleinair_build_together(pleinair_${folder} library_headers)
   set_property(GLOBAL APPEND PROPERTY PLEINAIR_LIBRARIES pleinair_${folder})
-endfunction()
-
-# Most of a test's own code runs once.
-add_library(pleinair_test_flags INTERFACE)
-target_compile_options(pleinair_test_flags INTERFACE $<$<CONFIG:Release>:-O1>)
-target_link_libraries(pleinair_test_flags INTERFACE pleinair_flags)
-
-# Headers that are read once for all tests: reading took half of the time to build them. Sources
-# still include what they use.
-function(pleinair_add_test_headers)
-  # A program as the tests are: what is read must be compiled as they are.
-  add_executable(pleinair_test_headers test_headers.cpp)
-  target_precompile_headers(pleinair_test_headers PRIVATE
-    <algorithm> <array> <cmath> <filesystem> <fstream> <random> <string> <vector>
-    <Eigen/Core>
-    <glm/geometric.hpp> <glm/mat4x4.hpp> <glm/vec3.hpp>
-    <gmock/gmock.h> <gtest/gtest.h>
-    <nlohmann/json.hpp>)
-  target_link_libraries(pleinair_test_headers PRIVATE
-    pleinair::scene Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock pleinair_test_flags)
 endfunction()
 
 # Seconds, on a busy machine.
@@ -86,8 +119,7 @@ function(pleinair_add_test folder)
   add_executable(pleinair_${folder}_tests ${ARG_SOURCES})
   target_precompile_headers(pleinair_${folder}_tests REUSE_FROM pleinair_test_headers)
   target_link_libraries(pleinair_${folder}_tests PRIVATE
-    ${ARG_LIBS} Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock GTest::gtest_main
-    pleinair_test_flags)
+    ${ARG_LIBS} pleinair_common_headers_use GTest::gmock GTest::gtest_main pleinair_cold_flags)
   # Where the recordings and reference data stand, when they are there; tests skip when they aren't.
   target_compile_definitions(pleinair_${folder}_tests PRIVATE
     PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
@@ -105,7 +137,8 @@ endfunction()
 function(pleinair_add_bench name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(pleinair_${name} ${ARG_SOURCES})
-  target_link_libraries(pleinair_${name} PRIVATE ${ARG_LIBS} benchmark::benchmark pleinair_flags)
+  target_link_libraries(pleinair_${name} PRIVATE ${ARG_LIBS} benchmark::benchmark pleinair_cold_flags)
+  pleinair_build_together(pleinair_${name} program_headers)
   target_compile_definitions(pleinair_${name} PRIVATE
     PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()
