@@ -23,26 +23,48 @@ constexpr double kSurveyRadiusShare = 0.5;
 
 ColourPicker::ColourPicker(std::shared_ptr<const ViewedSite> site) : site_(std::move(site)) {
   const Sequence& sequence = site_->loaded->sequence;
-  response_name_ = ResponseNameIn(sequence.file);
-  response_ = ResponseFrom(response_name_);
+  ReadResponse();
   if (!sequence.environment) return;
   OpenOther(sequence.folder / sequence.environment->image);
   other_is_survey_ = true;
+}
+
+void ColourPicker::SetSite(std::shared_ptr<const ViewedSite> site) {
+  site_ = std::move(site);
+  // With albedos from elsewhere, the map is left out; its picture stays.
+  other_is_survey_ = other_is_survey_ && site_->loaded->sequence.environment;
+  ReadResponse();
+}
+
+void ColourPicker::ReadResponse() {
+  try {
+    response_ = ResponseFrom(ResponseNameIn(site_->loaded->sequence.file));
+  } catch (const std::exception& error) {
+    response_ = tl::unexpected(std::string(error.what()));
+  }
+  Measure();
+}
+
+void ColourPicker::Measure() {
+  light_ = codes_.Empty() || !response_ ? RgbImage() : RadianceFromCodes(codes_, *response_, 1.0);
+  Fit();
+}
+
+std::string ColourPicker::WhyUnmeasured() const {
+  if (camera_ && codes_.Empty()) {
+    return "the camera's pictures are linear: expected 8-bit ones, whose response takes the "
+           "factors";
+  }
+  return response_ ? std::string() : response_.error();
 }
 
 void ColourPicker::Look(const ViewedFrame& frame) {
   if (frame.number == looked_at_ || !frame.step.frame) return;
   looked_at_ = frame.number;
   const Frame& seen = *frame.step.frame;
-  if (!seen.codes) {
-    tie_ = tl::unexpected<std::string>(
-        "the camera's pictures are linear: expected 8-bit ones, whose response takes the factors");
-    return;
-  }
   camera_ = seen.camera;
-  codes_ = *seen.codes;
-  light_ = RadianceFromCodes(codes_, *response_, 1.0);
-  Fit();
+  codes_ = seen.codes.value_or(Rgb8Image());
+  Measure();
 }
 
 void ColourPicker::OpenOther(const std::filesystem::path& file) {
@@ -74,6 +96,7 @@ std::optional<ColourPicker::Residual> ColourPicker::ResidualOf(std::size_t index
 }
 
 std::string ColourPicker::Describe() const {
+  if (std::string why = WhyUnmeasured(); !why.empty()) return why;
   if (tie_ && !*tie_) return tie_->error();
   if (other_light_.Empty()) return "no other picture: the site has no survey map; open a picture";
   if (tie_) {
@@ -242,6 +265,7 @@ void ColourPicker::Fit() {
 }
 
 void ColourPicker::Save() {
+  ReadResponse();
   if (!tie_ || !*tie_) {
     throw std::runtime_error("colour: expected surfaces or a ColorChecker in both pictures: " +
                              Describe());

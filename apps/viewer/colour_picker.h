@@ -45,6 +45,8 @@ class ColourPicker {
   // The other picture is the site's survey map, where it has one.
   explicit ColourPicker(std::shared_ptr<const ViewedSite> site);
 
+  // The same site, read again: its camera may have another response.
+  void SetSite(std::shared_ptr<const ViewedSite> site);
   // Measures in this picture of the camera from now on.
   void Look(const ViewedFrame& frame);
   // Another picture in place of the survey map: an 8-bit one is taken to be sRGB. Throws as
@@ -82,7 +84,8 @@ class ColourPicker {
   void Undo();
   void Redo();
 
-  // The tie as the response of the site's camera. Throws std::runtime_error, one line.
+  // Multiplies the response of the site's camera, as it is in the site's files now, by the tie.
+  // Throws std::runtime_error, one line.
   void Save();
 
  private:
@@ -102,16 +105,21 @@ class ColourPicker {
                                          double reach_px) const;
   // Where the survey map shows the surface; none: not from where that was taken.
   std::optional<glm::dvec2> PlaceInSurvey(const glm::dvec2& pixel) const;
+  void ReadResponse();
+  // The light of the picture that is looked at, by the response.
+  void Measure();
+  // In a line; empty: it is measured, or there is no picture yet.
+  std::string WhyUnmeasured() const;
   std::vector<ColourPair> Pairs() const;
   void Fit();
 
   std::shared_ptr<const ViewedSite> site_;
-  std::string response_name_;
-  std::optional<ResponseCurve> response_;  // Of the site's camera.
-  std::optional<Camera> camera_;           // Of the picture that is looked at.
-  std::int64_t looked_at_ = 0;             // That frame's number.
-  Rgb8Image codes_;
-  RgbImage light_;  // Empty: the camera's pictures are linear, or there is none yet.
+  // Of the site's camera; why it cannot be read.
+  tl::expected<ResponseCurve, std::string> response_ = tl::unexpected(std::string());
+  std::optional<Camera> camera_;  // Of the picture that is looked at.
+  std::int64_t looked_at_ = 0;    // That frame's number.
+  Rgb8Image codes_;               // Empty: the picture is linear, or there is none yet.
+  RgbImage light_;                // Empty: see WhyUnmeasured.
   RgbImage other_light_;
   Rgb8Image other_shown_;
   std::int64_t other_version_ = 0;

@@ -164,6 +164,7 @@ class Viewer {
       model_.site = std::move(news.site);
       model_.editor->SetSite(model_.site);
       if (model_.mask) model_.mask->SetSite(model_.site);
+      if (model_.colour) model_.colour->SetSite(model_.site);
     }
     if (news.frame) {
       model_.frame = std::move(news.frame);
