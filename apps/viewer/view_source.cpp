@@ -9,6 +9,7 @@
 #include "apps/input_refusals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/picture_source.h"
+#include "datasets/pose_lines.h"
 
 namespace pleinair {
 namespace {
@@ -55,13 +56,14 @@ void ViewSource::Stop() {
 }
 
 std::shared_ptr<const LoadedSequence> ViewSource::Load(const SessionOptions& options,
-                                                       const Progress& progress) const {
+                                                       const Progress& progress) {
   RefuseOtherInputs({options_.input, options_.camera, options_.times}, options);
   if (IsLive()) {
     return LoadSite(PosedCamera::OfflineOptions(options), capture_->Clock().Now(), progress);
   }
-  if (options_.input.empty()) return LoadSequence(options, progress);
-  return LoadSite(options, FirstPictureTime(options_.input, options_.times), progress);
+  if (!poses_ && !options.poses.empty()) poses_ = ReadPoses(options.poses);
+  if (options_.input.empty()) return LoadSequence(options, progress, poses_);
+  return LoadSite(options, FirstPictureTime(options_.input, options_.times), progress, poses_);
 }
 
 std::unique_ptr<FrameSource> ViewSource::Frames(const LoadedSequence& loaded,
