@@ -14,15 +14,16 @@
 namespace pleinair {
 namespace {
 
-// A camera's frames go on where sessions change.
+// A camera's frames, which the recorder passes over, too. They stay with their session where the
+// next one cannot be made.
 class SharedFrames final : public FrameSource {
  public:
-  explicit SharedFrames(FrameSource& frames) : frames_(frames) {}
-  std::optional<tl::expected<Frame, FrameError>> Next() override { return frames_.Next(); }
-  std::optional<int> Count() const override { return frames_.Count(); }
+  explicit SharedFrames(std::shared_ptr<FrameSource> frames) : frames_(std::move(frames)) {}
+  std::optional<tl::expected<Frame, FrameError>> Next() override { return frames_->Next(); }
+  std::optional<int> Count() const override { return frames_->Count(); }
 
  private:
-  FrameSource& frames_;
+  std::shared_ptr<FrameSource> frames_;
 };
 
 }  // namespace
@@ -74,7 +75,7 @@ std::unique_ptr<FrameSource> ViewSource::Frames(const LoadedSequence& loaded,
       if (recorder_) recorder_->Offer(std::move(frame));
     };
     live_frames_ = camera_->FramesAt(loaded, options, taps);
-    return std::make_unique<SharedFrames>(*live_frames_);
+    return std::make_unique<SharedFrames>(live_frames_);
   }
   if (options_.input.empty()) return nullptr;
   return PosedFramesAt(

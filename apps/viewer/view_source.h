@@ -62,7 +62,7 @@ class ViewSource {
   std::optional<Sequence> site_;
   std::optional<CameraCapture> capture_;
   std::optional<PosedCamera> camera_;
-  std::unique_ptr<FrameSource> live_frames_;
+  std::shared_ptr<FrameSource> live_frames_;  // The last that were made.
   std::optional<Recorder> recorder_;
 };
 
