@@ -69,9 +69,8 @@ void ColourPicker::Look(const ViewedFrame& frame) {
 
 void ColourPicker::OpenOther(const std::filesystem::path& file) {
   RgbImage light = ReadLinear(file, "srgb8");
-  other_shown_ = Shown(light);
+  other_shown_ = std::make_shared<const Rgb8Image>(Shown(light));
   other_light_ = std::move(light);
-  ++other_version_;
   other_is_survey_ = false;
   Fit();
 }
@@ -205,7 +204,7 @@ std::string ColourPicker::FindCharts() {
   State found = now_;
   found.way = ColourWay::kChart;
   const bool in_camera = !codes_.Empty() && found.charts[0].Find(codes_);
-  const bool in_other = !other_shown_.Empty() && found.charts[1].Find(other_shown_);
+  const bool in_other = other_shown_ && found.charts[1].Find(*other_shown_);
   undo_.Remember(now_);
   now_ = std::move(found);
   held_.reset();

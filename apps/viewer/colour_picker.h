@@ -52,9 +52,8 @@ class ColourPicker {
   // Another picture in place of the survey map: an 8-bit one is taken to be sRGB. Throws as
   // ReadLinear.
   void OpenOther(const std::filesystem::path& file);
-  // As a screen shows it; empty: none.
-  const Rgb8Image& OtherShown() const { return other_shown_; }
-  std::int64_t OtherVersion() const { return other_version_; }
+  // As a screen shows it, another one for each picture that is opened; null: none.
+  const std::shared_ptr<const Rgb8Image>& OtherShown() const { return other_shown_; }
 
   ColourWay Way() const { return now_.way; }
   void SetWay(ColourWay way);
@@ -121,8 +120,7 @@ class ColourPicker {
   Rgb8Image codes_;               // Empty: the picture is linear, or there is none yet.
   RgbImage light_;                // Empty: see WhyUnmeasured.
   RgbImage other_light_;
-  Rgb8Image other_shown_;
-  std::int64_t other_version_ = 0;
+  std::shared_ptr<const Rgb8Image> other_shown_;
   bool other_is_survey_ = false;
   State now_;
   UndoStack<State> undo_;

@@ -12,7 +12,7 @@ namespace {
 
 glm::dvec2 LastPixel(const ViewModel& model) {
   if (model.cursor.side == PictureSide::kOther) {
-    const Rgb8Image& other = model.colour->OtherShown();
+    const Rgb8Image& other = *model.colour->OtherShown();
     return {other.width - 1, other.height - 1};
   }
   const CameraIntrinsics& camera = model.ShownCamera()->intrinsics;
@@ -20,7 +20,7 @@ glm::dvec2 LastPixel(const ViewModel& model) {
 }
 
 bool HasOtherPicture(const ViewModel& model) {
-  return model.tool == Tool::kColour && model.colour && !model.colour->OtherShown().Empty();
+  return model.tool == Tool::kColour && model.colour && model.colour->OtherShown();
 }
 
 // False where there is no picture.
