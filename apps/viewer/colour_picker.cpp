@@ -22,17 +22,27 @@ constexpr double kSurveyRadiusShare = 0.5;
 }  // namespace
 
 ColourPicker::ColourPicker(std::shared_ptr<const ViewedSite> site) : site_(std::move(site)) {
+  ReadResponse();
+  OpenSurvey();
+}
+
+void ColourPicker::OpenSurvey() {
   const Sequence& sequence = site_->loaded->sequence;
   ReadResponse();
   if (!sequence.environment) return;
-  OpenOther(sequence.folder / sequence.environment->image);
-  other_is_survey_ = true;
+  try {
+    OpenOther(sequence.folder / sequence.environment->image);
+    other_is_survey_ = true;
+  } catch (const std::exception& error) {
+    why_no_survey_ = error.what();
+  }
 }
 
 void ColourPicker::SetSite(std::shared_ptr<const ViewedSite> site) {
   site_ = std::move(site);
   // With albedos from elsewhere, the map is left out; its picture stays.
   other_is_survey_ = other_is_survey_ && site_->loaded->sequence.environment;
+  if (!other_shown_) OpenSurvey();
   ReadResponse();
 }
 
@@ -97,7 +107,10 @@ std::optional<ColourPicker::Residual> ColourPicker::ResidualOf(std::size_t index
 std::string ColourPicker::Describe() const {
   if (std::string why = WhyUnmeasured(); !why.empty()) return why;
   if (tie_ && !*tie_) return tie_->error();
-  if (other_light_.Empty()) return "no other picture: the site has no survey map; open a picture";
+  if (!other_shown_) {
+    return why_no_survey_.empty() ? "no other picture: the site has no survey map; open a picture"
+                                  : why_no_survey_ + "; another picture can be opened";
+  }
   if (tie_) {
     const ColourTie& tie = **tie_;
     return fmt::format("red {:.4g}, green {:.4g}, blue {:.4g}; {:.2f} % rms over {} of {} pairs",

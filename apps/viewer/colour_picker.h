@@ -49,8 +49,8 @@ class ColourPicker {
   void SetSite(std::shared_ptr<const ViewedSite> site);
   // Measures in this picture of the camera from now on.
   void Look(const ViewedFrame& frame);
-  // Another picture in place of the survey map: an 8-bit one is taken to be sRGB. Throws as
-  // ReadLinear.
+  // Another picture in place of the survey map, or of one that cannot be read: an 8-bit one is
+  // taken to be sRGB. Throws as ReadLinear.
   void OpenOther(const std::filesystem::path& file);
   // As a screen shows it, another one for each picture that is opened; null: none.
   const std::shared_ptr<const Rgb8Image>& OtherShown() const { return other_shown_; }
@@ -104,6 +104,7 @@ class ColourPicker {
                                          double reach_px) const;
   // Where the survey map shows the surface; none: not from where that was taken.
   std::optional<glm::dvec2> PlaceInSurvey(const glm::dvec2& pixel) const;
+  void OpenSurvey();
   void ReadResponse();
   // The light of the picture that is looked at, by the response.
   void Measure();
@@ -122,6 +123,7 @@ class ColourPicker {
   RgbImage other_light_;
   std::shared_ptr<const Rgb8Image> other_shown_;
   bool other_is_survey_ = false;
+  std::string why_no_survey_;  // Why the site's map cannot be read; empty: it can, or has none.
   State now_;
   UndoStack<State> undo_;
   std::optional<Held> held_;

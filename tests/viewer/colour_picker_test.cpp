@@ -205,9 +205,8 @@ TEST_F(Picker, AResponseThatCannotBeReadIsReportedUntilItCan) {
   picker.SetSite(site);
   EXPECT_THAT(picker.Describe(), HasSubstr("none.json"));
   EXPECT_THROW(picker.Save(), std::runtime_error);
-  EditSiteFile(copy_.Path(), [](nlohmann::ordered_json& json) {
-    json["radiometry"]["frames_ldr"] = "srgb8";
-  });
+  EditSiteFile(copy_.Path(),
+               [](nlohmann::ordered_json& json) { json["radiometry"]["frames_ldr"] = "srgb8"; });
   picker.SetSite(site);
   EXPECT_EQ(picker.Describe(), known);
 }
@@ -234,6 +233,18 @@ TEST_F(Picker, LinearPicturesStayRefused) {
   frame_.number = linear.number + 1;
   picker.Look(frame_);
   EXPECT_TRUE(picker.Tie() && *picker.Tie()) << picker.Describe();
+}
+
+TEST_F(Picker, ASurveyMapThatCannotBeReadLeavesRoomForAnotherPicture) {
+  const auto site = ViewedSiteOf(copy_.Path());
+  std::ofstream(copy_ / "environment.exr") << "damaged";
+  ColourPicker picker(site);
+  picker.Look(frame_);
+  EXPECT_THAT(picker.Describe(), HasSubstr("environment.exr"));
+  EXPECT_FALSE(picker.OtherShown());
+  picker.OpenOther(copy_ / "other.png");
+  EXPECT_THAT(picker.Describe(), HasSubstr("press surfaces"));
+  PickPatches(picker);
 }
 
 // Where Tab goes to: corners that are in view, each where the pose puts it, and a press takes it.
