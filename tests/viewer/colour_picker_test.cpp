@@ -3,8 +3,10 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -255,7 +257,10 @@ TEST(PosePicker, CornersInViewArePressedWhereTheyAre) {
   const PosePicker picker(site, camera);
   const std::vector<glm::dvec2> corners = picker.CornersInView();
   ASSERT_GT(corners.size(), 5u);
+  // Each once.
+  std::set<std::pair<double, double>> places;
   for (const glm::dvec2& corner : corners) {
+    EXPECT_TRUE(places.emplace(corner.x, corner.y).second);
     EXPECT_GE(std::min(corner.x, corner.y), 0.0);
     EXPECT_LE(corner.x, camera.intrinsics.width_px - 1);
     EXPECT_LE(corner.y, camera.intrinsics.height_px - 1);
