@@ -276,6 +276,13 @@ void ColourPicker::Fit() {
   }
 }
 
+bool ColourPicker::HasUnsavedPicks() const {
+  return !now_.surfaces.empty() ||
+         std::any_of(now_.charts.begin(), now_.charts.end(), [](const ChartMarks& chart) {
+           return !chart.Corners().empty();
+         });
+}
+
 void ColourPicker::Save() {
   ReadResponse();
   if (!tie_ || !*tie_) {

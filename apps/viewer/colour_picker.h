@@ -83,6 +83,8 @@ class ColourPicker {
   void Undo();
   void Redo();
 
+  // Whether there are surfaces or corners: Save ends the picker.
+  bool HasUnsavedPicks() const;
   // Multiplies the response of the site's camera, as it is in the site's files now, by the tie.
   // Throws std::runtime_error, one line.
   void Save();

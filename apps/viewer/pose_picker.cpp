@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <string>
 #include <tuple>
 #include <utility>
 
@@ -24,6 +26,14 @@ PosePicker::PosePicker(std::shared_ptr<const ViewedSite> site, const Camera& cam
       given_(camera),
       shown_(camera),
       edges_(EdgesOf(site_->loaded->site.model.mesh, site_->caster)) {}
+
+void PosePicker::SetSite(std::shared_ptr<const ViewedSite> site) {
+  site_ = std::move(site);
+  const auto& pose = site_->loaded->sequence.camera_from_world;
+  if (!pose || HasUnsavedPicks()) return;
+  given_.camera_from_world = *pose;
+  shown_ = given_;
+}
 
 std::string PosePicker::Describe() const {
   if (!found_) {
@@ -136,6 +146,20 @@ std::string PosePicker::RefineByEdges(const Rgb8Image& picture) {
       refined->position_sigma_m);
 }
 
-void PosePicker::Save() { SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world); }
+bool PosePicker::HasUnsavedPicks() const { return !picks_.empty() || HasOtherPose(); }
+
+bool PosePicker::HasOtherPose() const {
+  return shown_.camera_from_world != given_.camera_from_world;
+}
+
+void PosePicker::Save() {
+  if (!picks_.empty() && !HasOtherPose()) {
+    throw std::runtime_error("pose: no pose yet: " + Describe());
+  }
+  SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world);
+  given_ = shown_;
+  picks_.clear();
+  found_.reset();
+}
 
 }  // namespace pleinair

@@ -209,10 +209,15 @@ void ResponsePicker::FitByChart() {
   found_ = fit;
 }
 
+bool ResponsePicker::HasUnsavedPicks() const {
+  return !(now_.pictures.empty() && now_.chart.Corners().empty()) && now_ != saved_;
+}
+
 void ResponsePicker::Save() {
   if (!found_ || !*found_) throw std::runtime_error("response: no curve yet: " + Describe());
   const std::filesystem::path& file = site_->loaded->sequence.file;
   WriteSiteResponse(ResponseCurve::FromTable((*found_)->table).FileText(), file, file);
+  saved_ = now_;
 }
 
 }  // namespace pleinair
