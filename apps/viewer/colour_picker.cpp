@@ -28,7 +28,6 @@ ColourPicker::ColourPicker(std::shared_ptr<const ViewedSite> site) : site_(std::
 
 void ColourPicker::OpenSurvey() {
   const Sequence& sequence = site_->loaded->sequence;
-  ReadResponse();
   if (!sequence.environment) return;
   try {
     OpenOther(sequence.folder / sequence.environment->image);
@@ -210,6 +209,13 @@ void ColourPicker::MoveTo(const glm::dvec2& pixel) {
       if (const auto place = PlaceInSurvey(pixel)) surface.other->at_px = *place;
     }
   }
+  Fit();
+}
+
+void ColourPicker::LetGo() {
+  if (!held_) return;
+  held_.reset();
+  undo_.Drop(now_);
   Fit();
 }
 

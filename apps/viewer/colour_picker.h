@@ -74,9 +74,10 @@ class ColourPicker {
   // place in the survey map as the mesh has it; in the other picture that of the last surface.
   // Returns why not, in a line.
   std::string Press(PictureSide side, const glm::dvec2& pixel, double reach_px, double radius_px);
-  // The mark that was taken, until Release.
+  // The mark that was taken, until Release, or until LetGo, after which all is as before Press.
   void MoveTo(const glm::dvec2& pixel);
   void Release() { held_.reset(); }
+  void LetGo();
   // Charts that OpenCV finds, in both pictures. Returns why not, in a line.
   std::string FindCharts();
   void Delete(std::size_t surface);

@@ -58,6 +58,8 @@ class ResponsePicker {
   void MoveTo(const glm::dvec2& pixel);
   // Fits: not while a corner moves.
   void Release();
+  // In place of Release: all is as before Press.
+  void LetGo();
   // Returns why not, in a line.
   std::string FindChart(const Rgb8Image& picture);
   void Undo();

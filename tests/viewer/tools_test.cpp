@@ -111,6 +111,79 @@ class Tools : public testing::Test {
   std::int64_t frames_ = 0;
 };
 
+// Escape, and another tool, in the middle of a press.
+class LetGo : public Tools, public testing::WithParamInterface<bool> {
+ protected:
+  void EndWithoutEffect() {
+    const Tool tool = model_.tool;
+    if (GetParam()) {
+      Take(Tool::kObjects);
+      Take(tool);
+    } else {
+      model_.hand.LetGo(model_);
+    }
+    EXPECT_FALSE(model_.hand.IsDown());
+    model_.hand.MoveTo({50.0, 300.0}, model_);  // Nothing is held.
+  }
+};
+
+TEST_P(LetGo, AStrokeOfTheMaskIsAsIfItWasNotBegun) {
+  Take(Tool::kMask);
+  const std::vector<std::uint8_t> before = model_.mask->Mask().pixels;
+  Press({200.0, 300.0});
+  model_.hand.MoveTo({260.0, 300.0}, model_);
+  ASSERT_NE(model_.mask->Mask().pixels, before);
+  EXPECT_EQ(UnsavedWork(model_), "mask");
+  EndWithoutEffect();
+  EXPECT_EQ(model_.mask->Mask().pixels, before);
+  EXPECT_EQ(UnsavedWork(model_), "");
+  // One that was put down stays, also where the next one is let go after an undo.
+  Click({200.0, 300.0});
+  const std::vector<std::uint8_t> painted = model_.mask->Mask().pixels;
+  Press({300.0, 300.0});
+  Undo(model_);
+  EndWithoutEffect();
+  EXPECT_EQ(model_.mask->Mask().pixels, painted);
+}
+
+TEST_P(LetGo, ASurfaceStaysWhereItWas) {
+  Take(Tool::kColour);
+  Click({239.0, 319.0});
+  const std::vector<PickedSurface> before = model_.colour->Surfaces();
+  ASSERT_TRUE(before.at(0).other);
+  const std::string described = model_.colour->Describe();
+  Press({239.0, 319.0});
+  model_.hand.MoveTo({300.0, 330.0}, model_);
+  ASSERT_NE(model_.colour->Surfaces(), before);
+  EndWithoutEffect();
+  EXPECT_EQ(model_.colour->Surfaces(), before);
+  EXPECT_EQ(model_.colour->Describe(), described);
+  Press({88.0, 239.0});
+  EndWithoutEffect();
+  EXPECT_EQ(model_.colour->Surfaces(), before);
+  Undo(model_);
+  EXPECT_TRUE(model_.colour->Surfaces().empty());
+}
+
+TEST_P(LetGo, TheCurveIsThatOfTheCornersThatAreShown) {
+  MarkResponseChart();
+  const ResponseTable before = Curve();
+  Press(kCorners[2]);
+  model_.hand.MoveTo(kCorners[2] - 25.0, model_);
+  EndWithoutEffect();
+  EXPECT_THAT(model_.response->Chart().Corners(), testing::ElementsAreArray(kCorners));
+  EXPECT_EQ(Curve(), before);
+  // Saved in the middle of a press: of the corner where it is.
+  Press(kCorners[2]);
+  model_.hand.MoveTo(kCorners[2] - 25.0, model_);
+  ASSERT_TRUE(Save(model_)) << model_.status;
+  EXPECT_NE(Curve(), before);
+  const ResponseCurve saved = ResponseCurve::FromFile(copy_ / "camera_response.json");
+  EXPECT_EQ(saved.FileText(), ResponseCurve::FromTable(Curve()).FileText());
+}
+
+INSTANTIATE_TEST_SUITE_P(ByEscapeAndByAnotherTool, LetGo, testing::Bool());
+
 TEST_F(Tools, AllThatIsNotSavedIsAskedAboutAndSaved) {
   EXPECT_EQ(UnsavedWork(model_), "");
   Take(Tool::kColour);
