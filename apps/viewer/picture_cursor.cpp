@@ -33,6 +33,8 @@ bool ShowCursor(ViewModel& model) {
   if (!cursor.is_shown && cursor.pixel == glm::dvec2(0.0)) {
     cursor.pixel = glm::floor(0.5 * LastPixel(model));
   }
+  // The picture may have become smaller.
+  cursor.pixel = glm::clamp(cursor.pixel, glm::dvec2(0.0), LastPixel(model));
   cursor.is_shown = true;
   return true;
 }
@@ -88,6 +90,7 @@ void JumpCursor(bool back, ViewModel& model) {
   } else if (surfaces.back().other) {
     cursor.pixel = surfaces.back().other->at_px;
   }
+  cursor.pixel = glm::clamp(cursor.pixel, glm::dvec2(0.0), LastPixel(model));
 }
 
 }  // namespace pleinair

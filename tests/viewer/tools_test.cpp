@@ -233,5 +233,20 @@ TEST_F(Tools, ASavedPoseIsNotTakenBackByTheNextSave) {
   EXPECT_EQ(UnsavedWork(model_), "");
 }
 
+// Of a recording whose next picture is smaller, or where another picture is opened.
+TEST_F(Tools, TheCursorStaysInAPictureThatBecomesSmaller) {
+  Take(Tool::kColour);
+  MoveCursor({1000.0, 1000.0}, model_);
+  EXPECT_EQ(model_.cursor.pixel, glm::dvec2(479.0, 359.0));
+  Camera small = *model_.ShownCamera();
+  small.intrinsics.width_px = 240;
+  small.intrinsics.height_px = 180;
+  Show(small, Rgb8Image(240, 180, glm::u8vec3(100)));
+  PressAtCursor(false, model_);
+  EXPECT_EQ(model_.cursor.pixel, glm::dvec2(239.0, 179.0));
+  ASSERT_EQ(model_.colour->Surfaces().size(), 1u);
+  EXPECT_EQ(model_.colour->Surfaces()[0].camera.at_px, model_.cursor.pixel);
+}
+
 }  // namespace
 }  // namespace pleinair::tools_test
