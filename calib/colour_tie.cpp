@@ -78,6 +78,19 @@ glm::dmat3 FitMatrix(std::span<const ColourPair> pairs, const std::vector<double
   return matrix;
 }
 
+struct Span {
+  int first = 0;
+  int end = 0;
+};
+
+// All of a picture's rows or columns that may be so near. Written so that a centre that is not
+// finite is not converted to int.
+Span PixelsWithin(double centre, double radius, int size) {
+  const double first = std::min<double>(size, std::max(0.0, std::ceil(centre - radius)));
+  const double last = std::max(-1.0, std::min<double>(size - 1, std::floor(centre + radius)));
+  return {static_cast<int>(first), static_cast<int>(last) + 1};
+}
+
 }  // namespace
 
 ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
@@ -123,11 +136,14 @@ ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
 }
 
 glm::dvec3 MeanOfDisc(const RgbImage& light, const glm::dvec2& centre_px, double radius_px) {
+  const double radius = std::max(radius_px, 0.5);
+  const Span rows = PixelsWithin(centre_px.y, radius, light.height);
+  const Span columns = PixelsWithin(centre_px.x, radius, light.width);
   glm::dvec3 sum(0.0);
   int count = 0;
-  for (int y = 0; y < light.height; ++y) {
-    for (int x = 0; x < light.width; ++x) {
-      if (!(glm::distance(glm::dvec2(x, y), centre_px) <= std::max(radius_px, 0.5))) continue;
+  for (int y = rows.first; y < rows.end; ++y) {
+    for (int x = columns.first; x < columns.end; ++x) {
+      if (!(glm::distance(glm::dvec2(x, y), centre_px) <= radius)) continue;
       const glm::dvec3 pixel(light.At(x, y));
       if (!std::isfinite(pixel.x + pixel.y + pixel.z)) continue;
       sum += pixel;

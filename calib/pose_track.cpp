@@ -33,6 +33,11 @@ PoseTrack::PoseTrack(const PoseTrackOptions& options, std::size_t most_poses)
   options.Validate();
 }
 
+void PoseTrack::SetOptions(const PoseTrackOptions& options) {
+  options.Validate();
+  options_ = options;
+}
+
 void PoseTrack::Add(const TimedPose& pose) {
   if (const std::string fault = FaultOfPose(pose.camera_from_world); !fault.empty()) {
     throw std::invalid_argument("camera_from_world: expected " + fault);

@@ -37,6 +37,8 @@ class PoseTrack {
   // Keeps the `most_poses` latest; 0: all. Throws as PoseTrackOptions::Validate.
   explicit PoseTrack(const PoseTrackOptions& options = {}, std::size_t most_poses = 0);
 
+  // For the poses that are there, too. Throws as PoseTrackOptions::Validate.
+  void SetOptions(const PoseTrackOptions& options);
   // Adds a pose, in any order of times; of two poses with one time the later call's holds. Throws
   // std::invalid_argument, one line, for an invalid pose (FaultOfPose).
   void Add(const TimedPose& pose);

@@ -27,6 +27,15 @@ std::optional<SkyShapeKind> KindOf(const std::string& name) {
   return std::nullopt;
 }
 
+// In the order of an estimate's shapes. Sums of their light then round as the estimate's own do.
+std::vector<SkyShapeKind> KindsOf(const std::map<std::string, glm::dvec3>& sky_shares) {
+  std::vector<SkyShapeKind> kinds;
+  for (const SkyShapeKind kind : kAllSkyShapeKinds) {
+    if (sky_shares.contains(std::string(NameOf(kind)))) kinds.push_back(kind);
+  }
+  return kinds;
+}
+
 std::string KnownShapes() {
   std::string names;
   for (const SkyShapeKind kind : kAllSkyShapeKinds) {
@@ -85,8 +94,10 @@ class GivenLightingSource final : public LightingSource {
     } else if (light.sky_image) {
       estimate.lighting.sky.push_back({basis_.front()->Name(), light.sky_irradiance_rgb});
     } else {
-      for (const auto& [name, share] : light.sky_shares) {
-        estimate.lighting.sky.push_back({name, light.sky_irradiance_rgb * share});
+      for (const SkyShapeKind kind : KindsOf(light.sky_shares)) {
+        const std::string name(NameOf(kind));
+        estimate.lighting.sky.push_back(
+            {name, light.sky_irradiance_rgb * light.sky_shares.at(name)});
       }
       ScaleTo(light.sky_irradiance_rgb, estimate.lighting);
     }
@@ -105,7 +116,7 @@ class GivenLightingSource final : public LightingSource {
   std::vector<std::shared_ptr<const SkyShape>> basis_;
   // The key of basis_.
   std::filesystem::path image_;
-  std::vector<std::string> names_;
+  std::vector<SkyShapeKind> kinds_;
   glm::dvec3 sun_enu_{0.0};
 
   tl::expected<SkyBasis, LightingFailure> ImageBasis(const std::filesystem::path& file) {
@@ -116,24 +127,22 @@ class GivenLightingSource final : public LightingSource {
       return tl::unexpected(LightingFailure{error.what()});
     }
     image_ = file;
-    names_.clear();
+    kinds_.clear();
     return SkyBasis(basis_);
   }
 
   tl::expected<SkyBasis, LightingFailure> SharesBasis(const GivenLight& light,
                                                       const SunState& sun) {
-    std::vector<std::string> names;
-    for (const auto& [name, share] : light.sky_shares) names.push_back(name);
-    const bool same_names = names == names_;
-    if (same_names && sun.direction_enu == sun_enu_) return SkyBasis(basis_);
-    basis_.resize(names.size());
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      const SkyShapeKind kind = *KindOf(names[k]);  // Validate has seen to it.
-      if (!same_names || TurnsWithTheSun(kind)) {
-        basis_[k] = MakeSkyShape(kind, sun.direction_enu, aerosol_optical_depth_500nm_);
+    std::vector<SkyShapeKind> kinds = KindsOf(light.sky_shares);
+    const bool same_kinds = kinds == kinds_;
+    if (same_kinds && sun.direction_enu == sun_enu_) return SkyBasis(basis_);
+    basis_.resize(kinds.size());
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      if (!same_kinds || TurnsWithTheSun(kinds[k])) {
+        basis_[k] = MakeSkyShape(kinds[k], sun.direction_enu, aerosol_optical_depth_500nm_);
       }
     }
-    names_ = std::move(names);
+    kinds_ = std::move(kinds);
     sun_enu_ = sun.direction_enu;
     image_.clear();
     return SkyBasis(basis_);

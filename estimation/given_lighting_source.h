@@ -22,8 +22,8 @@ struct GivenLight {
   std::optional<glm::dvec3> sun_direction_enu;
   glm::dvec3 sun_irradiance_rgb{0.0};  // Normal to the beam.
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, without the disc.
-  // At most one of the two. With neither, the sky's shape is fitted to the frame, with its
-  // horizontal irradiance held.
+  // At most one of the two; shapes are used in the order of kAllSkyShapeKinds. With neither, the
+  // sky's shape is fitted to the frame, with its horizontal irradiance held.
   std::map<std::string, glm::dvec3> sky_shares;    // By the shape's name; add up to 1 per channel.
   std::optional<std::filesystem::path> sky_image;  // Lat-long radiance, without the disc; its
                                                    // scale does not matter.

@@ -177,13 +177,19 @@ void Load(const SessionOptions& options, const Progress& progress, LoadedSequenc
   if (albedo == AlbedoSource::kSelfCalibrated) CalibrateAlbedo(options, loaded);
 }
 
-std::shared_ptr<LoadedSequence> WithOutsidePoses(const SessionOptions& options) {
+std::shared_ptr<LoadedSequence> WithOutsidePoses(const SessionOptions& options,
+                                                 std::optional<PoseTrack> poses) {
   if (!options.markers.empty() && !options.poses.empty()) {
     throw std::invalid_argument("markers and poses exclude each other: expected one of them");
   }
   auto loaded = std::make_shared<LoadedSequence>();
   if (!options.markers.empty()) loaded->board = ReadMarkerBoard(options.markers);
-  if (!options.poses.empty()) loaded->poses = ReadPoses(options.poses, options.pose_track);
+  if (poses) {
+    poses->SetOptions(options.pose_track);
+    loaded->poses = std::move(poses);
+  } else if (!options.poses.empty()) {
+    loaded->poses = ReadPoses(options.poses, options.pose_track);
+  }
   return loaded;
 }
 
@@ -233,8 +239,9 @@ std::unique_ptr<FrameSource> FramesOf(const SessionOptions& options,
 }
 
 std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options,
-                                                   const Progress& progress) {
-  auto loaded = WithOutsidePoses(options);
+                                                   const Progress& progress,
+                                                   std::optional<PoseTrack> poses) {
+  auto loaded = WithOutsidePoses(options, std::move(poses));
   loaded->sequence = ReadSequenceOf(options, *loaded);
   Load(options, progress, *loaded);
   return loaded;
@@ -242,8 +249,9 @@ std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options
 
 std::shared_ptr<const LoadedSequence> LoadSite(const SessionOptions& options,
                                                UtcTime time,
-                                               const Progress& progress) {
-  auto loaded = WithOutsidePoses(options);
+                                               const Progress& progress,
+                                               std::optional<PoseTrack> poses) {
+  auto loaded = WithOutsidePoses(options, std::move(poses));
   loaded->sequence = ReadSite(options.sequence, time, SequencePoses::kRequired, options.weather);
   Load(options, progress, *loaded);
   return loaded;

@@ -30,17 +30,20 @@ struct LoadedSequence {
 };
 
 // Reads and prepares a sequence, or loads the prepared parts from the cache; finds albedos from the
-// frames where AlbedoSourceOf says so. A cache that fails to store is a note of the site. Throws as
+// frames where AlbedoSourceOf says so. A cache that fails to store is a note of the site. `poses`:
+// those of options.poses, where they were read before: a pipe gives them once. Throws as
 // ReadSequence, LoadSequenceSite and PrepareScene.
 std::shared_ptr<const LoadedSequence> LoadSequence(const SessionOptions& options,
-                                                   const Progress& progress = {});
+                                                   const Progress& progress = {},
+                                                   std::optional<PoseTrack> poses = {});
 
 // Loads `options.sequence` as a site (see ReadSite), for frames of another source from `time` on.
 // Albedos and north are not found from frames. For a camera that moves, its pose is roughly that of
 // the beginning. Throws as LoadSequence.
 std::shared_ptr<const LoadedSequence> LoadSite(const SessionOptions& options,
                                                UtcTime time,
-                                               const Progress& progress = {});
+                                               const Progress& progress = {},
+                                               std::optional<PoseTrack> poses = {});
 
 // The sequence's frames. Missing poses, from markers or from outside, are reported in `notes`,
 // which outlives the source.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -24,9 +25,54 @@ bool Report(const char* what, const Write& write, ViewModel& model) {
   }
 }
 
-bool SaveMask(ViewModel& model) {
-  return model.mask && Report(
-                           "mask", [&] { model.mask->Save(); }, model);
+// In the order that they are saved in: colours are factors of the response.
+constexpr std::pair<Tool, const char*> kEdited[] = {{Tool::kObjects, "objects"},
+                                                    {Tool::kMask, "mask"},
+                                                    {Tool::kPose, "camera's pose"},
+                                                    {Tool::kResponse, "response"},
+                                                    {Tool::kColour, "colours"}};
+
+bool HasUnsaved(Tool tool, const ViewModel& model) {
+  switch (tool) {
+    case Tool::kObjects:
+      return model.editor && model.editor->HasUnsavedEdits();
+    case Tool::kMask:
+      return model.mask && model.mask->HasUnsavedStrokes();
+    case Tool::kPose:
+      return model.pose && model.pose->HasUnsavedPicks();
+    case Tool::kColour:
+      return model.colour && model.colour->HasUnsavedPicks();
+    case Tool::kResponse:
+      return model.response && model.response->HasUnsavedPicks();
+  }
+  return false;
+}
+
+bool SaveOf(Tool tool, ViewModel& model) {
+  const auto save = [&](auto& edited, const char* what) {
+    return edited && Report(
+                         what, [&] { edited->Save(); }, model);
+  };
+  bool is_saved = false;
+  switch (tool) {
+    case Tool::kObjects:
+      return save(model.editor, "objects");
+    case Tool::kMask:
+      is_saved = save(model.mask, "mask");
+      break;
+    case Tool::kPose:
+      is_saved = save(model.pose, "pose");
+      break;
+    case Tool::kColour:
+      is_saved = save(model.colour, "colours");
+      if (is_saved) model.colour.reset();  // The factors are in the response: not once more.
+      break;
+    case Tool::kResponse:
+      is_saved = save(model.response, "response");
+      break;
+  }
+  if (is_saved) model.Reload();
+  return is_saved;
 }
 
 }  // namespace
@@ -42,38 +88,7 @@ void TakeTool(Tool tool, ViewModel& model) {
   model.tool = tool;
 }
 
-bool Save(ViewModel& model) {
-  switch (model.tool) {
-    case Tool::kObjects:
-      return model.editor && Report(
-                                 "objects", [&] { model.editor->Save(); }, model);
-    case Tool::kMask:
-      if (!SaveMask(model)) return false;
-      model.Reload();
-      return true;
-    case Tool::kPose:
-      if (!model.pose || !Report(
-                             "pose", [&] { model.pose->Save(); }, model))
-        return false;
-      model.pose.reset();  // The next picks are of the pose that is read again.
-      model.Reload();
-      return true;
-    case Tool::kColour:
-      if (!model.colour || !Report(
-                               "colours", [&] { model.colour->Save(); }, model))
-        return false;
-      model.colour.reset();  // The next ones are by the response that is read again.
-      model.Reload();
-      return true;
-    case Tool::kResponse:
-      if (!model.response || !Report(
-                                 "response", [&] { model.response->Save(); }, model))
-        return false;
-      model.Reload();
-      return true;
-  }
-  return false;
-}
+bool Save(ViewModel& model) { return SaveOf(model.tool, model); }
 
 void Undo(ViewModel& model) {
   if (model.tool == Tool::kObjects && model.editor) model.editor->Undo();
@@ -89,17 +104,23 @@ void Redo(ViewModel& model) {
   if (model.tool == Tool::kResponse && model.response) model.response->Redo();
 }
 
-bool HasUnsavedWork(const ViewModel& model) {
-  return (model.editor && model.editor->HasUnsavedEdits()) ||
-         (model.mask && model.mask->HasUnsavedStrokes());
+std::string UnsavedWork(const ViewModel& model) {
+  std::string names;
+  for (const auto& [tool, name] : kEdited) {
+    if (!HasUnsaved(tool, model)) continue;
+    if (!names.empty()) names += ", ";
+    names += name;
+  }
+  return names;
 }
 
 void SaveAndQuit(ViewModel& model) {
-  const bool is_saved =
-      (!model.editor->HasUnsavedEdits() || Report(
-                                               "objects", [&] { model.editor->Save(); }, model)) &&
-      (!model.mask || !model.mask->HasUnsavedStrokes() || SaveMask(model));
-  model.quitting = is_saved ? Quitting::kYes : Quitting::kNo;
+  model.quitting = Quitting::kYes;
+  for (const auto& [tool, name] : kEdited) {
+    if (!HasUnsaved(tool, model) || SaveOf(tool, model)) continue;
+    model.quitting = Quitting::kNo;
+    return;
+  }
 }
 
 void Step(int frames, ViewModel& model) {

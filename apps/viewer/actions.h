@@ -21,8 +21,9 @@ bool Save(ViewModel& model);
 void Undo(ViewModel& model);
 void Redo(ViewModel& model);
 
-bool HasUnsavedWork(const ViewModel& model);
-// Objects and mask. Quits where that succeeds.
+// What would be lost, by the tools' names; empty: nothing.
+std::string UnsavedWork(const ViewModel& model);
+// Of all tools. Quits where that succeeds.
 void SaveAndQuit(ViewModel& model);
 
 // A frame on or back; round the end where the recording loops.

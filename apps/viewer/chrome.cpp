@@ -209,7 +209,7 @@ void DrawQuestion(ViewModel& model) {
                nullptr,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNavInputs);
-  ImGui::TextUnformatted("Objects or the mask are not saved.");
+  ImGui::Text("Not saved: %s.", UnsavedWork(model).c_str());
   if (ImGui::Button("Save and quit (Enter)")) SaveAndQuit(model);
   ImGui::SameLine();
   if (ImGui::Button("Quit without (Delete)")) model.quitting = Quitting::kYes;

@@ -22,34 +22,64 @@ constexpr double kSurveyRadiusShare = 0.5;
 }  // namespace
 
 ColourPicker::ColourPicker(std::shared_ptr<const ViewedSite> site) : site_(std::move(site)) {
+  ReadResponse();
+  OpenSurvey();
+}
+
+void ColourPicker::OpenSurvey() {
   const Sequence& sequence = site_->loaded->sequence;
-  response_name_ = ResponseNameIn(sequence.file);
-  response_ = ResponseFrom(response_name_);
   if (!sequence.environment) return;
-  OpenOther(sequence.folder / sequence.environment->image);
-  other_is_survey_ = true;
+  try {
+    OpenOther(sequence.folder / sequence.environment->image);
+    other_is_survey_ = true;
+  } catch (const std::exception& error) {
+    why_no_survey_ = error.what();
+  }
+}
+
+void ColourPicker::SetSite(std::shared_ptr<const ViewedSite> site) {
+  site_ = std::move(site);
+  // With albedos from elsewhere, the map is left out; its picture stays.
+  other_is_survey_ = other_is_survey_ && site_->loaded->sequence.environment;
+  if (!other_shown_) OpenSurvey();
+  ReadResponse();
+}
+
+void ColourPicker::ReadResponse() {
+  try {
+    response_ = ResponseFrom(ResponseNameIn(site_->loaded->sequence.file));
+  } catch (const std::exception& error) {
+    response_ = tl::unexpected(std::string(error.what()));
+  }
+  Measure();
+}
+
+void ColourPicker::Measure() {
+  light_ = codes_.Empty() || !response_ ? RgbImage() : RadianceFromCodes(codes_, *response_, 1.0);
+  Fit();
+}
+
+std::string ColourPicker::WhyUnmeasured() const {
+  if (camera_ && codes_.Empty()) {
+    return "the camera's pictures are linear: expected 8-bit ones, whose response takes the "
+           "factors";
+  }
+  return response_ ? std::string() : response_.error();
 }
 
 void ColourPicker::Look(const ViewedFrame& frame) {
   if (frame.number == looked_at_ || !frame.step.frame) return;
   looked_at_ = frame.number;
   const Frame& seen = *frame.step.frame;
-  if (!seen.codes) {
-    tie_ = tl::unexpected<std::string>(
-        "the camera's pictures are linear: expected 8-bit ones, whose response takes the factors");
-    return;
-  }
   camera_ = seen.camera;
-  codes_ = *seen.codes;
-  light_ = RadianceFromCodes(codes_, *response_, 1.0);
-  Fit();
+  codes_ = seen.codes.value_or(Rgb8Image());
+  Measure();
 }
 
 void ColourPicker::OpenOther(const std::filesystem::path& file) {
   RgbImage light = ReadLinear(file, "srgb8");
-  other_shown_ = Shown(light);
+  other_shown_ = std::make_shared<const Rgb8Image>(Shown(light));
   other_light_ = std::move(light);
-  ++other_version_;
   other_is_survey_ = false;
   Fit();
 }
@@ -74,8 +104,12 @@ std::optional<ColourPicker::Residual> ColourPicker::ResidualOf(std::size_t index
 }
 
 std::string ColourPicker::Describe() const {
+  if (std::string why = WhyUnmeasured(); !why.empty()) return why;
   if (tie_ && !*tie_) return tie_->error();
-  if (other_light_.Empty()) return "no other picture: the site has no survey map; open a picture";
+  if (!other_shown_) {
+    return why_no_survey_.empty() ? "no other picture: the site has no survey map; open a picture"
+                                  : why_no_survey_ + "; another picture can be opened";
+  }
   if (tie_) {
     const ColourTie& tie = **tie_;
     return fmt::format("red {:.4g}, green {:.4g}, blue {:.4g}; {:.2f} % rms over {} of {} pairs",
@@ -178,11 +212,18 @@ void ColourPicker::MoveTo(const glm::dvec2& pixel) {
   Fit();
 }
 
+void ColourPicker::LetGo() {
+  if (!held_) return;
+  held_.reset();
+  undo_.Drop(now_);
+  Fit();
+}
+
 std::string ColourPicker::FindCharts() {
   State found = now_;
   found.way = ColourWay::kChart;
   const bool in_camera = !codes_.Empty() && found.charts[0].Find(codes_);
-  const bool in_other = !other_shown_.Empty() && found.charts[1].Find(other_shown_);
+  const bool in_other = other_shown_ && found.charts[1].Find(*other_shown_);
   undo_.Remember(now_);
   now_ = std::move(found);
   held_.reset();
@@ -241,7 +282,15 @@ void ColourPicker::Fit() {
   }
 }
 
+bool ColourPicker::HasUnsavedPicks() const {
+  return !now_.surfaces.empty() ||
+         std::any_of(now_.charts.begin(), now_.charts.end(), [](const ChartMarks& chart) {
+           return !chart.Corners().empty();
+         });
+}
+
 void ColourPicker::Save() {
+  ReadResponse();
   if (!tie_ || !*tie_) {
     throw std::runtime_error("colour: expected surfaces or a ColorChecker in both pictures: " +
                              Describe());

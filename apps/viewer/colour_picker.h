@@ -45,14 +45,15 @@ class ColourPicker {
   // The other picture is the site's survey map, where it has one.
   explicit ColourPicker(std::shared_ptr<const ViewedSite> site);
 
+  // The same site, read again: its camera may have another response.
+  void SetSite(std::shared_ptr<const ViewedSite> site);
   // Measures in this picture of the camera from now on.
   void Look(const ViewedFrame& frame);
-  // Another picture in place of the survey map: an 8-bit one is taken to be sRGB. Throws as
-  // ReadLinear.
+  // Another picture in place of the survey map, or of one that cannot be read: an 8-bit one is
+  // taken to be sRGB. Throws as ReadLinear.
   void OpenOther(const std::filesystem::path& file);
-  // As a screen shows it; empty: none.
-  const Rgb8Image& OtherShown() const { return other_shown_; }
-  std::int64_t OtherVersion() const { return other_version_; }
+  // As a screen shows it, another one for each picture that is opened; null: none.
+  const std::shared_ptr<const Rgb8Image>& OtherShown() const { return other_shown_; }
 
   ColourWay Way() const { return now_.way; }
   void SetWay(ColourWay way);
@@ -73,16 +74,20 @@ class ColourPicker {
   // place in the survey map as the mesh has it; in the other picture that of the last surface.
   // Returns why not, in a line.
   std::string Press(PictureSide side, const glm::dvec2& pixel, double reach_px, double radius_px);
-  // The mark that was taken, until Release.
+  // The mark that was taken, until Release, or until LetGo, after which all is as before Press.
   void MoveTo(const glm::dvec2& pixel);
   void Release() { held_.reset(); }
+  void LetGo();
   // Charts that OpenCV finds, in both pictures. Returns why not, in a line.
   std::string FindCharts();
   void Delete(std::size_t surface);
   void Undo();
   void Redo();
 
-  // The tie as the response of the site's camera. Throws std::runtime_error, one line.
+  // Whether there are surfaces or corners: Save ends the picker.
+  bool HasUnsavedPicks() const;
+  // Multiplies the response of the site's camera, as it is in the site's files now, by the tie.
+  // Throws std::runtime_error, one line.
   void Save();
 
  private:
@@ -102,20 +107,26 @@ class ColourPicker {
                                          double reach_px) const;
   // Where the survey map shows the surface; none: not from where that was taken.
   std::optional<glm::dvec2> PlaceInSurvey(const glm::dvec2& pixel) const;
+  void OpenSurvey();
+  void ReadResponse();
+  // The light of the picture that is looked at, by the response.
+  void Measure();
+  // In a line; empty: it is measured, or there is no picture yet.
+  std::string WhyUnmeasured() const;
   std::vector<ColourPair> Pairs() const;
   void Fit();
 
   std::shared_ptr<const ViewedSite> site_;
-  std::string response_name_;
-  std::optional<ResponseCurve> response_;  // Of the site's camera.
-  std::optional<Camera> camera_;           // Of the picture that is looked at.
-  std::int64_t looked_at_ = 0;             // That frame's number.
-  Rgb8Image codes_;
-  RgbImage light_;  // Empty: the camera's pictures are linear, or there is none yet.
+  // Of the site's camera; why it cannot be read.
+  tl::expected<ResponseCurve, std::string> response_ = tl::unexpected(std::string());
+  std::optional<Camera> camera_;  // Of the picture that is looked at.
+  std::int64_t looked_at_ = 0;    // That frame's number.
+  Rgb8Image codes_;               // Empty: the picture is linear, or there is none yet.
+  RgbImage light_;                // Empty: see WhyUnmeasured.
   RgbImage other_light_;
-  Rgb8Image other_shown_;
-  std::int64_t other_version_ = 0;
+  std::shared_ptr<const Rgb8Image> other_shown_;
   bool other_is_survey_ = false;
+  std::string why_no_survey_;  // Why the site's map cannot be read; empty: it can, or has none.
   State now_;
   UndoStack<State> undo_;
   std::optional<Held> held_;

@@ -23,7 +23,7 @@ constexpr std::size_t kMostUndone = 50;
 
 MaskPainter::MaskPainter(std::shared_ptr<const ViewedSite> site) : site_(std::move(site)) {
   const Sequence& sequence = site_->loaded->sequence;
-  mask_ = Gray8Image(sequence.intrinsics.width_px, sequence.intrinsics.height_px, kMaySample);
+  now_.mask = Gray8Image(sequence.intrinsics.width_px, sequence.intrinsics.height_px, kMaySample);
   if (!sequence.camera_from_world || site_->camera_moves) {
     why_not_ = "a mask is painted over the picture of a camera that stands still";
     return;
@@ -34,7 +34,7 @@ MaskPainter::MaskPainter(std::shared_ptr<const ViewedSite> site) : site_(std::mo
     if (known->is_over_map) {
       why_not_ = "the site has a mask over its survey map";
     } else {
-      mask_ = known->image;
+      now_.mask = known->image;
     }
   } catch (const std::exception& error) {
     why_not_ = error.what();
@@ -43,14 +43,19 @@ MaskPainter::MaskPainter(std::shared_ptr<const ViewedSite> site) : site_(std::mo
 
 double MaskPainter::MaskedShare() const {
   const auto masked = std::count_if(
-      mask_.pixels.begin(), mask_.pixels.end(), [](auto value) { return value != kMaySample; });
+      Mask().pixels.begin(), Mask().pixels.end(), [](auto value) { return value != kMaySample; });
   return static_cast<double>(masked) /
-         static_cast<double>(std::max<std::size_t>(1, mask_.pixels.size()));
+         static_cast<double>(std::max<std::size_t>(1, Mask().pixels.size()));
 }
 
 void MaskPainter::BeginStroke() {
-  undone_to_.push_back(mask_);
+  undone_to_.push_back(now_);
   if (undone_to_.size() > kMostUndone) undone_to_.erase(undone_to_.begin());
+  is_in_stroke_ = true;
+}
+
+void MaskPainter::DropStroke() {
+  if (is_in_stroke_) Undo();
 }
 
 void MaskPainter::Paint(const glm::dvec2& from,
@@ -62,18 +67,19 @@ void MaskPainter::Paint(const glm::dvec2& from,
     const double share = steps > 0 ? static_cast<double>(i) / steps : 1.0;
     PaintDisc(glm::mix(from, to, share), radius_px, may_be_sampled ? kMaySample : 0);
   }
-  ++version_;
+  now_.version = ++last_version_;
 }
 
 void MaskPainter::PaintDisc(const glm::dvec2& pixel, double radius_px, std::uint8_t value) {
   const int top = std::max(0, static_cast<int>(std::ceil(pixel.y - radius_px)));
-  const int bottom = std::min(mask_.height - 1, static_cast<int>(std::floor(pixel.y + radius_px)));
+  const int bottom =
+      std::min(now_.mask.height - 1, static_cast<int>(std::floor(pixel.y + radius_px)));
   for (int y = top; y <= bottom; ++y) {
     const double half =
         std::sqrt(std::max(0.0, radius_px * radius_px - (y - pixel.y) * (y - pixel.y)));
     const int left = std::max(0, static_cast<int>(std::ceil(pixel.x - half)));
-    const int right = std::min(mask_.width - 1, static_cast<int>(std::floor(pixel.x + half)));
-    for (int x = left; x <= right; ++x) mask_.At(x, y) = value;
+    const int right = std::min(now_.mask.width - 1, static_cast<int>(std::floor(pixel.x + half)));
+    for (int x = left; x <= right; ++x) now_.mask.At(x, y) = value;
   }
 }
 
@@ -83,27 +89,27 @@ void MaskPainter::PaintSurface(const glm::dvec2& pixel, bool may_be_sampled) {
   const auto picked = SurfaceAt(site_->caster, mesh, camera, pixel);
   if (!picked || mesh.triangle_group.empty()) return;
   const std::uint32_t group = mesh.triangle_group[picked->triangle];
-  tbb::parallel_for(0, mask_.height, [&](int y) {
-    for (int x = 0; x < mask_.width; ++x) {
+  tbb::parallel_for(0, now_.mask.height, [&](int y) {
+    for (int x = 0; x < now_.mask.width; ++x) {
       const auto seen = SurfaceAt(site_->caster, mesh, camera, {x, y});
       if (seen && mesh.triangle_group[seen->triangle] == group) {
-        mask_.At(x, y) = may_be_sampled ? kMaySample : 0;
+        now_.mask.At(x, y) = may_be_sampled ? kMaySample : 0;
       }
     }
   });
-  ++version_;
+  now_.version = ++last_version_;
 }
 
 void MaskPainter::Undo() {
+  is_in_stroke_ = false;
   if (undone_to_.empty()) return;
-  mask_ = std::move(undone_to_.back());
+  now_ = std::move(undone_to_.back());
   undone_to_.pop_back();
-  ++version_;
 }
 
 void MaskPainter::Save() {
-  ReplaceDiffuseMask(site_->loaded->sequence, mask_);
-  saved_version_ = version_;
+  ReplaceDiffuseMask(site_->loaded->sequence, now_.mask);
+  saved_version_ = now_.version;
 }
 
 }  // namespace pleinair

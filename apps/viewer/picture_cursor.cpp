@@ -12,7 +12,7 @@ namespace {
 
 glm::dvec2 LastPixel(const ViewModel& model) {
   if (model.cursor.side == PictureSide::kOther) {
-    const Rgb8Image& other = model.colour->OtherShown();
+    const Rgb8Image& other = *model.colour->OtherShown();
     return {other.width - 1, other.height - 1};
   }
   const CameraIntrinsics& camera = model.ShownCamera()->intrinsics;
@@ -20,7 +20,7 @@ glm::dvec2 LastPixel(const ViewModel& model) {
 }
 
 bool HasOtherPicture(const ViewModel& model) {
-  return model.tool == Tool::kColour && model.colour && !model.colour->OtherShown().Empty();
+  return model.tool == Tool::kColour && model.colour && model.colour->OtherShown();
 }
 
 // False where there is no picture.
@@ -33,6 +33,8 @@ bool ShowCursor(ViewModel& model) {
   if (!cursor.is_shown && cursor.pixel == glm::dvec2(0.0)) {
     cursor.pixel = glm::floor(0.5 * LastPixel(model));
   }
+  // The picture may have become smaller.
+  cursor.pixel = glm::clamp(cursor.pixel, glm::dvec2(0.0), LastPixel(model));
   cursor.is_shown = true;
   return true;
 }
@@ -88,6 +90,7 @@ void JumpCursor(bool back, ViewModel& model) {
   } else if (surfaces.back().other) {
     cursor.pixel = surfaces.back().other->at_px;
   }
+  cursor.pixel = glm::clamp(cursor.pixel, glm::dvec2(0.0), LastPixel(model));
 }
 
 }  // namespace pleinair

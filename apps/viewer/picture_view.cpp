@@ -41,8 +41,7 @@ void PictureView::Draw(ViewModel& model,
     number_ = frame.number;
   }
   const glm::dvec2 size(shown_.Width(), shown_.Height());
-  const bool has_other =
-      model.tool == Tool::kColour && model.colour && !model.colour->OtherShown().Empty();
+  const bool has_other = model.tool == Tool::kColour && model.colour && model.colour->OtherShown();
   const glm::dvec2 area(area_size.x, has_other ? 0.5 * area_size.y : area_size.y);
   place_.scale = std::min(area.x / size.x, area.y / size.y);
   place_.origin = area_origin;
@@ -94,9 +93,9 @@ void PictureView::DrawTool(const ViewModel& model, const glm::dvec2& size) {
 void PictureView::DrawOther(const ViewModel& model,
                             const glm::dvec2& origin,
                             const glm::dvec2& size) {
-  if (other_version_ != model.colour->OtherVersion()) {
-    other_.Upload(model.colour->OtherShown());
-    other_version_ = model.colour->OtherVersion();
+  if (other_shown_ != model.colour->OtherShown()) {
+    other_shown_ = model.colour->OtherShown();
+    other_.Upload(*other_shown_);
   }
   const glm::dvec2 pixels(other_.Width(), other_.Height());
   other_place_ = PicturePlace{origin, std::min(size.x / pixels.x, size.y / pixels.y)};

@@ -1,6 +1,7 @@
 // The pictures in the window: where they are, and what is drawn over them.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include <glm/vec2.hpp>
@@ -44,7 +45,7 @@ class PictureView {
   std::optional<PicturePlace> other_place_;
   Texture shown_;
   Texture other_;
-  std::int64_t other_version_ = 0;  // Of that texture.
+  std::shared_ptr<const Rgb8Image> other_shown_;  // That texture's picture.
   Texture overlay_;
   Texture balls_;  // One below the other.
   Texture mask_;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <string>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,6 +26,14 @@ PosePicker::PosePicker(std::shared_ptr<const ViewedSite> site, const Camera& cam
       given_(camera),
       shown_(camera),
       edges_(EdgesOf(site_->loaded->site.model.mesh, site_->caster)) {}
+
+void PosePicker::SetSite(std::shared_ptr<const ViewedSite> site) {
+  site_ = std::move(site);
+  const auto& pose = site_->loaded->sequence.camera_from_world;
+  if (!pose || HasUnsavedPicks()) return;
+  given_.camera_from_world = *pose;
+  shown_ = given_;
+}
 
 std::string PosePicker::Describe() const {
   if (!found_) {
@@ -70,20 +81,22 @@ std::optional<glm::dvec3> PosePicker::CornerAt(const glm::dvec2& pixel, double r
 }
 
 std::vector<glm::dvec2> PosePicker::CornersInView() const {
-  const glm::dvec2 last(shown_.intrinsics.width_px - 1, shown_.intrinsics.height_px - 1);
-  std::vector<glm::dvec3> known;
-  std::vector<glm::dvec2> seen;
-  known.reserve(2 * edges_.size());
-  seen.reserve(2 * edges_.size());
+  std::vector<glm::dvec3> corners;
+  corners.reserve(2 * edges_.size());
   for (const MeshEdge& edge : edges_) {
-    if (!edge.is_sharp) continue;
-    for (const glm::dvec3& corner : {edge.from_m, edge.to_m}) {
-      if (std::find(known.begin(), known.end(), corner) != known.end()) continue;
-      known.push_back(corner);
-      const auto at = PixelOf(corner);
-      if (!at || at->x < 0.0 || at->y < 0.0 || at->x > last.x || at->y > last.y) continue;
-      if (!IsHidden(corner)) seen.push_back(*at);
-    }
+    if (edge.is_sharp) corners.insert(corners.end(), {edge.from_m, edge.to_m});
+  }
+  // An edge's ends are copies of the mesh's vertices: the same corner has the same numbers.
+  std::sort(corners.begin(), corners.end(), [](const glm::dvec3& a, const glm::dvec3& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  });
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  const glm::dvec2 last(shown_.intrinsics.width_px - 1, shown_.intrinsics.height_px - 1);
+  std::vector<glm::dvec2> seen;
+  for (const glm::dvec3& corner : corners) {
+    const auto at = PixelOf(corner);
+    if (!at || at->x < 0.0 || at->y < 0.0 || at->x > last.x || at->y > last.y) continue;
+    if (!IsHidden(corner)) seen.push_back(*at);
   }
   return seen;
 }
@@ -133,6 +146,20 @@ std::string PosePicker::RefineByEdges(const Rgb8Image& picture) {
       refined->position_sigma_m);
 }
 
-void PosePicker::Save() { SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world); }
+bool PosePicker::HasUnsavedPicks() const { return !picks_.empty() || HasOtherPose(); }
+
+bool PosePicker::HasOtherPose() const {
+  return shown_.camera_from_world != given_.camera_from_world;
+}
+
+void PosePicker::Save() {
+  if (!picks_.empty() && !HasOtherPose()) {
+    throw std::runtime_error("pose: no pose yet: " + Describe());
+  }
+  SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world);
+  given_ = shown_;
+  picks_.clear();
+  found_.reset();
+}
 
 }  // namespace pleinair

@@ -21,6 +21,9 @@ class PosePicker {
   // `camera`: of the frames that are shown.
   PosePicker(std::shared_ptr<const ViewedSite> site, const Camera& camera);
 
+  // The same site, read again: where nothing is picked, with the pose that it has now.
+  void SetSite(std::shared_ptr<const ViewedSite> site);
+
   // The pose that is shown: the picks', where they determine one, or else the site's.
   const Camera& Shown() const { return shown_; }
   const std::vector<MeshEdge>& Edges() const { return edges_; }
@@ -41,17 +44,21 @@ class PosePicker {
   // The shown pose, refined by the mesh's edges in the picture. Returns why not; empty: done.
   std::string RefineByEdges(const Rgb8Image& picture);
 
-  // Into the site's file. Throws std::runtime_error, one line.
+  // Whether there are picks, or a pose other than the last saved one.
+  bool HasUnsavedPicks() const;
+  // Into the site's file. The picks are then done with: the next ones are of this pose. Throws
+  // std::runtime_error, one line; where the picks give no pose.
   void Save();
 
  private:
   void Solve();
+  bool HasOtherPose() const;  // Than the given one.
   // Where the corner is seen; none: behind the camera, or hidden.
   std::optional<glm::dvec2> PixelOf(const glm::dvec3& corner_m) const;
   bool IsHidden(const glm::dvec3& corner_m) const;
 
   std::shared_ptr<const ViewedSite> site_;
-  Camera given_;
+  Camera given_;  // With the site's pose, or the last that was saved.
   Camera shown_;
   std::vector<MeshEdge> edges_;
   std::vector<PointMatch> picks_;

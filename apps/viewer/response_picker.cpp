@@ -89,6 +89,7 @@ std::string ResponsePicker::Take(const ViewedFrame& frame, std::optional<double>
     return "response: the picture's exposure is not known: state it in the panel Tools";
   }
   undo_.Remember(now_);
+  held_.reset();
   now_.pictures.push_back(std::move(taken));
   Fit();
   return Describe();
@@ -96,6 +97,7 @@ std::string ResponsePicker::Take(const ViewedFrame& frame, std::optional<double>
 
 void ResponsePicker::Delete(std::size_t picture) {
   undo_.Remember(now_);
+  held_.reset();
   now_.pictures.erase(now_.pictures.begin() + static_cast<std::ptrdiff_t>(picture));
   Fit();
 }
@@ -118,6 +120,13 @@ void ResponsePicker::Release() {
   if (!held_) return;
   held_.reset();
   Fit();
+}
+
+// Press did not fit: the curve is that of what comes back.
+void ResponsePicker::LetGo() {
+  if (!held_) return;
+  held_.reset();
+  undo_.Drop(now_);
 }
 
 std::string ResponsePicker::FindChart(const Rgb8Image& picture) {
@@ -209,10 +218,16 @@ void ResponsePicker::FitByChart() {
   found_ = fit;
 }
 
+bool ResponsePicker::HasUnsavedPicks() const {
+  return !(now_.pictures.empty() && now_.chart.Corners().empty()) && now_ != saved_;
+}
+
 void ResponsePicker::Save() {
+  Release();
   if (!found_ || !*found_) throw std::runtime_error("response: no curve yet: " + Describe());
   const std::filesystem::path& file = site_->loaded->sequence.file;
   WriteSiteResponse(ResponseCurve::FromTable((*found_)->table).FileText(), file, file);
+  saved_ = now_;
 }
 
 }  // namespace pleinair

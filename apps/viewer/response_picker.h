@@ -25,6 +25,8 @@ struct TakenPicture {
   std::string name;
   std::optional<double> exposure;  // None: not stated.
   std::shared_ptr<const Rgb8Image> codes;
+
+  bool operator==(const TakenPicture&) const = default;
 };
 
 // How a taken picture agrees with the curve.
@@ -56,12 +58,16 @@ class ResponsePicker {
   void MoveTo(const glm::dvec2& pixel);
   // Fits: not while a corner moves.
   void Release();
+  // In place of Release: all is as before Press.
+  void LetGo();
   // Returns why not, in a line.
   std::string FindChart(const Rgb8Image& picture);
   void Undo();
   void Redo();
 
-  // As the response of the site's camera. Throws std::runtime_error, one line.
+  // Whether there are pictures or corners that Save has not yet written a curve of.
+  bool HasUnsavedPicks() const;
+  // As the response of the site's camera, of what is shown. Throws std::runtime_error, one line.
   void Save();
 
  private:
@@ -69,6 +75,8 @@ class ResponsePicker {
     ResponseWay way = ResponseWay::kBracket;
     std::vector<TakenPicture> pictures;
     ChartMarks chart;
+
+    bool operator==(const State&) const = default;
   };
 
   void Fit();
@@ -77,6 +85,7 @@ class ResponsePicker {
 
   std::shared_ptr<const ViewedSite> site_;
   State now_;
+  State saved_;
   UndoStack<State> undo_;
   std::optional<std::size_t> held_;
   std::optional<tl::expected<ResponseFit, std::string>> found_;

@@ -30,7 +30,7 @@ constexpr Shortcut kShortcuts[] = {
     {"Ctrl+S", "save to the site what the tool edits"},
     {"T, Shift+T", "the next tool, or the last: objects, mask, pose, colours, response"},
     {"W A S D", "other tools: move the cursor by a pixel (Shift: by ten)"},
-    {"Enter", "press at the cursor, and let go (mask: Shift gives back); Escape: leave it"},
+    {"Enter", "press at the cursor, and let go (mask: Shift gives back); Escape: undo the press"},
     {"Tab, Shift+Tab",
      "pose: the next corner of the mesh, or the last; colours: the other picture"},
     {"+, -", "mask, colours: a larger brush, or disc; a smaller one"},

@@ -49,7 +49,7 @@ bool TakeUpTool(ViewModel& model) {
 }
 
 void ToolHand::Press(const PressPlace& place, ViewModel& model) {
-  LetGo(model);
+  Release(model);  // Of a press by keys, with the pointer.
   if (!TakeUpTool(model)) return;
   at_ = place.pixel;
   gives_back_ = place.gives_back;
@@ -111,16 +111,26 @@ void ToolHand::Release(ViewModel& model) {
     model.pose->Pick(*corner_, at_);
     model.status = model.pose->Describe();
   }
+  if (model.mask) model.mask->EndStroke();
+  if (model.colour) model.colour->Release();
   if (model.tool == Tool::kResponse && model.response &&
       model.response->Way() == ResponseWay::kChart) {
     model.response->Release();
     model.status = model.response->Describe();
   }
-  LetGo(model);
+  Lift();
 }
 
 void ToolHand::LetGo(ViewModel& model) {
-  if (model.colour) model.colour->Release();
+  if (!is_down_) return;
+  if (model.mask) model.mask->DropStroke();
+  if (model.colour) model.colour->LetGo();
+  if (model.response) model.response->LetGo();
+  model.status = "let go: all is as before the press";
+  Lift();
+}
+
+void ToolHand::Lift() {
   is_down_ = false;
   painted_.reset();
   corner_.reset();

@@ -31,7 +31,7 @@ class ToolHand {
   // Once it is down.
   void MoveTo(const glm::dvec2& pixel, ViewModel& model);
   void Release(ViewModel& model);
-  // What it holds is not put down.
+  // In place of Release: without effect, as if it had not been pressed.
   void LetGo(ViewModel& model);
 
   bool IsDown() const { return is_down_; }
@@ -40,6 +40,7 @@ class ToolHand {
 
  private:
   void Paint(const glm::dvec2& pixel, ViewModel& model);
+  void Lift();
 
   bool is_down_ = false;
   bool gives_back_ = false;

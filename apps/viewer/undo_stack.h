@@ -16,6 +16,11 @@ class UndoStack {
     if (undone_to_.size() > kMost) undone_to_.erase(undone_to_.begin());
     redone_to_.clear();
   }
+  // Takes the last Remember back, without a redo.
+  void Drop(State& now) {
+    now = std::move(undone_to_.back());
+    undone_to_.pop_back();
+  }
   // Each false where there is no such state; `now` then stays.
   bool Undo(State& now) { return Go(undone_to_, redone_to_, now); }
   bool Redo(State& now) { return Go(redone_to_, undone_to_, now); }

@@ -9,19 +9,21 @@
 #include "apps/input_refusals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/picture_source.h"
+#include "datasets/pose_lines.h"
 
 namespace pleinair {
 namespace {
 
-// A camera's frames go on where sessions change.
+// A camera's frames, which the recorder passes over, too. They stay with their session where the
+// next one cannot be made.
 class SharedFrames final : public FrameSource {
  public:
-  explicit SharedFrames(FrameSource& frames) : frames_(frames) {}
-  std::optional<tl::expected<Frame, FrameError>> Next() override { return frames_.Next(); }
-  std::optional<int> Count() const override { return frames_.Count(); }
+  explicit SharedFrames(std::shared_ptr<FrameSource> frames) : frames_(std::move(frames)) {}
+  std::optional<tl::expected<Frame, FrameError>> Next() override { return frames_->Next(); }
+  std::optional<int> Count() const override { return frames_->Count(); }
 
  private:
-  FrameSource& frames_;
+  std::shared_ptr<FrameSource> frames_;
 };
 
 }  // namespace
@@ -55,13 +57,14 @@ void ViewSource::Stop() {
 }
 
 std::shared_ptr<const LoadedSequence> ViewSource::Load(const SessionOptions& options,
-                                                       const Progress& progress) const {
+                                                       const Progress& progress) {
   RefuseOtherInputs({options_.input, options_.camera, options_.times}, options);
   if (IsLive()) {
     return LoadSite(PosedCamera::OfflineOptions(options), capture_->Clock().Now(), progress);
   }
-  if (options_.input.empty()) return LoadSequence(options, progress);
-  return LoadSite(options, FirstPictureTime(options_.input, options_.times), progress);
+  if (!poses_ && !options.poses.empty()) poses_ = ReadPoses(options.poses);
+  if (options_.input.empty()) return LoadSequence(options, progress, poses_);
+  return LoadSite(options, FirstPictureTime(options_.input, options_.times), progress, poses_);
 }
 
 std::unique_ptr<FrameSource> ViewSource::Frames(const LoadedSequence& loaded,
@@ -72,7 +75,7 @@ std::unique_ptr<FrameSource> ViewSource::Frames(const LoadedSequence& loaded,
       if (recorder_) recorder_->Offer(std::move(frame));
     };
     live_frames_ = camera_->FramesAt(loaded, options, taps);
-    return std::make_unique<SharedFrames>(*live_frames_);
+    return std::make_unique<SharedFrames>(live_frames_);
   }
   if (options_.input.empty()) return nullptr;
   return PosedFramesAt(

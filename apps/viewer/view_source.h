@@ -8,6 +8,7 @@
 
 #include "apps/site_frames.h"
 #include "apps/viewer/view_command.h"
+#include "calib/pose_track.h"
 #include "datasets/camera/camera_capture.h"
 #include "datasets/event.h"
 #include "datasets/recording/recorder.h"
@@ -34,10 +35,10 @@ class ViewSource {
   // A wait for a camera's picture ends, and so does its stream.
   void Stop();
 
-  // Throws as LoadSequence and LoadSite; std::invalid_argument where `options` asks for what the
-  // input has not.
+  // Poses from outside are read the first time: a pipe gives them once. Throws as LoadSequence and
+  // LoadSite; std::invalid_argument where `options` asks for what the input has not.
   std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options,
-                                             const Progress& progress) const;
+                                             const Progress& progress);
   // For a session of what was loaded. In place of the sequence's own frames; null: those. A
   // camera's go on from session to session.
   std::unique_ptr<FrameSource> Frames(const LoadedSequence& loaded, const SessionOptions& options);
@@ -57,10 +58,11 @@ class ViewSource {
  private:
   const ViewCommandOptions& options_;
   EventLog& events_;
+  std::optional<PoseTrack> poses_;  // Of recorded frames.
   std::optional<Sequence> site_;
   std::optional<CameraCapture> capture_;
   std::optional<PosedCamera> camera_;
-  std::unique_ptr<FrameSource> live_frames_;
+  std::shared_ptr<FrameSource> live_frames_;  // The last that were made.
   std::optional<Recorder> recorder_;
 };
 

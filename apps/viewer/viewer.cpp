@@ -111,7 +111,7 @@ class Viewer {
   // Work that is not saved is asked about first.
   bool IsToEnd() {
     if (window_.IsToClose()) {
-      if (!HasUnsavedWork(model_)) return true;
+      if (UnsavedWork(model_).empty()) return true;
       window_.StayOpen();
       model_.quitting = Quitting::kAsked;
       pending_pictures_ = std::max(pending_pictures_, 1);
@@ -164,6 +164,8 @@ class Viewer {
       model_.site = std::move(news.site);
       model_.editor->SetSite(model_.site);
       if (model_.mask) model_.mask->SetSite(model_.site);
+      if (model_.pose) model_.pose->SetSite(model_.site);
+      if (model_.colour) model_.colour->SetSite(model_.site);
     }
     if (news.frame) {
       model_.frame = std::move(news.frame);

@@ -1,7 +1,9 @@
 // Tying cameras in colour, and the chart that helps with it.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -54,6 +56,43 @@ TEST(ColourTie, IsExactOnExactPairs) {
   const ColourTie tie = FitColourTie(Pairs(kMixing, 20, 0), ColourTieKind::kMatrix);
   EXPECT_LT(WorstEntry(tie.to_from_rgb, kMixing), 1e-12);
   EXPECT_LT(tie.rms_relative, 1e-12);
+}
+
+TEST(MeanOfDisc, IsThatOfAllPixelsWithinTheRadius) {
+  RgbImage light(23, 17);
+  for (int y = 0; y < light.height; ++y) {
+    for (int x = 0; x < light.width; ++x) light.At(x, y) = glm::vec3(x, y, x * y);
+  }
+  int inside = 0;
+  for (const glm::dvec2& centre : {glm::dvec2(11.0, 8.0),
+                                   glm::dvec2(0.0, 0.0),
+                                   glm::dvec2(22.4, 16.4),
+                                   glm::dvec2(-3.5, 8.25),
+                                   glm::dvec2(24.0, -2.0)}) {
+    for (const double radius : {0.2, 1.0, 3.7, 6.0, 100.0}) {
+      glm::dvec3 sum(0.0);
+      int count = 0;
+      for (int y = 0; y < light.height; ++y) {
+        for (int x = 0; x < light.width; ++x) {
+          if (glm::distance(glm::dvec2(x, y), centre) > std::max(radius, 0.5)) continue;
+          sum += glm::dvec3(light.At(x, y));
+          ++count;
+        }
+      }
+      if (count == 0) {
+        EXPECT_THROW(MeanOfDisc(light, centre, radius), std::invalid_argument);
+        continue;
+      }
+      ++inside;
+      EXPECT_EQ(MeanOfDisc(light, centre, radius), sum / static_cast<double>(count));
+    }
+  }
+  EXPECT_GE(inside, 18);
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double far : {1e300, -1e300, infinity, -infinity, std::nan("")}) {
+    EXPECT_THROW(MeanOfDisc(light, {far, 3.0}, 2.0), std::invalid_argument);
+    EXPECT_THROW(MeanOfDisc(light, {3.0, far}, 2.0), std::invalid_argument);
+  }
 }
 
 // A fifth of the pairs are of something else; noise 1 % leaves each factor known to 1 % / sqrt(80),

@@ -1,10 +1,14 @@
 #include "estimation/given_lighting_source.h"
 
+#include <iterator>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "estimation/outdoor_lighting_source.h"
+#include "sunmodel/sky_shapes.h"
 #include "tests/estimation/synthetic_view.h"
 
 namespace pleinair::given_lighting_source_test {
@@ -42,8 +46,8 @@ TEST(GivenLighting, IsTheLightThatWasGiven) {
   ASSERT_EQ(lighting.sky.size(), 2u);
   for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ(lighting.sky[k].shape, (*basis)[k]->Name());
   for (int c = 0; c < 3; ++c) {
-    EXPECT_DOUBLE_EQ(lighting.sky[0].irradiance_rgb[c], 0.75 * light.sky_irradiance_rgb[c]);
-    EXPECT_DOUBLE_EQ(lighting.sky[1].irradiance_rgb[c], 0.25 * light.sky_irradiance_rgb[c]);
+    EXPECT_DOUBLE_EQ(lighting.sky[0].irradiance_rgb[c], 0.25 * light.sky_irradiance_rgb[c]);
+    EXPECT_DOUBLE_EQ(lighting.sky[1].irradiance_rgb[c], 0.75 * light.sky_irradiance_rgb[c]);
   }
   EXPECT_TRUE(lighting.covariance.empty()) << "nobody said how sure it is";
 }
@@ -54,11 +58,30 @@ TEST(GivenLighting, KeepsShapesThatDoNotTurn) {
   const Frame frame = MakeFrame({}, MakeView({}));
   const auto source = SourceOf(light);
   const auto first = source->BasisFor(frame, {{0.0, -0.6, 0.8}});
-  const auto clear = (*first)[0];
-  const auto uniform = (*first)[1];
+  const auto uniform = (*first)[0];
+  const auto clear = (*first)[1];
   const auto second = source->BasisFor(frame, {{0.0, -0.8, 0.6}});
-  EXPECT_NE((*second)[0], clear);
-  EXPECT_EQ((*second)[1], uniform);
+  EXPECT_EQ((*second)[0], uniform);
+  EXPECT_NE((*second)[1], clear);
+}
+
+// Light that is summed in another order rounds otherwise: a picture would differ from the one that
+// the light was estimated with.
+TEST(GivenLighting, HasItsShapesInTheOrderOfAnEstimate) {
+  GivenLight light = SomeLight();
+  for (const SkyShapeKind kind : kAllSkyShapeKinds) {
+    light.sky_shares.emplace(NameOf(kind), glm::dvec3(1.0 / std::size(kAllSkyShapeKinds)));
+  }
+  const SurfaceView view = MakeView({});
+  const Frame frame = MakeFrame({}, view);
+  const auto names = [&](LightingSource& source) {
+    std::vector<std::string> shapes;
+    const auto basis = source.BasisFor(frame, {view.sun_direction_enu});
+    EXPECT_TRUE(basis.has_value());
+    for (const auto& shape : *basis) shapes.push_back(shape->Name());
+    return shapes;
+  };
+  EXPECT_EQ(names(*SourceOf(light)), names(*MakeOutdoorLightingSource({})));
 }
 
 // The picture is of half the light that is given: with both held, only the shape is the picture's.

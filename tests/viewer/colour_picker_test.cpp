@@ -3,7 +3,10 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <set>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,8 +14,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate_command.h"
+#include "apps/site_response.h"
 #include "apps/viewer/pose_picker.h"
 #include "datasets/sequence.h"
+#include "datasets/site_file.h"
 #include "scene/image_io.h"
 #include "tests/scene/shell.h"
 #include "tests/viewer/coarse_courtyard.h"
@@ -68,6 +73,20 @@ class Picker : public testing::Test {
     return ContentOf(copy_ / "commanded/camera_response.json");
   }
 
+  static glm::dvec2 MiddleOf(int patch) {
+    return glm::dvec2(kFirst + kPatchPx * glm::ivec2(patch % 6, patch / 6) + kPatchPx / 2);
+  }
+  // In both pictures.
+  static void PickPatches(ColourPicker& picker) {
+    for (const int patch : {1, 4, 10, 19}) {
+      for (const PictureSide side : {PictureSide::kCamera, PictureSide::kOther}) {
+        picker.Press(side, MiddleOf(patch), kReachPx, kRadiusPx);
+        picker.Release();
+      }
+    }
+    ASSERT_TRUE(picker.Tie() && *picker.Tie()) << picker.Describe();
+  }
+
   CourtyardCopy copy_;
   ViewedFrame frame_;
 };
@@ -112,19 +131,16 @@ TEST_F(Picker, ASurfaceThatDoesNotFitIsLeftOutDeletedAndBroughtBack) {
   picker.Look(frame_);
   picker.OpenOther(copy_ / "other.png");
   // Patches of the two pictures; the last pair is of two that differ.
-  const auto middle = [](int patch) {
-    return glm::dvec2(kFirst + kPatchPx * glm::ivec2(patch % 6, patch / 6) + kPatchPx / 2);
-  };
   for (const auto& [camera, other] : {std::pair{1, 1},
                                       std::pair{4, 4},
                                       std::pair{10, 10},
                                       std::pair{13, 13},
                                       std::pair{18, 18},
                                       std::pair{22, 19}}) {
-    EXPECT_THAT(picker.Press(PictureSide::kCamera, middle(camera), kReachPx, kRadiusPx),
+    EXPECT_THAT(picker.Press(PictureSide::kCamera, MiddleOf(camera), kReachPx, kRadiusPx),
                 HasSubstr("press the same surface in the other picture"));
     picker.Release();
-    picker.Press(PictureSide::kOther, middle(other), kReachPx, kRadiusPx);
+    picker.Press(PictureSide::kOther, MiddleOf(other), kReachPx, kRadiusPx);
     picker.Release();
   }
   ASSERT_TRUE(picker.Tie() && *picker.Tie()) << picker.Describe();
@@ -141,6 +157,98 @@ TEST_F(Picker, ASurfaceThatDoesNotFitIsLeftOutDeletedAndBroughtBack) {
   EXPECT_EQ((*picker.Tie())->counts.size(), 5u);
 }
 
+// As calibrated by a command, or by another tool of the window, since the picker was made.
+TEST_F(Picker, TheResponseIsTheSitesAtTheTimeOfSaving) {
+  ColourPicker picker(ViewedSiteOf(copy_.Path()));
+  picker.Look(frame_);
+  picker.OpenOther(copy_ / "other.png");
+  PickPatches(picker);
+  const double of_srgb = (*picker.Tie())->to_from_rgb[0][0];
+  ResponseTable table{};
+  for (auto& channel : table) {
+    for (std::size_t code = 0; code < channel.size(); ++code) {
+      channel[code] = static_cast<float>(std::pow(static_cast<double>(code) / 255.0, 1.6));
+    }
+  }
+  const std::filesystem::path file = copy_ / "sequence.json";
+  WriteSiteResponse(ResponseCurve::FromTable(table).FileText(), file, file);
+  CalibrateColourOptions options;
+  options.to_picture = copy_ / "other.png";
+  options.regions = copy_ / "regions.csv";
+  std::ofstream regions(options.regions);
+  for (const PickedSurface& surface : picker.Surfaces()) {
+    const PickedDisc& from = surface.camera;
+    const PickedDisc& to = *surface.other;
+    regions << fmt::format("{},{},{},{},{},{}\n",
+                           from.at_px.x,
+                           from.at_px.y,
+                           from.radius_px,
+                           to.at_px.x,
+                           to.at_px.y,
+                           to.radius_px);
+  }
+  regions.close();
+  const std::string commanded = Commanded(options);
+  picker.Save();
+  EXPECT_EQ(ContentOf(copy_ / "camera_response.json"), commanded);
+  EXPECT_GT(std::abs((*picker.Tie())->to_from_rgb[0][0] / of_srgb - 1.0), 0.05);
+}
+
+TEST_F(Picker, AResponseThatCannotBeReadIsReportedUntilItCan) {
+  const auto site = ViewedSiteOf(copy_.Path());
+  ColourPicker picker(site);
+  picker.Look(frame_);
+  picker.OpenOther(copy_ / "other.png");
+  PickPatches(picker);
+  const std::string known = picker.Describe();
+  EditSiteFile(copy_.Path(), [](nlohmann::ordered_json& json) {
+    json["radiometry"]["frames_ldr"] = "none.json";
+  });
+  picker.SetSite(site);
+  EXPECT_THAT(picker.Describe(), HasSubstr("none.json"));
+  EXPECT_THROW(picker.Save(), std::runtime_error);
+  EditSiteFile(copy_.Path(),
+               [](nlohmann::ordered_json& json) { json["radiometry"]["frames_ldr"] = "srgb8"; });
+  picker.SetSite(site);
+  EXPECT_EQ(picker.Describe(), known);
+}
+
+// Not only until the next thing that is fitted, and after an 8-bit picture.
+TEST_F(Picker, LinearPicturesStayRefused) {
+  ColourPicker picker(ViewedSiteOf(copy_.Path()));
+  picker.Look(frame_);
+  picker.OpenOther(copy_ / "other.png");
+  PickPatches(picker);
+  ViewedFrame linear = frame_;
+  ++linear.number;
+  linear.step.frame->codes.reset();
+  picker.Look(linear);
+  const std::size_t picked = picker.Surfaces().size();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_THAT(picker.Describe(), HasSubstr("the camera's pictures are linear"));
+    EXPECT_FALSE(picker.Tie());
+    picker.Press(PictureSide::kCamera, {200.0, 300.0}, kReachPx, kRadiusPx);
+    EXPECT_EQ(picker.Surfaces().size(), picked);
+    picker.SetWay(i == 0 ? ColourWay::kChart : ColourWay::kSurfaces);
+    picker.OpenOther(copy_ / "other.png");
+  }
+  frame_.number = linear.number + 1;
+  picker.Look(frame_);
+  EXPECT_TRUE(picker.Tie() && *picker.Tie()) << picker.Describe();
+}
+
+TEST_F(Picker, ASurveyMapThatCannotBeReadLeavesRoomForAnotherPicture) {
+  const auto site = ViewedSiteOf(copy_.Path());
+  std::ofstream(copy_ / "environment.exr") << "damaged";
+  ColourPicker picker(site);
+  picker.Look(frame_);
+  EXPECT_THAT(picker.Describe(), HasSubstr("environment.exr"));
+  EXPECT_FALSE(picker.OtherShown());
+  picker.OpenOther(copy_ / "other.png");
+  EXPECT_THAT(picker.Describe(), HasSubstr("press surfaces"));
+  PickPatches(picker);
+}
+
 // Where Tab goes to: corners that are in view, each where the pose puts it, and a press takes it.
 TEST(PosePicker, CornersInViewArePressedWhereTheyAre) {
   const CourtyardCopy copy;
@@ -149,7 +257,10 @@ TEST(PosePicker, CornersInViewArePressedWhereTheyAre) {
   const PosePicker picker(site, camera);
   const std::vector<glm::dvec2> corners = picker.CornersInView();
   ASSERT_GT(corners.size(), 5u);
+  // Each once.
+  std::set<std::pair<double, double>> places;
   for (const glm::dvec2& corner : corners) {
+    EXPECT_TRUE(places.emplace(corner.x, corner.y).second);
     EXPECT_GE(std::min(corner.x, corner.y), 0.0);
     EXPECT_LE(corner.x, camera.intrinsics.width_px - 1);
     EXPECT_LE(corner.y, camera.intrinsics.height_px - 1);

@@ -2,6 +2,7 @@
 #include "apps/viewer/frame_worker.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -21,6 +22,7 @@
 #include "session/sequence_session.h"
 #include "sunmodel/time_text.h"
 #include "tests/calib/marker_scene.h"
+#include "tests/scene/shell.h"
 #include "tests/viewer/coarse_courtyard.h"
 #include "tests/viewer/worker_driver.h"
 
@@ -315,6 +317,55 @@ TEST_F(Worker, FollowsPosesFromOutside) {
   }
   // What is picked of a camera that stands still is not for this one.
   EXPECT_THAT(MaskPainter(driver.site).WhyNot(), HasSubstr("a camera that stands still"));
+  // A pipe gives them once, and the site may be read again.
+  std::filesystem::remove(options.poses);
+  driver.request.settings = {"pose_track.hold_s=0.1"};
+  ++driver.request.settings_changes;
+  const std::int64_t number = driver.frame->number;
+  ASSERT_TRUE(driver.Reach([&] { return driver.sites == 2 || !driver.notes.empty(); }));
+  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.number > number; }))
+      << testing::PrintToString(driver.notes);
+  const glm::dmat4& again = driver.frame->step.frame->camera.camera_from_world;
+  EXPECT_LT(glm::distance(again[3], pose_of(1)[3]), 1e-9);
+}
+
+// Its frames are made before the session that cannot be: those of the last session go on.
+TEST_F(Worker, ACamerasFramesGoOnWhereASessionCannotBeMade) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers do not load behind the stand-in";
+#endif
+  constexpr const char* kBehindStandIn = "PLEINAIR_TEST_BEHIND_STAND_IN";
+  if (std::getenv(kBehindStandIn) == nullptr) {
+    const Ended ended =
+        Shell(std::string(PLEINAIR_STAND_IN) + " " + copy_.Path().string() + " --loop 0 -- env " +
+              kBehindStandIn + "=1 " + std::filesystem::read_symlink("/proc/self/exe").string() +
+              " --gtest_filter=Worker.ACamerasFramesGoOnWhereASessionCannotBeMade");
+    EXPECT_EQ(ended.exit_code, 0) << ended.output;
+    return;
+  }
+  ViewCommandOptions options = CoarseOptions(copy_.Path());
+  options.input = "/dev/video90";
+  options.camera.exposure_s = 0.01;
+  options.camera.gain = 100.0;
+  options.camera.white_balance_k = 5000;
+  options.camera.frames_per_second = 10.0;
+  WorkerDriver driver(options);
+  ASSERT_TRUE(driver.Open());
+  driver.request.is_playing = true;
+  driver.request.effects.threshold_code_values = -1.0;
+  ++driver.request.settings_changes;
+  ASSERT_TRUE(driver.Reach([&] {
+    return std::any_of(driver.notes.begin(), driver.notes.end(), [](const std::string& note) {
+      return note.find("threshold_code_values") != std::string::npos;
+    });
+  })) << testing::PrintToString(driver.notes);
+  driver.request.effects = options.pipeline.effects;
+  for (int i = 0; i < 5; ++i) {
+    const int last = driver.frame->Index();
+    ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) { return frame.Index() > last; }));
+    ASSERT_TRUE(driver.frame->Succeeded());
+  }
+  EXPECT_EQ(driver.sites, 1);
 }
 
 // Poses from markers in the pictures, as `run --markers` takes them.

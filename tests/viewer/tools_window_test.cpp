@@ -278,6 +278,40 @@ TEST_F(ToolsWindow, ColoursTiedByThePointerAreTheCommands) {
   EXPECT_EQ(ResponseIn(Site()), ResponseIn(copy));
 }
 
+// Colours are the first tool that T comes to: their picker is there before the response changes.
+TEST_F(ToolsWindow, ColoursAfterAResponseAreTheTwoCommandsInTurn) {
+  WriteBracket(OtherResponse());
+  const fs::path copy = Copy();
+  const auto view = OpenSite(" --frames ldr");
+  view->PressEach("t t t");
+  ASSERT_TRUE(Await([&] { return view->Title().starts_with("pleinair, colours:"); }));
+  view->PressEach("t p Right");
+  ASSERT_TRUE(view->AwaitTitle("frame 1"));
+  view->PressEach("p Right");
+  ASSERT_TRUE(view->AwaitTitle("frame 2"));
+  view->PressEach("p ctrl+s");
+  ASSERT_TRUE(Await([&] { return fs::exists(Site() / "camera_response.json"); })) << Log();
+  const std::string calibrated = ResponseIn(Site());
+  view->PressEach("Home");
+  ASSERT_TRUE(view->AwaitTitle("frame 0"));
+  view->PressEach("shift+t");
+  ASSERT_TRUE(Await([&] { return view->Title().starts_with("pleinair, colours:"); }));
+  std::string rows;
+  glm::ivec2 at = middle_;
+  for (const glm::ivec2& pixel : {glm::ivec2(239, 319), glm::ivec2(329, 149)}) {
+    view->PressEach(Way(at, pixel) + "Return Return");
+    at = pixel;
+    rows += Row(at, PlaceInSurvey(at));
+  }
+  view->PressEach("ctrl+s");
+  ASSERT_TRUE(Await([&] { return ResponseIn(Site()) != calibrated; })) << Log();
+  End(*view);
+  Calibrate("response" + Pictures() + " --exposures " + Exposures() + " --site " + copy.string());
+  EXPECT_EQ(calibrated, ResponseIn(copy));
+  CalibrateColour(copy, rows);
+  EXPECT_EQ(ResponseIn(Site()), ResponseIn(copy));
+}
+
 TEST_F(ToolsWindow, LinearFramesHaveNoResponseToSave) {
   const auto view = OpenSite();
   const std::string before = ContentOf(SiteFile());

@@ -54,7 +54,7 @@ void DrawPoseTool(ViewModel& model) {
   ImGui::SameLine();
   if (ImGui::Button("refine by edges")) RefinePose(model);
   ImGui::SameLine();
-  if (ImGui::Button("save pose")) Save(model);  // Last: it may end the picker.
+  if (ImGui::Button("save pose")) Save(model);
 }
 
 }  // namespace
