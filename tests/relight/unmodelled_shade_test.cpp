@@ -20,6 +20,7 @@ const glm::vec3 kSun(1000.0f, 920.0f, 800.0f);
 const glm::vec3 kSky(120.0f, 160.0f, 230.0f);
 const glm::vec3 kToSun = glm::normalize(glm::vec3(0.6f, 0.2f, 0.8f));
 const glm::vec3 kPaving(0.3f);
+const glm::vec3 kBrick(0.40f, 0.25f, 0.18f);
 
 class UnmodelledShadeTest : public testing::Test {
  protected:
@@ -119,25 +120,42 @@ class UnmodelledShadeTest : public testing::Test {
 glm::vec3 Paved(const glm::vec3& /*at_m*/) { return kPaving; }
 
 TEST_F(UnmodelledShadeTest, IsFoundWithTheAlbedoOfTheSunlitSurface) {
-  for (const float sky_left : {1.0f, 0.6f}) {
-    const UnmodelledShade found = Find(Map(Paved, [&](const glm::vec3& at_m) {
-      return FromMiddleM(at_m) < kShadeM ? glm::vec2(0.0f, sky_left) : glm::vec2(1.0f);
-    }));
-    const Share inside = InsideOf(found, 0.9f * kShadeM);
-    EXPECT_GT(inside.in_shade, 0.95 * inside.pixels) << sky_left;
-    EXPECT_NEAR(inside.albedo, kPaving.g, 0.1 * kPaving.g) << sky_left;
-    EXPECT_LT(OutsideOf(found, 1.3f * kShadeM).in_shade, 50) << sky_left;
+  for (const glm::vec3& paving : {kPaving, kBrick}) {
+    for (const float sky_left : {1.0f, 0.6f}) {
+      const UnmodelledShade found = Find(Map([&](const glm::vec3&) { return paving; },
+                                             [&](const glm::vec3& at_m) {
+                                               return FromMiddleM(at_m) < kShadeM
+                                                          ? glm::vec2(0.0f, sky_left)
+                                                          : glm::vec2(1.0f);
+                                             }));
+      const Share inside = InsideOf(found, 0.9f * kShadeM);
+      EXPECT_GT(inside.in_shade, 0.95 * inside.pixels) << paving.r << " " << sky_left;
+      EXPECT_NEAR(inside.albedo, paving.g, 0.1 * paving.g) << paving.r << " " << sky_left;
+      EXPECT_LT(OutsideOf(found, 1.3f * kShadeM).in_shade, 50) << paving.r << " " << sky_left;
+    }
   }
 }
 
-// Asphalt of a shade's level in the sun, and paint of another colour and level.
+// Asphalt of a shade's level in the sun, and paint of another colour and level. Asphalt beside warm
+// paving differs from it by nearly the step of a shade: beside brick by that in level and hue, but
+// not in green; beside sand by that in level and green, but not in hue.
 TEST_F(UnmodelledShadeTest, IsNotADarkerSurfaceInTheSun) {
-  for (const glm::vec3& dark :
-       {glm::vec3(0.055f), glm::vec3(0.03f, 0.06f, 0.15f), glm::vec3(0.12f, 0.05f, 0.04f)}) {
-    const UnmodelledShade found = Find(
-        Map([&](const glm::vec3& at_m) { return FromMiddleM(at_m) < kShadeM ? dark : kPaving; },
-            [](const glm::vec3&) { return glm::vec2(1.0f); }));
-    EXPECT_EQ(found.pixels, 0u) << dark.r << " " << dark.b;
+  const glm::vec3 asphalt(0.055f);
+  struct Ground {
+    glm::vec3 paving;
+    glm::vec3 dark;
+  };
+  for (const Ground& ground : {Ground{kPaving, asphalt},
+                               Ground{kPaving, {0.03f, 0.06f, 0.15f}},
+                               Ground{kPaving, {0.12f, 0.05f, 0.04f}},
+                               Ground{kBrick, asphalt},
+                               Ground{{0.36f, 0.30f, 0.21f}, asphalt}}) {
+    const UnmodelledShade found = Find(Map(
+        [&](const glm::vec3& at_m) {
+          return FromMiddleM(at_m) < kShadeM ? ground.dark : ground.paving;
+        },
+        [](const glm::vec3&) { return glm::vec2(1.0f); }));
+    EXPECT_EQ(found.pixels, 0u) << ground.paving.r << " " << ground.dark.r << " " << ground.dark.b;
   }
 }
 
