@@ -106,19 +106,22 @@ TEST_F(SeenShade, TakesNothingFromTheSky) {
   EXPECT_NEAR(OnTop(frame, 0.3), kShaded, 0.03 * kShaded) << "all in shade";
 }
 
-// A low box stands before a high one and hides its lower part, so that their pixels are neighbours
-// and the boxes around them overlap. The shadow of the low one's top falls up to 0.3 m west of it,
-// that of the high one's farther, where the shade is.
+// A slab 4 px wide lies on a box, and the shadow of its top falls into a strip of shade, while that
+// of the box's top falls beside it. Windows around the slab have more pixels of the box.
 TEST_F(SeenShade, FallsOnTheOneOfTwoObjects) {
-  const Frame frame =
-      WithFactor([](const glm::dvec3& at_m) { return at_m.x < -0.95 ? kShaded / kLit : 1.0; });
-  const std::vector<VirtualObject> objects{
-      BoxObject({-0.5f, 0.0f, 0.0f}, {0.5f, 0.6f, 1.6f}, kWhite),
-      BoxObject({-0.5f, -0.6f, 0.0f}, {0.5f, -0.1f, 0.3f}, kWhite)};
-  const FrameResult result = PipelineOf(objects).Process(frame).value();
-  for (const double x_m : {-0.3, 0.0, 0.3}) {
-    EXPECT_NEAR(At(result, frame.camera, {x_m, 0.3, 1.6}), kShaded, 0.05 * kShaded) << x_m;
-    EXPECT_GT(At(result, frame.camera, {x_m, -0.35, 0.3}), 0.9 * kLit) << x_m;
+  const Frame frame = WithFactor([](const glm::dvec3& at_m) {
+    return at_m.x > -1.12 && at_m.x < -0.88 ? kShaded / kLit : 1.0;
+  });
+  const FrameResult result =
+      PipelineOf({BoxObject({-0.1f, -0.4f, 0.9f}, {0.1f, 0.4f, 1.0f}, kWhite),
+                  BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite)})
+          .Process(frame)
+          .value();
+  for (const double y_m : {-0.2, 0.0, 0.2}) {
+    EXPECT_NEAR(At(result, frame.camera, {0.0, y_m, 1.0}), kShaded, 0.05 * kShaded) << y_m;
+    for (const double x_m : {-0.45, 0.35}) {
+      EXPECT_NEAR(At(result, frame.camera, {x_m, y_m, 0.9}), kLit, 0.05 * kLit) << x_m;
+    }
   }
 }
 
