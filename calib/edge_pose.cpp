@@ -337,18 +337,25 @@ glm::dmat4 Turned(const glm::dmat4& pose, double pan_rad, double tilt_rad) {
   return MovedPose(pose, motion);
 }
 
-// Which matches are of edges that are off together: those of one edge of the mesh, and of parallel
-// edges next to each other in the picture, which its one step of light stands for. Numbers from 0.
-std::vector<std::size_t> GroupsOf(const std::vector<EdgeMatch>& matches) {
+// The group of a match.
+struct EdgeGroup {
+  std::size_t number = 0;  // From 0.
+  // Direction of the match's normal in terms of the group's: 1 or -1. A normal follows the order of
+  // its edge's ends, so parallel edges of one group may have opposite ones.
+  double sign = 1.0;
+};
+
+// Groups matches whose edges are displaced together: those of one edge of the mesh, and those of
+// parallel edges next to each other in the picture, which match the same step of light.
+std::vector<EdgeGroup> GroupsOf(const std::vector<EdgeMatch>& matches) {
   struct Group {
-    std::size_t edge;
     glm::dvec2 normal;
     double low;  // Where it reaches along itself.
     double high;
     glm::dvec2 middle;
   };
   std::vector<Group> groups;
-  std::vector<std::size_t> group_of;
+  std::vector<EdgeGroup> group_of;
   group_of.reserve(matches.size());
   std::size_t first = 0;
   const auto known_like = [&](const Group& edge) {
@@ -368,11 +375,7 @@ std::vector<std::size_t> GroupsOf(const std::vector<EdgeMatch>& matches) {
     for (; end < matches.size() && matches[end].edge == matches[first].edge; ++end) {
       sum += matches[end].match.pixel;
     }
-    Group edge{matches[first].edge,
-               matches[first].normal,
-               0.0,
-               0.0,
-               sum / static_cast<double>(end - first)};
+    Group edge{matches[first].normal, 0.0, 0.0, sum / static_cast<double>(end - first)};
     const glm::dvec2 along(-edge.normal.y, edge.normal.x);
     edge.low = glm::dot(matches[first].match.pixel, along);
     edge.high = glm::dot(matches[end - 1].match.pixel, along);
@@ -380,16 +383,17 @@ std::vector<std::size_t> GroupsOf(const std::vector<EdgeMatch>& matches) {
     const auto like = known_like(edge);
     const auto number = static_cast<std::size_t>(like - groups.begin());
     if (like == groups.end()) groups.push_back(edge);
-    group_of.insert(group_of.end(), end - first, number);
+    const double sign = glm::dot(edge.normal, groups[number].normal) < 0.0 ? -1.0 : 1.0;
+    group_of.insert(group_of.end(), end - first, {number, sign});
     first = end;
   }
   return group_of;
 }
 
-// The covariance of the camera's motion. The model: each group of edges is off its place by an
-// amount of its own, mesh_sigma_m in the world, all along; samples scatter about that. How far
-// groups lie from the picture's edges, beside what the model expects of a pose that is fitted to
-// them, corrects the amount.
+// The covariance of the camera's motion. The model: each group of edges is displaced along its
+// normal by an amount of its own, mesh_sigma_m in the world, over its complete length; samples
+// scatter about that. The distance of groups from the picture's edges, over what the model expects
+// of a pose that is fitted to them, corrects mesh_sigma_m.
 Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
                                          const std::vector<EdgeMatch>& matches,
                                          const glm::dmat4& pose,
@@ -404,11 +408,13 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
   const Eigen::Matrix<double, 6, 6> inverse =
       (jacobian.transpose() * jacobian).fullPivLu().inverse();
 
-  const std::vector<std::size_t> group_of = GroupsOf(matches);
-  const auto groups =
-      static_cast<Eigen::Index>(*std::max_element(group_of.begin(), group_of.end()) + 1);
-  // Of each group: what its being off by one deviation does to the normal equations, and its mean
-  // residual in deviations.
+  const std::vector<EdgeGroup> group_of = GroupsOf(matches);
+  Eigen::Index groups = 0;
+  for (const EdgeGroup& group : group_of) {
+    groups = std::max(groups, static_cast<Eigen::Index>(group.number + 1));
+  }
+  // For each group: the change of the normal equations' right side when the group is displaced by
+  // one deviation, and the group's mean residual in deviations.
   Eigen::Matrix<double, 6, Eigen::Dynamic> pulls(6, groups);
   Eigen::Matrix<double, Eigen::Dynamic, 6> means(groups, 6);
   Eigen::VectorXd mean_residual(groups);
@@ -423,10 +429,12 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
   for (int i = 0; i < count; ++i) {
     const EdgeMatch& match = matches[static_cast<std::size_t>(i)];
     const double depth_m = (pose * glm::dvec4(match.match.point_world_m, 1.0)).z;
+    const EdgeGroup& of = group_of[static_cast<std::size_t>(i)];
+    // Along the group's normal: displacements of opposite normals must not cancel.
     const double offset_px =
-        match.root_weight *
+        of.sign * match.root_weight *
         std::hypot(mesh_sigma_m * view.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
-    const auto group = static_cast<Eigen::Index>(group_of[static_cast<std::size_t>(i)]);
+    const auto group = static_cast<Eigen::Index>(of.number);
     offsets[i] = offset_px;
     pulls.col(group) += jacobian.row(i).transpose() * offset_px;
     means.row(group) += jacobian.row(i) / offset_px;
@@ -437,8 +445,8 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
     means.row(group) /= sizes[group];
     mean_residual[group] /= sizes[group];
   }
-  // What each group's being off leaves of each group's mean residual once the pose is fitted.
-  // Groups count by their samples.
+  // The part of each group's displacement that remains in each group's mean residual once the pose
+  // is fitted. Groups count by their samples.
   const Eigen::MatrixXd left = Eigen::MatrixXd::Identity(groups, groups) - means * inverse * pulls;
   const double one_group = sizes.squaredNorm() / sizes.sum();
   const double expected = sizes.dot(left.rowwise().squaredNorm()) / one_group;
@@ -451,7 +459,7 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
   const double few = freedom / (freedom - std::min(1.0, 0.5 * freedom));
   double squares = 0.0;
   for (int i = 0; i < count; ++i) {
-    const auto group = static_cast<Eigen::Index>(group_of[static_cast<std::size_t>(i)]);
+    const auto group = static_cast<Eigen::Index>(group_of[static_cast<std::size_t>(i)].number);
     const double about = residuals[i] - mean_residual[group] * offsets[i];
     squares += about * about;
   }

@@ -47,8 +47,8 @@ struct EdgePose {
   double rms_px = 0.0;        // Over the samples that count, across their edges.
   double found_share = 0.0;   // Share of the samples that are inliers.
   double chance_share = 0.0;  // Share expected from the picture's other edges by chance.
-  // Edges count, not samples, since a misplaced edge is misplaced along all of its length. By how
-  // much edges are is mesh_sigma_m, corrected by how far entire edges lie from the picture's.
+  // Edges count, not samples, since a misplaced edge is misplaced along all of its length. Edges
+  // are misplaced by mesh_sigma_m, corrected by how far entire edges lie from the picture's.
   double rotation_sigma_rad = 0.0;  // About the worst axis.
   double position_sigma_m = 0.0;    // For the camera's centre, all three axes together.
   // About and along each of the camera's axes.

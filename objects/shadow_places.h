@@ -1,6 +1,6 @@
-// Where in a picture the shadows of what it shows of virtual objects fall. A place of an object and
-// the place of its shadow lie on one ray of the sun: where the camera sees the second in the sun,
-// the first is in the sun too, past all that is real.
+// The places in a picture where the visible parts of virtual objects cast their shadows. A place of
+// an object and the place of its shadow lie on one ray of the sun. So where the camera sees the
+// second in the sun, nothing real hides the sun from the first.
 #pragma once
 
 #include <cstddef>

@@ -4,6 +4,7 @@
 
 #include "objects/learned_cost.h"
 #include "objects/shadow_places.h"
+#include "pipeline/effects/bound_terms.h"
 #include "pipeline/effects/effect_stage.h"
 #include "pipeline/effects/seen_shade.h"
 #include "scene/cached.h"
@@ -12,11 +13,11 @@
 namespace pleinair {
 namespace {
 
-// What of the shares that the compositor is given needs no more than the mesh.
 struct Done {};
+// The part of the objects' share of the sun that is computed from the mesh alone.
 struct PastMesh {
   ObjectSunShare share;
-  ShadowPlaces shadow_places;
+  SeenShade seen_shade;
 };
 
 class Penumbra : public FrameEffect {
@@ -57,6 +58,9 @@ class Penumbra : public FrameEffect {
                            {Effect::kObjectShadow}));
     works.back().offer.with_all = {Effect::kPenumbra};
     works.back().make = [this, &frame](EffectSet) { UpdateObjects(frame); };
+    works.push_back(
+        WorkOf("seen shade on objects", CostOfSeenShade(frame), frame, {Effect::kObjectShadow}));
+    works.back().offer.with_all = {Effect::kPenumbra};
     works.back().sum = [this, &frame](EffectSet) { TakeSeenShade(frame); };
   }
 
@@ -87,21 +91,37 @@ class Penumbra : public FrameEffect {
       Stopwatch watch;
       PastMesh past_mesh;
       past_mesh.share = stage_.SunPastObjects().OnObjects(view, frame.basis.Sun());
-      past_mesh.shadow_places = ShadowPlacesOf(view,
-                                               stage_.Objects(),
-                                               stage_.RealSurfaces(),
-                                               frame.view,
-                                               glm::vec3(frame.basis.Sun().direction_enu));
+      past_mesh.seen_shade = SeenShade(ShadowPlacesOf(view,
+                                                      stage_.Objects(),
+                                                      stage_.RealSurfaces(),
+                                                      frame.view,
+                                                      glm::vec3(frame.basis.Sun().direction_enu)));
+      is_past_mesh_ = false;
       object_cost_.Learn(watch.LapMs());
       return past_mesh;
     });
   }
-  // With each picture: clouds aside, what stands before the sun moves with it and by itself.
+  // Less than a code value of the sun on the objects needs no search.
+  bool IsSunVisible(const EffectFrame& frame) {
+    return SunOnObjects(stage_, frame).code_values >= 1.0;
+  }
+  WorkCost CostOfSeenShade(const EffectFrame& frame) {
+    if (!IsSunVisible(frame)) return {.is_kept = true};
+    return {.expected_ms = seen_shade_cost_.Ms(), .nominal_ms = seen_shade_cost_.NominalMs()};
+  }
+  // Repeated for each picture: shade also moves when camera and sun do not, as that of trees in the
+  // wind, cars and people does.
   void TakeSeenShade(const EffectFrame& frame) {
-    const PastMesh& past_mesh = on_objects_.Kept();
-    shares_.objects = past_mesh.share;
-    const GrayImage left = SunPastSeenShade(frame, past_mesh.shadow_places);
-    if (!left.Empty()) TakeSun(left, shares_.objects);
+    PastMesh& past_mesh = on_objects_.Kept();
+    const GrayImage* left = nullptr;
+    if (IsSunVisible(frame)) {
+      Stopwatch watch;
+      left = past_mesh.seen_shade.SunLeft(frame);
+      if (left != nullptr) TakeSun(past_mesh.share, *left, shares_.objects);
+      seen_shade_cost_.Learn(watch.LapMs());
+    }
+    if (left == nullptr && !is_past_mesh_) shares_.objects = past_mesh.share;
+    is_past_mesh_ = left == nullptr;
   }
 
   SunShares shares_;
@@ -109,6 +129,8 @@ class Penumbra : public FrameEffect {
   Cached<PastMesh, ViewOfPose> on_objects_;
   LearnedCost real_cost_{4.0};
   LearnedCost object_cost_{4.0};
+  LearnedCost seen_shade_cost_{1.0};
+  bool is_past_mesh_ = false;  // shares_.objects is on_objects_'s share.
   EffectStage& stage_;
 };
 

@@ -304,13 +304,20 @@ TEST_F(PlannedFrames, AStillFrameKeepsTheLastOnesWork) {
   const FrameResult second = pipeline.Process(frame).value();
   EXPECT_EQ(first.composite.radiance.pixels, second.composite.radiance.pixels);
   for (const Effect effect : {Effect::kSunShadow,
-                              Effect::kObjectShadow,
-                              Effect::kPenumbra,
                               Effect::kProbeShading,
                               Effect::kSkyOcclusion,
                               Effect::kColourBleeding}) {
     EXPECT_EQ(first.plan.Of(effect).fate, EffectFate::kRun) << NameOf(effect);
     EXPECT_EQ(second.plan.Of(effect).fate, EffectFate::kKept) << NameOf(effect);
+  }
+  // Shade that the mesh does not cast is looked for in each picture.
+  for (const Effect effect : {Effect::kObjectShadow, Effect::kPenumbra}) {
+    EXPECT_EQ(second.plan.Of(effect).fate, EffectFate::kRun) << NameOf(effect);
+  }
+  for (const PlannedWork& work : second.works) {
+    if (work.is_done && !work.is_drawing) {
+      EXPECT_EQ(work.is_kept, work.name != "seen shade on objects") << work.name;
+    }
   }
 }
 

@@ -4,6 +4,8 @@
 #include <functional>
 #include <numbers>
 #include <optional>
+#include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -44,25 +46,34 @@ class SeenShade : public testing::Test {
     return frame;
   }
 
-  FrameResult Process(const Frame& frame, const VirtualObject& object, double sun) {
+  FramePipeline PipelineOf(const std::vector<VirtualObject>& objects,
+                           double sun = StillLight::kSun) {
     FramePipelineOptions options = GroundStage::QuickOptions();
     options.effects = EffectSettings::Everything();
     options.effects[Effect::kCameraBlur] = EffectSwitch::kOff;
-    FramePipeline pipeline({stage_.Scene(), stage_.Phantom(), std::nullopt, {object}},
-                           std::make_unique<StillLight>(sun),
-                           compositor_,
-                           options);
-    return pipeline.Process(frame).value();
+    return {{stage_.Scene(), stage_.Phantom(), std::nullopt, objects},
+            std::make_unique<StillLight>(sun),
+            compositor_,
+            options};
   }
 
-  // Irradiance of the top of a box 0.9 m high, by the composite.
-  double OnTop(const Frame& frame, double x_m, double sun = StillLight::kSun) {
-    const FrameResult result =
-        Process(frame, BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite), sun);
-    const glm::dvec2 at = PixelOf(frame.camera, {x_m, 0.0, 0.9});
+  FrameResult Process(const Frame& frame, const VirtualObject& object, double sun) {
+    return PipelineOf({object}, sun).Process(frame).value();
+  }
+
+  // Irradiance of an object's place, by the composite.
+  static double At(const FrameResult& result, const Camera& camera, const glm::dvec3& place_m) {
+    const glm::dvec2 at = PixelOf(camera, place_m);
     const auto x = static_cast<int>(std::lround(at.x));
     const auto y = static_cast<int>(std::lround(at.y));
     return result.composite.radiance.At(x, y).g * std::numbers::pi / kAlbedo;
+  }
+
+  // Of the top of a box 0.9 m high.
+  double OnTop(const Frame& frame, double x_m, double sun = StillLight::kSun) {
+    const FrameResult result =
+        Process(frame, BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite), sun);
+    return At(result, frame.camera, {x_m, 0.0, 0.9});
   }
 
   const GroundStage stage_;
@@ -93,6 +104,87 @@ TEST_F(SeenShade, TakesNothingFromTheSky) {
   const Frame frame = WithFactor([](const glm::dvec3&) { return kShaded / kLit; });
   EXPECT_NEAR(OnTop(frame, 0.3, 0.0), kShaded, 0.03 * kShaded) << "no sun";
   EXPECT_NEAR(OnTop(frame, 0.3), kShaded, 0.03 * kShaded) << "all in shade";
+}
+
+// A slab 4 px wide lies on a box, and the shadow of its top falls into a strip of shade, while that
+// of the box's top falls beside it. Windows around the slab have more pixels of the box.
+TEST_F(SeenShade, FallsOnTheOneOfTwoObjects) {
+  const Frame frame = WithFactor([](const glm::dvec3& at_m) {
+    return at_m.x > -1.12 && at_m.x < -0.88 ? kShaded / kLit : 1.0;
+  });
+  const FrameResult result =
+      PipelineOf({BoxObject({-0.1f, -0.4f, 0.9f}, {0.1f, 0.4f, 1.0f}, kWhite),
+                  BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite)})
+          .Process(frame)
+          .value();
+  for (const double y_m : {-0.2, 0.0, 0.2}) {
+    EXPECT_NEAR(At(result, frame.camera, {0.0, y_m, 1.0}), kShaded, 0.05 * kShaded) << y_m;
+    for (const double x_m : {-0.45, 0.35}) {
+      EXPECT_NEAR(At(result, frame.camera, {x_m, y_m, 0.9}), kLit, 0.05 * kLit) << x_m;
+    }
+  }
+}
+
+// Frames of one still camera, with noise of that share of the ground's light.
+TEST_F(SeenShade, DoesNotFlickerWithNoise) {
+  const auto half_in_shade = [](const glm::dvec3& at_m) {
+    return at_m.x < -0.9 ? kShaded / kLit : 1.0;
+  };
+  const auto in_the_sun = [](const glm::dvec3&) { return 1.0; };
+  for (const double noise_share : {0.03, 0.1, 0.2}) {
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal(0.0f, static_cast<float>(noise_share));
+    for (const bool is_half : {true, false}) {
+      FramePipeline pipeline =
+          PipelineOf({BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite)});
+      double least_lit = kLit;
+      double most_shaded = 0.0;
+      for (int k = 0; k < 12; ++k) {
+        Frame frame = is_half ? WithFactor(half_in_shade) : WithFactor(in_the_sun);
+        for (glm::vec3& radiance : frame.radiance.pixels) {
+          radiance *= 1.0f + glm::vec3(normal(random), normal(random), normal(random));
+        }
+        const FrameResult result = pipeline.Process(frame).value();
+        least_lit = std::min(least_lit, At(result, frame.camera, {0.3, 0.0, 0.9}));
+        most_shaded = std::max(most_shaded, At(result, frame.camera, {-0.3, 0.0, 0.9}));
+      }
+      EXPECT_NEAR(least_lit, kLit, 0.03 * kLit) << noise_share;
+      if (is_half) {
+        EXPECT_NEAR(most_shaded, kShaded, 0.03 * kShaded) << noise_share;
+      }
+    }
+  }
+}
+
+// With a camera at rest the search is repeated, and the plan knows its cost; without a sun not.
+TEST_F(SeenShade, IsInThePlan) {
+  const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
+  for (const double sun : {StillLight::kSun, 0.0}) {
+    FramePipeline pipeline = PipelineOf({box}, sun);
+    const Frame frame = stage_.MakeFrame();
+    FrameResult result = pipeline.Process(frame).value();
+    result = pipeline.Process(frame).value();
+    const auto work =
+        std::find_if(result.works.begin(), result.works.end(), [](const PlannedWork& planned) {
+          return planned.name == "seen shade on objects";
+        });
+    ASSERT_NE(work, result.works.end());
+    EXPECT_EQ(work->is_kept, sun == 0.0);
+    EXPECT_EQ(work->expected_ms > 0.0, sun > 0.0);
+  }
+}
+
+// The shade leaves, and the object has all of the sun again, from what is kept of the mesh.
+TEST_F(SeenShade, LeavesWithThePicture) {
+  const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
+  FramePipeline pipeline = PipelineOf({box});
+  const Frame shaded = WithFactor([](const glm::dvec3&) { return kShaded / kLit; });
+  const Frame lit = stage_.MakeFrame();
+  for (const Frame* frame : {&lit, &shaded, &shaded, &lit, &lit}) {
+    const double expected = frame == &lit ? kLit : kShaded;
+    const FrameResult result = pipeline.Process(*frame).value();
+    EXPECT_NEAR(At(result, frame->camera, {0.3, 0.0, 0.9}), expected, 0.03 * expected);
+  }
 }
 
 // Of a ball at the picture's left edge, most of the shadow falls outside.
