@@ -81,8 +81,9 @@ Rgb8Image PictureOf(const Mesh& mesh, const Lens& lens, const glm::dmat4& pose, 
       const glm::vec3& n = hit->geometric_normal;
       const float wave = 6.0f * std::sin(9.0f * (hit->position_m.x + hit->position_m.z) +
                                          5.0f * hit->position_m.y);
-      const float box = 9.0f * static_cast<float>(hit->triangle / 12);
-      const float light = 90.0f + 40.0f * n.z - 30.0f * n.y + 25.0f * n.x + box + wave;
+      const auto box = hit->triangle / 12;
+      const float light =
+          90.0f + 40.0f * n.z - 30.0f * n.y + 25.0f * n.x + 9.0f * static_cast<float>(box) + wave;
       tone = {light, 0.9f * light, 0.8f * light};
     }
   }

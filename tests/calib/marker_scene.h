@@ -127,8 +127,10 @@ inline Gray8Image RenderMarkers(const MarkerBoard& board,
       if (code != corners.At(x + 1, y) || code != corners.At(x, y + 1) ||
           code != corners.At(x + 1, y + 1)) {
         double sum = 0.0;
-        for (int i = 0; i < kSub * kSub; ++i) {
-          sum += code_at(x + (i % kSub + 0.5) / kSub - 0.5, y + (i / kSub + 0.5) / kSub - 0.5);
+        for (int j = 0; j < kSub; ++j) {
+          for (int i = 0; i < kSub; ++i) {
+            sum += code_at(x + (i + 0.5) / kSub - 0.5, y + (j + 0.5) / kSub - 0.5);
+          }
         }
         code = sum / (kSub * kSub);
       }

@@ -70,9 +70,11 @@ struct OpenSky {
         if (glm::distance(DirectionFromLatLong({x + 0.5, y + 0.5}, kSize), direction) > 0.05)
           continue;
         int inside = 0;
-        for (int i = 0; i < 1024; ++i) {
-          const glm::dvec2 point(x + (i % 32 + 0.5) / 32.0, y + (i / 32 + 0.5) / 32.0);
-          inside += glm::distance(DirectionFromLatLong(point, kSize), direction) < radius;
+        for (int j = 0; j < 32; ++j) {
+          for (int i = 0; i < 32; ++i) {
+            const glm::dvec2 point(x + (i + 0.5) / 32.0, y + (j + 0.5) / 32.0);
+            inside += glm::distance(DirectionFromLatLong(point, kSize), direction) < radius;
+          }
         }
         map.radiance.At(x, y) += glm::vec3(glm::dvec3(disc_radiance * inside / 1024.0));
       }
