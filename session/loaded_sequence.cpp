@@ -198,7 +198,7 @@ std::shared_ptr<LoadedSequence> WithOutsidePoses(const SessionOptions& options,
 std::unique_ptr<FrameSource> WithPoses(std::unique_ptr<FrameSource> frames,
                                        const SessionOptions& options,
                                        const LoadedSequence& loaded,
-                                       PoseNote note,
+                                       const PoseNote& note,
                                        PoseAtTime live) {
   if (!live && loaded.poses) {
     live = [poses = *loaded.poses](UtcTime time) { return poses.At(time); };

@@ -58,7 +58,7 @@ using PoseNote = std::function<void(const std::string&)>;
 std::unique_ptr<FrameSource> WithPoses(std::unique_ptr<FrameSource> frames,
                                        const SessionOptions& options,
                                        const LoadedSequence& loaded,
-                                       PoseNote note,
+                                       const PoseNote& note,
                                        PoseAtTime live = {});
 
 }  // namespace pleinair

@@ -120,12 +120,14 @@ double ShareSeen(const Camera& camera, const RayCaster& caster) {
   const glm::vec3 centre(camera.CentreWorldM());
   const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(camera.camera_from_world));
   int seen = 0;
-  for (int i = 0; i < kColumns * kRows; ++i) {
-    const glm::dvec2 pixel((i % kColumns + 0.5) / kColumns * camera.intrinsics.width_px - 0.5,
-                           (i / kColumns + 0.5) / kRows * camera.intrinsics.height_px - 0.5);
-    const auto along = lens.DirectionFromPixel(pixel);
-    if (along && caster.Occluded(centre, glm::vec3(glm::normalize(world_from_camera * *along)))) {
-      ++seen;
+  for (int y = 0; y < kRows; ++y) {
+    for (int x = 0; x < kColumns; ++x) {
+      const glm::dvec2 pixel((x + 0.5) / kColumns * camera.intrinsics.width_px - 0.5,
+                             (y + 0.5) / kRows * camera.intrinsics.height_px - 0.5);
+      const auto along = lens.DirectionFromPixel(pixel);
+      if (along && caster.Occluded(centre, glm::vec3(glm::normalize(world_from_camera * *along)))) {
+        ++seen;
+      }
     }
   }
   return double(seen) / (kColumns * kRows);
