@@ -1,8 +1,8 @@
 // Points of ours for Dear ImGui.
 #pragma once
 
-#include <glm/vec2.hpp>
 #include <imgui.h>
+#include <glm/vec2.hpp>
 
 namespace pleinair {
 
