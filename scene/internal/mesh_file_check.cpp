@@ -48,7 +48,8 @@ void RequireSoundPlyHeader(const std::filesystem::path& file) {
     std::uint64_t count = 0;
     ++line_number;
     if (!(words >> word)) continue;
-    if (std::find(kPlyWords.begin(), kPlyWords.end(), word) == kPlyWords.end()) {
+    if (line.find('\r') != std::string::npos ||
+        std::find(kPlyWords.begin(), kPlyWords.end(), word) == kPlyWords.end()) {
       RefuseFile(file,
                  "line " + std::to_string(line_number) +
                      ": expected `comment`, `element`, `end_header`, `format`, `obj_info` or "

@@ -374,6 +374,8 @@ TEST(MeshIoHardCases, RefusesDamagedPly) {
   EXPECT_THAT(
       LoadingMessage(folder.Write("a.ply", Changed(kPly, "end_header\n", "\rend_header\r"))),
       HasSubstr(": line 9: expected `comment`"));
+  EXPECT_THAT(LoadingMessage(folder.Write("a.ply", Changed(kPly, "ascii 1.0\n", "ascii 1.0\r"))),
+              HasSubstr(": line 2: expected `comment`"));
   EXPECT_THAT(LoadingMessage(folder.Write("a.ply", Changed(kPly, "format", "formal"))),
               HasSubstr(": line 2: expected `comment`"));
   for (const char* count : {"100000000", "-1", "99999999999999999999", ""}) {
