@@ -52,8 +52,7 @@ std::string PosePicker::Describe() const {
 }
 
 std::optional<glm::dvec2> PosePicker::PixelOf(const glm::dvec3& corner_m) const {
-  const glm::dvec3 seen(shown_.camera_from_world * glm::dvec4(corner_m, 1.0));
-  return seen.z > 0.0 ? ProjectToPixel(shown_.intrinsics, seen) : std::nullopt;
+  return ProjectToPixel(shown_, corner_m);
 }
 
 // What stands in front by more than the corner's own faces hides it.
