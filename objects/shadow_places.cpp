@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -14,16 +15,25 @@
 namespace pleinair {
 namespace {
 
-// The first of a pixel's samples that shows an object.
-const ObjectView::Sample* FirstSample(const ObjectView& view, int x, int y) {
+struct Place {
+  std::uint32_t triangle;
+  glm::vec3 position_m;
+};
+
+// What the first of a pixel's samples shows that faces the sun: at an object's edge the others may
+// show a face that is turned away.
+std::optional<Place> PlaceFacing(
+    const ObjectView& view, const Mesh& mesh, const glm::vec3& to_sun, int x, int y) {
   constexpr int kSide = ObjectView::kSamplesPerSide;
   for (int dy = 0; dy < kSide; ++dy) {
     for (int dx = 0; dx < kSide; ++dx) {
       const ObjectView::Sample& sample = view.samples.At(kSide * x + dx, kSide * y + dy);
-      if (sample.triangle != ObjectView::kNothing) return &sample;
+      if (sample.triangle == ObjectView::kNothing) continue;
+      const auto [position_m, normal] = PlaceOf(sample, mesh, view.eye_m);
+      if (glm::dot(normal, to_sun) > 0.0f) return Place{sample.triangle, position_m};
     }
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 // Pixels of a view by the places that they show.
@@ -86,14 +96,12 @@ ShadowPlaces ShadowPlacesOf(const ObjectView& objects_in_view,
     columns.reserve(static_cast<std::size_t>(width));
     origins_m.reserve(static_cast<std::size_t>(width));
     for (int x = 0; x < width; ++x) {
-      const ObjectView::Sample* const sample = FirstSample(objects_in_view, x, y);
-      if (sample == nullptr) continue;
-      const auto [position_m, normal] = PlaceOf(*sample, mesh, objects_in_view.eye_m);
-      if (!(glm::dot(normal, to_sun) > 0.0f)) continue;
+      const std::optional<Place> place = PlaceFacing(objects_in_view, mesh, to_sun, x, y);
+      if (!place) continue;
       places.pixel.At(x, y) = ShadowPlaces::kNotSeen;
-      places.object.At(x, y) = mesh.triangle_group[sample->triangle];
+      places.object.At(x, y) = mesh.triangle_group[place->triangle];
       columns.push_back(x);
-      origins_m.push_back(position_m);
+      origins_m.push_back(place->position_m);
     }
     const std::vector<glm::vec3> directions(origins_m.size(), -to_sun);
     std::vector<FaceHit> hits(origins_m.size());

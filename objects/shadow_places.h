@@ -26,8 +26,8 @@ struct ShadowPlaces {
   Image<std::uint32_t> object;
 };
 
-// By one ray a pixel, from the middle of what its samples show. `real` is the mesh that `view`
-// shows, `to_sun` is unit. Threads  The result does not depend on their number.
+// By one ray a pixel, from the first of its samples that faces the sun. `real` is the mesh that
+// `view` shows, `to_sun` is unit. Threads  The result does not depend on their number.
 ShadowPlaces ShadowPlacesOf(const ObjectView& objects_in_view,
                             const PatchScene& objects,
                             const RayCaster& real,

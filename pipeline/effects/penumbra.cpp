@@ -95,7 +95,8 @@ class Penumbra : public FrameEffect {
                                                       stage_.Objects(),
                                                       stage_.RealSurfaces(),
                                                       frame.view,
-                                                      glm::vec3(frame.basis.Sun().direction_enu)));
+                                                      glm::vec3(frame.basis.Sun().direction_enu)),
+                                       {frame.view.Width(), frame.view.Height()});
       is_past_mesh_ = false;
       object_cost_.Learn(watch.LapMs());
       return past_mesh;

@@ -20,10 +20,13 @@ namespace {
 
 // Deviations of the albedo by which a surface in shade may be darker than predicted.
 constexpr float kDarkerSigmas = 2.0f;
-// Half the side of the averaging window, and the means between which the share rises from none of
-// the sun to all of it. A straight edge takes three pixels; a stain or a manhole cover of less than
-// a third of the window is no edge, nor is a third of pixels that noise puts on the wrong side.
+// Half the side of the windows: that in which most of a picture's pixels decide, so often, and that
+// of the mean on the object. The means between which the share rises from none of the sun to all of
+// it. A straight edge takes three pixels; a stain or a cover of less than half the window is no
+// edge, nor is a third of pixels that noise puts on the wrong side. What the first majority leaves
+// of a cover's bright rim, the second takes away.
 constexpr int kWindowPx = 5;
+constexpr int kMajorities = 2;
 constexpr float kAllHidden = 0.35f;
 constexpr float kAllSeen = 0.65f;
 // Fewer pixels, or a smaller share of those that say anything, are no shade: 12 are a tenth of the
@@ -34,6 +37,7 @@ constexpr double kLeastShare = 0.01;
 
 // Whether a pixel that the mesh has in the sun is in the sun; none where that cannot be said.
 std::optional<bool> IsInSun(const EffectFrame& frame, std::size_t pixel) {
+  if (frame.view.region.pixels[pixel] == SurfaceView::kNoRegion) return std::nullopt;
   if (!IsFinite(frame.frame.radiance.pixels[pixel])) return std::nullopt;
   const RealPixel state = RealPixelOf(frame, pixel, LightOfPixel(frame, pixel));
   if (state.model_visibility < 0.5f) return std::nullopt;
@@ -69,36 +73,110 @@ class RectangleSums {
   Image<glm::ivec2> sums_;
 };
 
+// Of pixels that say anything, and those in the sun.
+template <class FindingAt>
+RectangleSums SumsOf(const glm::ivec2& size, const FindingAt& finding_at) {
+  RectangleSums sums(size.x, size.y);
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) {
+      const SeenShade::Finding finding = finding_at(x, y);
+      sums.Add(x,
+               y,
+               {finding != SeenShade::Finding::kUnknown ? 1 : 0,
+                finding == SeenShade::Finding::kInSun ? 1 : 0});
+    }
+  }
+  return sums;
+}
+
+// What most of the pixels around each one say.
+void TakeMajority(Image<SeenShade::Finding>& found) {
+  const RectangleSums sums =
+      SumsOf({found.width, found.height}, [&](int x, int y) { return found.At(x, y); });
+  tbb::parallel_for(0, found.height, [&](int y) {
+    for (int x = 0; x < found.width; ++x) {
+      const glm::ivec2 around = sums.Around(x, y, kWindowPx);
+      if (around.x == 0) continue;
+      found.At(x, y) =
+          2 * around.y >= around.x ? SeenShade::Finding::kInSun : SeenShade::Finding::kInShade;
+    }
+  });
+}
+
 }  // namespace
 
-SeenShade::SeenShade(ShadowPlaces places)
+SeenShade::SeenShade(ShadowPlaces places, const glm::ivec2& picture_px)
     : places_(std::move(places)),
+      picture_width_px_(picture_px.x),
       found_(places_.pixel.width, places_.pixel.height, Finding::kUnknown),
       left_(places_.pixel.width, places_.pixel.height, 1.0f) {
+  const auto grow = [](PixelBox& box, const glm::ivec2& at) {
+    box.lower = glm::min(box.lower, at);
+    box.upper = glm::max(box.upper, at);
+  };
+  std::optional<PixelBox> shadows;
   for (int y = 0; y < places_.pixel.height; ++y) {
     for (int x = 0; x < places_.pixel.width; ++x) {
-      if (places_.pixel.At(x, y) == ShadowPlaces::kNothing) continue;
+      const std::int32_t pixel = places_.pixel.At(x, y);
+      if (pixel == ShadowPlaces::kNothing) continue;
       const glm::ivec2 at(x, y);
-      PixelBox& box = boxes_.try_emplace(places_.object.At(x, y), PixelBox{at, at}).first->second;
-      box.lower = glm::min(box.lower, at);
-      box.upper = glm::max(box.upper, at);
+      grow(boxes_.try_emplace(places_.object.At(x, y), PixelBox{at, at}).first->second, at);
+      if (pixel < 0) continue;
+      if (!shadows) shadows = PixelBox{InPicture(pixel), InPicture(pixel)};
+      grow(*shadows, InPicture(pixel));
+    }
+  }
+  if (!shadows) return;
+  constexpr int kReachPx = kMajorities * kWindowPx;
+  shadows_ = {glm::max(shadows->lower - kReachPx, 0),
+              glm::min(shadows->upper + kReachPx, picture_px - 1)};
+  const glm::ivec2 size = shadows_.Size();
+  RectangleSums shadow_count(size.x, size.y);
+  Image<std::uint8_t> is_shadow(size.x, size.y, 0);
+  for (const std::int32_t pixel : places_.pixel.pixels) {
+    if (pixel < 0) continue;
+    const glm::ivec2 at = InPicture(pixel) - shadows_.lower;
+    is_shadow.At(at.x, at.y) = 1;
+  }
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) shadow_count.Add(x, y, glm::ivec2(is_shadow.At(x, y)));
+  }
+  is_around_shadow_ = Image<std::uint8_t>(size.x, size.y, 0);
+  found_in_picture_ = Image<Finding>(size.x, size.y, Finding::kUnknown);
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) {
+      is_around_shadow_.At(x, y) = shadow_count.Around(x, y, kReachPx).x > 0 ? 1 : 0;
     }
   }
 }
 
+glm::ivec2 SeenShade::InPicture(std::int32_t pixel) const {
+  return {pixel % picture_width_px_, pixel / picture_width_px_};
+}
+
+void SeenShade::FindPixels(const EffectFrame& frame) {
+  tbb::parallel_for(0, found_in_picture_.height, [&](int y) {
+    for (int x = 0; x < found_in_picture_.width; ++x) {
+      if (is_around_shadow_.At(x, y) == 0) continue;
+      const glm::ivec2 at = shadows_.lower + glm::ivec2(x, y);
+      const std::optional<bool> is_in_sun =
+          IsInSun(frame, static_cast<std::size_t>(at.y * picture_width_px_ + at.x));
+      Finding& finding = found_in_picture_.At(x, y);
+      finding = Finding::kUnknown;
+      if (is_in_sun) finding = *is_in_sun ? Finding::kInSun : Finding::kInShade;
+    }
+  });
+}
+
 void SeenShade::TakeMeans(std::uint32_t object, const PixelBox& box) {
-  const glm::ivec2 size = box.upper - box.lower + 1;
-  RectangleSums sums(size.x, size.y);  // Pixels that say anything, and those in the sun.
+  const glm::ivec2 size = box.Size();
   const auto is_of_object = [&](int x, int y) {
     return places_.pixel.At(x, y) != ShadowPlaces::kNothing && places_.object.At(x, y) == object;
   };
-  for (int y = 0; y < size.y; ++y) {
-    for (int x = 0; x < size.x; ++x) {
-      const glm::ivec2 at = box.lower + glm::ivec2(x, y);
-      const Finding finding = is_of_object(at.x, at.y) ? found_.At(at.x, at.y) : Finding::kUnknown;
-      sums.Add(x, y, {finding != Finding::kUnknown ? 1 : 0, finding == Finding::kInSun ? 1 : 0});
-    }
-  }
+  const RectangleSums sums = SumsOf(size, [&](int x, int y) {
+    const glm::ivec2 at = box.lower + glm::ivec2(x, y);
+    return is_of_object(at.x, at.y) ? found_.At(at.x, at.y) : Finding::kUnknown;
+  });
   const int largest = std::max(size.x, size.y);
   const glm::ivec2 all = sums.Around(size.x / 2, size.y / 2, largest);
   const int in_shade = all.x - all.y;
@@ -117,23 +195,46 @@ void SeenShade::TakeMeans(std::uint32_t object, const PixelBox& box) {
   });
 }
 
-const GrayImage* SeenShade::SunLeft(const EffectFrame& frame) {
-  tbb::parallel_for(0, places_.pixel.height, [&](int y) {
-    for (int x = 0; x < places_.pixel.width; ++x) {
-      const std::int32_t pixel = places_.pixel.At(x, y);
-      if (pixel < 0) continue;
-      const std::optional<bool> is_in_sun = IsInSun(frame, static_cast<std::size_t>(pixel));
-      Finding& finding = found_.At(x, y);
-      finding = Finding::kUnknown;
-      if (is_in_sun) finding = *is_in_sun ? Finding::kInSun : Finding::kInShade;
+void SeenShade::FillBeside(const PixelBox& box) {
+  const glm::ivec2 lower = glm::max(box.lower - 1, 0);
+  const glm::ivec2 upper =
+      glm::min(box.upper + 1, glm::ivec2(places_.pixel.width, places_.pixel.height) - 1);
+  tbb::parallel_for(lower.y, upper.y + 1, [&](int y) {
+    for (int x = lower.x; x <= upper.x; ++x) {
+      if (places_.pixel.At(x, y) != ShadowPlaces::kNothing) continue;
+      float sum = 0.0f;
+      int count = 0;
+      for (int beside_y = std::max(y - 1, lower.y); beside_y <= std::min(y + 1, upper.y);
+           ++beside_y) {
+        for (int beside_x = std::max(x - 1, lower.x); beside_x <= std::min(x + 1, upper.x);
+             ++beside_x) {
+          if (places_.pixel.At(beside_x, beside_y) == ShadowPlaces::kNothing) continue;
+          sum += left_.At(beside_x, beside_y);
+          ++count;
+        }
+      }
+      if (count > 0) left_.At(x, y) = sum / static_cast<float>(count);
     }
   });
-  if (std::find(found_.pixels.begin(), found_.pixels.end(), Finding::kInShade) ==
-      found_.pixels.end()) {
+}
+
+const GrayImage* SeenShade::SunLeft(const EffectFrame& frame) {
+  FindPixels(frame);
+  if (std::find(found_in_picture_.pixels.begin(),
+                found_in_picture_.pixels.end(),
+                Finding::kInShade) == found_in_picture_.pixels.end()) {
     return nullptr;
+  }
+  for (int k = 0; k < kMajorities; ++k) TakeMajority(found_in_picture_);
+  for (std::size_t i = 0; i < found_.pixels.size(); ++i) {
+    const std::int32_t pixel = places_.pixel.pixels[i];
+    if (pixel < 0) continue;
+    const glm::ivec2 at = InPicture(pixel) - shadows_.lower;
+    found_.pixels[i] = found_in_picture_.At(at.x, at.y);
   }
   std::fill(left_.pixels.begin(), left_.pixels.end(), 1.0f);
   for (const auto& [object, box] : boxes_) TakeMeans(object, box);
+  for (const auto& [object, box] : boxes_) FillBeside(box);
   return &left_;
 }
 

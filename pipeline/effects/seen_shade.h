@@ -21,36 +21,49 @@ namespace pleinair {
 // the mesh has it in the sun. Then something real hides the sun there, and so on the object. A
 // pixel that is too dark for that shows something other than the surface, and is no evidence.
 //
-// The share is a trimmed mean over neighbours, as single dark pixels are stains; this sets the
-// sharpness of shadows on the object. Places whose shadow is not in the picture have the mean of
-// the nearest ones on the same object.
+// Most of the pixels around a pixel decide, twice, as a few dark or bright ones are stains: many
+// places of an object can have their shadows in one of them. The share is a trimmed mean over
+// neighbours on the object; this sets the sharpness of shadows there. Places whose shadow is not in
+// the picture have the mean of the nearest ones on the same object.
 //
-// Shape    as the places; 1 beside the objects. Null where no shade is seen.
+// Shape    as the places; 1 beside the objects, but for their next pixels. Null where no shade is
+//          seen.
 // Keeps    what is returned: until the next call.
 // Not      distinguished from shade: a thing between object and surface that shades the surface
 //          alone.
 class SeenShade {
  public:
+  enum class Finding : std::uint8_t { kUnknown, kInShade, kInSun };
+
   SeenShade() = default;
-  explicit SeenShade(ShadowPlaces places);
+  // `picture_px` is the size of the picture in which the shadows fall.
+  SeenShade(ShadowPlaces places, const glm::ivec2& picture_px);
 
   const GrayImage* SunLeft(const EffectFrame& frame);
 
  private:
-  // What was found of each pixel's shadow.
-  enum class Finding : std::uint8_t { kUnknown, kInShade, kInSun };
   // The last pixel is inside.
   struct PixelBox {
     glm::ivec2 lower{0};
     glm::ivec2 upper{0};
+
+    glm::ivec2 Size() const { return upper - lower + 1; }
   };
 
+  glm::ivec2 InPicture(std::int32_t pixel) const;
+  void FindPixels(const EffectFrame& frame);
   // Fills left_ for one object.
   void TakeMeans(std::uint32_t object, const PixelBox& box);
+  // A pixel's values are also looked up from beside it.
+  void FillBeside(const PixelBox& box);
 
   ShadowPlaces places_;
+  int picture_width_px_ = 0;
   std::map<std::uint32_t, PixelBox> boxes_;  // Of each object.
-  Image<Finding> found_;
+  Image<Finding> found_;                     // Of each pixel's shadow.
+  PixelBox shadows_;                         // In the picture, with the pixels around them.
+  Image<std::uint8_t> is_around_shadow_;     // In that box.
+  Image<Finding> found_in_picture_;          // In that box.
   GrayImage left_;
 };
 

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/mat3x3.hpp>
 
 #include "calib/lens.h"
 #include "ground_stage.h"
@@ -76,6 +78,26 @@ class SeenShade : public testing::Test {
     return At(result, frame.camera, {x_m, 0.0, 0.9});
   }
 
+  // About the vertical through the origin.
+  static VirtualObject Turned(VirtualObject object, float angle_deg) {
+    const glm::mat3 turn(
+        glm::rotate(glm::mat4(1.0f), glm::radians(angle_deg), glm::vec3(0.0f, 0.0f, 1.0f)));
+    for (glm::vec3& position_m : object.mesh.positions_m) position_m = turn * position_m;
+    for (glm::vec3& normal : object.mesh.normals) normal = turn * normal;
+    return object;
+  }
+
+  // Irradiance of an object's brightest pixel.
+  static double Brightest(const FrameResult& result) {
+    float value = 0.0f;
+    for (std::size_t i = 0; i < result.composite.radiance.pixels.size(); ++i) {
+      if (result.composite.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kCovered)) {
+        value = std::max(value, result.composite.radiance.pixels[i].g);
+      }
+    }
+    return value * std::numbers::pi / kAlbedo;
+  }
+
   const GroundStage stage_;
   const HeadlessContext context_;
   Compositor compositor_;
@@ -106,23 +128,63 @@ TEST_F(SeenShade, TakesNothingFromTheSky) {
   EXPECT_NEAR(OnTop(frame, 0.3), kShaded, 0.03 * kShaded) << "all in shade";
 }
 
-// A slab 4 px wide lies on a box, and the shadow of its top falls into a strip of shade, while that
-// of the box's top falls beside it. Windows around the slab have more pixels of the box.
+// In the picture a slab 4 px wide covers a part of a box's top. The slab's shadow falls into a
+// strip of shade, the box's beside it. Windows around the slab have more pixels of the box.
 TEST_F(SeenShade, FallsOnTheOneOfTwoObjects) {
   const Frame frame = WithFactor([](const glm::dvec3& at_m) {
-    return at_m.x > -1.12 && at_m.x < -0.88 ? kShaded / kLit : 1.0;
+    return at_m.x > -2.1 && at_m.x < -1.35 ? kShaded / kLit : 1.0;
   });
   const FrameResult result =
-      PipelineOf({BoxObject({-0.1f, -0.4f, 0.9f}, {0.1f, 0.4f, 1.0f}, kWhite),
+      PipelineOf({BoxObject({-0.3f, -1.4f, 1.4f}, {-0.1f, -0.6f, 1.5f}, kWhite),
                   BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite)})
           .Process(frame)
           .value();
+  for (const double y_m : {-1.2, -1.0, -0.8}) {
+    EXPECT_NEAR(At(result, frame.camera, {-0.2, y_m, 1.5}), kShaded, 0.05 * kShaded) << y_m;
+  }
   for (const double y_m : {-0.2, 0.0, 0.2}) {
-    EXPECT_NEAR(At(result, frame.camera, {0.0, y_m, 1.0}), kShaded, 0.05 * kShaded) << y_m;
-    for (const double x_m : {-0.45, 0.35}) {
+    for (const double x_m : {0.1, 0.35}) {
       EXPECT_NEAR(At(result, frame.camera, {x_m, y_m, 0.9}), kLit, 0.05 * kLit) << x_m;
     }
   }
+}
+
+// Pixels at the edge of a face that is turned away from the sun and one that is not.
+TEST_F(SeenShade, FallsOnEdges) {
+  const Frame frame = WithFactor([](const glm::dvec3&) { return kShaded / kLit; });
+  const VirtualObject box = BoxObject({-0.5f, -0.5f, 0.0f}, {0.5f, 0.5f, 0.9f}, kWhite);
+  // Half of what a wall sees is the sky, half is the ground, which has the model's light.
+  const double of_wall = (StillLight::kSky + GroundStage::kAlbedo * kLit) / 2.0;
+  for (const float angle_deg : {30.0f, 40.0f, 50.0f}) {
+    EXPECT_LT(Brightest(Process(frame, Turned(box, angle_deg), StillLight::kSun)), 1.03 * of_wall)
+        << angle_deg;
+  }
+}
+
+// The sun grazes a wall that faces the camera: the shadows of all its places fall in few pixels.
+TEST_F(SeenShade, IgnoresBrightSpotsInWhichManyShadowsFall) {
+  const VirtualObject wall =
+      Turned(BoxObject({-0.6f, -0.05f, 0.0f}, {0.6f, 0.05f, 1.5f}, kWhite), 10.0f);
+  const Frame shade = WithFactor([](const glm::dvec3&) { return kShaded / kLit; });
+  // 14 by 2 pixels.
+  const Frame spot = WithFactor([](const glm::dvec3& at_m) {
+    return at_m.x > -1.5 && at_m.x < -0.65 && std::abs(at_m.y + 0.1) < 0.1 ? 1.0 : kShaded / kLit;
+  });
+  const FrameResult expected = Process(shade, wall, StillLight::kSun);
+  const FrameResult result = Process(spot, wall, StillLight::kSun);
+  int places = 0;
+  for (int y = 0; y < spot.radiance.height; ++y) {
+    for (int x = 0; x < spot.radiance.width; ++x) {
+      if (expected.composite.change.At(x, y) != static_cast<std::uint8_t>(PixelChange::kCovered)) {
+        continue;
+      }
+      ++places;
+      EXPECT_LT(result.composite.radiance.At(x, y).g,
+                1.1f * expected.composite.radiance.At(x, y).g + 1.0f)
+          << x << ", " << y;
+    }
+  }
+  EXPECT_GT(places, 200);
 }
 
 // Frames of one still camera, with noise of that share of the ground's light.
@@ -192,20 +254,10 @@ TEST_F(SeenShade, GoesOnWhereTheShadowIsNotInThePicture) {
   const Frame frame =
       WithFactor([](const glm::dvec3& at_m) { return at_m.x < -1.2 ? kShaded / kLit : 1.0; });
   const VirtualObject ball = BallObject({-1.7f, 0.0f, 0.8f}, 0.8f, 24, kWhite);
-  const auto brightest = [&](const Frame& of) {
-    const FrameResult result = Process(of, ball, StillLight::kSun);
-    float value = 0.0f;
-    for (std::size_t i = 0; i < result.composite.radiance.pixels.size(); ++i) {
-      if (result.composite.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kCovered)) {
-        value = std::max(value, result.composite.radiance.pixels[i].g);
-      }
-    }
-    return value * std::numbers::pi / kAlbedo;
-  };
   // Facing the sun it has all of it, and light from the ground; in the shade there is no more than
   // what comes from all around.
-  EXPECT_GT(brightest(stage_.MakeFrame()), StillLight::kSun);
-  EXPECT_LT(brightest(frame), 0.6 * StillLight::kSun);
+  EXPECT_GT(Brightest(Process(stage_.MakeFrame(), ball, StillLight::kSun)), StillLight::kSun);
+  EXPECT_LT(Brightest(Process(frame, ball, StillLight::kSun)), 0.6 * StillLight::kSun);
 }
 
 }  // namespace
