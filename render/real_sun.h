@@ -39,6 +39,10 @@ struct RealPicture {
 // so that dark ground under a weak sun is not treated as shadow. Near an edge of the model the mesh
 // may be wrong about the place, and adds nothing.
 //
+// A real shadow's edge is as wide as the disc and the lens make it. Where the median of one side's
+// three pixels is lit and that of the other side is not, the pixel has the share that its radiance
+// has between theirs: a new shadow would else leave pixels there darker than shade, or brighter.
+//
 // Accuracy  equal to the shader's up to rounding: a pixel at the threshold may fall to either side.
 float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px);
 
@@ -52,6 +56,11 @@ inline constexpr float kSharedLogSigmaGuessed = 0.35f;
 inline constexpr int kAroundPx = 2;  // From one of the three to the next.
 // Least cosine between the two normals.
 inline constexpr float kOnePlaneCosine = 0.95f;
+// A lit pixel is asked for an edge where it has less than this share of the predicted sun: one
+// deviation of the shared errors.
+inline constexpr float kSurelyLit = 0.8f;
+// Nearer to one of its sides a pixel is not within an edge.
+inline constexpr float kLeastEdgeShare = 0.1f;
 // The mesh is assumed right about sun or shade in 19 of 20 pixels away from its edges (it lacks
 // trees and roof edges). Its edges are accurate to some pixels.
 inline constexpr float kMeshLogOdds = 2.944f;

@@ -41,7 +41,7 @@ std::optional<bool> IsInSun(const EffectFrame& frame, std::size_t pixel) {
   if (!IsFinite(frame.frame.radiance.pixels[pixel])) return std::nullopt;
   const RealPixel state = RealPixelOf(frame, pixel, LightOfPixel(frame, pixel));
   if (state.model_visibility < 0.5f) return std::nullopt;
-  if (SunSeenWithout(frame, pixel, state) > 0.0f) return true;
+  if (SunSeenWithout(frame, pixel, state) > 0.5f) return true;
   constexpr float kTiny = 1e-30f;
   const glm::vec3 log_ratio = glm::log(glm::max(state.observed, glm::vec3(kTiny)) /
                                        glm::max(state.shaded, glm::vec3(kTiny)));

@@ -152,25 +152,46 @@ const float kInvPi = 0.318309886;
 
 float Median(vec3 v) { return max(min(v.r, v.g), min(max(v.r, v.g), v.b)); }
 
-// SunSeenWithout of real_sun.h, whose constants stand before.
-float LogOdds(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float sigma) {
+// SunSeenWithout of real_sun.h, whose constants stand before. Levels are log odds and radiance;
+// -1: unknown.
+vec2 LevelOf(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float sigma) {
   vec3 floor_value = max(1e-6 * lit, vec3(1e-30));
   vec3 spread = log(max(lit, floor_value) / max(shaded, floor_value));
   vec3 x = log(max(observed, floor_value) / max(shaded, floor_value));
   // A clipped value is a lower bound: it may be as bright as lit.
   if (clipped) x = max(x, spread);
-  return Median(spread * (2.0 * x - spread)) / (2.0 * sigma * sigma);
+  return vec2(Median(spread * (2.0 * x - spread)) / (2.0 * sigma * sigma),
+              dot(observed, vec3(1.0)));
+}
+vec2 MedianOf(vec2 a, vec2 b, vec2 c) {
+  bool are_known = min(a.y, min(b.y, c.y)) >= 0.0;
+  return vec2(Median(vec3(a.x, b.x, c.x)), are_known ? Median(vec3(a.y, b.y, c.y)) : -1.0);
+}
+void CompareSides(vec2 one, vec2 other, float own, float of_mesh, inout float contrast,
+                  inout float share) {
+  if (one.y < 0.0 || other.y < 0.0) return;
+  bool is_one_shaded = one.x + of_mesh <= 0.0;
+  if (is_one_shaded == (other.x + of_mesh <= 0.0)) return;
+  float shaded = is_one_shaded ? one.y : other.y;
+  float lit = is_one_shaded ? other.y : one.y;
+  if (!(lit - shaded > contrast)) return;
+  contrast = lit - shaded;
+  share = clamp((own - shaded) / contrast, 0.0, 1.0);
 }
 float SunWithout(ivec2 pixel, vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model,
                  float edge_distance, vec3 normal, vec4 albedo) {
   float sigma = albedo.a > 0.0 ? kSharedSigmaMeasured : kSharedSigmaGuessed;
-  float own = LogOdds(observed, clipped, lit, shaded, sigma);
+  vec2 own = LevelOf(observed, clipped, lit, shaded, sigma);
   float trust = clamp(edge_distance / kTrustedEdgeDistancePx, 0.0, 1.0);
   float of_mesh = (2.0 * model - 1.0) * kMeshLogOdds * trust;
-  float log_odds = own;
-  if (!(own * of_mesh > 0.0 && abs(own) > kMeshLogOdds)) {
-    mat3 around = mat3(vec3(own), vec3(own), vec3(own));  // Of rows.
+  float log_odds = own.x;
+  bool agrees_with_mesh = log_odds * of_mesh > 0.0 && abs(log_odds) > kMeshLogOdds;
+  bool is_half_shaded =
+      log_odds > 0.0 && own.y < dot(mix(shaded, lit, kSurelyLit), vec3(1.0));
+  if (!agrees_with_mesh || is_half_shaded) {
+    vec2 around[9];  // Rows of three.
     for (int i = 0; i < 9; ++i) {
+      around[i] = i == 4 ? own : vec2(own.x, -1.0);
       if (i == 4) continue;
       ivec2 place = pixel + int(kAroundPx) * (ivec2(i % 3, i / 3) - 1);
       if (any(lessThan(place, ivec2(0))) ||
@@ -179,10 +200,20 @@ float SunWithout(ivec2 pixel, vec3 observed, bool clipped, vec3 lit, vec3 shaded
       if (!(dot(normal, texelFetch(u_normal, place, 0).rgb) > kOnePlaneCosine)) continue;
       if (!IsKnown(camera)) continue;
       vec3 other = max(texelFetch(u_albedo, place, 0).rgb, vec3(kLeastAlbedo));
-      around[i / 3][i % 3] = LogOdds(camera * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
-                                     texelFetch(u_clipped, place, 0).r > 0.0, lit, shaded, sigma);
+      around[i] = LevelOf(camera * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
+                          texelFetch(u_clipped, place, 0).r > 0.0, lit, shaded, sigma);
     }
-    log_odds = Median(vec3(Median(around[0]), Median(around[1]), Median(around[2])));
+    vec2 above = MedianOf(around[0], around[1], around[2]);
+    vec2 below = MedianOf(around[6], around[7], around[8]);
+    float contrast = 0.0;
+    float share = -1.0;
+    CompareSides(MedianOf(around[0], around[3], around[6]),
+                 MedianOf(around[2], around[5], around[8]), own.y, of_mesh, contrast, share);
+    CompareSides(above, below, own.y, of_mesh, contrast, share);
+    if (min(share, 1.0 - share) >= kLeastEdgeShare) return share;
+    if (!agrees_with_mesh) {
+      log_odds = Median(vec3(above.x, MedianOf(around[3], around[4], around[5]).x, below.x));
+    }
   }
   if (log_odds + of_mesh <= 0.0) return 0.0;
   return model > 0.0 ? model : 1.0;
@@ -266,6 +297,7 @@ std::string RelightConstants() {
          constant("kSharedSigmaGuessed", kSharedLogSigmaGuessed) +
          constant("kAroundPx", static_cast<float>(kAroundPx)) +
          constant("kOnePlaneCosine", kOnePlaneCosine) + constant("kMeshLogOdds", kMeshLogOdds) +
+         constant("kSurelyLit", kSurelyLit) + constant("kLeastEdgeShare", kLeastEdgeShare) +
          constant("kTrustedEdgeDistancePx", kTrustedEdgeDistancePx) +
          constant("kLeastRelitChange", kLeastRelitChange) +
          constant("kMostAlbedoSigmas", kMostAlbedoSigmas) + constant("kLeastAlbedo", kLeastAlbedo);

@@ -1,10 +1,13 @@
 // SunSeenWithout and the composite's shader are one decision: the shader is held to the function.
 #include "render/real_sun.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -144,6 +147,31 @@ TEST(SunSeenWithout, KnowsBrightRealShadowsAndTheirEdges) {
         for (int x = 0; x < OnePlane::kSide; ++x) {
           ASSERT_EQ(plane.SunAt(x, y, measured), x < 10 ? 0.0f : 1.0f)
               << ratio << ", pixel " << x << ", " << y;
+        }
+      }
+    }
+  }
+}
+
+// A lens and the sun's disc blur a shadow's edge over four pixels. The mesh has them all in the
+// sun, near one of its own edges or far from it, and albedos differ from the model's.
+TEST(SunSeenWithout, FollowsASoftEdge) {
+  const std::vector<float> shares = {0.0f, 0.0f, 0.15f, 0.35f, 0.65f, 0.85f, 1.0f, 1.0f};
+  for (const bool is_upright : {false, true}) {
+    for (const float albedo_factor : {0.9f, 1.0f, 1.1f}) {
+      OnePlane plane(6.0f);
+      const auto share_at = [&](int x, int y) {
+        return shares[static_cast<std::size_t>(std::clamp((is_upright ? x : y) - 6, 0, 7))];
+      };
+      for (int y = 0; y < OnePlane::kSide; ++y) {
+        for (int x = 0; x < OnePlane::kSide; ++x) {
+          plane.camera.At(x, y) = glm::vec3(albedo_factor * (1.0f + 5.0f * share_at(x, y)));
+        }
+      }
+      for (int y = 2; y < OnePlane::kSide - 2; ++y) {
+        for (int x = 2; x < OnePlane::kSide - 2; ++x) {
+          ASSERT_NEAR(plane.SunAt(x, y, true), share_at(x, y), 0.16f)
+              << albedo_factor << ", pixel " << x << ", " << y;
         }
       }
     }
