@@ -13,6 +13,7 @@
 
 #include "objects/internal/face_count.h"
 #include "objects/internal/ggx.h"
+#include "objects/internal/pixel_of_place.h"
 #include "relight/survey/survey_look_up.h"
 #include "relight/transport/sun_disc.h"
 #include "scene/low_discrepancy.h"
@@ -89,7 +90,7 @@ void MirrorImageOptions::Validate() const {
 MirrorImage::MirrorImage(const PatchScene& real,
                          const PatchScene& objects,
                          const ObjectView& view,
-                         const SurveyLookUp* survey,
+                         const RealAppearance& appearance,
                          const MirrorImageOptions& options)
     : x_px_(view.x_px),
       y_px_(view.y_px),
@@ -109,13 +110,18 @@ MirrorImage::MirrorImage(const PatchScene& real,
   std::vector<Row> rows(static_cast<std::size_t>(height_px_));
   const Mesh& mesh = objects.mesh;
 
+  std::optional<PixelOfPlace> pixel_of;
+  if (appearance.in_picture != nullptr) pixel_of.emplace(*appearance.in_picture);
   const auto add_place = [&](const RayHit& hit, const glm::vec3& direction, Row& row) {
     Place place;
     const std::int32_t side = PatchScene::SideOfHit(hit, direction);
     place.face = real.FaceOfSide(side);
     const glm::vec3 normal = real.SideNormal(static_cast<std::size_t>(side));
     place.start_m = OffsetFromSurface(hit.position_m, normal);
-    if (survey != nullptr) place.tint = survey->TintOf(real, side, hit.position_m);
+    if (appearance.survey != nullptr) {
+      place.tint = appearance.survey->TintOf(real, side, hit.position_m);
+    }
+    if (pixel_of) place.pixel = (*pixel_of)(hit.position_m);
     place.first_hider = static_cast<std::uint32_t>(row.hiders.size());
     const NormalFrame frame(normal);
     const glm::dvec2 rotation = RotationOf(1, row.places.size());
@@ -211,18 +217,16 @@ MirrorImage::MirrorImage(const PatchScene& real,
   }
 }
 
-// Radiance of a real surface at one place: the face's, scaled to the place's brightness, less what
-// objects hide, and with the sun where a ray reaches it.
-glm::vec3 MirrorImage::RadiosityAt(const Place& place,
-                                   std::size_t index,
-                                   const LitScene& lit) const {
+// Radiosity of a real surface at one place without the disc's own light there: the face's, scaled
+// to the place's brightness, less what objects hide.
+glm::vec3 MirrorImage::RadiosityAt(const Place& place, const LitScene& lit) const {
   const MirroredBasis& basis = lit.basis;
-  const PatchScene& real = lit.real;
   const auto face = static_cast<std::size_t>(place.face);
-  const glm::vec3& albedo = real.face_albedo_rgb[face];
-  const bool is_sun = !basis.real_direct.empty();
+  const glm::vec3& albedo = lit.real.face_albedo_rgb[face];
   glm::vec3 radiosity = basis.real_radiosity[face];
-  if (is_sun) radiosity = glm::max(radiosity - albedo * basis.real_direct[face], glm::vec3(0.0f));
+  if (!basis.real_direct.empty()) {
+    radiosity = glm::max(radiosity - albedo * basis.real_direct[face], glm::vec3(0.0f));
+  }
   if (place.hider_count > 0) {
     glm::vec3 from_hiders(0.0f);
     for (std::uint32_t i = 0; i < place.hider_count; ++i) {
@@ -233,16 +237,22 @@ glm::vec3 MirrorImage::RadiosityAt(const Place& place,
     radiosity *= 1.0f - static_cast<float>(place.hider_count) / rays;
     radiosity += albedo * from_hiders / rays;
   }
-  if (is_sun) {
-    const glm::vec3& direction = lit.to_sun[index % lit.to_sun.size()];
-    const float cosine = glm::dot(real.FaceNormal(face), direction);
-    if (cosine > 0.0f && direction.z > 0.0f &&
-        !lit.objects.caster.Occluded(place.start_m, direction) &&
-        !real.caster.Occluded(place.start_m, direction)) {
-      radiosity += albedo * cosine;
-    }
-  }
   return place.tint * radiosity;
+}
+
+glm::vec3 MirrorImage::DirectRadiosityAt(const Place& place,
+                                         std::size_t index,
+                                         const LitScene& lit) const {
+  if (lit.basis.real_direct.empty()) return glm::vec3(0.0f);
+  const auto face = static_cast<std::size_t>(place.face);
+  const glm::vec3& direction = lit.to_sun[index % lit.to_sun.size()];
+  const float cosine = glm::dot(lit.real.FaceNormal(face), direction);
+  if (!(cosine > 0.0f) || !(direction.z > 0.0f) ||
+      lit.objects.caster.Occluded(place.start_m, direction) ||
+      lit.real.caster.Occluded(place.start_m, direction)) {
+    return glm::vec3(0.0f);
+  }
+  return place.tint * lit.real.face_albedo_rgb[face] * cosine;
 }
 
 void MirrorImage::Fold(std::size_t light,
@@ -264,6 +274,8 @@ void MirrorImage::Fold(std::size_t light,
   if (responses_.size() <= light) responses_.resize(light + 1);
   std::vector<glm::vec3>& response = responses_[light];
   response.assign(first_entry_.size() - 1, glm::vec3(0.0f));
+  const bool is_sun = !basis.real_direct.empty();
+  std::vector<std::vector<SunlitPlace>> sunlit(static_cast<std::size_t>(height_px_));
   tbb::parallel_for(0, height_px_, [&](int y) {
     for (int x = 0; x < width_px_; ++x) {
       const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px_) +
@@ -275,17 +287,46 @@ void MirrorImage::Fold(std::size_t light,
           if (basis.sky != nullptr) sum += entry.weight * basis.sky->Radiance(entry.direction);
           continue;
         }
-        const glm::vec3 radiosity =
-            entry.place >= 0 ? RadiosityAt(places_[static_cast<std::size_t>(entry.place)], i, lit)
-                             : basis.object_radiosity[static_cast<std::size_t>(-2 - entry.place)];
-        sum += entry.weight * radiosity * std::numbers::inv_pi_v<float>;
+        const glm::vec3 to_radiance = entry.weight * std::numbers::inv_pi_v<float>;
+        if (entry.place < 0) {
+          sum += to_radiance * basis.object_radiosity[static_cast<std::size_t>(-2 - entry.place)];
+          continue;
+        }
+        const Place& place = places_[static_cast<std::size_t>(entry.place)];
+        const glm::vec3 direct = to_radiance * DirectRadiosityAt(place, i, lit);
+        sum += to_radiance * RadiosityAt(place, lit) + direct;
+        if (is_sun && place.pixel && direct != glm::vec3(0.0f)) {
+          sunlit[static_cast<std::size_t>(y)].push_back(
+              {static_cast<std::uint32_t>(pixel), *place.pixel, direct});
+        }
       }
       response[pixel] = sum;
     }
   });
+  if (!is_sun) return;
+  sunlit_places_.clear();
+  for (const std::vector<SunlitPlace>& of_row : sunlit) {
+    sunlit_places_.insert(sunlit_places_.end(), of_row.begin(), of_row.end());
+  }
+  NumberSunlitPixels();
 }
 
-void MirrorImage::Evaluate(const Lighting& lighting, MirroredLight& image) const {
+void MirrorImage::NumberSunlitPixels() {
+  sunlit_pixels_.clear();
+  for (const SunlitPlace& place : sunlit_places_) sunlit_pixels_.push_back(place.in_picture);
+  std::sort(sunlit_pixels_.begin(), sunlit_pixels_.end());
+  sunlit_pixels_.erase(std::unique(sunlit_pixels_.begin(), sunlit_pixels_.end()),
+                       sunlit_pixels_.end());
+  for (SunlitPlace& place : sunlit_places_) {
+    const auto at =
+        std::lower_bound(sunlit_pixels_.begin(), sunlit_pixels_.end(), place.in_picture);
+    place.in_picture = static_cast<std::int32_t>(at - sunlit_pixels_.begin());
+  }
+}
+
+void MirrorImage::Evaluate(const Lighting& lighting,
+                           std::span<const std::uint8_t> is_in_shade,
+                           MirroredLight& image) const {
   image.x_px = x_px_;
   image.y_px = y_px_;
   if (Empty()) {
@@ -298,6 +339,11 @@ void MirrorImage::Evaluate(const Lighting& lighting, MirroredLight& image) const
                                 std::to_string(responses_.empty() ? 0 : responses_.size() - 1) +
                                 " that were folded");
   }
+  if (!is_in_shade.empty() && is_in_shade.size() != sunlit_pixels_.size()) {
+    throw std::invalid_argument("mirror image: is_in_shade has " +
+                                std::to_string(is_in_shade.size()) + " values, expected " +
+                                std::to_string(sunlit_pixels_.size()));
+  }
   image.radiance.width = width_px_;
   image.radiance.height = height_px_;
   image.radiance.pixels.assign(first_entry_.size() - 1, glm::vec3(0.0f));
@@ -307,6 +353,14 @@ void MirrorImage::Evaluate(const Lighting& lighting, MirroredLight& image) const
     if (intensity == glm::vec3(0.0f) || responses_[light].empty()) continue;
     for (std::size_t i = 0; i < image.radiance.pixels.size(); ++i) {
       image.radiance.pixels[i] += intensity * responses_[light][i];
+    }
+  }
+  if (!is_in_shade.empty()) {
+    const glm::vec3 sun(lighting.sun.irradiance_rgb);
+    for (const SunlitPlace& place : sunlit_places_) {
+      if (is_in_shade[static_cast<std::size_t>(place.in_picture)] == 0) continue;
+      glm::vec3& radiance = image.radiance.pixels[place.pixel];
+      radiance = glm::max(radiance - sun * place.response, glm::vec3(0.0f));
     }
   }
   // A renderer may place an edge a little differently: pixels beside take the mean of those that

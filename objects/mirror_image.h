@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "scene/lighting.h"
 #include "scene/mirrored_light.h"
 #include "scene/sky_shape.h"
+#include "scene/surface_view.h"
 
 namespace pleinair {
 
@@ -25,6 +27,13 @@ struct MirrorImageOptions {
   int rays_per_place = 8;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
+};
+
+// What is known of real surfaces besides their geometry. May be null; used during construction
+// only.
+struct RealAppearance {
+  const SurveyLookUp* survey = nullptr;     // Else real surfaces have their face's albedo.
+  const SurfaceView* in_picture = nullptr;  // Where the camera sees them.
 };
 
 // Light that a unit of one basis light sends about, for MirrorImage::Fold.
@@ -41,20 +50,21 @@ struct MirroredBasis {
 // Set up once per view and pose: rays leave what is glossy in a pixel's square along half vectors
 // of the visible GGX normals (Heitz 2018, "Sampling the GGX distribution of visible normals"), and
 // what each meets is stored. A real surface is shown with the survey's albedo at the very place, in
-// the sun where a ray from there reaches it past real and virtual casters, and less lit by what
-// objects hide from it. The disc itself is not mirrored: the renderer's glint is analytic. Other
-// mirrors are shown as if they were diffuse.
+// the sun where a ray from there reaches it past real and virtual casters, unless the picture shows
+// shade there that the mesh does not cast, and less lit by what objects hide from it. The disc
+// itself is not mirrored: the renderer's glint is analytic. Other mirrors are shown as if they were
+// diffuse.
 //
 // Threads  The result does not depend on their number.
 class MirrorImage {
  public:
   // Mirrors nothing.
   MirrorImage() = default;
-  // `survey` may be null: real surfaces have their face's albedo. Keeps no reference.
+  // Keeps no reference.
   MirrorImage(const PatchScene& real,
               const PatchScene& objects,
               const ObjectView& view,
-              const SurveyLookUp* survey,
+              const RealAppearance& appearance = {},
               const MirrorImageOptions& options = {});
 
   // Whether any glossy surface is in view.
@@ -68,9 +78,19 @@ class MirrorImage {
             const PatchScene& real,
             const PatchScene& objects);
 
+  // The pixels of the camera's picture that show a mirrored place in the sun, as far as the meshes
+  // say; known once the sun was folded. Each once.
+  std::span<const std::int32_t> SunlitPixels() const { return sunlit_pixels_; }
+
   // The image under `lighting`, which has the sky components that were folded; `image` keeps its
   // memory. Throws std::invalid_argument for another number of components.
-  void Evaluate(const Lighting& lighting, MirroredLight& image) const;
+  //
+  // Real surfaces have no sun where `is_in_shade`, one value for each of SunlitPixels(), is not 0;
+  // empty: they have what the meshes say. Throws std::invalid_argument for another number of
+  // values.
+  void Evaluate(const Lighting& lighting,
+                std::span<const std::uint8_t> is_in_shade,
+                MirroredLight& image) const;
 
  private:
   struct Entry {
@@ -83,7 +103,8 @@ class MirrorImage {
   struct Place {
     glm::vec3 start_m{0.0f};  // Off the surface.
     std::int32_t face = 0;
-    glm::vec3 tint{1.0f};  // Albedo there over the face's.
+    glm::vec3 tint{1.0f};               // Albedo there over the face's.
+    std::optional<std::int32_t> pixel;  // Of the camera's picture.
     std::uint32_t first_hider = 0;
     std::uint32_t hider_count = 0;  // Object faces, of rays_per_place_ rays.
   };
@@ -95,7 +116,17 @@ class MirrorImage {
     const PatchScene& objects;
     std::vector<glm::vec3> to_sun;
   };
-  glm::vec3 RadiosityAt(const Place& place, std::size_t index, const LitScene& lit) const;
+  glm::vec3 RadiosityAt(const Place& place, const LitScene& lit) const;
+  // The part by the disc itself; `index` chooses its point.
+  glm::vec3 DirectRadiosityAt(const Place& place, std::size_t index, const LitScene& lit) const;
+  void NumberSunlitPixels();
+
+  // Sun that a pixel mirrors from one place that the camera sees.
+  struct SunlitPlace {
+    std::uint32_t pixel = 0;      // Of the mirror image.
+    std::int32_t in_picture = 0;  // Its number among sunlit_pixels_.
+    glm::vec3 response{0.0f};
+  };
 
   int x_px_ = 0;
   int y_px_ = 0;
@@ -107,6 +138,8 @@ class MirrorImage {
   std::vector<Place> places_;
   std::vector<std::int32_t> hiders_;
   std::vector<std::vector<glm::vec3>> responses_;  // Per basis light and pixel.
+  std::vector<SunlitPlace> sunlit_places_;
+  std::vector<std::int32_t> sunlit_pixels_;
 };
 
 // Whether any material of the mesh mirrors.

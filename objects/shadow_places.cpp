@@ -1,16 +1,13 @@
 #include "objects/shadow_places.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 
-#include "calib/lens.h"
+#include "objects/internal/pixel_of_place.h"
 
 namespace pleinair {
 namespace {
@@ -35,46 +32,6 @@ std::optional<Place> PlaceFacing(
   }
   return std::nullopt;
 }
-
-// Pixels of a view by the places that they show.
-class PixelOfPlace {
- public:
-  explicit PixelOfPlace(const SurfaceView& view)
-      : view_(view), lens_(view.camera.intrinsics), eye_m_(view.camera.CentreWorldM()) {}
-
-  std::int32_t operator()(const glm::vec3& place_m) const {
-    const glm::dvec3 in_camera(view_.camera.camera_from_world *
-                               glm::dvec4(glm::dvec3(place_m), 1.0));
-    if (!(in_camera.z > 0.0)) return ShadowPlaces::kNotSeen;
-    const std::optional<glm::dvec2> at = lens_.ProjectToPixel(in_camera);
-    if (!at) return ShadowPlaces::kNotSeen;
-    const auto x = static_cast<int>(std::lround(at->x));
-    const auto y = static_cast<int>(std::lround(at->y));
-    if (x < 0 || y < 0 || x >= view_.Width() || y >= view_.Height()) return ShadowPlaces::kNotSeen;
-    const std::size_t pixel = view_.region.Index(x, y);
-    if (view_.region.pixels[pixel] == SurfaceView::kNoRegion) return ShadowPlaces::kNotSeen;
-    // Something else may stand before it. Both lie in one pixel, up to its diagonal on a surface
-    // that is seen at an angle.
-    const glm::vec3& seen_m = view_.position_world_m.pixels[pixel];
-    const glm::dvec3 ray = glm::dvec3(seen_m) - eye_m_;
-    const double distance_m = glm::length(ray);
-    const double cosine =
-        std::abs(glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), ray)) / distance_m;
-    const double pixel_m = distance_m / lens_.Intrinsics().fx_px / std::max(cosine, kLeastCosine);
-    if (glm::distance(seen_m, place_m) > static_cast<float>(pixel_m) + kNearM) {
-      return ShadowPlaces::kNotSeen;
-    }
-    return static_cast<std::int32_t>(pixel);
-  }
-
- private:
-  static constexpr double kLeastCosine = 0.02;
-  static constexpr float kNearM = 0.01f;
-
-  const SurfaceView& view_;
-  Lens lens_;
-  glm::dvec3 eye_m_;
-};
 
 }  // namespace
 
@@ -108,7 +65,8 @@ ShadowPlaces ShadowPlacesOf(const ObjectView& objects_in_view,
     real.Intersect(origins_m.data(), directions.data(), origins_m.size(), hits.data());
     for (std::size_t ray = 0; ray < hits.size(); ++ray) {
       if (hits[ray].triangle == FaceHit::kNone) continue;
-      places.pixel.At(columns[ray], y) = pixel_of(origins_m[ray] - hits[ray].distance_m * to_sun);
+      places.pixel.At(columns[ray], y) =
+          pixel_of(origins_m[ray] - hits[ray].distance_m * to_sun).value_or(ShadowPlaces::kNotSeen);
     }
   });
   return places;

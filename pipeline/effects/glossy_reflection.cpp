@@ -31,7 +31,7 @@ class GlossyReflection : public FrameEffect {
     works.back().make = [this, &frame](EffectSet) {
       stage_.Mirror().Update(stage_, frame, Upto::kLacking);
     };
-    works.back().sum = [this, &frame](EffectSet) { stage_.Mirror().Evaluate(frame.lighting); };
+    works.back().sum = [this, &frame](EffectSet) { stage_.Mirror().Evaluate(frame); };
     works.push_back(WorkOf("mirror image, of this sun", cost.now, frame, {Effect::kLightUpdate}));
     works.back().offer.with_all = {Effect::kGlossyReflection};
     works.back().make = [this, &frame](EffectSet) {

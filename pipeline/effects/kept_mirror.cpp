@@ -1,8 +1,16 @@
 #include "pipeline/effects/kept_mirror.h"
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
+#include <tbb/parallel_for.h>
+
+#include "pipeline/effects/bound_terms.h"
 #include "pipeline/effects/effect_stage.h"
+#include "pipeline/effects/real_pixels.h"
 #include "scene/stopwatch.h"
 
 namespace pleinair {
@@ -36,7 +44,7 @@ void KeptMirror::Update(EffectStage& stage, const EffectFrame& frame, Upto upto)
     Gathered gathered{MirrorImage(scene.patches,
                                   stage.Objects(),
                                   object_view,
-                                  survey_ ? &*survey_ : nullptr,
+                                  {survey_ ? &*survey_ : nullptr, &frame.view},
                                   stage.Options().mirror)};
     costs_.gather.Learn(watch.LapMs());
     return gathered;
@@ -63,9 +71,16 @@ void KeptMirror::Update(EffectStage& stage, const EffectFrame& frame, Upto upto)
   costs_.light.Learn(watch.LapMs() / static_cast<double>(lights.size()));
 }
 
-void KeptMirror::Evaluate(const Lighting& lighting) {
+void KeptMirror::Evaluate(const EffectFrame& frame) {
   Stopwatch watch;
-  mirror_.Kept().image.Evaluate(lighting, image_);
+  const MirrorImage& image = mirror_.Kept().image;
+  const std::span<const std::int32_t> sunlit = image.SunlitPixels();
+  is_in_shade_.assign(IsDark(SunOf(frame.lighting)) ? 0 : sunlit.size(), 0);
+  tbb::parallel_for(std::size_t{0}, is_in_shade_.size(), [&](std::size_t i) {
+    const std::optional<bool> is_sunlit = LooksSunlit(frame, static_cast<std::size_t>(sunlit[i]));
+    is_in_shade_[i] = is_sunlit.value_or(true) ? 0 : 1;
+  });
+  image.Evaluate(frame.lighting, is_in_shade_, image_);
   costs_.sum.Learn(watch.LapMs());
 }
 

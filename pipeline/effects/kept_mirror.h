@@ -2,7 +2,9 @@
 // change.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "objects/learned_cost.h"
 #include "objects/mirror_image.h"
@@ -20,7 +22,8 @@ class KeptMirror {
   LightCost Cost(const EffectFrame& frame) const;
   // As KeptInfluence::Update.
   void Update(EffectStage& stage, const EffectFrame& frame, Upto upto);
-  void Evaluate(const Lighting& lighting);
+  // Real surfaces have no sun where the frame's picture shows shade.
+  void Evaluate(const EffectFrame& frame);
   const MirroredLight& Image() const { return image_; }
   // The lights of the last Update, for any view and pose.
   const LightsDone& Done() const { return lit_.Kept().done; }
@@ -38,6 +41,7 @@ class KeptMirror {
   std::optional<SurveyLookUp> survey_;  // For a scene with a survey, once something mirrors it.
   Cached<Gathered, GatheredFor> mirror_;
   Cached<LitByLight, LitFor> lit_;
+  std::vector<std::uint8_t> is_in_shade_;  // As MirrorImage::Evaluate's.
   MirroredLight image_;
   LightByLightCosts costs_{LearnedCost(60.0), LearnedCost(8.0), LearnedCost(0.5)};
 };

@@ -1,10 +1,14 @@
 #include "pipeline/effects/real_pixels.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
 #include "pipeline/effects/bound_terms.h"
+#include "scene/is_finite.h"
 
 namespace pleinair {
 
@@ -45,6 +49,22 @@ float SunSeenWithout(const EffectFrame& frame, std::size_t pixel, const RealPixe
   const auto place = static_cast<int>(pixel);
   return SunSeenWithout(
       state, {frame.frame.radiance, frame.frame.clipped, frame.view}, place % width, place / width);
+}
+
+std::optional<bool> LooksSunlit(const EffectFrame& frame, std::size_t pixel) {
+  if (frame.view.region.pixels[pixel] == SurfaceView::kNoRegion) return std::nullopt;
+  if (!IsFinite(frame.frame.radiance.pixels[pixel])) return std::nullopt;
+  const RealPixel state = RealPixelOf(frame, pixel, LightOfPixel(frame, pixel));
+  if (state.model_visibility < 0.5f) return std::nullopt;
+  if (SunSeenWithout(frame, pixel, state) > 0.5f) return true;
+  // Deviations of the albedo by which a surface in shade may be darker than predicted.
+  constexpr float kDarkerSigmas = 2.0f;
+  constexpr float kTiny = 1e-30f;
+  const glm::vec3 log_ratio = glm::log(glm::max(state.observed, glm::vec3(kTiny)) /
+                                       glm::max(state.shaded, glm::vec3(kTiny)));
+  const float sigma = state.albedo_measured ? kLogSigmaMeasured : kLogSigmaGuessed;
+  if (log_ratio.g < -kDarkerSigmas * sigma) return std::nullopt;
+  return false;
 }
 
 }  // namespace pleinair

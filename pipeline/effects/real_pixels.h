@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include <glm/vec3.hpp>
 
@@ -24,5 +25,9 @@ RealPixel RealPixelOf(const EffectFrame& frame, std::size_t pixel, const PixelLi
 
 // Share of the disc that the pixel sees without virtual objects.
 float SunSeenWithout(const EffectFrame& frame, std::size_t pixel, const RealPixel& state);
+
+// Whether a pixel that the mesh has in the sun is in the sun. None where that cannot be said: the
+// mesh has it in shade, or it is too dark for its surface even in shade and shows something else.
+std::optional<bool> LooksSunlit(const EffectFrame& frame, std::size_t pixel);
 
 }  // namespace pleinair

@@ -13,13 +13,10 @@
 #include <glm/vec2.hpp>
 
 #include "pipeline/effects/real_pixels.h"
-#include "scene/is_finite.h"
 
 namespace pleinair {
 namespace {
 
-// Deviations of the albedo by which a surface in shade may be darker than predicted.
-constexpr float kDarkerSigmas = 2.0f;
 // Half the side of the windows: that in which most of a picture's pixels decide, so often, and that
 // of the mean on the object. The means between which the share rises from none of the sun to all of
 // it. A straight edge takes three pixels; a stain or a cover of less than half the window is no
@@ -34,21 +31,6 @@ constexpr float kAllSeen = 0.65f;
 // the sunlit surface look shaded.
 constexpr int kLeastPixels = 12;
 constexpr double kLeastShare = 0.01;
-
-// Whether a pixel that the mesh has in the sun is in the sun; none where that cannot be said.
-std::optional<bool> IsInSun(const EffectFrame& frame, std::size_t pixel) {
-  if (frame.view.region.pixels[pixel] == SurfaceView::kNoRegion) return std::nullopt;
-  if (!IsFinite(frame.frame.radiance.pixels[pixel])) return std::nullopt;
-  const RealPixel state = RealPixelOf(frame, pixel, LightOfPixel(frame, pixel));
-  if (state.model_visibility < 0.5f) return std::nullopt;
-  if (SunSeenWithout(frame, pixel, state) > 0.5f) return true;
-  constexpr float kTiny = 1e-30f;
-  const glm::vec3 log_ratio = glm::log(glm::max(state.observed, glm::vec3(kTiny)) /
-                                       glm::max(state.shaded, glm::vec3(kTiny)));
-  const float sigma = state.albedo_measured ? kLogSigmaMeasured : kLogSigmaGuessed;
-  if (log_ratio.g < -kDarkerSigmas * sigma) return std::nullopt;
-  return false;
-}
 
 // Sums over rectangles of a part of a picture.
 class RectangleSums {
@@ -160,7 +142,7 @@ void SeenShade::FindPixels(const EffectFrame& frame) {
       if (is_around_shadow_.At(x, y) == 0) continue;
       const glm::ivec2 at = shadows_.lower + glm::ivec2(x, y);
       const std::optional<bool> is_in_sun =
-          IsInSun(frame, static_cast<std::size_t>(at.y * picture_width_px_ + at.x));
+          LooksSunlit(frame, static_cast<std::size_t>(at.y * picture_width_px_ + at.x));
       Finding& finding = found_in_picture_.At(x, y);
       finding = Finding::kUnknown;
       if (is_in_sun) finding = *is_in_sun ? Finding::kInSun : Finding::kInShade;

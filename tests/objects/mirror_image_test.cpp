@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -114,7 +115,7 @@ MirroredLight UnderSky(MirrorImage& image,
   Lighting lighting;
   lighting.sky = {{"uniform", glm::dvec3(1.0)}};
   MirroredLight light;
-  image.Evaluate(lighting, light);
+  image.Evaluate(lighting, {}, light);
   return light;
 }
 
@@ -124,7 +125,7 @@ TEST(MirrorImage, ALevelMirrorShowsTheSky) {
   const PatchScene objects = PatchesOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(0.0f)));
   const PatchScene real = PatchesOf(Mesh{});
   const ObjectView view = SeeObjects(objects, FromAbove());
-  MirrorImage image(real, objects, view, nullptr);
+  MirrorImage image(real, objects, view);
   ASSERT_FALSE(image.Empty());
   const auto sky = MakeUniformSkyShape();
   const MirroredLight light = UnderSky(image, sky.get(), Dark(real, objects), real, objects);
@@ -146,7 +147,7 @@ TEST(MirrorImage, ShowsNearSurfacesFromTheMirrorsOwnPlace) {
   const PatchScene objects = PatchesOf(Plate(-0.9f, 0.9f, 0.9f, 0.0f, Mirror(0.0f)));
   const PatchScene real = PatchesOf(Plate(0.3f, 50.0f, 50.0f, 20.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromAbove());
-  MirrorImage image(real, objects, view, nullptr, {.rays_per_place = 0});  // The plate hides some.
+  MirrorImage image(real, objects, view, {}, {.rays_per_place = 0});  // The plate hides some.
   Radiosities radiosities = Dark(real, objects);
   for (std::size_t face = 1; face < real.FaceCount(); face += 2) {
     radiosities.real[face] = glm::vec3(3.0f);  // Its underside.
@@ -171,7 +172,7 @@ TEST(MirrorImage, AFurnaceComesBackAsTheReflectance) {
     const PatchScene objects = PatchesOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, white));
     const PatchScene real = PatchesOf(Plate(-5000.0f, 5000.0f, 5000.0f, 0.0f, Material{}), 1.0f);
     const ObjectView view = SeeObjects(objects, FromBeside(1.0));
-    MirrorImage image(real, objects, view, nullptr);
+    MirrorImage image(real, objects, view);
     const auto sky = MakeUniformSkyShape();
     Radiosities ones = Dark(real, objects);
     std::fill(ones.real.begin(), ones.real.end(), glm::vec3(1.0f));
@@ -195,7 +196,7 @@ TEST(MirrorImage, ShowsTheObjectsOwnShadow) {
   const PatchScene objects = PatchesOf(Ball({0.0f, 0.0f, 1.0f}, 0.8f, Mirror(0.0f)));
   const PatchScene real = PatchesOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromBeside(1.0));
-  MirrorImage image(real, objects, view, nullptr, {.rays_per_pixel = 1, .rays_per_place = 0});
+  MirrorImage image(real, objects, view, {}, {.rays_per_pixel = 1, .rays_per_place = 0});
   const glm::dvec3 to_sun = glm::normalize(glm::dvec3(0.6, 0.0, 1.0));  // Shadow before the ball.
   const auto cosine = static_cast<float>(to_sun.z);
   Radiosities lit = Dark(real, objects);
@@ -207,7 +208,7 @@ TEST(MirrorImage, ShowsTheObjectsOwnShadow) {
   Lighting lighting;
   lighting.sun.irradiance_rgb = glm::dvec3(1.0);
   MirroredLight light;
-  image.Evaluate(lighting, light);
+  image.Evaluate(lighting, {}, light);
   int bright = 0;
   int dark = 0;
   // Below its equator, away from the rim, where Fresnel's term stays below 0.2 %.
@@ -235,7 +236,7 @@ TEST(MirrorImage, TheGroundBesideAnObjectIsDarkerUnderTheSky) {
   const PatchScene objects = PatchesOf(Ball({0.0f, 0.0f, 0.8f}, 0.8f, Mirror(0.0f)));
   const PatchScene real = PatchesOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromBeside(0.8));
-  MirrorImage image(real, objects, view, nullptr);
+  MirrorImage image(real, objects, view);
   const auto sky = MakeUniformSkyShape();
   Radiosities under_sky = Dark(real, objects);
   for (std::size_t face = 0; face < real.FaceCount(); face += 2) {
@@ -257,7 +258,7 @@ TEST(MirrorImage, DoesNotDependOnThreads) {
   Radiosities lit = Dark(real, objects);
   std::fill(lit.real.begin(), lit.real.end(), glm::vec3(0.3f));
   const auto make = [&] {
-    MirrorImage image(real, objects, view, nullptr);
+    MirrorImage image(real, objects, view);
     return UnderSky(image, sky.get(), lit, real, objects);
   };
   const MirroredLight two = make();
@@ -270,12 +271,12 @@ TEST(MirrorImageHardCases, WithoutGlossInViewThereIsNone) {
   const PatchScene real = PatchesOf(Mesh{});
   EXPECT_FALSE(IsGlossy(matt.mesh));
   EXPECT_TRUE(IsGlossy(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(1.0f))));
-  EXPECT_TRUE(MirrorImage(real, matt, SeeObjects(matt, FromAbove()), nullptr).Empty());
+  EXPECT_TRUE(MirrorImage(real, matt, SeeObjects(matt, FromAbove())).Empty());
   const PatchScene behind = PatchesOf(Plate(-0.5f, 0.5f, 0.5f, 20.0f, Mirror(0.0f)));
-  MirrorImage image(real, behind, SeeObjects(behind, FromAbove()), nullptr);
+  MirrorImage image(real, behind, SeeObjects(behind, FromAbove()));
   EXPECT_TRUE(image.Empty());
   MirroredLight light;
-  image.Evaluate(Lighting{}, light);
+  image.Evaluate(Lighting{}, {}, light);
   EXPECT_TRUE(light.radiance.Empty());
 }
 
@@ -286,7 +287,7 @@ TEST(MirrorImageHardCases, BadNormalsAndFullRoughnessStayFinite) {
   for (std::size_t v = 1; v < ball.normals.size(); v += 3) ball.normals[v] = -ball.normals[v];
   const PatchScene objects = PatchesOf(ball);
   const PatchScene real = PatchesOf(Plate(-500.0f, 500.0f, 500.0f, 0.0f, Material{}));
-  MirrorImage image(real, objects, SeeObjects(objects, FromBeside(1.0)), nullptr);
+  MirrorImage image(real, objects, SeeObjects(objects, FromBeside(1.0)));
   const auto sky = MakeUniformSkyShape();
   const MirroredLight light = UnderSky(image, sky.get(), Dark(real, objects), real, objects);
   for (const glm::vec3& pixel : light.radiance.pixels) {
@@ -301,7 +302,7 @@ TEST(MirrorImageHardCases, RefusesAnotherScenesLight) {
   const PatchScene objects = PatchesOf(Plate(-0.5f, 0.5f, 0.5f, 0.0f, Mirror(0.0f)));
   const PatchScene real = PatchesOf(Plate(-5.0f, 5.0f, 5.0f, -1.0f, Material{}));
   const ObjectView view = SeeObjects(objects, FromAbove());
-  MirrorImage image(real, objects, view, nullptr);
+  MirrorImage image(real, objects, view);
   const std::vector<glm::vec3> wrong(3);
   const std::vector<glm::vec3> right(4);
   EXPECT_THROW(image.Fold(0, {nullptr, wrong, right, {}, {}}, real, objects),
@@ -309,11 +310,12 @@ TEST(MirrorImageHardCases, RefusesAnotherScenesLight) {
   EXPECT_THROW(image.Fold(0, {nullptr, right, right, wrong, {}}, real, objects),
                std::invalid_argument);
   MirroredLight light;
-  EXPECT_THROW(image.Evaluate(Lighting{}, light), std::invalid_argument) << "nothing is folded";
-  EXPECT_THROW(MirrorImage(real, objects, view, nullptr, {.rays_per_pixel = 0}),
-               std::invalid_argument);
-  EXPECT_THROW(MirrorImage(real, objects, view, nullptr, {.rays_per_place = -1}),
-               std::invalid_argument);
+  EXPECT_THROW(image.Evaluate(Lighting{}, {}, light), std::invalid_argument) << "nothing is folded";
+  image.Fold(0, {nullptr, right, right, right, {}}, real, objects);
+  const std::vector<std::uint8_t> one_too_many(image.SunlitPixels().size() + 1, 0);
+  EXPECT_THROW(image.Evaluate(Lighting{}, one_too_many, light), std::invalid_argument);
+  EXPECT_THROW(MirrorImage(real, objects, view, {}, {.rays_per_pixel = 0}), std::invalid_argument);
+  EXPECT_THROW(MirrorImage(real, objects, view, {}, {.rays_per_place = -1}), std::invalid_argument);
 }
 
 }  // namespace

@@ -187,6 +187,36 @@ TEST_F(SeenShade, IgnoresBrightSpotsInWhichManyShadowsFall) {
   EXPECT_GT(places, 200);
 }
 
+// A ball of chrome mirrors the ground around it. Where the camera sees that ground in shade, the
+// mirrored one is in shade too; the ground behind the camera is as the mesh says.
+TEST_F(SeenShade, IsMirrored) {
+  Material chrome{.name = "chrome", .diffuse_albedo = glm::vec3(0.0f)};
+  chrome.specular_reflectance = glm::vec3(0.9f);
+  chrome.roughness = 0.02f;
+  const VirtualObject ball = BallObject({0.0f, 0.0f, 0.8f}, 0.8f, 48, chrome);
+  const Frame lit = stage_.MakeFrame();
+  const Frame shaded = WithFactor([](const glm::dvec3&) { return kShaded / kLit; });
+  const FrameResult in_sun = Process(lit, ball, StillLight::kSun);
+  const FrameResult in_shade = Process(shaded, ball, StillLight::kSun);
+  const float ground = 0.9f * lit.radiance.At(2, 70).g;
+  int mirrored = 0;
+  int fallen = 0;
+  for (int y = 0; y < lit.radiance.height; ++y) {
+    for (int x = 0; x < lit.radiance.width; ++x) {
+      if (in_sun.composite.change.At(x, y) != static_cast<std::uint8_t>(PixelChange::kCovered)) {
+        continue;
+      }
+      const float before = in_sun.composite.radiance.At(x, y).g;
+      const float after = in_shade.composite.radiance.At(x, y).g;
+      if (std::abs(before - ground) > 0.1f * ground) continue;
+      ++mirrored;
+      if (std::abs(after - before * static_cast<float>(kShaded / kLit)) < 0.1f * ground) ++fallen;
+    }
+  }
+  EXPECT_GT(mirrored, 50);
+  EXPECT_GT(fallen, mirrored / 3);
+}
+
 // Frames of one still camera, with noise of that share of the ground's light.
 TEST_F(SeenShade, DoesNotFlickerWithNoise) {
   const auto half_in_shade = [](const glm::dvec3& at_m) {
