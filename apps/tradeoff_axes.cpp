@@ -201,7 +201,7 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
   }
   axes.push_back(std::move(shadow));
   axes.push_back({"influence",
-                  "Where it is worked out what objects hide and send (influence_at)",
+                  "Where the light that objects hide and send is computed (influence_at)",
                   Judge::kPicture,
                   false,
                   {{"pixels", [](Options& o) { o.influence_at = InfluenceAt::kPixels; }},

@@ -192,11 +192,11 @@ void FlagDegenerateProblems(benchmark::State& state) {
     std::mt19937_64 random(17);
     for (int i = 0; i < kProblems; ++i) {
       const testing::ProblemPair pair = testing::MakeProblemPair(random);
-      if (TellsTheSun(fitter.Fit(MakeSamples(pair.degenerate), SyntheticPrior(), true),
-                      mean_beam)) {
+      if (DeterminesSun(fitter.Fit(MakeSamples(pair.degenerate), SyntheticPrior(), true),
+                        mean_beam)) {
         ++missed;
       }
-      if (!TellsTheSun(fitter.Fit(MakeSamples(pair.sound), SyntheticPrior(), true), mean_beam)) {
+      if (!DeterminesSun(fitter.Fit(MakeSamples(pair.sound), SyntheticPrior(), true), mean_beam)) {
         ++false_alarms;
       }
     }

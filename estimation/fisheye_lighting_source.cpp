@@ -111,7 +111,7 @@ class FisheyeLightingSource final : public LightingSource {
     estimate.inlier_fraction = fit.inlier_fraction;
     estimate.condition_number = fit.condition_number;
     estimate.relative_residual = fit.relative_residual;
-    estimate.sun_observable = observation.sun.direction_enu.z > 0.0 && TellsTheSun(fit, beam);
+    estimate.sun_observable = observation.sun.direction_enu.z > 0.0 && DeterminesSun(fit, beam);
     return stddev;
   }
 };

@@ -47,7 +47,7 @@ void LightingFitOptions::Validate() const {
   if (max_passes < 1) refuse("max_passes", max_passes, "at least 1");
 }
 
-bool TellsTheSun(const LightingFit& fit, double clear_sky_beam) {
+bool DeterminesSun(const LightingFit& fit, double clear_sky_beam) {
   const glm::dvec3& sigma = fit.sun_stddev_data_rgb;
   // Infinite without any samples, whose deviation is in a unit of nothing.
   return fit.sun_is_fitted && std::isfinite(fit.condition_number) &&

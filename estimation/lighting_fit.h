@@ -69,7 +69,7 @@ struct LightingFit {
 inline constexpr double kObservableSunSigma = 0.15;
 
 // Whether the samples of `fit` determine the sun; `clear_sky_beam` is the mean over RGB.
-bool TellsTheSun(const LightingFit& fit, double clear_sky_beam);
+bool DeterminesSun(const LightingFit& fit, double clear_sky_beam);
 
 // Minimises, over P >= 0 and with sun and sky as unknowns per channel,
 //   sum_i rho(d_i) + prior,   d_i^2 = mean over RGB of ((radiance - predicted) / noise)^2,

@@ -5,9 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
+#include "estimation/internal/symmetric_algebra.h"
 #include "estimation/shadow_cues.h"
 
 namespace pleinair {
@@ -40,16 +38,16 @@ bool IsKnown(const ClearSkyExpectation& clear_sky) {
 // of albedo and geometry are the same in the next picture, so that many pictures have hardly more
 // information than one. After Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal intersection.
 SunAndSkyMatrix BetterOf(const SunAndSkyMatrix& known, const SunAndSkyMatrix& measured) {
-  const Eigen::LLT<SunAndSkyMatrix> root(known);
-  const SunAndSkyMatrix lower = root.matrixL();
+  using estimation_internal::SolveLower;
+  const LightMatrix root = estimation_internal::LowerRootOf(known);
   // Factor of `measured` over `known`.
-  SunAndSkyMatrix relative = root.matrixL().solve(measured);
-  relative = root.matrixL().solve(relative.transpose().eval());
+  LightMatrix relative = SolveLower(root, LightMatrix(measured));
+  relative = SolveLower(root, LightMatrix(relative.transpose()));
   relative = (0.5 * (relative + relative.transpose())).eval();
-  const Eigen::SelfAdjointEigenSolver<SunAndSkyMatrix> eigen(relative);
-  if (eigen.info() != Eigen::Success) return known;
-  const SunAndSky variances = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
-  const SunAndSkyMatrix turned = lower * eigen.eigenvectors();
+  const auto eigen = estimation_internal::DecompositionOf(relative);
+  if (!eigen) return known;
+  const LightVector variances = eigen->values.cwiseMax(0.0).cwiseMin(1.0);
+  const LightMatrix turned = root * eigen->vectors;
   return turned * variances.asDiagonal() * turned.transpose();
 }
 
@@ -85,8 +83,8 @@ bool HasASkyForItsSun(const ClearSkyExpectation& clear_sky, const LightVector& i
   return true;
 }
 
-// Whether the samples know the sun, as a share of it, better than the sky.
-bool TellsMoreOfTheSun(const LightingFit& fit) {
+// Whether the samples determine the sun, as a share of it, better than the sky.
+bool DeterminesSunBetterThanSky(const LightingFit& fit) {
   double sun = 0.0;
   double sky = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -160,8 +158,9 @@ void Describe(const OutdoorConditions& conditions,
       lighting.covariance.push_back(units * fit.covariance(u, v) + shared);
     }
   }
-  estimate.sun_observable = fit.sun_is_fitted && conditions.sun.direction_enu.z > 0.0 &&
-                            TellsTheSun(fit, BeamOf(conditions, climate_gain, fit.irradiance_rgb));
+  estimate.sun_observable =
+      fit.sun_is_fitted && conditions.sun.direction_enu.z > 0.0 &&
+      DeterminesSun(fit, BeamOf(conditions, climate_gain, fit.irradiance_rgb));
   estimate.samples_used = fit.samples_used;
   estimate.inlier_fraction = fit.inlier_fraction;
   estimate.condition_number = fit.condition_number;
@@ -204,7 +203,8 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
   // Surfaces that are all in the sun contain little evidence of the sky, and errors of the model
   // may result in a sky of 0.
-  if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held && TellsMoreOfTheSun(fit) &&
+  if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held &&
+      DeterminesSunBetterThanSky(fit) &&
       !HasASkyForItsSun(conditions.clear_sky, fit.irradiance_rgb)) {
     HoldSkyToSun(conditions.clear_sky, fit.irradiance_rgb, expectation.prior);
     fit = fitter_.Fit(samples, expectation.prior, sun_is_up);

@@ -16,8 +16,8 @@ begin_step() {
   printf '== %s\n' "$1"
 }
 
-# Runs at exit, set by the caller with: trap 'tell_failure $?' EXIT
-tell_failure() {
+# Runs at exit, set by the caller with: trap 'report_failure $?' EXIT
+report_failure() {
   if [ "$1" -ne 0 ]; then echo "$program: failed at: $current_step (exit status $1)" >&2; fi
 }
 

@@ -234,12 +234,12 @@ Reweighting::Witness Reweighting::WitnessOf(int plane,
     if (!(plane_weight_[i] >= 1.0) || !(expected > 0.0)) continue;
     const double alone = noise_(ci, ci) / plane_weight_[i];
     // Where the samples' own errors are the larger a mean says little of the shared one.
-    const double told = Square(expected / (expected + alone));
+    const double determined = Square(expected / (expected + alone));
     const double taken =
         std::min(1.0, row.dot(covariance[c] * row) / (alone + Square(error_) * expected));
-    witness.weight[ci] = told / expected;
+    witness.weight[ci] = determined / expected;
     witness.alone[ci] = (1.0 - taken) * alone;
-    witness.degrees[ci] = told * (1.0 - taken);
+    witness.degrees[ci] = determined * (1.0 - taken);
   }
   return witness;
 }

@@ -15,6 +15,10 @@ LightVector SolveLower(const LightMatrix& root, const LightVector& right) {
   return root.triangularView<Eigen::Lower>().solve(right);
 }
 
+LightMatrix SolveLower(const LightMatrix& root, const LightMatrix& right) {
+  return root.triangularView<Eigen::Lower>().solve(right);
+}
+
 LightVector SolvePositive(const LightMatrix& positive, const LightVector& right) {
   return positive.llt().solve(right);
 }
@@ -29,6 +33,12 @@ Eigen::Matrix3d InverseOfAtLeast(const Eigen::Matrix3d& symmetric, double least)
 LightVector EigenvaluesOf(const LightMatrix& symmetric) {
   return Eigen::SelfAdjointEigenSolver<LightMatrix>(symmetric, Eigen::EigenvaluesOnly)
       .eigenvalues();
+}
+
+std::optional<EigenDecomposition> DecompositionOf(const LightMatrix& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<LightMatrix> eigen(symmetric);
+  if (eigen.info() != Eigen::Success) return std::nullopt;
+  return EigenDecomposition{eigen.eigenvalues(), eigen.eigenvectors()};
 }
 
 }  // namespace pleinair::estimation_internal

@@ -1,6 +1,8 @@
 // The decompositions that the estimate needs, in one place: their templates take long to compile.
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
 #include "estimation/lighting_prior.h"
@@ -14,6 +16,7 @@ LightMatrix InverseOf(const LightMatrix& symmetric);
 LightMatrix LowerRootOf(const LightMatrix& positive);
 // root^-1 right, for a lower triangular root.
 LightVector SolveLower(const LightMatrix& root, const LightVector& right);
+LightMatrix SolveLower(const LightMatrix& root, const LightMatrix& right);
 // positive^-1 right.
 LightVector SolvePositive(const LightMatrix& positive, const LightVector& right);
 
@@ -22,5 +25,11 @@ Eigen::Matrix3d InverseOfAtLeast(const Eigen::Matrix3d& symmetric, double least)
 
 // Eigenvalues of a symmetric matrix, ascending.
 LightVector EigenvaluesOf(const LightMatrix& symmetric);
+// With the eigenvectors, as columns; none where they are not found.
+struct EigenDecomposition {
+  LightVector values;
+  LightMatrix vectors;
+};
+std::optional<EigenDecomposition> DecompositionOf(const LightMatrix& symmetric);
 
 }  // namespace pleinair::estimation_internal

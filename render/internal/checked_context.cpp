@@ -47,7 +47,7 @@ void RequireContext() {
 CheckedContext::CheckedContext() {
   RequireContext();
   made_in_ = CurrentContext();
-  tells_loss_ = epoxy_gl_version() >= (epoxy_is_desktop_gl() ? 45 : 32);
+  reports_loss_ = epoxy_gl_version() >= (epoxy_is_desktop_gl() ? 45 : 32);
   draws_in_software_ = IsDrawnInSoftware();
 }
 
@@ -58,7 +58,7 @@ void CheckedContext::RequireCurrent() const {
 }
 
 void CheckedContext::RequireNotLost() const {
-  if (tells_loss_ && glGetGraphicsResetStatus() != GL_NO_ERROR) {
+  if (reports_loss_ && glGetGraphicsResetStatus() != GL_NO_ERROR) {
     throw std::runtime_error(
         "compositor: the OpenGL context has been lost (the device was reset or taken away): "
         "expected a new one in another context");

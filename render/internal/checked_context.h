@@ -20,7 +20,7 @@ class CheckedContext {
 
  private:
   const void* made_in_;
-  bool tells_loss_;
+  bool reports_loss_;
   bool draws_in_software_;
 };
 

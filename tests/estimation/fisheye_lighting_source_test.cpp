@@ -45,7 +45,7 @@ struct Scene {
   }
 };
 
-TEST(FisheyeLightingSource, TellsSunSkyAndRegions) {
+TEST(FisheyeLightingSource, SeparatesSunSkyAndRegions) {
   Scene scene;
   const auto estimate = scene.Estimate();
   ASSERT_TRUE(estimate.has_value());

@@ -81,7 +81,7 @@ TEST(LightingFitHardCases, WhatCannotBeSeenIsSaidAndThePictureStillFits) {
       const std::vector<DiffuseSample> samples = MakeSamples(scene);
       const LightingFit fit = FitLighting(samples, SyntheticPrior(), true);
       ExpectSane(fit);
-      EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+      EXPECT_FALSE(DeterminesSun(fit, ClearSkyBeam()));
       ExpectTruthWithinThreeSigma(fit, scene);
       for (int c = 0; c < 3; ++c) {
         EXPECT_LE(std::sqrt(fit.covariance(c, c)), 0.4 * SyntheticClearSky().beam_rgb[c]);
@@ -101,7 +101,7 @@ TEST(LightingFitHardCases, DegenerateWithoutAPriorIsFlaggedToo) {
     const std::vector<DiffuseSample> samples = MakeSamples(scene);
     const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true);
     ExpectSane(fit);
-    EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+    EXPECT_FALSE(DeterminesSun(fit, ClearSkyBeam()));
     EXPECT_GT(fit.condition_number, 100.0);
     EXPECT_LT(MedianMisfit(fit, samples), 0.01);
   }
@@ -115,11 +115,12 @@ TEST(LightingFitHardCases, EveryDegenerateProblemIsFlaggedAndHardlyAnyWellPosedO
   int false_alarms = 0;
   for (int i = 0; i < kProblems; ++i) {
     const testing::ProblemPair pair = testing::MakeProblemPair(random);
-    if (TellsTheSun(fitter.Fit(MakeSamples(pair.degenerate), SyntheticPrior(), true),
-                    ClearSkyBeam())) {
+    if (DeterminesSun(fitter.Fit(MakeSamples(pair.degenerate), SyntheticPrior(), true),
+                      ClearSkyBeam())) {
       ++missed;
     }
-    if (!TellsTheSun(fitter.Fit(MakeSamples(pair.sound), SyntheticPrior(), true), ClearSkyBeam())) {
+    if (!DeterminesSun(fitter.Fit(MakeSamples(pair.sound), SyntheticPrior(), true),
+                       ClearSkyBeam())) {
       ++false_alarms;
     }
   }
@@ -135,7 +136,7 @@ TEST(LightingFitHardCases, AnOvercastFrameHasNoSun) {
     scene.albedo_noise = 0.1;
     const LightingFit fit = FitLighting(MakeSamples(scene), SyntheticPrior(), true);
     ExpectSane(fit);
-    EXPECT_TRUE(TellsTheSun(fit, ClearSkyBeam()));  // Its value is 0, and that is known.
+    EXPECT_TRUE(DeterminesSun(fit, ClearSkyBeam()));  // Its value is 0, and that is known.
     // Thirty draws of three channels: one in twelve such tests would meet a draw beyond three
     // sigma.
     ExpectTruthWithin(4.0, fit, scene);
@@ -167,7 +168,7 @@ TEST(LightingFitHardCases, AnyNumberOfSamplesGivesADefinedAnswer) {
       ExpectSane(fit);
       EXPECT_EQ(fit.samples_used, count);
       if (count <= 1) {
-        EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+        EXPECT_FALSE(DeterminesSun(fit, ClearSkyBeam()));
         EXPECT_TRUE(std::isinf(fit.condition_number));
       }
     }
@@ -191,7 +192,7 @@ TEST(LightingFitHardCases, IdenticalSamplesAreOneSample) {
   const std::vector<DiffuseSample> samples(200, MakeSamples(scene).front());
   const LightingFit fit = FitLighting(samples, SyntheticPrior(), true);
   ExpectSane(fit);
-  EXPECT_FALSE(TellsTheSun(fit, ClearSkyBeam()));
+  EXPECT_FALSE(DeterminesSun(fit, ClearSkyBeam()));
   EXPECT_LT(MedianMisfit(fit, samples), 0.05);
 }
 
@@ -486,7 +487,7 @@ TEST(LightingFitHardCases, OnePlaneInTheSunOutweighsFiveInTheShadeOfTrees) {
     ExpectSane(fit);
     ExpectTruthWithinThreeSigma(fit, scene);
     EXPECT_GT(fit.irradiance_rgb[1], 0.85 * scene.sun.y) << seed;
-    EXPECT_TRUE(TellsTheSun(fit, ClearSkyBeam())) << seed;
+    EXPECT_TRUE(DeterminesSun(fit, ClearSkyBeam())) << seed;
   }
 }
 
@@ -540,7 +541,7 @@ TEST(LightingFitHardCases, OneDarkPlaneDoesNotShowThatThereIsNoSun) {
       ExpectSane(one);
       EXPECT_LT(one.irradiance_rgb[1], 0.1 * beam);
       EXPECT_GT(std::sqrt(one.covariance(1, 1)), 0.15 * beam) << seed << " " << frame;
-      EXPECT_FALSE(TellsTheSun(one, beam)) << seed << " " << frame;
+      EXPECT_FALSE(DeterminesSun(one, beam)) << seed << " " << frame;
       double clear = 0.0;
       for (const WeatherFit& weather : one.weathers) clear += weather.share;
       EXPECT_NEAR(clear, 1.0, 1e-9);
@@ -549,7 +550,7 @@ TEST(LightingFitHardCases, OneDarkPlaneDoesNotShowThatThereIsNoSun) {
         FitLighting(DarkPlanes(3, seed), SyntheticPrior(), true, ClosedOptions());
     EXPECT_LT(three.irradiance_rgb[1], 0.05 * beam);
     EXPECT_LT(std::sqrt(three.covariance(1, 1)), 0.1 * beam) << seed;
-    EXPECT_TRUE(TellsTheSun(three, beam)) << seed;
+    EXPECT_TRUE(DeterminesSun(three, beam)) << seed;
   }
 }
 

@@ -171,7 +171,7 @@ TEST(LightingFit, AKeptFitterGoesOnWhenTheSunSetsAndRises) {
 
 // A handful of noisy samples says nothing of what planes share: as expected is what it is. What
 // hides the sky from a part of a plane takes a share of the scatter, 0.395 being the least here.
-TEST(LightingFit, SharedErrorsAreAsExpectedWhereSamplesCannotTell) {
+TEST(LightingFit, SharedErrorsAreAsExpectedWhereSamplesCannotShowThem) {
   SyntheticScene scene;
   scene.samples = 24;
   scene.albedo_noise = 0.5;
@@ -377,7 +377,7 @@ TEST(LightingFit, ConditionNumberIsThatOfTheWhitenedJacobian) {
   EXPECT_NEAR(fit.condition_number, values[0] / values[1], 1e-6 * fit.condition_number);
 }
 
-TEST(LightingFit, TellsTwoSkyShapesApart) {
+TEST(LightingFit, SeparatesTwoSkyShapes) {
   SyntheticScene scene;
   std::vector<DiffuseSample> samples = MakeSamples(scene);
   std::mt19937_64 random(11);
@@ -399,7 +399,7 @@ TEST(LightingFit, TellsTwoSkyShapesApart) {
   }
 }
 
-TEST(LightingFit, SharesAreEqualWhereSamplesCannotTellTheShapesApart) {
+TEST(LightingFit, SharesAreEqualWhereSamplesCannotSeparateTheShapes) {
   const SyntheticScene scene;
   std::vector<DiffuseSample> samples = MakeSamples(scene);
   for (DiffuseSample& sample : samples) {
@@ -463,7 +463,7 @@ TEST(LightingFit, HoldsTheSunAtZeroBelowTheHorizon) {
     EXPECT_EQ(fit.covariance(c, c), 0.0);
     EXPECT_NEAR(fit.irradiance_rgb[3 + c], scene.sky[c], 2e-6 * scene.sky[c]);
   }
-  EXPECT_FALSE(TellsTheSun(fit, 800.0));
+  EXPECT_FALSE(DeterminesSun(fit, 800.0));
 }
 
 TEST(LightingFit, RefusesOptionsThatMakeNoSense) {

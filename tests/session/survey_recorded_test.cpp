@@ -72,7 +72,7 @@ std::filesystem::path Recording(const char* name) {
 // is the law for maps with lit and shaded pairs, and what the worst seed is off. The sun is at
 // most 4.5 % off, with 0.6 % of noise (standard deviation between seeds), and within one stated
 // deviation. That is at most 6.4 %, of the albedo 5.6 %, with 0.1 % of noise.
-TEST(RecordedSurvey, ShadowsTellTheSunOfACourtyard) {
+TEST(RecordedSurvey, ShadowsDetermineTheSunOfACourtyard) {
   const std::filesystem::path folder = Recording("courtyard-clouds");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
   SurveySite site(folder);
