@@ -1,4 +1,4 @@
-// Daylight at asked-for points, gathered by rays at the points themselves.
+// Daylight at given points, gathered by rays at the points themselves.
 #pragma once
 
 #include <cstddef>
@@ -63,7 +63,7 @@ struct RadiositySummary {
   double energy_error = 0.0;
 };
 
-// Every point is asked with every normal.
+// Irradiance is computed for every point with every normal.
 struct AskedPoints {
   std::vector<glm::vec3> points_m;
   std::vector<glm::vec3> normals;  // Unit.

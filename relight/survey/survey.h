@@ -20,8 +20,8 @@ namespace pleinair {
 
 class SurfaceGather;  // relight/transport/surface_gather.h
 
-// How far mesh and map may be from where they are said to be: two standard deviations of a site
-// that was measured by hand.
+// How far mesh and map may be from their stated places: two standard deviations of a site that was
+// measured by hand.
 struct Misplacement {
   double turned_rad = 0.025;  // The map about the vertical, against the mesh; less than 0.5.
   double moved_m = 0.06;      // Vertices of the mesh.
@@ -33,7 +33,7 @@ struct SurveyMap {
   glm::dvec3 position_m{0.0};
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
   double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
-  std::optional<UtcTime> time = std::nullopt;  // For who compares its light with a frame's.
+  std::optional<UtcTime> time = std::nullopt;  // For callers that compare its light with a frame's.
   // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
   // the entire disc.
   glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};

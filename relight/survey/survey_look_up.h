@@ -65,7 +65,7 @@ class SurveyLookUp {
 
  private:
   // One pixel of the map and the cell that it makes with the next to its right and the two below
-  // them, in one place of the memory: looking up is waiting for it.
+  // them, contiguous in memory: look-ups are bound by memory access.
   struct Texel {
     glm::vec3 position_m;
     glm::vec3 normal;

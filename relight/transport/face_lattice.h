@@ -25,7 +25,7 @@ namespace pleinair {
 // So small triangles do not ask for more receivers than large ones.
 class FaceLattice {
   struct Grid;
-  // By which points have barycentric weights: of vertices 0 and 1, their change by place.
+  // For barycentric weights of points: the gradients of the weights of vertices 0 and 1.
   struct Triangle {
     glm::vec3 b_m{0.0f};
     glm::vec3 c_m{0.0f};
@@ -44,7 +44,7 @@ class FaceLattice {
   // A side that has the receiver; of several the first.
   const std::vector<std::uint32_t>& SideOfReceiver() const { return side_of_receiver_; }
   bool HasReceivers(std::size_t side) const { return parts_[side] > 0; }
-  // All of one side.
+  // The receivers of one side.
   std::span<const std::uint32_t> ReceiversOf(std::size_t side) const {
     if (const Grid* const grid = GridOf(side)) {
       return std::span(receiver_of_slot_).subspan(grid->first_slot, grid->Corners());
@@ -58,8 +58,8 @@ class FaceLattice {
     std::uint32_t receiver = 0;
     float weight = 0.0f;
   };
-  // The receivers around a point of a side that has some; their weights add up to 1. A point a hair
-  // outside counts as on the edge.
+  // The receivers around a point of a side that has some; their weights add up to 1. A point
+  // outside by rounding counts as on the edge.
   std::array<Weighted, 3> Around(const PatchScene& scene,
                                  std::size_t side,
                                  const glm::vec3& point_m) const;

@@ -55,7 +55,7 @@ class SurfaceLight {
     std::shared_ptr<const SkyShape> sky;
     std::vector<glm::vec3> face_radiosity;
   };
-  // Of several at once the rays are looked at once.
+  // Several at once: the rays are read only once.
   void SetLights(std::vector<IndexedLight> lights);
   void SetLight(std::size_t light,
                 std::shared_ptr<const SkyShape> sky,

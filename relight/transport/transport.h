@@ -83,7 +83,7 @@ class GatheredRays {
   std::size_t EntryCount() const { return face_.size(); }
   // Irradiance at each receiver straight from the sky (c, for a uniform shape).
   std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
-  // The same for several shapes, with one look at the rays.
+  // The same for several shapes, with one pass over the rays.
   std::vector<std::vector<glm::vec3>> FromSkies(std::span<const SkyShape* const> shapes) const;
   // Irradiance at each receiver from faces of given radiosity.
   std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity) const;
@@ -125,9 +125,9 @@ class GatheredRays {
   std::vector<std::uint16_t> sky_cell_;
   std::vector<double> sky_heights_;
   std::int32_t rays_per_receiver_ = 1;
-  // Where the scene has a skyline: what it hides from each receiver, mesh apart, over what the
-  // receiver's rays say of that. Their scatter would else look like light that differs from place
-  // to place, on level ground where it is all one.
+  // Where the scene has a skyline: the light that it hides from each receiver, mesh apart, over the
+  // estimate of that by the receiver's rays. Without this factor the rays' scatter would look like
+  // varying light on level ground, where light is uniform.
   std::vector<float> hidden_scale_;
   // Per receiver, other directions that are kept, packed to 32 bits; else empty.
   std::vector<std::uint64_t> other_begin_;
@@ -186,7 +186,7 @@ struct SolveOptions {
   void Validate() const;
 };
 
-// Memory that working out `patches` patches under `lights` lights takes at its peak: rays, sky
+// Peak memory of the transport between `patches` patches under `lights` lights: rays, sky
 // visibility of `sky_directions` directions, direct light and radiosities. An upper bound.
 std::size_t RadiosityBytes(std::size_t patches,
                            std::size_t lights,
@@ -229,7 +229,7 @@ class PatchTransport {
                                        const std::optional<Sun>& sun,
                                        int bounces) const;
 
-  // The parts of the above, for who changes albedos and keeps the light.
+  // The parts of the above, for callers that change albedos and keep the light.
   std::vector<glm::vec3> DirectFromSky(const SkyShape& shape) const {
     return face_rays_.FromSky(shape);
   }

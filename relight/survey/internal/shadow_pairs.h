@@ -14,7 +14,7 @@
 
 namespace pleinair {
 
-// What is known of the sun's irradiance before the shadows: its logarithm is normal, the channels
+// Prior of the sun's irradiance, before the shadows are used: its logarithm is normal, the channels
 // share a part of its error and each has one of its own.
 struct SunPrior {
   glm::dvec3 median_rgb{0.0};  // > 0.

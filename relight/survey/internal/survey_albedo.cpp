@@ -222,7 +222,7 @@ class AlbedoSolver {
     return largest;
   }
 
-  // What surfaces' certain pixels say of their albedo.
+  // Albedo of surfaces from their certain pixels.
   struct SurfaceAlbedo {
     glm::vec3 albedo{0.0f};
     double log_scatter = 0.0;
@@ -380,7 +380,8 @@ class AlbedoSolver {
     return all.size();
   }
 
-  // What is too dark to know takes its face's albedo; what is too bright keeps its clamped value.
+  // Pixels that are too dark take their face's albedo; pixels that are too bright keep the clamped
+  // value.
   void FillUnknown() {
     for (std::size_t i = 0; i < view_.region.pixels.size(); ++i) {
       if (view_.region.pixels[i] == SurfaceView::kNoRegion) continue;

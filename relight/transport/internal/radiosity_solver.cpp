@@ -122,12 +122,13 @@ class Sweep {
   std::span<const float> omega_;
 };
 
-// Where one light is on its way: by single reflections first, and by Chebyshev's polynomials once
+// The iteration of one light: by single reflections first, and by Chebyshev's polynomials once
 // these show how fast they fade (Golub and Varga, "Chebyshev semi-iterative methods, successive
 // overrelaxation iterative methods, and second order Richardson iterative methods", 1961). Form
 // factors times albedo have real eigenvalues, but for the rays' scatter; of the largest one what
-// has been seen is a lower bound. Too low a bound slows the way and does not change where it leads;
-// it is seen by that, and raised (Hageman and Young, "Applied iterative methods", 1981, chapter 5).
+// has been seen is a lower bound. Too low a bound slows convergence and does not change the result;
+// it is detected by that, and raised (Hageman and Young, "Applied iterative methods", 1981, chapter
+// 5).
 class Approach {
  public:
   bool IsDone() const { return is_done_; }
@@ -184,7 +185,7 @@ class Approach {
   bool is_done_ = false;
 };
 
-// A light stops when it would by itself: what it is solved together with changes nothing of it.
+// A light stops when it would by itself: lights that are solved together do not affect each other.
 // take(light, values) is called for each once, with all values of the block.
 template <std::size_t kFloats, class Take>
 BlockSolution Iterate(Sweep<kFloats> sweep,
