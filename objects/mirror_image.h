@@ -27,7 +27,7 @@ struct MirrorImageOptions {
   void Validate() const;
 };
 
-// Light that a unit of one basis light sends about, for MirrorImage::Fold.
+// Light in the scene under a unit of one basis light, for MirrorImage::Fold.
 struct MirroredBasis {
   const SkyShape* sky = nullptr;  // Null for the sun.
   // Radiosity of the faces; of the real ones without the objects.
@@ -60,7 +60,7 @@ class MirrorImage {
   // Whether any glossy surface is in view.
   bool Empty() const { return entries_.empty(); }
 
-  // Works out the response to a unit of basis light `light`; 0 is the sun, 1 + k sky shape k. The
+  // Computes the response to a unit of basis light `light`; 0 is the sun, 1 + k sky shape k. The
   // scenes are those of construction.
   // Throws std::invalid_argument where a number of faces is another.
   void Fold(std::size_t light,
@@ -79,7 +79,7 @@ class MirrorImage {
     std::int32_t place = kSky;  // In places_, or kSky, or -2 - object face.
   };
   static constexpr std::int32_t kSky = -1;
-  // A real surface as it is met.
+  // A place on a real surface that a ray meets.
   struct Place {
     glm::vec3 start_m{0.0f};  // Off the surface.
     std::int32_t face = 0;
@@ -88,7 +88,7 @@ class MirrorImage {
     std::uint32_t hider_count = 0;  // Object faces, of rays_per_place_ rays.
   };
 
-  // A basis light on real surfaces and objects; directions to points of the sun's disc, for its.
+  // A basis light on real surfaces and objects; for the sun, with directions to points of its disc.
   struct LitScene {
     const MirroredBasis& basis;
     const PatchScene& real;

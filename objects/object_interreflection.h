@@ -19,8 +19,8 @@ namespace pleinair {
 //
 // A vertex gets the volume's irradiance for the share of its hemisphere (cosine-weighted) that no
 // object hides, and one reflection off the objects for the rest: of the sun, shadowed, and of the
-// volume's light. Which part of the sky is hidden is not minded: exact where light is the same from
-// everywhere.
+// volume's light. It is not considered which part of the sky is hidden: exact where light is the
+// same from everywhere.
 class ObjectInterreflection {
  public:
   explicit ObjectInterreflection(const std::vector<VirtualObject>& objects);

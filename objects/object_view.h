@@ -15,8 +15,8 @@
 
 namespace pleinair {
 
-// Over the part of the undistorted picture (see UndistortedCover) that objects may show in. Real
-// surfaces are not there: what they hide is cheaper to ask for than to find out about.
+// Covers the part of the undistorted picture (see UndistortedCover) in which objects may be
+// visible. Real surfaces are left out: it is cheaper to test where needed what they hide.
 struct ObjectView {
   static constexpr int kSamplesPerSide = 2;  // Of a pixel.
   static constexpr std::uint32_t kNothing = 0xffffffffu;

@@ -17,7 +17,7 @@ namespace pleinair {
 
 struct MirroredDirection {
   glm::vec3 direction{0.0f};
-  glm::vec3 weight{0.0f};  // Of the radiance from there.
+  glm::vec3 weight{0.0f};  // Factor on the radiance from there.
 };
 
 // One of the visible normals' mirror directions for a point of the unit square (Heitz 2018,
