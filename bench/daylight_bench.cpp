@@ -70,7 +70,7 @@ struct Room {
   }
 };
 
-// Null where the recording is not there.
+// Null where the recording is missing.
 const Room* TheRoom(benchmark::State& state) {
   if (!std::filesystem::exists(kFolder)) {
     state.SkipWithError("the recorded room is not there");
