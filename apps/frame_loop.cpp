@@ -23,7 +23,7 @@
 namespace pleinair {
 namespace {
 
-// What the real shadows say of the sun, into the log and the report.
+// Writes to log and report what the real shadows show about the sun.
 void ReportShadows(const ShadowDirectionFinder& finder, std::vector<std::string>& notes) {
   const ShadowDirectionResult result = finder.Result();
   for (const FrameShadowDirection& frame : result.frames) {
@@ -98,7 +98,7 @@ auto InTheBackground(const Work& work) {
 
 }  // namespace
 
-// What no picture could be made of as it was, over a run's frames.
+// Defects that composites could not be made from unchanged, over a run's frames.
 class FrameLoop::PictureDefects {
  public:
   void Add(const Frame& frame, const FrameResult& result) {

@@ -43,8 +43,8 @@ struct ImperfectionResult {
 struct ImperfectRecording {
   std::string name;
   int frames = 0;
-  ImperfectionResult perfect;      // But 8-bit frames with noise.
-  ImperfectionResult without_map;  // But true mean albedos; where compared with.
+  ImperfectionResult perfect;      // Without imperfections, but 8-bit frames with noise.
+  ImperfectionResult without_map;  // With true mean albedos; where compared with.
   std::vector<std::vector<ImperfectionResult>> dials;  // In their order, one a size.
 
   // What a dial's sizes are to be compared with.

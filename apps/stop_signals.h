@@ -7,8 +7,8 @@
 
 namespace pleinair {
 
-// While it lives, SIGINT and SIGTERM wait for Wait in place of ending the process. To be made
-// before the threads that it is to hold for.
+// While it lives, SIGINT and SIGTERM wait for Wait in place of ending the process. To be
+// constructed before the threads to which it applies.
 class StopSignals {
  public:
   StopSignals();

@@ -39,7 +39,7 @@ struct TrialFigures {
   std::optional<double> render_ms;     // And read back.
 };
 
-// What a sweep begins from: each frame by itself, without the filter over time.
+// The options that a sweep varies: each frame by itself, without the filter over time.
 SessionOptions TrialRunOptions(const TrialSettings& settings);
 
 // See TradeoffTrials. None where nothing of the kind was scored.
