@@ -1,4 +1,4 @@
-// What a kind of work costs here, learned from how long it took.
+// The cost of a kind of work on this machine, learned from measured times.
 #pragma once
 
 namespace pleinair {

@@ -1,5 +1,5 @@
-// What glossy virtual objects mirror: sky, real surfaces and objects as seen from the very points
-// that mirror them.
+// Mirror images on glossy virtual objects: sky, real surfaces and objects as seen from the very
+// points that mirror them.
 #pragma once
 
 #include <cstddef>
@@ -75,7 +75,7 @@ class MirrorImage {
  private:
   struct Entry {
     glm::vec3 weight{0.0f};     // Reflectance over the number of rays.
-    glm::vec3 direction{0.0f};  // Of the ray.
+    glm::vec3 direction{0.0f};  // The ray's direction.
     std::int32_t place = kSky;  // In places_, or kSky, or -2 - object face.
   };
   static constexpr std::int32_t kSky = -1;

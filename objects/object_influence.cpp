@@ -284,7 +284,7 @@ void ObjectInfluence::See(const PatchScene& real,
       const std::size_t pixel = sides.Index(x, y);
       const auto around = last_side.Around(static_cast<std::size_t>(sides.pixels[pixel]),
                                            view.position_world_m.pixels[pixel]);
-      // What an object stands on is not to darken what lies beside it.
+      // Receivers under an object must not darken what lies beside it.
       float open = 0.0f;
       for (const FaceLattice::Weighted& at : around) open += at.weight * is_open_[at.receiver];
       for (std::size_t k = 0; k < 3; ++k) {

@@ -1,5 +1,5 @@
-// What virtual objects do to the light of real surfaces beside the sun's own shadow: they hide sky
-// and real faces that a surface saw, and shine in their place.
+// Change by virtual objects of the light of real surfaces, apart from the sun's own shadow: they
+// hide sky and real faces that a surface saw, and shine in their place.
 #pragma once
 
 #include <algorithm>
@@ -68,8 +68,8 @@ struct ObjectInfluenceOptions {
 
 // Which parts of the influence are wanted.
 struct InfluenceParts {
-  bool hidden_light = true;  // Of the sky and of real faces behind the objects.
-  bool object_light = true;  // What the objects send instead.
+  bool hidden_light = true;  // Light of the sky and of real faces behind the objects.
+  bool object_light = true;  // Light that the objects send instead.
 };
 
 // A unit of a basis light, as the scene has it.

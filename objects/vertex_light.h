@@ -106,8 +106,8 @@ class VertexLight {
   void UpdateDaylight(const FrameBasis& basis);
   bool IsDaylightCurrent(const FrameBasis& basis) const;
   const LearnedCost& DaylightMs() const { return daylight_cost_; }
-  // What daylight samples are; none where it is gathered. Its maps_drawn are those since the last
-  // call.
+  // Summary of the daylight samples; none where daylight is gathered. Its maps_drawn are those
+  // since the last call.
   std::optional<DirectDaylightSummary> TakeDaylightSummary();
 
   // Radiosity of the faces of Objects() per unit of a light that Update was given.
@@ -118,7 +118,7 @@ class VertexLight {
                                               std::size_t light,
                                               std::span<const Receiver> receivers);
 
-  // What reaches the vertices.
+  // Sums the light that reaches the vertices.
   void Evaluate(const FrameBasis& basis, const Lighting& lighting);
   // Milliseconds that environment maps took, where the route needs them, since the last call.
   double TakeEnvironmentMs() { return std::exchange(environment_ms_, 0.0); }
@@ -244,7 +244,7 @@ class VertexLight {
   LearnedCost set_up_cost_;
   LearnedCost near_cost_;
   std::array<LearnedCost, 3> light_costs_;  // By WayOf.
-  LearnedCost between_cost_;                // Of the rays between objects.
+  LearnedCost between_cost_;                // Cost of the rays between objects.
   LearnedCost follow_cost_;
   LearnedCost daylight_cost_;
   LearnedCost sum_cost_;

@@ -66,7 +66,7 @@ bool VertexLight::Leave(const std::vector<glm::dmat4>& world_from_given) {
 std::vector<std::size_t> VertexLight::NextParts() {
   constexpr std::size_t kPart = ObjectGather::kVerticesPerPart;
   const std::size_t all = gather_.PartCount();
-  // Those that lack rays, from `first` on around.
+  // Parts that lack rays, from `first` on and then from the beginning.
   const auto lacking = [&](bool of_moved, std::size_t first) {
     std::vector<std::size_t> parts;
     for (std::size_t i = 0; i < all; ++i) {

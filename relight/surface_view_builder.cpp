@@ -55,7 +55,7 @@ void ForPixelsInside(const SampleRegionPolygon& polygon,
 }  // namespace
 
 struct SurfaceViewBuilder::Impl {
-  // What the view shows of a sun.
+  // The view's images under a sun.
   struct SunInView {
     GrayImage visibility;
     RgbImage bounce;
@@ -176,7 +176,7 @@ struct SurfaceViewBuilder::Impl {
     ++view.sky_version;
   }
 
-  // Of the view whose pixels `receivers` are blended over.
+  // Fills the sky responses of the view over whose pixels `receivers` are blended.
   void SkyResponses(const SurfaceGather& receivers,
                     std::span<const std::size_t> of_shapes,
                     SurfaceView& of_view) const {
@@ -302,7 +302,7 @@ struct SurfaceViewBuilder::Impl {
     return std::move(made->in_view);
   }
 
-  // What the view had goes to `in_view`.
+  // The view's former images go to `in_view`.
   void FillSun(SunInView& in_view) {
     view.sun_direction_enu = sun->direction_enu;
     std::swap(view.sun_visibility, in_view.visibility);
@@ -311,7 +311,7 @@ struct SurfaceViewBuilder::Impl {
     ++view.sun_version;
   }
 
-  // Of the view, on surfaces: bounces of the sun, and the response to these shapes.
+  // On surfaces: fills the view's bounces of the sun, and its response to these shapes.
   void LookUp(bool with_sun, std::span<const std::size_t> of_shapes) {
     std::vector<std::size_t> lights;
     std::vector<RgbImage*> images;

@@ -19,7 +19,7 @@ namespace pleinair {
 class InfluenceRays {
  public:
   struct Hit {
-    float share = 0.0f;  // Of the receiver's cosine-weighted hemisphere.
+    float share = 0.0f;  // Share of the receiver's cosine-weighted hemisphere.
     std::int32_t object_face = 0;
     std::int32_t behind = PatchScene::kSky;  // Real face.
     glm::vec3 direction{0.0f};

@@ -1,4 +1,4 @@
-// What an object's own shape does to the light at its vertices: kept in the object's space, where
+// Effect of an object's own shape on the light at its vertices: kept in the object's space, where
 // it stays while the object moves as a rigid body.
 #pragma once
 
@@ -52,10 +52,10 @@ class OwnShape {
 
  private:
   struct Source {
-    std::uint32_t index = 0;  // Of a cell of all objects', or of a face.
+    std::uint32_t index = 0;  // Index of a cell among all objects', or of a face.
     float share = 0.0f;
   };
-  // Of a part's vertices: sources of its vertex i are [begin[i], begin[i + 1]).
+  // Sources of a part's vertices: those of its vertex i are [begin[i], begin[i + 1]).
   struct Rows {
     std::vector<std::uint32_t> begin{0};
     std::vector<Source> sources;

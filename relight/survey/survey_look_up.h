@@ -14,7 +14,7 @@
 
 namespace pleinair {
 
-// What the survey's map says of one surface point.
+// The survey map's data for one surface point.
 struct SurveyedPoint {
   glm::vec3 albedo_rgb{0.0f};
   float edge_distance_px = 0.0f;  // In map pixels.

@@ -93,7 +93,7 @@ struct PixelBlock {
 class PixelBlocks {
  public:
   PixelBlocks() = default;
-  // Of blocks with sides of 1 px all pixels are corners.
+  // In blocks with sides of 1 px all pixels are corners.
   PixelBlocks(int width, int height, int side_px)
       : width_(width),
         height_(height),

@@ -63,8 +63,8 @@ class GatheredRays {
                std::span<const Receiver> receivers,
                std::span<const std::uint32_t> identities,
                const GatherOptions& options);
-  // Of two scenes in one place: the faces of `first`, then those of `second`. Skylines are left
-  // out.
+  // Rays in two scenes in one place: the faces of `first`, then those of `second`. Skylines are
+  // left out.
   GatheredRays(const PatchScene& first,
                const PatchScene& second,
                std::span<const Receiver> receivers,
@@ -120,8 +120,8 @@ class GatheredRays {
   // 1 / rays_per_receiver.
   std::vector<std::uint64_t> sky_begin_;
   std::vector<std::uint32_t> sky_direction_;
-  // What follows from them: the cell of SkyTable that each lies in, and per receiver the sum of
-  // their heights (z).
+  // Derived from these: the cell of SkyTable that each lies in, and per receiver the sum of their
+  // heights (z).
   std::vector<std::uint16_t> sky_cell_;
   std::vector<double> sky_heights_;
   std::int32_t rays_per_receiver_ = 1;

@@ -24,7 +24,8 @@ constexpr double kConverged = 1e-4;
 constexpr int kMaxIterations = 30;
 // A face's mean leaves out pixels this near to an edge, where it has others.
 constexpr float kEdgeMarginPx = 1.5f;
-// And this share of its weight at either end: glass, shadow of what the mesh lacks.
+// The mean also leaves out this share of its weight at either end: glass, shadow of what the mesh
+// lacks.
 constexpr double kTrimmedShare = 0.1;
 // A surface's albedo may be this many scatters from its median.
 constexpr double kScatters = 2.0;

@@ -1,4 +1,4 @@
-// What a survey map shows against the sky and the mesh lacks.
+// Things that a survey map shows against the sky and the mesh lacks.
 #pragma once
 
 #include <glm/vec3.hpp>

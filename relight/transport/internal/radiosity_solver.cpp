@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::size_t kFacesPerTask = 256;
 
-// Of `lights` lights, three channels each. A fourth, which is zero, makes the rows of few lights
-// whole vectors of the processor.
+// A row holds `lights` lights of three channels each. A fourth channel, which is zero, makes the
+// rows of few lights whole vectors of the processor.
 struct Layout {
   std::size_t lights = 1;
   std::size_t stride = 3;
@@ -26,7 +26,7 @@ struct Layout {
 };
 
 constexpr std::size_t kMostFloats = 3 * kLightsPerBlock;
-constexpr std::size_t kMostPadded = 8;  // Lights that are.
+constexpr std::size_t kMostPadded = 8;  // Most lights that have a fourth channel.
 static_assert(4 * kMostPadded <= kMostFloats);
 
 // Per float of a block's row: largest change, and largest radiosity.
@@ -172,7 +172,7 @@ class Approach {
   static constexpr int kSweepsToSee = 4;
   static constexpr double kTooLow = 0.8;
   static constexpr double kMost = 0.999;
-  static constexpr double kRounding = 1e-6;  // Of a face's sum.
+  static constexpr double kRounding = 1e-6;  // Relative error of a face's sum.
   static constexpr int kPatience = 50;       // Sweeps without any progress.
 
   double least_change_ = std::numeric_limits<double>::infinity();
