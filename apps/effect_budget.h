@@ -25,9 +25,9 @@ class EffectBudget {
  private:
   EffectSettings settings_;
   std::optional<double> interval_ms_;
-  bool is_unlimited_ = true;       // The next frame.
-  std::int64_t short_frames_ = 0;  // In a row, that left something out for the budget.
-  std::int64_t wait_frames_ = 0;   // Of those, before one is without budget.
+  bool is_unlimited_ = true;       // The next frame has no budget.
+  std::int64_t short_frames_ = 0;  // Successive frames that left something out for the budget.
+  std::int64_t wait_frames_ = 0;   // Number of those before one is without budget.
 };
 
 }  // namespace pleinair

@@ -88,11 +88,11 @@ void NoteUnits(LightUnits units, std::vector<std::string>& notes) {
   spdlog::warn("{}", note);
 }
 
-// On this thread alone, of those that parallel work could use, and after all that frames need.
+// Runs `work` on this thread alone, without the others of the pool, and at the lowest priority.
 template <typename Work>
 auto InTheBackground(const Work& work) {
   constexpr int kLowestPriority = 19;
-  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // Of the calling thread, on Linux.
+  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // On Linux this sets the calling thread's.
   return tbb::task_arena(1).execute(work);
 }
 

@@ -1,4 +1,4 @@
-// What may be wrong with a recording, and by how much: what `tradeoff --sweep imperfections` turns.
+// Imperfections of a recording and their sizes, for `tradeoff --sweep imperfections`.
 #pragma once
 
 #include <functional>

@@ -14,7 +14,7 @@ namespace pleinair {
 
 struct ImperfectionSettings {
   std::vector<std::filesystem::path> sequences;  // Each with its truth/.
-  std::filesystem::path cache;                   // Of what is prepared; empty: gone with the sweep.
+  std::filesystem::path cache;  // Cache of preparations; empty: removed after the sweep.
   int seeds = 2;
   int frames_limit = 4;     // Spread over those that have a picture with the object.
   PrepareSettings prepare;  // Of all runs.

@@ -12,7 +12,7 @@ namespace pleinair {
 class StopSignals {
  public:
   StopSignals();
-  // What it was before.
+  // Restores the signals' former handling.
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
