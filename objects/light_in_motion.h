@@ -1,5 +1,5 @@
-// Light at the vertices of virtual objects while they move as rigid bodies: what their own shape
-// does to it is kept, what comes from outside follows each pose, and the rest is gathered in turn.
+// Light at the vertices of virtual objects while they move as rigid bodies. The effect of their own
+// shape is kept, light from outside follows each pose, and the rest is gathered in turn.
 #pragma once
 
 #include <cstddef>

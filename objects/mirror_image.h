@@ -38,12 +38,12 @@ struct MirroredBasis {
   DirectionalLight sun;
 };
 
-// Set up once per view and pose: rays leave what is glossy in a pixel's square along half vectors
-// of the visible GGX normals (Heitz 2018, "Sampling the GGX distribution of visible normals"), and
-// what each meets is stored. A real surface is shown with the survey's albedo at the very place, in
-// the sun where a ray from there reaches it past real and virtual casters, and less lit by what
-// objects hide from it. The disc itself is not mirrored: the renderer's glint is analytic. Other
-// mirrors are shown as if they were diffuse.
+// Set up once per view and pose. Rays leave the glossy surfaces in a pixel's square along half
+// vectors of the visible GGX normals (Heitz 2018, "Sampling the GGX distribution of visible
+// normals"); the hit of each is stored. A real surface has the survey's albedo at the very place.
+// It is in the sun where a ray from there reaches it past real and virtual casters, and it lacks
+// the light that objects hide from it. The disc itself is not mirrored: the renderer's glint is
+// analytic. Other mirrors are shown as if they were diffuse.
 //
 // Threads  The result does not depend on their number.
 class MirrorImage {

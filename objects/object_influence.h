@@ -53,8 +53,8 @@ struct ObjectInfluenceOptions {
   // a tenth of that.
   double least_spacing = 0.06;
   // Receivers stand where the objects' bounding spheres fill more than this share of a surface's
-  // view: under a clear sun, eight times the sky, a white object brings a shaded surface half a
-  // code value there. Converged: a tenth of that.
+  // view. Under a clear sun, eight times the sky, a white object adds half a code value to a shaded
+  // surface there. Converged: a tenth of that.
   double least_share = 1.0 / 1024.0;
   // Blocks of pixels and spacing on faces are so many times as wide beside the distance to the
   // objects. Converged: a tenth.

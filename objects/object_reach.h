@@ -35,9 +35,10 @@ InfluenceReach ReachOfInfluence(const PatchScene& objects,
                                 const SurfaceView& view,
                                 const ObjectInfluenceOptions& options = {});
 
-// Whether some of the sun's disc is seen, past `real` alone, from a vertex of the objects (five
-// rays, to the disc's centre and rim) or the middle of a face of theirs (one), whichever way it
-// faces. What reaches an object between those is missed; a sun below the horizon is not seen.
+// Whether some of the sun's disc is seen, past `real` alone, from the objects, whichever way they
+// face. Tested from their vertices (five rays, to the disc's centre and rim) and the middles of
+// their faces (one). What reaches an object between those is missed; a sun below the horizon is not
+// seen.
 bool AnySeesSun(const PatchScene& objects, const RayCaster& real, const DirectionalLight& sun);
 
 }  // namespace pleinair

@@ -69,8 +69,8 @@ struct AskedPoints {
   std::vector<glm::vec3> normals;  // Unit.
 };
 
-// Every point with every normal, for one mesh, taken as it is: no ground is added unless asked for,
-// a ray that misses the mesh and rises above the horizon is sky, nothing shines from below it.
+// Every point with every normal, for one mesh as it is: no ground is added unless options say so. A
+// ray that misses the mesh and rises above the horizon is sky; nothing shines from below it.
 //
 // Accuracy  sharp edges of sunlight on surfaces are resolved at the ray's hit; light that surfaces
 //           get from the sky, and from each other, is even within a patch.

@@ -102,15 +102,15 @@ struct DiffuseParts {
   const Gray8Image* mask = nullptr;                // Of the map's size, 255 may be; null: all.
 };
 
-// Surveys `map`: light, then albedo = pi L / E with E gathered at each pixel from the map's own
-// sky, its sun and what the faces reflect, face albedos being means over the map's pixels and
+// Surveys `map`: light, then albedo = pi L / E. E is gathered at each pixel from the map's own sky,
+// its sun and the light that faces reflect. Face albedos are means over the map's pixels and
 // iterated to convergence (as in grosch-2005). Faces that the map does not see get their material's
 // mean, or its diffuse albedo where the map sees none of it. Sets scene.face_albedo_rgb and
 // scene.skyline.
 //
-// Where the disc is clipped or hidden, or holds less than half of what shadows say, the sun is that
-// of the shadows (lit and shaded points of one surface), found together with the albedo; where
-// there are none, the clear-sky model's for the map's sky.
+// Where the disc is clipped or hidden, or holds less than half of the light that shadows indicate,
+// the sun is that of the shadows: lit and shaded points of one surface, found together with the
+// albedo. Without shadows it is the clear-sky model's for the map's sky.
 //
 // Throws std::invalid_argument for a map with defects, or sizes that don't fit.
 Survey MakeSurvey(const SurveyMap& map,

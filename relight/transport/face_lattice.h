@@ -17,12 +17,12 @@ namespace pleinair {
 
 // A side of a triangle whose edges are cut into n parts each has receivers at the corners of its
 // n^2 small triangles. Sides of one plane share a receiver where they meet in it. It stands in the
-// middle of what they have around it: inside a plane on the spot, at the plane's rim a little
-// inside, so that one on the rim of a wall does not stand in the wall beside it.
+// middle of the small triangles around it: inside a plane that is on the spot, at the plane's rim a
+// little inside. So a receiver on the rim of a wall does not stand in the wall beside it.
 //
-// Sides of a joined patch have those of a grid over the patch, seen along the axis that it looks
-// along most: each on the triangle nearest to a corner of the grid, shared with patches beside it.
-// So small triangles do not ask for more receivers than large ones.
+// Sides of a joined patch have the receivers of a grid over the patch, seen along the axis that it
+// looks along most. Each stands on the triangle nearest to a corner of the grid, and is shared with
+// patches beside it. So small triangles do not ask for more receivers than large ones.
 class FaceLattice {
   struct Grid;
   // For barycentric weights of points: the gradients of the weights of vertices 0 and 1.

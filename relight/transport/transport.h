@@ -166,9 +166,9 @@ struct FaceLights {
   std::vector<glm::vec3> radiosity;  // [face * lights + light].
   int iterations = 0;                // The most that a block of lights took.
   double residual = 0.0;             // The largest of any light, relative to that light.
-  // |arrived - sent| / sent of the light that faces send to each other, the worst of all lights:
-  // what arrives by the receivers' rays and what leaves by the senders' is one light, and differs
-  // by their noise and the patches' size. 0 where no light is sent.
+  // |arrived - sent| / sent of the light that faces send to each other, the worst of all lights.
+  // Light that arrives by the receivers' rays should equal light that leaves by the senders'; they
+  // differ by the rays' noise and the patches' size. 0 where no light is sent.
   double energy_error = 0.0;
 
   std::size_t FaceCount() const { return lights == 0 ? 0 : radiosity.size() / lights; }

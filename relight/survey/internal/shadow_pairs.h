@@ -59,10 +59,9 @@ struct SunFromShadows {
 //
 // Each comparison errs by the scatter of its albedos over the map and by what its surfaces share:
 // 5 %, where they face different ways 10 %; most of it common to all channels. The estimate is the
-// maximum of prior and comparisons, these with Student's t distribution of 4 degrees of freedom,
-// found from the prior's median on: one comparison that contradicts the prior is left out, several
-// that agree overrule it. None where no comparison has enough pixels, or a channel of the sky is
-// black.
+// maximum of prior and comparisons, found from the prior's median on. Comparisons have Student's t
+// distribution of 4 degrees of freedom: one that contradicts the prior is left out, several that
+// agree overrule it. None where no comparison has enough pixels, or a channel of the sky is black.
 std::optional<SunFromShadows> MeasureSunFromShadows(const ShadowPairsInput& input);
 
 }  // namespace pleinair
