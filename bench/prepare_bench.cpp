@@ -1,6 +1,5 @@
-// What `prepare` costs in all, what a camera's view costs when it is new and when the sun has
-// moved, and what a coarser or finer preparation changes in the response on which the estimate
-// depends.
+// Times `prepare`, and a camera's view when it is new and when the sun has moved. Also measures
+// what a coarser or finer preparation changes in the response on which the estimate depends.
 //
 //   pleinair_prepare_bench [--sequence=DIR] [Google Benchmark's options]
 
