@@ -13,7 +13,7 @@ class Validator;
 
 namespace pleinair {
 
-// What the command line asks for, once it is read; returns the exit code.
+// The work that the command line asks for, done after it is read; returns the exit code.
 using Work = std::function<int()>;
 
 // Prints to standard output, as OutputText, ending with a new line; returns 0.
@@ -23,7 +23,7 @@ void PrintError(const std::string& reason);
 
 // A finite number above 0.
 CLI::Validator Positive();
-// The same from 0 on.
+// A finite number of at least 0.
 CLI::Validator NotNegative();
 
 // An integer from 0 to 2^64 - 1.

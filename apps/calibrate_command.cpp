@@ -55,14 +55,14 @@ std::string Report(const ResponseFit& fit) {
   return text;
 }
 
-// A line for a picture that is no use.
+// A line for an unusable picture.
 std::string LeftOut(const std::filesystem::path& file, const std::string& message) {
   const std::string name = file.string() + ": ";
   return name + "left out: " + (message.starts_with(name) ? message.substr(name.size()) : message) +
          "\n";
 }
 
-// The bracket without pictures that are no use, which the report names.
+// The bracket without unusable pictures, which the report names.
 ResponseFit FitReadableBracket(const CalibrateResponseOptions& options, std::string& report) {
   if (!options.exposures.empty()) ExposuresOf(options.pictures, options.exposures);  // One each.
   std::vector<ExposedPicture> pictures;

@@ -15,7 +15,7 @@ struct CalibrateResponseOptions {
   bool chart = false;              // From a ColorChecker in each picture, not from the bracket.
   std::string corners;             // Of the chart, "x,y" four times; empty: found.
   std::string curve = "monotone";  // For the chart: monotone or logarithmic.
-  // One of them at least.
+  // At least one of these two.
   std::filesystem::path out;
   std::filesystem::path site;  // The folder whose camera it is.
 };

@@ -130,8 +130,8 @@ std::vector<BoardSize> SizesSeen(const std::vector<std::filesystem::path>& files
   return sizes;
 }
 
-// The size of board that the pictures fit, for a message. Parts of a board fit, too: of several
-// sizes the one with most corners in all.
+// The size of board that the pictures fit, for a message. Parts of a board also fit, so of several
+// sizes it is the one with most corners in all.
 std::string AdviceOnBoard(const CalibrateLensOptions& options, BoardSize wrong) {
   std::string advice = "does not fit, nor does another size that is seen in the pictures";
   std::size_t most_corners = 0;

@@ -31,7 +31,7 @@ const char* NameOf(NorthKind kind) {
   return "true";
 }
 
-// Azimuth that the model's +Y is said to have.
+// Stated azimuth of the model's +Y.
 double StatedNorthAzimuthRad(const CalibrateNorthOptions& options, const Sequence& sequence) {
   if (options.model_north == NorthKind::kTrue) return 0.0;
   if (!sequence.site) {

@@ -13,7 +13,7 @@ namespace pleinair {
 struct CalibrateNorthOptions {
   std::filesystem::path sequence;
   FrameKind frames = FrameKind::kLinear;
-  NorthKind model_north = NorthKind::kTrue;  // What the model's +Y is said to be.
+  NorthKind model_north = NorthKind::kTrue;  // The stated north of the model's +Y.
   MagneticModelFile magnetic;
   // CSV of frame, x and y in pixels: places on shadows' edges that a person has marked. Empty: the
   // pictures are searched.
@@ -21,7 +21,7 @@ struct CalibrateNorthOptions {
   bool json = false;
 };
 
-// The report to print. Bad frames are left out, and said. Throws std::runtime_error or
+// The report to print. Bad frames are left out and named. Throws std::runtime_error or
 // std::invalid_argument, one line.
 std::string RunCalibrateNorth(const CalibrateNorthOptions& options);
 

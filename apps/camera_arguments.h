@@ -14,7 +14,7 @@ namespace pleinair {
 // must outlive `command`. CameraRequest::Validate finds what excludes each other.
 void AddCameraOptions(CLI::App& command, CameraRequest& request);
 
-// Adds `cameras` to `app`; `work` is set when it is called for.
+// Adds `cameras` to `app`; `work` is set when the command is given.
 void AddCameras(CLI::App& app, Work& work);
 
 }  // namespace pleinair

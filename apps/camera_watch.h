@@ -1,4 +1,4 @@
-// What goes on beside a camera's pictures: events, and reasons to end.
+// Watches a camera's run beside its pictures: events, and reasons to end.
 #pragma once
 
 #include <atomic>
@@ -17,9 +17,9 @@ namespace pleinair {
 // Called by the watch's thread.
 struct WatchTasks {
   std::function<void(Event)> write;  // Each event, in order; the last ones by Finish.
-  // Some times a second. Whether there is a reason to end.
+  // Called several times a second. Returns whether there is a reason to end.
   std::function<bool()> look = [] { return false; };
-  std::function<void()> end = [] {};  // Once there is one, and again: the capture is stopped.
+  std::function<void()> end = [] {};  // Called when the capture is stopped, perhaps repeatedly.
 };
 
 // SIGINT and SIGTERM, the time that was asked for and `look` stop the capture.
@@ -39,7 +39,7 @@ class CameraWatch {
   // second later.
   void StartTime() { started_ = std::chrono::steady_clock::now(); }
 
-  // Writes the last events, too: that the run has ended comes after all others.
+  // Writes the last events, too. The run's end is the last of all.
   void Finish(std::string how_it_ended);
 
  private:

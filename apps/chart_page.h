@@ -1,4 +1,4 @@
-// What pages of charts and their tables share.
+// Functions that pages of charts and tables share.
 #pragma once
 
 #include <string>

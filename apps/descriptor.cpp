@@ -33,7 +33,7 @@ Descriptor::~Descriptor() {
 
 Descriptor OpenForWriting(const std::string& path) {
   if (path == "-") return StandardOutput();
-  // A pipe without a reader would else wait for one for ever.
+  // Without a limit a pipe would wait for a reader for ever.
   constexpr int kTries = 100;
   constexpr std::chrono::milliseconds kBetween{100};
   for (int i = 0;; ++i) {
@@ -55,7 +55,7 @@ void WriteAll(const Descriptor& descriptor,
               std::span<const std::byte> bytes,
               const std::string& what,
               const std::stop_token& stop) {
-  // Once: a pipe without a reader else ends the process.
+  // Once a process: else a pipe whose reader is gone would end it.
   [[maybe_unused]] static const auto ignored = std::signal(SIGPIPE, SIG_IGN);
   constexpr std::chrono::milliseconds kTick{100};
   constexpr int kLastTicks = 10;

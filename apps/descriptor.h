@@ -34,8 +34,8 @@ class Descriptor {
 // reader. A pipe's writes never wait. Throws std::runtime_error, one line with the path.
 Descriptor OpenForWriting(const std::string& path);
 
-// All of it, waiting for a pipe's reader; once `stop` is requested, for a second. Throws
-// std::runtime_error naming `what`; a reader that is gone is no signal.
+// Writes all bytes, waiting for a pipe's reader; once `stop` is requested, for a second. Throws
+// std::runtime_error naming `what`; a reader that is gone raises no signal.
 void WriteAll(const Descriptor& descriptor,
               std::span<const std::byte> bytes,
               const std::string& what,

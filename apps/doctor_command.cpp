@@ -218,7 +218,7 @@ Finding CheckLoopback() {
   return {"video output", State::kOk, fmt::format("{}", fmt::join(devices, ", ")), ""};
 }
 
-// Of the current folder: outputs and recordings go below it unless said.
+// Space in the current folder, below which outputs and recordings go by default.
 Finding CheckSpace() {
   // An hour of 640x480 at 30 pictures a second, as PNG.
   constexpr std::uintmax_t kEnoughBytes = 30ULL << 30;

@@ -9,7 +9,7 @@ namespace {
 constexpr std::int64_t kFirstWaitFrames = 15;
 constexpr std::int64_t kLongestWaitFrames = 1800;
 
-// What is too dark to be seen is left out with any budget.
+// Effects that are too dark to be seen are left out with any budget.
 bool IsShort(const EffectPlan& plan, double threshold_code_values) {
   return std::any_of(plan.effects.begin(), plan.effects.end(), [&](const PlannedEffect& effect) {
     return effect.fate == EffectFate::kLeftOut && effect.bound_code_values > threshold_code_values;

@@ -5,7 +5,7 @@
 
 namespace pleinair {
 
-// Add the command to `app`; `work` is set when it is called for.
+// Add the command to `app`; `work` is set when the command is given.
 void AddRegress(CLI::App& app, Work& work);
 void AddTradeoff(CLI::App& app, Work& work);
 

@@ -23,7 +23,7 @@
 namespace pleinair {
 namespace {
 
-// What the real shadows say of the sun, into the log and the report.
+// Writes to log and report what the real shadows show about the sun.
 void ReportShadows(const ShadowDirectionFinder& finder, std::vector<std::string>& notes) {
   const ShadowDirectionResult result = finder.Result();
   for (const FrameShadowDirection& frame : result.frames) {
@@ -88,17 +88,17 @@ void NoteUnits(LightUnits units, std::vector<std::string>& notes) {
   spdlog::warn("{}", note);
 }
 
-// On this thread alone, of those that parallel work could use, and after all that frames need.
+// Runs `work` on this thread alone, without the others of the pool, and at the lowest priority.
 template <typename Work>
 auto InTheBackground(const Work& work) {
   constexpr int kLowestPriority = 19;
-  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // Of the calling thread, on Linux.
+  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // On Linux this sets the calling thread's.
   return tbb::task_arena(1).execute(work);
 }
 
 }  // namespace
 
-// What no picture could be made of as it was, over a run's frames.
+// Defects that composites could not be made from unchanged, over a run's frames.
 class FrameLoop::PictureDefects {
  public:
   void Add(const Frame& frame, const FrameResult& result) {

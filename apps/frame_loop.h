@@ -1,4 +1,4 @@
-// A run's frames one by one, and what there is to say of them.
+// A run's frames one by one, and notes on them.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,7 @@ struct FinishedFrame {
 
 class FrameLoop {
  public:
-  // Keeps both. `is_live`: frames do not wait for checks, which pass over some in turn.
+  // Keeps both. `is_live`: frames do not wait for checks, which then skip some frames.
   FrameLoop(const RunCommandOptions& options, SequenceSession& run, bool is_live = false);
   ~FrameLoop();
   FrameLoop(const FrameLoop&) = delete;
@@ -31,7 +31,7 @@ class FrameLoop {
 
   // None at the end. A frame that failed has its error alone.
   std::optional<FinishedFrame> Next();
-  // What was noted, and what all frames together say: for the report.
+  // Notes of single frames and of all together: for the report.
   std::vector<std::string> Finish();
 
  private:

@@ -1,4 +1,4 @@
-// What `run` leaves behind for each frame.
+// The files that `run` writes for each frame.
 #pragma once
 
 #include <filesystem>

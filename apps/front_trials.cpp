@@ -20,7 +20,7 @@
 namespace pleinair {
 namespace {
 
-// The first of a kind sets up what the others keep.
+// The first frame of a kind sets up what the others keep.
 constexpr int kStillFrames = 8;
 constexpr int kMovingFrames = 4;
 constexpr double kTurnOfAFrameDeg = 0.5;

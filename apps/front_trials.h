@@ -19,9 +19,9 @@ struct FrontPoint {
   // The figures of TradeoffTrials.
   std::vector<double> picture_error;  // Code values.
   std::vector<double> light_error;    // A share.
-  // A frame without files, where the same one comes again, and where each is from another
-  // direction. Milliseconds: the default's median times the ratio to the default, which was
-  // measured right before.
+  // Milliseconds of a frame without files: of a repeated frame, and of frames that each have
+  // another direction. The default's median times the ratio to the default, which was measured
+  // right before.
   std::vector<double> still_ms;
   std::vector<double> moving_ms;
   std::string failure;  // Empty: none.

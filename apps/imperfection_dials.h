@@ -1,4 +1,4 @@
-// What may be wrong with a recording, and by how much: what `tradeoff --sweep imperfections` turns.
+// Imperfections of a recording and their sizes, for `tradeoff --sweep imperfections`.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ struct ImperfectionDial {
   std::vector<double> sizes;
   double usual = 0.0;  // Among the sizes: a phone's, or a guess where a phone has none.
   std::function<void(Imperfections&, double)> set;
-  // Means something only where the survey has no map: compared with a recording that lacks it, too.
+  // Has a meaning only where the survey has no map: compared with a recording that lacks it, too.
   bool without_map = false;
 };
 

@@ -76,7 +76,7 @@ Cost CostOf(const ImperfectionPage& page, std::size_t dial, double size, Figure 
   return {SpreadOf(with), SpreadOf(without), SpreadOf(added)};
 }
 
-// The dearest for the light first.
+// The costliest for the light first.
 std::vector<std::size_t> ByCost(const ImperfectionPage& page) {
   std::vector<double> costs;
   for (std::size_t dial = 0; dial < page.dials.size(); ++dial) {

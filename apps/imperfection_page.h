@@ -18,7 +18,7 @@ struct ImperfectionPage {
 // and largest.
 std::string ImperfectionCsv(const ImperfectionPage& page);
 
-// A line a dial: what its usual size costs, median over recordings and seeds; the dearest first.
+// A line a dial: what its usual size costs, median over recordings and seeds; the costliest first.
 std::string ImperfectionsInWords(const ImperfectionPage& page);
 
 // What each dial's usual size adds to the errors of light and picture, as an SVG file.

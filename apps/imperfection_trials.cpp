@@ -22,10 +22,10 @@
 namespace pleinair {
 namespace {
 
-// What of a recording all its runs are compared with.
+// The part of a recording that all its runs are compared with.
 struct TrialRecording {
   Sequence sequence;
-  std::vector<int> frames;        // That are run.
+  std::vector<int> frames;        // Frames that are run.
   std::vector<TruthFrame> truth;  // One a frame that is run.
   double largest_true_sun = 0.0;
 };
@@ -105,7 +105,7 @@ CompositeScore ScoreObject(const TruthFrame& truth,
                          exposure});
 }
 
-// Adds what became of one run to `result`.
+// Adds the outcome of one run to `result`.
 void RunOnce(const TrialRecording& recording,
              const Imperfections& imperfections,
              std::uint64_t seed,

@@ -14,7 +14,7 @@ namespace pleinair {
 
 struct ImperfectionSettings {
   std::vector<std::filesystem::path> sequences;  // Each with its truth/.
-  std::filesystem::path cache;                   // Of what is prepared; empty: gone with the sweep.
+  std::filesystem::path cache;  // Cache of preparations; empty: removed after the sweep.
   int seeds = 2;
   int frames_limit = 4;     // Spread over those that have a picture with the object.
   PrepareSettings prepare;  // Of all runs.
@@ -43,8 +43,8 @@ struct ImperfectionResult {
 struct ImperfectRecording {
   std::string name;
   int frames = 0;
-  ImperfectionResult perfect;      // But 8-bit frames with noise.
-  ImperfectionResult without_map;  // But true mean albedos; where compared with.
+  ImperfectionResult perfect;      // Without imperfections, but 8-bit frames with noise.
+  ImperfectionResult without_map;  // With true mean albedos; where compared with.
   std::vector<std::vector<ImperfectionResult>> dials;  // In their order, one a size.
 
   // What a dial's sizes are to be compared with.

@@ -22,7 +22,8 @@ void RefuseTimes(const PictureTimes& times, const std::string& found) {
   }
 }
 
-// Of a folder's pictures alone: a video states when each of its pictures is shown.
+// These options are for a folder's pictures alone: a video states when each of its pictures is
+// shown.
 void RefuseTimesOfFolders(const PictureTimes& times) {
   if (times.interval) Refuse("--every", "a folder of pictures", "a video");
   if (!times.utc_offset.empty()) Refuse("--time-zone", "a folder of pictures", "a video");

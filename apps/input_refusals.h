@@ -1,4 +1,4 @@
-// Options that the input of `run` or `view` has no use for: they are refused before work begins.
+// Options that do not apply to the input of `run` or `view`: they are refused before work begins.
 #pragma once
 
 #include <string>

@@ -61,7 +61,7 @@ SunAngles ParseSun(const std::string& text) {
   return {azimuth_deg, elevation_deg};
 }
 
-// What the irradiance is asked under. A part that is missing is dark.
+// The light whose irradiance is computed. A missing part is dark.
 struct PointsLight {
   Lighting lighting;
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes;  // Of lighting.sky.

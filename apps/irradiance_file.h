@@ -24,7 +24,7 @@ struct PointsFile {
 // unit to 1e-3.
 PointsFile ReadPointsFile(const std::filesystem::path& file, bool needs_normals);
 
-// What is said about an answer beside its numbers.
+// What the output states beside its numbers.
 struct IrradianceHeading {
   std::string light_json;  // An object: which light, in what unit.
   LightPart part = LightPart::kTotal;

@@ -140,7 +140,7 @@ std::optional<double> RateOf(const CameraCapture& capture) {
   return rate > 0.0 ? std::optional(rate) : std::nullopt;
 }
 
-// The members' order is that of their making: other threads use what stands before them.
+// The order of the members is that of construction: other threads use what stands before them.
 class LiveRun {
  public:
   explicit LiveRun(const RunCommandOptions& options)
@@ -183,7 +183,7 @@ class LiveRun {
   }
 
  private:
-  // Ends a preparation whose result is no longer wanted.
+  // Thrown to end a preparation whose result is no longer wanted.
   struct NotWanted {};
 
   void Note(EventKind kind, std::string text) {
@@ -202,7 +202,7 @@ class LiveRun {
   }
 
   // Loads the site, and prepares it where that was not done before, while pictures pass. None where
-  // the run is to end before: after the stage of the preparation that is going on.
+  // the run is to end before; preparation then stops after its current stage.
   std::unique_ptr<SequenceSession> Prepare() {
     const SteadyClock::time_point start = SteadyClock::now();
     std::jthread passing([this](const std::stop_token& is_ready) { PassPictures(is_ready); });
@@ -307,7 +307,8 @@ class LiveRun {
     }
   }
 
-  // Whatever has failed: what there is gets its name, and the report is written if that can be.
+  // Done whatever has failed: complete outputs get their names, and the report is written if
+  // possible.
   void End(std::vector<std::string> notes) {
     capture_.Stop();
     if (recorder_) recorder_->Close();
@@ -361,8 +362,8 @@ class LiveRun {
   std::optional<CameraWatch> watch_;
   std::atomic<bool> is_preparing_ = false;
   std::atomic<bool> no_more_pictures_ = false;  // Before the site was ready.
-  std::int64_t passed_ = 0;                     // Pictures, until then.
-  std::chrono::nanoseconds taken_{0};  // When the frame in work was, on the monotonic clock.
+  std::int64_t passed_ = 0;                     // Pictures that passed until then.
+  std::chrono::nanoseconds taken_{0};  // When the current frame was taken, on the monotonic clock.
   std::string failure_;                // Why it ended early, one line; empty: it did not.
 };
 

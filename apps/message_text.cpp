@@ -22,7 +22,7 @@ std::size_t PrintableBytes(std::string_view text) {
   return is_c1_control ? 0 : length;
 }
 
-// Byte by byte: what is no character has no other form.
+// Byte by byte: bytes that are no character have no other form.
 void AppendEscapedByte(char byte, std::string& shown) {
   shown += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
 }

@@ -29,7 +29,7 @@ Json NamesOfOff(const EffectPlan& plan) {
   return names;
 }
 
-// Where works and drawing of the plan's frame took their time.
+// Time that the works and the drawing of the plan's frame took.
 double ActualMs(const FrameResult& result) {
   double ms = result.timing_ms.render + result.timing_ms.readback + result.planning_ms;
   for (const PlannedWork& work : result.works) ms += work.ms;

@@ -1,4 +1,4 @@
-// Lines of plan.jsonl: what was simulated of a frame, what was left out, and why.
+// Lines of plan.jsonl: the effects of a frame that were simulated or left out, and why.
 #pragma once
 
 #include <string>

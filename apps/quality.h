@@ -18,7 +18,7 @@ struct QualitySetting {
   std::vector<std::string> values;  // From the quickest on.
   // Among the values, by quality: fast, balanced, best.
   std::string fast;
-  std::string balanced;  // What `run` takes where nothing is said.
+  std::string balanced;  // The default of `run`.
   std::string best;
 
   const std::string& TextAt(Quality quality) const;

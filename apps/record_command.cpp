@@ -84,7 +84,7 @@ void Record(const RecordCommandOptions& options, CameraCapture& capture, Recorde
   }
 }
 
-// How many pictures there will be, where that is known.
+// The number of pictures to come, where it is known.
 std::optional<double> ExpectedPictures(const RecordCommandOptions& options,
                                        const CameraCapture& capture) {
   constexpr double kUsualRate = 30.0;

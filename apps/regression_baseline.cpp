@@ -75,7 +75,7 @@ RegressionBaseline ReadRegressionBaseline(const std::filesystem::path& file) {
 
 void WriteRegressionBaseline(const RegressionBaseline& baseline,
                              const std::filesystem::path& file) {
-  // A figure a line: what an update changes can be read.
+  // One figure a line, so that the changes of an update can be read.
   std::string text = std::string("{\n\"format\": \"") + kFormat + "\",\n\"sequences\": {";
   const char* next_sequence = "\n";
   for (const auto& [name, entry] : baseline) {

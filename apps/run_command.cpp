@@ -27,7 +27,7 @@
 namespace pleinair {
 namespace {
 
-// What a run reads must not be what it removes first.
+// A run must not first remove what it reads.
 void RequireInputsKept(const RunCommandOptions& options) {
   // What is no sequence and no site is refused as such.
   for (const char* name : {"sequence.json", "site.json"}) {
@@ -114,7 +114,7 @@ void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
   RefuseWithoutCamera(options.duration_s.has_value(), "--duration");
 }
 
-// Of the sequence's own frames, or a video's or pictures' at a site.
+// Runs on the sequence's own frames, or on a video or pictures at a site.
 void RunRecorded(const RunCommandOptions& options) {
   const bool is_at_site = !options.input.empty();
   const auto loaded = is_at_site ? LoadSite(options,

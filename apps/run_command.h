@@ -18,7 +18,7 @@ struct PrepareCommandOptions {
   std::optional<std::filesystem::path> maps;  // Where to write the survey's maps.
 };
 
-// Of the frames that `run` makes.
+// Which pictures of the frames `run` writes.
 enum class WrittenPictures {
   kAll,    // Scene-linear composites, composites as shown, masks of what changed.
   kShown,  // Without the scene-linear ones.

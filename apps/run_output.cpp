@@ -83,7 +83,7 @@ void RunOutput::AddDone(FinishedFrame finished) {
   const Frame& frame = *finished.step.frame;
   FrameResult& result = *finished.step.result;
   Stopwatch watch;
-  // What somebody looks at comes before what is kept.
+  // Pictures that somebody watches go out before those that are kept.
   WriteTo(pictures_, finished.shown, frame.time);
   writer_.Write(frame.index, result.composite, finished.shown);
   if (video_) video_->Add(finished.shown);

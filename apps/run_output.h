@@ -30,14 +30,14 @@ class RunOutput {
             std::optional<double> camera_rate = std::nullopt);
 
   void Add(FinishedFrame frame);
-  // A picture that is not composited, as it came: to the streams and the video alone.
+  // Writes a picture that is not composited, unchanged, to the streams and the video alone.
   void AddPassed(const Rgb8Image& picture, UtcTime time);
   void AddEvent(Event event);
   // From any thread: a stream whose reader does not read is closed after a second.
   void StopWaitingForReaders() { end_of_readers_.request_stop(); }
   RunReport& Report() { return report_; }
 
-  // What has the run's names once it is complete.
+  // Gives the run's names to the files that have them only when complete.
   void Finish();
   void WriteReport();
 

@@ -119,7 +119,8 @@ std::string TimingTable(const ReportTotals& totals) {
   return html + "</table>\n";
 }
 
-// What is left out: by its bound, or, where that says no more than "all", as it usually is.
+// Size of an effect that is left out: its bound or, where the bound is the entire range, its usual
+// size.
 std::string InCodeValues(double bound, double rms) {
   if (bound < kWhiteCode) return fmt::format("{:.2f} code values at most", bound);
   return fmt::format("about {:.1f} code values, root mean square over the objects' pixels", rms);
@@ -264,7 +265,7 @@ void AddTo(ReportTotals& totals, const ReportFrame& frame) {
   totals.beyond_budget += plan.fits_budget ? 0 : 1;
 }
 
-// Those that a doubled stride gives.
+// Keeps the items that a doubled stride gives.
 template <typename Item>
 void KeepEverySecond(std::vector<Item>& items, std::int64_t& stride) {
   for (std::size_t i = 1; 2 * i < items.size(); ++i) items[i] = std::move(items[2 * i]);

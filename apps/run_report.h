@@ -82,7 +82,7 @@ class RunReport {
   std::vector<std::string> notes;     // What was assumed, repaired, left out.
   std::vector<Event> events;          // Of a live run; the first ones, where there are many.
   std::int64_t events_left_out = 0;
-  std::vector<ReportFrame> frames;  // That are shown.
+  std::vector<ReportFrame> frames;  // Frames that are shown.
   std::vector<ReportLight> light;
   ReportTotals totals;
 

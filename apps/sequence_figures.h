@@ -23,9 +23,9 @@ struct FigureSettings {
 // evenly between.
 std::vector<bool> SpreadOver(int count, int limit);
 
-// Runs the sequence with the seeds 1 .. `seeds` of the sample draw, one after the other; what is
-// prepared and loaded is so once. Where there is a truth/ or a judged.json, runs hold what they
-// say. Throws  as LoadSequence, RunScorer and ReadJudgedSunshine.
+// Runs the sequence with the seeds 1 .. `seeds` of the sample draw, one after the other; preparing
+// and loading is done once. Where there is a truth/ or a judged.json, runs are scored and judged by
+// it. Throws  as LoadSequence, RunScorer and ReadJudgedSunshine.
 std::vector<RunToJudge> RunForFigures(const std::filesystem::path& sequence,
                                       const FigureSettings& settings,
                                       int seeds,

@@ -12,7 +12,7 @@
 
 namespace pleinair {
 
-// What was given, in order of precedence: `before`, the file, then the assignments as they came.
+// Settings as given, in the order in which they apply: `before`, the file, then the assignments.
 struct GivenSettings {
   std::function<void(SessionOptions&)> before;
   std::filesystem::path file;

@@ -1,5 +1,5 @@
-// What `pleinair calibrate north --shadow-edges` says: the angle between marked real shadows and
-// the computed sun.
+// The report of `pleinair calibrate north --shadow-edges`: the angle between marked real shadows
+// and the computed sun.
 #pragma once
 
 #include <filesystem>
@@ -11,9 +11,9 @@
 
 namespace pleinair {
 
-// `stated_north_rad` is the true azimuth that the model's +Y is said to have. The report to print,
-// as text or JSON. Throws std::runtime_error, one line: a bad table, a mark in a frame that there
-// is not or cannot be read, or outside its picture.
+// `stated_north_rad` is the stated true azimuth of the model's +Y. The report to print, as text or
+// JSON. Throws std::runtime_error, one line: a bad table, a mark in a frame that there is not or
+// cannot be read, or outside its picture.
 std::string ReportShadowEdges(const Sequence& sequence,
                               FrameKind frames,
                               const std::filesystem::path& marks_file,

@@ -44,12 +44,12 @@ double AzimuthDeg(const glm::dvec3& direction_enu) {
 
 std::string DayText(UtcTime noon) { return FormatUtcTime(noon).substr(0, 10); }
 
-// Why sun and sky are not known apart, as far as the view says.
+// Why sun and sky cannot be separated, as far as the view shows.
 std::string Verdict(const SiteHour& hour) {
   if (!(hour.light.sun.direction_enu.z > 0.0)) return "not known: the sun is at the horizon";
   if (!hour.light.estimate) return "measured by the fish-eye camera";
   if (!*hour.light.estimate) return "no estimate: " + hour.light.estimate->error().reason;
-  // Of the picture; 500 samples need some per cent.
+  // Share of the picture; 500 samples need some per cent.
   constexpr double kFewPixels = 0.01;
   if (SunWillBeKnown(hour)) {
     return hour.light.lit_share < kFewPixels ? "known by reflected sunlight alone" : "known";
@@ -158,14 +158,14 @@ std::string JsonText(const SiteCheckReport& report) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// Whether preparation would be of another place than the one that is meant.
+// Whether preparation would be for another place than the intended one.
 bool IsMeaningless(const SiteWarnings& warnings) {
   return std::any_of(warnings.begin(), warnings.end(), [](const SiteWarning& warning) {
     return warning.spoils_forecast;
   });
 }
 
-// That no hour will do, where the sun rises high enough.
+// Warns where no hour is usable although the sun rises high enough.
 void WarnOfUnknownSun(const SiteDay& day, const std::string& name, SiteWarnings& warnings) {
   constexpr double kHighSunDeg = 10.0;
   int high = 0;

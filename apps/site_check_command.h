@@ -1,5 +1,5 @@
-// `pleinair site check`: what is wrong with a site, and what its light will be known to, hour by
-// hour.
+// `pleinair site check`: what is wrong with a site, and how accurately its light will be known,
+// hour by hour.
 #pragma once
 
 #include <filesystem>

@@ -5,7 +5,7 @@
 
 namespace pleinair {
 
-// Adds the command to `app`; `work` is set when it is called for.
+// Adds the command to `app`; `work` is set when the command is given.
 void AddSite(CLI::App& app, Work& work);
 
 }  // namespace pleinair

@@ -19,10 +19,10 @@
 
 namespace pleinair {
 
-// What --poses names, as a file that can be read before the first frame: also standard input.
+// The file that --poses names, readable before the first frame: also for standard input.
 std::filesystem::path PoseFileOf(const std::filesystem::path& poses);
 
-// Of a video or a folder of pictures. Throws as MakeFrameSourceAt.
+// The frames of a video or a folder of pictures. Throws as MakeFrameSourceAt.
 std::unique_ptr<FrameSource> PosedFramesAt(const LoadedSequence& loaded,
                                            const std::string& input,
                                            const PictureTimes& times,

@@ -5,7 +5,7 @@
 
 namespace pleinair {
 
-// Adds the command to `site`; `work` is set when it is called for.
+// Adds the command to `site`; `work` is set when the command is given.
 void AddSiteImportCommand(CLI::App& site, Work& work);
 
 }  // namespace pleinair

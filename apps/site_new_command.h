@@ -37,9 +37,9 @@ struct SiteNewOptions {
 using Ask = std::function<std::optional<std::string>(const std::string& question)>;
 
 // Applies what is given, then asks for the parts that are still missing, where there is somebody to
-// ask. An empty answer leaves a part for another time, an answer that will not do is asked for
-// again. Returns the state of each part and the next command. Throws std::runtime_error or
-// std::invalid_argument, one line, for options that will not do; parts before stay written.
+// ask. An empty answer leaves a part for another time, an unusable answer is asked for again.
+// Returns the state of each part and the next command. Throws std::runtime_error or
+// std::invalid_argument, one line, for unusable options; parts before stay written.
 std::string RunSiteNew(const SiteNewOptions& options, const Ask& ask);
 
 // On a terminal, both ways; else nobody is to be asked: empty.

@@ -7,12 +7,12 @@
 
 namespace pleinair {
 
-// While it lives, SIGINT and SIGTERM wait for Wait in place of ending the process. To be made
-// before the threads that it is to hold for.
+// While it lives, SIGINT and SIGTERM wait for Wait in place of ending the process. To be
+// constructed before the threads to which it applies.
 class StopSignals {
  public:
   StopSignals();
-  // What it was before.
+  // Restores the signals' former handling.
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;

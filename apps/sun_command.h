@@ -1,4 +1,4 @@
-// `pleinair sun`: what a daylight engineer asks of a place and a time.
+// `pleinair sun`: sun and clear-sky light at a place and a time.
 #pragma once
 
 #include <optional>

@@ -24,11 +24,11 @@ namespace {
 
 constexpr int kWidthPx = 520;
 constexpr int kHeightPx = 330;
-constexpr int kCategoryPx = 24;       // Of a chart whose upright axis has names.
+constexpr int kCategoryPx = 24;       // Height of a name on an upright axis of names.
 constexpr int kAroundPx = 110;        // Its title, marks and key.
 constexpr int kFontPx = 14;           // On a phone 360 px wide it is shown with 10.
 constexpr double kFarApart = 4.0;     // Largest over smallest, from which a scale is logarithmic.
-constexpr double kMargin = 0.06;      // Of the range, left free at the ends of an axis.
+constexpr double kMargin = 0.06;      // Share of the range, left free at the ends of an axis.
 constexpr double kLabelMargin = 0.2;  // The same right of points with labels.
 
 // A file in memory that goes with the scope: gnuplot needs no folder that can be written.

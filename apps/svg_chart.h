@@ -61,7 +61,8 @@ std::string DrawCharts(std::span<const Chart> charts);
 std::string DrawChart(const Chart& chart);
 
 // The same for an HTML page: where they cannot be drawn, a paragraph with the reason, which is
-// logged, too. What was measured for hours is in tables as well, and not lost for a picture.
+// logged, too. Figures that took hours to measure are in tables as well, and not lost with a
+// picture.
 std::string ChartsForPage(std::span<const Chart> charts);
 
 // Where an axis from `low` to `high` (both above 0) has its marks when it is logarithmic: round

@@ -13,9 +13,9 @@ namespace pleinair {
 struct TradeoffCommandOptions {
   std::vector<std::filesystem::path> sequences;  // One; of imperfections any number.
   TrialSettings trials;                          // Their sequence is set from those.
-  std::optional<int> frames_limit;               // Of the trials; none: by sweep.
+  std::optional<int> frames_limit;               // Frames of the trials; none: by sweep.
   std::filesystem::path out;
-  int most_combinations = 60;  // That are tried for the front.
+  int most_combinations = 60;  // Combinations that are tried for the front.
   // Names of axes, or kFrontSweep; empty: all that mean something here. Or of imperfections,
   // kImperfectionSweep for all of them.
   std::vector<std::string> sweep;

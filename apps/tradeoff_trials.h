@@ -36,10 +36,10 @@ struct TrialFigures {
   std::optional<double> draw_ms;       // Of the sample set.
   std::optional<double> estimate_ms;   // Reading the samples to covariance.
   std::optional<double> objects_ms;    // Light on objects, and what they change.
-  std::optional<double> render_ms;     // And read back.
+  std::optional<double> render_ms;     // Drawing and reading back.
 };
 
-// What a sweep begins from: each frame by itself, without the filter over time.
+// The options that a sweep varies: each frame by itself, without the filter over time.
 SessionOptions TrialRunOptions(const TrialSettings& settings);
 
 // See TradeoffTrials. None where nothing of the kind was scored.
@@ -87,11 +87,11 @@ class TradeoffTrials {
   TrialSettings settings_;
   Progress progress_;
   std::shared_ptr<const LoadedSequence> default_;
-  // The last that had other offline settings.
+  // The last sequence that had other offline settings.
   PrepareSettings other_settings_;
   std::shared_ptr<const LoadedSequence> other_;
   RunScorer scorer_;
-  std::vector<Frame> frames_;          // That the light is measured on.
+  std::vector<Frame> frames_;          // Frames that the light is measured on.
   std::vector<bool> wanted_pictures_;  // Which frames composites are measured on.
   std::shared_ptr<const HeadlessContext> context_ = std::make_shared<const HeadlessContext>();
 };

@@ -90,7 +90,7 @@ inline Mesh Clustered(const Mesh& mesh, float cell_m) {
   return coarse;
 }
 
-// A mesh of `count` triangles: to a hundredth where `mesh` has more, exactly or two more if fewer.
+// `mesh` with `count` triangles: to 1 % where it has more, else exactly or with up to two more.
 inline Mesh WithTriangles(Mesh mesh, std::size_t count) {
   while (4 * mesh.triangles.size() <= count) mesh = CutInFour(mesh, mesh.triangles.size());
   if (mesh.triangles.size() <= count) {

@@ -1,5 +1,5 @@
-// What direct daylight by samples costs in the recorded room, object and camera as there: drawing
-// samples of a new sky, shadow maps, light at the objects' vertices, new shadows at points of the
+// Times direct daylight by samples in the recorded room with its object and camera: drawing samples
+// of a new sky, shadow maps, light at the object's vertices, and new shadows at points of the
 // floor. The benchmarks' argument is the number of samples.
 //
 //   pleinair_daylight_bench [Google Benchmark's options]
@@ -70,7 +70,7 @@ struct Room {
   }
 };
 
-// Null where the recording is not there.
+// Null where the recording is missing.
 const Room* TheRoom(benchmark::State& state) {
   if (!std::filesystem::exists(kFolder)) {
     state.SkipWithError("the recorded room is not there");

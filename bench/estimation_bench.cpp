@@ -28,7 +28,7 @@ using testing::SyntheticPicture;
 using testing::SyntheticPrior;
 using testing::SyntheticScene;
 
-// In an order as SampleSet gives them.
+// In an order like SampleSet's.
 std::vector<DiffuseSample> OrderedSamples(int count) {
   SyntheticScene scene;
   scene.samples = count;

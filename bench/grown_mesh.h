@@ -55,9 +55,9 @@ inline Mesh Grown(const Mesh& mesh, const glm::dvec3& focus_m, std::size_t count
 
 // What a mesh from photographs is like, beside its many triangles.
 struct PhotogrammetryFaults {
-  double noise_of_edge = 0.1;   // Of each vertex, of its shortest edge: standard deviation,
-  double most_noise_m = 0.02;   // but no more than this: it is what cameras see, not triangles.
-  double sliver_share = 0.02;   // Of vertices: moved along an edge almost onto the next one.
+  double noise_of_edge = 0.1;   // Standard deviation of a vertex over its shortest edge,
+  double most_noise_m = 0.02;   // but at most this: cameras cause it, not triangles.
+  double sliver_share = 0.02;   // Share of vertices moved along an edge almost onto the next one.
   int holes = 60;               // Balls about points of the surface, most of them near the focus,
   double hole_radius_m = 0.25;  // with this radius at the focus; it grows as edges do.
   std::uint64_t seed = 1;
@@ -85,7 +85,7 @@ struct Ball {
   double radius_m;
 };
 
-// On the mesh, whatever its triangles: the same for each refinement of one.
+// Holes of the surface, whatever its triangles: the same for each refinement of a mesh.
 inline std::vector<Ball> Holes(const Mesh& source,
                                const glm::dvec3& focus_m,
                                const PhotogrammetryFaults& faults) {

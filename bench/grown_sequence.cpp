@@ -1,13 +1,13 @@
-// A recorded sequence as it would be with a finer mesh of its site, a finer object, larger
-// pictures: pictures: what scripts/measure-growth measures costs on.
+// A recorded sequence as it would be with a finer mesh of its site, a finer object or larger
+// pictures, for scripts/measure-growth.
 //
 //   pleinair_grown_sequence SEQUENCE OUT [--triangles=N] [--photogrammetry] [--faces=N]
 //   [--size=WxH]
 //                           [--frame=N] [--frames=N] [--walk]
 //
-// OUT, which must not exist, becomes a sequence. Its frames are one frame of SEQUENCE again and
-// again, a second apart, so that all show the same; with --walk a thirtieth of a second apart, from
-// a camera that moves by a centimetre and a milliradian a frame, to and fro.
+// OUT, which must not exist, becomes a sequence. Its frames repeat one frame of SEQUENCE, a second
+// apart. With --walk they are a thirtieth of a second apart, from a camera that moves by a
+// centimetre and a milliradian a frame, back and forth.
 
 #include <cstdio>
 #include <exception>
@@ -38,7 +38,7 @@ struct Growth {
   bool photogrammetry = false;
   std::optional<std::size_t> faces;
   std::optional<std::pair<int, int>> size_px;
-  int frame = 0;  // Of the source, that is shown.
+  int frame = 0;  // The source's frame that is repeated.
   int frames = 6;
   bool walk = false;
 };
@@ -48,10 +48,10 @@ void Copy(const fs::path& from, const fs::path& to) {
   fs::copy_file(from, to);
 }
 
-// A copy of a mesh of so many triangles, or of the file where the number stays.
+// A copy of the mesh with so many triangles, or of its file where the number stays.
 void GrowSite(const Growth& growth, const fs::path& out, Sequence& sequence) {
   Mesh mesh = LoadMesh(sequence.folder / sequence.scene_mesh).mesh;
-  // What is photographed most: where the virtual object is to stand.
+  // The place that is photographed most: where the virtual object is to stand.
   const glm::dvec3 focus_m(sequence.virtual_objects.at(0).world_from_object[3]);
   Mesh grown = growth.triangles ? Grown(mesh, focus_m, *growth.triangles) : mesh;
   if (growth.photogrammetry) {

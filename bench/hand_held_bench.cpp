@@ -1,6 +1,6 @@
 // A camera that is held in the hand: the recorded courtyard's frame 6 with its pose moved by a
-// centimetre and a milliradian a frame, to and fro, under a sun that stands still. Files are read
-// in advance and nothing is written. For each place of the scene's light, in the picture's own
+// centimetre and a milliradian a frame, back and forth, under a sun that stands still. Files are
+// read in advance and nothing is written. For each place of the scene's light, in the picture's own
 // size and others.
 //
 //   pleinair_hand_held_bench [Google Benchmark's options]
@@ -8,10 +8,10 @@
 // Medians over frames, in ms: `median_ms` of the entire frame, `cpu_ms` its processor time (all
 // threads together), `view_ms`, `light_ms` and `draw_ms` its parts. `first_ms` is the first frame.
 //
-// `first/...` are first frames alone, each of a new pipeline: complete ones, and such in steps,
-// which the frames after it refine: in `rest_ms` together, `rest_most_ms` the longest of them. Of
-// the first frame, `first_transport_ms` are the view, light on surfaces and gathering, of which
-// `first_works_ms` what effects need; `first_draw_ms` is drawing.
+// `first/...` are first frames alone, each of a new pipeline: complete ones, and ones in steps,
+// which later frames refine. These frames take `rest_ms` together, the longest of them
+// `rest_most_ms`. Parts of the first frame: `first_transport_ms` is the view, light on surfaces and
+// gathering, and includes `first_works_ms`, what effects need; `first_draw_ms` is drawing.
 
 #include <time.h>
 

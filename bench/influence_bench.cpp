@@ -1,5 +1,5 @@
-// What an object's influence on the real scene costs: set up for a camera, folded for a sun, and
-// per frame.
+// Times an object's influence on the real scene: set-up for a camera, folding for a sun, and a
+// frame.
 //
 //   pleinair_influence_bench [--sequence=DIR] [Google Benchmark's options]
 

@@ -1,9 +1,9 @@
-// Objects in motion, lit in steps: how long a frame takes, how near its picture comes to the
-// converged one beside the picture of a still object, and how soon that is caught up with. The
-// recorded courtyard at 640x480, with its statue of 4000 or 15000 faces; the recorded room at
-// 512x496, with its own object. An object goes by half a centimetre a frame (`going`) or also turns
-// by two degrees (`turning`), 25 frames a second; in the room the camera moves by as much, and the
-// sky is a new picture in every frame (`room/all`). Files are read in advance, nothing is written.
+// Objects in motion, lit in steps: the time of a frame, the error of its picture and of a still
+// object's against the converged one, and the time until the light is complete. The recorded
+// courtyard at 640x480, with its statue of 4000 or 15000 faces; the recorded room at 512x496, with
+// its own object. An object moves by half a centimetre a frame (`going`) or also turns by two
+// degrees (`turning`), 25 frames a second; in the room the camera moves by as much, and the sky is
+// a new picture in every frame (`room/all`). Files are read in advance, nothing is written.
 //
 //   pleinair_moving_bench [Google Benchmark's options]
 //
@@ -66,7 +66,7 @@ struct Place {
   }
 };
 
-// Estimates as outdoors, and then says what does not depend on frames before.
+// Estimates as outdoors, then returns fixed intensities, which do not depend on earlier frames.
 class Given : public LightingSource {
  public:
   tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
@@ -94,7 +94,7 @@ struct Moves {
   bool sky = false;
 };
 
-// What is in front of the camera, and how it goes on.
+// The scene in front of the camera, and its later frames.
 struct Show {
   const Place& place;
   std::vector<VirtualObject> objects;
@@ -139,7 +139,7 @@ struct Show {
   }
 };
 
-// A pipeline and what it draws in.
+// A pipeline and the context that it draws in.
 class Drawing {
  public:
   Drawing(const Show& show, const FramePipelineOptions& options)
@@ -172,7 +172,7 @@ Decibels Compare(const Composite& composite, const Composite& reference, const F
   double sum[2] = {0.0, 0.0};
   double count[2] = {0.0, 0.0};
   for (std::size_t i = 0; i < reference.radiance.pixels.size(); ++i) {
-    // What is an edge of the object in one of them alone is where they differ by more than light.
+    // Pixels at an edge of the object in only one of the pictures differ by more than light.
     if (reference.change.pixels[i] == 0 || reference.change.pixels[i] != composite.change.pixels[i])
       continue;
     const bool is_object =

@@ -1,5 +1,5 @@
-// What it costs to put an object of 15 000 faces onto a point of 1000 triangles: in the open, and
-// in a corner, out of which it has to slide.
+// Times placing an object of 15 000 faces onto a point of 1000 triangles: in the open, and in a
+// corner, out of which it has to slide.
 //
 //   pleinair_placement_bench [Google Benchmark's options]
 

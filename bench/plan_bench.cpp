@@ -1,10 +1,10 @@
 // The entire frame at 640x480, with the plan and with everything on, under light that calls for
 // more or less: the recorded courtyard and its statue, reduced to 4000 or 15000 faces. The camera
-// stands still and time goes on by a second a frame; files are read in advance and nothing is
+// stands still and a frame is a second after the last; files are read in advance and nothing is
 // written. `moving` has the statue half a centimetre farther in each frame of 40 ms, lit in steps,
-// `blurred` 8 cm, blurred by half of that; in `time_lapse` the sun alone moves, by a minute
-// a frame. In the open field a ball of 4488 faces moves by a centimetre. Still ones and the ball
-// also with a texture.
+// `blurred` 8 cm, blurred by half of that; in `time_lapse` the sun alone moves, by a minute a
+// frame. In the open field a ball of 4488 faces moves by a centimetre. Still ones and the ball also
+// with a texture.
 //
 //   pleinair_plan_bench [Google Benchmark's options]
 //
@@ -54,7 +54,7 @@ enum class Motion { kNone, kSlow, kBlurred, kSun };
 const std::filesystem::path kCourtyard =
     std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
 
-// Estimates as outdoors, and then says what the bench wants.
+// Estimates as outdoors, then returns the bench's intensities.
 class Staged : public LightingSource {
  public:
   explicit Staged(Under under) : under_(under) {}
@@ -218,7 +218,7 @@ void RunOpenField(benchmark::State& state, bool planned, Skin skin = Skin::kPlai
   Resize(640, 480, frame);
   std::vector<double> whole_ms;
   std::vector<double> influence_ms;
-  double light_ms = 0.0;  // On the ball, and planning.
+  double light_ms = 0.0;  // Light on the ball, and planning.
   double at_m = 0.0;
   for (auto _ : state) {
     at_m = at_m < 0.5 ? at_m + 0.01 : 0.0;

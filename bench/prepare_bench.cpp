@@ -1,6 +1,5 @@
-// What `prepare` costs in all, what a camera's view costs when it is new and when the sun has
-// moved, and what a coarser or finer preparation changes in the response that the estimate stands
-// on.
+// Times `prepare`, and a camera's view when it is new and when the sun has moved. Also measures
+// what a coarser or finer preparation changes in the response on which the estimate depends.
 //
 //   pleinair_prepare_bench [--sequence=DIR] [Google Benchmark's options]
 
@@ -56,7 +55,7 @@ void Prepare(benchmark::State& state) {
   state.counters["patches"] = static_cast<double>(patches);
 }
 
-// One that stays, and one that turns with the sun.
+// A shape that stays, and one that turns with the sun.
 std::vector<std::shared_ptr<const SkyShape>> Shapes(const glm::dvec3& sun_direction_enu) {
   static const auto kUniform = MakeUniformSkyShape();
   return {kUniform, MakeClearSkyShape(sun_direction_enu)};

@@ -6,8 +6,8 @@
 //
 // The radiosities' reference (same patches, other rays: 8192 of form factors a face, 8 x 2^17 to
 // the sky by SkyVisibility) takes a minute or two; its own noise is in the errors. The probes' is a
-// path tracer that shares nothing but the ray queries; two traces give its noise, which is taken
-// out.
+// path tracer that shares nothing but the ray queries; two traces give its noise, which is
+// subtracted.
 
 #include <array>
 #include <cmath>

@@ -87,7 +87,7 @@ BENCHMARK_CAPTURE(EncodeVideo, ffv1, VideoCodec::kFfv1)->Unit(benchmark::kMillis
 BENCHMARK_CAPTURE(Record, yuyv_h264, PixelCoding::kYuyv, 2, PictureStore::kH264)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(EncodeVideo, h264, VideoCodec::kH264)->Unit(benchmark::kMillisecond);
-// As it comes: what is stored takes no encoder.
+// Stored as it arrives, without an encoder.
 BENCHMARK_CAPTURE(Record, bayer_raw, PixelCoding::kBayer, 1, PictureStore::kRaw)
     ->Unit(benchmark::kMillisecond);
 

@@ -24,7 +24,7 @@ namespace {
 constexpr LatLongSize kMapSize{1024, 512};
 const glm::dvec3 kSun = glm::normalize(glm::dvec3(-0.5, 0.3, 0.6));
 
-// A yard that a survey map shows but for the house's rear, and 8^3 probes in it.
+// A yard with 8^3 probes; a survey map shows all of it except the house's rear.
 struct Site {
   PatchScene scene = Yard();
   Survey survey = SurveyOf(scene, {0.0, 0.0, 1.5}, kMapSize, kSun);
@@ -194,7 +194,7 @@ void CombineWhatAnObjectNeeds(benchmark::State& state) {
   }
 }
 
-// The most that there can be: a place that every region lights.
+// The worst case: a place that every region lights.
 void SumSixtyFourLights(benchmark::State& state) {
   constexpr std::size_t kProbes = 512;
   BasisProbes basis(64, kProbes);

@@ -53,7 +53,7 @@ struct Room {
     Resize(512, 496, frame);
   }
 
-  // Turned around the object, to and fro over 40 deg, by a third of a degree or so a frame.
+  // Turned around the object, back and forth over 40 deg, by about a third of a degree a frame.
   Camera CameraAt(int step) const {
     const glm::dvec3 middle_m(0.5f *
                               (scene.options.probe_box.lower_m + scene.options.probe_box.upper_m));

@@ -1,5 +1,5 @@
-// Direct daylight by samples, and what virtual objects take of it (grosch-2007, section 7.2): on
-// the objects themselves, and as new shadows on real surfaces.
+// Direct daylight by samples, and its shadows by virtual objects (grosch-2007, section 7.2): on the
+// objects themselves and on real surfaces.
 #pragma once
 
 #include <cstddef>
@@ -28,14 +28,14 @@ struct DaylightShadowOptions {
 //
 // Method  A map holds, seen along the sample's direction, how far towards the light the objects
 //         reach. A point behind that is in their shadow, whatever is in between; no offset is
-//         needed, since a map holds no receiver. Only there a ray asks whether the real scene let
-//         the light through before, so nothing darkens twice.
-// Beside  grosch-2007, which draws a second map of the real geometry: a ray for the few points that
+//         needed, since a map holds no receiver. Only for such a point a ray tests whether the real
+//         scene lets the light through, so nothing darkens twice.
+// Unlike  grosch-2007, which draws a second map of the real geometry: a ray for the few points that
 //         an object shades costs less than a map of the entire room, and has no stair steps.
 class DaylightShadows {
  public:
-  // Both casters outlive this; `sphere` holds all that `objects` has. Throws std::invalid_argument
-  // for bad options or sphere.
+  // Both casters outlive this; `sphere` contains all of `objects`. Throws std::invalid_argument for
+  // bad options or sphere.
   DaylightShadows(const RayCaster& real,
                   const RayCaster& objects,
                   const BoundingSphere& sphere,

@@ -1,4 +1,4 @@
-// Light that reaches virtual objects straight from the sky, and that they take from real surfaces,
+// Light straight from the sky that reaches virtual objects, and that they hide from real surfaces,
 // by samples (grosch-2007, section 7).
 #pragma once
 
@@ -22,7 +22,7 @@ struct DirectDaylightOptions {
   // Samples of each shape of the sky; grosch-2007 takes 64.
   DaylightSamplingOptions sampling{.samples = 256};
   DaylightShadowOptions shadows;
-  // Known ones. None: they are looked for around the objects.
+  // Known windows. None: they are searched for around the objects.
   std::vector<Window> windows;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
@@ -43,15 +43,15 @@ struct DirectDaylightSummary {
 //           room that lacks a wall, samples are drawn from the entire sky.
 class DirectDaylight {
  public:
-  // `objects` as ObjectInterreflection::Objects() has them, which outlives this as `real` does; the
-  // windows of `room`, the same scene in as few triangles as it has, are looked for.
+  // `objects` are ObjectInterreflection::Objects(). They and `real` outlive this. Windows are
+  // searched for in `room`, the same scene before its triangles were cut.
   DirectDaylight(const Mesh& room,
                  const RayCaster& real,
                  const PatchScene& objects,
                  const DirectDaylightOptions& options);
 
   // Bound of what a unit of `shape` brings to a vertex, and of what the objects hide of it from any
-  // other place; without samples. Kept until a shape is asked for that is not among the last ones.
+  // other place; without samples. Kept until a shape is passed that is not among the last ones.
   glm::vec3 LargestIrradiance(const std::shared_ptr<const SkyShape>& shape);
 
   // Draws samples of the shapes that are new (another object than at the last call).
@@ -63,11 +63,11 @@ class DirectDaylight {
   std::vector<glm::vec3> HiddenFrom(std::size_t k, std::span<const Receiver> receivers) const;
 
   const DirectDaylightSummary& Summary() const { return summary_; }
-  // What the samples are restricted to, in a line.
+  // One line on what the samples are restricted to.
   const std::string& Note() const { return note_; }
-  // Given, or found; none where nobody looked for them.
+  // The given windows or those found; none where they were not searched for.
   std::span<const Window> Windows() const { return windows_; }
-  // Of all shapes, for a unit of each.
+  // The samples of all shapes, for a unit of each.
   std::vector<DaylightSample> Samples() const;
 
  private:

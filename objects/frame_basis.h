@@ -1,4 +1,4 @@
-// The basis lights of the present frame, and which of them are not those of the last.
+// The basis lights of the present frame, and which of them differ from the last frame's.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,8 @@ class FrameBasis {
               const DirectionalLight& bounce_sun);
 
   std::size_t LightCount() const { return versions_.size(); }
-  // Changes when a light's place in the order is another one's, or they are more or fewer: what was
-  // worked out before is of none of them.
+  // Changes when the order or the number of lights changes: earlier results are then of none of
+  // them.
   std::uint64_t Generation() const { return generation_; }
   // Whether some sky is new in this frame though the sun has not moved on: the next frame's may be.
   bool SkyIsNewAlone() const { return sky_is_new_alone_; }
@@ -45,8 +45,8 @@ class FrameBasis {
   const std::vector<glm::vec3>& DirectIrradiance() const;
   const Survey* SurveyUnderCurrentSun() const { return builder_->SurveyUnderCurrentSun(); }
 
-  // Irradiance that a surface which saw nothing but the brightest there is would get from a unit of
-  // the light, the sun's disc and what stands close to an object left out.
+  // Irradiance from a unit of the light on a surface that saw the brightest radiance in all
+  // directions. The sun's disc and surfaces close to an object are left out.
   const glm::vec3& LargestIrradiance(std::size_t light) const { return largest_[light]; }
 
  private:
@@ -67,16 +67,16 @@ glm::vec3 IntensityOf(const Lighting& lighting, std::size_t light);
 // One unit of basis light `light` of `count`, for the sun's and the skies' intensities alone.
 Lighting UnitOf(std::size_t light, std::size_t count);
 
-// Which lights are worked out again.
+// Which lights are recomputed.
 enum class Upto {
-  kLacking,  // Those that never were: of the others what was made for an older sun or sky will do.
-  kCurrent,  // All that are not of the present sun and sky.
+  kLacking,  // Those never computed; for others, results for an older sun or sky suffice.
+  kCurrent,  // All that were not computed for the present sun and sky.
 };
 
 // The versions of the basis lights from which something has been computed.
 class LightsDone {
  public:
-  // Whether it was, of this version or of an older sun or sky in the same place.
+  // Whether the light was computed, for this version or for an older sun or sky in its place.
   bool Ever(const FrameBasis& basis, std::size_t light) const {
     return light < made_.size() && made_[light].generation == basis.Generation() &&
            made_[light].version != 0;
@@ -93,7 +93,7 @@ class LightsDone {
   void Lapse() {
     for (Made& made : made_) made.version = 0;
   }
-  // Another each time that a light is computed; 0 where it never was.
+  // Changes each time that the light is computed; 0 where it never was.
   std::uint64_t Stamp(std::size_t light) const {
     return light < made_.size() ? made_[light].stamp : 0;
   }
@@ -101,7 +101,7 @@ class LightsDone {
   std::vector<std::size_t> StaleIn(const FrameBasis& basis,
                                    const Lighting& lighting,
                                    Upto upto = Upto::kCurrent) const;
-  // How far the sun has gone since the oldest of what shines was made, radians.
+  // Radians by which the sun has moved since the oldest light that shines was computed.
   double SunGoneOnRad(const FrameBasis& basis, const Lighting& lighting) const;
 
  private:
@@ -111,7 +111,7 @@ class LightsDone {
     glm::dvec3 sun_direction_enu{0.0};
     std::uint64_t stamp = 0;
   };
-  std::vector<Made> made_;  // By light.
+  std::vector<Made> made_;  // One a light.
   std::uint64_t last_stamp_ = 0;
 };
 

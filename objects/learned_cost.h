@@ -1,4 +1,4 @@
-// What a kind of work costs here, learned from how long it took.
+// The cost of a kind of work on this machine, learned from measured times.
 #pragma once
 
 namespace pleinair {
@@ -13,8 +13,8 @@ class LearnedCost {
   double NominalMs() const { return guess_ms_; }
 
   void Learn(double ms) {
-    // A few times are followed within a second of frames, and one that a busy machine delayed does
-    // not rule.
+    // The mean follows a change within a second of frames; one time that a busy machine delayed has
+    // little weight.
     constexpr double kShareOfLast = 0.2;
     ms_ = has_learned_ ? ms_ + kShareOfLast * (ms - ms_) : ms;
     has_learned_ = true;

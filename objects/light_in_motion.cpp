@@ -22,12 +22,12 @@
 namespace pleinair {
 namespace {
 
-// Probes stand in the middle between that of an object's box and its corners.
+// Probes stand halfway between the middle of an object's box and its corners.
 constexpr std::size_t kProbes = 8;
-constexpr float kProbeAt = 0.5f;  // Over half a side.
+constexpr float kProbeAt = 0.5f;  // Share of half a side.
 // Four a cell on average, 1 to 9; a cell without any, in some tilted poses, counts as dark.
 constexpr int kProbeRays = 1024;
-constexpr std::size_t kRaysPerRun = 64;  // That one thread casts together.
+constexpr std::size_t kRaysPerRun = 64;  // Rays that one thread casts together.
 static_assert(kProbeRays % kRaysPerRun == 0);
 // Radiance at a place in the box is linear in it: its value in the middle, and what it gains along
 // half a side.
@@ -43,9 +43,9 @@ glm::vec3 HalfSideOf(const BoundingBox& box) {
   return glm::max(0.5f * (box.upper_m - box.lower_m), kLeastM);
 }
 glm::vec3 MiddleOf(const BoundingBox& box) { return 0.5f * (box.lower_m + box.upper_m); }
-// A correction counts in full while no corner of the object's box has gone farther than the box's
-// diagonal, and not at all from three diagonals on. What comes from one side of an object counts as
-// much as it still points to that side, a mean over all axes.
+// A correction counts in full while no corner of the object's box has moved farther than the box's
+// diagonal, and not at all from three diagonals on. Light from one side of an object counts by how
+// much that side still points the same way, as a mean over all axes.
 constexpr double kFullReach = 1.0;
 constexpr double kFarthestReach = 3.0;
 
@@ -108,7 +108,7 @@ void LightInMotion::Start(const PlacedObjects& stood,
   buried_ = gather.BuriedVertices();
   const std::size_t count = lights.size();
   const std::vector<glm::vec3> outside = OutsideOf(stood, basis, lights);
-  // What was reflected is in the irradiance too: it has to be known to be taken out of it.
+  // The irradiance includes reflected light, which must be known to be subtracted.
   const std::vector<glm::vec3> first =
       shape_.FromFaces(FaceRadiosity(stood.objects, outside, lights), count);
   std::vector<glm::vec3> received(outside.size());
@@ -133,7 +133,7 @@ void LightInMotion::Start(const PlacedObjects& stood,
     std::vector<glm::vec3>& correction = correction_[lights[i]];
     correction.assign(shape_.VertexCount(), glm::vec3(0.0f));
     for (std::size_t v = 0; v < correction.size(); ++v) {
-      // All that was there, less what the base has of it.
+      // The complete irradiance, less the base's.
       correction[v] = of_outside[v] + first[v * count + i] - reflected[v * count + i];
     }
   }
@@ -286,7 +286,7 @@ LightInMotion::Seen LightInMotion::SeenFrom(const ObjectBounds& object,
       const std::size_t ray = run * kRaysPerRun + k;
       seen.sources[ray] = real_->FaceOfHit(hits[k]);
       if (hits[k].distance_m > reach_m) continue;
-      // Where on it, exactly.
+      // The exact place on it.
       const auto hit = real_->caster.Intersect(place_m, directions[k]);
       if (!hit) continue;
       const std::int32_t side = PatchScene::SideOfHit(*hit, directions[k]);

@@ -1,5 +1,5 @@
-// Light at the vertices of virtual objects while they move as rigid bodies: what their own shape
-// does to it is kept, what comes from outside follows each pose, and the rest is gathered in turn.
+// Light at the vertices of virtual objects while they move as rigid bodies. The effect of their own
+// shape is kept, light from outside follows each pose, and the rest is gathered in turn.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ namespace pleinair {
 // Per light, irradiance at all objects' vertices; empty where it was not asked for.
 using VerticesByLight = std::vector<std::vector<glm::vec3>>;
 
-// Objects at one place, and where that is: a transform from where they were given, an object.
+// Objects in one pose, and the pose: for each object, the transform from where it was given.
 struct PlacedObjects {
   const ObjectInterreflection& objects;
   std::span<const glm::dmat4> world_from_given;
@@ -32,13 +32,12 @@ struct PlacedObjects {
 
 // The light at a vertex is a base and a correction,
 //   E = sum over cells of share * pi L + sum over own faces of share * B + correction.
-// The base is exact in the object's own shape (see OwnShape) and knows of the surroundings what
-// eight probes in the object's box see of real surfaces, with the objects' shadow on those, and of
-// the sky, as a function that is linear over the box; it is worked out for every pose. The
-// correction is what gathering at the vertex itself last found beside the base: light that differs
-// otherwise over the object, other objects. It changes slowly as the object moves, and is brought
-// up to date for some vertices a frame. It fades out where the object has gone far since, or
-// turned.
+// The base is exact in the object's own shape (see OwnShape). Eight probes in the object's box see
+// the sky and real surfaces, with the objects' shadow on those; their light is a function that is
+// linear over the box. The base is computed for every pose. The correction is the rest that
+// gathering at the vertex itself last found: light that varies otherwise over the object, and other
+// objects. It changes slowly as the object moves, and is updated for some vertices a frame. It
+// fades out where the object has since moved far or turned.
 //
 // Threads  The result does not depend on their number.
 class LightInMotion {
@@ -49,7 +48,7 @@ class LightInMotion {
   // Whether a pose keeps angles, so that what is kept of a shape holds: rigid, or to another scale.
   static bool KeepsShape(const glm::dmat4& world_from_given);
 
-  // Whether there is anything to follow the objects with.
+  // Whether there is light that can follow the objects.
   bool Empty() const { return shape_.Empty(); }
 
   // Starts with light that was gathered where the objects stood.
@@ -78,7 +77,7 @@ class LightInMotion {
   struct Seen {
     glm::dmat4 world_from_given{0.0};
     std::vector<std::int32_t> sources;  // A real face, or PatchScene::kSky.
-    // Of real faces close by, where on them: off the surface.
+    // Places on real faces close by: off the surface.
     struct Place {
       std::size_t ray = 0;
       glm::vec3 start_m{0.0f};
@@ -110,7 +109,7 @@ class LightInMotion {
   std::vector<glm::vec3> directions_;
   OwnShape shape_;
   std::vector<ObjectGather::Buried> buried_;
-  std::vector<Seen> seen_;  // By object.
+  std::vector<Seen> seen_;  // One an object.
   // By light and vertex: of light from outside, and of all light.
   VerticesByLight outside_correction_;
   VerticesByLight correction_;

@@ -5,9 +5,9 @@ namespace pleinair {
 
 enum class LightSteps {
   kAll,      // All that is lacking.
-  kFirst,    // No frame was before, and the next ones follow soon: a coarse step.
+  kFirst,    // There was no frame before, and more follow soon: a coarse step.
   kMoving,   // Objects have moved since the frame before: a coarse step.
-  kResting,  // They have not: what is coarse is refined by a step.
+  kResting,  // Objects have not moved: a step refines coarse light.
 };
 
 }  // namespace pleinair

@@ -168,7 +168,7 @@ MirrorImage::MirrorImage(const PatchScene& real,
       const std::size_t before = row.entries.size();
       for (int ray = 0; ray < options.rays_per_pixel && !points.empty(); ++ray) {
         const auto rank = static_cast<std::size_t>(ray);
-        // Beside what mirrors a sample stands in.
+        // Beside the mirroring surface one of its samples is used instead.
         const GlossyPoint point =
             GlossyPointOf(mesh, at_places[rank], view.eye_m).value_or(points[rank % points.size()]);
         const float alpha = point.material->roughness * point.material->roughness;

@@ -1,5 +1,5 @@
-// What glossy virtual objects mirror: sky, real surfaces and objects as seen from the very points
-// that mirror them.
+// Mirror images on glossy virtual objects: sky, real surfaces and objects as seen from the very
+// points that mirror them.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,7 @@ struct RealAppearance {
   const SurfaceView* in_picture = nullptr;  // Where the camera sees them.
 };
 
-// Light that a unit of one basis light sends about, for MirrorImage::Fold.
+// Light in the scene under a unit of one basis light, for MirrorImage::Fold.
 struct MirroredBasis {
   const SkyShape* sky = nullptr;  // Null for the sun.
   // Radiosity of the faces; of the real ones without the objects.
@@ -47,13 +47,13 @@ struct MirroredBasis {
   DirectionalLight sun;
 };
 
-// Set up once per view and pose: rays leave what is glossy in a pixel's square along half vectors
-// of the visible GGX normals (Heitz 2018, "Sampling the GGX distribution of visible normals"), and
-// what each meets is stored. A real surface is shown with the survey's albedo at the very place, in
-// the sun where a ray from there reaches it past real and virtual casters, unless the picture shows
-// shade there that the mesh does not cast, and less lit by what objects hide from it. The disc
-// itself is not mirrored: the renderer's glint is analytic. Other mirrors are shown as if they were
-// diffuse.
+// Set up once per view and pose. Rays leave the glossy surfaces in a pixel's square along half
+// vectors of the visible GGX normals (Heitz 2018, "Sampling the GGX distribution of visible
+// normals"); the hit of each is stored. A real surface has the survey's albedo at the very place.
+// It is in the sun where a ray from there reaches it past real and virtual casters, unless the
+// picture shows shade there that the mesh does not cast. It lacks the light that objects hide from
+// it. The disc itself is not mirrored: the renderer's glint is
+// analytic. Other mirrors are shown as if they were diffuse.
 //
 // Threads  The result does not depend on their number.
 class MirrorImage {
@@ -70,7 +70,7 @@ class MirrorImage {
   // Whether any glossy surface is in view.
   bool Empty() const { return entries_.empty(); }
 
-  // Works out the response to a unit of basis light `light`; 0 is the sun, 1 + k sky shape k. The
+  // Computes the response to a unit of basis light `light`; 0 is the sun, 1 + k sky shape k. The
   // scenes are those of construction.
   // Throws std::invalid_argument where a number of faces is another.
   void Fold(std::size_t light,
@@ -95,11 +95,11 @@ class MirrorImage {
  private:
   struct Entry {
     glm::vec3 weight{0.0f};     // Reflectance over the number of rays.
-    glm::vec3 direction{0.0f};  // Of the ray.
+    glm::vec3 direction{0.0f};  // The ray's direction.
     std::int32_t place = kSky;  // In places_, or kSky, or -2 - object face.
   };
   static constexpr std::int32_t kSky = -1;
-  // A real surface as it is met.
+  // A place on a real surface that a ray meets.
   struct Place {
     glm::vec3 start_m{0.0f};  // Off the surface.
     std::int32_t face = 0;
@@ -109,7 +109,7 @@ class MirrorImage {
     std::uint32_t hider_count = 0;  // Object faces, of rays_per_place_ rays.
   };
 
-  // A basis light on real surfaces and objects; directions to points of the sun's disc, for its.
+  // A basis light on real surfaces and objects; for the sun, with directions to points of its disc.
   struct LitScene {
     const MirroredBasis& basis;
     const PatchScene& real;

@@ -26,10 +26,11 @@ struct NearSunlightOptions {
   void Validate() const;
 };
 
-// Patches have one radiosity each, of a scene without the objects. Beside an object that shows: its
-// foot stands in its own shadow, and an edge of shadow nearby is smeared over a patch. Here the sun
-// is looked for at each place that a receiver's rays meet, past the objects too, in place of the
-// patch's mean. One reflection: what such places send to other real surfaces is left as it is.
+// Patches have one radiosity each, of a scene without the objects. Beside an object the error of
+// this is visible: its foot stands in its own shadow, and the edge of a shadow nearby is smeared
+// over a patch. Here the sun's visibility is tested at each place that a receiver's rays meet, past
+// the objects too, in place of the patch's mean. One reflection: light from such places to other
+// real surfaces is not changed.
 //
 // Threads  The result does not depend on their number.
 class NearSunlight {
@@ -41,14 +42,14 @@ class NearSunlight {
                std::span<const Receiver> receivers,
                const NearSunlightOptions& options = {});
 
-  // Adds the receivers of another one that was made with the same options but the first's number.
+  // Adds the receivers of another one that was made with the same options except first_receiver.
   void Append(const NearSunlight& next);
 
   std::size_t ReceiverCount() const { return first_place_.empty() ? 0 : first_place_.size() - 1; }
 
-  // What to add to each receiver's irradiance under a unit of sun, the disc's direct light on the
-  // receiver left out. `real_direct` is what the faces of `real` were taken to get straight from
-  // that sun. Throws std::invalid_argument for another number of faces.
+  // Correction to add to each receiver's irradiance under a unit of sun, without the disc's direct
+  // light on the receiver. `real_direct` is the direct irradiance from that sun that the faces of
+  // `real` were assumed to have. Throws std::invalid_argument for another number of faces.
   std::vector<glm::vec3> Change(const PatchScene& real,
                                 const PatchScene& objects,
                                 const DirectionalLight& sun,
@@ -63,7 +64,7 @@ class NearSunlight {
 
   std::vector<std::uint32_t> first_place_;  // Per receiver, places [begin, next begin).
   std::vector<Place> places_;
-  float share_ = 0.0f;  // Of a receiver's hemisphere, a ray's.
+  float share_ = 0.0f;  // A ray's share of a receiver's hemisphere.
 };
 
 }  // namespace pleinair

@@ -1,5 +1,5 @@
-// Light at the vertices of virtual objects, gathered by rays around the vertices themselves: what
-// the irradiance volume is an approximation of, for objects that stand still.
+// Light at the vertices of virtual objects, gathered by rays around the vertices themselves, for
+// objects that stand still. The irradiance volume approximates this.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +21,9 @@ namespace pleinair {
 // side that a pedestal turns to the sun. The disc itself is not in it.
 //
 // A vertex stands for the part of its triangles that is nearer to it than to their other corners,
-// and gathers at four points of it. Points within another part of an object (where parts are put
-// together, and do not share vertices) are left out, and a vertex that has no others takes the mean
-// of its neighbours: else the dark of every joint would reach as far as the next vertex.
+// and gathers at four points of it. Points within another part of an object are left out, where
+// parts are put together and do not share vertices. A vertex that has no other points takes the
+// mean of its neighbours. Otherwise the dark of every joint would reach as far as the next vertex.
 //
 // Cost  set-up 0.15 s for 4000 vertices of 256 rays on two cores; a light some milliseconds, of
 //       which a frame with the same basis lights needs none.
@@ -47,9 +47,9 @@ class ObjectGather {
 
   std::size_t PartCount() const { return parts_.size(); }
   bool HasCast(std::size_t part) const { return parts_[part].rays.ReceiverCount() > 0; }
-  // Whether all have been. The functions for all vertices need them.
+  // Whether all parts have been cast, as the functions for all vertices need.
   bool IsComplete() const { return lacking_ == 0; }
-  // Those that have not been; the scenes are those of construction.
+  // Casts those of `parts` that have not been cast; the scenes are those of construction.
   void Cast(const PatchScene& objects, const PatchScene& real, std::span<const std::size_t> parts);
 
   // Irradiance at each vertex from `sky` (null: none) and faces of the given radiosity.
@@ -57,13 +57,13 @@ class ObjectGather {
   std::vector<glm::vec3> Irradiance(const SkyShape* sky,
                                     std::span<const glm::vec3> object_radiosity,
                                     std::span<const glm::vec3> real_radiosity) const;
-  // At those of a part that has been cast; `radiosity` is of the objects' faces, then of the real
-  // ones. Vertices within a part of an object are dark.
+  // The same at the vertices of a part that has been cast; `radiosity` is of the objects' faces,
+  // then of the real ones. Vertices within a part of an object are dark.
   std::vector<glm::vec3> IrradianceOf(std::size_t part,
                                       const SkyShape* sky,
                                       std::span<const glm::vec3> radiosity) const;
 
-  // What vertices get of what their points do: such as NearSunlight's change for these.
+  // Values at vertices from values at their points, such as NearSunlight's change.
   std::vector<glm::vec3> AtVertices(std::span<const glm::vec3> at_points) const;
   std::vector<glm::vec3> AtVerticesOf(std::size_t part, std::span<const glm::vec3> at_points) const;
 
@@ -101,7 +101,7 @@ class ObjectGather {
   // A vertex within a part of an object, which gets the mean of its neighbours.
   struct Buried {
     std::uint32_t vertex = 0;
-    std::vector<std::uint32_t> neighbours;  // That are not.
+    std::vector<std::uint32_t> neighbours;  // Those that are not buried.
   };
   // Known once all rays have been cast; they depend on the objects alone.
   const std::vector<Buried>& BuriedVertices() const { return buried_; }

@@ -29,7 +29,7 @@ namespace {
 constexpr float kLeastChange = 1.0f / 512.0f;
 // A receiver whose view objects fill to this share stands under or in one.
 constexpr float kShareInside = 0.95f;
-// Below that what a pixel shows is all within an object.
+// Below that, all that a pixel shows is within an object.
 constexpr float kLeastOpen = 0.01f;
 
 void RequireFaces(std::size_t given, std::size_t expected, const char* what) {
@@ -166,7 +166,7 @@ void ObjectInfluence::PlacePixels(const PatchScene& objects,
                                     static_cast<float>(options.least_share),
                                     static_cast<float>(options.coarseness));
   const glm::vec3 eye_m(view.camera.CentreWorldM());
-  std::array<std::optional<PlaneBlocks>, kInfluenceBlocksPx.size()> blocks;  // But for pixels.
+  std::array<std::optional<PlaneBlocks>, kInfluenceBlocksPx.size()> blocks;  // None for pixels.
   tbb::parallel_for(std::size_t{1}, blocks.size(), [&](std::size_t size) {
     const Gray8Image candidates = Candidates(plan, size);
     blocks[size].emplace(
@@ -284,7 +284,7 @@ void ObjectInfluence::See(const PatchScene& real,
       const std::size_t pixel = sides.Index(x, y);
       const auto around = last_side.Around(static_cast<std::size_t>(sides.pixels[pixel]),
                                            view.position_world_m.pixels[pixel]);
-      // What an object stands on is not to darken what lies beside it.
+      // Receivers under an object must not darken what lies beside it.
       float open = 0.0f;
       for (const FaceLattice::Weighted& at : around) open += at.weight * is_open_[at.receiver];
       for (std::size_t k = 0; k < 3; ++k) {
@@ -301,7 +301,7 @@ void ObjectInfluence::See(const PatchScene& real,
 void ObjectInfluence::FindSpans() {
   if (has_spans_) return;
   has_spans_ = true;
-  // Per thread and receiver, where its span is: true where that one says so.
+  // Per thread and receiver, the place of its span; valid where that span is of this receiver.
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> places_of_thread(
       std::vector<std::uint32_t>(receivers_.size(), 0));
   tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
@@ -370,7 +370,7 @@ glm::vec3 ObjectInfluence::Before(std::size_t light,
     return light == 0 ? SunResponse(view, stands_at_[receiver], view.sun_direction_enu)
                       : view.sky_response[light - 1].pixels[stands_at_[receiver]];
   }
-  // What the face reflects, by what it reflects of it. What is black changes nothing in a picture.
+  // Irradiance is radiosity over albedo. A black face changes nothing in a picture.
   const std::size_t face = stands_at_[receiver];
   glm::vec3 irradiance(0.0f);
   for (int channel = 0; channel < 3; ++channel) {

@@ -1,5 +1,5 @@
-// What virtual objects do to the light of real surfaces beside the sun's own shadow: they hide sky
-// and real faces that a surface saw, and shine in their place.
+// Change by virtual objects of the light of real surfaces, apart from the sun's own shadow: they
+// hide sky and real faces that a surface saw, and shine in their place.
 #pragma once
 
 #include <algorithm>
@@ -25,13 +25,13 @@ namespace pleinair {
 class FaceLattice;
 class InfluenceRays;
 
-// Where it is worked out what objects hide and send on real surfaces.
+// Where the light that objects hide from and send to real surfaces is computed.
 enum class InfluenceAt {
   kPixels,  // Recomputed for each view.
   kFaces,   // On a lattice over the surfaces, kept while the camera moves.
 };
 
-// What objects that move do to real surfaces: with less of everything, until they rest.
+// Influence of objects in motion: with fewer rays and receivers, until they rest.
 struct InfluenceInMotionOptions {
   // As in ObjectInfluenceOptions. 0: an object in motion is treated as one at rest.
   int rays_per_receiver = 64;
@@ -53,14 +53,14 @@ struct ObjectInfluenceOptions {
   // a tenth of that.
   double least_spacing = 0.06;
   // Receivers stand where the objects' bounding spheres fill more than this share of a surface's
-  // view: under a clear sun, eight times the sky, a white object brings a shaded surface half a
-  // code value there. Converged: a tenth of that.
+  // view. Under a clear sun, eight times the sky, a white object adds half a code value to a shaded
+  // surface there. Converged: a tenth of that.
   double least_share = 1.0 / 1024.0;
   // Blocks of pixels and spacing on faces are so many times as wide beside the distance to the
   // objects. Converged: a tenth.
   double coarseness = 1.0;
   InfluenceInMotionOptions in_motion{};
-  // Those for objects in motion.
+  // The options for objects in motion.
   ObjectInfluenceOptions InMotion() const;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
@@ -68,8 +68,8 @@ struct ObjectInfluenceOptions {
 
 // Which parts of the influence are wanted.
 struct InfluenceParts {
-  bool hidden_light = true;  // Of the sky and of real faces behind the objects.
-  bool object_light = true;  // What the objects send instead.
+  bool hidden_light = true;  // Light of the sky and of real faces behind the objects.
+  bool object_light = true;  // Light that the objects send instead.
 };
 
 // A unit of a basis light, as the scene has it.
@@ -79,13 +79,13 @@ struct InfluenceBasis {
   // Radiosity of the faces of the real scene, and of the objects.
   std::span<const glm::vec3> real_radiosity;
   std::span<const glm::vec3> object_radiosity;
-  // What the objects take of the sky's own light at each of Receivers(), where that is known by
+  // The sky's direct light that the objects hide at each of Receivers(), where that is known by
   // other means; else empty.
   std::span<const glm::vec3> hidden_sky = {};
 };
 
 // For one view and one pose of the objects: where rays from the real surfaces meet an object, and
-// what they met before it stood there,
+// what they would meet without it,
 //   change of irradiance = sum over rays of weight * pi * (L_object - L_behind).
 // A ray that meets the real scene first changes nothing, so nothing darkens twice. Light between
 // the surfaces that change is left out: real faces shine as without the objects.
@@ -119,8 +119,8 @@ class ObjectInfluence {
   static ObjectInfluence InParts(const PatchScene& real,
                                  const PatchScene& objects,
                                  const ObjectInfluenceOptions& options);
-  // Casts the rays of up to `receivers` more, 0: of all that lack them. Returns whether none lacks
-  // any: all other functions need that.
+  // Casts the rays of up to `receivers` more receivers (0: of all that lack them). Returns whether
+  // all have been cast, as all other functions need.
   bool Cast(const PatchScene& real, const PatchScene& objects, int receivers);
 
   // On faces: what Evaluate is for. `faces` are those of `real`, as of construction, that the
@@ -130,15 +130,15 @@ class ObjectInfluence {
   std::size_t ReceiverCount() const { return receivers_.size(); }
   const std::vector<Receiver>& Receivers() const { return receivers_; }
 
-  // Works out the response to a unit of basis light `light`: 0 is the sun, 1 + k the view's sky
-  // shape k. `view` is that of construction, with its present responses, and not looked at for
+  // Computes the response to a unit of basis light `light`: 0 is the sun, 1 + k the view's sky
+  // shape k. `view` is that of construction, with its present responses; it is not used for
   // receivers on faces.
   // Throws std::invalid_argument where a number of faces or receivers, or the view's size, is
   // another.
   void Fold(std::size_t light, const InfluenceBasis& basis, const SurfaceView& view);
 
-  // For callers that evaluate again and again, to find at once where in the picture anything
-  // changes: the same result in less time, for more before the first.
+  // For callers that evaluate repeatedly: finds in advance where in the picture anything changes.
+  // Evaluate then gives the same results in less time.
   void FindSpans();
 
   // The change under `lighting`, which has the sky components that were folded; 0 where it is less
@@ -176,7 +176,7 @@ class ObjectInfluence {
   struct Response {
     glm::vec3 hidden{0.0f};
     glm::vec3 gained{0.0f};
-    glm::vec3 before{0.0f};  // What the surface gets in all.
+    glm::vec3 before{0.0f};  // The surface's total irradiance.
   };
 
   void PlacePixels(const PatchScene& objects,

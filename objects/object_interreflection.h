@@ -18,9 +18,9 @@ namespace pleinair {
 // Set up once per pose of the objects; the rays between them with the first that needs them.
 //
 // A vertex gets the volume's irradiance for the share of its hemisphere (cosine-weighted) that no
-// object hides, and one reflection off the objects for the rest: of the sun, shadowed, and of the
-// volume's light. Which part of the sky is hidden is not minded: exact where light is the same from
-// everywhere.
+// object hides. For the rest it gets one reflection off the objects, of the shadowed sun and of the
+// volume's light. It is not considered which part of the sky is hidden: exact where light is the
+// same from everywhere.
 class ObjectInterreflection {
  public:
   explicit ObjectInterreflection(const std::vector<VirtualObject>& objects);
@@ -35,9 +35,10 @@ class ObjectInterreflection {
              std::span<std::vector<glm::vec3>> vertex_irradiance,
              std::span<const glm::vec3> direct = {});
 
-  // Bound of the share of a vertex's view, cosine-weighted, that objects hide from it: by more than
-  // its own tangent plane does, and of any of its triangles. 0 for a box and, nearly, for a ball.
-  // None where it is more than `most`, which a few vertices can show; else all rays are cast.
+  // Bound of the share of a vertex's view, cosine-weighted, that objects hide beyond its own
+  // tangent plane. It includes the share behind any of the vertex's triangles. 0 for a box and,
+  // nearly, for a ball. None where it is more than `most`, which a few vertices can show; else all
+  // rays are cast.
   std::optional<float> LargestHiddenUpTo(float most);
   // The rays between the objects; cast at the first call.
   void CastRays();

@@ -8,7 +8,7 @@
 
 namespace pleinair {
 
-// Where virtual objects get the light from that is not the sun's own.
+// How virtual objects get light other than the sun's direct light.
 enum class ObjectLight {
   // Rays at their vertices, the most accurate for objects that stand still; or at a single probe
   // where a frame's plan says so.
@@ -28,7 +28,8 @@ struct SingleProbeOptions {
   void Validate() const;
 };
 
-// How light straight from the sky reaches virtual objects, and is taken by them from real surfaces.
+// How light straight from the sky on virtual objects is found, and their shadows in it on real
+// surfaces.
 enum class Daylight {
   kGather,   // As all other light: by the rays, probes or map that ObjectLight says.
   kSamples,  // By samples of the sky: sharp shadows through windows.
@@ -39,7 +40,7 @@ enum class Daylight {
 struct GatherInMotionOptions {
   int vertices_per_frame = 128;  // While an object moves. 0: all, as where they stand still.
   int vertices_at_rest = 1024;   // In frames after that, until all have been. 0: all at once.
-  // Of a vertex in a first frame that is coarse (LightSteps::kFirst). 0: as many as in others.
+  // Rays of a vertex in a coarse first frame (LightSteps::kFirst). 0: as many as in others.
   int rays_at_first = 64;
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
@@ -51,7 +52,7 @@ struct ObjectLightOptions {
   GatherInMotionOptions in_motion;
   SingleProbeOptions single_probe;
   Daylight daylight = Daylight::kGather;
-  DirectDaylightOptions direct_daylight;  // For samples, and looked at for them alone.
+  DirectDaylightOptions direct_daylight;  // Used for kSamples alone.
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
 };

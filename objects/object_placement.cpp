@@ -20,13 +20,13 @@
 namespace pleinair {
 namespace {
 
-// Between an object and what it touches: more than the rounding errors of meshes 1 km wide, a tenth
-// of what may be seen of a gap.
+// Gap between an object and what it touches: more than the rounding errors of meshes 1 km wide, a
+// tenth of a visible gap.
 constexpr double kClearanceM = 1e-4;
 
 using Triangle = std::array<glm::dvec3, 3>;
 
-// Of unit vectors; where they are opposite, about `about`.
+// Between unit vectors; where they are opposite, about `about`.
 glm::dmat3 SmallestRotation(const glm::dvec3& from, const glm::dvec3& to, const glm::dvec3& about) {
   const glm::dvec3 axis = glm::cross(from, to);
   const double sine = glm::length(axis);

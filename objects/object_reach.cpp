@@ -18,8 +18,8 @@
 namespace pleinair {
 namespace {
 
-// A receiver's light is blended over the pixels around it: there the share is another one, within a
-// block by about as much of itself (see influence_plan.h).
+// A receiver's light is blended over the pixels around it: there the share differs, within a block
+// by about this part of itself (see influence_plan.h).
 constexpr float kBlendMargin = 4.0f;
 
 float ShareAt(const std::vector<std::optional<ObjectBounds>>& bounds,

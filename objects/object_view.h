@@ -1,4 +1,4 @@
-// What of virtual objects the samples of a picture show.
+// Which parts of virtual objects the samples of a picture show.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@
 
 namespace pleinair {
 
-// Over the part of the undistorted picture (see UndistortedCover) that objects may show in. Real
-// surfaces are not there: what they hide is cheaper to ask for than to find out about.
+// Covers the part of the undistorted picture (see UndistortedCover) in which objects may be
+// visible. Real surfaces are left out: it is cheaper to test where needed what they hide.
 struct ObjectView {
   static constexpr int kSamplesPerSide = 2;  // Of a pixel.
   static constexpr std::uint32_t kNothing = 0xffffffffu;
@@ -25,12 +25,12 @@ struct ObjectView {
     glm::vec2 barycentric{0.0f};
   };
 
-  int x_px = 0;  // Of the first pixel in the undistorted picture.
+  int x_px = 0;  // Place of the first pixel in the undistorted picture.
   int y_px = 0;
   int width_px = 0;
   int height_px = 0;
   glm::vec3 eye_m{0.0f};
-  glm::dmat3 world_from_picture{1.0};  // Of (u, v, 1), a place of that picture, along its ray.
+  glm::dmat3 world_from_picture{1.0};  // From (u, v, 1), a place of that picture, to its ray.
   Image<Sample> samples;               // kSamplesPerSide times as wide and as high.
 
   bool Empty() const { return samples.Empty(); }

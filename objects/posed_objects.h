@@ -22,13 +22,13 @@ class PosedObjects {
   explicit PosedObjects(std::vector<VirtualObject> objects);
 
   // Takes each object from where it was given, not from where it is, to `world_from_given`, an
-  // affine transform an object; empty: all are where they were given. Returns whether anything is
-  // elsewhere than before. The unit matrix gives an object back bit for bit.
+  // affine transform an object; empty: all are where they were given. Returns whether anything has
+  // moved. The unit matrix gives an object back bit for bit.
   // Throws  std::invalid_argument for another number of poses than of objects, naming it, and as
   //         TransformMesh for impossible ones, naming the object; then all stay where they were.
   bool Pose(std::span<const glm::dmat4> world_from_given);
 
-  // Another after each Pose that has moved something; no two states share one.
+  // Changes with each Pose that has moved something; no two states share a value.
   std::uint64_t Version() const { return version_; }
 
   // From where each was given to where it is.

@@ -155,7 +155,7 @@ SingleProbeLight::Comparison SingleProbeLight::MakeComparison(
       seen[place].push_back(IrradianceOf(radiance, there_.Directions(), facing));
     }
   });
-  // What the harmonics miss here, and what is otherwise there.
+  // The harmonics' error here, and the difference of the light there.
   for (std::size_t place = 1; place < seen.size(); ++place) {
     for (std::size_t i = 0; i < facings_.size(); ++i) {
       comparison.there.push_back(IrradianceOf(light.radiance, here_.Directions(), facings_[i]) +

@@ -26,9 +26,10 @@ class SingleProbeLight {
   // `real` and `options` outlive this.
   SingleProbeLight(const PatchScene& real, const SingleProbeOptions& options);
 
-  // The objects are elsewhere; see ObjectInterreflection::Objects().
+  // Sets the objects' new places; see ObjectInterreflection::Objects().
   void Pose(const Mesh& objects);
-  // Works out the lights that shine in `lighting` and are not current; casts the rays at first.
+  // Computes the lights that shine in `lighting` and are not current; the first call casts the
+  // rays.
   void Update(const FrameBasis& basis, const Lighting& lighting);
   // The same at the other places, for Compare.
   void UpdateOthers(const FrameBasis& basis, const Lighting& lighting);

@@ -63,8 +63,8 @@ SoftSun::SoftSun(const RayCaster& real, const PatchScene& objects, const SoftSun
   options_.Validate();
 }
 
-// Those that face the sun and from which some of the disc may lie behind an object: seen along the
-// sun's direction, within the rectangle around the object, wider by what the disc spans from there.
+// Pixels that face the sun and from which some of the disc may lie behind an object. Seen along the
+// sun's direction they lie within the rectangle around the object, widened by the disc's extent.
 std::vector<std::uint32_t> SoftSun::PixelsNearShadow(const SurfaceView& view,
                                                      const DiscPoints& disc) const {
   const std::vector<Silhouette> silhouettes = SilhouettesFrom(disc);

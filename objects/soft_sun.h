@@ -41,17 +41,17 @@ class SoftSun {
   // objects' boxes alone, in ascending order: only these can lose sun.
   std::vector<std::uint32_t> PixelsNearShadow(const SurfaceView& view,
                                               const DirectionalLight& sun) const;
-  // Of those, for which an object really hides some of five points of the disc there or in a pixel
-  // beside it: what OnReal may darken.
+  // Which of `pixels` OnReal may darken: an object really hides some of five points of the disc
+  // there or in a pixel beside it.
   // Shape  one entry each of `pixels`, 1 where it does.
   std::vector<std::uint8_t> MayLoseSun(const SurfaceView& view,
                                        const DirectionalLight& sun,
                                        std::span<const std::uint32_t> pixels) const;
-  // On the real surfaces of `view`, whose sun_visibility stands for `sun`.
+  // The sun's share on the real surfaces of `view`, whose sun_visibility is that of `sun`.
   RealSunShare OnReal(const SurfaceView& view, const DirectionalLight& sun) const;
-  // On the objects, a mean over each sample's part of the pixel. Samples of faces that are turned
-  // away from the sun, and beside an object, have their neighbours' mean: a renderer may look
-  // finer, or place an edge a little differently.
+  // The sun's share on the objects, a mean over each sample's part of the pixel. Samples of faces
+  // that are turned away from the sun, and beside an object, have their neighbours' mean: a
+  // renderer may look finer, or place an edge a little differently.
   ObjectSunShare OnObjects(const ObjectView& view, const DirectionalLight& sun) const;
 
  private:

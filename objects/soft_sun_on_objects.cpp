@@ -1,4 +1,5 @@
-// What of the disc virtual objects see, over the parts of pixels; on real surfaces: soft_sun.cpp.
+// The share of the disc that virtual objects see, over the parts of pixels; for real surfaces see
+// soft_sun.cpp.
 
 #include <cstdint>
 #include <optional>

@@ -1,4 +1,4 @@
-// What places in the open see all around them, direction by direction.
+// The view of places in the open in all directions.
 #pragma once
 
 #include <cstddef>

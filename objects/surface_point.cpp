@@ -30,7 +30,8 @@ std::optional<glm::dvec3> NormalOf(const std::array<glm::dvec3, 3>& corners) {
   return normal / length;
 }
 
-// Of a point near the triangle. `outwards` points to the side that is looked at.
+// The surface point for a position near the triangle. `outwards` points to the side that is looked
+// at.
 std::optional<SurfacePoint> PointOf(const Mesh& mesh,
                                     std::uint32_t triangle,
                                     const glm::dvec3& position_m,

@@ -70,7 +70,7 @@ void VertexLight::Pose(const PosedObjects& posed) {
   is_coarse_ = false;
   near_sunlight_.reset();
   single_probe_.Pose(interreflection_.Objects().mesh);
-  // Light that follows is some step's until the next one.
+  // Light that follows the objects stays in use until the next step.
   if (follows_) {
     responses_[0].done.Lapse();
   } else {

@@ -1,5 +1,5 @@
-// All light at the vertices of virtual objects but the sun's disc, and what they make of it: kept
-// while light and objects stand still.
+// All light at the vertices of virtual objects except the sun's disc, and the light that objects
+// reflect: kept while light and objects stand still.
 #pragma once
 
 #include <array>
@@ -51,9 +51,9 @@ class VertexLight {
   // `scene`, `room` (the mesh as given) and `options` outlive this.
   VertexLight(const PreparedScene& scene, const Mesh& room, const ObjectLightOptions& options);
 
-  // A frame begins, whose Update finds so much. In steps gathered light follows objects that keep
-  // their shape (LightInMotion) until all has been gathered where they are. A first step gathers
-  // with fewer rays, and the steps after it go on from there.
+  // Begins a frame; `steps` says how much its Update computes. In steps, gathered light follows
+  // objects that keep their shape (LightInMotion) until all has been gathered at their present
+  // place. A first step gathers with fewer rays, and later steps refine it.
   void BeginFrame(LightSteps steps);
   // Sets where objects are; all light on them has to be computed again.
   void Pose(const PosedObjects& objects);
@@ -72,7 +72,7 @@ class VertexLight {
   const SingleProbeLight& LightAtSingleProbe(const FrameBasis& basis, const Lighting& lighting);
   // Bound of the irradiance that sampled daylight brings to objects, and that they hide of it.
   glm::vec3 LargestDaylight(const FrameBasis& basis, const Lighting& lighting) const;
-  // Whether at vertices it comes with objects, whatever the mode says.
+  // Whether light at vertices includes what objects hide and reflect, whatever the mode says.
   bool VerticesSeeObjects() const { return IsGathered(); }
   // See ObjectInterreflection.
   std::optional<float> LargestHiddenUpTo(float most) {
@@ -83,18 +83,18 @@ class VertexLight {
   bool IsCurrent(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const {
     return Done(mode).StaleIn(basis, lighting).empty();
   }
-  // What Update and Evaluate take.
+  // Time that Update and Evaluate take.
   struct Costs {
     // For light never computed. Not needed again while no object moves: it then counts as older.
     double once_ms = 0.0;
-    double now_ms = 0.0;  // For what was made for an older sun or sky.
+    double now_ms = 0.0;  // For light of an older sun or sky.
     double sum_ms = 0.0;
   };
   Costs Expected(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
-  // Without what a new pose takes.
+  // Without the cost of a new pose.
   Costs Nominal(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
 
-  // Works out lights that shine in `lighting`; what follows is of them in that mode.
+  // Computes the lights that shine in `lighting`; the functions below return them in that mode.
   void Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting);
   Mode UpdatedIn() const { return mode_; }
   // The suns and skies for which the light is computed, in a mode.
@@ -106,19 +106,19 @@ class VertexLight {
   void UpdateDaylight(const FrameBasis& basis);
   bool IsDaylightCurrent(const FrameBasis& basis) const;
   const LearnedCost& DaylightMs() const { return daylight_cost_; }
-  // What daylight samples are; none where it is gathered. Its maps_drawn are those since the last
-  // call.
+  // Summary of the daylight samples; none where daylight is gathered. Its maps_drawn are those
+  // since the last call.
   std::optional<DirectDaylightSummary> TakeDaylightSummary();
 
   // Radiosity of the faces of Objects() per unit of a light that Update was given.
   std::vector<glm::vec3> ObjectRadiosity(const FrameBasis& basis, std::size_t light);
-  // The same of what stands between: what real surfaces lose of the sampled sky. Empty where it is
-  // not sampled, or left out.
+  // The irradiance that real surfaces lose of the sampled sky, per unit of the light. Empty where
+  // it is not sampled, or left out.
   std::vector<glm::vec3> SampledSkyHiddenFrom(const FrameBasis& basis,
                                               std::size_t light,
                                               std::span<const Receiver> receivers);
 
-  // What reaches the vertices.
+  // Sums the light that reaches the vertices.
   void Evaluate(const FrameBasis& basis, const Lighting& lighting);
   // Milliseconds that environment maps took, where the route needs them, since the last call.
   double TakeEnvironmentMs() { return std::exchange(environment_ms_, 0.0); }
@@ -133,7 +133,7 @@ class VertexLight {
     LightsDone done;
   };
 
-  // Ways of finding it that have responses and a cost of their own.
+  // Ways of finding light that have responses and a cost of their own.
   static std::size_t WayOf(const Mode& mode) {
     if (mode.at == At::kVertices) return 0;
     return mode.with_objects ? 1 : 2;
@@ -145,27 +145,27 @@ class VertexLight {
   }
   // Whether rays between objects have yet to be cast, where those at vertices do not meet them.
   bool LacksRaysBetween(const Mode& mode) const;
-  // Whether sunlight close to the objects has yet to be looked for to work these out.
+  // Whether these lights first need sunlight close to the objects to be found.
   bool LooksForSun(const Mode& mode, const std::vector<std::size_t>& lights) const;
   Costs CostsBy(double (LearnedCost::*ms)() const,
                 const Mode& mode,
                 const FrameBasis& basis,
                 const Lighting& lighting) const;
-  // Works out what daylight samples bring to vertices, with what is reflected.
+  // Computes the irradiance of daylight samples at vertices, with one reflection off the objects.
   void UpdateDaylightResponses(const FrameBasis& basis);
   bool IsSampled(std::size_t light) const { return light > 0 && daylight_ != nullptr; }
-  // What rays and probes take the sky for: black where it is sampled.
+  // The sky as rays and probes see it: black where it is sampled.
   const SkyShape& GatheredSky(const FrameBasis& basis, std::size_t light) const;
   void UpdateVolume(const FrameBasis& basis, std::span<const std::size_t> lights);
   void UpdateGathered(const FrameBasis& basis, std::size_t light);
   // Whether the first light at vertices is one of few rays.
   bool MayStartCoarse() const;
-  // What a coarse start found is left, for finer light at the same place.
+  // Keeps the light of a coarse start until finer light at the same place replaces it.
   void LeaveCoarse();
-  // What is left where the objects were, for light to follow them; whether it can.
+  // Keeps the light from where the objects were, to follow them; returns whether it can.
   bool Leave(const std::vector<glm::dmat4>& world_from_given);
   // A step of light that follows the objects. Returns whether more are to come; else all rays have
-  // been cast, and lights are still to be worked out.
+  // been cast, and lights are still to be computed.
   bool Follow(const FrameBasis& basis, std::span<const std::size_t> lights);
   std::vector<std::size_t> NextParts();
   std::vector<LightInMotion::Gathered> GatherParts(std::span<const std::size_t> parts,
@@ -177,9 +177,9 @@ class VertexLight {
   void AddNearSunlight(const FrameBasis& basis,
                        const AtVertices& at_vertices,
                        std::vector<glm::vec3>& irradiance);
-  // Into of_unit_.
+  // Writes to of_unit_.
   void SpreadOverObjects(const std::vector<glm::vec3>& irradiance);
-  // With one reflection off the objects.
+  // Adds one reflection off the objects.
   std::vector<glm::vec3> WithReflection(std::size_t light, std::vector<glm::vec3> irradiance);
   void SumResponses(const FrameBasis& basis, const Lighting& lighting, PerObject& sum);
   std::vector<glm::vec3> DirectAtVertices(const FrameBasis& basis, const Lighting& lighting);
@@ -244,7 +244,7 @@ class VertexLight {
   LearnedCost set_up_cost_;
   LearnedCost near_cost_;
   std::array<LearnedCost, 3> light_costs_;  // By WayOf.
-  LearnedCost between_cost_;                // Of the rays between objects.
+  LearnedCost between_cost_;                // Cost of the rays between objects.
   LearnedCost follow_cost_;
   LearnedCost daylight_cost_;
   LearnedCost sum_cost_;

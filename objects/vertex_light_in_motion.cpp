@@ -1,5 +1,5 @@
-// Light at vertices that is found in steps: while objects move, and where the first frame of all
-// does with fewer rays.
+// Light at vertices that is found in steps: while objects move, and after a first frame with fewer
+// rays.
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -66,7 +66,7 @@ bool VertexLight::Leave(const std::vector<glm::dmat4>& world_from_given) {
 std::vector<std::size_t> VertexLight::NextParts() {
   constexpr std::size_t kPart = ObjectGather::kVerticesPerPart;
   const std::size_t all = gather_.PartCount();
-  // Those that lack rays, from `first` on around.
+  // Parts that lack rays, from `first` on and then from the beginning.
   const auto lacking = [&](bool of_moved, std::size_t first) {
     std::vector<std::size_t> parts;
     for (std::size_t i = 0; i < all; ++i) {
@@ -83,7 +83,7 @@ std::vector<std::size_t> VertexLight::NextParts() {
   const std::size_t most = vertices == 0 || steps_ == LightSteps::kAll
                                ? all
                                : (static_cast<std::size_t>(vertices) + kPart - 1) / kPart;
-  // What stands still changes by what moves alone.
+  // Light at resting objects changes only by those that move.
   const std::size_t for_others = moves && most > 1 ? std::max<std::size_t>(most / 4, 1) : 0;
   parts.resize(std::min(parts.size(), most - std::min(others.size(), for_others)));
   others.resize(std::min(others.size(), most - parts.size()));
@@ -109,7 +109,7 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
   }
   std::vector<std::size_t> parts = NextParts();
   if (!left_ && motion_generation_ != basis.Generation()) {
-    // What is known is of other lights.
+    // The known light is of other lights.
     parts.resize(gather_.PartCount());
     std::iota(parts.begin(), parts.end(), std::size_t{0});
   }
@@ -135,7 +135,7 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
     return false;
   }
   if (left_) {
-    // Of another set of skies a light's index means another light.
+    // In another set of skies a light's index means another light.
     for (std::size_t light = 0; light < left_->irradiance.size(); ++light) {
       if (!left_->done.Ever(basis, light)) left_->irradiance[light].clear();
     }

@@ -1,4 +1,4 @@
-// What is put into the picture.
+// Objects that are drawn into the picture.
 #pragma once
 
 #include "scene/mesh.h"
@@ -6,8 +6,8 @@
 namespace pleinair {
 
 // Materials are drawn with their diffuse albedo and the sun's GGX highlight; what a glossy surface
-// mirrors of its surroundings is worked out apart (mirror_image.h): without it the surface is drawn
-// as if it were diffuse, with albedo plus specular reflectance.
+// mirrors of its surroundings is computed separately (mirror_image.h): without it the surface is
+// drawn as if it were diffuse, with albedo plus specular reflectance.
 struct VirtualObject {
   Mesh mesh;  // In world coordinates. Needs normals.
 };

@@ -12,7 +12,7 @@ class BlobStore {
  public:
   virtual ~BlobStore() = default;
   virtual std::optional<std::string> Load(std::string_view key) = 0;
-  // Completely or not at all; a failure to keep is not an error of the caller's work.
+  // Stores completely or not at all; a failure to store is not an error for the caller.
   virtual void Save(std::string_view key, std::string_view bytes) = 0;
 };
 

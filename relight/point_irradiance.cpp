@@ -23,7 +23,7 @@
 namespace pleinair {
 namespace {
 
-// Rays over the disc: from a point that asks, and from a ray's hit, of which there are thousands.
+// Rays over the disc: from a given point, and from a ray's hit, of which there are thousands.
 constexpr int kSunSamplesAtPoint = 256;
 constexpr int kSunSamplesAtHit = 1;
 

@@ -1,4 +1,4 @@
-// Daylight at asked-for points, gathered by rays at the points themselves.
+// Daylight at given points, gathered by rays at the points themselves.
 #pragma once
 
 #include <cstddef>
@@ -63,14 +63,14 @@ struct RadiositySummary {
   double energy_error = 0.0;
 };
 
-// Every point is asked with every normal.
+// Irradiance is computed for every point with every normal.
 struct AskedPoints {
   std::vector<glm::vec3> points_m;
   std::vector<glm::vec3> normals;  // Unit.
 };
 
-// Every point with every normal, for one mesh, taken as it is: no ground is added unless asked for,
-// a ray that misses the mesh and rises above the horizon is sky, nothing shines from below it.
+// Every point with every normal, for one mesh as it is: no ground is added unless options say so. A
+// ray that misses the mesh and rises above the horizon is sky; nothing shines from below it.
 //
 // Accuracy  sharp edges of sunlight on surfaces are resolved at the ray's hit; light that surfaces
 //           get from the sky, and from each other, is even within a patch.

@@ -93,7 +93,7 @@ std::vector<std::uint8_t> DiffusePatches(const PatchScene& scene,
   return diffuse;
 }
 
-// What the stages would find out only when they run, and not at all where they are loaded.
+// Checks that the stages would make only when they run, and not where they are loaded.
 void Check(const SiteModel& site, const PrepareOptions& options) {
   const auto refuse = [](const std::string& what) { throw std::invalid_argument(what); };
   if (options.bounces < kAllBounces) {
@@ -134,7 +134,7 @@ struct MapAndMask {
   std::optional<Gray8Image> mask;
 };
 
-// A pixel of the mask may be sampled where all of those may that it stands for.
+// A pixel of the reduced mask may be sampled where all pixels that it covers may.
 MapAndMask Downsampled(const SiteModel& site, int width) {
   MapAndMask small{*site.environment, std::nullopt};
   const int factor = small.map.radiance.width / width;

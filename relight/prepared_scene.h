@@ -63,9 +63,9 @@ struct PreparedScene {
   bool from_store = false;         // Every stage was loaded, none computed.
 };
 
-// Works out, or loads from `store`, the stages: transport between patches; survey light and albedo
+// Computes, or loads from `store`, the stages: transport between patches; survey light and albedo
 // (interreflection iterated to convergence); probe operator. Each stage is saved when done, so that
-// an interrupted preparation goes on where it stopped. A damaged part is made again.
+// an interrupted preparation goes on where it stopped. A damaged part is recomputed.
 //
 // Throws  std::invalid_argument for options or data that make no sense, naming the field; a
 //         diffuse region that is neither a group nor a material of the mesh, naming it.

@@ -55,7 +55,7 @@ void ForPixelsInside(const SampleRegionPolygon& polygon,
 }  // namespace
 
 struct SurfaceViewBuilder::Impl {
-  // What the view shows of a sun.
+  // The view's images under a sun.
   struct SunInView {
     GrayImage visibility;
     RgbImage bounce;
@@ -65,7 +65,7 @@ struct SurfaceViewBuilder::Impl {
   struct SunAhead {
     struct Made {
       std::shared_ptr<const FaceLight> faces;
-      std::optional<SunInView> in_view;  // Where the view need not wait for it.
+      std::optional<SunInView> in_view;  // Where the view need not wait for the faces.
     };
     SunPlace sun;
     std::future<Made> made;
@@ -77,12 +77,12 @@ struct SurfaceViewBuilder::Impl {
   Cached<std::shared_ptr<const Image<glm::vec3>>, CameraIntrinsics> directions_in_camera;
 
   SurfaceView view;
-  Image<std::int32_t> side;      // Of a triangle, that each pixel shows.
+  Image<std::int32_t> side;      // The triangle's side that each pixel shows.
   PlanarBlocks geometry_blocks;  // Those that were not cast pixel by pixel.
   PlanarBlocks sun_blocks;
   std::vector<SampleRegionPolygon> polygons;
-  std::optional<SunPlace> sun;  // That the view and sun_faces are under.
-  SunInView sun_in_view;        // What the view had of another: memory for the next.
+  std::optional<SunPlace> sun;  // The sun of the view and of sun_faces.
+  SunInView sun_in_view;        // Images of an earlier sun: memory for the next.
   // One of the two: of this view's pixels, or of the surfaces.
   SurfaceGather gather;
   std::optional<SurfaceLight> surfaces;
@@ -90,7 +90,7 @@ struct SurfaceViewBuilder::Impl {
   GrayImage survey_edge_distance_px;  // In view pixels; infinite where the survey says nothing.
 
   std::vector<std::shared_ptr<const SkyShape>> bare_shapes;
-  std::vector<std::shared_ptr<const SkyShape>> shapes;  // Those, past the skyline.
+  std::vector<std::shared_ptr<const SkyShape>> shapes;  // bare_shapes past the skyline.
   std::vector<FaceLight> sky_faces;                     // Per shape.
   std::shared_ptr<const FaceLight> sun_faces = std::make_shared<const FaceLight>();
   std::uint64_t sun_faces_version = 0;
@@ -99,7 +99,7 @@ struct SurfaceViewBuilder::Impl {
   std::vector<std::shared_ptr<const SkyShape>> survey_shapes;
   std::uint64_t survey_sun_version = 0;
 
-  // Reads what is above: the last to be made, the first to be destroyed.
+  // Reads the members above: constructed last, destroyed first.
   std::optional<SunAhead> ahead;
 
   Impl(const PreparedScene& prepared, const SurfaceViewOptions& view_options)
@@ -176,7 +176,7 @@ struct SurfaceViewBuilder::Impl {
     ++view.sky_version;
   }
 
-  // Of the view whose pixels `receivers` are blended over.
+  // Fills the sky responses of the view over whose pixels `receivers` are blended.
   void SkyResponses(const SurfaceGather& receivers,
                     std::span<const std::size_t> of_shapes,
                     SurfaceView& of_view) const {
@@ -275,7 +275,7 @@ struct SurfaceViewBuilder::Impl {
     });
   }
 
-  // What was made ahead, where it is of this sun.
+  // The light that was computed ahead, where it is of this sun.
   std::optional<SunAhead::Made> TakeAhead(const SunPlace& wanted) {
     if (!ahead || ahead->sun != wanted) return std::nullopt;
     std::future<SunAhead::Made> made = std::move(ahead->made);
@@ -302,7 +302,7 @@ struct SurfaceViewBuilder::Impl {
     return std::move(made->in_view);
   }
 
-  // What the view had goes to `in_view`.
+  // The view's former images go to `in_view`.
   void FillSun(SunInView& in_view) {
     view.sun_direction_enu = sun->direction_enu;
     std::swap(view.sun_visibility, in_view.visibility);
@@ -311,7 +311,7 @@ struct SurfaceViewBuilder::Impl {
     ++view.sun_version;
   }
 
-  // Of the view, on surfaces: bounces of the sun, and the response to these shapes.
+  // On surfaces: fills the view's bounces of the sun, and its response to these shapes.
   void LookUp(bool with_sun, std::span<const std::size_t> of_shapes) {
     std::vector<std::size_t> lights;
     std::vector<RgbImage*> images;

@@ -84,31 +84,31 @@ class SurfaceViewBuilder {
                   polygons);
   }
 
-  // Of the last Update.
+  // The view of the last Update.
   const SurfaceView& View() const;
 
-  // Whether Update would have nothing slow left to do but for new sky shapes; or, of the second,
-  // but for the sun.
+  // Whether an Update would be fast: IsAtHand, except for new sky shapes; Stands, except for those
+  // and the sun.
   bool IsAtHand(const Camera& camera,
                 const SunPlace& sun,
                 std::span<const SampleRegionPolygon> polygons) const;
   bool Stands(const Camera& camera, std::span<const SampleRegionPolygon> polygons) const;
 
-  // Begins to make, on another thread, what the last Update's view will be under another sun: an
-  // Update with it, and with that view, takes it, and is the same as without. One at a time: while
-  // another sun's is being made, nothing begins.
+  // Starts to compute, on another thread, the last Update's view under another sun. An Update with
+  // that sun and view uses it; its result is the same as without. One at a time: does nothing while
+  // another one is being computed.
   void MakeAhead(const SunPlace& sun);
 
   // The survey with its map's sun_visibility, sun_bounce and sky_response (per sky shape) made for
-  // the sun and shapes of the last Update; worked out at the first call after they changed.
-  // Null without a survey.
+  // the sun and shapes of the last Update; computed at the first call after they changed. Null
+  // without a survey.
   const Survey* SurveyUnderCurrentSun();
 
   // Radiosity of the faces for the unit sun that the last Update stands for; and for sky shape k.
   const FaceLight& SunFaces() const;
   const FaceLight& SkyFaces(std::size_t k) const;
-  // The shapes of the last Update as the site sees them, past the survey's skyline: what the view
-  // and SkyFaces are under, and what stays where they do.
+  // The shapes of the last Update as the site sees them, past the survey's skyline: the view and
+  // SkyFaces are under these, and these objects stay while they do.
   std::span<const std::shared_ptr<const SkyShape>> SkyShapes() const;
   // Changes when SunFaces() does; the view's sun_version also changes with the camera.
   std::uint64_t SunFacesVersion() const;

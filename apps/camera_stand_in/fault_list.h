@@ -1,4 +1,4 @@
-// What `--fault` says.
+// The faults that `--fault` names.
 #pragma once
 
 #include <string>

@@ -77,7 +77,7 @@ cv::Mat CodesOf(const cv::Mat& linear) {
   return codes;
 }
 
-// Of the next frame, which must be a good one.
+// The next frame, which must be a good one.
 Frame Next(FrameSource& source) {
   auto frame = source.Next();
   if (!frame) throw std::logic_error("fewer frames than the sequence has");

@@ -11,11 +11,11 @@
 namespace pleinair {
 namespace {
 
-// Of the distances that occur, whose rounding errors are some 1e-14 of them: a micrometre where the
-// triangle is 100 m large.
+// Share of the distances that occur, whose rounding errors are some 1e-14 of them: a micrometre
+// where the triangle is 100 m large.
 constexpr double kTouching = 1e-8;
-// Bodies with thousands of corners take some 20; more is rounding errors going round in circles,
-// where the way found so far is still short of the triangle.
+// Bodies with thousands of corners take some 20. More means that rounding errors repeat; the way
+// found so far then still ends short of the triangle.
 constexpr int kMostRounds = 60;
 
 glm::dvec3 FurthestOf(const std::array<glm::dvec3, 3>& triangle, const glm::dvec3& direction) {
@@ -56,7 +56,7 @@ std::optional<double> WayToMeeting(const ConvexBody& body,
     }
     const auto end = corners.begin() + static_cast<std::ptrdiff_t>(corner_count);
     const bool is_new = std::find(corners.begin(), end, corner) == end;
-    // The nearest point of what is known is that of all, and is not separate from it.
+    // The nearest point of the known corners is that of all, and no plane separates it.
     if (!is_new && !(apart > 0.0)) break;
     if (is_new) corners[corner_count++] = corner;
     std::array<glm::dvec3, 4> from_at;

@@ -14,7 +14,7 @@ DiscPoints::DiscPoints(const DirectionalLight& sun, int count)
       tangent_radius_(static_cast<float>(std::tan(sun.angular_radius_rad))) {
   static_assert(kSamplesPerPixel == 4);  // As many as rim points.
   const glm::dvec3 centre(disc_.Direction());
-  // What stands upright is narrow across the level axis; with the sun in the zenith any will do.
+  // Upright objects are narrow across the level axis; with the sun in the zenith any axis serves.
   const glm::dvec3 level(centre.y, -centre.x, 0.0);
   level_ =
       glm::length(level) > 1e-6 ? glm::vec3(glm::normalize(level)) : NormalFrame(Centre()).tangent;
@@ -25,7 +25,7 @@ DiscPoints::DiscPoints(const DirectionalLight& sun, int count)
     of_pixel_.push_back(
         {disc_.Samples()[static_cast<std::size_t>(i)], R2Point(i, glm::dvec2(0.5)) - 0.5});
   }
-  // A sunflower for each of a pixel's samples, turned and set off against the others'.
+  // One sunflower pattern for each of a pixel's samples, rotated and offset against the others.
   constexpr int kSide = ObjectView::kSamplesPerSide;
   const int per_sample = (count + kSamplesPerPixel - 1) / kSamplesPerPixel;
   for (int corner = 0; corner < kSamplesPerPixel; ++corner) {

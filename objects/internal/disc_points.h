@@ -1,4 +1,4 @@
-// The sun's disc as points to cast towards, in step with places in a pixel.
+// The sun's disc as points to cast towards, each paired with a place in a pixel.
 #pragma once
 
 #include <array>
@@ -14,7 +14,8 @@
 
 namespace pleinair {
 
-// Each point of the disc goes with a place in the pixel's square, so that few rays stand for both.
+// Each point of the disc is paired with a place in the pixel's square, so that few rays sample
+// both.
 class DiscPoints {
  public:
   // Samples of a pixel of an object view.
@@ -24,7 +25,7 @@ class DiscPoints {
     glm::dvec2 place{0.0};      // From the pixel's centre, -0.5..0.5.
   };
 
-  // `count` points, also shared out to a pixel's samples, as many for each, rounded up.
+  // `count` points, also divided equally among a pixel's samples, rounded up.
   // Throws std::invalid_argument for a direction without length and a radius outside [0, pi/2).
   DiscPoints(const DirectionalLight& sun, int count);
 

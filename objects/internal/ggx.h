@@ -17,13 +17,13 @@ namespace pleinair {
 
 struct MirroredDirection {
   glm::vec3 direction{0.0f};
-  glm::vec3 weight{0.0f};  // Of the radiance from there.
+  glm::vec3 weight{0.0f};  // Factor on the radiance from there.
 };
 
-// One of the visible normals' mirror directions for a point of the unit square (Heitz 2018,
-// "Sampling the GGX distribution of visible normals", listing 1), so that the mean of weight times
-// radiance is the reflected radiance. `to_viewer` and `normal` are unit, on one side of the
-// surface; Fresnel's term as in the renderer. None where the direction leads into the surface.
+// One of the visible normals' mirror directions for a point of the unit square. The mean of weight
+// times radiance is the reflected radiance (Heitz 2018, "Sampling the GGX distribution of visible
+// normals", listing 1). `to_viewer` and `normal` are unit, on one side of the surface; Fresnel's
+// term as in the renderer. None where the direction leads into the surface.
 inline std::optional<MirroredDirection> MirrorByGgx(const glm::vec3& normal,
                                                     const glm::vec3& to_viewer,
                                                     const glm::vec3& reflectance,

@@ -16,11 +16,11 @@ namespace {
 // What an object covers has no receiver. Where its edge lets the surface shine through, one within
 // a block of three is found.
 constexpr std::size_t kCoveredSize = 1;
-// A block's side on the surface is at most this share of the distance to the object's own surface,
-// over which the object's share of the view changes by about as much of itself: by size, from the
-// second on. The smallest evens out as much of single rays' error as it adds. Far off the share
-// falls with the distance's cube, of which a linear blend over a share k of it has up to 3/2 k^2
-// too much.
+// Largest side of a block on the surface, as a share of the distance to the object's own surface:
+// by size, from the second on. Over a block the object's share of the view changes by about this
+// share of itself. The smallest block averages out as much of single rays' error as it adds. Far
+// off the object's share falls with the cube of the distance; a linear blend over a share k of the
+// distance is up to 3/2 k^2 too large.
 constexpr std::array<float, kInfluenceBlocksPx.size() - 1> kBlockPerDistance{0.5f, 0.4f, 0.3f};
 // Spacing on faces per distance.
 constexpr float kSpacingPerDistance = 0.25f;
@@ -42,8 +42,8 @@ std::size_t SizeFor(float distance_m, float pixel_m) {
   return size;
 }
 
-// Sizes of blocks by the distance to the objects' surfaces, with as few searches for those as do:
-// what is known of one point bounds it for those around it.
+// Sizes of blocks by the distance to the objects' surfaces. The distance at one point bounds it for
+// those around it, which spares searches.
 class BlockSizes {
  public:
   explicit BlockSizes(const RayCaster& objects) : objects_(objects) {}
@@ -67,7 +67,7 @@ class BlockSizes {
   }
 
  private:
-  // Within this share of its distance from a point its bound is taken as it is.
+  // Within this share of a point's distance around it, the point's bound is used unchanged.
   static constexpr float kAnchorReach = 0.125f;
 
   const RayCaster& objects_;

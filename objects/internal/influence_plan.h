@@ -1,5 +1,5 @@
-// Where it is worked out what objects change: which pixels of a view share a receiver, and how fine
-// a lattice over the real faces is.
+// Where the objects' changes are computed: which pixels of a view share a receiver, and how fine a
+// lattice over the real faces is.
 #pragma once
 
 #include <array>

@@ -14,8 +14,8 @@
 namespace pleinair {
 namespace {
 
-// What is a small share of a surface's view bears a larger error in itself: half the rays for half
-// the share.
+// A small share of a surface's view may have a larger relative error: half the rays for half the
+// share.
 constexpr float kShareOfAllRays = 1.0f / 16.0f;
 
 // Rays of one receiver that are cast together: a few packets.

@@ -1,5 +1,5 @@
-// Where rays from receivers into the cones in which they see objects meet one, and what they met
-// before it stood there.
+// Rays from receivers into the cones in which they see objects: where they meet an object, and what
+// they would meet without it.
 #pragma once
 
 #include <cstddef>
@@ -19,21 +19,21 @@ namespace pleinair {
 class InfluenceRays {
  public:
   struct Hit {
-    float share = 0.0f;  // Of the receiver's cosine-weighted hemisphere.
+    float share = 0.0f;  // Share of the receiver's cosine-weighted hemisphere.
     std::int32_t object_face = 0;
     std::int32_t behind = PatchScene::kSky;  // Real face.
     glm::vec3 direction{0.0f};
   };
 
   InfluenceRays() = default;
-  // The objects are the groups of `objects`. Rays as of ObjectInfluenceOptions::rays_per_receiver;
-  // none are cast yet. Keeps no reference.
+  // The objects are the groups of `objects`. The number of rays is as for
+  // ObjectInfluenceOptions::rays_per_receiver; none are cast yet. Keeps no reference.
   InfluenceRays(const PatchScene& objects,
                 std::span<const Receiver> receivers,
                 int rays_per_receiver);
 
-  // Casts the rays of up to `count` more receivers, 0: of all that lack them, rounded up to runs.
-  // Everything is as of construction. Returns IsComplete().
+  // Casts the rays of up to `count` more receivers (0: of all that lack them), rounded up to runs.
+  // All arguments are those of construction. Returns IsComplete().
   // Threads  the result does not depend on their number.
   bool Cast(const PatchScene& real,
             const PatchScene& objects,

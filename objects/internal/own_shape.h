@@ -1,4 +1,4 @@
-// What an object's own shape does to the light at its vertices: kept in the object's space, where
+// Effect of an object's own shape on the light at its vertices: kept in the object's space, where
 // it stays while the object moves as a rigid body.
 #pragma once
 
@@ -15,10 +15,9 @@
 
 namespace pleinair {
 
-// Per vertex, which share of its hemisphere looks past the object's own shape in which direction,
-// and which share meets which of its faces. Directions are those of 256 cells of the sphere. What
-// hides the view besides, real surfaces and other objects, counts as a direction: it stays behind
-// when the object moves.
+// Per vertex, the shares of its hemisphere that see past the object's own shape in each direction,
+// and the shares that meet each of its faces. Directions are 256 cells of the sphere. Real surfaces
+// and other objects count as directions: they stay behind when the object moves.
 class OwnShape {
  public:
   // Cells of an octahedral map.
@@ -27,13 +26,14 @@ class OwnShape {
   static std::size_t CellOf(const glm::vec3& direction);
 
   OwnShape() = default;
-  // From rays that have been cast; `own_from_world` is a rotation an object. Keeps no reference.
+  // From rays that have been cast; `own_from_world` has a rotation for each object. Keeps no
+  // reference.
   OwnShape(const ObjectGather& gather,
            const PatchScene& objects,
            std::span<const glm::mat3> own_from_world);
 
   // The same for these parts of the objects alone, at another place, where `gather` has more rays
-  // than what is known of a part.
+  // for a part than it had before.
   void Refine(const ObjectGather& gather,
               std::span<const std::size_t> parts,
               const PatchScene& objects,
@@ -52,10 +52,10 @@ class OwnShape {
 
  private:
   struct Source {
-    std::uint32_t index = 0;  // Of a cell of all objects', or of a face.
+    std::uint32_t index = 0;  // Index of a cell among all objects', or of a face.
     float share = 0.0f;
   };
-  // Of a part's vertices: sources of its vertex i are [begin[i], begin[i + 1]).
+  // Sources of a part's vertices: those of its vertex i are [begin[i], begin[i + 1]).
   struct Rows {
     std::vector<std::uint32_t> begin{0};
     std::vector<Source> sources;

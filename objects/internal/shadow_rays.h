@@ -1,4 +1,4 @@
-// Many rays towards the sun's disc, and what few of them say of a pixel.
+// Many rays towards the sun's disc, and a pixel's verdict from few of them.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ class ShadowRays {
   std::vector<std::uint32_t> tags_;
 };
 
-// What the few points of the disc that all pixels ask for say of a pixel.
+// Verdict on a pixel from the few points of the disc that are tested for all pixels.
 enum class Verdict : std::uint8_t { kNothing, kAllSeen, kAllHidden, kMixed };
 
 // The verdict from `seen` points out of `asked`; kNothing where none was asked for.

@@ -1,5 +1,4 @@
-// Points of which the furthest in a direction is asked for: all that convex casts need of an
-// object.
+// Finds the furthest of some points in a direction: all that convex casts need of an object.
 #pragma once
 
 #include <cstdint>

@@ -282,7 +282,7 @@ DaylightSamples DaylightSampler::Draw(std::span<const glm::vec3> sky_radiance) c
   const auto count = static_cast<std::size_t>(options_.samples);
   std::vector<std::uint32_t> cells;
   if (until_kept) {
-    // Where next to nothing comes through, fewer samples have to do.
+    // Where nearly nothing comes through, fewer samples must suffice.
     const std::size_t most_draws = 4096 * count;
     for (std::size_t k = 0; k < most_draws && cells.size() < count; ++k) {
       const double share =

@@ -1,4 +1,4 @@
-// Direct daylight as a handful of far lights, drawn from the sky where it is seen through windows
+// Direct daylight as a few distant lights, drawn from the sky where it is seen through windows
 // (grosch-2007, section 7).
 #pragma once
 
@@ -40,8 +40,8 @@ struct DaylightSamplingOptions {
   void Validate() const;
 };
 
-// A far light; the irradiance that all of them bring to a surface, each where it is seen and times
-// its cosine, is an estimate of that from the sky.
+// A distant light. The sum of all lights that a surface sees, each times its cosine, estimates the
+// surface's irradiance from the sky.
 struct DaylightSample {
   glm::vec3 direction_enu{0.0f, 0.0f, 1.0f};  // Unit, towards the light.
   glm::vec3 irradiance_rgb{0.0f};             // Normal to the beam.
@@ -63,16 +63,17 @@ std::vector<glm::vec3> SkyRadianceTable(const Lighting& lighting,
 // Set up once per pose of the object.
 //
 // Method    A direction leads from the object through a window's convex hull when, seen along it,
-//           the bounding sphere reaches to the inner side of every edge: grosch-2007's planes
-//           through the edges tangent to the sphere, with nothing special where the sphere meets an
-//           edge. The sky's cells for which that can hold, of any window, are kept, each once. One
-//           sample is drawn from each of `samples` equal parts of the kept light, in the order of a
-//           Hilbert curve, so that each part is a compact piece of sky; its place in that part
-//           stays, so that a sample keeps its piece of sky while the picture changes little.
+//           the bounding sphere reaches to the inner side of every edge. These are grosch-2007's
+//           planes through the edges tangent to the sphere, without a special case where the sphere
+//           meets an edge. The sky's cells for which that can hold, of any window, are kept, each
+//           once. One sample is drawn from each of `samples` equal parts of the kept light, in the
+//           order of a Hilbert curve, so that each part is a compact piece of sky; its place in
+//           that part stays, so that a sample keeps its piece of sky while the picture changes
+//           little.
 // Unbiased  over seeds: nothing that can reach the object is left out. A sphere that meets a
 //           window's opening is taken to see all of the sky.
-// Not       kept: which side is inside. For an object outdoors ask SeesSkyPastWindows first, and
-//           draw from the entire sky.
+// Ignores   which side is inside. For an object outdoors ask SeesSkyPastWindows first, and draw
+//           from the entire sky.
 class DaylightSampler {
  public:
   // Throws std::invalid_argument for bad options, windows or sphere.

@@ -63,8 +63,8 @@ FoundWindows FindWindows(const Mesh& mesh,
                          std::span<const glm::dvec3> inside_points_m,
                          const WindowSearchOptions& options = {});
 
-// Whether more than 2 % of the rays that reach the sky from `points_m` pass no window (by more than
-// 5 cm, what a polygon measured by hand may be off): then light must not be restricted to the
+// Whether more than 2 % of the rays that reach the sky from `points_m` miss all windows by more
+// than 5 cm, the error of a polygon measured by hand. Then light must not be restricted to the
 // windows.
 bool SeesSkyPastWindows(const RayCaster& caster,
                         std::span<const Window> windows,

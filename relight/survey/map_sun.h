@@ -27,10 +27,10 @@ struct MapSun {
 // is hidden (an overcast sky, a building before it) or was never there (a room).
 //
 // Method    The spot with the most light within a degree. It is the sun where it outshines the sky
-//           around, is round, and either holds a tenth of the light of the rest, or is a small disc
-//           cut at one level that nothing else in the map reaches, or fades into a glow of a few
-//           degrees that holds 2 % of the light. Lamps and reflections in windows hold less; bright
-//           clouds and windows are larger, or do not fade.
+//           around, is round, and one of these holds. It has a tenth of the light of the rest; it
+//           is a small disc cut at one level that nothing else in the map reaches; or it fades into
+//           a glow of a few degrees that holds 2 % of the light. Lamps and reflections in windows
+//           hold less; bright clouds and windows are larger, or do not fade.
 // Not       distinguished from the sun: one lamp that holds a tenth of a room's light.
 std::optional<MapSun> FindMapSun(const RgbImage& map);
 

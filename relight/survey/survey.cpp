@@ -44,7 +44,7 @@ double SunSeenFrom(const SurveyMap& map, const PatchScene& scene, int samples) {
                        samples);
 }
 
-// What is known of the sun before the shadows, `light` being that of the map alone.
+// Prior of the sun, before the shadows are used; `light` is that of the map alone.
 SunPrior PriorOf(const SurveyLight& light, const SurveyMap& map) {
   // The air's own: of clear skies, whose haze varies, and of the camera's colours.
   constexpr double kHueLogStddev = 0.12;
@@ -61,7 +61,7 @@ SunPrior PriorOf(const SurveyLight& light, const SurveyMap& map) {
           kHueLogStddev};
 }
 
-// Whether the map's disc holds much less than its shadows say.
+// Whether the map's disc holds much less light than its shadows indicate.
 bool IsCutShort(const SurveyLight& light, const SunFromShadows& shadows) {
   constexpr double kSignificant = 3.0;
   return MeanOf(light.sun_irradiance_rgb) <

@@ -20,8 +20,8 @@ namespace pleinair {
 
 class SurfaceGather;  // relight/transport/surface_gather.h
 
-// How far mesh and map may be from where they are said to be: two standard deviations of a site
-// that was measured by hand.
+// How far mesh and map may be from their stated places: two standard deviations of a site that was
+// measured by hand.
 struct Misplacement {
   double turned_rad = 0.025;  // The map about the vertical, against the mesh; less than 0.5.
   double moved_m = 0.06;      // Vertices of the mesh.
@@ -33,7 +33,7 @@ struct SurveyMap {
   glm::dvec3 position_m{0.0};
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
   double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
-  std::optional<UtcTime> time = std::nullopt;  // For who compares its light with a frame's.
+  std::optional<UtcTime> time = std::nullopt;  // For callers that compare its light with a frame's.
   // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
   // the entire disc.
   glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
@@ -102,15 +102,15 @@ struct DiffuseParts {
   const Gray8Image* mask = nullptr;                // Of the map's size, 255 may be; null: all.
 };
 
-// Surveys `map`: light, then albedo = pi L / E with E gathered at each pixel from the map's own
-// sky, its sun and what the faces reflect, face albedos being means over the map's pixels and
+// Surveys `map`: light, then albedo = pi L / E. E is gathered at each pixel from the map's own sky,
+// its sun and the light that faces reflect. Face albedos are means over the map's pixels and
 // iterated to convergence (as in grosch-2005). Faces that the map does not see get their material's
 // mean, or its diffuse albedo where the map sees none of it. Sets scene.face_albedo_rgb and
 // scene.skyline.
 //
-// Where the disc is clipped or hidden, or holds less than half of what shadows say, the sun is that
-// of the shadows (lit and shaded points of one surface), found together with the albedo; where
-// there are none, the clear-sky model's for the map's sky.
+// Where the disc is clipped or hidden, or holds less than half of the light that shadows indicate,
+// the sun is that of the shadows: lit and shaded points of one surface, found together with the
+// albedo. Without shadows it is the clear-sky model's for the map's sky.
 //
 // Throws std::invalid_argument for a map with defects, or sizes that don't fit.
 Survey MakeSurvey(const SurveyMap& map,

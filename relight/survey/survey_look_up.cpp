@@ -43,7 +43,7 @@ float FastAtan2(float y, float x) {
   return std::copysign(angle_rad, y);
 }
 
-// Of places in a map, which are more than -1.
+// Floor of a place in a map, which is more than -1.
 int FloorOfPlace(float place) { return static_cast<int>(place + 1.0f) - 1; }
 
 }  // namespace

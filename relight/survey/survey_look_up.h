@@ -14,7 +14,7 @@
 
 namespace pleinair {
 
-// What the survey's map says of one surface point.
+// The survey map's data for one surface point.
 struct SurveyedPoint {
   glm::vec3 albedo_rgb{0.0f};
   float edge_distance_px = 0.0f;  // In map pixels.
@@ -65,7 +65,7 @@ class SurveyLookUp {
 
  private:
   // One pixel of the map and the cell that it makes with the next to its right and the two below
-  // them, in one place of the memory: looking up is waiting for it.
+  // them, contiguous in memory: look-ups are bound by memory access.
   struct Texel {
     glm::vec3 position_m;
     glm::vec3 normal;

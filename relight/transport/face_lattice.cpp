@@ -17,7 +17,7 @@ namespace {
 constexpr float kInset = 0.15f;
 // Sides whose normals agree to so much are of one plane.
 constexpr float kNormalSteps = 512.0f;
-// Places that are worked out from different triangles agree to float's rounding; 1/65536 m is more
+// Places that are computed from different triangles agree to float's rounding; 1/65536 m is more
 // than that within 100 m.
 constexpr double kPlaceSteps = 65536.0;
 

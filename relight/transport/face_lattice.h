@@ -17,15 +17,15 @@ namespace pleinair {
 
 // A side of a triangle whose edges are cut into n parts each has receivers at the corners of its
 // n^2 small triangles. Sides of one plane share a receiver where they meet in it. It stands in the
-// middle of what they have around it: inside a plane on the spot, at the plane's rim a little
-// inside, so that one on the rim of a wall does not stand in the wall beside it.
+// middle of the small triangles around it: inside a plane that is on the spot, at the plane's rim a
+// little inside. So a receiver on the rim of a wall does not stand in the wall beside it.
 //
-// Sides of a joined patch have those of a grid over the patch, seen along the axis that it looks
-// along most: each on the triangle nearest to a corner of the grid, shared with patches beside it.
-// So small triangles do not ask for more receivers than large ones.
+// Sides of a joined patch have the receivers of a grid over the patch, seen along the axis that it
+// looks along most. Each stands on the triangle nearest to a corner of the grid, and is shared with
+// patches beside it. So small triangles do not ask for more receivers than large ones.
 class FaceLattice {
   struct Grid;
-  // By which points have barycentric weights: of vertices 0 and 1, their change by place.
+  // For barycentric weights of points: the gradients of the weights of vertices 0 and 1.
   struct Triangle {
     glm::vec3 b_m{0.0f};
     glm::vec3 c_m{0.0f};
@@ -44,7 +44,7 @@ class FaceLattice {
   // A side that has the receiver; of several the first.
   const std::vector<std::uint32_t>& SideOfReceiver() const { return side_of_receiver_; }
   bool HasReceivers(std::size_t side) const { return parts_[side] > 0; }
-  // All of one side.
+  // The receivers of one side.
   std::span<const std::uint32_t> ReceiversOf(std::size_t side) const {
     if (const Grid* const grid = GridOf(side)) {
       return std::span(receiver_of_slot_).subspan(grid->first_slot, grid->Corners());
@@ -58,8 +58,8 @@ class FaceLattice {
     std::uint32_t receiver = 0;
     float weight = 0.0f;
   };
-  // The receivers around a point of a side that has some; their weights add up to 1. A point a hair
-  // outside counts as on the edge.
+  // The receivers around a point of a side that has some; their weights add up to 1. A point
+  // outside by rounding counts as on the edge.
   std::array<Weighted, 3> Around(const PatchScene& scene,
                                  std::size_t side,
                                  const glm::vec3& point_m) const;

@@ -19,9 +19,9 @@ struct RefinedMesh {
 using TargetLength = std::function<double(const glm::vec3& midpoint_m)>;
 
 // Splits every edge that is longer than its target at its midpoint, and each triangle into 2, 3 or
-// 4 by its split edges, until none is left that can be split: the middle of one of a few units in
-// the last place is one of its ends. Whether and where an edge is split depends on its two
-// end points alone, so two triangles that share an edge stay joined, also where the mesh stores
+// 4 by its split edges, until none is left that can be split. An edge of a few units in the last
+// place cannot: its middle is one of its ends. Whether and where an edge is split depends on its
+// two end points alone, so two triangles that share an edge stay joined, also where the mesh stores
 // that edge twice. Triangles without area are left out. What triangles are looked up in by place is
 // cut along.
 //

@@ -156,7 +156,7 @@ float PatchScene::LongestEdgeM(std::size_t patch) const {
 PatchScene::Point PatchScene::PointOn(std::size_t patch, glm::dvec2 point) const {
   std::size_t triangle = FirstTriangleOf(patch);
   if (IsJoined(patch)) {
-    // Of equal shares of the square along x each triangle gets its area's.
+    // The square is divided along x among the triangles, by area.
     const auto first = several.area_share_until.begin() + static_cast<std::ptrdiff_t>(triangle);
     const auto last =
         several.area_share_until.begin() + static_cast<std::ptrdiff_t>(several.begin[patch + 1]);

@@ -16,7 +16,7 @@ namespace pleinair {
 
 struct PatchOptions {
   glm::dvec3 focus_m{0.0};                   // Where light is asked for: patches are finest there.
-  std::vector<glm::dvec3> focus_points_m{};  // Several places in its stead: the nearest counts.
+  std::vector<glm::dvec3> focus_points_m{};  // Several places instead: the nearest counts.
   double patch_size_m = 0.5;                 // Longest edge near the focus.
   double growth_per_m = 0.1;  // Longest edge grows by this for each metre from the focus.
   bool extend_ground = true;  // To the horizon, with the ground's mean albedo, where it ends near.
@@ -108,15 +108,15 @@ struct PatchScene {
   std::int32_t FaceOfHit(const FaceHit& hit) const { return FaceOfSide(SideOfHit(hit)); }
   // Unit normal of a triangle's side; zero for one without area.
   glm::vec3 SideNormal(std::size_t side) const;
-  // The same of the surface that triangle stands for: of one among small ones a mean with those
-  // around it.
+  // Unit normal of the surface that the triangle represents: for one among small ones, a mean with
+  // those around it.
   glm::vec3 SurfaceNormal(std::size_t side) const;
-  // Of a face: the mean over its triangles' area.
+  // Normal of a face: the mean over its triangles' area.
   glm::vec3 FaceNormal(std::size_t face) const;
   double PatchAreaM2(std::size_t patch) const;
-  // Of a patch's triangle; of a joined one, of a square of its area from corner to corner.
+  // Longest edge of a patch's triangle; for a joined patch, the diagonal of a square of its area.
   float LongestEdgeM(std::size_t patch) const;
-  // Of the corners' mean places, by area.
+  // Mean of the triangles' middles, by area.
   glm::vec3 PatchMiddleM(std::size_t patch) const;
   // A point of a patch for one of the unit square, uniform over its area.
   struct Point {

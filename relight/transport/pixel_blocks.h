@@ -1,4 +1,4 @@
-// Work spared where the corners of a block of pixels speak for what lies between them.
+// Saves work where the corners of a block of pixels represent the pixels between them.
 #pragma once
 
 #include <algorithm>
@@ -93,7 +93,7 @@ struct PixelBlock {
 class PixelBlocks {
  public:
   PixelBlocks() = default;
-  // Of blocks with sides of 1 px all pixels are corners.
+  // In blocks with sides of 1 px all pixels are corners.
   PixelBlocks(int width, int height, int side_px)
       : width_(width),
         height_(height),
@@ -153,8 +153,7 @@ struct PlanarBlocks {
   std::vector<std::uint8_t> is_planar;  // Per block.
 };
 
-// Gives `image` the size of the picture and keeps its memory; of its values, none is to be counted
-// on.
+// Gives `image` the size of the picture and keeps its memory; its values are unspecified.
 template <typename Pixel>
 void SizeFor(const PixelBlocks& blocks, Image<Pixel>& image) {
   image.width = blocks.Width();
@@ -163,8 +162,8 @@ void SizeFor(const PixelBlocks& blocks, Image<Pixel>& image) {
                       static_cast<std::size_t>(image.height));
 }
 
-// First does the corners of all blocks; then for each block either what lies between its corners at
-// once, or pixel by pixel.
+// First does the corners of all blocks. Then does the pixels between each block's corners, either
+// all at once or one by one.
 //
 // do_row(y, wanted)                  does the pixels x of row y with wanted[x] != 0.
 // do_between(column, row, block)     does what lies between the block's corners at once, and

@@ -17,7 +17,7 @@ struct RegionRadiosityOptions {
   // neighbours say are hidden or open are not cast. Converged: many.
   int sky_rays_per_patch = 262144;
   std::uint64_t seed = 1;
-  // What is missing of a thousandth is far below the noise of the rays.
+  // A missing share of a thousandth is far below the noise of the rays.
   SolveOptions solve{.tolerance = 1e-4};
   // Ranks that share the work: each casts rays to the sky for some faces, and solves some blocks
   // of lights. Null: this process does all. The result is the same, bit for bit.

@@ -8,9 +8,9 @@
 
 namespace pleinair {
 
-// Normals within 5 deg, and either point off the other's plane by less than 0.5 % of the viewing
-// distance: well above a hit's rounding error (1e-6) and the bend of a finely faceted curve between
-// neighbouring pixels, well below any step that casts light of its own.
+// Normals are within 5 deg, and either point is off the other's plane by less than 0.5 % of the
+// viewing distance. That is well above a hit's rounding error (1e-6) and the bend of a finely
+// faceted curve between neighbouring pixels, and well below any step that casts light of its own.
 inline bool SamePlane(const glm::vec3& position_a,
                       const glm::vec3& normal_a,
                       const glm::vec3& position_b,

@@ -1,4 +1,4 @@
-// An object's mesh, fine enough for light that is worked out at its vertices.
+// An object's mesh, fine enough for light that is computed at its vertices.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 namespace pleinair {
 
 struct ShadingMeshOptions {
-  // Longest edge, as a share of the diagonal of the mesh's bounding box: light that is worked out
-  // at the corners of a pedestal's side would carry the dark of its joints all over it. > 0.
+  // Longest edge, as a share of the diagonal of the mesh's bounding box: light that is computed at
+  // the corners of a pedestal's side would spread the dark of its joints over all of it. > 0.
   double longest_edge = 0.04;
   // Edges may stay longer where more triangles than so many times as many as there were would come
   // out, and more than kFewTriangles. >= 1.
@@ -19,10 +19,10 @@ struct ShadingMeshOptions {
   void Validate() const;
 };
 
-// `mesh` with its long edges cut; materials, groups and normals are the source's, which it needs.
-// A mesh that is fine enough comes back as it is, but for triangles without area. Materials by
-// place have the means over the new triangles, so that light that goes from them is as finely
-// coloured as it is worked out, whatever is drawn.
+// `mesh` with its long edges cut; materials, groups and normals are the source's, which it needs. A
+// mesh that is fine enough comes back as it is, but for triangles without area. Materials by place
+// have the means over the new triangles, so that the colours of light from them are as fine as that
+// light is computed, whatever is drawn.
 Mesh MakeShadingMesh(const Mesh& mesh, const ShadingMeshOptions& options = {});
 
 }  // namespace pleinair

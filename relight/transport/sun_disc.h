@@ -11,8 +11,7 @@
 
 namespace pleinair {
 
-// Directions spread over the disc, worked out once for many points. Immutable, safe from any
-// thread.
+// Directions spread over the disc, computed once for many points. Immutable, safe from any thread.
 class SunDisc {
  public:
   // Throws std::invalid_argument for a direction without length, a radius outside [0, pi/2) or

@@ -20,9 +20,9 @@
 namespace pleinair {
 
 struct SurfaceLightOptions {
-  // Distance of receivers over that of the surfaces around them: a harmonic mean over a face's rays
-  // (Ward, Rubinstein and Clear, "A ray tracing solution for diffuse interreflection", 1988), so
-  // that they are close where walls meet and where something stands.
+  // Distance of receivers over that of the surfaces around them, a harmonic mean over a face's rays
+  // (Ward, Rubinstein and Clear, "A ray tracing solution for diffuse interreflection", 1988). So
+  // they are close where walls meet and where something stands.
   double spacing = 0.25;
   int most_parts = 4;  // Of a face's edges: bounds memory.
   // Kept for all views, so more than a picture's own receivers cast.
@@ -55,7 +55,7 @@ class SurfaceLight {
     std::shared_ptr<const SkyShape> sky;
     std::vector<glm::vec3> face_radiosity;
   };
-  // Of several at once the rays are looked at once.
+  // Several at once: the rays are read only once.
   void SetLights(std::vector<IndexedLight> lights);
   void SetLight(std::size_t light,
                 std::shared_ptr<const SkyShape> sky,

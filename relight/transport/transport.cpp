@@ -239,7 +239,7 @@ std::size_t RadiosityBytes(std::size_t patches,
   const std::size_t faces = 2 * patches;
   const auto rays = static_cast<std::size_t>(options.rays_per_receiver + FacePoints::kCells);
   // While rays are gathered each has a face and a direction; afterwards an entry of 8 bytes, or a
-  // packed direction. Both forms are there for a moment.
+  // packed direction. Both forms exist for a moment.
   const std::size_t of_rays = faces * rays * (sizeof(std::int32_t) + sizeof(glm::vec3) + 8);
   const std::size_t of_sky = faces * (sky_directions / 8 + 8);
   // The sky's share of each region, direct light and radiosity of all lights, and a block's two.

@@ -63,8 +63,8 @@ class GatheredRays {
                std::span<const Receiver> receivers,
                std::span<const std::uint32_t> identities,
                const GatherOptions& options);
-  // Of two scenes in one place: the faces of `first`, then those of `second`. Skylines are left
-  // out.
+  // Rays in two scenes in one place: the faces of `first`, then those of `second`. Skylines are
+  // left out.
   GatheredRays(const PatchScene& first,
                const PatchScene& second,
                std::span<const Receiver> receivers,
@@ -83,7 +83,7 @@ class GatheredRays {
   std::size_t EntryCount() const { return face_.size(); }
   // Irradiance at each receiver straight from the sky (c, for a uniform shape).
   std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
-  // The same for several shapes, with one look at the rays.
+  // The same for several shapes, with one pass over the rays.
   std::vector<std::vector<glm::vec3>> FromSkies(std::span<const SkyShape* const> shapes) const;
   // Irradiance at each receiver from faces of given radiosity.
   std::vector<glm::vec3> FromFaces(std::span<const glm::vec3> face_radiosity) const;
@@ -120,14 +120,14 @@ class GatheredRays {
   // 1 / rays_per_receiver.
   std::vector<std::uint64_t> sky_begin_;
   std::vector<std::uint32_t> sky_direction_;
-  // What follows from them: the cell of SkyTable that each lies in, and per receiver the sum of
-  // their heights (z).
+  // Derived from these: the cell of SkyTable that each lies in, and per receiver the sum of their
+  // heights (z).
   std::vector<std::uint16_t> sky_cell_;
   std::vector<double> sky_heights_;
   std::int32_t rays_per_receiver_ = 1;
-  // Where the scene has a skyline: what it hides from each receiver, mesh apart, over what the
-  // receiver's rays say of that. Their scatter would else look like light that differs from place
-  // to place, on level ground where it is all one.
+  // Where the scene has a skyline: the light that it hides from each receiver, mesh apart, over the
+  // estimate of that by the receiver's rays. Without this factor the rays' scatter would look like
+  // varying light on level ground, where light is uniform.
   std::vector<float> hidden_scale_;
   // Per receiver, other directions that are kept, packed to 32 bits; else empty.
   std::vector<std::uint64_t> other_begin_;
@@ -166,9 +166,9 @@ struct FaceLights {
   std::vector<glm::vec3> radiosity;  // [face * lights + light].
   int iterations = 0;                // The most that a block of lights took.
   double residual = 0.0;             // The largest of any light, relative to that light.
-  // |arrived - sent| / sent of the light that faces send to each other, the worst of all lights:
-  // what arrives by the receivers' rays and what leaves by the senders' is one light, and differs
-  // by their noise and the patches' size. 0 where no light is sent.
+  // |arrived - sent| / sent of the light that faces send to each other, the worst of all lights.
+  // Light that arrives by the receivers' rays should equal light that leaves by the senders'; they
+  // differ by the rays' noise and the patches' size. 0 where no light is sent.
   double energy_error = 0.0;
 
   std::size_t FaceCount() const { return lights == 0 ? 0 : radiosity.size() / lights; }
@@ -186,7 +186,7 @@ struct SolveOptions {
   void Validate() const;
 };
 
-// Memory that working out `patches` patches under `lights` lights takes at its peak: rays, sky
+// Peak memory of the transport between `patches` patches under `lights` lights: rays, sky
 // visibility of `sky_directions` directions, direct light and radiosities. An upper bound.
 std::size_t RadiosityBytes(std::size_t patches,
                            std::size_t lights,
@@ -229,7 +229,7 @@ class PatchTransport {
                                        const std::optional<Sun>& sun,
                                        int bounces) const;
 
-  // The parts of the above, for who changes albedos and keeps the light.
+  // The parts of the above, for callers that change albedos and keep the light.
   std::vector<glm::vec3> DirectFromSky(const SkyShape& shape) const {
     return face_rays_.FromSky(shape);
   }

@@ -15,10 +15,10 @@ namespace pleinair {
 // and the triangle's side that each pixel shows (PatchScene::kSky where none). Keeps the images'
 // memory.
 //
-// With `block_px` above 1 the corners of blocks are cast first. Where a block's four show one plane
-// its other pixels are taken to show it too, and their rays are spared: what is thinner than a
-// block may be missed, and of a plane's triangles a pixel may get the neighbour's. Returns which
-// blocks these are.
+// With `block_px` above 1 the corners of blocks are cast first. Where a block's four corners show
+// one plane, its other pixels are assumed to show it too, and their rays are spared. Things thinner
+// than a block may be missed, and a pixel may get the neighbouring triangle of a plane. Returns
+// which blocks these are.
 PlanarBlocks CastGeometry(const PatchScene& scene,
                           const ViewRays& rays,
                           int block_px,

@@ -16,7 +16,7 @@
 
 namespace pleinair {
 
-// What a unit of one basis light makes of the real scene.
+// The real scene under a unit of one basis light.
 struct EnvironmentLight {
   const SkyShape* sky = nullptr;  // Null for the sun.
   std::span<const glm::vec3> face_radiosity;
@@ -25,8 +25,8 @@ struct EnvironmentLight {
 };
 
 // Each pixel is what the ray through its centre meets: the sky, or a real surface with the survey's
-// albedo at the very place, in the sun where a ray from there reaches the disc's centre. Virtual
-// objects are not in it.
+// albedo at the very place. The surface is in the sun where a ray from there reaches the disc's
+// centre. Virtual objects are not in it.
 //
 // Threads  The result does not depend on their number.
 class EnvironmentView {

@@ -27,10 +27,10 @@ struct IrradianceVolume {
   // where no probe at all is valid.
   //
   // Accuracy  three bands (of a single small source, up to 9.4 % of the irradiance normal to its
-  //           beam) and what the grid resolves. Light leaks through a wall that is thinner
-  //           than the grid's spacing, never farther than one cell: with all eight probes valid, a
-  //           point at distance d before a wall square to a grid axis of spacing h takes at most
-  //           1 - d / h of its light from probes beyond it.
+  //           beam) and what the grid resolves. Light leaks through a wall that is thinner than the
+  //           grid's spacing, never farther than one cell. With all eight probes valid, a point at
+  //           distance d before a wall square to a grid axis of spacing h takes at most 1 - d / h
+  //           of its light from probes beyond it.
   // Throws    std::invalid_argument for a point or normal that is not finite, or a volume whose
   //           arrays do not fit its grid.
   glm::vec3 Irradiance(const glm::vec3& position_m, const glm::vec3& normal) const;

@@ -54,7 +54,7 @@ float LeastSpacing(const ProbeGrid& grid) {
 }
 
 // Casts from each clear stand of a probe and keeps the one that sees the most sky, or else the most
-// fronts: of the two sides of a sheet that is the outside, however the sheet is wound.
+// fronts. Of the two sides of a sheet that is the outside, however the sheet is wound.
 std::optional<glm::vec3> CastProbe(const ProbeRays& rays,
                                    std::span<const glm::vec3> clear_stands_m,
                                    std::span<std::uint32_t> sources,

@@ -73,7 +73,8 @@ class ProbeOperator {
 
   const ProbeGrid& Grid() const { return grid_; }
   // A probe that sees mostly the inside of surfaces stands in a wall and is not to be used; its
-  // coefficients are 0. One that lies on a surface is moved a hair to the side that sees more sky.
+  // coefficients are 0. One that lies on a surface is moved slightly, to the side that sees more
+  // sky.
   const std::vector<std::uint8_t>& Valid() const { return valid_; }
 
   // SH coefficients a probe. `environment` is lat-long of the survey map's size (empty without a

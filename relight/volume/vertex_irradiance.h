@@ -14,8 +14,8 @@
 
 namespace pleinair {
 
-// Has worked out, for points of one pose, which probes each is made of and how its normal weighs
-// them; a frame is then a sum. See IrradianceAt for the one-off form.
+// Holds, for points of one pose, the probes from which each is interpolated and their weights by
+// its normal; a frame is then a sum. See IrradianceAt for the one-off form.
 class VertexIrradiance {
  public:
   VertexIrradiance() = default;

@@ -20,7 +20,7 @@ void ResetControls(DeviceState& state);
 // Takes over the gains that are due for the frame state.frame.
 void AdvanceGains(DeviceState& state);
 
-// What a raw value of no light is.
+// The raw value of no light.
 int BlackLevel(int bits);
 int RawBits(std::uint32_t pixel_format);  // 0: not a raw format.
 

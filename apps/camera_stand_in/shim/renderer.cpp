@@ -124,7 +124,7 @@ class YcbcrMatrix {
   std::uint8_t Y(const std::uint16_t* rgb) const {
     return Code(y_, rgb[0], rgb[1], rgb[2], 1, offset_);
   }
-  // Of the sums over `count` pixels.
+  // Chroma from the sums over `count` pixels.
   std::uint8_t Cb(int r, int g, int b, int count) const { return Code(cb_, r, g, b, count, 128); }
   std::uint8_t Cr(int r, int g, int b, int count) const { return Code(cr_, r, g, b, count, 128); }
 

@@ -275,7 +275,7 @@ bool Handle::DoPicture() {
         capture.is_short = true;
         break;
       case FaultKind::kCorrupt:
-        // Every other time what arrives is damaged and the driver has not noticed.
+        // Every other time the picture is damaged and the driver has not noticed.
         capture.is_damaged =
             format_.pixel_format == V4L2_PIX_FMT_MJPEG && state_.corrupt_count++ % 2 == 0;
         capture.has_error = !capture.is_damaged;

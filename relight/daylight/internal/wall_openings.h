@@ -36,12 +36,12 @@ class WallRaster {
              const glm::dvec2& upper_m,
              double cell_m);
 
-  // The opening that holds a point of the plane; followed to its rim at first sight.
+  // The opening that contains a point of the plane. The first call for an opening traces its rim.
   std::optional<int> OpeningAt(const glm::dvec2& in_plane_m);
   double AreaM2(int opening) const;
-  // The share of its rim that is wall in the plane.
+  // The share of the opening's rim that is wall in the plane.
   double FramedShare(int opening) const;
-  // Its outline, grown by half a cell, without what it may enclose.
+  // The opening's outline, grown by half a cell, without walls that it may enclose.
   std::vector<glm::dvec3> Outline(int opening) const;
 
  private:

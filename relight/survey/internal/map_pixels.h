@@ -19,7 +19,7 @@ inline glm::dvec3 MapPixelDirection(int x, int y, LatLongSize size) {
   return DirectionFromLatLong({x + 0.5, y + 0.5}, size);
 }
 
-// Those within `radius_rad` of a unit direction, in row-major order.
+// The pixels within `radius_rad` of a unit direction, in row-major order.
 std::vector<MapPixel> MapPixelsAround(const glm::dvec3& direction,
                                       double radius_rad,
                                       LatLongSize size);

@@ -26,7 +26,8 @@ constexpr float kLeastSunCosine = 0.1f;
 // Pixels in one such cell of the map share their stains.
 constexpr int kCellsAround = 128;
 constexpr std::size_t kFewestCells = 4;
-// Evenly taken out of larger sets: their medians are then off by less than 1 % of the scatter.
+// Larger sets are thinned evenly to this size: their medians are then off by less than 1 % of the
+// scatter.
 constexpr std::size_t kMostPoints = 8192;
 // Relative error that a comparison's surfaces share: as LightingFitOptions::shared_error; surfaces
 // that face different ways see different parts of what the mesh lacks.
@@ -191,7 +192,8 @@ class SunSearch {
     const double irradiance =
         input_.sky_irradiance_rgb[channel] * view_.sky_response[0].pixels[pixel][channel] +
         sun * response;
-    // What sees no light says nothing: it comes out as white, at one end of the medians.
+    // A pixel that sees no light carries no information: its albedo would be white, at one end of
+    // the medians.
     return irradiance > 0.0 ? std::log(input_.radiance.pixels[pixel][channel] / irradiance) : 0.0;
   }
 
@@ -241,7 +243,7 @@ glm::dmat3 Covariance(const SunPrior& prior) {
   return Covariance(glm::dvec3(shared + hue), shared / (shared + hue));
 }
 
-// What a comparison says of the logarithm of the sun, around a place.
+// A comparison's information on the logarithm of the sun, linearised at one value.
 struct Linearised {
   glm::dvec3 difference{0.0};  // LitOverShaded.
   glm::dvec3 slope{0.0};

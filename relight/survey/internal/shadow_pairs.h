@@ -14,7 +14,7 @@
 
 namespace pleinair {
 
-// What is known of the sun's irradiance before the shadows: its logarithm is normal, the channels
+// Prior of the sun's irradiance, before the shadows are used: its logarithm is normal, the channels
 // share a part of its error and each has one of its own.
 struct SunPrior {
   glm::dvec3 median_rgb{0.0};  // > 0.
@@ -59,10 +59,9 @@ struct SunFromShadows {
 //
 // Each comparison errs by the scatter of its albedos over the map and by what its surfaces share:
 // 5 %, where they face different ways 10 %; most of it common to all channels. The estimate is the
-// maximum of prior and comparisons, these with Student's t distribution of 4 degrees of freedom,
-// found from the prior's median on: one comparison that contradicts the prior is left out, several
-// that agree overrule it. None where no comparison has enough pixels, or a channel of the sky is
-// black.
+// maximum of prior and comparisons, found from the prior's median on. Comparisons have Student's t
+// distribution of 4 degrees of freedom: one that contradicts the prior is left out, several that
+// agree overrule it. None where no comparison has enough pixels, or a channel of the sky is black.
 std::optional<SunFromShadows> MeasureSunFromShadows(const ShadowPairsInput& input);
 
 }  // namespace pleinair

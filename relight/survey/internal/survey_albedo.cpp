@@ -24,7 +24,8 @@ constexpr double kConverged = 1e-4;
 constexpr int kMaxIterations = 30;
 // A face's mean leaves out pixels this near to an edge, where it has others.
 constexpr float kEdgeMarginPx = 1.5f;
-// And this share of its weight at either end: glass, shadow of what the mesh lacks.
+// The mean also leaves out this share of its weight at either end: glass, shadow of what the mesh
+// lacks.
 constexpr double kTrimmedShare = 0.1;
 // A surface's albedo may be this many scatters from its median.
 constexpr double kScatters = 2.0;
@@ -222,7 +223,7 @@ class AlbedoSolver {
     return largest;
   }
 
-  // What surfaces' certain pixels say of their albedo.
+  // Albedo of surfaces from their certain pixels.
   struct SurfaceAlbedo {
     glm::vec3 albedo{0.0f};
     double log_scatter = 0.0;
@@ -380,7 +381,8 @@ class AlbedoSolver {
     return all.size();
   }
 
-  // What is too dark to know takes its face's albedo; what is too bright keeps its clamped value.
+  // Pixels that are too dark take their face's albedo; pixels that are too bright keep the clamped
+  // value.
   void FillUnknown() {
     for (std::size_t i = 0; i < view_.region.pixels.size(); ++i) {
       if (view_.region.pixels[i] == SurfaceView::kNoRegion) continue;

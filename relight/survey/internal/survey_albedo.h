@@ -42,12 +42,13 @@ struct AlbedoResult {
 // divide by. Above 0.98 in a channel it is treated as a surface that the mesh lacks (a lamp, glass,
 // a sunlit spot in modelled shadow): clamped, and not measured.
 //
-// Where a shadow's edge may be misplaced (ShadowSide::kUnsure) a pixel whose albedo is off that of
-// its surface's certain pixels, by more than they scatter and by a quarter or more of the way to
-// what the other side of the edge would make of it, is light that the model misplaces, if that
-// surface would have its level and colour under some mixture of the two sides' lights. So is what
-// is connected to such pixels within 3.4 deg and looks as on the other side: the shadow of an eave
-// that the mesh lacks. These take their surface's albedo, and are not measured.
+// Where a shadow's edge may be misplaced (ShadowSide::kUnsure), a pixel may show light that the
+// model misplaces. Its albedo then differs from that of its surface's certain pixels, by more than
+// they scatter and by a quarter or more of the way to the albedo under the light of the edge's
+// other side. And that surface would have the pixel's level and colour under some mixture of the
+// two sides' lights. Pixels that are connected to such ones within 3.4 deg and look as on the other
+// side count too: the shadow of an eave that the mesh lacks. All of these take their surface's
+// albedo, and are not measured.
 AlbedoResult SolveAlbedo(const AlbedoInput& input, PatchScene& scene, SurfaceView& view);
 
 }  // namespace pleinair

@@ -39,7 +39,7 @@ constexpr std::size_t kLeastReadings = 300;
 constexpr double kNoiseFloor = 0.2;
 constexpr double kTukeyWidth = 4.0;
 constexpr int kPasses = 15;
-// A made-up sky may fit exactly; a camera's is not read better.
+// A synthetic sky may fit exactly; a camera's is not measured better.
 constexpr double kLeastSpread = 2e-3;
 
 struct Reading {

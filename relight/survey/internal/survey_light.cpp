@@ -30,7 +30,7 @@ constexpr double kFollowRad = 5.0 * std::numbers::pi / 180.0;
 constexpr double kDiscRelativeStddev = 0.01;
 // Error of the clear-sky model where the disc is clipped, so that the sun is out: thin cloud, haze.
 constexpr double kShiningRelativeStddev = 0.4;
-// And where it is hidden: from thin cloud to clear.
+// Error of the clear-sky model where the disc is hidden: from thin cloud to clear.
 constexpr double kHiddenRelativeStddev = 0.5;
 
 // Ratio of a bright spot to the sky around it.
@@ -59,7 +59,7 @@ Background BackgroundOf(const RgbImage& map, const std::vector<MapPixel>& pixels
     for (const MapPixel& pixel : pixels) values.push_back(map.At(pixel.x, pixel.y)[channel]);
     background.median[channel] = UpperMedian(values);
     for (double& value : values) value = std::abs(value - background.median[channel]);
-    background.stddev[channel] = 1.4826 * UpperMedian(values);  // Of a normal distribution.
+    background.stddev[channel] = 1.4826 * UpperMedian(values);  // Factor for a normal distribution.
   }
   return background;
 }

@@ -19,20 +19,21 @@
 namespace pleinair {
 namespace {
 
-// All of it in logarithms. Hue is red over blue. Assumed of one paving: its level varies by a tenth
-// from pixel to pixel, and each channel by 5 % about that. A step between two pixels then varies by
-// 0.14 in level, 0.1 in hue and 0.09 in green.
+// All constants are in logarithms. Hue is red over blue. Assumed of one paving: its level varies by
+// a tenth from pixel to pixel, and each channel by 5 % about that. A step between two pixels then
+// varies by 0.14 in level, 0.1 in hue and 0.09 in green.
 
 // Twice what a paving's steps of hue vary by.
 constexpr float kLeastHueStep = 0.18f;
 // Three times what a paving's steps of level vary by.
 constexpr float kLeastLevelStep = 0.4f;
-// Of a step's level below the expected one: light from surroundings that the mesh lacks brightens
-// the shade by up to 40 %. And above it: what hides the sun may hide 45 % of the sky.
+// How far a step's level may be below the expected one: light from surroundings that the mesh lacks
+// brightens the shade by up to 40 %. And how far above it: what hides the sun may hide 45 % of the
+// sky.
 constexpr float kLevelBelow = 0.35f;
 constexpr float kLevelAbove = 0.6f;
-// Of the expected step of hue. Such light is nearer to the sun's colour, which makes it smaller;
-// shade under the blue part of the sky has a larger one.
+// Shares of the expected step of hue. Such light is nearer to the sun's colour, which makes it
+// smaller; shade under the blue part of the sky has a larger one.
 constexpr float kLeastHueShare = 0.6f;
 constexpr float kMostHueShare = 1.5f;
 // What a paving's steps vary by; of green, which has no such range, 1.7 times that.
@@ -46,9 +47,9 @@ constexpr float kVisibleStep = 0.25f;
 constexpr double kMedianGreenSlack = 0.06;
 constexpr double kLeastMedianHueShare = 0.85;
 constexpr double kMostMedianHueShare = 1.3;
-// Of one shade's pixels, from the last one beside an edge on: a third darker or half brighter, as
-// the sky's visible share varies below what hides the sun. The least step of level is less than
-// that, so the hue must hold, too: half-way to the sun's ends the shade.
+// How much one shade's pixels vary, from the last one beside an edge on: a third darker or half
+// brighter, as the sky's visible share varies below what hides the sun. The least step of level is
+// less than that, so the hue must hold, too: half-way to the sun's ends the shade.
 constexpr float kSameLevel = 0.45f;
 constexpr float kSameHueShare = 0.5f;
 

@@ -33,15 +33,15 @@ struct UnmodelledShade {
 // The edge of a shadow has a known step: from sun and sky to the sky alone, in each channel. A
 // surface's own dark parts mostly have another level or, as the sky is bluer than the sun, another
 // colour. So pixels of one plane are compared across eight pixels of a map of 1024. Where the
-// darker one is darker and bluer by that step (the level to -30 and +80 %, as what hides the sun
-// hides sky too), it is in shade, and so is what is connected to it and as dark and blue. Such a
-// part counts from 64 pixels on, if three tenths of its border are such steps and their medians
-// have the step's colour: 0.85 to 1.3 of its hue, and its green to 6 %.
+// darker one is darker and bluer by that step, it is in shade, and so is what is connected to it
+// and as dark and blue. The level may be off by -30 to +80 %, as what hides the sun hides sky too.
+// Such a part counts from 64 pixels on, if three tenths of its border are such steps and their
+// medians have the step's colour: 0.85 to 1.3 of its hue, and its green to 6 %.
 //
 // Nothing is found where sun and sky have one colour (less than 20 % between red and blue), nor
 // shade finer than the map's pixels. A dark surface beside a warm one that differs from it by just
-// this step is found wrongly, as colours cannot distinguish it from shade: grey asphalt of a sixth
-// of the albedo of brown paving.
+// this step is found wrongly, as colours cannot distinguish it from shade. An example is grey
+// asphalt of a sixth of the albedo of brown paving.
 UnmodelledShade FindUnmodelledShade(const UnmodelledShadeInput& input);
 
 }  // namespace pleinair

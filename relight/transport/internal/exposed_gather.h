@@ -24,7 +24,7 @@ struct ExposedRays {
 // Light comes from the sky alone, so that it reaches exactly what the sky sees by way of any number
 // of surfaces. The search starts at points from which a ray escapes to the sky; each point's rays
 // then find further ones where they meet a cell that has none. A point is the very place that a ray
-// met, stepped back along it: it lies in the open for sure.
+// met, stepped back along it: it certainly lies in the open.
 //
 // A cell of a face is found when a ray happens to meet it: one that is seen through a small gap
 // alone may be missed, and then counts as not exposed.

@@ -99,7 +99,8 @@ bool EndsNear(const Ground& ground, const glm::dvec2& focus_m, double horizon_m)
 }
 
 float LayGround(double radius_m, const glm::vec3& albedo, Mesh& mesh) {
-  // Of the mesh's height, or of a room's: far more than rounding, far less than anything seen.
+  // Distance below the mesh as a share of its height, or of a room's: far more than rounding, far
+  // less than is visible.
   constexpr float kHair = 1e-3f;
   constexpr float kLeastHeightM = 1.0f;
   const BoundingBox box = BoundingBoxOf(mesh);

@@ -32,7 +32,7 @@ bool EndsNear(const Ground& ground, const glm::dvec2& focus_m, double horizon_m)
 std::size_t AddGroundRing(const Ground& ground, double radius_m, Mesh& mesh);
 
 // Lays a square of this albedo under a mesh that is not empty, out to `radius_m` from its middle,
-// as group kGroundExtensionGroup: 2 triangles at the end of the mesh. Returns its height, a hair
+// as group kGroundExtensionGroup: 2 triangles at the end of the mesh. Returns its height, slightly
 // below the mesh's foot, so that it covers nothing of the mesh.
 float LayGround(double radius_m, const glm::vec3& albedo, Mesh& mesh);
 

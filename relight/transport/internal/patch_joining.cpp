@@ -13,14 +13,14 @@
 namespace pleinair::internal {
 namespace {
 
-// Of the longest edge allowed. Patches of one triangle each have edges between a half of it and all
-// of it.
+// Longest edge of a triangle that is joined, as a share of the longest edge allowed. Patches of one
+// triangle each have edges between half of that and all of it.
 constexpr double kSmallShare = 0.7;
 // Side of a cell over the longest edge allowed, to a factor of the root of two: a cell's area is
 // then about that of patches that are cut.
 constexpr double kCellShare = 0.5;
-// Of the area of a cell's largest patch: what is less has no patch of its own. Slivers
-// of a noisy mesh look along all axes.
+// Least area of a patch of its own, as a share of that of the cell's largest patch. Slivers of a
+// noisy mesh look along all axes.
 constexpr double kLeastAreaShare = 1.0 / 16.0;
 // A plane through the origin would lie on the border of two cells, and its noise in both.
 constexpr double kGridOffset = 0.381966;
@@ -59,14 +59,14 @@ std::size_t AxisOf(const glm::vec3& direction) {
   return static_cast<std::size_t>(2 * axis + (direction[axis] < 0.0f ? 1 : 0));
 }
 
-// What of a cell looks along each axis.
+// The parts of a cell that look along each axis.
 struct Cell {
   static constexpr std::uint32_t kNoPatch = 0xffffffffu;
   std::array<float, kAxes> area_m2{};
   std::array<std::uint32_t, kAxes> patch{
       kNoPatch, kNoPatch, kNoPatch, kNoPatch, kNoPatch, kNoPatch};
 
-  // The axis whose patch has what looks along `axis`.
+  // The axis whose patch has the part that looks along `axis`.
   std::size_t PatchAxis(std::size_t axis) const {
     const auto largest = std::max_element(area_m2.begin(), area_m2.end());
     return area_m2[axis] < kLeastAreaShare * *largest

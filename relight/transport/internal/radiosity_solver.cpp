@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::size_t kFacesPerTask = 256;
 
-// Of `lights` lights, three channels each. A fourth, which is zero, makes the rows of few lights
-// whole vectors of the processor.
+// A row holds `lights` lights of three channels each. A fourth channel, which is zero, makes the
+// rows of few lights whole vectors of the processor.
 struct Layout {
   std::size_t lights = 1;
   std::size_t stride = 3;
@@ -26,7 +26,7 @@ struct Layout {
 };
 
 constexpr std::size_t kMostFloats = 3 * kLightsPerBlock;
-constexpr std::size_t kMostPadded = 8;  // Lights that are.
+constexpr std::size_t kMostPadded = 8;  // Most lights that have a fourth channel.
 static_assert(4 * kMostPadded <= kMostFloats);
 
 // Per float of a block's row: largest change, and largest radiosity.
@@ -122,12 +122,13 @@ class Sweep {
   std::span<const float> omega_;
 };
 
-// Where one light is on its way: by single reflections first, and by Chebyshev's polynomials once
+// The iteration of one light: by single reflections first, and by Chebyshev's polynomials once
 // these show how fast they fade (Golub and Varga, "Chebyshev semi-iterative methods, successive
 // overrelaxation iterative methods, and second order Richardson iterative methods", 1961). Form
 // factors times albedo have real eigenvalues, but for the rays' scatter; of the largest one what
-// has been seen is a lower bound. Too low a bound slows the way and does not change where it leads;
-// it is seen by that, and raised (Hageman and Young, "Applied iterative methods", 1981, chapter 5).
+// has been seen is a lower bound. Too low a bound slows convergence and does not change the result;
+// it is detected by that, and raised (Hageman and Young, "Applied iterative methods", 1981, chapter
+// 5).
 class Approach {
  public:
   bool IsDone() const { return is_done_; }
@@ -171,7 +172,7 @@ class Approach {
   static constexpr int kSweepsToSee = 4;
   static constexpr double kTooLow = 0.8;
   static constexpr double kMost = 0.999;
-  static constexpr double kRounding = 1e-6;  // Of a face's sum.
+  static constexpr double kRounding = 1e-6;  // Relative error of a face's sum.
   static constexpr int kPatience = 50;       // Sweeps without any progress.
 
   double least_change_ = std::numeric_limits<double>::infinity();
@@ -184,7 +185,7 @@ class Approach {
   bool is_done_ = false;
 };
 
-// A light stops when it would by itself: what it is solved together with changes nothing of it.
+// A light stops when it would by itself: lights that are solved together do not affect each other.
 // take(light, values) is called for each once, with all values of the block.
 template <std::size_t kFloats, class Take>
 BlockSolution Iterate(Sweep<kFloats> sweep,

@@ -28,7 +28,7 @@ constexpr std::size_t kFirstRaysPerRegion = 256;
 // A face casts one of a cell's rays; whether it casts the others depends on what it and the other
 // faces saw.
 constexpr std::size_t kRaysPerCell = 16;
-// Groups between two words on how far the work is.
+// Groups between two progress reports.
 constexpr std::size_t kGroupsPerReport = 64;
 
 enum class Ray : std::uint8_t { kHidden, kSeen, kBelowFace };

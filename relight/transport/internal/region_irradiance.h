@@ -18,9 +18,9 @@ inline constexpr std::size_t kFacesPerGroup = 32;
 // Irradiance of the faces [first, last) from unit radiance of each region: [face - first][region].
 //
 // `rays_per_face` are shared by the regions, at least one each, evenly over region and face. Most
-// are not cast: regions, and cells of some 16 rays, of which neighbouring faces that face the same
-// way see all by a few rays, or nothing, and the like of their neighbours. In a room the rays that
-// are cast so go through the windows.
+// are not cast. Regions, and cells of some 16 rays, are left out where a few rays of neighbouring
+// faces that face the same way show all or nothing of them and of those around them. So in a room
+// the rays that are cast go through the windows.
 //
 // Accuracy  a room with a window, 64 regions, 2400 patches: bench/radiosity_bench.cpp.
 // Threads   the result does not depend on their number, nor on how faces are dealt out.

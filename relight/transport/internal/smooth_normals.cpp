@@ -17,7 +17,8 @@ constexpr int kPasses = 4;
 // Normals farther apart than 60 deg are those of another surface. Noise of a tenth of an edge turns
 // neighbours by some 20 deg from each other, an edge of a building by 90.
 constexpr float kLeastCosine = 0.5f;
-// Of the mean area around it: one with less is a sliver, and its own normal means nothing.
+// Least area of a triangle over the mean around it. One with less is a sliver, and its own normal
+// means nothing.
 constexpr float kSliverShare = 0.1f;
 
 // Which triangles have a corner at the same place.
