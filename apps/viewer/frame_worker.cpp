@@ -236,9 +236,10 @@ class FrameWorker::Viewing {
     if (!step) return End();
     has_ended_ = false;
     if (step->result && budget_) budget_->Look(step->result->plan);
-    if (source_.IsLive()) watch.LapMs();
+    // The wait for a camera's picture is none of its work.
+    const double waited_ms = source_.IsLive() && step->result ? step->result->timing_ms.read : 0.0;
     const LightPoint light = LightPointOf(*step);
-    Show(std::move(*step), request, watch);
+    Show(std::move(*step), request, watch, waited_ms);
     worker_.Report([&](WorkerNews& news) { news.lights.push_back(light); });
   }
 
@@ -261,7 +262,10 @@ class FrameWorker::Viewing {
     return effects;
   }
 
-  void Show(SessionStep step, const ViewRequest& request, Stopwatch& watch) {
+  void Show(SessionStep step,
+            const ViewRequest& request,
+            Stopwatch& watch,
+            double waited_ms = 0.0) {
     auto frame = std::make_shared<ViewedFrame>();
     frame->number = ++frames_made_;
     frame->request = request;
@@ -274,7 +278,7 @@ class FrameWorker::Viewing {
       frame->shown =
           session_->Display().Show(frame->step.frame->radiance, frame->step.frame->exposure);
     }
-    frame->work_ms = watch.LapMs();
+    frame->work_ms = watch.LapMs() - waited_ms;
     frame_ = frame;
     frame_is_of_session_ = true;
     ReportNotes();

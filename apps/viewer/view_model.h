@@ -23,7 +23,7 @@ namespace pleinair {
 // Of the window alone, over its last pictures.
 struct WindowTimes {
   double pictures_per_second = 0.0;
-  double window_ms = 0.0;  // Median, of what a picture takes beside the composite.
+  double window_ms = 0.0;  // Mean, of what a picture takes beside the composite.
   // Of the last drag: its pictures, and the time from its end to the complete one; 0: none yet.
   double drag_pictures_per_second = 0.0;
   double completed_after_s = 0.0;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -31,6 +32,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kKeptLights = 20'000;
 constexpr std::size_t kKeptLines = 300;
+constexpr std::size_t kKeptTimes = 10'000;
 
 template <typename Value>
 void AppendLast(std::vector<Value> more, std::size_t most, std::deque<Value>& values) {
@@ -76,38 +78,65 @@ class Viewer {
   }
 
   void Run() {
-    // Dear ImGui needs some pictures after an input until all of it is shown.
-    constexpr int kPicturesAfterInput = 3;
-    constexpr double kIdleS = 0.5;
-    // Drawing for input alone leaves the processor to the frames.
-    constexpr double kLeastIntervalS = 1.0 / 30.0;
-    bool has_news = false;
     while (!IsToEnd()) {
-      const double since_last_s =
-          std::chrono::duration<double>(SteadyClock::now() - drawn_).count();
-      const double until_next_s = std::max(0.0, kLeastIntervalS - since_last_s);
-      window_.Wait(pending_pictures_ > 0 || has_news ? until_next_s : kIdleS);
+      window_.Wait(is_hidden_ ? kIdleS : UntilDueS());
       if (window_.TakeInput()) pending_pictures_ = kPicturesAfterInput;
-      const std::int64_t frames_before = frames_shown_;
-      has_news |= TakeNews();
-      if (!has_news && pending_pictures_ == 0) continue;
-      if (frames_shown_ == frames_before && until_next_s > 0.0) continue;
-      has_news = false;
-      pending_pictures_ = std::max(0, pending_pictures_ - 1);
-      drawn_ = SteadyClock::now();
-      DrawWindow();
+      TakeNews();
+      if (!model_.failure.empty() && !model_.site) throw std::runtime_error(model_.failure);
+      if (!HasNewFrame() && UntilDueS() > 0.0) continue;
+      is_hidden_ = !window_.IsShown();
+      // Events that show it again are input.
+      if (is_hidden_) continue;
+      DrawWindow(UntilPanelsDueS() <= 0.0);
       PostRequest();
       if (SnapshotIsDue(model_)) TakeSnapshot(options_.stated_settings, options_.out, model_);
-      if (!model_.failure.empty() && !model_.site) throw std::runtime_error(model_.failure);
     }
     SaveState();
-    spdlog::info("{} pictures shown, {} of frames; the window took {:.1f} ms each (median)",
+    spdlog::info("{} pictures shown, {} of frames; the window took {:.1f} ms each (mean)",
                  pictures_shown_,
                  frames_shown_,
-                 window_ms_.empty() ? 0.0 : UpperMedian(window_ms_));
+                 window_ms_sum_ / static_cast<double>(std::max<std::int64_t>(1, pictures_shown_)));
+    if (hidden_work_ms_.empty() || shown_work_ms_.empty()) return;
+    spdlog::info(
+        "a frame's work took {:.1f} ms, and {:.1f} ms while the window was hidden (medians)",
+        UpperMedian({shown_work_ms_.begin(), shown_work_ms_.end()}),
+        UpperMedian({hidden_work_ms_.begin(), hidden_work_ms_.end()}));
   }
 
  private:
+  static constexpr double kIdleS = 0.5;
+  // Dear ImGui needs some pictures after an input until all of it is shown.
+  static constexpr int kPicturesAfterInput = 3;
+  // Drawing for input alone leaves the processor to the frames.
+  static constexpr double kAfterInputS = 1.0 / 30.0;
+
+  static double SecondsSince(SteadyClock::time_point time) {
+    return std::chrono::duration<double>(SteadyClock::now() - time).count();
+  }
+
+  bool HasNewFrame() const { return model_.frame && model_.frame->number != shown_frame_; }
+
+  // Until the panels are drawn again, at 0 and less; kIdleS: there is nothing to draw. Frames come
+  // more often than numbers can be read, and panels take longer to draw than the picture.
+  double UntilPanelsDueS() const {
+    // With the next frame, where one comes.
+    constexpr double kWithFrameS = 0.2;
+    constexpr double kAloneS = 0.3;
+    if (pending_pictures_ == 0 && !panels_are_old_) return kIdleS;
+    const bool follows_input = pending_pictures_ > 0 && !model_.request.is_dragging;
+    return (follows_input   ? kAfterInputS
+            : HasNewFrame() ? kWithFrameS
+                            : kAloneS) -
+           SecondsSince(panels_drawn_);
+  }
+
+  // Until anything is drawn without a new frame.
+  double UntilDueS() const {
+    const double panels_s = UntilPanelsDueS();
+    const double input_s = pending_pictures_ > 0 ? kAfterInputS - SecondsSince(drawn_) : kIdleS;
+    return std::max(0.0, std::min(panels_s, input_s));
+  }
+
   // Work that is not saved is asked about first.
   bool IsToEnd() {
     if (window_.IsToClose()) {
@@ -152,13 +181,12 @@ class Viewer {
     }
   }
 
-  bool TakeNews() {
+  void TakeNews() {
     WorkerNews news = worker_.Take();
-    const bool has_news = news.site || news.frame || !news.lights.empty() || !news.events.empty() ||
-                          !news.notes.empty() || news.stage != model_.stage ||
-                          news.stage_share != model_.stage_share ||
-                          news.failure != model_.failure || news.has_ended != model_.has_ended ||
-                          news.is_recording;
+    panels_are_old_ |= news.site || news.frame || !news.lights.empty() || !news.events.empty() ||
+                       !news.notes.empty() || news.stage != model_.stage ||
+                       news.stage_share != model_.stage_share || news.failure != model_.failure ||
+                       news.has_ended != model_.has_ended || news.is_recording;
     if (news.site) {
       if (!model_.site) StartEditing(news.site);
       model_.site = std::move(news.site);
@@ -169,7 +197,8 @@ class Viewer {
     }
     if (news.frame) {
       model_.frame = std::move(news.frame);
-      ++frames_shown_;
+      AppendLast(
+          {model_.frame->work_ms}, kKeptTimes, is_hidden_ ? hidden_work_ms_ : shown_work_ms_);
       TimeDrag();
     }
     for (const LightPoint& light : news.lights) AddLight(light, model_.lights);
@@ -181,7 +210,6 @@ class Viewer {
     model_.failure = std::move(news.failure);
     model_.has_ended = news.has_ended;
     if (news.is_recording) model_.request.is_recording = *news.is_recording;
-    return has_news;
   }
 
   // Of a drag, as its pictures come.
@@ -249,8 +277,19 @@ class Viewer {
     return false;
   }
 
-  void DrawWindow() {
+  // `draws_all`: else panels may stay as they were.
+  void DrawWindow(bool draws_all) {
     Stopwatch watch;
+    drawn_ = SteadyClock::now();
+    if (HasNewFrame()) {
+      shown_frame_ = model_.frame->number;
+      ++frames_shown_;
+    }
+    if (draws_all) {
+      panels_drawn_ = drawn_;
+      panels_are_old_ = false;
+      pending_pictures_ = std::max(0, pending_pictures_ - 1);
+    }
     window_.BeginFrame();
     const FreeArea free = DrawChrome(window_, model_);
     picture_.Draw(model_, window_, free.origin, free.size);
@@ -267,20 +306,21 @@ class Viewer {
     pointer_.Follow(picture_, model_);
     TakeDrop();
     ShowTitle();
-    window_.EndFrame();
+    window_.EndFrame(draws_all);
     Learn(watch.LapMs());
   }
 
   void Learn(double ms) {
     ++pictures_shown_;
+    window_ms_sum_ += ms;
     constexpr std::size_t kTimes = 120;
-    window_ms_.push_back(ms);
-    if (window_ms_.size() > kTimes) window_ms_.erase(window_ms_.begin());
+    AppendLast({ms}, kTimes, window_ms_);
     const auto now = SteadyClock::now();
     shown_at_.push_back(now);
     while (now - shown_at_.front() > std::chrono::seconds(1)) shown_at_.pop_front();
     model_.times.pictures_per_second = static_cast<double>(shown_at_.size());
-    model_.times.window_ms = UpperMedian(window_ms_);
+    model_.times.window_ms = std::accumulate(window_ms_.begin(), window_ms_.end(), 0.0) /
+                             static_cast<double>(window_ms_.size());
   }
 
   // Files that were dropped on the window.
@@ -306,14 +346,22 @@ class Viewer {
   PointerTools pointer_;
   std::string title_;
   int pending_pictures_ = 1;
-  SteadyClock::time_point drawn_{};  // The last picture.
+  SteadyClock::time_point drawn_{};         // The last picture.
+  SteadyClock::time_point panels_drawn_{};  // With panels.
+  bool panels_are_old_ = false;             // There is news that they do not show.
+  bool is_hidden_ = false;
+  std::int64_t shown_frame_ = 0;  // The number of the last one that was drawn.
   std::int64_t editor_edits_ = 0;
   int drag_pictures_ = 0;
   SteadyClock::time_point drag_start_;
   std::optional<SteadyClock::time_point> drag_end_;
   std::int64_t pictures_shown_ = 0;
   std::int64_t frames_shown_ = 0;
-  std::vector<double> window_ms_;
+  double window_ms_sum_ = 0.0;
+  std::deque<double> window_ms_;  // Of the last pictures.
+  // Of the last frames that came while the window was shown, or not.
+  std::deque<double> shown_work_ms_;
+  std::deque<double> hidden_work_ms_;
   std::deque<SteadyClock::time_point> shown_at_;
   FrameWorker worker_;  // It wakes the window: it ends first.
 };

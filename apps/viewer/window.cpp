@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include <epoxy/gl.h>
 // After epoxy, which declares OpenGL.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <imgui.h>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -71,6 +75,7 @@ ViewWindow::ViewWindow(const std::string& title,
   if (window_ == nullptr) Fail("no window: expected OpenGL 3.3 on this display");
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(0);  // A wait for the screen would hold up input.
+  screen_copy_ = ScreenCopy::Make();
   float scale_y = 1.0f;
   glfwGetWindowContentScale(window_, &content_scale_, &scale_y);
 
@@ -133,6 +138,10 @@ ViewWindow& ViewWindow::Self(GLFWwindow* window) {
 bool ViewWindow::IsToClose() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
 void ViewWindow::Close() { glfwSetWindowShouldClose(window_, GLFW_TRUE); }
 void ViewWindow::StayOpen() { glfwSetWindowShouldClose(window_, GLFW_FALSE); }
+bool ViewWindow::IsShown() const {
+  return glfwGetWindowAttrib(window_, GLFW_VISIBLE) == GLFW_TRUE &&
+         glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_FALSE;
+}
 void ViewWindow::SetTitle(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
 void ViewWindow::Wait(double seconds) { glfwWaitEventsTimeout(seconds); }
 void ViewWindow::Wake() { glfwPostEmptyEvent(); }
@@ -143,45 +152,100 @@ void ViewWindow::BeginFrame() {
   ImGui::NewFrame();
 }
 
-void ViewWindow::EndFrame() {
+void ViewWindow::EndFrame(bool draws_all) {
   ImGui::Render();
+  const glm::ivec2 size = FramebufferSize();
+  glViewport(0, 0, size.x, size.y);
+  const Part picture = BackdropPart();
+  const Part shown{glm::min(picture.low, size), glm::min(picture.high, size)};
+  const bool draws_part =
+      !draws_all && copied_size_ == size && glm::all(glm::lessThan(shown.low, shown.high));
+  if (!draws_part) {
+    glClearColor(0.09f, 0.09f, 0.1f, 1.0f);
+    glClear(GL_COLOR_BUFFER_BIT);
+  }
+  CopyBackdrop(picture, size.y);
+  if (draws_part) {
+    DrawWithin(shown);
+  } else {
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  }
+  backdrop_ = {};
+  // The back buffer gets the window's size at the first drawing after a swap: a copy of more than
+  // it has is an error of the display, which ends the program.
+  if (screen_copy_ && swapped_size_ == size && FramebufferSize() == size) {
+    const Part part = draws_part ? shown : Part{{0, 0}, size};
+    screen_copy_->Show({part.low.x, size.y - part.high.y}, part.high - part.low);
+    copied_size_ = size;
+  } else {
+    glfwSwapBuffers(window_);
+    swapped_size_ = size;
+    copied_size_.reset();
+  }
+}
+
+glm::ivec2 ViewWindow::FramebufferSize() const {
   glm::ivec2 size(0);
   glfwGetFramebufferSize(window_, &size.x, &size.y);
-  glViewport(0, 0, size.x, size.y);
-  glClearColor(0.09f, 0.09f, 0.1f, 1.0f);
-  glClear(GL_COLOR_BUFFER_BIT);
-  CopyBackdrop(size.y);
-  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-  glfwSwapBuffers(window_);
+  return size;
 }
 
 void ViewWindow::ShowBehind(const Texture& picture, const glm::dvec2& low, const glm::dvec2& high) {
   backdrop_ = {picture.Name(), {picture.Width(), picture.Height()}, low, high};
 }
 
-void ViewWindow::CopyBackdrop(int framebuffer_height) {
+ViewWindow::Part ViewWindow::BackdropPart() const {
+  const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
+  return {glm::ivec2(glm::round(backdrop_.low * glm::dvec2(density.x, density.y))),
+          glm::ivec2(glm::round(backdrop_.high * glm::dvec2(density.x, density.y)))};
+}
+
+void ViewWindow::CopyBackdrop(const Part& part, int framebuffer_height) {
   if (backdrop_.texture == 0) return;
   if (backdrop_frame_ == 0) glGenFramebuffers(1, &backdrop_frame_);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, backdrop_frame_);
   glFramebufferTexture2D(
       GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, backdrop_.texture, 0);
-  const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
-  const glm::ivec2 low(glm::round(backdrop_.low * glm::dvec2(density.x, density.y)));
-  const glm::ivec2 high(glm::round(backdrop_.high * glm::dvec2(density.x, density.y)));
-  const bool is_reduced = high.x - low.x < backdrop_.size.x;
+  const bool is_reduced = part.high.x - part.low.x < backdrop_.size.x;
   // OpenGL counts rows from below.
   glBlitFramebuffer(0,
                     0,
                     backdrop_.size.x,
                     backdrop_.size.y,
-                    low.x,
-                    framebuffer_height - low.y,
-                    high.x,
-                    framebuffer_height - high.y,
+                    part.low.x,
+                    framebuffer_height - part.low.y,
+                    part.high.x,
+                    framebuffer_height - part.high.y,
                     GL_COLOR_BUFFER_BIT,
                     is_reduced ? GL_LINEAR : GL_NEAREST);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
-  backdrop_ = {};
+}
+
+// What Dear ImGui has made, over the picture.
+void ViewWindow::DrawWithin(const Part& part) {
+  ImDrawData data = *ImGui::GetDrawData();
+  const ImVec2 density = data.FramebufferScale;
+  const auto left = static_cast<float>(part.low.x) / density.x;
+  const auto top = static_cast<float>(part.low.y) / density.y;
+  const auto right = static_cast<float>(part.high.x) / density.x;
+  const auto bottom = static_cast<float>(part.high.y) / density.y;
+  std::vector<ImDrawList*> lists;
+  for (ImDrawList* list : std::span(data.CmdLists, static_cast<std::size_t>(data.CmdListsCount))) {
+    bool is_within = false;
+    // The commands are made again for the next picture.
+    for (ImDrawCmd& command : list->CmdBuffer) {
+      ImVec4& clip = command.ClipRect;
+      clip = {std::max(clip.x, left),
+              std::max(clip.y, top),
+              std::min(clip.z, right),
+              std::min(clip.w, bottom)};
+      is_within |= clip.x < clip.z && clip.y < clip.w;
+    }
+    if (is_within) lists.push_back(list);
+  }
+  data.CmdLists = lists.data();
+  data.CmdListsCount = static_cast<int>(lists.size());
+  ImGui_ImplOpenGL3_RenderDrawData(&data);
 }
 
 ScreenPlace ViewWindow::Place() const {

@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <glm/vec2.hpp>
 
 #include "apps/viewer/overlay.h"
+#include "apps/viewer/screen_copy.h"
 
 struct GLFWwindow;
 
@@ -56,7 +58,8 @@ class ViewWindow {
 
   bool IsToClose() const;
   void Close();
-  void StayOpen();  // After it was to be closed.
+  void StayOpen();       // After it was to be closed.
+  bool IsShown() const;  // Neither hidden nor an icon.
   void SetTitle(const std::string& title);
   // For input, a Wake, or so long.
   void Wait(double seconds);
@@ -66,7 +69,9 @@ class ViewWindow {
   void BeginFrame();
   // Behind all else of this frame, between these corners; copied, which is faster than drawing.
   void ShowBehind(const Texture& picture, const glm::dvec2& low, const glm::dvec2& high);
-  void EndFrame();  // On the screen.
+  // On the screen. `draws_all`: else only what is within the corners of ShowBehind is drawn again,
+  // where the driver allows that; panels then stay as they were.
+  void EndFrame(bool draws_all);
 
   ScreenPlace Place() const;
   // Of a screen with more than about 96 dots an inch: above 1.
@@ -106,7 +111,15 @@ class ViewWindow {
  private:
   static ViewWindow& Self(GLFWwindow* window);
 
-  void CopyBackdrop(int framebuffer_height);
+  glm::ivec2 FramebufferSize() const;
+  // A part of the framebuffer, in pixels from above.
+  struct Part {
+    glm::ivec2 low{0};
+    glm::ivec2 high{0};
+  };
+  Part BackdropPart() const;
+  void CopyBackdrop(const Part& part, int framebuffer_height);
+  static void DrawWithin(const Part& part);
 
   GLFWwindow* window_ = nullptr;
   struct Backdrop {
@@ -117,6 +130,9 @@ class ViewWindow {
   };
   Backdrop backdrop_;
   unsigned backdrop_frame_ = 0;  // That the texture is read through.
+  std::optional<ScreenCopy> screen_copy_;
+  glm::ivec2 swapped_size_{0};             // Of the framebuffer at the last swap.
+  std::optional<glm::ivec2> copied_size_;  // Of all that the back buffer holds; none: undefined.
   std::string layout_;
   float content_scale_ = 1.0f;
   bool has_input_ = true;

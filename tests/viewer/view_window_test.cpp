@@ -273,6 +273,21 @@ TEST_F(ViewWindow, OpensAsItWasLeft) {
   EXPECT_EQ(ContentOf(StateFile()), left);
 }
 
+// It is not drawn while it is hidden, and shows what is new when it is there again.
+TEST_F(ViewWindow, GoesOnAfterItWasHidden) {
+  const auto view = OpenSite();
+  const std::string window = view->Line("search --onlyvisible --name '^pleinair'");
+  view->Press("space");
+  ASSERT_TRUE(Await([&] { return !view->Title().ends_with("frame 0"); }));
+  view->Do("windowunmap --sync " + window);
+  view->Do("windowmap --sync " + window);
+  const std::string before = view->Title();
+  EXPECT_TRUE(Await([&] { return view->Title() != before; }));
+  view->Do("windowfocus --sync " + window);
+  view->Press("space ctrl+q");
+  EXPECT_EQ(view->ExitCode(), 0) << Log();
+}
+
 TEST_F(ViewWindow, ClosesWhileASiteIsPrepared) {
   const auto view = Open(Command(Site().string() + Coarse(folder_ / "cache") + " --as-new"));
   ASSERT_EQ(view->Title(), "pleinair");  // Before the first frame.
