@@ -5,7 +5,6 @@
 // PLEINAIR_TEST_RUN             shell command of a run that streams to it
 // PLEINAIR_TEST_COMPOSITES      folder of that run's composites
 // PLEINAIR_TEST_CAMERA          a device that takes no pictures
-// PLEINAIR_TEST_OUTPUT          an output of one size, 1280x720 (vivid's HDMI output)
 
 #include <fcntl.h>
 #include <linux/videodev2.h>
@@ -242,16 +241,6 @@ TEST_F(LoopbackDevice, RefusesACamera) {
   EXPECT_THAT(MessageOf([&] { const PictureStream stream("v4l2:" + camera); }),
               AllOf(StartsWith("v4l2:" + camera + ": expected a loopback device, found "),
                     HasSubstr("vivid")));
-}
-
-// It is not unplugged: where vivid (Linux 6.1) lost an output that was open, the guest failed
-// minutes later, in two runs of two.
-TEST_F(LoopbackDevice, AnOutputOfOneSizeRefusesOthers) {
-  const std::string output = Given("PLEINAIR_TEST_OUTPUT");
-  PictureStream stream("v4l2:" + output);
-  EXPECT_THAT(MessageOf([&] { stream.Write(Picture(0, false)); }),
-              HasSubstr(output + ": expected a device that takes YUYV of 320x180, found YUYV of "
-                                 "1280x720"));
 }
 
 // A run takes much longer for a composite than the reader for a picture. Should a busy machine hold
