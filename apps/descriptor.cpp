@@ -71,6 +71,8 @@ void WriteAll(const Descriptor& descriptor,
       }
       pollfd pipe{descriptor.Number(), POLLOUT, 0};
       poll(&pipe, 1, kTick.count());
+    } else if (errno == ENODEV) {
+      throw std::runtime_error(what + ": the device is gone");
     } else if (errno != EINTR) {
       throw std::runtime_error(what + ": " +
                                (errno == EPIPE ? "its reader is gone" : std::strerror(errno)));

@@ -1,10 +1,5 @@
 #include "apps/picture_stream.h"
 
-#include <fcntl.h>
-#include <linux/videodev2.h>
-#include <sys/ioctl.h>
-
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -12,6 +7,8 @@
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "apps/video_output.h"
 
 namespace pleinair {
 namespace {
@@ -45,12 +42,7 @@ PictureStream::PictureStream(const std::string& target,
     out_ = OpenForWriting(target.substr(std::strlen(kY4m)));
   } else if (target.starts_with(kDevice)) {
     is_device_ = true;
-    const std::string device = target.substr(std::strlen(kDevice));
-    const int number = open(device.c_str(), O_RDWR | O_CLOEXEC);
-    if (number < 0) {
-      throw std::runtime_error(target + ": expected a loopback device: " + std::strerror(errno));
-    }
-    out_ = Descriptor(number);
+    out_ = OpenVideoOutput(target.substr(std::strlen(kDevice)), target);
   } else {
     throw std::runtime_error("--stream '" + target +
                              "': expected y4m:-, y4m:PATH or v4l2:/dev/videoN");
@@ -58,37 +50,18 @@ PictureStream::PictureStream(const std::string& target,
 }
 
 void PictureStream::Begin(const Rgb8Image& first) {
-  width_ = first.width;
-  height_ = first.height;
-  if (!is_device_) {
+  if (is_device_) {
+    SetVideoOutput(out_, target_, first.width, first.height, frames_per_second_);
+  } else {
     const std::string header =
         fmt::format("YUV4MPEG2 W{} H{} F{}:1000 Ip A1:1 C444 XCOLORRANGE=FULL\n",
-                    width_,
-                    height_,
+                    first.width,
+                    first.height,
                     std::lround(1000.0 * frames_per_second_));
     WriteAll(out_, std::as_bytes(std::span(header)), target_, stop_);
-    return;
   }
-  if (width_ % 2 != 0) {
-    throw std::runtime_error(fmt::format("{}: expected an even width, found {}", target_, width_));
-  }
-  v4l2_format format{};
-  format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-  format.fmt.pix.width = static_cast<std::uint32_t>(width_);
-  format.fmt.pix.height = static_cast<std::uint32_t>(height_);
-  format.fmt.pix.pixelformat = V4L2_PIX_FMT_YUYV;
-  format.fmt.pix.field = V4L2_FIELD_NONE;
-  format.fmt.pix.bytesperline = 2 * format.fmt.pix.width;
-  format.fmt.pix.sizeimage = format.fmt.pix.bytesperline * format.fmt.pix.height;
-  format.fmt.pix.colorspace = V4L2_COLORSPACE_SRGB;
-  const bool is_set = ioctl(out_.Number(), VIDIOC_S_FMT, &format) == 0 &&
-                      format.fmt.pix.pixelformat == V4L2_PIX_FMT_YUYV &&
-                      static_cast<int>(format.fmt.pix.width) == width_ &&
-                      static_cast<int>(format.fmt.pix.height) == height_;
-  if (!is_set) {
-    throw std::runtime_error(
-        fmt::format("{}: expected a device that takes YUYV of {}x{}", target_, width_, height_));
-  }
+  width_ = first.width;
+  height_ = first.height;
 }
 
 void PictureStream::Write(const Rgb8Image& picture) {

@@ -376,7 +376,12 @@ std::unique_ptr<CameraStream> OpenV4l2Camera(const std::string& device,
   std::optional<V4l2Device> opened = V4l2Device::Open(device, error);
   if (!opened) Refuse(device, std::string("expected a camera: ") + std::strerror(error));
   const std::optional<v4l2_capability> camera = opened->Camera();
-  if (!camera) Refuse(device, "expected a camera that streams, found another device");
+  if (!camera) {
+    Refuse(device,
+           opened->IsLoopback()
+               ? "expected a camera that streams, found a loopback device that no program writes to"
+               : "expected a camera that streams, found another device");
+  }
   return std::make_unique<V4l2Stream>(std::move(*opened), *camera, request);
 }
 
@@ -400,12 +405,7 @@ std::vector<std::string> ListLoopbackDevices() {
   for (int number = 0; number < kMostNumbers; ++number) {
     int error = 0;
     const std::optional<V4l2Device> device = V4l2Device::Open(PathOf(number), error);
-    v4l2_capability found{};
-    if (!device || device->Call(VIDIOC_QUERYCAP, &found) != 0) continue;
-    const auto* driver = reinterpret_cast<const char*>(found.driver);
-    if (std::string(driver, strnlen(driver, sizeof found.driver)) == "v4l2 loopback") {
-      devices.push_back(device->Path());
-    }
+    if (device && device->IsLoopback()) devices.push_back(device->Path());
   }
   return devices;
 }

@@ -122,9 +122,8 @@ TEST(PictureStream, RefusesOtherNamesAndPlaces) {
 TEST(PictureStream, AFileIsNoLoopbackDevice) {
   const TemporaryFolder folder;
   const std::string file = folder.Write("file", "mine").string();
-  PictureStream stream("v4l2:" + file);
-  EXPECT_THAT(MessageOf([&] { stream.Write(Picture(0)); }),
-              HasSubstr("expected a device that takes YUYV of 16x9"));
+  EXPECT_THAT(MessageOf([&] { const PictureStream stream("v4l2:" + file); }),
+              HasSubstr("v4l2:" + file + ": expected a loopback device, found no V4L2 device"));
   EXPECT_EQ(ContentOf(file), "mine");
 }
 

@@ -22,6 +22,12 @@ run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${consumer_build} 
 run(${CMAKE_COMMAND} --build ${consumer_build})
 run(${consumer_build}/consumer)
 run(${prefix}/bin/pleinair --version)
+# The service starts the program that is installed with it, at any prefix.
+file(READ ${prefix}/lib/systemd/system/pleinair@.service unit)
+string(FIND "${unit}" "exec \"${prefix}/bin/pleinair\" run" start)
+if(start EQUAL -1)
+  message(FATAL_ERROR "pleinair@.service does not start ${prefix}/bin/pleinair: ${unit}")
+endif()
 
 # The examples: the bundled sequence, and two pictures of a caller's own.
 set(examples_build ${WORK_DIR}/examples)

@@ -230,7 +230,16 @@ std::optional<v4l2_capability> V4l2Device::Camera() const {
   if ((can & kEither) == 0 || (can & V4L2_CAP_STREAMING) == 0) return std::nullopt;
   // The end of a pipeline that someone has to set up first: libcamera does.
   if ((can & V4L2_CAP_IO_MC) != 0) return std::nullopt;
+  // It has a format from the first picture that a program writes to it.
+  v4l2_fmtdesc first{};
+  first.type = buffer_type_;
+  if (IsLoopback() && Call(VIDIOC_ENUM_FMT, &first) != 0) return std::nullopt;
   return camera;
+}
+
+bool V4l2Device::IsLoopback() const {
+  v4l2_capability found{};
+  return Call(VIDIOC_QUERYCAP, &found) == 0 && Text(found.driver) == "v4l2 loopback";
 }
 
 std::vector<CameraMode> V4l2Device::Modes() const {

@@ -50,8 +50,9 @@ class V4l2Device {
   // As Call, of VIDIOC_QUERYBUF, QBUF and DQBUF.
   int CallWithBuffer(unsigned long request, DriverBuffer& buffer) const;
 
-  // None where it is no camera by itself that streams.
+  // None where it is no camera by itself that streams, or a loopback device without a writer.
   std::optional<v4l2_capability> Camera() const;
+  bool IsLoopback() const;
   std::vector<CameraMode> Modes() const;
   std::vector<CameraControl> Controls() const;
 
