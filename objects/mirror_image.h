@@ -52,8 +52,8 @@ struct MirroredBasis {
 // normals"); the hit of each is stored. A real surface has the survey's albedo at the very place.
 // It is in the sun where a ray from there reaches it past real and virtual casters, unless the
 // picture shows shade there that the mesh does not cast. It lacks the light that objects hide from
-// it. The disc itself is not mirrored: the renderer's glint is
-// analytic. Other mirrors are shown as if they were diffuse.
+// it. The disc itself is not mirrored: the renderer's glint is analytic. Other mirrors are shown as
+// if they were diffuse.
 //
 // Threads  The result does not depend on their number.
 class MirrorImage {
