@@ -18,7 +18,7 @@ Descriptor OpenVideoOutput(const std::string& device, const std::string& name);
 // readers see the rate where the driver can state one.
 //
 // Throws     std::runtime_error, one line that begins with `name`: the device takes none of this
-// size.
+//            size.
 void SetVideoOutput(const Descriptor& device,
                     const std::string& name,
                     int width_px,

@@ -296,8 +296,14 @@ void MirrorImage::Fold(std::size_t light,
         const glm::vec3 direct = to_radiance * DirectRadiosityAt(place, i, lit);
         sum += to_radiance * RadiosityAt(place, lit) + direct;
         if (is_sun && place.pixel && direct != glm::vec3(0.0f)) {
-          sunlit[static_cast<std::size_t>(y)].push_back(
-              {static_cast<std::uint32_t>(pixel), *place.pixel, direct});
+          std::vector<SunlitPlace>& of_row = sunlit[static_cast<std::size_t>(y)];
+          // Rays of one pixel often meet what one pixel of the camera shows.
+          if (!of_row.empty() && of_row.back().pixel == pixel &&
+              of_row.back().in_picture == *place.pixel) {
+            of_row.back().response += direct;
+          } else {
+            of_row.push_back({static_cast<std::uint32_t>(pixel), *place.pixel, direct});
+          }
         }
       }
       response[pixel] = sum;

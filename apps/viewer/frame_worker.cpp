@@ -237,7 +237,9 @@ class FrameWorker::Viewing {
     has_ended_ = false;
     if (step->result && budget_) budget_->Look(step->result->plan);
     // The wait for a camera's picture is none of its work.
-    const double waited_ms = source_.IsLive() && step->result ? step->result->timing_ms.read : 0.0;
+    double waited_ms = 0.0;
+    if (source_.IsLive() && step->result) waited_ms = step->result->timing_ms.read;
+    if (source_.IsLive() && !step->result) watch.LapMs();
     const LightPoint light = LightPointOf(*step);
     Show(std::move(*step), request, watch, waited_ms);
     worker_.Report([&](WorkerNews& news) { news.lights.push_back(light); });

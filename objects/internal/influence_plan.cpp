@@ -17,8 +17,8 @@ namespace {
 // a block of three is found.
 constexpr std::size_t kCoveredSize = 1;
 // Largest side of a block on the surface, as a share of the distance to the object's own surface:
-// by size, from the second on. Over a block the object's share of the view changes by about this
-// share of itself. The smallest block averages out as much of single rays' error as it adds. Far
+// by size, from the second on. Over the distance itself the object's share of the view changes by
+// about all of it. The smallest block averages out as much of single rays' error as it adds. Far
 // off the object's share falls with the cube of the distance; a linear blend over a share k of the
 // distance is up to 3/2 k^2 too large.
 constexpr std::array<float, kInfluenceBlocksPx.size() - 1> kBlockPerDistance{0.5f, 0.4f, 0.3f};
@@ -67,7 +67,7 @@ class BlockSizes {
   }
 
  private:
-  // Within this share of a point's distance around it, the point's bound is used unchanged.
+  // Within this share of the anchor's distance, the lower bound is used without a new search.
   static constexpr float kAnchorReach = 0.125f;
 
   const RayCaster& objects_;

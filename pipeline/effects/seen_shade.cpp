@@ -26,9 +26,8 @@ constexpr int kWindowPx = 5;
 constexpr int kMajorities = 2;
 constexpr float kAllHidden = 0.35f;
 constexpr float kAllSeen = 0.65f;
-// Fewer pixels, or a smaller share of those that say anything, are no shade: 12 are a tenth of the
-// window's 121, of which the mean takes nothing, and in 1 % of pixels noise of 2.3 deviations makes
-// the sunlit surface look shaded.
+// Fewer pixels say nothing: a tenth of the window's 121, of which the mean takes nothing. Nor do
+// fewer places in shade, or a smaller share of an object's.
 constexpr int kLeastPixels = 12;
 constexpr double kLeastShare = 0.01;
 
@@ -71,16 +70,20 @@ RectangleSums SumsOf(const glm::ivec2& size, const FindingAt& finding_at) {
   return sums;
 }
 
-// What most of the pixels around each one say.
+// What most of the pixels around each one say; unknown where few say anything.
 void TakeMajority(Image<SeenShade::Finding>& found) {
+  using Finding = SeenShade::Finding;
   const RectangleSums sums =
       SumsOf({found.width, found.height}, [&](int x, int y) { return found.At(x, y); });
   tbb::parallel_for(0, found.height, [&](int y) {
     for (int x = 0; x < found.width; ++x) {
       const glm::ivec2 around = sums.Around(x, y, kWindowPx);
-      if (around.x == 0) continue;
-      found.At(x, y) =
-          2 * around.y >= around.x ? SeenShade::Finding::kInSun : SeenShade::Finding::kInShade;
+      Finding& finding = found.At(x, y);
+      if (around.x < kLeastPixels) {
+        finding = Finding::kUnknown;
+      } else {
+        finding = 2 * around.y >= around.x ? Finding::kInSun : Finding::kInShade;
+      }
     }
   });
 }

@@ -87,6 +87,13 @@ class SeenShade : public testing::Test {
     return object;
   }
 
+  static Material Chrome() {
+    Material chrome{.name = "chrome", .diffuse_albedo = glm::vec3(0.0f)};
+    chrome.specular_reflectance = glm::vec3(0.9f);
+    chrome.roughness = 0.02f;
+    return chrome;
+  }
+
   // Irradiance of an object's brightest pixel.
   static double Brightest(const FrameResult& result) {
     float value = 0.0f;
@@ -120,6 +127,15 @@ TEST_F(SeenShade, IsOnlyWhatLooksLikeTheSurfaceInShade) {
   EXPECT_NEAR(OnTop(stained, -0.3), kLit, 0.03 * kLit) << "a stain";
   const Frame darker = WithFactor([](const glm::dvec3&) { return 0.75; });
   EXPECT_NEAR(OnTop(darker, -0.3), kLit, 0.03 * kLit) << "ground darker than its albedo";
+}
+
+// A car that the mesh lacks covers the ground: what it reflects is no evidence of shade.
+TEST_F(SeenShade, NeedsMoreThanAPixelAmongDarkOnes) {
+  const Frame frame = WithFactor([](const glm::dvec3& at_m) {
+    if (at_m.x > -0.5) return 1.0;
+    return std::hypot(at_m.x + 1.2, at_m.y) < 0.1 ? kShaded / kLit : 0.03;
+  });
+  EXPECT_NEAR(OnTop(frame, -0.3), kLit, 0.03 * kLit);
 }
 
 TEST_F(SeenShade, TakesNothingFromTheSky) {
@@ -190,10 +206,7 @@ TEST_F(SeenShade, IgnoresBrightSpotsInWhichManyShadowsFall) {
 // A ball of chrome mirrors the ground around it. Where the camera sees that ground in shade, the
 // mirrored one is in shade too; the ground behind the camera is as the mesh says.
 TEST_F(SeenShade, IsMirrored) {
-  Material chrome{.name = "chrome", .diffuse_albedo = glm::vec3(0.0f)};
-  chrome.specular_reflectance = glm::vec3(0.9f);
-  chrome.roughness = 0.02f;
-  const VirtualObject ball = BallObject({0.0f, 0.0f, 0.8f}, 0.8f, 48, chrome);
+  const VirtualObject ball = BallObject({0.0f, 0.0f, 0.8f}, 0.8f, 48, Chrome());
   const Frame lit = stage_.MakeFrame();
   const Frame shaded = WithFactor([](const glm::dvec3&) { return kShaded / kLit; });
   const FrameResult in_sun = Process(lit, ball, StillLight::kSun);
@@ -215,6 +228,38 @@ TEST_F(SeenShade, IsMirrored) {
   }
   EXPECT_GT(mirrored, 50);
   EXPECT_GT(fallen, mirrored / 3);
+}
+
+// The ball shows what the mesh and the light say, whatever the noise in the picture.
+TEST_F(SeenShade, IsMirroredWithoutThePicturesNoise) {
+  const VirtualObject ball = BallObject({0.0f, 0.0f, 0.8f}, 0.8f, 48, Chrome());
+  const Frame still = stage_.MakeFrame();
+  Frame noisy = still;
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal(0.0f, 0.1f);
+  for (glm::vec3& radiance : noisy.radiance.pixels) {
+    radiance *= 1.0f + glm::vec3(normal(random), normal(random), normal(random));
+  }
+  const FrameResult expected = Process(still, ball, StillLight::kSun);
+  const FrameResult result = Process(noisy, ball, StillLight::kSun);
+  const float ground = 0.9f * still.radiance.At(2, 70).g;
+  int mirrored = 0;
+  for (int y = 1; y + 1 < still.radiance.height; ++y) {
+    for (int x = 1; x + 1 < still.radiance.width; ++x) {
+      bool is_inside = true;
+      for (int k = 0; k < 9; ++k) {
+        is_inside = is_inside && expected.composite.change.At(x + k % 3 - 1, y + k / 3 - 1) ==
+                                     static_cast<std::uint8_t>(PixelChange::kCovered);
+      }
+      if (!is_inside) continue;
+      ++mirrored;
+      EXPECT_NEAR(result.composite.radiance.At(x, y).g,
+                  expected.composite.radiance.At(x, y).g,
+                  0.1f * ground)
+          << x << ", " << y;
+    }
+  }
+  EXPECT_GT(mirrored, 300);
 }
 
 // Frames of one still camera, with noise of that share of the ground's light.

@@ -273,7 +273,7 @@ TEST_F(ViewWindow, OpensAsItWasLeft) {
   EXPECT_EQ(ContentOf(StateFile()), left);
 }
 
-// It is not drawn while it is hidden, and shows what is new when it is there again.
+// It shows what is new when it is there again.
 TEST_F(ViewWindow, GoesOnAfterItWasHidden) {
   const auto view = OpenSite();
   const std::string window = view->Line("search --onlyvisible --name '^pleinair'");
