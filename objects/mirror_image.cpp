@@ -17,6 +17,7 @@
 #include "relight/survey/survey_look_up.h"
 #include "relight/transport/sun_disc.h"
 #include "scene/low_discrepancy.h"
+#include "scene/mean_beside.h"
 
 namespace pleinair {
 namespace {
@@ -371,25 +372,15 @@ void MirrorImage::Evaluate(const Lighting& lighting,
   }
   // A renderer may place an edge a little differently: pixels beside take the mean of those that
   // mirror.
-  const std::vector<glm::vec3> mirrored = image.radiance.pixels;
+  const RgbImage mirrored = image.radiance;
   const auto has_rays = [&](int x, int y) {
-    if (!image.radiance.Contains(x, y)) return false;
-    const std::size_t i = image.radiance.Index(x, y);
+    const std::size_t i = mirrored.Index(x, y);
     return first_entry_[i + 1] > first_entry_[i];
   };
   for (int y = 0; y < height_px_; ++y) {
     for (int x = 0; x < width_px_; ++x) {
       if (has_rays(x, y)) continue;
-      glm::vec3 sum(0.0f);
-      int count = 0;
-      for (int k = 0; k < 9; ++k) {
-        const int u = x + k % 3 - 1;
-        const int v = y + k / 3 - 1;
-        if (!has_rays(u, v)) continue;
-        sum += mirrored[image.radiance.Index(u, v)];
-        ++count;
-      }
-      if (count > 0) image.radiance.At(x, y) = sum / static_cast<float>(count);
+      if (const auto mean = MeanBeside(mirrored, x, y, has_rays)) image.radiance.At(x, y) = *mean;
     }
   }
 }

@@ -11,6 +11,7 @@
 #include "objects/internal/disc_points.h"
 #include "objects/internal/shadow_rays.h"
 #include "objects/soft_sun.h"
+#include "scene/mean_beside.h"
 
 namespace pleinair {
 namespace {
@@ -81,16 +82,9 @@ void FillBeside(const Gray8Image& is_asked, GrayImage& seen) {
   tbb::parallel_for(0, seen.height, [&](int y) {
     for (int x = 0; x < seen.width; ++x) {
       if (is_asked.At(x, y) != 0) continue;
-      float sum = 0.0f;
-      int count = 0;
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          if (!is_asked.Contains(x + dx, y + dy) || is_asked.At(x + dx, y + dy) == 0) continue;
-          sum += asked.At(x + dx, y + dy);
-          ++count;
-        }
-      }
-      if (count > 0) seen.At(x, y) = sum / static_cast<float>(count);
+      const auto mean =
+          MeanBeside(asked, x, y, [&](int u, int v) { return is_asked.At(u, v) != 0; });
+      if (mean) seen.At(x, y) = *mean;
     }
   });
 }

@@ -13,6 +13,7 @@
 #include <glm/vec2.hpp>
 
 #include "pipeline/effects/real_pixels.h"
+#include "scene/mean_beside.h"
 
 namespace pleinair {
 namespace {
@@ -187,18 +188,10 @@ void SeenShade::FillBeside(const PixelBox& box) {
   tbb::parallel_for(lower.y, upper.y + 1, [&](int y) {
     for (int x = lower.x; x <= upper.x; ++x) {
       if (places_.pixel.At(x, y) != ShadowPlaces::kNothing) continue;
-      float sum = 0.0f;
-      int count = 0;
-      for (int beside_y = std::max(y - 1, lower.y); beside_y <= std::min(y + 1, upper.y);
-           ++beside_y) {
-        for (int beside_x = std::max(x - 1, lower.x); beside_x <= std::min(x + 1, upper.x);
-             ++beside_x) {
-          if (places_.pixel.At(beside_x, beside_y) == ShadowPlaces::kNothing) continue;
-          sum += left_.At(beside_x, beside_y);
-          ++count;
-        }
-      }
-      if (count > 0) left_.At(x, y) = sum / static_cast<float>(count);
+      const auto mean = MeanBeside(left_, x, y, [&](int u, int v) {
+        return places_.pixel.At(u, v) != ShadowPlaces::kNothing;
+      });
+      if (mean) left_.At(x, y) = *mean;
     }
   });
 }
