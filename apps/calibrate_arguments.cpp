@@ -172,6 +172,7 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
   command.footer(
       "Example: pleinair calibrate pose site --points picks.csv --out site/site.json\n"
       "Example: pleinair calibrate pose site --edges frame.png --out site/site.json\n"
+      "Example: pleinair calibrate pose site --edges *.png --near-stated --out site/site.json\n"
       "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
   command
       .add_option("site",
@@ -186,23 +187,24 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
                   "How far off a pick may be before it is left out (default: 3)")
       ->needs(points)
       ->check(Positive());
-  command
-      .add_flag("--near-stated",
-                pose->near_stated,
-                "Where two poses fit, take the one nearer to the stated camera_from_world")
-      ->needs(points);
   CLI::Option* edges = command.add_option("--edges",
                                           pose->edges,
                                           "A picture of the camera: the stated camera_from_world "
-                                          "is moved until the mesh's edges lie on "
-                                          "the picture's");
+                                          "is moved until the mesh's edges lie on the picture's; "
+                                          "with --near-stated one or more pictures");
   edges->excludes(points);
+  command.add_flag("--near-stated",
+                   pose->near_stated,
+                   "The stated camera_from_world is good to half a degree or so: where two poses "
+                   "fit the points, take the one nearer to it; by edges, stay near it, and move "
+                   "only as far as they are sure");
   command.add_option("--mesh", pose->mesh, "For --edges (default: the site's scene.mesh)")
       ->needs(edges);
   command
       .add_option("--search-px",
                   pose->search_px,
-                  "How far the stated pose may put edges from where they are (default: 20)")
+                  "How far the stated pose may put edges from where they are (default: 20; with "
+                  "--near-stated a sixtieth of the picture's width)")
       ->needs(edges)
       ->check(CLI::Range(2.0, 1000.0));
   CLI::Option* markers =

@@ -12,6 +12,7 @@
 #include "apps/chart_greys.h"
 #include "apps/number_table.h"
 #include "apps/picture_files.h"
+#include "calib/shown_picture.h"
 #include "apps/site_response.h"
 #include "apps/whole_text.h"
 #include "calib/bracket_fit.h"

@@ -1,6 +1,7 @@
 #include "apps/calibrate_pose_command.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <stdexcept>
@@ -18,6 +19,8 @@
 #include "calib/edge_pose.h"
 #include "calib/json_cursor.h"
 #include "calib/marker_board.h"
+#include "calib/pose_correction.h"
+#include "calib/shown_picture.h"
 #include "datasets/marker_frame_source.h"
 #include "datasets/new_site.h"
 #include "datasets/sequence.h"
@@ -137,6 +140,25 @@ std::filesystem::path MeshOf(const CalibratePoseOptions& options) {
   return file.parent_path() / root.Required("scene").Required("mesh").Text();
 }
 
+Rgb8Image ReadPictureOf(const CameraIntrinsics& camera, const std::filesystem::path& file) {
+  Rgb8Image picture = HoldsRadiance(file) ? Shown(ReadRadianceImage(file)) : ReadDisplayImage(file);
+  if (picture.width != camera.width_px || picture.height != camera.height_px) {
+    throw std::runtime_error(fmt::format("{}: expected {}x{} pixels, found {}x{}",
+                                         file.string(),
+                                         camera.width_px,
+                                         camera.height_px,
+                                         picture.width,
+                                         picture.height));
+  }
+  return picture;
+}
+
+std::string DescribeMove(const glm::dmat4& from, const glm::dmat4& to) {
+  return fmt::format("moved by {:.3f} m and turned by {:.2f} deg from the stated pose",
+                     glm::distance(Camera{{}, from}.CentreWorldM(), Camera{{}, to}.CentreWorldM()),
+                     DegFromRad(RotationBetweenRad(from, to)));
+}
+
 std::string PoseFromEdges(const CalibratePoseOptions& options) {
   const StatedCamera camera = ReadStatedCamera(options.site);
   if (!camera.camera_from_world) {
@@ -144,39 +166,44 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
                              ": camera.camera_from_world: expected a rough pose to begin from "
                              "(`calibrate pose --points` finds one from four picks)");
   }
+  if (options.edges.size() > 1 && !options.near_stated) {
+    throw std::invalid_argument("--edges: expected one picture, or --near-stated with several");
+  }
   const Mesh mesh = LoadMesh(MeshOf(options)).mesh;
   const RayCaster rays(mesh);
-  const Rgb8Image picture = HoldsRadiance(options.edges) ? Shown(ReadRadianceImage(options.edges))
-                                                         : ReadDisplayImage(options.edges);
-  if (picture.width != camera.intrinsics.width_px ||
-      picture.height != camera.intrinsics.height_px) {
-    throw std::runtime_error(fmt::format("{}: expected {}x{} pixels, found {}x{}",
-                                         options.edges.string(),
-                                         camera.intrinsics.width_px,
-                                         camera.intrinsics.height_px,
-                                         picture.width,
-                                         picture.height));
+  const Lens lens(camera.intrinsics);
+  std::vector<Rgb8Image> pictures;
+  for (const std::filesystem::path& file : options.edges) {
+    pictures.push_back(ReadPictureOf(camera.intrinsics, file));
+  }
+  if (options.near_stated) {
+    PoseCorrectionOptions correction;
+    correction.reach_px = options.search_px;
+    const PoseCorrection found = CorrectPoseByEdges(
+        lens, pictures, EdgesOf(mesh, rays), rays, *camera.camera_from_world, correction);
+    WritePose(options, found.camera_from_world);
+    if (!found.corrected) return "the stated pose stays: " + found.reason;
+    return fmt::format(
+        "the mesh's edges move by {:.1f} px in the picture, sigma {:.1f} px; odds for it {:.3g} to "
+        "1\n{}",
+        found.shift_px,
+        found.shift_sigma_px,
+        std::exp(found.log_odds),
+        DescribeMove(*camera.camera_from_world, found.camera_from_world));
   }
   EdgePoseOptions edge_options;
   if (options.search_px) edge_options.reach_px = *options.search_px;
-  const auto pose = RefinePoseByEdges(Lens(camera.intrinsics),
-                                      picture,
-                                      EdgesOf(mesh, rays),
-                                      rays,
-                                      *camera.camera_from_world,
-                                      edge_options);
-  if (!pose) throw std::runtime_error(options.edges.string() + ": " + pose.error().reason);
+  const auto pose = RefinePoseByEdges(
+      lens, pictures[0], EdgesOf(mesh, rays), rays, *camera.camera_from_world, edge_options);
+  if (!pose) throw std::runtime_error(options.edges[0].string() + ": " + pose.error().reason);
   WritePose(options, pose->camera_from_world);
-  const glm::dvec3 from = Camera{{}, *camera.camera_from_world}.CentreWorldM();
-  const glm::dvec3 to = Camera{{}, pose->camera_from_world}.CentreWorldM();
   return fmt::format(
       "{:.0f} % of the mesh's visible edges are found in the picture, where chance finds {:.0f} %; "
-      "rms {:.2f} px\nmoved by {:.3f} m and turned by {:.2f} deg from the stated pose\n{}",
+      "rms {:.2f} px\n{}\n{}",
       100.0 * pose->found_share,
       100.0 * pose->chance_share,
       pose->rms_px,
-      glm::distance(from, to),
-      DegFromRad(RotationBetweenRad(*camera.camera_from_world, pose->camera_from_world)),
+      DescribeMove(*camera.camera_from_world, pose->camera_from_world),
       DescribeKnowledge(pose->camera_from_world, pose->position_sigma_m, pose->rotation_sigma_rad));
 }
 

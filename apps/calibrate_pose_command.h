@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "datasets/frame_source.h"
 
@@ -20,10 +21,13 @@ struct CalibratePoseOptions {
 
   std::filesystem::path points;     // CSV: x, y (pixels), x, y, z (world metres).
   std::optional<double> inlier_px;  // How far off a pick may be; none: PickedPointOptions'.
-  bool near_stated = false;         // Of two poses that fit, the one nearer to the stated one.
+  // The stated pose counts: of two that fit picks, the one nearer to it; with edges, as
+  // CorrectPoseByEdges.
+  bool near_stated = false;
 
-  // A picture of the camera. The rough pose is the stated one.
-  std::filesystem::path edges;
+  // A picture of the camera; with near_stated there may be several. The rough pose is the stated
+  // one.
+  std::vector<std::filesystem::path> edges;
   std::filesystem::path mesh;       // None: the site's.
   std::optional<double> search_px;  // EdgePoseOptions::reach_px.
 

@@ -78,16 +78,4 @@ RgbImage ReadLinear(const std::filesystem::path& file, const std::string& respon
   return RadianceFromCodes(ReadDisplayImage(file), ResponseFrom(response), 1.0);
 }
 
-Rgb8Image Shown(RgbImage radiance) {
-  RepairRadiance(radiance);
-  std::vector<float> light;
-  for (const glm::vec3& pixel : radiance.pixels) {
-    light.push_back(std::max({pixel.x, pixel.y, pixel.z}));
-  }
-  // All but the brightest hundredth, which may be lamps.
-  const auto white = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 99 / 100);
-  std::nth_element(light.begin(), white, light.end());
-  return CodesFromRadiance(radiance, ResponseCurve::Srgb(), *white > 0.0f ? 1.0 / *white : 1.0);
-}
-
 }  // namespace pleinair

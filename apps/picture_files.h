@@ -35,7 +35,5 @@ ChartCorners ChartIn(const Rgb8Image& picture,
 
 // A picture as light, whatever its file: an 8-bit one by its response, in [0, 1].
 RgbImage ReadLinear(const std::filesystem::path& file, const std::string& response);
-// The picture as a screen would show it; the chart finder needs 8 bit.
-Rgb8Image Shown(RgbImage radiance);
 
 }  // namespace pleinair

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/picture_files.h"
 #include "apps/progress.h"
+#include "calib/shown_picture.h"
 #include "datasets/diffuse_mask.h"
 #include "datasets/sequence.h"
 #include "scene/image_io.h"

@@ -10,6 +10,7 @@
 
 #include "apps/picture_files.h"
 #include "apps/site_response.h"
+#include "calib/shown_picture.h"
 #include "objects/surface_point.h"
 #include "scene/lat_long.h"
 

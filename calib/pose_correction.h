@@ -1,0 +1,64 @@
+// A fixed camera's stated pose, corrected where its pictures show the mesh's edges elsewhere.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include <glm/mat4x4.hpp>
+
+#include "calib/lens.h"
+#include "calib/mesh_edges.h"
+#include "scene/image.h"
+#include "scene/ray_caster.h"
+
+namespace pleinair {
+
+// How well pose and mesh are known beforehand, and what makes a correction.
+struct PoseCorrectionOptions {
+  // Standard deviations of the stated pose, about and along each axis; above 0. Poses from picked
+  // points or a tape measure are about as good.
+  double rotation_sigma_rad = 0.0044;  // 0.25 deg.
+  double position_sigma_m = 0.04;
+  // Standard deviation of the mesh's edges from the real ones; above 0.
+  double mesh_sigma_m = 0.02;
+  // Smaller shifts of the picture are not worth a correction; 0 or more.
+  double least_shift_px = 0.25;
+  // Search distance for edges from where a pose puts them; above 1. None: a sixtieth of the
+  // picture's width, twice what the deviations above move edges by in most pictures.
+  std::optional<double> reach_px;
+
+  // Throws std::invalid_argument naming the field and its value.
+  void Validate() const;
+};
+
+struct PoseCorrection {
+  // Whether the pose is another than the stated one. Where not, `reason` says why.
+  bool corrected = false;
+  std::string reason;
+  glm::dmat4 camera_from_world{1.0};
+  double shift_px = 0.0;        // Of the mesh's visible edges in the picture, the median.
+  double shift_sigma_px = 0.0;  // What remains unknown of it, root mean square.
+  // Natural logarithm of the odds that the stated pose is off, by the deviations that are expected,
+  // against its being exact.
+  double log_odds = 0.0;
+};
+
+// The most likely pose, given the stated one and the edges in all of the pictures. Shadows and
+// things that the mesh lacks have edges, too: the stated pose counts as a measurement with its
+// deviations, each edge of the mesh counts once over all of its length and all pictures, and a
+// place has at most a limited say. The stated pose is kept where it is more likely exact than
+// off.
+//
+// `pictures`  of one camera at one pose, at least one; best from different times of the day.
+// Source      As RefinePoseByEdges, with a normal prior on the pose.
+// Cost        some 0.05 s of one thread for each picture of 640 x 480.
+// Throws      std::invalid_argument: no picture, one of another size than the lens's; as Validate.
+PoseCorrection CorrectPoseByEdges(const Lens& lens,
+                                  std::span<const Rgb8Image> pictures,
+                                  std::span<const MeshEdge> edges,
+                                  const RayCaster& rays,
+                                  const glm::dmat4& stated_camera_from_world,
+                                  const PoseCorrectionOptions& options = {});
+
+}  // namespace pleinair

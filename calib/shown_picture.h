@@ -1,0 +1,12 @@
+// A picture of light as a screen would show it.
+#pragma once
+
+#include "scene/image.h"
+
+namespace pleinair {
+
+// Of a picture without an exposure: its brightest hundredth, which may be lamps, is white. For
+// people, and for finders of edges and charts, which work on 8 bit.
+Rgb8Image Shown(RgbImage radiance);
+
+}  // namespace pleinair

@@ -1,0 +1,168 @@
+#include "calib/pose_correction.h"
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "sunmodel/angles.h"
+#include "tests/calib/marker_scene.h"
+#include "tests/calib/village_scene.h"
+
+namespace pleinair::pose_correction_test {
+namespace {
+
+using testing::HasSubstr;
+
+// Between the houses, where an object would stand.
+constexpr glm::dvec3 kPlaceM(0.2, 4.5, 0.5);
+
+// The house's shadow on the lawn and over a wall: another one at each time of the day.
+Rgb8Image WithShadow(Rgb8Image picture, int time) {
+  cv::Mat view(picture.height, picture.width, CV_8UC3, picture.pixels.data());
+  cv::Mat shadow(view.size(), CV_32FC3, cv::Scalar(1.0, 1.0, 1.0));
+  const int x = 65 + 45 * time;
+  const std::vector<cv::Point> outline{{x, 95}, {x + 55, 85}, {x + 100, 210}, {x + 5, 220}};
+  cv::fillPoly(shadow, std::vector<std::vector<cv::Point>>{outline}, cv::Scalar(0.5, 0.5, 0.6));
+  cv::multiply(view, shadow, view, 1.0, CV_8UC3);
+  return picture;
+}
+
+// The village with corners that are elsewhere; the lawn stays.
+Mesh Displaced(Mesh mesh, double sigma_m, unsigned seed) {
+  constexpr std::size_t kCornersOfTheLawn = 8;
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal(0.0f, static_cast<float>(sigma_m));
+  for (std::size_t i = kCornersOfTheLawn; i < mesh.positions_m.size(); ++i) {
+    for (int c = 0; c < 3; ++c) mesh.positions_m[i][c] += normal(random);
+  }
+  return mesh;
+}
+
+class PoseCorrectionTest : public testing::Test {
+ protected:
+  PoseCorrection Correct(std::span<const Rgb8Image> pictures, const glm::dmat4& stated) const {
+    return CorrectPoseByEdges(lens_, pictures, EdgesOf(mesh_, rays_), rays_, stated);
+  }
+
+  // By how far the place is elsewhere in the picture than from the true pose.
+  double OffPx(const glm::dmat4& pose) const {
+    const auto pixel = [&](const glm::dmat4& from) {
+      return *lens_.ProjectToPixel(glm::dvec3(from * glm::dvec4(kPlaceM, 1.0)));
+    };
+    return glm::distance(pixel(pose), pixel(kVillagePose));
+  }
+
+  const Mesh mesh_ = Village();
+  const RayCaster rays_{mesh_};
+  const Lens lens_{HalfSize(MarkerCamera())};
+};
+
+// Poses that are off as PoseCorrectionOptions expects, and a mesh that is: pictures at three times
+// of the day put an object where it belongs to less than a third of what the stated poses do.
+TEST_F(PoseCorrectionTest, PutsObjectsWhereTheyBelong) {
+  const PoseCorrectionOptions expected;
+  constexpr unsigned kDraws = 8;
+  double stated_squares = 0.0;
+  double corrected_squares = 0.0;
+  double sigma_squares = 0.0;
+  for (unsigned seed = 0; seed < kDraws; ++seed) {
+    const Mesh real = Displaced(mesh_, expected.mesh_sigma_m / std::sqrt(3.0), seed);
+    std::vector<Rgb8Image> pictures;
+    for (int time = 0; time < 3; ++time) {
+      pictures.push_back(WithShadow(PictureOf(real, lens_, kVillagePose, 3 * seed), time));
+    }
+    const double factor = std::sqrt(3.0);  // Three axes.
+    const glm::dmat4 stated = Moved(kVillagePose,
+                                    factor * expected.rotation_sigma_rad,
+                                    factor * expected.position_sigma_m,
+                                    seed);
+    const PoseCorrection found = Correct(pictures, stated);
+    stated_squares += std::pow(OffPx(stated), 2);
+    corrected_squares += std::pow(OffPx(found.camera_from_world), 2);
+    sigma_squares += std::pow(found.shift_sigma_px, 2);
+  }
+  const double stated_px = std::sqrt(stated_squares / kDraws);
+  const double corrected_px = std::sqrt(corrected_squares / kDraws);
+  EXPECT_GT(stated_px, 1.5) << "the draws are of the size that is meant";
+  EXPECT_LT(corrected_px, stated_px / 3.0);
+  // The stated deviation is of the size of the error, and no smaller than half of it.
+  const double sigma_px = std::sqrt(sigma_squares / kDraws);
+  EXPECT_LT(corrected_px, 2.0 * sigma_px);
+  EXPECT_LT(sigma_px, stated_px / 2.0);
+}
+
+// Shadows, people and noise do not move a pose that is right.
+TEST_F(PoseCorrectionTest, KeepsAPoseThatAgrees) {
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const Rgb8Image picture = PictureOf(mesh_, lens_, kVillagePose, seed);
+    for (const Rgb8Image& seen : {picture, WithShadow(picture, static_cast<int>(seed))}) {
+      const PoseCorrection found = Correct({&seen, 1}, kVillagePose);
+      EXPECT_FALSE(found.corrected) << seed;
+      EXPECT_THAT(found.reason, HasSubstr("agree with it"));
+      EXPECT_EQ(found.camera_from_world, kVillagePose);
+    }
+  }
+}
+
+// Nor does a mesh that is off, by more than what it is off itself: 2 cm are 0.6 px here.
+TEST_F(PoseCorrectionTest, MeshThatIsOffMovesItLittle) {
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const Rgb8Image picture = PictureOf(Displaced(mesh_, 0.012, seed), lens_, kVillagePose, seed);
+    EXPECT_LT(OffPx(Correct({&picture, 1}, kVillagePose).camera_from_world), 0.6) << seed;
+  }
+}
+
+// A pose that is as wrong as none should be is not made worse by edges that happen to be near.
+TEST_F(PoseCorrectionTest, StaysNearAPoseThatIsFarOff) {
+  const Rgb8Image picture = PictureOf(mesh_, lens_, kVillagePose, 1);
+  const glm::dmat4 stated = Moved(kVillagePose, RadFromDeg(8.0), 1.0, 2);
+  const PoseCorrection found = Correct({&picture, 1}, stated);
+  EXPECT_LT(OffPx(found.camera_from_world), 1.2 * OffPx(stated));
+  EXPECT_LT(found.shift_px, 8.0);
+}
+
+TEST_F(PoseCorrectionTest, PicturesWithoutEdgesChangeNothing) {
+  const Rgb8Image even(320, 240, glm::u8vec3(90));
+  EXPECT_FALSE(Correct({&even, 1}, kVillagePose).corrected);
+  // The sky.
+  const PoseCorrection away = Correct({&even, 1}, LookAt({0.8, -5.0, 1.7}, {0.8, -4.0, 9.0}));
+  EXPECT_FALSE(away.corrected);
+  EXPECT_THAT(away.reason, HasSubstr("hardly an edge"));
+  // Noise.
+  Rgb8Image leaves(320, 240);
+  std::mt19937 random(3);
+  for (glm::u8vec3& pixel : leaves.pixels) {
+    pixel = glm::u8vec3(static_cast<std::uint8_t>(random() % 256));
+  }
+  EXPECT_FALSE(Correct({&leaves, 1}, kVillagePose).corrected);
+  cv::Mat view(240, 320, CV_8UC3, leaves.pixels.data());
+  cv::GaussianBlur(view, view, {}, 2.0);
+  cv::normalize(view, view, 0, 255, cv::NORM_MINMAX);
+  EXPECT_FALSE(Correct({&leaves, 1}, kVillagePose).corrected);
+  // No mesh.
+  EXPECT_FALSE(CorrectPoseByEdges(lens_, {&even, 1}, {}, rays_, kVillagePose).corrected);
+}
+
+TEST_F(PoseCorrectionTest, RefusesWhatDoesNotFit) {
+  const Rgb8Image small(20, 20);
+  EXPECT_THROW(Correct({&small, 1}, kVillagePose), std::invalid_argument);
+  EXPECT_THROW(Correct({}, kVillagePose), std::invalid_argument);
+  for (const auto set : {+[](PoseCorrectionOptions& o) { o.rotation_sigma_rad = 0.0; },
+                         +[](PoseCorrectionOptions& o) { o.position_sigma_m = NAN; },
+                         +[](PoseCorrectionOptions& o) { o.mesh_sigma_m = -0.01; },
+                         +[](PoseCorrectionOptions& o) { o.least_shift_px = -1.0; },
+                         +[](PoseCorrectionOptions& o) { o.reach_px = 1.0; }}) {
+    PoseCorrectionOptions options;
+    set(options);
+    EXPECT_THROW(options.Validate(), std::invalid_argument);
+  }
+}
+
+}  // namespace
+}  // namespace pleinair::pose_correction_test
