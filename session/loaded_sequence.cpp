@@ -13,6 +13,7 @@
 #include "pipeline/self_calibration.h"
 #include "scene/mesh_io.h"
 #include "session/available_memory.h"
+#include "session/corrected_pose.h"
 #include "session/file_blob_store.h"
 #include "session/session_choices.h"
 #include "sunmodel/angles.h"
@@ -165,7 +166,9 @@ void Load(const SessionOptions& options, const Progress& progress, LoadedSequenc
   if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded.sequence);
   const std::string note_on_north = CorrectNorthOf(options, loaded);
   loaded.site = LoadSequenceSite(loaded.sequence);
+  const std::string note_on_pose = CorrectPoseOf(options, loaded);
   if (!note_on_memory.empty()) loaded.site.notes.push_back(note_on_memory);
+  if (!note_on_pose.empty()) loaded.site.notes.push_back(note_on_pose);
   if (!note_on_north.empty()) loaded.site.notes.push_back(note_on_north);
   loaded.site.notes.insert(loaded.site.notes.end(), notes_on_sun.begin(), notes_on_sun.end());
   if (albedo == AlbedoSource::kMaterials && !loaded.site.materials_note.empty()) {

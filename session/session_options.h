@@ -46,6 +46,8 @@ struct SessionOptions {
   std::filesystem::path poses;  // File of lines with camera poses (pose_lines.h); empty: none.
   PoseTrackOptions pose_track;  // For `poses`, and for poses that arrive while a camera streams.
   double pose_wait_s = 0.05;    // Time that a camera's frame waits for the latter; 0 or more.
+  // Corrects the pose of a fixed camera where the frames of the sequence contradict it.
+  bool correct_pose = true;
   // Averages poses while the camera is at rest. None: only those that do not come from the
   // sequence.
   std::optional<bool> steady_poses;

@@ -288,6 +288,11 @@ void AddInput(std::vector<Setting>& settings) {
        {std::string(NameOf(Weather::kBroken)), Weather::kBroken},
        {std::string(NameOf(Weather::kClear)), Weather::kClear}},
       "as the sequence says"));
+  settings.push_back(SwitchSetting(
+      "correct_pose",
+      "moves a fixed camera's stated pose where the mesh's edges in the sequence's frames "
+      "contradict it",
+      [](Options & o) -> auto& { return o.correct_pose; }));
   settings.push_back(ChoiceSetting(
       "steady_poses",
       "averages the camera's poses while it is at rest",

@@ -1,0 +1,83 @@
+#include "session/corrected_pose.h"
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "calib/mesh_edges.h"
+#include "calib/pose_correction.h"
+#include "calib/shown_picture.h"
+#include "scene/camera.h"
+#include "scene/ray_caster.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair {
+namespace {
+
+constexpr int kFramesLookedAt = 5;
+// Edges of finer meshes, from photogrammetry, are mostly noise, and take long to find.
+constexpr std::size_t kMostTriangles = 100'000;
+
+// None where the camera moves.
+std::optional<glm::dmat4> FixedPose(const Sequence& sequence) {
+  std::optional<glm::dmat4> pose;
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    const glm::dmat4 here = sequence.CameraOfFrame(i).camera_from_world;
+    if (pose && *pose != here) return std::nullopt;
+    pose = here;
+  }
+  return pose;
+}
+
+// Middles of equal parts of the recording; frames that cannot be read are left out.
+std::vector<Rgb8Image> PicturesOf(FrameSource& frames) {
+  std::vector<Rgb8Image> pictures;
+  const int count = frames.Count().value_or(0);
+  const int parts = std::min(count, kFramesLookedAt);
+  for (int part = 0; part < parts; ++part) {
+    if (!frames.Seek((2 * part + 1) * count / (2 * parts))) break;
+    auto frame = frames.Next();
+    if (!frame || !*frame) continue;
+    pictures.push_back((*frame)->codes ? *std::move((*frame)->codes)
+                                       : Shown(std::move((*frame)->radiance)));
+  }
+  return pictures;
+}
+
+}  // namespace
+
+std::string CorrectPoseOf(const SessionOptions& options, LoadedSequence& loaded) {
+  Sequence& sequence = loaded.sequence;
+  const Mesh& mesh = loaded.site.model.mesh;
+  if (!options.correct_pose || loaded.board || loaded.poses || !sequence.HasPictures() ||
+      mesh.triangles.size() > kMostTriangles) {
+    return {};
+  }
+  const std::optional<glm::dmat4> stated = FixedPose(sequence);
+  if (!stated) return {};
+  std::vector<std::string> unused_notes;
+  const std::vector<Rgb8Image> pictures = PicturesOf(*FramesOf(options, loaded, unused_notes));
+  if (pictures.empty()) return {};
+  const RayCaster rays(mesh);
+  const PoseCorrection found =
+      CorrectPoseByEdges(Lens(sequence.intrinsics), pictures, EdgesOf(mesh, rays), rays, *stated);
+  if (!found.corrected) return {};
+  sequence.camera_from_world = found.camera_from_world;
+  for (FrameEntry& frame : sequence.frames) frame.camera_from_world.reset();
+  return fmt::format(
+      "camera_from_world: the mesh's edges are {:.1f} px from where it puts them in {} frame(s); "
+      "the "
+      "camera is turned by {:.2f} deg and moved by {:.3f} m (correct_pose=off keeps the stated "
+      "pose)",
+      found.shift_px,
+      pictures.size(),
+      DegFromRad(RotationBetweenRad(*stated, found.camera_from_world)),
+      glm::distance(Camera{{}, *stated}.CentreWorldM(),
+                    Camera{{}, found.camera_from_world}.CentreWorldM()));
+}
+
+}  // namespace pleinair

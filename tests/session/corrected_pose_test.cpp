@@ -1,0 +1,96 @@
+// The bundled courtyard with a camera that stands elsewhere than stated.
+#include "session/corrected_pose.h"
+
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "datasets/sequence.h"
+#include "session/sequence_site.h"
+#include "sunmodel/angles.h"
+
+namespace pleinair::corrected_pose_test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::filesystem::path kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+
+class CorrectedPose : public testing::Test {
+ protected:
+  CorrectedPose() {
+    loaded_.sequence = ReadSequence(kCourtyard);
+    loaded_.site = LoadSequenceSite(loaded_.sequence);
+    true_pose_ = loaded_.sequence.camera_from_world.value();
+    options_.sequence = kCourtyard;
+  }
+
+  // Where the statue's foot is in the picture, against where it should be.
+  double OffPx() const {
+    const glm::dvec4 foot_m = loaded_.sequence.virtual_objects.at(0).world_from_object[3];
+    const Lens lens(loaded_.sequence.intrinsics);
+    const auto pixel = [&](const glm::dmat4& pose) {
+      return *lens.ProjectToPixel(glm::dvec3(pose * foot_m));
+    };
+    return glm::distance(pixel(loaded_.sequence.CameraOfFrame(0).camera_from_world),
+                         pixel(true_pose_));
+  }
+
+  SessionOptions options_;
+  LoadedSequence loaded_;
+  glm::dmat4 true_pose_;
+  // Half a degree down and to the right: 4.6 px.
+  const glm::dmat4 turn_ =
+      glm::rotate(glm::dmat4(1.0), RadFromDeg(0.7), glm::normalize(glm::dvec3(1.0, -1.0, 0.0)));
+};
+
+TEST_F(CorrectedPose, PutsTheObjectWhereItBelongs) {
+  loaded_.sequence.camera_from_world = turn_ * true_pose_;
+  const double stated_px = OffPx();
+  ASSERT_GT(stated_px, 3.0);
+  EXPECT_THAT(
+      CorrectPoseOf(options_, loaded_),
+      AllOf(HasSubstr("camera_from_world: the mesh's edges are"), HasSubstr("in 5 frame(s)")));
+  EXPECT_LT(OffPx(), stated_px / 3.0);
+}
+
+// As many recordings state it: in each frame.
+TEST_F(CorrectedPose, OfFramesThatStateTheSamePose) {
+  loaded_.sequence.camera_from_world = turn_ * true_pose_;
+  EXPECT_NE(CorrectPoseOf(options_, loaded_), "");
+  const double corrected_px = OffPx();
+  loaded_.sequence.camera_from_world.reset();
+  for (FrameEntry& frame : loaded_.sequence.frames) frame.camera_from_world = turn_ * true_pose_;
+  EXPECT_NE(CorrectPoseOf(options_, loaded_), "");
+  EXPECT_EQ(OffPx(), corrected_px);
+}
+
+TEST_F(CorrectedPose, KeepsARightPose) {
+  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
+  EXPECT_EQ(loaded_.sequence.camera_from_world, true_pose_);
+}
+
+TEST_F(CorrectedPose, KeepsAStatedPoseThatItMayNotCorrect) {
+  options_.correct_pose = false;
+  loaded_.sequence.camera_from_world = turn_ * true_pose_;
+  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
+  options_.correct_pose = true;
+  // A camera that moves.
+  loaded_.sequence.frames[1].camera_from_world = true_pose_;
+  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
+  EXPECT_EQ(loaded_.sequence.camera_from_world, turn_ * true_pose_);
+}
+
+// Frames that cannot be read are those of the run to report.
+TEST_F(CorrectedPose, FramesThatCannotBeReadAreLeftOut) {
+  loaded_.sequence.camera_from_world = turn_ * true_pose_;
+  for (FrameEntry& frame : loaded_.sequence.frames) frame.image = "frames/none.exr";
+  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
+  EXPECT_EQ(loaded_.sequence.camera_from_world, turn_ * true_pose_);
+}
+
+}  // namespace
+}  // namespace pleinair::corrected_pose_test
