@@ -158,8 +158,6 @@ Evidence LightingFitter::Impl::WithErrors() const {
   Evidence evidence{LightMatrix::Zero(unknowns + errors, unknowns + errors),
                     LightVector::Zero(unknowns + errors)};
   evidence.normal.bottomRightCorner(errors, errors).setIdentity();
-  if (problem.exponent_stddev > 0.0)
-    evidence.gradient[unknowns + errors - 1] = problem.expected_exponent;
   for (int c = 0; c < 3; ++c) {
     const BasisMatrix& normal = reweighting.Normal(c);
     const BasisVector& gradient = reweighting.Gradient(c);

@@ -129,7 +129,7 @@ glm::dvec3 LightingFitter::Impl::PictureOverLight(const LightVector& x) const {
       const auto v = static_cast<std::size_t>(i * 3 + c);
       if (!(problem.weight[v] > 0.0)) continue;
       const double* row = problem.Transport(i, c);
-      picture[c] += weight * problem.radiance[v];
+      picture[c] += weight * problem.InPicture(v);
       for (int j = 0; j < problem.basis_count; ++j) {
         light[c] += weight * row[j] * x[c * problem.basis_count + j];
       }
@@ -151,7 +151,7 @@ void LightingFitter::Impl::DescribeCamera(const CameraErrors& camera,
   LightMatrix normal = with_errors.normal;
   normal.topLeftCorner(unknowns, unknowns) += prior_information + mixture.Information();
   const int last = problem.error_count - 1;
-  fit.exponent = camera.exponent_stddev * camera_errors[last];
+  fit.exponent = problem.expected_exponent + camera.exponent_stddev * camera_errors[last];
   fit.exponent_stddev =
       camera.exponent_stddev * std::sqrt(InverseOf(normal)(unknowns + last, unknowns + last));
 }

@@ -92,7 +92,7 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   const glm::dvec3 veil = camera.veil_stddev * camera.mean_radiance_rgb;
   const bool has_veil = std::max({veil.x, veil.y, veil.z}) > 0.0;
   exponent_stddev = camera.exponent_stddev;
-  expected_exponent = exponent_stddev > 0.0 ? camera.exponent / exponent_stddev : 0.0;
+  expected_exponent = exponent_stddev > 0.0 ? camera.exponent : 0.0;
   error_count = (has_veil ? 1 : 0) + (exponent_stddev > 0.0 ? 1 : 0);
   order_.clear();
   for (const DiffuseSample& sample : samples) {
@@ -127,6 +127,12 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);
       radiance[v] = usable ? sample.radiance_rgb[c] : 0.0;
       noise[v] = usable ? sample.radiance_stddev_rgb[c] : 0.0;
+      if (expected_exponent != 0.0 && radiance[v] > 0.0) {
+        const double factor = std::pow(radiance[v] / camera.white_radiance,
+                                       -expected_exponent / (1.0 + expected_exponent));
+        radiance[v] *= factor;
+        noise[v] *= factor / (1.0 + expected_exponent);
+      }
       weight[v] = usable ? sample.weight : 0.0;
       if (has_sun) *row++ = usable ? sample.sun_transport_rgb[c] : 0.0;
       for (int k = 0; k < sky_shapes; ++k) {
@@ -139,6 +145,11 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   ChooseUnits(usual_irradiance_rgb);
   white = camera.white_radiance / radiance_unit;
   if (has_veil) FillVeilColumn(veil);
+}
+
+double FitProblem::InPicture(std::size_t v) const {
+  if (expected_exponent == 0.0 || !(radiance[v] > 0.0)) return radiance[v];
+  return radiance[v] * std::pow(radiance[v] / white[static_cast<int>(v % 3)], expected_exponent);
 }
 
 void FitProblem::FillVeilColumn(const glm::dvec3& veil_rgb) {

@@ -31,7 +31,8 @@ struct FitProblem {
   int error_count = 0;
   double exponent_stddev = 0.0;  // 0: the exponent is not an unknown.
   glm::dvec3 white{1.0};  // In the fit's units: the radiance that a wrong exponent does not change.
-  // Prior mean of the exponent, in standard deviations.
+  // The exponent that is expected; its effect is taken out of the radiances when they are loaded,
+  // so that the unknown one is what differs from it, and small.
   double expected_exponent = 0.0;
   bool has_sun = false;
   int sample_count = 0;
@@ -59,6 +60,9 @@ struct FitProblem {
             bool sun_is_up,
             const CameraErrors& camera,
             const glm::dvec3& usual_irradiance_rgb);
+
+  // Radiance v as the picture has it, with the expected exponent.
+  double InPicture(std::size_t v) const;
 
   // Refreshes the exponent's column: predicted ln(predicted / white), per sample and channel.
   void SetExponentColumn(std::span<const double> predicted);

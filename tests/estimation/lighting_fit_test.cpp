@@ -549,5 +549,26 @@ TEST(LightingFit, FindsAResponseThatIsNotTheStatedOne) {
   }
 }
 
+// A response that earlier frames have shown is taken out as it is, not to first order: of a weak
+// sun in a dark picture nothing would be left otherwise.
+TEST(LightingFit, TakesOutAResponseThatIsKnown) {
+  SyntheticScene scene;
+  scene.sun = 0.3 * scene.sky;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  const double white = 4000.0;
+  for (DiffuseSample& sample : samples) {
+    for (int c = 0; c < 3; ++c) {
+      sample.radiance_rgb[c] = white * std::pow(sample.radiance_rgb[c] / white, 0.9);
+    }
+  }
+  LightingPrior prior = LightingPrior::Nothing(1);
+  prior.camera.exponent = -0.1;
+  prior.camera.exponent_stddev = 0.005;
+  prior.camera.white_radiance = white;
+  const LightingFit fit = FitLighting(samples, prior, true);
+  EXPECT_NEAR(fit.exponent, -0.1, 1e-4);
+  EXPECT_LT(WorstRatioError(fit, scene), 1e-3);
+}
+
 }  // namespace
 }  // namespace pleinair::lighting_fit_test
