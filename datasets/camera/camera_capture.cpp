@@ -53,7 +53,7 @@ CameraCapture::CameraCapture(const std::string& device,
                              const CaptureOptions& options,
                              EventLog& events)
     : device_(device),
-      request_(std::move(request)),
+      request_(request),
       options_(WithCameras(options)),
       events_(events),
       stream_(options_.open(device, request_)),

@@ -98,7 +98,7 @@ class ScriptedCamera {
       return std::make_unique<ScriptedStream>(std::move(script));
     };
     options.find = [](const std::string&) { return std::optional<std::string>("/dev/video7"); };
-    CameraCapture capture("/dev/video7", std::move(request), options, events);
+    CameraCapture capture("/dev/video7", request, options, events);
     std::vector<CameraFrame> frames;
     while (std::optional<CameraFrame> frame = capture.Next()) frames.push_back(std::move(*frame));
     return frames;
