@@ -28,30 +28,48 @@ struct Point {
   double weight = 0.0;
 };
 
-// None where a code says nothing of the light: clipped, or near black.
-std::optional<Block> BlockAt(
-    const Rgb8Image& codes, const std::array<float, 256>& linear, int channel, int x0, int y0) {
-  for (int y = y0 - 1; y <= y0 + kBlockPx; ++y) {
-    for (int x = x0 - 1; x <= x0 + kBlockPx; ++x) {
-      const int code = codes.At(x, y)[channel];
-      if (code >= kClippedFromCode || code <= kNoiseFloorUpToCode) return std::nullopt;
+// One channel's codes as light.
+struct CodeLight {
+  explicit CodeLight(const std::array<float, 256>& linear) {
+    for (std::size_t code = 0; code < 256; ++code) {
+      signal[code] = double{linear[code]};
+      if (code == 0 || code == 255) continue;
+      const double step = 0.5 * (double{linear[code + 1]} - double{linear[code - 1]});
+      rounding[code] = step * step / 12.0;
     }
   }
-  const auto value = [&](int x, int y) { return double{linear[codes.At(x, y)[channel]]}; };
+  std::array<double, 256> signal{};
+  std::array<double, 256> rounding{};  // Variance of rounding to the code; not of the end codes.
+};
+
+// None where a code says nothing of the light: clipped, or near black.
+std::optional<Block> BlockAt(
+    const Rgb8Image& codes, const CodeLight& light, int channel, int x0, int y0) {
+  constexpr int kWindowPx = kBlockPx + 2;
+  std::array<std::array<double, kWindowPx>, kWindowPx> window;
+  double rounding = 0.0;
+  for (std::size_t y = 0; y < window.size(); ++y) {
+    const glm::u8vec3* row = &codes.At(x0 - 1, y0 - 1 + static_cast<int>(y));
+    for (std::size_t x = 0; x < window.size(); ++x) {
+      const std::size_t code = row[x][channel];
+      if (code >= kClippedFromCode || code <= kNoiseFloorUpToCode) return std::nullopt;
+      window[y][x] = light.signal[code];
+      const bool is_inside = x > 0 && y > 0 && x <= kBlockPx && y <= kBlockPx;
+      if (is_inside) rounding += light.rounding[code];
+    }
+  }
   double sum = 0.0;
   double squares = 0.0;
-  double rounding = 0.0;
-  for (int y = y0; y < y0 + kBlockPx; ++y) {
-    for (int x = x0; x < x0 + kBlockPx; ++x) {
-      const double beyond_slope = value(x - 1, y - 1) - 2.0 * value(x, y - 1) +
-                                  value(x + 1, y - 1) -
-                                  2.0 * (value(x - 1, y) - 2.0 * value(x, y) + value(x + 1, y)) +
-                                  value(x - 1, y + 1) - 2.0 * value(x, y + 1) + value(x + 1, y + 1);
+  for (std::size_t y = 1; y <= kBlockPx; ++y) {
+    const auto& above = window[y - 1];
+    const auto& row = window[y];
+    const auto& below = window[y + 1];
+    for (std::size_t x = 1; x <= kBlockPx; ++x) {
+      const double beyond_slope = above[x - 1] - 2.0 * above[x] + above[x + 1] -
+                                  2.0 * (row[x - 1] - 2.0 * row[x] + row[x + 1]) + below[x - 1] -
+                                  2.0 * below[x] + below[x + 1];
       squares += beyond_slope * beyond_slope / 36.0;
-      sum += value(x, y);
-      const std::size_t code = codes.At(x, y)[channel];
-      const double step = 0.5 * (double{linear[code + 1]} - double{linear[code - 1]});
-      rounding += step * step / 12.0;
+      sum += row[x];
     }
   }
   constexpr double kPixels = double{kBlockPx} * kBlockPx;
@@ -126,13 +144,11 @@ FrameNoise MeasureFrameNoise(const Rgb8Image& codes, const ResponseCurve& respon
   const int rows = std::max((codes.height - 2) / kBlockPx, 0);
   const int stride = std::max((columns * rows + kMostBlocks - 1) / kMostBlocks, 1);
   for (int channel = 0; channel < 3; ++channel) {
+    const CodeLight light(response.LinearOfCode(channel));
     std::vector<Block> blocks;
     for (int i = 0; i < columns * rows; i += stride) {
-      const auto block = BlockAt(codes,
-                                 response.LinearOfCode(channel),
-                                 channel,
-                                 1 + i % columns * kBlockPx,
-                                 1 + i / columns * kBlockPx);
+      const auto block =
+          BlockAt(codes, light, channel, 1 + i % columns * kBlockPx, 1 + i / columns * kBlockPx);
       if (block) blocks.push_back(*block);
     }
     const auto c = static_cast<std::size_t>(channel);

@@ -133,11 +133,26 @@ glm::u8vec3 ResponseCurve::CodeFromLinear(const glm::vec3& linear) const {
 
 RgbImage RadianceFromCodes(const Rgb8Image& codes, const ResponseCurve& response, double exposure) {
   RequireExposure(exposure);
+  ResponseTable radiance_of_code;
+  for (int c = 0; c < 3; ++c) {
+    std::ranges::transform(
+        response.LinearOfCode(c),
+        radiance_of_code.at(static_cast<std::size_t>(c)).begin(),
+        [=](float linear) { return static_cast<float>(double{linear} / exposure); });
+  }
   RgbImage radiance(codes.width, codes.height);
   for (std::size_t i = 0; i < codes.pixels.size(); ++i) {
-    radiance.pixels[i] = glm::vec3(glm::dvec3(response.LinearFromCode(codes.pixels[i])) / exposure);
+    const glm::u8vec3& code = codes.pixels[i];
+    radiance.pixels[i] = {
+        radiance_of_code[0][code.x], radiance_of_code[1][code.y], radiance_of_code[2][code.z]};
   }
   return radiance;
+}
+
+glm::u8vec3 CodeFromRadiance(const glm::vec3& radiance,
+                             const ResponseCurve& response,
+                             double exposure) {
+  return response.CodeFromLinear(glm::vec3(glm::dvec3(radiance) * exposure));
 }
 
 Rgb8Image CodesFromRadiance(const RgbImage& radiance,
@@ -146,7 +161,7 @@ Rgb8Image CodesFromRadiance(const RgbImage& radiance,
   RequireExposure(exposure);
   Rgb8Image codes(radiance.width, radiance.height);
   for (std::size_t i = 0; i < radiance.pixels.size(); ++i) {
-    codes.pixels[i] = response.CodeFromLinear(glm::vec3(glm::dvec3(radiance.pixels[i]) * exposure));
+    codes.pixels[i] = CodeFromRadiance(radiance.pixels[i], response, exposure);
   }
   return codes;
 }

@@ -70,6 +70,10 @@ class ResponseCurve {
 
 // Radiance = linear / exposure. Throws std::invalid_argument for an exposure that is not positive.
 RgbImage RadianceFromCodes(const Rgb8Image& codes, const ResponseCurve& response, double exposure);
+// A pixel of CodesFromRadiance; `exposure` is not checked.
+glm::u8vec3 CodeFromRadiance(const glm::vec3& radiance,
+                             const ResponseCurve& response,
+                             double exposure);
 Rgb8Image CodesFromRadiance(const RgbImage& radiance,
                             const ResponseCurve& response,
                             double exposure);

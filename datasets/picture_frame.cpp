@@ -1,7 +1,8 @@
 #include "datasets/picture_frame.h"
 
-#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
@@ -13,6 +14,17 @@ bool IsUsable(const glm::vec3& radiance) {
     if (!std::isfinite(radiance[c]) || radiance[c] < 0.0f) return false;
   }
   return true;
+}
+
+// What Frame::unusable has of a code of one channel.
+using FlagsOfCode = std::array<std::uint8_t, 256>;
+FlagsOfCode FlagsOfChannel(int channel) {
+  FlagsOfCode flags{};
+  for (std::size_t code = 0; code < flags.size(); ++code) {
+    if (code <= kNoiseFloorUpToCode) flags[code] = kNearBlack;
+    if (code >= kClippedFromCode) flags[code] = kClipped[channel];
+  }
+  return flags;
 }
 
 }  // namespace
@@ -39,13 +51,12 @@ void SetCodes(Rgb8Image codes,
   frame.radiance = RadianceFromCodes(codes, response, frame.exposure.value_or(1.0));
   frame.clipped = Gray8Image(codes.width, codes.height);
   frame.unusable = frame.clipped;
+  static const std::array<FlagsOfCode, 3> flags = {
+      FlagsOfChannel(0), FlagsOfChannel(1), FlagsOfChannel(2)};
   for (std::size_t i = 0; i < codes.pixels.size(); ++i) {
     const glm::u8vec3& code = codes.pixels[i];
-    const int brightest = std::max({code.x, code.y, code.z});
-    const int darkest = std::min({code.x, code.y, code.z});
-    frame.clipped.pixels[i] = brightest >= kClippedFromCode ? 1 : 0;
-    int unusable = darkest <= kNoiseFloorUpToCode ? kNearBlack : 0;
-    for (int c = 0; c < 3; ++c) unusable |= code[c] >= kClippedFromCode ? kClipped[c] : 0;
+    const int unusable = flags[0][code.x] | flags[1][code.y] | flags[2][code.z];
+    frame.clipped.pixels[i] = (unusable & ~kNearBlack) != 0 ? 1 : 0;
     frame.unusable.pixels[i] = static_cast<std::uint8_t>(unusable);
   }
   frame.codes = std::move(codes);

@@ -26,6 +26,8 @@ class PictureDisplay {
   Rgb8Image Show(const Frame& frame, const Composite& composite);
 
  private:
+  double ExposureOf(std::optional<double> stated) const;
+
   ResponseCurve response_;
   std::optional<double> chosen_exposure_;
 };

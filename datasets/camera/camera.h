@@ -98,7 +98,8 @@ std::optional<double> IsoOf(const CapturedExposure& exposure);
 struct CapturedBuffer {
   std::vector<std::byte> bytes;
   PictureLayout layout;
-  std::uint32_t sequence = 0;                  // The driver's count; a jump is a loss.
+  // The driver's count; a jump is a loss. None where the driver has not counted the picture.
+  std::optional<std::uint32_t> sequence;
   std::chrono::nanoseconds monotonic_time{0};  // Time of the exposure, on CLOCK_MONOTONIC.
   bool is_damaged = false;                     // The driver reports it.
   CapturedExposure exposure;

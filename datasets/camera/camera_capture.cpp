@@ -53,7 +53,7 @@ CameraCapture::CameraCapture(const std::string& device,
                              const CaptureOptions& options,
                              EventLog& events)
     : device_(device),
-      request_(std::move(request)),
+      request_(request),
       options_(WithCameras(options)),
       events_(events),
       stream_(options_.open(device, request_)),
@@ -189,12 +189,16 @@ void CameraCapture::Take(CapturedBuffer buffer) {
     Note(EventKind::kReconnected, device_ + ": gives pictures again");
   }
   if (last_sequence_) {
-    const std::uint32_t step = buffer.sequence - *last_sequence_;  // Counts wrap around.
-    if (step > 1 && step < 0x80000000u) {
-      Note(EventKind::kFrameLost, device_ + ": lost by the driver", step - 1);
+    const std::uint32_t next = *last_sequence_ + 1;  // Counts wrap around.
+    const std::uint32_t sequence = buffer.sequence.value_or(next);
+    const std::uint32_t lost = sequence - next;
+    if (lost > 0 && lost < 0x7fffffffu) {
+      Note(EventKind::kFrameLost, device_ + ": lost by the driver", lost);
     }
+    last_sequence_ = sequence;
+  } else {
+    last_sequence_ = buffer.sequence;
   }
-  last_sequence_ = buffer.sequence;
   reopen_wait_ = milliseconds{0};
 
   const nanoseconds now = clock_.MonotonicNow();

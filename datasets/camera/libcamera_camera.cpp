@@ -50,11 +50,16 @@ void Require(const std::string& device, int result, const char* step) {
 
 // libcamera allows one manager a process, and starting it takes a while: it is kept.
 libcamera::CameraManager& Manager() {
-  struct Running {
-    Running() {
+  // A manager logs from its construction on.
+  struct Silence {
+    Silence() {
       if (std::getenv("LIBCAMERA_LOG_FILE") == nullptr) {
         libcamera::logSetTarget(libcamera::LoggingTargetNone);
       }
+    }
+  };
+  struct Running {
+    Running() {
       if (const int error = manager.start(); error != 0) {
         throw std::runtime_error(std::string("libcamera does not start: ") + std::strerror(-error));
       }
@@ -62,6 +67,7 @@ libcamera::CameraManager& Manager() {
     ~Running() { manager.stop(); }
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
+    Silence silence;
     libcamera::CameraManager manager;
   };
   static Running running;

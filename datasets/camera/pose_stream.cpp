@@ -183,8 +183,8 @@ class PoseStream::SlotInput final : public Input {
   std::optional<PoseSlot> Copy() const {
     Words words{};
     const std::uint64_t count = Load(kCountWord, std::memory_order_acquire);
-    for (std::size_t i = 0; i < words.size(); ++i) words[i] = Load(i, std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_acquire);
+    // In order before the second look at the count; the thread sanitizer does not know fences.
+    for (std::size_t i = 0; i < words.size(); ++i) words[i] = Load(i, std::memory_order_acquire);
     if (count % 2 != 0 || Load(kCountWord, std::memory_order_relaxed) != count) return std::nullopt;
     words[kCountWord] = count;
     return std::bit_cast<PoseSlot>(words);

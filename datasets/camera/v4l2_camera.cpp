@@ -126,6 +126,7 @@ class V4l2Stream final : public CameraStream {
  public:
   V4l2Stream(V4l2Device device, const v4l2_capability& camera, const CameraRequest& request)
       : device_(std::move(device)),
+        is_loopback_(device_.IsLoopback()),
         identity_(IdentityOf(NumberOf(device_.Path()), camera)),
         development_(request.development) {
     SetMode(request);
@@ -318,7 +319,8 @@ class V4l2Stream final : public CameraStream {
     CapturedBuffer captured;
     captured.bytes = buffers_[buffer.index].Copy(buffer);
     captured.layout = layout_;
-    captured.sequence = buffer.sequence;
+    // A loopback device sets the counts of all its pictures to 0 when a reader comes.
+    if (buffer.sequence != 0 || !is_loopback_) captured.sequence = buffer.sequence;
     captured.is_damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
     captured.monotonic_time =
         (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC
@@ -336,6 +338,7 @@ class V4l2Stream final : public CameraStream {
   }
 
   V4l2Device device_;
+  bool is_loopback_;
   std::string identity_;
   std::optional<RawDevelopment> development_;
   PictureLayout layout_;

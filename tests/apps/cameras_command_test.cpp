@@ -107,5 +107,13 @@ TEST(CamerasCommand, ListsTheStandIn) {
   EXPECT_THAT(mode.at("frames_per_second").dump(), HasSubstr("24.0"));
 }
 
+// All of it: the report alone must be on the two streams together.
+TEST(CamerasCommand, DoesNotShowWhatLibcameraLogs) {
+  const Ended ended =
+      Shell(std::string("LIBCAMERA_LOG_LEVELS='*:DEBUG' ") + PLEINAIR_PROGRAM + " cameras --json");
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_TRUE(nlohmann::json::accept(ended.output)) << ended.output;
+}
+
 }  // namespace
 }  // namespace pleinair::cameras_command_test

@@ -273,10 +273,11 @@ TEST_F(CameraDevice, KeepsTheRateThatItStates) {
     ASSERT_TRUE(last);
     if (!first) first = last;
   }
+  ASSERT_TRUE(first->sequence && last->sequence);
   const double seconds =
       std::chrono::duration<double>(last->monotonic_time - first->monotonic_time).count();
   // Lost pictures are counted. A late first or last one is half an interval.
-  EXPECT_NEAR(seconds * camera->FramesPerSecond(), last->sequence - first->sequence, 0.5);
+  EXPECT_NEAR(seconds * camera->FramesPerSecond(), *last->sequence - *first->sequence, 0.5);
 }
 
 TEST_F(CameraDevice, SetsTheGainThatIsAskedFor) {

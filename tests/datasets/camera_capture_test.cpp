@@ -21,7 +21,7 @@ using std::chrono::milliseconds;
 constexpr PixelFormat kGrey{PixelCoding::kGrey};
 
 // What a stream gives, call by call.
-enum class Step { kPicture, kSilence, kSettling, kUnplugged, kEnded };
+enum class Step { kPicture, kUncounted, kLost, kSilence, kSettling, kUnplugged, kEnded };
 
 struct Script {
   std::vector<Step> steps;  // Then the stream has ended.
@@ -45,8 +45,13 @@ class ScriptedStream final : public CameraStream {
   tl::expected<CapturedBuffer, CameraFault> Next(milliseconds) override {
     const Step step = next_ < script_.steps.size() ? script_.steps[next_++] : Step::kEnded;
     switch (step) {
-      case Step::kPicture: {
+      case Step::kLost:
+        ++sequence_;
+        return Next({});
+      case Step::kPicture:
+      case Step::kUncounted: {
         CapturedBuffer buffer = made_pictures::Frame(kGrey, 8, 6, sequence_++).buffer;
+        if (step == Step::kUncounted) buffer.sequence.reset();
         buffer.monotonic_time = CameraClock().MonotonicNow();
         return buffer;
       }
@@ -93,7 +98,7 @@ class ScriptedCamera {
       return std::make_unique<ScriptedStream>(std::move(script));
     };
     options.find = [](const std::string&) { return std::optional<std::string>("/dev/video7"); };
-    CameraCapture capture("/dev/video7", std::move(request), options, events);
+    CameraCapture capture("/dev/video7", request, options, events);
     std::vector<CameraFrame> frames;
     while (std::optional<CameraFrame> frame = capture.Next()) frames.push_back(std::move(*frame));
     return frames;
@@ -117,6 +122,26 @@ TEST(CameraCapture, PicturesThatAreUsedToSettleAreNoStall) {
   EXPECT_EQ(camera.Run().size(), 3u);
   EXPECT_EQ(camera.events.CountOf(EventKind::kStalled), 0);
   EXPECT_EQ(camera.requests.size(), 1u);
+}
+
+// As of a loopback device when a reader comes: the count of the first picture is lost, and later
+// that of any picture when another program begins to read.
+TEST(CameraCapture, PicturesThatTheDriverHasNotCountedAreNoLoss) {
+  const std::vector<Step> late = Times(57, Step::kLost) + Times(1, Step::kUncounted);
+  ScriptedCamera camera(
+      {{late + Times(3, Step::kPicture) + Times(2, Step::kUncounted) + Times(3, Step::kPicture),
+        30.0,
+        {}}});
+  EXPECT_EQ(camera.Run().size(), 9u);
+  EXPECT_EQ(camera.events.CountOf(EventKind::kFrameLost), 0);
+
+  ScriptedCamera losing(
+      {{Times(2, Step::kPicture) + Times(1, Step::kUncounted) + Times(4, Step::kLost) +
+            Times(2, Step::kPicture) + Times(1, Step::kLost) + Times(1, Step::kPicture),
+        30.0,
+        {}}});
+  EXPECT_EQ(losing.Run().size(), 6u);
+  EXPECT_EQ(losing.events.CountOf(EventKind::kFrameLost), 5);
 }
 
 TEST(CameraCapture, ASlowCameraIsNotStalledBeforeThreeIntervals) {
