@@ -195,7 +195,7 @@ std::string LensFileText(const LensFit& fit) {
   return file.dump(1) + "\n";
 }
 
-void WriteSiteLens(const LensFit& fit, const std::filesystem::path& site) {
+std::string WriteSiteLens(const LensFit& fit, const std::filesystem::path& site) {
   const std::filesystem::path file = SiteFileIn(site);
   const nlohmann::json document = LoadJson(file);
   const JsonCursor root(document, file.string());
@@ -204,7 +204,7 @@ void WriteSiteLens(const LensFit& fit, const std::filesystem::path& site) {
       RequireSize(file, *at, camera->width_px, camera->height_px);
     }
     SetSiteLens(file, *camera);
-    return;
+    return file.string() + ": camera: the lens is set";
   }
   const FisheyeIntrinsics& lens = std::get<FisheyeIntrinsics>(fit.lens);
   FisheyeCalibration calibration{lens, {}, {}, fit.rms_px};
@@ -229,6 +229,9 @@ void WriteSiteLens(const LensFit& fit, const std::filesystem::path& site) {
                                  {"height", lens.height_px},
                                  {"calibration", name.string()}});
   });
+  return file.string() +
+         ": fisheye: the lens is set, of a camera that looks at the sky; composites are drawn for "
+         "`camera`, a pinhole: --model pinhole fits that";
 }
 
 }  // namespace pleinair

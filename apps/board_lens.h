@@ -83,8 +83,9 @@ std::optional<SizedLens> BestSize(const LensPictures& pictures,
 
 // {"camera": ...}, or a fish-eye's file.
 std::string LensFileText(const LensFit& fit);
-// As `camera` or, with fisheye.json, `fisheye` of the folder's or file's site. Throws
-// std::runtime_error naming the file, also where it is for pictures of another size.
-void WriteSiteLens(const LensFit& fit, const std::filesystem::path& site);
+// As `camera` or, with fisheye.json, `fisheye` of the folder's or file's site. Returns which of
+// them it has become, in a line. Throws std::runtime_error naming the file, also where it is for
+// pictures of another size.
+std::string WriteSiteLens(const LensFit& fit, const std::filesystem::path& site);
 
 }  // namespace pleinair

@@ -134,9 +134,8 @@ std::string RunCalibrateLens(const CalibrateLensOptions& options) {
     fisheye->max_angle_rad = 0.5 * RadFromDeg(*options.fov_deg);
   }
   if (!options.out.empty()) WriteWholeText(options.out, LensFileText(fit));
-  if (!options.site.empty()) WriteSiteLens(fit, options.site);
-
   std::string report;
+  if (!options.site.empty()) report += WriteSiteLens(fit, options.site) + "\n";
   for (const FittedPicture& picture : fit.fitted) {
     report += fmt::format("{}: rms {:.2f} px\n", picture.name, picture.rms_px);
   }
