@@ -149,7 +149,17 @@ void ViewWindow::Wake() { glfwPostEmptyEvent(); }
 void ViewWindow::BeginFrame() {
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
+  // Dear ImGui sees which keys are down as a frame begins: one that was pressed and let go since
+  // the last one is down for this frame.
+  const auto set_tapped = [&](bool is_down) {
+    for (const KeyPress& press : keys_) {
+      if (press.key < 0 || glfwGetKey(window_, press.key) == GLFW_PRESS) continue;
+      ImGui::GetIO().KeysDown[press.key] = is_down;
+    }
+  };
+  set_tapped(true);
   ImGui::NewFrame();
+  set_tapped(false);
 }
 
 void ViewWindow::EndFrame(bool draws_all) {
