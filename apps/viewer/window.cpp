@@ -19,6 +19,8 @@
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 
+#include "apps/viewer/drawn_part.h"
+
 namespace pleinair {
 namespace {
 
@@ -168,8 +170,9 @@ void ViewWindow::EndFrame(bool draws_all) {
   glViewport(0, 0, size.x, size.y);
   const Part picture = BackdropPart();
   const Part shown{glm::min(picture.low, size), glm::min(picture.high, size)};
-  const bool draws_part =
-      !draws_all && copied_size_ == size && glm::all(glm::lessThan(shown.low, shown.high));
+  const bool draws_part = !draws_all && copied_size_ == size &&
+                          glm::all(glm::lessThan(shown.low, shown.high)) &&
+                          !CutsAWindow(*ImGui::GetDrawData(), backdrop_.low, backdrop_.high);
   if (!draws_part) {
     glClearColor(0.09f, 0.09f, 0.1f, 1.0f);
     glClear(GL_COLOR_BUFFER_BIT);
