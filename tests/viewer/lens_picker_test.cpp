@@ -62,7 +62,6 @@ class LensPicked : public testing::Test {
   TemporaryFolder folder_;
   CourtyardCopy site_;
   std::vector<Rgb8Image> boards_;
-  int woken_ = 0;
   LensPicker picker_{site_ / "sequence.json", [] {}};
 };
 
