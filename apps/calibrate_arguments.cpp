@@ -118,6 +118,11 @@ void AddCalibrateLens(CLI::App& calibrate,
   lens.add_option(
           "--fov-deg", options->fov_deg, "Of a fish-eye: full angle (default: the picture's)")
       ->check(CLI::Range(1.0, 360.0));
+  lens.add_option(
+          "--always-use",
+          options->always_used,
+          "Picture, of those given, that is used whatever its blur and fit; may be repeated")
+      ->allow_extra_args(false);
   lens.add_flag("--force",
                 options->force,
                 "Write a lens that misses the corners by more than 1 px, or has fx and fy more "

@@ -39,6 +39,7 @@
 #include "datasets/camera/v4l2_camera.h"
 #include "datasets/video/video_writer.h"
 #include "render/gl_context.h"
+#include "render/software_driver.h"
 #include "session/file_blob_store.h"
 
 namespace pleinair {
@@ -83,8 +84,7 @@ Finding CheckGl(GlApi api,
     dlclose(entry_points);
     const HeadlessContext context(api);
     const GlDescription gl = context.Describe();
-    const bool software = gl.renderer.find("llvmpipe") != std::string::npos ||
-                          gl.renderer.find("softpipe") != std::string::npos;
+    const bool software = DrawsOnProcessor(gl.renderer.c_str());
     return {std::move(name),
             State::kOk,
             fmt::format("{}, {}{}", gl.renderer, gl.version, software ? " (in software)" : ""),

@@ -255,7 +255,7 @@ std::vector<RejectedPicture> TakeOutBlurred(std::vector<BoardPicture>& pictures)
   std::vector<RejectedPicture> blurred;
   std::vector<BoardPicture> sharp;
   for (BoardPicture& picture : pictures) {
-    if (picture.edge_width_px <= limit) {
+    if (picture.is_always_used || picture.edge_width_px <= limit) {
       sharp.push_back(std::move(picture));
       continue;
     }

@@ -30,6 +30,8 @@ std::string TextOf(BoardSize board);
 struct CharucoMarkers {
   std::string dictionary = "4x4_50";  // As FindMarkerDictionary.
   double side_share = 0.75;           // Side of a marker over that of a square; 0 to 1.
+
+  bool operator==(const CharucoMarkers&) const = default;
 };
 
 // A board's layout.
@@ -39,12 +41,15 @@ struct CalibrationBoard {
 
   // Throws std::invalid_argument naming the field and its value.
   void Validate() const;
+  bool operator==(const CalibrationBoard&) const = default;
 };
 
 // One inner corner, in the picture and on the board.
 struct BoardCorner {
   glm::dvec2 place_squares{0.0};  // On the board, in sides of a square.
   glm::dvec2 pixel{0.0};
+
+  bool operator==(const BoardCorner&) const = default;
 };
 
 // Returns the inner corners, to a fraction of a pixel. For a chessboard these are all corners, row
@@ -68,7 +73,8 @@ double BoardEdgeWidthPx(const Gray8Image& picture,
 struct BoardPicture {
   std::string name;
   std::vector<BoardCorner> corners;
-  double edge_width_px = 0.0;  // BoardEdgeWidthPx; 0: not known.
+  double edge_width_px = 0.0;   // BoardEdgeWidthPx; 0: not known.
+  bool is_always_used = false;  // A person vouches for it: neither blur nor a bad fit counts.
 };
 
 // A picture that was left out, and why.
@@ -78,7 +84,7 @@ struct RejectedPicture {
 };
 
 // Removes the blurred ones from `pictures` and returns them with the reason: edges more than twice
-// as wide as the median picture's, and wider than 4 px.
+// as wide as the median picture's, and wider than 4 px. Those that are always used stay.
 std::vector<RejectedPicture> TakeOutBlurred(std::vector<BoardPicture>& pictures);
 
 }  // namespace pleinair

@@ -9,6 +9,7 @@
 
 #include <opencv2/calib3d.hpp>
 
+#include "calib/internal/board_matches.h"
 #include "calib/internal/pose_refinement.h"
 #include "calib/internal/reprojection.h"
 #include "calib/internal/residual_text.h"
@@ -46,14 +47,6 @@ double MeanSquareRoot(const std::vector<double>& rms) {
   double sum = 0.0;
   for (const double value : rms) sum += value * value;
   return std::sqrt(sum / static_cast<double>(rms.size()));
-}
-
-std::vector<PointMatch> MatchesOf(const BoardPicture& picture) {
-  std::vector<PointMatch> matches;
-  for (const BoardCorner& corner : picture.corners) {
-    matches.push_back({{corner.place_squares, 0.0}, corner.pixel});
-  }
-  return matches;
 }
 
 glm::dmat4 PoseFrom(const cv::Mat& rotation_vector, const cv::Mat& translation) {
@@ -174,12 +167,28 @@ double Limit(const Solution& solution) {
   return std::max(kWorstPx, kWorstShare * UpperMedian(solution.rms_px));
 }
 
-// The picture whose removal improves the fit of the others most; -1 where no removal gives a
-// solution.
+// The picture that fits worst, of those that may be left out; none: none may.
+std::optional<std::size_t> WorstOf(const BoardPictures& pictures, const Solution& solution) {
+  std::optional<std::size_t> worst;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (pictures[i]->is_always_used) continue;
+    if (!worst || solution.rms_px[i] > solution.rms_px[*worst]) worst = i;
+  }
+  return worst;
+}
+
+bool FitsBadly(const BoardPictures& pictures, const Solution& solution) {
+  const auto worst = WorstOf(pictures, solution);
+  return worst && !(solution.rms_px[*worst] <= Limit(solution));
+}
+
+// The picture whose removal improves the fit of the others most, of those that may be left out; -1
+// where no removal gives a solution.
 int BestLeftOut(const LensSolver& solver, const BoardPictures& kept) {
   int best = -1;
   double best_rms = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (kept[i]->is_always_used) continue;
     BoardPictures rest = kept;
     rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
     int culprit = -1;
@@ -315,7 +324,8 @@ LensFit FitLens(std::span<const BoardPicture> pictures,
     int culprit = -1;
     solution = solver.Solve(kept, &culprit);
     if (!solution) {
-      const bool named = culprit >= 0 && culprit < static_cast<int>(kept.size());
+      const bool named = culprit >= 0 && culprit < static_cast<int>(kept.size()) &&
+                         !kept[static_cast<std::size_t>(culprit)]->is_always_used;
       const int index = named ? culprit : BestLeftOut(solver, kept);
       if (index < 0) {
         GiveUp(model, fit.rejected, "no lens fits the pictures, whichever one is left out");
@@ -323,10 +333,10 @@ LensFit FitLens(std::span<const BoardPicture> pictures,
       reject(static_cast<std::size_t>(index), "its board's pose cannot be determined");
       continue;
     }
-    const auto worst = std::max_element(solution->rms_px.begin(), solution->rms_px.end());
-    if (*worst <= Limit(*solution)) break;
-    reject(static_cast<std::size_t>(worst - solution->rms_px.begin()),
-           std::string("off by ") + PixelText(*worst) +
+    if (!FitsBadly(kept, *solution)) break;
+    const std::size_t worst = *WorstOf(kept, *solution);
+    reject(worst,
+           std::string("off by ") + PixelText(solution->rms_px[worst]) +
                " (rms) where the median picture is off by " +
                PixelText(UpperMedian(solution->rms_px)));
   }
@@ -336,9 +346,7 @@ LensFit FitLens(std::span<const BoardPicture> pictures,
     more.push_back(left_out[i]);
     int culprit = -1;
     const auto with = solver.Solve(more, &culprit);
-    if (!with || !(*std::max_element(with->rms_px.begin(), with->rms_px.end()) <= Limit(*with))) {
-      continue;
-    }
+    if (!with || FitsBadly(more, *with)) continue;
     kept = std::move(more);
     solution = with;
     fit.rejected.erase(fit.rejected.begin() + static_cast<std::ptrdiff_t>(i));

@@ -45,7 +45,7 @@ struct LensFit {
 // Least squares over lens and board poses (cv::calibrateCamera, cv::fisheye::calibrate; no skew). A
 // picture that spoils the solution, or fits far worse than the others (kWorstShare times the
 // median, and more than kWorstPx), is left out and named. The rest is fitted again; pictures that
-// then fit are used again.
+// then fit are used again. Pictures that are always used are not left out.
 //
 // Not seen  boards that reach beyond 90 degrees from the axis are left out: OpenCV's fit cannot
 //           hold them.

@@ -1,5 +1,6 @@
 #include "datasets/fisheye_setup.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -70,18 +71,22 @@ glm::dmat3 OrientationOf(const FisheyeEntry& entry, const std::optional<glm::dma
                            "\"");
 }
 
-}  // namespace
+// All but the orientation, which is that of the calibration where it has one.
+struct LensSetup {
+  FisheyeIntrinsics intrinsics;
+  std::optional<glm::dmat3> world_from_camera;
+  std::optional<glm::dmat3> room_from_fisheye_rgb;
+};
 
-FisheyeSetup MakeFisheyeSetup(const FisheyeEntry& entry, const std::filesystem::path& folder) {
+LensSetup LensOf(const FisheyeEntry& entry, const std::filesystem::path& folder) {
   const auto model = FisheyeModelFromName(entry.model);
   if (!model) throw std::runtime_error("model: expected a fish-eye model, found " + entry.model);
-  FisheyeSetup setup;
-  std::optional<glm::dmat3> orientation;
+  LensSetup setup;
   if (entry.calibration) {
     const auto file = ResolveInside(folder, *entry.calibration);
     if (!file) throw std::runtime_error("calibration: expected " + file.error());
     const FisheyeCalibration calibration = ReadFisheyeCalibration(*file);
-    setup.camera.intrinsics = calibration.intrinsics;
+    setup.intrinsics = calibration.intrinsics;
     const FisheyeIntrinsics& lens = calibration.intrinsics;
     if (lens.model != *model || lens.width_px != entry.width_px ||
         lens.height_px != entry.height_px) {
@@ -91,17 +96,38 @@ FisheyeSetup MakeFisheyeSetup(const FisheyeEntry& entry, const std::filesystem::
                                FisheyeModelName(lens.model) + " " + std::to_string(lens.width_px) +
                                "x" + std::to_string(lens.height_px));
     }
-    setup.camera.intrinsics.max_angle_rad = 0.5 * RadFromDeg(entry.fov_deg);
-    orientation = calibration.world_from_camera;
+    setup.intrinsics.max_angle_rad = 0.5 * RadFromDeg(entry.fov_deg);
+    setup.world_from_camera = calibration.world_from_camera;
     setup.room_from_fisheye_rgb = calibration.room_from_fisheye_rgb;
   } else if (*model == FisheyeModel::kOpenCv) {
     throw std::runtime_error("calibration: expected a file, as the model is opencv");
   } else {
-    setup.camera.intrinsics =
+    setup.intrinsics =
         CentredFisheye(*model, RadFromDeg(entry.fov_deg), entry.width_px, entry.height_px);
   }
-  setup.camera.world_from_camera = OrientationOf(entry, orientation);
   return setup;
+}
+
+}  // namespace
+
+FisheyeSetup MakeFisheyeSetup(const FisheyeEntry& entry, const std::filesystem::path& folder) {
+  const LensSetup lens = LensOf(entry, folder);
+  return {{lens.intrinsics, OrientationOf(entry, lens.world_from_camera)},
+          lens.room_from_fisheye_rgb};
+}
+
+bool HasFisheyePictures(const Sequence& sequence) {
+  return std::any_of(sequence.frames.begin(), sequence.frames.end(), [](const FrameEntry& frame) {
+    return frame.fisheye.has_value();
+  });
+}
+
+void CheckUnusedFisheye(const FisheyeEntry& entry, const std::filesystem::path& folder) {
+  const LensSetup lens = LensOf(entry, folder);
+  const auto axes = StatedAxes(entry);
+  const bool states_axes = std::any_of(
+      axes.begin(), axes.end(), [](const StatedAxis& axis) { return !axis.text.empty(); });
+  if (lens.world_from_camera || states_axes) OrientationOf(entry, lens.world_from_camera);
 }
 
 }  // namespace pleinair

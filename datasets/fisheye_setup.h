@@ -30,4 +30,10 @@ struct FisheyeSetup {
 //              contradict each other.
 FisheyeSetup MakeFisheyeSetup(const FisheyeEntry& entry, const std::filesystem::path& folder);
 
+bool HasFisheyePictures(const Sequence& sequence);
+
+// For an entry that no frame has a picture of: throws as MakeFisheyeSetup, but that nothing may
+// state the orientation yet, as after `calibrate lens`.
+void CheckUnusedFisheye(const FisheyeEntry& entry, const std::filesystem::path& folder);
+
 }  // namespace pleinair

@@ -111,14 +111,8 @@ TimedPicture WithExifTime(const fs::path& file, const PictureTimes& times) {
 // In the order of their frames; at least one has a time.
 std::vector<TimedPicture> PicturesIn(const fs::path& folder, const PictureTimes& times) {
   times.Validate();
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (IsPicture(entry.path())) files.push_back(entry.path());
-  }
-  if (files.empty()) RefuseFile(folder, "expected PNG or JPEG pictures, found none");
-  std::ranges::sort(files);
   std::vector<TimedPicture> pictures;
-  for (const fs::path& file : files) {
+  for (const fs::path& file : PictureFilesIn(folder)) {
     if (!times.start) {
       pictures.push_back(WithExifTime(file, times));
       // A picture without a time gets the time of the one before it, and so keeps its place.
@@ -191,6 +185,16 @@ class PictureFolderSource final : public FrameSource {
 };
 
 }  // namespace
+
+std::vector<fs::path> PictureFilesIn(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (IsPicture(entry.path())) files.push_back(entry.path());
+  }
+  if (files.empty()) RefuseFile(folder, "expected PNG or JPEG pictures, found none");
+  std::ranges::sort(files);
+  return files;
+}
 
 void PictureTimes::Validate() const {
   if (interval && interval->count() <= 0) {

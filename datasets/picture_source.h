@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/camera_noise.h"
 #include "datasets/frame_source.h"
@@ -26,6 +27,10 @@ struct PictureTimes {
   void Validate() const;
 };
 
+// The pictures in a folder (PNG or JPEG, found by their content; no folders in it), by name. Throws
+// std::runtime_error naming it: it has none.
+std::vector<std::filesystem::path> PictureFilesIn(const std::filesystem::path& folder);
+
 // Frames of a video file's pictures, at the times of their presentation after `times.start`, or
 // after the container's time of creation. Their exposure is unknown.
 //
@@ -37,7 +42,7 @@ std::unique_ptr<FrameSource> MakeVideoFrameSource(const std::filesystem::path& f
                                                   const PictureTimes& times,
                                                   const CameraNoise& noise = {});
 
-// Frames of the pictures in a folder (PNG or JPEG, found by their content; no folders in it).
+// Frames of the pictures in a folder, as PictureFilesIn finds them.
 //
 // Order    with `times.start` and `times.interval` that of their names, at these times; else that
 //          of their EXIF times (DateTimeOriginal, SubSecTimeOriginal, OffsetTimeOriginal).

@@ -90,7 +90,9 @@ class RecordedFrameSource final : public FrameSource {
                       : ResponseCurve::FromFile(FileOf(sequence.response_ldr))),
         noise_(std::make_shared<SignalNoise>(response_, noise)),
         mask_(sequence_) {
-    if (sequence.fisheye) fisheye_ = MakeFisheyeSetup(*sequence.fisheye, sequence.folder);
+    if (HasFisheyePictures(sequence)) {
+      fisheye_ = MakeFisheyeSetup(sequence.fisheye.value(), sequence.folder);
+    }
   }
 
   std::optional<tl::expected<Frame, FrameError>> Next() override {

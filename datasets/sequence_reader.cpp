@@ -35,6 +35,7 @@ class SequenceReader {
       sequence_.weather = weather_;
       for (FrameEntry& frame : sequence_.frames) frame.weather.reset();
     }
+    CheckFisheye(root);
     CheckSunIsKnown();
     return std::move(sequence_);
   }
@@ -54,6 +55,7 @@ class SequenceReader {
       root.Required("camera").FailMissing("camera_from_world",
                                           "where the camera stands; roughly, where it moves");
     }
+    CheckFisheye(root);
     CheckSunIsKnown();
     return std::move(sequence_);
   }
@@ -189,9 +191,16 @@ class SequenceReader {
   }
 
   // Throws at the key that does not go with the others, or with the calibration.
-  void CheckFisheye(const JsonCursor& at, const FisheyeEntry& entry) const {
+  // Once the frames are read.
+  void CheckFisheye(const JsonCursor& root) const {
+    if (!sequence_.fisheye) return;
+    const JsonCursor at = root.Required("fisheye");
     try {
-      MakeFisheyeSetup(entry, folder_);
+      if (HasFisheyePictures(sequence_)) {
+        MakeFisheyeSetup(*sequence_.fisheye, folder_);
+      } else {
+        CheckUnusedFisheye(*sequence_.fisheye, folder_);
+      }
     } catch (const JsonError&) {
       throw;  // Names the calibration file.
     } catch (const std::exception& error) {
@@ -226,7 +235,6 @@ class SequenceReader {
     } else if (entry.model == "opencv") {
       at.Required("calibration");
     }
-    CheckFisheye(at, entry);
     return entry;
   }
 

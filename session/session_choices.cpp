@@ -11,12 +11,6 @@
 namespace pleinair {
 namespace {
 
-bool HasFisheyePictures(const Sequence& sequence) {
-  return std::any_of(sequence.frames.begin(), sequence.frames.end(), [](const FrameEntry& frame) {
-    return frame.fisheye.has_value();
-  });
-}
-
 bool CameraMoves(const Sequence& sequence) {
   for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
     if (!(sequence.CameraOfFrame(i) == sequence.CameraOfFrame(0))) return true;

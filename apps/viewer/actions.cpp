@@ -29,6 +29,7 @@ bool Report(const char* what, const Write& write, ViewModel& model) {
 constexpr std::pair<Tool, const char*> kEdited[] = {{Tool::kObjects, "objects"},
                                                     {Tool::kMask, "mask"},
                                                     {Tool::kPose, "camera's pose"},
+                                                    {Tool::kLens, "lens"},
                                                     {Tool::kResponse, "response"},
                                                     {Tool::kColour, "colours"}};
 
@@ -44,8 +45,21 @@ bool HasUnsaved(Tool tool, const ViewModel& model) {
       return model.colour && model.colour->HasUnsavedPicks();
     case Tool::kResponse:
       return model.response && model.response->HasUnsavedPicks();
+    case Tool::kLens:
+      return model.lens && model.lens->HasUnsavedPicks();
   }
   return false;
+}
+
+bool SaveLens(ViewModel& model) {
+  if (!model.lens) return false;
+  try {
+    model.status = model.lens->Save(model.saves_lens_in_doubt);
+    return true;
+  } catch (const std::exception& error) {
+    Warn(error.what(), model);
+    return false;
+  }
 }
 
 bool SaveOf(Tool tool, ViewModel& model) {
@@ -70,6 +84,10 @@ bool SaveOf(Tool tool, ViewModel& model) {
     case Tool::kResponse:
       is_saved = save(model.response, "response");
       break;
+    case Tool::kLens:
+      model.lens_save_is_wanted = false;
+      is_saved = SaveLens(model);
+      break;
   }
   if (is_saved) model.Reload();
   return is_saved;
@@ -88,7 +106,17 @@ void TakeTool(Tool tool, ViewModel& model) {
   model.tool = tool;
 }
 
-bool Save(ViewModel& model) { return SaveOf(model.tool, model); }
+bool Save(ViewModel& model) {
+  if (model.tool == Tool::kLens && model.lens) {
+    model.hand.Release(model);  // A corner where it is.
+    if (model.lens->IsBusy()) {
+      model.lens_save_is_wanted = true;
+      model.status = "lens: it will be saved once it is fitted";
+      return false;
+    }
+  }
+  return SaveOf(model.tool, model);
+}
 
 void Undo(ViewModel& model) {
   if (model.tool == Tool::kObjects && model.editor) model.editor->Undo();
@@ -96,12 +124,14 @@ void Undo(ViewModel& model) {
   if (model.tool == Tool::kPose && model.pose) model.pose->TakeBack();
   if (model.tool == Tool::kColour && model.colour) model.colour->Undo();
   if (model.tool == Tool::kResponse && model.response) model.response->Undo();
+  if (model.tool == Tool::kLens && model.lens) model.lens->Undo();
 }
 
 void Redo(ViewModel& model) {
   if (model.tool == Tool::kObjects && model.editor) model.editor->Redo();
   if (model.tool == Tool::kColour && model.colour) model.colour->Redo();
   if (model.tool == Tool::kResponse && model.response) model.response->Redo();
+  if (model.tool == Tool::kLens && model.lens) model.lens->Redo();
 }
 
 std::string UnsavedWork(const ViewModel& model) {
@@ -195,10 +225,35 @@ void FindChart(ViewModel& model) {
 }
 
 void TakePicture(ViewModel& model) {
-  if (!model.response || !model.frame) return;
+  if (!model.frame) return;
+  if (model.tool == Tool::kLens && model.lens) {
+    model.status = model.lens->Take(*model.frame);
+    return;
+  }
+  if (!model.response) return;
   const bool is_stated = model.typed_exposure > 0.0;
   model.status = model.response->Take(
       *model.frame, is_stated ? std::optional(model.typed_exposure) : std::nullopt);
+}
+
+void OpenBoards(const std::filesystem::path& file, ViewModel& model) {
+  if (!model.lens) return;
+  try {
+    model.status = model.lens->Open(file);
+  } catch (const std::exception& error) {
+    Warn(error.what(), model);
+  }
+}
+
+bool FollowLens(ViewModel& model) {
+  if (!model.lens || !model.lens->Poll()) return false;
+  if (model.lens->IsBusy()) return true;
+  if (model.lens_save_is_wanted) {
+    SaveOf(Tool::kLens, model);
+  } else if (model.tool == Tool::kLens) {
+    model.status = model.lens->Describe();
+  }
+  return true;
 }
 
 void AddObject(const std::filesystem::path& mesh, const glm::dvec2& pixel, ViewModel& model) {

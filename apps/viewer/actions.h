@@ -43,8 +43,12 @@ void OpenOtherPicture(const std::filesystem::path& file, ViewModel& model);
 void RefinePose(ViewModel& model);
 // The ColorChecker, of the tool for colours or for the response.
 void FindChart(ViewModel& model);
-// The shown picture, for the response.
+// The shown picture, for the response or the lens.
 void TakePicture(ViewModel& model);
+// Pictures of a board, for the lens: a file, or a folder of them.
+void OpenBoards(const std::filesystem::path& file, ViewModel& model);
+// What the lens's thread has found; true where there is something new to show.
+bool FollowLens(ViewModel& model);
 
 // A mesh file onto what a pixel of the picture shows.
 void AddObject(const std::filesystem::path& mesh, const glm::dvec2& pixel, ViewModel& model);

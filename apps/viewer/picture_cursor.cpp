@@ -15,6 +15,9 @@ glm::dvec2 LastPixel(const ViewModel& model) {
     const Rgb8Image& other = *model.colour->OtherShown();
     return {other.width - 1, other.height - 1};
   }
+  if (model.tool == Tool::kLens && model.lens && model.lens->Shown()) {
+    return {model.lens->Shown()->width - 1, model.lens->Shown()->height - 1};
+  }
   const CameraIntrinsics& camera = model.ShownCamera()->intrinsics;
   return {camera.width_px - 1, camera.height_px - 1};
 }
@@ -69,10 +72,19 @@ void MoveCursor(const glm::dvec2& step_px, ViewModel& model) {
 void PressAtCursor(bool gives_back, ViewModel& model) {
   if (!ShowCursor(model)) return;
   if (model.hand.IsDown()) return model.hand.Release(model);
-  constexpr double kReachPx = 8.0;
   model.hand.Press(
-      {model.cursor.pixel, model.cursor.side, kReachPx, gives_back || model.brush_gives_back},
+      {model.cursor.pixel, model.cursor.side, kKeyReachPx, gives_back || model.brush_gives_back},
       model);
+}
+
+void JumpToNextCorner(ViewModel& model) {
+  const auto next = model.lens->NextCorner(model.cursor.pixel);
+  if (!next) {
+    model.status = "no board is found in the picture that is shown";
+    return;
+  }
+  if (!ShowCursor(model) || model.hand.IsDown()) return;
+  model.cursor.pixel = *next;
 }
 
 void JumpCursor(bool back, ViewModel& model) {

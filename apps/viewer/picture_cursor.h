@@ -15,6 +15,9 @@ struct PictureCursor {
   bool is_shown = false;  // From the first key that moves it until the pointer moves.
 };
 
+// How near a mark has to be to the cursor to be taken.
+inline constexpr double kKeyReachPx = 8.0;
+
 // Shown first in the middle of the camera's picture. It stays in its picture.
 void MoveCursor(const glm::dvec2& step_px, ViewModel& model);
 // Presses; where the hand is down, lets go.
@@ -22,5 +25,7 @@ void PressAtCursor(bool gives_back, ViewModel& model);
 // With the pose, to the next corner of the mesh to the right, or to the left; with colours, to the
 // other picture.
 void JumpCursor(bool back, ViewModel& model);
+// With the lens, to the next of the board's corners, those with large residuals first.
+void JumpToNextCorner(ViewModel& model);
 
 }  // namespace pleinair

@@ -40,7 +40,8 @@ void PictureView::Draw(ViewModel& model,
     if (!frame.balls.empty()) balls_.Upload(Stacked(frame.balls));
     number_ = frame.number;
   }
-  const glm::dvec2 size(shown_.Width(), shown_.Height());
+  shows_board_ = TakeBoard(model);
+  const glm::dvec2 size(Main().Width(), Main().Height());
   const bool has_other = model.tool == Tool::kColour && model.colour && model.colour->OtherShown();
   const glm::dvec2 area(area_size.x, has_other ? 0.5 * area_size.y : area_size.y);
   place_.scale = std::min(area.x / size.x, area.y / size.y);
@@ -48,16 +49,27 @@ void PictureView::Draw(ViewModel& model,
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const ImVec2 low = ToIm(place_.origin);
   const ImVec2 high = ToIm(place_.origin + place_.scale * size);
-  window.ShowBehind(shown_, place_.origin, place_.origin + place_.scale * size);
-  if (has_overlay_) list.AddImage(overlay_.Id(), low, high);
+  window.ShowBehind(Main(), place_.origin, place_.origin + place_.scale * size);
+  if (has_overlay_ && !shows_board_) list.AddImage(overlay_.Id(), low, high);
   list.PushClipRect(low, high, true);
-  DrawBalls(model);
-  DrawWindows(model);
+  if (!shows_board_) {
+    DrawBalls(model);
+    DrawWindows(model);
+  }
   DrawTool(model, size);
   list.PopClipRect();
   other_place_.reset();
   if (has_other) DrawOther(model, area_origin + glm::dvec2(0.0, area.y), area);
   DrawLoupes(model);
+}
+
+bool PictureView::TakeBoard(const ViewModel& model) {
+  if (model.tool != Tool::kLens || !model.lens || !model.lens->Shown()) return false;
+  if (board_shown_ != model.lens->Shown()) {
+    board_shown_ = model.lens->Shown();
+    board_.Upload(*board_shown_);
+  }
+  return true;
 }
 
 bool PictureView::IsIn(const Texture& texture,
@@ -83,6 +95,9 @@ void PictureView::DrawTool(const ViewModel& model, const glm::dvec2& size) {
       break;
     case Tool::kResponse:
       if (model.response) DrawResponseMarks(place_, *model.response);
+      break;
+    case Tool::kLens:
+      if (model.lens) DrawLensMarks(place_, model);
       break;
   }
   if (model.cursor.is_shown && model.cursor.side == PictureSide::kCamera) {
@@ -199,7 +214,7 @@ void PictureView::DrawLoupes(const ViewModel& model) {
   if (model.tool == Tool::kObjects || model.tool == Tool::kMask) return;
   if (model.cursor.is_shown) {
     if (model.cursor.side == PictureSide::kCamera) {
-      DrawLoupe(shown_, place_, model.cursor.pixel);
+      DrawLoupe(Main(), place_, model.cursor.pixel);
     } else if (other_place_) {
       DrawLoupe(other_, *other_place_, model.cursor.pixel);
     }
@@ -210,7 +225,7 @@ void PictureView::DrawLoupes(const ViewModel& model) {
   if (OtherHolds(mouse)) {
     DrawLoupe(other_, *other_place_, other_place_->ToPixel(mouse));
   } else {
-    DrawLoupe(shown_, place_, place_.ToPixel(mouse));
+    DrawLoupe(Main(), place_, place_.ToPixel(mouse));
   }
 }
 

@@ -21,13 +21,17 @@ class PictureView {
   const PicturePlace& Place() const { return place_; }
   // Of the other camera's picture, below, while a tool shows one.
   const std::optional<PicturePlace>& OtherPlace() const { return other_place_; }
-  // Whether the place is in the camera's picture, or in the other one.
-  bool Holds(const glm::dvec2& screen) const { return IsIn(shown_, place_, screen); }
+  // Whether the place is in the camera's picture (or that which a tool shows in its place), or in
+  // the other one.
+  bool Holds(const glm::dvec2& screen) const { return IsIn(Main(), place_, screen); }
   bool OtherHolds(const glm::dvec2& screen) const {
     return other_place_ && IsIn(other_, *other_place_, screen);
   }
 
  private:
+  // In place of the camera's picture, while a tool shows one of its own.
+  bool TakeBoard(const ViewModel& model);
+  const Texture& Main() const { return shows_board_ ? board_ : shown_; }
   static bool IsIn(const Texture& texture, const PicturePlace& place, const glm::dvec2& screen);
   void DrawSelection(const ViewModel& model);
   void DrawBalls(const ViewModel& model);
@@ -46,6 +50,9 @@ class PictureView {
   Texture shown_;
   Texture other_;
   std::shared_ptr<const Rgb8Image> other_shown_;  // That texture's picture.
+  bool shows_board_ = false;
+  Texture board_;
+  std::shared_ptr<const Rgb8Image> board_shown_;  // That texture's picture.
   Texture overlay_;
   Texture balls_;  // One below the other.
   Texture mask_;

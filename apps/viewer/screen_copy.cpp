@@ -1,20 +1,14 @@
 #include "apps/viewer/screen_copy.h"
 
-#include <string_view>
-
 #include <epoxy/gl.h>
 // After epoxy, which declares OpenGL.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include "render/software_driver.h"
+
 namespace pleinair {
 namespace {
-
-bool IsDrawnByTheProcessor() {
-  const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const std::string_view renderer = text == nullptr ? "" : text;
-  return renderer.starts_with("llvmpipe") || renderer.starts_with("softpipe");
-}
 
 template <typename Function>
 Function Find(const char* name) {
@@ -24,7 +18,8 @@ Function Find(const char* name) {
 }  // namespace
 
 std::optional<ScreenCopy> ScreenCopy::Make() {
-  if (!IsDrawnByTheProcessor() || glfwExtensionSupported("GLX_MESA_copy_sub_buffer") != GLFW_TRUE) {
+  if (!DrawsOnProcessor(reinterpret_cast<const char*>(glGetString(GL_RENDERER))) ||
+      glfwExtensionSupported("GLX_MESA_copy_sub_buffer") != GLFW_TRUE) {
     return std::nullopt;
   }
   ScreenCopy copy;

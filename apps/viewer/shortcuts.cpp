@@ -28,17 +28,20 @@ constexpr Shortcut kShortcuts[] = {
     {"Ctrl+D, Delete", "duplicate it, delete it"},
     {"Ctrl+Z, Ctrl+Y", "undo, redo; of a mask or a pose: undo"},
     {"Ctrl+S", "save to the site what the tool edits"},
-    {"T, Shift+T", "the next tool, or the last: objects, mask, pose, colours, response"},
-    {"W A S D", "other tools: move the cursor by a pixel (Shift: by ten)"},
+    {"T, Shift+T", "the next tool, or the last: objects, mask, pose, colours, response, lens"},
+    {"W A S D", "other tools: move the cursor by a pixel (lens: a quarter; Shift: ten)"},
     {"Enter", "press at the cursor, and let go (mask: Shift gives back); Escape: undo the press"},
     {"Tab, Shift+Tab",
-     "pose: the next corner of the mesh, or the last; colours: the other picture"},
-    {"+, -", "mask, colours: a larger brush, or disc; a smaller one"},
-    {"G", "mask: entire surfaces, or the brush"},
+     "pose: the next corner of the mesh, or the last; colours: the other picture; lens: the next "
+     "picture that was taken, or the last"},
+    {"+, -", "mask, colours: a larger brush, or disc; a smaller one; lens: residuals"},
+    {"G", "mask: entire surfaces, or the brush; lens: the next corner, the worst first"},
     {"R", "pose: refine by edges"},
-    {"C", "colours, response: by a ColorChecker, or not"},
-    {"F", "colours, response: find the ColorChecker"},
-    {"P", "response: take the picture"},
+    {"C", "colours, response: by a ColorChecker, or not; lens: by fit, pinhole, fish-eye"},
+    {"F", "colours, response: find the ColorChecker; lens: corners as they are found"},
+    {"P", "response, lens: take the picture"},
+    {"X", "lens: leave the picture out, or take it back in"},
+    {"Delete", "lens: remove the corner under the cursor, or the pointer"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
     {"F2 ... F9, F11", "panels; the last one by the menu"},
     {"F10", "keys go to the panels: arrows, Enter, Ctrl+Tab; Escape: back to the picture"},
@@ -199,6 +202,11 @@ void TakeObjectKey(const ViewWindow::KeyPress& press,
 }
 
 void Resize(double factor, ViewModel& model) {
+  if (model.tool == Tool::kLens) {
+    model.residuals_magnified =
+        std::clamp(model.residuals_magnified * factor, kLeastMagnification, kLargestMagnification);
+    return;
+  }
   constexpr double kLargestPx = 80.0;
   double* radius = &model.region_radius_px;
   if (model.tool == Tool::kMask) radius = &model.brush_radius_px;
@@ -221,10 +229,56 @@ void ToggleChart(ViewModel& model) {
   }
 }
 
+// By fit, pinhole, fish-eye, and by fit again.
+void ChangeLensModel(ViewModel& model) {
+  LensPicker& lens = *model.lens;
+  const auto& now = lens.Boards().model;
+  if (!now) {
+    lens.SetModel(LensModel::kPinhole);
+  } else if (*now == LensModel::kPinhole) {
+    lens.SetModel(LensModel::kFisheye);
+  } else {
+    lens.SetModel(std::nullopt);
+  }
+  const auto& next = lens.Boards().model;
+  model.status = next ? std::string("lens: ") + LensModelName(*next) : "lens: by fit";
+}
+
+// Where the lens is in hand; false: the key is of another kind.
+bool TakeLensKey(int key, const glm::dvec2& pointer_px, ViewModel& model) {
+  if (model.tool != Tool::kLens || !TakeUpTool(model)) return false;
+  LensPicker& lens = *model.lens;
+  switch (key) {
+    case GLFW_KEY_G:
+      JumpToNextCorner(model);
+      return true;
+    case GLFW_KEY_C:
+      ChangeLensModel(model);
+      return true;
+    case GLFW_KEY_F:
+      model.status = lens.FindCorners();
+      return true;
+    case GLFW_KEY_X:
+      model.status = lens.Selected() ? lens.ToggleUse(*lens.Selected())
+                                     : "choose one of the pictures that were taken: Tab";
+      return true;
+    case GLFW_KEY_DELETE: {
+      const glm::dvec2 at = model.cursor.is_shown ? model.cursor.pixel : pointer_px;
+      model.status = lens.RemoveCorner(at, kKeyReachPx);
+      return true;
+    }
+    default:
+      return false;
+  }
+}
+
 // Of all tools but objects.
-void TakeToolKey(const ViewWindow::KeyPress& press, ViewModel& model) {
+void TakeToolKey(const ViewWindow::KeyPress& press,
+                 const glm::dvec2& pointer_px,
+                 ViewModel& model) {
   constexpr double kResizeStep = 1.25;
-  const double step_px = press.shift ? 10.0 : 1.0;
+  const double step_px = press.shift ? 10.0 : model.tool == Tool::kLens ? 0.25 : 1.0;
+  if (TakeLensKey(press.key, pointer_px, model)) return;
   switch (press.key) {
     case GLFW_KEY_W:
       return MoveCursor({0.0, -step_px}, model);
@@ -243,7 +297,9 @@ void TakeToolKey(const ViewWindow::KeyPress& press, ViewModel& model) {
       model.cursor.is_shown = false;
       return;
     case GLFW_KEY_TAB:
-      return JumpCursor(press.shift, model);
+      if (model.tool != Tool::kLens) return JumpCursor(press.shift, model);
+      if (TakeUpTool(model)) model.status = model.lens->SelectNext(press.shift ? -1 : 1);
+      return;
     case GLFW_KEY_EQUAL:
     case GLFW_KEY_KP_ADD:
       return Resize(kResizeStep, model);
@@ -260,7 +316,9 @@ void TakeToolKey(const ViewWindow::KeyPress& press, ViewModel& model) {
     case GLFW_KEY_F:
       return FindChart(model);
     case GLFW_KEY_P:
-      if (model.tool == Tool::kResponse && TakeUpTool(model)) TakePicture(model);
+      if ((model.tool == Tool::kResponse || model.tool == Tool::kLens) && TakeUpTool(model)) {
+        TakePicture(model);
+      }
       return;
     default:
       return;
@@ -307,7 +365,7 @@ void TakeKeys(const glm::dvec2& pointer_px,
       } else if (model.tool == Tool::kObjects) {
         TakeObjectKey(press, pointer_px, model);
       } else {
-        TakeToolKey(press, model);
+        TakeToolKey(press, pointer_px, model);
       }
     }
   }

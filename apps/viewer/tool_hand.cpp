@@ -41,6 +41,11 @@ bool TakeUpTool(ViewModel& model) {
       case Tool::kResponse:
         if (!model.response) model.response.emplace(model.site);
         return true;
+      case Tool::kLens:
+        if (!model.lens) {
+          model.lens.emplace(model.site->loaded->sequence.file, ViewWindow::Wake);
+        }
+        return true;
     }
   } catch (const std::exception& error) {
     model.status = error.what();
@@ -83,6 +88,9 @@ void ToolHand::Press(const PressPlace& place, ViewModel& model) {
     case Tool::kResponse:
       model.status = model.response->Press(at_, place.reach_px);
       return;
+    case Tool::kLens:
+      model.status = model.lens->Press(at_, place.reach_px);
+      return;
   }
 }
 
@@ -103,6 +111,7 @@ void ToolHand::MoveTo(const glm::dvec2& pixel, ViewModel& model) {
     model.status = model.colour->Describe();
   }
   if (model.tool == Tool::kResponse && model.response) model.response->MoveTo(at_);
+  if (model.tool == Tool::kLens && model.lens) model.lens->MoveTo(at_);
 }
 
 void ToolHand::Release(ViewModel& model) {
@@ -118,6 +127,7 @@ void ToolHand::Release(ViewModel& model) {
     model.response->Release();
     model.status = model.response->Describe();
   }
+  if (model.lens) model.lens->Release();
   Lift();
 }
 
@@ -126,6 +136,7 @@ void ToolHand::LetGo(ViewModel& model) {
   if (model.mask) model.mask->DropStroke();
   if (model.colour) model.colour->LetGo();
   if (model.response) model.response->LetGo();
+  if (model.lens) model.lens->LetGo();
   model.status = "let go: all is as before the press";
   Lift();
 }

@@ -14,8 +14,8 @@ namespace pleinair {
 struct ViewModel;
 
 // What the pointer does in the picture.
-enum class Tool { kObjects, kMask, kPose, kColour, kResponse };
-inline constexpr int kTools = 5;
+enum class Tool { kObjects, kMask, kPose, kColour, kResponse, kLens };
+inline constexpr int kTools = 6;
 
 struct PressPlace {
   glm::dvec2 pixel{0.0};  // Of the picture on that side.

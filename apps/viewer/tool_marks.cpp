@@ -59,6 +59,37 @@ void DrawResponseMarks(const PicturePlace& place, const ResponsePicker& picker) 
   if (picker.Way() == ResponseWay::kChart) DrawChart(place, picker.Chart());
 }
 
+void DrawLensMarks(const PicturePlace& place, const ViewModel& model) {
+  const LensPicker& picker = *model.lens;
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const auto selected = picker.Selected();
+  if (!selected) {
+    for (std::size_t i = 0; i < picker.Boards().pictures.size(); ++i) {
+      const BoardResult* result = picker.ResultOf(i);
+      if (result == nullptr || !result->rms_px) continue;
+      for (const BoardCorner& corner : result->board->corners) {
+        list.AddCircleFilled(ToIm(place.ToScreen(corner.pixel)), 2.0f, kGood);
+      }
+    }
+    return;
+  }
+  const BoardResult* result = picker.ResultOf(*selected);
+  if (result == nullptr || !result->board) return;
+  const ImU32 colour = result->left_out.empty() ? kGood : kLeftOut;
+  const std::vector<BoardCorner>& corners = result->board->corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const ImVec2 at = ToIm(place.ToScreen(corners[i].pixel));
+    list.AddCircle(at, 4.0f, colour);
+    // Corners on the wrong squares are seen by lines that cross.
+    if (i + 1 < corners.size() && corners[i + 1].place_squares.y == corners[i].place_squares.y) {
+      list.AddLine(at, ToIm(place.ToScreen(corners[i + 1].pixel)), IM_COL32(60, 230, 120, 140));
+    }
+    if (!result->fit) continue;
+    const glm::dvec2 off_px = model.residuals_magnified * result->fit->residual_px[i];
+    list.AddLine(at, ToIm(place.ToScreen(corners[i].pixel + off_px)), colour, 2.0f);
+  }
+}
+
 void DrawPoseMarks(const PicturePlace& place, const ViewModel& model, const glm::dvec2& hand_px) {
   const PosePicker& picker = *model.pose;
   const Camera& camera = picker.Shown();

@@ -10,6 +10,7 @@
 
 #include "apps/viewer/colour_picker.h"
 #include "apps/viewer/frame_worker.h"
+#include "apps/viewer/lens_picker.h"
 #include "apps/viewer/mask_painter.h"
 #include "apps/viewer/object_editor.h"
 #include "apps/viewer/picture_cursor.h"
@@ -28,6 +29,10 @@ struct WindowTimes {
   double drag_pictures_per_second = 0.0;
   double completed_after_s = 0.0;
 };
+
+// Of residuals that are drawn.
+inline constexpr double kLeastMagnification = 1.0;
+inline constexpr double kLargestMagnification = 200.0;
 
 enum class Quitting { kNo, kAsked, kYes };
 
@@ -59,7 +64,12 @@ struct ViewModel {
   std::optional<PosePicker> pose;
   std::optional<ColourPicker> colour;
   std::optional<ResponsePicker> response;
-  double region_radius_px = 6.0;  // Of surfaces that are pressed in the camera's picture.
+  std::optional<LensPicker> lens;
+  double residuals_magnified = 20.0;  // Those of the lens, drawn at the board's corners.
+  bool saves_lens_in_doubt = false;
+  bool lens_save_is_wanted = false;  // Once it is fitted.
+  std::string typed_boards;          // Path of a board's picture, or of a folder of them.
+  double region_radius_px = 6.0;     // Of surfaces that are pressed in the camera's picture.
   double other_region_radius_px = 3.0;
   std::string typed_other_picture;  // Path of the other camera's picture.
   double typed_exposure = 0.0;      // Of the picture that is taken next; 0: its own.

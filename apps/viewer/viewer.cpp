@@ -182,6 +182,7 @@ class Viewer {
   }
 
   void TakeNews() {
+    panels_are_old_ |= FollowLens(model_);
     WorkerNews news = worker_.Take();
     panels_are_old_ |= news.site || news.frame || !news.lights.empty() || !news.events.empty() ||
                        !news.notes.empty() || news.stage != model_.stage ||
@@ -237,8 +238,11 @@ class Viewer {
 
   void ShowTitle() {
     if (!model_.frame) return;
+    const bool shows_board = model_.tool == Tool::kLens && model_.lens && model_.lens->Shown();
     std::string title = fmt::format("pleinair{}: {} frame {}{}",
-                                    picture_.OtherPlace() ? ", colours" : "",
+                                    picture_.OtherPlace() ? ", colours"
+                                    : shows_board         ? ", lens"
+                                                          : "",
                                     NameOf(model_.site->loaded->sequence.folder),
                                     model_.frame->Index(),
                                     model_.editor->HasUnsavedEdits() ? " *" : "");
@@ -330,6 +334,8 @@ class Viewer {
     for (const std::filesystem::path& file : drop.files) {
       if (model_.tool == Tool::kColour) {
         OpenOtherPicture(file, model_);
+      } else if (model_.tool == Tool::kLens) {
+        OpenBoards(file, model_);
       } else {
         AddObject(file, pixel, model_);
       }

@@ -19,6 +19,8 @@
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 
+#include "apps/viewer/drawn_part.h"
+
 namespace pleinair {
 namespace {
 
@@ -149,7 +151,17 @@ void ViewWindow::Wake() { glfwPostEmptyEvent(); }
 void ViewWindow::BeginFrame() {
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
+  // Dear ImGui sees which keys are down as a frame begins: one that was pressed and let go since
+  // the last one is down for this frame.
+  const auto set_tapped = [&](bool is_down) {
+    for (const KeyPress& press : keys_) {
+      if (press.key < 0 || glfwGetKey(window_, press.key) == GLFW_PRESS) continue;
+      ImGui::GetIO().KeysDown[press.key] = is_down;
+    }
+  };
+  set_tapped(true);
   ImGui::NewFrame();
+  set_tapped(false);
 }
 
 void ViewWindow::EndFrame(bool draws_all) {
@@ -158,8 +170,9 @@ void ViewWindow::EndFrame(bool draws_all) {
   glViewport(0, 0, size.x, size.y);
   const Part picture = BackdropPart();
   const Part shown{glm::min(picture.low, size), glm::min(picture.high, size)};
-  const bool draws_part =
-      !draws_all && copied_size_ == size && glm::all(glm::lessThan(shown.low, shown.high));
+  const bool draws_part = !draws_all && copied_size_ == size &&
+                          glm::all(glm::lessThan(shown.low, shown.high)) &&
+                          !CutsAWindow(*ImGui::GetDrawData(), backdrop_.low, backdrop_.high);
   if (!draws_part) {
     glClearColor(0.09f, 0.09f, 0.1f, 1.0f);
     glClear(GL_COLOR_BUFFER_BIT);

@@ -70,7 +70,8 @@ class ViewWindow {
   // Behind all else of this frame, between these corners; copied, which is faster than drawing.
   void ShowBehind(const Texture& picture, const glm::dvec2& low, const glm::dvec2& high);
   // On the screen. `draws_all`: else only what is within the corners of ShowBehind is drawn again,
-  // where the driver allows that; panels beside it then stay as they were.
+  // where the driver allows that and no window lies over their edge; panels beside it then stay as
+  // they were.
   void EndFrame(bool draws_all);
 
   ScreenPlace Place() const;

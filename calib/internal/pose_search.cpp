@@ -41,24 +41,26 @@ std::optional<glm::dvec2> RayOf(const Lens& lens, const glm::dvec2& pixel) {
   return glm::dvec2(direction->x / direction->z, direction->y / direction->z);
 }
 
-std::vector<glm::dmat4> FlatPoses(const std::vector<cv::Point3d>& points,
-                                  const std::vector<cv::Point2d>& rays) {
-  if (points.size() < kFewestMatches) return {};
-  std::vector<glm::dvec3> world;
-  world.reserve(points.size());
-  for (const cv::Point3d& point : points) world.emplace_back(point.x, point.y, point.z);
-  const PointSpread spread = SpreadOf(world);
+}  // namespace
+
+std::vector<glm::dmat4> FlatPoses(const std::vector<glm::dvec3>& points_m,
+                                  const std::vector<glm::dvec2>& rays) {
+  if (points_m.size() < kFewestMatches) return {};
+  const PointSpread spread = SpreadOf(points_m);
   if (spread.IsALine()) return {};
   std::vector<cv::Point3d> flat;
-  for (const glm::dvec3& point : world) {
+  for (const glm::dvec3& point : points_m) {
     const glm::dvec3 at = spread.axes_from_world * (point - spread.centre);
     flat.emplace_back(at.x, at.y, 0.0);
   }
+  std::vector<cv::Point2d> seen;
+  seen.reserve(rays.size());
+  for (const glm::dvec2& ray : rays) seen.emplace_back(ray.x, ray.y);
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   try {
     cv::solvePnPGeneric(flat,
-                        rays,
+                        seen,
                         cv::Matx33d::eye(),
                         cv::noArray(),
                         rotations,
@@ -77,8 +79,6 @@ std::vector<glm::dmat4> FlatPoses(const std::vector<cv::Point3d>& points,
   }
   return poses;
 }
-
-}  // namespace
 
 PoseSearch::PoseSearch(const Lens& lens,
                        std::span<const PointMatch> matches,
@@ -185,15 +185,15 @@ std::vector<ScoredPose> PoseSearch::Hypotheses() const {
 }
 
 std::vector<glm::dmat4> PoseSearch::FlatPosesOf(std::span<const PointMatch> matches) const {
-  std::vector<cv::Point3d> points;
-  std::vector<cv::Point2d> rays;
+  std::vector<glm::dvec3> points_m;
+  std::vector<glm::dvec2> rays;
   for (const PointMatch& match : matches) {
     const auto ray = RayOf(lens_, match.pixel);
     if (!ray) continue;
-    points.push_back(ToOpenCv(match.point_world_m));
-    rays.emplace_back(ray->x, ray->y);
+    points_m.push_back(match.point_world_m);
+    rays.push_back(*ray);
   }
-  return FlatPoses(points, rays);
+  return FlatPoses(points_m, rays);
 }
 
 }  // namespace pleinair

@@ -24,6 +24,11 @@ struct ScoredPose {
   std::size_t inliers = 0;
 };
 
+// The two poses in which points, moved onto the plane that is nearest to them, are seen along
+// `rays`, one each, at distance 1. Fewer where they are on a line, or no pose fits.
+std::vector<glm::dmat4> FlatPoses(const std::vector<glm::dvec3>& points_m,
+                                  const std::vector<glm::dvec2>& rays);
+
 // One picture's matches. Keeps references to all that it is given.
 class PoseSearch {
  public:

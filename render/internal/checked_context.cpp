@@ -2,25 +2,14 @@
 
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 #include <epoxy/gl.h>
 
 #include "render/internal/current_context.h"
+#include "render/software_driver.h"
 
 namespace pleinair {
 namespace {
-
-bool IsDrawnInSoftware() {
-  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  if (name == nullptr) return false;
-  const std::string_view renderer(name);
-  for (const std::string_view software :
-       {"llvmpipe", "softpipe", "SwiftShader", "Software Rasterizer"}) {
-    if (renderer.find(software) != std::string_view::npos) return true;
-  }
-  return false;
-}
 
 void RequireContext() {
   if (glGetString(GL_VERSION) == nullptr) {
@@ -48,7 +37,7 @@ CheckedContext::CheckedContext() {
   RequireContext();
   made_in_ = CurrentContext();
   reports_loss_ = epoxy_gl_version() >= (epoxy_is_desktop_gl() ? 45 : 32);
-  draws_in_software_ = IsDrawnInSoftware();
+  draws_in_software_ = DrawsOnProcessor(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
 }
 
 void CheckedContext::RequireCurrent() const {

@@ -12,6 +12,7 @@
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
+#include "tests/calib/drawn_boards.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::calibrate_lens_command_test {
@@ -24,45 +25,12 @@ const std::filesystem::path kShared = PLEINAIR_SHARED_DIR;
 
 class CalibrateLens : public CommandFolder {
  protected:
-  // Pictures of a chessboard of 9x7 squares as a pinhole without distortion sees it; the focal
-  // length is 700 px.
-  std::vector<std::filesystem::path> DrawnBoards() {
-    constexpr double kFocalPx = 700.0;
-    cv::Mat board(900, 1100, CV_8U, cv::Scalar(255));
-    for (int row = 0; row < 7; ++row) {
-      for (int column = row % 2; column < 9; column += 2) {
-        board(cv::Rect(100 + 100 * column, 100 + 100 * row, 100, 100)).setTo(20);
-      }
-    }
+  // The focal length is 700 px.
+  std::vector<std::filesystem::path> DrawnFiles() {
     std::vector<std::filesystem::path> files;
-    for (int i = 0; i < 6; ++i) {
-      const cv::Matx33d camera(kFocalPx, 0, 319.5, 0, kFocalPx, 239.5, 0, 0, 1);
-      cv::Matx33d turn;
-      cv::Rodrigues(cv::Vec3d(0.45 * std::cos(1.3 * i), 0.5 * std::sin(1.9 * i), 0.1 * i), turn);
-      // The board's plane, in its own pixels about its middle.
-      const cv::Vec3d to(40.0 * (i % 3 - 1), 25.0 * (i % 2), 1500.0 + 60.0 * i);
-      const cv::Matx33d plane(turn(0, 0),
-                              turn(0, 1),
-                              to[0],
-                              turn(1, 0),
-                              turn(1, 1),
-                              to[1],
-                              turn(2, 0),
-                              turn(2, 1),
-                              to[2]);
-      const cv::Matx33d middle(1, 0, -549.5, 0, 1, -449.5, 0, 0, 1);
-      cv::Mat seen;
-      cv::warpPerspective(board,
-                          seen,
-                          cv::Mat(camera * plane * middle),
-                          {640, 480},
-                          cv::INTER_AREA,
-                          cv::BORDER_CONSTANT,
-                          cv::Scalar(150));
-      cv::GaussianBlur(seen, seen, {}, 0.7);
-      files.push_back(folder_ / ("board" + std::to_string(i) + ".png"));
-      cv::cvtColor(seen, seen, cv::COLOR_GRAY2BGR);
-      cv::imwrite(files.back().string(), seen);
+    for (const Rgb8Image& picture : DrawnBoards(640)) {
+      files.push_back(folder_ / ("board" + std::to_string(files.size()) + ".png"));
+      WritePng(files.back(), picture);
     }
     return files;
   }
@@ -71,7 +39,7 @@ class CalibrateLens : public CommandFolder {
 // Fitted without a word about the kind of lens, and put into the site: its other keys stay.
 TEST_F(CalibrateLens, WritesAPinholeIntoTheSite) {
   CalibrateLensOptions lens;
-  lens.pictures = DrawnBoards();
+  lens.pictures = DrawnFiles();
   lens.board = "8x6";
   lens.site = folder_;
   lens.out = folder_ / "lens.json";
@@ -175,6 +143,26 @@ TEST_F(CalibrateLens, NamesTheSizeOfBoardThatFits) {
         HasSubstr(std::string("--board ") + wrong + " does not fit, --board 8x6 does (rms 0."));
     EXPECT_FALSE(std::filesystem::exists(fisheye.out));
   }
+}
+
+TEST_F(CalibrateLens, UsesAPictureWhateverItsBlurWhereAsked) {
+  CalibrateLensOptions lens;
+  lens.pictures = DrawnFiles();
+  const std::filesystem::path blurred = folder_ / "blurred.png";
+  WritePng(blurred, Blurred(DrawnBoards(640)[2], 4.0));
+  lens.pictures.push_back(blurred);
+  lens.board = "8x6";
+  lens.out = folder_ / "lens.json";
+  EXPECT_THAT(RunCalibrateLens(lens), HasSubstr("blurred.png: left out: blurred"));
+  lens.always_used = {blurred};
+  EXPECT_THAT(RunCalibrateLens(lens), HasSubstr("blurred.png: rms "));
+  lens.always_used = {folder_ / "board9.png"};
+  EXPECT_THAT(Refusal(RunCalibrateLens, lens), HasSubstr("expected one of the pictures"));
+  const std::filesystem::path grey = folder_ / "grey.png";
+  WritePng(grey, Rgb8Image(640, 480, glm::u8vec3(90)));
+  lens.pictures.push_back(grey);
+  lens.always_used = {grey};
+  EXPECT_THAT(Refusal(RunCalibrateLens, lens), HasSubstr("grey.png: cannot be used: no board"));
 }
 
 // Squeezed pictures have pixels that are not square.

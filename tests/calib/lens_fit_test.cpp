@@ -136,6 +136,25 @@ TEST(LensFitHardCases, NamesThePicturesThatDoNotFit) {
   EXPECT_NEAR(fit.rms_px, 0.14, 0.02);
 }
 
+// A person knows better: the picture that is left out else stays, and the others are as before.
+TEST(LensFitHardCases, APictureThatIsAlwaysUsedStays) {
+  std::vector<BoardPicture> boards = Boards(0.1, 15);
+  for (const std::size_t i : {3u, 7u}) boards[i].corners[20].pixel += glm::dvec2(16.0, 0.0);
+  boards[3].is_always_used = true;
+  const LensFit fit = FitLens(boards, LensModel::kFisheye, 1000, 800);
+  ASSERT_EQ(fit.rejected.size(), 1u);
+  EXPECT_EQ(fit.rejected[0].name, "picture 7");
+  ASSERT_EQ(fit.fitted.size(), 14u);
+  // One corner of 48 by 16 px.
+  EXPECT_NEAR(fit.fitted[3].rms_px, 16.0 / std::sqrt(48.0), 0.3);
+
+  boards[3].edge_width_px = 40.0;
+  boards[7].edge_width_px = 40.0;
+  const std::vector<RejectedPicture> blurred = TakeOutBlurred(boards);
+  ASSERT_EQ(blurred.size(), 1u);
+  EXPECT_EQ(blurred[0].name, "picture 7");
+}
+
 TEST(LensFitHardCases, ReportsWhyNothingFits) {
   std::vector<BoardPicture> boards = Boards(0.1, 2);
   try {

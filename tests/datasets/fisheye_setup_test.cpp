@@ -105,6 +105,26 @@ TEST_F(FisheyeSetupTest, RefusesWhatDoesNotGoTogether) {
   EXPECT_NE(Refusal(document).find("fisheye.calibration: expected"), std::string::npos);
 }
 
+// After `calibrate lens`, before `calibrate orientation`: the site is read until a picture needs
+// it.
+TEST_F(FisheyeSetupTest, NeedsAnOrientationWhereFramesHavePictures) {
+  nlohmann::json document = Everything();
+  document["fisheye"].erase("calibration");
+  for (const char* key : {"up", "image_up", "image_right"}) document["fisheye"].erase(key);
+  EXPECT_NE(Refusal(document).find("fisheye.up: expected"), std::string::npos);
+  for (nlohmann::json& frame : document["frames"]) frame.erase("fisheye");
+  WriteDocument(document);
+  const Sequence sequence = ReadSequence(folder_);
+  EXPECT_TRUE(sequence.fisheye);
+  EXPECT_NO_THROW(MakeRecordedFrameSource(sequence, FrameKind::kLinear));
+  // What is stated is checked all the same.
+  document["fisheye"]["up"] = "upwards";
+  EXPECT_NE(Refusal(document).find("fisheye.up: expected"), std::string::npos);
+  document["fisheye"].erase("up");
+  document["fisheye"]["model"] = "opencv";
+  EXPECT_NE(Refusal(document).find("fisheye.calibration: expected"), std::string::npos);
+}
+
 class FisheyeFrames : public SequenceFolder {
  protected:
   void SetUp() override {

@@ -14,9 +14,10 @@
 
 namespace pleinair {
 
-// Asks until `holds`; false after a time that only a fault needs.
-inline bool Await(const std::function<bool()>& holds) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+// Asks until `holds`; false after a time that only a fault needs, or a shorter one, where it is
+// tried again.
+inline bool Await(const std::function<bool()>& holds, double most_s = 60.0) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(most_s);
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

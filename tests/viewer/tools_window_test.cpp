@@ -15,6 +15,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
+#include "calib/calibration_board.h"
 #include "calib/camera_pose.h"
 #include "calib/colour_chart.h"
 #include "calib/lens.h"
@@ -26,6 +27,7 @@
 #include "scene/lat_long.h"
 #include "scene/mesh_io.h"
 #include "sunmodel/angles.h"
+#include "tests/calib/drawn_boards.h"
 #include "tests/viewer/view_window.h"
 
 namespace pleinair::tools_window_test {
@@ -397,6 +399,127 @@ TEST_F(ToolsWindow, ThePoseIsPickedByKeys) {
   EXPECT_LT(glm::distance(CentreOf(saved), CentreOf(commanded)), 1e-5);
   // Picks are whole pixels: off by up to 0.7 px, and a pixel is 0.15 deg. It was 0.8 deg off.
   EXPECT_LT(RotationBetweenRad(saved, real.camera_from_world), RadFromDeg(0.4));
+}
+
+// By keys alone: pictures of a board are taken as they are shown, one is left out, and one taken
+// in.
+TEST_F(ToolsWindow, ALensFromTheCamerasPicturesByKeysIsTheCommands) {
+  std::vector<Rgb8Image> boards = DrawnBoards(480);
+  boards.push_back(Blurred(boards[2], 3.0));
+  boards.emplace_back(480, 360, glm::u8vec3(90));
+  EditSiteFile(Site(), [&](nlohmann::ordered_json& json) {
+    json["frames"] = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < boards.size(); ++i) {
+      const std::string name = fmt::format("frames/board{}.png", i);
+      WritePng(Site() / name, boards[i]);
+      json["frames"].push_back(
+          {{"image_ldr", name}, {"time_utc", fmt::format("2005-06-21T09:50:0{}Z", i)}});
+    }
+  });
+  const auto commanded = [&](const fs::path& copy, std::size_t without, bool is_blurred_used) {
+    std::string arguments = "lens --board 8x6 --site " + copy.string();
+    for (std::size_t i = 0; i < boards.size(); ++i) {
+      if (i == without) continue;
+      arguments += " " + (copy / fmt::format("frames/board{}.png", i)).string();
+    }
+    if (is_blurred_used) arguments += " --always-use " + (copy / "frames/board6.png").string();
+    Calibrate(arguments);
+    return ContentOf(copy / "sequence.json");
+  };
+  const fs::path copy = Copy();
+  const auto view = OpenSite(" --frames ldr");
+  view->PressEach("t t t t t");
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    ASSERT_TRUE(view->AwaitTitle(fmt::format("frame {}", i)));
+    view->PressEach("p Right");
+  }
+  // Once more, and taken back.
+  ASSERT_TRUE(view->AwaitTitle("frame 0"));
+  view->PressEach("p ctrl+z");
+  ASSERT_TRUE(WindowTest::Save(*view)) << Log();
+  constexpr std::size_t kNone = 99;
+  const std::string of_all = ContentOf(SiteFile());
+  EXPECT_EQ(of_all, commanded(copy, kNone, false));
+  // The second one by hand: the camera's picture comes after the last.
+  view->PressEach("Tab Tab x");
+  ASSERT_TRUE(WindowTest::Save(*view)) << Log();
+  EXPECT_EQ(ContentOf(SiteFile()), commanded(copy, 1, false));
+  // The blurred one is always used; the second one comes back.
+  view->PressEach("x Tab Tab Tab Tab Tab x");
+  ASSERT_TRUE(WindowTest::Save(*view)) << Log();
+  const std::string with_blurred = commanded(copy, kNone, true);
+  EXPECT_TRUE(Await([&] { return ContentOf(SiteFile()) == with_blurred; }));
+  EXPECT_NE(with_blurred, of_all);
+  End(*view);
+}
+
+// Files of a real fish-eye, some of them spoiled, by a path that is typed; a corner is dragged off.
+TEST_F(ToolsWindow, ALensFromFilesByThePointerIsTheCommands) {
+  const fs::path real = fs::path(PLEINAIR_SHARED_DIR) / "data/lens_calibration/fisheye_board";
+  if (!fs::is_directory(real)) GTEST_SKIP() << "no pictures in " << real;
+  const fs::path boards = folder_ / "boards";
+  fs::create_directories(boards);
+  std::vector<std::string> names;
+  for (const char* number : {"13", "14", "2", "3", "6", "8"}) {
+    names.push_back(fmt::format("Fisheye1_{}.jpg", number));
+    fs::copy(real / names.back(), boards / names.back());
+  }
+  names.emplace_back("blurred.png");
+  WritePng(boards / names.back(), Blurred(ReadDisplayImage(real / "Fisheye1_3.jpg"), 6.0));
+  names.emplace_back("grey.png");
+  WritePng(boards / names.back(), Rgb8Image(1032, 778, glm::u8vec3(90)));
+  const auto commanded = [&](std::size_t first) {
+    const fs::path copy = folder_ / fmt::format("commanded{}", first);
+    CopyCourtyard(copy);
+    std::string arguments = "lens --board 8x6 --site " + copy.string();
+    for (std::size_t i = first; i < names.size(); ++i) {
+      arguments += " " + (boards / names[i]).string();
+    }
+    Calibrate(arguments);
+    return ContentOf(copy / "fisheye.json");
+  };
+  const auto saved = [&] { return ContentOf(Site() / "fisheye.json"); };
+
+  WriteState(R"(["Tools"])");
+  const auto view = OpenSite();
+  view->PressEach("t t t t t");
+  // The path's field, in the panel at the right, which takes letters once the click is seen: until
+  // then they go to the panels, and are lost. Enter comes at once after the last letter.
+  ASSERT_TRUE(Await([&] {
+    view->PressEach("F10");
+    view->Move(680, 207);
+    view->Do("click 1");
+    view->PressEach("ctrl+a");
+    view->Do("type --delay 20 '" + boards.string() + "'");
+    view->PressEach("Return Escape Escape Tab");
+    return Await([&] { return view->Title().starts_with("pleinair, lens:"); }, 1.0);
+  }));
+  view->PressEach("ctrl+s");
+  const std::string of_all = commanded(0);
+  ASSERT_TRUE(Await([&] { return saved() == of_all; })) << saved() << Log();
+  EXPECT_EQ(ContentOf(SiteFile()), ContentOf(folder_ / "commanded0/sequence.json"));
+
+  // 560 points wide beside the panel, below the menu.
+  const double scale = 560.0 / 1032.0;
+  const Rgb8Image first = ReadDisplayImage(boards / names[0]);
+  Gray8Image green(first.width, first.height);
+  for (std::size_t i = 0; i < first.pixels.size(); ++i) green.pixels[i] = first.pixels[i].y;
+  const glm::dvec2 corner = FindBoardCorners(green, {{8, 6}, {}}).value()[20].pixel;
+  const glm::ivec2 at(scale * (corner + 0.5) + glm::dvec2(0.0, kMenuHeight));
+  view->Do(
+      fmt::format("mousemove --window {0} {1} {2} mousedown 1 mousemove --window {0} {3} {2} "
+                  "mouseup 1",
+                  view->Line("getwindowfocus"),
+                  at.x,
+                  at.y,
+                  at.x + 20));
+  view->PressEach("ctrl+s");
+  const std::string without_first = commanded(1);
+  EXPECT_TRUE(Await([&] { return saved() == without_first; })) << saved() << Log();
+  EXPECT_NE(without_first, of_all);
+  view->PressEach("ctrl+z ctrl+s");
+  EXPECT_TRUE(Await([&] { return saved() == of_all; })) << saved() << Log();
+  End(*view);
 }
 
 }  // namespace

@@ -7,5 +7,6 @@ namespace pleinair {
 
 void DrawColourTool(ViewModel& model);
 void DrawResponseTool(ViewModel& model);
+void DrawLensTool(ViewModel& model);
 
 }  // namespace pleinair

@@ -71,6 +71,8 @@ void DrawToolsPanel(ViewModel& model) {
   choose("colours", Tool::kColour);
   ImGui::SameLine();
   choose("response", Tool::kResponse);
+  ImGui::SameLine();
+  choose("lens", Tool::kLens);
   ImGui::Separator();
   switch (model.tool) {
     case Tool::kObjects:
@@ -84,6 +86,8 @@ void DrawToolsPanel(ViewModel& model) {
       return DrawColourTool(model);
     case Tool::kResponse:
       return DrawResponseTool(model);
+    case Tool::kLens:
+      return DrawLensTool(model);
   }
 }
 
