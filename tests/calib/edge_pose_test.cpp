@@ -1,8 +1,10 @@
 #include "calib/edge_pose.h"
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -58,22 +60,39 @@ Mesh FramedVillage() {
   return mesh;
 }
 
+constexpr int kFiner = 2;
+
+// The camera and its directions of sub-pixels, the same for each of its pictures.
+struct FineCamera {
+  explicit FineCamera(const Lens& lens) : intrinsics(lens.Intrinsics()) {
+    for (int y = 0; y < intrinsics.height_px * kFiner; ++y) {
+      for (int x = 0; x < intrinsics.width_px * kFiner; ++x) {
+        directions.push_back(
+            lens.DirectionFromPixel({(x + 0.5) / kFiner - 0.5, (y + 0.5) / kFiner - 0.5}));
+      }
+    }
+  }
+  CameraIntrinsics intrinsics;
+  std::vector<std::optional<glm::dvec3>> directions;  // Row by row.
+};
+
 // Each face in a tone of its own by where it looks and whose it is, with texture, noise, and things
 // that the mesh lacks.
-Rgb8Image PictureOf(const Mesh& mesh, const Lens& lens, const glm::dmat4& pose, unsigned seed) {
-  const CameraIntrinsics& camera = lens.Intrinsics();
+Rgb8Image PictureOf(const Mesh& mesh,
+                    const FineCamera& fine_camera,
+                    const glm::dmat4& pose,
+                    unsigned seed) {
+  const CameraIntrinsics& camera = fine_camera.intrinsics;
   const RayCaster rays(mesh);
   const glm::dmat4 world_from_camera = glm::inverse(pose);
   std::mt19937 random(seed);
   std::normal_distribution<float> noise(0.0f, 3.0f);
-  constexpr int kFiner = 2;
   cv::Mat fine(camera.height_px * kFiner, camera.width_px * kFiner, CV_32FC3);
   for (int y = 0; y < fine.rows; ++y) {
     for (int x = 0; x < fine.cols; ++x) {
-      const glm::dvec2 pixel((x + 0.5) / kFiner - 0.5, (y + 0.5) / kFiner - 0.5);
       cv::Vec3f& tone = fine.at<cv::Vec3f>(y, x);
       tone = {150, 180, 220};
-      const auto direction = lens.DirectionFromPixel(pixel);
+      const auto& direction = fine_camera.directions[static_cast<std::size_t>(y * fine.cols + x)];
       if (!direction) continue;
       const auto hit = rays.Intersect(glm::vec3(world_from_camera[3]),
                                       glm::vec3(glm::dmat3(world_from_camera) * *direction));
@@ -133,7 +152,7 @@ TEST(EdgePose, FindsThePoseOfThePicture) {
   const Lens lens(MarkerCamera());
   const std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
   EXPECT_EQ(edges.size(), 48u);  // Twelve of each box: no diagonals.
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   double squares = 0.0;
   constexpr int kDraws = 2;
   for (unsigned seed = 0; seed < kDraws; ++seed) {
@@ -161,6 +180,7 @@ TEST_P(EdgePoseDeviation, StatesHowFarOffItIs) {
   const Mesh mesh = has_frames ? FramedVillage() : Village();
   const RayCaster rays(mesh);
   const Lens lens(HalfSize(MarkerCamera()));
+  const FineCamera fine_camera(lens);
   std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
   constexpr std::size_t kOfABox = 12;
   for (std::size_t i = 0; has_frames && i < edges.size(); ++i) {
@@ -196,7 +216,7 @@ TEST_P(EdgePoseDeviation, StatesHowFarOffItIs) {
     const double z_m = 1.7 + 0.5 * uniform(random);
     const glm::dmat4 pose = LookAt({x_m, y_m, z_m}, {0.5 * uniform(random), 5.0, 1.3});
     const auto found = RefinePoseByEdges(lens,
-                                         PictureOf(real, lens, pose, seed),
+                                         PictureOf(real, fine_camera, pose, seed),
                                          edges,
                                          rays,
                                          Moved(pose, RadFromDeg(0.6), 0.06, seed),
@@ -228,7 +248,7 @@ TEST(EdgePose, DeviationIsTheSameWhereEdgesBeginWithTheOtherEnd) {
   const RayCaster rays(mesh);
   const Lens lens(MarkerCamera());
   std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   const glm::dmat4 rough = Moved(kPose, RadFromDeg(0.3), 0.03, 1);
   const auto found = RefinePoseByEdges(lens, picture, edges, rays, rough);
   ASSERT_TRUE(found) << found.error().reason;
@@ -255,7 +275,7 @@ TEST(EdgePose, SaysWhyThereIsNone) {
     const auto found = RefinePoseByEdges(lens, picture, edges, rays, pose);
     return found ? std::string("found") : found.error().reason;
   };
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   // The sky; nothing but noise; leaves everywhere.
   EXPECT_THAT(reason(picture, LookAt({0.8, -5.0, 1.7}, {0.8, -4.0, 9.0})),
               HasSubstr("hardly an edge of the mesh in view"));
@@ -284,7 +304,7 @@ TEST(EdgePose, EdgesOfOneDirectionLeaveItOpen) {
   AddBox(mesh, {-0.3f, 4, -20}, {0.3f, 4.5f, 20});
   const RayCaster rays(mesh);
   const Lens lens(MarkerCamera());
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   const auto found = RefinePoseByEdges(
       lens, picture, EdgesOf(mesh, rays), rays, Moved(kPose, RadFromDeg(0.3), 0.02, 1));
   ASSERT_FALSE(found);
@@ -307,7 +327,7 @@ TEST(EdgePose, TwoPosesThatFitAreRefused) {
   EdgePoseOptions options;
   options.reach_px = 40.0;
   const auto found = RefinePoseByEdges(
-      lens, PictureOf(mesh, lens, pose, 1), EdgesOf(mesh, rays), rays, rough, options);
+      lens, PictureOf(mesh, FineCamera(lens), pose, 1), EdgesOf(mesh, rays), rays, rough, options);
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().reason, HasSubstr("two poses fit the edges nearly as well"));
   EXPECT_EQ(found.error().candidates.size(), 2u);
