@@ -105,17 +105,21 @@ function(pleinair_add_library folder)
   set_property(GLOBAL APPEND PROPERTY PLEINAIR_LIBRARIES pleinair_${folder})
 endfunction()
 
-# Seconds, on a busy machine.
+# Seconds, on a busy machine: of one program of many tests, and of a test by itself.
+set(pleinair_program_timeout 1200)
 set(pleinair_test_timeout 300)
 if(PLEINAIR_SANITIZE)
+  set(pleinair_program_timeout 3600)
   set(pleinair_test_timeout 1200)
 endif()
 
-# pleinair_add_test(<folder> [WHOLE] SOURCES ... [LIBS ...]): one test program per folder,
-# tests/<folder>/. Each test is run by itself; WHOLE runs the program once, for tests that share an
-# expensive set-up.
+# pleinair_add_test(<folder> [SHARDS n] [COST s] SOURCES ... [LIBS ...]): one test program per folder,
+# tests/<folder>/, run once for all of its tests. To start it takes longer than most tests do, and
+# tests of one suite share their set-up. SHARDS divides it into programs that run side by side, for
+# tests that wait much or take long, without an expensive set-up. COST is what a shard takes, in
+# seconds: a first run begins with the longest.
 function(pleinair_add_test folder)
-  cmake_parse_arguments(ARG "WHOLE" "" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "" "SHARDS;COST" "SOURCES;LIBS" ${ARGN})
   add_executable(pleinair_${folder}_tests ${ARG_SOURCES})
   target_precompile_headers(pleinair_${folder}_tests REUSE_FROM pleinair_test_headers)
   target_link_libraries(pleinair_${folder}_tests PRIVATE
@@ -123,14 +127,25 @@ function(pleinair_add_test folder)
   # Where the recordings and reference data stand, when they are there; tests skip when they aren't.
   target_compile_definitions(pleinair_${folder}_tests PRIVATE
     PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  if(ARG_WHOLE)
-    add_test(NAME ${folder}.All COMMAND pleinair_${folder}_tests)
-    # Together its tests may take, on a busy machine, what several would.
-    set_tests_properties(${folder}.All PROPERTIES LABELS ${folder} TIMEOUT 1200)
-  else()
-    gtest_discover_tests(pleinair_${folder}_tests DISCOVERY_MODE PRE_TEST
-      PROPERTIES LABELS ${folder} TIMEOUT ${pleinair_test_timeout})
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
   endif()
+  if(NOT ARG_COST)
+    set(ARG_COST 10)
+  endif()
+  foreach(shard RANGE 1 ${ARG_SHARDS})
+    set(name ${folder}.All)
+    set(environment)
+    if(ARG_SHARDS GREATER 1)
+      set(name ${folder}.Shard${shard}Of${ARG_SHARDS})
+      math(EXPR index "${shard} - 1")
+      set(environment "GTEST_TOTAL_SHARDS=${ARG_SHARDS};GTEST_SHARD_INDEX=${index}")
+    endif()
+    add_test(NAME ${name} COMMAND pleinair_${folder}_tests --gtest_brief=1)
+    set_tests_properties(${name} PROPERTIES
+      LABELS ${folder} TIMEOUT ${pleinair_program_timeout} COST ${ARG_COST}
+      ENVIRONMENT "${environment}")
+  endforeach()
 endfunction()
 
 # pleinair_add_bench(<name> SOURCES ... [LIBS ...])

@@ -47,7 +47,7 @@ class ObjectInterreflection {
   // All objects' triangles in the world, a group an object.
   const PatchScene& Objects() const { return scene_; }
   // Radiosity of the faces of Objects() under the sun and the irradiance that Apply made. What they
-  // mirror of sky and surfaces is treated as diffuse; what they mirror of the sun is left out: it
+  // mirror of sky and surfaces is treated as diffuse. What they mirror of the sun is left out: it
   // lands in a spot, and spread all around it would light what it misses.
   // Shape  one entry a face; `vertex_irradiance` as for Apply.
   std::vector<glm::vec3> FaceRadiosity(

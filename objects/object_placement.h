@@ -33,23 +33,23 @@ class PlaceableObject {
 
 struct RestingObject {
   glm::dmat4 world_from_object{1.0};
-  // From where its foot would stand at the point itself: along the surface, to get clear of what
-  // stands beside it; and along the normal, up onto a step or down where the point's surface ends.
+  // From where its foot would stand at the point itself. It is slid along the surface to get clear
+  // of what stands beside it, and moved along the normal: up onto a step, or down where the point's
+  // surface ends.
   glm::dvec3 slid_m{0.0};
   double raised_m = 0.0;
 };
 
-// The object moved from any pose to rest on `point`: its axis along the point's normal, its turn
-// about the axis kept (the smallest rotation that brings the axis there; from the opposite
-// direction about the object's X axis), its foot at the point, then moved to its first contact with
-// the mesh.
+// The object moved from any pose to rest on `point`: its axis along the point's normal, its foot at
+// the point, then moved to its first contact with the mesh. Its turn about the axis is kept: the
+// smallest rotation brings the axis there, from the opposite direction about the object's X axis.
 //
 // What counts as the object is its convex hull: nothing comes to lie under an arch.
 //
 // Contact   0.1 mm off the first surface that it meets, nowhere in the mesh, whose triangles count
 //           from both sides. An object that meets more than what it stands on is raised onto that
-//           (a step, a kerb) or slid along the surface until it is clear of it (a wall), whichever
-//           is the shorter way. It is slid towards the side of the obstacle on which the point
+//           (a step, a kerb), or slid along the surface until it is clear of it (a wall). The
+//           shorter way is taken. It is slid towards the side of the obstacle on which the point
 //           lies.
 // Pose      An affine `world_from_object`; its scale stays.
 // Returns   None where there is no room: neither way is shorter than the object is large, or the

@@ -142,7 +142,7 @@ class ViewAlbedo::Filling {
   }
 
   // Mean albedo over a pixel that covers many texels, from one point on its plane for every two
-  // texels along a side (at most 8); those that the map does not see are left out.
+  // texels along a side (at most 8). Those that the map does not see are left out.
   glm::vec3 MeanOfPoints(const glm::ivec2& at, float texel_px, const glm::vec3& at_centre) const {
     constexpr float kMostPointsASide = 8.0f;
     const std::size_t pixel = side_.Index(at.x, at.y);

@@ -66,10 +66,9 @@ std::vector<glm::vec3> SkyRadianceTable(const Lighting& lighting,
 //           the bounding sphere reaches to the inner side of every edge. These are grosch-2007's
 //           planes through the edges tangent to the sphere, without a special case where the sphere
 //           meets an edge. The sky's cells for which that can hold, of any window, are kept, each
-//           once. One sample is drawn from each of `samples` equal parts of the kept light, in the
-//           order of a Hilbert curve, so that each part is a compact piece of sky; its place in
-//           that part stays, so that a sample keeps its piece of sky while the picture changes
-//           little.
+//           once. One sample is drawn from each of `samples` equal parts of the kept light. Parts
+//           follow a Hilbert curve, so that each is a compact piece of sky. A sample's place in
+//           its part stays, so that it keeps its piece of sky while the picture changes little.
 // Unbiased  over seeds: nothing that can reach the object is left out. A sphere that meets a
 //           window's opening is taken to see all of the sky.
 // Ignores   which side is inside. For an object outdoors ask SeesSkyPastWindows first, and draw

@@ -46,17 +46,16 @@ struct ProbeOptions {
 };
 
 // A linear operator from (environment pixels, face radiosities, sky radiance) to SH coefficients of
-// incident radiance. A ray that meets a surface which the survey map sees at that very point takes
-// that pixel; else the face; a ray to the sky takes the map's pixel of that direction where the map
-// shows sky there, else the direction itself.
+// incident radiance. A ray that meets a surface takes the survey map's pixel where the map sees
+// that very point, else the face. A ray to the sky takes the map's pixel of its direction where the
+// map shows sky there, else the direction itself.
 //
-// All probes share one set of directions: its errors are the same at neighbours, so
-// that nothing flickers or ripples as an object moves between them; and a stored ray is the index
-// of what it sees, nothing else (4 bytes; 2 MB for 8^3 probes of 1024 rays).
+// All probes share one set of directions: its errors are the same at neighbours, so that nothing
+// flickers or ripples as an object moves between them. A stored ray is the index of what it sees,
+// nothing else (4 bytes; 2 MB for 8^3 probes of 1024 rays).
 //
 // Accuracy   of the quadrature alone: 1024 rays beside a house give the coefficients of 2^18 rays
-// to
-//            0.6 % of their rms; a bright spot smaller than the rays' spacing (6 deg) may be
+//            to 0.6 % of their rms. A bright spot smaller than the rays' spacing (6 deg) may be
 //            missed.
 // Threads    immutable once made; construction and Apply spread over threads without a change of
 //            any bit.

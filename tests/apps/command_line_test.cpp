@@ -90,11 +90,11 @@ TEST_F(CommandLine, RefusesSettingsOutOfRange) {
 // An option wins over what the quality asks for, whichever stands first.
 TEST_F(CommandLine, AnOptionWinsOverTheQuality) {
   const auto samples_used = [&](const std::string& arguments) {
-    const Ended ended = Call("run " PLEINAIR_SOURCE_DIR
-                             "/datasets/samples/courtyard --bounces 0 "
-                             "--set prepare.patch_size_m=8 --effects sun-shading --cache " +
-                             (folder_ / "cache").string() + " --out " + (folder_ / "out").string() +
-                             " " + arguments);
+    const Ended ended = Call(
+        "run " PLEINAIR_SOURCE_DIR
+        "/datasets/samples/courtyard --bounces 0 "
+        "--set prepare.patch_size_m=8 --effects sun-shading --frames-limit 1 --cache " +
+        (folder_ / "cache").string() + " --out " + (folder_ / "out").string() + " " + arguments);
     EXPECT_EQ(ended.exit_code, 0) << ended.output;
     std::ifstream lighting(folder_ / "out" / "lighting.jsonl");
     std::string line;

@@ -16,6 +16,9 @@ SiteCheckOptions Courtyard() {
   SiteCheckOptions options;
   options.session.sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
   options.step_min = 240;
+  // Coarse: no figure of the light is compared.
+  options.session.prepare.patch_size_m = 4.0;
+  options.session.prepare.rays = 64;
   return options;
 }
 

@@ -41,6 +41,8 @@ TEST(SiteMask, FindsWhatStandsInTwoOfSixFramesAndWritesIt) {
   SiteMaskOptions options;
   options.session.sequence = sequence;
   options.session.cache = folder / "cache";
+  options.session.prepare.patch_size_m = 4.0;
+  options.session.prepare.rays = 64;
   options.overview = folder / "overview.png";
   options.write = true;
   const std::string report = RunSiteMask(options);

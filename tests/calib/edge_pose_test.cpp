@@ -1,8 +1,10 @@
 #include "calib/edge_pose.h"
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +41,7 @@ TEST(EdgePose, FindsThePoseOfThePicture) {
   const Lens lens(MarkerCamera());
   const std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
   EXPECT_EQ(edges.size(), 48u);  // Twelve of each box: no diagonals.
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   double squares = 0.0;
   constexpr int kDraws = 2;
   for (unsigned seed = 0; seed < kDraws; ++seed) {
@@ -67,6 +69,7 @@ TEST_P(EdgePoseDeviation, StatesHowFarOffItIs) {
   const Mesh mesh = has_frames ? FramedVillage() : Village();
   const RayCaster rays(mesh);
   const Lens lens(HalfSize(MarkerCamera()));
+  const FineCamera fine_camera(lens);
   std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
   constexpr std::size_t kOfABox = 12;
   for (std::size_t i = 0; has_frames && i < edges.size(); ++i) {
@@ -102,7 +105,7 @@ TEST_P(EdgePoseDeviation, StatesHowFarOffItIs) {
     const double z_m = 1.7 + 0.5 * uniform(random);
     const glm::dmat4 pose = LookAt({x_m, y_m, z_m}, {0.5 * uniform(random), 5.0, 1.3});
     const auto found = RefinePoseByEdges(lens,
-                                         PictureOf(real, lens, pose, seed),
+                                         PictureOf(real, fine_camera, pose, seed),
                                          edges,
                                          rays,
                                          Moved(pose, RadFromDeg(0.6), 0.06, seed),
@@ -134,7 +137,7 @@ TEST(EdgePose, DeviationIsTheSameWhereEdgesBeginWithTheOtherEnd) {
   const RayCaster rays(mesh);
   const Lens lens(MarkerCamera());
   std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   const glm::dmat4 rough = Moved(kPose, RadFromDeg(0.3), 0.03, 1);
   const auto found = RefinePoseByEdges(lens, picture, edges, rays, rough);
   ASSERT_TRUE(found) << found.error().reason;
@@ -161,7 +164,7 @@ TEST(EdgePose, SaysWhyThereIsNone) {
     const auto found = RefinePoseByEdges(lens, picture, edges, rays, pose);
     return found ? std::string("found") : found.error().reason;
   };
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   // The sky; nothing but noise; leaves everywhere.
   EXPECT_THAT(reason(picture, LookAt({0.8, -5.0, 1.7}, {0.8, -4.0, 9.0})),
               HasSubstr("hardly an edge of the mesh in view"));
@@ -190,7 +193,7 @@ TEST(EdgePose, EdgesOfOneDirectionLeaveItOpen) {
   AddBox(mesh, {-0.3f, 4, -20}, {0.3f, 4.5f, 20});
   const RayCaster rays(mesh);
   const Lens lens(MarkerCamera());
-  const Rgb8Image picture = PictureOf(mesh, lens, kPose, 1);
+  const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   const auto found = RefinePoseByEdges(
       lens, picture, EdgesOf(mesh, rays), rays, Moved(kPose, RadFromDeg(0.3), 0.02, 1));
   ASSERT_FALSE(found);
@@ -213,7 +216,7 @@ TEST(EdgePose, TwoPosesThatFitAreRefused) {
   EdgePoseOptions options;
   options.reach_px = 40.0;
   const auto found = RefinePoseByEdges(
-      lens, PictureOf(mesh, lens, pose, 1), EdgesOf(mesh, rays), rays, rough, options);
+      lens, PictureOf(mesh, FineCamera(lens), pose, 1), EdgesOf(mesh, rays), rays, rough, options);
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().reason, HasSubstr("two poses fit the edges nearly as well"));
   EXPECT_EQ(found.error().candidates.size(), 2u);

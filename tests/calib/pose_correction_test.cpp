@@ -61,6 +61,7 @@ class PoseCorrectionTest : public testing::Test {
   const Mesh mesh_ = Village();
   const RayCaster rays_{mesh_};
   const Lens lens_{HalfSize(MarkerCamera())};
+  const FineCamera camera_{lens_};
 };
 
 // Poses that are off as PoseCorrectionOptions expects, and a mesh that is: pictures at three times
@@ -75,7 +76,7 @@ TEST_F(PoseCorrectionTest, PutsObjectsWhereTheyBelong) {
     const Mesh real = Displaced(mesh_, expected.mesh_sigma_m / std::sqrt(3.0), seed);
     std::vector<Rgb8Image> pictures;
     for (int time = 0; time < 3; ++time) {
-      pictures.push_back(WithShadow(PictureOf(real, lens_, kVillagePose, 3 * seed), time));
+      pictures.push_back(WithShadow(PictureOf(real, camera_, kVillagePose, 3 * seed), time));
     }
     const double factor = std::sqrt(3.0);  // Three axes.
     const glm::dmat4 stated = Moved(kVillagePose,
@@ -100,7 +101,7 @@ TEST_F(PoseCorrectionTest, PutsObjectsWhereTheyBelong) {
 // Shadows, people and noise do not move a pose that is right.
 TEST_F(PoseCorrectionTest, KeepsAPoseThatAgrees) {
   for (unsigned seed = 0; seed < 4; ++seed) {
-    const Rgb8Image picture = PictureOf(mesh_, lens_, kVillagePose, seed);
+    const Rgb8Image picture = PictureOf(mesh_, camera_, kVillagePose, seed);
     for (const Rgb8Image& seen : {picture, WithShadow(picture, static_cast<int>(seed))}) {
       const PoseCorrection found = Correct({&seen, 1}, kVillagePose);
       EXPECT_FALSE(found.corrected) << seed;
@@ -113,14 +114,14 @@ TEST_F(PoseCorrectionTest, KeepsAPoseThatAgrees) {
 // Nor does a mesh that is off, by more than what it is off itself: 2 cm are 0.6 px here.
 TEST_F(PoseCorrectionTest, MeshThatIsOffMovesItLittle) {
   for (unsigned seed = 0; seed < 4; ++seed) {
-    const Rgb8Image picture = PictureOf(Displaced(mesh_, 0.012, seed), lens_, kVillagePose, seed);
+    const Rgb8Image picture = PictureOf(Displaced(mesh_, 0.012, seed), camera_, kVillagePose, seed);
     EXPECT_LT(OffPx(Correct({&picture, 1}, kVillagePose).camera_from_world), 0.6) << seed;
   }
 }
 
 // A pose that is as wrong as none should be is not made worse by edges that happen to be near.
 TEST_F(PoseCorrectionTest, StaysNearAPoseThatIsFarOff) {
-  const Rgb8Image picture = PictureOf(mesh_, lens_, kVillagePose, 1);
+  const Rgb8Image picture = PictureOf(mesh_, camera_, kVillagePose, 1);
   const glm::dmat4 stated = Moved(kVillagePose, RadFromDeg(8.0), 1.0, 2);
   const PoseCorrection found = Correct({&picture, 1}, stated);
   EXPECT_LT(OffPx(found.camera_from_world), 1.2 * OffPx(stated));

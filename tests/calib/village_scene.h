@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <random>
+#include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
@@ -46,25 +48,39 @@ inline Mesh Village() {
   return mesh;
 }
 
+inline constexpr int kFiner = 2;
+
+// The camera and its directions of sub-pixels, the same for each of its pictures.
+struct FineCamera {
+  explicit FineCamera(const Lens& lens) : intrinsics(lens.Intrinsics()) {
+    for (int y = 0; y < intrinsics.height_px * kFiner; ++y) {
+      for (int x = 0; x < intrinsics.width_px * kFiner; ++x) {
+        directions.push_back(
+            lens.DirectionFromPixel({(x + 0.5) / kFiner - 0.5, (y + 0.5) / kFiner - 0.5}));
+      }
+    }
+  }
+  CameraIntrinsics intrinsics;
+  std::vector<std::optional<glm::dvec3>> directions;  // Row by row.
+};
+
 // Each face in a tone of its own by where it looks and whose it is, with texture, noise, and things
 // that the mesh lacks.
 inline Rgb8Image PictureOf(const Mesh& mesh,
-                           const Lens& lens,
+                           const FineCamera& fine_camera,
                            const glm::dmat4& pose,
                            unsigned seed) {
-  const CameraIntrinsics& camera = lens.Intrinsics();
+  const CameraIntrinsics& camera = fine_camera.intrinsics;
   const RayCaster rays(mesh);
   const glm::dmat4 world_from_camera = glm::inverse(pose);
   std::mt19937 random(seed);
   std::normal_distribution<float> noise(0.0f, 3.0f);
-  constexpr int kFiner = 2;
   cv::Mat fine(camera.height_px * kFiner, camera.width_px * kFiner, CV_32FC3);
   for (int y = 0; y < fine.rows; ++y) {
     for (int x = 0; x < fine.cols; ++x) {
-      const glm::dvec2 pixel((x + 0.5) / kFiner - 0.5, (y + 0.5) / kFiner - 0.5);
       cv::Vec3f& tone = fine.at<cv::Vec3f>(y, x);
       tone = {150, 180, 220};
-      const auto direction = lens.DirectionFromPixel(pixel);
+      const auto& direction = fine_camera.directions[static_cast<std::size_t>(y * fine.cols + x)];
       if (!direction) continue;
       const auto hit = rays.Intersect(glm::vec3(world_from_camera[3]),
                                       glm::vec3(glm::dmat3(world_from_camera) * *direction));

@@ -122,7 +122,7 @@ TEST_F(SiteForecast, AStepOfADayIsNoon) {
 }
 
 TEST_F(SiteForecast, KeepsPicturesOfSomeHoursAlone) {
-  const SiteDay day = Midsummer(minutes(30));
+  const SiteDay day = Midsummer(minutes(40));
   ASSERT_GT(day.hours.size(), kMostDayPictures);
   std::size_t pictures = 0;
   for (const SiteHour& hour : day.hours) pictures += hour.light.picture.pixels.empty() ? 0 : 1;

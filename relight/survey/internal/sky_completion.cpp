@@ -17,8 +17,8 @@ namespace {
 
 // An eave of half a metre at 7 m.
 constexpr double kNearSurfaceRad = 4.0 * std::numbers::pi / 180.0;
-// Near a surface, sky is what lies within this factor of the prediction, both ways: more than a
-// cloud's edge makes of a blue sky, less than a shaded eave or a sunlit wall against it.
+// Near a surface, sky is what lies within this factor of the prediction, both ways. A cloud's edge
+// differs less from a blue sky; a shaded eave or a sunlit wall differs more.
 constexpr float kSkyLikeFactor = 1.6f;
 // Less sky than this share of what is visible is too little to predict from.
 constexpr double kEnoughSky = 0.25;

@@ -23,7 +23,7 @@ struct ProbeBlend {
 };
 
 // Trilinear over the valid ones of the eight probes around the point, weights scaled to add up to
-// 1; where none of them counts, the valid probe nearest to the point (the lowest index of several).
+// 1. Where none of them counts, the valid probe nearest to the point (the lowest index of several).
 // A point outside the grid is taken to the nearest one of its border first. `position_m` is finite.
 ProbeBlend BlendAt(const ProbeGrid& grid,
                    std::span<const std::uint8_t> valid,

@@ -16,12 +16,12 @@ namespace {
 // ground before it by more (cos 37 deg).
 constexpr double kLeastNormalAgreement = 0.8;
 
-// How far off the plane of what the pixel shows a point may lie, in texels: the plane is known to
+// How far off the plane of what the pixel shows a point may lie, in texels. The plane is known to
 // float accuracy, so this is for facets of curved surfaces; a step or a sill is taller.
 constexpr double kPlaneToleranceTexels = 1.0;
 
 // A point in a pixel is at most 0.71 texel from its centre across the line of sight, here doubled
-// for the map's azimuth stretch near the poles; along a surface seen at a slant it is stretched by
+// for the map's azimuth stretch near the poles. Along a surface seen at a slant it is stretched by
 // the inverse cosine. Beyond ten times the pixel says less of the point than its patch does.
 constexpr double kDistanceToleranceTexels = 1.5;
 constexpr double kLeastSlantCosine = 0.1;

@@ -15,9 +15,9 @@
 namespace pleinair::internal {
 
 // Points near `position_m` from which rays may start. The position alone where no surface passes
-// within a hair (a thousandth of `spacing_m`) of it. Where one does, a ray would see either side by
-// chance: then points two hairs off, on both sides of a sheet and in all the corners of an edge;
-// empty where every such point touches another surface.
+// within a thousandth of `spacing_m` of it. Where one does, a ray would see either side by chance.
+// Then points twice as far off, on both sides of a sheet and in all the corners of an edge. Empty
+// where every such point touches another surface.
 std::vector<glm::vec3> ClearStands(const RayCaster& caster,
                                    const glm::vec3& position_m,
                                    float spacing_m);
@@ -25,7 +25,7 @@ std::vector<glm::vec3> ClearStands(const RayCaster& caster,
 // Whether each probe of `grid` stands in free air, from what its rays met.
 //
 // A probe is taken to be in a wall when most surfaces that it sees turn their back to it and hardly
-// any sky is seen; but not when there is a free line from it to a neighbour that is in free air. So
+// any sky is seen. It is not when there is a free line from it to a neighbour in free air. So
 // a room of single sheets wound the wrong way stays usable as long as one of its probes sees the
 // sky; in a solid, or under the ground, no line leads out. A probe without a stand is in a wall.
 // Not detected: a solid wound inside out, whose probes stay valid and dark.
