@@ -184,8 +184,12 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
     WritePose(options, found.camera_from_world);
     if (!found.corrected) return "the stated pose stays: " + found.reason;
     return fmt::format(
-        "the mesh's edges move by {:.1f} px in the picture, sigma {:.1f} px; odds for it {:.3g} to "
-        "1\n{}",
+        "{:.0f} % of the mesh's visible edges are found in the pictures, where chance finds "
+        "{:.0f} %; they are off by {:.0f} cm\nthe mesh's edges move by {:.1f} px in the picture, "
+        "sigma {:.1f} px; odds for it {:.3g} to 1\n{}",
+        100.0 * found.found_share,
+        100.0 * found.chance_share,
+        100.0 * found.mesh_sigma_m,
         found.shift_px,
         found.shift_sigma_px,
         std::exp(found.log_odds),

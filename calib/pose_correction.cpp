@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -48,8 +49,12 @@ Motion MotionBetween(const glm::dmat4& from, const glm::dmat4& to) {
   return motion;
 }
 
+// How far a mesh's edges may be off, standard deviations: surveyed, drawn by hand, guessed.
+constexpr double kMeshSigmasM[] = {0.01, 0.03, 0.09};
+
 // A step of the search.
 struct SearchStep {
+  double mesh_sigma_m;
   double reach_px;
   double loosened;  // Factor on the deviations of edges, while the pose is far.
 };
@@ -76,7 +81,7 @@ class PoseEvidence {
                const glm::dmat4& stated,
                const PoseCorrectionOptions& options,
                double reach_px)
-      : view_(view), pictures_(pictures), stated_(stated), mesh_sigma_m_(options.mesh_sigma_m) {
+      : view_(view), pictures_(pictures), stated_(stated) {
     double steps = 0.0;
     double searched_px = 0.0;
     for (const EdgePlace& place : view.PlacesOf(stated, pictures.front(), kMostPlaces)) {
@@ -108,16 +113,15 @@ class PoseEvidence {
       const double depth_m = (pose * glm::dvec4(matches[i].match.point_world_m, 1.0)).z;
       const double sigma_px =
           step.loosened *
-          std::hypot(mesh_sigma_m_ * view_.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
-      // The step is the mesh's edge, or another one that is anywhere; over the likelihood of the
-      // edge in its place.
+          std::hypot(step.mesh_sigma_m * view_.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
+      // The step is the mesh's edge, or another one that is anywhere.
       const double off = residuals[row] / sigma_px;
       all_shares += shares[i];
       if (is_found[i] && std::abs(residuals[row]) <= kNearPx) posterior.found_share += shares[i];
       const double mine = is_found[i] ? std::exp(-0.5 * off * off) : 0.0;
       const double other = kOtherShare / (1.0 - kOtherShare) * steps_per_px_ * sigma_px *
                            std::sqrt(2.0 * std::numbers::pi);
-      posterior.log_density += shares[i] * std::log((mine + other) / (1.0 + other));
+      posterior.log_density += shares[i] * std::log((mine + other) / sigma_px);
       const double weight = shares[i] * mine / (mine + other) / (sigma_px * sigma_px);
       posterior.information += weight * jacobian.row(row).transpose() * jacobian.row(row);
       posterior.gradient -= weight * residuals[row] * jacobian.row(row).transpose();
@@ -164,7 +168,6 @@ class PoseEvidence {
   const EdgeView& view_;
   std::span<const PictureSlopes> pictures_;
   glm::dmat4 stated_;
-  double mesh_sigma_m_;
   double steps_per_px_ = 0.0;  // Of all of the pictures' steps of light, along the places' normals.
   Motion sigmas_;
 };
@@ -221,7 +224,6 @@ void PoseCorrectionOptions::Validate() const {
   const auto above_0 = [](double value) { return value > 0.0 && std::isfinite(value); };
   require(above_0(rotation_sigma_rad), "rotation_sigma_rad", rotation_sigma_rad, "above 0");
   require(above_0(position_sigma_m), "position_sigma_m", position_sigma_m, "above 0");
-  require(above_0(mesh_sigma_m), "mesh_sigma_m", mesh_sigma_m, "above 0");
   require(least_shift_px >= 0.0 && std::isfinite(least_shift_px),
           "least_shift_px",
           least_shift_px,
@@ -256,48 +258,67 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   const double reach_px = options.reach_px.value_or(intrinsics.width_px / 60.0);
   const PoseEvidence rough_evidence(view, coarse, stated, options, reach_px);
   const PoseEvidence evidence(view, fine, stated, options, reach_px);
-  const SearchStep last{0.5 * reach_px, 1.0};
-
   PoseCorrection result;
   result.camera_from_world = stated;
   if (view.PlacesOf(stated, fine.front(), kMostPlaces).size() < kFewestPlaces) {
     result.reason = "hardly an edge of the mesh is in view";
     return result;
   }
-  const Posterior of_stated = evidence.At(stated, last);
-  glm::dmat4 best = stated;
-  Posterior of_best = of_stated;
+  const auto last = [&](double mesh_sigma_m) {
+    return SearchStep{mesh_sigma_m, 0.5 * reach_px, 1.0};
+  };
+  const auto moved = [&](glm::dmat4 pose, const PoseEvidence& by, const SearchStep& step) {
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+      const Posterior at = by.At(pose, step);
+      pose = MovedPose(pose, at.information.ldlt().solve(at.gradient));
+    }
+    return pose;
+  };
   // Starts that are turned by less than the reach; the posterior decides between their ends.
+  constexpr double kUsualMeshM = kMeshSigmasM[1];
+  glm::dmat4 best = stated;
+  double best_density = evidence.At(stated, last(kUsualMeshM)).log_density;
   for (const double pan : {0.0, -0.4, 0.4}) {
     for (const double tilt : {0.0, -0.4, 0.4}) {
       Motion turn = Motion::Zero();
       turn[0] = tilt * reach_px / intrinsics.fy_px;
       turn[1] = pan * reach_px / intrinsics.fx_px;
       glm::dmat4 pose = MovedPose(stated, turn);
-      const auto move = [&](const PoseEvidence& by, const SearchStep& step, int rounds) {
-        for (int round = 0; round < rounds; ++round) {
-          const Posterior at = by.At(pose, step);
-          pose = MovedPose(pose, at.information.ldlt().solve(at.gradient));
-        }
-      };
-      move(rough_evidence, {reach_px, 3.0}, 4);
-      move(rough_evidence, {0.7 * reach_px, 1.7}, 4);
-      move(evidence, last, 6);
-      const Posterior at = evidence.At(pose, last);
-      if (at.log_density > of_best.log_density) {
+      pose = moved(pose, rough_evidence, {kUsualMeshM, reach_px, 3.0});
+      pose = moved(pose, rough_evidence, {kUsualMeshM, 0.7 * reach_px, 1.7});
+      pose = moved(pose, evidence, last(kUsualMeshM));
+      const double density = evidence.At(pose, last(kUsualMeshM)).log_density;
+      if (density > best_density) {
         best = pose;
-        of_best = at;
+        best_density = density;
       }
     }
   }
-  // Laplace's approximation of the ratio of evidences: a pose that may be off explains more
-  // pictures, so it must explain these better.
-  result.log_odds =
-      kLogOddsBeforehand + of_best.log_density - of_stated.log_density -
-      0.5 * std::log(of_best.information.determinant() / evidence.Prior().determinant());
+  // Laplace's approximation of the evidences: a pose that may be off explains more pictures, so it
+  // must explain these better. Each with the mesh that suits it best.
+  const double prior_determinant = evidence.Prior().determinant();
+  double log_exact = -std::numeric_limits<double>::infinity();
+  double log_off = log_exact;
+  const glm::dmat4 usual = best;
+  Posterior of_best;
+  for (const double mesh_sigma_m : kMeshSigmasM) {
+    log_exact = std::max(log_exact, evidence.At(stated, last(mesh_sigma_m)).log_density);
+    const glm::dmat4 pose = moved(usual, evidence, last(mesh_sigma_m));
+    const Posterior at = evidence.At(pose, last(mesh_sigma_m));
+    const double log_evidence =
+        at.log_density - 0.5 * std::log(at.information.determinant() / prior_determinant);
+    if (!(log_evidence > log_off)) continue;
+    log_off = log_evidence;
+    best = pose;
+    of_best = at;
+    result.mesh_sigma_m = mesh_sigma_m;
+  }
+  result.log_odds = kLogOddsBeforehand + log_off - log_exact;
+  result.found_share = of_best.found_share;
+  result.chance_share = of_best.chance_share;
   result.shift_px = ShiftPx(view, fine.front(), stated, best);
   result.shift_sigma_px = ShiftSigmaPx(view, fine.front(), best, of_best.information.inverse());
-
   if (!(of_best.found_share >= of_best.chance_share + kLeastShareOverChance)) {
     result.reason = NumberText("%.0f %%", 100.0 * of_best.found_share) +
                     " of the mesh's edges are found in the pictures, where chance finds " +

@@ -14,14 +14,12 @@
 
 namespace pleinair {
 
-// How well pose and mesh are known beforehand, and what makes a correction.
+// How well the pose is known beforehand, and what makes a correction.
 struct PoseCorrectionOptions {
   // Standard deviations of the stated pose, about and along each axis; above 0. Poses from picked
   // points or a tape measure are about as good.
   double rotation_sigma_rad = 0.0044;  // 0.25 deg.
   double position_sigma_m = 0.04;
-  // Standard deviation of the mesh's edges from the real ones; above 0.
-  double mesh_sigma_m = 0.02;
   // Smaller shifts of the picture are not worth a correction; 0 or more.
   double least_shift_px = 0.25;
   // Search distance for edges from where a pose puts them; above 1. None: a sixtieth of the
@@ -39,6 +37,9 @@ struct PoseCorrection {
   glm::dmat4 camera_from_world{1.0};
   double shift_px = 0.0;        // Of the mesh's visible edges in the picture, the median.
   double shift_sigma_px = 0.0;  // What remains unknown of it, root mean square.
+  double mesh_sigma_m = 0.0;    // How far the mesh's edges are off, standard deviation.
+  double found_share = 0.0;     // Of the mesh's edges, in the pictures.
+  double chance_share = 0.0;    // Expected of the pictures' other edges, by chance.
   // Natural logarithm of the odds that the stated pose is off, by the deviations that are expected,
   // against its being exact.
   double log_odds = 0.0;
@@ -47,7 +48,8 @@ struct PoseCorrection {
 // The most likely pose, given the stated one and the edges in all of the pictures. Shadows and
 // things that the mesh lacks have edges, too: the stated pose counts as a measurement with its
 // deviations, each edge of the mesh counts once over all of its length and all pictures, and a
-// place has at most a limited say. The stated pose is kept where it is more likely exact than
+// place has at most a limited say. How far the mesh is off follows from the pictures, too: with a mesh
+// that is far off, edges that are elsewhere say little of the pose. The stated pose is kept where it is more likely exact than
 // off.
 //
 // `pictures`  of one camera at one pose, at least one; best from different times of the day.
