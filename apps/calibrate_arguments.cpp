@@ -177,7 +177,7 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
   command.footer(
       "Example: pleinair calibrate pose site --points picks.csv --out site/site.json\n"
       "Example: pleinair calibrate pose site --edges frame.png --out site/site.json\n"
-      "Example: pleinair calibrate pose site --edges *.png --near-stated --out site/site.json\n"
+      "Example: pleinair calibrate pose site --near-stated --edges a.png b.png --out site/site.json\n"
       "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
   command
       .add_option("site",
@@ -192,17 +192,25 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
                   "How far off a pick may be before it is left out (default: 3)")
       ->needs(points)
       ->check(Positive());
-  CLI::Option* edges = command.add_option("--edges",
-                                          pose->edges,
-                                          "A picture of the camera: the stated camera_from_world "
-                                          "is moved until the mesh's edges lie on the picture's; "
-                                          "with --near-stated one or more pictures");
+  CLI::Option* edges =
+      command
+          .add_option("--edges",
+                      pose->edges,
+                      "A picture of the camera: the stated camera_from_world is moved until the "
+                      "mesh's edges lie on the picture's")
+          ->allow_extra_args(false);
   edges->excludes(points);
-  command.add_flag("--near-stated",
-                   pose->near_stated,
-                   "The stated camera_from_world is good to half a degree or so: where two poses "
-                   "fit the points, take the one nearer to it; by edges, stay near it, and move "
-                   "only as far as they are sure");
+  CLI::Option* near_stated = command.add_flag(
+      "--near-stated",
+      pose->near_stated,
+      "The stated camera_from_world is good to half a degree or so: where two poses fit the "
+      "points, "
+      "take the one nearer to it; by edges, stay near it, and move only as far as they are sure");
+  command
+      .add_option("pictures",
+                  pose->more_edges,
+                  "With --edges and --near-stated: more pictures of the camera, after the site")
+      ->needs(edges);
   command.add_option("--mesh", pose->mesh, "For --edges (default: the site's scene.mesh)")
       ->needs(edges);
   command
@@ -214,7 +222,7 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
       ->check(CLI::Range(2.0, 1000.0));
   CLI::Option* markers =
       command.add_option("--markers", pose->markers, "Board file of `calibrate markers`");
-  markers->excludes(points)->excludes(edges);
+  markers->excludes(points)->excludes(edges)->excludes(near_stated);
   command.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
       ->needs(markers)
       ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{

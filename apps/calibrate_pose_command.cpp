@@ -71,8 +71,12 @@ void WriteWithPoses(const Sequence& sequence,
       out);
 }
 
-void WritePose(const CalibratePoseOptions& options, const glm::dmat4& camera_from_world) {
-  if (!options.out.empty()) SetSitePose(options.site, camera_from_world, options.out);
+void WritePose(const CalibratePoseOptions& options,
+               const glm::dmat4& camera_from_world,
+               std::optional<double> stddev_rad) {
+  if (!options.out.empty()) {
+    SetSitePose(options.site, camera_from_world, stddev_rad, options.out);
+  }
 }
 
 std::string DescribeKnowledge(const glm::dmat4& camera_from_world,
@@ -101,7 +105,7 @@ std::string PoseFromPoints(const CalibratePoseOptions& options) {
                                    pose_options,
                                    options.near_stated ? camera.camera_from_world : std::nullopt);
   if (!pose) throw std::runtime_error(options.points.string() + ": " + pose.error().reason);
-  WritePose(options, pose->camera_from_world);
+  WritePose(options, pose->camera_from_world, pose->rotation_sigma_rad);
 
   std::string table = "pick    x px    y px  off by px  point m\n";
   for (std::size_t i = 0; i < picks.size(); ++i) {
@@ -166,14 +170,16 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
                              ": camera.camera_from_world: expected a rough pose to begin from "
                              "(`calibrate pose --points` finds one from four picks)");
   }
-  if (options.edges.size() > 1 && !options.near_stated) {
+  std::vector<std::filesystem::path> files = options.edges;
+  files.insert(files.end(), options.more_edges.begin(), options.more_edges.end());
+  if (files.size() > 1 && !options.near_stated) {
     throw std::invalid_argument("--edges: expected one picture, or --near-stated with several");
   }
   const Mesh mesh = LoadMesh(MeshOf(options)).mesh;
   const RayCaster rays(mesh);
   const Lens lens(camera.intrinsics);
   std::vector<Rgb8Image> pictures;
-  for (const std::filesystem::path& file : options.edges) {
+  for (const std::filesystem::path& file : files) {
     pictures.push_back(ReadPictureOf(camera.intrinsics, file));
   }
   if (options.near_stated) {
@@ -181,18 +187,21 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
     correction.reach_px = options.search_px;
     const PoseCorrection found = CorrectPoseByEdges(
         lens, pictures, EdgesOf(mesh, rays), rays, *camera.camera_from_world, correction);
-    WritePose(options, found.camera_from_world);
+    WritePose(options, found.camera_from_world, camera.pose_stddev_rad);
     if (!found.corrected) return "the stated pose stays: " + found.reason;
+    constexpr double kEnoughOdds = 1000.0;
+    const double odds = std::exp(std::min(found.log_odds, std::log(kEnoughOdds)));
     return fmt::format(
         "{:.0f} % of the mesh's visible edges are found in the pictures, where chance finds "
-        "{:.0f} %; they are off by {:.0f} cm\nthe mesh's edges move by {:.1f} px in the picture, "
-        "sigma {:.1f} px; odds for it {:.3g} to 1\n{}",
+        "{:.0f} %; they are off by some {:.0f} cm\nthe mesh's edges move by {:.1f} px in the "
+        "picture, sigma {:.1f} px; odds for it {}{:.0f} to 1\n{}",
         100.0 * found.found_share,
         100.0 * found.chance_share,
         100.0 * found.mesh_sigma_m,
         found.shift_px,
         found.shift_sigma_px,
-        std::exp(found.log_odds),
+        odds < kEnoughOdds ? "" : "above ",
+        odds,
         DescribeMove(*camera.camera_from_world, found.camera_from_world));
   }
   EdgePoseOptions edge_options;
@@ -200,7 +209,7 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
   const auto pose = RefinePoseByEdges(
       lens, pictures[0], EdgesOf(mesh, rays), rays, *camera.camera_from_world, edge_options);
   if (!pose) throw std::runtime_error(options.edges[0].string() + ": " + pose.error().reason);
-  WritePose(options, pose->camera_from_world);
+  WritePose(options, pose->camera_from_world, pose->rotation_sigma_rad);
   return fmt::format(
       "{:.0f} % of the mesh's visible edges are found in the picture, where chance finds {:.0f} %; "
       "rms {:.2f} px\n{}\n{}",

@@ -28,6 +28,7 @@ struct CalibratePoseOptions {
   // A picture of the camera; with near_stated there may be several. The rough pose is the stated
   // one.
   std::vector<std::filesystem::path> edges;
+  std::vector<std::filesystem::path> more_edges;  // Beside `edges`.
   std::filesystem::path mesh;       // None: the site's.
   std::optional<double> search_px;  // EdgePoseOptions::reach_px.
 

@@ -59,12 +59,13 @@ std::string ApplyPlaceAndMesh(const SiteNewOptions& options) {
 void ApplyCamera(const SiteNewOptions& options) {
   if (!options.lens.empty()) SetSiteLens(options.folder, ReadCameraIntrinsics(options.lens));
   if (!options.camera.empty()) SetSiteCamera(options.folder, options.camera);
-  if (!options.pose.empty()) SetSitePose(options.folder, ReadPoseFile(options.pose));
+  if (!options.pose.empty()) SetSitePose(options.folder, ReadPoseFile(options.pose), std::nullopt);
   RequireBoth(!options.camera_at.empty(), !options.camera_to.empty(), "--camera-at, --camera-to");
   if (options.camera_at.empty()) return;
   SetSitePose(options.folder,
               PoseLookingAt(PointFrom(options.camera_at, "--camera-at"),
-                            PointFrom(options.camera_to, "--camera-to")));
+                            PointFrom(options.camera_to, "--camera-to")),
+              std::nullopt);
 }
 
 void ApplyLightAndObjects(const SiteNewOptions& options) {

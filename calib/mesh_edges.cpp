@@ -99,4 +99,45 @@ std::vector<MeshEdge> EdgesOf(const Mesh& mesh, const RayCaster& rays) {
   return edges;
 }
 
+std::vector<MeshEdge> JoinedEdges(std::span<const MeshEdge> edges) {
+  using Place = std::array<double, 3>;
+  const auto key = [](const glm::dvec3& at) { return Place{at.x, at.y, at.z}; };
+  std::vector<MeshEdge> joined(edges.begin(), edges.end());
+  std::vector<bool> is_part(joined.size(), false);
+  std::map<Place, std::vector<std::size_t>> ending_at;
+  for (std::size_t i = 0; i < joined.size(); ++i) {
+    if (!joined[i].is_sharp) continue;
+    ending_at[key(joined[i].from_m)].push_back(i);
+    ending_at[key(joined[i].to_m)].push_back(i);
+  }
+  // Edge i takes over what continues it beyond `end`, until nothing does.
+  const auto extend = [&](std::size_t i, glm::dvec3 MeshEdge::*end, const glm::dvec3& from) {
+    for (bool grew = true; grew;) {
+      grew = false;
+      const glm::dvec3 direction = glm::normalize(joined[i].*end - from);
+      for (const std::size_t next : ending_at[key(joined[i].*end)]) {
+        if (next == i || is_part[next]) continue;
+        const bool begins_here = joined[next].from_m == joined[i].*end;
+        if (!begins_here && joined[next].to_m != joined[i].*end) continue;  // It has grown.
+        const glm::dvec3 far = begins_here ? joined[next].to_m : joined[next].from_m;
+        if (!(glm::dot(glm::normalize(far - joined[i].*end), direction) > kFlatCosine)) continue;
+        is_part[next] = true;
+        joined[i].*end = far;
+        grew = true;
+        break;
+      }
+    }
+  };
+  for (std::size_t i = 0; i < joined.size(); ++i) {
+    if (!joined[i].is_sharp || is_part[i]) continue;
+    extend(i, &MeshEdge::to_m, joined[i].from_m);
+    extend(i, &MeshEdge::from_m, joined[i].to_m);
+  }
+  std::vector<MeshEdge> kept;
+  for (std::size_t i = 0; i < joined.size(); ++i) {
+    if (!is_part[i]) kept.push_back(joined[i]);
+  }
+  return kept;
+}
+
 }  // namespace pleinair

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -30,5 +31,9 @@ struct MeshEdge {
 // where the surface continues beyond it in the same plane and material (a T-junction), which `rays`
 // of the same mesh determine.
 std::vector<MeshEdge> EdgesOf(const Mesh& mesh, const RayCaster& rays);
+
+// The same with sharp edges that continue each other in a line, to 2 degrees, as one: how finely a
+// mesh is cut changes nothing.
+std::vector<MeshEdge> JoinedEdges(std::span<const MeshEdge> edges);
 
 }  // namespace pleinair

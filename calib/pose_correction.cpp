@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -24,15 +25,24 @@ using Information = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kMostPlaces = 240;
 constexpr std::size_t kFewestPlaces = 40;
+// Places among which these are chosen, so that hidden ones do not use them up.
+constexpr std::size_t kMostVisiblePlaces = 20 * kMostPlaces;
 // Of a picture's edge, whatever the mesh: blur, texture, and the threshold between two surfaces.
+// One picture's matches in EdgePose are of one edge each, and scatter less.
 constexpr double kPictureSigmaPx = 0.7;
 // Share of places whose nearest step of light is not the mesh's edge: a shadow's, a window's.
 constexpr double kOtherShare = 0.3;
+// A picture with less than this share of the steps of the one that has most is left out: night,
+// fog.
+constexpr double kFewSteps = 0.5;
 // That a stated pose is off by some pixels, against its being right to a fraction of one, before
 // the pictures are looked at: three to one. An assumption.
 const double kLogOddsBeforehand = std::log(3.0);
-// The mesh's edges that the camera shows most of: enough for a pose, however fine the mesh.
-constexpr std::size_t kMostEdges = 300;
+// How far a mesh's edges may be off, standard deviations: surveyed, drawn by hand, guessed.
+constexpr double kMeshSigmasM[] = {0.01, 0.03, 0.09};
+// A pose farther from the stated one than its deviations allow is another edge's: the 0.9999
+// quantile of chi-squared with six degrees of freedom.
+constexpr double kMostSquaredSigmas = 27.9;
 
 // A rotation vector and a translation that move `from` to `to`: MovedPose(from, result) is `to`.
 Motion MotionBetween(const glm::dmat4& from, const glm::dmat4& to) {
@@ -49,9 +59,6 @@ Motion MotionBetween(const glm::dmat4& from, const glm::dmat4& to) {
   return motion;
 }
 
-// How far a mesh's edges may be off, standard deviations: surveyed, drawn by hand, guessed.
-constexpr double kMeshSigmasM[] = {0.01, 0.03, 0.09};
-
 // A step of the search.
 struct SearchStep {
   double mesh_sigma_m;
@@ -59,43 +66,87 @@ struct SearchStep {
   double loosened;  // Factor on the deviations of edges, while the pose is far.
 };
 
-// Log posterior of a pose, and its quadratic approximation in the camera's motion.
+// Log posterior of a pose, and its quadratic approximation in the camera's motion, with the weights
+// that the pose gives (not its second derivative: deviations are a little too small).
 struct Posterior {
   double log_density = 0.0;
   Information information = Information::Zero();
   Motion gradient = Motion::Zero();
-  double found_share = 0.0;   // Of the edges, in the pictures within kNearPx.
-  double chance_share = 0.0;  // Expected of the pictures' other edges.
+  double found_share = 0.0;  // Of the edges, in the pictures within kNearPx.
 };
 
-// Where the pictures' nearest steps of light are, for each place that a pose puts edges.
-struct Matches {
-  std::vector<EdgeMatch> matches;  // Those of one edge follow one another.
-  std::vector<bool> is_found;      // False: no step is within reach, and the match is the place's.
+// A place on an edge that the stated pose sees, and how much one picture's match of it counts.
+struct FixedPlace {
+  std::size_t edge = 0;
+  glm::dvec3 point_m{0.0};
+  glm::dvec3 along_m{0.0};  // The edge's direction, unit.
+  double share = 0.0;
 };
+
+// The places that all poses are judged by: those of another pose could be fewer, and so better.
+std::vector<FixedPlace> FixedPlacesOf(const EdgeView& view,
+                                      std::span<const MeshEdge> edges,
+                                      const PictureSlopes& picture,
+                                      const glm::dmat4& stated,
+                                      std::size_t pictures) {
+  const std::vector<EdgePlace> visible = view.PlacesOf(stated, picture, kMostVisiblePlaces);
+  const std::size_t count = std::min(visible.size(), kMostPlaces);
+  std::vector<FixedPlace> places;
+  std::vector<EdgeMatch> matches;
+  for (std::size_t i = 0; i < count; ++i) {
+    const EdgePlace& place = visible[i * visible.size() / count];
+    const MeshEdge& edge = edges[place.edge];
+    places.push_back({place.edge, place.point_m, glm::normalize(edge.to_m - edge.from_m)});
+    matches.push_back({place.edge, {place.point_m, place.pixel}, place.normal});
+  }
+  // An edge is displaced as a whole, in all pictures alike, each of its ends by itself: however
+  // many places it has, it is no more than two measurements.
+  constexpr double kMeasurementsAnEdge = 2.0;
+  const std::vector<EdgeGroup> group_of = GroupsOf(matches);
+  std::vector<double> sizes;
+  for (const EdgeGroup& group : group_of) {
+    sizes.resize(std::max(sizes.size(), group.number + 1), 0.0);
+    sizes[group.number] += static_cast<double>(pictures);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    places[i].share = std::min(1.0, kMeasurementsAnEdge / sizes[group_of[i].number]);
+  }
+  return places;
+}
 
 class PoseEvidence {
  public:
+  // Keeps references to view, pictures and places.
   PoseEvidence(const EdgeView& view,
-               std::span<const PictureSlopes> pictures,
+               std::span<const PictureSlopes* const> pictures,
+               std::span<const FixedPlace> places,
                const glm::dmat4& stated,
                const PoseCorrectionOptions& options,
                double reach_px)
-      : view_(view), pictures_(pictures), stated_(stated) {
-    double steps = 0.0;
-    double searched_px = 0.0;
-    for (const EdgePlace& place : view.PlacesOf(stated, pictures.front(), kMostPlaces)) {
-      for (const PictureSlopes& slopes : pictures) {
-        steps += static_cast<double>(StepsAlong(slopes, place, reach_px).size());
+      : view_(view), pictures_(pictures), places_(places), stated_(stated) {
+    sigmas_.head<3>().setConstant(options.rotation_sigma_rad);
+    sigmas_.tail<3>().setConstant(options.position_sigma_m);
+    double steps = 1.0;  // One more, so that none is not impossible.
+    double searched_px = 1.0;
+    for (const FixedPlace& place : places) {
+      const auto here = PlaceAt(place, stated);
+      if (!here) continue;
+      for (const PictureSlopes* slopes : pictures) {
+        steps += static_cast<double>(StepsAlong(*slopes, *here, reach_px).size());
         searched_px += 2.0 * reach_px;
       }
     }
-    steps_per_px_ = steps / std::max(searched_px, 1.0);
-    sigmas_.head<3>().setConstant(options.rotation_sigma_rad);
-    sigmas_.tail<3>().setConstant(options.position_sigma_m);
+    steps_per_px_ = steps / searched_px;
   }
 
   Information Prior() const { return sigmas_.cwiseInverse().cwiseAbs2().asDiagonal(); }
+  double SquaredSigmas(const glm::dmat4& pose) const {
+    return MotionBetween(stated_, pose).cwiseQuotient(sigmas_).squaredNorm();
+  }
+  // Share of edges that a picture's other edges are near, by chance.
+  double ChanceShare(double reach_px) const {
+    return 1.0 - std::exp(-2.0 * std::min(kNearPx, reach_px) * steps_per_px_);
+  }
 
   Posterior At(const glm::dmat4& pose, const SearchStep& step) const {
     Posterior posterior;
@@ -104,96 +155,97 @@ class PoseEvidence {
     posterior.information = Prior();
     posterior.gradient = -from_stated.cwiseQuotient(sigmas_);
 
-    const auto [matches, is_found] = MatchesAt(pose, step.reach_px);
-    const std::vector<double> shares = SharesOf(matches);
+    std::vector<EdgeMatch> matches;  // Those with a step within reach.
+    std::vector<double> shares;
     double all_shares = 0.0;
+    for (const FixedPlace& place : places_) {
+      std::optional<EdgePlace> here = PlaceAt(place, pose);
+      for (const PictureSlopes* slopes : pictures_) {
+        all_shares += place.share;
+        if (here) here->steps_px = StepsAlong(*slopes, *here, step.reach_px);
+        const double nearest = here ? here->NearestPx() : std::numeric_limits<double>::infinity();
+        if (std::isfinite(nearest)) {
+          const glm::dvec2 pixel = here->pixel + nearest * here->normal;
+          matches.push_back({place.edge, {place.point_m, pixel}, here->normal});
+          shares.push_back(place.share);
+        } else {
+          const double sigma_px = SigmaPx(place.point_m, pose, step);
+          posterior.log_density += place.share * std::log(OtherEdges(sigma_px) / sigma_px);
+        }
+      }
+    }
+    if (matches.empty()) return posterior;
     const auto [residuals, jacobian] = Linearised(NormalErrors{view_.Intrinsics(), matches, pose});
+    const double near_px = std::min(kNearPx, step.reach_px);
     for (std::size_t i = 0; i < matches.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      const double depth_m = (pose * glm::dvec4(matches[i].match.point_world_m, 1.0)).z;
-      const double sigma_px =
-          step.loosened *
-          std::hypot(step.mesh_sigma_m * view_.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
+      const double sigma_px = SigmaPx(matches[i].match.point_world_m, pose, step);
       // The step is the mesh's edge, or another one that is anywhere.
       const double off = residuals[row] / sigma_px;
-      all_shares += shares[i];
-      if (is_found[i] && std::abs(residuals[row]) <= kNearPx) posterior.found_share += shares[i];
-      const double mine = is_found[i] ? std::exp(-0.5 * off * off) : 0.0;
-      const double other = kOtherShare / (1.0 - kOtherShare) * steps_per_px_ * sigma_px *
-                           std::sqrt(2.0 * std::numbers::pi);
+      const double mine = std::exp(-0.5 * off * off);
+      const double other = OtherEdges(sigma_px);
+      if (std::abs(residuals[row]) <= near_px) posterior.found_share += shares[i];
       posterior.log_density += shares[i] * std::log((mine + other) / sigma_px);
       const double weight = shares[i] * mine / (mine + other) / (sigma_px * sigma_px);
       posterior.information += weight * jacobian.row(row).transpose() * jacobian.row(row);
       posterior.gradient -= weight * residuals[row] * jacobian.row(row).transpose();
     }
-    posterior.found_share /= std::max(all_shares, 1.0);
-    posterior.chance_share = 1.0 - std::exp(-2.0 * kNearPx * steps_per_px_);
+    posterior.found_share /= std::max(all_shares, 1e-12);
     return posterior;
   }
 
  private:
-  Matches MatchesAt(const glm::dmat4& pose, double reach_px) const {
-    Matches found;
-    // Where edges are does not depend on the picture.
-    for (EdgePlace& place : view_.PlacesOf(pose, pictures_.front(), kMostPlaces)) {
-      for (const PictureSlopes& slopes : pictures_) {
-        place.steps_px = StepsAlong(slopes, place, reach_px);
-        const double nearest = place.NearestPx();
-        const bool is_found = std::isfinite(nearest);
-        const glm::dvec2 pixel = place.pixel + (is_found ? nearest : 0.0) * place.normal;
-        found.matches.push_back({place.edge, {place.point_m, pixel}, place.normal});
-        found.is_found.push_back(is_found);
-      }
-    }
-    return found;
+  // Where a pose puts a place; none outside of the picture.
+  std::optional<EdgePlace> PlaceAt(const FixedPlace& place, const glm::dmat4& pose) const {
+    constexpr double kAlongM = 0.01;
+    constexpr double kMarginPx = 4.0;
+    const auto here = view_.Project(pose, place.point_m);
+    const auto beside = view_.Project(pose, place.point_m + kAlongM * place.along_m);
+    if (!here || !beside || !pictures_.front()->Holds(*here, kMarginPx)) return std::nullopt;
+    const glm::dvec2 along = *beside - *here;
+    const double length = glm::length(along);
+    if (!(length > 0.0)) return std::nullopt;
+    return EdgePlace{place.edge, place.point_m, *here, glm::dvec2(-along.y, along.x) / length, {}};
   }
 
-  // How much each match counts. An edge is displaced as a whole, in all pictures alike, each of its
-  // ends by itself: however many matches it has, it is no more than two measurements.
-  static std::vector<double> SharesOf(const std::vector<EdgeMatch>& matches) {
-    constexpr double kMeasurementsAnEdge = 2.0;
-    const std::vector<EdgeGroup> group_of = GroupsOf(matches);
-    std::vector<double> sizes;
-    for (const EdgeGroup& group : group_of) {
-      sizes.resize(std::max(sizes.size(), group.number + 1), 0.0);
-      sizes[group.number] += 1.0;
-    }
-    std::vector<double> shares;
-    for (const EdgeGroup& group : group_of) {
-      shares.push_back(std::min(1.0, kMeasurementsAnEdge / sizes[group.number]));
-    }
-    return shares;
+  double SigmaPx(const glm::dvec3& point_m, const glm::dmat4& pose, const SearchStep& step) const {
+    const double depth_m = std::max(1e-3, (pose * glm::dvec4(point_m, 1.0)).z);
+    return step.loosened *
+           std::hypot(step.mesh_sigma_m * view_.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
+  }
+
+  // Likelihood of a step that is not the mesh's edge, over that of one in the edge's place.
+  double OtherEdges(double sigma_px) const {
+    return kOtherShare / (1.0 - kOtherShare) * steps_per_px_ * sigma_px *
+           std::sqrt(2.0 * std::numbers::pi);
   }
 
   const EdgeView& view_;
-  std::span<const PictureSlopes> pictures_;
+  std::span<const PictureSlopes* const> pictures_;
+  std::span<const FixedPlace> places_;
   glm::dmat4 stated_;
   double steps_per_px_ = 0.0;  // Of all of the pictures' steps of light, along the places' normals.
   Motion sigmas_;
 };
 
-// The edges that the camera shows most of, at most kMostEdges; those of a fine mesh would take
-// long.
-std::vector<MeshEdge> MainEdges(const Lens& lens,
-                                std::span<const MeshEdge> edges,
-                                const RayCaster& rays,
-                                const PictureSlopes& slopes,
-                                const glm::dmat4& pose) {
-  if (edges.size() <= kMostEdges) return {edges.begin(), edges.end()};
-  std::vector<std::size_t> places(edges.size(), 0);
-  const EdgeView all(lens, edges, rays);
-  for (const EdgePlace& place : all.PlacesOf(pose, slopes, 20 * kMostPlaces)) ++places[place.edge];
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (places[i] > 0) order.push_back(i);
+// The pictures that show edges at all.
+std::vector<std::size_t> PicturesWithEdges(const EdgeView& view,
+                                           std::span<const PictureSlopes> pictures,
+                                           const glm::dmat4& stated,
+                                           double reach_px) {
+  const std::vector<EdgePlace> places = view.PlacesOf(stated, pictures.front(), kMostPlaces);
+  std::vector<double> steps;
+  for (const PictureSlopes& slopes : pictures) {
+    double& count = steps.emplace_back(0.0);
+    for (const EdgePlace& place : places)
+      count += StepsAlong(slopes, place, reach_px).empty() ? 0 : 1;
   }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return places[a] > places[b];
-  });
-  order.resize(std::min(order.size(), kMostEdges));
-  std::vector<MeshEdge> main;
-  for (const std::size_t index : order) main.push_back(edges[index]);
-  return main;
+  const double most = *std::max_element(steps.begin(), steps.end());
+  std::vector<std::size_t> with_edges;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (steps[i] >= kFewSteps * most) with_edges.push_back(i);
+  }
+  return with_edges;
 }
 
 // What the deviation of a pose moves the edges' places in the picture by, root mean square.
@@ -253,17 +305,25 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
     coarse.emplace_back(picture, 2.0);
     fine.emplace_back(picture, 1.0);
   }
-  const std::vector<MeshEdge> main = MainEdges(lens, edges, rays, fine.front(), stated);
-  const EdgeView view(lens, main, rays);
+  const std::vector<MeshEdge> joined = JoinedEdges(edges);
+  const EdgeView view(lens, joined, rays);
   const double reach_px = options.reach_px.value_or(intrinsics.width_px / 60.0);
-  const PoseEvidence rough_evidence(view, coarse, stated, options, reach_px);
-  const PoseEvidence evidence(view, fine, stated, options, reach_px);
+  std::vector<const PictureSlopes*> rough_pictures;
+  std::vector<const PictureSlopes*> fine_pictures;
+  for (const std::size_t i : PicturesWithEdges(view, fine, stated, reach_px)) {
+    rough_pictures.push_back(&coarse[i]);
+    fine_pictures.push_back(&fine[i]);
+  }
+  const std::vector<FixedPlace> places =
+      FixedPlacesOf(view, joined, fine.front(), stated, fine_pictures.size());
   PoseCorrection result;
   result.camera_from_world = stated;
-  if (view.PlacesOf(stated, fine.front(), kMostPlaces).size() < kFewestPlaces) {
+  if (places.size() < kFewestPlaces) {
     result.reason = "hardly an edge of the mesh is in view";
     return result;
   }
+  const PoseEvidence rough_evidence(view, rough_pictures, places, stated, options, reach_px);
+  const PoseEvidence evidence(view, fine_pictures, places, stated, options, reach_px);
   const auto last = [&](double mesh_sigma_m) {
     return SearchStep{mesh_sigma_m, 0.5 * reach_px, 1.0};
   };
@@ -316,13 +376,13 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   }
   result.log_odds = kLogOddsBeforehand + log_off - log_exact;
   result.found_share = of_best.found_share;
-  result.chance_share = of_best.chance_share;
+  result.chance_share = evidence.ChanceShare(0.5 * reach_px);
   result.shift_px = ShiftPx(view, fine.front(), stated, best);
   result.shift_sigma_px = ShiftSigmaPx(view, fine.front(), best, of_best.information.inverse());
-  if (!(of_best.found_share >= of_best.chance_share + kLeastShareOverChance)) {
-    result.reason = NumberText("%.0f %%", 100.0 * of_best.found_share) +
+  if (!(result.found_share >= result.chance_share + kLeastShareOverChance)) {
+    result.reason = NumberText("%.0f %%", 100.0 * result.found_share) +
                     " of the mesh's edges are found in the pictures, where chance finds " +
-                    NumberText("%.0f %%", 100.0 * of_best.chance_share);
+                    NumberText("%.0f %%", 100.0 * result.chance_share);
     return result;
   }
   if (!(result.log_odds > 0.0)) {
@@ -332,6 +392,10 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   if (!(result.shift_px >= options.least_shift_px)) {
     result.reason = "the edges in the pictures are less than " + PixelText(options.least_shift_px) +
                     " from where it puts them";
+    return result;
+  }
+  if (!(evidence.SquaredSigmas(best) <= kMostSquaredSigmas)) {
+    result.reason = "the edges in the pictures fit best farther from it than it can be off";
     return result;
   }
   result.corrected = true;

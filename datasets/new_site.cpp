@@ -367,7 +367,10 @@ void SetSiteLens(const fs::path& folder, const CameraIntrinsics& lens) {
   });
 }
 
-void SetSitePose(const fs::path& folder, const glm::dmat4& camera_from_world, const fs::path& out) {
+void SetSitePose(const fs::path& folder,
+                 const glm::dmat4& camera_from_world,
+                 std::optional<double> stddev_rad,
+                 const fs::path& out) {
   const glm::dmat3 rotation(camera_from_world);
   const glm::dmat3 off = glm::transpose(rotation) * rotation - glm::dmat3(1.0);
   double largest = 0.0;
@@ -389,6 +392,11 @@ void SetSitePose(const fs::path& folder, const glm::dmat4& camera_from_world, co
                      "their own, which would be used instead");
         }
         json["camera"]["camera_from_world"] = JsonOf(camera_from_world);
+        if (stddev_rad) {
+          json["camera"]["pose_uncertain_deg"] = DegFromRad(*stddev_rad);
+        } else {
+          json["camera"].erase("pose_uncertain_deg");
+        }
       },
       out);
 }

@@ -75,10 +75,12 @@ void SetSiteCamera(const std::filesystem::path& folder, const std::string& devic
 // Replaces the lens, and notes about it.
 void SetSiteLens(const std::filesystem::path& folder, const CameraIntrinsics& lens);
 
-// `folder` and `out` as for EditSiteFile. Throws std::invalid_argument unless it is a rotation and
-// a translation; std::runtime_error where frames state their own poses, which take precedence.
+// `stddev_rad` as Sequence::pose_stddev_rad. `folder` and `out` as for EditSiteFile. Throws
+// std::invalid_argument unless it is a rotation and a translation; std::runtime_error where frames
+// state their own poses, which take precedence.
 void SetSitePose(const std::filesystem::path& folder,
                  const glm::dmat4& camera_from_world,
+                 std::optional<double> stddev_rad,
                  const std::filesystem::path& out = {});
 // `camera_from_world` of a JSON file: its own, its camera's, or the file's only content. Throws
 // std::runtime_error naming the file.

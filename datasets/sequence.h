@@ -97,6 +97,8 @@ struct Sequence {
   CameraIntrinsics intrinsics;
   std::string camera_device;  // For live runs: a device or a camera's identity; empty: not stated.
   std::optional<glm::dmat4> camera_from_world;  // A frame's own takes precedence.
+  // Standard deviation of its rotation about each axis; 0: exact; none: not stated.
+  std::optional<double> pose_stddev_rad;
   std::string response_ldr = "srgb8";           // Or the path of a response file.
   std::filesystem::path scene_mesh;
   bool albedos_known = false;
@@ -160,6 +162,7 @@ Sequence ReadSite(const std::filesystem::path& folder,
 struct StatedCamera {
   CameraIntrinsics intrinsics;
   std::optional<glm::dmat4> camera_from_world;
+  std::optional<double> pose_stddev_rad;  // As Sequence's.
 };
 StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder);
 // Only the lens.

@@ -93,6 +93,7 @@ class SequenceReader {
     const JsonCursor camera = root.Required("camera");
     sequence_.intrinsics = ReadIntrinsics(camera);
     sequence_.camera_from_world = ReadOptional(camera, "camera_from_world", ReadRigid);
+    sequence_.pose_stddev_rad = ReadPoseStddevRad(camera);
     if (const auto at = root.Optional("camera_device")) sequence_.camera_device = at->Text();
     if (const auto at = root.Optional("radiometry")) ReadRadiometry(*at);
     ReadScene(root.Required("scene"));
@@ -339,7 +340,9 @@ StatedCamera ReadStatedCamera(const std::filesystem::path& file_or_folder) {
   const JsonCursor root(document, file.string());
   CheckFormat(root);
   const JsonCursor camera = root.Required("camera");
-  return {ReadIntrinsics(camera), ReadOptional(camera, "camera_from_world", ReadRigid)};
+  return {ReadIntrinsics(camera),
+          ReadOptional(camera, "camera_from_world", ReadRigid),
+          ReadPoseStddevRad(camera)};
 }
 
 CameraIntrinsics ReadCameraIntrinsics(const std::filesystem::path& file_or_folder) {

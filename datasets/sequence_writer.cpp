@@ -26,6 +26,7 @@ Json FromPolygon(const std::vector<Vector>& polygon) {
 Json FromCamera(const Sequence& sequence) {
   Json json = JsonOf(sequence.intrinsics);
   if (sequence.camera_from_world) json["camera_from_world"] = JsonOf(*sequence.camera_from_world);
+  if (sequence.pose_stddev_rad) json["pose_uncertain_deg"] = DegFromRad(*sequence.pose_stddev_rad);
   return json;
 }
 

@@ -351,6 +351,10 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   if (impl_->camera_errors.size() != impl_->problem.error_count) {
     impl_->camera_errors = ErrorVector::Zero(impl_->problem.error_count);
   }
+  // The last frame's was what differed from another expectation.
+  if (impl_->problem.exponent_stddev > 0.0) {
+    impl_->camera_errors[impl_->problem.error_count - 1] = 0.0;
+  }
   fit.samples_used = impl_->problem.sample_count;
   fit.samples_ignored = impl_->problem.ignored;
   impl_->options.shared_error = std::max(impl_->given_options.shared_error, prior.albedo_stddev);

@@ -1,6 +1,6 @@
 #include "session/corrected_pose.h"
 
-#include <memory>
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,6 +11,7 @@
 #include "calib/mesh_edges.h"
 #include "calib/pose_correction.h"
 #include "calib/shown_picture.h"
+#include "datasets/frame_source.h"
 #include "scene/camera.h"
 #include "scene/ray_caster.h"
 #include "sunmodel/angles.h"
@@ -33,10 +34,12 @@ std::optional<glm::dmat4> FixedPose(const Sequence& sequence) {
   return pose;
 }
 
-// Middles of equal parts of the recording; frames that cannot be read are left out.
-std::vector<Rgb8Image> PicturesOf(FrameSource& frames) {
+// Middles of equal parts of the recording; frames that cannot be read are left out. Of a video only
+// the first: what lies before a picture is decoded for it.
+std::vector<Rgb8Image> PicturesOf(const Sequence& sequence, FrameSource& frames) {
   std::vector<Rgb8Image> pictures;
-  const int count = frames.Count().value_or(0);
+  const bool is_video = sequence.frames.front().video_frame.has_value();
+  const int count = is_video ? 1 : static_cast<int>(sequence.frames.size());
   const int parts = std::min(count, kFramesLookedAt);
   for (int part = 0; part < parts; ++part) {
     if (!frames.Seek((2 * part + 1) * count / (2 * parts))) break;
@@ -59,19 +62,24 @@ std::string CorrectPoseOf(const SessionOptions& options, LoadedSequence& loaded)
   }
   const std::optional<glm::dmat4> stated = FixedPose(sequence);
   if (!stated) return {};
-  std::vector<std::string> unused_notes;
-  const std::vector<Rgb8Image> pictures = PicturesOf(*FramesOf(options, loaded, unused_notes));
+  PoseCorrectionOptions known;
+  if (sequence.pose_stddev_rad) {
+    if (*sequence.pose_stddev_rad == 0.0) return {};
+    known.position_sigma_m *= *sequence.pose_stddev_rad / known.rotation_sigma_rad;
+    known.rotation_sigma_rad = *sequence.pose_stddev_rad;
+  }
+  const auto frames = MakeRecordedFrameSource(sequence, options.frames, options.camera_noise);
+  const std::vector<Rgb8Image> pictures = PicturesOf(sequence, *frames);
   if (pictures.empty()) return {};
   const RayCaster rays(mesh);
-  const PoseCorrection found =
-      CorrectPoseByEdges(Lens(sequence.intrinsics), pictures, EdgesOf(mesh, rays), rays, *stated);
+  const PoseCorrection found = CorrectPoseByEdges(
+      Lens(sequence.intrinsics), pictures, EdgesOf(mesh, rays), rays, *stated, known);
   if (!found.corrected) return {};
   sequence.camera_from_world = found.camera_from_world;
   for (FrameEntry& frame : sequence.frames) frame.camera_from_world.reset();
   return fmt::format(
       "camera_from_world: the mesh's edges are {:.1f} px from where it puts them in {} frame(s); "
-      "the "
-      "camera is turned by {:.2f} deg and moved by {:.3f} m (correct_pose=off keeps the stated "
+      "the camera is turned by {:.2f} deg and moved by {:.3f} m (correct_pose=off keeps the stated "
       "pose)",
       found.shift_px,
       pictures.size(),

@@ -166,6 +166,8 @@ void Load(const SessionOptions& options, const Progress& progress, LoadedSequenc
   if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded.sequence);
   const std::string note_on_north = CorrectNorthOf(options, loaded);
   loaded.site = LoadSequenceSite(loaded.sequence);
+  // After what the stated pose decides (where patches are finest), so that prepared parts are the
+  // same with and without it. North's search over degrees does not need it.
   const std::string note_on_pose = CorrectPoseOf(options, loaded);
   if (!note_on_memory.empty()) loaded.site.notes.push_back(note_on_memory);
   if (!note_on_pose.empty()) loaded.site.notes.push_back(note_on_pose);

@@ -155,7 +155,9 @@ void PosePicker::Save() {
   if (!picks_.empty() && !HasOtherPose()) {
     throw std::runtime_error("pose: no pose yet: " + Describe());
   }
-  SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world);
+  // A pose without picks is one that a person has judged on the picture.
+  const double stddev_rad = found_ && *found_ ? (*found_)->rotation_sigma_rad : 0.0;
+  SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world, stddev_rad);
   given_ = shown_;
   picks_.clear();
   found_.reset();

@@ -10,6 +10,7 @@
 
 #include "calib/timed_pose.h"
 #include "datasets/internal/sequence_folder.h"
+#include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair {
@@ -66,6 +67,12 @@ std::vector<std::string> ReadTexts(const JsonCursor& at) {
   return texts;
 }
 
+std::optional<double> ReadPoseStddevRad(const JsonCursor& camera) {
+  const auto uncertain = camera.Optional("pose_uncertain_deg");
+  if (!uncertain) return std::nullopt;
+  return RadFromDeg(uncertain->NumberIn(0.0, 180.0));
+}
+
 CameraIntrinsics ReadIntrinsics(const JsonCursor& at) {
   at.CheckKeys({"width",
                 "height",
@@ -73,6 +80,7 @@ CameraIntrinsics ReadIntrinsics(const JsonCursor& at) {
                 "fy",
                 "cx",
                 "cy",
+                "pose_uncertain_deg",
                 "distortion",
                 "distortion_model",
                 "pixel_centers",

@@ -34,6 +34,8 @@ UtcTime ReadTime(const JsonCursor& at);
 std::vector<std::string> ReadTexts(const JsonCursor& at);
 Weather ReadWeather(const JsonCursor& at);
 CameraIntrinsics ReadIntrinsics(const JsonCursor& at);
+// `pose_uncertain_deg` of a camera, in radians.
+std::optional<double> ReadPoseStddevRad(const JsonCursor& camera);
 
 // A path in `folder`, as written in the JSON: the file may be missing.
 std::filesystem::path ReadPathInside(const JsonCursor& at, const std::filesystem::path& folder);

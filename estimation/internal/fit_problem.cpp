@@ -89,10 +89,22 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
                       const glm::dvec3& usual_irradiance_rgb) {
   has_sun = sun_is_up;
   basis_count = sky_shapes + (has_sun ? 1 : 0);
-  const glm::dvec3 veil = camera.veil_stddev * camera.mean_radiance_rgb;
+  // A curve may be steep, but not upside down.
+  constexpr double kMostExponent = 0.5;
+  expected_exponent = camera.exponent_stddev > 0.0
+                          ? std::clamp(camera.exponent, -kMostExponent, kMostExponent)
+                          : 0.0;
+  // Of what differs from it: (1 + expected) (1 + other) - 1 - expected is (1 + expected) other.
+  exponent_stddev = camera.exponent_stddev / (1.0 + expected_exponent);
+  const auto factor_without_exponent = [&](double light) {
+    return expected_exponent != 0.0 && light > 0.0
+               ? std::pow(light / camera.white_radiance,
+                          -expected_exponent / (1.0 + expected_exponent))
+               : 1.0;
+  };
+  glm::dvec3 veil = camera.veil_stddev * camera.mean_radiance_rgb;
+  for (int c = 0; c < 3; ++c) veil[c] *= factor_without_exponent(camera.mean_radiance_rgb[c]);
   const bool has_veil = std::max({veil.x, veil.y, veil.z}) > 0.0;
-  exponent_stddev = camera.exponent_stddev;
-  expected_exponent = exponent_stddev > 0.0 ? camera.exponent : 0.0;
   error_count = (has_veil ? 1 : 0) + (exponent_stddev > 0.0 ? 1 : 0);
   order_.clear();
   for (const DiffuseSample& sample : samples) {
@@ -127,12 +139,9 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);
       radiance[v] = usable ? sample.radiance_rgb[c] : 0.0;
       noise[v] = usable ? sample.radiance_stddev_rgb[c] : 0.0;
-      if (expected_exponent != 0.0 && radiance[v] > 0.0) {
-        const double factor = std::pow(radiance[v] / camera.white_radiance,
-                                       -expected_exponent / (1.0 + expected_exponent));
-        radiance[v] *= factor;
-        noise[v] *= factor / (1.0 + expected_exponent);
-      }
+      const double factor = factor_without_exponent(radiance[v]);
+      radiance[v] *= factor;
+      noise[v] *= factor / (1.0 + expected_exponent);
       weight[v] = usable ? sample.weight : 0.0;
       if (has_sun) *row++ = usable ? sample.sun_transport_rgb[c] : 0.0;
       for (int k = 0; k < sky_shapes; ++k) {

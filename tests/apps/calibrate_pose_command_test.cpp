@@ -4,10 +4,12 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
 #include "calib/camera_pose.h"
 #include "datasets/sequence.h"
+#include "datasets/site_file.h"
 #include "sunmodel/angles.h"
 #include "tests/calib/marker_scene.h"
 #include "tests/session/command_folder.h"
@@ -116,6 +118,31 @@ TEST_F(CalibratePose, RefusesAMirroredTwinUnlessToldWhereTheCameraIs) {
   EXPECT_FALSE(std::filesystem::exists(options.out));
   options.near_stated = true;
   EXPECT_THAT(Refusal(RunCalibratePose, options), HasSubstr("expected for --near-stated"));
+}
+
+// Near the stated pose, from several pictures: the bundled courtyard's, with a camera turned by
+// 0.7 deg.
+TEST_F(CalibratePose, NearTheStatedPoseByEdges) {
+  const std::filesystem::path courtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+  const Sequence sequence = ReadSequence(courtyard);
+  const glm::dmat4 truth = sequence.camera_from_world.value();
+  const glm::dmat4 turned =
+      glm::rotate(glm::dmat4(1.0), RadFromDeg(0.7), glm::normalize(glm::dvec3(1.0, -1.0, 0.0))) *
+      truth;
+  nlohmann::ordered_json camera = JsonOf(sequence.intrinsics);
+  camera["camera_from_world"] = JsonOf(turned);
+  Write("turned.json", nlohmann::ordered_json{{"camera", camera}}.dump());
+  CalibratePoseOptions options;
+  options.site = folder_ / "turned.json";
+  options.mesh = courtyard / "scene.obj";
+  options.edges = {courtyard / "frames/000000.exr"};
+  options.more_edges = {courtyard / "frames/000002.exr", courtyard / "frames/000004.exr"};
+  EXPECT_THAT(Refusal(RunCalibratePose, options), HasSubstr("--near-stated"));
+  options.near_stated = true;
+  options.out = folder_ / "out.json";
+  EXPECT_THAT(RunCalibratePose(options), AllOf(HasSubstr("odds for it"), HasSubstr("turned by")));
+  EXPECT_LT(RotationBetweenRad(ReadStatedCamera(options.out).camera_from_world.value(), truth),
+            RadFromDeg(0.35));
 }
 
 TEST_F(CalibratePose, RefusalsAreOneLineWithTheReason) {

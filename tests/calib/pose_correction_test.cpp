@@ -1,5 +1,7 @@
 #include "calib/pose_correction.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -85,6 +87,7 @@ TEST_F(PoseCorrectionTest, PutsObjectsWhereTheyBelong) {
                                     factor * expected.position_sigma_m,
                                     seed);
     const PoseCorrection found = Correct(pictures, stated);
+    EXPECT_TRUE(found.corrected || OffPx(stated) < 1.5) << seed;
     stated_squares += std::pow(OffPx(stated), 2);
     corrected_squares += std::pow(OffPx(found.camera_from_world), 2);
     sigma_squares += std::pow(found.shift_sigma_px, 2);
@@ -132,7 +135,52 @@ TEST_F(PoseCorrectionTest, MeshThatIsFarOffMovesItLittle) {
   EXPECT_LT(std::sqrt(squares / kDraws), 1.0);
 }
 
-// A pose that is as wrong as none should be is not made worse by edges that happen to be near.
+// Cut into many pieces, an edge is still one: neither pose nor odds follow from how a mesh is cut.
+TEST_F(PoseCorrectionTest, HowFinelyAMeshIsCutChangesNothing) {
+  const Rgb8Image picture = PictureOf(mesh_, camera_, kVillagePose, 1);
+  const glm::dmat4 stated = Moved(kVillagePose, RadFromDeg(0.5), 0.05, 2);
+  const std::vector<MeshEdge> edges = EdgesOf(mesh_, rays_);
+  std::vector<MeshEdge> cut;
+  constexpr int kPieces = 8;
+  for (const MeshEdge& edge : edges) {
+    std::array<glm::dvec3, kPieces + 1> ends;
+    for (int i = 0; i <= kPieces; ++i) {
+      ends[static_cast<std::size_t>(i)] =
+          glm::mix(edge.from_m, edge.to_m, static_cast<double>(i) / kPieces);
+    }
+    for (std::size_t i = 0; i < kPieces; ++i) {
+      MeshEdge piece = edge;
+      piece.from_m = ends[i];
+      piece.to_m = ends[i + 1];
+      if (i % 3 == 1) std::swap(piece.from_m, piece.to_m);
+      cut.push_back(piece);
+    }
+  }
+  std::shuffle(cut.begin(), cut.end(), std::mt19937(1));
+  EXPECT_EQ(JoinedEdges(cut).size(), edges.size());
+  const PoseCorrection as_is = CorrectPoseByEdges(lens_, {&picture, 1}, edges, rays_, stated);
+  const PoseCorrection of_cut = CorrectPoseByEdges(lens_, {&picture, 1}, cut, rays_, stated);
+  ASSERT_TRUE(as_is.corrected);
+  ASSERT_TRUE(of_cut.corrected);
+  // Places lie elsewhere on the edges, up to half a step of 8 px.
+  EXPECT_LT(std::abs(OffPx(of_cut.camera_from_world) - OffPx(as_is.camera_from_world)), 0.3);
+  EXPECT_NEAR(of_cut.shift_sigma_px / as_is.shift_sigma_px, 1.0, 0.15);
+  EXPECT_NEAR(of_cut.log_odds / as_is.log_odds, 1.0, 0.3);
+}
+
+// Pictures of the night, or of fog, do not outvote the one that shows edges.
+TEST_F(PoseCorrectionTest, PicturesWithoutEdgesDoNotCount) {
+  const glm::dmat4 stated = Moved(kVillagePose, RadFromDeg(0.5), 0.05, 2);
+  std::vector<Rgb8Image> pictures{PictureOf(mesh_, camera_, kVillagePose, 1)};
+  const PoseCorrection of_one = Correct(pictures, stated);
+  ASSERT_TRUE(of_one.corrected);
+  for (int night = 0; night < 4; ++night) pictures.emplace_back(320, 240, glm::u8vec3(3));
+  const PoseCorrection of_five = Correct(pictures, stated);
+  EXPECT_TRUE(of_five.corrected);
+  EXPECT_EQ(of_five.camera_from_world, of_one.camera_from_world);
+}
+
+// A pose that is as wrong as none should be stays as it is, or moves by some pixels.
 TEST_F(PoseCorrectionTest, StaysNearAPoseThatIsFarOff) {
   const Rgb8Image picture = PictureOf(mesh_, camera_, kVillagePose, 1);
   const glm::dmat4 stated = Moved(kVillagePose, RadFromDeg(8.0), 1.0, 2);

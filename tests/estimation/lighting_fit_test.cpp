@@ -568,6 +568,13 @@ TEST(LightingFit, TakesOutAResponseThatIsKnown) {
   const LightingFit fit = FitLighting(samples, prior, true);
   EXPECT_NEAR(fit.exponent, -0.1, 1e-4);
   EXPECT_LT(WorstRatioError(fit, scene), 1e-3);
+  // Where it is known wrongly, what is found is the entire exponent.
+  prior.camera.exponent = -0.09;
+  prior.camera.exponent_stddev = 0.02;
+  EXPECT_NEAR(FitLighting(samples, prior, true).exponent, -0.1, 2e-3);
+  // A curve that is upside down is none: the light is finite.
+  prior.camera.exponent = -1.0;
+  EXPECT_TRUE(FitLighting(samples, prior, true).irradiance_rgb.allFinite());
 }
 
 }  // namespace

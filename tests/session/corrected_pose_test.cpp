@@ -78,6 +78,11 @@ TEST_F(CorrectedPose, KeepsAStatedPoseThatItMayNotCorrect) {
   loaded_.sequence.camera_from_world = turn_ * true_pose_;
   EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
   options_.correct_pose = true;
+  loaded_.sequence.pose_stddev_rad = 0.0;  // Exact.
+  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
+  loaded_.sequence.pose_stddev_rad = RadFromDeg(0.02);  // As good as picks: not half a degree off.
+  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
+  loaded_.sequence.pose_stddev_rad.reset();
   // A camera that moves.
   loaded_.sequence.frames[1].camera_from_world = true_pose_;
   EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
