@@ -177,7 +177,8 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
   command.footer(
       "Example: pleinair calibrate pose site --points picks.csv --out site/site.json\n"
       "Example: pleinair calibrate pose site --edges frame.png --out site/site.json\n"
-      "Example: pleinair calibrate pose site --near-stated --edges a.png b.png --out site/site.json\n"
+      "Example: pleinair calibrate pose site --near-stated --edges a.png b.png --out "
+      "site/site.json\n"
       "Example: pleinair calibrate pose walk --markers board.json --out walk/with_poses.json");
   command
       .add_option("site",

@@ -29,8 +29,8 @@ struct CalibratePoseOptions {
   // one.
   std::vector<std::filesystem::path> edges;
   std::vector<std::filesystem::path> more_edges;  // Beside `edges`.
-  std::filesystem::path mesh;       // None: the site's.
-  std::optional<double> search_px;  // EdgePoseOptions::reach_px.
+  std::filesystem::path mesh;                     // None: the site's.
+  std::optional<double> search_px;                // EdgePoseOptions::reach_px.
 
   std::filesystem::path out;  // Empty: nothing is written.
 };

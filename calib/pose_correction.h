@@ -48,9 +48,9 @@ struct PoseCorrection {
 // The most likely pose, given the stated one and the edges in all of the pictures. Shadows and
 // things that the mesh lacks have edges, too: the stated pose counts as a measurement with its
 // deviations, each edge of the mesh counts once over all of its length and all pictures, and a
-// place has at most a limited say. How far the mesh is off follows from the pictures, too: with a mesh
-// that is far off, edges that are elsewhere say little of the pose. The stated pose is kept where it is more likely exact than
-// off.
+// place has at most a limited say. How far the mesh is off follows from the pictures, too: with a
+// mesh that is far off, edges that are elsewhere say little of the pose. The stated pose is kept
+// where it is more likely exact than off.
 //
 // `pictures`  of one camera at one pose, at least one; best from different times of the day.
 // Source      As RefinePoseByEdges, with a normal prior on the pose.

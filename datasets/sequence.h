@@ -99,7 +99,7 @@ struct Sequence {
   std::optional<glm::dmat4> camera_from_world;  // A frame's own takes precedence.
   // Standard deviation of its rotation about each axis; 0: exact; none: not stated.
   std::optional<double> pose_stddev_rad;
-  std::string response_ldr = "srgb8";           // Or the path of a response file.
+  std::string response_ldr = "srgb8";  // Or the path of a response file.
   std::filesystem::path scene_mesh;
   bool albedos_known = false;
   bool albedos_assumed = false;

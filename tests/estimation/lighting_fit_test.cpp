@@ -515,17 +515,22 @@ TEST(LightingFit, FindsAVeil) {
   EXPECT_LT(WorstRatioError(fit, scene), 0.5 * without);
 }
 
-// A picture style that flattens contrasts by 10 % makes a sun of nine times the sky 20 % weaker.
-TEST(LightingFit, FindsAResponseThatIsNotTheStatedOne) {
-  SyntheticScene scene;
-  scene.albedo_noise = 0.03;
-  std::vector<DiffuseSample> samples = MakeSamples(scene);
-  const double white = 400.0;
+// A picture style that flattens contrasts by 10 %: an exponent of -0.1.
+void Flatten(std::vector<DiffuseSample>& samples, double white) {
   for (DiffuseSample& sample : samples) {
     for (int c = 0; c < 3; ++c) {
       sample.radiance_rgb[c] = white * std::pow(sample.radiance_rgb[c] / white, 0.9);
     }
   }
+}
+
+// A picture style that flattens contrasts makes a sun of nine times the sky 20 % weaker.
+TEST(LightingFit, FindsAResponseThatIsNotTheStatedOne) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.03;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  const double white = 400.0;
+  Flatten(samples, white);
   LightingPrior prior = LightingPrior::Nothing(1);
   const double without = WorstRatioError(FitLighting(samples, prior, true), scene);
   prior.camera.exponent_stddev = 0.05;
@@ -556,11 +561,7 @@ TEST(LightingFit, TakesOutAResponseThatIsKnown) {
   scene.sun = 0.3 * scene.sky;
   std::vector<DiffuseSample> samples = MakeSamples(scene);
   const double white = 4000.0;
-  for (DiffuseSample& sample : samples) {
-    for (int c = 0; c < 3; ++c) {
-      sample.radiance_rgb[c] = white * std::pow(sample.radiance_rgb[c] / white, 0.9);
-    }
-  }
+  Flatten(samples, white);
   LightingPrior prior = LightingPrior::Nothing(1);
   prior.camera.exponent = -0.1;
   prior.camera.exponent_stddev = 0.005;
