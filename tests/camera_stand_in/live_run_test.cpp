@@ -354,9 +354,9 @@ TEST_F(LiveRun, EndsWithoutTheReaderOfAStream) {
   ASSERT_GE(reader, 0);
   for (const std::string end : {"--frames-limit 2", "--duration 1"}) {
     const fs::path out = Out("out");
-    const Ended run = Shell("timeout 60 " + Command("--loop 0",
-                                                    end + " --pictures none --stream y4m:" + pipe +
-                                                        " --out " + out.string()));
+    const Ended run = Shell("timeout 300 " + Command("--loop 0",
+                                                     end + " --pictures none --stream y4m:" + pipe +
+                                                         " --out " + out.string()));
     ASSERT_EQ(run.exit_code, 0) << run.output;
     EXPECT_GE(CheckComplete(out), 2u);
     EXPECT_EQ(CountEvents(out).at("output"), 1);
