@@ -65,15 +65,15 @@ class LiveRun : public testing::Test {
 #endif
   }
   static void SetUpTestSuite() {
-    shared_ = std::make_unique<TemporaryFolder>();
+    of_all_tests = std::make_unique<TemporaryFolder>();
     const Ended prepared =
         Shell(std::string(PLEINAIR_PROGRAM) + " prepare " + kCourtyard + Coarse());
     ASSERT_EQ(prepared.exit_code, 0) << prepared.output;
   }
-  static void TearDownTestSuite() { shared_.reset(); }
+  static void TearDownTestSuite() { of_all_tests.reset(); }
 
   static std::string Coarse() {
-    return " --cache " + (*shared_ / "cache").string() +
+    return " --cache " + (*of_all_tests / "cache").string() +
            " --set prepare.patch_size_m=4 --set prepare.rays=16";
   }
   // Coarse, and nothing is left out for a time that it took.
@@ -140,7 +140,7 @@ class LiveRun : public testing::Test {
     }
   }
 
-  inline static std::unique_ptr<TemporaryFolder> shared_;
+  inline static std::unique_ptr<TemporaryFolder> of_all_tests;
   TemporaryFolder folder_;
 };
 
@@ -354,9 +354,9 @@ TEST_F(LiveRun, EndsWithoutTheReaderOfAStream) {
   ASSERT_GE(reader, 0);
   for (const std::string end : {"--frames-limit 2", "--duration 1"}) {
     const fs::path out = Out("out");
-    const Ended run = Shell("timeout 300 " + Command("--loop 0",
-                                                     end + " --pictures none --stream y4m:" + pipe +
-                                                         " --out " + out.string()));
+    const std::string options =
+        fmt::format("{} --pictures none --stream y4m:{} --out {}", end, pipe, out.string());
+    const Ended run = Shell("timeout 300 " + Command("--loop 0", options));
     ASSERT_EQ(run.exit_code, 0) << run.output;
     EXPECT_GE(CheckComplete(out), 2u);
     EXPECT_EQ(CountEvents(out).at("output"), 1);
