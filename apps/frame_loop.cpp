@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 #include <future>
+#include <memory>
+#include <stop_token>
 #include <utility>
 
 #include <fmt/format.h>
@@ -147,8 +149,16 @@ struct FrameLoop::Checks {
   std::optional<SunCheck> sun;
   PictureDefects defects;
   bool is_any_done = false;
-  // A look at a live frame; waits for it when it is destroyed.
-  std::future<std::optional<SunContradiction>> sun_look;
+  // A look at a live frame, in the background; of one that is stopped nothing remains.
+  struct LookedAt {
+    Frame frame;
+    Lighting lighting;
+  };
+  std::shared_ptr<const LookedAt> looked_at;
+  std::stop_source stop_look;
+  std::future<std::optional<SunLook>> sun_look;
+
+  ~Checks() { stop_look.request_stop(); }  // Before the future waits.
 };
 
 FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, bool is_live)
@@ -197,7 +207,13 @@ std::optional<FinishedFrame> FrameLoop::Next() {
 
 std::vector<std::string> FrameLoop::Finish() {
   if (checks_->sun_look.valid()) {
-    NoteContradiction(checks_->sun_look.get(), run_.Loaded().sequence, notes_);
+    // At the lowest priority it would take as long as a busy machine stays busy: it is stopped, and
+    // done again at this thread's.
+    checks_->stop_look.request_stop();
+    std::optional<SunLook> look = checks_->sun_look.get();
+    const Checks::LookedAt& at = *checks_->looked_at;
+    if (!look) look = checks_->sun->Look(at.frame, at.lighting, {});
+    NoteContradiction(look->contradiction, run_.Loaded().sequence, notes_);
   }
   checks_->defects.Report(notes_);
   if (checks_->shadows && checks_->is_any_done) ReportShadows(*checks_->shadows, notes_);
@@ -205,20 +221,25 @@ std::vector<std::string> FrameLoop::Finish() {
 }
 
 void FrameLoop::CheckSun(const FinishedFrame& finished) {
-  std::future<std::optional<SunContradiction>>& look = checks_->sun_look;
+  const Sequence& sequence = run_.Loaded().sequence;
+  std::future<std::optional<SunLook>>& look = checks_->sun_look;
   if (look.valid()) {
     if (look.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-    NoteContradiction(look.get(), run_.Loaded().sequence, notes_);
+    NoteContradiction(look.get()->contradiction, sequence, notes_);
   }
+  const Frame& frame = *finished.step.frame;
   const Lighting& lighting = finished.step.result->estimate.lighting;
-  if (!checks_->sun->IsDue(lighting)) return;
+  SunCheck& sun = *checks_->sun;
+  if (!sun.IsDue(lighting)) return;
+  if (!is_live_) {
+    NoteContradiction(sun.Look(frame, lighting), sequence, notes_);
+    return;
+  }
+  checks_->looked_at = std::make_shared<const Checks::LookedAt>(Checks::LookedAt{frame, lighting});
   look = std::async(
-      is_live_ ? std::launch::async : std::launch::deferred,
-      [&sun = *checks_->sun, frame = *finished.step.frame, lighting, is_live = is_live_] {
-        return is_live ? InTheBackground([&] { return sun.Look(frame, lighting); })
-                       : sun.Look(frame, lighting);
+      std::launch::async, [&sun, at = checks_->looked_at, stop = checks_->stop_look.get_token()] {
+        return InTheBackground([&] { return sun.Look(at->frame, at->lighting, stop); });
       });
-  if (!is_live_) NoteContradiction(look.get(), run_.Loaded().sequence, notes_);
 }
 
 void FrameLoop::TakeNotes() {

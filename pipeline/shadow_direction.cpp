@@ -141,25 +141,29 @@ struct ShadowDirectionFinder::Impl {
     every *= 2;
   }
 
-  const std::vector<ShadowPixel>& SurfacesOf(const Camera& of) {
+  const std::vector<ShadowPixel>& SurfacesOf(const Camera& of, const std::stop_token& stop) {
     if (camera != of) {
-      surfaces = FindShadowPixels(mesh, usable, caster, of, options.pixels);
+      surfaces = FindShadowPixels(mesh, usable, caster, of, options.pixels, stop);
       camera = of;
+      if (stop.stop_requested()) camera.reset();  // They may be incomplete.
     }
     return surfaces;
   }
 
-  Picture MakePicture(const Frame& frame, const glm::dvec3& sun_direction_enu) {
+  Picture MakePicture(const Frame& frame,
+                      const glm::dvec3& sun_direction_enu,
+                      const std::stop_token& stop) {
     Picture picture;
     picture.frame = frame.index;
     picture.sun_direction_enu = sun_direction_enu;
     const double elevation_rad =
         std::atan2(sun_direction_enu.z, std::hypot(sun_direction_enu.x, sun_direction_enu.y));
     if (elevation_rad >= kLeastElevationRad && elevation_rad <= kLargestElevationRad) {
-      picture.pixels = MakeShadowPicture(frame, SurfacesOf(frame.camera));
+      picture.pixels = MakeShadowPicture(frame, SurfacesOf(frame.camera, stop));
     }
     picture.pixels.candidates = grid.Size();
-    picture.pixels.shares = SharesOfSun(picture.pixels.surface, caster, sun_direction_enu, grid);
+    picture.pixels.shares =
+        SharesOfSun(picture.pixels.surface, caster, sun_direction_enu, grid, stop);
     return picture;
   }
 
@@ -172,7 +176,9 @@ struct ShadowDirectionFinder::Impl {
     return Lowest(misfit);
   }
 
-  PictureEvidence Evidence(const Picture& picture, std::size_t candidate) const {
+  PictureEvidence Evidence(const Picture& picture,
+                           std::size_t candidate,
+                           const std::stop_token& stop) const {
     const glm::dvec3& sun = picture.sun_direction_enu;
     const double elevation_rad = std::atan2(sun.z, std::hypot(sun.x, sun.y));
     std::vector<std::vector<std::uint8_t>> shares;
@@ -188,7 +194,8 @@ struct ShadowDirectionFinder::Impl {
       shares.push_back(SharesOfSun(picture.pixels.surface,
                                    caster,
                                    {sun.x * widen, sun.y * widen, std::sin(raised_rad)},
-                                   grid));
+                                   grid,
+                                   stop));
     }
     if (shares.empty()) shares.push_back(picture.pixels.shares);
     return EvidenceNear(picture.pixels, candidate, shares);
@@ -217,7 +224,8 @@ struct ShadowDirectionFinder::Impl {
     return shadow;
   }
 
-  ShadowDirectionResult ResultOf(const std::vector<Picture>& of) const {
+  ShadowDirectionResult ResultOf(const std::vector<Picture>& of,
+                                 const std::stop_token& stop) const {
     std::size_t best = BestByMisfit(of);
     std::vector<PictureEvidence> evidence;
     OffsetPosterior posterior;
@@ -226,7 +234,7 @@ struct ShadowDirectionFinder::Impl {
       evidence.clear();
       std::vector<OffsetUnit> units;
       for (std::size_t f = 0; f < of.size(); ++f) {
-        evidence.push_back(Evidence(of[f], best));
+        evidence.push_back(Evidence(of[f], best, stop));
         for (TileEvidence& tile : evidence.back().tiles) {
           const std::size_t row = tile.tile / 1000 / kTilesPerBlock;
           const std::size_t column = tile.tile % 1000 / kTilesPerBlock;
@@ -269,22 +277,32 @@ ShadowDirectionFinder& ShadowDirectionFinder::operator=(ShadowDirectionFinder&&)
 void ShadowDirectionFinder::Add(const Frame& frame, const glm::dvec3& sun_direction_enu) {
   Impl& impl = *impl_;
   if (impl.added++ % impl.every != 0) return;
-  impl.pictures.push_back(impl.MakePicture(frame, sun_direction_enu));
+  impl.pictures.push_back(impl.MakePicture(frame, sun_direction_enu, {}));
   if (impl.pictures.size() > static_cast<std::size_t>(impl.options.frames)) impl.KeepEveryOther();
 }
 
 ShadowDirectionResult ShadowDirectionFinder::Result() const {
-  return impl_->ResultOf(impl_->pictures);
+  return impl_->ResultOf(impl_->pictures, {});
 }
 
 ShownSun ShadowDirectionFinder::ShownBy(const Frame& frame, const glm::dvec3& stated_sun_enu) {
+  return *ShownBy(frame, stated_sun_enu, {});
+}
+
+std::optional<ShownSun> ShadowDirectionFinder::ShownBy(const Frame& frame,
+                                                       const glm::dvec3& stated_sun_enu,
+                                                       const std::stop_token& stop) {
   Impl& impl = *impl_;
   ShownSun shown;
   shown.direction_enu = stated_sun_enu;
-  const SunSearch search = SearchSun(
-      MakeShadowPicture(frame, impl.SurfacesOf(frame.camera)), impl.caster, stated_sun_enu);
+  const SunSearch search = SearchSun(MakeShadowPicture(frame, impl.SurfacesOf(frame.camera, stop)),
+                                     impl.caster,
+                                     stated_sun_enu,
+                                     stop);
+  if (stop.stop_requested()) return std::nullopt;
   if (!(search.explained >= kLeastExplained)) return shown;
-  shown.near_stated = impl.ResultOf({impl.MakePicture(frame, stated_sun_enu)}).all;
+  shown.near_stated = impl.ResultOf({impl.MakePicture(frame, stated_sun_enu, stop)}, stop).all;
+  if (stop.stop_requested()) return std::nullopt;
   const ShadowDirection& near = shown.near_stated;
   if (near.determined &&
       search.explained_near_stated >= kLeastShareOfExplained * search.explained) {
@@ -303,8 +321,9 @@ ShownSun ShadowDirectionFinder::ShownBy(const Frame& frame, const glm::dvec3& st
     middles.insert(middles.begin(), TurnedClockwise(stated_sun_enu, near.azimuth_offset_rad));
   }
   for (const glm::dvec3& middle : middles) {
-    const Impl::Picture picture = impl.MakePicture(frame, middle);
-    const ShadowDirection there = impl.ResultOf({picture}).all;
+    const Impl::Picture picture = impl.MakePicture(frame, middle, stop);
+    const ShadowDirection there = impl.ResultOf({picture}, stop).all;
+    if (stop.stop_requested()) return std::nullopt;
     if (!there.determined) continue;
     const std::size_t candidate = impl.grid.Nearest(there.azimuth_offset_rad);
     if (!(BluenessOfShade(picture.pixels, candidate) >= kLeastBlueness)) continue;

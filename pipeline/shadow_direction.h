@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -101,6 +103,10 @@ class ShadowDirectionFinder {
   // searched near the stated sun, or near another one that explains far more.
   // Cost  an overcast picture 0.2 s, a sunlit one 0.5 s on two cores: rays.
   ShownSun ShownBy(const Frame& frame, const glm::dvec3& stated_sun_enu);
+  // The same; none where it was stopped before it had ended.
+  std::optional<ShownSun> ShownBy(const Frame& frame,
+                                  const glm::dvec3& stated_sun_enu,
+                                  const std::stop_token& stop);
 
   // The result from all frames added.
   ShadowDirectionResult Result() const;

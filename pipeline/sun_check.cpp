@@ -39,15 +39,24 @@ bool SunCheck::IsDue(const Lighting& lighting) {
   ++calls_;
   if (looks_ >= kMostLooks) return false;
   const bool power_of_two = (calls_ & (calls_ - 1)) == 0;
-  return power_of_two || AngleOf(lighting.sun.direction_enu, last_look_->sun_enu) >= kMovedRad ||
+  return power_of_two || !last_look_ ||
+         AngleOf(lighting.sun.direction_enu, last_look_->sun_enu) >= kMovedRad ||
          std::abs(SunShare(lighting) - last_look_->sun_share) >= kShareChanged;
 }
 
 std::optional<SunContradiction> SunCheck::Look(const Frame& frame, const Lighting& lighting) {
-  ++looks_;
-  last_look_ = {lighting.sun.direction_enu, SunShare(lighting)};
+  return Look(frame, lighting, {})->contradiction;
+}
+
+std::optional<SunLook> SunCheck::Look(const Frame& frame,
+                                      const Lighting& lighting,
+                                      const std::stop_token& stop) {
   const glm::dvec3& stated = lighting.sun.direction_enu;
-  ShownSun shown = finder_.ShownBy(frame, stated);
+  const std::optional<ShownSun> found = finder_.ShownBy(frame, stated, stop);
+  if (!found) return std::nullopt;
+  ShownSun shown = *found;
+  ++looks_;
+  last_look_ = {stated, SunShare(lighting)};
   if (!shown.contradicts && shown.near_stated.determined) {
     // Each by itself may be too unsure, where all of them agree.
     const double weight = 1.0 / (shown.near_stated.stddev_rad * shown.near_stated.stddev_rad);
@@ -66,11 +75,12 @@ std::optional<SunContradiction> SunCheck::Look(const Frame& frame, const Lightin
     shown.direction_enu = TurnedClockwise(stated, mean_rad);
     shown.stddev_rad = stddev_rad;
   }
-  if (!shown.contradicts) return std::nullopt;
+  if (!shown.contradicts) return SunLook{};
   const double angle_rad = AngleOf(shown.direction_enu, stated);
-  if (warned_of_rad_ && std::abs(angle_rad - *warned_of_rad_) < kWarnAgainRad) return std::nullopt;
+  if (warned_of_rad_ && std::abs(angle_rad - *warned_of_rad_) < kWarnAgainRad) return SunLook{};
   warned_of_rad_ = angle_rad;
-  return SunContradiction{frame.index, stated, shown.direction_enu, angle_rad, shown.stddev_rad};
+  return SunLook{
+      SunContradiction{frame.index, stated, shown.direction_enu, angle_rad, shown.stddev_rad}};
 }
 
 }  // namespace pleinair

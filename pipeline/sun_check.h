@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 
 #include <glm/vec3.hpp>
@@ -24,6 +25,11 @@ struct SunContradiction {
   double stddev_rad = 0.0;
 };
 
+// What a look that was not stopped has found.
+struct SunLook {
+  std::optional<SunContradiction> contradiction;
+};
+
 // Checks a few frames of a run, at most kMostLooks: the 1st, 2nd, 4th, 8th ... It also checks those
 // whose sun has moved by 10 deg, or whose sun's share of the light has changed by a third, since
 // the last check.
@@ -40,6 +46,10 @@ class SunCheck {
   // contradiction once, and again only where the shadows show the sun 5 deg or more from the last
   // time. Costs as ShadowDirectionFinder::ShownBy.
   std::optional<SunContradiction> Look(const Frame& frame, const Lighting& lighting);
+  // The same; none where it was stopped before it had ended, and then as though never called.
+  std::optional<SunLook> Look(const Frame& frame,
+                              const Lighting& lighting,
+                              const std::stop_token& stop);
 
  private:
   struct Looked {

@@ -80,7 +80,8 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
                                           std::span<const std::uint8_t> usable,
                                           const RayCaster& caster,
                                           const Camera& camera,
-                                          int most) {
+                                          int most,
+                                          const std::stop_token& stop) {
   const PlaneOfTriangle planes = NumberPlanes(mesh);
   const int width = camera.intrinsics.width_px;
   const int height = camera.intrinsics.height_px;
@@ -89,7 +90,7 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
   const glm::vec3 centre_m(camera.CentreWorldM());
   Image<std::uint32_t> sheet(width, height, kNoPlane);
   std::vector<ShadowPixel> surfaces(sheet.pixels.size());
-  for (int y = 0; y < height; ++y) {
+  for (int y = 0; y < height && !stop.stop_requested(); ++y) {
     for (int x = 0; x < width; ++x) {
       const auto direction = lens.DirectionFromPixel({x, y});
       if (!direction) continue;
@@ -128,7 +129,8 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
 std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
                                       const RayCaster& caster,
                                       const glm::dvec3& sun_direction_enu,
-                                      const OffsetGrid& grid) {
+                                      const OffsetGrid& grid,
+                                      const std::stop_token& stop) {
   const std::size_t candidates = grid.Size();
   std::vector<glm::vec3> suns;
   for (std::size_t k = 0; k < candidates; ++k) {
@@ -136,6 +138,7 @@ std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
   }
   std::vector<std::uint8_t> shares(pixels.size() * candidates);
   tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+    if (stop.stop_requested()) return;
     std::vector<std::uint8_t> lit(candidates);
     const auto cast = [&](std::size_t k) {
       lit[k] = glm::dot(pixels[i].normal, suns[k]) > 0.0f &&
@@ -166,9 +169,11 @@ std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
 
 std::vector<std::uint8_t> SharesOfSuns(std::span<const ShadowPixel> pixels,
                                        const RayCaster& caster,
-                                       std::span<const glm::dvec3> suns) {
+                                       std::span<const glm::dvec3> suns,
+                                       const std::stop_token& stop) {
   std::vector<std::uint8_t> shares(pixels.size() * suns.size());
   tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+    if (stop.stop_requested()) return;
     for (std::size_t k = 0; k < suns.size(); ++k) {
       const glm::vec3 sun(suns[k]);
       const bool lit = sun.z > 0.0f && glm::dot(pixels[i].normal, sun) > 0.0f &&

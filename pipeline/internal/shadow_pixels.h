@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -44,11 +45,13 @@ struct ShadowPixel {
 
 // Returns pixels of `camera` on the triangles marked in `usable`, on a regular raster of at most
 // `most` pixels. None is nearer to a mesh edge in the picture than mesh and picture may disagree.
+// In this and the functions below, what is returned after a stop has no meaning.
 std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
                                           std::span<const std::uint8_t> usable,
                                           const RayCaster& caster,
                                           const Camera& camera,
-                                          int most);
+                                          int most,
+                                          const std::stop_token& stop = {});
 
 // Share of the sun at each pixel under each candidate, in quarters, 0 to 4. A shadow's edge is as
 // wide as the disc where the grid's step is its radius. Shape: pixels x grid.Size(), row-major.
@@ -57,11 +60,13 @@ std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
 std::vector<std::uint8_t> SharesOfSun(std::span<const ShadowPixel> pixels,
                                       const RayCaster& caster,
                                       const glm::dvec3& sun_direction_enu,
-                                      const OffsetGrid& grid);
+                                      const OffsetGrid& grid,
+                                      const std::stop_token& stop = {});
 
 // The same of any suns: 4 where a pixel sees the middle of the disc, else 0. Shape: pixels x suns.
 std::vector<std::uint8_t> SharesOfSuns(std::span<const ShadowPixel> pixels,
                                        const RayCaster& caster,
-                                       std::span<const glm::dvec3> suns);
+                                       std::span<const glm::dvec3> suns,
+                                       const std::stop_token& stop = {});
 
 }  // namespace pleinair

@@ -47,8 +47,8 @@ ShadowPicture EvenChoice(const ShadowPicture& picture) {
 
 class Search {
  public:
-  Search(const ShadowPicture& picture, const RayCaster& caster)
-      : picture_(EvenChoice(picture)), caster_(caster) {}
+  Search(const ShadowPicture& picture, const RayCaster& caster, const std::stop_token& stop)
+      : picture_(EvenChoice(picture)), caster_(caster), stop_(stop) {}
 
   struct Best {
     Place place;
@@ -71,11 +71,12 @@ class Search {
     std::vector<glm::dvec3> suns;
     for (const Place& place : places) suns.push_back(place.DirectionEnu());
     picture_.candidates = suns.size();
-    picture_.shares = SharesOfSuns(picture_.surface, caster_, suns);
+    picture_.shares = SharesOfSuns(picture_.surface, caster_, suns, stop_);
   }
 
   ShadowPicture picture_;
   const RayCaster& caster_;
+  const std::stop_token& stop_;
 };
 
 std::vector<Place> Around(const Place& middle, double step_rad, int reach) {
@@ -95,11 +96,12 @@ std::vector<Place> Around(const Place& middle, double step_rad, int reach) {
 
 SunSearch SearchSun(const ShadowPicture& picture,
                     const RayCaster& caster,
-                    const glm::dvec3& stated_sun_enu) {
+                    const glm::dvec3& stated_sun_enu,
+                    const std::stop_token& stop) {
   SunSearch result;
   result.direction_enu = stated_sun_enu;
   if (picture.Size() == 0) return result;
-  Search search(picture, caster);
+  Search search(picture, caster, stop);
   const Place stated{std::atan2(stated_sun_enu.x, stated_sun_enu.y),
                      std::atan2(stated_sun_enu.z, std::hypot(stated_sun_enu.x, stated_sun_enu.y))};
 

@@ -1,6 +1,8 @@
 // The sun that explains a picture's shadows best, wherever it stands.
 #pragma once
 
+#include <stop_token>
+
 #include <glm/vec3.hpp>
 
 #include "pipeline/internal/shadow_evidence.h"
@@ -21,8 +23,10 @@ struct SunSearch {
 // which heights of casters are not known better than.
 //
 // `picture`  needs no shares.
+// `stop`     what is returned after a stop has no meaning.
 SunSearch SearchSun(const ShadowPicture& picture,
                     const RayCaster& caster,
-                    const glm::dvec3& stated_sun_enu);
+                    const glm::dvec3& stated_sun_enu,
+                    const std::stop_token& stop = {});
 
 }  // namespace pleinair

@@ -356,7 +356,7 @@ TEST_F(LiveRun, EndsWithoutTheReaderOfAStream) {
     const fs::path out = Out("out");
     const std::string options =
         fmt::format("{} --pictures none --stream y4m:{} --out {}", end, pipe, out.string());
-    const Ended run = Shell("timeout 300 " + Command("--loop 0", options));
+    const Ended run = Shell("timeout 60 " + Command("--loop 0", options));
     ASSERT_EQ(run.exit_code, 0) << run.output;
     EXPECT_GE(CheckComplete(out), 2u);
     EXPECT_EQ(CountEvents(out).at("output"), 1);

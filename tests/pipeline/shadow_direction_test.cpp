@@ -1,10 +1,14 @@
 // A made yard, photographed under a sun that is turned from the stated one.
 #include "pipeline/shadow_direction.h"
 
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -252,6 +256,33 @@ TEST(SunCheck, WarnsOnceAndAgainWhenTheSunIsElsewhere) {
   EXPECT_FALSE(LookIfDue(check, frame, LightOf(Sun(170.0, 40.0), 1.0))) << "the third: no look";
   EXPECT_FALSE(LookIfDue(check, frame, LightOf(Sun(170.0, 40.0), 1.0))) << "said before";
   EXPECT_TRUE(LookIfDue(check, frame, LightOf(Sun(250.0, 40.0), 1.0)));
+}
+
+// As though it had never begun: the next look finds the same, of a camera that is new to it, too.
+TEST(SunCheck, NothingRemainsOfALookThatIsStopped) {
+  const Mesh yard = Yard(4.0f);
+  const Frame frame = Photograph(yard, Sun(150.0, 40.0), 5, TwoLevels);
+  const Lighting lighting = LightOf(Sun(170.0, 40.0), 1.0);
+  SunCheck check(yard, kGround);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(check.Look(frame, lighting, stop.get_token()));
+  // In the middle of its work.
+  std::stop_source later;
+  std::jthread stopper([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    later.request_stop();
+  });
+  const std::optional<SunLook> midway = check.Look(frame, lighting, later.get_token());
+  SunCheck other(yard, kGround);
+  const auto found = check.Look(frame, lighting);
+  const auto expected = other.Look(frame, lighting);
+  ASSERT_TRUE(expected);
+  // It is said once: now, or by the look above where that ended before it was stopped.
+  const auto& said = midway ? midway->contradiction : found;
+  ASSERT_TRUE(said);
+  EXPECT_EQ(said->shown_enu, expected->shown_enu);
+  EXPECT_EQ(found.has_value(), !midway);
 }
 
 // Overcast at first, so that nothing is looked at but for the light that has changed.
