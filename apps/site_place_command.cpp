@@ -19,6 +19,7 @@
 #include "objects/object_placement.h"
 #include "objects/surface_point.h"
 #include "scene/mesh_io.h"
+#include "session/corrected_pose.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -83,9 +84,10 @@ std::string TextOf(const glm::dvec3& v) {
   return fmt::format("{:.3f},{:.3f},{:.3f}", v.x, v.y, v.z);
 }
 
-// The pose, and what was done to get there.
+// The pose, and what was done to get there. A pixel's place is where runs have it: they correct a
+// camera's pose that is nearly right.
 std::pair<glm::dmat4, std::string> Placed(const SitePlaceOptions& options,
-                                          const Sequence& site,
+                                          Sequence site,
                                           const fs::path& object_file,
                                           glm::dmat4 pose) {
   const PlaceableObject object(LoadMesh(object_file, MeshColours::kByPlace).mesh);
@@ -94,6 +96,8 @@ std::pair<glm::dmat4, std::string> Placed(const SitePlaceOptions& options,
   std::string report;
   if (!options.pixel.empty() || !options.at_m.empty()) {
     const Mesh mesh = LoadMesh(site.folder / site.scene_mesh).mesh;
+    const std::string correction =
+        options.pixel.empty() ? std::string() : CorrectPose(SessionOptions(), mesh, site);
     const RayCaster caster(mesh);
     const SurfacePoint point = PickedPoint(options, site, mesh, caster);
     const auto resting = RestOn(object, pose, point, caster, mesh);
@@ -114,6 +118,7 @@ std::pair<glm::dmat4, std::string> Placed(const SitePlaceOptions& options,
                             resting->raised_m > 0.0 ? "raised" : "lowered",
                             std::abs(resting->raised_m));
     }
+    if (!correction.empty()) report += "; " + correction;
   }
   if (options.lift_m != 0.0) pose = Lifted(pose, options.lift_m);
   return {pose, "foot at " + TextOf(FootOf(object, pose)) + report};

@@ -53,11 +53,8 @@ std::vector<Rgb8Image> PicturesOf(const Sequence& sequence, FrameSource& frames)
 
 }  // namespace
 
-std::string CorrectPoseOf(const SessionOptions& options, LoadedSequence& loaded) {
-  Sequence& sequence = loaded.sequence;
-  const Mesh& mesh = loaded.site.model.mesh;
-  if (!options.correct_pose || loaded.board || loaded.poses || !sequence.HasPictures() ||
-      mesh.triangles.size() > kMostTriangles) {
+std::string CorrectPose(const SessionOptions& options, const Mesh& mesh, Sequence& sequence) {
+  if (!options.correct_pose || !sequence.HasPictures() || mesh.triangles.size() > kMostTriangles) {
     return {};
   }
   const std::optional<glm::dmat4> stated = FixedPose(sequence);

@@ -168,7 +168,9 @@ void Load(const SessionOptions& options, const Progress& progress, LoadedSequenc
   loaded.site = LoadSequenceSite(loaded.sequence);
   // After what the stated pose decides (where patches are finest), so that prepared parts are the
   // same with and without it. North's search over degrees does not need it.
-  const std::string note_on_pose = CorrectPoseOf(options, loaded);
+  const bool is_tracked = loaded.board || loaded.poses;
+  const std::string note_on_pose =
+      is_tracked ? std::string() : CorrectPose(options, loaded.site.model.mesh, loaded.sequence);
   if (!note_on_memory.empty()) loaded.site.notes.push_back(note_on_memory);
   if (!note_on_pose.empty()) loaded.site.notes.push_back(note_on_pose);
   if (!note_on_north.empty()) loaded.site.notes.push_back(note_on_north);

@@ -20,6 +20,7 @@
 #include "session/check/edge_check.h"
 #include "session/check/geometry_check.h"
 #include "session/check/map_check.h"
+#include "session/corrected_pose.h"
 #include "session/sequence_site.h"
 #include "sunmodel/angles.h"
 
@@ -171,6 +172,16 @@ SiteWarnings CheckPictures(const Sequence& sequence,
                                     "random places; a fit has 2.4 and more)",
                                     fit.sharpness_as_stated),
                         "find the pose again (pleinair calibrate pose), or check mesh and lens"});
+  } else {
+    SessionOptions options;
+    options.frames = kind;
+    const std::string correction = CorrectPose(options, mesh, looked_at);
+    if (!correction.empty()) {
+      warnings.push_back({"the camera's pose is nearly right, and runs correct it",
+                          "camera_from_world",
+                          correction,
+                          "keep the better one (pleinair calibrate pose --near-stated --edges)"});
+    }
   }
   return warnings;
 }

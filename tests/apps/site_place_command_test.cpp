@@ -7,11 +7,13 @@
 
 #include <gmock/gmock.h>
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
 #include "datasets/sequence.h"
 #include "objects/object_placement.h"
 #include "scene/mesh_io.h"
+#include "sunmodel/angles.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::site_place_command_test {
@@ -20,18 +22,19 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
+const fs::path kBundled = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
+
 class SitePlace : public testing::Test {
  protected:
   // What the command reads: without frames and truth.
   void SetUp() override {
-    const fs::path bundled = fs::path(PLEINAIR_SOURCE_DIR) / "datasets/samples/courtyard";
     for (const char* file : {"sequence.json",
                              "scene.obj",
                              "scene.mtl",
                              "object.obj",
                              "object.mtl",
                              "environment.exr"}) {
-      fs::copy_file(bundled / file, folder_ / file);
+      fs::copy_file(kBundled / file, folder_ / file);
     }
     options_.folder = folder_.Path();
     options_.object = "0";
@@ -65,14 +68,41 @@ TEST_F(SitePlace, AnObjectRestsWhereThePixelShowsTheGround) {
   EXPECT_LT(glm::distance(FootOf(object, pose), point->position_m), 2e-4);
   EXPECT_LT(glm::distance(AxisOf(pose), glm::dvec3(0, 0, 1)), 1e-9);
   // All else is as it was.
-  auto old_json = nlohmann::ordered_json::parse(
-      ContentOf(fs::path(PLEINAIR_SOURCE_DIR) / "datasets/samples/courtyard/sequence.json"));
+  auto old_json = nlohmann::ordered_json::parse(ContentOf(kBundled / "sequence.json"));
   auto new_json = nlohmann::ordered_json::parse(ContentOf(folder_ / "sequence.json"));
   for (auto* json : {&old_json, &new_json}) {
     json->erase("virtual_object");
     json->erase("virtual_objects");
   }
   EXPECT_EQ(new_json.dump(), old_json.dump());
+}
+
+// A pose half a degree down and to the right, which runs correct by the frames' edges.
+TEST_F(SitePlace, AnObjectRestsWhereRunsWillHaveThePixel) {
+  const Sequence before = Read();
+  const glm::dvec2 pixel(200.0, 300.0);
+  fs::copy(kBundled / "frames", folder_ / "frames");
+  auto json = nlohmann::ordered_json::parse(ContentOf(folder_ / "sequence.json"));
+  auto& rows = json["camera"]["camera_from_world"];
+  const glm::dvec3 axis = glm::normalize(glm::dvec3(1.0, -1.0, 0.0));
+  const glm::dmat4 stated =
+      glm::rotate(glm::dmat4(1.0), RadFromDeg(0.7), axis) * before.camera_from_world.value();
+  for (int r = 0; r < 4; ++r) {
+    for (int c = 0; c < 4; ++c) rows[r][c] = stated[c][r];
+  }
+  folder_.Write("sequence.json", json.dump());
+  options_.pixel = {pixel.x, pixel.y};
+  EXPECT_THAT(RunSitePlace(options_), HasSubstr("camera_from_world: the mesh's edges are"));
+
+  const Mesh mesh = LoadMesh(folder_ / "scene.obj").mesh;
+  const RayCaster caster(mesh);
+  const PlaceableObject object(LoadMesh(folder_ / "object.obj").mesh);
+  const glm::dvec3 foot = FootOf(object, Read().virtual_objects[0].world_from_object);
+  const auto seen = SurfaceAt(caster, mesh, before.CameraOfFrame(0), pixel);
+  const auto as_stated = SurfaceAt(caster, mesh, Read().CameraOfFrame(0), pixel);
+  ASSERT_TRUE(seen && as_stated);
+  EXPECT_LT(glm::distance(foot, seen->position_m),
+            glm::distance(as_stated->position_m, seen->position_m) / 3.0);
 }
 
 TEST_F(SitePlace, TurnsLiftsAndScalesInPlace) {

@@ -7,7 +7,10 @@
 #include <gtest/gtest.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "calib/lens.h"
 #include "datasets/sequence.h"
+#include "scene/camera.h"
+#include "scene/mesh.h"
 #include "session/sequence_site.h"
 #include "sunmodel/angles.h"
 
@@ -22,25 +25,23 @@ const std::filesystem::path kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/
 class CorrectedPose : public testing::Test {
  protected:
   CorrectedPose() {
-    loaded_.sequence = ReadSequence(kCourtyard);
-    loaded_.site = LoadSequenceSite(loaded_.sequence);
-    true_pose_ = loaded_.sequence.camera_from_world.value();
+    true_pose_ = sequence_.camera_from_world.value();
     options_.sequence = kCourtyard;
   }
 
   // Where the statue's foot is in the picture, against where it should be.
   double OffPx() const {
-    const glm::dvec4 foot_m = loaded_.sequence.virtual_objects.at(0).world_from_object[3];
-    const Lens lens(loaded_.sequence.intrinsics);
+    const glm::dvec4 foot_m = sequence_.virtual_objects.at(0).world_from_object[3];
+    const Lens lens(sequence_.intrinsics);
     const auto pixel = [&](const glm::dmat4& pose) {
       return *lens.ProjectToPixel(glm::dvec3(pose * foot_m));
     };
-    return glm::distance(pixel(loaded_.sequence.CameraOfFrame(0).camera_from_world),
-                         pixel(true_pose_));
+    return glm::distance(pixel(sequence_.CameraOfFrame(0).camera_from_world), pixel(true_pose_));
   }
 
   SessionOptions options_;
-  LoadedSequence loaded_;
+  Sequence sequence_ = ReadSequence(kCourtyard);
+  const Mesh mesh_ = LoadSequenceSite(sequence_).model.mesh;
   glm::dmat4 true_pose_;
   // Half a degree down and to the right: 4.6 px.
   const glm::dmat4 turn_ =
@@ -48,53 +49,53 @@ class CorrectedPose : public testing::Test {
 };
 
 TEST_F(CorrectedPose, PutsTheObjectWhereItBelongs) {
-  loaded_.sequence.camera_from_world = turn_ * true_pose_;
+  sequence_.camera_from_world = turn_ * true_pose_;
   const double stated_px = OffPx();
   ASSERT_GT(stated_px, 3.0);
   EXPECT_THAT(
-      CorrectPoseOf(options_, loaded_),
+      CorrectPose(options_, mesh_, sequence_),
       AllOf(HasSubstr("camera_from_world: the mesh's edges are"), HasSubstr("in 5 frame(s)")));
   EXPECT_LT(OffPx(), stated_px / 3.0);
 }
 
 // As many recordings state it: in each frame.
 TEST_F(CorrectedPose, OfFramesThatStateTheSamePose) {
-  loaded_.sequence.camera_from_world = turn_ * true_pose_;
-  EXPECT_NE(CorrectPoseOf(options_, loaded_), "");
+  sequence_.camera_from_world = turn_ * true_pose_;
+  EXPECT_NE(CorrectPose(options_, mesh_, sequence_), "");
   const double corrected_px = OffPx();
-  loaded_.sequence.camera_from_world.reset();
-  for (FrameEntry& frame : loaded_.sequence.frames) frame.camera_from_world = turn_ * true_pose_;
-  EXPECT_NE(CorrectPoseOf(options_, loaded_), "");
+  sequence_.camera_from_world.reset();
+  for (FrameEntry& frame : sequence_.frames) frame.camera_from_world = turn_ * true_pose_;
+  EXPECT_NE(CorrectPose(options_, mesh_, sequence_), "");
   EXPECT_EQ(OffPx(), corrected_px);
 }
 
 TEST_F(CorrectedPose, KeepsARightPose) {
-  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
-  EXPECT_EQ(loaded_.sequence.camera_from_world, true_pose_);
+  EXPECT_EQ(CorrectPose(options_, mesh_, sequence_), "");
+  EXPECT_EQ(sequence_.camera_from_world, true_pose_);
 }
 
 TEST_F(CorrectedPose, KeepsAStatedPoseThatItMayNotCorrect) {
   options_.correct_pose = false;
-  loaded_.sequence.camera_from_world = turn_ * true_pose_;
-  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
+  sequence_.camera_from_world = turn_ * true_pose_;
+  EXPECT_EQ(CorrectPose(options_, mesh_, sequence_), "");
   options_.correct_pose = true;
-  loaded_.sequence.pose_stddev_rad = 0.0;  // Exact.
-  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
-  loaded_.sequence.pose_stddev_rad = RadFromDeg(0.02);  // As good as picks: not half a degree off.
-  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
-  loaded_.sequence.pose_stddev_rad.reset();
+  sequence_.pose_stddev_rad = 0.0;  // Exact.
+  EXPECT_EQ(CorrectPose(options_, mesh_, sequence_), "");
+  sequence_.pose_stddev_rad = RadFromDeg(0.02);  // As good as picks: not half a degree off.
+  EXPECT_EQ(CorrectPose(options_, mesh_, sequence_), "");
+  sequence_.pose_stddev_rad.reset();
   // A camera that moves.
-  loaded_.sequence.frames[1].camera_from_world = true_pose_;
-  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
-  EXPECT_EQ(loaded_.sequence.camera_from_world, turn_ * true_pose_);
+  sequence_.frames[1].camera_from_world = true_pose_;
+  EXPECT_EQ(CorrectPose(options_, mesh_, sequence_), "");
+  EXPECT_EQ(sequence_.camera_from_world, turn_ * true_pose_);
 }
 
 // Frames that cannot be read are those of the run to report.
 TEST_F(CorrectedPose, FramesThatCannotBeReadAreLeftOut) {
-  loaded_.sequence.camera_from_world = turn_ * true_pose_;
-  for (FrameEntry& frame : loaded_.sequence.frames) frame.image = "frames/none.exr";
-  EXPECT_EQ(CorrectPoseOf(options_, loaded_), "");
-  EXPECT_EQ(loaded_.sequence.camera_from_world, turn_ * true_pose_);
+  sequence_.camera_from_world = turn_ * true_pose_;
+  for (FrameEntry& frame : sequence_.frames) frame.image = "frames/none.exr";
+  EXPECT_EQ(CorrectPose(options_, mesh_, sequence_), "");
+  EXPECT_EQ(sequence_.camera_from_world, turn_ * true_pose_);
 }
 
 }  // namespace

@@ -50,6 +50,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
+const glm::dvec3 kCameraDown(0.0, 1.0, 0.0);
+
 const fs::path kGoodSite = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
 
 // A copy of the courtyard, to be spoiled. Two of its six frames are enough to see edges and
@@ -276,14 +278,19 @@ TEST_F(CourtyardCopy, FindsAModelThatIsTurned) {
 
 TEST_F(CourtyardCopy, FindsAPoseThatIsThreeDegreesOff) {
   ChangePose([](const glm::dmat4& pose) {
-    const double angle = RadFromDeg(3.0);
-    glm::dmat4 turn(1.0);
-    turn[0][0] = turn[2][2] = std::cos(angle);
-    turn[2][0] = std::sin(angle);
-    turn[0][2] = -std::sin(angle);
-    return turn * pose;
+    return glm::rotate(glm::dmat4(1.0), RadFromDeg(3.0), kCameraDown) * pose;
   });
   EXPECT_THAT(Check(), Contains(Says("mesh's edges are not where")));
+}
+
+// Runs correct it, and the same words are in their report.
+TEST_F(CourtyardCopy, FindsAPoseThatIsHalfADegreeOff) {
+  ChangePose([](const glm::dmat4& pose) {
+    return glm::rotate(glm::dmat4(1.0), RadFromDeg(0.5), kCameraDown) * pose;
+  });
+  EXPECT_THAT(Check(),
+              Contains(AllOf(SaysAndAdvises("pose is nearly right", "--near-stated"),
+                             Field(&SiteWarning::evidence, HasSubstr("the mesh's edges are")))));
 }
 
 // Walls half as high again: their shadows and roof lines are elsewhere.
