@@ -151,7 +151,7 @@ void LightingFitter::Impl::DescribeCamera(const CameraErrors& camera,
   LightMatrix normal = with_errors.normal;
   normal.topLeftCorner(unknowns, unknowns) += prior_information + mixture.Information();
   const int last = problem.error_count - 1;
-  fit.exponent = problem.expected_exponent + camera.exponent_stddev * camera_errors[last];
+  fit.exponent = problem.removed_exponent + camera.exponent_stddev * camera_errors[last];
   fit.exponent_stddev =
       camera.exponent_stddev * std::sqrt(InverseOf(normal)(unknowns + last, unknowns + last));
 }

@@ -83,23 +83,26 @@ bool ComesBefore(const DiffuseSample& a, const DiffuseSample& b) {
 }  // namespace
 
 void FitProblem::Load(std::span<const DiffuseSample> samples,
-                      int sky_shapes,
+                      const LightingPrior& prior,
                       bool sun_is_up,
-                      const CameraErrors& camera,
-                      const glm::dvec3& usual_irradiance_rgb) {
+                      double exponent) {
+  const int sky_shapes = prior.sky_shapes;
+  const CameraErrors& camera = prior.camera;
   has_sun = sun_is_up;
   basis_count = sky_shapes + (has_sun ? 1 : 0);
   // A curve may be steep, but not upside down.
-  constexpr double kMostExponent = 0.5;
-  expected_exponent = camera.exponent_stddev > 0.0
-                          ? std::clamp(camera.exponent, -kMostExponent, kMostExponent)
-                          : 0.0;
-  // Of what differs from it: (1 + expected) (1 + other) - 1 - expected is (1 + expected) other.
-  exponent_stddev = camera.exponent_stddev / (1.0 + expected_exponent);
+  static constexpr double kMostExponent = 0.5;
+  const auto possible = [](double any) { return std::clamp(any, -kMostExponent, kMostExponent); };
+  const bool is_unknown = camera.exponent_stddev > 0.0;
+  removed_exponent = is_unknown ? possible(exponent) : 0.0;
+  exponent_mean =
+      is_unknown ? (possible(camera.exponent) - removed_exponent) / camera.exponent_stddev : 0.0;
+  // Of what differs from it: (1 + removed) (1 + other) - 1 - removed is (1 + removed) other.
+  exponent_stddev = camera.exponent_stddev / (1.0 + removed_exponent);
   const auto factor_without_exponent = [&](double light) {
-    return expected_exponent != 0.0 && light > 0.0
+    return removed_exponent != 0.0 && light > 0.0
                ? std::pow(light / camera.white_radiance,
-                          -expected_exponent / (1.0 + expected_exponent))
+                          -removed_exponent / (1.0 + removed_exponent))
                : 1.0;
   };
   glm::dvec3 veil = camera.veil_stddev * camera.mean_radiance_rgb;
@@ -141,7 +144,7 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       noise[v] = usable ? sample.radiance_stddev_rgb[c] : 0.0;
       const double factor = factor_without_exponent(radiance[v]);
       radiance[v] *= factor;
-      noise[v] *= factor / (1.0 + expected_exponent);
+      noise[v] *= factor / (1.0 + removed_exponent);
       weight[v] = usable ? sample.weight : 0.0;
       if (has_sun) *row++ = usable ? sample.sun_transport_rgb[c] : 0.0;
       for (int k = 0; k < sky_shapes; ++k) {
@@ -151,14 +154,14 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
     }
   }
   DivideIntoCells();
-  ChooseUnits(usual_irradiance_rgb);
+  ChooseUnits(prior.scale_rgb);
   white = camera.white_radiance / radiance_unit;
   if (has_veil) FillVeilColumn(veil);
 }
 
 double FitProblem::InPicture(std::size_t v) const {
-  if (expected_exponent == 0.0 || !(radiance[v] > 0.0)) return radiance[v];
-  return radiance[v] * std::pow(radiance[v] / white[static_cast<int>(v % 3)], expected_exponent);
+  if (removed_exponent == 0.0 || !(radiance[v] > 0.0)) return radiance[v];
+  return radiance[v] * std::pow(radiance[v] / white[static_cast<int>(v % 3)], removed_exponent);
 }
 
 void FitProblem::FillVeilColumn(const glm::dvec3& veil_rgb) {

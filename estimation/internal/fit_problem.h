@@ -31,9 +31,9 @@ struct FitProblem {
   int error_count = 0;
   double exponent_stddev = 0.0;  // 0: the exponent is not an unknown.
   glm::dvec3 white{1.0};  // In the fit's units: the radiance that a wrong exponent does not change.
-  // The exponent that is expected; its effect is taken out of the radiances when they are loaded,
-  // so that the unknown one is what differs from it, and small.
-  double expected_exponent = 0.0;
+  // Taken out of the radiances when they are loaded: the unknown exponent is what differs from it.
+  double removed_exponent = 0.0;
+  double exponent_mean = 0.0;  // That the prior expects of what differs, in its deviations.
   bool has_sun = false;
   int sample_count = 0;
   int ignored = 0;
@@ -54,14 +54,14 @@ struct FitProblem {
   std::vector<std::int32_t> plane_of_cell;
 
   // Takes over the usable samples in canonical order: by plane, pixel, then value, so that the
-  // order in which they come does not change a bit of any sum.
+  // order in which they come does not change a bit of any sum. `exponent` is the one to take out:
+  // near the true one, so that the fit, which is linear in what is left, is exact.
   void Load(std::span<const DiffuseSample> samples,
-            int sky_shapes,
+            const LightingPrior& prior,
             bool sun_is_up,
-            const CameraErrors& camera,
-            const glm::dvec3& usual_irradiance_rgb);
+            double exponent);
 
-  // Radiance v as the picture has it, with the expected exponent.
+  // Radiance v as the picture has it, with the exponent that was taken out.
   double InPicture(std::size_t v) const;
 
   // Refreshes the exponent's column: predicted ln(predicted / white), per sample and channel.

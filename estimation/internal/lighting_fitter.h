@@ -48,6 +48,11 @@ struct LightingFitter::Impl {
     options.Validate();
   }
 
+  // The samples, of whose radiances `exponent` is taken out, and the prior.
+  void Load(std::span<const DiffuseSample> samples,
+            const LightingPrior& prior,
+            bool sun_is_up,
+            double exponent);
   void LoadPrior(const LightingPrior& prior);
   double BeamIn(const LightingPrior& prior, const LightVector& x) const;
   void AddShapePrior(const LightingPrior& prior, const LightVector& x);
