@@ -16,8 +16,8 @@ namespace pleinair {
 
 // How well the pose is known beforehand, and what makes a correction.
 struct PoseCorrectionOptions {
-  // Standard deviations of the stated pose, about and along each axis; above 0. Poses from picked
-  // points or a tape measure are about as good.
+  // Standard deviations of the stated pose, about and along each axis; above 0. The defaults are for
+  // poses whose deviation nobody stated.
   double rotation_sigma_rad = 0.0044;  // 0.25 deg.
   double position_sigma_m = 0.04;
   // Smaller shifts of the picture are not worth a correction; 0 or more.
