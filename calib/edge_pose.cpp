@@ -187,14 +187,13 @@ void EdgePoseOptions::Validate() const {
 tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
     const Lens& lens,
     const Rgb8Image& picture,
-    std::span<const MeshEdge> edges,
-    const RayCaster& rays,
+    const EdgeModel& model,
     const glm::dmat4& rough_camera_from_world,
     const EdgePoseOptions& options) {
   options.Validate();
   const CameraIntrinsics& intrinsics = lens.Intrinsics();
   RequireLensSize(intrinsics, picture);
-  const EdgeView view(lens, edges, rays);
+  const EdgeView view(lens, model);
   const PictureSlopes coarse(picture, 2.5);
   const PictureSlopes fine(picture, 1.0);
   const double reach = options.reach_px;

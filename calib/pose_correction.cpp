@@ -114,22 +114,30 @@ std::vector<FixedPlace> FixedPlacesOf(const EdgeView& view,
   return places;
 }
 
+// The stated pose as a normal distribution.
+struct PosePrior {
+  PosePrior(const glm::dmat4& stated, const PoseCorrectionOptions& options) : pose(stated) {
+    sigmas.head<3>().setConstant(options.rotation_sigma_rad);
+    sigmas.tail<3>().setConstant(options.position_sigma_m);
+  }
+
+  glm::dmat4 pose;
+  Motion sigmas;  // About and along the camera's axes.
+};
+
 class PoseEvidence {
  public:
   // Keeps references to view, pictures and places.
   PoseEvidence(const EdgeView& view,
                std::span<const PictureSlopes* const> pictures,
                std::span<const FixedPlace> places,
-               const glm::dmat4& stated,
-               const PoseCorrectionOptions& options,
+               const PosePrior& prior,
                double reach_px)
-      : view_(view), pictures_(pictures), places_(places), stated_(stated) {
-    sigmas_.head<3>().setConstant(options.rotation_sigma_rad);
-    sigmas_.tail<3>().setConstant(options.position_sigma_m);
+      : view_(view), pictures_(pictures), places_(places), prior_(prior) {
     double steps = 1.0;  // One more, so that none is not impossible.
     double searched_px = 1.0;
     for (const FixedPlace& place : places) {
-      const auto here = PlaceAt(place, stated);
+      const auto here = PlaceAt(place, prior.pose);
       if (!here) continue;
       for (const PictureSlopes* slopes : pictures) {
         steps += static_cast<double>(StepsAlong(*slopes, *here, reach_px).size());
@@ -139,9 +147,9 @@ class PoseEvidence {
     steps_per_px_ = steps / searched_px;
   }
 
-  Information Prior() const { return sigmas_.cwiseInverse().cwiseAbs2().asDiagonal(); }
+  Information Prior() const { return prior_.sigmas.cwiseInverse().cwiseAbs2().asDiagonal(); }
   double SquaredSigmas(const glm::dmat4& pose) const {
-    return MotionBetween(stated_, pose).cwiseQuotient(sigmas_).squaredNorm();
+    return MotionBetween(prior_.pose, pose).cwiseQuotient(prior_.sigmas).squaredNorm();
   }
   // Share of edges that a picture's other edges are near, by chance.
   double ChanceShare(double reach_px) const {
@@ -150,10 +158,10 @@ class PoseEvidence {
 
   Posterior At(const glm::dmat4& pose, const SearchStep& step) const {
     Posterior posterior;
-    const Motion from_stated = MotionBetween(stated_, pose).cwiseQuotient(sigmas_);
+    const Motion from_stated = MotionBetween(prior_.pose, pose).cwiseQuotient(prior_.sigmas);
     posterior.log_density = -0.5 * from_stated.squaredNorm();
     posterior.information = Prior();
-    posterior.gradient = -from_stated.cwiseQuotient(sigmas_);
+    posterior.gradient = -from_stated.cwiseQuotient(prior_.sigmas);
 
     std::vector<EdgeMatch> matches;  // Those with a step within reach.
     std::vector<double> shares;
@@ -223,9 +231,8 @@ class PoseEvidence {
   const EdgeView& view_;
   std::span<const PictureSlopes* const> pictures_;
   std::span<const FixedPlace> places_;
-  glm::dmat4 stated_;
+  PosePrior prior_;
   double steps_per_px_ = 0.0;  // Of all of the pictures' steps of light, along the places' normals.
-  Motion sigmas_;
 };
 
 // The pictures that show edges at all.
@@ -281,8 +288,7 @@ void PoseCorrectionOptions::Validate() const {
 
 PoseCorrection CorrectPoseByEdges(const Lens& lens,
                                   std::span<const Rgb8Image> pictures,
-                                  std::span<const MeshEdge> edges,
-                                  const RayCaster& rays,
+                                  const EdgeModel& model,
                                   const glm::dmat4& stated,
                                   const PoseCorrectionOptions& options) {
   options.Validate();
@@ -295,8 +301,8 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
     coarse.emplace_back(picture, 2.0);
     fine.emplace_back(picture, 1.0);
   }
-  const std::vector<MeshEdge> joined = JoinedEdges(edges);
-  const EdgeView view(lens, joined, rays);
+  const std::vector<MeshEdge> joined = JoinedEdges(model.edges);
+  const EdgeView view(lens, {joined, model.rays});
   const double reach_px = options.reach_px.value_or(intrinsics.width_px / 60.0);
   std::vector<const PictureSlopes*> rough_pictures;
   std::vector<const PictureSlopes*> fine_pictures;
@@ -312,8 +318,9 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
     result.reason = "hardly an edge of the mesh is in view";
     return result;
   }
-  const PoseEvidence rough_evidence(view, rough_pictures, places, stated, options, reach_px);
-  const PoseEvidence evidence(view, fine_pictures, places, stated, options, reach_px);
+  const PosePrior prior(stated, options);
+  const PoseEvidence rough_evidence(view, rough_pictures, places, prior, reach_px);
+  const PoseEvidence evidence(view, fine_pictures, places, prior, reach_px);
   const auto last = [&](double mesh_sigma_m) {
     return SearchStep{mesh_sigma_m, 0.5 * reach_px, 1.0};
   };

@@ -72,8 +72,8 @@ std::vector<double> StepsAlong(const PictureSlopes& slopes,
 // The mesh as one camera sees it. Keeps references to all that it is given.
 class EdgeView {
  public:
-  EdgeView(const Lens& lens, std::span<const MeshEdge> edges, const RayCaster& rays)
-      : lens_(lens), edges_(edges), rays_(rays) {}
+  EdgeView(const Lens& lens, const EdgeModel& model)
+      : lens_(lens), edges_(model.edges), rays_(model.rays) {}
 
   // Places on the edges in view, kEdgePlaceStepPx apart or so that there are no more than `most`.
   std::vector<EdgePlace> PlacesOf(const glm::dmat4& pose,
