@@ -179,6 +179,7 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
   const RayCaster rays(mesh);
   const Lens lens(camera.intrinsics);
   std::vector<Rgb8Image> pictures;
+  pictures.reserve(files.size());
   for (const std::filesystem::path& file : files) {
     pictures.push_back(ReadPictureOf(camera.intrinsics, file));
   }
