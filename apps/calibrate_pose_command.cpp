@@ -179,6 +179,7 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
   const RayCaster rays(mesh);
   const Lens lens(camera.intrinsics);
   std::vector<Rgb8Image> pictures;
+  pictures.reserve(files.size());
   for (const std::filesystem::path& file : files) {
     pictures.push_back(ReadPictureOf(camera.intrinsics, file));
   }
@@ -186,7 +187,7 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
     PoseCorrectionOptions correction;
     correction.reach_px = options.search_px;
     const PoseCorrection found = CorrectPoseByEdges(
-        lens, pictures, EdgesOf(mesh, rays), rays, *camera.camera_from_world, correction);
+        lens, pictures, {EdgesOf(mesh, rays), rays}, *camera.camera_from_world, correction);
     WritePose(options, found.camera_from_world, camera.pose_stddev_rad);
     if (!found.corrected) return "the stated pose stays: " + found.reason;
     constexpr double kEnoughOdds = 1000.0;
@@ -207,7 +208,7 @@ std::string PoseFromEdges(const CalibratePoseOptions& options) {
   EdgePoseOptions edge_options;
   if (options.search_px) edge_options.reach_px = *options.search_px;
   const auto pose = RefinePoseByEdges(
-      lens, pictures[0], EdgesOf(mesh, rays), rays, *camera.camera_from_world, edge_options);
+      lens, pictures[0], {EdgesOf(mesh, rays), rays}, *camera.camera_from_world, edge_options);
   if (!pose) throw std::runtime_error(options.edges[0].string() + ": " + pose.error().reason);
   WritePose(options, pose->camera_from_world, pose->rotation_sigma_rad);
   return fmt::format(

@@ -35,10 +35,9 @@ struct CalibratePoseOptions {
   std::filesystem::path out;  // Empty: nothing is written.
 };
 // The report to print: each pick or frame, and how well the pose is known. Writes a copy of the
-// site's file with the pose in `camera`; or of a sequence's, in which each frame has the pose of
-// its markers, and frames without a pose of their own are left out and named. Throws
-// std::runtime_error or std::invalid_argument, one line: also where no pose can be determined, with
-// the reason.
+// site's file with the pose in `camera`. Of a sequence, each frame of the copy has the pose of its
+// markers; frames without a pose of their own are left out and named. Throws std::runtime_error or
+// std::invalid_argument, one line: also where no pose can be determined, with the reason.
 std::string RunCalibratePose(const CalibratePoseOptions& options);
 
 }  // namespace pleinair

@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 #include <opencv2/core.hpp>
 
+#include "calib/internal/check_number.h"
 #include "calib/internal/point_spread.h"
 #include "calib/internal/pose_refinement.h"
 #include "calib/internal/pose_search.h"
@@ -159,21 +160,16 @@ UndeterminedPose TooFew(const PoseSearch& search, std::size_t count, bool on_a_l
 }  // namespace
 
 void CameraPoseOptions::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* expected) {
-    if (good) return;
-    throw std::invalid_argument(std::string(field) + ": expected " + expected + ", found " +
-                                NumberText("%g", value));
-  };
-  require(inlier_px > 0.0 && std::isfinite(inlier_px), "inlier_px", inlier_px, "above 0");
-  require(point_sigma_px > 0.0 && std::isfinite(point_sigma_px),
-          "point_sigma_px",
-          point_sigma_px,
-          "above 0");
-  require(least_share >= 0.0 && least_share <= 1.0, "least_share", least_share, "0 to 1");
-  require(largest_rotation_sigma_rad > 0.0,
-          "largest_rotation_sigma_rad",
-          largest_rotation_sigma_rad,
-          "above 0");
+  RequireOption(inlier_px > 0.0 && std::isfinite(inlier_px), "inlier_px", inlier_px, "above 0");
+  RequireOption(point_sigma_px > 0.0 && std::isfinite(point_sigma_px),
+                "point_sigma_px",
+                point_sigma_px,
+                "above 0");
+  RequireOption(least_share >= 0.0 && least_share <= 1.0, "least_share", least_share, "0 to 1");
+  RequireOption(largest_rotation_sigma_rad > 0.0,
+                "largest_rotation_sigma_rad",
+                largest_rotation_sigma_rad,
+                "above 0");
 }
 
 double RotationBetweenRad(const glm::dmat4& a, const glm::dmat4& b) {

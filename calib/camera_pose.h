@@ -70,11 +70,11 @@ struct UndeterminedPose {
 };
 
 // Returns the pose that most matches agree on, by least squares over those within inlier_px of it.
-// Or the reason why there is none: fewer than 4 matches, points on a line, no pose that least_share
-// of them agree on, an undetermined rotation, or two poses that the points do not distinguish.
-// Points distinguish two poses where the summed squares of the second are larger by 25 variances of
-// a point's coordinate. Else `expected_camera_from_world`, where given, decides: the pose with the
-// nearer rotation is taken.
+// Or the reason why there is none: fewer than 4 matches, points on a line, or no pose that
+// least_share of them agree on. Also an undetermined rotation, or two poses that the points do not
+// distinguish. Points distinguish two poses where the summed squares of the second are larger by 25
+// variances of a point's coordinate. Else `expected_camera_from_world`, where given, decides: the
+// pose with the nearer rotation is taken.
 //
 // Source   Triples by Ke and Roumeliotis, CVPR 2017 (cv::SOLVEPNP_AP3P). The two poses of a flat
 //          board by Collins and Bartoli, IJCV 109(3), 2014 (cv::SOLVEPNP_IPPE), with the points

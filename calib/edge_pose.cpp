@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "calib/internal/check_number.h"
 #include "calib/internal/edge_view.h"
 #include "calib/internal/reprojection.h"
 #include "calib/internal/residual_text.h"
@@ -25,7 +25,6 @@ namespace {
 constexpr std::size_t kFewSamples = 160;  // While poses are tried.
 // How near edges are where a pose is right; those of a wrong one are drawn near, and miss by more.
 constexpr double kSharpPx = 0.7;
-constexpr std::size_t kFewestSamples = 40;
 // A pose on whose edges the picture has this share of what the best one's have is as good.
 constexpr double kRivalShare = 0.9;
 
@@ -51,7 +50,7 @@ std::optional<glm::dmat4> Moved(const EdgeView& view,
     std::vector<EdgePlace> samples = view.PlacesOf(pose, slopes, stage.samples);
     for (EdgePlace& sample : samples) sample.steps_px = StepsAlong(slopes, sample, stage.reach_px);
     std::vector<EdgeMatch> matches = MatchesOf(samples, stage.scale_px);
-    if (matches.size() < kFewestSamples / 2) return std::nullopt;
+    if (matches.size() < kFewestEdgePlaces / 2) return std::nullopt;
     for (const EdgePlace& sample : samples) {
       const auto before = view.Project(rough, sample.point_m);
       if (!(stage.hold > 0.0) || !before) continue;
@@ -75,7 +74,7 @@ std::optional<glm::dmat4> Moved(const EdgeView& view,
 // How much of the mesh's edges the picture has, each sample by how near.
 double Support(const EdgeView& view, const PictureSlopes& slopes, const glm::dmat4& pose) {
   std::vector<EdgePlace> samples = view.PlacesOf(pose, slopes);
-  if (samples.size() < kFewestSamples) return 0.0;
+  if (samples.size() < kFewestEdgePlaces) return 0.0;
   double sum = 0.0;
   for (EdgePlace& sample : samples) {
     sample.steps_px = StepsAlong(slopes, sample, 2.0 * kNearPx);
@@ -121,8 +120,9 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
   means.setZero();
   mean_residual.setZero();
   sizes.setZero();
-  // Of a picture's edge, whatever the mesh: blur, and the threshold between what it separates.
-  constexpr double kPictureSigmaPx = 0.1;
+  // Of a group in the picture, whatever the mesh: blur, and the threshold between what it
+  // separates. Its samples scatter about that, which `variance` below counts.
+  constexpr double kGroupSigmaPx = 0.1;
   for (int i = 0; i < count; ++i) {
     const EdgeMatch& match = matches[static_cast<std::size_t>(i)];
     const double depth_m = (pose * glm::dvec4(match.match.point_world_m, 1.0)).z;
@@ -130,7 +130,7 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
     // Along the group's normal: displacements of opposite normals must not cancel.
     const double offset_px =
         of.sign * match.root_weight *
-        std::hypot(mesh_sigma_m * view.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
+        std::hypot(mesh_sigma_m * view.Intrinsics().fx_px / depth_m, kGroupSigmaPx);
     const auto group = static_cast<Eigen::Index>(of.number);
     offsets[i] = offset_px;
     pulls.col(group) += jacobian.row(i).transpose() * offset_px;
@@ -169,49 +169,38 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const EdgeView& view,
 }  // namespace
 
 void EdgePoseOptions::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* expected) {
-    if (good) return;
-    throw std::invalid_argument(std::string(field) + ": expected " + expected + ", found " +
-                                NumberText("%g", value));
-  };
-  require(reach_px > 1.0 && std::isfinite(reach_px), "reach_px", reach_px, "above 1");
-  require(mesh_sigma_m >= 0.0 && std::isfinite(mesh_sigma_m),
-          "mesh_sigma_m",
-          mesh_sigma_m,
-          "0 or more");
-  require(largest_rotation_sigma_rad > 0.0,
-          "largest_rotation_sigma_rad",
-          largest_rotation_sigma_rad,
-          "above 0");
-  require(largest_position_sigma_m > 0.0,
-          "largest_position_sigma_m",
-          largest_position_sigma_m,
-          "above 0");
+  RequireOption(reach_px > 1.0 && std::isfinite(reach_px), "reach_px", reach_px, "above 1");
+  RequireOption(mesh_sigma_m >= 0.0 && std::isfinite(mesh_sigma_m),
+                "mesh_sigma_m",
+                mesh_sigma_m,
+                "0 or more");
+  RequireOption(largest_rotation_sigma_rad > 0.0,
+                "largest_rotation_sigma_rad",
+                largest_rotation_sigma_rad,
+                "above 0");
+  RequireOption(largest_position_sigma_m > 0.0,
+                "largest_position_sigma_m",
+                largest_position_sigma_m,
+                "above 0");
 }
 
 tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
     const Lens& lens,
     const Rgb8Image& picture,
-    std::span<const MeshEdge> edges,
-    const RayCaster& rays,
+    const EdgeModel& model,
     const glm::dmat4& rough_camera_from_world,
     const EdgePoseOptions& options) {
   options.Validate();
   const CameraIntrinsics& intrinsics = lens.Intrinsics();
-  if (picture.width != intrinsics.width_px || picture.height != intrinsics.height_px) {
-    throw std::invalid_argument("picture: expected " + std::to_string(intrinsics.width_px) + "x" +
-                                std::to_string(intrinsics.height_px) + " pixels, found " +
-                                std::to_string(picture.width) + "x" +
-                                std::to_string(picture.height));
-  }
-  const EdgeView view(lens, edges, rays);
+  RequireLensSize(intrinsics, picture);
+  const EdgeView view(lens, model);
   const PictureSlopes coarse(picture, 2.5);
   const PictureSlopes fine(picture, 1.0);
   const double reach = options.reach_px;
-  if (view.PlacesOf(rough_camera_from_world, fine).size() < kFewestSamples) {
+  if (view.PlacesOf(rough_camera_from_world, fine).size() < kFewestEdgePlaces) {
     return tl::unexpected(
         OpenPose("the rough pose has hardly an edge of the mesh in view, expected some that are " +
-                 NumberText("%.0f px long together", kFewestSamples * kEdgePlaceStepPx)));
+                 NumberText("%.0f px long together", kFewestEdgePlaces * kEdgePlaceStepPx)));
   }
 
   // Starts turned so that the picture shifts by up to the reach.
@@ -273,7 +262,7 @@ tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
     counting.push_back(sample);
   }
   const double count = static_cast<double>(samples.size());
-  if (samples.size() < kFewestSamples || counting.size() < kFewestSamples / 2) {
+  if (samples.size() < kFewestEdgePlaces || counting.size() < kFewestEdgePlaces / 2) {
     return tl::unexpected(OpenPose("hardly an edge of the mesh is found in the picture"));
   }
   result.rms_px = std::sqrt(squares / static_cast<double>(counting.size()));

@@ -73,8 +73,7 @@ struct EdgePose {
 tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
     const Lens& lens,
     const Rgb8Image& picture,
-    std::span<const MeshEdge> edges,
-    const RayCaster& rays,
+    const EdgeModel& model,
     const glm::dmat4& rough_camera_from_world,
     const EdgePoseOptions& options = {});
 

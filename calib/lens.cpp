@@ -25,9 +25,9 @@ constexpr int kMaxCoverSidePx = 16384;
 //   [ d(r) + 6 p r cos(theta)      -2 p r sin(theta)       ]
 //   [ -2 p r sin(theta)            D(r) + 2 p r cos(theta) ]
 // with D = 1 + k1 r^2 + k2 r^4 + k3 r^6 and d = (r D)'. The part with p has no eigenvalue below
-// -6 p r, so the sum is positive definite while min(d, D) > 6 p r (exactly up to there, where
-// d <= D: barrel distortion folds on the side away from (p2, p1)). The mapping is then the gradient
-// of a strictly convex function on a disc: one-to-one.
+// -6 p r, so the sum is positive definite while min(d, D) > 6 p r. The mapping is then the gradient
+// of a strictly convex function on a disc: one-to-one. Where d <= D, the bound is exact: barrel
+// distortion folds on the side away from (p2, p1).
 double RadiusOfValidity(const std::array<double, 5>& distortion) {
   const auto [k1, k2, p1, p2, k3] = distortion;
   const double tangential = 6.0 * std::hypot(p1, p2);

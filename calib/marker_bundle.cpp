@@ -102,7 +102,7 @@ class Placing {
       double cost = 0.0;
       if (const auto pose = BestPose(lens_, matches, &cost)) layout_.camera_from_world[v] = *pose;
     }
-    AdjustMarkerLayout(lens_, square_, views_, reference_id_, steps, layout_);
+    AdjustMarkerLayout({lens_, square_, views_}, reference_id_, steps, layout_);
   }
 
   const MarkerLayout& Layout() const { return layout_; }

@@ -56,9 +56,8 @@ std::vector<DetectedMarker> Search(const cv::Mat& picture,
   // Away from OpenCV's defaults, as counted on photographs of tags of 20 px a side:
   // - perimeters from 4 x 4 px in a picture of 800, not 4 x 6;
   // - 8 pixels a cell when cells are read, not 4;
-  // - squares nearer to one another than the marker and the outline of its white rim: else the
-  // rim's
-  //   stands for both, and no marker is found;
+  // - squares nearer to one another than a marker and the outline of its white rim, as otherwise
+  //   the rim stands for both, and no marker is found;
   // - in enlarged pictures also thresholds over wider windows.
   parameters->minMarkerPerimeterRate = 0.02;
   parameters->perspectiveRemovePixelPerCell = 8;

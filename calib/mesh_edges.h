@@ -36,4 +36,10 @@ std::vector<MeshEdge> EdgesOf(const Mesh& mesh, const RayCaster& rays);
 // mesh is cut changes nothing.
 std::vector<MeshEdge> JoinedEdges(std::span<const MeshEdge> edges);
 
+// A mesh by its edges, and the rays that find which of them it hides. Keeps references to both.
+struct EdgeModel {
+  std::span<const MeshEdge> edges;
+  const RayCaster& rays;
+};
+
 }  // namespace pleinair

@@ -14,6 +14,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "calib/internal/check_number.h"
 #include "calib/internal/edge_view.h"
 #include "calib/internal/reprojection.h"
 #include "calib/internal/residual_text.h"
@@ -23,13 +24,12 @@ namespace {
 
 using Information = Eigen::Matrix<double, 6, 6>;
 
-constexpr std::size_t kMostPlaces = 240;
-constexpr std::size_t kFewestPlaces = 40;
+constexpr std::size_t kMostJudgedPlaces = 240;
 // Places among which these are chosen, so that hidden ones do not use them up.
-constexpr std::size_t kMostVisiblePlaces = 20 * kMostPlaces;
-// Of a picture's edge, whatever the mesh: blur, texture, and the threshold between two surfaces.
-// One picture's matches in EdgePose are of one edge each, and scatter less.
-constexpr double kPictureSigmaPx = 0.7;
+constexpr std::size_t kMostVisiblePlaces = 20 * kMostJudgedPlaces;
+// Of one place in the picture, whatever the mesh: blur, texture, and the threshold between two
+// surfaces.
+constexpr double kPlaceSigmaPx = 0.7;
 // Share of places whose nearest step of light is not the mesh's edge: a shadow's, a window's.
 constexpr double kOtherShare = 0.3;
 // A picture with less than this share of the steps of the one that has most is left out: night,
@@ -90,7 +90,7 @@ std::vector<FixedPlace> FixedPlacesOf(const EdgeView& view,
                                       const glm::dmat4& stated,
                                       std::size_t pictures) {
   const std::vector<EdgePlace> visible = view.PlacesOf(stated, picture, kMostVisiblePlaces);
-  const std::size_t count = std::min(visible.size(), kMostPlaces);
+  const std::size_t count = std::min(visible.size(), kMostJudgedPlaces);
   std::vector<FixedPlace> places;
   std::vector<EdgeMatch> matches;
   for (std::size_t i = 0; i < count; ++i) {
@@ -114,22 +114,30 @@ std::vector<FixedPlace> FixedPlacesOf(const EdgeView& view,
   return places;
 }
 
+// The stated pose as a normal distribution.
+struct PosePrior {
+  PosePrior(const glm::dmat4& stated, const PoseCorrectionOptions& options) : pose(stated) {
+    sigmas.head<3>().setConstant(options.rotation_sigma_rad);
+    sigmas.tail<3>().setConstant(options.position_sigma_m);
+  }
+
+  glm::dmat4 pose;
+  Motion sigmas;  // About and along the camera's axes.
+};
+
 class PoseEvidence {
  public:
   // Keeps references to view, pictures and places.
   PoseEvidence(const EdgeView& view,
                std::span<const PictureSlopes* const> pictures,
                std::span<const FixedPlace> places,
-               const glm::dmat4& stated,
-               const PoseCorrectionOptions& options,
+               const PosePrior& prior,
                double reach_px)
-      : view_(view), pictures_(pictures), places_(places), stated_(stated) {
-    sigmas_.head<3>().setConstant(options.rotation_sigma_rad);
-    sigmas_.tail<3>().setConstant(options.position_sigma_m);
+      : view_(view), pictures_(pictures), places_(places), prior_(prior) {
     double steps = 1.0;  // One more, so that none is not impossible.
     double searched_px = 1.0;
     for (const FixedPlace& place : places) {
-      const auto here = PlaceAt(place, stated);
+      const auto here = PlaceAt(place, prior.pose);
       if (!here) continue;
       for (const PictureSlopes* slopes : pictures) {
         steps += static_cast<double>(StepsAlong(*slopes, *here, reach_px).size());
@@ -139,9 +147,9 @@ class PoseEvidence {
     steps_per_px_ = steps / searched_px;
   }
 
-  Information Prior() const { return sigmas_.cwiseInverse().cwiseAbs2().asDiagonal(); }
+  Information Prior() const { return prior_.sigmas.cwiseInverse().cwiseAbs2().asDiagonal(); }
   double SquaredSigmas(const glm::dmat4& pose) const {
-    return MotionBetween(stated_, pose).cwiseQuotient(sigmas_).squaredNorm();
+    return MotionBetween(prior_.pose, pose).cwiseQuotient(prior_.sigmas).squaredNorm();
   }
   // Share of edges that a picture's other edges are near, by chance.
   double ChanceShare(double reach_px) const {
@@ -150,10 +158,10 @@ class PoseEvidence {
 
   Posterior At(const glm::dmat4& pose, const SearchStep& step) const {
     Posterior posterior;
-    const Motion from_stated = MotionBetween(stated_, pose).cwiseQuotient(sigmas_);
+    const Motion from_stated = MotionBetween(prior_.pose, pose).cwiseQuotient(prior_.sigmas);
     posterior.log_density = -0.5 * from_stated.squaredNorm();
     posterior.information = Prior();
-    posterior.gradient = -from_stated.cwiseQuotient(sigmas_);
+    posterior.gradient = -from_stated.cwiseQuotient(prior_.sigmas);
 
     std::vector<EdgeMatch> matches;  // Those with a step within reach.
     std::vector<double> shares;
@@ -211,7 +219,7 @@ class PoseEvidence {
   double SigmaPx(const glm::dvec3& point_m, const glm::dmat4& pose, const SearchStep& step) const {
     const double depth_m = std::max(1e-3, (pose * glm::dvec4(point_m, 1.0)).z);
     return step.loosened *
-           std::hypot(step.mesh_sigma_m * view_.Intrinsics().fx_px / depth_m, kPictureSigmaPx);
+           std::hypot(step.mesh_sigma_m * view_.Intrinsics().fx_px / depth_m, kPlaceSigmaPx);
   }
 
   // Likelihood of a step that is not the mesh's edge, over that of one in the edge's place.
@@ -223,9 +231,8 @@ class PoseEvidence {
   const EdgeView& view_;
   std::span<const PictureSlopes* const> pictures_;
   std::span<const FixedPlace> places_;
-  glm::dmat4 stated_;
+  PosePrior prior_;
   double steps_per_px_ = 0.0;  // Of all of the pictures' steps of light, along the places' normals.
-  Motion sigmas_;
 };
 
 // The pictures that show edges at all.
@@ -233,7 +240,7 @@ std::vector<std::size_t> PicturesWithEdges(const EdgeView& view,
                                            std::span<const PictureSlopes> pictures,
                                            const glm::dmat4& stated,
                                            double reach_px) {
-  const std::vector<EdgePlace> places = view.PlacesOf(stated, pictures.front(), kMostPlaces);
+  const std::vector<EdgePlace> places = view.PlacesOf(stated, pictures.front(), kMostJudgedPlaces);
   std::vector<double> steps;
   for (const PictureSlopes& slopes : pictures) {
     double& count = steps.emplace_back(0.0);
@@ -254,7 +261,7 @@ double ShiftSigmaPx(const EdgeView& view,
                     const glm::dmat4& pose,
                     const Information& covariance) {
   std::vector<EdgeMatch> places;
-  for (const EdgePlace& place : view.PlacesOf(pose, slopes, kMostPlaces)) {
+  for (const EdgePlace& place : view.PlacesOf(pose, slopes, kMostJudgedPlaces)) {
     for (const glm::dvec2& axis : {glm::dvec2(1.0, 0.0), glm::dvec2(0.0, 1.0)}) {
       places.push_back({place.edge, {place.point_m, place.pixel}, axis});
     }
@@ -268,26 +275,20 @@ double ShiftSigmaPx(const EdgeView& view,
 }  // namespace
 
 void PoseCorrectionOptions::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* expected) {
-    if (good) return;
-    throw std::invalid_argument(std::string(field) + ": expected " + expected + ", found " +
-                                NumberText("%g", value));
-  };
   const auto above_0 = [](double value) { return value > 0.0 && std::isfinite(value); };
-  require(above_0(rotation_sigma_rad), "rotation_sigma_rad", rotation_sigma_rad, "above 0");
-  require(above_0(position_sigma_m), "position_sigma_m", position_sigma_m, "above 0");
-  require(least_shift_px >= 0.0 && std::isfinite(least_shift_px),
-          "least_shift_px",
-          least_shift_px,
-          "0 or more");
+  RequireOption(above_0(rotation_sigma_rad), "rotation_sigma_rad", rotation_sigma_rad, "above 0");
+  RequireOption(above_0(position_sigma_m), "position_sigma_m", position_sigma_m, "above 0");
+  RequireOption(least_shift_px >= 0.0 && std::isfinite(least_shift_px),
+                "least_shift_px",
+                least_shift_px,
+                "0 or more");
   const double reach = reach_px.value_or(2.0);
-  require(reach > 1.0 && std::isfinite(reach), "reach_px", reach, "above 1");
+  RequireOption(reach > 1.0 && std::isfinite(reach), "reach_px", reach, "above 1");
 }
 
 PoseCorrection CorrectPoseByEdges(const Lens& lens,
                                   std::span<const Rgb8Image> pictures,
-                                  std::span<const MeshEdge> edges,
-                                  const RayCaster& rays,
+                                  const EdgeModel& model,
                                   const glm::dmat4& stated,
                                   const PoseCorrectionOptions& options) {
   options.Validate();
@@ -296,17 +297,12 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   std::vector<PictureSlopes> coarse;
   std::vector<PictureSlopes> fine;
   for (const Rgb8Image& picture : pictures) {
-    if (picture.width != intrinsics.width_px || picture.height != intrinsics.height_px) {
-      throw std::invalid_argument("pictures: expected " + std::to_string(intrinsics.width_px) +
-                                  "x" + std::to_string(intrinsics.height_px) + " pixels, found " +
-                                  std::to_string(picture.width) + "x" +
-                                  std::to_string(picture.height));
-    }
+    RequireLensSize(intrinsics, picture);
     coarse.emplace_back(picture, 2.0);
     fine.emplace_back(picture, 1.0);
   }
-  const std::vector<MeshEdge> joined = JoinedEdges(edges);
-  const EdgeView view(lens, joined, rays);
+  const std::vector<MeshEdge> joined = JoinedEdges(model.edges);
+  const EdgeView view(lens, {joined, model.rays});
   const double reach_px = options.reach_px.value_or(intrinsics.width_px / 60.0);
   std::vector<const PictureSlopes*> rough_pictures;
   std::vector<const PictureSlopes*> fine_pictures;
@@ -318,12 +314,13 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
       FixedPlacesOf(view, joined, fine.front(), stated, fine_pictures.size());
   PoseCorrection result;
   result.camera_from_world = stated;
-  if (places.size() < kFewestPlaces) {
+  if (places.size() < kFewestEdgePlaces) {
     result.reason = "hardly an edge of the mesh is in view";
     return result;
   }
-  const PoseEvidence rough_evidence(view, rough_pictures, places, stated, options, reach_px);
-  const PoseEvidence evidence(view, fine_pictures, places, stated, options, reach_px);
+  const PosePrior prior(stated, options);
+  const PoseEvidence rough_evidence(view, rough_pictures, places, prior, reach_px);
+  const PoseEvidence evidence(view, fine_pictures, places, prior, reach_px);
   const auto last = [&](double mesh_sigma_m) {
     return SearchStep{mesh_sigma_m, 0.5 * reach_px, 1.0};
   };

@@ -16,8 +16,8 @@ namespace pleinair {
 
 // How well the pose is known beforehand, and what makes a correction.
 struct PoseCorrectionOptions {
-  // Standard deviations of the stated pose, about and along each axis; above 0. Poses from picked
-  // points or a tape measure are about as good.
+  // Standard deviations of the stated pose, about and along each axis; above 0. The defaults are
+  // for poses whose deviation nobody stated.
   double rotation_sigma_rad = 0.0044;  // 0.25 deg.
   double position_sigma_m = 0.04;
   // Smaller shifts of the picture are not worth a correction; 0 or more.
@@ -46,10 +46,10 @@ struct PoseCorrection {
 };
 
 // The most likely pose, given the stated one and the edges in all of the pictures. Shadows and
-// things that the mesh lacks have edges, too: the stated pose counts as a measurement with its
-// deviations, each edge of the mesh counts once over all of its length and all pictures, and a
-// place has at most a limited say. How far the mesh is off follows from the pictures, too: with a
-// mesh that is far off, edges that are elsewhere say little of the pose. The stated pose is kept
+// things that the mesh lacks have edges, too. So the stated pose counts as a measurement with its
+// deviations, and the influence of each place is limited. Each edge of the mesh counts once, over
+// all of its length and all pictures. How far the mesh is off follows from the pictures, too: with
+// a mesh that is far off, edges that are elsewhere say little of the pose. The stated pose is kept
 // where it is more likely exact than off.
 //
 // `pictures`  of one camera at one pose, at least one; best from different times of the day.
@@ -58,8 +58,7 @@ struct PoseCorrection {
 // Throws      std::invalid_argument: no picture, one of another size than the lens's; as Validate.
 PoseCorrection CorrectPoseByEdges(const Lens& lens,
                                   std::span<const Rgb8Image> pictures,
-                                  std::span<const MeshEdge> edges,
-                                  const RayCaster& rays,
+                                  const EdgeModel& model,
                                   const glm::dmat4& stated_camera_from_world,
                                   const PoseCorrectionOptions& options = {});
 

@@ -12,6 +12,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "calib/internal/check_number.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -131,15 +132,10 @@ bool IsAtRest(const std::vector<Vector6>& sums, std::size_t run, double largest_
 }  // namespace
 
 void PoseFilterOptions::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* expected) {
-    if (good) return;
-    throw std::invalid_argument(std::string(field) + ": expected " + expected + ", found " +
-                                std::to_string(value));
-  };
-  require(distance_m > 0.0 && std::isfinite(distance_m), "distance_m", distance_m, "above 0");
-  require(window_s > 0.0 && std::isfinite(window_s), "window_s", window_s, "above 0");
-  require(least_poses >= 4, "least_poses", least_poses, "4 or more");
-  require(most_noise_px >= 0.0, "most_noise_px", most_noise_px, "0 or more");
+  RequireOption(distance_m > 0.0 && std::isfinite(distance_m), "distance_m", distance_m, "above 0");
+  RequireOption(window_s > 0.0 && std::isfinite(window_s), "window_s", window_s, "above 0");
+  RequireOption(least_poses >= 4, "least_poses", least_poses, "4 or more");
+  RequireOption(most_noise_px >= 0.0, "most_noise_px", most_noise_px, "0 or more");
 }
 
 PoseFilter::PoseFilter(const PoseFilterOptions& options) : options_(options) { options.Validate(); }

@@ -2,30 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
+
+#include "calib/internal/check_number.h"
+#include "calib/internal/residual_text.h"
 
 namespace pleinair {
 namespace {
 
-std::string SecondsText(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f s", seconds);
-  return text;
-}
+std::string SecondsText(double seconds) { return NumberText("%.3f s", seconds); }
 
 bool IsBefore(const TimedPose& pose, UtcTime time) { return pose.time < time; }
 
 }  // namespace
 
 void PoseTrackOptions::Validate() const {
-  const auto require = [](bool good, const char* field, double value) {
-    if (good) return;
-    throw std::invalid_argument(std::string(field) + ": expected 0 or more seconds, found " +
-                                std::to_string(value));
-  };
-  require(most_gap_s >= 0.0, "most_gap_s", most_gap_s);
-  require(hold_s >= 0.0, "hold_s", hold_s);
+  RequireOption(most_gap_s >= 0.0, "most_gap_s", most_gap_s, "0 or more seconds");
+  RequireOption(hold_s >= 0.0, "hold_s", hold_s, "0 or more seconds");
 }
 
 PoseTrack::PoseTrack(const PoseTrackOptions& options, std::size_t most_poses)

@@ -2,12 +2,12 @@
 
 #include <chrono>
 #include <cmath>
-#include <stdexcept>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
 #include "calib/camera_pose.h"
+#include "calib/internal/check_number.h"
 
 namespace pleinair {
 namespace {
@@ -23,17 +23,14 @@ glm::dvec3 PositionOf(const glm::dmat4& camera_from_world) {
 }  // namespace
 
 void PoseTrackerOptions::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* expected) {
-    if (good) return;
-    throw std::invalid_argument(std::string(field) + ": expected " + expected + ", found " +
-                                std::to_string(value));
-  };
-  require(carry_frames >= 0, "carry_frames", carry_frames, "0 or more");
-  require(carry_s >= 0.0, "carry_s", carry_s, "0 or more");
-  require(believable_speed_m_s > 0.0, "believable_speed_m_s", believable_speed_m_s, "above 0");
-  require(believable_turn_rad_s > 0.0, "believable_turn_rad_s", believable_turn_rad_s, "above 0");
-  require(noise_m >= 0.0, "noise_m", noise_m, "0 or more");
-  require(noise_rad >= 0.0, "noise_rad", noise_rad, "0 or more");
+  RequireOption(carry_frames >= 0, "carry_frames", carry_frames, "0 or more");
+  RequireOption(carry_s >= 0.0, "carry_s", carry_s, "0 or more");
+  RequireOption(
+      believable_speed_m_s > 0.0, "believable_speed_m_s", believable_speed_m_s, "above 0");
+  RequireOption(
+      believable_turn_rad_s > 0.0, "believable_turn_rad_s", believable_turn_rad_s, "above 0");
+  RequireOption(noise_m >= 0.0, "noise_m", noise_m, "0 or more");
+  RequireOption(noise_rad >= 0.0, "noise_rad", noise_rad, "0 or more");
 }
 
 PoseTracker::PoseTracker(const PoseTrackerOptions& options) : options_(options) {

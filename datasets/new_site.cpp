@@ -53,13 +53,19 @@ fs::path FreeName(const fs::path& folder, const std::string& stem, const std::st
 // it and no file of a person.
 std::string MadeNote(const fs::path& name) { return name.string() + " is made by site new"; }
 
-// The file that `json[object][key]` names, where it was written by this module; never `source`.
+// Where the site's file names a file, and the key of the note on it.
+struct FileEntry {
+  const char* object;
+  const char* key;
+  const char* note;
+};
+
+// The file that the entry names, where it was written by this module; never `source`.
 std::optional<fs::path> MadeBefore(const fs::path& folder,
                                    const Json& json,
-                                   const char* object,
-                                   const char* key,
-                                   const char* note,
+                                   const FileEntry& entry,
                                    const fs::path& source) {
+  const auto& [object, key, note] = entry;
   if (!Has(json, object, key) || !json[object][key].is_string()) return std::nullopt;
   const fs::path name = json[object][key].get<std::string>();
   std::error_code error;
@@ -302,7 +308,7 @@ std::vector<std::string> SetSiteMesh(const fs::path& folder,
     WriteObj(converted, folder / name);
     const Mesh written = LoadMesh(folder / name).mesh;
     EditSiteFile(folder, [&](Json& json) {
-      replaced = MadeBefore(folder, json, "scene", "mesh", kMeshNote, mesh);
+      replaced = MadeBefore(folder, json, {"scene", "mesh", kMeshNote}, mesh);
       json["scene"]["mesh"] = name.string();
       json[kMeshNote] = MadeNote(name);
       dropped = DropUnknownRegions(written, json);
@@ -451,7 +457,7 @@ void SetSiteEnvironment(const fs::path& folder,
   WriteWholeFile(folder / name, ReadWholeFile(map));
   std::optional<fs::path> replaced;
   EditSiteFile(folder, [&](Json& json) {
-    replaced = MadeBefore(folder, json, "environment", "image", kMapNote, map);
+    replaced = MadeBefore(folder, json, {"environment", "image", kMapNote}, map);
     json[kMapNote] = MadeNote(name);
     json["environment"] = {{"image", name.string()},
                            {"position_m", {position_m.x, position_m.y, position_m.z}},

@@ -95,8 +95,9 @@ bool LightInMotion::KeepsShape(const glm::dmat4& world_from_given) {
 void LightInMotion::Start(const PlacedObjects& stood,
                           const ObjectGather& gather,
                           const VerticesByLight& irradiance,
-                          const FrameBasis& basis,
-                          std::span<const std::size_t> lights) {
+                          const LightSubset& of) {
+  const FrameBasis& basis = of.basis;
+  const std::span<const std::size_t> lights = of.lights;
   const PatchScene& objects = stood.objects.Objects();
   if (shape_.VertexCount() != gather.VertexCount()) {
     shape_ = OwnShape(gather, objects, OwnFromWorld(stood.world_from_given));
@@ -107,7 +108,7 @@ void LightInMotion::Start(const PlacedObjects& stood,
   }
   buried_ = gather.BuriedVertices();
   const std::size_t count = lights.size();
-  const std::vector<glm::vec3> outside = OutsideOf(stood, basis, lights);
+  const std::vector<glm::vec3> outside = OutsideOf(stood, of);
   // The irradiance includes reflected light, which must be known to be subtracted.
   const std::vector<glm::vec3> first =
       shape_.FromFaces(FaceRadiosity(stood.objects, outside, lights), count);
@@ -145,9 +146,10 @@ void LightInMotion::Start(const PlacedObjects& stood,
 void LightInMotion::Update(const PlacedObjects& placed,
                            const ObjectGather& gather,
                            std::span<const Gathered> gathered,
-                           const FrameBasis& basis,
-                           std::span<const std::size_t> lights,
+                           const LightSubset& of,
                            VerticesByLight& irradiance) {
+  const FrameBasis& basis = of.basis;
+  const std::span<const std::size_t> lights = of.lights;
   const std::size_t count = lights.size();
   const std::size_t vertices = shape_.VertexCount();
   outside_correction_.resize(basis.LightCount());
@@ -164,7 +166,7 @@ void LightInMotion::Update(const PlacedObjects& placed,
   parts.reserve(gathered.size());
   for (const Gathered& part : gathered) parts.push_back(part.part);
   shape_.Refine(gather, parts, placed.objects.Objects(), OwnFromWorld(placed.world_from_given));
-  const std::vector<glm::vec3> outside = OutsideOf(placed, basis, lights);
+  const std::vector<glm::vec3> outside = OutsideOf(placed, of);
   for (const Gathered& part : gathered) {
     const auto [begin, end] = gather.VerticesOf(part.part);
     for (std::size_t i = 0; i < count; ++i) {
@@ -216,8 +218,9 @@ void LightInMotion::Update(const PlacedObjects& placed,
 }
 
 std::vector<glm::vec3> LightInMotion::OutsideOf(const PlacedObjects& placed,
-                                                const FrameBasis& basis,
-                                                std::span<const std::size_t> lights) {
+                                                const LightSubset& of) {
+  const FrameBasis& basis = of.basis;
+  const std::span<const std::size_t> lights = of.lights;
   const std::size_t count = lights.size();
   const Mesh& mesh = placed.objects.Objects().mesh;
   const auto bounds = BoundsOfObjects(mesh);

@@ -30,6 +30,12 @@ struct PlacedObjects {
   std::span<const glm::dmat4> world_from_given;
 };
 
+// Some of a basis's lights, by their numbers.
+struct LightSubset {
+  const FrameBasis& basis;
+  std::span<const std::size_t> lights;
+};
+
 // The light at a vertex is a base and a correction,
 //   E = sum over cells of share * pi L + sum over own faces of share * B + correction.
 // The base is exact in the object's own shape (see OwnShape). Eight probes in the object's box see
@@ -55,20 +61,18 @@ class LightInMotion {
   void Start(const PlacedObjects& stood,
              const ObjectGather& gather,
              const VerticesByLight& irradiance,
-             const FrameBasis& basis,
-             std::span<const std::size_t> lights);
+             const LightSubset& of);
 
   // Light at the vertices of a part of the objects, without what those reflect, as gathered now.
   struct Gathered {
     std::size_t part = 0;
     VerticesByLight irradiance;
   };
-  // Irradiance of `lights` at the present place; `gathered` are parts of `gather` there.
+  // Irradiance of those lights at the present place; `gathered` are parts of `gather` there.
   void Update(const PlacedObjects& placed,
               const ObjectGather& gather,
               std::span<const Gathered> gathered,
-              const FrameBasis& basis,
-              std::span<const std::size_t> lights,
+              const LightSubset& of,
               VerticesByLight& irradiance);
 
  private:
@@ -93,9 +97,7 @@ class LightInMotion {
                                   std::size_t light) const;
 
   // Without what objects reflect: [vertex * lights + light].
-  std::vector<glm::vec3> OutsideOf(const PlacedObjects& placed,
-                                   const FrameBasis& basis,
-                                   std::span<const std::size_t> lights);
+  std::vector<glm::vec3> OutsideOf(const PlacedObjects& placed, const LightSubset& of);
   // [face * lights + light].
   std::vector<glm::vec3> FaceRadiosity(const ObjectInterreflection& objects,
                                        std::span<const glm::vec3> outside,

@@ -150,7 +150,7 @@ std::optional<SurfacePoint> StepOnSurface(const RayCaster& caster,
     const auto ahead = SurfaceAlong(caster, mesh, above, along);
     const double ahead_m = ahead ? glm::distance(ahead->position_m, above) : left_m;
     if (!(ahead_m < left_m)) {
-      const auto below = SurfaceAlong(caster, mesh, above + left_m * along, -at.normal);
+      auto below = SurfaceAlong(caster, mesh, above + left_m * along, -at.normal);
       if (!below || glm::distance(below->position_m, above + left_m * along) >
                         kDeepestSteps * std::abs(step_m)) {
         return std::nullopt;

@@ -54,8 +54,8 @@ std::optional<glm::dvec3> DirectionOnSurface(const SurfacePoint& point,
 
 // The point of the surface at `step_m` from `from` in a direction along it, `direction` unit and at
 // right angles to the normal. Where another surface stands in the way, the way goes on along that
-// one; beyond an edge it goes on along what lies below, at right angles to the surface, not deeper
-// than ten steps. None where nothing does.
+// one. Beyond an edge it goes on along the surface below, at right angles to this one and at most
+// ten steps deeper. None where nothing does.
 std::optional<SurfacePoint> StepOnSurface(const RayCaster& caster,
                                           const Mesh& mesh,
                                           const SurfacePoint& from,

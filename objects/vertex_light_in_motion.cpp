@@ -143,16 +143,14 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
     motion_.Start({stood ? *stood : interreflection_, left_->world_from_given},
                   left_->gather,
                   left_->irradiance,
-                  basis,
-                  lights);
+                  {basis, lights});
     motion_generation_ = basis.Generation();
     left_.reset();
   }
   motion_.Update({interreflection_, world_from_given_},
                  gather_,
                  GatherParts(parts, basis, lights),
-                 basis,
-                 lights,
+                 {basis, lights},
                  responses_[0].of_light);
   return true;
 }

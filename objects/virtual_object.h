@@ -5,9 +5,9 @@
 
 namespace pleinair {
 
-// Materials are drawn with their diffuse albedo and the sun's GGX highlight; what a glossy surface
-// mirrors of its surroundings is computed separately (mirror_image.h): without it the surface is
-// drawn as if it were diffuse, with albedo plus specular reflectance.
+// Materials are drawn with their diffuse albedo and the sun's GGX highlight. What a glossy surface
+// mirrors of its surroundings is computed separately (mirror_image.h). Without that the surface is
+// drawn as diffuse, with albedo plus specular reflectance.
 struct VirtualObject {
   Mesh mesh;  // In world coordinates. Needs normals.
 };

@@ -143,7 +143,7 @@ struct ShadowDirectionFinder::Impl {
 
   const std::vector<ShadowPixel>& SurfacesOf(const Camera& of, const std::stop_token& stop) {
     if (camera != of) {
-      surfaces = FindShadowPixels(mesh, usable, caster, of, options.pixels, stop);
+      surfaces = FindShadowPixels({mesh, usable, caster}, of, options.pixels, stop);
       camera = of;
       if (stop.stop_requested()) camera.reset();  // They may be incomplete.
     }

@@ -352,8 +352,8 @@ std::vector<ShRgb> PointIrradiance::ShOfSky(const SkyRadiance& radiance, LightPa
   return ShOfSky(Sky{options_.regions, &radiance}, part);
 }
 
-// The sun's part of what surfaces send: looked up at the very place that a ray meets, so that the
-// edge of a sunlit spot is where it is and not at a patch's border.
+// The sun's part of what surfaces send. It is looked up where a ray meets the surface, so that a
+// sunlit spot has its own edge and not a patch's border.
 std::vector<glm::vec3> PointIrradiance::SunByWayOfOneSurface(const glm::dvec3& direction_enu,
                                                              double angular_radius_rad) const {
   const SunDisc disc(direction_enu, angular_radius_rad, kSunSamplesAtHit);

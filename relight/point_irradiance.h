@@ -31,8 +31,8 @@ struct PointIrradianceOptions {
   int bounces = kAllBounces;  // Reflections on the way to a point; 0 leaves no indirect light.
   SkyRegions regions{1, 1};
   // Longest edge of patches at a point; it grows by patch_growth_per_m for each metre from the
-  // nearest point. 0: as short as kPatchBudget patches allow. (Light that is interpolated between
-  // patches' corners errs more than patches of even light: it smears the edges.)
+  // nearest point. 0: as short as kPatchBudget patches allow. Patches have even light:
+  // interpolation between their corners has larger errors, as it smears edges.
   double patch_size_m = 0.0;
   double patch_growth_per_m = 0.4;
   // Over the hemisphere of each point and normal, or the sphere of each point. Converged: 65536.

@@ -22,21 +22,26 @@ constexpr float kTexelOfOneLookUpPx = 0.5f;
 // One view's.
 class ViewAlbedo::Filling {
  public:
+  struct Filled {
+    SurfaceView& view;
+    GrayImage& survey_edge_distance_px;
+  };
+
   Filling(const ViewAlbedo& albedo,
           const CameraPixels& pixels,
-          const Image<std::int32_t>& side,
           const PixelBlocks& blocks,
-          SurfaceView& view,
-          GrayImage& survey_edge_distance_px)
+          const Image<std::int32_t>& side,
+          const Filled& filled)
       : scene_(albedo.scene_),
         survey_(albedo.survey_),
         pixels_(pixels),
         eye_m_(pixels.OriginM()),
-        focal_px_(std::sqrt(view.camera.intrinsics.fx_px * view.camera.intrinsics.fy_px)),
+        focal_px_(
+            std::sqrt(filled.view.camera.intrinsics.fx_px * filled.view.camera.intrinsics.fy_px)),
         side_(side),
         blocks_(blocks),
-        view_(view),
-        survey_edge_distance_px_(survey_edge_distance_px) {
+        view_(filled.view),
+        survey_edge_distance_px_(filled.survey_edge_distance_px) {
     if (!survey_ || blocks_.SidePx() == 1) return;
     corners_in_map_.resize(CornerColumns() * (static_cast<std::size_t>(blocks_.Rows()) + 1));
     tbb::parallel_for(0, blocks_.Rows() + 1, [&](int row) {
@@ -194,7 +199,7 @@ void ViewAlbedo::Fill(const CameraPixels& pixels,
   SizeFor(blocks, view.may_be_sampled);
   SizeFor(blocks, view.footprint_radius_px);
   SizeFor(blocks, survey_edge_distance_px);
-  const Filling filling(*this, pixels, side, blocks, view, survey_edge_distance_px);
+  const Filling filling(*this, pixels, blocks, side, {view, survey_edge_distance_px});
   ForBlocks(
       blocks,
       [&](int y, std::span<const std::uint8_t> wanted) { filling.DoRow(y, wanted); },

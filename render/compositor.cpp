@@ -223,7 +223,7 @@ Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input
       by_volumes && effects.object_shadow && sun.is_shining && !object_rect.Empty();
   if (shades_objects || !drawn.shadow_rect.Empty()) UpdateVolumes(to_sun);
   if (!drawn.shadow_rect.Empty()) {
-    real_shadow.Draw(layer_view, drawn.shadow_rect, scene, object_volumes, to_sun, stencil);
+    real_shadow.Draw(layer_view, drawn.shadow_rect, scene, {object_volumes, to_sun}, stencil);
   }
   if (object_rect.Empty()) {
     if (input.motion != nullptr) MoveLayers(input, to_sun, drawn);
@@ -390,6 +390,7 @@ void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
   ProcessorLayers layers{.lookup = lookup,
                          .object = {drawn.object_rect, {}},
                          .mask = {drawn.shadow_rect, {}},
+                         .hidden_sun = drawn.hidden_sun,
                          .shadow_blur = BlurKernel(input.camera_blur_px),
                          .object_rect = lookup.CameraRectOf(drawn.object_rect),
                          .mask_rect = lookup.CameraRectOf(drawn.shadow_rect)};
@@ -400,7 +401,7 @@ void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
   if (!drawn.shadow_rect.Empty()) {
     layers.mask = ReadMask(drawn.shadow_rect);
   }
-  CompositeByProcessor(input, layers, drawn.hidden_sun, light, gain, result);
+  CompositeByProcessor(input, layers, light, gain, result);
 }
 
 void CompositorOptions::Validate() const {

@@ -86,8 +86,8 @@ bool HasEdge(const Around<bool>& is_shaded) {
          MostOf(above[0], above[1], above[2]) != MostOf(below[0], below[1], below[2]);
 }
 
-// Where one side of a pixel is in shade and the other in the sun, the pixel's share by its own
-// radiance between theirs; none where it is as one of them, as at a crossing of joints.
+// Where one side of a pixel is in shade and the other in the sun: the pixel's share, from its own
+// radiance between theirs. None where its radiance is that of one side, as at a crossing of joints.
 std::optional<float> ShareAtEdge(const Around<bool>& is_shaded, const Around<float>& radiance) {
   std::optional<float> share;
   float contrast = 0.0f;

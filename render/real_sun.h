@@ -41,7 +41,8 @@ struct RealPicture {
 //
 // A real shadow's edge is as wide as the disc and the lens make it. Where the median of one side's
 // three pixels is lit and that of the other side is not, the pixel has the share that its radiance
-// has between theirs: a new shadow would else leave pixels there darker than shade, or brighter.
+// has between theirs. Otherwise a new shadow would leave pixels there darker than shade, or
+// brighter.
 //
 // Accuracy  equal to the shader's up to rounding: a pixel at the threshold may fall to either side.
 float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px);

@@ -43,9 +43,9 @@ std::vector<double> RotateSh(int bands,
 //
 // With weights w1, w2 a source of normal irradiance 1 lights a surface at angle theta, t =
 // cos(theta), with 1/4 + w1 t/2 + w2 (5/32) (3 t^2 - 1). That stays >= 0 for w1^2 <= 15/8 w2 -
-// 75/64 w2^2; the largest w1 is at w2 = 4/5, and leaves (1 + sqrt(3) t)^2 / 8: a square, so that
-// any sum of sources is >= 0 too. A source's own direction keeps 93 % of its irradiance. (Hann's
-// and Lanczos' windows do not get there at any width.)
+// 75/64 w2^2. The largest w1 is at w2 = 4/5, and leaves the square (1 + sqrt(3) t)^2 / 8, so any
+// sum of sources is >= 0 too. A source's own direction keeps 93 % of its irradiance. (Hann's and
+// Lanczos' windows do not get there at any width.)
 inline constexpr std::array<float, kProbeShBands> kShWindow = {1.0f, 0.866025404f, 0.8f};
 void WindowSh(ShRgb& radiance_sh);
 

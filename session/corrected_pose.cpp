@@ -70,7 +70,7 @@ std::string CorrectPose(const SessionOptions& options, const Mesh& mesh, Sequenc
   if (pictures.empty()) return {};
   const RayCaster rays(mesh);
   const PoseCorrection found = CorrectPoseByEdges(
-      Lens(sequence.intrinsics), pictures, EdgesOf(mesh, rays), rays, *stated, known);
+      Lens(sequence.intrinsics), pictures, {EdgesOf(mesh, rays), rays}, *stated, known);
   if (!found.corrected) return {};
   sequence.camera_from_world = found.camera_from_world;
   for (FrameEntry& frame : sequence.frames) frame.camera_from_world.reset();

@@ -21,9 +21,9 @@ struct SunPosition {
       const;  // Clockwise from true north, [0, 2 pi); without meaning at the zenith.
 };
 
-// Earth rotation at the requested time. By default TT is from the leap second table (after its end
-// the last entry; before 1972 from a published Delta T), and UT1 - UTC is 0 (its size is at most
-// 0.9 s, 0.004 deg). A second of Delta T moves the sun by 0.04 arc seconds.
+// Earth rotation at the requested time. By default TT is from the leap second table: after its end
+// the last entry, before 1972 a published Delta T. UT1 - UTC is 0 by default; its size is at most
+// 0.9 s, 0.004 deg. A second of Delta T moves the sun by 0.04 arc seconds.
 struct EarthRotation {
   std::optional<double> ut1_minus_utc_s;  // [-60, 60].
   std::optional<double> tt_minus_ut1_s;   // Delta T, [-8000, 8000]; overrides the table.

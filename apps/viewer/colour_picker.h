@@ -70,8 +70,8 @@ class ColourPicker {
   std::optional<Residual> ResidualOf(std::size_t index) const;
   std::string Describe() const;
 
-  // Takes the mark within reach, or sets a new one: a surface of the camera's picture, with its
-  // place in the survey map as the mesh has it; in the other picture that of the last surface.
+  // Takes the mark within reach, or sets a new one. In the camera's picture that is a new surface,
+  // with its place in the survey map by the mesh; in the other picture it is the last surface's.
   // Returns why not, in a line.
   std::string Press(PictureSide side, const glm::dvec2& pixel, double reach_px, double radius_px);
   // The mark that was taken, until Release, or until LetGo, after which all is as before Press.

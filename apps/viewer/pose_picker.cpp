@@ -134,7 +134,7 @@ void PosePicker::Solve() {
 
 std::string PosePicker::RefineByEdges(const Rgb8Image& picture) {
   const auto refined = RefinePoseByEdges(
-      Lens(shown_.intrinsics), picture, edges_, site_->caster, shown_.camera_from_world);
+      Lens(shown_.intrinsics), picture, {edges_, site_->caster}, shown_.camera_from_world);
   if (!refined) return refined.error().reason;
   shown_.camera_from_world = refined->camera_from_world;
   return fmt::format(

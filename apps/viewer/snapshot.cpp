@@ -69,8 +69,8 @@ FrameEntry WriteFrame(const Sequence& sequence,
   return entry;
 }
 
-// The sun's place follows from the sequence, as for the composite: stated to the last digit it
-// would have its own transport, and not that of the step of time that the frame lies in.
+// The sun's place follows from the sequence, as for the composite. If it were stated to the last
+// digit, it would have a transport of its own, not that of the frame's step of time.
 std::string LineWithoutPlaceOfSun(const std::string& line) {
   auto json = nlohmann::ordered_json::parse(line);
   json.erase("sun_direction_enu");

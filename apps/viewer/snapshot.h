@@ -15,10 +15,10 @@ struct SnapshotChoices {
   EffectSettings effects;
 };
 
-// Makes a folder in `out`, named after the frame's time, and returns it: a sequence of this frame
-// (site, objects and picture), lighting.jsonl with its light, settings.txt, composite.png and .exr,
-// and run.txt with the command line that gives the same composite. Throws std::runtime_error, one
-// line; then there is no such folder. The frame has to have succeeded.
+// Makes a folder in `out`, named after the frame's time, and returns it. It holds a sequence of
+// this frame (site, objects and picture), lighting.jsonl with its light, settings.txt, and
+// composite.png and .exr. run.txt has the command line that gives the same composite. Throws
+// std::runtime_error, one line; then there is no such folder. The frame has to have succeeded.
 std::filesystem::path WriteSnapshot(const ViewedSite& site,
                                     const ViewedFrame& frame,
                                     const SnapshotChoices& choices,

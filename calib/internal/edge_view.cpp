@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
@@ -20,7 +22,17 @@ constexpr double kAlongShare = 0.7;  // Slope along the edge over that across it
 // Parallel edges so near match the same step of light.
 constexpr double kSameStepPx = 2.0 * kNearPx;
 
+std::string SizeText(int width_px, int height_px) {
+  return std::to_string(width_px) + "x" + std::to_string(height_px);
+}
+
 }  // namespace
+
+void RequireLensSize(const CameraIntrinsics& lens, const Rgb8Image& picture) {
+  if (picture.width == lens.width_px && picture.height == lens.height_px) return;
+  throw std::invalid_argument("picture: expected " + SizeText(lens.width_px, lens.height_px) +
+                              " pixels, found " + SizeText(picture.width, picture.height));
+}
 
 PictureSlopes::PictureSlopes(const Rgb8Image& picture, double sigma_px)
     : tensor_(picture.height, picture.width, CV_32FC3, cv::Scalar(0.0)) {

@@ -28,11 +28,16 @@ namespace pleinair {
 
 inline constexpr double kEdgePlaceStepPx = 8.0;
 inline constexpr std::size_t kMostEdgePlaces = 800;
+// With fewer, a view says nothing of the camera's pose.
+inline constexpr std::size_t kFewestEdgePlaces = 40;
 // A picture's edge so near is the mesh's.
 inline constexpr double kNearPx = 2.0;
 // Share of the places that must have an edge so near, beyond the share that has one by chance: the
 // picture of leaves has edges everywhere.
 inline constexpr double kLeastShareOverChance = 0.2;
+
+// Throws std::invalid_argument unless the picture has the lens's size.
+void RequireLensSize(const CameraIntrinsics& lens, const Rgb8Image& picture);
 
 // Steepness of a smoothed picture's light, at each place and for any direction: the structure
 // tensor, summed over the channels.
@@ -67,8 +72,8 @@ std::vector<double> StepsAlong(const PictureSlopes& slopes,
 // The mesh as one camera sees it. Keeps references to all that it is given.
 class EdgeView {
  public:
-  EdgeView(const Lens& lens, std::span<const MeshEdge> edges, const RayCaster& rays)
-      : lens_(lens), edges_(edges), rays_(rays) {}
+  EdgeView(const Lens& lens, const EdgeModel& model)
+      : lens_(lens), edges_(model.edges), rays_(model.rays) {}
 
   // Places on the edges in view, kEdgePlaceStepPx apart or so that there are no more than `most`.
   std::vector<EdgePlace> PlacesOf(const glm::dmat4& pose,

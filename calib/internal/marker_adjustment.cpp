@@ -55,12 +55,11 @@ double SumSquaresPx(const Lens& lens,
   return sum;
 }
 
-void AdjustMarkerLayout(const Lens& lens,
-                        const std::array<glm::dvec3, 4>& square,
-                        const std::vector<const MarkerView*>& views,
+void AdjustMarkerLayout(const SeenMarkers& seen,
                         int reference_id,
                         int steps,
                         MarkerLayout& layout) {
+  const auto& [lens, square, views] = seen;
   std::map<glm::dmat4*, Motion> motions;
   const auto motion_of = [&](glm::dmat4& pose) {
     return motions.try_emplace(&pose, Motion::Zero()).first->second.data();

@@ -23,13 +23,15 @@ double SumSquaresPx(const Lens& lens,
                     const DetectedMarker& marker,
                     const glm::dmat4& camera_from_marker);
 
+// What was seen of markers of one size.
+struct SeenMarkers {
+  const Lens& lens;
+  const std::array<glm::dvec3, 4>& square;  // A marker's corners in its own frame.
+  const std::vector<const MarkerView*>& views;
+};
+
 // Levenberg-Marquardt (Ceres) of at most `steps`, Huber's loss beyond 1 px. The reference marker
 // stays. Markers and views that the layout does not have are left alone.
-void AdjustMarkerLayout(const Lens& lens,
-                        const std::array<glm::dvec3, 4>& square,
-                        const std::vector<const MarkerView*>& views,
-                        int reference_id,
-                        int steps,
-                        MarkerLayout& layout);
+void AdjustMarkerLayout(const SeenMarkers& seen, int reference_id, int steps, MarkerLayout& layout);
 
 }  // namespace pleinair

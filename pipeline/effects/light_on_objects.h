@@ -1,6 +1,6 @@
-// How light on virtual objects is computed in a frame, and the cost of each way: at their vertices
-// or at a single probe, and with or without the light that they hide from and reflect to each
-// other.
+// How light on virtual objects is computed in a frame, and the cost of each way. It is computed at
+// their vertices or at a single probe. It includes the light that they hide from and reflect to
+// each other, or does not.
 #pragma once
 
 #include <span>

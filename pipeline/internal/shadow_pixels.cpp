@@ -76,51 +76,49 @@ Gray8Image InsideSheets(const Image<std::uint32_t>& sheet, int radius) {
 
 }  // namespace
 
-std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
-                                          std::span<const std::uint8_t> usable,
-                                          const RayCaster& caster,
+std::vector<ShadowPixel> FindShadowPixels(const UsableSurfaces& surfaces,
                                           const Camera& camera,
                                           int most,
                                           const std::stop_token& stop) {
-  const PlaneOfTriangle planes = NumberPlanes(mesh);
+  const PlaneOfTriangle planes = NumberPlanes(surfaces.mesh);
   const int width = camera.intrinsics.width_px;
   const int height = camera.intrinsics.height_px;
   const Lens lens(camera.intrinsics);
   const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(camera.camera_from_world));
   const glm::vec3 centre_m(camera.CentreWorldM());
   Image<std::uint32_t> sheet(width, height, kNoPlane);
-  std::vector<ShadowPixel> surfaces(sheet.pixels.size());
+  std::vector<ShadowPixel> seen(sheet.pixels.size());
   for (int y = 0; y < height && !stop.stop_requested(); ++y) {
     for (int x = 0; x < width; ++x) {
       const auto direction = lens.DirectionFromPixel({x, y});
       if (!direction) continue;
       const glm::vec3 ray(glm::normalize(world_from_camera * *direction));
-      const auto hit = caster.Intersect(centre_m, ray);
+      const auto hit = surfaces.caster.Intersect(centre_m, ray);
       if (!hit) continue;
       const glm::vec3 normal = glm::dot(hit->geometric_normal, ray) > 0.0f ? -hit->geometric_normal
                                                                            : hit->geometric_normal;
       const std::size_t i = sheet.Index(x, y);
       sheet.pixels[i] = planes.sheet[hit->triangle];
-      const bool may_be_used = usable[hit->triangle] != 0;
-      surfaces[i] = {x,
-                     y,
-                     may_be_used ? planes.plane[hit->triangle] : kNoPlane,
-                     OffsetFromSurface(hit->position_m, normal),
-                     normal};
+      const bool may_be_used = surfaces.usable[hit->triangle] != 0;
+      seen[i] = {x,
+                 y,
+                 may_be_used ? planes.plane[hit->triangle] : kNoPlane,
+                 OffsetFromSurface(hit->position_m, normal),
+                 normal};
     }
   }
   const int radius = std::max(1, static_cast<int>(std::lround(kEdgeShareOfWidth * width)));
   const Gray8Image inside = InsideSheets(sheet, radius);
   std::size_t count = 0;
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    count += inside.pixels[i] != 0 && surfaces[i].plane != kNoPlane;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    count += inside.pixels[i] != 0 && seen[i].plane != kNoPlane;
   }
   const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(double(count) / most))));
   std::vector<ShadowPixel> result;
   for (int y = 0; y < height; y += stride) {
     for (int x = 0; x < width; x += stride) {
       const std::size_t i = sheet.Index(x, y);
-      if (inside.pixels[i] != 0 && surfaces[i].plane != kNoPlane) result.push_back(surfaces[i]);
+      if (inside.pixels[i] != 0 && seen[i].plane != kNoPlane) result.push_back(seen[i]);
     }
   }
   return result;

@@ -43,12 +43,17 @@ struct ShadowPixel {
   glm::vec3 normal{0.0f};   // Turned to the camera.
 };
 
-// Returns pixels of `camera` on the triangles marked in `usable`, on a regular raster of at most
+// A mesh, and a mark for each triangle that shadows may be read from.
+struct UsableSurfaces {
+  const Mesh& mesh;
+  std::span<const std::uint8_t> usable;
+  const RayCaster& caster;
+};
+
+// Returns pixels of `camera` on usable triangles, on a regular raster of at most
 // `most` pixels. None is nearer to a mesh edge in the picture than mesh and picture may disagree.
 // In this and the functions below, what is returned after a stop has no meaning.
-std::vector<ShadowPixel> FindShadowPixels(const Mesh& mesh,
-                                          std::span<const std::uint8_t> usable,
-                                          const RayCaster& caster,
+std::vector<ShadowPixel> FindShadowPixels(const UsableSurfaces& surfaces,
                                           const Camera& camera,
                                           int most,
                                           const std::stop_token& stop = {});

@@ -36,11 +36,13 @@ constexpr double kLeastFlatContrast = 2.5;
 // cut at but for one that lets it keep its share.
 constexpr double kMostFlatContrast = 100.0;
 
-// The suns of four real panoramas, cut at 3 to 20 times the brightest hundredth of the sky: radius
-// at half height 1.0 to 5.4 deg, contrast 3 to 55, 5 to 25 % of the light, at most 2.1 times as
-// long as wide, near it 1.5 to 4.9 times what is farther off. Of what is no sun: a room's windows,
-// a radius of 7 deg, or 8 times as long as wide and a fading of 1.0; cloud banks before a low sun,
-// 4 to 6 times as long as wide; clouds that hide it, contrasts up to 2.
+// From four real panoramas whose suns are cut at 3 to 20 times the brightest hundredth of the sky:
+//                               suns          no suns
+//   radius at half height, deg  1.0 to 5.4    7 (a room's window)
+//   contrast                    3 to 55       up to 2 (clouds that hide the sun)
+//   share of the light, %       5 to 25
+//   length over width           up to 2.1     4 to 6 (clouds before a low sun), 8 (a window)
+//   light near it over farther  1.5 to 4.9    1.0 (a window)
 constexpr double kSmallestGlowRad = RadFromDeg(0.75);
 constexpr double kLargestGlowRad = RadFromDeg(5.5);
 constexpr double kLeastGlowContrast = 3.0;

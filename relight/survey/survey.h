@@ -109,8 +109,8 @@ struct DiffuseParts {
 // scene.skyline.
 //
 // Where the disc is clipped or hidden, or holds less than half of the light that shadows indicate,
-// the sun is that of the shadows: lit and shaded points of one surface, found together with the
-// albedo. Without shadows it is the clear-sky model's for the map's sky.
+// the shadows determine the sun. It follows from lit and shaded points of one surface, together
+// with the albedo. Without shadows it is the clear-sky model's for the map's sky.
 //
 // Throws std::invalid_argument for a map with defects, or sizes that don't fit.
 Survey MakeSurvey(const SurveyMap& map,

@@ -21,16 +21,13 @@ std::vector<glm::vec3> DirectLight(const PatchScene& scene,
                                    const PatchTransport& transport,
                                    const RegionRadiosityOptions& options) {
   const RankShare faces = ShareOf(options.ranks, scene.FaceCount(), internal::kFacesPerGroup);
-  const std::vector<float> direct =
-      JoinValues(options.ranks,
-                 internal::RegionIrradiance(scene,
-                                            transport.Points(),
-                                            options.regions,
-                                            options.sky_rays_per_patch,
-                                            options.seed,
-                                            faces.first,
-                                            faces.last,
-                                            options.solve.progress));
+  const std::vector<float> direct = JoinValues(
+      options.ranks,
+      internal::RegionIrradiance(scene,
+                                 transport.Points(),
+                                 {options.regions, options.sky_rays_per_patch, options.seed},
+                                 {faces.first, faces.last},
+                                 options.solve.progress));
   std::vector<glm::vec3> grey;
   grey.reserve(direct.size());
   for (const float value : direct) grey.emplace_back(value);

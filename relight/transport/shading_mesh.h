@@ -8,8 +8,8 @@
 namespace pleinair {
 
 struct ShadingMeshOptions {
-  // Longest edge, as a share of the diagonal of the mesh's bounding box: light that is computed at
-  // the corners of a pedestal's side would spread the dark of its joints over all of it. > 0.
+  // Longest edge, as a share of the diagonal of the mesh's bounding box; > 0. With long edges,
+  // light at the corners of a pedestal's side would spread the dark of its joints over all of it.
   double longest_edge = 0.04;
   // Edges may stay longer where more triangles than so many times as many as there were would come
   // out, and more than kFewTriangles. >= 1.

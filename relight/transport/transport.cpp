@@ -170,15 +170,12 @@ FaceLights PatchTransport::SolveBlocks(const PatchScene& scene,
     if (options.progress) {
       options.progress("radiosity", static_cast<double>(first) / static_cast<double>(lights));
     }
-    const internal::BlockSolution block = internal::SolveBlock(rows,
-                                                               scene.face_albedo_rgb,
-                                                               direct_irradiance,
-                                                               lights,
-                                                               first,
-                                                               count,
-                                                               options.bounces,
-                                                               options.tolerance,
-                                                               solved.radiosity);
+    const internal::BlockSolution block =
+        internal::SolveBlock(rows,
+                             scene.face_albedo_rgb,
+                             {direct_irradiance, lights, first, count},
+                             {options.bounces, options.tolerance},
+                             solved.radiosity);
     solved.iterations = std::max(solved.iterations, block.iterations);
     solved.residual = std::max(solved.residual, block.residual);
   }

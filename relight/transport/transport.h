@@ -35,8 +35,8 @@ struct GatherOptions {
   // see nothing and stay dark. Only for light that comes from sky and sun. Rays are rounded up to a
   // multiple of FacePoints::kCells.
   bool from_exposed_parts = false;
-  // So many receivers in a row, of one normal, cast parts of one set of directions: together they
-  // sample what they all see as evenly as one receiver with all their rays. 1 to 1024.
+  // So many receivers in a row, of one normal, cast parts of one set of directions; 1 to 1024.
+  // Together they sample what they all see as evenly as one receiver with all their rays.
   int receivers_per_set = 1;
   // The number of the first receiver, where they are part of a longer list: each then casts the
   // rays that it would cast among all. A multiple of receivers_per_set.
@@ -209,9 +209,9 @@ class PatchTransport {
   PatchTransport(const PatchScene& scene, const GatherOptions& options);
 
   // `bounces` counts reflections on the way to a receiver: 0 leaves every face dark, 1 has faces
-  // reflect direct light only, kAllBounces iterates to convergence (what is missing is below 1e-6
-  // of the largest radiosity). Throws std::invalid_argument when the scene is not the one of
-  // construction (by face count), or bounces < -1.
+  // reflect direct light only. kAllBounces iterates until what is missing is below 1e-6 of the
+  // largest radiosity. Throws std::invalid_argument when the scene is not the one of construction
+  // (by face count), or bounces < -1.
   FaceLight SolveSky(const PatchScene& scene, const SkyShape& shape, int bounces) const;
   FaceLight SolveSun(const PatchScene& scene,
                      const glm::dvec3& sun_direction_enu,

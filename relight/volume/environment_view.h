@@ -44,8 +44,8 @@ class EnvironmentView {
   // Throws std::invalid_argument where their numbers differ.
   RgbImage Radiance(const Lighting& lighting, std::span<const EnvironmentLight> basis) const;
 
-  // Adds the disc where no real surface hides it: each pixel gets the irradiance of its part of the
-  // disc over its own solid angle, so that the map holds the sun's irradiance whatever its size.
+  // Adds the disc where no real surface hides it. Each pixel gets the irradiance of its part of the
+  // disc over its own solid angle. So the map holds the sun's irradiance whatever its size.
   void AddSun(const DirectionalLight& sun, RgbImage& radiance) const;
 
  private:

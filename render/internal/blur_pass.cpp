@@ -49,25 +49,28 @@ void BlurPass::Draw(
   glActiveTexture(GL_TEXTURE0);
   glBindVertexArray(no_vertices_.Name());
   const PixelRect spread = kernel.Spread(rect, width, height);
+  struct Source {
+    GLuint texture;
+    PixelRect rect;  // Zero elsewhere.
+  };
   const auto draw = [&](FrameBuffer& target,
                         const PixelRect& to,
-                        GLuint source,
-                        const PixelRect& from,
+                        const Source& from,
                         const glm::ivec2& direction,
                         float least) {
     target.Resize(width, height);
     target.Bind();
     ScissorTo(to);
-    glBindTexture(GL_TEXTURE_2D, source);
+    glBindTexture(GL_TEXTURE_2D, from.texture);
     program_.Set("u_direction", direction);
-    program_.Set("u_rect", glm::ivec4(from.lower, from.upper - 1));
+    program_.Set("u_rect", glm::ivec4(from.rect.lower, from.rect.upper - 1));
     program_.Set("u_least", least);
     DrawScreen();
   };
   const PixelRect rows{{spread.lower.x, rect.lower.y}, {spread.upper.x, rect.upper.y}};
-  draw(one_way_, rows, layer, rect, {1, 0}, 0.0f);
+  draw(one_way_, rows, {layer, rect}, {1, 0}, 0.0f);
   constexpr float kLeastCoverage = 1.0f / 512.0f;  // A quarter of a code value in white.
-  draw(both_ways_, spread, one_way_.ColourTexture(), rows, {0, 1}, kLeastCoverage);
+  draw(both_ways_, spread, {one_way_.ColourTexture(), rows}, {0, 1}, kLeastCoverage);
   glBindTexture(GL_TEXTURE_2D, 0);
 }
 

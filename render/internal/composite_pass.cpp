@@ -178,11 +178,22 @@ void CompareSides(vec2 one, vec2 other, float own, float of_mesh, inout float co
   contrast = lit - shaded;
   share = clamp((own - shaded) / contrast, 0.0, 1.0);
 }
-float SunWithout(ivec2 pixel, vec3 observed, bool clipped, vec3 lit, vec3 shaded, float model,
-                 float edge_distance, vec3 normal, vec4 albedo) {
+struct Surface {
+  vec3 normal;
+  vec4 albedo;  // Alpha: whether it was measured.
+  vec3 lit;  // Radiance in the sun and in shade.
+  vec3 shaded;
+  float model;  // Visible share of the sun past the mesh.
+  float edge_distance;
+};
+float SunWithout(ivec2 pixel, vec3 observed, bool clipped, Surface surface) {
+  vec3 lit = surface.lit;
+  vec3 shaded = surface.shaded;
+  vec4 albedo = surface.albedo;
+  float model = surface.model;
   float sigma = albedo.a > 0.0 ? kSharedSigmaMeasured : kSharedSigmaGuessed;
   vec2 own = LevelOf(observed, clipped, lit, shaded, sigma);
-  float trust = clamp(edge_distance / kTrustedEdgeDistancePx, 0.0, 1.0);
+  float trust = clamp(surface.edge_distance / kTrustedEdgeDistancePx, 0.0, 1.0);
   float of_mesh = (2.0 * model - 1.0) * kMeshLogOdds * trust;
   float log_odds = own.x;
   bool agrees_with_mesh = log_odds * of_mesh > 0.0 && abs(log_odds) > kMeshLogOdds;
@@ -197,7 +208,7 @@ float SunWithout(ivec2 pixel, vec3 observed, bool clipped, vec3 lit, vec3 shaded
       if (any(lessThan(place, ivec2(0))) ||
           any(greaterThanEqual(place, textureSize(u_camera_radiance, 0)))) continue;
       vec3 camera = u_gain * texelFetch(u_camera_radiance, place, 0).rgb;
-      if (!(dot(normal, texelFetch(u_normal, place, 0).rgb) > kOnePlaneCosine)) continue;
+      if (!(dot(surface.normal, texelFetch(u_normal, place, 0).rgb) > kOnePlaneCosine)) continue;
       if (!IsKnown(camera)) continue;
       vec3 other = max(texelFetch(u_albedo, place, 0).rgb, vec3(kLeastAlbedo));
       around[i] = LevelOf(camera * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
@@ -264,9 +275,9 @@ void main() {
   vec3 indirect = sky + u_sun_irradiance * texelFetch(u_sun_bounce, pixel, 0).rgb;
   bool clipped = texelFetch(u_clipped, pixel, 0).r > 0.0;
   vec3 to_radiance = albedo.rgb * kInvPi;
-  float s_without = SunWithout(pixel, camera, clipped, to_radiance * (indirect + direct),
-                               to_radiance * indirect, visibility_edge.x, visibility_edge.y,
-                               normal, albedo);
+  Surface surface = Surface(normal, albedo, to_radiance * (indirect + direct),
+                            to_radiance * indirect, visibility_edge.x, visibility_edge.y);
+  float s_without = SunWithout(pixel, camera, clipped, surface);
   float s_with = (1.0 - in_shadow) * s_without;
   vec3 before = indirect + s_without * direct;
   // Hidden light is gathered with other rays than all of it: the difference may fall below zero.

@@ -57,13 +57,12 @@ class PixelByPixel {
  public:
   PixelByPixel(const CompositeInput& input,
                const ProcessorLayers& layers,
-               const RealSunShare* hidden_sun,
                const CompositeLight& light,
                float gain)
       : input_(input),
         layers_(layers),
         change_(input.irradiance_change),
-        hidden_sun_(hidden_sun),
+        hidden_sun_(layers.hidden_sun),
         light_(light),
         to_sun_(light.to_sun),
         has_sun_(light.sun_irradiance != glm::vec3(0.0f)),
@@ -251,11 +250,10 @@ float ShadowByMask(const LayerPart<float>& mask, const LayerLookup& lookup, int 
 
 void CompositeByProcessor(const CompositeInput& input,
                           const ProcessorLayers& layers,
-                          const RealSunShare* hidden_sun,
                           const CompositeLight& light,
                           float gain,
                           Composite& result) {
-  const PixelByPixel pixels(input, layers, hidden_sun, light, gain);
+  const PixelByPixel pixels(input, layers, light, gain);
   // Passes, though none of OpenGL's.
   for (const PixelRect& rect : {layers.object_rect, pixels.ShadowRect(), pixels.ChangeRect()}) {
     if (!rect.Empty()) CountDraw();

@@ -26,10 +26,11 @@ float ShadowByMask(const LayerPart<float>& mask, const LayerLookup& lookup, int 
 // The input: as CompositeLayers, in memory.
 struct ProcessorLayers {
   const LayerLookup& lookup;
-  LayerPart<glm::vec4> object;  // Radiance times coverage in the layers' units, and coverage.
-  LayerPart<float> mask;        // New shadow by volumes, 0 or 1.
-  BlurKernel shadow_blur;       // Blur of the shares of the sun's disc.
-  PixelRect object_rect;        // Where in the camera's picture they can matter.
+  LayerPart<glm::vec4> object;     // Radiance times coverage in the layers' units, and coverage.
+  LayerPart<float> mask;           // New shadow by volumes, 0 or 1.
+  const RealSunShare* hidden_sun;  // New shadow by shares of the sun's disc; or null.
+  BlurKernel shadow_blur;          // Blur of the shares of the sun's disc.
+  PixelRect object_rect;           // Where in the camera's picture they can matter.
   PixelRect mask_rect;
 };
 
@@ -44,7 +45,6 @@ struct ProcessorLayers {
 // Threads  The result does not depend on their number.
 void CompositeByProcessor(const CompositeInput& input,
                           const ProcessorLayers& layers,
-                          const RealSunShare* hidden_sun,
                           const CompositeLight& light,
                           float gain,
                           Composite& result);

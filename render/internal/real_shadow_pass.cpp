@@ -25,8 +25,7 @@ void RealShadowPass::Clear(int width, int height) {
 void RealShadowPass::Draw(const LayerView& view,
                           const PixelRect& rect,
                           SceneGeometry& scene,
-                          const ShadowVolumes& object_volumes,
-                          const glm::dvec3& to_sun,
+                          const SunVolumes& of_objects,
                           VolumeStencil& stencil) {
   Clear(view.intrinsics.width_px, view.intrinsics.height_px);
   if (depth_version_ != scene.Version() || depth_clip_from_local_ != view.clip_from_local) {
@@ -39,8 +38,8 @@ void RealShadowPass::Draw(const LayerView& view,
   }
   ScissorTo(rect);
   glClear(GL_STENCIL_BUFFER_BIT);
-  stencil.Begin(glm::mat4(view.clip_from_local), view.ClipOfInfinity(to_sun));
-  stencil.Draw(scene.ObjectBuffers(), object_volumes, VolumeStencil::Caps::kTested);
+  stencil.Begin(glm::mat4(view.clip_from_local), view.ClipOfInfinity(of_objects.to_sun));
+  stencil.Draw(scene.ObjectBuffers(), of_objects.volumes, VolumeStencil::Caps::kTested);
   stencil.Finish();
 
   glDisable(GL_DEPTH_TEST);

@@ -13,13 +13,18 @@ class RealShadowPass {
  public:
   RealShadowPass();
 
+  // The objects' volumes, and the unit direction to the sun that they extend from.
+  struct SunVolumes {
+    const ShadowVolumes& volumes;
+    glm::dvec3 to_sun;
+  };
+
   // Mask() becomes 1 where a real surface lies in the volumes, 0 elsewhere. Nothing is looked for
   // outside `rect`.
   void Draw(const LayerView& view,
             const PixelRect& rect,
             SceneGeometry& scene,
-            const ShadowVolumes& object_volumes,
-            const glm::dvec3& to_sun,
+            const SunVolumes& of_objects,
             VolumeStencil& stencil);
   void Clear(int width, int height);
 

@@ -19,20 +19,20 @@ GlObject MakeNearestTexture(GLenum format, int width, int height) {
 
 template <typename Pixel>
 void Upload(const GlObject& texture,
-            int width,
-            int height,
+            const glm::ivec2& size,
             GLenum format,
             GLenum type,
             const std::vector<Pixel>& pixels) {
   glBindTexture(GL_TEXTURE_2D, texture.Name());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, format, type, pixels.data());
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size.x, size.y, format, type, pixels.data());
 }
 
 }  // namespace
 
 void SurfaceTextures::Update(const SurfaceView& view) {
   const Size size{view.Width(), view.Height(), static_cast<int>(view.sky_response.size())};
+  const glm::ivec2 pixels(size.width, size.height);
   const bool is_resized = !(size == size_);
   if (is_resized) {
     albedo_ = MakeNearestTexture(GL_RGBA32F, size.width, size.height);
@@ -58,8 +58,8 @@ void SurfaceTextures::Update(const SurfaceView& view) {
       albedo[i] =
           glm::vec4(view.albedo_rgb.pixels[i], view.albedo_measured.pixels[i] != 0 ? 1.0f : 0.0f);
     }
-    Upload(albedo_, size.width, size.height, GL_RGBA, GL_FLOAT, albedo);
-    Upload(normal_, size.width, size.height, GL_RGB, GL_FLOAT, view.normal_world.pixels);
+    Upload(albedo_, pixels, GL_RGBA, GL_FLOAT, albedo);
+    Upload(normal_, pixels, GL_RGB, GL_FLOAT, view.normal_world.pixels);
     geometry_version_ = view.geometry_version;
     geometry_data_ = view.albedo_rgb.pixels.data();
   }
@@ -89,8 +89,8 @@ void SurfaceTextures::Update(const SurfaceView& view) {
     for (std::size_t i = 0; i < visibility.size(); ++i) {
       visibility[i] = {view.sun_visibility.pixels[i], view.edge_distance_px.pixels[i]};
     }
-    Upload(sun_visibility_, size.width, size.height, GL_RG, GL_FLOAT, visibility);
-    Upload(sun_bounce_, size.width, size.height, GL_RGB, GL_FLOAT, view.sun_bounce.pixels);
+    Upload(sun_visibility_, pixels, GL_RG, GL_FLOAT, visibility);
+    Upload(sun_bounce_, pixels, GL_RGB, GL_FLOAT, view.sun_bounce.pixels);
     sun_version_ = view.sun_version;
     sun_data_ = view.sun_visibility.pixels.data();
   }
@@ -98,17 +98,18 @@ void SurfaceTextures::Update(const SurfaceView& view) {
 
 void SurfaceTextures::UpdateCamera(const RgbImage& radiance, const Gray8Image& clipped) {
   const Size size{radiance.width, radiance.height, 0};
+  const glm::ivec2 pixels(radiance.width, radiance.height);
   if (!(size == camera_size_)) {
     camera_ = MakeNearestTexture(GL_RGB32F, size.width, size.height);
     clipped_ = MakeNearestTexture(GL_R8, size.width, size.height);
     camera_size_ = size;
   }
-  Upload(camera_, size.width, size.height, GL_RGB, GL_FLOAT, radiance.pixels);
+  Upload(camera_, pixels, GL_RGB, GL_FLOAT, radiance.pixels);
   if (clipped.Empty()) {
     const std::vector<std::uint8_t> none(radiance.pixels.size(), 0);
-    Upload(clipped_, size.width, size.height, GL_RED, GL_UNSIGNED_BYTE, none);
+    Upload(clipped_, pixels, GL_RED, GL_UNSIGNED_BYTE, none);
   } else {
-    Upload(clipped_, size.width, size.height, GL_RED, GL_UNSIGNED_BYTE, clipped.pixels);
+    Upload(clipped_, pixels, GL_RED, GL_UNSIGNED_BYTE, clipped.pixels);
   }
 }
 

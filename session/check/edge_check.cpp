@@ -109,12 +109,12 @@ void EdgeChecker::Add(const RgbImage& radiance, const Camera& camera) {
   const double scale = double(radiance.width) / width;
   const Lens lens(camera.intrinsics);
   const glm::dmat3 world_from_camera = glm::transpose(glm::dmat3(camera.camera_from_world));
+  const auto direction = [&](int x, int y) {
+    const auto along = lens.DirectionFromPixel({(x + 0.5) * scale - 0.5, (y + 0.5) * scale - 0.5});
+    return along ? glm::normalize(world_from_camera * *along) : glm::dvec3(0.0);
+  };
   const Segments segments =
-      SegmentsOf(mesh_, caster_, camera.CentreWorldM(), width, height, [&](int x, int y) {
-        const auto along =
-            lens.DirectionFromPixel({(x + 0.5) * scale - 0.5, (y + 0.5) * scale - 0.5});
-        return along ? glm::normalize(world_from_camera * *along) : glm::dvec3(0.0);
-      });
+      SegmentsOf(mesh_, caster_, {camera.CentreWorldM(), width, height, direction});
   const std::vector<EdgePair> pairs = EdgePairsOf(segments);
   if (pairs.size() < kLeastEdgePixels) return;
   const RgbImage picture = LogRadiance(ReducedTo(radiance, width, height));

@@ -36,7 +36,8 @@ MapLayoutFit FitMapLayout(const RgbImage& map,
   const auto direction = [&](int x, int y) {
     return DirectionFromLatLong({x + 0.5, y + 0.5}, size);
   };
-  const Segments segments = SegmentsOf(mesh, caster, position_m, kMapWidth, kMapHeight, direction);
+  const Segments segments =
+      SegmentsOf(mesh, caster, {position_m, kMapWidth, kMapHeight, direction});
   RgbImage small(kMapWidth, kMapHeight);
   for (int y = 0; y < kMapHeight; ++y) {
     for (int x = 0; x < kMapWidth; ++x) small.At(x, y) = SampleLatLong(map, direction(x, y));

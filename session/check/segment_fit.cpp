@@ -8,22 +8,18 @@
 
 namespace pleinair {
 
-Segments SegmentsOf(const Mesh& mesh,
-                    const RayCaster& caster,
-                    const glm::dvec3& centre_world_m,
-                    int width,
-                    int height,
-                    const std::function<glm::dvec3(int, int)>& direction) {
+Segments SegmentsOf(const Mesh& mesh, const RayCaster& caster, const PixelRays& picture) {
   Segments segments;
-  segments.label = Image<std::uint32_t>(width, height);
+  segments.label = Image<std::uint32_t>(picture.width, picture.height);
+  const glm::vec3 centre_m(picture.centre_world_m);
   // Facings in steps of some 30 deg: one for each face of a box, few for a column.
   constexpr float kFacingSteps = 2.0f;
   std::map<std::array<std::int64_t, 5>, std::uint32_t> labels;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const glm::dvec3 along = direction(x, y);
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      const glm::dvec3 along = picture.direction(x, y);
       if (!(glm::length(along) > 0.0)) continue;
-      const auto hit = caster.Intersect(glm::vec3(centre_world_m), glm::vec3(along));
+      const auto hit = caster.Intersect(centre_m, glm::vec3(along));
       if (!hit) continue;
       glm::vec3 normal = hit->geometric_normal;
       if (glm::dot(normal, glm::vec3(along)) > 0.0f) normal = -normal;

@@ -25,14 +25,16 @@ struct Segments {
   std::uint32_t count = 1;  // Labels are less.
 };
 
-// `direction(x, y)` is the direction of the pixel's middle, unit, in the world; zero where there is
-// none.
-Segments SegmentsOf(const Mesh& mesh,
-                    const RayCaster& caster,
-                    const glm::dvec3& centre_world_m,
-                    int width,
-                    int height,
-                    const std::function<glm::dvec3(int, int)>& direction);
+// A picture of any projection, seen from one point.
+struct PixelRays {
+  glm::dvec3 centre_world_m{0.0};
+  int width = 0;
+  int height = 0;
+  // Of the pixel's middle (x, y), unit, in the world; zero where there is none.
+  std::function<glm::dvec3(int, int)> direction;
+};
+
+Segments SegmentsOf(const Mesh& mesh, const RayCaster& caster, const PixelRays& picture);
 
 // Log radiance, whose differences do not depend on the intensity of the light. Black pixels and
 // those that are not finite count as 1e-4 of the picture's mean.

@@ -6,6 +6,7 @@
 
 #include "calib/lens.h"
 #include "sunmodel/angles.h"
+#include "tests/calib/true_fisheye.h"
 
 namespace pleinair::board_fit_test {
 namespace {
@@ -19,20 +20,6 @@ CameraIntrinsics Pinhole() {
   lens.cx_px = 505.0;
   lens.cy_px = 390.0;
   lens.distortion = {-0.1, 0.02, 0.001, -0.001, 0.0};
-  return lens;
-}
-
-FisheyeIntrinsics Fisheye() {
-  FisheyeIntrinsics lens;
-  lens.model = FisheyeModel::kOpenCv;
-  lens.width_px = 1000;
-  lens.height_px = 800;
-  lens.fx_px = 320.0;
-  lens.fy_px = 322.0;
-  lens.cx_px = 505.0;
-  lens.cy_px = 390.0;
-  lens.distortion = {-0.02, 0.004, -0.002, 0.0003};
-  lens.max_angle_rad = RadFromDeg(110.0);
   return lens;
 }
 
@@ -73,12 +60,12 @@ void ExpectTheMovedCorner(const AnyLens& lens, BoardPicture board) {
 
 TEST(BoardFit, ShowsTheCornerThatWasMoved) {
   ExpectTheMovedCorner(Pinhole(), BoardSeenBy(Lens(Pinhole()), 0.2));
-  ExpectTheMovedCorner(Fisheye(), BoardSeenBy(FisheyeLens(Fisheye()), 0.3));
+  ExpectTheMovedCorner(TrueFisheye(), BoardSeenBy(FisheyeLens(TrueFisheye()), 0.3));
 }
 
 // No plane before the camera holds such a board.
 TEST(BoardFit, HoldsPastARightAngleFromTheAxis) {
-  ExpectTheMovedCorner(Fisheye(), BoardSeenBy(FisheyeLens(Fisheye()), RadFromDeg(88.0)));
+  ExpectTheMovedCorner(TrueFisheye(), BoardSeenBy(FisheyeLens(TrueFisheye()), RadFromDeg(88.0)));
 }
 
 TEST(BoardFit, CornersOnALineHaveNoPose) {

@@ -46,7 +46,7 @@ TEST(EdgePose, FindsThePoseOfThePicture) {
   constexpr int kDraws = 2;
   for (unsigned seed = 0; seed < kDraws; ++seed) {
     const glm::dmat4 rough = Moved(kPose, RadFromDeg(1.0), 0.1, seed);
-    const auto found = RefinePoseByEdges(lens, picture, edges, rays, rough);
+    const auto found = RefinePoseByEdges(lens, picture, {edges, rays}, rough);
     ASSERT_TRUE(found) << found.error().reason;
     EXPECT_LT(RotationBetweenRad(found->camera_from_world, kPose), RadFromDeg(0.1)) << seed;
     const double off_m = glm::distance(CentreOfPose(found->camera_from_world), CentreOfPose(kPose));
@@ -106,8 +106,7 @@ TEST_P(EdgePoseDeviation, StatesHowFarOffItIs) {
     const glm::dmat4 pose = LookAt({x_m, y_m, z_m}, {0.5 * uniform(random), 5.0, 1.3});
     const auto found = RefinePoseByEdges(lens,
                                          PictureOf(real, fine_camera, pose, seed),
-                                         edges,
-                                         rays,
+                                         {edges, rays},
                                          Moved(pose, RadFromDeg(0.6), 0.06, seed),
                                          options);
     ASSERT_TRUE(found) << found.error().reason;
@@ -139,14 +138,14 @@ TEST(EdgePose, DeviationIsTheSameWhereEdgesBeginWithTheOtherEnd) {
   std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
   const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   const glm::dmat4 rough = Moved(kPose, RadFromDeg(0.3), 0.03, 1);
-  const auto found = RefinePoseByEdges(lens, picture, edges, rays, rough);
+  const auto found = RefinePoseByEdges(lens, picture, {edges, rays}, rough);
   ASSERT_TRUE(found) << found.error().reason;
   std::mt19937 random(1);
   for (int draw = 0; draw < 3; ++draw) {
     for (MeshEdge& edge : edges) {
       if (random() % 2 == 0) std::swap(edge.from_m, edge.to_m);
     }
-    const auto swapped = RefinePoseByEdges(lens, picture, edges, rays, rough);
+    const auto swapped = RefinePoseByEdges(lens, picture, {edges, rays}, rough);
     ASSERT_TRUE(swapped) << swapped.error().reason;
     // Samples lie elsewhere on the edges, by up to half a step: 4 %. Displacements that cancel
     // would make 18 to 39 % of difference.
@@ -161,7 +160,7 @@ TEST(EdgePose, SaysWhyThereIsNone) {
   const Lens lens(MarkerCamera());
   const std::vector<MeshEdge> edges = EdgesOf(mesh, rays);
   const auto reason = [&](const Rgb8Image& picture, const glm::dmat4& pose) {
-    const auto found = RefinePoseByEdges(lens, picture, edges, rays, pose);
+    const auto found = RefinePoseByEdges(lens, picture, {edges, rays}, pose);
     return found ? std::string("found") : found.error().reason;
   };
   const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
@@ -182,7 +181,7 @@ TEST(EdgePose, SaysWhyThereIsNone) {
   // From 90 deg away.
   EXPECT_THAT(reason(picture, LookAt({10.0, 5.0, 1.7}, {0.0, 5.0, 1.3})),
               HasSubstr("cannot be determined from edges"));
-  EXPECT_THROW(RefinePoseByEdges(lens, Rgb8Image(20, 20), edges, rays, kPose),
+  EXPECT_THROW(RefinePoseByEdges(lens, Rgb8Image(20, 20), {edges, rays}, kPose),
                std::invalid_argument);
 }
 
@@ -195,7 +194,7 @@ TEST(EdgePose, EdgesOfOneDirectionLeaveItOpen) {
   const Lens lens(MarkerCamera());
   const Rgb8Image picture = PictureOf(mesh, FineCamera(lens), kPose, 1);
   const auto found = RefinePoseByEdges(
-      lens, picture, EdgesOf(mesh, rays), rays, Moved(kPose, RadFromDeg(0.3), 0.02, 1));
+      lens, picture, {EdgesOf(mesh, rays), rays}, Moved(kPose, RadFromDeg(0.3), 0.02, 1));
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().reason, HasSubstr("the edges leave it open to"));
 }
@@ -215,8 +214,11 @@ TEST(EdgePose, TwoPosesThatFitAreRefused) {
   const glm::dmat4 rough = glm::translate(glm::dmat4(1.0), glm::dvec3(0.15, 0.0, 0.0)) * pose;
   EdgePoseOptions options;
   options.reach_px = 40.0;
-  const auto found = RefinePoseByEdges(
-      lens, PictureOf(mesh, FineCamera(lens), pose, 1), EdgesOf(mesh, rays), rays, rough, options);
+  const auto found = RefinePoseByEdges(lens,
+                                       PictureOf(mesh, FineCamera(lens), pose, 1),
+                                       {EdgesOf(mesh, rays), rays},
+                                       rough,
+                                       options);
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().reason, HasSubstr("two poses fit the edges nearly as well"));
   EXPECT_EQ(found.error().candidates.size(), 2u);

@@ -16,25 +16,12 @@
 #include "calib/lens.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
+#include "tests/calib/true_fisheye.h"
 
 namespace pleinair::lens_fit_test {
 namespace {
 
 constexpr BoardSize kBoard{8, 6};
-
-FisheyeIntrinsics TrueLens() {
-  FisheyeIntrinsics lens;
-  lens.model = FisheyeModel::kOpenCv;
-  lens.width_px = 1000;
-  lens.height_px = 800;
-  lens.fx_px = 320.0;
-  lens.fy_px = 322.0;
-  lens.cx_px = 505.0;
-  lens.cy_px = 390.0;
-  lens.distortion = {-0.02, 0.004, -0.002, 0.0003};
-  lens.max_angle_rad = RadFromDeg(110.0);
-  return lens;
-}
 
 // Boards around the camera up to `farthest_rad` from the axis, tilted differently, with corners
 // found to `noise_px`.
@@ -70,7 +57,7 @@ std::vector<BoardPicture> BoardsSeenBy(const AnyOneLens& lens,
 }
 
 std::vector<BoardPicture> Boards(double noise_px, int count) {
-  return BoardsSeenBy(FisheyeLens(TrueLens()), 0.9, noise_px, count);
+  return BoardsSeenBy(FisheyeLens(TrueFisheye()), 0.9, noise_px, count);
 }
 
 // The largest distance in the picture between where the two lenses see a direction, up to `angle`.
@@ -98,9 +85,9 @@ TEST(LensFit, FindsTheLensThatMadeTheCorners) {
   EXPECT_TRUE(fit.rejected.empty());
   EXPECT_LT(fit.rms_px, 1e-3);
   EXPECT_GT(fit.covered_angle_rad, RadFromDeg(60.0));
-  EXPECT_LT(
-      WorstDifferencePx(std::get<FisheyeIntrinsics>(fit.lens), TrueLens(), fit.covered_angle_rad),
-      0.05);
+  EXPECT_LT(WorstDifferencePx(
+                std::get<FisheyeIntrinsics>(fit.lens), TrueFisheye(), fit.covered_angle_rad),
+            0.05);
 }
 
 // Noise of 0.2 px a coordinate: the residual is its length, 0.28; the lens is known ten times
@@ -109,7 +96,7 @@ TEST(LensFit, StandsNoise) {
   const LensFit fit = FitLens(Boards(0.2, 15), LensModel::kFisheye, 1000, 800);
   EXPECT_NEAR(fit.rms_px, 0.28, 0.03);
   EXPECT_LT(WorstDifferencePx(
-                std::get<FisheyeIntrinsics>(fit.lens), TrueLens(), 0.7 * fit.covered_angle_rad),
+                std::get<FisheyeIntrinsics>(fit.lens), TrueFisheye(), 0.7 * fit.covered_angle_rad),
             0.75);
 }
 
@@ -205,7 +192,7 @@ TEST(LensFit, ChoosesThePinholeThatMadeTheCorners) {
 TEST(LensFit, ChoosesTheFisheyeThatMadeTheCorners) {
   const LensChoice choice = ChooseLens(Boards(0.2, 15), 1000, 800);
   ASSERT_EQ(choice.fit.Model(), LensModel::kFisheye);
-  EXPECT_NEAR(choice.fit.FxPx(), TrueLens().fx_px, 0.01 * TrueLens().fx_px);
+  EXPECT_NEAR(choice.fit.FxPx(), TrueFisheye().fx_px, 0.01 * TrueFisheye().fx_px);
   ASSERT_TRUE(choice.fisheye.held_out);
   EXPECT_LT(choice.fisheye.held_out->rms_px, 0.35);
 }

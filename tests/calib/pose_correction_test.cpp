@@ -49,7 +49,7 @@ Mesh Displaced(Mesh mesh, double sigma_m, unsigned seed) {
 class PoseCorrectionTest : public testing::Test {
  protected:
   PoseCorrection Correct(std::span<const Rgb8Image> pictures, const glm::dmat4& stated) const {
-    return CorrectPoseByEdges(lens_, pictures, EdgesOf(mesh_, rays_), rays_, stated);
+    return CorrectPoseByEdges(lens_, pictures, {EdgesOf(mesh_, rays_), rays_}, stated);
   }
 
   // By how far the place is elsewhere in the picture than from the true pose.
@@ -158,8 +158,8 @@ TEST_F(PoseCorrectionTest, HowFinelyAMeshIsCutChangesNothing) {
   }
   std::shuffle(cut.begin(), cut.end(), std::mt19937(1));
   EXPECT_EQ(JoinedEdges(cut).size(), edges.size());
-  const PoseCorrection as_is = CorrectPoseByEdges(lens_, {&picture, 1}, edges, rays_, stated);
-  const PoseCorrection of_cut = CorrectPoseByEdges(lens_, {&picture, 1}, cut, rays_, stated);
+  const PoseCorrection as_is = CorrectPoseByEdges(lens_, {&picture, 1}, {edges, rays_}, stated);
+  const PoseCorrection of_cut = CorrectPoseByEdges(lens_, {&picture, 1}, {cut, rays_}, stated);
   ASSERT_TRUE(as_is.corrected);
   ASSERT_TRUE(of_cut.corrected);
   // Places lie elsewhere on the edges, up to half a step of 8 px.
@@ -208,7 +208,7 @@ TEST_F(PoseCorrectionTest, PicturesWithoutEdgesChangeNothing) {
   cv::normalize(view, view, 0, 255, cv::NORM_MINMAX);
   EXPECT_FALSE(Correct({&leaves, 1}, kVillagePose).corrected);
   // No mesh.
-  EXPECT_FALSE(CorrectPoseByEdges(lens_, {&even, 1}, {}, rays_, kVillagePose).corrected);
+  EXPECT_FALSE(CorrectPoseByEdges(lens_, {&even, 1}, {{}, rays_}, kVillagePose).corrected);
 }
 
 TEST_F(PoseCorrectionTest, RefusesWhatDoesNotFit) {

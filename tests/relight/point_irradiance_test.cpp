@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/lighting.h"
+#include "tests/relight/memory_store.h"
 #include "tests/relight/reference_path_tracer.h"
 #include "tests/relight/window_room.h"
 
@@ -196,19 +196,6 @@ TEST(PointIrradiance, RefusesWhatMakesNoSense) {
   options.patch_size_m = -1.0;
   EXPECT_THROW(PointIrradiance(mesh, {{{0, 0, 0}}, kSixWays}, options, {}), std::invalid_argument);
 }
-
-class MemoryStore : public BlobStore {
- public:
-  std::optional<std::string> Load(std::string_view key) override {
-    const auto found = blobs.find(std::string(key));
-    if (found == blobs.end()) return std::nullopt;
-    return found->second;
-  }
-  void Save(std::string_view key, std::string_view bytes) override {
-    blobs[std::string(key)] = std::string(bytes);
-  }
-  std::map<std::string, std::string> blobs;
-};
 
 TEST(PointIrradiance, RadiositiesOfRegionsAreKeptByContent) {
   Mesh mesh = RoomWithWindow({0.7f, 0.6f, 0.3f});

@@ -2,31 +2,26 @@
 
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "scene/lat_long.h"
+#include "tests/relight/memory_store.h"
 #include "tests/relight/survey_test_site.h"
 
 namespace pleinair::prepared_scene_test {
 namespace {
 
-class MemoryStore : public BlobStore {
+// One in which the power is cut while it saves.
+class CutStore : public MemoryStore {
  public:
-  std::optional<std::string> Load(std::string_view key) override {
-    const auto found = blobs.find(std::string(key));
-    if (found == blobs.end()) return std::nullopt;
-    return found->second;
-  }
   void Save(std::string_view key, std::string_view bytes) override {
-    blobs[std::string(key)] = std::string(bytes);
+    MemoryStore::Save(key, bytes);
     if (--saves_until_cut == 0) throw std::runtime_error("power cut");
   }
 
-  std::map<std::string, std::string> blobs;
   int saves_until_cut = std::numeric_limits<int>::max();
 };
 
@@ -87,7 +82,7 @@ TEST(PreparedScene, ComesBackFromTheStoreAsItWas) {
 }
 
 TEST(PreparedScene, GoesOnWhereItWasCutOff) {
-  MemoryStore store;
+  CutStore store;
   store.saves_until_cut = 2;
   EXPECT_THROW(PrepareScene(Site(), Quick(), store, {}), std::runtime_error);
   std::vector<std::string> stages;

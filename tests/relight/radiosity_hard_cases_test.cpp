@@ -95,14 +95,12 @@ TEST(RadiosityHardCases, ManyLightsAreWhatEachIsAlone) {
   options.sky_rays_per_patch = 1024;
   options.solve = Solve(4);
   const FaceLights all = SolveRegions(scene, transport, options);
-  const std::vector<float> direct = internal::RegionIrradiance(scene,
-                                                               transport.Points(),
-                                                               SkyRegions(),
-                                                               options.sky_rays_per_patch,
-                                                               options.seed,
-                                                               0,
-                                                               scene.FaceCount(),
-                                                               {});
+  const std::vector<float> direct =
+      internal::RegionIrradiance(scene,
+                                 transport.Points(),
+                                 {SkyRegions(), options.sky_rays_per_patch, options.seed},
+                                 {0, scene.FaceCount()},
+                                 {});
   for (const std::size_t light : {std::size_t{7}, std::size_t{40}}) {
     std::vector<glm::vec3> of_light;
     for (std::size_t i = light; i < direct.size(); i += 64) of_light.emplace_back(direct[i]);

@@ -22,7 +22,8 @@ std::vector<float> OfAllFaces(const PatchScene& scene,
                               const PatchTransport& transport,
                               const SkyRegions& regions,
                               int rays) {
-  return RegionIrradiance(scene, transport.Points(), regions, rays, 1, 0, scene.FaceCount(), {});
+  return RegionIrradiance(
+      scene, transport.Points(), {regions, rays, 1}, {0, scene.FaceCount()}, {});
 }
 
 PatchTransport ExposedTransport(const PatchScene& scene) {
@@ -87,7 +88,7 @@ TEST(RegionIrradiance, FacesMayBeDealtOutAsOneLikes) {
   for (std::size_t first = 0; first < scene.FaceCount();) {
     const std::size_t last = std::min(scene.FaceCount(), first + 150);
     const std::vector<float> part =
-        RegionIrradiance(scene, transport.Points(), regions, 4096, 1, first, last, {});
+        RegionIrradiance(scene, transport.Points(), {regions, 4096, 1}, {first, last}, {});
     joined.insert(joined.end(), part.begin(), part.end());
     first = last;
   }
@@ -99,7 +100,7 @@ TEST(RegionIrradiance, RefusesWhatMakesNoSense) {
   const PatchTransport transport = ExposedTransport(scene);
   EXPECT_THROW(OfAllFaces(scene, transport, SkyRegions(), 0), std::invalid_argument);
   EXPECT_THROW(OfAllFaces(Yard(), transport, SkyRegions(), 64), std::invalid_argument);
-  EXPECT_THROW(RegionIrradiance(scene, transport.Points(), SkyRegions(), 64, 1, 2, 1, {}),
+  EXPECT_THROW(RegionIrradiance(scene, transport.Points(), {SkyRegions(), 64, 1}, {2, 1}, {}),
                std::invalid_argument);
 }
 

@@ -20,6 +20,7 @@
 #include "scene/lighting.h"
 #include "session/sequence_site.h"
 #include "tests/pipeline/ground_stage.h"
+#include "tests/session/bundled_courtyard.h"
 
 namespace pleinair::courtyard_test {
 namespace {
@@ -32,11 +33,12 @@ class Courtyard : public testing::Test {
   static void SetUpTestSuite() {
     sequence_ = ReadSequence(kCourtyard);
     site_ = LoadSequenceSite(*sequence_);
-    KeepsNothing store;
     scene_ = std::make_unique<PreparedScene>(
-        PrepareScene(site_->model, PrepareOptionsFor(*site_), store, [](auto, auto) {}));
+        PrepareScene(site_->model, PrepareOptionsFor(*site_), *SharedStore(), [](auto, auto) {}));
   }
   static void TearDownTestSuite() {
+    gathered_.clear();
+    volumes_.clear();
     scene_.reset();
     site_.reset();
     sequence_.reset();
@@ -47,6 +49,17 @@ class Courtyard : public testing::Test {
     FramePipelineOptions options;
     options.object_light.route = object_light;
     return Run(options, sequence_->frames.size(), volumes);
+  }
+
+  // All frames by the defaults. Made once for the tests that only read them.
+  static const std::vector<FrameResult>& Gathered() {
+    if (gathered_.empty()) gathered_ = RunAll(ObjectLight::kGather);
+    return gathered_;
+  }
+  // The probes of all frames, of their volumes folded. Made once likewise.
+  static const std::vector<IrradianceVolume>& FoldedVolumes() {
+    if (volumes_.empty()) RunAll(ObjectLight::kVolume, &volumes_);
+    return volumes_;
   }
 
   static std::vector<FrameResult> Run(const FramePipelineOptions& options,
@@ -75,6 +88,8 @@ class Courtyard : public testing::Test {
   static std::optional<Sequence> sequence_;
   static std::optional<SequenceSite> site_;
   static std::unique_ptr<PreparedScene> scene_;
+  inline static std::vector<FrameResult> gathered_;
+  inline static std::vector<IrradianceVolume> volumes_;
 };
 
 std::optional<Sequence> Courtyard::sequence_;
@@ -105,7 +120,7 @@ double SkyVariance(const Lighting& light, std::size_t c) {
 // added once. What is stated must hold the truth: each channel is within twice its deviation (1.7
 // times at most), and deviations are 3.2 % and 7.5 % at most, 0.2 % and 0.5 % of which are noise.
 TEST_F(Courtyard, LightFollowsTheClouds) {
-  const std::vector<FrameResult> results = RunAll(ObjectLight::kGather);
+  const std::vector<FrameResult>& results = Gathered();
   ASSERT_EQ(results.size(), sequence_->frames.size());
   const std::vector<TruthFrame> truth = ReadTruth(*sequence_);
   ASSERT_EQ(truth.size(), results.size());
@@ -165,9 +180,8 @@ TEST_F(Courtyard, LightTrialsFindTheLightOfTheWholePipeline) {
 }
 
 TEST_F(Courtyard, BothProbeRoutesGiveTheSameProbes) {
-  std::vector<IrradianceVolume> folded;
+  const std::vector<IrradianceVolume>& folded = FoldedVolumes();
   std::vector<IrradianceVolume> by_map;
-  RunAll(ObjectLight::kVolume, &folded);
   RunAll(ObjectLight::kVolumeByMap, &by_map);
   ASSERT_EQ(folded.size(), by_map.size());
   for (std::size_t i = 0; i < folded.size(); ++i) {
@@ -199,15 +213,12 @@ FramePipelineOptions BySamples(ObjectLight object_light, int samples) {
 TEST_F(Courtyard, BothProbeRoutesLeaveSampledDaylightOut) {
   std::vector<IrradianceVolume> folded;
   std::vector<IrradianceVolume> by_map;
-  std::vector<IrradianceVolume> with_sky;
   Run(BySamples(ObjectLight::kVolume, 1), 1, &folded);
   Run(BySamples(ObjectLight::kVolumeByMap, 1), 1, &by_map);
-  FramePipelineOptions volume;
-  volume.object_light.route = ObjectLight::kVolume;
-  Run(volume, 1, &with_sky);
-  for (std::size_t probe = 0; probe < with_sky[0].probes.size(); ++probe) {
+  const IrradianceVolume& with_sky = FoldedVolumes().at(0);
+  for (std::size_t probe = 0; probe < with_sky.probes.size(); ++probe) {
     if (folded[0].valid[probe] == 0) continue;  // No object needs it, or it is in a wall.
-    const glm::dvec3 whole(with_sky[0].probes[probe][0]);
+    const glm::dvec3 whole(with_sky.probes[probe][0]);
     const glm::dvec3 rest(folded[0].probes[probe][0]);
     EXPECT_LE(rest.z, 0.8 * whole.z) << "half of what a probe sees is sky";
     EXPECT_LE(glm::length(rest - glm::dvec3(by_map[0].probes[probe][0])),
@@ -220,7 +231,7 @@ TEST_F(Courtyard, BothProbeRoutesLeaveSampledDaylightOut) {
 // the gathered picture's own 256 rays a vertex and 192 a pixel is left. Its tolerance is that of
 // 128 samples and a third of it.
 TEST_F(Courtyard, SamplesOfTheSkyGiveTheGatheredPicture) {
-  const FrameResult gathered = std::move(Run(FramePipelineOptions(), 1).at(0));
+  const FrameResult& gathered = Gathered().at(0);
   const FrameResult sampled = std::move(Run(BySamples(ObjectLight::kGather, 128), 1).at(0));
   std::vector<double> differences;
   for (std::size_t i = 0; i < gathered.composite.change.pixels.size(); ++i) {
@@ -272,7 +283,7 @@ TEST_F(Courtyard, AMovedCameraSeesWhatAFreshPipelineSees) {
 }
 
 TEST_F(Courtyard, ASecondRunGivesTheSameBits) {
-  const std::vector<FrameResult> once = RunAll(ObjectLight::kGather);
+  const std::vector<FrameResult>& once = Gathered();
   const std::vector<FrameResult> again = RunAll(ObjectLight::kGather);
   ASSERT_EQ(once.size(), again.size());
   for (std::size_t i = 0; i < once.size(); ++i) {
@@ -283,7 +294,7 @@ TEST_F(Courtyard, ASecondRunGivesTheSameBits) {
 }
 
 TEST_F(Courtyard, PixelsThatNothingChangesAreTheCamerasOwn) {
-  const std::vector<FrameResult> results = RunAll(ObjectLight::kGather);
+  const std::vector<FrameResult>& results = Gathered();
   const auto frames = MakeRecordedFrameSource(*sequence_, FrameKind::kLinear);
   for (const FrameResult& result : results) {
     const Frame frame = frames->Next()->value();

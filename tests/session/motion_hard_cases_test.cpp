@@ -18,11 +18,11 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/timed_pose.h"
-#include "relight/blob_store.h"
 #include "session/sequence_session.h"
 #include "sunmodel/time_text.h"
 #include "tests/calib/marker_scene.h"
 #include "tests/scene/temporary_folder.h"
+#include "tests/session/bundled_courtyard.h"
 
 namespace pleinair::motion_hard_cases_test {
 namespace {
@@ -33,12 +33,7 @@ using testing::HasSubstr;
 constexpr int kMostFrames = 64;
 
 SessionOptions CoarseOptions() {
-  SessionOptions options;
-  options.sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
-  options.store = std::make_shared<KeepsNothing>();
-  options.prepare.patch_size_m = 4.0;
-  options.prepare.rays = 64;
-  options.prepare.probe_counts = {2, 2, 2};
+  SessionOptions options = CoarseCourtyard();
   options.pipeline.object_light.gather.rays_per_receiver = 32;
   options.pipeline.influence.rays_per_receiver = 16;
   return options;

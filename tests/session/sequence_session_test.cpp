@@ -16,8 +16,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "relight/blob_store.h"
 #include "tests/scene/temporary_folder.h"
+#include "tests/session/bundled_courtyard.h"
 
 namespace pleinair::sequence_session_test {
 namespace {
@@ -25,12 +25,7 @@ namespace {
 using testing::HasSubstr;
 
 SessionOptions CoarseOptions() {
-  SessionOptions options;
-  options.sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
-  options.store = std::make_shared<KeepsNothing>();
-  options.prepare.patch_size_m = 4.0;
-  options.prepare.rays = 64;
-  options.prepare.probe_counts = {2, 2, 2};
+  SessionOptions options = CoarseCourtyard();
   options.pipeline.object_light.route = ObjectLight::kSingleProbe;
   return options;
 }

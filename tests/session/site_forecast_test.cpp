@@ -12,9 +12,8 @@
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/light_trials.h"
 #include "scene/stopwatch.h"
-#include "session/file_blob_store.h"
 #include "sunmodel/time_text.h"
-#include "tests/relight/probe_test_scenes.h"
+#include "tests/session/bundled_courtyard.h"
 
 namespace pleinair::site_forecast_test {
 namespace {
@@ -24,14 +23,20 @@ using std::chrono::minutes;
 class SiteForecast : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    options_.sequence = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
-    options_.store = std::make_shared<KeepsNothing>();
+    options_ = BundledCourtyard();
     loaded_ = LoadSequence(options_);
   }
   static void TearDownTestSuite() { loaded_.reset(); }
 
   static SiteDay Midsummer(minutes step) {
     return ForecastDay(*loaded_, options_, ParseUtcTime("2005-06-21T12:00:00Z"), step);
+  }
+  // For what does not depend on the light in its pictures.
+  static SiteDay MidsummerOfCoarseViews(minutes step) {
+    SessionOptions coarse = options_;
+    coarse.pipeline.view.receiver_block_px = 32;
+    coarse.pipeline.view.sun_block_px = 8;
+    return ForecastDay(*loaded_, coarse, ParseUtcTime("2005-06-21T12:00:00Z"), step);
   }
 
   inline static SessionOptions options_;
@@ -94,7 +99,7 @@ TEST_F(SiteForecast, TheEstimateFindsThePredictedLight) {
 }
 
 TEST_F(SiteForecast, SunReachesTheObjectAsARayFromItDoes) {
-  const SiteDay day = Midsummer(minutes(60));
+  const SiteDay day = MidsummerOfCoarseViews(minutes(60));
   const auto lit = [](const SiteHour& hour) { return hour.sun_on_objects.value_or(0.0) > 0.9; };
   // The courtyard's object stands in the open: in the sun at noon, behind buildings at sunrise.
   const auto noon = std::find_if(day.hours.begin(), day.hours.end(), [&](const SiteHour& hour) {
@@ -122,7 +127,7 @@ TEST_F(SiteForecast, AStepOfADayIsNoon) {
 }
 
 TEST_F(SiteForecast, KeepsPicturesOfSomeHoursAlone) {
-  const SiteDay day = Midsummer(minutes(40));
+  const SiteDay day = MidsummerOfCoarseViews(minutes(40));
   ASSERT_GT(day.hours.size(), kMostDayPictures);
   std::size_t pictures = 0;
   for (const SiteHour& hour : day.hours) pictures += hour.light.picture.pixels.empty() ? 0 : 1;

@@ -122,16 +122,16 @@ class YcbcrMatrix {
   }
 
   std::uint8_t Y(const std::uint16_t* rgb) const {
-    return Code(y_, rgb[0], rgb[1], rgb[2], 1, offset_);
+    return Code(y_, {rgb[0], rgb[1], rgb[2]}, 1, offset_);
   }
   // Chroma from the sums over `count` pixels.
-  std::uint8_t Cb(int r, int g, int b, int count) const { return Code(cb_, r, g, b, count, 128); }
-  std::uint8_t Cr(int r, int g, int b, int count) const { return Code(cr_, r, g, b, count, 128); }
+  std::uint8_t Cb(int r, int g, int b, int count) const { return Code(cb_, {r, g, b}, count, 128); }
+  std::uint8_t Cr(int r, int g, int b, int count) const { return Code(cr_, {r, g, b}, count, 128); }
 
  private:
   static int Fixed(double value) { return static_cast<int>(std::lround(value * 65536.0)); }
-  static std::uint8_t Code(const int (&weights)[3], int r, int g, int b, int count, int offset) {
-    const int sum = (weights[0] * r + weights[1] * g + weights[2] * b) / count;
+  static std::uint8_t Code(const int (&weights)[3], const int (&rgb)[3], int count, int offset) {
+    const int sum = (weights[0] * rgb[0] + weights[1] * rgb[1] + weights[2] * rgb[2]) / count;
     return static_cast<std::uint8_t>(std::clamp(((sum + 32768) >> 16) + offset, 0, 255));
   }
   int y_[3], cb_[3], cr_[3];

@@ -17,10 +17,10 @@ enum class ShadowSide : std::uint8_t {
   kShaded,
 };
 
-// kLit or kShaded where the pixel of `view` stays on that side of the shadows' edges with the map
-// turned either way, and with the surface moved across the sun's rays in four directions. kShaded
-// also where the surface is turned from the sun by more than that turns it. `view` has its geometry
-// and sun_visibility, made of `rays` and `disc`.
+// kLit or kShaded where the pixel of `view` stays on that side of the shadows' edges under all
+// misplacements. These turn the map either way, and move the surface across the sun's rays in four
+// directions. kShaded also where the surface is turned from the sun by more than that turns it.
+// `view` has its geometry and sun_visibility, made of `rays` and `disc`.
 Image<ShadowSide> FindShadowSides(const RayCaster& caster,
                                   const SunDisc& disc,
                                   const ViewRays& rays,

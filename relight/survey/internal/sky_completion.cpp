@@ -23,9 +23,9 @@ constexpr float kSkyLikeFactor = 1.6f;
 // Less sky than this share of what is visible is too little to predict from.
 constexpr double kEnoughSky = 0.25;
 
-// Distance in pixels to the nearest pixel of the upper hemisphere that shows a surface; the ground
-// is no neighbour of the sky over the horizon. (Along a row near the zenith a pixel is less than
-// 180 deg / height: the margin is then narrower there.)
+// Distance in pixels to the nearest pixel of the upper hemisphere that shows a surface. The ground
+// is no neighbour of the sky over the horizon. Near the zenith a pixel of a row is narrower than
+// 180 deg / height, and so is the margin.
 GrayImage DistanceToSurfaces(const Gray8Image& shows_sky, int sky_rows) {
   Gray8Image surfaces(shows_sky.width, sky_rows, 0);
   for (int y = 0; y < sky_rows; ++y) {

@@ -43,12 +43,12 @@ struct AlbedoResult {
 // a sunlit spot in modelled shadow): clamped, and not measured.
 //
 // Where a shadow's edge may be misplaced (ShadowSide::kUnsure), a pixel may show light that the
-// model misplaces. Its albedo then differs from that of its surface's certain pixels, by more than
-// they scatter and by a quarter or more of the way to the albedo under the light of the edge's
-// other side. And that surface would have the pixel's level and colour under some mixture of the
-// two sides' lights. Pixels that are connected to such ones within 3.4 deg and look as on the other
-// side count too: the shadow of an eave that the mesh lacks. All of these take their surface's
-// albedo, and are not measured.
+// model misplaces. Its albedo then differs from that of its surface's certain pixels by more than
+// they scatter. The difference is a quarter or more of that to the albedo under the light of the
+// edge's other side. And that surface would have the pixel's level and colour under some mixture of
+// the two sides' lights. Pixels that are connected to such ones within 3.4 deg and look as on the
+// other side count too: the shadow of an eave that the mesh lacks. All of these take their
+// surface's albedo, and are not measured.
 AlbedoResult SolveAlbedo(const AlbedoInput& input, PatchScene& scene, SurfaceView& view);
 
 }  // namespace pleinair

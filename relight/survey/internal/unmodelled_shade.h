@@ -35,8 +35,8 @@ struct UnmodelledShade {
 // colour. So pixels of one plane are compared across eight pixels of a map of 1024. Where the
 // darker one is darker and bluer by that step, it is in shade, and so is what is connected to it
 // and as dark and blue. The level may be off by -30 to +80 %, as what hides the sun hides sky too.
-// Such a part counts from 64 pixels on, if three tenths of its border are such steps and their
-// medians have the step's colour: 0.85 to 1.3 of its hue, and its green to 6 %.
+// Such a part counts from 64 pixels on, if three tenths of its border are such steps. Their medians
+// must have the step's colour: 0.85 to 1.3 of its hue, and its green to 6 %.
 //
 // Nothing is found where sun and sky have one colour (less than 20 % between red and blue), nor
 // shade finer than the map's pixels. A dark surface beside a warm one that differs from it by just

@@ -122,13 +122,13 @@ class Sweep {
   std::span<const float> omega_;
 };
 
-// The iteration of one light: by single reflections first, and by Chebyshev's polynomials once
-// these show how fast they fade (Golub and Varga, "Chebyshev semi-iterative methods, successive
-// overrelaxation iterative methods, and second order Richardson iterative methods", 1961). Form
-// factors times albedo have real eigenvalues, but for the rays' scatter; of the largest one what
-// has been seen is a lower bound. Too low a bound slows convergence and does not change the result;
-// it is detected by that, and raised (Hageman and Young, "Applied iterative methods", 1981, chapter
-// 5).
+// The iteration of one light. It starts with single reflections, and goes on with Chebyshev's
+// polynomials once these show how fast they fade. Source: Golub and Varga, "Chebyshev
+// semi-iterative methods, successive overrelaxation iterative methods, and second order Richardson
+// iterative methods", 1961. Form factors times albedo have real eigenvalues, but for the rays'
+// scatter; of the largest one what has been seen is a lower bound. Too low a bound slows
+// convergence and does not change the result; it is detected by that, and raised (Hageman and
+// Young, "Applied iterative methods", 1981, chapter 5).
 class Approach {
  public:
   bool IsDone() const { return is_done_; }
@@ -191,12 +191,11 @@ template <std::size_t kFloats, class Take>
 BlockSolution Iterate(Sweep<kFloats> sweep,
                       std::size_t faces,
                       const Layout& layout,
-                      int reflections,
-                      double tolerance,
+                      const SolveEnd& end,
                       const Take& take) {
   // Far above what is needed: with albedo 0.98 all around some 100 sweeps, 700 unaccelerated.
   constexpr int kMaxIterations = 5000;
-  const int last = reflections < 0 ? kMaxIterations : reflections;
+  const int last = end.reflections < 0 ? kMaxIterations : end.reflections;
   std::vector<float> current(faces * layout.Floats(), 0.0f);
   std::vector<float> next(current);
   std::vector<float> omega(layout.Floats(), 1.0f);
@@ -213,11 +212,11 @@ BlockSolution Iterate(Sweep<kFloats> sweep,
     const Maxima maxima = sweep.Run(current.data(), omega, next.data());
     current.swap(next);
     ++solution.iterations;
-    if (reflections >= 0) continue;
+    if (end.reflections >= 0) continue;
     for (std::size_t light = 0; light < layout.lights; ++light) {
       if (approach[light].IsDone()) continue;
       const double change = maxima.RelativeChange(layout, light);
-      const bool is_solved = approach[light].IsSolved(change, tolerance);
+      const bool is_solved = approach[light].IsSolved(change, end.tolerance);
       std::fill_n(omega.begin() + static_cast<std::ptrdiff_t>(light * layout.stride),
                   layout.stride,
                   static_cast<float>(approach[light].Omega()));
@@ -237,20 +236,16 @@ BlockSolution Iterate(Sweep<kFloats> sweep,
 
 BlockSolution SolveBlock(const FormFactorRows& rows,
                          std::span<const glm::vec3> albedo,
-                         std::span<const glm::vec3> direct,
-                         std::size_t lights,
-                         std::size_t first,
-                         std::size_t count,
-                         int reflections,
-                         double tolerance,
+                         const LightBlock& block,
+                         const SolveEnd& end,
                          std::span<glm::vec3> radiosity) {
   const std::size_t faces = rows.Count();
-  if (faces == 0 || count == 0) return {};
-  const Layout layout{count, count <= kMostPadded ? std::size_t{4} : std::size_t{3}};
+  if (faces == 0 || block.solved == 0) return {};
+  const Layout layout{block.solved, block.solved <= kMostPadded ? std::size_t{4} : std::size_t{3}};
   std::vector<float> own_direct(faces * layout.Floats(), 0.0f);
   for (std::size_t face = 0; face < faces; ++face) {
-    for (std::size_t light = 0; light < count; ++light) {
-      std::copy_n(glm::value_ptr(direct[face * lights + first + light]),
+    for (std::size_t light = 0; light < block.solved; ++light) {
+      std::copy_n(glm::value_ptr(block.direct[face * block.count + block.first + light]),
                   3,
                   own_direct.data() + face * layout.Floats() + light * layout.stride);
     }
@@ -259,17 +254,12 @@ BlockSolution SolveBlock(const FormFactorRows& rows,
     for (std::size_t face = 0; face < faces; ++face) {
       const float* const from = solved.data() + face * layout.Floats() + light * layout.stride;
       // Acceleration may overshoot, and leave values below 0.
-      radiosity[face * lights + first + light] =
+      radiosity[face * block.count + block.first + light] =
           glm::max(glm::vec3(from[0], from[1], from[2]), 0.0f);
     }
   };
   const auto run = [&]<std::size_t kFloats>(std::integral_constant<std::size_t, kFloats>) {
-    return Iterate(Sweep<kFloats>(rows, albedo, own_direct, layout),
-                   faces,
-                   layout,
-                   reflections,
-                   tolerance,
-                   take);
+    return Iterate(Sweep<kFloats>(rows, albedo, own_direct, layout), faces, layout, end, take);
   };
   switch (layout.Floats()) {
     case 4:

@@ -16,6 +16,22 @@ struct FormFactorRows {
   std::size_t Count() const { return begin.empty() ? 0 : begin.size() - 1; }
 };
 
+// Direct irradiance of all lights, [face * count + light], of which [first, first + solved) are
+// solved together; solved <= kLightsPerBlock.
+struct LightBlock {
+  std::span<const glm::vec3> direct;
+  std::size_t count = 0;
+  std::size_t first = 0;
+  std::size_t solved = 0;
+};
+
+// After `reflections` >= 1 reflections, or, where that is -1, when what is missing of each light is
+// below `tolerance` of its largest radiosity.
+struct SolveEnd {
+  int reflections = -1;
+  double tolerance = 0.0;
+};
+
 struct BlockSolution {
   int iterations = 0;
   double residual = 0.0;
@@ -25,21 +41,15 @@ struct BlockSolution {
 // the first-level cache and the radiosities of some thousand faces in the second.
 inline constexpr std::size_t kLightsPerBlock = 32;
 
-// Iterates radiosity = albedo (direct + F radiosity) for the lights [first, first + count) of
-// `lights`, count <= kLightsPerBlock. Writes those lights of `radiosity`.
+// Iterates radiosity = albedo (direct + F radiosity) for the block's lights, and writes those
+// lights of `radiosity`.
 //
-// Shape   direct, radiosity: [face * lights + light]; albedo: one a face.
-// Stops   after `reflections` >= 1 reflections, or, where that is -1, when what is missing of each
-//         light is below `tolerance` of its largest radiosity.
+// Shape   radiosity: as the block's direct; albedo: one a face.
 // Threads spreads over threads without a change of any bit.
 BlockSolution SolveBlock(const FormFactorRows& rows,
                          std::span<const glm::vec3> albedo,
-                         std::span<const glm::vec3> direct,
-                         std::size_t lights,
-                         std::size_t first,
-                         std::size_t count,
-                         int reflections,
-                         double tolerance,
+                         const LightBlock& block,
+                         const SolveEnd& end,
                          std::span<glm::vec3> radiosity);
 
 }  // namespace pleinair::internal

@@ -301,27 +301,26 @@ class Gather {
 
 std::vector<float> RegionIrradiance(const PatchScene& scene,
                                     const FacePoints& points,
-                                    const SkyRegions& regions,
-                                    int rays_per_face,
-                                    std::uint64_t seed,
-                                    std::size_t first,
-                                    std::size_t last,
+                                    const RegionRays& rays,
+                                    const FaceRange& faces,
                                     const Progress& progress) {
+  const SkyRegions& regions = rays.regions;
+  const auto [first, last] = faces;
   if (points.FaceCount() != scene.FaceCount() || first > last || last > scene.FaceCount()) {
     throw std::invalid_argument("region irradiance: faces " + std::to_string(first) + " to " +
                                 std::to_string(last) + " and points of " +
                                 std::to_string(points.FaceCount()) + ": the scene has " +
                                 std::to_string(scene.FaceCount()) + " faces");
   }
-  if (rays_per_face < 1) {
-    throw std::invalid_argument("region irradiance: " + std::to_string(rays_per_face) +
+  if (rays.per_face < 1) {
+    throw std::invalid_argument("region irradiance: " + std::to_string(rays.per_face) +
                                 " rays a face: expected 1 at least");
   }
   std::vector<float> irradiance((last - first) * regions.Count(), 0.0f);
   if (first == last) return irradiance;
   const std::size_t per_region =
-      std::max(std::size_t{1}, static_cast<std::size_t>(rays_per_face) / regions.Count());
-  const Directions directions(regions, per_region, seed);
+      std::max(std::size_t{1}, static_cast<std::size_t>(rays.per_face) / regions.Count());
+  const Directions directions(regions, per_region, rays.seed);
   const Gather gather(scene, points, regions, directions);
   const double ray_sr = regions.SolidAngleSr() / static_cast<double>(per_region);
   const std::size_t first_group = first / kFacesPerGroup;
@@ -332,9 +331,11 @@ std::vector<float> RegionIrradiance(const PatchScene& scene,
                static_cast<double>(done - first_group) / static_cast<double>(groups - first_group));
     }
     tbb::parallel_for(done, std::min(groups, done + kGroupsPerReport), [&](std::size_t group) {
-      gather.Group(group, first, last, [&](std::size_t face, std::size_t region, double sum) {
-        irradiance[(face - first) * regions.Count() + region] = static_cast<float>(ray_sr * sum);
-      });
+      const auto put = [&](std::size_t face, std::size_t region, double sum) {
+        irradiance[(face - faces.first) * regions.Count() + region] =
+            static_cast<float>(ray_sr * sum);
+      };
+      gather.Group(group, faces.first, faces.last, put);
     });
   }
   if (progress) progress("sky over patches", 1.0);

@@ -15,10 +15,23 @@ namespace pleinair::internal {
 // it wastes nothing.
 inline constexpr std::size_t kFacesPerGroup = 32;
 
-// Irradiance of the faces [first, last) from unit radiance of each region: [face - first][region].
+// Regions of the sky, and the rays that look for them.
+struct RegionRays {
+  const SkyRegions& regions;
+  // Shared by the regions, at least one each, evenly over region and face. Most are not cast.
+  int per_face = 1;
+  std::uint64_t seed = 0;
+};
+
+// [first, last).
+struct FaceRange {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+// Irradiance of the faces from unit radiance of each region: [face - faces.first][region].
 //
-// `rays_per_face` are shared by the regions, at least one each, evenly over region and face. Most
-// are not cast. Regions, and cells of some 16 rays, are left out where a few rays of neighbouring
+// Regions, and cells of some 16 rays, are left out where a few rays of neighbouring
 // faces that face the same way show all or nothing of them and of those around them. So in a room
 // the rays that are cast go through the windows.
 //
@@ -27,11 +40,8 @@ inline constexpr std::size_t kFacesPerGroup = 32;
 // Throws    std::invalid_argument for points of other faces than the scene's, or less than 1 ray.
 std::vector<float> RegionIrradiance(const PatchScene& scene,
                                     const FacePoints& points,
-                                    const SkyRegions& regions,
-                                    int rays_per_face,
-                                    std::uint64_t seed,
-                                    std::size_t first,
-                                    std::size_t last,
+                                    const RegionRays& rays,
+                                    const FaceRange& faces,
                                     const Progress& progress);
 
 }  // namespace pleinair::internal
