@@ -19,7 +19,6 @@ namespace {
 
 using reconstructed_yard::kBehindY;
 using reconstructed_yard::kFacadeY;
-using reconstructed_yard::kGateHalfWidth;
 using reconstructed_yard::kRightX;
 using reconstructed_yard::MakeYard;
 using testing::HasSubstr;

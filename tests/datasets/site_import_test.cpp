@@ -383,7 +383,7 @@ TEST(ExifPlaceHardCases, ImpossibleValuesAreNone) {
 TEST(Photograph, FindsItsTimeZone) {
   const TemporaryFolder folder;
   const std::vector<std::byte> jpeg = made_pictures::Jpeg(Rgb8Image(8, 8));
-  const auto time_of = [&](std::vector<ExifValue> tags,
+  const auto time_of = [&](const std::vector<ExifValue>& tags,
                            const std::string& utc,
                            std::optional<std::chrono::minutes> offset) -> std::string {
     const fs::path file = folder.Write("a.jpg", WithExif(jpeg, tags));
