@@ -42,8 +42,9 @@ class RecordCommand : public CommandFolder {
   }
   // `record` at the sample's site, `camera` being its camera.
   static Ended Record(const std::string& camera, const std::string& arguments) {
-    // Where a refusal is expected and does not come, the recording would have no end.
-    return Shell("timeout 60 " + Command(camera, arguments));
+    // Where a refusal is expected and does not come, the recording would have no end. Others take
+    // as long as the machine is busy.
+    return Shell("timeout 300 " + Command(camera, arguments));
   }
   std::string Path(const char* name) const { return (folder_ / name).string(); }
 
