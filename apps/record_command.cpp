@@ -137,8 +137,12 @@ int RunRecordCommand(const RecordCommandOptions& options) {
   }
   StopSignals signals;
   EventLog events;
+  CaptureOptions waiting;
+  // A second's pictures: until the recorder has copied the site, and where its thread has to wait
+  // for a processor.
+  waiting.queue_frames = 30;
   CameraCapture capture(
-      options.camera.empty() ? DeviceOf(site) : options.camera, request, {}, events);
+      options.camera.empty() ? DeviceOf(site) : options.camera, request, waiting, events);
   RequireSize(options.request, capture.Layout());
   RecorderOptions recorder_options = options.recorder;
   recorder_options.recording.expected_pictures = ExpectedPictures(options, capture);

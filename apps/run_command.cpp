@@ -92,8 +92,8 @@ void AddTruth(const Sequence& sequence,
       const RgbImage picture = ReadRadianceImage(*found->second.with_object);
       const Rgb8Image truth_shown =
           display.Show(picture, sequence.frames[static_cast<std::size_t>(frame.index)].exposure);
-      frame.truth = MakeReportPicture(truth_shown);
-      frame.difference = MakeReportPicture(
+      frame.truth = report.AddPicture(truth_shown);
+      frame.difference = report.AddPicture(
           Difference(ReadDisplayImage(out / "composite" / fmt::format("{:06}.png", frame.index)),
                      truth_shown));
     } catch (const std::exception& error) {

@@ -29,7 +29,8 @@ RunOutput::RunOutput(const RunCommandOptions& options,
     : options_(options),
       events_(events),
       folder_(options.out),
-      writer_(options.out, options.written.value_or(WrittenPictures::kAll)) {
+      writer_(options.out, options.written.value_or(WrittenPictures::kAll)),
+      report_(options.out) {
   if (!folder_.TakenOverFrom().empty()) {
     spdlog::warn("{}: an earlier run did not end ({}): what it left unfinished is removed",
                  options.out.string(),
@@ -105,14 +106,14 @@ void RunOutput::AddDone(FinishedFrame finished) {
   if (report_.ShowsNext()) {
     const Rgb8Image* input = finished.input ? &*finished.input : nullptr;
     if (frame.codes) input = &*frame.codes;
-    if (input != nullptr) reported.input = MakeReportPicture(*input);
-    reported.composite = MakeReportPicture(finished.shown);
+    if (input != nullptr) reported.input = report_.AddPicture(*input);
+    reported.composite = report_.AddPicture(finished.shown);
   }
   reported.lighting = result.estimate.lighting;
   reported.estimate = std::move(result.estimate);
   reported.timing_ms = result.timing_ms;
   reported.latency_ms = finished.latency_ms;
-  reported.plan = std::move(result.plan);
+  reported.plan = result.plan;
   report_.Add(std::move(reported));
 }
 

@@ -54,12 +54,12 @@ std::string Base64(const std::string& bytes) {
   return text;
 }
 
-std::string Figure(const std::string& caption, const ReportPicture& picture) {
+std::string Figure(const std::string& caption, const std::string& jpeg) {
   return fmt::format(
       "<figure><img loading=\"lazy\" decoding=\"async\" alt=\"{0}\" "
       "src=\"data:image/jpeg;base64,{1}\"><figcaption>{0}</figcaption></figure>\n",
       caption,
-      Base64(picture.jpeg));
+      Base64(jpeg));
 }
 
 std::string LightChart(const RunReport& report, bool sun) {
@@ -196,7 +196,7 @@ std::string List(const std::vector<std::string>& lines) {
   return html + "</ul>\n";
 }
 
-std::string FrameSection(const ReportFrame& frame) {
+std::string FrameSection(const RunReport& report, const ReportFrame& frame) {
   std::string html = "<div class=\"frame\">";
   if (!frame.error.empty()) {
     return html + fmt::format("<p class=\"bad\"><b>{}</b> {}: {}</p></div>\n",
@@ -225,12 +225,13 @@ std::string FrameSection(const ReportFrame& frame) {
       : ModelMismatch(frame.estimate)        ? " (picture and model do not fit)"
                                              : "",
       LeftOut(frame.plan));
-  html += Figure("input", frame.input) + Figure("composite", frame.composite);
-  if (frame.truth) html += Figure("truth", *frame.truth);
-  if (frame.difference) {
-    html +=
-        Figure(fmt::format("composite less truth, {} times", kDifferenceGain), *frame.difference);
-  }
+  const auto add = [&](const std::string& caption, const std::optional<SetAside::Place>& picture) {
+    if (picture) html += Figure(caption, report.Jpeg(*picture));
+  };
+  add("input", frame.input);
+  add("composite", frame.composite);
+  add("truth", frame.truth);
+  add(fmt::format("composite less truth, {} times", kDifferenceGain), frame.difference);
   return html + "</div>\n";
 }
 
@@ -293,7 +294,18 @@ void RunReport::Add(ReportFrame frame) {
   }
   if (!is_shown) return;
   frames.push_back(std::move(frame));
-  if (frames.size() >= kMostFrames) KeepEverySecond(frames, stride_);
+  if (frames.size() >= kMostFrames) KeepEverySecondFrame();
+}
+
+void RunReport::KeepEverySecondFrame() {
+  KeepEverySecond(frames, stride_);
+  std::vector<SetAside::Place*> kept;
+  for (ReportFrame& frame : frames) {
+    for (std::optional<SetAside::Place>* picture : {&frame.input, &frame.composite}) {
+      if (*picture) kept.push_back(&**picture);
+    }
+  }
+  pictures_.KeepOnly(kept);
 }
 
 void RunReport::AddEvent(Event event) {
@@ -308,8 +320,7 @@ void RunReport::AddEvent(Event event) {
   }
 }
 
-ReportPicture MakeReportPicture(const Rgb8Image& image) {
-  if (image.Empty()) return {};
+SetAside::Place RunReport::AddPicture(const Rgb8Image& image) {
   // OpenCV does not write through its input; the cast is for its constructor alone.
   const cv::Mat rgb(
       image.height, image.width, CV_8UC3, const_cast<glm::u8vec3*>(image.pixels.data()));
@@ -321,7 +332,7 @@ ReportPicture MakeReportPicture(const Rgb8Image& image) {
   }
   std::vector<std::uint8_t> jpeg;
   cv::imencode(".jpg", bgr, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-  return {std::string(jpeg.begin(), jpeg.end())};
+  return pictures_.Add({jpeg.begin(), jpeg.end()});
 }
 
 void WriteRunReport(const std::filesystem::path& file, const RunReport& report) {
@@ -345,7 +356,7 @@ void WriteRunReport(const std::filesystem::path& file, const RunReport& report) 
     html +=
         fmt::format("<p>{} of {} frames, evenly over the run.</p>\n", report.frames.size(), all);
   }
-  for (const ReportFrame& frame : report.frames) html += FrameSection(frame);
+  for (const ReportFrame& frame : report.frames) html += FrameSection(report, frame);
   html += "</body></html>\n";
 
   WriteWholeText(file, html);

@@ -10,18 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "apps/set_aside.h"
 #include "apps/time_statistics.h"
 #include "datasets/event.h"
 #include "pipeline/frame_pipeline.h"
 #include "scene/image.h"
 
 namespace pleinair {
-
-// A picture ready to be embedded.
-struct ReportPicture {
-  std::string jpeg;
-};
-ReportPicture MakeReportPicture(const Rgb8Image& image);
 
 // How far apart the report shows composite and truth.
 inline constexpr int kDifferenceGain = 4;
@@ -30,10 +25,11 @@ struct ReportFrame {
   int index = 0;
   UtcTime time{};
   std::string error;  // Empty when the frame was done; the rest is empty otherwise.
-  ReportPicture input;
-  ReportPicture composite;
-  std::optional<ReportPicture> truth;
-  std::optional<ReportPicture> difference;  // Composite less truth, kDifferenceGain times.
+  // Of RunReport::AddPicture; none: a gap.
+  std::optional<SetAside::Place> input;
+  std::optional<SetAside::Place> composite;
+  std::optional<SetAside::Place> truth;
+  std::optional<SetAside::Place> difference;  // Composite less truth, kDifferenceGain times.
   Lighting lighting;
   LightingEstimate estimate;  // Its lighting is the one above.
   StageTimes timing_ms;
@@ -77,6 +73,9 @@ struct ReportTotals {
 // over its length; totals are of all.
 class RunReport {
  public:
+  // The pictures are set aside in `folder`, as SetAside.
+  explicit RunReport(const std::filesystem::path& folder) : pictures_(folder) {}
+
   std::string title;
   std::vector<std::string> settings;  // One a line.
   std::vector<std::string> notes;     // What was assumed, repaired, left out.
@@ -88,10 +87,16 @@ class RunReport {
 
   // Whether the next frame is one that is shown: its pictures are not needed otherwise.
   bool ShowsNext() const { return added_ % stride_ == 0; }
+  // For the frame that is added next; once all are added, for any.
+  SetAside::Place AddPicture(const Rgb8Image& image);
+  std::string Jpeg(const SetAside::Place& picture) const { return pictures_.Read(picture); }
   void Add(ReportFrame frame);
   void AddEvent(Event event);
 
  private:
+  void KeepEverySecondFrame();
+
+  SetAside pictures_;
   std::int64_t added_ = 0;
   std::int64_t stride_ = 1;
   std::int64_t light_stride_ = 1;

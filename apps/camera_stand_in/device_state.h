@@ -12,7 +12,7 @@ namespace pleinair::stand_in {
 
 // The environment variable with the path of the shared block.
 inline constexpr const char* kStateVariable = "PLEINAIR_CAMERA_STAND_IN";
-inline constexpr std::uint64_t kStateMagic = 0x32306e6969616c70;  // Changes with the layout.
+inline constexpr std::uint64_t kStateMagic = 0x33306e6969616c70;  // Changes with the layout.
 
 inline constexpr std::int64_t kSecondNs = 1'000'000'000;
 
@@ -54,10 +54,10 @@ enum class FaultKind : std::uint8_t {
   kControlClamped,
 };
 
-// Times are stream times: they run only while the device streams, from 0 at its first picture.
+// By the clock of faults: see DeviceState::FaultClock.
 struct Fault {
   FaultKind kind = FaultKind::kUnplug;
-  std::int64_t at_ns = 0;
+  std::int64_t at = 0;
   bool struck = false;
 };
 
@@ -104,6 +104,7 @@ struct DeviceState {
   std::uint32_t ycbcr_encoding = 0;  // V4L2's numbers.
   std::uint32_t quantization = 0;
   int control_delay = 2;
+  bool faults_count_pictures = false;
   bool is_multi_planar = false;  // Of one plane of memory.
 
   // The device.
@@ -126,15 +127,20 @@ struct DeviceState {
   std::int64_t stream_ns = 0;  // Stream time of the next tick.
   std::int64_t frame = 0;      // Ticks so far, dropped ones included.
   std::int64_t picture = 0;    // The next one to play, loops counted on.
+  std::int64_t taken = 0;      // Buffers that programs have dequeued.
   int next_fault = 0;
   int fault_count = 0;
-  std::array<Fault, kMaxFaults> faults{};  // By time.
+  std::array<Fault, kMaxFaults> faults{};  // In the order in which they strike.
   std::int64_t corrupt_count = 0;
   std::int64_t delivered = 0;
   std::int64_t dropped = 0;
 
   bool clock_is_set = false;
   std::atomic<std::int64_t> realtime_minus_monotonic_ns{0};
+
+  // Where in the list of faults the stream is: its time, which runs only while the device streams,
+  // from 0 at its first picture; or how many pictures were taken.
+  std::int64_t FaultClock() const { return faults_count_pictures ? taken : stream_ns; }
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 

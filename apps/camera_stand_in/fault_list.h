@@ -11,9 +11,15 @@ namespace pleinair::stand_in {
 // The names that `--fault` takes, for its help text.
 std::string FaultNames();
 
-// NAME@SECONDS,... and random:SEED:COUNT@SECONDS, which stands for COUNT faults of all kinds but
-// stall-forever at random moments before SECONDS. By time.
+// In the order in which they strike.
+struct FaultList {
+  std::vector<Fault> faults;
+  bool count_pictures = false;  // Their clock is the number of pictures taken, and not time in ns.
+};
+
+// NAME@SECONDS,..., or NAME@Np,... for after N pictures; and random:SEED:COUNT in place of NAME,
+// which stands for COUNT faults of all kinds but stall-forever at random moments before that.
 // Throws std::invalid_argument naming the part that is wrong.
-std::vector<Fault> ParseFaults(const std::string& text);
+FaultList ParseFaults(const std::string& text);
 
 }  // namespace pleinair::stand_in

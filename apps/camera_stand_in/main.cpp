@@ -172,7 +172,7 @@ void SetUp(const Options& options, DeviceState& state) {
   if (!(options.rate_hz >= kLeastRateHz && options.rate_hz <= kMostRateHz)) {
     throw std::invalid_argument("--rate: expected 0.01 to 1000 pictures a second");
   }
-  const std::vector<Fault> faults = ParseFaults(options.faults);
+  const FaultList faults = ParseFaults(options.faults);
   Sequence sequence = ReadSequence(options.sequence, SequencePoses::kMayBeAbsent);
   KeepPictures(options.pictures, sequence);
   const Size own{sequence.intrinsics.width_px, sequence.intrinsics.height_px};
@@ -193,8 +193,9 @@ void SetUp(const Options& options, DeviceState& state) {
   state.is_multi_planar = options.is_multi_planar;
   ResetControls(state);
   state.priority = V4L2_PRIORITY_DEFAULT;
-  std::copy(faults.begin(), faults.end(), state.faults.begin());
-  state.fault_count = static_cast<int>(faults.size());
+  std::copy(faults.faults.begin(), faults.faults.end(), state.faults.begin());
+  state.fault_count = static_cast<int>(faults.faults.size());
+  state.faults_count_pictures = faults.count_pictures;
   state.realtime_minus_monotonic_ns = state.first_utc_ns - NowNs(CLOCK_MONOTONIC);
 }
 
@@ -268,7 +269,9 @@ void AddOptions(CLI::App& app, Options& options) {
   app.add_option(
       "--fault",
       options.faults,
-      "NAME@SECONDS,... of streaming; NAME is random:SEED:COUNT, or one of " + FaultNames());
+      "NAME@SECONDS,... of streaming, or NAME@Np,... after N pictures that were read; NAME is "
+      "random:SEED:COUNT, or one of " +
+          FaultNames());
   app.add_option("--number", options.number, "N of /dev/videoN")->check(CLI::Range(0, 255));
   app.add_option("--control-delay",
                  options.control_delay,

@@ -1,6 +1,7 @@
 // Recordings of a camera that is a recording itself.
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -13,7 +14,9 @@
 
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
+#include "tests/scene/running_command.h"
 #include "tests/scene/shell.h"
+#include "tests/scene/temporary_folder.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::record_command_test {
@@ -33,13 +36,15 @@ class RecordCommand : public CommandFolder {
     CommandFolder::SetUp();
   }
 
-  // `record` at the sample's site, `camera` being its camera; `before` is put before the program.
-  Ended Record(const std::string& camera,
-               const std::string& arguments,
-               const std::string& before = "") const {
-    // Where a refusal is expected and does not come, the recording would have no end.
-    return Shell("timeout 60 " + std::string(PLEINAIR_STAND_IN) + " " + camera + " -- " + before +
-                 " " + PLEINAIR_PROGRAM + " record " + arguments);
+  static std::string Command(const std::string& camera, const std::string& arguments) {
+    return std::string(PLEINAIR_STAND_IN) + " " + camera + " -- " + PLEINAIR_PROGRAM + " record " +
+           arguments;
+  }
+  // `record` at the sample's site, `camera` being its camera.
+  static Ended Record(const std::string& camera, const std::string& arguments) {
+    // Where a refusal is expected and does not come, the recording would have no end. Others take
+    // as long as the machine is busy.
+    return Shell("timeout 300 " + Command(camera, arguments));
   }
   std::string Path(const char* name) const { return (folder_ / name).string(); }
 
@@ -95,7 +100,7 @@ TEST_F(RecordCommand, ReadsTheMultiPlanarInterface) {
     for (const char* interface : {"", " --multi-planar"}) {
       fs::remove_all(Path("day"));
       const Ended ended = Record(
-          kSample.string() + " --pictures 1:1 --loop 30 --fault format-change@0.2" + interface,
+          kSample.string() + " --pictures 1:1 --loop 30 --fault format-change@4p" + interface,
           std::string("/dev/video90 --auto --frames-limit 8 --format ") + format + " --out " +
               Path("day") + " --site " + kSample.string());
       EXPECT_EQ(ended.exit_code, 0) << ended.output;
@@ -108,15 +113,18 @@ TEST_F(RecordCommand, ReadsTheMultiPlanarInterface) {
 }
 
 TEST_F(RecordCommand, EndsCleanlyAtASignal) {
-  for (const char* signal : {"INT", "TERM"}) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    SCOPED_TRACE(signal);
     fs::remove_all(Path("day"));
-    const Ended ended =
-        Record(kSample.string() + " --loop 0",
-               "/dev/video90 --auto --out " + Path("day") + " --site " + kSample.string(),
-               std::string("timeout --signal=") + signal + " 1");
-    // `timeout` reports itself.
-    EXPECT_EQ(ended.exit_code, 124) << ended.output;
-    EXPECT_THAT(ended.output, HasSubstr(" pictures, "));
+    RunningCommand recording(
+        Command(kSample.string() + " --loop 0",
+                "/dev/video90 --auto --out " + Path("day") + " --site " + kSample.string()) +
+        " >" + Path("output") + " 2>&1");
+    const fs::path pictures = folder_ / "day/frames.jsonl";
+    ASSERT_TRUE(recording.RunsUntil([&] { return !ContentOf(pictures).empty(); }))
+        << ContentOf(Path("output"));
+    EXPECT_EQ(recording.EndBy(signal), 0);
+    EXPECT_THAT(ContentOf(Path("output")), HasSubstr(" pictures, "));
     EXPECT_GT(FramesOf(Path("day")).size(), 0u);
     EXPECT_EQ(Events("day")["ended"], 1);
   }
@@ -139,9 +147,9 @@ TEST_F(RecordCommand, NotesARateThatTheCameraDoesNotHave) {
   EXPECT_EQ(Events("fast")["control"], 1);
 }
 
-// It comes back with its default gain, and refuses every control.
+// It comes back with its default gain, and refuses every control. The lock is done by picture 15.
 TEST_F(RecordCommand, StatesNoGainWhereItIsAnotherOneAfterReconnection) {
-  const Ended ended = Record(kSample.string() + " --loop 0 --fault control-refused@1.4,unplug@1.5",
+  const Ended ended = Record(kSample.string() + " --loop 0 --fault control-refused@40p,unplug@44p",
                              "/dev/video90 --gain 250 --frames-limit 60 --out " + Path("day") +
                                  " --site " + kSample.string());
   EXPECT_EQ(ended.exit_code, 0) << ended.output;
@@ -153,10 +161,11 @@ TEST_F(RecordCommand, StatesNoGainWhereItIsAnotherOneAfterReconnection) {
 }
 
 TEST_F(RecordCommand, GoesOnWhenTheCameraIsBack) {
-  const Ended ended = Record(
-      kSample.string() + " --loop 0 --fault unplug-renumber@0.2,corrupt@0.1",
-      "/dev/video90 --auto --frames-limit 20 --out " + Path("day") + " --site " + kSample.string());
+  const Ended ended = Record(kSample.string() + " --loop 0 --fault corrupt@2p,unplug-renumber@10p",
+                             "/dev/video90 --auto --rate 10 --frames-limit 20 --out " +
+                                 Path("day") + " --site " + kSample.string());
   EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  SCOPED_TRACE(ContentOf(folder_ / "day/events.jsonl"));
   EXPECT_EQ(FramesOf(Path("day")).size() + Events("day")["frame-damaged"], 20u);
   std::map<std::string, int> events = Events("day");
   EXPECT_EQ(events["unplugged"], 1);
@@ -167,7 +176,7 @@ TEST_F(RecordCommand, GoesOnWhenTheCameraIsBack) {
 // As udev's in /dev/v4l/by-id. The link is only where it was: its identity finds it again.
 TEST_F(RecordCommand, OpensTheCameraThatALinkLeadsTo) {
   fs::create_symlink("/dev/video90", folder_ / "webcam");
-  const Ended ended = Record(kSample.string() + " --loop 0 --fault unplug-renumber@0.2",
+  const Ended ended = Record(kSample.string() + " --loop 0 --fault unplug-renumber@6p",
                              Path("webcam") + " --auto --frames-limit 20 --out " + Path("day") +
                                  " --site " + kSample.string());
   EXPECT_EQ(ended.exit_code, 0) << ended.output;

@@ -3,11 +3,16 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "scene/image_io.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::run_report_test {
@@ -28,7 +33,6 @@ ReportFrame FrameOf(int index) {
     frame.error = "no picture";
     return frame;
   }
-  frame.composite.jpeg = "x";
   frame.lighting.sun.irradiance_rgb = glm::dvec3(index);
   frame.timing_ms.render = 10.0 + index % 10;
   frame.latency_ms = 1.0 + index % 1000;
@@ -42,14 +46,15 @@ ReportFrame FrameOf(int index) {
   return frame;
 }
 
-RunReport LongReport() {
-  RunReport report;
+RunReport LongReport(const TemporaryFolder& folder) {
+  RunReport report(folder.Path());
   for (int i = 0; i < kFrames; ++i) report.Add(FrameOf(i));
   return report;
 }
 
 TEST(RunReport, KeepsAFewFramesEvenlyOverAnyNumber) {
-  RunReport report;
+  const TemporaryFolder folder;
+  RunReport report(folder.Path());
   std::size_t most_frames = 0;
   std::size_t most_lights = 0;
   for (int i = 0; i < kFrames; ++i) {
@@ -77,8 +82,37 @@ TEST(RunReport, KeepsAFewFramesEvenlyOverAnyNumber) {
   }
 }
 
+// Each picture's grey level is the frame's number.
+TEST(RunReport, ShowsEachFrameItsOwnPictures) {
+  const TemporaryFolder folder;
+  RunReport report(folder.Path());
+  const auto grey = [](int index, int offset) { return (index / 4 + offset) % 256; };
+  for (int i = 0; i < 1000; ++i) {
+    ReportFrame frame;
+    frame.index = i;
+    if (report.ShowsNext()) {
+      for (const auto& [picture, offset] :
+           {std::pair{&frame.input, 0}, std::pair{&frame.composite, 128}}) {
+        const auto level = static_cast<std::uint8_t>(grey(i, offset));
+        *picture = report.AddPicture(Rgb8Image(16, 16, glm::u8vec3(level)));
+      }
+    }
+    report.Add(std::move(frame));
+  }
+  ASSERT_LT(report.frames.size(), 400u);
+  const auto level_of = [&](const std::optional<SetAside::Place>& picture) {
+    return int{
+        ReadDisplayImage(folder.Write("picture.jpg", report.Jpeg(picture.value()))).pixels[0].g};
+  };
+  for (const ReportFrame& frame : report.frames) {
+    EXPECT_NEAR(level_of(frame.input), grey(frame.index, 0), 1) << frame.index;
+    EXPECT_NEAR(level_of(frame.composite), grey(frame.index, 128), 1) << frame.index;
+  }
+}
+
 TEST(RunReport, ItsTotalsAreOfAllFrames) {
-  const ReportTotals totals = LongReport().totals;
+  const TemporaryFolder folder;
+  const ReportTotals totals = LongReport(folder).totals;
   EXPECT_EQ(totals.failed, kFrames / 100);
   EXPECT_EQ(totals.done, kFrames - kFrames / 100);
   EXPECT_EQ(totals.first_failure, "frame 7: no picture");
@@ -98,7 +132,8 @@ TEST(RunReport, ItsTotalsAreOfAllFrames) {
 }
 
 TEST(RunReport, KeepsTheFirstEventsAndCountsTheOthers) {
-  RunReport report;
+  const TemporaryFolder folder;
+  RunReport report(folder.Path());
   for (int i = 0; i < 5000; ++i) {
     report.AddEvent({kStart + i * 1s, EventKind::kFrameDropped, std::to_string(i)});
   }
@@ -111,7 +146,7 @@ TEST(RunReport, KeepsTheFirstEventsAndCountsTheOthers) {
 
 TEST(RunReport, APageOfALongRunIsSmallAndComplete) {
   const TemporaryFolder folder;
-  RunReport report = LongReport();
+  RunReport report = LongReport(folder);
   report.title = "a <long> run";
   report.notes = {"nothing & nobody"};
   report.AddEvent({kStart, EventKind::kUnplugged, "/dev/video0: \"gone\" <b>"});
@@ -128,7 +163,7 @@ TEST(RunReport, APageOfALongRunIsSmallAndComplete) {
 
 TEST(RunReport, AnEmptyOneIsAPage) {
   const TemporaryFolder folder;
-  WriteRunReport(folder / "report.html", RunReport());
+  WriteRunReport(folder / "report.html", RunReport(folder.Path()));
   EXPECT_THAT(ContentOf(folder / "report.html"), testing::EndsWith("</html>\n"));
 }
 

@@ -1,6 +1,10 @@
 // Ground and walls of a yard that was made.
 #include <cmath>
 #include <limits>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +19,6 @@ namespace {
 
 using reconstructed_yard::kBehindY;
 using reconstructed_yard::kFacadeY;
-using reconstructed_yard::kGateHalfWidth;
 using reconstructed_yard::kRightX;
 using reconstructed_yard::MakeYard;
 using testing::HasSubstr;
@@ -127,6 +130,54 @@ TEST(FitSurfaces, TakesTheDirectionOfEdges) {
   };
   EXPECT_NEAR(direction(0.3), 0.3, 1e-9);
   EXPECT_NEAR(direction(20.0), 0.0, 0.1);
+}
+
+// Two walls with a gap of 10 m between them, at y = 20 m and `step_m` behind that. The points'
+// depth is wrong by `tilt_rad` along the walls.
+Reconstruction TwoWalls(double step_m, double tilt_rad, double noise_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  std::normal_distribution<double> noise(0.0, noise_m);
+  Reconstruction world;
+  world.cameras.push_back({"1", reconstructed_yard::YardCamera()});
+  world.pictures.push_back(
+      {"0.jpg", 0, reconstructed_yard::CameraAt({0.0, 0.0, 1.6}, 0.0, RadFromDeg(12.0)), {}});
+  for (int i = 0; i < 400; ++i) {
+    const double side = i % 2 == 0 ? -1.0 : 1.0;
+    const double x = side * (5.0 + 5.0 * unit(random));
+    const double y = 20.0 + (side > 0.0 ? step_m : 0.0) + std::tan(tilt_rad) * x + noise(random);
+    world.points.push_back({i + 1, {x, y, 0.5 + 7.5 * unit(random)}, glm::dvec3(0.5)});
+  }
+  return world;
+}
+
+// Depth of the walls, left and right.
+std::pair<double, double> DepthsOf(const Reconstruction& world) {
+  SurfaceOptions options = Options();
+  options.tolerance_m = 0.2;
+  options.wall_direction = glm::dvec3(0.0, 1.0, 0.0);
+  const SiteSurfaces site = FitSurfaces(world, {}, options);
+  EXPECT_EQ(site.surfaces.size(), 3u);
+  std::pair<double, double> depths;
+  for (const SiteSurface& wall : site.surfaces) {
+    if (wall.name == "ground") continue;
+    EXPECT_NEAR(wall.plane.normal.y, -1.0, 1e-9);
+    (wall.polygons.front().front().x < 0.0 ? depths.first : depths.second) = -wall.plane.offset;
+  }
+  return depths;
+}
+
+// A tilt of all points is their error, where edges have given the direction; a step is real.
+TEST(FitSurfaces, TwoWallsOfOnePlaneStayInItWhereDepthIsTilted) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    // Each of the two alone would be off by 0.14 m.
+    const auto [left, right] = DepthsOf(TwoWalls(0.0, RadFromDeg(1.1), 0.05, seed));
+    EXPECT_NEAR(left, 20.0, 0.02);
+    EXPECT_NEAR(right, 20.0, 0.02);
+    const auto [front, behind] = DepthsOf(TwoWalls(0.15, 0.0, 0.02, seed));
+    EXPECT_NEAR(front, 20.0, 0.01);
+    EXPECT_NEAR(behind, 20.15, 0.01);
+  }
 }
 
 MarkedSurface Marked(const Reconstruction& yard,

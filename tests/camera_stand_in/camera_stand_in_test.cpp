@@ -180,6 +180,10 @@ TEST(CameraStandIn, RefusesWrongInputInOneLine) {
                               " --fault unplug -- true",
                               " --fault melt@1 -- true",
                               " --fault unplug@-1 -- true",
+                              " --fault unplug@-1p -- true",
+                              " --fault unplug@1.5p -- true",
+                              " --fault unplug@p -- true",
+                              " --fault unplug@1p,stall@2 -- true",
                               " --fault random:1@5 -- true"}) {
     const ClientRun run = Program(yard + options + " 2>&1");
     EXPECT_EQ(run.exit_code, 2) << options;

@@ -47,6 +47,18 @@ TEST(CameraStandIn, UnplugsAndComesBack) {
   }
 }
 
+// However slowly they are taken: half a second passes after the second picture.
+TEST(CameraStandIn, CountsThePicturesBeforeAFault) {
+  const ClientRun run =
+      StandIn("--rate 20 --loop 0 --fault unplug@5p", "stream /dev/video90 hold_at=1");
+  const std::vector<Json> errors = run.With("error");
+  ASSERT_EQ(errors.size(), 1u) << run.output;
+  EXPECT_EQ(errors[0]["error"], ENODEV);
+  EXPECT_GE(run.Frames().size(), 5u);
+  // Pictures in the client's four buffers can be taken before the next tick unplugs.
+  EXPECT_LE(run.Frames().size(), 5u + 4u);
+}
+
 TEST(CameraStandIn, Stalls) {
   const ClientRun run = StandIn(Faulty("stall@0.5"), "stream /dev/video90");
   const std::vector<Json> frames = run.Frames();

@@ -383,7 +383,7 @@ TEST(ExifPlaceHardCases, ImpossibleValuesAreNone) {
 TEST(Photograph, FindsItsTimeZone) {
   const TemporaryFolder folder;
   const std::vector<std::byte> jpeg = made_pictures::Jpeg(Rgb8Image(8, 8));
-  const auto time_of = [&](std::vector<ExifValue> tags,
+  const auto time_of = [&](const std::vector<ExifValue>& tags,
                            const std::string& utc,
                            std::optional<std::chrono::minutes> offset) -> std::string {
     const fs::path file = folder.Write("a.jpg", WithExif(jpeg, tags));
@@ -469,6 +469,7 @@ TEST(RecordedSiteImport, AFacadeIsWhereAPersonHasIt) {
     double offset_m;
     double size_m;  // Of the reference's rectangle, across.
   };
+  std::vector<double> front_offsets_m;
   for (const Wall& wall : {Wall{kBackWallM, 22.8}, Wall{kFrontWallM, 25.6}}) {
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const SiteSurface& surface : report.surfaces) {
@@ -481,11 +482,17 @@ TEST(RecordedSiteImport, AFacadeIsWhereAPersonHasIt) {
           corners += 1.0;
         }
       }
-      nearest_m =
-          std::min(nearest_m, std::abs(glm::dot(kFacadeNormal, middle / corners) - wall.offset_m));
+      const double off_m = std::abs(glm::dot(kFacadeNormal, middle / corners) - wall.offset_m);
+      nearest_m = std::min(nearest_m, off_m);
+      if (wall.offset_m == kFrontWallM && off_m < 1.0) {
+        front_offsets_m.push_back(surface.plane.offset);
+      }
     }
     EXPECT_LT(nearest_m, 0.01 * wall.size_m);
   }
+  // It is one plane on both sides of the portal.
+  ASSERT_EQ(front_offsets_m.size(), 2u);
+  EXPECT_NEAR(front_offsets_m[0], front_offsets_m[1], 1e-9);
 }
 
 }  // namespace

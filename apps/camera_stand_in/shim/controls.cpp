@@ -105,10 +105,13 @@ std::int32_t Value(const DeviceState& state, int index) {
 }
 
 bool IsFaulty(DeviceState& state, FaultKind kind) {
+  constexpr std::int64_t kPictures = 30;
+  const std::int64_t lasts = state.faults_count_pictures ? kPictures : kSecondNs;
+  const std::int64_t now = state.FaultClock();
   for (int i = 0; i < state.fault_count; ++i) {
     Fault& fault = state.faults[i];
-    if (fault.at_ns > state.stream_ns) break;
-    if (fault.kind == kind && state.stream_ns < fault.at_ns + kSecondNs) return fault.struck = true;
+    if (fault.at > now) break;
+    if (fault.kind == kind && now < fault.at + lasts) return fault.struck = true;
   }
   return false;
 }

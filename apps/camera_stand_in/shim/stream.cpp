@@ -209,7 +209,7 @@ void Handle::Plan() {
   while (state_.next_fault < state_.fault_count && next_.kind == Next::Kind::kPicture &&
          next_.fault == nullptr) {
     Fault& fault = state_.faults[static_cast<std::size_t>(state_.next_fault)];
-    if (fault.at_ns > state_.stream_ns) break;
+    if (fault.at > state_.FaultClock()) break;
     if (EndsStream(fault)) {
       next_ = {
           fault.kind == FaultKind::kFormatChange ? Next::Kind::kSourceChange : Next::Kind::kUnplug,
@@ -380,11 +380,12 @@ void Handle::Arm() {
              (next_.kind == Next::Kind::kPicture && !queued_.empty())) {
     at_ns = TickNs(tick_);
   } else if (next_.kind == Next::Kind::kPicture) {
-    // Without a buffer only the end of the stream is visible.
+    // Without a buffer only the end of the stream is visible, and no further picture is taken.
     for (int i = state_.next_fault; i < state_.fault_count && at_ns == 0; ++i) {
       const Fault& fault = state_.faults[static_cast<std::size_t>(i)];
-      if (EndsStream(fault))
-        at_ns = TickNs(tick_) + std::max<std::int64_t>(fault.at_ns - state_.stream_ns, 0);
+      const std::int64_t ahead = std::max<std::int64_t>(fault.at - state_.FaultClock(), 0);
+      if (ahead > 0 && state_.faults_count_pictures) break;
+      if (EndsStream(fault)) at_ns = TickNs(tick_) + ahead;
     }
     if (at_ns != 0 && at_ns <= MonotonicNs()) at_ns = MonotonicNs() + kSecondNs / 100;
   }
@@ -403,6 +404,7 @@ int Handle::Dequeue(v4l2_buffer& buffer, Capture& capture) {
   if (done_.empty()) return has_ended_ ? EPIPE : EAGAIN;
   capture = done_.front();
   done_.pop_front();
+  ++state_.taken;
   buffers_[capture.buffer] = {};
   buffer.index = capture.buffer;
   Describe(buffer);

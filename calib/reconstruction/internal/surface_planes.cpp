@@ -185,6 +185,62 @@ std::optional<PlaneFit> StrongestWall(const Reconstruction& world,
   return best;
 }
 
+// A piece of a wall: means over its points.
+struct PieceMean {
+  double count = 0.0;
+  double along = 0.0;
+  double offset = 0.0;  // Along the wall's normal.
+};
+
+// The offset that pieces of one wall share; none where their points contradict it.
+//
+// Points by a camera that walks towards a wall have errors of depth that grow along it: a tilt,
+// which moves pieces at its two ends apart. So each piece has its own offset, all have one slope,
+// and offsets may differ by what noise and the slope's uncertainty explain.
+std::optional<double> SharedOffset(const Reconstruction& world,
+                                   const glm::dvec3& normal,
+                                   std::span<const std::vector<std::uint32_t>> pieces) {
+  constexpr double kMostSigmas = 3.0;
+  const glm::dvec3 along = AlongWall(normal);
+  std::vector<PieceMean> means;
+  PieceMean all;
+  double along_squared = 0.0;
+  double along_offset = 0.0;
+  double offset_squared = 0.0;
+  for (const std::vector<std::uint32_t>& piece : pieces) {
+    PieceMean mean{static_cast<double>(piece.size())};
+    for (const std::uint32_t member : piece) {
+      mean.along += glm::dot(along, world.points[member].position) / mean.count;
+      mean.offset += glm::dot(normal, world.points[member].position) / mean.count;
+    }
+    for (const std::uint32_t member : piece) {
+      const double x = glm::dot(along, world.points[member].position) - mean.along;
+      const double y = glm::dot(normal, world.points[member].position) - mean.offset;
+      along_squared += x * x;
+      along_offset += x * y;
+      offset_squared += y * y;
+    }
+    all.count += mean.count;
+    all.along += mean.count * mean.along;
+    all.offset += mean.count * mean.offset;
+    means.push_back(mean);
+  }
+  all.along /= all.count;
+  all.offset /= all.count;
+  const double freedom = all.count - static_cast<double>(means.size()) - 1.0;
+  if (!(freedom > 0.0 && along_squared > 0.0)) return std::nullopt;
+  const double slope = along_offset / along_squared;
+  const double variance = std::max(offset_squared - slope * along_offset, 0.0) / freedom;
+  for (const PieceMean& mean : means) {
+    const double lever = mean.along - all.along;
+    const double off = mean.offset - all.offset - slope * lever;
+    const double off_variance =
+        variance * (1.0 / mean.count - 1.0 / all.count + lever * lever / along_squared);
+    if (off * off > kMostSigmas * kMostSigmas * off_variance) return std::nullopt;
+  }
+  return all.offset;
+}
+
 std::pair<double, double> RangeAlong(const Reconstruction& world,
                                      const glm::dvec3& along,
                                      const std::vector<std::uint32_t>& members) {
@@ -262,8 +318,11 @@ std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
     auto fit = StrongestWall(world, candidates, direction, fit_options);
     if (!fit) break;
     if (!direction) direction = FirstDirection(world, options, *fit);
-    for (const auto& piece : PiecesOf(world, *fit, options.tolerance_m)) {
-      if (piece.size() < fit_options.fewest) continue;
+    std::vector<std::vector<std::uint32_t>> pieces = PiecesOf(world, *fit, options.tolerance_m);
+    std::erase_if(pieces, [&](const auto& piece) { return piece.size() < fit_options.fewest; });
+    std::optional<double> shared_offset;
+    if (pieces.size() > 1) shared_offset = SharedOffset(world, fit->plane.normal, pieces);
+    for (const std::vector<std::uint32_t>& piece : pieces) {
       if (walls.size() == options.most_walls) break;
       PlaneFitOptions as_found;
       as_found.kind = PlaneKind::kKnownNormal;
@@ -271,6 +330,10 @@ std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
       auto wall = FitPlaneToAll(PositionsOf(world, piece), as_found);
       if (!wall) continue;
       wall->members = piece;
+      if (shared_offset) {
+        wall->rms = std::hypot(wall->rms, wall->plane.offset - *shared_offset);
+        wall->plane.offset = *shared_offset;
+      }
       const bool is_relief =
           std::any_of(walls.begin(), walls.end(), [&](const SurfacePlane& known) {
             return IsReliefOf(world, known.fit, *wall, options.tolerance_m);

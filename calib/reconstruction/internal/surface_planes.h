@@ -20,9 +20,9 @@ struct SurfacePlane {
 std::optional<PlaneFit> FindGround(const Reconstruction& world, double tolerance_m);
 
 // Upright planes with their points, strongest first; a plane of two walls with a gap between them
-// is given twice. They have no names. Points a few tolerances before or behind a wall are a part of
-// it. All except the strongest are along or across it, unless another direction has half as many
-// points more.
+// is given twice, with one offset unless their points contradict that. They have no names. Points a
+// few tolerances before or behind a wall are a part of it. All except the strongest are along or
+// across it, unless another direction has half as many points more.
 std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
                                     double ground_m,
                                     const SurfaceOptions& options);
