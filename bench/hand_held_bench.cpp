@@ -13,8 +13,6 @@
 // `rest_most_ms`. Parts of the first frame: `first_transport_ms` is the view, light on surfaces and
 // gathering, and includes `first_works_ms`, what effects need; `first_draw_ms` is drawing.
 
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -27,6 +25,7 @@
 #include <benchmark/benchmark.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "bench/processor_time.h"
 #include "bench/resized_frame.h"
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
@@ -58,12 +57,6 @@ struct Yard {
     for (int i = 0; i <= 6; ++i) frame = frames->Next()->value();
   }
 };
-
-double ProcessorMs() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
 
 // Frame `i` of the walk: half a metre to the right and as many milliradians round, and back.
 glm::dmat4 Moved(const glm::dmat4& camera_from_world, int i) {

@@ -7,8 +7,9 @@
 //
 //   pleinair_moving_bench [Google Benchmark's options]
 //
-// `median_ms` is a frame in motion; `rest_frames` come after it until the light is complete, and
-// take `rest_ms` in all, at most `rest_most_ms` each. Of the last frame in motion, against many
+// `median_ms` is a frame in motion, `cpu_ms` its processor time (all threads together);
+// `rest_frames` come after it until the light is complete, and take `rest_ms` in all, at most
+// `rest_most_ms` each. Of the last frame in motion, against many
 // rays: `object_db`, `surfaces_db` and, of both together, `all_db` are decibels of white;
 // `object_still_db` and so on those of the complete picture.
 
@@ -28,6 +29,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "bench/cut_mesh.h"
+#include "bench/processor_time.h"
 #include "bench/resized_frame.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/frame_source.h"
@@ -218,7 +220,9 @@ void Run(benchmark::State& state, const Show& show) {
     take(first_ms);
     for (auto _ : state) {
       ++step;
+      const double cpu_before_ms = ProcessorMs();
       last = take(moving_ms);
+      stages_ms["cpu_ms"].push_back(ProcessorMs() - cpu_before_ms);
       stages_ms["view_ms"].push_back(last.timing_ms.transport);
       stages_ms["light_ms"].push_back(last.timing_ms.estimate);
       stages_ms["draw_ms"].push_back(last.timing_ms.render + last.timing_ms.readback);

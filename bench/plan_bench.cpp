@@ -14,8 +14,6 @@
 // the open field `light_ms` is a mean, of light on the ball and of planning. Where objects move,
 // `influence_ms` is what they do to real surfaces beside the sun's shadow.
 
-#include <time.h>
-
 #include <chrono>
 #include <filesystem>
 #include <map>
@@ -29,6 +27,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "bench/cut_mesh.h"
+#include "bench/processor_time.h"
 #include "bench/resized_frame.h"
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
@@ -88,12 +87,6 @@ Mesh Painted(Mesh mesh) {
   return test::Textured(std::move(mesh), painted, [](const glm::vec3& p) {
     return glm::vec2(p.x + 0.7f * p.y, p.z);
   });
-}
-
-double ProcessorMs() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
 // Time for the influence of objects in a frame.

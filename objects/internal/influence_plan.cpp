@@ -76,20 +76,31 @@ class BlockSizes {
   bool has_anchor_ = false;
 };
 
-// Whether the objects fill less than a share of any surface's view there: without a root, for most
-// pixels. A cone whose half angle's squared sine is s, up to a half, fills 2 s / (1 + sqrt(1 - s))
-// at most.
-bool IsFarFromAll(const std::vector<std::optional<ObjectBounds>>& bounds,
-                  const glm::vec3& position_m,
-                  float least_share) {
+// Whether the objects may fill more than a share of a surface's view; most pixels need no exact
+// bound. A cone whose half angle's squared sine is s, up to a half, fills 2 s / (1 + sqrt(1 - s))
+// at most, and s times the cosine at its axis at least.
+bool MayFill(const std::vector<std::optional<ObjectBounds>>& bounds,
+             const glm::vec3& position_m,
+             const glm::vec3& normal,
+             float least_share) {
   constexpr float kSharePerSquaredSine = 1.18f;
   float squared_sines = 0.0f;
   for (const std::optional<ObjectBounds>& object : bounds) {
     if (!object) continue;
-    const glm::vec3 apart = object->centre_m - position_m;
-    squared_sines += object->radius_m * object->radius_m / glm::dot(apart, apart);
+    const glm::vec3 apart_m = object->centre_m - position_m;
+    const float squared_sine = object->radius_m * object->radius_m / glm::dot(apart_m, apart_m);
+    if (squared_sine < 1.0f &&
+        squared_sine * glm::dot(normal, apart_m) > least_share * glm::length(apart_m)) {
+      return true;
+    }
+    squared_sines += squared_sine;
   }
-  return kSharePerSquaredSine * squared_sines < std::min(least_share, 0.5f);
+  if (kSharePerSquaredSine * squared_sines < std::min(least_share, 0.5f)) return false;
+  float share = 0.0f;
+  for (const std::optional<ObjectBounds>& object : bounds) {
+    if (object) share += ObjectCone(*object, position_m).LargestShare(normal);
+  }
+  return share > least_share;
 }
 
 // Whether an object stands between the eye and a surface; `from_eye` are the cones in which the
@@ -128,13 +139,8 @@ PixelPlan PlanPixels(const PatchScene& objects,
   }
   const auto plan_pixel = [&](std::size_t pixel, BlockSizes& sizes) {
     const glm::vec3& position_m = view.position_world_m.pixels[pixel];
-    if (IsFarFromAll(bounds, position_m, least_share)) return;
     const glm::vec3& normal = view.normal_world.pixels[pixel];
-    float share = 0.0f;
-    for (const std::optional<ObjectBounds>& object : bounds) {
-      if (object) share += ObjectCone(*object, position_m).LargestShare(normal);
-    }
-    if (!(share > least_share)) return;
+    if (!MayFill(bounds, position_m, normal, least_share)) return;
     const glm::vec3 to_eye_m = eye_m - position_m;
     const float range_m = glm::length(to_eye_m);
     const glm::vec3 to_eye = to_eye_m / range_m;

@@ -7,6 +7,7 @@
 
 #include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 namespace pleinair {
 namespace {
@@ -117,13 +118,14 @@ std::vector<glm::vec3> OwnShape::Sum(Rows Part::*rows,
   std::vector<glm::vec3> sums(VertexCount() * lights, glm::vec3(0.0f));
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t part) {
     const auto& [begin, sources] = parts_[part].*rows;
-    glm::vec3* sum = sums.data() + part * ObjectGather::kVerticesPerPart * lights;
-    for (std::size_t i = 0; i + 1 < begin.size(); ++i, sum += lights) {
+    // Channel by channel: the compiler makes vector instructions of that.
+    const std::size_t channels = 3 * lights;
+    float* sum = glm::value_ptr(sums.data()[part * ObjectGather::kVerticesPerPart * lights]);
+    for (std::size_t i = 0; i + 1 < begin.size(); ++i, sum += channels) {
       for (std::uint32_t k = begin[i]; k < begin[i + 1]; ++k) {
-        const glm::vec3* const source = radiosity.data() + std::size_t{sources[k].index} * lights;
-        for (std::size_t light = 0; light < lights; ++light) {
-          sum[light] += sources[k].share * source[light];
-        }
+        const float* const source =
+            glm::value_ptr(radiosity.data()[std::size_t{sources[k].index} * lights]);
+        for (std::size_t c = 0; c < channels; ++c) sum[c] += sources[k].share * source[c];
       }
     }
   });

@@ -256,6 +256,33 @@ TEST(PatchTransport, BouncesAreCountedAsReflectionsOnTheWay) {
   }
 }
 
+// Several rows are added up beside each other; each is the sum of its own entries in their order,
+// however many rows there are and however long.
+TEST(PatchTransport, EachFaceAddsUpItsOwnEntriesInTheirOrder) {
+  const std::shared_ptr<const SkyShape> sky = MakeUniformSkyShape();
+  for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+    Mesh mesh = Bowl(8);
+    const std::size_t count = mesh.triangles.size() - left_out;
+    mesh.triangles.resize(count);
+    mesh.triangle_material.resize(count);
+    mesh.triangle_group.resize(count);
+    const PatchScene scene = SceneOf(std::move(mesh), glm::vec3(0.5f));
+    ASSERT_EQ(scene.FaceCount(), 2 * count);
+    const PatchTransport transport(scene, {.rays_per_receiver = 64});
+    const std::vector<glm::vec3> direct = transport.DirectFromSky(*sky);
+    const FaceLight one = transport.SolveSky(scene, *sky, 1);
+    const FaceLight two = transport.SolveSky(scene, *sky, 2);
+    std::size_t lit = 0;
+    for (std::size_t face = 0; face < scene.FaceCount(); ++face) {
+      const glm::vec3 from_faces = transport.FaceRays().FromFacesAt(face, one.radiosity);
+      lit += from_faces != glm::vec3(0.0f) ? 1 : 0;
+      EXPECT_EQ(two.radiosity[face], 0.5f * (direct[face] + from_faces)) << left_out;
+    }
+    EXPECT_GT(lit, count / 2);
+    EXPECT_LT(lit, scene.FaceCount()) << "rows without entries are there, too";
+  }
+}
+
 // Form factors of a unit cube's sides: 0.199825 opposite, 0.200044 adjacent (Hottel 1967).
 TEST(PatchTransport, FormFactorsOfACubeAreThePublishedOnes) {
   Mesh mesh;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -64,7 +65,18 @@ class Sweep {
         direct_(direct),
         layout_(layout),
         tasks_((rows.Count() + kFacesPerTask - 1) / kFacesPerTask),
-        maxima_(tasks_) {}
+        order_(rows.Count()),
+        maxima_(tasks_) {
+    std::iota(order_.begin(), order_.end(), 0u);
+    tbb::parallel_for(std::size_t{0}, tasks_, [&](std::size_t task) {
+      const std::size_t first = task * kFacesPerTask;
+      const auto of_task =
+          std::span(order_).subspan(first, std::min(kFacesPerTask, order_.size() - first));
+      std::stable_sort(of_task.begin(), of_task.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return LengthOf(a) < LengthOf(b);
+      });
+    });
+  }
 
   // next = albedo (direct + F current); a null `current` is all dark. Where `omega`, by float of a
   // row, is not 1, next = previous + omega (albedo (direct + F current) - previous), previous being
@@ -74,7 +86,10 @@ class Sweep {
     tbb::parallel_for(std::size_t{0}, tasks_, [&](std::size_t task) {
       maxima_[task] = Maxima{};
       const std::size_t end = std::min(rows_.Count(), (task + 1) * kFacesPerTask);
-      for (std::size_t i = task * kFacesPerTask; i < end; ++i) Row(i, current, next, maxima_[task]);
+      for (std::size_t i = task * kFacesPerTask; i < end; i += kRowsTogether) {
+        const std::size_t count = std::min(kRowsTogether, end - i);
+        DoRows(std::span(order_).subspan(i, count), current, next, maxima_[task]);
+      }
     });
     Maxima all;
     for (const Maxima& task : maxima_) all.Add(task);
@@ -82,20 +97,44 @@ class Sweep {
   }
 
  private:
-  std::size_t Floats() const { return kFloats == 0 ? layout_.Floats() : kFloats; }
+  // Short rows are added up beside each other: an addition need not wait for the one before it.
+  static constexpr std::size_t kRowsTogether = kFloats == 0 || kFloats > 16 ? 1 : 4;
+  using RowOfFloats = std::array<float, kFloats == 0 ? kMostFloats : kFloats>;
 
-  void Row(std::size_t i, const float* current, float* next, Maxima& maxima) const {
+  std::size_t Floats() const { return kFloats == 0 ? layout_.Floats() : kFloats; }
+  std::uint64_t LengthOf(std::size_t row) const { return rows_.begin[row + 1] - rows_.begin[row]; }
+
+  // The sum of F current over each row's own entries in their order, several rows at a time.
+  void DoRows(std::span<const std::uint32_t> rows,
+              const float* current,
+              float* next,
+              Maxima& maxima) const {
     const std::size_t floats = Floats();
-    std::array<float, kFloats == 0 ? kMostFloats : kFloats> sum;
-    const float* const direct = direct_.data() + i * floats;
-    std::fill_n(sum.begin(), floats, 0.0f);
+    std::array<RowOfFloats, kRowsTogether> sums;
+    for (RowOfFloats& sum : sums) std::fill_n(sum.begin(), floats, 0.0f);
     if (current != nullptr) {
-      for (std::uint64_t k = rows_.begin[i]; k < rows_.begin[i + 1]; ++k) {
+      const auto add = [&](std::uint64_t k, RowOfFloats& sum) {
         const float share = rows_.share[k];
         const float* const source = current + static_cast<std::size_t>(rows_.face[k]) * floats;
         for (std::size_t j = 0; j < floats; ++j) sum[j] += share * source[j];
+      };
+      const std::uint64_t together = rows.size() == kRowsTogether ? LengthOf(rows.front()) : 0;
+      for (std::uint64_t k = 0; k < together; ++k) {
+        for (std::size_t r = 0; r < kRowsTogether; ++r) add(rows_.begin[rows[r]] + k, sums[r]);
+      }
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        for (std::uint64_t k = together; k < LengthOf(rows[r]); ++k) {
+          add(rows_.begin[rows[r]] + k, sums[r]);
+        }
       }
     }
+    for (std::size_t r = 0; r < rows.size(); ++r) Finish(rows[r], sums[r], current, next, maxima);
+  }
+
+  void Finish(
+      std::size_t i, RowOfFloats& sum, const float* current, float* next, Maxima& maxima) const {
+    const std::size_t floats = Floats();
+    const float* const direct = direct_.data() + i * floats;
     float* const out = next + i * floats;
     const float* const before = current == nullptr ? nullptr : current + i * floats;
     const glm::vec3 albedo = albedo_[i];
@@ -118,6 +157,7 @@ class Sweep {
   std::span<const float> direct_;
   Layout layout_;
   std::size_t tasks_;
+  std::vector<std::uint32_t> order_;  // The rows, within a task the shortest ones first.
   std::vector<Maxima> maxima_;
   std::span<const float> omega_;
 };
