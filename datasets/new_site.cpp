@@ -43,7 +43,7 @@ bool Has(const Json& json, const char* object, const char* key) {
 // A name in the folder that is not taken: NAME.EXT, NAME-2.EXT, ...
 fs::path FreeName(const fs::path& folder, const std::string& stem, const std::string& extension) {
   for (int number = 1;; ++number) {
-    const fs::path name = (number == 1 ? stem : fmt::format("{}-{}", stem, number)) + extension;
+    fs::path name = (number == 1 ? stem : fmt::format("{}-{}", stem, number)) + extension;
     std::error_code error;
     if (!fs::exists(folder / name, error)) return name;
   }

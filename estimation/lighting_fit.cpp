@@ -280,7 +280,7 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior,
 LightVector LightingFitter::Impl::FitFrom(const LightingPrior& prior,
                                           LightVector x,
                                           LightingFit& fit) {
-  const LightVector found = Iterate(prior, std::move(x), fit);
+  LightVector found = Iterate(prior, std::move(x), fit);
   Describe(prior, found, fit);
   fit.picture_over_light_rgb = PictureOverLight(found);
   return found;

@@ -29,10 +29,10 @@ constexpr double kLeastShareOfKeptSet = 0.8;
 constexpr double kVeilOfLinear = 0.0005;
 constexpr double kVeilOfStated = 0.005;
 constexpr double kVeilOfUnknown = 0.015;
-// Exponent of the response of a camera of which nothing is known. Picture styles add contrast: a
-// real bracket of a reflex camera has +0.28 (docs/weather.md). A stated exposure comes with a
-// response.
-constexpr double kExponentOfUnknown = 0.15;
+// Exponent of the response of a camera of which nothing is known. Real ones may have more
+// (docs/weather.md); a wider deviation would explain faults of the mesh. A stated exposure comes
+// with a response.
+constexpr double kExponentOfUnknown = 0.05;
 
 // Over pixels on a raster: a veil need not be known better than by some per cent.
 glm::dvec3 MeanRadiance(const RgbImage& radiance) {

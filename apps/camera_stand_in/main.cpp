@@ -264,6 +264,7 @@ void AddOptions(CLI::App& app, Options& options) {
   app.add_option("--pictures", options.pictures, "FIRST[:LAST] (default: to the last), from 0");
   app.add_option("--size", options.size, "WIDTHxHEIGHT at first (default: the sequence's)");
   std::vector<std::string> names;
+  names.reserve(std::size(kFormats));
   for (const auto& [name, code] : kFormats) names.push_back(name);
   app.add_option("--format", options.format, "Pixel format at first")->check(CLI::IsMember(names));
   app.add_option(
