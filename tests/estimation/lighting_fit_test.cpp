@@ -524,6 +524,19 @@ void Flatten(std::vector<DiffuseSample>& samples, double white) {
   }
 }
 
+// A weak sun, in samples far below white.
+struct DarkPicture {
+  SyntheticScene scene;
+  std::vector<DiffuseSample> samples;
+  double white = 4000.0;
+
+  DarkPicture() {
+    scene.sun = 0.3 * scene.sky;
+    samples = MakeSamples(scene);
+    Flatten(samples, white);
+  }
+};
+
 // A picture style that flattens contrasts makes a sun of nine times the sky 20 % weaker.
 TEST(LightingFit, FindsAResponseThatIsNotTheStatedOne) {
   SyntheticScene scene;
@@ -556,41 +569,33 @@ TEST(LightingFit, FindsAResponseThatIsNotTheStatedOne) {
 // In a dark picture the first order of an exponent is far off: the fit repeats it about what it
 // found.
 TEST(LightingFit, FindsAResponseOfADarkPicture) {
-  SyntheticScene scene;
-  scene.sun = 0.3 * scene.sky;
-  std::vector<DiffuseSample> samples = MakeSamples(scene);
-  const double white = 4000.0;
-  Flatten(samples, white);
+  const DarkPicture dark;
   LightingPrior prior = LightingPrior::Nothing(1);
   prior.camera.exponent_stddev = 0.05;
-  prior.camera.white_radiance = white;
-  const LightingFit fit = FitLighting(samples, prior, true);
+  prior.camera.white_radiance = dark.white;
+  const LightingFit fit = FitLighting(dark.samples, prior, true);
   EXPECT_NEAR(fit.exponent, -0.1, 2e-3);
-  EXPECT_LT(WorstRatioError(fit, scene), 5e-3);
+  EXPECT_LT(WorstRatioError(fit, dark.scene), 5e-3);
 }
 
 // A response that earlier frames have shown is taken out as it is, not to first order: of a weak
 // sun in a dark picture nothing would be left otherwise.
 TEST(LightingFit, TakesOutAResponseThatIsKnown) {
-  SyntheticScene scene;
-  scene.sun = 0.3 * scene.sky;
-  std::vector<DiffuseSample> samples = MakeSamples(scene);
-  const double white = 4000.0;
-  Flatten(samples, white);
+  const DarkPicture dark;
   LightingPrior prior = LightingPrior::Nothing(1);
   prior.camera.exponent = -0.1;
   prior.camera.exponent_stddev = 0.005;
-  prior.camera.white_radiance = white;
-  const LightingFit fit = FitLighting(samples, prior, true);
+  prior.camera.white_radiance = dark.white;
+  const LightingFit fit = FitLighting(dark.samples, prior, true);
   EXPECT_NEAR(fit.exponent, -0.1, 1e-4);
-  EXPECT_LT(WorstRatioError(fit, scene), 1e-3);
+  EXPECT_LT(WorstRatioError(fit, dark.scene), 1e-3);
   // Where it is known wrongly, what is found is the entire exponent.
   prior.camera.exponent = -0.09;
   prior.camera.exponent_stddev = 0.02;
-  EXPECT_NEAR(FitLighting(samples, prior, true).exponent, -0.1, 2e-3);
+  EXPECT_NEAR(FitLighting(dark.samples, prior, true).exponent, -0.1, 2e-3);
   // A curve that is upside down is none: the light is finite.
   prior.camera.exponent = -1.0;
-  EXPECT_TRUE(FitLighting(samples, prior, true).irradiance_rgb.allFinite());
+  EXPECT_TRUE(FitLighting(dark.samples, prior, true).irradiance_rgb.allFinite());
 }
 
 }  // namespace
