@@ -173,9 +173,11 @@ SiteWarnings CheckPictures(const Sequence& sequence,
                                     fit.sharpness_as_stated),
                         "find the pose again (pleinair calibrate pose), or check mesh and lens"});
   } else {
+    // By the frames that runs look at; only all together say whether the camera moves.
+    Sequence corrected = sequence;
     SessionOptions options;
     options.frames = kind;
-    const std::string correction = CorrectPose(options, mesh, looked_at);
+    const std::string correction = CorrectPose(options, mesh, corrected);
     if (!correction.empty()) {
       warnings.push_back({"the camera's pose is nearly right, and runs correct it",
                           "camera_from_world",

@@ -293,6 +293,23 @@ TEST_F(CourtyardCopy, FindsAPoseThatIsHalfADegreeOff) {
                              Field(&SiteWarning::evidence, HasSubstr("the mesh's edges are")))));
 }
 
+// Every second frame is seen from elsewhere: runs leave such poses as they are.
+TEST_F(CourtyardCopy, SaysNothingOfThePoseOfACameraThatMoves) {
+  const json true_pose = document_["camera"]["camera_from_world"];
+  ChangePose([](const glm::dmat4& pose) {
+    return glm::rotate(glm::dmat4(1.0), RadFromDeg(0.5), kCameraDown) * pose;
+  });
+  const json frame = document_["frames"][0];
+  document_["frames"] = json::array();
+  for (int i = 0; i < 12; ++i) {
+    json next = frame;
+    next["time_utc"] = Later(frame["time_utc"], std::chrono::minutes(i));
+    if (i % 2 == 1) next["camera_from_world"] = true_pose;
+    document_["frames"].push_back(next);
+  }
+  EXPECT_THAT(Check(), Not(Contains(Says("pose is nearly right"))));
+}
+
 // Walls half as high again: their shadows and roof lines are elsewhere.
 TEST_F(CourtyardCopy, FindsAMeshThatIsNotThePlaces) {
   MoveVertices("scene.obj",
