@@ -34,7 +34,7 @@ std::unique_ptr<FrameSource> PosedFramesAt(const LoadedSequence& loaded,
                                            const std::string& input,
                                            const PictureTimes& times,
                                            const SessionOptions& options,
-                                           PoseNote note) {
+                                           const PoseNote& note) {
   const bool moves = loaded.board || loaded.poses;
   return WithPoses(MakeFrameSourceAt(moves ? WithoutPoses(loaded.sequence) : loaded.sequence,
                                      input,
@@ -42,7 +42,7 @@ std::unique_ptr<FrameSource> PosedFramesAt(const LoadedSequence& loaded,
                                      options.camera_noise),
                    options,
                    loaded,
-                   std::move(note));
+                   note);
 }
 
 PosedCamera::PosedCamera(const SessionOptions& options, CameraCapture& capture, EventLog& events)

@@ -27,7 +27,7 @@ std::unique_ptr<FrameSource> PosedFramesAt(const LoadedSequence& loaded,
                                            const std::string& input,
                                            const PictureTimes& times,
                                            const SessionOptions& options,
-                                           PoseNote note);
+                                           const PoseNote& note);
 
 // A camera that streams, and where it is. One thread, but for Stop.
 class PosedCamera {

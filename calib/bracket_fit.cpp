@@ -53,6 +53,7 @@ BracketFit FitBracket(std::span<const ExposedPicture> pictures, const BracketFit
   for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = i;
   while (true) {
     std::vector<ExposedPicture> used;
+    used.reserve(kept.size());
     for (const std::size_t i : kept) used.push_back(pictures[i]);
     fit.response = FitResponseFromBrackets(used, options);
     if (kept.size() <= 3) return fit;

@@ -248,6 +248,7 @@ double BoardEdgeWidthPx(const Gray8Image& picture,
 
 std::vector<RejectedPicture> TakeOutBlurred(std::vector<BoardPicture>& pictures) {
   std::vector<double> widths;
+  widths.reserve(pictures.size());
   for (const BoardPicture& picture : pictures) widths.push_back(picture.edge_width_px);
   if (widths.empty()) return {};
   const double median = UpperMedian(widths);

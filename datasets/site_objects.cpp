@@ -233,7 +233,7 @@ void SaveObjects(const fs::path& folder, std::span<const VirtualObjectEntry> obj
 fs::path BringObjectFile(const fs::path& folder, const fs::path& mesh) {
   RequireFile(mesh);
   const fs::path source = fs::canonical(mesh);
-  const fs::path relative = source.lexically_relative(fs::canonical(folder));
+  fs::path relative = source.lexically_relative(fs::canonical(folder));
   if (*relative.begin() != "..") return relative;
   const std::set<fs::path> files = FilesOf(source);
   const fs::path objects = "objects";

@@ -219,6 +219,7 @@ MovingThings::Changes MovingThings::UnusualChanges() const {
           if (auto* of_class = members_of(block)) of_class->push_back(changes[f][block][c]);
         }
         std::vector<float> usual;
+        usual.reserve(members.size());
         for (auto& of_class : members) {
           usual.push_back(of_class.size() >= kFewestBlocks ? MedianOf(of_class) : 0.0f);
         }

@@ -9,15 +9,15 @@ namespace pleinair {
 // times do not depend on how busy the machine is. For tests.
 class StoppedTime {
  public:
-  StoppedTime() { ++count; }
-  ~StoppedTime() { --count; }
+  StoppedTime() { ++count_; }
+  ~StoppedTime() { --count_; }
   StoppedTime(const StoppedTime&) = delete;
   StoppedTime& operator=(const StoppedTime&) = delete;
 
-  static bool IsThere() { return count > 0; }
+  static bool IsThere() { return count_ > 0; }
 
  private:
-  static inline thread_local int count = 0;
+  static inline thread_local int count_ = 0;
 };
 
 // Milliseconds since construction or the last lap.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "calib/camera_pose.h"
 #include "calib/mesh_edges.h"
 #include "calib/pose_correction.h"
 #include "calib/shown_picture.h"

@@ -387,6 +387,7 @@ SiteSurfaces FitSurfaces(const Reconstruction& world,
     JoinMarked(result.surfaces);
   } else {
     std::vector<FoundWall> walls;
+    walls.reserve(planes.size());
     for (const SurfacePlane& plane : planes) walls.push_back(MeasureWall(world, plane, ground_m));
     JoinCorners(walls, options.tolerance_m);
     const std::vector<Sight> sights = SightsOf(world);

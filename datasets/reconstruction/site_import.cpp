@@ -451,9 +451,8 @@ class Importer {
     const Rgb8Image stored = ReadDisplayImage(file);
     const CameraIntrinsics own = IntrinsicsOf(picture, stored.width, stored.height);
     const bool is_same = own == sequence.intrinsics;
-    const fs::path name =
-        fs::path("frames_ldr") /
-        fmt::format("{:06}{}", index, is_same ? file.extension().string() : ".jpg");
+    fs::path name = fs::path("frames_ldr") /
+                    fmt::format("{:06}{}", index, is_same ? file.extension().string() : ".jpg");
     if (is_same) {
       WriteWholeFile(sequence.folder / name, ReadWholeFile(file));
     } else {

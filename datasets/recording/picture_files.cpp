@@ -31,7 +31,7 @@ fs::path NameByTime(const fs::path& folder,
   const std::string stem = fmt::format("{:%Y%m%dT%H%M%S}.{:06}Z", second, fraction.count());
   fs::path name = kind / (stem + ending);
   for (int again = 2; fs::exists(folder / name); ++again) {
-    name = kind / (stem + "-" + std::to_string(again) + ending);
+    name = kind / fmt::format("{}-{}{}", stem, again, ending);
   }
   return name;
 }

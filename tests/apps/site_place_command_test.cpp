@@ -42,7 +42,7 @@ class SitePlace : public testing::Test {
   Sequence Read() const { return ReadSequence(folder_.Path()); }
   std::string Refusal() const {
     const std::string before = ContentOf(folder_ / "sequence.json");
-    const std::string text = MessageOf([&] { RunSitePlace(options_); });
+    std::string text = MessageOf([&] { RunSitePlace(options_); });
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
     EXPECT_EQ(ContentOf(folder_ / "sequence.json"), before);
     EXPECT_FALSE(fs::exists(folder_ / "objects"));

@@ -31,8 +31,10 @@ BoardPicture BoardSeenBy(const OneLens& lens, double angle_rad) {
   pose = glm::rotate(pose, 0.5, glm::normalize(glm::dvec3(1.0, 0.7, 0.2)));
   BoardPicture board;
   for (int i = 0; i < 48; ++i) {
-    const glm::dvec4 point = pose * glm::dvec4(i % 8 - 3.5, i / 8 - 2.5, 0.0, 1.0);
-    board.corners.push_back({{i % 8, i / 8}, lens.ProjectToPixel(glm::dvec3(point)).value()});
+    const int column = i % 8;
+    const int row = i / 8;
+    const glm::dvec4 point = pose * glm::dvec4(column - 3.5, row - 2.5, 0.0, 1.0);
+    board.corners.push_back({{column, row}, lens.ProjectToPixel(glm::dvec3(point)).value()});
   }
   return board;
 }

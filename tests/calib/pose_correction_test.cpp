@@ -78,6 +78,7 @@ TEST_F(PoseCorrectionTest, PutsObjectsWhereTheyBelong) {
   for (unsigned seed = 0; seed < kDraws; ++seed) {
     const Mesh real = Displaced(mesh_, 0.012, seed);
     std::vector<Rgb8Image> pictures;
+    pictures.reserve(3);
     for (int time = 0; time < 3; ++time) {
       pictures.push_back(WithShadow(PictureOf(real, camera_, kVillagePose, 3 * seed), time));
     }

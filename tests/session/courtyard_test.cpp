@@ -269,6 +269,7 @@ TEST_F(Courtyard, AMovedCameraSeesWhatAFreshPipelineSees) {
                            compositor,
                            options);
     std::vector<FrameResult> results;
+    results.reserve(frames.size());
     for (const Frame* frame : frames) results.push_back(pipeline.Process(*frame).value());
     return results;
   };
