@@ -67,18 +67,6 @@ void PutLight(const Lighting& lighting, Json& line) {
   line["sky_irradiance_stddev_rgb"] = ToJson(light.sky_irradiance_stddev_rgb);
 }
 
-const char* NameOf(LightUnits units) {
-  switch (units) {
-    case LightUnits::kAbsolute:
-      return "absolute";
-    case LightUnits::kRelative:
-      return "relative";
-    case LightUnits::kRelativePerFrame:
-      return "relative per frame";
-  }
-  return "";
-}
-
 Json ToJson(const ExposureChange& change) {
   const auto with_factor = [&](const char* kind) {
     return Json{{"kind", kind}, {"factor_rgb", ToJson(change.factor_rgb)}};

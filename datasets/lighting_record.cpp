@@ -33,12 +33,23 @@ std::optional<glm::dvec3> Direction(const JsonCursor& at, const char* key) {
   return *vector / length;
 }
 
-RecordedLight Light(const JsonCursor& at) {
+LightUnits Units(const JsonCursor& at) {
+  const auto named = Known(at, "units");
+  if (!named) return LightUnits::kAbsolute;
+  for (const LightUnits units :
+       {LightUnits::kAbsolute, LightUnits::kRelative, LightUnits::kRelativePerFrame}) {
+    if (named->Text() == NameOf(units)) return units;
+  }
+  named->Fail("absolute, relative, or relative per frame");
+}
+
+RecordedLight Light(const JsonCursor& at, LightUnits units) {
   return {Direction(at, "sun_direction_enu"),
           Vector(at, "sun_irradiance_rgb"),
           Vector(at, "sky_irradiance_rgb"),
           Vector(at, "sun_irradiance_stddev_rgb"),
-          Vector(at, "sky_irradiance_stddev_rgb")};
+          Vector(at, "sky_irradiance_stddev_rgb"),
+          units};
 }
 
 std::map<std::string, glm::dvec3> Shares(const JsonCursor& at) {
@@ -74,8 +85,9 @@ std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& fil
     if (const auto observable = Known(at, "sun_observable")) {
       record.sun_observable = observable->Boolean();
     }
-    record.light = Light(at);
-    if (const auto raw = Known(at, "raw")) record.raw = Light(*raw);
+    const LightUnits units = Units(at);
+    record.light = Light(at, units);
+    if (const auto raw = Known(at, "raw")) record.raw = Light(*raw, units);
     if (const auto shape = Known(at, "sky_shape")) record.sky_shape = Shares(*shape);
     if (const auto image = Known(at, "sky_image")) {
       record.sky_image = file.parent_path() / image->Text();

@@ -9,6 +9,8 @@
 
 #include <glm/vec3.hpp>
 
+#include "scene/lighting.h"
+
 namespace pleinair {
 
 // Sun and sky of one line, in the run's radiance units times sr: sun normal to the beam, sky
@@ -19,6 +21,7 @@ struct RecordedLight {
   std::optional<glm::dvec3> sky_irradiance_rgb;
   std::optional<glm::dvec3> sun_irradiance_stddev_rgb;
   std::optional<glm::dvec3> sky_irradiance_stddev_rgb;
+  LightUnits units = LightUnits::kAbsolute;
 };
 
 // One line of lighting.jsonl.

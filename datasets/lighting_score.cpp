@@ -112,7 +112,8 @@ std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
   if (!estimate.sun_irradiance_rgb && !estimate.sky_irradiance_rgb) return std::nullopt;
   LightScore score;
   const double clear_beam = Mean(clear_beam_rgb);
-  if (estimate.sun_irradiance_rgb) {
+  const bool is_absolute = estimate.units == LightUnits::kAbsolute;
+  if (is_absolute && estimate.sun_irradiance_rgb) {
     const glm::dvec3 error = glm::abs(*estimate.sun_irradiance_rgb - truth.sun_irradiance_rgb);
     if (largest_true_sun > 0.0) score.sun_error = Mean(error) / largest_true_sun;
     score.sun_colour_angle_rad =
@@ -122,7 +123,7 @@ std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
       if (clear_beam > 0.0) score.sun_stddev_of_clear_beam = Mean(*stddev) / clear_beam;
     }
   }
-  if (estimate.sky_irradiance_rgb) {
+  if (is_absolute && estimate.sky_irradiance_rgb) {
     const glm::dvec3 error = glm::abs(*estimate.sky_irradiance_rgb - truth.sky_irradiance_rgb);
     const double true_sky = Mean(truth.sky_irradiance_rgb);
     if (true_sky > 0.0) score.sky_error = Mean(error) / true_sky;

@@ -13,7 +13,8 @@
 namespace pleinair {
 
 // The score of one frame. Values without meaning (a ratio to a black sky, the colour of a black
-// light) or unknown ones (a standard deviation) are none.
+// light) or unknown ones (a standard deviation) are none. Relative light has its direction and its
+// ratio of sun to sky, and nothing else to compare.
 struct LightScore {
   // Mean over RGB of |error|, over the sequence's largest true sun (mean over RGB).
   std::optional<double> sun_error;

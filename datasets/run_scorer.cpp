@@ -1,6 +1,7 @@
 #include "datasets/run_scorer.h"
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -31,6 +32,18 @@ glm::dvec3 ClearBeam(const Sequence& sequence, const glm::dvec3& sun_direction_e
   return ComputeClearSky(sequence.site.value_or(Site{}), elevation_rad).beam_rgb;
 }
 
+// With the object really there, as a frame of the sequence.
+RgbImage ReadWithObject(const Sequence& sequence, const TruthFrame& truth) {
+  std::error_code error;
+  const bool is_linear = truth.with_object && std::filesystem::exists(*truth.with_object, error);
+  if (is_linear || !truth.with_object_ldr) return ReadRadianceImage(*truth.with_object);
+  Sequence seen = sequence;
+  FrameEntry& entry = seen.frames.at(static_cast<std::size_t>(truth.frame));
+  entry.image.reset();
+  entry.image_ldr = std::filesystem::relative(*truth.with_object_ldr, sequence.folder);
+  return ReadFrame(seen, truth.frame, FrameKind::kLdr).radiance;
+}
+
 // The reference of a run's composites.
 class CompositeScorer {
  public:
@@ -46,15 +59,15 @@ class CompositeScorer {
   void Score(const TruthFrame& truth,
              const std::function<ScoredComposite()>& composite_of_run,
              FrameScore& score) {
-    if (!truth.with_object) throw std::runtime_error("no truth with the object");
+    if (!truth.with_object && !truth.with_object_ldr)
+      throw std::runtime_error("no truth with the object");
     if (!truth.coverage) throw std::runtime_error("no truth of the object's coverage");
     const ScoredComposite composite = composite_of_run();
-    const RgbImage with_object = ReadRadianceImage(*truth.with_object);
+    const RgbImage with_object = ReadWithObject(sequence_, truth);
     const Gray8Image coverage = ReadMaskImage(*truth.coverage);
 
     const FrameEntry& entry = sequence_.frames[static_cast<std::size_t>(truth.frame)];
     const Frame best = ReadFrame(sequence_, truth.frame, FrameKind::kLinear);
-    if (!best.exposure) throw std::runtime_error("no exposure to show the composite at");
     std::optional<Frame> codes;
     score.made_from_linear = entry.image.has_value();
     if (entry.image && entry.image_ldr) {
@@ -73,7 +86,8 @@ class CompositeScorer {
                                       coverage,
                                       composite.change ? &*composite.change : nullptr,
                                       Specular(best.camera),
-                                      *best.exposure});
+                                      // Unknown: the frame's white is 1.
+                                      best.exposure.value_or(1.0)});
   }
 
  private:
@@ -177,7 +191,7 @@ RunScorer::RunScorer(RunScorer&&) noexcept = default;
 
 bool RunScorer::HasPictureOf(int frame) const {
   const auto found = impl_->truth.find(frame);
-  return found != impl_->truth.end() && found->second.with_object && found->second.coverage;
+  return found != impl_->truth.end() && found->second.HasPicture();
 }
 
 void RunScorer::Add(const LightingRecord& record,

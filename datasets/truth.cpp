@@ -66,6 +66,8 @@ std::vector<TruthFrame> ReadTruth(const Sequence& sequence) {
     frame.sun_irradiance_rgb = ReadRgb(at.Required("sun_irradiance_rgb"));
     frame.sky_irradiance_rgb = ReadRgb(at.Required("sky_irradiance_rgb"));
     frame.with_object = Picture(sequence, at, "with_object", "with_object/%06d.exr", frame.frame);
+    frame.with_object_ldr =
+        Picture(sequence, at, "with_object_ldr", "with_object_ldr/%06d.png", frame.frame);
     frame.coverage = Picture(sequence, at, "coverage", "masks/coverage_%06d.png", frame.frame);
     frames.push_back(std::move(frame));
   }

@@ -19,9 +19,13 @@ struct TruthFrame {
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Unit, apparent.
   glm::dvec3 sun_irradiance_rgb{0.0};           // Normal to the beam, clouds included.
   glm::dvec3 sky_irradiance_rgb{0.0};           // Horizontal, unoccluded, without the disc.
-  // The picture with the object really there, and the object's coverage of each pixel (0..255).
+  // The picture with the object really there: linear, or with_object_ldr/ as the frames_ldr are, by
+  // the same camera. And the object's coverage of each pixel (0..255).
   std::optional<std::filesystem::path> with_object;
+  std::optional<std::filesystem::path> with_object_ldr;
   std::optional<std::filesystem::path> coverage;
+
+  bool HasPicture() const { return (with_object || with_object_ldr) && coverage; }
 };
 
 // Reads truth/truth.json of the sequence; keys that scoring does not use are ignored. Pictures that

@@ -25,6 +25,18 @@ MeanIrradiance MeanOver(const Lighting& lighting,
 
 }  // namespace
 
+const char* NameOf(LightUnits units) {
+  switch (units) {
+    case LightUnits::kAbsolute:
+      return "absolute";
+    case LightUnits::kRelative:
+      return "relative";
+    case LightUnits::kRelativePerFrame:
+      return "relative per frame";
+  }
+  return "";
+}
+
 MeanIrradiance MeanSunIrradiance(const Lighting& lighting) {
   return MeanOver(lighting, lighting.sun.irradiance_rgb, 0, 3);
 }

@@ -40,6 +40,9 @@ enum class LightUnits {
   kRelativePerFrame,  // Exposure and white balance unknown: a factor for each channel and frame.
 };
 
+// As in files: absolute, relative, relative per frame.
+const char* NameOf(LightUnits units);
+
 // The light of one moment, in the world frame (ENU).
 struct Lighting {
   UtcTime time{};

@@ -76,9 +76,17 @@ TEST(LightScore, DividesTheSunByTheLargestAndTheSkyByItsOwn) {
 // of 0.1 / 3. A sun of 4 % of the largest has no ratio worth the name.
 TEST(LightScore, HoldsRelativeLightToTheRatioOfSunToSky) {
   const TruthFrame truth = Truth({500.0, 500.0, 500.0}, {80.0, 100.0, 120.0});
-  const RecordedLight estimate{
-      {}, glm::dvec3(1650.0, 1500.0, 1500.0), glm::dvec3(240.0, 300.0, 360.0), {}, {}};
-  EXPECT_NEAR(*ScoreLight(estimate, truth, 1000.0, {})->sun_to_sky_error, 0.1 / 3.0, 1e-12);
+  const RecordedLight estimate{{},
+                               glm::dvec3(1650.0, 1500.0, 1500.0),
+                               glm::dvec3(240.0, 300.0, 360.0),
+                               glm::dvec3(1.0),
+                               glm::dvec3(1.0),
+                               LightUnits::kRelativePerFrame};
+  const auto score = ScoreLight(estimate, truth, 1000.0, {});
+  EXPECT_NEAR(*score->sun_to_sky_error, 0.1 / 3.0, 1e-12);
+  EXPECT_FALSE(score->sun_error || score->sky_error);
+  EXPECT_FALSE(score->sun_colour_angle_rad || score->sky_colour_angle_rad);
+  EXPECT_FALSE(score->sun_error_sigmas || score->sky_error_sigmas);
   EXPECT_FALSE(ScoreLight(estimate, truth, 12500.0, {})->sun_to_sky_error);
   const RecordedLight no_sky{{}, glm::dvec3(1650.0), glm::dvec3(0.0), {}, {}};
   EXPECT_FALSE(ScoreLight(no_sky, truth, 1000.0, {})->sun_to_sky_error);

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "calib/response.h"
+#include "datasets/frame_source.h"
 #include "datasets/lighting_record.h"
 #include "scene/frame.h"
 #include "scene/image_io.h"
@@ -118,6 +120,44 @@ TEST_F(ScoringTest, SeesThatAnEmptyCompositeLacksTheObject) {
   // 10 % of each frame's sun, over the brightest frame's.
   EXPECT_NEAR(score.raw.all.sun_error->largest, 0.1, 1e-9);
   EXPECT_EQ(score.frames[2].raw->sun_error, 0.0);  // Overcast: there is none.
+}
+
+// A phone's recording: codes of unknown exposure, and the truth as the phone shows it.
+TEST_F(ScoringTest, ComparesWithTheCamerasOwnPictureOfTheObject) {
+  const fs::path folder = out_ / "phone";
+  fs::copy(kBundled, folder, fs::copy_options::recursive);
+  const RgbImage linear = ReadRadianceImage(folder / "frames/000000.exr");
+  const double exposure = ReadSequence(folder).frames[0].EffectiveExposure().value();
+  fs::remove_all(folder / "frames");
+  fs::remove_all(folder / "truth/with_object");
+  fs::create_directories(folder / "truth/with_object_ldr");
+  const Rgb8Image codes = CodesFromRadiance(linear, ResponseCurve::Srgb(), exposure);
+  WritePng(folder / "000000.png", codes);
+  WritePng(folder / "truth/with_object_ldr/000000.png", codes);
+  for (const char* file : {"sequence.json", "truth/truth.json"}) {
+    nlohmann::json document = nlohmann::json::parse(std::ifstream(folder / file));
+    nlohmann::json first = document["frames"][0];
+    if (first.contains("image")) {
+      first.erase("image");
+      first.erase("exposure");
+      first["image_ldr"] = "000000.png";
+    }
+    document["frames"] = nlohmann::json::array({first});
+    std::ofstream(folder / file) << document.dump();
+  }
+  // A composite without any object is then the truth, within the codes' half precision.
+  const Sequence sequence = ReadSequence(folder);
+  const auto frame = MakeRecordedFrameSource(sequence, FrameKind::kLdr)->Next();
+  WriteExr(out_ / "composite/000000.exr", frame->value().radiance, ExrPrecision::kHalf);
+  nlohmann::json line = Line(ReadTruth(sequence)[0], 3.0);
+  line["units"] = "relative per frame";
+  WriteLighting({line});
+  const Score score = ScoreRun(folder, out_);
+  ASSERT_TRUE(score.frames[0].composite) << score.frames[0].without.at(0);
+  EXPECT_FALSE(score.frames[0].made_from_linear);
+  EXPECT_GT(*score.frames[0].composite->object_psnr_db, 60.0);
+  EXPECT_FALSE(score.raw.all.sun_error);
+  EXPECT_NEAR(score.raw.all.sun_to_sky_error->median, 2.0, 1e-9);
 }
 
 TEST_F(ScoringTest, NamesFramesThatFailedOrAreMissing) {
