@@ -2,6 +2,7 @@
 // real photographs.
 #include "datasets/reconstruction/site_import.h"
 
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <limits>
@@ -286,7 +287,16 @@ TEST_F(ImportedYard, WithoutPositionsPlaceAndHeadingAreGiven) {
 
 TEST_F(ImportedYard, TimesAreGivenWherePhotographsHaveNone) {
   Make({.has_times = false});
-  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }), HasSubstr("--utc-offset"));
+  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }),
+              HasSubstr("no time with an offset (--utc-offset, --times)"));
+  // An offset of what is not there; rows of other photographs.
+  options_.utc_offset = std::chrono::hours(2);
+  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }),
+              HasSubstr("none: their EXIF data state no time (--times)"));
+  options_.times = {{"04.jpg", ParseUtcTime("2026-06-21T10:00:00Z")}};
+  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }),
+              HasSubstr("none: their EXIF data state no time, and --times does not name them"));
+  options_.utc_offset.reset();
   options_.times = {{"4.jpg", ParseUtcTime("2026-06-21T10:00:00Z")},
                     {"1.jpg", ParseUtcTime("2026-06-21T11:00:00Z")}};
   const SiteImportReport report = ImportSite(options_);
