@@ -3,7 +3,6 @@
 
 #include <ctime>
 #include <exception>
-#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -23,6 +22,7 @@
 #include "apps/evaluation_arguments.h"
 #include "apps/irradiance_command.h"
 #include "apps/message_text.h"
+#include "apps/one_of.h"
 #include "apps/record_arguments.h"
 #include "apps/run_arguments.h"
 #include "apps/run_command.h"
@@ -163,10 +163,10 @@ void AddIrradiance(CLI::App& app, Work& work) {
   irradiance.add_option("--frame", options->frame, "Which frame of the sequence, from 0");
   irradiance
       .add_option("--light", options->light, "direct, indirect (reflected by surfaces) or total")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, LightPart>{{"direct", LightPart::kDirect},
-                                           {"indirect", LightPart::kIndirect},
-                                           {"total", LightPart::kTotal}}))
+      ->transform(OneOf<LightPart>({{"direct", LightPart::kDirect},
+                                    {"indirect", LightPart::kIndirect},
+                                    {"total", LightPart::kTotal}}))
+      ->type_name("PART")
       ->default_str("total");
   AddBounces(irradiance, options->gather.bounces);
   irradiance.add_flag("--sh",

@@ -226,6 +226,7 @@ TEST_F(RecordCommand, RefusesInOneLine) {
       {"/dev/video90 --exposure 1/0" + site + out, "camera exposure: expected a number above 0"},
       {"/dev/video90 --exposure soon" + site + out, "--exposure 'soon': expected seconds"},
       {"/dev/video90 --auto --gain 2" + site + out, "expected automatic controls or values"},
+      {"/dev/video90 --store avi" + site + out, "--store: expected raw, ffv1 or h264, found 'avi'"},
       {"/dev/video90 --format SRGGB10 --store ffv1" + site + out, "expected the store `raw`"},
       {"/dev/video90 --duration 1e12" + site + out, "MB of free space, found"},
   };
