@@ -37,12 +37,21 @@ namespace pleinair {
 namespace {
 
 constexpr int kBadInput = 2;
-constexpr const char* kSeeHelp = " (see `pleinair --help`)";
 
 // Says why in one line; returns the exit code.
 int Refuse(const std::string& reason) {
   PrintError(reason);
   return kBadInput;
+}
+
+// Where to read about the command that the arguments name.
+std::string SeeHelp(const CLI::App& app) {
+  std::string command = app.get_name();
+  for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+    at = at->get_subcommands().back();
+    command += " " + at->get_name();
+  }
+  return " (see `" + command + " --help`)";
 }
 
 // A log message as MessageText has it.
@@ -248,10 +257,10 @@ int RunCommandLine(int argc, char** argv) {
     // An unknown word is the likelier cause of what is then found missing.
     const std::vector<std::string> unknown = app.remaining(true);
     const std::string reason = unknown.empty() ? error.what() : unknown.front() + ": unknown here";
-    return Refuse(reason + kSeeHelp);
+    return Refuse(reason + SeeHelp(app));
   } catch (
       const std::invalid_argument& error) {  // An argument that reads well, and makes no sense.
-    return Refuse(error.what() + std::string(kSeeHelp));
+    return Refuse(error.what() + SeeHelp(app));
   } catch (const std::exception& error) {  // A file of settings.
     return Refuse(error.what());
   }
