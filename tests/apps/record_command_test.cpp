@@ -143,8 +143,10 @@ TEST_F(RecordCommand, NotesARateThatTheCameraDoesNotHave) {
       "/dev/video90 --auto --frames-limit 1 --site " + kSample.string() + " --out ";
   EXPECT_EQ(Record(kSample.string(), arguments + Path("thirty") + " --rate 30").exit_code, 0);
   EXPECT_EQ(Events("thirty")["control"], 0);
-  EXPECT_EQ(Record(kSample.string(), arguments + Path("fast") + " --rate 977").exit_code, 0);
+  const Ended ended = Record(kSample.string(), arguments + Path("fast") + " --rate 977");
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
   EXPECT_EQ(Events("fast")["control"], 1);
+  EXPECT_THAT(ended.output, HasSubstr("warning control: /dev/video90: rate: expected"));
 }
 
 // It comes back with its default gain, and refuses every control. The lock is done by picture 15.
