@@ -495,6 +495,7 @@ TEST(RecordedSiteImport, AFacadeIsWhereAPersonHasIt) {
       const double off_m = std::abs(glm::dot(kFacadeNormal, middle / corners) - wall.offset_m);
       nearest_m = std::min(nearest_m, off_m);
       if (wall.offset_m == kFrontWallM && off_m < 1.0) {
+        EXPECT_LT(off_m, 0.01 * wall.size_m) << surface.name;
         front_offsets_m.push_back(surface.plane.offset);
       }
     }
