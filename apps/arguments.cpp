@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/message_text.h"
+#include "apps/one_of.h"
 #include "session/sequence_site.h"
 
 namespace pleinair {
@@ -81,6 +82,13 @@ void AddGroundAlbedo(CLI::App& command, double& albedo) {
                   "below the horizon; 0: none")
       ->check(CLI::Range(0.0, 0.99))
       ->capture_default_str();
+}
+
+CLI::Option* AddFrames(CLI::App& command, FrameKind& frames) {
+  return command.add_option("--frames", frames, "Which frames where there are both: linear or ldr")
+      ->transform(OneOf<FrameKind>({{"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
+      ->type_name("KIND")
+      ->default_str("linear");
 }
 
 CLI::Option* AddCache(CLI::App& command, std::filesystem::path& cache) {

@@ -5,6 +5,8 @@
 #include <functional>
 #include <string>
 
+#include "datasets/frame_source.h"
+
 namespace CLI {
 class App;
 class Option;
@@ -33,6 +35,8 @@ CLI::Validator WholeNumber();
 void AddBounces(CLI::App& command, int& bounces);
 // --ground-albedo
 void AddGroundAlbedo(CLI::App& command, double& albedo);
+// --frames
+CLI::Option* AddFrames(CLI::App& command, FrameKind& frames);
 // --cache
 CLI::Option* AddCache(CLI::App& command, std::filesystem::path& cache);
 

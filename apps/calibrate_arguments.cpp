@@ -1,6 +1,5 @@
 #include "apps/calibrate_arguments.h"
 
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "apps/calibrate_markers_command.h"
 #include "apps/calibrate_north_command.h"
 #include "apps/calibrate_pose_command.h"
+#include "apps/one_of.h"
 #include "calib/marker_detection.h"
 
 namespace pleinair {
@@ -55,18 +55,15 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
                      RunCalibrateNorth);
   north.footer("Example: pleinair calibrate north datasets/samples/courtyard");
   north.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
-  north.add_option("--frames", options->frames, "Which frames where there are both: linear or ldr")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
-          {"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
-      ->default_str("linear");
+  AddFrames(north, options->frames);
   north
       .add_option("--model-north",
                   options->model_north,
                   "North that the model's +Y is meant to be: true, grid (UTM) or magnetic")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, NorthKind>{{"true", NorthKind::kTrue},
-                                           {"grid", NorthKind::kGrid},
-                                           {"magnetic", NorthKind::kMagnetic}}))
+      ->transform(OneOf<NorthKind>({{"true", NorthKind::kTrue},
+                                    {"grid", NorthKind::kGrid},
+                                    {"magnetic", NorthKind::kMagnetic}}))
+      ->type_name("NORTH")
       ->default_str("true");
   north.add_option(
       "--magnetic-model", options->magnetic.name, "Of GeographicLib, for --model-north magnetic");
@@ -112,8 +109,9 @@ void AddCalibrateLens(CLI::App& calibrate,
     lens.add_option("--model",
                     options->model,
                     "pinhole or fisheye (default: what predicts held-out pictures better)")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, LensModel>{
-            {"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}));
+        ->transform(
+            OneOf<LensModel>({{"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}))
+        ->type_name("MODEL");
   }
   lens.add_option(
           "--fov-deg", options->fov_deg, "Of a fish-eye: full angle (default: the picture's)")
@@ -224,11 +222,7 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
   CLI::Option* markers =
       command.add_option("--markers", pose->markers, "Board file of `calibrate markers`");
   markers->excludes(points)->excludes(edges)->excludes(near_stated);
-  command.add_option("--frames", pose->frames, "Which frames where there are both: linear or ldr")
-      ->needs(markers)
-      ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
-          {"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
-      ->default_str("linear");
+  AddFrames(command, pose->frames)->needs(markers);
   command.add_option("--out",
                      pose->out,
                      "Copy of the file with the pose in it, which may be the file itself; paths in "

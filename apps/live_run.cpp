@@ -20,6 +20,7 @@
 #include "apps/camera_watch.h"
 #include "apps/effect_budget.h"
 #include "apps/frame_loop.h"
+#include "apps/log_event.h"
 #include "apps/progress.h"
 #include "apps/run_description.h"
 #include "apps/run_output.h"
@@ -80,13 +81,7 @@ class EventWriter {
   EventWriter(RunOutput& output, Recorder* recorder) : output_(output), recorder_(recorder) {}
 
   void Write(Event event) {
-    const bool is_usual = event.kind == EventKind::kStarted ||
-                          event.kind == EventKind::kPreparing || event.kind == EventKind::kPrepared;
-    spdlog::log(is_usual ? spdlog::level::info : spdlog::level::warn,
-                "{}: {}{}",
-                NameOf(event.kind),
-                event.text,
-                event.count > 1 ? fmt::format(" ({} frames)", event.count) : std::string());
+    LogEvent(event);
     if (recorder_ != nullptr) recorder_->AddEvents({event});
     if (has_failed_) return;
     try {

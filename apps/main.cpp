@@ -3,7 +3,6 @@
 
 #include <ctime>
 #include <exception>
-#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -23,6 +22,7 @@
 #include "apps/evaluation_arguments.h"
 #include "apps/irradiance_command.h"
 #include "apps/message_text.h"
+#include "apps/one_of.h"
 #include "apps/record_arguments.h"
 #include "apps/run_arguments.h"
 #include "apps/run_command.h"
@@ -37,12 +37,21 @@ namespace pleinair {
 namespace {
 
 constexpr int kBadInput = 2;
-constexpr const char* kSeeHelp = " (see `pleinair --help`)";
 
 // Says why in one line; returns the exit code.
 int Refuse(const std::string& reason) {
   PrintError(reason);
   return kBadInput;
+}
+
+// Where to read about the command that the arguments name.
+std::string SeeHelp(const CLI::App& app) {
+  std::string command = app.get_name();
+  for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+    at = at->get_subcommands().back();
+    command += " " + at->get_name();
+  }
+  return " (see `" + command + " --help`)";
 }
 
 // A log message as MessageText has it.
@@ -163,10 +172,10 @@ void AddIrradiance(CLI::App& app, Work& work) {
   irradiance.add_option("--frame", options->frame, "Which frame of the sequence, from 0");
   irradiance
       .add_option("--light", options->light, "direct, indirect (reflected by surfaces) or total")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, LightPart>{{"direct", LightPart::kDirect},
-                                           {"indirect", LightPart::kIndirect},
-                                           {"total", LightPart::kTotal}}))
+      ->transform(OneOf<LightPart>({{"direct", LightPart::kDirect},
+                                    {"indirect", LightPart::kIndirect},
+                                    {"total", LightPart::kTotal}}))
+      ->type_name("PART")
       ->default_str("total");
   AddBounces(irradiance, options->gather.bounces);
   irradiance.add_flag("--sh",
@@ -248,10 +257,10 @@ int RunCommandLine(int argc, char** argv) {
     // An unknown word is the likelier cause of what is then found missing.
     const std::vector<std::string> unknown = app.remaining(true);
     const std::string reason = unknown.empty() ? error.what() : unknown.front() + ": unknown here";
-    return Refuse(reason + kSeeHelp);
+    return Refuse(reason + SeeHelp(app));
   } catch (
       const std::invalid_argument& error) {  // An argument that reads well, and makes no sense.
-    return Refuse(error.what() + std::string(kSeeHelp));
+    return Refuse(error.what() + SeeHelp(app));
   } catch (const std::exception& error) {  // A file of settings.
     return Refuse(error.what());
   }

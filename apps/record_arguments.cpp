@@ -1,6 +1,5 @@
 #include "apps/record_arguments.h"
 
-#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -9,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/camera_arguments.h"
+#include "apps/one_of.h"
 #include "apps/picture_times_arguments.h"
 #include "apps/record_command.h"
 
@@ -39,11 +39,9 @@ void AddRecord(CLI::App& app, Work& work) {
                   options->recorder.recording.store,
                   "raw: a file a picture (MJPEG and Bayer as they come, else PNG); ffv1: lossless "
                   "video; h264: video to look at (default: raw)")
-      ->transform(CLI::CheckedTransformer(
-                      std::map<std::string, PictureStore>{{"raw", PictureStore::kRaw},
-                                                          {"ffv1", PictureStore::kFfv1},
-                                                          {"h264", PictureStore::kH264}})
-                      .description(""))
+      ->transform(OneOf<PictureStore>({{"raw", PictureStore::kRaw},
+                                       {"ffv1", PictureStore::kFfv1},
+                                       {"h264", PictureStore::kH264}}))
       ->type_name("FORM")
       ->default_str("");
   record

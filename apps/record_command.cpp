@@ -13,6 +13,7 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/camera_watch.h"
+#include "apps/log_event.h"
 #include "apps/stop_signals.h"
 #include "datasets/camera/camera_capture.h"
 #include "datasets/sequence.h"
@@ -49,7 +50,10 @@ std::string ProgressText(const RecorderStatus& status, const EventLog& events, d
 // A line that replaces itself on a terminal, and is logged now and then elsewhere.
 class ProgressLine {
  public:
-  ~ProgressLine() {
+  ~ProgressLine() { Clear(); }
+
+  // Before another line is written.
+  void Clear() const {
     if (is_terminal_) std::fputs("\r\033[K", stderr);
   }
 
@@ -152,7 +156,14 @@ int RunRecordCommand(const RecordCommandOptions& options) {
   {
     ProgressLine progress;
     WatchTasks tasks;
-    tasks.write = [&](Event event) { recorder.AddEvents({std::move(event)}); };
+    tasks.write = [&](Event event) {
+      // The program's last line says how it ended, and why.
+      if (event.kind != EventKind::kEnded && event.kind != EventKind::kDisk) {
+        progress.Clear();
+        LogEvent(event);
+      }
+      recorder.AddEvents({std::move(event)});
+    };
     tasks.look = [&] {
       const RecorderStatus status = recorder.Status();
       progress.Show(status, events);

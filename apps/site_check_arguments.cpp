@@ -1,6 +1,5 @@
 #include "apps/site_check_arguments.h"
 
-#include <map>
 #include <memory>
 #include <string>
 
@@ -27,12 +26,7 @@ void AddSiteCheckCommand(CLI::App& site, Work& work) {
   check.add_option("--step", options->step_min, "From one hour to the next, in minutes")
       ->check(CLI::Range(1, 1440));
   check.add_option("--out", options->out, "Folder for day.png, the day as a picture");
-  check
-      .add_option(
-          "--frames", options->session.frames, "Which frames where there are both: linear or ldr")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, FrameKind>{
-          {"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
-      ->default_str("linear");
+  AddFrames(check, options->session.frames);
   check.add_flag("--json", options->json, "Print JSON");
   AddSettings(check, *given);
   AddCache(check, options->session.cache);

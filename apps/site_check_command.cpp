@@ -11,6 +11,7 @@
 #include "apps/progress.h"
 #include "apps/site_day_picture.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 #include "session/check/site_check.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
@@ -220,7 +221,7 @@ std::string RunSiteCheck(const SiteCheckOptions& options, bool* is_good) {
   *is_good = report.warnings.empty();
   std::string text = options.json ? JsonText(report) : TextOf(report);
   if (!options.out.empty() && report.day && !report.day->hours.empty()) {
-    std::filesystem::create_directories(options.out);
+    MakeFolder(options.out);
     const std::filesystem::path file = options.out / "day.png";
     WritePng(file, DrawSiteDay(report.name + ", " + DayText(report.day->sun.noon), *report.day));
     if (!options.json) text += "\npicture: " + file.string() + "\n";

@@ -1,6 +1,5 @@
 #include "apps/site_mask_arguments.h"
 
-#include <map>
 #include <memory>
 #include <string>
 
@@ -41,13 +40,7 @@ void AddSiteMaskCommand(CLI::App& site, Work& work) {
                   "of the frames in which a surface is hidden; and at least in two")
       ->check(CLI::Range(0.0, 1.0).description(""))
       ->type_name("SHARE");
-  mask.add_option("--frames", options->session.frames, "which where there are both: linear or ldr")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, FrameKind>{{"linear", FrameKind::kLinear},
-                                                                   {"ldr", FrameKind::kLdr}})
-              .description(""))
-      ->type_name("KIND")
-      ->default_str("linear");
+  AddFrames(mask, options->session.frames);
   AddCache(mask, options->session.cache);
   mask.callback([options, &work] { work = [options] { return Print(RunSiteMask(*options)); }; });
 }

@@ -13,6 +13,7 @@
 #include "relight/survey/survey_maps.h"
 #include "relight/volume/environment.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {
@@ -83,7 +84,7 @@ void WriteSurveyMaps(const PreparedScene& scene, const std::filesystem::path& fo
     throw std::runtime_error("prepare --maps: the sequence has no environment map to make maps in");
   }
   const SurveyMaps maps = MakeSurveyMaps(*scene.survey);
-  std::filesystem::create_directories(folder);
+  MakeFolder(folder);
   WriteBoth(folder, "albedo", maps.albedo_rgb, maps.albedo_rgb, 1.0);
   RgbImage shown_normal = maps.normal_world;
   for (glm::vec3& normal : shown_normal.pixels) {

@@ -17,6 +17,7 @@
 #include "apps/tradeoff_page.h"
 #include "apps/whole_text.h"
 #include "datasets/truth.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {
@@ -78,7 +79,7 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
                              "with the object: expected something to measure errors");
   }
   for (const SweepAxis& axis : axes) spdlog::info("{}: {}", axis.name, axis.words);
-  std::filesystem::create_directories(options.out);
+  MakeFolder(options.out);
 
   TradeoffPage page;
   page.title = "Error against time: " + NameOf(sequence);
@@ -120,7 +121,7 @@ bool HasPictures(const std::filesystem::path& folder) {
 
 std::string SearchTheFront(const TradeoffCommandOptions& options, const TrialSettings& settings) {
   FrontTrials trials(settings, ProgressOnStandardError());
-  std::filesystem::create_directories(options.out);
+  MakeFolder(options.out);
   FrontPage page;
   const CameraIntrinsics& camera = trials.Recording().intrinsics;
   page.title = "What a frame costs, and what comes of it: " + NameOf(trials.Recording());
@@ -191,7 +192,7 @@ std::string SweepImperfections(const TradeoffCommandOptions& options,
       fmt::format("{} seeds; 8-bit frames with a camera's noise; pleinair {}, settings by default",
                   settings.seeds,
                   PLEINAIR_VERSION)};
-  std::filesystem::create_directories(options.out);
+  MakeFolder(options.out);
   WriteWholeText(options.out / "imperfections.csv", ImperfectionCsv(page));
   WriteChart(options.out / "imperfections.svg", ImperfectionOverview(page));
   WriteWholeText(options.out / "imperfections.md", ImperfectionMarkdown(page));

@@ -52,8 +52,10 @@ class SequenceReader {
     }
     sequence_.frames.emplace_back().time = time;
     if (!sequence_.camera_from_world && poses_ == SequencePoses::kRequired) {
-      root.Required("camera").FailMissing("camera_from_world",
-                                          "where the camera stands; roughly, where it moves");
+      root.Required("camera").FailMissing(
+          "camera_from_world",
+          "where the camera stands (`calibrate pose`); of one that moves, "
+          "roughly (`site new --camera-at --camera-to`)");
     }
     CheckFisheye(root);
     CheckSunIsKnown();

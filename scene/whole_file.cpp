@@ -54,6 +54,15 @@ void RequireReplaceable(const std::filesystem::path& file) {
                  (std::filesystem::is_directory(status) ? "a folder" : "a device or a pipe"));
 }
 
+void MakeFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  const std::string why = error ? error.message() : "found something else";
+  if (!std::filesystem::is_directory(folder, error)) {
+    RefuseFile(folder, "expected a folder, or room for one: " + why);
+  }
+}
+
 void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   RequireReplaceable(file);
   // Two threads or processes may write the same file at once: the last rename wins, with a complete

@@ -24,6 +24,10 @@ std::vector<std::byte> ReadWholeFile(const std::filesystem::path& file);
 // A device, a pipe or a folder must not be replaced by a file.
 void RequireReplaceable(const std::filesystem::path& file);
 
+// Makes the folder, and those that it lies in, unless it is there. Throws std::runtime_error naming
+// it.
+void MakeFolder(const std::filesystem::path& folder);
+
 // Writes `bytes` to a temporary file beside `file` (".NAME.PID.N.part") and renames it: `file` is
 // replaced completely or not at all. Throws std::runtime_error naming it when that fails, or as
 // RequireReplaceable; the temporary file is removed then.

@@ -32,6 +32,7 @@
 #include "apps/camera_stand_in/pictures_file.h"
 #include "apps/camera_stand_in/shim/controls.h"
 #include "apps/message_text.h"
+#include "apps/one_of.h"
 #include "datasets/sequence.h"
 
 namespace pleinair::stand_in {
@@ -279,15 +280,18 @@ void AddOptions(CLI::App& app, Options& options) {
                  "Frames from the last one captured when a control is set to the first that has it")
       ->check(CLI::Range(1, kMaxControlDelay));
   app.add_flag("--multi-planar", options.is_multi_planar, "Multi-planar buffers, of one plane");
-  app.add_option("--ycbcr", options.ycbcr_encoding, "Matrix of YUYV and NV12: BT.")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, std::uint32_t>{{"601", V4L2_YCBCR_ENC_601},
-                                               {"709", V4L2_YCBCR_ENC_709},
-                                               {"2020", V4L2_YCBCR_ENC_BT2020}}))
+  app.add_option("--ycbcr",
+                 options.ycbcr_encoding,
+                 "Matrix of YUYV and NV12, by its BT standard: 601, 709 or 2020")
+      ->transform(OneOf<std::uint32_t>({{"601", V4L2_YCBCR_ENC_601},
+                                        {"709", V4L2_YCBCR_ENC_709},
+                                        {"2020", V4L2_YCBCR_ENC_BT2020}}))
+      ->type_name("MATRIX")
       ->default_str("601");
-  app.add_option("--range", options.quantization, "Range of YUYV and NV12")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, std::uint32_t>{
-          {"limited", V4L2_QUANTIZATION_LIM_RANGE}, {"full", V4L2_QUANTIZATION_FULL_RANGE}}))
+  app.add_option("--range", options.quantization, "Range of YUYV and NV12: limited or full")
+      ->transform(OneOf<std::uint32_t>(
+          {{"limited", V4L2_QUANTIZATION_LIM_RANGE}, {"full", V4L2_QUANTIZATION_FULL_RANGE}}))
+      ->type_name("RANGE")
       ->default_str("limited");
 }
 

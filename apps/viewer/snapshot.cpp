@@ -14,6 +14,7 @@
 #include "datasets/diffuse_mask.h"
 #include "datasets/recording/site_files.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {
@@ -149,7 +150,7 @@ std::filesystem::path WriteSnapshot(const ViewedSite& site,
   std::filesystem::path folder = FreeFolder(out, frame.Time());
   const std::filesystem::path partial = folder.string() + ".part";
   try {
-    std::filesystem::create_directories(out);
+    MakeFolder(out);
     std::filesystem::remove_all(partial);
     std::filesystem::create_directory(partial);
     Fill(site, frame, choices, partial);

@@ -49,7 +49,8 @@ fs::path SequenceFileIn(const fs::path& folder) {
       throw JsonError(expected + content + ": " + kWhatItIs +
                       "; `ffmpeg -i VIDEO frames/%06d.png` takes frames out of a video");
     }
-    if (folder.filename() == "sequence.json") throw JsonError(expected + "the file in it");
+    if (folder.filename() == "sequence.json" || folder.filename() == "site.json")
+      throw JsonError(expected + "the file in it");
     throw JsonError(expected + content + ": " + kWhatItIs);
   }
   fs::path file = folder / "sequence.json";

@@ -203,6 +203,13 @@ class Importer {
     }
   }
 
+  std::string WhyUntimed() const {
+    std::string why = "their EXIF data state no time";
+    if (!options_.utc_offset) why += " with an offset";
+    if (!options_.times.empty()) return why + ", and --times does not name them";
+    return why + (options_.utc_offset ? " (--times)" : " (--utc-offset, --times)");
+  }
+
   void ChooseFrames() {
     std::vector<std::size_t> counts(made_.cameras.size(), 0);
     for (std::size_t i = 0; i < made_.pictures.size(); ++i) {
@@ -238,8 +245,7 @@ class Importer {
       throw std::runtime_error(
           (options_.photos / (untimed_.empty() ? "" : untimed_.front())).string() +
           ": expected photographs of camera " + made_.cameras[camera_].name +
-          " whose UTC is known, found none: their EXIF data state no time with an offset "
-          "(--utc-offset, --times)");
+          " whose UTC is known, found none: " + WhyUntimed());
     }
     if (others > 0) {
       report_.notes.push_back(fmt::format(
@@ -248,11 +254,10 @@ class Importer {
           others));
     }
     if (!untimed_.empty()) {
-      report_.notes.push_back(
-          fmt::format("{} photographs are no frames: their EXIF data state no "
-                      "time with an offset (--utc-offset, --times), as {}",
-                      untimed_.size(),
-                      untimed_.front()));
+      report_.notes.push_back(fmt::format("{} photographs are no frames, as {}: {}",
+                                          untimed_.size(),
+                                          untimed_.front(),
+                                          WhyUntimed()));
     }
     std::stable_sort(frames_.begin(), frames_.end(), [&](std::size_t a, std::size_t b) {
       return *photographs_[a]->time < *photographs_[b]->time;

@@ -49,12 +49,6 @@ void RequireNoFiles(const fs::path& folder) {
   RefuseFile(folder, "expected a new folder, or an empty one");
 }
 
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) RefuseFile(folder, "cannot be made: " + error.message());
-}
-
 // The site with a camera that takes pictures of this layout.
 Sequence AtLayout(Sequence site, const PictureLayout& layout) {
   site.intrinsics = ScaledTo(site.intrinsics, layout.width_px, layout.height_px);

@@ -66,7 +66,9 @@ TEST_F(CommandLine, RefusesUnknownWords) {
   ExpectOneLineAndCode2("run folder --video=0", "--video: expected frames a second from 0.1");
   ExpectOneLineAndCode2("run folder --video=fast", "found 'fast'");
   ExpectOneLineAndCode2("run folder --weather sunny", "overcast");
-  ExpectOneLineAndCode2("paint", "paint");
+  ExpectOneLineAndCode2("site check folder --frames 0", "--frames: expected linear or ldr");
+  ExpectOneLineAndCode2("paint", "paint: unknown here (see `pleinair --help`)");
+  ExpectOneLineAndCode2("site check", "site is required (see `pleinair site check --help`)");
   ExpectOneLineAndCode2("sun --site 57,9 --time 2005-06-21T09:50:00Z --colour red", "colour");
 }
 

@@ -143,8 +143,10 @@ TEST_F(RecordCommand, NotesARateThatTheCameraDoesNotHave) {
       "/dev/video90 --auto --frames-limit 1 --site " + kSample.string() + " --out ";
   EXPECT_EQ(Record(kSample.string(), arguments + Path("thirty") + " --rate 30").exit_code, 0);
   EXPECT_EQ(Events("thirty")["control"], 0);
-  EXPECT_EQ(Record(kSample.string(), arguments + Path("fast") + " --rate 977").exit_code, 0);
+  const Ended ended = Record(kSample.string(), arguments + Path("fast") + " --rate 977");
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
   EXPECT_EQ(Events("fast")["control"], 1);
+  EXPECT_THAT(ended.output, HasSubstr("warning control: /dev/video90: rate: expected"));
 }
 
 // It comes back with its default gain, and refuses every control. The lock is done by picture 15.
@@ -226,6 +228,7 @@ TEST_F(RecordCommand, RefusesInOneLine) {
       {"/dev/video90 --exposure 1/0" + site + out, "camera exposure: expected a number above 0"},
       {"/dev/video90 --exposure soon" + site + out, "--exposure 'soon': expected seconds"},
       {"/dev/video90 --auto --gain 2" + site + out, "expected automatic controls or values"},
+      {"/dev/video90 --store avi" + site + out, "--store: expected raw, ffv1 or h264, found 'avi'"},
       {"/dev/video90 --format SRGGB10 --store ffv1" + site + out, "expected the store `raw`"},
       {"/dev/video90 --duration 1e12" + site + out, "MB of free space, found"},
   };

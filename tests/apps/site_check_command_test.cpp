@@ -35,6 +35,10 @@ TEST(SiteCheck, ReportsAGoodSitesHoursAsTextPictureAndJson) {
   const Rgb8Image picture = ReadDisplayImage(folder / "out/day.png");
   EXPECT_GT(picture.width, 500);
 
+  options.out = folder.Write("taken", "not a folder");
+  EXPECT_THAT(MessageOf([&] { RunSiteCheck(options, &is_good); }),
+              HasSubstr("taken: expected a folder, or room for one: "));
+
   options.json = true;
   options.out.clear();
   options.day = "2005-12-21";

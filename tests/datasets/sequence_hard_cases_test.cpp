@@ -321,6 +321,8 @@ TEST_F(SequenceHardCases, SayWhatASequenceIsToWhoHasFramesAlone) {
             std::string::npos);
   WriteDocument(Everything());
   EXPECT_NE(refusal_of(folder_ / "sequence.json").find("found the file in it"), std::string::npos);
+  Write(folder_ / "site.json", "{}");
+  EXPECT_NE(refusal_of(folder_ / "site.json").find("found the file in it"), std::string::npos);
 }
 
 // A file that is no sequence yet: no mesh, no frames, no place.

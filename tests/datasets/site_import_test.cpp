@@ -2,6 +2,7 @@
 // real photographs.
 #include "datasets/reconstruction/site_import.h"
 
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <limits>
@@ -286,7 +287,16 @@ TEST_F(ImportedYard, WithoutPositionsPlaceAndHeadingAreGiven) {
 
 TEST_F(ImportedYard, TimesAreGivenWherePhotographsHaveNone) {
   Make({.has_times = false});
-  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }), HasSubstr("--utc-offset"));
+  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }),
+              HasSubstr("no time with an offset (--utc-offset, --times)"));
+  // An offset of what is not there; rows of other photographs.
+  options_.utc_offset = std::chrono::hours(2);
+  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }),
+              HasSubstr("none: their EXIF data state no time (--times)"));
+  options_.times = {{"04.jpg", ParseUtcTime("2026-06-21T10:00:00Z")}};
+  EXPECT_THAT(MessageOf([&] { ImportSite(options_); }),
+              HasSubstr("none: their EXIF data state no time, and --times does not name them"));
+  options_.utc_offset.reset();
   options_.times = {{"4.jpg", ParseUtcTime("2026-06-21T10:00:00Z")},
                     {"1.jpg", ParseUtcTime("2026-06-21T11:00:00Z")}};
   const SiteImportReport report = ImportSite(options_);
@@ -485,6 +495,7 @@ TEST(RecordedSiteImport, AFacadeIsWhereAPersonHasIt) {
       const double off_m = std::abs(glm::dot(kFacadeNormal, middle / corners) - wall.offset_m);
       nearest_m = std::min(nearest_m, off_m);
       if (wall.offset_m == kFrontWallM && off_m < 1.0) {
+        EXPECT_LT(off_m, 0.01 * wall.size_m) << surface.name;
         front_offsets_m.push_back(surface.plane.offset);
       }
     }
