@@ -88,12 +88,11 @@ class EventWriter {
                 event.text,
                 event.count > 1 ? fmt::format(" ({} frames)", event.count) : std::string());
     if (recorder_ != nullptr) recorder_->AddEvents({event});
-    if (has_failed_) return;
     try {
       output_.AddEvent(std::move(event));
     } catch (const std::exception& error) {
-      has_failed_ = true;  // The frames' own files end the run, for the same reason.
-      spdlog::error("{}", error.what());
+      // The frames' own files end the run, for the same reason.
+      if (!std::exchange(has_failed_, true)) spdlog::error("{}", error.what());
     }
   }
 
@@ -303,6 +302,7 @@ class LiveRun {
       writing.Finish();
     } catch (const std::exception& error) {
       failure_ = error.what();
+      output_.LeaveRoom();
       Note(EventKind::kDisk, failure_);
     }
   }

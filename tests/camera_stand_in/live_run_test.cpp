@@ -420,6 +420,30 @@ TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
   }
 }
 
+// Its composites fill it; what is kept for the report of the disk is enough for the light of a day.
+TEST_F(LiveRun, EndsWithAWholeReportWhereTheDiskIsFull) {
+  const fs::path disk = folder_ / "disk";
+  fs::create_directory(disk);
+  const std::string out = (disk / "out").string();
+  const auto on_small_disk = [&](const std::string& command) {
+    return Shell("unshare --map-root-user --mount sh -c 'mount -t tmpfs -o size=9m none " +
+                 disk.string() + " && " + command + "'");
+  };
+  if (on_small_disk("true").exit_code != 0) GTEST_SKIP() << "no disk may be mounted here";
+  const Ended run = on_small_disk(Command("--loop 0", "--out " + out) + "; code=$?; cp -r " + out +
+                                  " " + Out("kept") + "; exit $code");
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  EXPECT_GE(CheckComplete(Out("kept")), 10u);
+  EXPECT_EQ(CountEvents(Out("kept")).at("disk"), 2);
+  EXPECT_THAT(ContentOf(folder_ / "kept/report.html"), HasSubstr("<svg"));
+  EXPECT_THAT(ContentOf(folder_ / "kept/report.html"), HasSubstr("No space left on device"));
+  // The last line alone is an error.
+  const std::string last = run.output.substr(run.output.rfind('\n', run.output.size() - 2) + 1);
+  EXPECT_THAT(last, testing::StartsWith("pleinair: " + out + "/")) << run.output;
+  EXPECT_THAT(last, HasSubstr("No space left on device")) << run.output;
+  EXPECT_THAT(run.output, testing::Not(HasSubstr("\nerror "))) << run.output;
+}
+
 TEST_F(LiveRun, RefusesACameraThatIsNotThere) {
   const std::string command = std::string(PLEINAIR_STAND_IN) + " " + kCourtyard + " -- " +
                               PLEINAIR_PROGRAM + " run /dev/video91 --site " + kCourtyard +

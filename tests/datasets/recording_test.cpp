@@ -1,7 +1,6 @@
 #include "datasets/recording/recording.h"
 
 #include <fcntl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,6 +20,7 @@
 #include "scene/image_io.h"
 #include "tests/datasets/made_pictures.h"
 #include "tests/datasets/sequence_fixture.h"
+#include "tests/scene/file_size_limit.h"
 
 namespace pleinair::recording_test {
 namespace {
@@ -378,25 +378,6 @@ TEST_F(RecordingFolder, LosesNothingWhenItIsKilled) {
   }
   EXPECT_GT(with_pictures, 10);
 }
-
-// No file may grow beyond this while it lives.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    old_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, old_handler_);
-  }
-
- private:
-  rlimit before_{};
-  void (*old_handler_)(int) = nullptr;
-};
 
 TEST_F(RecordingFolder, LeavesNoHalfPictureWhereTheDiskFails) {
   for (const PictureStore store : {PictureStore::kRaw, PictureStore::kFfv1}) {
