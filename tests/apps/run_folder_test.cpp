@@ -151,7 +151,7 @@ TEST_F(RunFolderTest, ItsLogsHaveAllOfAFrameWhereTheDiskIsFull) {
     const FileSizeLimit limit(3 * line.size());
     return MessageOf([&] { folder.AddFrame(lighting, plan); });
   };
-  const std::string longer = line + line + line;
+  const std::string longer(3 * line.size(), 'x');
   EXPECT_THAT(refusal(longer, line), HasSubstr("lighting.jsonl.partial: cannot be written: "));
   EXPECT_THAT(refusal(line, longer), HasSubstr("plan.jsonl.partial: cannot be written: "));
   folder.AddFrame(line, line);

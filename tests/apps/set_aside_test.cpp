@@ -51,6 +51,7 @@ TEST(SetAside, GoesOnInMemoryWhereTheDiskIsFull) {
   const TemporaryFolder folder;
   SetAside aside(folder.Path(), 0);
   std::vector<SetAside::Place> places;
+  places.reserve(3000);
   for (int i = 0; i < 100; ++i) places.push_back(aside.Add(BytesOf(i)));
   EXPECT_FALSE(aside.IsInMemory());
   {
@@ -63,6 +64,7 @@ TEST(SetAside, GoesOnInMemoryWhereTheDiskIsFull) {
     ASSERT_EQ(aside.Read(places[static_cast<std::size_t>(i)]), BytesOf(i)) << i;
   }
   std::vector<SetAside::Place*> kept;
+  kept.reserve(places.size() / 2);
   for (std::size_t i = 0; i < places.size(); i += 2) kept.push_back(&places[i]);
   aside.KeepOnly(kept);
   const SetAside::Place last = aside.Add("last");
