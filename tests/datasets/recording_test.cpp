@@ -444,6 +444,7 @@ class RecorderFolder : public RecordingFolder {
 
 TEST_F(RecorderFolder, WritesAllThatWaits) {
   std::vector<CameraFrame> pictures;
+  pictures.reserve(20);
   for (int number = 0; number < 20; ++number) pictures.push_back(Picture(kRgb, number));
   Run({options_}, pictures);
   EXPECT_EQ(status_.written, 20);
@@ -543,6 +544,7 @@ TEST_F(RecorderFolder, StopsBeforeTheDiskIsFull) {
   // What a picture of noise takes, and a little more.
   options.recording.free_bytes = [&] { return free_bytes -= 10'000; };
   std::vector<CameraFrame> pictures;
+  pictures.reserve(100);
   for (int number = 0; number < 100; ++number) pictures.push_back(Picture(kRgb, number));
   Run(options, pictures);
   EXPECT_THAT(status_.stopped, HasSubstr("expected 5 MB of free space, found 5 MB"));

@@ -69,7 +69,7 @@ TEST(SiteFile, AnEditThatFailsLeavesTheFile) {
 TEST(SiteFile, RefusalsAreOneLineWithTheFile) {
   const TemporaryFolder folder;
   const auto refusal = [&] {
-    const std::string text =
+    std::string text =
         MessageOf([&] { EditSiteFile(folder.Path(), [](Json& json) { json["key"] = 1; }); });
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
     return text;
