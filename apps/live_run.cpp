@@ -83,12 +83,11 @@ class EventWriter {
   void Write(Event event) {
     LogEvent(event);
     if (recorder_ != nullptr) recorder_->AddEvents({event});
-    if (has_failed_) return;
     try {
       output_.AddEvent(std::move(event));
     } catch (const std::exception& error) {
-      has_failed_ = true;  // The frames' own files end the run, for the same reason.
-      spdlog::error("{}", error.what());
+      // The frames' own files end the run, for the same reason.
+      if (!std::exchange(has_failed_, true)) spdlog::error("{}", error.what());
     }
   }
 
@@ -298,6 +297,7 @@ class LiveRun {
       writing.Finish();
     } catch (const std::exception& error) {
       failure_ = error.what();
+      output_.LeaveRoom();
       Note(EventKind::kDisk, failure_);
     }
   }

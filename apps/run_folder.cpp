@@ -176,6 +176,16 @@ RunFolder::RunFolder(fs::path out) : out_(std::move(out)) {
   plan_.emplace(out_ / "plan.jsonl");
 }
 
+void RunFolder::AddFrame(const std::string& lighting, const std::string& plan) {
+  lighting_->Add(lighting);
+  try {
+    plan_->Add(plan);
+  } catch (...) {
+    lighting_->RemoveLast();
+    throw;
+  }
+}
+
 void RunFolder::AddEvent(const std::string& line) {
   if (!events_) events_.emplace(out_ / "events.jsonl");
   events_->Add(line);
@@ -187,19 +197,9 @@ void RunFolder::Finish() {
   plan_->Finish();
 }
 
-RunFolder::Log::Log(fs::path file) : file_(std::move(file)), partial_(file_.string() + ".partial") {
-  out_.open(partial_, std::ios::trunc);
-  if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written");
-}
+RunFolder::Log::Log(fs::path file)
+    : file_(std::move(file)), partial_(file_.string() + ".partial"), lines_(partial_) {}
 
-void RunFolder::Log::Add(const std::string& line) {
-  out_ << line << '\n' << std::flush;
-  if (!out_) throw std::runtime_error(partial_.string() + ": cannot be written (disc full?)");
-}
-
-void RunFolder::Log::Finish() {
-  out_.close();
-  fs::rename(partial_, file_);
-}
+void RunFolder::Log::Finish() { fs::rename(partial_, file_); }
 
 }  // namespace pleinair

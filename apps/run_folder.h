@@ -2,10 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
+
+#include "datasets/recording/line_file.h"
 
 namespace pleinair {
 
@@ -46,24 +47,25 @@ class RunFolder {
   explicit RunFolder(std::filesystem::path out);
 
   const std::string& TakenOverFrom() const { return lock_->TakenOverFrom(); }
-  void AddLighting(const std::string& line) { lighting_->Add(line); }
-  void AddPlan(const std::string& line) { plan_->Add(line); }
+  // A frame's lines: both or, where that fails, none.
+  void AddFrame(const std::string& lighting, const std::string& plan);
   // From any one thread. events.jsonl is there from the first event on.
   void AddEvent(const std::string& line);
   void Finish();
 
  private:
-  // A line a frame.
+  // A line a frame; whole lines also where the disk is full.
   class Log {
    public:
     explicit Log(std::filesystem::path file);
-    void Add(const std::string& line);
+    void Add(const std::string& line) { lines_.Add(line); }
+    void RemoveLast() { lines_.RemoveLast(); }
     void Finish();
 
    private:
     std::filesystem::path file_;
     std::filesystem::path partial_;
-    std::ofstream out_;
+    LineFile lines_;
   };
 
   std::filesystem::path out_;

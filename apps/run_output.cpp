@@ -69,8 +69,7 @@ void RunOutput::Add(FinishedFrame frame) {
   }
   const FrameError& error = frame.step.result.error();
   const std::string line = FailureLine(error);
-  folder_.AddLighting(line);
-  folder_.AddPlan(line);
+  folder_.AddFrame(line, line);
   WriteTo(lines_, line, error.time);
   report_.Add(FailedFrame(error));
 }
@@ -96,8 +95,7 @@ void RunOutput::AddDone(FinishedFrame finished) {
   if (finished.sky) sky_image = writer_.WriteSky(frame.index, *finished.sky);
   result.timing_ms.write = watch.LapMs();
   const std::string line = LightingLine(frame, result, sky_image, finished.latency_ms);
-  folder_.AddLighting(line);
-  folder_.AddPlan(PlanLine(frame, result, options_.pipeline.effects));
+  folder_.AddFrame(line, PlanLine(frame, result, options_.pipeline.effects));
   WriteTo(lines_, line, frame.time);
 
   ReportFrame reported;
@@ -108,6 +106,7 @@ void RunOutput::AddDone(FinishedFrame finished) {
     if (frame.codes) input = &*frame.codes;
     if (input != nullptr) reported.input = report_.AddPicture(*input);
     reported.composite = report_.AddPicture(finished.shown);
+    NoteFullDisk(frame.time);
   }
   reported.lighting = result.estimate.lighting;
   reported.estimate = std::move(result.estimate);
@@ -118,8 +117,9 @@ void RunOutput::AddDone(FinishedFrame finished) {
 }
 
 void RunOutput::AddEvent(Event event) {
-  folder_.AddEvent(LineOf(event));
-  report_.AddEvent(std::move(event));
+  const std::string line = LineOf(event);
+  report_.AddEvent(std::move(event));  // Also where the folder has no room.
+  folder_.AddEvent(line);
 }
 
 void RunOutput::Finish() {
@@ -127,6 +127,27 @@ void RunOutput::Finish() {
   if (video_) video_->Finish();
 }
 
-void RunOutput::WriteReport() { WriteRunReport(options_.out / "report.html", report_); }
+void RunOutput::NoteFullDisk(UtcTime time) {
+  if (is_disk_full_ || !report_.PicturesAreInMemory()) return;
+  is_disk_full_ = true;
+  events_.Add({time,
+               EventKind::kDisk,
+               options_.out.string() +
+                   ": the disk is nearly full: the report's pictures are kept in memory"});
+}
+
+void RunOutput::WriteReport() {
+  const std::filesystem::path file = options_.out / "report.html";
+  report_.LeaveRoom();
+  try {
+    WriteRunReport(file, report_);
+  } catch (const std::exception& error) {
+    // A day's light is worth more than its pictures, and is a hundredth of them.
+    report_.LeavePicturesOut();
+    report_.notes.push_back(std::string("the report is without pictures: ") + error.what());
+    WriteRunReport(file, report_);
+    spdlog::warn("{}", report_.notes.back());
+  }
+}
 
 }  // namespace pleinair

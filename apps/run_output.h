@@ -36,13 +36,17 @@ class RunOutput {
   // From any thread: a stream whose reader does not read is closed after a second.
   void StopWaitingForReaders() { end_of_readers_.request_stop(); }
   RunReport& Report() { return report_; }
+  // For what is written at a run's end: as SetAside.
+  void LeaveRoom() { report_.LeaveRoom(); }
 
   // Gives the run's names to the files that have them only when complete.
   void Finish();
+  // Without pictures where the disk has no room for them.
   void WriteReport();
 
  private:
   void AddDone(FinishedFrame frame);
+  void NoteFullDisk(UtcTime time);
   // Writes to a stream; where that throws, it is closed.
   template <typename Stream, typename Item>
   void WriteTo(std::optional<Stream>& stream, const Item& item, UtcTime time);
@@ -56,6 +60,7 @@ class RunOutput {
   std::optional<PictureStream> pictures_;
   std::optional<LineStream> lines_;
   RunReport report_;
+  bool is_disk_full_ = false;
 };
 
 }  // namespace pleinair

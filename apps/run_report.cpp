@@ -308,6 +308,12 @@ void RunReport::KeepEverySecondFrame() {
   pictures_.KeepOnly(kept);
 }
 
+void RunReport::LeavePicturesOut() {
+  for (ReportFrame& frame : frames) {
+    frame.input = frame.composite = frame.truth = frame.difference = std::nullopt;
+  }
+}
+
 void RunReport::AddEvent(Event event) {
   // Losses come every second of a machine that is too slow: they must not hide what is rare.
   const bool is_loss = event.kind == EventKind::kFrameDropped ||

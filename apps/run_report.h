@@ -90,6 +90,11 @@ class RunReport {
   // For the frame that is added next; once all are added, for any.
   SetAside::Place AddPicture(const Rgb8Image& image);
   std::string Jpeg(const SetAside::Place& picture) const { return pictures_.Read(picture); }
+  // Where the disk is nearly full: what was set aside in it is then in memory.
+  bool PicturesAreInMemory() const { return pictures_.IsInMemory(); }
+  // Before the report is written: as SetAside.
+  void LeaveRoom() { pictures_.LeaveRoom(); }
+  void LeavePicturesOut();
   void Add(ReportFrame frame);
   void AddEvent(Event event);
 

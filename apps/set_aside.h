@@ -3,14 +3,16 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <span>
 #include <string>
+
+#include "apps/descriptor.h"
 
 namespace pleinair {
 
 // A report's pictures are up to 28 MB, and half of that after they were thinned out: memory would
-// rise and fall by it as long as a run lasts.
+// rise and fall by it as long as a run lasts. They are in memory where the disk is nearly full:
+// the room is for what the run leaves.
 class SetAside {
  public:
   struct Place {
@@ -18,9 +20,9 @@ class SetAside {
     std::int64_t bytes = 0;
   };
 
-  // The file is in `folder`, has no name, and is gone with the process. Throws std::runtime_error
-  // naming the folder; so do the others.
-  explicit SetAside(std::filesystem::path folder);
+  // The file is in `folder`, has no name, and is gone with the process. `keep_free_bytes` of the
+  // disk stay free, as recordings leave it. Throws std::runtime_error naming the folder, as Read.
+  explicit SetAside(std::filesystem::path folder, std::uint64_t keep_free_bytes = 200'000'000);
 
   Place Add(const std::string& bytes);
   std::string Read(const Place& place) const;
@@ -28,11 +30,22 @@ class SetAside {
   void KeepOnly(std::span<Place* const> places);
   std::int64_t Bytes() const { return end_; }
 
+  bool IsInMemory() const { return is_in_memory_; }
+  // Where the disk is nearly full, it gets back all that the file takes of it, also what was held
+  // from the start: so a report without pictures fits on a disk that the run has filled.
+  void LeaveRoom();
+
  private:
+  bool HasRoom(std::uint64_t bytes) const;
+  void Hold() const;
+  void MoveToMemory();
   void Write(const std::string& bytes);
 
   std::filesystem::path folder_;
-  mutable std::fstream file_;
+  std::uint64_t keep_free_bytes_;
+  Descriptor file_;
+  bool is_in_memory_ = false;
+  std::string memory_;
   std::int64_t end_ = 0;
 };
 

@@ -24,13 +24,19 @@ void LineFile::Add(std::string_view line) {
   text += '\n';
   const ssize_t written = pwrite(descriptor_, text.data(), text.size(), size_);
   if (written == static_cast<ssize_t>(text.size())) {
-    size_ += written;
+    size_before_last_ = std::exchange(size_, size_ + written);
     return;
   }
   const int error = written < 0 ? errno : ENOSPC;
   // Half a line would spoil the next one; where it stays, readers pass over it as the last.
   [[maybe_unused]] const int cut = ftruncate(descriptor_, size_);
   RefuseFile(file_, std::string("cannot be written: ") + std::strerror(error));
+}
+
+void LineFile::RemoveLast() {
+  size_ = size_before_last_;
+  if (ftruncate(descriptor_, size_) == 0) return;
+  RefuseFile(file_, std::string("cannot be cut: ") + std::strerror(errno));
 }
 
 void LineFile::Sync() const {

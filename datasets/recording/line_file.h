@@ -18,6 +18,8 @@ class LineFile {
 
   // Adds a line, given without its end: all of it or, where that fails, nothing.
   void Add(std::string_view line);
+  // Takes back the last Add.
+  void RemoveLast();
   // May be called from another thread; takes as long as the disk needs.
   void Sync() const;
 
@@ -25,6 +27,7 @@ class LineFile {
   std::filesystem::path file_;
   int descriptor_ = -1;
   long long size_ = 0;
+  long long size_before_last_ = 0;
 };
 
 }  // namespace pleinair

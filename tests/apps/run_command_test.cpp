@@ -13,6 +13,8 @@
 #include "datasets/lighting_record.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
+#include "tests/scene/file_size_limit.h"
+#include "tests/scene/temporary_folder.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::run_command_test {
@@ -137,6 +139,31 @@ TEST_F(RunCommand, BadPixelsEndNoRun) {
   std::string line;
   std::getline(plan, line);
   EXPECT_THAT(line, HasSubstr(R"("pixels_not_finite":1,"pixels_clamped":1)"));
+}
+
+// No file may grow beyond half of what the report's pictures take: they are kept in memory, and
+// left out in the end.
+TEST_F(RunCommand, ItsReportsPicturesEndNoRunWhereTheDiskIsFull) {
+  options_.lighting.clear();
+  options_.written = WrittenPictures::kNone;
+  RunRunCommand(options_);
+  const auto records = ReadLightingRecords(options_.out / "lighting.jsonl");
+  EXPECT_THAT(ContentOf(options_.out / "report.html"), HasSubstr("data:image/jpeg"));
+  {
+    const FileSizeLimit limit(fs::file_size(options_.out / "report.html") * 3 / 4 / 2);
+    RunRunCommand(options_);
+  }
+  const auto again = ReadLightingRecords(options_.out / "lighting.jsonl");
+  ASSERT_EQ(again.size(), records.size());
+  for (const auto& record : again) EXPECT_FALSE(record.error) << *record.error;
+  const std::string plan = ContentOf(options_.out / "plan.jsonl");
+  EXPECT_EQ(std::count(plan.begin(), plan.end(), '\n'), static_cast<long>(records.size()));
+  const std::string report = ContentOf(options_.out / "report.html");
+  EXPECT_THAT(report, testing::EndsWith("</html>\n"));
+  EXPECT_THAT(report, HasSubstr("the report is without pictures: "));
+  EXPECT_THAT(report, testing::Not(HasSubstr("data:image/jpeg")));
+  EXPECT_THAT(report, HasSubstr("<svg"));
+  EXPECT_THAT(ContentOf(options_.out / "events.jsonl"), HasSubstr("pictures are kept in memory"));
 }
 
 TEST_F(RunCommand, LeavesNothingOfAnEarlierRunAndAllElse) {

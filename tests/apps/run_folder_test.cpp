@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/scene/file_size_limit.h"
+#include "tests/scene/temporary_folder.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::run_folder_test {
@@ -111,7 +113,7 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
   }
   for (const char* name : kept) EXPECT_TRUE(IsThere(name)) << name;
   EXPECT_FALSE(IsThere("mask")) << "nothing else was in it";
-  folder.AddLighting("{}");
+  folder.AddFrame("{}", "{}");
   folder.Finish();
   EXPECT_FALSE(IsThere("lighting.jsonl.partial"));
   EXPECT_TRUE(IsThere("lighting.jsonl"));
@@ -139,6 +141,24 @@ TEST_F(RunFolderTest, EventsAreThereFromTheFirstOneOnAndHaveTheirNameWhenComplet
   folder.Finish();
   EXPECT_EQ(content("events.jsonl"), lines);
   EXPECT_FALSE(IsThere("events.jsonl.partial"));
+}
+
+TEST_F(RunFolderTest, ItsLogsHaveAllOfAFrameWhereTheDiskIsFull) {
+  const std::string line = R"({"frame":0})";
+  RunFolder folder(folder_);
+  folder.AddFrame(line, line);
+  const auto refusal = [&](const std::string& lighting, const std::string& plan) {
+    const FileSizeLimit limit(3 * line.size());
+    return MessageOf([&] { folder.AddFrame(lighting, plan); });
+  };
+  const std::string longer(3 * line.size(), 'x');
+  EXPECT_THAT(refusal(longer, line), HasSubstr("lighting.jsonl.partial: cannot be written: "));
+  EXPECT_THAT(refusal(line, longer), HasSubstr("plan.jsonl.partial: cannot be written: "));
+  folder.AddFrame(line, line);
+  folder.Finish();
+  for (const char* name : {"lighting.jsonl", "plan.jsonl"}) {
+    EXPECT_EQ(ContentOf(folder_ / name), line + "\n" + line + "\n") << name;
+  }
 }
 
 TEST_F(RunFolderTest, ReplacesRegularFilesAlone) {

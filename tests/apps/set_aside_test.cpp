@@ -1,5 +1,8 @@
 #include "apps/set_aside.h"
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -7,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/scene/file_size_limit.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::set_aside_test {
@@ -40,6 +44,44 @@ TEST(SetAside, ReusesTheSpaceOfWhatIsForgotten) {
   }
   EXPECT_LE(aside.Bytes(), 100 * 1006);
   for (const auto& [number, place] : kept) EXPECT_EQ(aside.Read(place), BytesOf(number));
+}
+
+// Pictures of a report that is thinned out, before and after the disk is full.
+TEST(SetAside, GoesOnInMemoryWhereTheDiskIsFull) {
+  const TemporaryFolder folder;
+  SetAside aside(folder.Path(), 0);
+  std::vector<SetAside::Place> places;
+  places.reserve(3000);
+  for (int i = 0; i < 100; ++i) places.push_back(aside.Add(BytesOf(i)));
+  EXPECT_FALSE(aside.IsInMemory());
+  {
+    // In the middle of the first one that is beyond what was held.
+    const FileSizeLimit limit(2'000'000 + 500);
+    for (int i = 100; i < 3000; ++i) places.push_back(aside.Add(BytesOf(i)));
+  }
+  EXPECT_TRUE(aside.IsInMemory());
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_EQ(aside.Read(places[static_cast<std::size_t>(i)]), BytesOf(i)) << i;
+  }
+  std::vector<SetAside::Place*> kept;
+  kept.reserve(places.size() / 2);
+  for (std::size_t i = 0; i < places.size(); i += 2) kept.push_back(&places[i]);
+  aside.KeepOnly(kept);
+  const SetAside::Place last = aside.Add("last");
+  aside.LeaveRoom();
+  for (int i = 0; i < 3000; i += 2) {
+    ASSERT_EQ(aside.Read(places[static_cast<std::size_t>(i)]), BytesOf(i)) << i;
+  }
+  EXPECT_EQ(aside.Read(last), "last");
+}
+
+TEST(SetAside, TakesNoRoomOfADiskThatIsNearlyFull) {
+  const TemporaryFolder folder;
+  SetAside aside(folder.Path(), std::numeric_limits<std::int64_t>::max());
+  EXPECT_FALSE(aside.IsInMemory());
+  const SetAside::Place place = aside.Add(BytesOf(0));
+  EXPECT_TRUE(aside.IsInMemory());
+  EXPECT_EQ(aside.Read(place), BytesOf(0));
 }
 
 TEST(SetAside, NamesAFolderThatIsNotThere) {

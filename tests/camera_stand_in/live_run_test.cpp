@@ -343,10 +343,19 @@ TEST_F(LiveRun, EndsWithoutTheReaderOfAStream) {
     const fs::path out = Out("out");
     const std::string options =
         fmt::format("{} --pictures none --stream y4m:{} --out {}", end, pipe, out.string());
-    const Ended run = Shell("timeout 60 " + Command("--loop 0", options));
-    EXPECT_EQ(run.exit_code, 0) << run.output;
+    const std::string log = Out("log");
+    RunningCommand run(Command("--loop 0", options) + " >" + log + " 2>&1");
+    // How long it takes to start depends on what else the machine does.
+    run.RunsUntil([&] {
+      return ContentOf(out / "events.jsonl.partial").find("prepared") != std::string::npos;
+    });
+    const auto start = std::chrono::steady_clock::now();
+    const bool goes_on = run.RunsUntil(
+        [&] { return std::chrono::steady_clock::now() - start > std::chrono::seconds(60); });
+    EXPECT_FALSE(goes_on) << "it waits for its reader";
+    EXPECT_EQ(run.EndBy(SIGKILL), 0) << ContentOf(log);
     EXPECT_EQ(CountEvents(out).at("output"), 1);
-    EXPECT_THAT(run.output, HasSubstr(pipe + ": its reader does not read"));
+    EXPECT_THAT(ContentOf(log), HasSubstr(pipe + ": its reader does not read"));
     return CheckComplete(out);
   };
   EXPECT_EQ(frames_until("--frames-limit 2"), 2u);
@@ -418,6 +427,30 @@ TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
     EXPECT_EQ(counts.at("output"), 2);
     EXPECT_THAT(ContentOf(out / "events.jsonl"), HasSubstr("/dev/full"));
   }
+}
+
+// Its composites fill it; what is kept for the report of the disk is enough for the light of a day.
+TEST_F(LiveRun, EndsWithAWholeReportWhereTheDiskIsFull) {
+  const fs::path disk = folder_ / "disk";
+  fs::create_directory(disk);
+  const std::string out = (disk / "out").string();
+  const auto on_small_disk = [&](const std::string& command) {
+    return Shell("unshare --map-root-user --mount sh -c 'mount -t tmpfs -o size=9m none " +
+                 disk.string() + " && " + command + "'");
+  };
+  if (on_small_disk("true").exit_code != 0) GTEST_SKIP() << "no disk may be mounted here";
+  const Ended run = on_small_disk(Command("--loop 0", "--out " + out) + "; code=$?; cp -r " + out +
+                                  " " + Out("kept") + "; exit $code");
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  EXPECT_GE(CheckComplete(Out("kept")), 10u);
+  EXPECT_EQ(CountEvents(Out("kept")).at("disk"), 2);
+  EXPECT_THAT(ContentOf(folder_ / "kept/report.html"), HasSubstr("<svg"));
+  EXPECT_THAT(ContentOf(folder_ / "kept/report.html"), HasSubstr("No space left on device"));
+  // The last line alone is an error.
+  const std::string last = run.output.substr(run.output.rfind('\n', run.output.size() - 2) + 1);
+  EXPECT_THAT(last, testing::StartsWith("pleinair: " + out + "/")) << run.output;
+  EXPECT_THAT(last, HasSubstr("No space left on device")) << run.output;
+  EXPECT_THAT(run.output, testing::Not(HasSubstr("\nerror "))) << run.output;
 }
 
 TEST_F(LiveRun, RefusesACameraThatIsNotThere) {

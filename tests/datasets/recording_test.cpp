@@ -1,7 +1,6 @@
 #include "datasets/recording/recording.h"
 
 #include <fcntl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,6 +20,7 @@
 #include "scene/image_io.h"
 #include "tests/datasets/made_pictures.h"
 #include "tests/datasets/sequence_fixture.h"
+#include "tests/scene/file_size_limit.h"
 
 namespace pleinair::recording_test {
 namespace {
@@ -379,25 +379,6 @@ TEST_F(RecordingFolder, LosesNothingWhenItIsKilled) {
   EXPECT_GT(with_pictures, 10);
 }
 
-// No file may grow beyond this while it lives.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    old_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, old_handler_);
-  }
-
- private:
-  rlimit before_{};
-  void (*old_handler_)(int) = nullptr;
-};
-
 TEST_F(RecordingFolder, LeavesNoHalfPictureWhereTheDiskFails) {
   for (const PictureStore store : {PictureStore::kRaw, PictureStore::kFfv1}) {
     fs::remove_all(options_.folder);
@@ -463,6 +444,7 @@ class RecorderFolder : public RecordingFolder {
 
 TEST_F(RecorderFolder, WritesAllThatWaits) {
   std::vector<CameraFrame> pictures;
+  pictures.reserve(20);
   for (int number = 0; number < 20; ++number) pictures.push_back(Picture(kRgb, number));
   Run({options_}, pictures);
   EXPECT_EQ(status_.written, 20);
@@ -562,6 +544,7 @@ TEST_F(RecorderFolder, StopsBeforeTheDiskIsFull) {
   // What a picture of noise takes, and a little more.
   options.recording.free_bytes = [&] { return free_bytes -= 10'000; };
   std::vector<CameraFrame> pictures;
+  pictures.reserve(100);
   for (int number = 0; number < 100; ++number) pictures.push_back(Picture(kRgb, number));
   Run(options, pictures);
   EXPECT_THAT(status_.stopped, HasSubstr("expected 5 MB of free space, found 5 MB"));

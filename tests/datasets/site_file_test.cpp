@@ -1,15 +1,13 @@
 // Editing a site's file: what is changed, and what stays.
-#include <csignal>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-
-#include <sys/resource.h>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
 #include "datasets/site_file.h"
+#include "tests/scene/file_size_limit.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::site_file_test {
@@ -71,7 +69,7 @@ TEST(SiteFile, AnEditThatFailsLeavesTheFile) {
 TEST(SiteFile, RefusalsAreOneLineWithTheFile) {
   const TemporaryFolder folder;
   const auto refusal = [&] {
-    const std::string text =
+    std::string text =
         MessageOf([&] { EditSiteFile(folder.Path(), [](Json& json) { json["key"] = 1; }); });
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
     return text;
@@ -90,15 +88,10 @@ TEST(SiteFile, RefusalsAreOneLineWithTheFile) {
 TEST(SiteFile, WhatCannotBeWrittenLeavesTheFile) {
   const TemporaryFolder folder;
   folder.Write("site.json", "{}");
-  rlimit limit{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
-  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit none{0, limit.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &none);
-  const std::string text =
-      MessageOf([&] { EditSiteFile(folder.Path(), [](Json& json) { json["key"] = 1; }); });
-  setrlimit(RLIMIT_FSIZE, &limit);
-  std::signal(SIGXFSZ, handler);
+  const std::string text = [&] {
+    const FileSizeLimit limit(0);
+    return MessageOf([&] { EditSiteFile(folder.Path(), [](Json& json) { json["key"] = 1; }); });
+  }();
   EXPECT_THAT(text, HasSubstr("site.json: cannot be written: "));
   EXPECT_EQ(text.find('\n'), std::string::npos) << text;
   EXPECT_EQ(ContentOf(folder / "site.json"), "{}");

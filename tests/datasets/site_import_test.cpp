@@ -4,11 +4,8 @@
 
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <limits>
 #include <random>
-
-#include <sys/resource.h>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -27,6 +24,7 @@
 #include "tests/datasets/colmap_files.h"
 #include "tests/datasets/exif_picture.h"
 #include "tests/datasets/made_pictures.h"
+#include "tests/scene/file_size_limit.h"
 
 namespace pleinair::site_import_test {
 namespace {
@@ -327,15 +325,11 @@ TEST_F(ImportedYard, WhatIsWrongIsNamed) {
 // What fails in writing can be run again: nothing is left, neither a site nor a part of one.
 TEST_F(ImportedYard, APhotographThatCannotBeWrittenLeavesNoSite) {
   Make();
-  rlimit limit{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
-  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
-  // Mesh and sequence are smaller; the photographs are not.
-  const rlimit small{fs::file_size(folder_ / "0.jpg") - 1, limit.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &small);
-  const std::string message = MessageOf([&] { ImportSite(options_); });
-  setrlimit(RLIMIT_FSIZE, &limit);
-  std::signal(SIGXFSZ, handler);
+  const std::string message = [&] {
+    // Mesh and sequence are smaller; the photographs are not.
+    const FileSizeLimit limit(fs::file_size(folder_ / "0.jpg") - 1);
+    return MessageOf([&] { ImportSite(options_); });
+  }();
   EXPECT_THAT(message, HasSubstr("cannot be written: "));
   for (const auto& entry : fs::directory_iterator(folder_.Path())) {
     EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr("site")));
