@@ -371,12 +371,13 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   // Over lights fifty times apart, what the fit leaves out of g is 8 g^2 of them: below 0.1 %.
   constexpr double kIsLinear = 0.01;
   constexpr int kMostSteps = 4;
-  const bool is_new = impl_->began_anew;
+  bool is_new = impl_->began_anew;
   for (int step = 0; step < kMostSteps; ++step) {
     if (!(std::abs(fit.exponent - impl_->problem.removed_exponent) > kIsLinear)) break;
     impl_->Load(samples, prior, sun_is_up, fit.exponent);
     impl_->last_irradiance_rgb = fit.irradiance_rgb;
     x = impl_->FitFrom(prior, impl_->Begin(), fit);
+    is_new = is_new || impl_->began_anew;
   }
   impl_->began_anew = is_new;
   impl_->WeighAgainstHiddenSun(prior, x, fit);
