@@ -64,15 +64,15 @@ class LiveRun : public testing::Test {
 #endif
   }
   static void SetUpTestSuite() {
-    of_all_tests = std::make_unique<TemporaryFolder>();
+    of_all_tests_ = std::make_unique<TemporaryFolder>();
     const Ended prepared =
         Shell(std::string(PLEINAIR_PROGRAM) + " prepare " + kCourtyard + Coarse());
     ASSERT_EQ(prepared.exit_code, 0) << prepared.output;
   }
-  static void TearDownTestSuite() { of_all_tests.reset(); }
+  static void TearDownTestSuite() { of_all_tests_.reset(); }
 
   static std::string Coarse() {
-    return " --cache " + (*of_all_tests / "cache").string() +
+    return " --cache " + (*of_all_tests_ / "cache").string() +
            " --set prepare.patch_size_m=4 --set prepare.rays=16";
   }
   // Coarse, and nothing is left out for a time that it took.
@@ -139,7 +139,7 @@ class LiveRun : public testing::Test {
     }
   }
 
-  inline static std::unique_ptr<TemporaryFolder> of_all_tests;
+  inline static std::unique_ptr<TemporaryFolder> of_all_tests_;
   TemporaryFolder folder_;
 };
 
