@@ -56,7 +56,7 @@ class Courtyard : public testing::Test {
     if (gathered_.empty()) gathered_ = RunAll(ObjectLight::kGather);
     return gathered_;
   }
-  // The probes of all frames by the default route to a volume. Made once likewise.
+  // The probes of all frames by the default route to a volume. Made once, too.
   static const std::vector<IrradianceVolume>& FoldedVolumes() {
     if (volumes_.empty()) RunAll(ObjectLight::kVolume, &volumes_);
     return volumes_;
