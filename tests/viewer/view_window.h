@@ -74,6 +74,10 @@ class View {
     return Await([&] { return Title().ends_with(ending) || program_.HasEnded(); }) &&
            !program_.HasEnded();
   }
+  // Until the window lies as under this title: a pointer means what is shown.
+  bool AwaitWholeTitle(const std::string& title) {
+    return Await([&] { return Title() == title || program_.HasEnded(); }) && !program_.HasEnded();
+  }
   // "Right", "ctrl+s", several after another.
   void Press(const std::string& keys) { Line("key --delay 5 " + keys); }
   // One after the other, as Press; also the same key again and again, on however slow a machine:
