@@ -8,13 +8,13 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/html_text.h"
 #include "apps/svg_chart.h"
 #include "apps/whole_text.h"
 #include "pipeline/display_codes.h"
+#include "scene/image_io.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair {
@@ -327,18 +327,19 @@ void RunReport::AddEvent(Event event) {
 }
 
 SetAside::Place RunReport::AddPicture(const Rgb8Image& image) {
-  // OpenCV does not write through its input; the cast is for its constructor alone.
-  const cv::Mat rgb(
-      image.height, image.width, CV_8UC3, const_cast<glm::u8vec3*>(image.pixels.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  if (bgr.cols > kLargestPictureWidthPx) {
-    const double scale = double(kLargestPictureWidthPx) / bgr.cols;
-    cv::resize(bgr, bgr, cv::Size(), scale, scale, cv::INTER_AREA);
+  if (image.width > kLargestPictureWidthPx) {
+    const double scale = double(kLargestPictureWidthPx) / image.width;
+    Rgb8Image reduced(kLargestPictureWidthPx,
+                      std::max(1, static_cast<int>(std::lround(scale * image.height))));
+    // OpenCV does not write through its input; the cast is for its constructor alone.
+    const cv::Mat full(
+        image.height, image.width, CV_8UC3, const_cast<glm::u8vec3*>(image.pixels.data()));
+    cv::Mat into(reduced.height, reduced.width, CV_8UC3, reduced.pixels.data());
+    cv::resize(full, into, into.size(), 0.0, 0.0, cv::INTER_AREA);
+    return AddPicture(reduced);
   }
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", bgr, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-  return pictures_.Add({jpeg.begin(), jpeg.end()});
+  const std::vector<std::byte> jpeg = JpegOf(image, kJpegQuality);
+  return pictures_.Add({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
 }
 
 void WriteRunReport(const std::filesystem::path& file, const RunReport& report) {

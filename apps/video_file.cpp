@@ -1,81 +1,77 @@
 #include "apps/video_file.h"
 
+#include <algorithm>
+#include <chrono>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 #include <utility>
 
-#include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
+#include <fmt/format.h>
 
 namespace pleinair {
+namespace {
 
-struct VideoFile::Impl {
-  std::filesystem::path path;
-  std::filesystem::path partial;  // OpenCV chooses the container by its ending.
-  double frames_per_second;
-  cv::VideoWriter writer;
-  cv::Size size;  // Of the pictures.
-};
+int EvenFrom(int side_px) { return side_px + side_px % 2; }
+
+// The last row and column again, where a side is odd.
+Rgb8Image Even(const Rgb8Image& picture) {
+  Rgb8Image even(EvenFrom(picture.width), EvenFrom(picture.height));
+  for (int y = 0; y < even.height; ++y) {
+    for (int x = 0; x < even.width; ++x) {
+      even.At(x, y) = picture.At(std::min(x, picture.width - 1), std::min(y, picture.height - 1));
+    }
+  }
+  return even;
+}
+
+}  // namespace
 
 VideoFile::VideoFile(std::filesystem::path path, double frames_per_second)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->partial = path;
-  impl_->partial.replace_extension(".partial.mp4");
-  impl_->path = std::move(path);
-  impl_->frames_per_second = frames_per_second;
+    : path_(std::move(path)), partial_(path_), frames_per_second_(frames_per_second) {
+  partial_.replace_extension(".partial.mp4");
 }
 
 VideoFile::~VideoFile() {
-  impl_->writer.release();
+  writer_.reset();
   std::error_code ignored;
-  std::filesystem::remove(impl_->partial, ignored);
+  std::filesystem::remove(partial_, ignored);
 }
 
 void VideoFile::Add(const Rgb8Image& picture) {
-  const cv::Size size(picture.width, picture.height);
-  const cv::Size even(size.width + size.width % 2, size.height + size.height % 2);
-  if (!impl_->writer.isOpened()) {
-    impl_->size = size;
-    // H.264 plays everywhere; MPEG-4's own codec is always built in.
-    for (const char* code : {"avc1", "mp4v"}) {
-      if (impl_->writer.open(impl_->partial.string(),
-                             cv::CAP_FFMPEG,
-                             cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]),
-                             impl_->frames_per_second,
-                             even)) {
-        break;
-      }
-    }
-    if (!impl_->writer.isOpened()) {
-      throw std::runtime_error(impl_->path.string() +
-                               ": no video encoder: expected OpenCV with FFmpeg, and a folder that "
-                               "can be written");
-    }
+  if (!writer_) {
+    width_px_ = picture.width;
+    height_px_ = picture.height;
+    std::error_code ignored;  // One that a killed run left.
+    std::filesystem::remove(partial_, ignored);
+    VideoFormat format;
+    format.codec = VideoCodec::kH264;
+    format.width_px = EvenFrom(width_px_);
+    format.height_px = EvenFrom(height_px_);
+    format.container = VideoContainer::kMp4;
+    writer_.emplace(partial_, format);
   }
-  if (size != impl_->size) {
-    throw std::runtime_error(impl_->path.string() + ": a picture of " + std::to_string(size.width) +
-                             "x" + std::to_string(size.height) + ", expected " +
-                             std::to_string(impl_->size.width) + "x" +
-                             std::to_string(impl_->size.height) + " as the first");
+  if (picture.width != width_px_ || picture.height != height_px_) {
+    throw std::runtime_error(fmt::format("{}: a picture of {}x{}, expected {}x{} as the first",
+                                         path_.string(),
+                                         picture.width,
+                                         picture.height,
+                                         width_px_,
+                                         height_px_));
   }
-  // OpenCV does not write through its input; the cast is for its constructor alone.
-  const cv::Mat rgb(
-      size.height, size.width, CV_8UC3, const_cast<glm::u8vec3*>(picture.pixels.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  cv::copyMakeBorder(
-      bgr, bgr, 0, even.height - size.height, 0, even.width - size.width, cv::BORDER_REPLICATE);
-  impl_->writer.write(bgr);
+  const auto time = std::chrono::duration_cast<std::chrono::nanoseconds>(
+      std::chrono::duration<double>(count_ / frames_per_second_));
+  const bool is_even = width_px_ % 2 == 0 && height_px_ % 2 == 0;
+  writer_->Add(is_even ? picture : Even(picture), time);
+  ++count_;
 }
 
 void VideoFile::Finish() {
-  if (!impl_->writer.isOpened()) return;
-  impl_->writer.release();
+  if (!writer_) return;
+  writer_.reset();
   std::error_code failed;
-  std::filesystem::rename(impl_->partial, impl_->path, failed);
+  std::filesystem::rename(partial_, path_, failed);
   if (failed) {
-    throw std::runtime_error(impl_->path.string() + ": cannot be written: " + failed.message());
+    throw std::runtime_error(path_.string() + ": cannot be written: " + failed.message());
   }
 }
 

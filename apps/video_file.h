@@ -2,8 +2,9 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
+#include <optional>
 
+#include "datasets/video/video_writer.h"
 #include "scene/image.h"
 
 namespace pleinair {
@@ -14,6 +15,8 @@ class VideoFile {
   // `frames_per_second` > 0, the speed at which it is shown. An older file stays until Finish.
   VideoFile(std::filesystem::path path, double frames_per_second);
   ~VideoFile();
+  VideoFile(const VideoFile&) = delete;
+  VideoFile& operator=(const VideoFile&) = delete;
 
   // All pictures have the first one's size; sides of an odd number of pixels get one more, as video
   // has to be even. Throws std::runtime_error naming the file: no encoder, a picture of another
@@ -23,8 +26,13 @@ class VideoFile {
   void Finish();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::filesystem::path path_;
+  std::filesystem::path partial_;
+  double frames_per_second_;
+  std::optional<VideoWriter> writer_;
+  int width_px_ = 0;  // Of the pictures.
+  int height_px_ = 0;
+  int count_ = 0;
 };
 
 }  // namespace pleinair

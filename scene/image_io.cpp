@@ -9,9 +9,6 @@
 #include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-
 #include "scene/half_float.h"
 #include "scene/internal/encoded_image.h"
 #include "scene/internal/exr_codec.h"
@@ -44,32 +41,16 @@ Image<glm::u8vec4> DecodeDisplay(const std::filesystem::path& file) {
   return DecodePicture(file, ReadWholeFile(file));
 }
 
-// `format` is an extension that OpenCV knows.
-void Encode(const std::filesystem::path& file,
-            const cv::Mat& image,
-            const char* format,
-            const std::vector<int>& settings = {}) {
-  std::vector<unsigned char> encoded;
-  bool done = false;
+// What `encode` makes.
+template <typename Encode>
+void WriteEncoded(const std::filesystem::path& file, const Encode& encode) {
+  std::vector<std::byte> bytes;
   try {
-    done = cv::imencode(format, image, encoded, settings);
+    bytes = encode();
   } catch (const std::exception& error) {
     throw std::runtime_error(file.string() + ": cannot be encoded: " + OneLine(error.what()));
   }
-  if (!done) throw std::runtime_error(file.string() + ": cannot be encoded as " + format);
-  WriteWholeFile(file, std::as_bytes(std::span(encoded)));
-}
-
-cv::Mat BgrOf(const Rgb8Image& image) {
-  cv::Mat bgr(image.height, image.width, CV_8UC3);
-  for (int y = 0; y < image.height; ++y) {
-    cv::Vec3b* row = bgr.ptr<cv::Vec3b>(y);
-    for (int x = 0; x < image.width; ++x) {
-      const glm::u8vec3& pixel = image.At(x, y);
-      row[x] = {pixel.b, pixel.g, pixel.r};
-    }
-  }
-  return bgr;
+  WriteWholeFile(file, bytes);
 }
 
 }  // namespace
@@ -166,13 +147,7 @@ void WriteExr(const std::filesystem::path& file, const RgbImage& image, ExrPreci
       }
     }
   }
-  std::vector<std::byte> bytes;
-  try {
-    bytes = EncodeExr(image, precision);
-  } catch (const std::exception& error) {
-    throw std::runtime_error(file.string() + ": cannot be encoded: " + OneLine(error.what()));
-  }
-  WriteWholeFile(file, bytes);
+  WriteEncoded(file, [&] { return EncodeExr(image, precision); });
 }
 
 void WriteHdr(const std::filesystem::path& file, const RgbImage& image) {
@@ -182,14 +157,12 @@ void WriteHdr(const std::filesystem::path& file, const RgbImage& image) {
 
 void WritePng(const std::filesystem::path& file, const Rgb8Image& image) {
   RequirePixels(file, image);
-  Encode(file, BgrOf(image), ".png");
+  WriteEncoded(file, [&] { return EncodePng(image); });
 }
 
 void WritePng(const std::filesystem::path& file, const Gray8Image& image) {
   RequirePixels(file, image);
-  cv::Mat gray(image.height, image.width, CV_8UC1);
-  std::copy(image.pixels.begin(), image.pixels.end(), gray.ptr<std::uint8_t>());
-  Encode(file, gray, ".png");
+  WriteEncoded(file, [&] { return EncodePng(image); });
 }
 
 void WriteJpeg(const std::filesystem::path& file, const Rgb8Image& image, int quality) {
@@ -198,7 +171,11 @@ void WriteJpeg(const std::filesystem::path& file, const Rgb8Image& image, int qu
     throw std::invalid_argument(file.string() + ": quality " + std::to_string(quality) +
                                 ": expected 0 to 100");
   }
-  Encode(file, BgrOf(image), ".jpg", {cv::IMWRITE_JPEG_QUALITY, quality});
+  WriteEncoded(file, [&] { return EncodeJpeg(image, quality); });
+}
+
+std::vector<std::byte> JpegOf(const Rgb8Image& image, int quality) {
+  return EncodeJpeg(image, quality);
 }
 
 }  // namespace pleinair

@@ -1,9 +1,11 @@
 // Image files: OpenEXR and Radiance HDR for light, PNG and JPEG for what a display shows.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "scene/image.h"
 
@@ -63,5 +65,8 @@ void WritePng(const std::filesystem::path& file, const Rgb8Image& image);
 void WritePng(const std::filesystem::path& file, const Gray8Image& image);
 // `quality` from 0 to 100, as the JPEG library counts it. Throws std::invalid_argument beyond.
 void WriteJpeg(const std::filesystem::path& file, const Rgb8Image& image, int quality);
+// What WriteJpeg writes, for a file of another kind. Throws std::runtime_error, in one line, where
+// the picture is too large for it.
+std::vector<std::byte> JpegOf(const Rgb8Image& image, int quality);
 
 }  // namespace pleinair

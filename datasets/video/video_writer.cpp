@@ -31,7 +31,9 @@ struct VideoWriter::Impl {
   LibavPointer<AVFrame> frame;
   LibavPointer<AVPacket> packet{av_packet_alloc()};
   LibavPointer<SwsContext> to_yuv;  // H.264 alone.
+  bool is_mp4 = false;
   std::int64_t last_ms = -1;
+  std::int64_t step_ms = 0;     // From the picture before the last one to the last.
   std::int64_t good_bytes = 0;  // With all pictures so far.
   bool has_failed = false;
 
@@ -48,7 +50,9 @@ struct VideoWriter::Impl {
     const AVCodec* found = avcodec_find_encoder(
         video.codec == VideoCodec::kFfv1 ? AV_CODEC_ID_FFV1 : AV_CODEC_ID_H264);
     if (found == nullptr) RefuseFile(file, "expected FFmpeg with the encoder, found none");
-    Check(avformat_alloc_output_context2(&container, nullptr, "matroska", file.c_str()), "video");
+    is_mp4 = video.container == VideoContainer::kMp4;
+    const char* const format = is_mp4 ? "mp4" : "matroska";
+    Check(avformat_alloc_output_context2(&container, nullptr, format, file.c_str()), "video");
     encoder.reset(avcodec_alloc_context3(found));
     encoder->width = video.width_px;
     encoder->height = video.height_px;
@@ -95,8 +99,10 @@ struct VideoWriter::Impl {
     stream = avformat_new_stream(container, nullptr);
     stream->time_base = encoder->time_base;
     Check(avcodec_parameters_from_context(stream->codecpar, encoder.get()), "video");
-    const UtcTime start = std::chrono::floor<std::chrono::milliseconds>(video.start);
-    av_dict_set(&container->metadata, "creation_time", FormatUtcTime(start).c_str(), 0);
+    if (video.start != UtcTime{} || !is_mp4) {
+      const UtcTime start = std::chrono::floor<std::chrono::milliseconds>(video.start);
+      av_dict_set(&container->metadata, "creation_time", FormatUtcTime(start).c_str(), 0);
+    }
     Check(avio_open(&container->pb, file.c_str(), AVIO_FLAG_WRITE), "cannot be made");
     Check(avformat_write_header(container, nullptr), "cannot be written");
     Flush();
@@ -148,6 +154,8 @@ struct VideoWriter::Impl {
   void Write() {
     Check(avcodec_send_frame(encoder.get(), frame.get()), "cannot be encoded");
     Check(avcodec_receive_packet(encoder.get(), packet.get()), "cannot be encoded");
+    // Matroska has each picture last until the next one; MP4's last one else lasts no time.
+    if (is_mp4) packet->duration = step_ms;
     av_packet_rescale_ts(packet.get(), encoder->time_base, stream->time_base);
     packet->stream_index = stream->index;
     Check(av_write_frame(container, packet.get()), "cannot be written");
@@ -179,6 +187,7 @@ std::uint64_t VideoWriter::Add(const Rgb8Image& picture, std::chrono::nanosecond
   const std::int64_t before = impl_->good_bytes;
   const auto ms = std::chrono::floor<std::chrono::milliseconds>(time).count();
   frame.pts = std::max<std::int64_t>(ms, impl_->last_ms + 1);
+  impl_->step_ms = frame.pts - std::max<std::int64_t>(0, impl_->last_ms);
   impl_->last_ms = frame.pts;
   try {
     impl_->Fill(picture);

@@ -1,4 +1,4 @@
-// Writes pictures to a video file that can be read while it grows.
+// Writes pictures to a video file.
 #pragma once
 
 #include <chrono>
@@ -17,6 +17,12 @@ enum class VideoCodec {
   kH264,  // To look at: colours at half the resolution, and rounded.
 };
 
+// What a video is kept in.
+enum class VideoContainer {
+  kMatroska,  // Every added picture can be read, however the process ends.
+  kMp4,       // Plays everywhere; can be read when the writer has ended.
+};
+
 // Set-up of a video.
 struct VideoFormat {
   VideoCodec codec = VideoCodec::kFfv1;
@@ -24,9 +30,10 @@ struct VideoFormat {
   int height_px = 0;
   bool is_grey = false;  // Pictures have three equal channels, and are kept as one.
   UtcTime start{};       // UTC of the first picture: VideoReader's CreationTime, in milliseconds.
+  VideoContainer container = VideoContainer::kMatroska;
 };
 
-// Matroska. Every added picture can be read, however the process ends.
+// One file.
 class VideoWriter {
  public:
   // Throws std::runtime_error naming the file: it exists, cannot be made, or there is no such

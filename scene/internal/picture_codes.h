@@ -1,9 +1,10 @@
-// PNG and JPEG pictures to code values.
+// PNG and JPEG pictures to code values, and back.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <vector>
 
 #include <glm/vec4.hpp>
 
@@ -21,5 +22,12 @@ namespace pleinair {
 // Prints   nothing: libpng and libjpeg by themselves write warnings to the error stream.
 Image<glm::u8vec4> DecodePicture(const std::filesystem::path& file,
                                  std::span<const std::byte> bytes);
+
+// Packed fast rather than small: a camera's pictures are written as they come. Throws
+// std::runtime_error, in one line, where the picture is too large for the format.
+std::vector<std::byte> EncodePng(const Rgb8Image& image);
+std::vector<std::byte> EncodePng(const Gray8Image& image);
+// Colours at half the resolution. `quality` from 0 to 100. Throws as EncodePng.
+std::vector<std::byte> EncodeJpeg(const Rgb8Image& image, int quality);
 
 }  // namespace pleinair
