@@ -48,6 +48,7 @@ void VideoFile::Add(const Rgb8Image& picture) {
     format.width_px = EvenFrom(width_px_);
     format.height_px = EvenFrom(height_px_);
     format.container = VideoContainer::kMp4;
+    format.frames_per_second = frames_per_second_;
     writer_.emplace(partial_, format);
   }
   if (picture.width != width_px_ || picture.height != height_px_) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <ratio>
 #include <stdexcept>
 #include <string>
 
@@ -13,6 +14,9 @@
 
 namespace pleinair {
 namespace {
+
+// All usual rates divide it.
+constexpr int kMp4TicksPerSecond = 90'000;
 
 // FFV1 keeps RGB without conversion; H.264 halves colours where the sides are even.
 AVPixelFormat PixelFormatFor(const VideoFormat& video) {
@@ -32,8 +36,7 @@ struct VideoWriter::Impl {
   LibavPointer<AVPacket> packet{av_packet_alloc()};
   LibavPointer<SwsContext> to_yuv;  // H.264 alone.
   bool is_mp4 = false;
-  std::int64_t last_ms = -1;
-  std::int64_t step_ms = 0;     // From the picture before the last one to the last.
+  std::int64_t last_tick = -1;
   std::int64_t good_bytes = 0;  // With all pictures so far.
   bool has_failed = false;
 
@@ -57,7 +60,9 @@ struct VideoWriter::Impl {
     encoder->width = video.width_px;
     encoder->height = video.height_px;
     encoder->pix_fmt = PixelFormatFor(video);
-    encoder->time_base = {1, 1000};
+    encoder->time_base = {1, is_mp4 ? kMp4TicksPerSecond : 1000};
+    // The encoder states by it how fast a player has to be.
+    if (is_mp4) encoder->framerate = av_d2q(video.frames_per_second, 100'000);
     encoder->thread_count = 1;
     if ((container->oformat->flags & AVFMT_GLOBALHEADER) != 0) {
       encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
@@ -121,6 +126,11 @@ struct VideoWriter::Impl {
     }
   }
 
+  std::int64_t TickOf(std::chrono::nanoseconds time) const {
+    if (is_mp4) return av_rescale(time.count(), kMp4TicksPerSecond, std::nano::den);
+    return std::chrono::floor<std::chrono::milliseconds>(time).count();
+  }
+
   void Flush() {
     avio_flush(container->pb);
     Check(container->pb->error, "cannot be written");
@@ -155,7 +165,9 @@ struct VideoWriter::Impl {
     Check(avcodec_send_frame(encoder.get(), frame.get()), "cannot be encoded");
     Check(avcodec_receive_packet(encoder.get(), packet.get()), "cannot be encoded");
     // Matroska has each picture last until the next one; MP4's last one else lasts no time.
-    if (is_mp4) packet->duration = step_ms;
+    if (is_mp4) {
+      packet->duration = av_rescale_q(1, av_inv_q(encoder->framerate), encoder->time_base);
+    }
     av_packet_rescale_ts(packet.get(), encoder->time_base, stream->time_base);
     packet->stream_index = stream->index;
     Check(av_write_frame(container, packet.get()), "cannot be written");
@@ -185,10 +197,8 @@ std::uint64_t VideoWriter::Add(const Rgb8Image& picture, std::chrono::nanosecond
   }
   if (impl_->has_failed) RefuseFile(impl_->file, "cannot be written any more");
   const std::int64_t before = impl_->good_bytes;
-  const auto ms = std::chrono::floor<std::chrono::milliseconds>(time).count();
-  frame.pts = std::max<std::int64_t>(ms, impl_->last_ms + 1);
-  impl_->step_ms = frame.pts - std::max<std::int64_t>(0, impl_->last_ms);
-  impl_->last_ms = frame.pts;
+  frame.pts = std::max<std::int64_t>(impl_->TickOf(time), impl_->last_tick + 1);
+  impl_->last_tick = frame.pts;
   try {
     impl_->Fill(picture);
     impl_->Write();

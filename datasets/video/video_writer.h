@@ -31,6 +31,7 @@ struct VideoFormat {
   bool is_grey = false;  // Pictures have three equal channels, and are kept as one.
   UtcTime start{};       // UTC of the first picture: VideoReader's CreationTime, in milliseconds.
   VideoContainer container = VideoContainer::kMatroska;
+  double frames_per_second = 0.0;  // Of MP4, above 0; Matroska's pictures come when they do.
 };
 
 // One file.
@@ -44,10 +45,10 @@ class VideoWriter {
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
-  // `time` counts from the first picture. Players show whole milliseconds: a time that does not
-  // ascend by one is moved. Returns the bytes that the file has grown by. Throws std::runtime_error
-  // naming the file where the disk fails: the file then ends before the picture, and accepts no
-  // more. Throws std::invalid_argument for another size.
+  // `time` counts from the first picture, in whole milliseconds (MP4: 1/90000 s): a time that does
+  // not ascend by one is moved. Returns the bytes that the file has grown by. Throws
+  // std::runtime_error naming the file where the disk fails: the file then ends before the picture,
+  // and accepts no more. Throws std::invalid_argument for another size.
   std::uint64_t Add(const Rgb8Image& picture, std::chrono::nanoseconds time);
 
  private:

@@ -36,6 +36,20 @@ TEST_F(VideoFileTest, HoldsTheFramesInTheirOrder) {
   EXPECT_EQ(count, 10);
 }
 
+TEST_F(VideoFileTest, IsShownAtItsRate) {
+  const std::filesystem::path path = folder_ / "composite.mp4";
+  for (const double rate : {0.1, 15.0, 29.97, 30.0, 240.0}) {
+    for (const int count : {1, 7}) {
+      VideoFile video(path, rate);
+      for (int i = 0; i < count; ++i) video.Add(Plain(32, 32, 100));
+      video.Finish();
+      cv::VideoCapture read(path.string());
+      EXPECT_NEAR(read.get(cv::CAP_PROP_FPS) / rate, 1.0, 1e-4) << rate << " " << count;
+      EXPECT_EQ(read.get(cv::CAP_PROP_FRAME_COUNT), count);
+    }
+  }
+}
+
 TEST_F(VideoFileTest, LeavesNothingUnlessFinished) {
   {
     VideoFile video(folder_ / "composite.mp4", 10.0);
