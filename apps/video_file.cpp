@@ -62,13 +62,17 @@ void VideoFile::Add(const Rgb8Image& picture) {
   const auto time = std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>(count_ / frames_per_second_));
   const bool is_even = width_px_ % 2 == 0 && height_px_ % 2 == 0;
+  is_whole_ = false;
   writer_->Add(is_even ? picture : Even(picture), time);
+  is_whole_ = true;
   ++count_;
 }
 
 void VideoFile::Finish() {
-  if (!writer_) return;
+  if (!is_whole_) return;
+  writer_->Finish();
   writer_.reset();
+  is_whole_ = false;
   std::error_code failed;
   std::filesystem::rename(partial_, path_, failed);
   if (failed) {

@@ -20,9 +20,10 @@ class VideoFile {
 
   // All pictures have the first one's size; sides of an odd number of pixels get one more, as video
   // has to be even. Throws std::runtime_error naming the file: no encoder, a picture of another
-  // size.
+  // size, a folder or disk that cannot be written (the file beside is named then).
   void Add(const Rgb8Image& picture);
-  // Writes nothing where nothing was added. Throws std::runtime_error where it can't be moved.
+  // Writes nothing where nothing was added, or Add failed. Throws std::runtime_error where the disk
+  // fails, or it can't be moved.
   void Finish();
 
  private:
@@ -33,6 +34,7 @@ class VideoFile {
   int width_px_ = 0;  // Of the pictures.
   int height_px_ = 0;
   int count_ = 0;
+  bool is_whole_ = false;  // There are pictures, and all were written.
 };
 
 }  // namespace pleinair

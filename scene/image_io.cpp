@@ -41,7 +41,7 @@ Image<glm::u8vec4> DecodeDisplay(const std::filesystem::path& file) {
   return DecodePicture(file, ReadWholeFile(file));
 }
 
-// What `encode` makes.
+// Writes what `encode` makes.
 template <typename Encode>
 void WriteEncoded(const std::filesystem::path& file, const Encode& encode) {
   std::vector<std::byte> bytes;

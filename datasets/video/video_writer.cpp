@@ -1,6 +1,7 @@
 #include "datasets/video/video_writer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <ratio>
 #include <stdexcept>
@@ -15,8 +16,8 @@
 namespace pleinair {
 namespace {
 
-// All usual rates divide it.
-constexpr int kMp4TicksPerSecond = 90'000;
+// All usual rates divide it, those of television (24, 30 and 60 in 1.001 s) too.
+constexpr int kMp4TicksPerSecond = 120'000;
 
 // FFV1 keeps RGB without conversion; H.264 halves colours where the sides are even.
 AVPixelFormat PixelFormatFor(const VideoFormat& video) {
@@ -49,6 +50,11 @@ struct VideoWriter::Impl {
 
   void Open(const VideoFormat& video) {
     SilenceLibav();
+    if (video.container == VideoContainer::kMp4 &&
+        !(video.frames_per_second > 0.0 && std::isfinite(video.frames_per_second))) {
+      throw std::invalid_argument(fmt::format(
+          "{}: {} pictures a second, expected more", file.string(), video.frames_per_second));
+    }
     if (std::filesystem::exists(file)) RefuseFile(file, "expected a new file, found one");
     const AVCodec* found = avcodec_find_encoder(
         video.codec == VideoCodec::kFfv1 ? AV_CODEC_ID_FFV1 : AV_CODEC_ID_H264);
@@ -126,6 +132,17 @@ struct VideoWriter::Impl {
     }
   }
 
+  void Finish() {
+    if (container == nullptr || container->pb == nullptr) return;
+    if (has_failed) RefuseFile(file, "cannot be written any more");
+    has_failed = true;  // Until all of it has gone well.
+    const int ended = av_write_trailer(container);
+    const int flushed = container->pb->error;
+    const int closed = avio_closep(&container->pb);
+    for (const int result : {ended, flushed, closed}) Check(result, "cannot be written");
+    has_failed = false;
+  }
+
   std::int64_t TickOf(std::chrono::nanoseconds time) const {
     if (is_mp4) return av_rescale(time.count(), kMp4TicksPerSecond, std::nano::den);
     return std::chrono::floor<std::chrono::milliseconds>(time).count();
@@ -186,6 +203,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, const VideoFormat& f
 
 VideoWriter::~VideoWriter() = default;
 
+void VideoWriter::Finish() { impl_->Finish(); }
+
 std::uint64_t VideoWriter::Add(const Rgb8Image& picture, std::chrono::nanoseconds time) {
   AVFrame& frame = *impl_->frame;
   if (picture.width != frame.width || picture.height != frame.height) {
@@ -195,7 +214,8 @@ std::uint64_t VideoWriter::Add(const Rgb8Image& picture, std::chrono::nanosecond
                                             picture.width,
                                             picture.height));
   }
-  if (impl_->has_failed) RefuseFile(impl_->file, "cannot be written any more");
+  if (impl_->has_failed || impl_->container->pb == nullptr)
+    RefuseFile(impl_->file, "cannot be written any more");
   const std::int64_t before = impl_->good_bytes;
   frame.pts = std::max<std::int64_t>(impl_->TickOf(time), impl_->last_tick + 1);
   impl_->last_tick = frame.pts;

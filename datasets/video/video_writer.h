@@ -45,11 +45,15 @@ class VideoWriter {
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
-  // `time` counts from the first picture, in whole milliseconds (MP4: 1/90000 s): a time that does
+  // `time` counts from the first picture, in whole milliseconds (MP4: 1/120000 s): a time that does
   // not ascend by one is moved. Returns the bytes that the file has grown by. Throws
   // std::runtime_error naming the file where the disk fails: the file then ends before the picture,
   // and accepts no more. Throws std::invalid_argument for another size.
   std::uint64_t Add(const Rgb8Image& picture, std::chrono::nanoseconds time);
+
+  // What the destructor does, where it matters whether it went well; nothing can be added then.
+  // Throws std::runtime_error naming the file: the disk failed, now or in Add.
+  void Finish();
 
  private:
   struct Impl;

@@ -1,7 +1,5 @@
 #include "scene/internal/picture_codes.h"
 
-#include <algorithm>
-#include <cstdint>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -153,7 +151,7 @@ std::vector<std::byte> EncodeJpeg(const Rgb8Image& image, int quality) {
                                  &encoded,
                                  &size,
                                  TJSAMP_420,
-                                 std::max(1, quality),
+                                 quality,
                                  TJFLAG_ACCURATEDCT);
   const std::unique_ptr<unsigned char, decltype(&tjFree)> freed(encoded, &tjFree);
   if (failed != 0) throw std::runtime_error(std::string("JPEG: ") + tjGetErrorStr2(encoder.get()));

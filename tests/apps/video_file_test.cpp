@@ -1,10 +1,13 @@
 #include "apps/video_file.h"
 
 #include <filesystem>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <opencv2/videoio.hpp>
 
+#include "tests/scene/file_size_limit.h"
+#include "tests/scene/temporary_folder.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::video_file_test {
@@ -38,7 +41,7 @@ TEST_F(VideoFileTest, HoldsTheFramesInTheirOrder) {
 
 TEST_F(VideoFileTest, IsShownAtItsRate) {
   const std::filesystem::path path = folder_ / "composite.mp4";
-  for (const double rate : {0.1, 15.0, 29.97, 30.0, 240.0}) {
+  for (const double rate : {0.1, 15.0, 24.0 / 1.001, 29.97, 30.0, 60.0 / 1.001, 240.0}) {
     for (const int count : {1, 7}) {
       VideoFile video(path, rate);
       for (int i = 0; i < count; ++i) video.Add(Plain(32, 32, 100));
@@ -59,6 +62,20 @@ TEST_F(VideoFileTest, LeavesNothingUnlessFinished) {
   VideoFile empty(folder_ / "composite.mp4", 10.0);
   empty.Finish();
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+// An MP4's index comes last.
+TEST_F(VideoFileTest, LeavesNothingWhereItsEndCannotBeWritten) {
+  const std::string older = "the one before";
+  const std::filesystem::path path = Write("composite.mp4", older);
+  {
+    VideoFile video(path, 10.0);
+    for (int i = 0; i < 5; ++i) video.Add(Plain(32, 32, 100));
+    const FileSizeLimit limit(std::filesystem::file_size(folder_ / "composite.partial.mp4"));
+    EXPECT_THROW(video.Finish(), std::runtime_error);
+  }
+  EXPECT_EQ(ContentOf(path), older);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "composite.partial.mp4"));
 }
 
 TEST_F(VideoFileTest, RefusesAPictureOfAnotherSize) {
