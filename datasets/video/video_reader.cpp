@@ -56,8 +56,7 @@ struct VideoReader::Impl {
     AVDictionary* options = nullptr;
     av_dict_set(&options, "protocol_whitelist", "file", 0);
     av_dict_set(&options, "format_whitelist", kContainers, 0);
-    const std::string url = "file:" + file.string();
-    const int opened = avformat_open_input(&container, url.c_str(), nullptr, &options);
+    const int opened = avformat_open_input(&container, LibavUrl(file).c_str(), nullptr, &options);
     av_dict_free(&options);
     if (opened < 0) RefuseFile(file, "expected a video, found: " + LibavError(opened));
     if (const int read = avformat_find_stream_info(container, nullptr); read < 0) {

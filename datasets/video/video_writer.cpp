@@ -110,11 +110,11 @@ struct VideoWriter::Impl {
     stream = avformat_new_stream(container, nullptr);
     stream->time_base = encoder->time_base;
     Check(avcodec_parameters_from_context(stream->codecpar, encoder.get()), "video");
-    if (video.start != UtcTime{} || !is_mp4) {
+    if (video.start != UtcTime{}) {
       const UtcTime start = std::chrono::floor<std::chrono::milliseconds>(video.start);
       av_dict_set(&container->metadata, "creation_time", FormatUtcTime(start).c_str(), 0);
     }
-    Check(avio_open(&container->pb, file.c_str(), AVIO_FLAG_WRITE), "cannot be made");
+    Check(avio_open(&container->pb, LibavUrl(file).c_str(), AVIO_FLAG_WRITE), "cannot be made");
     Check(avformat_write_header(container, nullptr), "cannot be written");
     Flush();
   }
@@ -214,8 +214,9 @@ std::uint64_t VideoWriter::Add(const Rgb8Image& picture, std::chrono::nanosecond
                                             picture.width,
                                             picture.height));
   }
-  if (impl_->has_failed || impl_->container->pb == nullptr)
+  if (impl_->has_failed || impl_->container->pb == nullptr) {
     RefuseFile(impl_->file, "cannot be written any more");
+  }
   const std::int64_t before = impl_->good_bytes;
   frame.pts = std::max<std::int64_t>(impl_->TickOf(time), impl_->last_tick + 1);
   impl_->last_tick = frame.pts;

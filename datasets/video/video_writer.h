@@ -29,7 +29,8 @@ struct VideoFormat {
   int width_px = 0;
   int height_px = 0;
   bool is_grey = false;  // Pictures have three equal channels, and are kept as one.
-  UtcTime start{};       // UTC of the first picture: VideoReader's CreationTime, in milliseconds.
+  // UTC of the first picture: VideoReader's CreationTime, in milliseconds. The default: not stated.
+  UtcTime start{};
   VideoContainer container = VideoContainer::kMatroska;
   double frames_per_second = 0.0;  // Of MP4, above 0; Matroska's pictures come when they do.
 };

@@ -53,6 +53,18 @@ TEST_F(VideoFileTest, IsShownAtItsRate) {
   }
 }
 
+TEST_F(VideoFileTest, IsWrittenWhereAFolderIsNamedByATime) {
+  const std::filesystem::path folder = folder_ / "2026-05-01T10:00:00Z";
+  std::filesystem::create_directory(folder);
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_);
+  VideoFile video(folder.filename() / "composite.mp4", 10.0);
+  video.Add(Plain(32, 32, 100));
+  video.Finish();
+  std::filesystem::current_path(before);
+  EXPECT_TRUE(std::filesystem::exists(folder / "composite.mp4"));
+}
+
 TEST_F(VideoFileTest, LeavesNothingUnlessFinished) {
   {
     VideoFile video(folder_ / "composite.mp4", 10.0);

@@ -193,9 +193,9 @@ TEST_F(ToolsWindow, AResponseFromAColorCheckerIsTheCommands) {
   const auto view = OpenSite(" --frames ldr");
   // By way of the colours, under which the picture is smaller.
   view->PressEach("t t t");
-  ASSERT_TRUE(view->AwaitWholeTitle("pleinair, colours: yard frame 0")) << view->Title();
+  ASSERT_TRUE(view->AwaitTitle("pleinair, colours: yard frame 0")) << view->Title();
   view->PressEach("t");
-  ASSERT_TRUE(view->AwaitWholeTitle("pleinair: yard frame 0")) << view->Title();
+  ASSERT_TRUE(view->AwaitTitle("pleinair: yard frame 0")) << view->Title();
   view->PressEach("c p");
   std::string stated;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -252,7 +252,7 @@ TEST_F(ToolsWindow, ColoursTiedByThePointerAreTheCommands) {
   const fs::path copy = Copy();
   const auto view = OpenSite(" --frames ldr");
   view->PressEach("t t t");
-  ASSERT_TRUE(view->AwaitWholeTitle("pleinair, colours: yard frame 0")) << view->Title();
+  ASSERT_TRUE(view->AwaitTitle("pleinair, colours: yard frame 0")) << view->Title();
   // Below the menu, above the bar of two lines, half each.
   constexpr double kBar = 60.0;
   const double height = 0.5 * (820.0 - kMenuHeight - kBar);
@@ -291,7 +291,7 @@ TEST_F(ToolsWindow, ColoursAfterAResponseAreTheTwoCommandsInTurn) {
   const fs::path copy = Copy();
   const auto view = OpenSite(" --frames ldr");
   view->PressEach("t t t");
-  ASSERT_TRUE(view->AwaitWholeTitle("pleinair, colours: yard frame 0")) << view->Title();
+  ASSERT_TRUE(view->AwaitTitle("pleinair, colours: yard frame 0")) << view->Title();
   view->PressEach("t p Right");
   ASSERT_TRUE(view->AwaitTitle("frame 1"));
   view->PressEach("p Right");
@@ -302,7 +302,7 @@ TEST_F(ToolsWindow, ColoursAfterAResponseAreTheTwoCommandsInTurn) {
   view->PressEach("Home");
   ASSERT_TRUE(view->AwaitTitle("frame 0"));
   view->PressEach("shift+t");
-  ASSERT_TRUE(view->AwaitWholeTitle("pleinair, colours: yard frame 0")) << view->Title();
+  ASSERT_TRUE(view->AwaitTitle("pleinair, colours: yard frame 0")) << view->Title();
   std::string rows;
   glm::ivec2 at = middle_;
   for (const glm::ivec2& pixel : {glm::ivec2(239, 319), glm::ivec2(329, 149)}) {

@@ -69,14 +69,11 @@ class View {
   }
 
   std::string Title() const { return Line("getwindowname " + window_); }
-  // Of frame `frame`, with or without edits that are not saved.
+  // Of a frame, with or without edits that are not saved; of a layout, which a pointer waits for:
+  // it means what is shown.
   bool AwaitTitle(const std::string& ending) {
     return Await([&] { return Title().ends_with(ending) || program_.HasEnded(); }) &&
            !program_.HasEnded();
-  }
-  // Until the window lies as under this title: a pointer means what is shown.
-  bool AwaitWholeTitle(const std::string& title) {
-    return Await([&] { return Title() == title || program_.HasEnded(); }) && !program_.HasEnded();
   }
   // "Right", "ctrl+s", several after another.
   void Press(const std::string& keys) { Line("key --delay 5 " + keys); }

@@ -1,6 +1,7 @@
 // FFmpeg's objects with owners.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -27,6 +28,9 @@ inline std::string LibavError(int error) {
   av_strerror(error, text, sizeof text);
   return text;
 }
+
+// A name may hold a colon, as times do: that is no protocol.
+inline std::string LibavUrl(const std::filesystem::path& file) { return "file:" + file.string(); }
 
 // The container's tag of FFV1 whose slices all have checksums.
 inline constexpr const char* kHasSliceChecksums = "SLICE_CHECKSUMS";
