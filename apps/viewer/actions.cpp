@@ -176,7 +176,8 @@ void AskForSnapshot(ViewModel& model) {
 }
 
 bool SnapshotIsDue(const ViewModel& model) {
-  if (!model.snapshot_is_wanted || !model.frame || !model.frame->IsComplete()) return false;
+  if (!model.snapshot_is_wanted || !model.frame) return false;
+  if (!model.frame->Succeeded() || !model.frame->IsComplete()) return false;
   const ViewRequest& answered = model.frame->request;
   return answered.edits == model.request.edits &&
          answered.settings_changes == model.request.settings_changes &&

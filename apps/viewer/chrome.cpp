@@ -111,7 +111,7 @@ void DrawStatus(float scale, const ViewModel& model) {
   if (model.frame) {
     text = fmt::format("frame {}  {}", model.frame->Index(), FormatUtcTime(model.frame->Time()));
     if (!model.frame->Succeeded()) text += "  failed: " + model.frame->step.result.error().reason;
-    if (!model.frame->IsComplete()) text += "  (quick picture)";
+    if (model.frame->IsQuick()) text += "  (quick picture)";
   } else {
     text = "opening";
   }

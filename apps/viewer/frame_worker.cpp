@@ -135,11 +135,12 @@ class FrameWorker::Viewing {
   bool IsAtEnd(const ViewRequest& request) const {
     return has_ended_ && !(request.loops && can_go_back_ && !source_.IsLive());
   }
-  // Objects came to rest with the last frame that was played: no other one will refine its light.
+  // Lit in steps, where no other frame will refine the light: objects came to rest with the last
+  // frame that was played. Or the window wants this frame complete, for a snapshot.
   bool IsLeftCoarse(const ViewRequest& request) const {
-    return (!request.is_playing || has_ended_) && frame_is_of_session_ && frame_ &&
-           frame_->number != last_refined_ && frame_->Succeeded() &&
-           frame_->step.result->is_light_coarse;
+    return (!request.is_playing || has_ended_ || request.wants_complete) && !request.is_dragging &&
+           frame_is_of_session_ && frame_ && frame_->number != last_refined_ &&
+           frame_->Succeeded() && frame_->step.result->is_light_coarse;
   }
   bool IsChanged(const ViewRequest& request) const {
     return (!frame_ && !has_ended_) || IsLeftCoarse(request) || request.seeks != done_.seeks ||
@@ -171,7 +172,7 @@ class FrameWorker::Viewing {
     if (request.edits != done_.edits || is_other_session) {
       Try([&] { session_->SetObjects(request.objects); });
     }
-    const bool is_due = request.is_playing && !IsAtEnd(request) &&
+    const bool is_due = request.is_playing && !IsAtEnd(request) && !IsLeftCoarse(request) &&
                         (source_.IsLive() || SteadyClock::now() >= NextDue(request));
     if (source_.IsLive() && !request.is_playing && frame_) {
       if (is_other_session) {
@@ -203,14 +204,16 @@ class FrameWorker::Viewing {
   void DrawAgain(const ViewRequest& request) {
     if (!frame_is_of_session_ || !frame_->Succeeded()) return;
     Stopwatch watch;
-    if (IsOtherPicture(request) || IsLeftCoarse(request)) {
-      last_refined_ = frame_->number;
+    const bool is_other = IsOtherPicture(request);
+    if (is_other || IsLeftCoarse(request)) {
+      // Once each, also where it fails. With other objects it starts in steps, too.
+      if (!is_other) last_refined_ = frame_->number;
       session_->SetEffects(EffectsFor(request));
       SessionStep step = session_->Redraw(frame_->step);
       // The picture that there is stays.
       if (!step.result) throw std::runtime_error(step.result.error().reason);
       Show(std::move(step), request, watch);
-      last_refined_ = frame_->number;
+      if (!is_other) last_refined_ = frame_->number;
     } else if (IsShownOtherwise(request)) {
       Show(frame_->step, request, watch);
     }

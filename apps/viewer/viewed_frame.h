@@ -31,6 +31,8 @@ struct ViewRequest {
   std::vector<VirtualObjectEntry> objects;
   std::int64_t edits = 0;    // Changes of `objects`.
   bool is_dragging = false;  // Pictures come fast, and complete when it ends.
+  // Light in steps is completed even while frames are played.
+  bool wants_complete = false;
 
   EffectSettings effects;
   std::vector<std::string> settings;  // "name=value", after those of the command line.
@@ -82,8 +84,10 @@ struct ViewedFrame {
   std::optional<ViewedDaylight> daylight;  // Where it comes by samples.
   double work_ms = 0.0;                    // From the frame at hand to all of the above.
 
-  // False while dragging: effects are left out for speed.
-  bool IsComplete() const { return !request.is_dragging; }
+  // Made while dragging: effects are left out for speed.
+  bool IsQuick() const { return request.is_dragging; }
+  // What a run of this frame by itself gives: with all effects, and not lit in steps.
+  bool IsComplete() const { return !IsQuick() && !(Succeeded() && step.result->is_light_coarse); }
   bool Succeeded() const { return step.result.has_value(); }
   int Index() const { return Succeeded() ? step.frame->index : step.result.error().index; }
   UtcTime Time() const { return Succeeded() ? step.frame->time : step.result.error().time; }

@@ -216,7 +216,7 @@ class Viewer {
   // Of a drag, as its pictures come.
   void TimeDrag() {
     const auto now = SteadyClock::now();
-    if (!model_.frame->IsComplete()) {
+    if (model_.frame->IsQuick()) {
       if (drag_pictures_++ == 0) drag_start_ = now;
       const double s = std::chrono::duration<double>(now - drag_start_).count();
       if (s > 0.0) model_.times.drag_pictures_per_second = (drag_pictures_ - 1) / s;
@@ -271,6 +271,7 @@ class Viewer {
     request.wants_daylight = IsOpen("Daylight");
     request.wants_input = model_.tool != Tool::kObjects;
     if (!request.wants_environment) request.wants_probes = false;
+    request.wants_complete = model_.snapshot_is_wanted;
     worker_.Post(request);
   }
 

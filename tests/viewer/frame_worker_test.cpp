@@ -109,32 +109,44 @@ TEST_F(Worker, AnEditDrawsTheSameFrameAgain) {
   EXPECT_TRUE(driver.frame->shown.pixels == first.pixels);
 }
 
-// A tenth of a second apart: between the frames the object is in motion.
-TEST_F(Worker, WhatIsLeftCoarseIsDrawnAgain) {
-  std::ifstream file(copy_ / "sequence.json");
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  const std::string second = "\"2005-06-21T08:18:00Z\"";
-  ASSERT_NE(text.find(second), std::string::npos);
-  text.replace(text.find(second), second.size(), "\"2005-06-21T07:52:00.1Z\"");
-  std::ofstream(copy_ / "sequence.json") << text;
+// Two frames a tenth of a second apart, between which the object is in motion.
+class WorkerInMotion : public Worker {
+ protected:
+  void SetUp() override {
+    std::ifstream file(copy_ / "sequence.json");
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string second = "\"2005-06-21T08:18:00Z\"";
+    ASSERT_NE(text.find(second), std::string::npos);
+    text.replace(text.find(second), second.size(), "\"2005-06-21T07:52:00.1Z\"");
+    std::ofstream(copy_ / "sequence.json") << text;
+  }
+
+  static void MoveAndGoOn(ViewRequest& request) {
+    request.objects[0].world_from_object =
+        glm::translate(glm::dmat4(1.0), glm::dvec3(0.1, 0.0, 0.0)) *
+        request.objects[0].world_from_object;
+    ++request.edits;
+    request.seek_frame = 1;
+    ++request.seeks;
+  }
+
+  Rgb8Image ShownAtOnce(const std::vector<VirtualObjectEntry>& objects) {
+    SequenceSession session(CoarseOptions(copy_.Path()));
+    session.Next();
+    session.SetObjects(objects);
+    return session.Show(session.Next().value());
+  }
+};
+
+TEST_F(WorkerInMotion, WhatIsLeftCoarseIsDrawnAgain) {
   ViewCommandOptions options = CoarseOptions(copy_.Path());
   WorkerDriver driver(options);
   ASSERT_TRUE(driver.Open());
-  driver.request.objects[0].world_from_object =
-      glm::translate(glm::dmat4(1.0), glm::dvec3(0.1, 0.0, 0.0)) *
-      driver.request.objects[0].world_from_object;
-  ++driver.request.edits;
-  driver.request.seek_frame = 1;
-  ++driver.request.seeks;
-  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) {
-    return frame.Index() == 1 && !frame.step.result->is_light_coarse;
-  }));
+  MoveAndGoOn(driver.request);
+  ASSERT_TRUE(driver.ReachFrame(
+      [](const ViewedFrame& frame) { return frame.Index() == 1 && frame.IsComplete(); }));
+  EXPECT_TRUE(driver.frame->shown.pixels == ShownAtOnce(driver.request.objects).pixels);
 
-  SequenceSession session(options);
-  session.Next();
-  session.SetObjects(driver.request.objects);
-  const SessionStep at_once = session.Next().value();
-  EXPECT_TRUE(driver.frame->shown.pixels == session.Show(at_once).pixels);
   options.light_in_steps = true;
   SequenceSession in_steps(options);
   in_steps.Next();
@@ -142,12 +154,42 @@ TEST_F(Worker, WhatIsLeftCoarseIsDrawnAgain) {
   EXPECT_TRUE(in_steps.Next()->result->is_light_coarse);
 }
 
+TEST_F(WorkerInMotion, IsDrawnCompleteWhilePlayingWhereThatIsWanted) {
+  WorkerDriver driver(CoarseOptions(copy_.Path()));
+  ASSERT_TRUE(driver.Open());
+  driver.request.is_playing = true;
+  driver.request.frames_per_second = 1e-3;  // No other frame follows.
+  MoveAndGoOn(driver.request);
+  ASSERT_TRUE(driver.ReachFrame(
+      [](const ViewedFrame& frame) { return frame.Index() == 1 && !frame.IsComplete(); }));
+  driver.request.wants_complete = true;
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.IsComplete(); }));
+  EXPECT_EQ(driver.frame->Index(), 1);
+  EXPECT_TRUE(driver.frame->shown.pixels == ShownAtOnce(driver.request.objects).pixels);
+}
+
+TEST_F(Worker, WithAnotherObjectThePictureIsDrawnAgainToo) {
+  ViewCommandOptions options = CoarseOptions(copy_.Path());
+  ObjectLightOptions& light = options.pipeline.object_light;
+  light.in_motion.rays_at_first = light.gather.rays_per_receiver / 2;
+  WorkerDriver driver(options);
+  ASSERT_TRUE(driver.Open());
+  VirtualObjectEntry second = driver.request.objects[0];
+  second.world_from_object =
+      glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.5, 0.0)) * second.world_from_object;
+  driver.request.objects.push_back(second);
+  const std::int64_t edits = ++driver.request.edits;
+  ASSERT_TRUE(driver.ReachFrame([&](const ViewedFrame& frame) {
+    return frame.request.edits == edits && frame.IsComplete();
+  }));
+}
+
 TEST_F(Worker, ADraggedObjectsPicturesAreFollowedByACompleteOne) {
   WorkerDriver driver(CoarseOptions(copy_.Path()));
   ASSERT_TRUE(driver.Open());
   driver.request.is_dragging = true;
   ++driver.request.edits;
-  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.IsComplete(); }));
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.IsQuick(); }));
   driver.request.is_dragging = false;
   ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.IsComplete(); }));
   EXPECT_EQ(driver.frame->request.edits, driver.request.edits);
@@ -181,7 +223,7 @@ TEST_F(Worker, ASettingThatDoesNotHoldIsANoteAndAllGoesOn) {
   }
   EXPECT_EQ(driver.frame->number, number);
   driver.request.is_dragging = true;  // Drawn by the session that there was.
-  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return !frame.IsComplete(); }));
+  ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.IsQuick(); }));
   driver.request.is_dragging = false;
   ASSERT_TRUE(driver.ReachFrame([](const ViewedFrame& frame) { return frame.IsComplete(); }));
   EXPECT_EQ(driver.sites, 1);
