@@ -76,9 +76,6 @@ target_link_libraries(pleinair_cold_flags INTERFACE pleinair_flags)
 
 pleinair_add_headers(library_headers FLAGS pleinair_flags)
 pleinair_add_headers(cold_library_headers FLAGS pleinair_cold_flags)
-if(PLEINAIR_BUILD_BENCHES)
-  pleinair_add_headers(program_headers PROGRAM FLAGS pleinair_cold_flags)
-endif()
 
 # pleinair_add_library(<folder> SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
 # PUBLIC are libraries that appear in the folder's headers.
@@ -154,6 +151,7 @@ function(pleinair_add_bench name)
   add_executable(pleinair_${name} ${ARG_SOURCES})
   target_link_libraries(pleinair_${name} PRIVATE ${ARG_LIBS} benchmark::benchmark pleinair_cold_flags)
   pleinair_build_together(pleinair_${name} program_headers)
+  add_dependencies(pleinair_benches pleinair_${name})
   target_compile_definitions(pleinair_${name} PRIVATE
     PLEINAIR_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared" PLEINAIR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()
