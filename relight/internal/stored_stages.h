@@ -1,8 +1,10 @@
 // Long work in stages, each loaded from a store by its key, or made and saved.
 #pragma once
 
+#include <istream>
 #include <optional>
 #include <sstream>
+#include <streambuf>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,8 +25,10 @@ class StoredStages {
   // `parts(archive)` reads or writes what `make()` makes.
   template <class Make, class Parts>
   void Run(std::string_view name, const std::string& key, const Make& make, const Parts& parts) {
-    if (const std::optional<std::string> bytes = Unsealed(key, store_.Load(key))) {
-      std::istringstream in(*bytes, std::ios::binary);
+    const std::optional<std::string> sealed = store_.Load(key);
+    if (const std::optional<std::string_view> bytes = Unsealed(key, sealed)) {
+      BytesInPlace buffer(*bytes);
+      std::istream in(&buffer);
       cereal::BinaryInputArchive archive(in);
       parts(archive);
       return;
@@ -43,19 +47,30 @@ class StoredStages {
   bool AllLoaded() const { return all_loaded_; }
 
  private:
+  // Copying a large site's bytes takes longer than reading them. They must outlive this object.
+  class BytesInPlace : public std::streambuf {
+   public:
+    explicit BytesInPlace(std::string_view bytes) {
+      // setg takes char*; nothing is written.
+      char* const begin = const_cast<char*>(bytes.data());
+      setg(begin, begin, begin + bytes.size());
+    }
+  };
+
   // Hash of key and bytes, put in front of the bytes, so that a damaged part, or another key's, is
   // detected before anything reads the sizes in it.
   static std::string Seal(std::string_view key, std::string_view bytes) {
     return ContentHash().Add(key).Add(bytes).Hex();
   }
 
-  static std::optional<std::string> Unsealed(std::string_view key,
-                                             std::optional<std::string> sealed) {
+  static std::optional<std::string_view> Unsealed(std::string_view key,
+                                                  const std::optional<std::string>& sealed) {
     constexpr std::size_t kSealSize = 32;
     if (!sealed || sealed->size() < kSealSize) return std::nullopt;
     const std::string_view whole = *sealed;
-    if (Seal(key, whole.substr(kSealSize)) != whole.substr(0, kSealSize)) return std::nullopt;
-    return sealed->substr(kSealSize);
+    const std::string_view bytes = whole.substr(kSealSize);
+    if (Seal(key, bytes) != whole.substr(0, kSealSize)) return std::nullopt;
+    return bytes;
   }
 
   void Report(std::string_view name, double share) const {

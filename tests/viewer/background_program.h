@@ -20,7 +20,8 @@ inline bool Await(const std::function<bool()>& holds, double most_s = 60.0) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(most_s);
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    // Each check may start a program, which takes processor time from the one under test.
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   return true;
 }

@@ -43,7 +43,10 @@ class WorkerDriver {
 
   // The first frame, with the site's own objects, complete.
   ::testing::AssertionResult Open() {
-    if (!Reach([this] { return (frame && (!frame->Succeeded() || frame->IsComplete())) || !failure.empty(); }) || !frame) {
+    if (!Reach([this] {
+          return (frame && (!frame->Succeeded() || frame->IsComplete())) || !failure.empty();
+        }) ||
+        !frame) {
       return ::testing::AssertionFailure() << "no frame: " << failure;
     }
     if (!frame->Succeeded()) {
