@@ -43,7 +43,9 @@ struct FilteredLighting {
 // parts of which differ (after Bifet and Gavalda, Learning from time-changing data with adaptive
 // windowing, SDM 2007). Two parts differ by the noise from frame to frame. That noise is a share of
 // the stated deviations, most of which is error that all frames have in common. It is found from
-// second differences, which a ramp does not change, and of which a step changes two.
+// second differences, which a ramp does not change, and of which a step changes two. In a blurred
+// or badly posed frame the samples fit the model less well than usual. It has an error beside the
+// noise, by how much less well they fit, which several such frames have in common.
 //
 //   step    The frame that shows it is held, as it could be a glitch. The next one confirms it and
 //           ends the run: the mean then has nothing from before the step.
@@ -70,8 +72,11 @@ class LightingFilter {
   explicit LightingFilter(const LightingFilterOptions& options = {});
 
   // Returns the filtered light. `raw` is the next frame's own estimate; one with a value that is
-  // not finite is returned unchanged.
-  FilteredLighting Apply(const Lighting& raw, LightUnits units = LightUnits::kAbsolute);
+  // not finite is returned unchanged. `misfit` is what is left between picture and model, as
+  // LightingEstimate::relative_residual has it; 0: unknown.
+  FilteredLighting Apply(const Lighting& raw,
+                         LightUnits units = LightUnits::kAbsolute,
+                         double misfit = 0.0);
 
  private:
   static constexpr std::size_t kSun = 0;
@@ -85,18 +90,25 @@ class LightingFilter {
   };
   struct Entry {
     Lighting lighting;
+    double misfit = 0.0;
     glm::dvec3 unit{1.0};  // The value that is 1 in the filter's units.
     std::array<Reading, 2> readings;
   };
   struct Track {
     std::size_t begin = 0;  // The run's first frame, in entries_.
     bool pending = false;   // The last entry disagrees with the run.
+    double noise_share = 1.0;
     // Squared second differences over their expectation from the stated variances.
     std::deque<double> roughness;
   };
+  // Variances of the noise from frame to frame: as usual, and by a misfit that is not.
+  struct Noise {
+    glm::dvec3 usual{0.0};
+    glm::dvec3 excess{0.0};
+  };
   struct Mean {
     glm::dvec3 value{0.0};
-    glm::dvec3 variance{0.0};  // If the stated variances were all noise.
+    glm::dvec3 variance{0.0};  // Of the noise from frame to frame.
     int frames = 0;
   };
 
@@ -105,6 +117,8 @@ class LightingFilter {
   int late_frames_ = 0;
   std::deque<Entry> entries_;
   std::array<Track, 2> tracks_;
+  // Median over the frames before the newest; 0 where they are few or their misfits are unknown.
+  double usual_misfit_ = 0.0;
   // In the order of Lighting::covariance, in the filter's units.
   std::vector<double> reported_;  // Last.
   std::vector<double> fading_;    // The part of it that still fades.
@@ -112,12 +126,14 @@ class LightingFilter {
   bool Continues(const Lighting& raw, LightUnits units) const;
   void Restart(LightUnits units);
   void Forget(UtcTime now);
-  void Add(const Lighting& raw);
+  void Add(const Lighting& raw, double misfit);
   void UpdateNoise(std::size_t light);
   double NoiseShare(std::size_t light) const;
+  double UsualMisfit() const;
+  Noise NoiseOf(std::size_t light, std::size_t entry) const;
   double WeightOf(std::size_t light, std::size_t entry) const;
   Mean MeanOver(std::size_t light, std::size_t begin, std::size_t end) const;
-  bool Differ(std::size_t light, const Mean& a, const Mean& b, double* sigmas = nullptr) const;
+  bool Differ(const Mean& a, const Mean& b, double* sigmas = nullptr) const;
   void UpdateRun(std::size_t light);
   void CutWhereItChanged(std::size_t light);
   bool IsInRun(std::size_t light, std::size_t entry) const;

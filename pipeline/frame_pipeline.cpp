@@ -205,7 +205,8 @@ void FramePipeline::MakeSunAhead(const Frame& frame) {
 void FramePipeline::FilterEstimate(FrameResult& result) {
   result.raw_lighting = result.estimate.lighting;
   if (!filter_) return;
-  FilteredLighting filtered = filter_->Apply(result.raw_lighting, result.estimate.units);
+  FilteredLighting filtered =
+      filter_->Apply(result.raw_lighting, result.estimate.units, result.estimate.relative_residual);
   const glm::dvec3 raw_sky = result.raw_lighting.SkyIrradianceRgb();
   const glm::dvec3 sky = filtered.lighting.SkyIrradianceRgb();
   for (glm::dvec3& region : result.estimate.sky_radiance_rgb) {

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -84,6 +86,68 @@ TEST(LightingFilterHardCases, FrequentBadFramesAreLeftOut) {
     const FilteredLighting filtered = filter.Apply(raw[i]);
     if (i >= 10) {
       EXPECT_LT(SunOff(filtered.lighting, clean[i]), 0.012) << i;
+    }
+  }
+}
+
+constexpr double kMisfit = 0.04;
+
+// Half a second of frames that fit their model three times less well, as badly posed ones do. They
+// are all wrong in the same way.
+TEST(LightingFilterHardCases, FramesThatFitLessMoveNothing) {
+  EstimateStream stream;
+  stream.noise = 0.01;
+  auto raw = stream.Make(90, [](int) { return TrueLight(); });
+  const auto clean = raw;
+  const auto is_bad = [](std::size_t i) { return i >= 40 && i < 55; };
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    if (!is_bad(i)) continue;
+    raw[i].sun.irradiance_rgb *= 1.02;
+    for (SkyComponent& sky : raw[i].sky) sky.irradiance_rgb *= 0.96;
+  }
+  LightingFilter filter;
+  LightingFilter undisturbed;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const FilteredLighting filtered =
+        filter.Apply(raw[i], LightUnits::kAbsolute, is_bad(i) ? 3.0 * kMisfit : kMisfit);
+    const FilteredLighting expected = undisturbed.Apply(clean[i], LightUnits::kAbsolute, kMisfit);
+    EXPECT_LT(SunOff(filtered.lighting, expected.lighting), 0.004) << i;
+    EXPECT_NEAR(
+        filtered.lighting.SkyIrradianceRgb().x / expected.lighting.SkyIrradianceRgb().x, 1.0, 0.01)
+        << i;
+  }
+}
+
+// But a cloud in just these frames is followed like any other, at whatever deviation and level of
+// the light; a small change too, once half of what the filter remembers is such frames.
+TEST(LightingFilterHardCases, FramesThatFitLessFollowACloud) {
+  for (const double deviation : {0.03, 0.26}) {
+    for (const double misfit : {1.1 * kMisfit, 3.0 * kMisfit, 100.0 * kMisfit}) {
+      for (const std::pair<double, double>& shares : {std::pair{1.0, 0.5},
+                                                      std::pair{0.5, 1.0},
+                                                      std::pair{0.2, 0.02},
+                                                      std::pair{0.02, 0.2},
+                                                      std::pair{1.0, 0.95}}) {
+        const double from = shares.first;
+        const double to = shares.second;
+        EstimateStream stream;
+        stream.noise = 0.003;
+        stream.stated_deviation = deviation;
+        const auto raw = stream.Make(130, [&](int i) {
+          TrueLight light;
+          light.sun *= i < 50 ? from : to;
+          return light;
+        });
+        const std::size_t followed = std::max(from, to) < 2.0 * std::min(from, to) ? 80 : 52;
+        LightingFilter filter;
+        for (std::size_t i = 0; i < raw.size(); ++i) {
+          const FilteredLighting filtered =
+              filter.Apply(raw[i], LightUnits::kAbsolute, i < 45 ? kMisfit : misfit);
+          if (i <= followed) continue;
+          EXPECT_LT(SunOff(filtered.lighting, raw[i]), 0.015)
+              << deviation << " " << misfit << " " << from << " " << to << " " << i;
+        }
+      }
     }
   }
 }

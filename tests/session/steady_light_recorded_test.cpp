@@ -1,13 +1,14 @@
 // The light of a scene that stands still, estimated from a camera that does not.
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <numbers>
-#include <string>
+#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -76,6 +77,27 @@ Frame LookingAbout(const Frame& recorded, int i) {
   return frame;
 }
 
+// As a jerk of the camera blurs it: over a twelfth of its width.
+void Blur(RgbImage& picture) {
+  const int reach = picture.width / 24;
+  const RgbImage sharp = picture;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      glm::vec3 sum(0.0f);
+      for (int dx = -reach; dx <= reach; ++dx) {
+        sum += sharp.At(std::clamp(x + dx, 0, picture.width - 1), y);
+      }
+      picture.At(x, y) = sum / static_cast<float>(2 * reach + 1);
+    }
+  }
+}
+
+// As a tracker that loses its markers for a moment poses it: by `turn_rad` off.
+void PoseBadly(double turn_rad, Frame& frame) {
+  glm::dmat4& pose = frame.camera.camera_from_world;
+  pose = glm::rotate(glm::dmat4(1.0), turn_rad, glm::dvec3(0.6, 0.8, 0.0)) * pose;
+}
+
 // Largest change from one frame to the next, and rms about the mean: shares.
 struct Flicker {
   double largest_step = 0.0;
@@ -99,51 +121,91 @@ Flicker FlickerOf(const std::vector<double>& values) {
 
 double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
-TEST(SteadyLight, DoesNotFlickerWhereTheCameraLooksAbout) {
-  const std::filesystem::path folder =
-      std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
-  const Sequence sequence = ReadSequence(folder);
-  const SequenceSite site = LoadSequenceSite(sequence);
-  PrepareOptions prepare = PrepareOptionsFor(site);
-  prepare.gather.rays_per_receiver = 64;
-  prepare.probe_counts = {2, 2, 2};
-  KeepsNothing store;
-  const PreparedScene scene = PrepareScene(site.model, prepare, store, [](auto, auto) {});
-  const auto recorded_frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
-  Frame recorded;
-  for (int i = 0; i <= 6; ++i) recorded = recorded_frames->Next()->value();
-
-  const HeadlessContext context;
-  Compositor compositor;
-  FramePipelineOptions options;
-  options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
-  FramePipeline pipeline({scene, site.model.mesh, sequence.site, {}},
-                         MakeOutdoorLightingSource({}),
-                         compositor,
-                         options);
-  std::array<std::vector<double>, 4> values;  // Sun and sky, and each frame's own.
-  for (int i = 0; i < kFrames; ++i) {
-    const auto result = pipeline.Process(LookingAbout(recorded, i));
-    ASSERT_TRUE(result) << i << ": " << result.error().reason;
-    const auto add = [&](std::size_t first, const Lighting& lighting) {
-      values[first].push_back(Mean(lighting.sun.irradiance_rgb));
-      glm::dvec3 sky(0.0);
-      for (const SkyComponent& component : lighting.sky) sky += component.irradiance_rgb;
-      values[first + 1].push_back(Mean(sky));
-    };
-    add(0, result->estimate.lighting);
-    add(2, result->raw_lighting);
+class SteadyLight : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const std::filesystem::path folder =
+        std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
+    if (std::filesystem::exists(folder)) place_ = std::make_unique<Place>(folder);
   }
-  const Flicker sun = FlickerOf(values[0]);
-  const Flicker sky = FlickerOf(values[1]);
+  static void TearDownTestSuite() { place_.reset(); }
+  void SetUp() override {
+    if (!place_) GTEST_SKIP() << "../shared/sequences/courtyard-clouds is not there";
+  }
+
+  // Mean sun and sky of each frame, filtered and by itself.
+  struct Light {
+    std::vector<double> sun;
+    std::vector<double> sky;
+    std::vector<double> own_sky;
+  };
+  static Light LightOf(const std::function<void(int, Frame&)>& disturb) {
+    const HeadlessContext context;
+    Compositor compositor;
+    FramePipelineOptions options;
+    options.view.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
+    FramePipeline pipeline({place_->scene, place_->site.model.mesh, place_->sequence.site, {}},
+                           MakeOutdoorLightingSource({}),
+                           compositor,
+                           options);
+    Light light;
+    for (int i = 0; i < kFrames; ++i) {
+      Frame frame = LookingAbout(place_->recorded, i);
+      disturb(i, frame);
+      const auto result = pipeline.Process(frame);
+      if (!result) throw std::runtime_error(result.error().reason);
+      light.sun.push_back(Mean(result->estimate.lighting.sun.irradiance_rgb));
+      light.sky.push_back(Mean(result->estimate.lighting.SkyIrradianceRgb()));
+      light.own_sky.push_back(Mean(result->raw_lighting.SkyIrradianceRgb()));
+    }
+    return light;
+  }
+
+ private:
+  struct Place {
+    Sequence sequence;
+    SequenceSite site;
+    PreparedScene scene;
+    Frame recorded;
+
+    explicit Place(const std::filesystem::path& folder)
+        : sequence(ReadSequence(folder)), site(LoadSequenceSite(sequence)) {
+      PrepareOptions prepare = PrepareOptionsFor(site);
+      prepare.gather.rays_per_receiver = 64;
+      prepare.probe_counts = {2, 2, 2};
+      KeepsNothing store;
+      scene = PrepareScene(site.model, prepare, store, [](auto, auto) {});
+      const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
+      for (int i = 0; i <= 6; ++i) recorded = frames->Next()->value();
+    }
+  };
+  static std::unique_ptr<Place> place_;
+};
+std::unique_ptr<SteadyLight::Place> SteadyLight::place_;
+
+TEST_F(SteadyLight, DoesNotFlickerWhereTheCameraLooksAbout) {
+  const Light light = LightOf([](int, Frame&) {});
+  const Flicker sun = FlickerOf(light.sun);
+  const Flicker sky = FlickerOf(light.sky);
   // A frame by itself changes by more than is not seen: what follows is the filter's work.
-  EXPECT_GT(FlickerOf(values[3]).largest_step, 0.005);
+  EXPECT_GT(FlickerOf(light.own_sky).largest_step, 0.005);
   EXPECT_LT(sun.largest_step, 0.005);
   EXPECT_LT(sky.largest_step, 0.005);
   // Other walls and stones come into view, with their own errors of albedo.
   EXPECT_LT(sun.rms, 0.005);
   EXPECT_LT(sky.rms, 0.01);
+}
+
+// A fifth of a second each: a jerk, then poses that are 1 and 3 degrees off.
+TEST_F(SteadyLight, DoesNotFlickerWhereFramesAreBlurredOrBadlyPosed) {
+  const Light light = LightOf([](int i, Frame& frame) {
+    if (i >= 30 && i < 36) Blur(frame.radiance);
+    if (i >= 50 && i < 56) PoseBadly(1.0 * std::numbers::pi / 180.0, frame);
+    if (i >= 70 && i < 76) PoseBadly(3.0 * std::numbers::pi / 180.0, frame);
+  });
+  EXPECT_GT(FlickerOf(light.own_sky).largest_step, 0.02);
+  EXPECT_LT(FlickerOf(light.sun).largest_step, 0.005);
+  EXPECT_LT(FlickerOf(light.sky).largest_step, 0.01);
 }
 
 }  // namespace
