@@ -1,6 +1,7 @@
 // The command line: arguments in, one line and exit code 2 on bad input. The work is in
 // *_command.cpp.
 
+#include <csignal>
 #include <ctime>
 #include <exception>
 #include <memory>
@@ -224,6 +225,8 @@ void AddDoctor(CLI::App& app, Work& work) {
 }  // namespace
 
 int RunCommandLine(int argc, char** argv) {
+  // A write beyond the limit on a file's size then fails and is reported, like one to a full disk.
+  std::signal(SIGXFSZ, SIG_IGN);
   SetUpLog();
   const bool shared = SharedRanks() != nullptr;
   if (shared && SharedRanks()->Rank() != 0) spdlog::set_level(spdlog::level::off);

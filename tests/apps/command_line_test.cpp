@@ -150,6 +150,18 @@ TEST_F(CommandLine, KeepsAnEarlierResultWhenTheNewInputIsBad) {
   EXPECT_TRUE(std::filesystem::exists(out / "lighting.jsonl"));
 }
 
+TEST_F(CommandLine, SaysWhichFileALimitOnFilesSizesStops) {
+  const std::string composite = (folder_ / "out/composite/000000.exr").string();
+  const Ended ended = Shell("ulimit -f 300 && " + std::string(PLEINAIR_PROGRAM) + " run " +
+                            PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard --cache " +
+                            (folder_ / "cache").string() +
+                            " --set prepare.patch_size_m=4 --set prepare.rays=16"
+                            " --frames-limit 1 --out " +
+                            (folder_ / "out").string());
+  EXPECT_EQ(ended.exit_code, 2) << ended.output;
+  EXPECT_THAT(ended.output, HasSubstr("pleinair: " + composite)) << ended.output;
+}
+
 TEST_F(CommandLine, RefusesWrongOptionsOfARunOfACamera) {
   const std::string out = " --out " + (folder_ / "out").string();
   const std::string site = " --site " PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard" + out;
