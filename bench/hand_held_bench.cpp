@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -23,56 +22,26 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
-#include <glm/gtc/matrix_transform.hpp>
 
 #include "bench/processor_time.h"
+#include "bench/recorded_courtyard.h"
 #include "bench/resized_frame.h"
-#include "datasets/frame_source.h"
-#include "datasets/sequence.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 #include "render/gl_context.h"
 #include "scene/upper_median.h"
-#include "session/file_blob_store.h"
-#include "session/sequence_site.h"
 
 namespace pleinair {
 namespace {
 
-const std::filesystem::path kCourtyard =
-    std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
-
 using ReceiversAt = SurfaceViewOptions::ReceiversAt;
 
-struct Yard {
-  Sequence sequence = ReadSequence(kCourtyard);
-  SequenceSite site = LoadSequenceSite(sequence);
-  PreparedScene scene;
-  Frame frame;
-
-  Yard() {
-    FileBlobStore store;
-    scene = PrepareScene(site.model, PrepareOptionsFor(site), store, [](auto, auto) {});
-    const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
-    for (int i = 0; i <= 6; ++i) frame = frames->Next()->value();
-  }
-};
-
-// Frame `i` of the walk: half a metre to the right and as many milliradians round, and back.
-glm::dmat4 Moved(const glm::dmat4& camera_from_world, int i) {
-  constexpr int kSteps = 50;
-  const int step = kSteps - std::abs(i % (2 * kSteps) - kSteps);
-  const glm::dmat4 turned = glm::rotate(glm::dmat4(1.0), 1e-3 * step, glm::dvec3(0.0, 1.0, 0.0));
-  return glm::translate(glm::dmat4(1.0), glm::dvec3(-0.01 * step, 0.0, 0.0)) * turned *
-         camera_from_world;
-}
-
 void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt receivers_at) {
-  if (!std::filesystem::exists(kCourtyard)) {
+  if (!std::filesystem::exists(kRecordedCourtyard)) {
     state.SkipWithError("the recorded courtyard is not there");
     return;
   }
-  static const Yard yard;
+  static const RecordedCourtyard yard;
   Frame frame = yard.frame;
   if (width_px != frame.radiance.width) Resize(width_px, height_px, frame);
   const glm::dmat4 first_pose = frame.camera.camera_from_world;
@@ -88,7 +57,7 @@ void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt 
   std::map<std::string, std::vector<double>> times_ms;
   int i = 0;
   const auto next = [&] {
-    frame.camera.camera_from_world = Moved(first_pose, i++);
+    frame.camera.camera_from_world = HeldInTheHand(first_pose, i++);
     const double cpu_before_ms = ProcessorMs();
     const auto start = std::chrono::steady_clock::now();
     auto result = pipeline.Process(frame);
@@ -115,11 +84,11 @@ void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt 
 
 // Medians over first frames.
 void First(benchmark::State& state, int width_px, int height_px, ReceiversAt at, bool in_steps) {
-  if (!std::filesystem::exists(kCourtyard)) {
+  if (!std::filesystem::exists(kRecordedCourtyard)) {
     state.SkipWithError("the recorded courtyard is not there");
     return;
   }
-  static const Yard yard;
+  static const RecordedCourtyard yard;
   Frame frame = yard.frame;
   if (width_px != frame.radiance.width) Resize(width_px, height_px, frame);
   FramePipelineOptions options;

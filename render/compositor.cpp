@@ -11,12 +11,14 @@
 #include <utility>
 
 #include <epoxy/gl.h>
+#include <tbb/parallel_for.h>
 #include <glm/gtc/packing.hpp>
 
 #include "render/internal/blur_pass.h"
 #include "render/internal/checked_context.h"
 #include "render/internal/composite_input.h"
 #include "render/internal/composite_pass.h"
+#include "render/internal/device_timer.h"
 #include "render/internal/draw_count.h"
 #include "render/internal/frame_buffer.h"
 #include "render/internal/layer_lookup.h"
@@ -108,8 +110,9 @@ struct Compositor::Impl {
   struct OnDevice {
     CompositePass composite;
     SurfaceTextures surface;
-    RectTexture change;
-    RectTexture hidden_sun;
+    RectTexture<glm::vec4> change;
+    RectTexture<float> hidden_sun;
+    DeviceTimer timer;
   };
 
   CheckedContext context;
@@ -122,7 +125,7 @@ struct Compositor::Impl {
   RealShadowPass real_shadow;
   std::optional<OnDevice> device;
   ShadowMaskPass shadow_mask;
-  RectTexture seen_sun;  // In the objects' samples.
+  RectTexture<float> seen_sun;  // In the objects' samples.
   LayerLookup lookup;
   LayerReader reader;
 
@@ -331,7 +334,9 @@ PixelRect Compositor::Impl::CompositeOnDevice(const CompositeInput& input,
   device->hidden_sun.Clear();
   if (input.irradiance_change != nullptr) {
     const IrradianceChange& change = *input.irradiance_change;
-    device->change.Update({change.x_px, change.y_px}, change.irradiance_rgb);
+    device->change.Update({change.x_px, change.y_px},
+                          change.irradiance_rgb,
+                          [](const glm::vec3& irradiance) { return glm::vec4(irradiance, 0.0f); });
   }
   if (drawn.hidden_sun != nullptr) {
     const RealSunShare& real = *drawn.hidden_sun;
@@ -357,8 +362,9 @@ PixelRect Compositor::Impl::CompositeOnDevice(const CompositeInput& input,
                                shadow_blur.Spread(device->hidden_sun.Rect(), width, height)};
   const PixelRect rect = layers.Rect();
   if (rect.Empty()) return rect;
-  device->surface.Update(input.view);
-  device->surface.UpdateCamera(input.camera_radiance, input.clipped);
+  const PixelRect read_rect = layers.ReadRect(width, height);
+  device->surface.Update(input.view, read_rect);
+  device->surface.UpdateCamera(input.camera_radiance, input.clipped, read_rect);
   device->composite.Draw(layers, light, gain, width, height);
   return rect;
 }
@@ -367,8 +373,8 @@ void Compositor::Impl::ReadBack(const PixelRect& rect, float gain, Composite& re
   if (rect.Empty()) return;
   const std::span<const std::uint16_t> halves = reader.ReadHalves(device->composite.Target(), rect);
   const float to_radiance = 1.0f / gain;
-  const std::uint16_t* half = halves.data();
-  for (int y = rect.lower.y; y < rect.upper.y; ++y) {
+  tbb::parallel_for(rect.lower.y, rect.upper.y, [&](int y) {
+    const std::uint16_t* half = &halves[4 * rect.Index({rect.lower.x, y})];
     for (int x = rect.lower.x; x < rect.upper.x; ++x, half += 4) {
       if (half[3] == 0) continue;
       const std::size_t pixel = result.radiance.Index(x, y);
@@ -379,7 +385,7 @@ void Compositor::Impl::ReadBack(const PixelRect& rect, float gain, Composite& re
       result.change.pixels[pixel] =
           static_cast<std::uint8_t>(is_covered ? PixelChange::kCovered : PixelChange::kScaled);
     }
-  }
+  });
 }
 
 void Compositor::Impl::CompositeInMemory(const CompositeInput& input,
@@ -440,6 +446,7 @@ Composite Compositor::Render(const CompositeInput& given) {
       LayerGain(PeakOf(given.lighting),
                 impl_->by_processor ? PeakOnObjects(given) : PeakOf(given.camera_radiance));
   impl_->UpdateLayerView(given.view.camera);
+  if (impl_->device) impl_->device->timer.Start();
   Impl::Drawn drawn = impl_->DrawLayers(given, to_sun, gain);
   CompositeInput input = given;
   if (drawn.moved_sun) drawn.hidden_sun = &*drawn.moved_sun;
@@ -467,11 +474,13 @@ Composite Compositor::Render(const CompositeInput& given) {
     result.draw_ms += lap_ms();
   } else {
     const PixelRect rect = impl_->CompositeOnDevice(input, drawn, light, gain);
+    impl_->device->timer.Stop();
     glFinish();
     result.draw_ms = lap_ms();
     copy_picture();
     impl_->ReadBack(rect, gain, result);
     result.readback_ms = lap_ms();
+    result.device_ms = impl_->device->timer.Ms();
   }
   result.draw_calls = TakeDrawCount();
   impl_->context.RequireNotLost();

@@ -57,22 +57,10 @@ void CasterBuffers::DrawIndices(const GlObject& indices,
 }
 
 void CasterBuffers::DrawSurface(const glm::mat4& clip_from_position) const {
-  std::vector<GLsizei> counts;
-  std::vector<const void*> offsets;
+  // One by one: OpenGL ES has no call for several, but for an extension that some drivers lack.
   for (const auto& [first, count] : surface_.InView(clip_from_position)) {
-    counts.push_back(static_cast<GLsizei>(3 * count));
-    // NOLINTNEXTLINE(performance-no-int-to-ptr)
-    offsets.push_back(reinterpret_cast<const void*>(first * sizeof(glm::uvec3)));
+    DrawIndices(surface_indices_, 3 * first, 3 * count);
   }
-  if (counts.empty()) return;
-  glBindVertexArray(vertex_array_.Name());
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, surface_indices_.Name());
-  CountDraw();
-  glMultiDrawElements(GL_TRIANGLES,
-                      counts.data(),
-                      GL_UNSIGNED_INT,
-                      offsets.data(),
-                      static_cast<GLsizei>(counts.size()));
 }
 
 void CasterBuffers::DrawCaps(const ShadowVolumes::Batch& batch) const {

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include <glm/common.hpp>
 #include <glm/vec4.hpp>
 
 #include "render/real_sun.h"
@@ -23,12 +24,26 @@ uniform sampler2D u_object_layer;
 uniform sampler2D u_lookup;
 uniform int u_has_lookup;
 
+// The value at a place between texels; zero outside. A GPU's own filter has weights of eight bits,
+// which show at edges.
+vec4 Between(sampler2D layer, vec2 place) {
+  ivec2 size = textureSize(layer, 0);
+  if (any(lessThanEqual(place, vec2(0.0))) || any(greaterThanEqual(place, vec2(size)))) {
+    return vec4(0.0);
+  }
+  vec2 corner = floor(place - 0.5);
+  vec2 share = place - 0.5 - corner;
+  ivec2 low = max(ivec2(corner), ivec2(0));
+  ivec2 high = min(ivec2(corner) + 1, size - 1);
+  return mix(mix(texelFetch(layer, low, 0), texelFetch(layer, ivec2(high.x, low.y), 0), share.x),
+             mix(texelFetch(layer, ivec2(low.x, high.y), 0), texelFetch(layer, high, 0), share.x),
+             share.y);
+}
+
 // The layers' value at a camera pixel.
 vec4 LayerAt(sampler2D layer, ivec2 pixel) {
   if (u_has_lookup == 0) return texelFetch(layer, pixel, 0);
-  vec2 place = texelFetch(u_lookup, pixel, 0).xy / vec2(textureSize(layer, 0));
-  bool is_inside = all(greaterThan(place, vec2(0.0))) && all(lessThan(place, vec2(1.0)));
-  return is_inside ? texture(layer, place) : vec4(0.0);
+  return Between(layer, texelFetch(u_lookup, pixel, 0).xy);
 }
 )";
 constexpr std::string_view kShadowedShader = R"(
@@ -88,17 +103,12 @@ float BlurredHiddenAt(ivec2 pixel) {
 }
 float ShadowAt(ivec2 pixel) {
   if (u_hidden_sun_rect.z > 0) return BlurredHiddenAt(pixel);
-  vec2 size = vec2(textureSize(u_shadow_mask, 0));
   vec2 place = u_has_lookup != 0 ? texelFetch(u_lookup, pixel, 0).xy : vec2(pixel) + 0.5;
   float sum = 0.0;
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
-      vec2 at = place + vec2(dx, dy);
       float weight = (dx == 0 ? 0.5 : 0.25) * (dy == 0 ? 0.5 : 0.25);
-      if (all(greaterThan(at, vec2(0.0))) && all(lessThan(at, size))) {
-        sum += weight * (u_has_lookup != 0 ? texture(u_shadow_mask, at / size).r
-                                           : texelFetch(u_shadow_mask, ivec2(at), 0).r);
-      }
+      sum += weight * Between(u_shadow_mask, place + vec2(dx, dy)).r;
     }
   }
   return sum;
@@ -113,6 +123,11 @@ out vec4 o_colour;
 
 const float kHalfMax = 65504.0;
 const float kScaled = 128.0 / 255.0;
+
+// In the layers' units; alpha: whether it is clipped.
+vec4 CameraAt(ivec2 pixel) {
+  return texelFetch(u_camera_radiance, pixel, 0) * vec4(vec3(u_gain), 1.0);
+}
 
 bool IsKnown(vec3 camera) {
   return all(greaterThanEqual(camera, vec3(0.0))) && all(lessThan(camera, vec3(1e37)));
@@ -130,14 +145,13 @@ constexpr std::string_view kCoverShader = R"(
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 object = LayerAt(u_object_layer, pixel);
-  vec3 camera = u_gain * texelFetch(u_camera_radiance, pixel, 0).rgb;
+  vec3 camera = CameraAt(pixel).rgb;
   if (!(object.a > 0.0)) discard;
   o_colour = Covered(object, camera, IsKnown(camera));
 }
 )";
 
 constexpr std::string_view kRelightShader = R"(
-uniform sampler2D u_clipped;
 uniform sampler2D u_albedo;
 uniform sampler2D u_normal;
 uniform sampler2DArray u_sky_response;
@@ -207,12 +221,12 @@ float SunWithout(ivec2 pixel, vec3 observed, bool clipped, Surface surface) {
       ivec2 place = pixel + int(kAroundPx) * (ivec2(i % 3, i / 3) - 1);
       if (any(lessThan(place, ivec2(0))) ||
           any(greaterThanEqual(place, textureSize(u_camera_radiance, 0)))) continue;
-      vec3 camera = u_gain * texelFetch(u_camera_radiance, place, 0).rgb;
+      vec4 camera = CameraAt(place);
       if (!(dot(surface.normal, texelFetch(u_normal, place, 0).rgb) > kOnePlaneCosine)) continue;
-      if (!IsKnown(camera)) continue;
+      if (!IsKnown(camera.rgb)) continue;
       vec3 other = max(texelFetch(u_albedo, place, 0).rgb, vec3(kLeastAlbedo));
-      around[i] = LevelOf(camera * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
-                          texelFetch(u_clipped, place, 0).r > 0.0, lit, shaded, sigma);
+      around[i] = LevelOf(camera.rgb * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
+                          camera.a > 0.0, lit, shaded, sigma);
     }
     vec2 above = MedianOf(around[0], around[1], around[2]);
     vec2 below = MedianOf(around[6], around[7], around[8]);
@@ -262,7 +276,8 @@ void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   float in_shadow = ShadowAt(pixel);
   vec4 object = LayerAt(u_object_layer, pixel);
-  vec3 camera = u_gain * texelFetch(u_camera_radiance, pixel, 0).rgb;
+  vec4 camera_clipped = CameraAt(pixel);
+  vec3 camera = camera_clipped.rgb;
   bool is_known = IsKnown(camera);
   vec3 sky = vec3(0.0);
   for (int k = 0; k < u_sky_shapes; ++k) {
@@ -273,7 +288,7 @@ void main() {
   vec4 albedo = texelFetch(u_albedo, pixel, 0);
   vec3 direct = u_sun_irradiance * max(dot(normal, u_to_sun), 0.0);
   vec3 indirect = sky + u_sun_irradiance * texelFetch(u_sun_bounce, pixel, 0).rgb;
-  bool clipped = texelFetch(u_clipped, pixel, 0).r > 0.0;
+  bool clipped = camera_clipped.a > 0.0;
   vec3 to_radiance = albedo.rgb * kInvPi;
   Surface surface = Surface(normal, albedo, to_radiance * (indirect + direct),
                             to_radiance * indirect, visibility_edge.x, visibility_edge.y);
@@ -351,7 +366,9 @@ void AddLookup(const LayerLookup& lookup, const ShaderProgram& program, BoundTex
   program.Set("u_has_lookup", lookup.IsIdentity() ? 0 : 1);
 }
 
-void AddChange(const RectTexture& change, const ShaderProgram& program, BoundTextures& textures) {
+void AddChange(const RectTexture<glm::vec4>& change,
+               const ShaderProgram& program,
+               BoundTextures& textures) {
   const PixelRect& rect = change.Rect();
   textures.Add("u_change", change.Texture());
   program.Set("u_change_rect", glm::ivec4(rect.lower, rect.upper - rect.lower));
@@ -370,6 +387,12 @@ void AddShadow(const CompositeLayers& layers,
 }
 
 }  // namespace
+
+PixelRect CompositeLayers::ReadRect(int width, int height) const {
+  const PixelRect drawn = Rect();
+  return {glm::max(drawn.lower - kAroundPx, glm::ivec2(0)),
+          glm::min(drawn.upper + kAroundPx, glm::ivec2(width, height))};
+}
 
 CompositePass::CompositePass()
     : target_("composite", GL_RGBA16F, FrameBuffer::DepthStencil::kDepth24Stencil8),
@@ -427,7 +450,6 @@ void CompositePass::Relight(const CompositeLayers& layers,
   relight_program_.Use();
   BoundTextures textures(relight_program_);
   textures.Add("u_camera_radiance", surface.Camera());
-  textures.Add("u_clipped", surface.Clipped());
   AddShadow(layers, relight_program_, textures);
   textures.Add("u_albedo", surface.Albedo());
   textures.Add("u_normal", surface.Normal());

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include "render/internal/blur_kernel.h"
 #include "render/internal/frame_buffer.h"
@@ -28,8 +29,9 @@ struct CompositeLayers {
   const LayerLookup& lookup;
   GLuint object_layer = 0;
   GLuint shadow_mask = 0;
-  const RectTexture& change;
-  const RectTexture& hidden_sun;  // Shares of the sun's disc; replaces the mask unless empty.
+  const RectTexture<glm::vec4>& change;  // Alpha is not used.
+  const RectTexture<float>&
+      hidden_sun;                 // Shares of the sun's disc; replaces the mask unless empty.
   const BlurKernel& shadow_blur;  // Blur of hidden_sun.
   PixelRect object_rect;
   PixelRect mask_rect;
@@ -38,6 +40,8 @@ struct CompositeLayers {
   PixelRect ShadowRect() const { return UnionOf(mask_rect, hidden_rect); }
   PixelRect RelitRect() const { return UnionOf(ShadowRect(), change.Rect()); }
   PixelRect Rect() const { return UnionOf(object_rect, RelitRect()); }
+  // What is read of the picture: a pixel's sun is found from pixels around it, too.
+  PixelRect ReadRect(int width, int height) const;
 };
 
 class CompositePass {

@@ -67,4 +67,10 @@ GlObject MakeProgram() {
   return {glCreateProgram(), [](GLuint dead) { glDeleteProgram(dead); }};
 }
 
+GlObject MakeQuery() {
+  GLuint name = 0;
+  glGenQueries(1, &name);
+  return {name, [](GLuint dead) { glDeleteQueries(1, &dead); }};
+}
+
 }  // namespace pleinair

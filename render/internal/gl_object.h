@@ -36,6 +36,7 @@ GlObject MakeRenderbuffer();
 GlObject MakeFramebuffer();
 GlObject MakeShader(GLenum stage);
 GlObject MakeProgram();
+GlObject MakeQuery();
 
 // Replaces the buffer's content, and lets the driver discard the old one.
 template <typename Container>

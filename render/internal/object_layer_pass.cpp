@@ -16,10 +16,11 @@ namespace pleinair {
 namespace {
 
 // Binds a texture over part of a picture whose own part starts at `first`.
+template <typename Texel>
 void BindRect(const ShaderProgram& program,
               const char* texture_uniform,
               const char* rect_uniform,
-              const RectTexture& texture,
+              const RectTexture<Texel>& texture,
               const glm::ivec2& first) {
   const PixelRect& rect = texture.Rect();
   program.Set(texture_uniform, 0);
@@ -179,7 +180,9 @@ void ObjectLayerPass::DrawFromVertices(const LayerView& view,
   scene.ShadedObjects().UploadIrradiance(light.vertex_irradiance, light.gain);
   mirrored_.Clear();
   if (light.mirrored != nullptr) {
-    mirrored_.Update({light.mirrored->x_px, light.mirrored->y_px}, light.mirrored->radiance);
+    mirrored_.Update({light.mirrored->x_px, light.mirrored->y_px},
+                     light.mirrored->radiance,
+                     [](const glm::vec3& radiance) { return glm::vec4(radiance, 0.0f); });
   }
   BindSamples();
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);

@@ -38,7 +38,7 @@ struct LayerLight {
   // Per object and vertex; empty: none.
   std::span<const std::vector<glm::vec3>> vertex_irradiance;
   // Share of the disc, a sample at a time; may be empty.
-  const RectTexture& seen_sun;
+  const RectTexture<float>& seen_sun;
   // Light of glossy surfaces; null: they are diffuse.
   const MirroredLight* mirrored = nullptr;
   float gain = 1.0f;  // To the layer's units, of irradiance and of what is mirrored.
@@ -127,7 +127,7 @@ class ObjectLayerPass {
   GlObject no_vertices_;
   PixelRect drawn_rect_;
   std::vector<std::int8_t> sunlit_sides_;
-  RectTexture mirrored_;
+  RectTexture<glm::vec4> mirrored_;
   // Where samples are kept.
   std::optional<KeptFor> kept_for_;
   VertexShares shares_;
@@ -135,7 +135,7 @@ class ObjectLayerPass {
   std::vector<glm::vec3> at_vertices_;
   std::vector<glm::vec3> mirrored_at_pixels_;
   Image<glm::vec4> from_vertices_;
-  RectTexture from_vertices_texture_;
+  RectTexture<glm::vec4> from_vertices_texture_;
 };
 
 }  // namespace pleinair

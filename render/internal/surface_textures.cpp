@@ -1,116 +1,97 @@
 #include "render/internal/surface_textures.h"
 
-#include <vector>
-
-#include <glm/vec2.hpp>
-#include <glm/vec4.hpp>
+#include <algorithm>
+#include <cstddef>
+#include <span>
 
 namespace pleinair {
 namespace {
 
-GlObject MakeNearestTexture(GLenum format, int width, int height) {
-  GlObject texture = MakeTexture();
-  glBindTexture(GL_TEXTURE_2D, texture.Name());
-  glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  return texture;
+// Fills `rect` with texel_of(layer, pixel), `pixel` an index in the picture.
+template <typename Texel, typename TexelOf>
+void Fill(StreamedTexture<Texel>& texture,
+          const PixelRect& rect,
+          int width,
+          const TexelOf& texel_of) {
+  texture.Fill(rect, [&](int layer, int y, std::span<Texel> texels) {
+    std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                        static_cast<std::size_t>(rect.lower.x);
+    for (Texel& texel : texels) texel = texel_of(static_cast<std::size_t>(layer), pixel++);
+  });
 }
 
-template <typename Pixel>
-void Upload(const GlObject& texture,
-            const glm::ivec2& size,
-            GLenum format,
-            GLenum type,
-            const std::vector<Pixel>& pixels) {
-  glBindTexture(GL_TEXTURE_2D, texture.Name());
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size.x, size.y, format, type, pixels.data());
+float FlagOf(const Gray8Image& flags, std::size_t pixel) {
+  return !flags.Empty() && flags.pixels[pixel] != 0 ? 1.0f : 0.0f;
 }
 
 }  // namespace
 
-void SurfaceTextures::Update(const SurfaceView& view) {
-  const Size size{view.Width(), view.Height(), static_cast<int>(view.sky_response.size())};
+PixelRect SurfaceTextures::Uploaded::Take(const void* from,
+                                          std::uint64_t from_version,
+                                          const PixelRect& wanted) {
+  const bool is_same = from == data && from_version == version;
+  if (is_same && UnionOf(rect, wanted) == rect) return {};
+  // A part that grows is uploaded as a whole: rare where the picture stands still.
+  rect = is_same ? UnionOf(rect, wanted) : wanted;
+  data = from;
+  version = from_version;
+  return rect;
+}
+
+void SurfaceTextures::Resize(const Size& size) {
+  if (size == size_) return;
   const glm::ivec2 pixels(size.width, size.height);
-  const bool is_resized = !(size == size_);
-  if (is_resized) {
-    albedo_ = MakeNearestTexture(GL_RGBA32F, size.width, size.height);
-    normal_ = MakeNearestTexture(GL_RGB32F, size.width, size.height);
-    sun_bounce_ = MakeNearestTexture(GL_RGB32F, size.width, size.height);
-    sun_visibility_ = MakeNearestTexture(GL_RG32F, size.width, size.height);
-    sky_response_ = MakeTexture();
-    glBindTexture(GL_TEXTURE_2D_ARRAY, sky_response_.Name());
-    glTexStorage3D(GL_TEXTURE_2D_ARRAY,
-                   1,
-                   GL_RGB32F,
-                   size.width,
-                   size.height,
-                   size.sky_shapes > 0 ? size.sky_shapes : 1);
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    size_ = size;
+  albedo_.Make(pixels);
+  normal_.Make(pixels);
+  sun_bounce_.Make(pixels);
+  sun_visibility_.Make(pixels);
+  sky_response_.Make(pixels, std::max(size.sky_shapes, 1));
+  geometry_ = sky_ = sun_ = {};
+  size_ = size;
+}
+
+void SurfaceTextures::Update(const SurfaceView& view, const PixelRect& wanted) {
+  const int width = view.Width();
+  Resize({width, view.Height(), static_cast<int>(view.sky_response.size())});
+  PixelRect rect = geometry_.Take(view.albedo_rgb.pixels.data(), view.geometry_version, wanted);
+  if (!rect.Empty()) {
+    Fill(albedo_, rect, width, [&](std::size_t, std::size_t i) {
+      return glm::vec4(view.albedo_rgb.pixels[i], FlagOf(view.albedo_measured, i));
+    });
+    Fill(normal_, rect, width, [&](std::size_t, std::size_t i) {
+      return glm::vec4(view.normal_world.pixels[i], 0.0f);
+    });
   }
-  if (is_resized || view.geometry_version != geometry_version_ ||
-      view.albedo_rgb.pixels.data() != geometry_data_) {
-    std::vector<glm::vec4> albedo(view.albedo_rgb.pixels.size());
-    for (std::size_t i = 0; i < albedo.size(); ++i) {
-      albedo[i] =
-          glm::vec4(view.albedo_rgb.pixels[i], view.albedo_measured.pixels[i] != 0 ? 1.0f : 0.0f);
+  if (!view.sky_response.empty()) {
+    rect = sky_.Take(view.sky_response.front().pixels.data(), view.sky_version, wanted);
+    if (!rect.Empty()) {
+      Fill(sky_response_, rect, width, [&](std::size_t k, std::size_t i) {
+        return glm::vec4(view.sky_response[k].pixels[i], 0.0f);
+      });
     }
-    Upload(albedo_, pixels, GL_RGBA, GL_FLOAT, albedo);
-    Upload(normal_, pixels, GL_RGB, GL_FLOAT, view.normal_world.pixels);
-    geometry_version_ = view.geometry_version;
-    geometry_data_ = view.albedo_rgb.pixels.data();
   }
-  const void* sky_data =
-      view.sky_response.empty() ? nullptr : view.sky_response.front().pixels.data();
-  if (is_resized || view.sky_version != sky_version_ || sky_data != sky_data_) {
-    glBindTexture(GL_TEXTURE_2D_ARRAY, sky_response_.Name());
-    for (int k = 0; k < size.sky_shapes; ++k) {
-      glTexSubImage3D(GL_TEXTURE_2D_ARRAY,
-                      0,
-                      0,
-                      0,
-                      k,
-                      size.width,
-                      size.height,
-                      1,
-                      GL_RGB,
-                      GL_FLOAT,
-                      view.sky_response[static_cast<std::size_t>(k)].pixels.data());
-    }
-    sky_version_ = view.sky_version;
-    sky_data_ = sky_data;
-  }
-  if (is_resized || view.sun_version != sun_version_ ||
-      view.sun_visibility.pixels.data() != sun_data_) {
-    std::vector<glm::vec2> visibility(view.sun_visibility.pixels.size());
-    for (std::size_t i = 0; i < visibility.size(); ++i) {
-      visibility[i] = {view.sun_visibility.pixels[i], view.edge_distance_px.pixels[i]};
-    }
-    Upload(sun_visibility_, pixels, GL_RG, GL_FLOAT, visibility);
-    Upload(sun_bounce_, pixels, GL_RGB, GL_FLOAT, view.sun_bounce.pixels);
-    sun_version_ = view.sun_version;
-    sun_data_ = view.sun_visibility.pixels.data();
+  rect = sun_.Take(view.sun_visibility.pixels.data(), view.sun_version, wanted);
+  if (!rect.Empty()) {
+    Fill(sun_visibility_, rect, width, [&](std::size_t, std::size_t i) {
+      return glm::vec2(view.sun_visibility.pixels[i], view.edge_distance_px.pixels[i]);
+    });
+    Fill(sun_bounce_, rect, width, [&](std::size_t, std::size_t i) {
+      return glm::vec4(view.sun_bounce.pixels[i], 0.0f);
+    });
   }
 }
 
-void SurfaceTextures::UpdateCamera(const RgbImage& radiance, const Gray8Image& clipped) {
+void SurfaceTextures::UpdateCamera(const RgbImage& radiance,
+                                   const Gray8Image& clipped,
+                                   const PixelRect& rect) {
   const Size size{radiance.width, radiance.height, 0};
-  const glm::ivec2 pixels(radiance.width, radiance.height);
   if (!(size == camera_size_)) {
-    camera_ = MakeNearestTexture(GL_RGB32F, size.width, size.height);
-    clipped_ = MakeNearestTexture(GL_R8, size.width, size.height);
+    camera_.Make({size.width, size.height});
     camera_size_ = size;
   }
-  Upload(camera_, pixels, GL_RGB, GL_FLOAT, radiance.pixels);
-  if (clipped.Empty()) {
-    const std::vector<std::uint8_t> none(radiance.pixels.size(), 0);
-    Upload(clipped_, pixels, GL_RED, GL_UNSIGNED_BYTE, none);
-  } else {
-    Upload(clipped_, pixels, GL_RED, GL_UNSIGNED_BYTE, clipped.pixels);
-  }
+  Fill(camera_, rect, size.width, [&](std::size_t, std::size_t i) {
+    return glm::vec4(radiance.pixels[i], FlagOf(clipped, i));
+  });
 }
 
 }  // namespace pleinair

@@ -3,27 +3,33 @@
 
 #include <cstdint>
 
-#include "render/internal/gl_object.h"
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+
+#include "render/internal/screen_extent.h"
+#include "render/internal/streamed_texture.h"
 #include "scene/image.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
 
-// Uploads what has changed, by the view's versions.
+// Uploads what has changed, by the view's versions, and only the part that is asked for. Elsewhere
+// the textures are undefined.
 class SurfaceTextures {
  public:
-  void Update(const SurfaceView& view);
+  // `rect` lies in the picture and is not empty.
+  void Update(const SurfaceView& view, const PixelRect& rect);
   // This frame's picture; `clipped` may be empty: nothing is.
-  void UpdateCamera(const RgbImage& radiance, const Gray8Image& clipped);
+  void UpdateCamera(const RgbImage& radiance, const Gray8Image& clipped, const PixelRect& rect);
 
-  GLuint Camera() const { return camera_.Name(); }    // RGB32F.
-  GLuint Clipped() const { return clipped_.Name(); }  // R8.
-  // RGBA32F: albedo, and 1 where it was measured.
+  // RGBA32F or less. Alpha of the first: 1 where the camera clipped; of the second: 1 where the
+  // albedo was measured.
+  GLuint Camera() const { return camera_.Name(); }
   GLuint Albedo() const { return albedo_.Name(); }
-  GLuint Normal() const { return normal_.Name(); }             // RGB32F, world.
-  GLuint SkyResponse() const { return sky_response_.Name(); }  // RGB32F array, a layer a shape.
-  GLuint SunBounce() const { return sun_bounce_.Name(); }      // RGB32F.
-  // RG32F: sun visibility, distance to the nearest edge in pixels.
+  GLuint Normal() const { return normal_.Name(); }             // World.
+  GLuint SkyResponse() const { return sky_response_.Name(); }  // An array, a layer a shape.
+  GLuint SunBounce() const { return sun_bounce_.Name(); }
+  // Red: sun visibility, green: distance to the nearest edge in pixels.
   GLuint SunVisibility() const { return sun_visibility_.Name(); }
 
  private:
@@ -33,23 +39,31 @@ class SurfaceTextures {
     int sky_shapes = 0;
     bool operator==(const Size&) const = default;
   };
+  // The part of some images that is on the device, and what it was uploaded from: by versions
+  // alone, two views without versions would look equal.
+  struct Uploaded {
+    const void* data = nullptr;
+    std::uint64_t version = 0;
+    PixelRect rect;
+
+    // Returns the part that has to be uploaded, and takes it as done; empty where `wanted` is
+    // there.
+    PixelRect Take(const void* from, std::uint64_t from_version, const PixelRect& wanted);
+  };
+
+  void Resize(const Size& size);
 
   Size size_;
   Size camera_size_;
-  // By versions alone, two views without versions would look equal.
-  const void* geometry_data_ = nullptr;
-  const void* sky_data_ = nullptr;
-  const void* sun_data_ = nullptr;
-  std::uint64_t geometry_version_ = 0;
-  std::uint64_t sky_version_ = 0;
-  std::uint64_t sun_version_ = 0;
-  GlObject camera_;
-  GlObject clipped_;
-  GlObject albedo_;
-  GlObject normal_;
-  GlObject sky_response_;
-  GlObject sun_bounce_;
-  GlObject sun_visibility_;
+  Uploaded geometry_;
+  Uploaded sky_;
+  Uploaded sun_;
+  StreamedTexture<glm::vec4> camera_;
+  StreamedTexture<glm::vec4> albedo_;
+  StreamedTexture<glm::vec4> normal_;
+  StreamedTexture<glm::vec4> sky_response_{GL_TEXTURE_2D_ARRAY};
+  StreamedTexture<glm::vec4> sun_bounce_;
+  StreamedTexture<glm::vec2> sun_visibility_;
 };
 
 }  // namespace pleinair

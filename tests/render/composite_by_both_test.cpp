@@ -12,6 +12,7 @@
 #include "composite_scene.h"
 #include "render/compositor.h"
 #include "render/gl_context.h"
+#include "render/software_driver.h"
 #include "test_scenes.h"
 #include "textured_meshes.h"
 
@@ -65,6 +66,7 @@ class CompositeByBoth : public testing::Test {
     const std::size_t count = device.change.pixels.size();
     std::size_t otherwise = 0;
     std::size_t changed = 0;
+    std::size_t rounded_otherwise = 0;
     for (std::size_t i = 0; i < count; ++i) {
       changed += processor.change.pixels[i] != 0 ? 1 : 0;
       if (device.change.pixels[i] != processor.change.pixels[i]) {
@@ -82,12 +84,19 @@ class CompositeByBoth : public testing::Test {
         // vertices, that with the sun, the samples' mean, the composite. So may the coverage be,
         // which the real pixel shows through.
         const float through = std::ldexp(std::max(scene_.radiance.pixels[i][c], 0.0f), -11);
-        EXPECT_NEAR(a[c], b[c], (4e-3f + of_places_) * std::max(a[c], 0.01f) + through)
-            << what << ", pixel " << i;
+        const float bound = (4e-3f + of_places_) * std::max(a[c], 0.01f) + through;
+        if (std::abs(a[c] - b[c]) <= bound) continue;
+        ++rounded_otherwise;
+        if (rounds_as_the_processor_) {
+          ADD_FAILURE() << what << ", pixel " << i << ": " << a[c] << " and " << b[c]
+                        << ", expected within " << bound;
+        }
       }
     }
     // At turning points: a change that is just none, coverage that half a float loses.
     EXPECT_LE(otherwise, 1 + count / 1000) << what;
+    // A GPU's edges and decisions fall otherwise in single pixels.
+    EXPECT_LE(rounded_otherwise, 1 + count / 10000) << what;
     return changed;
   }
 
@@ -98,6 +107,7 @@ class CompositeByBoth : public testing::Test {
   }
 
   HeadlessContext context_;
+  const bool rounds_as_the_processor_ = DrawsOnProcessor(context_.Describe().renderer.c_str());
   CompositeScene scene_{DirectionOf(215.0, 40.0), 160, 120};
   std::vector<VirtualObject> objects_{{Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24)}};
   glm::vec3 light_{1.0f, 0.9f, 0.7f};
@@ -148,6 +158,18 @@ TEST_F(CompositeByBoth, IsTheSameOfObjectsThatHaveLeftTheirEffectBehind) {
   EXPECT_GT(ExpectTheSame(device, processor, "left"), 5000u);
   for (const std::uint8_t what : device.change.pixels) {
     EXPECT_NE(what, static_cast<std::uint8_t>(PixelChange::kCovered));
+  }
+}
+
+// Of a view that stands, only the part that a frame needs is on the device.
+TEST_F(CompositeByBoth, IsTheSameWhereObjectsMoveOverAViewThatStands) {
+  Compositor by_device(CompositorOptions{.composite_by = CompositeBy::kDevice});
+  for (const float x_m : {-2.6f, 2.6f, 0.0f, -2.6f}) {
+    objects_ = {{Sphere({x_m, 0.0f, 1.0f}, 0.6f, 16)}};
+    const Composite device = RenderBy(by_device);
+    const std::size_t changed =
+        ExpectTheSame(device, Render(CompositeBy::kProcessor), "at " + std::to_string(x_m) + " m");
+    EXPECT_GT(changed, 300u);
   }
 }
 
