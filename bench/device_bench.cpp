@@ -1,18 +1,21 @@
-// Frames where a GPU draws them, and whether its pictures are those of software OpenGL. The
+// Frames where a GPU draws them, and whether its pictures are those of a machine without one. The
 // recorded courtyard's frame 6 in three sizes, from a camera that stands still and from one that is
 // held in the hand, with its light kept on the surfaces. Files are read in advance.
 //
 //   pleinair_device_bench [--out FOLDER] [--reference FOLDER]
 //
-// Prints medians over frames, in ms: the entire frame, its view, its drawing, the device's part of
-// that by its own clock (0 in software), and reading back. `--out` writes the last picture of each
-// row as PNG. `--reference` takes such a folder, of another machine, and prints the share of pixels
-// that differ by more than one code value in some channel, and the largest difference; exits with 1
-// where more than 0.1 % do.
+// Prints medians over frames, in ms: the entire frame, its view, its drawing, the time from the
+// first to the last command of that by the device's own clock (0 where the processor composites),
+// and reading back. `--out` writes the last picture of each row as PNG. `--reference` takes such a
+// folder, of another machine, and prints the share of the changed pixels that differ by more than
+// one code value in some channel, and the largest difference. Exits with 1 where more than 0.1 %
+// do, with 2 on errors.
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -21,7 +24,10 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include <glm/mat4x4.hpp>
 
 #include "bench/recorded_courtyard.h"
 #include "bench/resized_frame.h"
@@ -65,8 +71,13 @@ Rgb8Image CodesOf(const RgbImage& radiance, const DisplayCodes& codes) {
   return picture;
 }
 
-// Returns the last picture.
-Rgb8Image Run(const RecordedCourtyard& yard, const Row& row, Times& times) {
+// The last picture of a row.
+struct Picture {
+  Rgb8Image codes;
+  std::size_t changed = 0;  // Pixels that are not the camera's.
+};
+
+Picture Run(const RecordedCourtyard& yard, const Row& row, Times& times) {
   constexpr int kFrames = 30;
   constexpr int kWarmUp = 6;
   Frame frame = yard.frame;
@@ -80,7 +91,7 @@ Rgb8Image Run(const RecordedCourtyard& yard, const Row& row, Times& times) {
                          MakeOutdoorLightingSource({}),
                          compositor,
                          options);
-  RgbImage last;
+  Composite last;
   for (int i = 0; i < kFrames; ++i) {
     if (row.is_hand_held) frame.camera.camera_from_world = HeldInTheHand(first_pose, i);
     const auto start = std::chrono::steady_clock::now();
@@ -95,17 +106,22 @@ Rgb8Image Run(const RecordedCourtyard& yard, const Row& row, Times& times) {
       times.device_ms.push_back(result->composite.device_ms);
       times.read_back_ms.push_back(result->timing_ms.readback);
     }
-    last = std::move(result->composite.radiance);
+    last = std::move(result->composite);
   }
-  return CodesOf(last, DisplayCodes(ResponseCurve::Srgb(), ChosenExposure(frame.radiance)));
+  const auto unchanged =
+      std::count(last.change.pixels.begin(), last.change.pixels.end(), std::uint8_t{0});
+  return {
+      CodesOf(last.radiance, DisplayCodes(ResponseCurve::Srgb(), ChosenExposure(frame.radiance))),
+      last.change.pixels.size() - static_cast<std::size_t>(unchanged)};
 }
 
 struct Difference {
-  double share = 0.0;  // Of pixels that differ by more than one code value.
+  double share = 0.0;  // Of changed pixels that differ by more than one code value.
   int largest = 0;
 };
 
-Difference Compare(const Rgb8Image& picture, const std::filesystem::path& reference_file) {
+Difference Compare(const Picture& drawn, const std::filesystem::path& reference_file) {
+  const Rgb8Image& picture = drawn.codes;
   const Rgb8Image reference = ReadDisplayImage(reference_file);
   if (reference.width != picture.width || reference.height != picture.height) {
     throw std::runtime_error(reference_file.string() + ": is " + std::to_string(reference.width) +
@@ -122,7 +138,8 @@ Difference Compare(const Rgb8Image& picture, const std::filesystem::path& refere
     if (most > 1) ++count;
     difference.largest = std::max(difference.largest, most);
   }
-  difference.share = static_cast<double>(count) / static_cast<double>(picture.pixels.size());
+  difference.share =
+      static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(drawn.changed, 1));
   return difference;
 }
 
@@ -164,7 +181,7 @@ bool RunAll(const Folders& folders) {
          {std::pair{480, 360}, std::pair{1280, 720}, std::pair{1920, 1080}}) {
       const Row row{width_px, height_px, is_hand_held};
       Times times;
-      const Rgb8Image picture = Run(yard, row, times);
+      const Picture picture = Run(yard, row, times);
       std::printf("%-20s %8.1f %8.1f %8.1f %8.2f %8.2f",
                   row.Name().c_str(),
                   UpperMedian(times.frame_ms),
@@ -172,7 +189,7 @@ bool RunAll(const Folders& folders) {
                   UpperMedian(times.draw_ms),
                   UpperMedian(times.device_ms),
                   UpperMedian(times.read_back_ms));
-      if (folders.out) WritePng(*folders.out / (row.Name() + ".png"), picture);
+      if (folders.out) WritePng(*folders.out / (row.Name() + ".png"), picture.codes);
       if (folders.reference) {
         const Difference difference = Compare(picture, *folders.reference / (row.Name() + ".png"));
         std::printf("  %8.4f %6d", 100.0 * difference.share, difference.largest);

@@ -1,7 +1,7 @@
 // The recorded courtyard's frame 6, prepared, and a camera that is held in the hand there.
 #pragma once
 
-#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -9,6 +9,8 @@
 
 #include "datasets/frame_source.h"
 #include "datasets/sequence.h"
+#include "relight/prepared_scene.h"
+#include "scene/frame.h"
 #include "session/file_blob_store.h"
 #include "session/sequence_site.h"
 

@@ -362,9 +362,10 @@ PixelRect Compositor::Impl::CompositeOnDevice(const CompositeInput& input,
                                shadow_blur.Spread(device->hidden_sun.Rect(), width, height)};
   const PixelRect rect = layers.Rect();
   if (rect.Empty()) return rect;
-  const PixelRect read_rect = layers.ReadRect(width, height);
-  device->surface.Update(input.view, read_rect);
-  device->surface.UpdateCamera(input.camera_radiance, input.clipped, read_rect);
+  const PixelRect view_rect = layers.ViewRect(width, height);
+  if (!view_rect.Empty()) device->surface.Update(input.view, view_rect);
+  device->surface.UpdateCamera(
+      input.camera_radiance, input.clipped, layers.CameraRect(width, height));
   device->composite.Draw(layers, light, gain, width, height);
   return rect;
 }

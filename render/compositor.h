@@ -103,7 +103,9 @@ struct CompositorOptions {
 //          hard; on real surfaces they are blurred over a pixel.
 // Lens     For a camera with distortion, layers are drawn without it and looked up for each camera
 //          pixel.
-// Context  Leaves the application's framebuffer and viewport bound, and all tests switched off.
+// Context  Leaves the application's framebuffer, viewport, pixel buffers and pixel layout
+// (PixelStore)
+//          as they were, and all tests switched off.
 class Compositor {
  public:
   // Throws std::runtime_error when the context lacks something, naming it.

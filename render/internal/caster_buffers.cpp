@@ -59,7 +59,7 @@ void CasterBuffers::DrawIndices(const GlObject& indices,
 void CasterBuffers::DrawSurface(const glm::mat4& clip_from_position) const {
   // One by one: OpenGL ES has no call for several, but for an extension that some drivers lack.
   for (const auto& [first, count] : surface_.InView(clip_from_position)) {
-    DrawIndices(surface_indices_, 3 * first, 3 * count);
+    DrawTriangles(surface_indices_, first, count);
   }
 }
 

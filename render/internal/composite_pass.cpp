@@ -24,13 +24,12 @@ uniform sampler2D u_object_layer;
 uniform sampler2D u_lookup;
 uniform int u_has_lookup;
 
-// The value at a place between texels; zero outside. A GPU's own filter has weights of eight bits,
-// which show at edges.
+// The value at a place between texels; zero outside. A GPU's own filter may have weights of only
+// eight bits, which show at edges.
 vec4 Between(sampler2D layer, vec2 place) {
   ivec2 size = textureSize(layer, 0);
-  if (any(lessThanEqual(place, vec2(0.0))) || any(greaterThanEqual(place, vec2(size)))) {
-    return vec4(0.0);
-  }
+  bool is_inside = all(greaterThan(place, vec2(0.0))) && all(lessThan(place, vec2(size)));
+  if (!is_inside) return vec4(0.0);
   vec2 corner = floor(place - 0.5);
   vec2 share = place - 0.5 - corner;
   ivec2 low = max(ivec2(corner), ivec2(0));
@@ -103,12 +102,18 @@ float BlurredHiddenAt(ivec2 pixel) {
 }
 float ShadowAt(ivec2 pixel) {
   if (u_hidden_sun_rect.z > 0) return BlurredHiddenAt(pixel);
-  vec2 place = u_has_lookup != 0 ? texelFetch(u_lookup, pixel, 0).xy : vec2(pixel) + 0.5;
+  vec2 place = u_has_lookup != 0 ? texelFetch(u_lookup, pixel, 0).xy : vec2(pixel);
+  ivec2 size = textureSize(u_shadow_mask, 0);
   float sum = 0.0;
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
       float weight = (dx == 0 ? 0.5 : 0.25) * (dy == 0 ? 0.5 : 0.25);
-      sum += weight * Between(u_shadow_mask, place + vec2(dx, dy)).r;
+      vec2 at = place + vec2(dx, dy);
+      if (u_has_lookup != 0) {
+        sum += weight * Between(u_shadow_mask, at).r;
+      } else if (all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(size)))) {
+        sum += weight * texelFetch(u_shadow_mask, ivec2(at), 0).r;
+      }
     }
   }
   return sum;
@@ -388,10 +393,11 @@ void AddShadow(const CompositeLayers& layers,
 
 }  // namespace
 
-PixelRect CompositeLayers::ReadRect(int width, int height) const {
-  const PixelRect drawn = Rect();
-  return {glm::max(drawn.lower - kAroundPx, glm::ivec2(0)),
-          glm::min(drawn.upper + kAroundPx, glm::ivec2(width, height))};
+PixelRect CompositeLayers::ViewRect(int width, int height) const {
+  const PixelRect relit = RelitRect();
+  if (relit.Empty()) return relit;
+  return {glm::max(relit.lower - kAroundPx, glm::ivec2(0)),
+          glm::min(relit.upper + kAroundPx, glm::ivec2(width, height))};
 }
 
 CompositePass::CompositePass()

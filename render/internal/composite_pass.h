@@ -30,8 +30,8 @@ struct CompositeLayers {
   GLuint object_layer = 0;
   GLuint shadow_mask = 0;
   const RectTexture<glm::vec4>& change;  // Alpha is not used.
-  const RectTexture<float>&
-      hidden_sun;                 // Shares of the sun's disc; replaces the mask unless empty.
+  // Shares of the sun's disc; replaces the mask unless empty.
+  const RectTexture<float>& hidden_sun;
   const BlurKernel& shadow_blur;  // Blur of hidden_sun.
   PixelRect object_rect;
   PixelRect mask_rect;
@@ -40,8 +40,12 @@ struct CompositeLayers {
   PixelRect ShadowRect() const { return UnionOf(mask_rect, hidden_rect); }
   PixelRect RelitRect() const { return UnionOf(ShadowRect(), change.Rect()); }
   PixelRect Rect() const { return UnionOf(object_rect, RelitRect()); }
-  // What is read of the picture: a pixel's sun is found from pixels around it, too.
-  PixelRect ReadRect(int width, int height) const;
+  // What is read of the view: a pixel's sun is found from pixels around it, too.
+  PixelRect ViewRect(int width, int height) const;
+  // And of the camera's picture.
+  PixelRect CameraRect(int width, int height) const {
+    return UnionOf(Rect(), ViewRect(width, height));
+  }
 };
 
 class CompositePass {

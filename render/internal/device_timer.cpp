@@ -13,6 +13,11 @@ GLuint64 NanosecondsOf(const GlObject& query) {
 
 DeviceTimer::DeviceTimer() {
   if (!epoxy_is_desktop_gl()) return;
+  GLint bits = 0;
+  glGetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &bits);
+  if (bits < 1) return;
+  // A device's counter may have fewer bits than its result.
+  if (bits < 64) mask_ = (GLuint64{1} << bits) - 1;
   start_ = MakeQuery();
   stop_ = MakeQuery();
 }
@@ -27,7 +32,7 @@ void DeviceTimer::Stop() {
 
 double DeviceTimer::Ms() const {
   if (!start_) return 0.0;
-  return 1e-6 * static_cast<double>(NanosecondsOf(stop_) - NanosecondsOf(start_));
+  return 1e-6 * static_cast<double>((NanosecondsOf(stop_) - NanosecondsOf(start_)) & mask_);
 }
 
 }  // namespace pleinair

@@ -1,6 +1,8 @@
 #include "render/internal/frame_buffer.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <stdexcept>
 #include <utility>
 
@@ -115,10 +117,37 @@ void ScissorTo(const PixelRect& rect) {
   glScissor(rect.lower.x, rect.lower.y, rect.Width(), rect.Height());
 }
 
+namespace {
+
+// Both desktop OpenGL and ES 3.1 have these; 0 by default, but alignments, which each transfer
+// sets.
+constexpr std::array<GLenum, 10> kPixelLayout{GL_UNPACK_ROW_LENGTH,
+                                              GL_UNPACK_IMAGE_HEIGHT,
+                                              GL_UNPACK_SKIP_ROWS,
+                                              GL_UNPACK_SKIP_PIXELS,
+                                              GL_UNPACK_SKIP_IMAGES,
+                                              GL_UNPACK_ALIGNMENT,
+                                              GL_PACK_ROW_LENGTH,
+                                              GL_PACK_SKIP_ROWS,
+                                              GL_PACK_SKIP_PIXELS,
+                                              GL_PACK_ALIGNMENT};
+
+}  // namespace
+
 ApplicationState::ApplicationState() {
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw_frame_buffer_);
   glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read_frame_buffer_);
   glGetIntegerv(GL_VIEWPORT, viewport_);
+  glGetIntegerv(GL_PIXEL_UNPACK_BUFFER_BINDING, &unpack_buffer_);
+  glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &pack_buffer_);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  for (std::size_t i = 0; i < kPixelLayout.size(); ++i) {
+    glGetIntegerv(kPixelLayout[i], &pixel_layout_[i]);
+    const bool is_alignment =
+        kPixelLayout[i] == GL_UNPACK_ALIGNMENT || kPixelLayout[i] == GL_PACK_ALIGNMENT;
+    glPixelStorei(kPixelLayout[i], is_alignment ? 1 : 0);
+  }
 }
 
 ApplicationState::~ApplicationState() {
@@ -129,6 +158,11 @@ ApplicationState::~ApplicationState() {
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw_frame_buffer_));
   glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read_frame_buffer_));
   glViewport(viewport_[0], viewport_[1], viewport_[2], viewport_[3]);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(unpack_buffer_));
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pack_buffer_));
+  for (std::size_t i = 0; i < kPixelLayout.size(); ++i) {
+    glPixelStorei(kPixelLayout[i], pixel_layout_[i]);
+  }
 }
 
 }  // namespace pleinair

@@ -1,6 +1,7 @@
 // The target of a pass.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include <epoxy/gl.h>
@@ -55,8 +56,9 @@ void ResetPassState();
 // Limits drawing and clearing to `rect`.
 void ScissorTo(const PixelRect& rect);
 
-// Remembers the application's framebuffers and viewport and gives them back, with the state of
-// ResetPassState otherwise.
+// Remembers the application's framebuffers, viewport and layout of pixels in memory, and gives them
+// back, with the state of ResetPassState otherwise. Meanwhile pixels lie in memory without gaps,
+// and no buffer is bound for them.
 class ApplicationState {
  public:
   ApplicationState();
@@ -68,6 +70,9 @@ class ApplicationState {
   GLint draw_frame_buffer_ = 0;
   GLint read_frame_buffer_ = 0;
   GLint viewport_[4] = {0, 0, 0, 0};
+  GLint unpack_buffer_ = 0;
+  GLint pack_buffer_ = 0;
+  std::array<GLint, 10> pixel_layout_{};
 };
 
 }  // namespace pleinair

@@ -1,6 +1,9 @@
 // Values over part of a picture, on the device.
 #pragma once
 
+#include <span>
+
+#include <epoxy/gl.h>
 #include <glm/common.hpp>
 #include <glm/vec2.hpp>
 
@@ -13,7 +16,7 @@ namespace pleinair {
 template <typename Texel>
 class RectTexture {
  public:
-  // Uploads this frame's values, whose texels texel_of(value) gives; an empty image means none.
+  // Uploads this frame's values; texel_of(value) returns the texel. An empty image means none.
   // Keeps its memory while it is large enough.
   template <typename Value, typename TexelOf>
   void Update(const glm::ivec2& lower, const Image<Value>& image, const TexelOf& texel_of) {

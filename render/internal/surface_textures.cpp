@@ -26,16 +26,11 @@ float FlagOf(const Gray8Image& flags, std::size_t pixel) {
 
 }  // namespace
 
-PixelRect SurfaceTextures::Uploaded::Take(const void* from,
-                                          std::uint64_t from_version,
-                                          const PixelRect& wanted) {
-  const bool is_same = from == data && from_version == version;
-  if (is_same && UnionOf(rect, wanted) == rect) return {};
-  // A part that grows is uploaded as a whole: rare where the picture stands still.
-  rect = is_same ? UnionOf(rect, wanted) : wanted;
-  data = from;
-  version = from_version;
-  return rect;
+PixelRect SurfaceTextures::Uploaded::Missing(const Uploaded& wanted) const {
+  if (data != wanted.data || version != wanted.version) return wanted.rect;
+  const PixelRect both = UnionOf(rect, wanted.rect);
+  // A part that grows is uploaded completely, so that it stays one rectangle.
+  return both == rect ? PixelRect() : both;
 }
 
 void SurfaceTextures::Resize(const Size& size) {
@@ -53,7 +48,9 @@ void SurfaceTextures::Resize(const Size& size) {
 void SurfaceTextures::Update(const SurfaceView& view, const PixelRect& wanted) {
   const int width = view.Width();
   Resize({width, view.Height(), static_cast<int>(view.sky_response.size())});
-  PixelRect rect = geometry_.Take(view.albedo_rgb.pixels.data(), view.geometry_version, wanted);
+  // Recorded only after it has been uploaded: that may fail.
+  const Uploaded geometry{view.albedo_rgb.pixels.data(), view.geometry_version, wanted};
+  PixelRect rect = geometry_.Missing(geometry);
   if (!rect.Empty()) {
     Fill(albedo_, rect, width, [&](std::size_t, std::size_t i) {
       return glm::vec4(view.albedo_rgb.pixels[i], FlagOf(view.albedo_measured, i));
@@ -61,16 +58,20 @@ void SurfaceTextures::Update(const SurfaceView& view, const PixelRect& wanted) {
     Fill(normal_, rect, width, [&](std::size_t, std::size_t i) {
       return glm::vec4(view.normal_world.pixels[i], 0.0f);
     });
+    geometry_ = {geometry.data, geometry.version, rect};
   }
   if (!view.sky_response.empty()) {
-    rect = sky_.Take(view.sky_response.front().pixels.data(), view.sky_version, wanted);
+    const Uploaded sky{view.sky_response.front().pixels.data(), view.sky_version, wanted};
+    rect = sky_.Missing(sky);
     if (!rect.Empty()) {
       Fill(sky_response_, rect, width, [&](std::size_t k, std::size_t i) {
         return glm::vec4(view.sky_response[k].pixels[i], 0.0f);
       });
+      sky_ = {sky.data, sky.version, rect};
     }
   }
-  rect = sun_.Take(view.sun_visibility.pixels.data(), view.sun_version, wanted);
+  const Uploaded sun{view.sun_visibility.pixels.data(), view.sun_version, wanted};
+  rect = sun_.Missing(sun);
   if (!rect.Empty()) {
     Fill(sun_visibility_, rect, width, [&](std::size_t, std::size_t i) {
       return glm::vec2(view.sun_visibility.pixels[i], view.edge_distance_px.pixels[i]);
@@ -78,6 +79,7 @@ void SurfaceTextures::Update(const SurfaceView& view, const PixelRect& wanted) {
     Fill(sun_bounce_, rect, width, [&](std::size_t, std::size_t i) {
       return glm::vec4(view.sun_bounce.pixels[i], 0.0f);
     });
+    sun_ = {sun.data, sun.version, rect};
   }
 }
 

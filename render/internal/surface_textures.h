@@ -22,14 +22,13 @@ class SurfaceTextures {
   // This frame's picture; `clipped` may be empty: nothing is.
   void UpdateCamera(const RgbImage& radiance, const Gray8Image& clipped, const PixelRect& rect);
 
-  // RGBA32F or less. Alpha of the first: 1 where the camera clipped; of the second: 1 where the
-  // albedo was measured.
-  GLuint Camera() const { return camera_.Name(); }
-  GLuint Albedo() const { return albedo_.Name(); }
+  // RGBA32F.
+  GLuint Camera() const { return camera_.Name(); }             // Alpha: 1 where it clipped.
+  GLuint Albedo() const { return albedo_.Name(); }             // Alpha: 1 where it was measured.
   GLuint Normal() const { return normal_.Name(); }             // World.
   GLuint SkyResponse() const { return sky_response_.Name(); }  // An array, a layer a shape.
   GLuint SunBounce() const { return sun_bounce_.Name(); }
-  // Red: sun visibility, green: distance to the nearest edge in pixels.
+  // RG32F: sun visibility, distance to the nearest edge in pixels.
   GLuint SunVisibility() const { return sun_visibility_.Name(); }
 
  private:
@@ -46,9 +45,8 @@ class SurfaceTextures {
     std::uint64_t version = 0;
     PixelRect rect;
 
-    // Returns the part that has to be uploaded, and takes it as done; empty where `wanted` is
-    // there.
-    PixelRect Take(const void* from, std::uint64_t from_version, const PixelRect& wanted);
+    // The part that has to be uploaded; empty where `wanted` is there.
+    PixelRect Missing(const Uploaded& wanted) const;
   };
 
   void Resize(const Size& size);
