@@ -168,6 +168,10 @@ bool RunAll(const Folders& folders) {
   if (!std::filesystem::exists(kRecordedCourtyard)) {
     throw std::runtime_error(kRecordedCourtyard.string() + ": the recorded courtyard is not there");
   }
+  if (folders.reference && !std::filesystem::is_directory(*folders.reference)) {
+    throw std::runtime_error(folders.reference->string() +
+                             ": is no folder, expected one that --out wrote");
+  }
   if (folders.out) std::filesystem::create_directories(*folders.out);
   const HeadlessContext context;
   const GlDescription gl = context.Describe();

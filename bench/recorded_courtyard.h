@@ -7,30 +7,15 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/mat4x4.hpp>
 
-#include "datasets/frame_source.h"
-#include "datasets/sequence.h"
-#include "relight/prepared_scene.h"
-#include "scene/frame.h"
-#include "session/file_blob_store.h"
-#include "session/sequence_site.h"
+#include "bench/recorded_place.h"
 
 namespace pleinair {
 
 inline const std::filesystem::path kRecordedCourtyard =
     std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/courtyard-clouds";
 
-struct RecordedCourtyard {
-  Sequence sequence = ReadSequence(kRecordedCourtyard);
-  SequenceSite site = LoadSequenceSite(sequence);
-  PreparedScene scene;
-  Frame frame;
-
-  RecordedCourtyard() {
-    FileBlobStore store;
-    scene = PrepareScene(site.model, PrepareOptionsFor(site), store, [](auto, auto) {});
-    const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
-    for (int i = 0; i <= 6; ++i) frame = frames->Next()->value();
-  }
+struct RecordedCourtyard : RecordedPlace {
+  RecordedCourtyard() : RecordedPlace(kRecordedCourtyard, 6) {}
 };
 
 // The pose of frame `i`: a centimetre and a milliradian a frame, half a metre to the right and as

@@ -17,14 +17,13 @@
 #include <benchmark/benchmark.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "bench/recorded_place.h"
 #include "bench/resized_frame.h"
 #include "datasets/fisheye_setup.h"
-#include "datasets/frame_source.h"
 #include "datasets/sequence.h"
 #include "estimation/fisheye_lighting_source.h"
 #include "pipeline/frame_pipeline.h"
 #include "render/gl_context.h"
-#include "session/file_blob_store.h"
 #include "session/sequence_site.h"
 
 namespace pleinair {
@@ -35,21 +34,13 @@ const std::filesystem::path kFolder =
 
 enum class What { kStill, kCamera, kCameraAndSky };
 
-struct Room {
-  Sequence sequence = ReadSequence(kFolder);
-  SequenceSite site = LoadSequenceSite(sequence);
-  PreparedScene scene;
-  Frame frame;  // Of 512x496.
+struct Room : RecordedPlace {
   RgbImage first_sky;
   RgbImage second_sky;
 
-  Room() {
-    FileBlobStore store;
-    scene = PrepareScene(site.model, PrepareOptionsFor(site), store, [](auto, auto) {});
-    const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
-    for (int i = 0; i < 5; ++i) frame = frames->Next()->value();
+  Room() : RecordedPlace(kFolder, 4) {
     first_sky = *frame.fisheye_radiance;
-    second_sky = *frames->Next()->value().fisheye_radiance;
+    second_sky = *later_frames->Next()->value().fisheye_radiance;
     Resize(512, 496, frame);
   }
 
