@@ -48,7 +48,10 @@ struct VideoReader::Impl {
   bool has_slice_checksums = false;
   bool is_draining = false;
 
-  ~Impl() { avformat_close_input(&container); }
+  ~Impl() {
+    // Without a container its library may be absent, too.
+    if (container != nullptr) avformat_close_input(&container);
+  }
 
   void Open() {
     SilenceLibav();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <ratio>
 #include <stdexcept>
@@ -151,7 +152,7 @@ struct VideoWriter::Impl {
   void Flush() {
     avio_flush(container->pb);
     Check(container->pb->error, "cannot be written");
-    good_bytes = avio_tell(container->pb);
+    good_bytes = avio_seek(container->pb, 0, SEEK_CUR);
   }
 
   void Fill(const Rgb8Image& picture) {

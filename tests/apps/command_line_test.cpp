@@ -72,6 +72,13 @@ TEST_F(CommandLine, RefusesUnknownWords) {
   ExpectOneLineAndCode2("sun --site 57,9 --time 2005-06-21T09:50:00Z --colour red", "colour");
 }
 
+// With FFmpeg come a hundred libraries: it waits for the first video.
+TEST_F(CommandLine, StartsWithoutFfmpeg) {
+  const Ended ended = Shell(std::string("LD_TRACE_LOADED_OBJECTS=1 ") + PLEINAIR_PROGRAM);
+  EXPECT_THAT(ended.output, HasSubstr("libopencv_core"));
+  EXPECT_THAT(ended.output, Not(HasSubstr("libavcodec")));
+}
+
 TEST_F(CommandLine, RefusesABadPlaceOrTime) {
   ExpectOneLineAndCode2("sun --site 91,9 --time 2005-06-21T09:50:00Z", "latitude");
   ExpectOneLineAndCode2("sun --site here --time 2005-06-21T09:50:00Z", "here");

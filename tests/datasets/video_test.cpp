@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "datasets/video/internal/libav_functions.h"
 #include "datasets/video/video_reader.h"
 #include "datasets/video/video_writer.h"
 #include "tests/datasets/made_pictures.h"
@@ -203,6 +204,21 @@ TEST_F(VideoFolder, RefusesWhatIsNoVideo) {
   fs::remove(file_);
   VideoWriter writer(file_, {VideoCodec::kFfv1, 64, 48, false, {}});
   EXPECT_THROW(writer.Add(Noise(32, 24, 0), {}), std::invalid_argument);
+}
+
+TEST(Libav, SaysWhichLibraryOrFunctionIsAbsent) {
+  const auto words = [](const char* library, const char* function) -> std::string {
+    try {
+      FindLibavFunction(library, function);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "found";
+  };
+  EXPECT_THAT(words("libavnowhere.so.1", "av_crc"),
+              testing::StartsWith("libavnowhere.so.1: expected FFmpeg's library"));
+  EXPECT_EQ(words("libc.so.6", "av_crc"),
+            "libc.so.6: expected FFmpeg's function av_crc, found none");
 }
 
 }  // namespace

@@ -5,12 +5,7 @@
 #include <memory>
 #include <string>
 
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-#include <libavutil/crc.h>
-#include <libswscale/swscale.h>
-}
+#include "datasets/video/internal/libav_functions.h"
 
 namespace pleinair {
 
