@@ -17,8 +17,8 @@ struct ExifPlace {
   // Azimuth of the view, from true north, by the camera's compass.
   std::optional<double> heading_deg;
   std::string utc;  // ISO 8601 with Z, the receiver's clock; empty: none.
-  // Orientation in which the picture is to be shown, 1 to 8 as in EXIF; 1 where it is not stated.
-  int orientation = 1;
+  // Orientation in which the picture is to be shown, 1 to 8 as in EXIF.
+  std::optional<int> orientation;
 };
 
 // Empty where the file is no JPEG, has no EXIF data, or impossible values.

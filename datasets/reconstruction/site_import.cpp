@@ -16,6 +16,7 @@
 #include "datasets/reconstruction/reconstruction_file.h"
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
+#include "scene/upper_median.h"
 #include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/local_frame.h"
@@ -104,9 +105,7 @@ double MedianDistance(const Reconstruction& reconstruction) {
   if (distances.empty()) {
     throw std::runtime_error("expected pictures that show points of the reconstruction");
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return UpperMedianInPlace(distances);
 }
 
 Gray8Image LumaOf(const Rgb8Image& picture) {
@@ -199,7 +198,7 @@ class Importer {
                                           options_.photos.string()));
     }
     for (const auto& photograph : photographs_) {
-      orientations_.push_back(photograph ? photograph->place.orientation : 1);
+      orientations_.push_back(photograph ? photograph->place.orientation.value_or(1) : 1);
     }
   }
 

@@ -84,6 +84,7 @@ struct ExifTags {
   std::string decimals;
   std::string offset;
   bool has_exposure = false;  // 1/250 s, f/2.8, ISO 200.
+  unsigned orientation = 0;   // 0: not stated.
 };
 
 inline std::string WithExif(const std::vector<std::byte>& jpeg, const ExifTags& tags) {
@@ -98,6 +99,9 @@ inline std::string WithExif(const std::vector<std::byte>& jpeg, const ExifTags& 
     values.push_back(ExifRationals(EXIF_IFD_EXIF, EXIF_TAG_EXPOSURE_TIME, {1, 250}));
     values.push_back(ExifRationals(EXIF_IFD_EXIF, EXIF_TAG_FNUMBER, {28, 10}));
     values.push_back(ExifShort(EXIF_IFD_EXIF, EXIF_TAG_ISO_SPEED_RATINGS, 200));
+  }
+  if (tags.orientation != 0) {
+    values.push_back(ExifShort(EXIF_IFD_0, EXIF_TAG_ORIENTATION, tags.orientation));
   }
   return WithExif(jpeg, values);
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/exif_time.h"
+#include "datasets/posed_frame_source.h"
 #include "datasets/video/video_writer.h"
 #include "scene/image_io.h"
 #include "sunmodel/time_text.h"
@@ -77,6 +78,25 @@ TEST_F(PictureFolder, GoesToAnyPicture) {
   ASSERT_TRUE(source->Seek(1));
   EXPECT_EQ(TimesOf(*source),
             (std::vector<std::string>{"2026-06-21T11:50:02Z", "2026-06-21T11:50:03Z"}));
+}
+
+// Such a picture shows another view than the site's pose.
+TEST_F(PictureFolder, RefusesPicturesOfACameraHeldOtherwise) {
+  for (unsigned orientation = 0; orientation <= 8; ++orientation) {
+    const std::string time = "2026:06:21 11:50:0" + std::to_string(orientation);
+    AddPicture(std::to_string(orientation) + ".jpg", {time, "", "Z", false, orientation});
+  }
+  const auto source = MakeFrameSourceAt(site_, pictures_, {});
+  for (unsigned orientation = 0; orientation <= 8; ++orientation) {
+    const auto frame = source->Next();
+    EXPECT_EQ(frame->has_value(), orientation <= 2) << orientation;
+    if (*frame) continue;
+    EXPECT_THAT(frame->error().reason,
+                HasSubstr("found EXIF orientation " + std::to_string(orientation) + ": turn"));
+  }
+  // One that moves may be held in any way.
+  const auto moving = MakeFrameSourceAt(WithoutPoses(site_), pictures_, {});
+  while (const auto frame = moving->Next()) EXPECT_TRUE(frame->has_value());
 }
 
 TEST_F(PictureFolder, TakesTimesAndExposureFromExif) {

@@ -359,7 +359,7 @@ TEST(ExifPlace, ReadsPositionHeadingAndOrientation) {
   EXPECT_EQ(place.orientation, 6);
   const ExifPlace none = ReadExifPlace(folder.Write("b.jpg", WithExif(jpeg, ExifTags())));
   EXPECT_FALSE(none.latitude_deg || none.longitude_deg || none.heading_deg);
-  EXPECT_EQ(none.orientation, 1);
+  EXPECT_FALSE(none.orientation);
   EXPECT_EQ(none.utc, "");
   EXPECT_FALSE(ReadExifPlace(folder / "absent.jpg").latitude_deg.has_value());
 }
@@ -378,7 +378,7 @@ TEST(ExifPlaceHardCases, ImpossibleValuesAreNone) {
   EXPECT_FALSE(place.latitude_deg.has_value());
   EXPECT_FALSE(place.heading_deg.has_value());  // From magnetic north.
   EXPECT_EQ(place.utc, "");
-  EXPECT_EQ(place.orientation, 1);
+  EXPECT_FALSE(place.orientation);
   tags[1] = ExifRationals(EXIF_IFD_GPS, EXIF_TAG_GPS_LATITUDE, {48, 0, 0, 1, 0, 1});
   EXPECT_FALSE(ReadExifPlace(folder.Write("b.jpg", WithExif(jpeg, tags))).latitude_deg);
 }
