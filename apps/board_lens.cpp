@@ -147,7 +147,8 @@ BoardLens FitBoards(std::span<const SeenBoard> pictures, std::optional<LensModel
   return lens;
 }
 
-std::vector<BoardSize> SizesSeen(const LensPictures& pictures) {
+std::vector<BoardSize> SizesSeen(const LensPictures& pictures,
+                                 const std::function<bool()>& goes_on) {
   constexpr std::size_t kPicturesLookedAt = 12;
   std::vector<BoardSize> sizes;
   for (std::size_t i = 0; i < std::min(pictures.size(), kPicturesLookedAt); ++i) {
@@ -155,6 +156,7 @@ std::vector<BoardSize> SizesSeen(const LensPictures& pictures) {
     if (seen && std::find(sizes.begin(), sizes.end(), *seen) == sizes.end()) {
       sizes.push_back(*seen);
     }
+    if (goes_on && !goes_on()) break;
   }
   return sizes;
 }

@@ -169,7 +169,9 @@ class LiveRun {
       report.settings =
           DescribeSettings(options_, session->Loaded(), std::nullopt, session->Renderer());
       Composite(*session, frames);
-      End(frames.Finish());
+      std::vector<std::string> notes;
+      Try([&] { notes = frames.Finish(); });
+      End(std::move(notes));
     } else {
       End({});
     }
@@ -273,24 +275,26 @@ class LiveRun {
     // Not by the frames' times: the system's clock may be stepped.
     std::optional<SteadyClock::time_point> first;
     bool is_time_up = false;
-    while (failure_.empty() && !is_time_up && !(taken_frames == options_.frames_limit)) {
-      session.SetEffects(budget.Next());
-      std::optional<FinishedFrame> finished = frames.Next();
-      if (!finished) break;
-      ++taken_frames;
-      if (finished->step.result) {
-        budget.Look(finished->step.result->plan);
-        shown_light.Add(*finished);
-        finished->latency_ms =
-            std::chrono::duration<double, std::milli>(capture_.Clock().MonotonicNow() - taken_)
-                .count();
-        if (!first) first = SteadyClock::now();
-        is_time_up = options_.duration_s && SecondsSince(*first) >= *options_.duration_s;
-      } else if (options_.stop_on_bad_frame) {
-        failure_ = StoppedAt(finished->step.result.error());
+    Try([&] {
+      while (failure_.empty() && !is_time_up && !(taken_frames == options_.frames_limit)) {
+        session.SetEffects(budget.Next());
+        std::optional<FinishedFrame> finished = frames.Next();
+        if (!finished) break;
+        ++taken_frames;
+        if (finished->step.result) {
+          budget.Look(finished->step.result->plan);
+          shown_light.Add(*finished);
+          finished->latency_ms =
+              std::chrono::duration<double, std::milli>(capture_.Clock().MonotonicNow() - taken_)
+                  .count();
+          if (!first) first = SteadyClock::now();
+          is_time_up = options_.duration_s && SecondsSince(*first) >= *options_.duration_s;
+        } else if (options_.stop_on_bad_frame) {
+          failure_ = StoppedAt(finished->step.result.error());
+        }
+        if (!writing.Push(std::move(*finished))) break;
       }
-      if (!writing.Push(std::move(*finished))) break;
-    }
+    });
     capture_.Stop();
     output_.StopWaitingForReaders();
     try {

@@ -53,7 +53,7 @@ void RequireInputsKept(const RunCommandOptions& options) {
 // over.
 std::map<int, TruthFrame> TruthByFrame(const Sequence& sequence) {
   std::map<int, TruthFrame> by_frame;
-  if (!std::filesystem::exists(sequence.folder / "truth" / "truth.json")) return by_frame;
+  if (!HasTruth(sequence)) return by_frame;
   for (TruthFrame& truth : ReadTruth(sequence)) by_frame.emplace(truth.frame, std::move(truth));
   return by_frame;
 }
@@ -154,7 +154,10 @@ void RunRecorded(const RunCommandOptions& options) {
     output.Add(std::move(*finished));
     if (failure && options.stop_on_bad_frame) throw std::runtime_error(StoppedAt(*failure));
   }
-  for (Event& event : events.TakeAll()) output.AddEvent(std::move(event));
+  for (Event& event : events.TakeAll()) {
+    spdlog::warn("{}", event.text);
+    output.AddEvent(std::move(event));
+  }
   output.Finish();
   for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
   if (!is_at_site) AddTruth(sequence, options.out, run.Display(), report);

@@ -6,6 +6,7 @@
 #include "apps/progress.h"
 #include "datasets/judged_sunshine.h"
 #include "datasets/run_scorer.h"
+#include "datasets/truth.h"
 #include "render/gl_context.h"
 #include "session/sequence_session.h"
 
@@ -58,9 +59,7 @@ std::vector<RunToJudge> RunForFigures(const std::filesystem::path& sequence,
   const std::vector<bool> wanted =
       SpreadOver(static_cast<int>(loaded->sequence.frames.size()), settings.frames_limit);
   std::optional<RunScorer> scorer;
-  if (std::filesystem::exists(loaded->sequence.folder / "truth" / "truth.json")) {
-    scorer.emplace(loaded->sequence);
-  }
+  if (HasTruth(loaded->sequence)) scorer.emplace(loaded->sequence);
   const std::vector<std::optional<bool>> judged = ReadJudgedSunshine(loaded->sequence);
 
   const auto context = std::make_shared<const HeadlessContext>();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <stdexcept>
 #include <thread>
@@ -111,12 +112,9 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
 // Whether a picture's error can be measured.
 bool HasPictures(const std::filesystem::path& folder) {
   const Sequence sequence = ReadSequence(folder);
-  if (sequence.virtual_objects.empty()) return false;
-  if (!std::filesystem::exists(folder / "truth" / "truth.json")) return false;
+  if (sequence.virtual_objects.empty() || !HasTruth(sequence)) return false;
   const std::vector<TruthFrame> truth = ReadTruth(sequence);
-  return std::any_of(truth.begin(), truth.end(), [](const TruthFrame& frame) {
-    return frame.with_object && frame.coverage;
-  });
+  return std::any_of(truth.begin(), truth.end(), std::mem_fn(&TruthFrame::HasPicture));
 }
 
 std::string SearchTheFront(const TradeoffCommandOptions& options, const TrialSettings& settings) {

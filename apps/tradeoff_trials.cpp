@@ -84,14 +84,7 @@ TradeoffTrials::TradeoffTrials(const TrialSettings& settings, const Progress& pr
     : settings_(settings),
       progress_(progress),
       default_(LoadSequence(TrialRunOptions(settings), progress)),
-      scorer_([this]() -> const Sequence& {
-        const Sequence& sequence = default_->sequence;
-        if (!std::filesystem::exists(sequence.folder / "truth" / "truth.json")) {
-          throw std::runtime_error((sequence.folder / "truth" / "truth.json").string() +
-                                   ": expected the truth, to measure errors");
-        }
-        return sequence;
-      }()) {
+      scorer_(default_->sequence) {
   const int count = static_cast<int>(default_->sequence.frames.size());
   const std::vector<bool> wanted = SpreadOver(count, settings_.frames_limit);
   const auto source = MakeRecordedFrameSource(default_->sequence, FrameKind::kLinear);

@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "scene/angle_between.h"
 #include "sunmodel/refraction.h"
 #include "sunmodel/sun_position.h"
 
@@ -24,10 +25,6 @@ glm::dvec3 Unit(const glm::dvec3& direction, const char* what, std::size_t index
                                 ": expected a direction");
   }
   return direction / length;
-}
-
-double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
 // Angle between the lines: 0 for opposite directions too.
@@ -75,7 +72,7 @@ glm::dmat3 FromTwo(const DirectionPair& first, const DirectionPair& second, Hand
 std::vector<double> Residuals(std::span<const DirectionPair> units, const glm::dmat3& rotation) {
   std::vector<double> residuals;
   for (const DirectionPair& pair : units) {
-    residuals.push_back(AngleBetween(rotation * pair.direction_camera, pair.direction_world));
+    residuals.push_back(AngleBetweenRad(rotation * pair.direction_camera, pair.direction_world));
   }
   return residuals;
 }

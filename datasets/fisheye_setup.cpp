@@ -10,6 +10,7 @@
 
 #include "calib/fisheye_file.h"
 #include "datasets/internal/sequence_folder.h"
+#include "scene/angle_between.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -52,8 +53,7 @@ glm::dmat3 OrientationOf(const FisheyeEntry& entry, const std::optional<glm::dma
     stated[axis.column] = axis.sign * direction;
     if (!calibrated) continue;
     const glm::dvec3 found = axis.sign * (*calibrated)[axis.column];
-    const double apart_rad =
-        std::atan2(glm::length(glm::cross(found, direction)), glm::dot(found, direction));
+    const double apart_rad = AngleBetweenRad(found, direction);
     if (!(apart_rad <= kRoughOrientationRad)) {
       throw std::runtime_error(std::string(axis.key) + ": expected what the calibration says to " +
                                std::to_string(static_cast<int>(DegFromRad(kRoughOrientationRad))) +

@@ -7,6 +7,7 @@
 #include <tl/expected.hpp>
 
 #include "calib/camera_noise.h"
+#include "calib/response.h"
 #include "datasets/sequence.h"
 #include "scene/frame.h"
 
@@ -24,6 +25,10 @@ class FrameSource {
   virtual bool Seek(int /*index*/) { return false; }
 };
 
+// The response of the sequence's 8-bit camera. Throws std::runtime_error where its file cannot be
+// read, or lies outside the sequence's folder.
+ResponseCurve ResponseOf(const Sequence& sequence);
+
 // Linear pictures or 8-bit ones, where a frame has both.
 enum class FrameKind { kLinear, kLdr };
 
@@ -36,8 +41,7 @@ enum class FrameKind { kLinear, kLdr };
 // file that is missing, truncated, empty, no file, of another size than its camera's, or outside
 // the sequence's folder is an error of that frame only. So is a linear frame or fish-eye picture
 // without a finite pixel. Throws std::runtime_error where the sequence's response, fish-eye
-// calibration or first frame's
-//         mask cannot be read; std::invalid_argument for impossible noise.
+// calibration or first frame's mask cannot be read; std::invalid_argument for impossible noise.
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence,
                                                      FrameKind preferred,
                                                      const CameraNoise& noise = {});

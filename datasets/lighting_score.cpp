@@ -1,4 +1,6 @@
 #include "datasets/lighting_score.h"
+#include "scene/angle_between.h"
+#include "scene/lighting.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,16 +21,9 @@ constexpr double kLeastSunOfARatio = 0.05;
 // Between an estimated ratio and the true one: from here on there is as good as none.
 constexpr double kLargestFactor = 100.0;
 
-double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
-
-// Well conditioned for small angles too.
-double AngleRad(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
-
 std::optional<double> ColourAngleRad(const glm::dvec3& a, const glm::dvec3& b) {
   if (!(glm::length(a) > 0.0) || !(glm::length(b) > 0.0)) return std::nullopt;
-  return AngleRad(a, b);
+  return AngleBetweenRad(a, b);
 }
 
 glm::dvec3 InSigmas(const glm::dvec3& error, const glm::dvec3& stddev) {
@@ -45,7 +40,7 @@ std::optional<double> SunToSkyError(const RecordedLight& estimate,
                                     const TruthFrame& truth,
                                     double largest_true_sun) {
   if (!estimate.sun_irradiance_rgb || !estimate.sky_irradiance_rgb) return std::nullopt;
-  if (!(Mean(truth.sun_irradiance_rgb) >= kLeastSunOfARatio * largest_true_sun)) {
+  if (!(MeanOf(truth.sun_irradiance_rgb) >= kLeastSunOfARatio * largest_true_sun)) {
     return std::nullopt;
   }
   double error = 0.0;
@@ -100,7 +95,7 @@ std::optional<bool> LightScore::SaysWhatItDoesNotKnow() const {
 double LargestTrueSun(const std::vector<TruthFrame>& truth) {
   double largest = 0.0;
   for (const TruthFrame& frame : truth) {
-    largest = std::max(largest, Mean(frame.sun_irradiance_rgb));
+    largest = std::max(largest, MeanOf(frame.sun_irradiance_rgb));
   }
   return largest;
 }
@@ -111,32 +106,33 @@ std::optional<LightScore> ScoreLight(const RecordedLight& estimate,
                                      const glm::dvec3& clear_beam_rgb) {
   if (!estimate.sun_irradiance_rgb && !estimate.sky_irradiance_rgb) return std::nullopt;
   LightScore score;
-  const double clear_beam = Mean(clear_beam_rgb);
+  const double clear_beam = MeanOf(clear_beam_rgb);
   const bool is_absolute = estimate.units == LightUnits::kAbsolute;
   if (is_absolute && estimate.sun_irradiance_rgb) {
     const glm::dvec3 error = glm::abs(*estimate.sun_irradiance_rgb - truth.sun_irradiance_rgb);
-    if (largest_true_sun > 0.0) score.sun_error = Mean(error) / largest_true_sun;
+    if (largest_true_sun > 0.0) score.sun_error = MeanOf(error) / largest_true_sun;
     score.sun_colour_angle_rad =
         ColourAngleRad(*estimate.sun_irradiance_rgb, truth.sun_irradiance_rgb);
     if (const auto& stddev = estimate.sun_irradiance_stddev_rgb) {
       score.sun_error_sigmas = InSigmas(error, *stddev);
-      if (clear_beam > 0.0) score.sun_stddev_of_clear_beam = Mean(*stddev) / clear_beam;
+      if (clear_beam > 0.0) score.sun_stddev_of_clear_beam = MeanOf(*stddev) / clear_beam;
     }
   }
   if (is_absolute && estimate.sky_irradiance_rgb) {
     const glm::dvec3 error = glm::abs(*estimate.sky_irradiance_rgb - truth.sky_irradiance_rgb);
-    const double true_sky = Mean(truth.sky_irradiance_rgb);
-    if (true_sky > 0.0) score.sky_error = Mean(error) / true_sky;
+    const double true_sky = MeanOf(truth.sky_irradiance_rgb);
+    if (true_sky > 0.0) score.sky_error = MeanOf(error) / true_sky;
     score.sky_colour_angle_rad =
         ColourAngleRad(*estimate.sky_irradiance_rgb, truth.sky_irradiance_rgb);
     if (const auto& stddev = estimate.sky_irradiance_stddev_rgb) {
       score.sky_error_sigmas = InSigmas(error, *stddev);
-      if (clear_beam > 0.0) score.sky_stddev_of_clear_beam = Mean(*stddev) / clear_beam;
+      if (clear_beam > 0.0) score.sky_stddev_of_clear_beam = MeanOf(*stddev) / clear_beam;
     }
   }
   score.sun_to_sky_error = SunToSkyError(estimate, truth, largest_true_sun);
   if (estimate.sun_direction_enu) {
-    score.sun_direction_error_rad = AngleRad(*estimate.sun_direction_enu, truth.sun_direction_enu);
+    score.sun_direction_error_rad =
+        AngleBetweenRad(*estimate.sun_direction_enu, truth.sun_direction_enu);
   }
   return score;
 }
@@ -145,7 +141,7 @@ std::optional<glm::dvec3> LogSunOverSkyError(const RecordedLight& estimate,
                                              const TruthFrame& truth,
                                              double largest_true_sun) {
   if (!estimate.sun_irradiance_rgb || !estimate.sky_irradiance_rgb) return std::nullopt;
-  if (!(Mean(truth.sun_irradiance_rgb) >= kLeastSunOfARatio * largest_true_sun)) {
+  if (!(MeanOf(truth.sun_irradiance_rgb) >= kLeastSunOfARatio * largest_true_sun)) {
     return std::nullopt;
   }
   glm::dvec3 error;

@@ -16,6 +16,7 @@
 
 #include "calib/exif_lens.h"
 #include "calib/json_cursor.h"
+#include "calib/timed_pose.h"
 #include "datasets/internal/sequence_json.h"
 #include "datasets/sequence.h"
 #include "datasets/site_file.h"
@@ -377,16 +378,8 @@ void SetSitePose(const fs::path& folder,
                  const glm::dmat4& camera_from_world,
                  std::optional<double> stddev_rad,
                  const fs::path& out) {
-  const glm::dmat3 rotation(camera_from_world);
-  const glm::dmat3 off = glm::transpose(rotation) * rotation - glm::dmat3(1.0);
-  double largest = 0.0;
-  for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) largest = std::max(largest, std::abs(off[c][r]));
-  }
-  // As sequence files are read.
-  if (!(largest <= 1e-5) || !(glm::determinant(rotation) > 0.0)) {
-    throw std::invalid_argument(
-        "camera_from_world: expected a rotation and a translation in metres");
+  if (const std::string fault = FaultOfPose(camera_from_world); !fault.empty()) {
+    throw std::invalid_argument("camera_from_world: expected " + fault);
   }
   const fs::path file = SiteFileIn(folder);
   EditSiteFile(
@@ -455,15 +448,20 @@ void SetSiteEnvironment(const fs::path& folder,
   }
   const fs::path name = FreeName(folder, "environment", map.extension().string());
   WriteWholeFile(folder / name, ReadWholeFile(map));
-  std::optional<fs::path> replaced;
-  EditSiteFile(folder, [&](Json& json) {
-    replaced = MadeBefore(folder, json, {"environment", "image", kMapNote}, map);
-    json[kMapNote] = MadeNote(name);
-    json["environment"] = {{"image", name.string()},
-                           {"position_m", {position_m.x, position_m.y, position_m.z}},
-                           {"time_utc", FormatUtcTime(time)}};
-  });
   std::error_code ignored;
+  std::optional<fs::path> replaced;
+  try {
+    EditSiteFile(folder, [&](Json& json) {
+      replaced = MadeBefore(folder, json, {"environment", "image", kMapNote}, map);
+      json[kMapNote] = MadeNote(name);
+      json["environment"] = {{"image", name.string()},
+                             {"position_m", {position_m.x, position_m.y, position_m.z}},
+                             {"time_utc", FormatUtcTime(time)}};
+    });
+  } catch (...) {
+    fs::remove(folder / name, ignored);
+    throw;
+  }
   if (replaced) fs::remove(*replaced, ignored);
 }
 

@@ -85,9 +85,7 @@ class RecordedFrameSource final : public FrameSource {
   RecordedFrameSource(const Sequence& sequence, FrameKind preferred, const CameraNoise& noise)
       : sequence_(sequence),
         preferred_(preferred),
-        response_(sequence.response_ldr == "srgb8"
-                      ? ResponseCurve::Srgb()
-                      : ResponseCurve::FromFile(FileOf(sequence.response_ldr))),
+        response_(ResponseOf(sequence)),
         noise_(std::make_shared<SignalNoise>(response_, noise)),
         mask_(sequence_) {
     if (HasFisheyePictures(sequence)) {
@@ -193,6 +191,12 @@ class RecordedFrameSource final : public FrameSource {
 };
 
 }  // namespace
+
+ResponseCurve ResponseOf(const Sequence& sequence) {
+  return sequence.response_ldr == "srgb8"
+             ? ResponseCurve::Srgb()
+             : ResponseCurve::FromFile(FileInside(sequence.folder, sequence.response_ldr));
+}
 
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence,
                                                      FrameKind preferred,

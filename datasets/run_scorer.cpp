@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -18,12 +19,30 @@
 namespace pleinair {
 namespace {
 
-Frame ReadFrame(const Sequence& sequence, int frame, FrameKind kind) {
-  Sequence one = sequence;
-  one.frames = {sequence.frames.at(static_cast<std::size_t>(frame))};
-  auto next = MakeRecordedFrameSource(one, kind)->Next();
-  if (!*next) throw std::runtime_error(next->error().reason);
-  return std::move(**next);
+// A sequence's frames of one kind, by their numbers; opened with the first.
+class Frames {
+ public:
+  Frames(Sequence sequence, FrameKind kind) : sequence_(std::move(sequence)), kind_(kind) {}
+  // Throws std::runtime_error where the frame cannot be read.
+  Frame Read(int index) {
+    if (!source_) source_ = MakeRecordedFrameSource(sequence_, kind_);
+    source_->Seek(index);
+    auto next = source_->Next();
+    if (!next) throw std::runtime_error("the sequence has no such frame");
+    if (!*next) throw std::runtime_error(next->error().reason);
+    return std::move(**next);
+  }
+
+ private:
+  Sequence sequence_;
+  FrameKind kind_;
+  std::unique_ptr<FrameSource> source_;
+};
+
+std::map<int, TruthFrame> ByFrame(const std::vector<TruthFrame>& truth) {
+  std::map<int, TruthFrame> by_frame;
+  for (const TruthFrame& frame : truth) by_frame.emplace(frame.frame, frame);
+  return by_frame;
 }
 
 glm::dvec3 ClearBeam(const Sequence& sequence, const glm::dvec3& sun_direction_enu) {
@@ -32,23 +51,30 @@ glm::dvec3 ClearBeam(const Sequence& sequence, const glm::dvec3& sun_direction_e
   return ComputeClearSky(sequence.site.value_or(Site{}), elevation_rad).beam_rgb;
 }
 
-// With the object really there, as a frame of the sequence.
-RgbImage ReadWithObject(const Sequence& sequence, const TruthFrame& truth) {
-  std::error_code error;
-  const bool is_linear = truth.with_object && std::filesystem::exists(*truth.with_object, error);
-  if (is_linear || !truth.with_object_ldr) return ReadRadianceImage(*truth.with_object);
-  Sequence seen = sequence;
-  FrameEntry& entry = seen.frames.at(static_cast<std::size_t>(truth.frame));
-  entry.image.reset();
-  entry.image_ldr = std::filesystem::relative(*truth.with_object_ldr, sequence.folder);
-  return ReadFrame(seen, truth.frame, FrameKind::kLdr).radiance;
+// The sequence whose frames have the object really there, where truth has 8-bit pictures of it.
+Sequence WithObject(Sequence sequence, const std::map<int, TruthFrame>& truth) {
+  for (const auto& [frame, true_frame] : truth) {
+    if (!true_frame.with_object_ldr) continue;
+    FrameEntry& entry = sequence.frames.at(static_cast<std::size_t>(frame));
+    entry.image.reset();
+    entry.raw.reset();
+    entry.video_frame.reset();
+    entry.image_ldr = std::filesystem::relative(*true_frame.with_object_ldr, sequence.folder);
+  }
+  return sequence;
 }
 
 // The reference of a run's composites.
 class CompositeScorer {
  public:
-  CompositeScorer(const Sequence& sequence, const Mesh& phantom)
-      : sequence_(sequence), phantom_(phantom) {
+  CompositeScorer(const Sequence& sequence,
+                  const std::map<int, TruthFrame>& truth,
+                  const Mesh& phantom)
+      : sequence_(sequence),
+        linear_(sequence, FrameKind::kLinear),
+        codes_(sequence, FrameKind::kLdr),
+        with_object_(WithObject(sequence, truth), FrameKind::kLdr),
+        phantom_(phantom) {
     for (const VirtualObjectEntry& entry : sequence.virtual_objects) {
       const LoadedMesh loaded = LoadMesh(sequence.folder / entry.mesh);
       objects_.push_back(TransformMesh(entry.world_from_object, loaded.mesh));
@@ -63,16 +89,16 @@ class CompositeScorer {
       throw std::runtime_error("no truth with the object");
     if (!truth.coverage) throw std::runtime_error("no truth of the object's coverage");
     const ScoredComposite composite = composite_of_run();
-    const RgbImage with_object = ReadWithObject(sequence_, truth);
+    const RgbImage with_object = ReadWithObject(truth);
     const Gray8Image coverage = ReadMaskImage(*truth.coverage);
 
     const FrameEntry& entry = sequence_.frames[static_cast<std::size_t>(truth.frame)];
-    const Frame best = ReadFrame(sequence_, truth.frame, FrameKind::kLinear);
+    const Frame best = linear_.Read(truth.frame);
     std::optional<Frame> codes;
     score.made_from_linear = entry.image.has_value();
     if (entry.image && entry.image_ldr) {
       // The run does not say which kind it was made from; its untouched pixels do.
-      Frame ldr = ReadFrame(sequence_, truth.frame, FrameKind::kLdr);
+      Frame ldr = codes_.Read(truth.frame);
       if (CountIdenticalPixels(ldr.radiance, composite.radiance) >
           CountIdenticalPixels(best.radiance, composite.radiance)) {
         codes = std::move(ldr);
@@ -91,6 +117,13 @@ class CompositeScorer {
   }
 
  private:
+  RgbImage ReadWithObject(const TruthFrame& truth) {
+    std::error_code error;
+    const bool is_linear = truth.with_object && std::filesystem::exists(*truth.with_object, error);
+    if (is_linear || !truth.with_object_ldr) return ReadRadianceImage(*truth.with_object);
+    return with_object_.Read(truth.frame).radiance;
+  }
+
   const Gray8Image* Specular(const Camera& camera) {
     if (!camera_ || !(*camera_ == camera)) {
       specular_ = SpecularPixels(objects_, phantom_, camera);
@@ -100,6 +133,9 @@ class CompositeScorer {
   }
 
   const Sequence& sequence_;
+  Frames linear_;
+  Frames codes_;
+  Frames with_object_;
   RayCaster phantom_;
   std::vector<Mesh> objects_;
   std::optional<Camera> camera_;
@@ -142,23 +178,21 @@ CompositeSummary SummariseComposites(const std::vector<FrameScore>& frames) {
 
 struct RunScorer::Impl {
   const Sequence& sequence;
-  std::map<int, TruthFrame> truth;  // By frame.
   double largest_true_sun = 0.0;
+  std::map<int, TruthFrame> truth;  // By frame.
   Mesh phantom;
   SunlitCounter sunlit;
   CompositeScorer composites;
   std::map<int, SunlitShare> sunlit_share;  // As far as requested.
   std::map<int, FrameScore> added;
 
-  explicit Impl(const Sequence& the_sequence)
+  Impl(const Sequence& the_sequence, const std::vector<TruthFrame>& all)
       : sequence(the_sequence),
+        largest_true_sun(LargestTrueSun(all)),
+        truth(ByFrame(all)),
         phantom(LoadMesh(sequence.folder / sequence.scene_mesh).mesh),
         sunlit(sequence, phantom),
-        composites(sequence, phantom) {
-    std::vector<TruthFrame> all = ReadTruth(sequence);
-    largest_true_sun = LargestTrueSun(all);
-    for (TruthFrame& frame : all) truth.emplace(frame.frame, std::move(frame));
-  }
+        composites(sequence, truth, phantom) {}
 
   FrameScore Untouched(int index) const {
     FrameScore frame;
@@ -185,7 +219,8 @@ struct RunScorer::Impl {
   }
 };
 
-RunScorer::RunScorer(const Sequence& sequence) : impl_(std::make_unique<Impl>(sequence)) {}
+RunScorer::RunScorer(const Sequence& sequence)
+    : impl_(std::make_unique<Impl>(sequence, ReadTruth(sequence))) {}
 RunScorer::~RunScorer() = default;
 RunScorer::RunScorer(RunScorer&&) noexcept = default;
 

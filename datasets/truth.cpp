@@ -21,8 +21,13 @@ glm::dvec3 ReadRgb(const JsonCursor& at) {
   return rgb;
 }
 
+std::filesystem::path NameOf(const Sequence& sequence) {
+  return sequence.folder / "truth" / "truth.json";
+}
+
 std::filesystem::path FileOf(const Sequence& sequence) {
-  std::filesystem::path file = sequence.folder / "truth" / "truth.json";
+  std::filesystem::path file = NameOf(sequence);
+  if (!HasTruth(sequence)) throw JsonError(file.string() + ": expected the truth, found no file");
   if (!ResolveInside(sequence.folder, "truth/truth.json")) {
     throw JsonError(file.string() + ": expected a file inside the sequence's folder");
   }
@@ -50,6 +55,11 @@ std::optional<std::filesystem::path> Picture(const Sequence& sequence,
 }
 
 }  // namespace
+
+bool HasTruth(const Sequence& sequence) {
+  std::error_code error;
+  return std::filesystem::exists(NameOf(sequence), error);
+}
 
 std::vector<TruthFrame> ReadTruth(const Sequence& sequence) {
   const std::filesystem::path file = FileOf(sequence);

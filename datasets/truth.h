@@ -28,10 +28,13 @@ struct TruthFrame {
   bool HasPicture() const { return (with_object || with_object_ldr) && coverage; }
 };
 
+// Whether the sequence's folder has truth/truth.json.
+bool HasTruth(const Sequence& sequence);
+
 // Reads truth/truth.json of the sequence; keys that scoring does not use are ignored. Pictures that
 // it does not name are expected under their usual names.
-// Throws  std::runtime_error naming file, key and what was expected: a frame that the sequence does
-//         not have or that occurs twice, a path outside the sequence's folder.
+// Throws  std::runtime_error naming file, key and what was expected: no such file, a frame that the
+//         sequence does not have or that occurs twice, a path outside the sequence's folder.
 std::vector<TruthFrame> ReadTruth(const Sequence& sequence);
 
 // Mean albedos, by name, of the materials for which truth/truth.json has one. Throws

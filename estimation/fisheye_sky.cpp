@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 
 #include "estimation/internal/measured_pixel.h"
+#include "scene/angle_between.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -33,10 +34,6 @@ constexpr double kWidestFlatTop = 1.5;
 
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
 float Largest(const glm::vec3& rgb) { return std::max({rgb.x, rgb.y, rgb.z}); }
-
-double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
 
 }  // namespace
 
@@ -125,7 +122,7 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
         continue;
       }
       near.push_back({pixel, 0.0});
-      if (AngleBetween(direction, sun_direction_enu) <= kSearchRadiusRad &&
+      if (AngleBetweenRad(direction, sun_direction_enu) <= kSearchRadiusRad &&
           (peak == kNone || Luminance(radiance.pixels[pixel]) > Luminance(radiance.pixels[peak]))) {
         peak = pixel;
       }
@@ -140,7 +137,7 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   double flat_sr = 0.0;
   double flat_radius = 0.0;
   for (Near& at : near) {
-    at.from_peak_rad = AngleBetween(glm::dvec3(table_.direction_world.pixels[at.pixel]), centre);
+    at.from_peak_rad = AngleBetweenRad(glm::dvec3(table_.direction_world.pixels[at.pixel]), centre);
     if (at.from_peak_rad > kSearchRadiusRad || Largest(radiance.pixels[at.pixel]) < top) continue;
     flat_sr += table_.solid_angle_sr.pixels[at.pixel];
     flat_radius = std::max(flat_radius, at.from_peak_rad);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "estimation/internal/square.h"
+#include "scene/lighting.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -21,8 +22,6 @@ constexpr double kAlbedoConverged = 1e-3;
 constexpr double kStrongSun = 0.5;
 // Below this share of a frame's usual light a sample's own error is glare and bounces.
 constexpr double kLeastLight = 0.05;
-
-double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 // Transport of basis light `basis` (0 is the sun).
 double TransportOf(const DiffuseSample& sample, int basis, int channel) {
@@ -284,11 +283,11 @@ class JointFit {
     }
     glm::dvec3 factor = expected / mean;
     const glm::dvec3 sun_over_beam = SunOverBeam();
-    found_.colour_from_sun = Mean(sun_over_beam) > 0.0;
+    found_.colour_from_sun = MeanOf(sun_over_beam) > 0.0;
     if (found_.colour_from_sun) {
       // The suns' colour then is the beam's; the size is the mean over RGB.
       factor = sun_over_beam;
-      factor *= Mean(expected) / Mean(mean * factor);
+      factor *= MeanOf(expected) / MeanOf(mean * factor);
     }
     for (glm::dvec3& albedo : found_.surface_albedo_rgb) albedo *= factor;
     for (int c = 0; c < 3; ++c) log_factor_[c] = std::log(factor[c]);
@@ -307,7 +306,7 @@ class JointFit {
       for (std::size_t f = 0; f < frames_.size(); ++f) {
         if (!IsTold(f) || !(SunOf(f) > kStrongSun * strongest)) continue;
         const glm::dvec3 ratio = SunRgb(f) / frames_[f].clear_beam_rgb;
-        ratios.push_back(ratio[c] / Mean(ratio));
+        ratios.push_back(ratio[c] / MeanOf(ratio));
       }
       if (ratios.empty()) return glm::dvec3(0.0);
       colour[c] = UpperMedianInPlace(ratios);
@@ -319,7 +318,7 @@ class JointFit {
     const LightVector& light = found_.lights[f].irradiance_rgb;
     return {light[0], light[1], light[2]};
   }
-  double SunOf(std::size_t f) const { return Mean(SunRgb(f)); }
+  double SunOf(std::size_t f) const { return MeanOf(SunRgb(f)); }
 
   // Whether the samples determine the sun to a tenth of itself, in each channel.
   bool IsTold(std::size_t f) const {

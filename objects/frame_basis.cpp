@@ -1,4 +1,5 @@
 #include "objects/frame_basis.h"
+#include "scene/angle_between.h"
 
 #include <algorithm>
 #include <cmath>
@@ -108,9 +109,7 @@ double LightsDone::SunGoneOnRad(const FrameBasis& basis, const Lighting& lightin
   double largest = 0.0;
   for (const std::size_t light : StaleIn(basis, lighting)) {
     if (!Ever(basis, light)) continue;
-    const glm::dvec3& then = made_[light].sun_direction_enu;
-    largest =
-        std::max(largest, std::atan2(glm::length(glm::cross(then, now)), glm::dot(then, now)));
+    largest = std::max(largest, AngleBetweenRad(made_[light].sun_direction_enu, now));
   }
   return largest;
 }

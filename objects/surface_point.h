@@ -44,22 +44,4 @@ std::optional<SurfacePoint> NearestSurface(const Mesh& mesh,
                                            const glm::dvec3& position_m,
                                            const glm::dvec3& eye_m);
 
-// The direction along the surface at `point` that is seen as one to the right (1, 0) of the
-// picture, upwards (0, 1) or in between; unit. Without regard to lens distortion, which would turn
-// it by less than a key press needs. None where the surface is seen edge-on or lies behind the
-// camera.
-std::optional<glm::dvec3> DirectionOnSurface(const SurfacePoint& point,
-                                             const Camera& camera,
-                                             const glm::dvec2& right_up);
-
-// The point of the surface at `step_m` from `from` in a direction along it, `direction` unit and at
-// right angles to the normal. Where another surface stands in the way, the way goes on along that
-// one. Beyond an edge it goes on along the surface below, at right angles to this one and at most
-// ten steps deeper. None where nothing does.
-std::optional<SurfacePoint> StepOnSurface(const RayCaster& caster,
-                                          const Mesh& mesh,
-                                          const SurfacePoint& from,
-                                          const glm::dvec3& direction,
-                                          double step_m);
-
 }  // namespace pleinair

@@ -24,6 +24,10 @@ double ChosenExposure(const RgbImage& radiance) {
   return kExposedLevel / static_cast<double>(*nth);
 }
 
+double ChosenExposure(const Frame& frame) {
+  return frame.codes ? 1.0 : ChosenExposure(frame.radiance);
+}
+
 DisplayCodes::DisplayCodes(const ResponseCurve& response, double exposure) {
   for (int c = 0; c < 3; ++c) {
     Channel& channel = channels_[static_cast<std::size_t>(c)];

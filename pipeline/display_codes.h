@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "calib/response.h"
+#include "scene/frame.h"
 #include "scene/image.h"
 
 namespace pleinair {
@@ -17,6 +18,8 @@ inline constexpr double kWhiteCode = 255.0;
 // Returns an exposure, from radiance to [0, 1], for frames that do not state theirs: 95 % of a
 // linear picture's pixels are then below 0.8 of white. 1 for a picture without light.
 double ChosenExposure(const RgbImage& radiance);
+// The same of a frame: 8-bit ones of unknown exposure are in units of their own [0, 1].
+double ChosenExposure(const Frame& frame);
 
 // Continuous code values, 0 to 255, clipped at white; linear between the light of the codes.
 class DisplayCodes {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -22,17 +23,21 @@ const SurveyLight* LightOf(const PreparedScene& scene) {
   return scene.survey ? &scene.survey->light : nullptr;
 }
 
+// Steps are counted in nanoseconds since 1970.
+void RequireStep(const char* name, double step_s) {
+  constexpr double kLeastS = 1e-3;
+  constexpr double kMostS = 86400.0;
+  if (step_s == 0.0 || (step_s >= kLeastS && step_s <= kMostS)) return;
+  std::ostringstream text;
+  text << name << ' ' << step_s << ": expected 0, or " << kLeastS << " to " << kMostS << " seconds";
+  throw std::invalid_argument(text.str());
+}
+
 }  // namespace
 
 void FramePipelineOptions::Validate() const {
-  if (!(sun_step_s >= 0.0) || !std::isfinite(sun_step_s)) {
-    throw std::invalid_argument("sun_step_s " + std::to_string(sun_step_s) +
-                                ": expected 0 or more seconds");
-  }
-  if (!(bounce_step_s >= 0.0) || !std::isfinite(bounce_step_s)) {
-    throw std::invalid_argument("bounce_step_s " + std::to_string(bounce_step_s) +
-                                ": expected 0 or more seconds");
-  }
+  RequireStep("sun_step_s", sun_step_s);
+  RequireStep("bounce_step_s", bounce_step_s);
   object_light.Validate();
   influence.Validate();
   effects.Validate();

@@ -1,4 +1,5 @@
 #include "pipeline/plausibility.h"
+#include "scene/lighting.h"
 
 #include <algorithm>
 #include <chrono>
@@ -9,8 +10,6 @@
 
 namespace pleinair {
 namespace {
-
-double Mean(const glm::dvec3& rgb) { return (rgb.r + rgb.g + rgb.b) / 3.0; }
 
 // 0 where a channel is not a number.
 float Brightest(const glm::vec3& rgb) {
@@ -109,8 +108,8 @@ std::optional<double> SkyHue(const FrameFacts& frame) {
 }
 
 double SunOverSky(const FrameFacts& frame) {
-  const double sun = Mean(frame.sun_irradiance_rgb);
-  return sun > 0.0 ? sun / Mean(frame.sky_irradiance_rgb) : 0.0;
+  const double sun = MeanOf(frame.sun_irradiance_rgb);
+  return sun > 0.0 ? sun / MeanOf(frame.sky_irradiance_rgb) : 0.0;
 }
 
 bool ShowsSun(const FrameFacts& frame) {
@@ -125,7 +124,7 @@ std::optional<double> LargestContrastStep(const std::vector<FrameFacts>& frames)
 std::optional<double> LargestSkyStep(const std::vector<FrameFacts>& frames) {
   return LargestStep(
       frames,
-      [](const FrameFacts& frame) { return Mean(frame.sky_irradiance_rgb); },
+      [](const FrameFacts& frame) { return MeanOf(frame.sky_irradiance_rgb); },
       [](const FrameFacts& frame) { return frame.has_common_unit; });
 }
 

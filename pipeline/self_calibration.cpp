@@ -13,6 +13,7 @@
 #include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
@@ -105,9 +106,7 @@ class SelfCalibrator {
     for (const glm::dvec3& stddev : found.surface_stddev_rgb) {
       deviations.insert(deviations.end(), {stddev.x, stddev.y, stddev.z});
     }
-    const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
-    std::nth_element(deviations.begin(), middle, deviations.end());
-    result.surface_stddev = *middle;
+    result.surface_stddev = UpperMedianInPlace(deviations);
     return result;
   }
 

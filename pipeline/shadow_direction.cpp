@@ -14,6 +14,7 @@
 #include "pipeline/internal/shadow_picture.h"
 #include "pipeline/internal/shadow_pixels.h"
 #include "pipeline/internal/sun_search.h"
+#include "scene/angle_between.h"
 #include "scene/ray_caster.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
@@ -57,10 +58,6 @@ constexpr double kSurelyOffRad = RadFromDeg(12.0);
 
 double AzimuthBetween(const glm::dvec3& a, const glm::dvec3& b) {
   return std::abs(std::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y));
-}
-
-double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
 std::size_t Lowest(const std::vector<double>& values) {
@@ -331,7 +328,7 @@ std::optional<ShownSun> ShadowDirectionFinder::ShownBy(const Frame& frame,
     shown.stddev_rad = there.stddev_rad;
     shown.contradicts = AzimuthBetween(shown.direction_enu, stated_sun_enu) >=
                             std::max(kWorthAWarningRad, kSurelyOffSigmas * there.stddev_rad) ||
-                        AngleBetween(shown.direction_enu, stated_sun_enu) >= kSurelyOffRad;
+                        AngleBetweenRad(shown.direction_enu, stated_sun_enu) >= kSurelyOffRad;
     break;
   }
   return shown;

@@ -6,6 +6,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/angle_between.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
 
@@ -17,10 +18,6 @@ constexpr double kShareChanged = 1.0 / 3.0;
 constexpr double kWarnAgainRad = RadFromDeg(5.0);
 constexpr double kLeastTurnRad = RadFromDeg(3.0);
 constexpr double kSurelyTurnedSigmas = 4.0;
-
-double AngleOf(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
 
 // The sun's share of the light on level ground.
 double SunShare(const Lighting& lighting) {
@@ -40,7 +37,7 @@ bool SunCheck::IsDue(const Lighting& lighting) {
   if (looks_ >= kMostLooks) return false;
   const bool power_of_two = (calls_ & (calls_ - 1)) == 0;
   return power_of_two || !last_look_ ||
-         AngleOf(lighting.sun.direction_enu, last_look_->sun_enu) >= kMovedRad ||
+         AngleBetweenRad(lighting.sun.direction_enu, last_look_->sun_enu) >= kMovedRad ||
          std::abs(SunShare(lighting) - last_look_->sun_share) >= kShareChanged;
 }
 
@@ -76,7 +73,7 @@ std::optional<SunLook> SunCheck::Look(const Frame& frame,
     shown.stddev_rad = stddev_rad;
   }
   if (!shown.contradicts) return SunLook{};
-  const double angle_rad = AngleOf(shown.direction_enu, stated);
+  const double angle_rad = AngleBetweenRad(shown.direction_enu, stated);
   if (warned_of_rad_ && std::abs(angle_rad - *warned_of_rad_) < kWarnAgainRad) return SunLook{};
   warned_of_rad_ = angle_rad;
   return SunLook{

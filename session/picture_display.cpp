@@ -1,5 +1,6 @@
 #include "session/picture_display.h"
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -11,13 +12,12 @@ Rgb8Image PictureDisplay::Show(const RgbImage& radiance, std::optional<double> e
   return CodesFromRadiance(radiance, response_, ExposureOf(exposure));
 }
 
-Rgb8Image PictureDisplay::Show(const Frame& frame, const Composite& composite) {
-  if (!frame.exposure && !chosen_exposure_) {
-    // 8-bit frames of unknown exposure are in units of their own [0, 1].
-    chosen_exposure_ = frame.codes ? 1.0 : ChosenExposure(frame.radiance);
+Rgb8Image PictureDisplay::Show(const Frame& frame, const Composite& composite, double stops) {
+  if (!frame.exposure && !chosen_exposure_) chosen_exposure_ = ChosenExposure(frame);
+  const double exposure = ExposureOf(frame.exposure) * std::exp2(stops);
+  if (!frame.codes || stops != 0.0) {
+    return CodesFromRadiance(composite.radiance, response_, exposure);
   }
-  if (!frame.codes) return Show(composite.radiance, frame.exposure);
-  const double exposure = ExposureOf(frame.exposure);
   Rgb8Image shown = *frame.codes;
   for (std::size_t i = 0; i < shown.pixels.size(); ++i) {
     if (composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kNone)) {

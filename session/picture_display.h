@@ -22,8 +22,9 @@ class PictureDisplay {
   // composite shown, or 1.
   Rgb8Image Show(const RgbImage& radiance, std::optional<double> exposure) const;
 
-  // Where the camera delivered code values, unchanged pixels keep them.
-  Rgb8Image Show(const Frame& frame, const Composite& composite);
+  // Brighter by `stops` (powers of two). At 0, where the camera delivered code values, unchanged
+  // pixels keep them.
+  Rgb8Image Show(const Frame& frame, const Composite& composite, double stops = 0.0);
 
  private:
   double ExposureOf(std::optional<double> stated) const;

@@ -200,8 +200,8 @@ GlDescription SequenceSession::Renderer() const {
   return context_->Describe();
 }
 
-Rgb8Image SequenceSession::Show(const SessionStep& step) {
-  return display_.Show(step.frame.value(), step.result.value().composite);
+Rgb8Image SequenceSession::Show(const SessionStep& step, double stops) {
+  return display_.Show(step.frame.value(), step.result.value().composite, stops);
 }
 
 SequenceSession::Environment SequenceSession::EnvironmentOf(const Lighting& lighting) {

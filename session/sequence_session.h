@@ -96,8 +96,9 @@ class SequenceSession {
   const SurfaceView& View() const { return pipeline_->View(); }
   std::span<const DiffuseSample> Samples() const { return pipeline_->Samples(); }
 
-  // The composite of a step that succeeded, as the camera would have shown it.
-  Rgb8Image Show(const SessionStep& step);
+  // The composite of a step that succeeded, as the camera would have shown it, or brighter by
+  // `stops`.
+  Rgb8Image Show(const SessionStep& step, double stops = 0.0);
   const PictureDisplay& Display() const { return display_; }
   const LoadedSequence& Loaded() const { return *loaded_; }
   GlDescription Renderer() const;

@@ -17,6 +17,7 @@
 #include "pipeline/sun_state.h"
 #include "relight/survey/map_sun.h"
 #include "relight/transport/shading_mesh.h"
+#include "scene/angle_between.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/mesh_io.h"
@@ -73,9 +74,7 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
   constexpr double kWorthAWarningRad = RadFromDeg(3.0);
   const std::optional<MapSun> shown = FindMapSun(map.radiance);
   if (!shown) return {};
-  const double angle_rad =
-      std::atan2(glm::length(glm::cross(shown->direction_enu, map.sun_direction_enu)),
-                 glm::dot(shown->direction_enu, map.sun_direction_enu));
+  const double angle_rad = AngleBetweenRad(shown->direction_enu, map.sun_direction_enu);
   // Under a high sun a wrong north moves it less than it turns shadows.
   const glm::dvec3& a = shown->direction_enu;
   const glm::dvec3& b = map.sun_direction_enu;
@@ -152,7 +151,15 @@ LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
   const EnvironmentEntry& entry = *sequence.environment;
   LoadedMap loaded;
   SurveyMap& map = loaded.map;
-  map.radiance = ReadRadianceImage(sequence.folder / entry.image);
+  const std::filesystem::path file = sequence.folder / entry.image;
+  map.radiance = ReadRadianceImage(file);
+  if (map.radiance.width != 2 * map.radiance.height) {
+    throw std::runtime_error(
+        fmt::format("{}: expected a lat-long picture, twice as wide as high, found {}x{}",
+                    file.string(),
+                    map.radiance.width,
+                    map.radiance.height));
+  }
   const ImageDefects defects = RepairRadiance(map.radiance);
   if (defects.Count() > 0) {
     notes.push_back(entry.image.string() + ": " + std::to_string(defects.not_finite) +
@@ -197,14 +204,11 @@ void Include(const BoundingBox& other, BoundingBox& box) {
 
 // Around the corners of `box`, moved.
 BoundingBox MovedBox(const glm::dmat4& target_from_box, const BoundingBox& box) {
-  BoundingBox moved;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec4 at((corner & 1) != 0 ? box.upper_m.x : box.lower_m.x,
-                        (corner & 2) != 0 ? box.upper_m.y : box.lower_m.y,
-                        (corner & 4) != 0 ? box.upper_m.z : box.lower_m.z,
-                        1.0);
-    const glm::vec3 point_m(glm::dvec3(target_from_box * at));
-    corner == 0 ? void(moved = {point_m, point_m}) : Include({point_m, point_m}, moved);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  BoundingBox moved{glm::vec3(kInfinity), glm::vec3(-kInfinity)};
+  for (const glm::vec3& corner : CornersOf(box)) {
+    const glm::vec3 point_m(glm::dvec3(target_from_box * glm::dvec4(glm::dvec3(corner), 1.0)));
+    Include({point_m, point_m}, moved);
   }
   return moved;
 }

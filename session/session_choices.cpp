@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "datasets/fisheye_setup.h"
+#include "datasets/frame_source.h"
 #include "estimation/fisheye_lighting_source.h"
 #include "estimation/given_lighting_source.h"
 #include "session/given_lighting.h"
@@ -35,10 +36,7 @@ void SetSeed(std::uint64_t seed, SessionOptions& options) {
 }
 
 ResponseCurve ResponseOf(const SessionOptions& options, const Sequence& sequence) {
-  if (options.response) return *options.response;
-  return sequence.response_ldr == "srgb8"
-             ? ResponseCurve::Srgb()
-             : ResponseCurve::FromFile(sequence.folder / sequence.response_ldr);
+  return options.response ? *options.response : ResponseOf(sequence);
 }
 
 SourceKind SourceOf(const SessionOptions& options, const Sequence& sequence) {

@@ -80,13 +80,7 @@ class FrameWorker::Viewing {
   Viewing& operator=(const Viewing&) = delete;
 
   // Throws as LoadSequence, LoadSite and SequenceSession.
-  void Open() {
-    SessionOptions options = worker_.options_;
-    options.pipeline.sun_ahead = source_.IsLive();
-    options.pipeline.light_in_steps = true;
-    options.pipeline.first_in_steps = true;
-    Load(options);
-  }
+  void Open() { Load(worker_.options_); }
 
   // Until the worker ends.
   void Run() {
@@ -277,7 +271,7 @@ class FrameWorker::Viewing {
     frame->request.effects = EffectsFor(request);
     frame->step = std::move(step);
     if (frame->Succeeded()) {
-      frame->shown = Shown(frame->step, request.exposure_stops);
+      frame->shown = session_->Show(frame->step, request.exposure_stops);
       Add(request, *frame);
     } else if (frame->step.frame) {
       frame->shown =
@@ -288,14 +282,6 @@ class FrameWorker::Viewing {
     frame_is_of_session_ = true;
     ReportNotes();
     worker_.Report([&](WorkerNews& news) { news.frame = std::move(frame); });
-  }
-
-  Rgb8Image Shown(const SessionStep& step, double exposure_stops) {
-    if (exposure_stops == 0.0) return session_->Show(step);
-    const double exposure = step.frame->exposure.value_or(
-        step.frame->codes ? 1.0 : ChosenExposure(step.frame->radiance));
-    return session_->Display().Show(step.result->composite.radiance,
-                                    exposure * std::exp2(exposure_stops));
   }
 
   void Add(const ViewRequest& request, ViewedFrame& frame) {
@@ -334,8 +320,11 @@ class FrameWorker::Viewing {
     }
   }
 
-  void Load(const SessionOptions& given) {
-    const SessionOptions options = source_.OptionsOfSession(given);
+  void Load(SessionOptions options) {
+    options.pipeline.sun_ahead = source_.IsLive();
+    options.pipeline.light_in_steps = true;
+    options.pipeline.first_in_steps = true;
+    options = source_.OptionsOfSession(options);
     const auto loaded = source_.Load(options, [this](std::string_view stage, double share) {
       if (worker_.IsEnding()) throw Ending();
       worker_.Report([&](WorkerNews& news) {
@@ -373,9 +362,6 @@ class FrameWorker::Viewing {
     SessionOptions options = worker_.options_;
     for (const std::string& assignment : request.settings) ApplySetting(assignment, options);
     options.pipeline.effects = request.effects;
-    options.pipeline.sun_ahead = source_.IsLive();
-    options.pipeline.light_in_steps = true;
-    options.pipeline.first_in_steps = true;
     Load(options);
   }
 

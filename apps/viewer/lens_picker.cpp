@@ -81,12 +81,11 @@ tl::expected<CalibrationBoard, std::string> LensPicker::BoardOf(const LensBoards
   for (const TakenBoard& taken : boards.pictures) {
     if (taken.use != BoardUse::kNever) pictures.push_back(taken.picture);
   }
-  for (const auto& picture : pictures) {
-    if (stop.stop_requested()) break;
-    picture->SizeSeen();
+  const std::vector<BoardSize> sizes = SizesSeen(pictures, [&] {
     NextLook();
-  }
-  const std::vector<BoardSize> sizes = SizesSeen(pictures);
+    return !stop.stop_requested();
+  });
+  if (stop.stop_requested()) return tl::unexpected(std::string("stopped"));
   if (sizes.empty()) return tl::unexpected(std::string("no chessboard is seen in the pictures"));
   if (sizes.size() > 1) {
     if (const auto best = BestSize(pictures, sizes, boards.model)) {

@@ -22,6 +22,7 @@
 #include "apps/viewer/view_command.h"
 #include "apps/viewer/view_model.h"
 #include "apps/viewer/view_state.h"
+#include "scene/elapsed.h"
 #include "scene/stopwatch.h"
 #include "scene/upper_median.h"
 
@@ -109,10 +110,6 @@ class Viewer {
   static constexpr int kPicturesAfterInput = 3;
   // Drawing for input alone leaves the processor to the frames.
   static constexpr double kAfterInputS = 1.0 / 30.0;
-
-  static double SecondsSince(SteadyClock::time_point time) {
-    return std::chrono::duration<double>(SteadyClock::now() - time).count();
-  }
 
   bool HasNewFrame() const { return model_.frame && model_.frame->number != shown_frame_; }
 

@@ -68,7 +68,6 @@ class PoseStream {
   class LineInput;
   class SlotInput;
 
-  void Run();
   // Why the pose is refused, or others are dropped; empty: neither.
   std::string Take(const TimedPose& pose);
 

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "datasets/camera/live_frame_source.h"
+#include "datasets/frame_source.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/picture_frame.h"
 
@@ -16,9 +17,7 @@ void SetExposure(const CapturedExposure& exposure, FrameEntry& entry) {
 
 SiteFrames::SiteFrames(const Sequence& site, const CameraNoise& noise)
     : site_(site),
-      response_(site.response_ldr == "srgb8"
-                    ? ResponseCurve::Srgb()
-                    : ResponseCurve::FromFile(FileInside(site.folder, site.response_ldr))),
+      response_(ResponseOf(site)),
       noise_(std::make_shared<SignalNoise>(response_, noise)),
       mask_(site_) {}
 

@@ -99,6 +99,7 @@ class VideoFiles final : public PictureFiles {
     const auto codes = DecodeCodes(frame.buffer.bytes, layout);
     if (!codes) return tl::unexpected(codes.error());
     if (!writer_ || pictures_ == kPicturesAVideo) {
+      Finish();
       file_ = NameByTime(folder_, "video", frame.time, ".mkv");
       writer_.emplace(folder_ / file_,
                       VideoFormat{codec_,
@@ -109,13 +110,28 @@ class VideoFiles final : public PictureFiles {
       pictures_ = 0;
       start_ = frame.buffer.monotonic_time;
     }
-    const std::uint64_t bytes = writer_->Add(*codes, frame.buffer.monotonic_time - start_);
+    const std::uint64_t bytes = Write(*codes, frame.buffer.monotonic_time - start_);
     entry.image_ldr = file_;
     entry.video_frame = pictures_++;
     return bytes;
   }
 
+  void Finish() override {
+    if (writer_) writer_->Finish();
+    writer_.reset();
+  }
+
  private:
+  // A video that the disk has failed ends there.
+  std::uint64_t Write(const Rgb8Image& codes, std::chrono::nanoseconds time) {
+    try {
+      return writer_->Add(codes, time);
+    } catch (...) {
+      writer_.reset();
+      throw;
+    }
+  }
+
   VideoCodec codec_;
   fs::path folder_;
   std::optional<VideoWriter> writer_;

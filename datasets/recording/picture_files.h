@@ -29,6 +29,9 @@ class PictureFiles {
   // fails.
   virtual tl::expected<std::uint64_t, std::string> Add(const CameraFrame& frame,
                                                        FrameEntry& entry) = 0;
+  // Ends what is open; nothing can be added then. Throws std::runtime_error where the disk fails:
+  // pictures so far can be read all the same.
+  virtual void Finish() {}
 };
 
 // In `folder`, named for the UTC of the (first) picture: frames/20261123T005140.250000Z.jpg (.raw,

@@ -145,7 +145,7 @@ void Recording::AddEvents(std::span<const Event> events) {
   for (const Event& event : events) events_->Add(LineOf(event));
 }
 
-void Recording::Finish() { pictures_.reset(); }
+void Recording::Finish() { pictures_->Finish(); }
 
 double EstimatedBytes(const PictureLayout& layout, PictureStore store) {
   const double pixels = static_cast<double>(layout.width_px) * layout.height_px;

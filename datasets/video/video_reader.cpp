@@ -197,9 +197,6 @@ VideoReader::~VideoReader() = default;
 VideoReader::VideoReader(VideoReader&&) noexcept = default;
 VideoReader& VideoReader::operator=(VideoReader&&) noexcept = default;
 
-int VideoReader::WidthPx() const { return impl_->decoder->width; }
-int VideoReader::HeightPx() const { return impl_->decoder->height; }
-
 std::optional<UtcTime> VideoReader::CreationTime() const {
   const AVDictionaryEntry* entry =
       av_dict_get(impl_->container->metadata, "creation_time", nullptr, 0);

@@ -33,8 +33,6 @@ class VideoReader {
   VideoReader(VideoReader&&) noexcept;
   VideoReader& operator=(VideoReader&&) noexcept;
 
-  int WidthPx() const;
-  int HeightPx() const;
   // As the camera wrote it. Some write when a recording began, others when it ended.
   std::optional<UtcTime> CreationTime() const;
 

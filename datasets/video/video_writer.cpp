@@ -40,7 +40,7 @@ struct VideoWriter::Impl {
   bool is_mp4 = false;
   std::int64_t last_tick = -1;
   std::int64_t good_bytes = 0;  // With all pictures so far.
-  bool has_failed = false;
+  bool has_failed = true;       // Until the file has its header.
 
   [[noreturn]] void Refuse(const std::string& what, int error) const {
     RefuseFile(file, what + ": " + LibavError(error));
@@ -118,17 +118,19 @@ struct VideoWriter::Impl {
     Check(avio_open(&container->pb, LibavUrl(file).c_str(), AVIO_FLAG_WRITE), "cannot be made");
     Check(avformat_write_header(container, nullptr), "cannot be written");
     Flush();
+    has_failed = false;
   }
 
   ~Impl() {
     if (container == nullptr) return;
-    if (container->pb != nullptr) {
-      if (!has_failed) av_write_trailer(container);
-      avio_closep(&container->pb);
-    }
+    const bool is_open = container->pb != nullptr;
+    if (is_open && !has_failed) av_write_trailer(container);
+    if (is_open) avio_closep(&container->pb);
     avformat_free_context(container);
     std::error_code ignored;
-    if (has_failed) {
+    if (is_open && good_bytes == 0) {
+      std::filesystem::remove(file, ignored);  // Not even its header could be written.
+    } else if (has_failed) {
       std::filesystem::resize_file(file, static_cast<std::uintmax_t>(good_bytes), ignored);
     }
   }

@@ -72,8 +72,7 @@ void FrameEffects::Expose(const Frame& frame) {
     codes_.SetExposure(*frame.exposure);
     return;
   }
-  // 8-bit frames of unknown exposure are in units of their own [0, 1].
-  if (!chosen_exposure_) chosen_exposure_ = frame.codes ? 1.0 : ChosenExposure(frame.radiance);
+  if (!chosen_exposure_) chosen_exposure_ = ChosenExposure(frame);
   codes_.SetExposure(*chosen_exposure_);
 }
 

@@ -1,4 +1,5 @@
 #include "pipeline/internal/shadow_evidence.h"
+#include "scene/upper_median.h"
 
 #include <algorithm>
 #include <array>
@@ -36,12 +37,6 @@ constexpr double kMostIndependentPixels = 16.0;
 // Tiles that prefer no candidate by this much say nothing.
 constexpr double kLeastLogLikelihoodRange = 0.5;
 
-double MedianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::vector<std::vector<std::size_t>> PixelsByPlane(const ShadowPicture& picture) {
   std::map<std::uint32_t, std::vector<std::size_t>> planes;
   for (std::size_t i = 0; i < picture.Size(); ++i) planes[picture.plane[i]].push_back(i);
@@ -69,7 +64,7 @@ std::optional<Levels> LevelsUnder(const ShadowPicture& picture,
   }
   if (lit.size() < kLeastEvidencePixels || shaded.size() < kLeastEvidencePixels)
     return std::nullopt;
-  const Levels levels{MedianOf(lit), MedianOf(shaded)};
+  const Levels levels{UpperMedianInPlace(lit), UpperMedianInPlace(shaded)};
   if (levels.lit - levels.shaded < kLeastContrast) return std::nullopt;
   return levels;
 }
@@ -91,7 +86,7 @@ double SpreadAround(const Levels& levels,
     if (quarters == kShaded) distances.push_back(std::abs(picture.log_radiance[i] - levels.shaded));
   }
   constexpr double kSigmaOfMedianDistance = 1.4826;
-  return std::max(kLeastSpread, kSigmaOfMedianDistance * MedianOf(distances));
+  return std::max(kLeastSpread, kSigmaOfMedianDistance * UpperMedianInPlace(distances));
 }
 
 // Whether the pixel whose shares start at `first` has sun under some candidates only.
@@ -129,7 +124,7 @@ std::vector<double> MisfitByCandidate(const ShadowPicture& picture) {
     std::vector<double> values;
     values.reserve(plane.size());
     for (const std::size_t i : plane) values.push_back(picture.log_radiance[i]);
-    const double middle = MedianOf(values);
+    const double middle = UpperMedianInPlace(values);
     for (std::size_t k = 0; k < candidates; ++k) {
       const Levels levels = LevelsUnder(picture, plane, k).value_or(Levels{middle, middle});
       for (const std::size_t i : plane) {
@@ -157,7 +152,7 @@ double BluenessOfShade(const ShadowPicture& picture, std::size_t candidate) {
     }
     const std::size_t fewer = std::min(lit.size(), shaded.size());
     if (fewer < kLeastEvidencePixels) continue;
-    sum += static_cast<double>(fewer) * (MedianOf(shaded) - MedianOf(lit));
+    sum += static_cast<double>(fewer) * (UpperMedianInPlace(shaded) - UpperMedianInPlace(lit));
     weights += static_cast<double>(fewer);
   }
   return weights > 0.0 ? sum / weights : 0.0;
@@ -225,7 +220,7 @@ PictureEvidence EvidenceNear(const ShadowPicture& picture,
       }
     }
   }
-  if (!contrasts.empty()) result.contrast = std::exp(MedianOf(contrasts));
+  if (!contrasts.empty()) result.contrast = std::exp(UpperMedianInPlace(contrasts));
   for (auto& [tile, sum] : tiles) {
     const double weight = std::min(1.0, kMostIndependentPixels / sum.changing);
     for (double& value : sum.log_likelihood) value *= weight;

@@ -13,6 +13,7 @@
 
 #include "calib/exif_time.h"
 #include "pipeline/sun_state.h"
+#include "scene/angle_between.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
 #include "sunmodel/time_text.h"
@@ -116,7 +117,7 @@ std::optional<double> ExposureValue(const FrameEntry& frame) {
 double Apart(std::span<const SeenSun> suns, const std::function<glm::dvec3(UtcTime)>& computed) {
   double squares = 0.0;
   for (const SeenSun& sun : suns) {
-    const double angle = AngleApart(sun.direction_enu, computed(sun.time));
+    const double angle = AngleBetweenRad(sun.direction_enu, computed(sun.time));
     squares += angle * angle;
   }
   return std::sqrt(squares / static_cast<double>(suns.size()));
@@ -128,10 +129,6 @@ struct Explanation {
 };
 
 }  // namespace
-
-double AngleApart(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
 
 SiteWarnings CheckFrameTimes(const Sequence& sequence) {
   SiteWarnings warnings;

@@ -26,9 +26,6 @@ struct SeenSun {
   double stddev_rad = 0.0;
 };
 
-// Angle between two directions of any length, radians.
-double AngleApart(const glm::dvec3& a, const glm::dvec3& b);
-
 // Returns explanations, in words, for the computed sun not being where it is seen, the best first:
 // a clock or time zone, east instead of west, a model's north. Each has the remaining angle. Empty
 // where there is no simple one.

@@ -1,9 +1,12 @@
 #include "session/check/site_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +17,7 @@
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_state.h"
 #include "relight/survey/map_sun.h"
+#include "scene/angle_between.h"
 #include "scene/image_io.h"
 #include "scene/mesh_io.h"
 #include "session/check/clock_check.h"
@@ -86,14 +90,14 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
   const std::optional<MapSun> shown = FindMapSun(map);
   if (!shown || !sequence.site || entry.sun_direction_enu) return warnings;
   const glm::dvec3 computed = SunOverSite(*sequence.site, entry.time).direction_enu;
-  const double apart = AngleApart(shown->direction_enu, computed);
+  const double apart = AngleBetweenRad(shown->direction_enu, computed);
   const double in_north = std::max({kSunApartRad, 2.0 * sequence.north_stddev_rad});
   if (apart - shown->uncertain_rad < in_north) return warnings;
   const glm::dvec3 mirrored(
       -shown->direction_enu.x, shown->direction_enu.y, shown->direction_enu.z);
   const SeenSun seen{entry.time, shown->direction_enu, shown->uncertain_rad};
   std::string remedy = RemedyFor(std::span(&seen, 1), sequence.site);
-  if (AngleApart(mirrored, computed) <= in_north + shown->uncertain_rad) {
+  if (AngleBetweenRad(mirrored, computed) <= in_north + shown->uncertain_rad) {
     remedy += "; a map that is mirrored left to right would explain it, too";
   }
   warnings.push_back({"the environment map's sun is not where place and time have it",
@@ -104,6 +108,24 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
                                   DegFromRad(apart)),
                       remedy});
   return warnings;
+}
+
+// The only edge of a mesh in one plane is where it was cut off.
+bool IsOnePlane(const Mesh& mesh) {
+  const BoundingBox box = BoundingBoxOf(mesh);
+  const float tolerance_m = 1e-3f * glm::distance(box.lower_m, box.upper_m);
+  std::optional<glm::vec3> normal;
+  for (std::uint32_t t = 0; t < mesh.triangles.size() && !normal; ++t) {
+    const glm::vec3 of_triangle = TriangleNormal(mesh, t);
+    if (glm::length(of_triangle) > 0.5f) normal = of_triangle;
+  }
+  if (!normal) return true;
+  const glm::vec3& origin_m = mesh.positions_m[mesh.triangles.front().x];
+  return std::ranges::all_of(mesh.triangles, [&](const glm::uvec3& triangle) {
+    return std::ranges::all_of(std::array{triangle.x, triangle.y, triangle.z}, [&](auto corner) {
+      return std::abs(glm::dot(mesh.positions_m[corner] - origin_m, *normal)) <= tolerance_m;
+    });
+  });
 }
 
 // Checks edges and shadows in pictures.
@@ -120,6 +142,7 @@ SiteWarnings CheckPictures(const Sequence& sequence,
     looked_at.frames.push_back(sequence.frames[i]);
   }
   EdgeChecker edges(mesh, caster);
+  const bool has_edges = !IsOnePlane(mesh);
   ShadowDirectionFinder finder(mesh, sequence.diffuse_regions);
   std::vector<SeenSun> suns;
   std::string contradiction;
@@ -127,13 +150,13 @@ SiteWarnings CheckPictures(const Sequence& sequence,
   while (const auto next = source->Next()) {
     if (!*next) continue;
     const Frame& frame = **next;
-    edges.Add(frame.radiance, frame.camera);
+    if (has_edges) edges.Add(frame.radiance, frame.camera);
     if (frame.sun_direction_enu || !sequence.site) continue;
     const glm::dvec3 stated = SunOverSite(*sequence.site, frame.time).direction_enu;
     const ShownSun shown = finder.ShownBy(frame, stated);
     if (!(shown.stddev_rad > 0.0)) continue;
     suns.push_back({frame.time, shown.direction_enu, shown.stddev_rad});
-    const double apart = AngleApart(shown.direction_enu, stated);
+    const double apart = AngleBetweenRad(shown.direction_enu, stated);
     if (!shown.contradicts || !contradiction.empty() ||
         apart < std::max(kSunApartRad, 2.0 * sequence.north_stddev_rad)) {
       continue;

@@ -398,12 +398,12 @@ void AddPicture(std::vector<Setting>& settings) {
   settings.push_back(NumberSetting(
       "pipeline.sun_step_s",
       "age that the sun's transport may reach; 0: none",
-      From(0.0, "seconds"),
+      Between(0.0, 86400.0, "seconds"),
       [](Options & o) -> auto& { return o.pipeline.sun_step_s; }));
   settings.push_back(NumberSetting(
       "pipeline.bounce_step_s",
       "the same for the sun's bounces, and sky shapes that turn with it",
-      From(0.0, "seconds"),
+      Between(0.0, 86400.0, "seconds"),
       [](Options & o) -> auto& { return o.pipeline.bounce_step_s; }));
   settings.push_back(NumberSetting(
       "pipeline.view.sun_block_px",

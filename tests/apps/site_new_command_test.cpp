@@ -229,7 +229,7 @@ TEST_F(SiteNew, RefusesInOneLineAndKeepsTheFileWhole) {
   SiteNewOptions photo = Options();
   photo.camera = (PLEINAIR_SOURCE_DIR "/docs/images/courtyard_input.png");
   const std::pair<SiteNewOptions, const char*> cases[] = {{mesh, "bad.obj"},
-                                                          {pose, "a rotation"},
+                                                          {pose, "a rigid transform"},
                                                           {above, "above, below"},
                                                           {map, "twice as wide"},
                                                           {half, "--object-at"},

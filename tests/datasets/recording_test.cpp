@@ -400,6 +400,18 @@ TEST_F(RecordingFolder, LeavesNoHalfPictureWhereTheDiskFails) {
   }
 }
 
+TEST_F(RecordingFolder, SaysThatItsVideoCouldNotBeEnded) {
+  options_.store = PictureStore::kFfv1;
+  Recording recording = Start(kRgb);
+  recording.Add(Picture(kRgb, 0)).value();
+  const fs::path video = options_.folder / "video" / NamesIn("video").at(0);
+  {
+    const FileSizeLimit limit(fs::file_size(video));  // Its index does not fit.
+    EXPECT_THROW(recording.Finish(), std::runtime_error);
+  }
+  ExpectPlays({Picture(kRgb, 0)});
+}
+
 TEST_F(RecordingFolder, LeavesNoHalfLineWhereTheDiskFails) {
   Recording recording = Start(kGrey);
   // Grey pictures without detail are smaller than a few lines.

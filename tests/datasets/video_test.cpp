@@ -9,6 +9,7 @@
 #include "datasets/video/video_reader.h"
 #include "datasets/video/video_writer.h"
 #include "tests/datasets/made_pictures.h"
+#include "tests/scene/file_size_limit.h"
 
 namespace pleinair::video_test {
 namespace {
@@ -59,11 +60,10 @@ TEST_F(VideoFolder, GivesFfv1BackBitForBit) {
     fs::remove(file_);
     WriteFfv1(width, height);
     VideoReader reader(file_);
-    EXPECT_EQ(reader.WidthPx(), width);
-    EXPECT_EQ(reader.HeightPx(), height);
     for (unsigned i = 0; i < 5; ++i) {
       const auto picture = reader.Next();
       ASSERT_TRUE(picture && *picture);
+      EXPECT_EQ((*picture)->codes.width, width);
       EXPECT_EQ((*picture)->codes.pixels, Noise(width, height, i).pixels);
       EXPECT_EQ((*picture)->time, i * milliseconds(40));
     }
@@ -204,6 +204,14 @@ TEST_F(VideoFolder, RefusesWhatIsNoVideo) {
   fs::remove(file_);
   VideoWriter writer(file_, {VideoCodec::kFfv1, 64, 48, false, {}});
   EXPECT_THROW(writer.Add(Noise(32, 24, 0), {}), std::invalid_argument);
+}
+
+TEST_F(VideoFolder, LeavesNothingWhereItsHeaderCannotBeWritten) {
+  {
+    const FileSizeLimit limit(10);
+    EXPECT_THROW(VideoWriter(file_, {VideoCodec::kFfv1, 32, 24, false, {}}), std::runtime_error);
+  }
+  EXPECT_FALSE(fs::exists(file_));
 }
 
 TEST(Libav, SaysWhichLibraryOrFunctionIsAbsent) {

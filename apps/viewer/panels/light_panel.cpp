@@ -5,11 +5,10 @@
 #include <imgui.h>
 
 #include "apps/viewer/panel.h"
+#include "scene/lighting.h"
 
 namespace pleinair {
 namespace {
-
-double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 struct Curve {
   const char* name;
@@ -26,7 +25,7 @@ class LightPlot {
     ImGui::InvisibleButton("plot", size);
     for (const LightPoint& point : points_) {
       if (point.failed) continue;
-      top_ = std::max({top_, Mean(point.sun_rgb), Mean(point.sky_rgb)});
+      top_ = std::max({top_, MeanOf(point.sun_rgb), MeanOf(point.sky_rgb)});
     }
     top_ = top_ > 0.0 ? 1.1 * top_ : 1.0;
     first_ = points_.empty() ? 0 : points_.front().frame;
@@ -60,16 +59,18 @@ class LightPlot {
         before = nullptr;
         continue;
       }
-      const double value = Mean(point.*curve.value);
+      const double value = MeanOf(point.*curve.value);
       if (point.has_stddev) {
-        const double stddev = Mean(point.*curve.stddev);
+        const double stddev = MeanOf(point.*curve.stddev);
         list.AddRectFilled({X(point) - 1.0f, Y(value + stddev)},
                            {X(point) + std::max(1.0f, Step()), Y(std::max(0.0, value - stddev))},
                            band);
       }
       if (before != nullptr) {
-        list.AddLine(
-            {X(*before), Y(Mean(before->*curve.value))}, {X(point), Y(value)}, curve.colour, 2.0f);
+        list.AddLine({X(*before), Y(MeanOf(before->*curve.value))},
+                     {X(point), Y(value)},
+                     curve.colour,
+                     2.0f);
       } else {
         list.AddCircleFilled({X(point), Y(value)}, 2.0f, curve.colour);
       }
@@ -114,8 +115,8 @@ void DrawNumbers(const char* name,
                  const LightPoint* point,
                  const glm::dvec3 LightPoint::*stddev) {
   std::string text = fmt::format("{} {:8.4g} {:8.4g} {:8.4g}", name, rgb.x, rgb.y, rgb.z);
-  if (point != nullptr && point->has_stddev && Mean(rgb) > 0.0) {
-    text += fmt::format("  +/- {:.1f} %", 100.0 * Mean(point->*stddev) / Mean(rgb));
+  if (point != nullptr && point->has_stddev && MeanOf(rgb) > 0.0) {
+    text += fmt::format("  +/- {:.1f} %", 100.0 * MeanOf(point->*stddev) / MeanOf(rgb));
   }
   ImGui::TextColored(colour, "%s", text.c_str());
 }

@@ -287,14 +287,6 @@ std::vector<CameraControl> V4l2Device::Controls() const {
   return controls;
 }
 
-std::optional<v4l2_queryctrl> V4l2Device::QueryControl(std::uint32_t id) const {
-  v4l2_queryctrl query{};
-  query.id = id;
-  if (Call(VIDIOC_QUERYCTRL, &query) != 0) return std::nullopt;
-  if ((query.flags & V4L2_CTRL_FLAG_DISABLED) != 0) return std::nullopt;
-  return query;
-}
-
 std::optional<int> V4l2Device::GetControl(std::uint32_t id) const {
   v4l2_control control{id, 0};
   if (Call(VIDIOC_G_CTRL, &control) != 0) return std::nullopt;

@@ -56,7 +56,6 @@ class V4l2Device {
   std::vector<CameraMode> Modes() const;
   std::vector<CameraControl> Controls() const;
 
-  std::optional<v4l2_queryctrl> QueryControl(std::uint32_t id) const;
   std::optional<int> GetControl(std::uint32_t id) const;
   int SetControl(std::uint32_t id, int value) const;  // As Call.
 

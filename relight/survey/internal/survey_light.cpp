@@ -15,6 +15,7 @@
 #include "relight/survey/internal/map_pixels.h"
 #include "relight/survey/internal/sky_completion.h"
 #include "scene/lat_long.h"
+#include "scene/lighting.h"
 #include "scene/sky_shape.h"
 #include "scene/upper_median.h"
 
@@ -40,8 +41,6 @@ constexpr double kMuchBrighter = 10.0;
 constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
 constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
 constexpr double kMostAureole = 2.0;
-
-double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
 
 LatLongSize SizeOf(const RgbImage& image) { return {image.width, image.height}; }
 
@@ -125,7 +124,7 @@ bool IsCutToOneLevel(const RgbImage& map,
                      const glm::dvec3& whole_sky_median,
                      const glm::dvec3& disc_rgb,
                      const glm::dvec3& clear_beam_rgb) {
-  if (!(Mean(disc_rgb) < 0.5 * Mean(clear_beam_rgb))) return false;
+  if (!(MeanOf(disc_rgb) < 0.5 * MeanOf(clear_beam_rgb))) return false;
   glm::vec3 peak(0.0f);
   for (const MapPixel& pixel : window) peak = glm::max(peak, map.At(pixel.x, pixel.y));
   const float largest = std::max({peak.x, peak.y, peak.z});
@@ -157,7 +156,7 @@ DiscPlace FindDisc(const RgbImage& map,
   MapPixel brightest;
   std::vector<double> around;
   for (const MapPixel& pixel : MapPixelsAround(computed, std::max(kFollowRad, window_rad), size)) {
-    const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
+    const double value = MeanOf(glm::dvec3(map.At(pixel.x, pixel.y)));
     const bool sky = shows_sky.At(pixel.x, pixel.y) != 0;
     (pixel.angle_rad <= window_rad ? inside : outside) =
         std::max(pixel.angle_rad <= window_rad ? inside : outside, sky ? value : 0.0);
@@ -174,7 +173,7 @@ DiscPlace FindDisc(const RgbImage& map,
   const double top = inside_is_it ? inside : outside;
   glm::dvec3 centre(0.0);
   for (const MapPixel& pixel : MapPixelsAround(spot, window_rad, size)) {
-    const double value = Mean(glm::dvec3(map.At(pixel.x, pixel.y)));
+    const double value = MeanOf(glm::dvec3(map.At(pixel.x, pixel.y)));
     if (value > 0.01 * top) {
       centre += value * LatLongPixelSolidAngleSr(pixel.y, size) *
                 MapPixelDirection(pixel.x, pixel.y, size);
@@ -212,10 +211,10 @@ glm::dvec3 TakeOutGlare(const RgbImage& map,
                         SurveyLight& light) {
   double peak = 0.0;
   for (const MapPixel& pixel : window) {
-    peak = std::max(peak, Mean(glm::dvec3(map.At(pixel.x, pixel.y))));
+    peak = std::max(peak, MeanOf(glm::dvec3(map.At(pixel.x, pixel.y))));
   }
   glm::dvec3 glare(0.0);
-  if (!(peak > kMuchBrighter * Mean(background.median))) return glare;
+  if (!(peak > kMuchBrighter * MeanOf(background.median))) return glare;
   std::vector<MapPixel> near;
   std::vector<MapPixel> far;
   for (const MapPixel& pixel :
@@ -327,8 +326,8 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
     if (IsClipped(map, shows_sky, window, light, clear_beam_rgb)) {
       unmeasured_relative_stddev = kShiningRelativeStddev;
       light.notes.emplace_back("survey map: the sun's disc is clipped");
-    } else if (sun_seen < 0.5 && !(Mean(light.sun_irradiance_rgb) >
-                                   kSignificant * Mean(light.sun_irradiance_stddev_rgb))) {
+    } else if (sun_seen < 0.5 && !(MeanOf(light.sun_irradiance_rgb) >
+                                   kSignificant * MeanOf(light.sun_irradiance_stddev_rgb))) {
       unmeasured_relative_stddev = kHiddenRelativeStddev;
       light.notes.emplace_back("survey map: the sun's disc is not in view");
     }
@@ -339,7 +338,7 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
     light.sun_irradiance_rgb = clear_beam_rgb;
     light.sun_irradiance_stddev_rgb = unmeasured_relative_stddev * clear_beam_rgb;
   }
-  if (!(Mean(light.sky_irradiance_rgb) > 0.0)) {
+  if (!(MeanOf(light.sky_irradiance_rgb) > 0.0)) {
     light.notes.emplace_back("survey map: it shows no light from the sky");
   }
   return light;
