@@ -58,8 +58,12 @@ bool IsAllowed(const EffectSettings& settings,
   });
 }
 
+// Without these objects are black: no budget is so small.
+constexpr EffectSet kLightOnObjects{Effect::kSunShading, Effect::kProbeShading};
+
 // Effects that no choice has, and those that all have. An effect cannot be left out where its own
-// bound is above the threshold and it is part of no other.
+// bound is above the threshold and it is part of no other; with a budget, only light on objects
+// cannot.
 struct DecidedEffects {
   EffectSet never;
   EffectSet always;
@@ -72,7 +76,8 @@ DecidedEffects Decided(const EffectSettings& settings,
   for (const EffectOffer& offer : offers) {
     const EffectSwitch wanted = settings[offer.effect];
     const bool is_independent = offer.needs_any.Empty();
-    const bool is_seen = !has_budget && offer.bound_code_values > settings.threshold_code_values;
+    const bool is_seen = (!has_budget || kLightOnObjects.Has(offer.effect)) &&
+                         offer.bound_code_values > settings.threshold_code_values;
     // An effect that changes nothing only takes time.
     const bool is_idle = wanted == EffectSwitch::kPlan && offer.bound_code_values == 0.0;
     if (wanted == EffectSwitch::kOff || is_idle) decided.never = decided.never.With(offer.effect);

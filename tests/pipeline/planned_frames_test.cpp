@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -278,6 +279,22 @@ TEST_F(PlannedFrames, LightAtASingleProbeIsTheFieldsOwn) {
   EXPECT_NEAR(radiance_at({0.0, -0.3, 0.4}).r, side, 0.003 * side);
 }
 
+TEST(FramePipelineOptions, RefuseStepsThatCannotBeCounted) {
+  for (const double step_s : {0.0, 1e-3, 48.0, 86400.0}) {
+    FramePipelineOptions options;
+    options.sun_step_s = options.bounce_step_s = step_s;
+    EXPECT_NO_THROW(options.Validate()) << step_s;
+  }
+  for (const double step_s : {-1.0, 1e-10, 1e10, std::numeric_limits<double>::quiet_NaN()}) {
+    FramePipelineOptions options;
+    options.sun_step_s = step_s;
+    EXPECT_THROW(options.Validate(), std::invalid_argument) << step_s;
+    options = {};
+    options.bounce_step_s = step_s;
+    EXPECT_THROW(options.Validate(), std::invalid_argument) << step_s;
+  }
+}
+
 TEST(SingleProbeOptions, RefuseWhatMakesNoSense) {
   const auto refused = [](const auto& spoil) {
     FramePipelineOptions options;
@@ -345,7 +362,8 @@ TEST_F(PlannedFrames, ABudgetReportsWhatItCost) {
   EffectSettings settings;
   settings.budget_ms = 1e-3;
   const FrameResult poor = ProcessWith(pipeline, FrameOf(kSunny), settings);
-  EXPECT_TRUE(poor.plan.runs.Empty());
+  // What lights the object, and no more.
+  EXPECT_EQ(poor.plan.runs, (EffectSet{Effect::kSunShading, Effect::kProbeShading}));
   EXPECT_FALSE(poor.plan.fits_budget);
   EXPECT_GT(poor.plan.left_out_code_values, 100.0);
   settings.budget_ms = 1e6;
