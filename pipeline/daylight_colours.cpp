@@ -63,6 +63,10 @@ void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) 
   }
 }
 
+void HoldGreen(glm::dvec3& rgb) {
+  rgb.g = std::max(rgb.g, kLeastGreen * std::sqrt(std::max(rgb.r * rgb.b, 0.0)));
+}
+
 }  // namespace
 
 std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
@@ -79,6 +83,8 @@ std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
   const glm::dvec3 raised = coloured.SkyIrradianceRgb();
   glm::dvec3 sky = raised;
   glm::dvec3 sun = lighting.sun.irradiance_rgb;
+  HoldGreen(sky);
+  HoldGreen(sun);
   HoldSkyOverSun(lighting.sun.direction_enu, sun, sky);
   if (sky == given && sun == lighting.sun.irradiance_rgb) return std::nullopt;
   if (sky != raised) {

@@ -13,6 +13,11 @@ namespace pleinair {
 // is for a camera's own primaries and white balance.
 inline constexpr double kLeastSkyChannel = 0.25;
 
+// Green over the geometric mean of red and blue: 1.07 for a black body at 4000 K, 0.89 at 10,000 K,
+// and 0.80 for the bluest one. The margin is again for white balance; a sensor's own green, before
+// any, is larger.
+inline constexpr double kLeastGreen = 0.75;
+
 // Light that is scattered out of the sun's beam comes from the sky, or is lost to both. So sky over
 // sun rises from red to green and from green to blue. Where it is measured well, it rises by 1.1
 // (thin cloud) to 2.2 times (clear, the sun at 20 degrees). This holds in any white balance, as
@@ -23,8 +28,9 @@ inline constexpr double kMostRiseOfSkyOverSun = 2.5;
 
 // Returns `lighting` with corrected colours; none where the limits above hold already. First,
 // channels of the sky are raised to kLeastSkyChannel of the largest one, with that one's shape.
-// Then channels of sky or sun are raised, whichever needs less, until sky over sun rises as above.
-// A sun below a fiftieth of the sky is not changed.
+// Then green of sun and sky is raised as kLeastGreen says, and channels of sky or sun are raised,
+// whichever needs less, until sky over sun rises as above. A sun below a fiftieth of the sky is not
+// changed.
 std::optional<Lighting> WithDaylightColours(const Lighting& lighting);
 
 }  // namespace pleinair

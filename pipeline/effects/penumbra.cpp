@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "estimation/lighting_source.h"
 #include "objects/learned_cost.h"
 #include "objects/shadow_places.h"
 #include "pipeline/effects/bound_terms.h"
@@ -103,11 +104,12 @@ class Penumbra : public FrameEffect {
     });
   }
   // Less than a code value of the sun on the objects needs no search.
-  bool IsSunVisible(const EffectFrame& frame) {
-    return SunOnObjects(stage_, frame).code_values >= 1.0;
+  // In light that is hardly known, dark surfaces would be taken for shade.
+  bool MayShowShade(const EffectFrame& frame) {
+    return LightIsKnown(frame.lighting) && SunOnObjects(stage_, frame).code_values >= 1.0;
   }
   WorkCost CostOfSeenShade(const EffectFrame& frame) {
-    if (!IsSunVisible(frame)) return {.is_kept = true};
+    if (!MayShowShade(frame)) return {.is_kept = true};
     return {.expected_ms = seen_shade_cost_.Ms(), .nominal_ms = seen_shade_cost_.NominalMs()};
   }
   // Repeated for each picture: shade also moves when camera and sun do not, as that of trees in the
@@ -115,7 +117,7 @@ class Penumbra : public FrameEffect {
   void TakeSeenShade(const EffectFrame& frame) {
     PastMesh& past_mesh = on_objects_.Kept();
     const GrayImage* left = nullptr;
-    if (IsSunVisible(frame)) {
+    if (MayShowShade(frame)) {
       Stopwatch watch;
       left = past_mesh.seen_shade.SunLeft(frame);
       if (left != nullptr) TakeSun(past_mesh.share, *left, shares_.objects);

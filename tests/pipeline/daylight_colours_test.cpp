@@ -47,6 +47,15 @@ TEST(DaylightColours, RaiseAVanishedChannelOfTheSkyInTheShapeOfTheLargest) {
   EXPECT_EQ(overcast->sun.irradiance_rgb, glm::dvec3(0.0));
 }
 
+// As a lawn whose albedo is a guess gives it.
+TEST(DaylightColours, AreNotMagenta) {
+  const auto light = WithDaylightColours(LightOf({12.9, 5.8, 7.5}, {3.7, 2.4, 5.8}, {0, 0, 0}));
+  ASSERT_TRUE(light);
+  const auto green = [](const glm::dvec3& rgb) { return rgb.g / std::sqrt(rgb.r * rgb.b); };
+  EXPECT_GE(green(light->sun.irradiance_rgb), kLeastGreen - 1e-9);
+  EXPECT_GE(green(light->SkyIrradianceRgb()), kLeastGreen - 1e-9);
+}
+
 // Takes the one of two lights that has to be raised by less.
 TEST(DaylightColours, ShadowsAreNeverRedderThanSunlight) {
   const auto red_sky = WithDaylightColours(LightOf({300, 300, 300}, {80, 40, 30}, {0, 0, 0}));
