@@ -8,6 +8,10 @@
 #include <glm/geometric.hpp>
 
 #include "calib/json_cursor.h"
+#include "calib/timed_pose.h"
+#include "datasets/internal/json_vectors.h"
+#include "datasets/internal/sequence_values.h"
+#include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {
@@ -21,16 +25,13 @@ std::optional<JsonCursor> Known(const JsonCursor& at, const char* key) {
 std::optional<glm::dvec3> Vector(const JsonCursor& at, const char* key) {
   const auto found = Known(at, key);
   if (!found) return std::nullopt;
-  const auto entries = found->List(3, 3);
-  return glm::dvec3(entries[0].Number(), entries[1].Number(), entries[2].Number());
+  return ReadVector3(*found);
 }
 
 std::optional<glm::dvec3> Direction(const JsonCursor& at, const char* key) {
-  const auto vector = Vector(at, key);
-  if (!vector) return std::nullopt;
-  const double length = glm::length(*vector);
-  if (!(std::abs(length - 1.0) <= 1e-3)) at.Required(key).Fail("a direction of length 1");
-  return *vector / length;
+  const auto found = Known(at, key);
+  if (!found) return std::nullopt;
+  return ReadDirection(*found);
 }
 
 LightUnits Units(const JsonCursor& at) {
@@ -81,6 +82,7 @@ std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& fil
     const JsonCursor frame = at.Required("frame");
     record.frame = frame.IntegerIn(0, std::numeric_limits<int>::max());
     if (!seen.insert(record.frame).second) frame.Fail("each frame once");
+    if (const auto time = Known(at, "time_utc")) record.time = ReadTime(*time);
     if (const auto reason = Known(at, "error")) record.error = reason->Text();
     if (const auto observable = Known(at, "sun_observable")) {
       record.sun_observable = observable->Boolean();
@@ -95,6 +97,11 @@ std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& fil
     records.push_back(std::move(record));
   }
   return records;
+}
+
+std::string FaultOfTime(const std::optional<UtcTime>& stated, UtcTime time) {
+  if (!stated || std::abs(SecondsFromTo(*stated, time)) <= 3600.0) return {};
+  return "expected light of " + FormatUtcTime(time) + ", found light of " + FormatUtcTime(*stated);
 }
 
 }  // namespace pleinair

@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "scene/lighting.h"
+#include "scene/utc_time.h"
 
 namespace pleinair {
 
@@ -27,6 +28,7 @@ struct RecordedLight {
 // One line of lighting.jsonl.
 struct LightingRecord {
   int frame = 0;
+  std::optional<UtcTime> time;       // As the line's `time_utc` states it.
   std::optional<std::string> error;  // The reason of a failed frame; then there is no light.
   RecordedLight light;
   std::optional<RecordedLight> raw;             // Before the filter over time.
@@ -40,5 +42,9 @@ struct LightingRecord {
 // that are not in the structs above are ignored; null is a value that the source does not know.
 // Throws std::runtime_error naming file, line, key and what was expected; for a frame given twice.
 std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& file);
+
+// Returns why a line with time `stated` is not of a frame of `time`: more than an hour apart, which
+// no corrected clock explains. Empty: it may be.
+std::string FaultOfTime(const std::optional<UtcTime>& stated, UtcTime time);
 
 }  // namespace pleinair

@@ -28,13 +28,19 @@ ScoredComposite ReadComposite(const fs::path& out, int frame) {
   return composite;
 }
 
-std::map<int, LightingRecord> RecordsByFrame(const fs::path& file, std::size_t frame_count) {
+std::map<int, LightingRecord> RecordsByFrame(const fs::path& file, const Sequence& sequence) {
+  const std::size_t frame_count = sequence.frames.size();
   std::map<int, LightingRecord> records;
   for (LightingRecord& record : ReadLightingRecords(file)) {
     if (static_cast<std::size_t>(record.frame) >= frame_count) {
       throw std::runtime_error(file.string() + ": expected frames of the sequence (0 to " +
                                std::to_string(frame_count - 1) + "), found frame " +
                                std::to_string(record.frame));
+    }
+    const UtcTime time = sequence.frames[static_cast<std::size_t>(record.frame)].time;
+    if (const std::string fault = FaultOfTime(record.time, time); !fault.empty()) {
+      throw std::runtime_error(file.string() + ": frame " + std::to_string(record.frame) + ": " +
+                               fault);
     }
     records[record.frame] = std::move(record);
   }
@@ -46,8 +52,7 @@ std::map<int, LightingRecord> RecordsByFrame(const fs::path& file, std::size_t f
 Score ScoreRun(const fs::path& sequence_folder, const fs::path& out) {
   const Sequence sequence = ReadSequence(sequence_folder);
   RunScorer scorer(sequence);
-  for (const auto& [frame, record] :
-       RecordsByFrame(out / "lighting.jsonl", sequence.frames.size())) {
+  for (const auto& [frame, record] : RecordsByFrame(out / "lighting.jsonl", sequence)) {
     scorer.Add(record, [&out, index = frame] { return ReadComposite(out, index); });
   }
   return scorer.Finish();

@@ -41,4 +41,14 @@ std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file) {
   return by_frame;
 }
 
+void RequireLightingOf(const Sequence& sequence, const std::filesystem::path& file) {
+  for (const LightingRecord& record : ReadLightingRecords(file)) {
+    const auto frame = static_cast<std::size_t>(record.frame);
+    if (frame >= sequence.frames.size()) continue;
+    const std::string fault = FaultOfTime(record.time, sequence.frames[frame].time);
+    if (fault.empty()) continue;
+    throw std::runtime_error(fmt::format("{}: frame {}: {}", file.string(), record.frame, fault));
+  }
+}
+
 }  // namespace pleinair

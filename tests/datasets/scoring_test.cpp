@@ -1,17 +1,22 @@
 // A complete score, of the bundled sequence and a run made up from its truth.
 #include "datasets/scoring.h"
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "calib/response.h"
 #include "datasets/frame_source.h"
 #include "datasets/lighting_record.h"
+#include "datasets/video/video_writer.h"
 #include "scene/frame.h"
 #include "scene/image_io.h"
+#include "sunmodel/time_text.h"
+#include "tests/scene/temporary_folder.h"
 
 namespace pleinair::scoring_test {
 namespace {
@@ -23,15 +28,9 @@ const fs::path kBundled = fs::path(PLEINAIR_SOURCE_DIR) / "datasets/samples/cour
 class ScoringTest : public testing::Test {
  protected:
   void SetUp() override {
-    out_ = fs::path(testing::TempDir()) /
-           (std::string("pleinair_scoring_") +
-            testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(out_);
     fs::create_directories(out_ / "composite");
     fs::create_directories(out_ / "mask");
   }
-  void TearDown() override { fs::remove_all(out_); }
-
   // The truth as if it were an estimate, the sun `sun_scale` times as strong.
   static nlohmann::json Line(const TruthFrame& truth, double sun_scale) {
     const auto list = [](const glm::dvec3& v) { return nlohmann::json{v.x, v.y, v.z}; };
@@ -60,7 +59,8 @@ class ScoringTest : public testing::Test {
     return "accepted";
   }
 
-  fs::path out_;
+  TemporaryFolder folder_;
+  fs::path out_ = folder_ / "out";
 };
 
 TEST_F(ScoringTest, FindsNoFaultWithTheTruth) {
@@ -122,8 +122,12 @@ TEST_F(ScoringTest, SeesThatAnEmptyCompositeLacksTheObject) {
   EXPECT_EQ(score.frames[2].raw->sun_error, 0.0);  // Overcast: there is none.
 }
 
-// A phone's recording: codes of unknown exposure, and the truth as the phone shows it.
-TEST_F(ScoringTest, ComparesWithTheCamerasOwnPictureOfTheObject) {
+// A phone's recording: codes of unknown exposure, as a picture or in a video, and the truth as the
+// phone shows it.
+class OfAPhone : public ScoringTest, public testing::WithParamInterface<bool> {};
+INSTANTIATE_TEST_SUITE_P(Pictures, OfAPhone, testing::Bool());
+TEST_P(OfAPhone, IsComparedWithTheCamerasOwnPictureOfTheObject) {
+  const bool is_video = GetParam();
   const fs::path folder = out_ / "phone";
   fs::copy(kBundled, folder, fs::copy_options::recursive);
   const RgbImage linear = ReadRadianceImage(folder / "frames/000000.exr");
@@ -133,6 +137,10 @@ TEST_F(ScoringTest, ComparesWithTheCamerasOwnPictureOfTheObject) {
   fs::create_directories(folder / "truth/with_object_ldr");
   const Rgb8Image codes = CodesFromRadiance(linear, ResponseCurve::Srgb(), exposure);
   WritePng(folder / "000000.png", codes);
+  if (is_video) {
+    VideoWriter(folder / "video.mkv", {VideoCodec::kFfv1, codes.width, codes.height, false, {}})
+        .Add(codes, {});
+  }
   WritePng(folder / "truth/with_object_ldr/000000.png", codes);
   for (const char* file : {"sequence.json", "truth/truth.json"}) {
     nlohmann::json document = nlohmann::json::parse(std::ifstream(folder / file));
@@ -140,7 +148,8 @@ TEST_F(ScoringTest, ComparesWithTheCamerasOwnPictureOfTheObject) {
     if (first.contains("image")) {
       first.erase("image");
       first.erase("exposure");
-      first["image_ldr"] = "000000.png";
+      first["image_ldr"] = is_video ? "video.mkv" : "000000.png";
+      if (is_video) first["video_frame"] = 0;
     }
     document["frames"] = nlohmann::json::array({first});
     std::ofstream(folder / file) << document.dump();
@@ -169,6 +178,20 @@ TEST_F(ScoringTest, NamesFramesThatFailedOrAreMissing) {
   EXPECT_EQ(score.raw.all.frames, 1);
   EXPECT_NO_THROW(ToTable(score));
   EXPECT_NO_THROW(ToJson(score));
+}
+
+TEST_F(ScoringTest, RefusesTheRunOfAnotherSequence) {
+  const Sequence sequence = ReadSequence(kBundled);
+  nlohmann::json line = Line(ReadTruth(sequence)[0], 1.0);
+  line["time_utc"] = "2020-06-21T10:00:00Z";
+  WriteLighting({line});
+  EXPECT_THAT(Refusal(),
+              testing::HasSubstr("lighting.jsonl: frame 0: expected light of " +
+                                 FormatUtcTime(sequence.frames[0].time) +
+                                 ", found light of 2020-06-21T10:00:00Z"));
+  line["time_utc"] = FormatUtcTime(sequence.frames[0].time + std::chrono::minutes(50));
+  WriteLighting({line});
+  EXPECT_EQ(Refusal(), "accepted") << "a clock that was put right";
 }
 
 TEST_F(ScoringTest, SaysWhichLineOfTheRunIsBad) {
