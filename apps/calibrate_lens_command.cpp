@@ -120,8 +120,13 @@ std::string RunCalibrateLens(const CalibrateLensOptions& options) {
   const LensPictures pictures = PicturesOf(options.pictures);
   const BoardLens trial = FitBoards(BoardsOf(options, pictures, board), options.model);
   if (!trial.doubt.empty() && !(options.force && trial.choice)) {
-    const std::string advice =
-        board.markers ? "does not fit" : AdviceOnBoard(pictures, options.model, board.size);
+    constexpr std::size_t kFewestPictures = 3;  // Of any lens.
+    std::string advice = "does not fit";
+    if (pictures.size() < kFewestPictures) {
+      advice = "cannot be judged";
+    } else if (!board.markers) {
+      advice = AdviceOnBoard(pictures, options.model, board.size);
+    }
     throw std::runtime_error("--board " + TextOf(board.size) + " " + advice + ": " + trial.doubt +
                              (trial.choice ? "; --force writes it all the same" : ""));
   }

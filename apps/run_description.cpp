@@ -60,8 +60,9 @@ void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frame
   const glm::dvec3 sun = estimate.lighting.sun.irradiance_rgb;
   const glm::dvec3 sky = estimate.lighting.SkyIrradianceRgb();
   spdlog::info("frame {}{}: sun {:.4g}, sky {:.4g}{}",
-               finished.step.frame->index + 1,
-               of_frames ? fmt::format(" of {}", *of_frames) : std::string(),
+               finished.step.frame->index,
+               of_frames ? fmt::format(" ({} of {})", finished.step.frame->index + 1, *of_frames)
+                         : std::string(),
                (sun.x + sun.y + sun.z) / 3.0,
                (sky.x + sky.y + sky.z) / 3.0,
                !LightIsKnown(estimate.lighting) ? " (hardly known: the picture shows neither "

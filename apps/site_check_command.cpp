@@ -49,6 +49,9 @@ std::string DayText(UtcTime noon) { return FormatUtcTime(noon).substr(0, 10); }
 std::string Verdict(const SiteHour& hour) {
   if (!(hour.light.sun.direction_enu.z > 0.0)) return "not known: the sun is at the horizon";
   if (!hour.light.estimate) return "measured by the fish-eye camera";
+  constexpr double kLowSunDeg = 8.0;
+  const bool is_low = ElevationDeg(hour.light.sun.direction_enu) < kLowSunDeg;
+  if (!*hour.light.estimate && is_low) return "not known: low sun";
   if (!*hour.light.estimate) return "no estimate: " + hour.light.estimate->error().reason;
   // Share of the picture; 500 samples need some per cent.
   constexpr double kFewPixels = 0.01;
@@ -60,8 +63,7 @@ std::string Verdict(const SiteHour& hour) {
   }
   if (hour.light.lit_share < kFewPixels) return "not known: no sunlit surface in view";
   if (hour.light.shaded_share < kFewPixels) return "not known: no shaded surface in view";
-  constexpr double kLowSunDeg = 8.0;
-  if (ElevationDeg(hour.light.sun.direction_enu) < kLowSunDeg) return "not known: low sun";
+  if (is_low) return "not known: low sun";
   return "not known: lit and shaded surfaces are too few or too uncertain";
 }
 
