@@ -202,7 +202,8 @@ Finding CheckEncoder(std::string name, std::string_view use, VideoCodec codec) {
     return {std::move(name),
             State::kMissing,
             fmt::format("not for {}: {}", use, error.what()),
-            "apt install libavcodec59 (its complete build: libavcodec-extra59)"};
+            "apt install libavformat59 libswscale6 libavcodec59 (or libavcodec-extra59, its "
+            "complete build)"};
   }
 }
 

@@ -144,33 +144,36 @@ std::vector<TimedPicture> PicturesIn(const fs::path& folder, const PictureTimes&
 }
 
 // Upwards, in stored columns and rows, by EXIF's orientation.
-glm::dvec2 StoredUp(int orientation) {
+// None for 1 and 2: cameras that do not know how they are held write 1.
+std::optional<glm::dvec2> StoredUp(int orientation) {
   switch (orientation) {
     case 3:
     case 4:
-      return {0.0, 1.0};
+      return glm::dvec2(0.0, 1.0);
     case 5:
     case 6:
-      return {-1.0, 0.0};
+      return glm::dvec2(-1.0, 0.0);
     case 7:
     case 8:
-      return {1.0, 0.0};
+      return glm::dvec2(1.0, 0.0);
     default:
-      return {0.0, -1.0};
+      return std::nullopt;
   }
 }
 
 // Pixels are used as they are stored: intrinsics and pose are of the sensor's rows and columns. A
-// picture whose camera was held otherwise than the site says shows another view. WithoutPoses, of a
-// camera that moves, looks up.
+// picture whose camera was held otherwise than the site says shows another view. A site
+// WithoutPoses, of a camera that moves, looks straight up and is not checked.
 void RequireHeldAs(const Camera& site, int orientation) {
+  const std::optional<glm::dvec2> stored_up = StoredUp(orientation);
+  if (!stored_up) return;
   const glm::dvec3 up = glm::dmat3(site.camera_from_world) * glm::dvec3(0.0, 0.0, 1.0);
   const glm::dvec2 in_picture(up);
   constexpr double kLeastLength = 0.3;  // Else it looks up or down, where no side is up.
   constexpr double kLeastCosine = 0.5;
   const double length = glm::length(in_picture);
   if (length < kLeastLength) return;
-  if (glm::dot(in_picture, StoredUp(orientation)) >= kLeastCosine * length) return;
+  if (glm::dot(in_picture, *stored_up) >= kLeastCosine * length) return;
   throw std::runtime_error("expected a camera held as the site's, found EXIF orientation " +
                            std::to_string(orientation) +
                            ": turn its pixels (exiftran -ai), or state that pose");

@@ -46,6 +46,14 @@ bool Hold(const ColourBound& bound, glm::dvec3& sun, glm::dvec3& sky) {
   return false;
 }
 
+// Returns whether it held.
+bool HoldGreen(glm::dvec3& rgb) {
+  const double least = kLeastGreen * std::sqrt(rgb.r * rgb.b);
+  if (!(least > (1.0 + kRounding) * rgb.g)) return true;
+  rgb.g = least;
+  return false;
+}
+
 // Each fix may undo another one, and what it adds grows until the other light's is less.
 void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) {
   if (!(sun[LargestChannel(sun)] > kLeastSunOverSky * sky[LargestChannel(sky)])) return;
@@ -55,16 +63,13 @@ void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) 
                                 {1, 2, 1.0 / kLeastRiseOfSkyOverSun},
                                 {2, 1, most},
                                 {1, 0, most}};
-  constexpr int kPasses = 100;
+  constexpr int kPasses = 300;
   for (int pass = 0; pass < kPasses; ++pass) {
-    bool all_hold = true;
+    bool all_hold = HoldGreen(sun);
+    all_hold = HoldGreen(sky) && all_hold;
     for (const ColourBound& bound : bounds) all_hold = Hold(bound, sun, sky) && all_hold;
     if (all_hold) return;
   }
-}
-
-void HoldGreen(glm::dvec3& rgb) {
-  rgb.g = std::max(rgb.g, kLeastGreen * std::sqrt(std::max(rgb.r * rgb.b, 0.0)));
 }
 
 }  // namespace
@@ -84,7 +89,6 @@ std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
   glm::dvec3 sky = raised;
   glm::dvec3 sun = lighting.sun.irradiance_rgb;
   HoldGreen(sky);
-  HoldGreen(sun);
   HoldSkyOverSun(lighting.sun.direction_enu, sun, sky);
   if (sky == given && sun == lighting.sun.irradiance_rgb) return std::nullopt;
   if (sky != raised) {

@@ -28,9 +28,8 @@ inline constexpr double kMostRiseOfSkyOverSun = 2.5;
 
 // Returns `lighting` with corrected colours; none where the limits above hold already. First,
 // channels of the sky are raised to kLeastSkyChannel of the largest one, with that one's shape.
-// Then green of sun and sky is raised as kLeastGreen says, and channels of sky or sun are raised,
-// whichever needs less, until sky over sun rises as above. A sun below a fiftieth of the sky is not
-// changed.
+// Then green of sky and sun is raised as kLeastGreen says, and channels of sky or sun, whichever
+// needs less, until sky over sun rises as above. A sun below a fiftieth of the sky is not changed.
 std::optional<Lighting> WithDaylightColours(const Lighting& lighting);
 
 }  // namespace pleinair

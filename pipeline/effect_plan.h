@@ -84,7 +84,8 @@ struct EffectPlan {
 // - Without a budget: among the choices whose left-out bounds add up to at most the threshold, the
 //   one with the least nominal time.
 // - With `budget_ms` for the works: among the choices expected to fit into it, the one with the
-//   least left_out_rms_code_values; the cheapest where none fits.
+//   least left_out_rms_code_values; the cheapest where none fits. All of them have sun-shading and
+//   probe-shading where these are not off and exceed the threshold: objects are not black.
 // An effect that is on is run where the effects that it is part of are. Among equal choices the one
 // that leaves out more is taken.
 //

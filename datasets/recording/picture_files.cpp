@@ -117,7 +117,12 @@ class VideoFiles final : public PictureFiles {
   }
 
   void Finish() override {
-    if (writer_) writer_->Finish();
+    try {
+      if (writer_) writer_->Finish();
+    } catch (...) {
+      writer_.reset();
+      throw;
+    }
     writer_.reset();
   }
 

@@ -29,8 +29,8 @@ class PictureFiles {
   // fails.
   virtual tl::expected<std::uint64_t, std::string> Add(const CameraFrame& frame,
                                                        FrameEntry& entry) = 0;
-  // Ends what is open; nothing can be added then. Throws std::runtime_error where the disk fails:
-  // pictures so far can be read all the same.
+  // Closes the file that is open; a later picture starts another one. Throws std::runtime_error
+  // where the disk fails: pictures written before can still be read.
   virtual void Finish() {}
 };
 

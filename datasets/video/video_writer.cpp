@@ -130,7 +130,7 @@ struct VideoWriter::Impl {
     std::error_code ignored;
     if (is_open && good_bytes == 0) {
       std::filesystem::remove(file, ignored);  // Not even its header could be written.
-    } else if (has_failed) {
+    } else if (has_failed && good_bytes > 0) {
       std::filesystem::resize_file(file, static_cast<std::uintmax_t>(good_bytes), ignored);
     }
   }

@@ -113,7 +113,8 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
 // The only edge of a mesh in one plane is where it was cut off.
 bool IsOnePlane(const Mesh& mesh) {
   const BoundingBox box = BoundingBoxOf(mesh);
-  const float tolerance_m = 1e-3f * glm::distance(box.lower_m, box.upper_m);
+  constexpr float kMostM = 0.02f;  // Kerbs and steps are edges.
+  const float tolerance_m = std::min(1e-3f * glm::distance(box.lower_m, box.upper_m), kMostM);
   std::optional<glm::vec3> normal;
   for (std::uint32_t t = 0; t < mesh.triangles.size() && !normal; ++t) {
     const glm::vec3 of_triangle = TriangleNormal(mesh, t);

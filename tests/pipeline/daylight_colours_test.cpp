@@ -113,6 +113,9 @@ TEST(DaylightColours, AreThereAfterwardsWhateverTheLight) {
     for (int c = 0; c < 2; ++c) {
       ASSERT_LE(sky[c] / sun[c], 1.201 * sky[c + 1] / sun[c + 1]) << i;
     }
+    for (const glm::dvec3& light : {sun, sky}) {
+      ASSERT_GE(light.g, 0.999 * kLeastGreen * std::sqrt(light.r * light.b)) << i;
+    }
   }
   EXPECT_GT(raised, 5000);
   EXPECT_GT(compared, 3000);
