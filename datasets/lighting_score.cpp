@@ -1,12 +1,13 @@
 #include "datasets/lighting_score.h"
-#include "scene/angle_between.h"
-#include "scene/lighting.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include <glm/geometric.hpp>
+
+#include "scene/angle_between.h"
+#include "scene/lighting.h"
 
 namespace pleinair {
 namespace {

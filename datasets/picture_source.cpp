@@ -176,7 +176,7 @@ void RequireHeldAs(const Camera& site, int orientation) {
   if (glm::dot(in_picture, *stored_up) >= kLeastCosine * length) return;
   throw std::runtime_error("expected a camera held as the site's, found EXIF orientation " +
                            std::to_string(orientation) +
-                           ": turn its pixels (exiftran -ai), or state that pose");
+                           ": turn its pixels, or take it as the site's pictures were taken");
 }
 
 class PictureFolderSource final : public FrameSource {

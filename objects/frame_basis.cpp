@@ -1,5 +1,4 @@
 #include "objects/frame_basis.h"
-#include "scene/angle_between.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +6,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+
+#include "scene/angle_between.h"
 
 namespace pleinair {
 namespace {

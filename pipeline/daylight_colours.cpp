@@ -63,7 +63,7 @@ void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) 
                                 {1, 2, 1.0 / kLeastRiseOfSkyOverSun},
                                 {2, 1, most},
                                 {1, 0, most}};
-  constexpr int kPasses = 300;
+  constexpr int kPasses = 100;
   for (int pass = 0; pass < kPasses; ++pass) {
     bool all_hold = HoldGreen(sun);
     all_hold = HoldGreen(sky) && all_hold;

@@ -1,5 +1,4 @@
 #include "pipeline/plausibility.h"
-#include "scene/lighting.h"
 
 #include <algorithm>
 #include <chrono>
@@ -7,6 +6,8 @@
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
+
+#include "scene/lighting.h"
 
 namespace pleinair {
 namespace {

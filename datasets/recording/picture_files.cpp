@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -101,12 +100,13 @@ class VideoFiles final : public PictureFiles {
     if (!writer_ || pictures_ == kPicturesAVideo) {
       Finish();
       file_ = NameByTime(folder_, "video", frame.time, ".mkv");
-      writer_.emplace(folder_ / file_,
-                      VideoFormat{codec_,
-                                  layout.width_px,
-                                  layout.height_px,
-                                  layout.format.coding == PixelCoding::kGrey,
-                                  frame.time});
+      writer_ =
+          std::make_unique<VideoWriter>(folder_ / file_,
+                                        VideoFormat{codec_,
+                                                    layout.width_px,
+                                                    layout.height_px,
+                                                    layout.format.coding == PixelCoding::kGrey,
+                                                    frame.time});
       pictures_ = 0;
       start_ = frame.buffer.monotonic_time;
     }
@@ -117,13 +117,8 @@ class VideoFiles final : public PictureFiles {
   }
 
   void Finish() override {
-    try {
-      if (writer_) writer_->Finish();
-    } catch (...) {
-      writer_.reset();
-      throw;
-    }
-    writer_.reset();
+    const std::unique_ptr<VideoWriter> last = std::move(writer_);
+    if (last) last->Finish();
   }
 
  private:
@@ -139,7 +134,7 @@ class VideoFiles final : public PictureFiles {
 
   VideoCodec codec_;
   fs::path folder_;
-  std::optional<VideoWriter> writer_;
+  std::unique_ptr<VideoWriter> writer_;
   fs::path file_;
   int pictures_ = 0;
   std::chrono::nanoseconds start_{0};

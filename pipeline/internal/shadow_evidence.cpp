@@ -1,5 +1,4 @@
 #include "pipeline/internal/shadow_evidence.h"
-#include "scene/upper_median.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +6,8 @@
 #include <map>
 #include <numbers>
 #include <optional>
+
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {

@@ -42,7 +42,13 @@ TEST_F(GivenLightingFile, IsOfItsSequence) {
                 R"({"frame": 1, "time_utc": "2005-06-21T13:00:00+02:00", )" + kLight + "}\n");
   EXPECT_NO_THROW(RequireLightingOf(sequence, file));
   sequence.frames[1].time += std::chrono::hours(3);
-  EXPECT_THROW(RequireLightingOf(sequence, file), std::runtime_error);
+  try {
+    RequireLightingOf(sequence, file);
+    ADD_FAILURE() << "accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("lighting.jsonl: frame 1: expected light of 2005-06-21T13"));
+  }
 }
 
 TEST_F(GivenLightingFile, IsReadByFrame) {
