@@ -37,8 +37,7 @@ Descriptor OpenForWriting(const std::string& path) {
   constexpr int kTries = 100;
   constexpr std::chrono::milliseconds kBetween{100};
   for (int i = 0;; ++i) {
-    const int number =
-        open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+    const int number = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
     if (number >= 0) return Descriptor(number);
     if (errno == ENXIO && i < kTries) {
       std::this_thread::sleep_for(kBetween);
@@ -48,6 +47,17 @@ Descriptor OpenForWriting(const std::string& path) {
                                          ? std::string(": expected a program that reads this pipe")
                                          : ": expected a file or pipe that can be written: " +
                                                std::string(std::strerror(errno))));
+  }
+}
+
+void Empty(const Descriptor& descriptor) {
+  struct stat found {};
+  if (descriptor.Number() == STDOUT_FILENO || fstat(descriptor.Number(), &found) != 0 ||
+      !S_ISREG(found.st_mode)) {
+    return;
+  }
+  if (ftruncate(descriptor.Number(), 0) != 0) {
+    throw std::runtime_error(std::string("a file cannot be emptied: ") + std::strerror(errno));
   }
 }
 

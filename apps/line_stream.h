@@ -14,15 +14,20 @@ namespace pleinair {
 class LineStream {
  public:
   // "-", a path, or "unix:PATH", a socket that is made (in place of one that nobody listens on) and
-  // removed again. Throws std::runtime_error, one line with the target.
+  // removed again. Keeps what is in a file. Throws std::runtime_error, one line with the target.
   explicit LineStream(const std::string& target, std::stop_token stop = {});
   ~LineStream();
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
+  // Removes what an earlier run left in a file. Before the first line.
+  void Clear() {
+    if (file_.Number() >= 0) Empty(file_);
+  }
+
   // Throws where a file or pipe cannot be written, or is not read within a second once `stop` is
-  // requested. A socket's readers that do not keep up, or are
-  // gone, are disconnected, and so is a 65th.
+  // requested. A socket's readers that do not keep up, or are gone, are disconnected, and so is a
+  // 65th.
   void Write(const std::string& line);
 
  private:

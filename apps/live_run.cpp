@@ -24,6 +24,7 @@
 #include "apps/progress.h"
 #include "apps/run_description.h"
 #include "apps/run_output.h"
+#include "apps/run_targets.h"
 #include "apps/site_frames.h"
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
@@ -141,7 +142,8 @@ class LiveRun {
       : options_(options),
         site_(ReadSite(options.sequence, std::chrono::system_clock::now())),
         capture_(options.input, RequestFor(options, site_), {}, events_),
-        output_(options, events_, RateOf(capture_)) {
+        targets_(options, RateOf(capture_)),
+        output_(options, targets_, events_, RateOf(capture_)) {
     // A camera of another shape would fail in every frame.
     ScaledTo(site_.intrinsics, capture_.Layout().width_px, capture_.Layout().height_px);
     if (!options.record.empty()) {
@@ -275,6 +277,8 @@ class LiveRun {
     // Not by the frames' times: the system's clock may be stepped.
     std::optional<SteadyClock::time_point> first;
     bool is_time_up = false;
+    const bool had_failed = !failure_.empty();
+    std::string bad_frame;
     Try([&] {
       while (failure_.empty() && !is_time_up && !(taken_frames == options_.frames_limit)) {
         session.SetEffects(budget.Next());
@@ -290,11 +294,13 @@ class LiveRun {
           if (!first) first = SteadyClock::now();
           is_time_up = options_.duration_s && SecondsSince(*first) >= *options_.duration_s;
         } else if (options_.stop_on_bad_frame) {
-          failure_ = StoppedAt(finished->step.result.error());
+          bad_frame = StoppedAt(finished->step.result.error());
         }
         if (!writing.Push(std::move(*finished))) break;
+        if (!bad_frame.empty()) throw std::runtime_error(bad_frame);
       }
     });
+    if (!had_failed && !failure_.empty()) Note(EventKind::kFailed, failure_);
     capture_.Stop();
     output_.StopWaitingForReaders();
     try {
@@ -354,6 +360,7 @@ class LiveRun {
   EventLog events_;
   Sequence site_;
   CameraCapture capture_;
+  RunTargets targets_;
   RunOutput output_;
   std::optional<Recorder> recorder_;
   std::optional<PosedCamera> camera_;

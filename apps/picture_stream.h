@@ -16,10 +16,14 @@ namespace pleinair {
 // BT.601.
 class PictureStream {
  public:
-  // Throws std::runtime_error, one line with the target: it cannot be opened, or is no such name.
+  // Keeps what is in a file. Throws std::runtime_error, one line with the target: it cannot be
+  // opened, or is no such name.
   explicit PictureStream(const std::string& target,
                          double frames_per_second = 30.0,
                          std::stop_token stop = {});
+
+  // Removes what an earlier run left in a file. Before the first picture.
+  void Clear() { Empty(out_); }
 
   // Waits for the reader; once `stop` is requested, for a second. Throws std::runtime_error: the
   // reader is gone or does not read, or a picture of another size than the first.

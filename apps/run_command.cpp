@@ -18,6 +18,7 @@
 #include "apps/run_description.h"
 #include "apps/run_folder.h"
 #include "apps/run_output.h"
+#include "apps/run_targets.h"
 #include "apps/site_frames.h"
 #include "apps/survey_maps_writer.h"
 #include "datasets/truth.h"
@@ -116,6 +117,7 @@ void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
 
 // Runs on the sequence's own frames, or on a video or pictures at a site.
 void RunRecorded(const RunCommandOptions& options) {
+  RunTargets targets(options);
   const bool is_at_site = !options.input.empty();
   const auto loaded = is_at_site ? LoadSite(options,
                                             FirstPictureTime(options.input, options.times),
@@ -139,7 +141,7 @@ void RunRecorded(const RunCommandOptions& options) {
 
   FrameLoop frames(options, run);
   EventLog events;
-  RunOutput output(options, events);
+  RunOutput output(options, targets, events);
   RunReport& report = output.Report();
   report.title = TitleOf(sequence);
   report.settings = DescribeSettings(options, *loaded, count, run.Renderer());

@@ -118,53 +118,58 @@ void RequireKept(const fs::path& file, const fs::path& out, const std::string& o
                               "folder for one of them");
 }
 
-FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLockName) {
+FolderLock::FolderLock(fs::path folder) : folder_(std::move(folder)) {
+  std::error_code error;
+  is_made_ = fs::create_directories(folder_, error);
+  if (!fs::is_directory(folder_)) {
+    throw std::runtime_error("--out " + folder_.string() + ": expected a folder, or room for one" +
+                             (error ? ": " + error.message() : ", found something else"));
+  }
   const auto refuse = [&](const std::string& why) {
-    throw std::runtime_error(folder.string() + ": " + why);
+    throw std::runtime_error(folder_.string() + ": " + why);
   };
+  const fs::path file = folder_ / kLockName;
   while (true) {
-    descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
-    if (descriptor_ < 0) refuse("cannot be locked: " + file_.string() + ": " + LastError());
-    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    file_ = Descriptor(
+        open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
+    if (file_.Number() < 0) refuse("cannot be locked: " + file.string() + ": " + LastError());
+    if (flock(file_.Number(), LOCK_EX | LOCK_NB) != 0) {
       const bool is_held = errno == EWOULDBLOCK;
-      const std::string why = is_held ? "another run writes there (" + ReadAll(descriptor_) +
-                                            "): expected another --out, or that it has ended"
-                                      : "cannot be locked: " + LastError();
-      close(descriptor_);
-      refuse(why);
+      refuse(is_held ? "another run writes there (" + ReadAll(file_.Number()) +
+                           "): expected another --out, or that it has ended"
+                     : "cannot be locked: " + LastError());
     }
     // The one who held it may have removed the file before we got it: then it locks nothing.
     struct stat ours {};
     struct stat there {};
-    if (fstat(descriptor_, &ours) == 0 && stat(file_.c_str(), &there) == 0 &&
+    if (fstat(file_.Number(), &ours) == 0 && stat(file.c_str(), &there) == 0 &&
         ours.st_ino == there.st_ino && ours.st_dev == there.st_dev) {
       break;
     }
-    close(descriptor_);
   }
-  taken_over_from_ = ReadAll(descriptor_);
+  try {
+    for (const char* name : kRunFiles) RequireReplaceable(folder_ / name);
+  } catch (...) {
+    Remove();
+    throw;
+  }
+  taken_over_from_ = ReadAll(file_.Number());
   const std::string holder = ThisProcess() + "\n";
   // The holder's name in the lock is only information: the lock holds on a full disc, too.
-  const bool is_said =
-      ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, holder.data(), holder.size(), 0) > 0;
+  const bool is_said = ftruncate(file_.Number(), 0) == 0 &&
+                       pwrite(file_.Number(), holder.data(), holder.size(), 0) > 0;
   static_cast<void>(is_said);
 }
 
-FolderLock::~FolderLock() {
+FolderLock::~FolderLock() { Remove(); }
+
+void FolderLock::Remove() {
   std::error_code ignored;
-  fs::remove(file_, ignored);  // While it is still ours.
-  close(descriptor_);
+  fs::remove(folder_ / kLockName, ignored);    // While it is still ours.
+  if (is_made_) fs::remove(folder_, ignored);  // Only where it is empty.
 }
 
-RunFolder::RunFolder(fs::path out) : out_(std::move(out)) {
-  std::error_code error;
-  fs::create_directories(out_, error);
-  if (!fs::is_directory(out_)) {
-    throw std::runtime_error("--out " + out_.string() + ": expected a folder, or room for one" +
-                             (error ? ": " + error.message() : ", found something else"));
-  }
-  lock_ = std::make_unique<FolderLock>(out_);
-  for (const char* name : kRunFiles) RequireReplaceable(out_ / name);
+RunFolder::RunFolder(const FolderLock& lock) : out_(lock.Folder()) {
   for (const char* name : kRunFiles) fs::remove(out_ / name);
   RemoveFiles(out_, IsUnfinished);
   for (const char* name : kFrameFolders) {

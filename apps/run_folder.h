@@ -2,10 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 
+#include "apps/descriptor.h"
 #include "datasets/recording/line_file.h"
 
 namespace pleinair {
@@ -20,33 +20,39 @@ void RequireKept(const std::filesystem::path& file,
                  const std::filesystem::path& out,
                  const std::string& option);
 
-// Held by one process at a time, and free again when that ends, however it ends.
+// A folder of results, held by one process at a time, and free again when that ends, however it
+// ends. What is in it stays.
 class FolderLock {
  public:
-  // Throws std::runtime_error naming the folder and who holds it, or why it cannot be locked.
-  explicit FolderLock(const std::filesystem::path& folder);
+  // Makes the folder where there is none; one without a result is removed again. Throws
+  // std::runtime_error naming the folder and who holds it, why it cannot be locked, or which result
+  // of an earlier run cannot be replaced, as it is no regular file.
+  explicit FolderLock(std::filesystem::path folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
+  const std::filesystem::path& Folder() const { return folder_; }
   // Who held it last and did not end as it should ("process 4711 on HOST since TIME"); or empty.
   const std::string& TakenOverFrom() const { return taken_over_from_; }
 
  private:
-  std::filesystem::path file_;
-  int descriptor_ = -1;
+  void Remove();
+
+  std::filesystem::path folder_;
+  bool is_made_ = false;  // By this one.
+  Descriptor file_;
   std::string taken_over_from_;
 };
 
 // One run's output: nothing of an earlier run, ended or killed, stays beside the new one's; all
 // else does. lighting.jsonl, plan.jsonl and events.jsonl have their names only when they are
-// complete. The folder is locked while this lives.
+// complete.
 class RunFolder {
  public:
-  // Throws as FolderLock, and where what is to be replaced is no regular file.
-  explicit RunFolder(std::filesystem::path out);
+  // `lock` outlives it. Throws std::runtime_error where a file cannot be removed or made.
+  explicit RunFolder(const FolderLock& lock);
 
-  const std::string& TakenOverFrom() const { return lock_->TakenOverFrom(); }
   // A frame's lines: both or, where that fails, none.
   void AddFrame(const std::string& lighting, const std::string& plan);
   // From any one thread. events.jsonl is there from the first event on.
@@ -69,7 +75,6 @@ class RunFolder {
   };
 
   std::filesystem::path out_;
-  std::unique_ptr<FolderLock> lock_;
   std::optional<Log> lighting_;
   std::optional<Log> plan_;
   std::optional<Log> events_;

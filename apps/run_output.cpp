@@ -24,31 +24,27 @@ ReportFrame FailedFrame(const FrameError& error) {
 }  // namespace
 
 RunOutput::RunOutput(const RunCommandOptions& options,
+                     RunTargets& targets,
                      EventLog& events,
                      std::optional<double> camera_rate)
     : options_(options),
+      targets_(targets),
       events_(events),
-      folder_(options.out),
+      folder_(targets.folder),
       writer_(options.out, options.written.value_or(WrittenPictures::kAll)),
       report_(options.out) {
-  if (!folder_.TakenOverFrom().empty()) {
+  if (!targets.folder.TakenOverFrom().empty()) {
     spdlog::warn("{}: an earlier run did not end ({}): what it left unfinished is removed",
                  options.out.string(),
-                 folder_.TakenOverFrom());
+                 targets.folder.TakenOverFrom());
   }
   if (options.video) {
     constexpr double kUsualRate = 10.0;
     video_.emplace(options.out / "composite.mp4",
                    options.video_frames_per_second.value_or(camera_rate.value_or(kUsualRate)));
   }
-  if (!options.picture_stream.empty()) {
-    constexpr double kUsualRate = 30.0;
-    pictures_.emplace(
-        options.picture_stream, camera_rate.value_or(kUsualRate), end_of_readers_.get_token());
-  }
-  if (!options.lighting_stream.empty()) {
-    lines_.emplace(options.lighting_stream, end_of_readers_.get_token());
-  }
+  if (targets.pictures) targets.pictures->Clear();
+  if (targets.lines) targets.lines->Clear();
 }
 
 template <typename Stream, typename Item>
@@ -70,12 +66,12 @@ void RunOutput::Add(FinishedFrame frame) {
   const FrameError& error = frame.step.result.error();
   const std::string line = FailureLine(error);
   folder_.AddFrame(line, line);
-  WriteTo(lines_, line, error.time);
+  WriteTo(targets_.lines, line, error.time);
   report_.Add(FailedFrame(error));
 }
 
 void RunOutput::AddPassed(const Rgb8Image& picture, UtcTime time) {
-  WriteTo(pictures_, picture, time);
+  WriteTo(targets_.pictures, picture, time);
   if (video_) video_->Add(picture);
 }
 
@@ -84,7 +80,7 @@ void RunOutput::AddDone(FinishedFrame finished) {
   FrameResult& result = *finished.step.result;
   Stopwatch watch;
   // Pictures that somebody watches go out before those that are kept.
-  WriteTo(pictures_, finished.shown, frame.time);
+  WriteTo(targets_.pictures, finished.shown, frame.time);
   writer_.Write(frame.index, result.composite, finished.shown);
   if (video_) video_->Add(finished.shown);
   if (finished.environment) {
@@ -96,7 +92,7 @@ void RunOutput::AddDone(FinishedFrame finished) {
   result.timing_ms.write = watch.LapMs();
   const std::string line = LightingLine(frame, result, sky_image, finished.latency_ms);
   folder_.AddFrame(line, PlanLine(frame, result, options_.pipeline.effects));
-  WriteTo(lines_, line, frame.time);
+  WriteTo(targets_.lines, line, frame.time);
 
   ReportFrame reported;
   reported.index = frame.index;

@@ -3,17 +3,15 @@
 
 #include <memory>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "apps/frame_loop.h"
 #include "apps/frame_writer.h"
-#include "apps/line_stream.h"
-#include "apps/picture_stream.h"
 #include "apps/run_command.h"
 #include "apps/run_folder.h"
 #include "apps/run_report.h"
+#include "apps/run_targets.h"
 #include "apps/video_file.h"
 #include "datasets/event.h"
 
@@ -23,9 +21,10 @@ namespace pleinair {
 // stream whose reader is gone is closed, with an event; the run goes on.
 class RunOutput {
  public:
-  // Locks and clears the folder. Throws as RunFolder. `events` outlives it.
-  // `camera_rate`: frames a second, where a camera states it.
+  // Clears the targets of what an earlier run left. `targets` and `events` outlive it.
+  // `camera_rate`: frames a second, where a camera states it. Throws as RunFolder.
   RunOutput(const RunCommandOptions& options,
+            RunTargets& targets,
             EventLog& events,
             std::optional<double> camera_rate = std::nullopt);
 
@@ -34,7 +33,7 @@ class RunOutput {
   void AddPassed(const Rgb8Image& picture, UtcTime time);
   void AddEvent(Event event);
   // From any thread: a stream whose reader does not read is closed after a second.
-  void StopWaitingForReaders() { end_of_readers_.request_stop(); }
+  void StopWaitingForReaders() { targets_.end_of_readers.request_stop(); }
   RunReport& Report() { return report_; }
   // For what is written at a run's end: as SetAside.
   void LeaveRoom() { report_.LeaveRoom(); }
@@ -52,13 +51,11 @@ class RunOutput {
   void WriteTo(std::optional<Stream>& stream, const Item& item, UtcTime time);
 
   const RunCommandOptions& options_;
+  RunTargets& targets_;
   EventLog& events_;
   RunFolder folder_;
   FrameWriter writer_;
-  std::stop_source end_of_readers_;
   std::optional<VideoFile> video_;
-  std::optional<PictureStream> pictures_;
-  std::optional<LineStream> lines_;
   RunReport report_;
   bool is_disk_full_ = false;
 };

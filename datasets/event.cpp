@@ -38,6 +38,7 @@ std::string_view NameOf(EventKind kind) {
                                                                 "site",
                                                                 "output",
                                                                 "pose",
+                                                                "failed",
                                                                 "ended"};
   return kNames.at(static_cast<std::size_t>(kind));
 }

@@ -32,6 +32,7 @@ enum class EventKind {
   kSite,    // The site's folder is gone, or back.
   kOutput,  // A place that the picture goes to has failed.
   kPose,    // From outside: refused, or an old one is held.
+  kFailed,  // Why the run ends early, where nothing above says it.
   kEnded,
 };
 inline constexpr std::size_t kEventKinds = static_cast<std::size_t>(EventKind::kEnded) + 1;

@@ -26,7 +26,13 @@ Recorder::Recorder(const Sequence& site,
       queue_(QueueCapacity(layout, options.queue_bytes)) {
   status_.free_bytes = recording_.FreeBytes();
   writer_ = std::thread([this] { Write(); });
-  syncer_ = std::thread([this] { KeepSynced(); });
+  try {
+    syncer_ = std::thread([this] { KeepSynced(); });
+  } catch (...) {
+    queue_.Close();
+    writer_.join();
+    throw;
+  }
 }
 
 Recorder::~Recorder() { Finish(); }

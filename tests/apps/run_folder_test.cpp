@@ -72,6 +72,18 @@ TEST_F(RunFolderTest, OneAtATimeAndItSaysWho) {
 }
 
 // It holds no longer than its process, however that ends.
+TEST_F(RunFolderTest, AFolderThatWasMadeForNoResultIsRemoved) {
+  Touch("mine/file");
+  for (const char* name : {"new", "mine"}) FolderLock lock(folder_ / name);
+  EXPECT_FALSE(IsThere("new"));
+  EXPECT_TRUE(IsThere("mine/file"));
+  {
+    const FolderLock lock(folder_ / "new");
+    RunFolder(lock).Finish();
+  }
+  EXPECT_TRUE(IsThere("new/lighting.jsonl"));
+}
+
 TEST_F(RunFolderTest, TheLockOfADeadRunIsTakenOver) {
   const pid_t child = fork();
   if (child == 0) {
@@ -105,7 +117,8 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
                               "frames/.000000.exr.1.0.part"};
   for (const char* name : gone) Touch(name);
   for (const char* name : kept) Touch(name);
-  RunFolder folder(folder_);
+  const FolderLock lock(folder_);
+  RunFolder folder(lock);
   // The logs of the new run have their working names until they are complete.
   for (const char* name : gone) {
     const bool is_new = std::string(name).ends_with("jsonl.partial");
@@ -121,13 +134,11 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
 
 TEST_F(RunFolderTest, EventsAreThereFromTheFirstOneOnAndHaveTheirNameWhenComplete) {
   Touch("events.jsonl");
-  {
-    RunFolder folder(folder_);
-    folder.Finish();
-  }
+  const FolderLock lock(folder_);
+  RunFolder(lock).Finish();
   EXPECT_FALSE(IsThere("events.jsonl")) << "an earlier run's, and this one had none";
   EXPECT_FALSE(IsThere("events.jsonl.partial"));
-  RunFolder folder(folder_);
+  RunFolder folder(lock);
   folder.AddEvent(R"({"event":"started"})");
   folder.AddEvent(R"({"event":"ended"})");
   const auto content = [&](const std::string& name) {
@@ -145,7 +156,8 @@ TEST_F(RunFolderTest, EventsAreThereFromTheFirstOneOnAndHaveTheirNameWhenComplet
 
 TEST_F(RunFolderTest, ItsLogsHaveAllOfAFrameWhereTheDiskIsFull) {
   const std::string line = R"({"frame":0})";
-  RunFolder folder(folder_);
+  const FolderLock lock(folder_);
+  RunFolder folder(lock);
   folder.AddFrame(line, line);
   const auto refusal = [&](const std::string& lighting, const std::string& plan) {
     const FileSizeLimit limit(3 * line.size());
@@ -165,12 +177,12 @@ TEST_F(RunFolderTest, ReplacesRegularFilesAlone) {
   fs::create_directory(folder_ / "out");
   Write("out/plan.jsonl", "of an earlier run");
   ASSERT_EQ(mkfifo((folder_ / "out/report.html").c_str(), 0600), 0);
-  EXPECT_THAT(MessageOf([&] { RunFolder folder(folder_ / "out"); }),
+  EXPECT_THAT(MessageOf([&] { FolderLock lock(folder_ / "out"); }),
               HasSubstr("out/report.html: cannot be written: expected a regular file there"));
   EXPECT_TRUE(fs::is_fifo(folder_ / "out/report.html"));
   EXPECT_TRUE(IsThere("out/plan.jsonl")) << "refused before anything is removed";
   Write("file", "mine");
-  EXPECT_THAT(MessageOf([&] { RunFolder folder(folder_ / "file"); }),
+  EXPECT_THAT(MessageOf([&] { FolderLock lock(folder_ / "file"); }),
               HasSubstr("file: expected a folder"));
 }
 

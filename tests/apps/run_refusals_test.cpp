@@ -2,15 +2,18 @@
 // leaves alone.
 #include <stdlib.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "apps/run_command.h"
+#include "tests/scene/temporary_folder.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::run_refusals_test {
@@ -103,6 +106,60 @@ TEST_F(RunRefusals, NeverWritesMapsIntoTheRecording) {
       prepare);
   EXPECT_THAT(refusal, HasSubstr("seq/maps: is, holds or lies in"));
   EXPECT_FALSE(fs::exists(folder_ / "seq/maps"));
+}
+
+// A wrong target is said before anything is prepared, and a run that cannot begin takes no earlier
+// one's results: those of its folder, its pictures and its lines.
+TEST_F(RunRefusals, KeepsEarlierResultsUntilItBegins) {
+  options_.picture_stream = "y4m:" + (folder_ / "live.y4m").string();
+  options_.lighting_stream = (folder_ / "light.jsonl").string();
+  ASSERT_EQ(Run(), "accepted");
+  const std::vector<fs::path> results = {
+      options_.out / "lighting.jsonl", folder_ / "live.y4m", folder_ / "light.jsonl"};
+  std::vector<std::string> contents;
+  for (const fs::path& result : results) contents.push_back(ContentOf(result));
+  const auto expect_kept = [&] {
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      EXPECT_EQ(ContentOf(results[i]), contents[i]) << results[i];
+    }
+  };
+
+  RunCommandOptions unprepared = options_;
+  unprepared.cache = folder_ / "another_cache";
+  for (const auto& [stream, lines, why] :
+       {std::array{
+            "y4m:/no/such/folder/live.y4m", "-", "/no/such/folder/live.y4m: expected a file"},
+        std::array{"v4l2:/no/such/device", "-", "expected a loopback device"},
+        std::array{
+            "y4m:-", "/no/such/folder/light.jsonl", "light.jsonl: expected a file or pipe"}}) {
+    std::swap(options_, unprepared);
+    options_.picture_stream = stream;
+    options_.lighting_stream = lines;
+    EXPECT_THAT(Run(), HasSubstr(why));
+    EXPECT_FALSE(fs::exists(folder_ / "another_cache")) << "prepared first: " << why;
+    std::swap(options_, unprepared);
+    expect_kept();
+  }
+
+  document_["scene"]["mesh"] = "absent.obj";
+  Save();
+  EXPECT_THAT(Run(), HasSubstr("absent.obj"));
+  expect_kept();
+  options_.out = folder_ / "new";
+  EXPECT_THAT(Run(), HasSubstr("absent.obj"));
+  EXPECT_FALSE(fs::exists(folder_ / "new")) << "nothing is in it";
+}
+
+TEST_F(RunRefusals, WritesOverALongerStreamOfAnEarlierRun) {
+  Write("live.y4m", std::string(1'000'000, 'x'));
+  Write("light.jsonl", std::string(100'000, 'x'));
+  options_.picture_stream = "y4m:" + (folder_ / "live.y4m").string();
+  options_.lighting_stream = (folder_ / "light.jsonl").string();
+  ASSERT_EQ(Run(), "accepted");
+  const std::string pictures = ContentOf(folder_ / "live.y4m");
+  constexpr std::size_t kOneFrame = 6 + 3 * 480 * 360;
+  EXPECT_EQ(pictures.size(), pictures.find('\n') + 1 + kOneFrame);
+  EXPECT_EQ(ContentOf(folder_ / "light.jsonl"), ContentOf(options_.out / "lighting.jsonl"));
 }
 
 TEST_F(RunRefusals, EndsWithTheFirstFramesReasonWhereAllFail) {

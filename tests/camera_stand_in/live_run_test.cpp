@@ -429,6 +429,19 @@ TEST_F(LiveRun, GoesOnPastBadPicturesAndFullDiscs) {
   }
 }
 
+TEST_F(LiveRun, SaysInItsEventsWhyItEndedEarly) {
+  const fs::path out = Out("out");
+  const Ended run = Shell(Command("--loop 20 --fault truncate@30p",
+                                  "--strict --pictures none --format YUYV --out " + out.string()));
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  EXPECT_GE(CheckComplete(out), 1u);
+  const Json bad = JsonLinesOf(out / "lighting.jsonl").back();
+  EXPECT_TRUE(bad.contains("error")) << bad;
+  EXPECT_EQ(CountEvents(out).at("failed"), 1);
+  EXPECT_THAT(ContentOf(out / "events.jsonl"), HasSubstr("as asked: "));
+  EXPECT_THAT(ContentOf(out / "report.html"), HasSubstr("as asked: "));
+}
+
 // Its composites fill it; what is kept for the report of the disk is enough for the light of a day.
 TEST_F(LiveRun, EndsWithAWholeReportWhereTheDiskIsFull) {
   const fs::path disk = folder_ / "disk";
