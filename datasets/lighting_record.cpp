@@ -1,6 +1,5 @@
 #include "datasets/lighting_record.h"
 
-#include <cmath>
 #include <fstream>
 #include <limits>
 #include <set>
@@ -8,10 +7,8 @@
 #include <glm/geometric.hpp>
 
 #include "calib/json_cursor.h"
-#include "calib/timed_pose.h"
 #include "datasets/internal/json_vectors.h"
 #include "datasets/internal/sequence_values.h"
-#include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {
@@ -97,11 +94,6 @@ std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& fil
     records.push_back(std::move(record));
   }
   return records;
-}
-
-std::string FaultOfTime(const std::optional<UtcTime>& stated, UtcTime time) {
-  if (!stated || std::abs(SecondsFromTo(*stated, time)) <= 3600.0) return {};
-  return "expected light of " + FormatUtcTime(time) + ", found light of " + FormatUtcTime(*stated);
 }
 
 }  // namespace pleinair

@@ -43,8 +43,4 @@ struct LightingRecord {
 // Throws std::runtime_error naming file, line, key and what was expected; for a frame given twice.
 std::vector<LightingRecord> ReadLightingRecords(const std::filesystem::path& file);
 
-// Returns why a line with time `stated` is not of a frame of `time`: more than an hour apart, which
-// no corrected clock explains. Empty: it may be.
-std::string FaultOfTime(const std::optional<UtcTime>& stated, UtcTime time);
-
 }  // namespace pleinair

@@ -6,6 +6,7 @@
 
 #include "datasets/run_scorer.h"
 #include "scene/image_io.h"
+#include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "scene/image_io.h"
 #include "sunmodel/sky_shapes.h"
+#include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {
@@ -73,6 +74,9 @@ class GivenLightingSource final : public LightingSource {
       return tl::unexpected(LightingFailure{"the given lighting has no line for this frame"});
     }
     const GivenLight& light = found->second;
+    if (std::string fault = FaultOfTime(light.time, frame.time); !fault.empty()) {
+      return tl::unexpected(LightingFailure{"the given lighting is not of this frame: " + fault});
+    }
     if (light.sky_image) return ImageBasis(*light.sky_image);
     if (!light.sky_shares.empty()) return SharesBasis(light, sun);
     return shape_source_->BasisFor(frame, sun);

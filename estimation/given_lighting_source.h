@@ -12,12 +12,14 @@
 #include <glm/vec3.hpp>
 
 #include "estimation/lighting_source.h"
+#include "scene/utc_time.h"
 #include "sunmodel/clear_sky.h"
 
 namespace pleinair {
 
 // The light of one frame, in the frame's radiance units.
 struct GivenLight {
+  std::optional<UtcTime> time;  // Where known, the frame's must not be more than an hour off.
   // Replaces the frame's own, which the source gets from its caller.
   std::optional<glm::dvec3> sun_direction_enu;
   glm::dvec3 sun_irradiance_rgb{0.0};  // Normal to the beam.
@@ -35,9 +37,10 @@ struct GivenLight {
   void Validate() const;
 };
 
-// Returns a source of the light in `by_frame`, by the frame's index; Estimate fails for a frame
-// that is not there. `shape_source` fits the shapes of skies that have none: it must respect
-// LightingObservation::held. The haze is that of clear skies among the given shares.
+// Returns a source of the light in `by_frame`, by the frame's index; BasisFor fails for a frame
+// that is not there, or whose time the light's contradicts. `shape_source` fits the shapes of skies
+// that have none: it must respect LightingObservation::held. The haze is that of clear skies among
+// the given shares.
 std::unique_ptr<LightingSource> MakeGivenLightingSource(
     std::map<int, GivenLight> by_frame,
     std::unique_ptr<LightingSource> shape_source,

@@ -18,6 +18,7 @@ std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file) {
     if (!record.light.sun_irradiance_rgb) refuse("sun_irradiance_rgb: expected three numbers");
     if (!record.light.sky_irradiance_rgb) refuse("sky_irradiance_rgb: expected three numbers");
     GivenLight light;
+    light.time = record.time;
     light.sun_direction_enu = record.light.sun_direction_enu;
     light.sun_irradiance_rgb = *record.light.sun_irradiance_rgb;
     light.sky_irradiance_rgb = *record.light.sky_irradiance_rgb;
@@ -39,16 +40,6 @@ std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file) {
     throw std::runtime_error(file.string() + ": no frame has light: expected one at least");
   }
   return by_frame;
-}
-
-void RequireLightingOf(const Sequence& sequence, const std::filesystem::path& file) {
-  for (const LightingRecord& record : ReadLightingRecords(file)) {
-    const auto frame = static_cast<std::size_t>(record.frame);
-    if (frame >= sequence.frames.size()) continue;
-    const std::string fault = FaultOfTime(record.time, sequence.frames[frame].time);
-    if (fault.empty()) continue;
-    throw std::runtime_error(fmt::format("{}: frame {}: {}", file.string(), record.frame, fault));
-  }
 }
 
 }  // namespace pleinair

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <map>
 
-#include "datasets/sequence.h"
 #include "estimation/given_lighting_source.h"
 
 namespace pleinair {
@@ -13,9 +12,5 @@ namespace pleinair {
 // file, frame, key and what was expected, for a line without light, a light that GivenLight
 // refuses, or a missing sky image.
 std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file);
-
-// Throws std::runtime_error naming file and frame where light of `file` is of another time than
-// that frame of `sequence`.
-void RequireLightingOf(const Sequence& sequence, const std::filesystem::path& file);
 
 }  // namespace pleinair

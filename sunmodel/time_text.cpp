@@ -155,4 +155,9 @@ std::string FormatUtcTime(UtcTime time) {
   return text + 'Z';
 }
 
+std::string FaultOfTime(const std::optional<UtcTime>& stated, UtcTime time) {
+  if (!stated || std::chrono::abs(time - *stated) <= std::chrono::hours(1)) return {};
+  return "expected light of " + FormatUtcTime(time) + ", found light of " + FormatUtcTime(*stated);
+}
+
 }  // namespace pleinair

@@ -1,6 +1,7 @@
 // UTC as text.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,5 +17,9 @@ UtcTime ParseUtcTime(std::string_view text);
 
 // ISO 8601 with Z; as many decimals of the second as are not zero.
 std::string FormatUtcTime(UtcTime time);
+
+// Returns why light of the time `stated` is not that of a frame of `time`: they are more than an
+// hour apart, which no corrected clock explains. Empty: it may be.
+std::string FaultOfTime(const std::optional<UtcTime>& stated, UtcTime time);
 
 }  // namespace pleinair

@@ -1,14 +1,17 @@
 #include "estimation/given_lighting_source.h"
 
+#include <chrono>
 #include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estimation/outdoor_lighting_source.h"
 #include "sunmodel/sky_shapes.h"
+#include "sunmodel/time_text.h"
 #include "tests/estimation/synthetic_view.h"
 
 namespace pleinair::given_lighting_source_test {
@@ -50,6 +53,23 @@ TEST(GivenLighting, IsTheLightThatWasGiven) {
     EXPECT_DOUBLE_EQ(lighting.sky[1].irradiance_rgb[c], 0.75 * light.sky_irradiance_rgb[c]);
   }
   EXPECT_TRUE(lighting.covariance.empty()) << "nobody said how sure it is";
+}
+
+TEST(GivenLighting, IsOfItsFramesTime) {
+  GivenLight light = SomeLight();
+  const SurfaceView view = MakeView({});
+  Frame frame = MakeFrame({}, view);
+  light.time = frame.time;
+  const auto source = SourceOf(light);
+  frame.time += std::chrono::minutes(59);
+  EXPECT_TRUE(source->BasisFor(frame, {view.sun_direction_enu}).has_value());
+  frame.time += std::chrono::minutes(2);
+  const auto refused = source->BasisFor(frame, {view.sun_direction_enu});
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_THAT(
+      refused.error().reason,
+      ::testing::AllOf(::testing::HasSubstr("expected light of " + FormatUtcTime(frame.time)),
+                       ::testing::HasSubstr("found light of " + FormatUtcTime(*light.time))));
 }
 
 TEST(GivenLighting, KeepsShapesThatDoNotTurn) {
