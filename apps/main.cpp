@@ -21,6 +21,7 @@
 #include "apps/command_line.h"
 #include "apps/doctor_command.h"
 #include "apps/evaluation_arguments.h"
+#include "apps/help_text.h"
 #include "apps/irradiance_command.h"
 #include "apps/message_text.h"
 #include "apps/one_of.h"
@@ -237,6 +238,7 @@ int RunCommandLine(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", PLEINAIR_VERSION);
   app.option_defaults()->always_capture_default();
+  app.formatter(std::make_shared<HelpText>());
   Work work;
   AddSun(app, work);
   AddPrepare(app, work);

@@ -42,7 +42,9 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
                               "tradeoff",
                               "doctor",
                               "cameras",
+                              "irradiance",
                               "calibrate",
+                              "calibrate lens",
                               "calibrate fisheye",
                               "calibrate response",
                               "calibrate merge",
@@ -52,7 +54,17 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
     const Ended ended = Call(std::string(command) + " --help");
     EXPECT_EQ(ended.exit_code, 0);
     EXPECT_THAT(ended.output, HasSubstr(std::string("Example: pleinair ") + command));
+    for (const char* parsers : {"INT", "FLOAT", "POSITIVE", "WHOLE", "=[]", "Needs:", " in ["}) {
+      EXPECT_THAT(ended.output, Not(HasSubstr(parsers))) << command;
+    }
   }
+}
+
+TEST_F(CommandLine, HelpSaysWhatAnOptionAcceptsAndItsDefault) {
+  EXPECT_THAT(Call("tradeoff --help").output, HasSubstr("(1 to 1000; default: 20)"));
+  EXPECT_THAT(Call("calibrate lens --help").output,
+              HasSubstr("(0.05 to 0.95; default: 0.75; only with --charuco)"));
+  EXPECT_THAT(Call("irradiance --help").output, HasSubstr("(all or 0 to 100; default: all)"));
 }
 
 TEST_F(CommandLine, RefusesUnknownWords) {
