@@ -94,6 +94,16 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
                 request.automatic,
                 "exposure, gain and white balance stay automatic, and are read back for each frame")
       ->group(kGroup);
+  command
+      .add_option(
+          "--control-delay",
+          request.control_delay_frames,
+          "with --auto: frames from setting exposure or gain to the first one that shows it "
+          "(0 to 16; default: 2)")
+      ->check(CLI::Range(0, 16).description(""))
+      ->type_name("FRAMES")
+      ->default_str("")
+      ->group(kGroup);
 }
 
 void AddCameras(CLI::App& app, Work& work) {

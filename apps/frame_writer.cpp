@@ -7,11 +7,7 @@
 namespace pleinair {
 
 FrameWriter::FrameWriter(const std::filesystem::path& out, WrittenPictures written)
-    : out_(out), written_(written) {
-  if (written_ == WrittenPictures::kNone) return;
-  std::filesystem::create_directories(out_ / "composite");
-  std::filesystem::create_directories(out_ / "mask");
-}
+    : out_(out), written_(written) {}
 
 void FrameWriter::WriteEnvironment(int frame,
                                    const RgbImage& with_sun,
@@ -31,8 +27,11 @@ std::string FrameWriter::WriteSky(int frame, const RgbImage& sky) const {
 }
 
 void FrameWriter::Write(int frame, const Composite& composite, const Rgb8Image& shown) const {
-  const std::string number = fmt::format("{:06}", frame);
   if (written_ == WrittenPictures::kNone) return;
+  for (const char* folder : {"composite", "mask"}) {
+    std::filesystem::create_directories(out_ / folder);
+  }
+  const std::string number = fmt::format("{:06}", frame);
   if (written_ == WrittenPictures::kAll) {
     WriteExr(out_ / "composite" / (number + ".exr"), composite.radiance, ExrPrecision::kHalf);
   }

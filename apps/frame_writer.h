@@ -10,9 +10,9 @@
 
 namespace pleinair {
 
+// Makes the folders that it writes to.
 class FrameWriter {
  public:
-  // Makes the folders.
   FrameWriter(const std::filesystem::path& out, WrittenPictures written);
 
   // As far as they are to be written: composite/NNNNNN.exr (scene-linear half),

@@ -20,14 +20,9 @@ class LineStream {
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
-  // Removes what an earlier run left in a file. Before the first line.
-  void Clear() {
-    if (file_.Number() >= 0) Empty(file_);
-  }
-
-  // Throws where a file or pipe cannot be written, or is not read within a second once `stop` is
-  // requested. A socket's readers that do not keep up, or are gone, are disconnected, and so is a
-  // 65th.
+  // The first line removes what was in a file. Throws where a file or pipe cannot be written, or is
+  // not read within a second once `stop` is requested. A socket's readers that do not keep up, or
+  // are gone, are disconnected, and so is a 65th.
   void Write(const std::string& line);
 
  private:
@@ -36,6 +31,7 @@ class LineStream {
   std::string target_;
   std::stop_token stop_;
   Descriptor file_;
+  bool has_begun_ = false;
   std::filesystem::path socket_path_;
   Descriptor socket_;
   std::vector<Descriptor> readers_;

@@ -22,11 +22,9 @@ class PictureStream {
                          double frames_per_second = 30.0,
                          std::stop_token stop = {});
 
-  // Removes what an earlier run left in a file. Before the first picture.
-  void Clear() { Empty(out_); }
-
-  // Waits for the reader; once `stop` is requested, for a second. Throws std::runtime_error: the
-  // reader is gone or does not read, or a picture of another size than the first.
+  // The first picture removes what was in a file. Waits for the reader; once `stop` is requested,
+  // for a second. Throws std::runtime_error: the reader is gone or does not read, or a picture of
+  // another size than the first.
   void Write(const Rgb8Image& picture);
 
  private:

@@ -170,15 +170,26 @@ void FolderLock::Remove() {
 }
 
 RunFolder::RunFolder(const FolderLock& lock) : out_(lock.Folder()) {
-  for (const char* name : kRunFiles) fs::remove(out_ / name);
   RemoveFiles(out_, IsUnfinished);
+  lighting_.emplace(out_ / "lighting.jsonl");
+  plan_.emplace(out_ / "plan.jsonl");
+}
+
+RunFolder::~RunFolder() {
+  if (has_begun_) return;
+  for (std::optional<Log>* log : {&lighting_, &plan_, &events_}) {
+    if (*log) (*log)->Remove();
+  }
+}
+
+void RunFolder::Begin() {
+  if (std::exchange(has_begun_, true)) return;
+  for (const char* name : kRunFiles) fs::remove(out_ / name);
   for (const char* name : kFrameFolders) {
     if (!fs::is_directory(out_ / name)) continue;
     RemoveFiles(out_ / name, IsOfAFrame);
     if (fs::is_empty(out_ / name)) fs::remove(out_ / name);
   }
-  lighting_.emplace(out_ / "lighting.jsonl");
-  plan_.emplace(out_ / "plan.jsonl");
 }
 
 void RunFolder::AddFrame(const std::string& lighting, const std::string& plan) {
@@ -197,6 +208,7 @@ void RunFolder::AddEvent(const std::string& line) {
 }
 
 void RunFolder::Finish() {
+  Begin();
   if (events_) events_->Finish();
   lighting_->Finish();
   plan_->Finish();
@@ -206,5 +218,10 @@ RunFolder::Log::Log(fs::path file)
     : file_(std::move(file)), partial_(file_.string() + ".partial"), lines_(partial_) {}
 
 void RunFolder::Log::Finish() { fs::rename(partial_, file_); }
+
+void RunFolder::Log::Remove() {
+  std::error_code ignored;
+  fs::remove(partial_, ignored);
+}
 
 }  // namespace pleinair

@@ -47,16 +47,24 @@ class FolderLock {
 
 // One run's output: nothing of an earlier run, ended or killed, stays beside the new one's; all
 // else does. lighting.jsonl, plan.jsonl and events.jsonl have their names only when they are
-// complete.
+// complete. Results of an earlier run stay until the first frame, or the end of a run without one;
+// a run that does not get there leaves nothing.
 class RunFolder {
  public:
-  // `lock` outlives it. Throws std::runtime_error where a file cannot be removed or made.
+  // Removes what a killed run left unfinished. `lock` outlives it. Throws std::runtime_error where
+  // a file cannot be removed or made.
   explicit RunFolder(const FolderLock& lock);
+  ~RunFolder();
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
 
+  // Removes an earlier run's results, once: before the first frame's files are written.
+  void Begin();
   // A frame's lines: both or, where that fails, none.
   void AddFrame(const std::string& lighting, const std::string& plan);
   // From any one thread. events.jsonl is there from the first event on.
   void AddEvent(const std::string& line);
+  // As Begin where that was not called.
   void Finish();
 
  private:
@@ -67,6 +75,7 @@ class RunFolder {
     void Add(const std::string& line) { lines_.Add(line); }
     void RemoveLast() { lines_.RemoveLast(); }
     void Finish();
+    void Remove();
 
    private:
     std::filesystem::path file_;
@@ -75,6 +84,7 @@ class RunFolder {
   };
 
   std::filesystem::path out_;
+  bool has_begun_ = false;
   std::optional<Log> lighting_;
   std::optional<Log> plan_;
   std::optional<Log> events_;

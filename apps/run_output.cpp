@@ -43,8 +43,6 @@ RunOutput::RunOutput(const RunCommandOptions& options,
     video_.emplace(options.out / "composite.mp4",
                    options.video_frames_per_second.value_or(camera_rate.value_or(kUsualRate)));
   }
-  if (targets.pictures) targets.pictures->Clear();
-  if (targets.lines) targets.lines->Clear();
 }
 
 template <typename Stream, typename Item>
@@ -59,6 +57,7 @@ void RunOutput::WriteTo(std::optional<Stream>& stream, const Item& item, UtcTime
 }
 
 void RunOutput::Add(FinishedFrame frame) {
+  folder_.Begin();
   if (frame.step.result) {
     AddDone(std::move(frame));
     return;

@@ -21,7 +21,7 @@ namespace pleinair {
 // stream whose reader is gone is closed, with an event; the run goes on.
 class RunOutput {
  public:
-  // Clears the targets of what an earlier run left. `targets` and `events` outlive it.
+  // What an earlier run left stays until the first frame. `targets` and `events` outlive it.
   // `camera_rate`: frames a second, where a camera states it. Throws as RunFolder.
   RunOutput(const RunCommandOptions& options,
             RunTargets& targets,

@@ -11,7 +11,7 @@
 
 namespace pleinair {
 
-// What an earlier run left there stays until a RunOutput is made of it.
+// What an earlier run left there stays.
 struct RunTargets {
   // `camera_rate`: frames a second, where a camera states it. Throws std::runtime_error, one line
   // with the target.

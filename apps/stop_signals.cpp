@@ -10,6 +10,11 @@ StopSignals::StopSignals() {
   sigemptyset(&awaited_);
   sigaddset(&awaited_, SIGINT);
   sigaddset(&awaited_, SIGTERM);
+  // Blocked, an ignored signal would be waited for, too.
+  struct sigaction of_hangup {};
+  if (sigaction(SIGHUP, nullptr, &of_hangup) == 0 && of_hangup.sa_handler != SIG_IGN) {
+    sigaddset(&awaited_, SIGHUP);
+  }
   pthread_sigmask(SIG_BLOCK, &awaited_, &before_);
 }
 

@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM as a request to end.
+// SIGINT, SIGTERM and SIGHUP (a terminal that is closed) as a request to end.
 #pragma once
 
 #include <chrono>
@@ -7,8 +7,8 @@
 
 namespace pleinair {
 
-// While it lives, SIGINT and SIGTERM wait for Wait in place of ending the process. To be
-// constructed before the threads to which it applies.
+// While it lives, these signals wait for Wait in place of ending the process; SIGHUP only where it
+// is not ignored, as `nohup` has it. To be constructed before the threads to which it applies.
 class StopSignals {
  public:
   StopSignals();

@@ -65,7 +65,8 @@ struct CameraRequest {
   // which the camera is locked, or that of an automatic one when it is opened.
   std::optional<double> reference_gain;
   bool automatic = false;  // Exposure, gain and white balance stay automatic, and are read back.
-  int control_delay_frames = 2;  // From setting a control to the frame that it applies to.
+  // From setting a control to the frame that it applies to, for what is read back frame by frame.
+  int control_delay_frames = 2;
   std::optional<RawDevelopment> development;  // For raw pictures; none: as the driver states it.
 
   // Throws std::invalid_argument naming field and value.

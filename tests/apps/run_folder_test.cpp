@@ -84,6 +84,21 @@ TEST_F(RunFolderTest, AFolderThatWasMadeForNoResultIsRemoved) {
   EXPECT_TRUE(IsThere("new/lighting.jsonl"));
 }
 
+TEST_F(RunFolderTest, ARunWithoutAFrameKeepsTheEarlierOnesResults) {
+  const char* const results[] = {
+      "lighting.jsonl", "events.jsonl", "report.html", "composite.mp4", "composite/000000.png"};
+  for (const char* name : results) Touch(name);
+  const FolderLock lock(folder_);
+  {
+    RunFolder folder(lock);
+    folder.AddEvent("{}");
+  }
+  for (const char* name : results) EXPECT_EQ(ContentOf(folder_ / name), "x") << name;
+  for (const char* name : {"lighting", "plan", "events"}) {
+    EXPECT_FALSE(IsThere(std::string(name) + ".jsonl.partial"));
+  }
+}
+
 TEST_F(RunFolderTest, TheLockOfADeadRunIsTakenOver) {
   const pid_t child = fork();
   if (child == 0) {
@@ -119,6 +134,8 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
   for (const char* name : kept) Touch(name);
   const FolderLock lock(folder_);
   RunFolder folder(lock);
+  EXPECT_TRUE(IsThere("composite/000000.exr")) << "an earlier run's, until there is a frame";
+  folder.Begin();
   // The logs of the new run have their working names until they are complete.
   for (const char* name : gone) {
     const bool is_new = std::string(name).ends_with("jsonl.partial");

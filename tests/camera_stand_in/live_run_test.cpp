@@ -302,6 +302,21 @@ TEST_F(LiveRun, ShowsPicturesAsTheyComeWhileItsSiteIsPrepared) {
   EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_COUNT), static_cast<double>(recorded.size()));
 }
 
+// White balance and gain settle before the lock, so exposure is set while pictures come.
+TEST_F(LiveRun, NoPictureIsOfSettingsBeforeTheLockWhateverTheSensorsDelay) {
+  const fs::path recording = folder_ / "recording";
+  const Ended record = Shell(std::string(PLEINAIR_STAND_IN) + " " + kCourtyard +
+                             " --pictures 3:3 --loop 0 --control-delay 4 -- " + PLEINAIR_PROGRAM +
+                             " record /dev/video90 --site " + kCourtyard +
+                             " --exposure 0.03 --frames-limit 3 --out " + recording.string());
+  ASSERT_EQ(record.exit_code, 0) << record.output;
+  std::set<std::string> pictures;
+  for (const auto& file : fs::directory_iterator(recording / "frames")) {
+    pictures.insert(ContentOf(file.path()));
+  }
+  EXPECT_EQ(pictures.size(), 1u);
+}
+
 // Every frame that was recorded is one that was composited, also the last one.
 TEST_F(LiveRun, EndsWhenItsTimeIsOver) {
   const fs::path out = Out("out");
@@ -317,7 +332,7 @@ TEST_F(LiveRun, EndsWhenItsTimeIsOver) {
 }
 
 TEST_F(LiveRun, EndsCleanlyWhenItIsAskedTo) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const fs::path out = Out(std::to_string(signal));
     const fs::path recording = Out(std::to_string(signal) + "-recording");
     RunningCommand run(
@@ -464,6 +479,27 @@ TEST_F(LiveRun, EndsWithAWholeReportWhereTheDiskIsFull) {
   EXPECT_THAT(last, testing::StartsWith("pleinair: " + out + "/")) << run.output;
   EXPECT_THAT(last, HasSubstr("No space left on device")) << run.output;
   EXPECT_THAT(run.output, testing::Not(HasSubstr("\nerror "))) << run.output;
+}
+
+// Its site's mesh is no mesh, which only preparing it finds.
+TEST_F(LiveRun, KeepsEarlierResultsWhereItCannotBegin) {
+  const fs::path site = folder_ / "site";
+  fs::copy(kCourtyard, site);
+  std::ofstream(site / "scene.obj") << "f 1 2 3\n";
+  const fs::path out = folder_ / "out";
+  fs::create_directory(out);
+  for (const char* name : {"lighting.jsonl", "events.jsonl", "report.html"}) {
+    std::ofstream(out / name) << "of an earlier run";
+  }
+  const Ended run =
+      Shell(std::string(PLEINAIR_STAND_IN) + " " + kCourtyard + " --loop 0 -- " + PLEINAIR_PROGRAM +
+            " run /dev/video90 --site " + site.string() + Settings() + " --out " + out.string());
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  EXPECT_THAT(run.output, HasSubstr("scene.obj"));
+  for (const char* name : {"lighting.jsonl", "events.jsonl", "report.html"}) {
+    EXPECT_EQ(ContentOf(out / name), "of an earlier run") << name;
+  }
+  EXPECT_FALSE(fs::exists(out / "lighting.jsonl.partial"));
 }
 
 TEST_F(LiveRun, RefusesACameraThatIsNotThere) {

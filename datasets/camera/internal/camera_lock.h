@@ -1,6 +1,7 @@
 // Exposure, gain and white balance of a V4L2 camera: locked, or read picture by picture.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -35,6 +36,7 @@ class CameraLock {
   // Sets the values of `request`. Automatic controls without a value stay automatic until Settle.
   CameraLock(const V4l2Device& device, const CameraRequest& request);
 
+  static constexpr int kLongestDelayFrames = 4;
   // Pictures that the camera's automatics get before they are locked.
   static constexpr int kSettleFrames = 15;
   bool HasToSettle() const { return has_to_settle_; }
@@ -45,8 +47,9 @@ class CameraLock {
   const CameraSettings& Settings() const { return settings_; }
   // The exposure of this picture, as it is dequeued.
   CapturedExposure Of(std::uint32_t sequence);
-  // Pictures after a change of controls that may still be of the old ones.
-  int DelayFrames() const { return request_.control_delay_frames; }
+  // Pictures after a change of controls that may still be of the old ones: no fewer than any sensor
+  // in use takes.
+  int DelayFrames() const { return std::max(request_.control_delay_frames, kLongestDelayFrames); }
   // Since the last call: what was refused, clamped or is missing, a line each.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 
