@@ -53,10 +53,13 @@ std::string JsonOfSettings() {
 
 }  // namespace
 
-void GivenSettings::ApplyTo(SessionOptions& options) const {
+std::vector<std::string> GivenSettings::ApplyTo(SessionOptions& options) const {
   if (before) before(options);
-  if (!file.empty()) ApplySettings(file, options);
+  std::vector<std::string> all;
+  if (!file.empty()) all = ApplySettings(file, options);
   for (const std::string& assignment : assignments) ApplySetting(assignment, options);
+  all.insert(all.end(), assignments.begin(), assignments.end());
+  return all;
 }
 
 void AddSettingOption(CLI::App& command,

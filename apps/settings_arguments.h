@@ -18,8 +18,9 @@ struct GivenSettings {
   std::filesystem::path file;
   std::vector<std::string> assignments;  // "name=value"
 
-  // Throws as ApplySetting and ApplySettings.
-  void ApplyTo(SessionOptions& options) const;
+  // Returns the assignments that apply, those of the file first. Throws as ApplySetting and
+  // ApplySettings.
+  std::vector<std::string> ApplyTo(SessionOptions& options) const;
 };
 
 // An option that is short for --set `setting`=...; its help is the setting's.

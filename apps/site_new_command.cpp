@@ -96,7 +96,14 @@ std::string Apply(const SiteNewOptions& options) {
   return notes;
 }
 
-// One answer: the option that it is for, and what it stands for where it is empty.
+// Refuses a missing file at once, before further questions about it.
+std::string Existing(const std::string& file) {
+  if (std::filesystem::exists(file)) return file;
+  throw std::invalid_argument(file + ": no such file");
+}
+
+// One answer: the option that it is for, and what it stands for where it is empty. `put` throws
+// where the answer cannot be right.
 struct Question {
   const char* text;
   std::function<void(SiteNewOptions&, const std::string&)> put;
@@ -109,7 +116,8 @@ std::vector<Question> QuestionsFor(SitePart part) {
       return {{"latitude,longitude[,height] (degrees north and east, metres)",
                [](SiteNewOptions& to, const std::string& text) { to.place = text; }}};
     case SitePart::kMesh:
-      return {{"mesh file", [](SiteNewOptions& to, const std::string& text) { to.mesh = text; }},
+      return {{"mesh file",
+               [](SiteNewOptions& to, const std::string& text) { to.mesh = Existing(text); }},
               {"its unit: m, cm, mm, ft or in",
                [](SiteNewOptions& to, const std::string& text) { to.mesh_units = text; },
                "m"},
@@ -121,19 +129,20 @@ std::vector<Question> QuestionsFor(SitePart part) {
                [](SiteNewOptions& to, const std::string& text) { to.camera = text; }}};
     case SitePart::kLens:
       return {{"file with `camera`, of pleinair calibrate lens",
-               [](SiteNewOptions& to, const std::string& text) { to.lens = text; }}};
+               [](SiteNewOptions& to, const std::string& text) { to.lens = Existing(text); }}};
     case SitePart::kPose:
       return {{"camera's place X,Y,Z in metres (rough; pleinair calibrate pose is better)",
                [](SiteNewOptions& to, const std::string& text) { to.camera_at = text; }},
               {"a point X,Y,Z in the middle of its picture",
                [](SiteNewOptions& to, const std::string& text) { to.camera_to = text; }}};
     case SitePart::kAlbedo:
-      return {{"lat-long environment map (EXR, HDR)",
-               [](SiteNewOptions& to, const std::string& text) { to.environment = text; }},
-              {"where it was taken, X,Y,Z in metres",
-               [](SiteNewOptions& to, const std::string& text) { to.environment_at = text; }},
-              {"when, in UTC (2026-06-21T10:00:00Z, or with an offset: 12:00:00+02:00)",
-               [](SiteNewOptions& to, const std::string& text) { to.environment_time = text; }}};
+      return {
+          {"lat-long environment map (EXR, HDR)",
+           [](SiteNewOptions& to, const std::string& text) { to.environment = Existing(text); }},
+          {"where it was taken, X,Y,Z in metres",
+           [](SiteNewOptions& to, const std::string& text) { to.environment_at = text; }},
+          {"when, in UTC (2026-06-21T10:00:00Z, or with an offset: 12:00:00+02:00)",
+           [](SiteNewOptions& to, const std::string& text) { to.environment_time = text; }}};
     case SitePart::kObjects:
       return {{"virtual object's file",
                [](SiteNewOptions& to, const std::string& text) { to.object = text; }},
@@ -161,19 +170,17 @@ bool AskFor(const SitePartState& state,
   while (true) {
     SiteNewOptions answers;
     answers.folder = folder;
-    bool is_left_out = false;
-    for (const Question& question : QuestionsFor(state.part)) {
-      const std::string standard = question.standard;
-      const auto answer = ask(fmt::format(
-          "{}  {} [{}]: ", before, question.text, standard.empty() ? "later" : standard));
-      before.clear();
-      if (!answer) return false;
-      is_left_out = answer->empty() && standard.empty();
-      if (is_left_out) break;
-      question.put(answers, answer->empty() ? standard : *answer);
-    }
-    if (is_left_out) return true;
     try {
+      for (const Question& question : QuestionsFor(state.part)) {
+        const std::string standard = question.standard;
+        const auto answer = ask(fmt::format(
+            "{}  {} [{}]: ", before, question.text, standard.empty() ? "later" : standard));
+        before.clear();
+        if (!answer) return false;
+        const bool is_left_out = answer->empty() && standard.empty();
+        if (is_left_out) return true;
+        question.put(answers, answer->empty() ? standard : *answer);
+      }
       notes += Apply(answers);
       return true;
     } catch (const std::exception& error) {

@@ -52,8 +52,7 @@ void AddView(CLI::App& app, Work& work) {
   AddCameraOptions(view, options->camera);
   AddPictureTimes(view, options->times, kInput);
   view.parse_complete_callback([options, given] {
-    given->ApplyTo(*options);
-    options->stated_settings = given->assignments;
+    options->stated_settings = given->ApplyTo(*options);
     if (!options->sequence.empty()) return;
     if (IsCameraName(options->input)) {
       throw std::invalid_argument(options->input +

@@ -54,24 +54,31 @@ const Setting& SettingOf(std::string_view name) {
                   nearest->name));
 }
 
-void ApplySetting(const std::string& assignment, SessionOptions& options) {
+std::pair<std::string, std::string> NameAndValue(const std::string& assignment) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos) {
     throw std::invalid_argument(
         fmt::format("'{}': expected name=value, as `pleinair settings` lists them", assignment));
   }
-  const std::string name = Trimmed(std::string_view(assignment).substr(0, equals));
-  SettingOf(name).set(Trimmed(std::string_view(assignment).substr(equals + 1)), options);
+  return {Trimmed(std::string_view(assignment).substr(0, equals)),
+          Trimmed(std::string_view(assignment).substr(equals + 1))};
 }
 
-void ApplySettings(const std::filesystem::path& file, SessionOptions& options) {
+void ApplySetting(const std::string& assignment, SessionOptions& options) {
+  const auto [name, value] = NameAndValue(assignment);
+  SettingOf(name).set(value, options);
+}
+
+std::vector<std::string> ApplySettings(const std::filesystem::path& file, SessionOptions& options) {
   std::ifstream lines(file);
   if (!lines) throw std::runtime_error(file.string() + ": expected a file of settings, found none");
   SessionOptions changed = options;
+  std::vector<std::string> assignments;
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     const std::string text = Trimmed(line);
     if (text.empty() || text.front() == '#') continue;
+    assignments.push_back(text);
     try {
       ApplySetting(text, changed);
     } catch (const std::invalid_argument& error) {
@@ -80,6 +87,7 @@ void ApplySettings(const std::filesystem::path& file, SessionOptions& options) {
   }
   if (lines.bad()) throw std::runtime_error(file.string() + ": cannot be read to its end");
   options = std::move(changed);
+  return assignments;
 }
 
 }  // namespace pleinair

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "session/session_options.h"
@@ -33,9 +34,12 @@ const Setting& SettingOf(std::string_view name);
 // for text without a name.
 void ApplySetting(const std::string& assignment, SessionOptions& options);
 
-// Applies a file of one "name=value" per line; empty lines and those that begin with # are ignored.
-// All of a file or nothing is applied. Throws std::runtime_error, one line with file and line
-// number.
-void ApplySettings(const std::filesystem::path& file, SessionOptions& options);
+// Splits "name=value". Throws std::invalid_argument, one line, for text without a name.
+std::pair<std::string, std::string> NameAndValue(const std::string& assignment);
+
+// Applies a file of one "name=value" per line, and returns these; empty lines and those that begin
+// with # are ignored. All of a file or nothing is applied. Throws std::runtime_error, one line with
+// file and line number.
+std::vector<std::string> ApplySettings(const std::filesystem::path& file, SessionOptions& options);
 
 }  // namespace pleinair

@@ -72,6 +72,10 @@ bool SaveOf(Tool tool, ViewModel& model) {
     case Tool::kObjects:
       return save(model.editor, "objects");
     case Tool::kMask:
+      if (model.mask && !model.mask->HasUnsavedStrokes()) {
+        model.status = "mask: nothing was painted since it was read or saved";
+        return false;
+      }
       is_saved = save(model.mask, "mask");
       break;
     case Tool::kPose:

@@ -183,7 +183,11 @@ void DrawPanels(float top, ImVec2 display, float bottom, float scale, ViewModel&
 }
 
 void DrawHelp(float scale, ViewModel& model) {
-  ImGui::SetNextWindowSize({560.0f * scale, 0.0f});  // As high as its text.
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  // As high as its text, which a wide window keeps short; all of it on the screen.
+  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, 0, {0.5f, 0.5f});
+  ImGui::SetNextWindowSizeConstraints({0.0f, 0.0f}, {0.95f * display.x, 0.9f * display.y});
+  ImGui::SetNextWindowSize({std::min(920.0f * scale, 0.95f * display.x), 0.0f});
   if (ImGui::Begin("Help", &model.help_is_open, ImGuiWindowFlags_NoSavedSettings)) {
     if (ImGui::BeginTable("keys", 2)) {
       ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed);

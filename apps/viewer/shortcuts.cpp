@@ -44,7 +44,7 @@ constexpr Shortcut kShortcuts[] = {
     {"Delete", "lens: remove the corner under the cursor, or the pointer"},
     {"Alt+1 ... Alt+8", "overlays; Alt+0: none"},
     {"F2 ... F9, F11", "panels; the last one by the menu"},
-    {"F10", "keys go to the panels: arrows, Enter, Ctrl+Tab; Escape: back to the picture"},
+    {"F10", "keys go to the panels: arrows, Space, Ctrl+Tab; Escape: back to the picture"},
     {"F12", "snapshot: the picture, and all that is needed to run it again"},
     {"Ctrl+R", "record a camera's pictures"},
     {"[, ]", "exposure shown, by a third of a stop"},

@@ -19,7 +19,7 @@ struct ViewCommandOptions : SessionOptions {
   PictureTimes times;
   // Where snapshots and recordings get folders of their own.
   std::filesystem::path out = ".";
-  std::vector<std::string> stated_settings;  // "name=value", of the command line: for snapshots.
+  std::vector<std::string> stated_settings;  // "name=value", of the command line and its file.
   bool restores_state = true;                // The window's places and what it showed last.
 };
 

@@ -82,7 +82,8 @@ struct ViewModel {
   bool snapshot_is_wanted = false;
   Quitting quitting = Quitting::kNo;
 
-  std::map<std::string, std::string> typed_settings;  // By name; empty text: as at the start.
+  std::map<std::string, std::string> stated_settings;  // By name: at the start.
+  std::map<std::string, std::string> typed_settings;   // By name; empty text: as at the start.
   std::string settings_filter;
   std::string typed_mesh;  // Path of a file to load.
 

@@ -25,6 +25,7 @@
 #include "scene/elapsed.h"
 #include "scene/stopwatch.h"
 #include "scene/upper_median.h"
+#include "session/settings.h"
 
 namespace pleinair {
 namespace {
@@ -63,6 +64,10 @@ class Viewer {
         state_(ReadViewState(state_folder_).value_or(FirstState())),
         window_("pleinair", state_.window, LayoutFile()),
         worker_(options, ViewWindow::Wake) {
+    for (const std::string& assignment : options.stated_settings) {
+      const auto [name, value] = NameAndValue(assignment);
+      model_.stated_settings[name] = value;
+    }
     model_.request.effects = options.pipeline.effects;
     model_.request.is_playing = !options.input.empty() && IsCameraName(options.input);
     model_.request.loops = state_.loops;
@@ -187,6 +192,8 @@ class Viewer {
                        news.has_ended != model_.has_ended || news.is_recording;
     if (news.site) {
       if (!model_.site) StartEditing(news.site);
+      // Those of the site before: of a camera, their frames have other times.
+      model_.lights.clear();
       model_.site = std::move(news.site);
       model_.editor->SetSite(model_.site);
       if (model_.mask) model_.mask->SetSite(model_.site);

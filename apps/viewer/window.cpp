@@ -64,10 +64,14 @@ ViewWindow::ViewWindow(const std::string& title,
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_MAXIMIZED, place.is_maximised ? GLFW_TRUE : GLFW_FALSE);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   glm::ivec2 origin(0);
   glm::ivec2 screen(place.width, place.height);
   if (GLFWmonitor* monitor = glfwGetPrimaryMonitor(); monitor != nullptr) {
     glfwGetMonitorWorkarea(monitor, &origin.x, &origin.y, &screen.x, &screen.y);
+    glm::vec2 scale(1.0f);
+    glfwGetMonitorContentScale(monitor, &scale.x, &scale.y);
+    screen = glm::ivec2(glm::vec2(screen) / scale);
   }
   window_ = glfwCreateWindow(std::min(place.width, screen.x),
                              std::min(place.height, screen.y),
@@ -264,6 +268,13 @@ void ViewWindow::DrawWithin(const Part& part) {
 ScreenPlace ViewWindow::Place() const {
   ScreenPlace place;
   glfwGetWindowSize(window_, &place.width, &place.height);
+  glm::ivec2 pixels(0);
+  glfwGetFramebufferSize(window_, &pixels.x, &pixels.y);
+  // Else the window's units are scaled already.
+  if (pixels.x == place.width) {
+    place.width = static_cast<int>(std::lround(static_cast<float>(place.width) / content_scale_));
+    place.height = static_cast<int>(std::lround(static_cast<float>(place.height) / content_scale_));
+  }
   place.is_maximised = glfwGetWindowAttrib(window_, GLFW_MAXIMIZED) == GLFW_TRUE;
   return place;
 }

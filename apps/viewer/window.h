@@ -39,6 +39,7 @@ class Texture {
   int height_ = 0;
 };
 
+// Its size on a screen of content scale 1; others scale it.
 struct ScreenPlace {
   int width = 1280;
   int height = 800;

@@ -145,6 +145,14 @@ TEST_F(SiteNew, AsksAgainAfterAnAnswerThatWillNotDo) {
   EXPECT_EQ(Written()["site"]["latitude_deg"], 50.0);
 }
 
+TEST_F(SiteNew, AsksForAMissingFileAgainBeforeItsUnit) {
+  RunSiteNew(Options(), Answers({"57.0488, 9.9217", "/no/such.obj"}));
+  const std::size_t refused = asked_.find("/no/such.obj: no such file");
+  ASSERT_NE(refused, std::string::npos) << asked_;
+  EXPECT_NE(asked_.find("mesh file", refused), std::string::npos) << asked_;
+  EXPECT_EQ(asked_.find("its unit"), std::string::npos) << asked_;
+}
+
 TEST_F(SiteNew, KeepsWhatPeopleHaveWritten) {
   RunSiteNew(Options(), {});
   std::ofstream(site_ / "site.json")

@@ -97,8 +97,10 @@ class SettingsFile : public CommandFolder {};
 
 TEST_F(SettingsFile, IsAppliedCompletelyOrNotAtAll) {
   SessionOptions options;
-  ApplySettings(Write("good", "# for a slow machine\n\nlight.samples=100\r\n light.seed = 9"),
-                options);
+  EXPECT_THAT(
+      ApplySettings(Write("good", "# for a slow machine\n\nlight.samples=100\r\n light.seed = 9"),
+                    options),
+      testing::ElementsAre("light.samples=100", "light.seed = 9"));
   EXPECT_EQ(options.light.samples, 100);
   EXPECT_EQ(options.light.seed, 9u);
   const auto refusal = [&](const std::filesystem::path& file) -> std::string {

@@ -40,6 +40,8 @@ TEST(Site, ReadsDegreesAndMetres) {
   EXPECT_DOUBLE_EQ(golden.longitude_rad, RadFromDeg(-105.1786));
   EXPECT_EQ(golden.height_m, 1830.14);
   EXPECT_EQ(ParseSite("-33,18").height_m, 0.0);
+  // As maps copy it.
+  EXPECT_DOUBLE_EQ(ParseSite(" 57.0488, 9.9217 , 15").longitude_rad, RadFromDeg(9.9217));
 }
 
 TEST(Site, TakesItsOwnLimits) {
@@ -61,7 +63,7 @@ TEST(Site, NamesTextAndFieldOnBadText) {
       {"inf,0", "latitude is 'inf'"},
       {"57N,9", "latitude is '57N'"},
       {",9", "latitude is ''"},
-      {"57, 9", "longitude is ' 9'"},
+      {"57,9 9", "longitude is '9 9'"},
       {"57,9E", "longitude is '9E'"},
       {"57,361", "longitude is 361"},
       {"57,9,", "height is ''"},

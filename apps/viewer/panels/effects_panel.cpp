@@ -33,7 +33,7 @@ void DrawEffectsPanel(ViewModel& model) {
     ImGui::TableSetupColumn("asked", ImGuiTableColumnFlags_WidthStretch, 1.2f);
     ImGui::TableSetupColumn("fate", ImGuiTableColumnFlags_WidthStretch, 1.4f);
     ImGui::TableSetupColumn("bound", ImGuiTableColumnFlags_WidthStretch, 1.0f);
-    ImGui::TableSetupColumn("ms", ImGuiTableColumnFlags_WidthStretch, 0.8f);
+    ImGui::TableSetupColumn("+ ms", ImGuiTableColumnFlags_WidthStretch, 0.8f);
     ImGui::TableHeadersRow();
     for (const Effect effect : kAllEffects) {
       ImGui::TableNextRow();

@@ -39,8 +39,11 @@ void DrawSettingsPanel(ViewModel& model) {
     ImGui::PushID(setting.name.c_str());
     std::string& text = model.typed_settings[setting.name];
     ImGui::SetNextItemWidth(kValueWidth * ImGui::GetContentRegionAvail().x);
+    const auto stated = model.stated_settings.find(setting.name);
+    const std::string& at_start =
+        stated == model.stated_settings.end() ? setting.standard : stated->second;
     is_changed |= ImGui::InputTextWithHint(
-        "##value", setting.standard.c_str(), &text, ImGuiInputTextFlags_EnterReturnsTrue);
+        "##value", at_start.c_str(), &text, ImGuiInputTextFlags_EnterReturnsTrue);
     ImGui::SameLine();
     ImGui::TextUnformatted(setting.name.c_str());
     if (ImGui::IsItemHovered()) {
