@@ -4,7 +4,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
+#include <memory>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -12,6 +12,8 @@
 
 #include <fcntl.h>
 #include <pwd.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -55,6 +57,29 @@ std::string Header(std::string_view key, std::string_view bytes) {
 
 std::string LastSystemError() { return std::generic_category().message(errno); }
 
+// A file's bytes; none where it cannot be read. Copying them would take longer than reading them.
+std::optional<Blob> Mapped(const fs::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return std::nullopt;
+  // The size is that of the open file: another process may have replaced the file by now.
+  struct stat found {};
+  void* start = MAP_FAILED;
+  if (fstat(file, &found) == 0 && found.st_size > 0) {
+    start = mmap(nullptr,
+                 static_cast<std::size_t>(found.st_size),
+                 PROT_READ,
+                 MAP_PRIVATE | MAP_POPULATE,
+                 file,
+                 0);
+  }
+  close(file);
+  if (start == MAP_FAILED) return std::nullopt;
+  const auto size = static_cast<std::size_t>(found.st_size);
+  const std::shared_ptr<const void> owner(
+      start, [size](const void* mapped) { munmap(const_cast<void*>(mapped), size); });
+  return Blob(owner, {static_cast<const char*>(start), size});
+}
+
 bool IsKeyCharacter(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
          c == '_';
@@ -90,7 +115,7 @@ fs::path FileBlobStore::PathOf(std::string_view key) const {
   return folder_ / (std::string(key) + ".blob");
 }
 
-std::optional<std::string> FileBlobStore::Load(std::string_view key) {
+std::optional<Blob> FileBlobStore::Load(std::string_view key) {
   const fs::path path = PathOf(key);
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -99,24 +124,19 @@ std::optional<std::string> FileBlobStore::Load(std::string_view key) {
     fs::remove_all(path, error);
     return std::nullopt;
   }
-  // The size is that of the open file: another process may have replaced the file by now.
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) return std::nullopt;
-  const std::streamoff file_bytes = file.tellg();
-  file.seekg(0);
-
+  const std::uintmax_t file_bytes = fs::file_size(path, error);
+  if (error) return std::nullopt;
   // Save writes nothing larger than the limit: such a file might not even fit into memory.
-  if (file_bytes >= static_cast<std::streamoff>(kHeaderBytes) &&
-      static_cast<std::uint64_t>(file_bytes) <= limit_bytes_) {
-    std::string header(kHeaderBytes, '\0');
-    std::string bytes(static_cast<std::size_t>(file_bytes) - kHeaderBytes, '\0');
-    file.read(header.data(), static_cast<std::streamsize>(header.size()));
-    file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    if (file && header == Header(key, bytes)) {
+  if (file_bytes >= kHeaderBytes && file_bytes <= limit_bytes_) {
+    const std::optional<Blob> file = Mapped(path);
+    if (!file) return std::nullopt;
+    const std::string_view whole = file->Bytes();
+    const std::string_view bytes = whole.substr(std::min(kHeaderBytes, whole.size()));
+    if (whole.starts_with(Header(key, bytes))) {
       // The time of last use, which decides eviction. Where it cannot be set, the time of writing
       // replaces it.
       fs::last_write_time(path, fs::file_time_type::clock::now(), error);
-      return bytes;
+      return Blob(std::make_shared<const Blob>(*file), bytes);
     }
   }
   fs::remove(path, error);
@@ -156,12 +176,12 @@ void FileBlobStore::Save(std::string_view key, std::string_view bytes) {
 }
 
 void FileBlobStore::RemoveLeastRecentlyUsed(const fs::path& keep) const {
-  struct Blob {
+  struct Kept {
     fs::file_time_type last_use;
     fs::path path;
     std::uintmax_t bytes;
   };
-  std::vector<Blob> blobs;
+  std::vector<Kept> blobs;
   std::uintmax_t total_bytes = 0;
   std::error_code error;
   // Other processes add and remove files meanwhile: files that are gone do not count.
@@ -180,10 +200,10 @@ void FileBlobStore::RemoveLeastRecentlyUsed(const fs::path& keep) const {
       if (path != keep) blobs.push_back({last_use, path, bytes});
     }
   }
-  std::sort(blobs.begin(), blobs.end(), [](const Blob& a, const Blob& b) {
+  std::sort(blobs.begin(), blobs.end(), [](const Kept& a, const Kept& b) {
     return std::pair(a.last_use, a.path) < std::pair(b.last_use, b.path);
   });
-  for (const Blob& blob : blobs) {
+  for (const Kept& blob : blobs) {
     if (total_bytes <= limit_bytes_) break;
     if (fs::remove(blob.path, error)) total_bytes -= blob.bytes;
   }

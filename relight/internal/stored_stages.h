@@ -25,7 +25,7 @@ class StoredStages {
   // `parts(archive)` reads or writes what `make()` makes.
   template <class Make, class Parts>
   void Run(std::string_view name, const std::string& key, const Make& make, const Parts& parts) {
-    const std::optional<std::string> sealed = store_.Load(key);
+    const std::optional<Blob> sealed = store_.Load(key);
     if (const std::optional<std::string_view> bytes = Unsealed(key, sealed)) {
       BytesInPlace buffer(*bytes);
       std::istream in(&buffer);
@@ -64,10 +64,10 @@ class StoredStages {
   }
 
   static std::optional<std::string_view> Unsealed(std::string_view key,
-                                                  const std::optional<std::string>& sealed) {
+                                                  const std::optional<Blob>& sealed) {
     constexpr std::size_t kSealSize = 32;
-    if (!sealed || sealed->size() < kSealSize) return std::nullopt;
-    const std::string_view whole = *sealed;
+    if (!sealed || sealed->Bytes().size() < kSealSize) return std::nullopt;
+    const std::string_view whole = sealed->Bytes();
     const std::string_view bytes = whole.substr(kSealSize);
     if (Seal(key, bytes) != whole.substr(0, kSealSize)) return std::nullopt;
     return bytes;

@@ -12,10 +12,10 @@ namespace pleinair {
 
 class MemoryStore : public BlobStore {
  public:
-  std::optional<std::string> Load(std::string_view key) override {
+  std::optional<Blob> Load(std::string_view key) override {
     const auto found = blobs.find(std::string(key));
     if (found == blobs.end()) return std::nullopt;
-    return found->second;
+    return Blob(found->second);
   }
   void Save(std::string_view key, std::string_view bytes) override {
     blobs[std::string(key)] = std::string(bytes);
