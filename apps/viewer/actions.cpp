@@ -125,7 +125,7 @@ bool Save(ViewModel& model) {
 void Undo(ViewModel& model) {
   if (model.tool == Tool::kObjects && model.editor) model.editor->Undo();
   if (model.tool == Tool::kMask && model.mask) model.mask->Undo();
-  if (model.tool == Tool::kPose && model.pose) model.pose->TakeBack();
+  if (model.tool == Tool::kPose && model.pose) model.pose->Undo();
   if (model.tool == Tool::kColour && model.colour) model.colour->Undo();
   if (model.tool == Tool::kResponse && model.response) model.response->Undo();
   if (model.tool == Tool::kLens && model.lens) model.lens->Undo();
@@ -133,6 +133,8 @@ void Undo(ViewModel& model) {
 
 void Redo(ViewModel& model) {
   if (model.tool == Tool::kObjects && model.editor) model.editor->Redo();
+  if (model.tool == Tool::kMask && model.mask) model.mask->Redo();
+  if (model.tool == Tool::kPose && model.pose) model.pose->Redo();
   if (model.tool == Tool::kColour && model.colour) model.colour->Redo();
   if (model.tool == Tool::kResponse && model.response) model.response->Redo();
   if (model.tool == Tool::kLens && model.lens) model.lens->Redo();

@@ -17,7 +17,6 @@ namespace pleinair {
 namespace {
 
 constexpr std::uint8_t kMaySample = 255;
-constexpr std::size_t kMostUndone = 50;
 
 }  // namespace
 
@@ -49,13 +48,12 @@ double MaskPainter::MaskedShare() const {
 }
 
 void MaskPainter::BeginStroke() {
-  undone_to_.push_back(now_);
-  if (undone_to_.size() > kMostUndone) undone_to_.erase(undone_to_.begin());
+  undo_.Remember(now_);
   is_in_stroke_ = true;
 }
 
 void MaskPainter::DropStroke() {
-  if (is_in_stroke_) Undo();
+  if (std::exchange(is_in_stroke_, false)) undo_.Drop(now_);
 }
 
 void MaskPainter::Paint(const glm::dvec2& from,
@@ -102,9 +100,12 @@ void MaskPainter::PaintSurface(const glm::dvec2& pixel, bool may_be_sampled) {
 
 void MaskPainter::Undo() {
   is_in_stroke_ = false;
-  if (undone_to_.empty()) return;
-  now_ = std::move(undone_to_.back());
-  undone_to_.pop_back();
+  undo_.Undo(now_);
+}
+
+void MaskPainter::Redo() {
+  is_in_stroke_ = false;
+  undo_.Redo(now_);
 }
 
 void MaskPainter::Save() {

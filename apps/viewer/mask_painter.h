@@ -10,6 +10,7 @@
 #include <glm/vec2.hpp>
 
 #include "apps/viewer/frame_worker.h"
+#include "apps/viewer/undo_stack.h"
 #include "scene/image.h"
 
 namespace pleinair {
@@ -40,6 +41,7 @@ class MaskPainter {
   // All of the surface (the mesh's group) that the pixel shows.
   void PaintSurface(const glm::dvec2& pixel, bool may_be_sampled);
   void Undo();
+  void Redo();
 
   // As the site's diffuse_mask. Throws std::runtime_error, one line.
   void Save();
@@ -55,7 +57,7 @@ class MaskPainter {
   std::shared_ptr<const ViewedSite> site_;
   std::string why_not_;
   Painted now_;
-  std::vector<Painted> undone_to_;
+  UndoStack<Painted> undo_;
   bool is_in_stroke_ = false;
   std::int64_t last_version_ = 0;
   std::int64_t saved_version_ = 0;

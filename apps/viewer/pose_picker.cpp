@@ -101,6 +101,7 @@ std::vector<glm::dvec2> PosePicker::CornersInView() const {
 }
 
 void PosePicker::Pick(const glm::dvec3& corner_world_m, const glm::dvec2& pixel) {
+  undo_.Remember(picks_);
   const auto known = std::find_if(picks_.begin(), picks_.end(), [&](const PointMatch& pick) {
     return pick.point_world_m == corner_world_m;
   });
@@ -112,13 +113,16 @@ void PosePicker::Pick(const glm::dvec3& corner_world_m, const glm::dvec2& pixel)
   Solve();
 }
 
-void PosePicker::TakeBack() {
-  if (picks_.empty()) return;
-  picks_.pop_back();
-  Solve();
+void PosePicker::Undo() {
+  if (undo_.Undo(picks_)) Solve();
+}
+
+void PosePicker::Redo() {
+  if (undo_.Redo(picks_)) Solve();
 }
 
 void PosePicker::Clear() {
+  undo_.Remember(picks_);
   picks_.clear();
   shown_ = given_;
   Solve();
@@ -160,6 +164,7 @@ void PosePicker::Save() {
   SetSitePose(site_->loaded->sequence.file, shown_.camera_from_world, stddev_rad);
   given_ = shown_;
   picks_.clear();
+  undo_ = {};
   found_.reset();
 }
 

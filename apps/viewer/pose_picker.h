@@ -11,6 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include "apps/viewer/frame_worker.h"
+#include "apps/viewer/undo_stack.h"
 #include "calib/camera_pose.h"
 #include "calib/mesh_edges.h"
 
@@ -39,7 +40,8 @@ class PosePicker {
   std::vector<glm::dvec2> CornersInView() const;
   // A pick of that corner, in place of an earlier one.
   void Pick(const glm::dvec3& corner_world_m, const glm::dvec2& pixel);
-  void TakeBack();
+  void Undo();
+  void Redo();
   void Clear();
   // The shown pose, refined by the mesh's edges in the picture. Returns why not; empty: done.
   std::string RefineByEdges(const Rgb8Image& picture);
@@ -62,6 +64,7 @@ class PosePicker {
   Camera shown_;
   std::vector<MeshEdge> edges_;
   std::vector<PointMatch> picks_;
+  UndoStack<std::vector<PointMatch>> undo_;
   std::optional<tl::expected<CameraPose, UndeterminedPose>> found_;
 };
 

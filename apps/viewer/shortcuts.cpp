@@ -26,7 +26,7 @@ constexpr Shortcut kShortcuts[] = {
     {"+, -", "scale it"},
     {"P", "put it down on the surface under the pointer"},
     {"Ctrl+D, Delete", "duplicate it, delete it"},
-    {"Ctrl+Z, Ctrl+Y", "undo, redo; of a mask or a pose: undo"},
+    {"Ctrl+Z, Ctrl+Y", "undo, redo"},
     {"Ctrl+S", "save to the site what the tool edits"},
     {"T, Shift+T", "the next tool, or the last: objects, mask, pose, colours, response, lens"},
     {"W A S D", "other tools: move the cursor by a pixel (lens: a quarter; Shift: ten)"},

@@ -184,6 +184,38 @@ TEST_P(LetGo, TheCurveIsThatOfTheCornersThatAreShown) {
 
 INSTANTIATE_TEST_SUITE_P(ByEscapeAndByAnotherTool, LetGo, testing::Bool());
 
+TEST_F(Tools, AMaskAndAPoseAreUndoneAndRedone) {
+  Take(Tool::kMask);
+  const std::vector<std::uint8_t> empty = model_.mask->Mask().pixels;
+  Click({200.0, 300.0});
+  const std::vector<std::uint8_t> painted = model_.mask->Mask().pixels;
+  Undo(model_);
+  EXPECT_EQ(model_.mask->Mask().pixels, empty);
+  Redo(model_);
+  EXPECT_EQ(model_.mask->Mask().pixels, painted);
+  EXPECT_EQ(UnsavedWork(model_), "mask");
+
+  PickCorners(8);
+  const glm::dmat4 found = model_.pose->Shown().camera_from_world;
+  Undo(model_);
+  EXPECT_EQ(model_.pose->Picks().size(), 7u);
+  Redo(model_);
+  EXPECT_EQ(model_.pose->Picks().size(), 8u);
+  EXPECT_LT(RotationBetweenRad(model_.pose->Shown().camera_from_world, found), 1e-6);
+  // All at once, by the panel's button.
+  model_.pose->Clear();
+  Undo(model_);
+  EXPECT_EQ(model_.pose->Picks().size(), 8u);
+}
+
+TEST_F(Tools, NothingIsSavedOfAMaskWithoutAStroke) {
+  Take(Tool::kMask);
+  const std::string before = ContentOf(copy_ / "sequence.json");
+  EXPECT_FALSE(Save(model_));
+  EXPECT_THAT(model_.status, HasSubstr("nothing was painted"));
+  EXPECT_EQ(ContentOf(copy_ / "sequence.json"), before);
+}
+
 TEST_F(Tools, AllThatIsNotSavedIsAskedAboutAndSaved) {
   EXPECT_EQ(UnsavedWork(model_), "");
   Take(Tool::kColour);

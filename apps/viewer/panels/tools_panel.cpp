@@ -48,7 +48,7 @@ void DrawPoseTool(ViewModel& model) {
     }
     ImGui::TextUnformatted(line.c_str());
   }
-  if (ImGui::Button("take back")) pose.TakeBack();
+  if (ImGui::Button("undo")) pose.Undo();
   ImGui::SameLine();
   if (ImGui::Button("clear")) pose.Clear();
   ImGui::SameLine();
