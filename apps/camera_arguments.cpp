@@ -95,11 +95,11 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
                 "exposure, gain and white balance stay automatic, and are read back for each frame")
       ->group(kGroup);
   command
-      .add_option(
-          "--control-delay",
-          request.control_delay_frames,
-          "with --auto: frames from setting exposure or gain to the first one that shows it "
-          "(0 to 16; default: 2)")
+      .add_option("--control-delay",
+                  request.control_delay_frames,
+                  "with --auto, of V4L2: frames from setting exposure or gain to the first one "
+                  "that shows it "
+                  "(0 to 16; default: 2)")
       ->check(CLI::Range(0, 16).description(""))
       ->type_name("FRAMES")
       ->default_str("")

@@ -35,8 +35,9 @@ class Descriptor {
 // Throws std::runtime_error, one line with the path.
 Descriptor OpenForWriting(const std::string& path);
 
-// Removes what is in a file. Pipes, devices and standard output stay as they are.
-void Empty(const Descriptor& descriptor);
+// Removes what is in a file. Pipes, devices and standard output stay as they are. Throws
+// std::runtime_error naming `what`.
+void Empty(const Descriptor& descriptor, const std::string& what);
 
 // Writes all bytes, waiting for a pipe's reader; once `stop` is requested, for a second. Throws
 // std::runtime_error naming `what`; a reader that is gone raises no signal.

@@ -37,6 +37,7 @@ void RefuseCameraOptions(const CameraRequest& camera) {
   RefuseWithoutCamera(camera.gain.has_value(), "--gain");
   RefuseWithoutCamera(camera.white_balance_k.has_value(), "--white-balance");
   RefuseWithoutCamera(camera.automatic, "--auto");
+  RefuseWithoutCamera(camera.control_delay_frames.has_value(), "--control-delay");
 }
 
 }  // namespace

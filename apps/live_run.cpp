@@ -172,7 +172,7 @@ class LiveRun {
           DescribeSettings(options_, session->Loaded(), std::nullopt, session->Renderer());
       Composite(*session, frames);
       std::vector<std::string> notes;
-      Try([&] { notes = frames.Finish(); });
+      TryAndNote([&] { notes = frames.Finish(); });
       End(std::move(notes));
     } else {
       End({});
@@ -277,9 +277,8 @@ class LiveRun {
     // Not by the frames' times: the system's clock may be stepped.
     std::optional<SteadyClock::time_point> first;
     bool is_time_up = false;
-    const bool had_failed = !failure_.empty();
     std::string bad_frame;
-    Try([&] {
+    TryAndNote([&] {
       while (failure_.empty() && !is_time_up && !(taken_frames == options_.frames_limit)) {
         session.SetEffects(budget.Next());
         std::optional<FinishedFrame> finished = frames.Next();
@@ -300,7 +299,6 @@ class LiveRun {
         if (!bad_frame.empty()) throw std::runtime_error(bad_frame);
       }
     });
-    if (!had_failed && !failure_.empty()) Note(EventKind::kFailed, failure_);
     capture_.Stop();
     output_.StopWaitingForReaders();
     try {
@@ -325,6 +323,13 @@ class LiveRun {
     Summarise(report);
     Try([&] { output_.WriteReport(); });
     if (!failure_.empty()) throw std::runtime_error(failure_);
+  }
+
+  // Its failure is an event, too: before the watch ends.
+  void TryAndNote(const std::function<void()>& step) {
+    const bool had_failed = !failure_.empty();
+    Try(step);
+    if (!had_failed && !failure_.empty()) Note(EventKind::kFailed, failure_);
   }
 
   void Try(const std::function<void()>& step) {

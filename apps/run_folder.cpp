@@ -149,6 +149,12 @@ FolderLock::FolderLock(fs::path folder) : folder_(std::move(folder)) {
   }
   try {
     for (const char* name : kRunFiles) RequireReplaceable(folder_ / name);
+    for (const char* name : kFrameFolders) {
+      const fs::path pictures = folder_ / name;
+      if (fs::is_directory(pictures) || !fs::exists(fs::symlink_status(pictures))) continue;
+      throw std::runtime_error(pictures.string() +
+                               ": expected a folder for pictures, or nothing there");
+    }
   } catch (...) {
     Remove();
     throw;
@@ -183,13 +189,14 @@ RunFolder::~RunFolder() {
 }
 
 void RunFolder::Begin() {
-  if (std::exchange(has_begun_, true)) return;
+  if (has_begun_) return;
   for (const char* name : kRunFiles) fs::remove(out_ / name);
   for (const char* name : kFrameFolders) {
     if (!fs::is_directory(out_ / name)) continue;
     RemoveFiles(out_ / name, IsOfAFrame);
     if (fs::is_empty(out_ / name)) fs::remove(out_ / name);
   }
+  has_begun_ = true;
 }
 
 void RunFolder::AddFrame(const std::string& lighting, const std::string& plan) {

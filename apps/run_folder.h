@@ -26,7 +26,7 @@ class FolderLock {
  public:
   // Makes the folder where there is none; one without a result is removed again. Throws
   // std::runtime_error naming the folder and who holds it, why it cannot be locked, or which result
-  // of an earlier run cannot be replaced, as it is no regular file.
+  // of an earlier run cannot be replaced, as it is no regular file, or no folder of pictures.
   explicit FolderLock(std::filesystem::path folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

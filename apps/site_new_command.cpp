@@ -145,7 +145,7 @@ std::vector<Question> QuestionsFor(SitePart part) {
            [](SiteNewOptions& to, const std::string& text) { to.environment_time = text; }}};
     case SitePart::kObjects:
       return {{"virtual object's file",
-               [](SiteNewOptions& to, const std::string& text) { to.object = text; }},
+               [](SiteNewOptions& to, const std::string& text) { to.object = Existing(text); }},
               {"where it stands, X,Y,Z in metres",
                [](SiteNewOptions& to, const std::string& text) { to.object_at = text; }},
               {"its unit: m, cm, mm, ft or in",

@@ -57,27 +57,34 @@ std::string Header(std::string_view key, std::string_view bytes) {
 
 std::string LastSystemError() { return std::generic_category().message(errno); }
 
-// A file's bytes; none where it cannot be read. Copying them would take longer than reading them.
-std::optional<Blob> Mapped(const fs::path& path) {
+// A file's bytes; none where it cannot be read. Into pages that the system hands out at once: as a
+// string they would be written twice, and cost a page fault each.
+std::optional<Blob> BytesOf(const fs::path& path) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return std::nullopt;
+  std::optional<Blob> bytes;
   // The size is that of the open file: another process may have replaced the file by now.
   struct stat found {};
-  void* start = MAP_FAILED;
   if (fstat(file, &found) == 0 && found.st_size > 0) {
-    start = mmap(nullptr,
-                 static_cast<std::size_t>(found.st_size),
-                 PROT_READ,
-                 MAP_PRIVATE | MAP_POPULATE,
-                 file,
-                 0);
+    const auto size = static_cast<std::size_t>(found.st_size);
+    void* const start = mmap(
+        nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+    if (start != MAP_FAILED) {
+      const std::shared_ptr<const void> owner(
+          start, [size](const void* pages) { munmap(const_cast<void*>(pages), size); });
+      auto* const text = static_cast<char*>(start);
+      std::size_t done = 0;
+      while (done < size) {
+        const ssize_t count = read(file, text + done, size - done);
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) break;
+        done += static_cast<std::size_t>(count);
+      }
+      if (done == size) bytes = Blob(owner, {text, size});
+    }
   }
   close(file);
-  if (start == MAP_FAILED) return std::nullopt;
-  const auto size = static_cast<std::size_t>(found.st_size);
-  const std::shared_ptr<const void> owner(
-      start, [size](const void* mapped) { munmap(const_cast<void*>(mapped), size); });
-  return Blob(owner, {static_cast<const char*>(start), size});
+  return bytes;
 }
 
 bool IsKeyCharacter(char c) {
@@ -128,7 +135,7 @@ std::optional<Blob> FileBlobStore::Load(std::string_view key) {
   if (error) return std::nullopt;
   // Save writes nothing larger than the limit: such a file might not even fit into memory.
   if (file_bytes >= kHeaderBytes && file_bytes <= limit_bytes_) {
-    const std::optional<Blob> file = Mapped(path);
+    const std::optional<Blob> file = BytesOf(path);
     if (!file) return std::nullopt;
     const std::string_view whole = file->Bytes();
     const std::string_view bytes = whole.substr(std::min(kHeaderBytes, whole.size()));

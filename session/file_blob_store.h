@@ -32,9 +32,7 @@ class FileBlobStore final : public BlobStore {
   explicit FileBlobStore(std::filesystem::path folder = {},
                          std::uint64_t limit_bytes = kDefaultCacheLimitBytes);
 
-  // Returns the file itself, mapped into memory: it may be replaced or removed meanwhile, as it is
-  // never written in place. Nothing where there is no such blob, or only a damaged one, which is
-  // removed.
+  // Returns nothing where there is no such blob, or only a damaged one, which is removed.
   std::optional<Blob> Load(std::string_view key) override;
 
   // Stores the blob. Where the disc fails, or the blob alone exceeds the limit, nothing is stored,

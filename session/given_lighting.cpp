@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "datasets/lighting_record.h"
+#include "sunmodel/time_text.h"
 
 namespace pleinair {
 
@@ -40,6 +41,16 @@ std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file) {
     throw std::runtime_error(file.string() + ": no frame has light: expected one at least");
   }
   return by_frame;
+}
+
+void RequireLightingOf(const Sequence& sequence, const std::filesystem::path& file) {
+  for (const auto& [frame, light] : ReadGivenLighting(file)) {
+    const auto index = static_cast<std::size_t>(frame);
+    if (index >= sequence.frames.size()) continue;
+    const std::string fault = FaultOfTime(light.time, sequence.frames[index].time);
+    if (fault.empty()) continue;
+    throw std::runtime_error(fmt::format("{}: frame {}: {}", file.string(), frame, fault));
+  }
 }
 
 }  // namespace pleinair

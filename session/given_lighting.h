@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "datasets/sequence.h"
 #include "estimation/given_lighting_source.h"
 
 namespace pleinair {
@@ -12,5 +13,9 @@ namespace pleinair {
 // file, frame, key and what was expected, for a line without light, a light that GivenLight
 // refuses, or a missing sky image.
 std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file);
+
+// Throws std::runtime_error naming file and frame where light of `file` is of another time than
+// that frame of `sequence`: all of it is another sequence's, which each frame would find anew.
+void RequireLightingOf(const Sequence& sequence, const std::filesystem::path& file);
 
 }  // namespace pleinair

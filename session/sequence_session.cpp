@@ -82,6 +82,7 @@ SequenceSession::SequenceSession(std::shared_ptr<const LoadedSequence> loaded,
                                  const SessionOptions& options,
                                  std::shared_ptr<const HeadlessContext> context)
     : SequenceSession(std::move(loaded), options, nullptr, std::move(context)) {
+  if (!options_.lighting.empty()) RequireLightingOf(loaded_->sequence, options_.lighting);
   frames_ = FramesOf(options_, *loaded_, notes_);
 }
 

@@ -354,6 +354,7 @@ class FrameWorker::Viewing {
     worker_.Report([&](WorkerNews& news) {
       news.stage.clear();
       news.site = std::move(site);
+      news.lights.clear();  // Those of the site before.
     });
   }
 

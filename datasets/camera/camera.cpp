@@ -53,9 +53,9 @@ void CameraRequest::Validate() const {
     throw std::invalid_argument(
         "camera: expected automatic controls or values for them, found both");
   }
-  if (control_delay_frames < 0) {
+  if (ControlDelayFrames() < 0) {
     throw std::invalid_argument(
-        fmt::format("camera control delay: expected 0 or more, found {}", control_delay_frames));
+        fmt::format("camera control delay: expected 0 or more, found {}", ControlDelayFrames()));
   }
   if (development) development->Validate();
 }

@@ -65,8 +65,10 @@ struct CameraRequest {
   // which the camera is locked, or that of an automatic one when it is opened.
   std::optional<double> reference_gain;
   bool automatic = false;  // Exposure, gain and white balance stay automatic, and are read back.
-  // From setting a control to the frame that it applies to, for what is read back frame by frame.
-  int control_delay_frames = 2;
+  // From setting a control to the frame that it applies to: of V4L2 cameras whose settings are read
+  // back frame by frame. None: 2.
+  std::optional<int> control_delay_frames;
+  int ControlDelayFrames() const { return control_delay_frames.value_or(2); }
   std::optional<RawDevelopment> development;  // For raw pictures; none: as the driver states it.
 
   // Throws std::invalid_argument naming field and value.

@@ -71,7 +71,6 @@ TEST_F(RunFolderTest, OneAtATimeAndItSaysWho) {
   const FolderLock again(folder_);
 }
 
-// It holds no longer than its process, however that ends.
 TEST_F(RunFolderTest, AFolderThatWasMadeForNoResultIsRemoved) {
   Touch("mine/file");
   for (const char* name : {"new", "mine"}) FolderLock lock(folder_ / name);
@@ -99,6 +98,7 @@ TEST_F(RunFolderTest, ARunWithoutAFrameKeepsTheEarlierOnesResults) {
   }
 }
 
+// It holds no longer than its process, however that ends.
 TEST_F(RunFolderTest, TheLockOfADeadRunIsTakenOver) {
   const pid_t child = fork();
   if (child == 0) {
@@ -198,6 +198,10 @@ TEST_F(RunFolderTest, ReplacesRegularFilesAlone) {
               HasSubstr("out/report.html: cannot be written: expected a regular file there"));
   EXPECT_TRUE(fs::is_fifo(folder_ / "out/report.html"));
   EXPECT_TRUE(IsThere("out/plan.jsonl")) << "refused before anything is removed";
+  fs::remove(folder_ / "out/report.html");
+  Write("out/mask", "mine");
+  EXPECT_THAT(MessageOf([&] { FolderLock lock(folder_ / "out"); }),
+              HasSubstr("out/mask: expected a folder for pictures"));
   Write("file", "mine");
   EXPECT_THAT(MessageOf([&] { FolderLock lock(folder_ / "file"); }),
               HasSubstr("file: expected a folder"));

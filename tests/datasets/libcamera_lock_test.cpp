@@ -84,7 +84,7 @@ TEST(LibcameraLock, LocksAtWhatTheAutomaticsFound) {
   EXPECT_EQ(sent.get(controls::AnalogueGain), 1.0f);
   EXPECT_EQ((*sent.get(controls::ColourGains))[0], 1.9f);
   const std::int32_t locked_us = *sent.get(controls::ExposureTime);
-  const int delay = kQueued + CameraRequest().control_delay_frames;
+  const int delay = kQueued + CameraRequest().ControlDelayFrames();
   for (int i = 0; i < delay; ++i) EXPECT_FALSE(lock.Take(Metadata(locked_us + 50, 1.0f)));
   EXPECT_TRUE(lock.Take(Metadata(locked_us, 1.0f)));
   EXPECT_EQ(lock.Exposure().exposure_s, locked_us * 1e-6);
@@ -113,7 +113,7 @@ TEST(LibcameraLock, NeedsNotSettleAgain) {
   EXPECT_EQ(start.get(controls::AnalogueGain), 2.0f);
   EXPECT_EQ((*start.get(controls::ColourGains))[0], 1.9f);
   EXPECT_EQ((*start.get(controls::ColourGains))[1], 1.4f);
-  for (int i = 0; i < request.control_delay_frames; ++i) {
+  for (int i = 0; i < request.ControlDelayFrames(); ++i) {
     EXPECT_FALSE(second.Take(Metadata(5000, 2.0f)));
   }
   EXPECT_TRUE(second.Take(Metadata(5000, 2.0f)));
@@ -135,7 +135,7 @@ TEST(LibcameraLock, ReportsWhatDidNotTake) {
   EXPECT_EQ(start.get(controls::AeEnable), false);
   EXPECT_EQ(start.get(controls::ExposureTime), 500'000);
   EXPECT_EQ(start.get(controls::AnalogueGain), 32.0f);
-  for (int i = 0; i < request.control_delay_frames; ++i) {
+  for (int i = 0; i < request.ControlDelayFrames(); ++i) {
     EXPECT_FALSE(lock.Take(Metadata(100'000, 16.0f)));
   }
   EXPECT_TRUE(lock.Take(Metadata(100'000, 16.0f)));

@@ -1,5 +1,6 @@
 #include "session/given_lighting.h"
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sunmodel/time_text.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::given_lighting_test {
@@ -29,6 +31,25 @@ class GivenLightingFile : public CommandFolder {
     return "accepted";
   }
 };
+
+TEST_F(GivenLightingFile, IsOfItsSequence) {
+  Sequence sequence;
+  sequence.frames.resize(2);
+  sequence.frames[1].time = ParseUtcTime("2005-06-21T10:00:00Z");
+  const auto file =
+      Write("lighting.jsonl",
+            R"({"frame": 0, "note": "of no time", )" + kLight + "}\n" +
+                R"({"frame": 1, "time_utc": "2005-06-21T13:00:00+02:00", )" + kLight + "}\n");
+  EXPECT_NO_THROW(RequireLightingOf(sequence, file));
+  sequence.frames[1].time += std::chrono::hours(3);
+  try {
+    RequireLightingOf(sequence, file);
+    ADD_FAILURE() << "accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("lighting.jsonl: frame 1: expected light of 2005-06-21T13"));
+  }
+}
 
 TEST_F(GivenLightingFile, IsReadByFrame) {
   Write("sky.hdr", "not looked into yet");

@@ -53,7 +53,7 @@ CapturedExposure ExposureTimeline::At(std::uint32_t sequence) {
 }
 
 CameraLock::CameraLock(const V4l2Device& device, const CameraRequest& request)
-    : device_(device), request_(request), timeline_(request.control_delay_frames) {
+    : device_(device), request_(request), timeline_(request.ControlDelayFrames()) {
   reference_gain_ = request_.reference_gain ? request_.reference_gain : Gain();
   if (request_.automatic) {
     settings_.gain = reference_gain_;

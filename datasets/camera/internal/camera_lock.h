@@ -49,7 +49,7 @@ class CameraLock {
   CapturedExposure Of(std::uint32_t sequence);
   // Pictures after a change of controls that may still be of the old ones: no fewer than any sensor
   // in use takes.
-  int DelayFrames() const { return std::max(request_.control_delay_frames, kLongestDelayFrames); }
+  int DelayFrames() const { return std::max(request_.ControlDelayFrames(), kLongestDelayFrames); }
   // Since the last call: what was refused, clamped or is missing, a line each.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 

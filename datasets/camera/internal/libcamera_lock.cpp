@@ -79,7 +79,7 @@ LibcameraLock::LibcameraLock(std::string device,
   } else {
     const bool is_anything_set =
         Knows(controls::AeEnable) || request_.exposure_s || request_.gain || request_.colour_gains;
-    frames_to_pass_ = is_anything_set ? request_.control_delay_frames : 0;
+    frames_to_pass_ = is_anything_set ? request_.ControlDelayFrames() : 0;
   }
 }
 
@@ -144,7 +144,7 @@ void LibcameraLock::Lock(const ControlList& found) {
     settings_.colour_gains = {(*gains)[0], (*gains)[1]};
   }
   wanted_ = ExposureOf(found);
-  frames_to_pass_ = queued_requests_ + request_.control_delay_frames;
+  frames_to_pass_ = queued_requests_ + request_.ControlDelayFrames();
 }
 
 ControlList LibcameraLock::TakeControls() {
