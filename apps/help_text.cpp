@@ -36,6 +36,7 @@ std::string Accepted(const std::string& check) {
 
 std::string NamesOf(const std::set<CLI::Option*>& options) {
   std::vector<std::string> names;
+  names.reserve(options.size());
   for (const CLI::Option* option : options) names.push_back(option->get_name());
   return fmt::format("{}", fmt::join(names, ", "));
 }
