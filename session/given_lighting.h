@@ -15,7 +15,7 @@ namespace pleinair {
 std::map<int, GivenLight> ReadGivenLighting(const std::filesystem::path& file);
 
 // Throws std::runtime_error naming file and frame where light of `file` is of another time than
-// that frame of `sequence`: all of it is another sequence's, which each frame would find anew.
+// that frame of `sequence`: before frames that would all fail for it.
 void RequireLightingOf(const Sequence& sequence, const std::filesystem::path& file);
 
 }  // namespace pleinair
