@@ -98,9 +98,8 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
       .add_option("--control-delay",
                   request.control_delay_frames,
                   "with --auto, of V4L2: frames from setting exposure or gain to the first one "
-                  "that shows it "
-                  "(0 to 16; default: 2)")
-      ->check(CLI::Range(0, 16).description(""))
+                  "that shows it (default: 2)")
+      ->check(CLI::Range(0, 16))
       ->type_name("FRAMES")
       ->default_str("")
       ->group(kGroup);

@@ -50,14 +50,14 @@ Descriptor OpenForWriting(const std::string& path) {
   }
 }
 
-void Empty(const Descriptor& descriptor, const std::string& what) {
+void Truncate(const Descriptor& descriptor, const std::string& what) {
   struct stat found {};
   if (descriptor.Number() == STDOUT_FILENO || fstat(descriptor.Number(), &found) != 0 ||
       !S_ISREG(found.st_mode)) {
     return;
   }
   if (ftruncate(descriptor.Number(), 0) != 0) {
-    throw std::runtime_error(what + ": cannot be emptied: " + std::strerror(errno));
+    throw std::runtime_error(what + ": cannot be truncated: " + std::strerror(errno));
   }
 }
 

@@ -31,13 +31,13 @@ class Descriptor {
 };
 
 // Standard output for "-", else the file: a pipe, or one that is made. What is in it stays until
-// it is written over, or emptied. Waits 10 s for a pipe's reader. A pipe's writes never wait.
+// it is written over, or truncated. Waits 10 s for a pipe's reader. A pipe's writes never wait.
 // Throws std::runtime_error, one line with the path.
 Descriptor OpenForWriting(const std::string& path);
 
 // Removes what is in a file. Pipes, devices and standard output stay as they are. Throws
 // std::runtime_error naming `what`.
-void Empty(const Descriptor& descriptor, const std::string& what);
+void Truncate(const Descriptor& descriptor, const std::string& what);
 
 // Writes all bytes, waiting for a pipe's reader; once `stop` is requested, for a second. Throws
 // std::runtime_error naming `what`; a reader that is gone raises no signal.

@@ -83,7 +83,7 @@ void LineStream::Write(const std::string& line) {
   if (socket_.Number() >= 0) {
     WriteToReaders(text);
   } else {
-    if (!std::exchange(has_begun_, true)) Empty(file_, target_);
+    if (!std::exchange(has_begun_, true)) Truncate(file_, target_);
     WriteAll(file_, std::as_bytes(std::span(text)), target_, stop_);
   }
 }

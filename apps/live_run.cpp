@@ -277,12 +277,12 @@ class LiveRun {
     // Not by the frames' times: the system's clock may be stepped.
     std::optional<SteadyClock::time_point> first;
     bool is_time_up = false;
-    std::string bad_frame;
     TryAndNote([&] {
       while (failure_.empty() && !is_time_up && !(taken_frames == options_.frames_limit)) {
         session.SetEffects(budget.Next());
         std::optional<FinishedFrame> finished = frames.Next();
         if (!finished) break;
+        std::string bad_frame;  // Why it ends the run.
         ++taken_frames;
         if (finished->step.result) {
           budget.Look(finished->step.result->plan);

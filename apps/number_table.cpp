@@ -5,17 +5,9 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "scene/trimmed.h"
+
 namespace pleinair {
-namespace {
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-}  // namespace
 
 std::vector<double> ParseNumbers(std::string_view text, const std::string& what) {
   std::vector<double> numbers;

@@ -53,7 +53,7 @@ void PictureStream::Begin(const Rgb8Image& first) {
   if (is_device_) {
     SetVideoOutput(out_, target_, first.width, first.height, frames_per_second_);
   } else {
-    Empty(out_, target_);
+    Truncate(out_, target_);
     const std::string header =
         fmt::format("YUV4MPEG2 W{} H{} F{}:1000 Ip A1:1 C444 XCOLORRANGE=FULL\n",
                     first.width,

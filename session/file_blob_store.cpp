@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <system_error>
@@ -13,7 +14,6 @@
 #include <fcntl.h>
 #include <pwd.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -57,34 +57,14 @@ std::string Header(std::string_view key, std::string_view bytes) {
 
 std::string LastSystemError() { return std::generic_category().message(errno); }
 
-// A file's bytes; none where it cannot be read. Into pages that the system hands out at once: as a
-// string they would be written twice, and cost a page fault each.
-std::optional<Blob> BytesOf(const fs::path& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return std::nullopt;
-  std::optional<Blob> bytes;
-  // The size is that of the open file: another process may have replaced the file by now.
-  struct stat found {};
-  if (fstat(file, &found) == 0 && found.st_size > 0) {
-    const auto size = static_cast<std::size_t>(found.st_size);
-    void* const start = mmap(
-        nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
-    if (start != MAP_FAILED) {
-      const std::shared_ptr<const void> owner(
-          start, [size](const void* pages) { munmap(const_cast<void*>(pages), size); });
-      auto* const text = static_cast<char*>(start);
-      std::size_t done = 0;
-      while (done < size) {
-        const ssize_t count = read(file, text + done, size - done);
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) break;
-        done += static_cast<std::size_t>(count);
-      }
-      if (done == size) bytes = Blob(owner, {text, size});
-    }
-  }
-  close(file);
-  return bytes;
+// Room for so many bytes, handed out at once; none where there is not enough memory. A string is
+// filled with zeros first, and each of its pages costs a fault, which together takes longer than
+// reading a file into it.
+std::shared_ptr<char> NewPages(std::size_t size) {
+  void* const start = mmap(
+      nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  if (start == MAP_FAILED) return nullptr;
+  return {static_cast<char*>(start), [size](char* pages) { munmap(pages, size); }};
 }
 
 bool IsKeyCharacter(char c) {
@@ -131,19 +111,26 @@ std::optional<Blob> FileBlobStore::Load(std::string_view key) {
     fs::remove_all(path, error);
     return std::nullopt;
   }
-  const std::uintmax_t file_bytes = fs::file_size(path, error);
-  if (error) return std::nullopt;
+  // The size is that of the open file: another process may have replaced the file by now.
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) return std::nullopt;
+  const std::streamoff file_bytes = file.tellg();
+  file.seekg(0);
+
   // Save writes nothing larger than the limit: such a file might not even fit into memory.
-  if (file_bytes >= kHeaderBytes && file_bytes <= limit_bytes_) {
-    const std::optional<Blob> file = BytesOf(path);
-    if (!file) return std::nullopt;
-    const std::string_view whole = file->Bytes();
-    const std::string_view bytes = whole.substr(std::min(kHeaderBytes, whole.size()));
-    if (whole.starts_with(Header(key, bytes))) {
+  if (file_bytes >= static_cast<std::streamoff>(kHeaderBytes) &&
+      static_cast<std::uint64_t>(file_bytes) <= limit_bytes_) {
+    const auto size = static_cast<std::size_t>(file_bytes);
+    const std::shared_ptr<char> buffer = NewPages(size);
+    if (!buffer) return std::nullopt;
+    file.read(buffer.get(), file_bytes);
+    const std::string_view whole(buffer.get(), size);
+    const std::string_view bytes = whole.substr(kHeaderBytes);
+    if (file && whole.starts_with(Header(key, bytes))) {
       // The time of last use, which decides eviction. Where it cannot be set, the time of writing
       // replaces it.
       fs::last_write_time(path, fs::file_time_type::clock::now(), error);
-      return Blob(std::make_shared<const Blob>(*file), bytes);
+      return Blob(buffer, bytes);
     }
   }
   fs::remove(path, error);

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "scene/trimmed.h"
 #include "session/internal/settings_table.h"
 
 namespace pleinair {
@@ -25,13 +26,6 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
     }
   }
   return row.back();
-}
-
-std::string Trimmed(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return std::string(text.substr(first, text.find_last_not_of(kSpace) - first + 1));
 }
 
 }  // namespace
@@ -60,8 +54,9 @@ std::pair<std::string, std::string> NameAndValue(const std::string& assignment) 
     throw std::invalid_argument(
         fmt::format("'{}': expected name=value, as `pleinair settings` lists them", assignment));
   }
-  return {Trimmed(std::string_view(assignment).substr(0, equals)),
-          Trimmed(std::string_view(assignment).substr(equals + 1))};
+  const std::string_view text = assignment;
+  return {std::string(Trimmed(text.substr(0, equals))),
+          std::string(Trimmed(text.substr(equals + 1)))};
 }
 
 void ApplySetting(const std::string& assignment, SessionOptions& options) {
@@ -76,7 +71,7 @@ std::vector<std::string> ApplySettings(const std::filesystem::path& file, Sessio
   std::vector<std::string> assignments;
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
-    const std::string text = Trimmed(line);
+    const std::string text(Trimmed(line));
     if (text.empty() || text.front() == '#') continue;
     assignments.push_back(text);
     try {

@@ -1,12 +1,12 @@
 #include "sunmodel/site.h"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <string>
 
+#include "scene/trimmed.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/internal/number_text.h"
 
@@ -21,11 +21,9 @@ constexpr double kHighestM = 1.0e6;
   throw std::invalid_argument("site '" + std::string(text) + "': " + what);
 }
 
-// Blanks about it are ignored: maps copy "57.0488, 9.9217".
+// Blanks around it are ignored: maps copy "57.0488, 9.9217".
 double ParseField(std::string_view text, std::string_view field, const char* name) {
-  const auto blanks = [&] { return std::min(field.find_first_not_of(' '), field.size()); };
-  field.remove_prefix(blanks());
-  field = field.substr(0, field.find_last_not_of(' ') + 1);
+  field = Trimmed(field);
   double value = 0.0;
   const char* end = field.data() + field.size();
   const auto [stop, error] = std::from_chars(field.data(), end, value);

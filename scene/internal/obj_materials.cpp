@@ -11,21 +11,15 @@
 #include <system_error>
 #include <utility>
 
+#include "scene/trimmed.h"
 #include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {
 
-std::string_view Trim(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 // Takes the first word off `text`.
 std::string_view TakeWord(std::string_view& text) {
-  text = Trim(text);
+  text = Trimmed(text);
   const std::string_view word = text.substr(0, text.find_first_of(" \t"));
   text.remove_prefix(word.size());
   return word;
@@ -120,7 +114,7 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
     ++place.line;
     std::string_view rest = line;
     const std::string_view key = TakeWord(rest);
-    rest = Trim(rest);
+    rest = Trimmed(rest);
     if (key == "newmtl") {
       finish();
       current.emplace();
@@ -151,7 +145,7 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
 // The libraries of one mtllib line: one name with blanks in it, or several names.
 std::vector<std::string> LibraryNames(const std::filesystem::path& folder, std::string_view rest) {
   std::error_code error;
-  const std::string whole(Trim(rest));
+  const std::string whole(Trimmed(rest));
   if (std::filesystem::is_regular_file(folder / whole, error)) return {whole};
   std::vector<std::string> names;
   for (std::string_view word = TakeWord(rest); !word.empty(); word = TakeWord(rest)) {

@@ -150,6 +150,19 @@ TEST_F(RunRefusals, KeepsEarlierResultsUntilItBegins) {
   EXPECT_FALSE(fs::exists(folder_ / "new")) << "nothing is in it";
 }
 
+// It would be removed with the earlier run's results, or replaced by the run's own.
+TEST_F(RunRefusals, NoStreamHasAResultsName) {
+  const std::string lines = (options_.out / "lighting.jsonl").string();
+  options_.lighting_stream = lines;
+  EXPECT_THAT(Run(), HasSubstr("--lighting-stream: " + lines));
+  options_.lighting_stream.clear();
+  for (const char* name : {"composite.mp4", "composite/000000.png"}) {
+    options_.picture_stream = "y4m:" + (options_.out / name).string();
+    EXPECT_THAT(Run(), HasSubstr("--stream: " + (options_.out / name).string()));
+  }
+  EXPECT_FALSE(fs::exists(options_.out));
+}
+
 TEST_F(RunRefusals, WritesOverALongerStreamOfAnEarlierRun) {
   Write("live.y4m", std::string(1'000'000, 'x'));
   Write("light.jsonl", std::string(100'000, 'x'));
