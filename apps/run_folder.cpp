@@ -52,8 +52,9 @@ bool IsUnfinished(std::string_view name) {
          });
 }
 
+// Returns whether there was one.
 template <typename Predicate>
-void RemoveFiles(const fs::path& folder, const Predicate& is_wanted) {
+bool RemoveFiles(const fs::path& folder, const Predicate& is_wanted) {
   std::vector<fs::path> wanted;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (is_wanted(entry.path().filename().string()) && entry.is_regular_file()) {
@@ -61,6 +62,7 @@ void RemoveFiles(const fs::path& folder, const Predicate& is_wanted) {
     }
   }
   for (const fs::path& file : wanted) fs::remove(file);
+  return !wanted.empty();
 }
 
 bool IsIn(const fs::path& path, const fs::path& folder) {
@@ -175,8 +177,8 @@ void FolderLock::Remove() {
   if (is_made_) fs::remove(folder_, ignored);  // Only where it is empty.
 }
 
-RunFolder::RunFolder(const FolderLock& lock) : out_(lock.Folder()) {
-  RemoveFiles(out_, IsUnfinished);
+RunFolder::RunFolder(const FolderLock& lock)
+    : out_(lock.Folder()), had_unfinished_(RemoveFiles(out_, IsUnfinished)) {
   lighting_.emplace(out_ / "lighting.jsonl");
   plan_.emplace(out_ / "plan.jsonl");
 }

@@ -58,6 +58,8 @@ class RunFolder {
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
 
+  // Whether a killed run had left something: one that was killed while it prepared has not.
+  bool HadUnfinished() const { return had_unfinished_; }
   // Removes an earlier run's results, once: before the first frame's files are written.
   void Begin();
   // A frame's lines: both or, where that fails, none.
@@ -84,6 +86,7 @@ class RunFolder {
   };
 
   std::filesystem::path out_;
+  bool had_unfinished_ = false;
   bool has_begun_ = false;
   std::optional<Log> lighting_;
   std::optional<Log> plan_;

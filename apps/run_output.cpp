@@ -33,7 +33,7 @@ RunOutput::RunOutput(const RunCommandOptions& options,
       folder_(targets.folder),
       writer_(options.out, options.written.value_or(WrittenPictures::kAll)),
       report_(options.out) {
-  if (!targets.folder.TakenOverFrom().empty()) {
+  if (!targets.folder.TakenOverFrom().empty() && folder_.HadUnfinished()) {
     spdlog::warn("{}: an earlier run did not end ({}): what it left unfinished is removed",
                  options.out.string(),
                  targets.folder.TakenOverFrom());

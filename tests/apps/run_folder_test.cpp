@@ -90,6 +90,7 @@ TEST_F(RunFolderTest, ARunWithoutAFrameKeepsTheEarlierOnesResults) {
   const FolderLock lock(folder_);
   {
     RunFolder folder(lock);
+    EXPECT_FALSE(folder.HadUnfinished());
     folder.AddEvent("{}");
   }
   for (const char* name : results) EXPECT_EQ(ContentOf(folder_ / name), "x") << name;
@@ -134,6 +135,7 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
   for (const char* name : kept) Touch(name);
   const FolderLock lock(folder_);
   RunFolder folder(lock);
+  EXPECT_TRUE(folder.HadUnfinished());
   EXPECT_TRUE(IsThere("composite/000000.exr")) << "an earlier run's, until there is a frame";
   folder.Begin();
   // The logs of the new run have their working names until they are complete.
