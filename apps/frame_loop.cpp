@@ -16,9 +16,11 @@
 #include <tbb/task_arena.h>
 
 #include "apps/calibrate_north_command.h"
+#include "apps/object_sightings.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_check.h"
 #include "scene/half_float.h"
+#include "session/check/clock_check.h"
 #include "session/session_choices.h"
 #include "sunmodel/angles.h"
 
@@ -148,6 +150,7 @@ struct FrameLoop::Checks {
   std::optional<ShadowDirectionFinder> shadows;
   std::optional<SunCheck> sun;
   PictureDefects defects;
+  ObjectSightings objects;
   bool is_any_done = false;
   // A look at a live frame, in the background; of one that is stopped nothing remains.
   struct LookedAt {
@@ -175,6 +178,11 @@ FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, boo
     notes_.push_back(note);
     spdlog::info("{}", note);
   }
+  if (is_live_) return;
+  for (const SiteWarning& warning : CheckFrameTimes(loaded.sequence)) {
+    Warn(fmt::format(
+        "{}: {}: {}; {}", warning.where, warning.what, warning.evidence, warning.remedy));
+  }
 }
 
 FrameLoop::~FrameLoop() = default;
@@ -199,6 +207,7 @@ std::optional<FinishedFrame> FrameLoop::Next() {
   finished.sky = run_.SkyImageOf(lighting);
   NoteUnits(result.estimate.units, notes_);
   checks_->defects.Add(frame, result);
+  checks_->objects.Add(frame.camera, result.composite);
   if (checks_->shadows) checks_->shadows->Add(frame, result.sun.direction_enu);
   if (checks_->sun) CheckSun(finished);
   checks_->is_any_done = true;
@@ -216,6 +225,9 @@ std::vector<std::string> FrameLoop::Finish() {
     NoteContradiction(look->contradiction, run_.Loaded().sequence, notes_);
   }
   checks_->defects.Report(notes_);
+  if (std::optional<std::string> note = checks_->objects.Note(run_.Loaded().site.objects)) {
+    Warn(std::move(*note));
+  }
   if (checks_->shadows && checks_->is_any_done) ReportShadows(*checks_->shadows, notes_);
   return std::exchange(notes_, {});
 }
@@ -243,10 +255,12 @@ void FrameLoop::CheckSun(const FinishedFrame& finished) {
 }
 
 void FrameLoop::TakeNotes() {
-  for (std::string& note : run_.TakeNotes()) {
-    spdlog::warn("{}", note);
-    notes_.push_back(std::move(note));
-  }
+  for (std::string& note : run_.TakeNotes()) Warn(std::move(note));
+}
+
+void FrameLoop::Warn(std::string note) {
+  spdlog::warn("{}", note);
+  notes_.push_back(std::move(note));
 }
 
 }  // namespace pleinair

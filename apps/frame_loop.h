@@ -38,6 +38,7 @@ class FrameLoop {
   class PictureDefects;
   struct Checks;
   void TakeNotes();
+  void Warn(std::string note);
   void CheckSun(const FinishedFrame& finished);
 
   const RunCommandOptions& options_;

@@ -233,7 +233,7 @@ void AddPrepare(std::vector<Setting>& settings) {
   settings.push_back(NumberSetting(
       "prepare.rays",
       "rays that each receiver of light casts",
-      Between(1, 65536),
+      Between(16, 65536),
       [](Options & o) -> auto& { return o.prepare.rays; },
       std::to_string(GatherOptions{}.rays_per_receiver)));
   settings.push_back(NumberSetting(
