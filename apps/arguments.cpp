@@ -68,7 +68,7 @@ void AddBounces(CLI::App& command, int& bounces) {
           [&bounces](const std::string& text) {
             bounces = text == "all" ? kAllBounces : std::stoi(text);
           },
-          "Reflections between surfaces: 0 (as jensen-2006), 1, ..., all")
+          "reflections between surfaces: 0 (as jensen-2006), 1, ..., all")
       ->check(CLI::IsMember({"all"}) | CLI::Range(0, 100))
       ->type_name("N|all")
       ->default_str("all");
@@ -78,22 +78,25 @@ void AddGroundAlbedo(CLI::App& command, double& albedo) {
   command
       .add_option("--ground-albedo",
                   albedo,
-                  "Lay a ground of this albedo at the mesh's foot, out to the horizon: light from "
+                  "lay a ground of this albedo at the mesh's foot, out to the horizon: light from "
                   "below the horizon; 0: none")
       ->check(CLI::Range(0.0, 0.99))
       ->capture_default_str();
 }
 
 CLI::Option* AddFrames(CLI::App& command, FrameKind& frames) {
-  return command.add_option("--frames", frames, "Which frames where there are both: linear or ldr")
+  return command.add_option("--frames", frames, "which frames where there are both: linear or ldr")
       ->transform(OneOf<FrameKind>({{"linear", FrameKind::kLinear}, {"ldr", FrameKind::kLdr}}))
       ->type_name("KIND")
       ->default_str("linear");
 }
 
 CLI::Option* AddCache(CLI::App& command, std::filesystem::path& cache) {
-  return command.add_option(
-      "--cache", cache, "Folder for prepared data (default: pleinair in the user's cache folder)");
+  return command
+      .add_option("--cache",
+                  cache,
+                  "folder for prepared data (default: pleinair in the user's cache folder)")
+      ->type_name("FOLDER");
 }
 
 }  // namespace pleinair

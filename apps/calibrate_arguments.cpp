@@ -40,7 +40,7 @@ void AddExposures(CLI::App& command, std::vector<double>& exposures) {
   command
       .add_option("--exposures",
                   exposures,
-                  "Exposure (seconds, or time x ISO / N^2) of each picture (default: from EXIF)")
+                  "exposure (seconds, or time x ISO / N^2) of each picture (default: from EXIF)")
       ->delimiter(',')
       ->check(Positive());
 }
@@ -54,27 +54,36 @@ void AddCalibrateNorth(CLI::App& calibrate, Work& work) {
                      options,
                      RunCalibrateNorth);
   north.footer("Example: pleinair calibrate north datasets/samples/courtyard");
-  north.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
+  north.add_option("sequence", options->sequence, "folder with sequence.json")
+      ->type_name("FOLDER")
+      ->required();
   AddFrames(north, options->frames);
   north
       .add_option("--model-north",
                   options->model_north,
-                  "North that the model's +Y is meant to be: true, grid (UTM) or magnetic")
+                  "north that the model's +Y is meant to be: true, grid (UTM) or magnetic")
       ->transform(OneOf<NorthKind>({{"true", NorthKind::kTrue},
                                     {"grid", NorthKind::kGrid},
                                     {"magnetic", NorthKind::kMagnetic}}))
       ->type_name("NORTH")
       ->default_str("true");
-  north.add_option(
-      "--magnetic-model", options->magnetic.name, "Of GeographicLib, for --model-north magnetic");
-  north.add_option("--magnetic-folder",
-                   options->magnetic.folder,
-                   "Folder with the magnetic model (default: GeographicLib's)");
-  north.add_option("--shadow-edges",
-                   options->shadow_edges,
-                   "CSV: FRAME,X,Y (pixels), places on the edges of shadows that the mesh casts; "
-                   "then only they are used");
-  north.add_flag("--json", options->json, "Print JSON");
+  north
+      .add_option("--magnetic-model",
+                  options->magnetic.name,
+                  "of GeographicLib, for --model-north magnetic")
+      ->type_name("NAME");
+  north
+      .add_option("--magnetic-folder",
+                  options->magnetic.folder,
+                  "folder with the magnetic model (default: GeographicLib's)")
+      ->type_name("FOLDER");
+  north
+      .add_option("--shadow-edges",
+                  options->shadow_edges,
+                  "CSV: FRAME,X,Y (pixels), places on the edges of shadows that the mesh casts; "
+                  "then only they are used")
+      ->type_name("FILE");
+  north.add_flag("--json", options->json, "print JSON");
 }
 
 // `lens`, or `fisheye` with its model given.
@@ -88,20 +97,25 @@ void AddCalibrateLens(CLI::App& calibrate,
   lens.footer(fmt::format("Example: pleinair calibrate {} boards/*.jpg --board 8x6 --out {}",
                           named.name,
                           model ? "sky.json" : "lens.json"));
-  lens.add_option("pictures", options->pictures, "Pictures of the board")->required();
-  lens.add_option("--board", options->board, "Inner corners, COLUMNSxROWS")->required();
+  lens.add_option("pictures", options->pictures, "pictures of the board")
+      ->type_name("PICTURE")
+      ->required();
+  lens.add_option("--board", options->board, "inner corners, COLUMNSxROWS")
+      ->type_name("COLUMNSxROWS")
+      ->required();
   CLI::Option* charuco = lens.add_flag(
       "--charuco",
       options->charuco,
-      "The board is OpenCV's ChArUco, with one square more than corners a side; part of it is "
+      "the board is OpenCV's ChArUco, with one square more than corners a side; part of it is "
       "enough");
   lens.add_option(
-          "--dictionary", options->markers.dictionary, "Of its markers: 4x4_50, 5x5_100, ...")
+          "--dictionary", options->markers.dictionary, "of its markers: 4x4_50, 5x5_100, ...")
+      ->type_name("NAME")
       ->needs(charuco)
       ->check(CLI::IsMember(MarkerDictionaryNames()))
       ->capture_default_str();
   lens.add_option(
-          "--marker-share", options->markers.side_share, "Side of a marker over that of a square")
+          "--marker-share", options->markers.side_share, "side of a marker over that of a square")
       ->needs(charuco)
       ->check(CLI::Range(0.05, 0.95))
       ->capture_default_str();
@@ -114,22 +128,25 @@ void AddCalibrateLens(CLI::App& calibrate,
         ->type_name("MODEL");
   }
   lens.add_option(
-          "--fov-deg", options->fov_deg, "Of a fish-eye: full angle (default: the picture's)")
+          "--fov-deg", options->fov_deg, "of a fish-eye: full angle (default: the picture's)")
       ->check(CLI::Range(1.0, 360.0));
   lens.add_option(
           "--always-use",
           options->always_used,
-          "Picture, of those given, that is used whatever its blur and fit; may be repeated")
+          "picture, of those given, that is used whatever its blur and fit; may be repeated")
+      ->type_name("PICTURE")
       ->allow_extra_args(false);
   lens.add_flag("--force",
                 options->force,
-                "Write a lens that misses the corners by more than 1 px, or has fx and fy more "
+                "write a lens that misses the corners by more than 1 px, or has fx and fy more "
                 "than 3 % apart, too");
-  lens.add_option("--out", options->out, "The lens's file: `camera`, or a fish-eye's");
+  lens.add_option("--out", options->out, "the lens's file: `camera`, or a fish-eye's")
+      ->type_name("FILE");
   lens.add_option("--site",
                   options->site,
-                  "Folder with site.json or sequence.json: the lens becomes its `camera`, or with "
-                  "fisheye.json its `fisheye`");
+                  "folder with site.json or sequence.json: the lens becomes its `camera`, or with "
+                  "fisheye.json its `fisheye`")
+      ->type_name("FOLDER");
 }
 
 void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
@@ -143,25 +160,30 @@ void AddCalibrateMarkers(CLI::App& calibrate, Work& work) {
   board.footer(
       "Example: pleinair calibrate markers tags/*.jpg --camera courtyard --size 0.2 --out "
       "board.json");
-  board.add_option("pictures", markers->pictures, "Pictures with two markers or more each")
+  board.add_option("pictures", markers->pictures, "pictures with two markers or more each")
+      ->type_name("PICTURE")
       ->required();
   board
       .add_option("--camera",
                   markers->camera,
                   "A sequence.json with `camera` (the lens; all else may be absent), or its folder")
+      ->type_name("FILE")
       ->required();
-  board.add_option("--size", markers->size_m, "Side of the black border, in metres")
+  board.add_option("--size", markers->size_m, "side of the black border, in metres")
       ->required()
       ->check(Positive());
   board.add_option("--dictionary", markers->dictionary, "OpenCV's: apriltag_36h11, 4x4_50, ...")
+      ->type_name("NAME")
       ->check(CLI::IsMember(MarkerDictionaryNames()));
   board.add_option("--reference",
                    markers->reference,
-                   "Id of the marker at the origin (default: the one that most pictures show)");
-  board.add_option("--anchor",
-                   markers->anchor,
-                   "Board file with the places of some of the markers in the world");
-  board.add_option("--out", markers->out, "The board file")->required();
+                   "id of the marker at the origin (default: the one that most pictures show)");
+  board
+      .add_option("--anchor",
+                  markers->anchor,
+                  "board file with the places of some of the markers in the world")
+      ->type_name("FILE");
+  board.add_option("--out", markers->out, "the board file")->type_name("FILE")->required();
 }
 
 void AddCalibratePose(CLI::App& calibrate, Work& work) {
@@ -181,14 +203,18 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
   command
       .add_option("site",
                   pose->site,
-                  "Folder with site.json or sequence.json; for --points, a file with `camera`, too")
+                  "folder with site.json or sequence.json; for --points, a file with `camera`, too")
+      ->type_name("FOLDER")
       ->required();
-  CLI::Option* points = command.add_option(
-      "--points", pose->points, "CSV: X_PX,Y_PX,X_M,Y_M,Z_M, a row for each picked point");
+  CLI::Option* points =
+      command
+          .add_option(
+              "--points", pose->points, "CSV: X_PX,Y_PX,X_M,Y_M,Z_M, a row for each picked point")
+          ->type_name("FILE");
   command
       .add_option("--inlier-px",
                   pose->inlier_px,
-                  "How far off a pick may be before it is left out (default: 3)")
+                  "how far off a pick may be before it is left out (default: 3)")
       ->needs(points)
       ->check(Positive());
   CLI::Option* edges =
@@ -197,36 +223,42 @@ void AddCalibratePose(CLI::App& calibrate, Work& work) {
                       pose->edges,
                       "A picture of the camera: the stated camera_from_world is moved until the "
                       "mesh's edges lie on the picture's")
+          ->type_name("PICTURE")
           ->allow_extra_args(false);
   edges->excludes(points);
   CLI::Option* near_stated = command.add_flag(
       "--near-stated",
       pose->near_stated,
-      "The stated camera_from_world is good to half a degree or so: where two poses fit the "
+      "the stated camera_from_world is good to half a degree or so: where two poses fit the "
       "points, "
       "take the one nearer to it; by edges, stay near it, and move only as far as they are sure");
   command
       .add_option("pictures",
                   pose->more_edges,
-                  "With --edges and --near-stated: more pictures of the camera, after the site")
+                  "with --edges and --near-stated: more pictures of the camera, after the site")
+      ->type_name("PICTURE")
       ->needs(edges);
-  command.add_option("--mesh", pose->mesh, "For --edges (default: the site's scene.mesh)")
+  command.add_option("--mesh", pose->mesh, "for --edges (default: the site's scene.mesh)")
+      ->type_name("FILE")
       ->needs(edges);
   command
       .add_option("--search-px",
                   pose->search_px,
-                  "How far the stated pose may put edges from where they are (default: 20; with "
+                  "how far the stated pose may put edges from where they are (default: 20; with "
                   "--near-stated a sixtieth of the picture's width)")
       ->needs(edges)
       ->check(CLI::Range(2.0, 1000.0));
   CLI::Option* markers =
-      command.add_option("--markers", pose->markers, "Board file of `calibrate markers`");
+      command.add_option("--markers", pose->markers, "board file of `calibrate markers`")
+          ->type_name("FILE");
   markers->excludes(points)->excludes(edges)->excludes(near_stated);
   AddFrames(command, pose->frames)->needs(markers);
-  command.add_option("--out",
-                     pose->out,
-                     "Copy of the file with the pose in it, which may be the file itself; paths in "
-                     "it stay relative to its folder");
+  command
+      .add_option("--out",
+                  pose->out,
+                  "copy of the file with the pose in it, which may be the file itself; paths in "
+                  "it stay relative to its folder")
+      ->type_name("FILE");
 }
 
 }  // namespace
@@ -253,18 +285,22 @@ void AddCalibrate(CLI::App& app, Work& work) {
                      response,
                      RunCalibrateResponse);
   curve.footer("Example: pleinair calibrate response bracket/*.jpg --out response.json");
-  curve.add_option("pictures", response->pictures, "PNG or JPEG")->required();
+  curve.add_option("pictures", response->pictures, "PNG or JPEG")->type_name("PICTURE")->required();
   AddExposures(curve, response->exposures);
-  curve.add_flag("--chart", response->chart, "Each picture shows a ColorChecker: use its greys");
-  curve.add_option(
-      "--corners",
-      response->corners,
-      "Corners of the chart: X,Y of dark skin's, bluish green's, black's, white's outer corner "
-      "(default: found)");
-  curve.add_option("--curve", response->curve, "For the chart: monotone or logarithmic")
+  curve.add_flag("--chart", response->chart, "each picture shows a ColorChecker: use its greys");
+  curve
+      .add_option(
+          "--corners",
+          response->corners,
+          "corners of the chart: X,Y of dark skin's, bluish green's, black's, white's outer corner "
+          "(default: found)")
+      ->type_name("X,Y,...");
+  curve.add_option("--curve", response->curve, "for the chart: monotone or logarithmic")
+      ->type_name("NAME")
       ->check(CLI::IsMember({"monotone", "logarithmic"}));
-  curve.add_option("--out", response->out, "The response file");
-  curve.add_option("--site", response->site, "Folder of the site whose camera gets the response");
+  curve.add_option("--out", response->out, "the response file")->type_name("FILE");
+  curve.add_option("--site", response->site, "folder of the site whose camera gets the response")
+      ->type_name("FOLDER");
 
   auto merge = std::make_shared<CalibrateMergeOptions>();
   CLI::App& hdr = AddCalibration(calibrate,
@@ -273,10 +309,10 @@ void AddCalibrate(CLI::App& app, Work& work) {
                                  merge,
                                  RunCalibrateMerge);
   hdr.footer("Example: pleinair calibrate merge bracket/*.jpg --response r.json --out sky.exr");
-  hdr.add_option("pictures", merge->pictures, "PNG or JPEG")->required();
+  hdr.add_option("pictures", merge->pictures, "PNG or JPEG")->type_name("PICTURE")->required();
   AddExposures(hdr, merge->exposures);
-  hdr.add_option("--response", merge->response, "srgb8 or a response file");
-  hdr.add_option("--out", merge->out, "EXR or HDR")->required();
+  hdr.add_option("--response", merge->response, "srgb8 or a response file")->type_name("FILE");
+  hdr.add_option("--out", merge->out, "EXR or HDR")->type_name("FILE")->required();
 
   auto average = std::make_shared<CalibrateAverageOptions>();
   CLI::App& mean =
@@ -286,8 +322,8 @@ void AddCalibrate(CLI::App& app, Work& work) {
                      average,
                      RunCalibrateAverage);
   mean.footer("Example: pleinair calibrate average frames/*.exr --out mean.exr");
-  mean.add_option("frames", average->frames, "EXR or HDR")->required();
-  mean.add_option("--out", average->out, "EXR or HDR")->required();
+  mean.add_option("frames", average->frames, "EXR or HDR")->type_name("PICTURE")->required();
+  mean.add_option("--out", average->out, "EXR or HDR")->type_name("FILE")->required();
 
   auto colour = std::make_shared<CalibrateColourOptions>();
   CLI::App& tie =
@@ -303,33 +339,44 @@ void AddCalibrate(CLI::App& app, Work& work) {
   tie.add_option("camera",
                  colour->calibration,
                  "A fish-eye's file, or a folder with site.json or sequence.json: its camera")
+      ->type_name("FILE")
       ->required();
-  CLI::Option* pairs = tie.add_option(
-      "--pairs", colour->pairs, "CSV: this camera's R,G,B, the other's R,G,B (linear)");
+  CLI::Option* pairs =
+      tie.add_option(
+             "--pairs", colour->pairs, "CSV: this camera's R,G,B, the other's R,G,B (linear)")
+          ->type_name("FILE");
   CLI::Option* from = tie.add_option("--from-picture,--fisheye-picture",
                                      colour->from_picture,
-                                     "Of this camera; EXR, HDR or 8-bit");
+                                     "of this camera; EXR, HDR or 8-bit")
+                          ->type_name("PICTURE");
   CLI::Option* to = tie.add_option("--to-picture,--room-picture",
                                    colour->to_picture,
-                                   "Of the other, or the survey, in the same light");
+                                   "of the other, or the survey, in the same light")
+                        ->type_name("PICTURE");
   CLI::Option* regions =
       tie.add_option("--regions",
                      colour->regions,
                      "CSV: X,Y,RADIUS (pixels) of a surface in each picture, or without "
-                     "--to-picture X,Y,RADIUS,R,G,B (default: both show a ColorChecker)");
+                     "--to-picture X,Y,RADIUS,R,G,B (default: both show a ColorChecker)")
+          ->type_name("FILE");
   from->excludes(pairs);
   to->needs(from);
   regions->needs(from);
   tie.add_option("--from-corners,--fisheye-corners",
                  colour->from_corners,
-                 "Of the chart, as for response (default: found)");
-  tie.add_option("--to-corners,--room-corners", colour->to_corners, "The same");
+                 "of the chart, as for response (default: found)")
+      ->type_name("X,Y,...");
+  tie.add_option("--to-corners,--room-corners", colour->to_corners, "the same")
+      ->type_name("X,Y,...");
   tie.add_option("--from-response,--fisheye-response",
                  colour->from_response,
-                 "Of an 8-bit picture (default: the site's, or srgb8)");
-  tie.add_option("--to-response,--room-response", colour->to_response, "The same of the other");
-  tie.add_flag("--matrix", colour->matrix, "Of a fish-eye: a 3x3 matrix, not a factor a channel");
-  tie.add_option("--out", colour->out, "Where to write (default: the same file)");
+                 "of an 8-bit picture (default: the site's, or srgb8)")
+      ->type_name("FILE");
+  tie.add_option("--to-response,--room-response", colour->to_response, "the same of the other")
+      ->type_name("FILE");
+  tie.add_flag("--matrix", colour->matrix, "of a fish-eye: a 3x3 matrix, not a factor a channel");
+  tie.add_option("--out", colour->out, "where to write (default: the same file)")
+      ->type_name("FILE");
 
   auto orientation = std::make_shared<CalibrateOrientationOptions>();
   CLI::App& north =
@@ -341,15 +388,21 @@ void AddCalibrate(CLI::App& app, Work& work) {
   north.footer(
       "Example: pleinair calibrate orientation sky.json --site 50.36,7.56,75 --levelled"
       " --sun noon.exr --time 2007-03-20T11:40:00Z");
-  north.add_option("calibration", orientation->calibration, "The fish-eye's file")->required();
-  north.add_option("--marks", orientation->marks, "CSV: X,Y (pixels), EAST,NORTH,UP");
-  north.add_option("--sun", orientation->sun_pictures, "Picture with the sun in it; repeatable");
-  north.add_option("--time", orientation->times, "UTC of each of these");
-  north.add_option("--site", orientation->site, "LAT,LON[,H], for the sun");
+  north.add_option("calibration", orientation->calibration, "the fish-eye's file")
+      ->type_name("FILE")
+      ->required();
+  north.add_option("--marks", orientation->marks, "CSV: X,Y (pixels), EAST,NORTH,UP")
+      ->type_name("FILE");
+  north.add_option("--sun", orientation->sun_pictures, "picture with the sun in it; repeatable")
+      ->type_name("PICTURE");
+  north.add_option("--time", orientation->times, "UTC of each of these")->type_name("TIME");
+  north.add_option("--site", orientation->site, "LAT,LON[,H], for the sun")
+      ->type_name("LAT,LON[,H]");
   north.add_flag(
-      "--levelled", orientation->levelled, "The axis points to the zenith: one sun is enough");
-  north.add_flag("--mirrored", orientation->mirrored, "The picture is mirrored, as a map");
-  north.add_option("--out", orientation->out, "Where to write (default: the same file)");
+      "--levelled", orientation->levelled, "the axis points to the zenith: one sun is enough");
+  north.add_flag("--mirrored", orientation->mirrored, "the picture is mirrored, as a map");
+  north.add_option("--out", orientation->out, "where to write (default: the same file)")
+      ->type_name("FILE");
 }
 
 }  // namespace pleinair

@@ -14,8 +14,6 @@
 namespace pleinair {
 namespace {
 
-constexpr const char* kGroup = "Camera";
-
 PixelFormat ParseFormat(const std::string& text) {
   const std::optional<PixelFormat> format = PixelFormatNamed(text);
   if (!format) {
@@ -48,7 +46,7 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
           [&request](const std::string& text) { request.format = ParseFormat(text); },
           "pixel format, as `pleinair cameras` lists it (default: the best that can be decoded)")
       ->type_name("NAME")
-      ->group(kGroup);
+      ->group(kCameraOptions);
   command
       .add_option_function<std::string>(
           "--size",
@@ -59,14 +57,14 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
           },
           "width and height in pixels (default: the camera's mode closest to 640x480)")
       ->type_name("WxH")
-      ->group(kGroup);
+      ->group(kCameraOptions);
   command
       .add_option("--rate",
                   request.frames_per_second,
                   "frames a second (default: the camera's highest, up to 30)")
       ->check(Positive().description(""))
       ->type_name("HZ")
-      ->group(kGroup);
+      ->group(kCameraOptions);
   command
       .add_option_function<std::string>(
           "--exposure",
@@ -74,26 +72,26 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
           "exposure time in seconds, such as 0.004 or 1/250 (default: locked at the camera's "
           "current one)")
       ->type_name("SECONDS")
-      ->group(kGroup);
+      ->group(kCameraOptions);
   command
       .add_option("--gain",
                   request.gain,
                   "gain in the driver's unit (default: locked at the camera's current one)")
       ->check(NotNegative().description(""))
       ->type_name("GAIN")
-      ->group(kGroup);
+      ->group(kCameraOptions);
   command
       .add_option("--white-balance",
                   request.white_balance_k,
                   "colour temperature in kelvins (default: locked at the camera's current one)")
       ->check(Positive().description(""))
       ->type_name("KELVINS")
-      ->group(kGroup);
+      ->group(kCameraOptions);
   command
       .add_flag("--auto",
                 request.automatic,
                 "exposure, gain and white balance stay automatic, and are read back for each frame")
-      ->group(kGroup);
+      ->group(kCameraOptions);
   command
       .add_option("--control-delay",
                   request.control_delay_frames,
@@ -102,7 +100,7 @@ void AddCameraOptions(CLI::App& command, CameraRequest& request) {
       ->check(CLI::Range(0, 16))
       ->type_name("FRAMES")
       ->default_str("")
-      ->group(kGroup);
+      ->group(kCameraOptions);
 }
 
 void AddCameras(CLI::App& app, Work& work) {
@@ -110,7 +108,7 @@ void AddCameras(CLI::App& app, Work& work) {
   CLI::App& cameras = *app.add_subcommand(
       "cameras", "Cameras that are plugged in: identity, formats, sizes, rates and controls");
   cameras.footer("Example: pleinair cameras");
-  cameras.add_flag("--json", *json, "Print JSON");
+  cameras.add_flag("--json", *json, "print JSON");
   cameras.callback([json, &work] {
     work = [json] {
       const CameraList list = ListCameras();

@@ -10,6 +10,9 @@ class App;
 
 namespace pleinair {
 
+// The group of these options in a command's help.
+inline constexpr const char* kCameraOptions = "Camera";
+
 // --format, --size, --rate, --exposure, --gain, --white-balance and --auto, which set `request`: it
 // must outlive `command`. CameraRequest::Validate finds what excludes each other.
 void AddCameraOptions(CLI::App& command, CameraRequest& request);

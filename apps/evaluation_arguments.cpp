@@ -26,45 +26,52 @@ void AddRegress(CLI::App& app, Work& work) {
   CLI::App& regress = *app.add_subcommand(
       "regress", "Runs and scores sequences; exit code 1 where a figure got worse");
   regress.footer("Example: pleinair regress datasets/samples");
-  regress.add_option("folder", options->folder, "A sequence, or a folder of sequences")->required();
-  regress.add_option("--baseline",
-                     options->baseline,
-                     "The figures to compare with (default: baseline.json in the folder)");
-  regress.add_option("--out", options->out, "JSON to write");
+  regress.add_option("folder", options->folder, "A sequence, or a folder of sequences")
+      ->type_name("FOLDER")
+      ->required();
+  regress
+      .add_option("--baseline",
+                  options->baseline,
+                  "the figures to compare with (default: baseline.json in the folder)")
+      ->type_name("FILE");
+  regress.add_option("--out", options->out, "JSON to write")->type_name("FILE");
   regress
       .add_option("--seeds",
                   options->seeds,
-                  "Draws of samples: a figure is the median over them (default 1; 5 for a "
+                  "draws of samples: a figure is the median over them (default 1; 5 for a "
                   "baseline, whose spread over them is the noise)")
       ->check(CLI::Range(1, 1000));
   CLI::Option* write = regress.add_flag(
       "--write-baseline",
       options->write_baseline,
-      "Write the baseline instead of checking against it; its other sequences stay");
+      "write the baseline instead of checking against it; its other sequences stay");
   FigureSettings& settings = options->settings;
   regress
       .add_option("--frames-limit",
                   settings.frames_limit,
-                  "For the baseline: so many frames, spread over each sequence; 0: all")
+                  "for the baseline: so many frames, spread over each sequence; 0: all")
       ->check(CLI::Range(0, 1000000))
       ->needs(write);
   regress
       .add_flag_function(
           "--light-alone",
           [&settings](std::int64_t) { settings.pictures = false; },
-          "For the baseline: no composites, which take most of the time")
+          "for the baseline: no composites, which take most of the time")
       ->needs(write);
   regress
-      .add_option(
-          "--patch-size", settings.patch_size_m, "For the baseline: as in run; coarser is faster")
+      .add_option("--patch-size",
+                  settings.patch_size_m,
+                  "for the baseline: prepare.patch_size_m; coarser is faster")
       ->check(Positive())
       ->needs(write);
-  regress.add_option("--rays", settings.rays, "For the baseline: as in run; fewer are faster")
+  regress.add_option("--rays", settings.rays, "for the baseline: prepare.rays; fewer are faster")
       ->check(CLI::Range(1, 65536))
       ->needs(write);
-  regress.add_option("--cache",
-                     options->cache,
-                     "Folder for prepared data (default: pleinair in the user's cache folder)");
+  regress
+      .add_option("--cache",
+                  options->cache,
+                  "folder for prepared data (default: pleinair in the user's cache folder)")
+      ->type_name("FOLDER");
   regress.callback([options, &work] {
     work = [options] { return PrintRegression(RunRegressCommand(*options)); };
   });
@@ -81,50 +88,54 @@ void AddTradeoff(CLI::App& app, Work& work) {
   tradeoff
       .add_option("sequence",
                   options->sequences,
-                  "Folder with sequence.json and truth/; for imperfections any number of them")
+                  "folder with sequence.json and truth/; for imperfections any number of them")
+      ->type_name("FOLDER")
       ->required();
-  tradeoff.add_option("--out", options->out, "Folder for tradeoff.csv and tradeoff.html")
+  tradeoff.add_option("--out", options->out, "folder for tradeoff.csv and tradeoff.html")
+      ->type_name("FOLDER")
       ->default_str("pleinair-tradeoff");
   tradeoff
       .add_option(
           "--sweep",
           options->sweep,
-          "Settings to sweep: outdoors samples,choice,loss,solver,sky-shapes,bounces; "
-          "rays,patch-size; with pictures object-light,object-rays,sh-bands,probes,probe-rays,"
-          "map-width,shadow,influence,threshold,sun-block,receiver-block,object-samples; "
-          "with "
-          "a fish-eye regions; indoors light-samples,shadow-map,windows (default: all that mean "
-          "something). front: combinations of them, the one front of the program. Or "
-          "imperfections, all or "
-          "by name "
-          "(gain,exposure,veil,vignette,saturation,curve,sharpen,jpeg,pose_deg,pose_m,mesh_m,"
-          "north_deg,clip,albedo): what they cost, one at a time")
+          "settings to sweep: outdoors samples,choice,loss,"
+          "solver,sky-shapes,bounces; rays,patch-size; with pictures object-light,object-rays,"
+          "sh-bands,probes,probe-rays,map-width,shadow,influence,threshold,sun-block,"
+          "receiver-block,object-samples; with a fish-eye regions; indoors light-samples,"
+          "shadow-map,windows (default: all that mean something). front: combinations of them. "
+          "Or imperfections, all or by name (gain,exposure,veil,vignette,saturation,curve,sharpen,"
+          "jpeg,pose_deg,pose_m,mesh_m,north_deg,clip,albedo): what they cost, one at a time")
+      ->type_name("NAME,...")
       ->delimiter(',');
   tradeoff
-      .add_option("--seeds", trials.seeds, "Seeds for settings that only the estimate depends on")
+      .add_option("--seeds", trials.seeds, "seeds for settings that only the estimate depends on")
       ->check(CLI::Range(1, 1000));
   tradeoff
       .add_option("--costly-seeds",
                   trials.costly_seeds,
-                  "Seeds for settings that need new rays or pictures, and for imperfections")
+                  "seeds for settings that need new rays or pictures, and for imperfections")
       ->check(CLI::Range(1, 1000));
   tradeoff
       .add_option("--frames-limit",
                   options->frames_limit,
-                  "Frames, spread over the sequence (default 24; for imperfections 4)")
+                  "frames, spread over the sequence (default 24; for imperfections 4)")
       ->check(CLI::Range(1, 100000));
   tradeoff
       .add_option("--combinations",
                   options->most_combinations,
-                  "Combinations of settings that are tried for the front")
+                  "combinations of settings that are tried for the front")
       ->check(CLI::Range(1, 10000));
-  tradeoff.add_option("--patch-size", trials.prepare.patch_size_m, "As in run, where not swept")
+  tradeoff
+      .add_option(
+          "--patch-size", trials.prepare.patch_size_m, "prepare.patch_size_m, where not swept")
       ->check(Positive());
-  tradeoff.add_option("--rays", trials.prepare.rays, "Rays that each receiver of light casts")
+  tradeoff.add_option("--rays", trials.prepare.rays, "prepare.rays, where not swept")
       ->check(CLI::Range(1, 65536));
-  tradeoff.add_option("--cache",
-                      trials.cache,
-                      "Folder for prepared data (default: pleinair in the user's cache folder)");
+  tradeoff
+      .add_option("--cache",
+                  trials.cache,
+                  "folder for prepared data (default: pleinair in the user's cache folder)")
+      ->type_name("FOLDER");
   tradeoff.callback(
       [options, &work] { work = [options] { return Print(RunTradeoffCommand(*options)); }; });
 }

@@ -2,6 +2,7 @@
 
 #include <regex>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -41,11 +42,53 @@ std::string NamesOf(const std::set<CLI::Option*>& options) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+// Without some groups, which it names instead.
+class ShortHelp final : public HelpText {
+ public:
+  explicit ShortHelp(const std::set<std::string>& left_out) : left_out_(left_out) {}
+
+  std::string make_group(std::string group,
+                         bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
+    if (left_out_.contains(group)) return {};
+    return HelpText::make_group(std::move(group), is_positional, std::move(options));
+  }
+  std::string make_footer(const CLI::App* app) const override {
+    return fmt::format("Further options, by --help-all: {}\n{}",
+                       fmt::join(left_out_, ", "),
+                       HelpText::make_footer(app));
+  }
+
+ private:
+  const std::set<std::string>& left_out_;
+};
+
 }  // namespace
+
+std::string HelpText::make_help(const CLI::App* app,
+                                std::string name,
+                                CLI::AppFormatMode mode) const {
+  if (!rare_groups_.empty() && mode == CLI::AppFormatMode::Normal) {
+    return ShortHelp(rare_groups_).make_help(app, std::move(name), mode);
+  }
+  // CLI11 leaves a blank line after each group, and one more before the next.
+  static const std::regex blank_lines("\n{3,}");
+  return std::regex_replace(
+      CLI::Formatter::make_help(app, std::move(name), mode), blank_lines, "\n\n");
+}
+
+// "--video[=RATE]" in place of "--video{auto}".
+std::string HelpText::make_option_name(const CLI::Option* option, bool is_positional) const {
+  static const std::regex preset(R"(\{[^}]*\})");
+  return std::regex_replace(CLI::Formatter::make_option_name(option, is_positional),
+                            preset,
+                            "[=" + WordOf(option->get_type_name()) + "]");
+}
 
 std::string HelpText::make_option_opts(const CLI::Option* option) const {
   if (!option->get_option_text().empty()) return " " + option->get_option_text();
-  if (option->get_type_size() == 0) return {};  // A flag.
+  const bool is_flag = option->get_type_size() == 0 || option->get_expected_min() == 0;
+  if (is_flag) return {};
   std::string word = WordOf(option->get_type_name());
   if (word == "INT" || word == "UINT" || word == "FLOAT") word = "NUMBER";
   std::string text = word.empty() ? word : " " + word;

@@ -83,18 +83,25 @@ void AddSun(CLI::App& app, Work& work) {
   sun.footer("Example: pleinair sun --site 57.0488,9.9217,15 --time 2005-06-21T09:50:00Z");
   sun.add_option(
          "--site", options->site, "LAT,LON[,H] in degrees (north, east positive) and metres")
+      ->type_name("LAT,LON[,H]")
       ->required();
-  sun.add_option("--time", options->time, "UTC, ISO 8601: 2005-06-21T09:50:00Z")->required();
-  sun.add_option("--ut1-utc", options->ut1_minus_utc_s, "UT1 - UTC in seconds (default 0)");
+  sun.add_option("--time", options->time, "UTC, ISO 8601: 2005-06-21T09:50:00Z")
+      ->type_name("TIME")
+      ->required();
+  sun.add_option("--ut1-utc", options->ut1_minus_utc_s, "UT1 - UTC in seconds (default 0)")
+      ->type_name("SECONDS");
   sun.add_option(
-      "--delta-t", options->tt_minus_ut1_s, "TT - UT1 in seconds (default: the library's)");
+         "--delta-t", options->tt_minus_ut1_s, "TT - UT1 in seconds (default: the library's)")
+      ->type_name("SECONDS");
   sun.add_option("--pressure-hpa",
                  options->pressure_hpa,
-                 "For refraction (default: standard atmosphere at the site's height)");
+                 "for refraction (default: standard atmosphere at the site's height)")
+      ->type_name("HPA");
   sun.add_option("--temperature-c",
                  options->temperature_c,
-                 "For refraction (default: the standard atmosphere's)");
-  sun.add_flag("--json", options->json, "Print JSON");
+                 "for refraction (default: the standard atmosphere's)")
+      ->type_name("CELSIUS");
+  sun.add_flag("--json", options->json, "print JSON");
   sun.callback([options, &work] {
     work = [options] {
       if (const auto warning = SunCommandWarning(*options)) spdlog::warn("{}", *warning);
@@ -109,9 +116,13 @@ void AddPrepare(CLI::App& app, Work& work) {
   CLI::App& prepare =
       *app.add_subcommand("prepare", "The offline part of a site, kept in the cache");
   prepare.footer("Example: pleinair prepare datasets/samples/courtyard --maps maps");
-  prepare.add_option("sequence", options->sequence, "Folder with sequence.json")->required();
-  prepare.add_option(
-      "--maps", options->maps, "Write albedo, normal, ambient weight, ... as EXR and PNG");
+  prepare.add_option("sequence", options->sequence, "folder with sequence.json")
+      ->type_name("FOLDER")
+      ->required();
+  prepare
+      .add_option(
+          "--maps", options->maps, "write albedo, normal, ambient weight, ... as EXR and PNG")
+      ->type_name("FOLDER");
   AddSettingOption(prepare, "--bounces", "prepare.bounces", *given, "Options");
   AddSettings(prepare, *given);
   AddCache(prepare, options->cache);
@@ -136,10 +147,13 @@ void AddScore(CLI::App& app, Work& work) {
   auto options = std::make_shared<ScoreCommandOptions>();
   CLI::App& score = *app.add_subcommand("score", "Errors of a run against the truth");
   score.footer("Example: pleinair score datasets/samples/courtyard out");
-  score.add_option("sequence", options->sequence, "Folder with sequence.json and truth/")
+  score.add_option("sequence", options->sequence, "folder with sequence.json and truth/")
+      ->type_name("FOLDER")
       ->required();
-  score.add_option("out", options->out, "What `pleinair run` wrote")->required();
-  score.add_flag("--json", options->json, "Print JSON in place of the table");
+  score.add_option("out", options->out, "what `pleinair run` wrote")
+      ->type_name("FOLDER")
+      ->required();
+  score.add_flag("--json", options->json, "print JSON in place of the table");
   score.callback(
       [options, &work] { work = [options] { return Print(RunScoreCommand(*options)); }; });
 }
@@ -151,27 +165,36 @@ void AddIrradiance(CLI::App& app, Work& work) {
   irradiance.footer(
       "Example: pleinair irradiance --scene room.obj --points points.json --out out.json "
       "--sky-regions 4x16 --light indirect");
-  irradiance.add_option(
-      "--scene", options->scene, "Mesh, used unchanged; rays that miss it see sky");
+  irradiance
+      .add_option("--scene", options->scene, "mesh, used unchanged; rays that miss it see sky")
+      ->type_name("FILE");
   irradiance
       .add_option("--points", options->points, R"({"points": [[x,y,z],...], "normals": ...})")
+      ->type_name("FILE")
       ->required();
-  irradiance.add_option("--out", options->out, "JSON to write")->required();
-  irradiance.add_option("--sky-regions",
-                        options->sky_regions,
-                        "BANDSxSECTORS: unit radiance of each region (default 4x16)");
+  irradiance.add_option("--out", options->out, "JSON to write")->type_name("FILE")->required();
+  irradiance
+      .add_option("--sky-regions",
+                  options->sky_regions,
+                  "BANDSxSECTORS: unit radiance of each region (default 4x16)")
+      ->type_name("BANDSxSECTORS");
   irradiance
       .add_option_function<std::string>(
           "--sky",
           [options](const std::string&) { options->uniform_sky = true; },
           "uniform: unit radiance of the entire sky")
+      ->type_name("NAME")
       ->check(CLI::IsMember({"uniform"}));
-  irradiance.add_option(
-      "--sun", options->sun, "AZ,EL in degrees, azimuth from north clockwise: unit irradiance");
-  irradiance.add_option("--sequence",
-                        options->sequence,
-                        "In place of scene and light: a frame's own estimated light");
-  irradiance.add_option("--frame", options->frame, "Which frame of the sequence, from 0");
+  irradiance
+      .add_option(
+          "--sun", options->sun, "AZ,EL in degrees, azimuth from north clockwise: unit irradiance")
+      ->type_name("AZ,EL");
+  irradiance
+      .add_option("--sequence",
+                  options->sequence,
+                  "in place of scene and light: a frame's own estimated light")
+      ->type_name("FOLDER");
+  irradiance.add_option("--frame", options->frame, "which frame of the sequence, from 0");
   irradiance
       .add_option("--light", options->light, "direct, indirect (reflected by surfaces) or total")
       ->transform(OneOf<LightPart>({{"direct", LightPart::kDirect},
@@ -182,23 +205,23 @@ void AddIrradiance(CLI::App& app, Work& work) {
   AddBounces(irradiance, options->gather.bounces);
   irradiance.add_flag("--sh",
                       options->spherical_harmonics,
-                      "Write 9 coefficients of incident radiance per point instead");
+                      "write 9 coefficients of incident radiance per point instead");
   irradiance.add_option("--patch-size",
                         options->gather.patch_size_m,
-                        "Longest edge of patches at a point, in metres; 0: as short as 16000 "
+                        "longest edge of patches at a point, in metres; 0: as short as 16000 "
                         "patches allow");
   irradiance
-      .add_option("--rays", options->gather.rays_per_point, "Gathering rays per point and normal")
+      .add_option("--rays", options->gather.rays_per_point, "gathering rays per point and normal")
       ->check(CLI::Range(1, 65536));
   irradiance.add_option(
-      "--sky-rays", options->gather.sky_rays_per_point, "Rays to the sky per point");
+      "--sky-rays", options->gather.sky_rays_per_point, "rays to the sky per point");
   irradiance
-      .add_option("--patch-rays", options->gather.rays_per_patch, "Rays of form factors per patch")
+      .add_option("--patch-rays", options->gather.rays_per_patch, "rays of form factors per patch")
       ->check(CLI::Range(1, 65536));
   irradiance.add_option(
-      "--patch-sky-rays", options->gather.sky_rays_per_patch, "Rays to the sky per patch");
+      "--patch-sky-rays", options->gather.sky_rays_per_patch, "rays to the sky per patch");
   AddGroundAlbedo(irradiance, options->gather.ground_albedo);
-  irradiance.add_option("--seed", options->gather.seed, "Seed of all rays")->check(WholeNumber());
+  irradiance.add_option("--seed", options->gather.seed, "seed of all rays")->check(WholeNumber());
   AddCache(irradiance, options->cache);
   irradiance.callback([options, &work] {
     work = [options] {
@@ -213,7 +236,7 @@ void AddDoctor(CLI::App& app, Work& work) {
   CLI::App& doctor =
       *app.add_subcommand("doctor", "GL, cameras, models, clock: what works, what is missing");
   doctor.footer("Example: pleinair doctor");
-  doctor.add_flag("--json", *json, "Print JSON");
+  doctor.add_flag("--json", *json, "print JSON");
   doctor.callback([json, &work] {
     work = [json] {
       bool all_well = false;
@@ -236,7 +259,8 @@ int RunCommandLine(int argc, char** argv) {
       "Virtual objects in the picture of an ordinary camera, lit by the real light of the scene.");
   app.name("pleinair");
   app.require_subcommand(1);
-  app.set_version_flag("--version", PLEINAIR_VERSION);
+  app.set_help_flag("-h,--help", "this help");
+  app.set_version_flag("--version", PLEINAIR_VERSION, "the version");
   app.option_defaults()->always_capture_default();
   app.formatter(std::make_shared<HelpText>());
   Work work;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,6 +13,7 @@
 
 #include "apps/camera_arguments.h"
 #include "apps/effect_names.h"
+#include "apps/help_text.h"
 #include "apps/picture_times_arguments.h"
 #include "apps/pose_arguments.h"
 #include "apps/quality.h"
@@ -22,9 +24,14 @@ namespace pleinair {
 namespace {
 
 constexpr const char* kInput = "Input";
+constexpr const char* kOutput = "Output";
 constexpr const char* kLight = "Light";
 constexpr const char* kPicture = "Picture";
-constexpr const char* kOutput = "Output";
+// By --help-all.
+constexpr const char* kFromOutside = "Poses and light from outside";
+constexpr const char* kTimes = "Times of pictures";
+constexpr const char* kFurtherOutput = "Further output";
+constexpr const char* kFurtherLight = "Further light";
 
 void AddEffects(CLI::App& run, EffectSettings& effects) {
   run.add_option_function<std::vector<std::string>>(
@@ -97,13 +104,13 @@ void AddOutput(CLI::App& run, RunCommandOptions& options) {
         options.video = true;
         if (rate != "auto") options.video_frames_per_second = ParseVideoRate(rate);
       })
-      ->type_name("")
+      ->type_name("RATE")
       ->default_str("")
       ->group(kOutput);
   run.add_flag("--write-environment",
                options.write_environment,
                "the light around the objects as lat-long EXRs, with and without the sun")
-      ->group(kOutput);
+      ->group(kFurtherOutput);
   run.add_option_function<std::string>(
          "--pictures",
          [&options](const std::string& text) { options.written = WrittenNamed(text); },
@@ -116,17 +123,17 @@ void AddOutput(CLI::App& run, RunCommandOptions& options) {
                  "composites to other programs: y4m:- (standard output), y4m:PATH or "
                  "v4l2:/dev/videoN, a loopback device")
       ->type_name("TARGET")
-      ->group(kOutput);
+      ->group(kFurtherOutput);
   run.add_option("--lighting-stream",
                  options.lighting_stream,
                  "lines of lighting.jsonl to other programs: -, PATH or unix:PATH, a socket")
       ->type_name("TARGET")
-      ->group(kOutput);
+      ->group(kFurtherOutput);
   run.add_option("--record",
                  options.record,
                  "folder to make: a sequence of the camera's frames that were composited")
       ->type_name("FOLDER")
-      ->group(kOutput);
+      ->group(kFurtherOutput);
   run.add_option("--duration", options.duration_s, "seconds of a camera's time")
       ->check(Positive().description(""))
       ->type_name("SECONDS")
@@ -146,6 +153,9 @@ void AddRun(CLI::App& app, Work& work) {
   auto given = std::make_shared<GivenSettings>();
   options->out = "pleinair-out";
   CLI::App& run = *app.add_subcommand("run", "The main job: light and composite, frame by frame");
+  run.set_help_all_flag("--help-all", "all options");
+  run.formatter(std::make_shared<HelpText>(
+      std::set<std::string>{kFromOutside, kTimes, kFurtherOutput, kFurtherLight, kCameraOptions}));
   run.footer("Example: pleinair run datasets/samples/courtyard --out out");
   run.add_option("input",
                  options->input,
@@ -162,17 +172,17 @@ void AddRun(CLI::App& app, Work& work) {
   AddSettingOption(run, "--frames", "frames", *given, kInput);
   AddSettingOption(run, "--source", "source", *given, kInput);
   AddSettingOption(run, "--weather", "weather", *given, kInput);
-  AddPoseSources(run, *options, kInput);
+  AddPoseSources(run, *options, kFromOutside);
   run.add_option("--lighting",
                  options->lighting,
                  "a lighting.jsonl whose light is used in place of an estimate")
       ->type_name("FILE")
-      ->group(kInput);
+      ->group(kFromOutside);
   AddCache(run, options->cache)->group(kInput);
   AddSettingOption(run, "--samples", "light.samples", *given, kLight);
-  AddSettingOption(run, "--seed", "light.seed", *given, kLight);
-  AddSettingOption(run, "--sky-shapes", "light.sky_shapes", *given, kLight);
-  AddSettingOption(run, "--bounces", "prepare.bounces", *given, kLight);
+  AddSettingOption(run, "--seed", "light.seed", *given, kFurtherLight);
+  AddSettingOption(run, "--sky-shapes", "light.sky_shapes", *given, kFurtherLight);
+  AddSettingOption(run, "--bounces", "prepare.bounces", *given, kFurtherLight);
   run.add_flag_function(
          "--no-filter",
          [given](std::int64_t) { given->assignments.emplace_back("pipeline.filter=off"); },
@@ -183,7 +193,7 @@ void AddRun(CLI::App& app, Work& work) {
   AddSettingOption(run, "--budget", "pipeline.effects.budget_ms", *given, kPicture);
   AddSettings(run, *given);
   AddCameraOptions(run, options->camera);
-  AddPictureTimes(run, options->times, kInput);
+  AddPictureTimes(run, options->times, kTimes);
   run.parse_complete_callback([options, given] {
     given->ApplyTo(*options);
     if (options->picture_stream == "y4m:-" && options->lighting_stream == "-") {

@@ -102,7 +102,7 @@ void AddSettingsCommand(CLI::App& app, Work& work) {
   CLI::App& settings = *app.add_subcommand(
       "settings", "All settings of `run` and `prepare`: meaning, unit, values, default");
   settings.footer("Example: pleinair settings");
-  settings.add_flag("--json", *json, "Print JSON");
+  settings.add_flag("--json", *json, "print JSON");
   settings.callback([json, &work] {
     work = [json] { return Print(*json ? JsonOfSettings() : ListOfSettings()); };
   });

@@ -19,15 +19,20 @@ void AddSiteCheckCommand(CLI::App& site, Work& work) {
       "Ends with 0 where nothing is found to be wrong, with 1 after a warning, with 2 on bad "
       "input.\nExample: pleinair site check datasets/samples/courtyard --day 2005-06-21 --out "
       "check");
-  check.add_option("site", options->session.sequence, "Folder with site.json or sequence.json")
+  check.add_option("site", options->session.sequence, "folder with site.json or sequence.json")
+      ->type_name("FOLDER")
       ->required();
-  check.add_option(
-      "--day", options->day, "YYYY-MM-DD (default: of the first frame; today where there is none)");
-  check.add_option("--step", options->step_min, "From one hour to the next, in minutes")
+  check
+      .add_option("--day",
+                  options->day,
+                  "YYYY-MM-DD (default: of the first frame; today where there is none)")
+      ->type_name("DATE");
+  check.add_option("--step", options->step_min, "from one hour to the next, in minutes")
       ->check(CLI::Range(1, 1440));
-  check.add_option("--out", options->out, "Folder for day.png, the day as a picture");
+  check.add_option("--out", options->out, "folder for day.png, the day as a picture")
+      ->type_name("FOLDER");
   AddFrames(check, options->session.frames);
-  check.add_flag("--json", options->json, "Print JSON");
+  check.add_flag("--json", options->json, "print JSON");
   AddSettings(check, *given);
   AddCache(check, options->session.cache);
   check.parse_complete_callback([options, given] { given->ApplyTo(options->session); });

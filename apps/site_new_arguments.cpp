@@ -29,9 +29,12 @@ void AddSiteNewCommand(CLI::App& site, Work& work) {
       ->required();
   text("--place", options->place, "LAT,LON[,H]", "degrees north and east, metres");
   file("--mesh", options->mesh, "walls and ground: OBJ, PLY, STL or glTF; converted and copied");
-  command.add_option("--mesh-units", options->mesh_units, "m, cm, mm, ft or in")->check(is_unit);
+  command.add_option("--mesh-units", options->mesh_units, "m, cm, mm, ft or in")
+      ->type_name("UNIT")
+      ->check(is_unit);
   command
       .add_option("--mesh-up", options->mesh_up, "z, or y (not for glTF, which is turned anyway)")
+      ->type_name("AXIS")
       ->check(is_up);
   command
       .add_option("--diffuse",
@@ -60,8 +63,12 @@ void AddSiteNewCommand(CLI::App& site, Work& work) {
   CLI::Option* const object =
       file("--object", options->object, "virtual object to add: OBJ or glTF; copied");
   text("--object-at", options->object_at, "X,Y,Z", "where its origin stands")->needs(object);
-  command.add_option("--object-units", options->object_units, "as --mesh-units")->check(is_unit);
-  command.add_option("--object-up", options->object_up, "as --mesh-up")->check(is_up);
+  command.add_option("--object-units", options->object_units, "as --mesh-units")
+      ->type_name("UNIT")
+      ->check(is_unit);
+  command.add_option("--object-up", options->object_up, "as --mesh-up")
+      ->type_name("AXIS")
+      ->check(is_up);
   command.add_option("--object-turn-deg",
                      options->object_turn_deg,
                      "about the vertical, counter-clockwise from above");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -43,7 +44,18 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
                               "doctor",
                               "cameras",
                               "irradiance",
+                              "settings",
+                              "view",
+                              "site",
+                              "site new",
+                              "site import",
+                              "site check",
+                              "site mask",
+                              "site place",
                               "calibrate",
+                              "calibrate markers",
+                              "calibrate pose",
+                              "calibrate north",
                               "calibrate lens",
                               "calibrate fisheye",
                               "calibrate response",
@@ -54,10 +66,35 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
     const Ended ended = Call(std::string(command) + " --help");
     EXPECT_EQ(ended.exit_code, 0);
     EXPECT_THAT(ended.output, HasSubstr(std::string("Example: pleinair ") + command));
-    for (const char* parsers : {"INT", "FLOAT", "POSITIVE", "WHOLE", "=[]", "Needs:", " in ["}) {
+    for (const char* parsers :
+         {"INT", "FLOAT", "TEXT", "POSITIVE", "WHOLE", "=[]", "{auto}", "Needs:", " in ["}) {
       EXPECT_THAT(ended.output, Not(HasSubstr(parsers))) << command;
     }
   }
+}
+
+TEST_F(CommandLine, RunShowsAFewOptionsAndAllWhereAsked) {
+  const auto count = [](const std::string& help) {
+    int options = 0;
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) {
+      options += line.starts_with("  -") ? 1 : 0;
+    }
+    return options;
+  };
+  const Ended few = Call("run --help");
+  EXPECT_EQ(few.exit_code, 0);
+  EXPECT_LE(count(few.output), 20) << few.output;
+  EXPECT_THAT(
+      few.output,
+      AllOf(HasSubstr("--help-all"), HasSubstr("Further options, by --help-all: Camera, ")));
+  const Ended all = Call("run --help-all");
+  EXPECT_EQ(all.exit_code, 0);
+  EXPECT_GT(count(all.output), count(few.output));
+  EXPECT_THAT(all.output,
+              AllOf(HasSubstr("--white-balance"),
+                    HasSubstr("--video[=RATE]"),
+                    HasSubstr("Example: pleinair run")));
 }
 
 TEST_F(CommandLine, HelpSaysWhatAnOptionAcceptsAndItsDefault) {
