@@ -28,7 +28,8 @@ class FrameAverage {
   RgbImage StandardError() const;
 
  private:
-  // Welford's running mean and sum of squared deviations: no cancellation however small the noise.
+  // Running mean and sum of squared deviations (Welford 1962): no cancellation however small the
+  // noise.
   struct Running {
     glm::dvec3 mean{0.0};
     glm::dvec3 squared_deviation_sum{0.0};

@@ -27,7 +27,8 @@ inline double UnitFromHash(std::uint64_t bits) {
 // The fractional part, in [0, 1).
 inline double Fraction(double value) { return value - std::floor(value); }
 
-// Two numbers in [0, 1) that turn a point set for one receiver (Cranley-Patterson rotation).
+// Two numbers in [0, 1) that turn a point set for one receiver (the rotation of
+// Cranley and Patterson 1976).
 inline glm::dvec2 RotationOf(std::uint64_t seed, std::uint64_t receiver) {
   const std::uint64_t first = HashBits(HashBits(seed) ^ receiver);
   return {UnitFromHash(first), UnitFromHash(HashBits(first))};

@@ -94,8 +94,8 @@ void FindMaterial(out vec3 diffuse, out vec4 specular_alpha) {
 )";
 
 // GGX with Smith's height-correlated masking (Heitz 2014, "Understanding the masking-shadowing
-// function", equation 99) and Schlick's Fresnel term. That term ends at 1 only for reflectances of
-// real surfaces (above 2 %), so that k = 0 means none.
+// function", equation 99) and the Fresnel term of Schlick 1994. That term ends at 1 only for
+// reflectances of real surfaces (above 2 %), so that k = 0 means none.
 //
 // The disc widens the lobe by half its radius, in half vectors: a perfect mirror then shows the
 // sun's own mean radiance, P / (pi radius^2), and nothing overflows but the format. The turn of the
