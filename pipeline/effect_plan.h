@@ -15,7 +15,8 @@ namespace pleinair {
 // An effect's statement before it is run.
 struct EffectOffer {
   Effect effect = Effect::kSunShading;
-  // Upper bound of what leaving it out changes in any pixel, the effects of `needs_any` being run.
+  // What leaving it out changes in any pixel, at most, where the effects of `needs_any` are run.
+  // The plan treats it as an upper bound; local-light's is an estimate with a margin.
   double bound_code_values = 0.0;
   // It is part of these effects: where none of them is run it is not run either, and their bounds
   // include it.

@@ -1,6 +1,7 @@
 // Terms of several effects' bounds.
 //
-// Bounds are upper bounds with four exceptions, each as small as the effect itself:
+// Bounds are upper bounds, except for local-light's, which is an estimate with a margin. They do
+// not cover four cases, each as small as the effect itself:
 // - sun that reaches an object between its vertices and the middles of its faces (AnySeesSun);
 // - shadows narrower than a pixel (SoftSun);
 // - the noise of the rays at vertices, of which light at a single probe has less (local-light);

@@ -82,7 +82,9 @@ struct EffectFrame {
   ViewOfPose UnderSun() const { return {view.sun_version, pose}; }
 };
 
-// An upper bound in code values of the 8-bit picture, and its reason.
+// What leaving an effect out changes in any pixel, at most, in code values of the 8-bit picture,
+// and why. An upper bound (bound_terms.h names exceptions); local-light's is an estimate with a
+// margin.
 struct Bound {
   double code_values = 0.0;
   std::string_view why;
@@ -128,8 +130,8 @@ class FrameEffect {
   // The switch's value where there is nothing to simulate, or no way to leave the effect out.
   virtual EffectSwitch SwitchFor(EffectSwitch asked) const { return asked; }
 
-  // Returns an upper bound of the change in any pixel by leaving it out. `before` has the offers of
-  // the effects before it in the list, with a bound of 0 for those that are off. Not called for an
+  // Returns the bound of the change in any pixel by leaving it out. `before` has the offers of the
+  // effects before it in the list, with a bound of 0 for those that are off. Not called for an
   // effect that is off.
   virtual Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> before) = 0;
   // The effects that it is part of: see EffectOffer.

@@ -15,8 +15,8 @@ namespace pleinair {
 // Above this share of a vertex's view, what objects hide from themselves is visible under any sky.
 inline constexpr float kMostHidden = 0.02f;
 
-// Bound, in code values, for a surface of any facing whose light changes by `change_of`, and by the
-// share `hidden` that objects hide.
+// Returns the largest change, in code values, of a surface with one of the compared facings, whose
+// light changes by `change_of` at most, and by the share `hidden` that objects hide.
 template <class ChangeOf>
 float ChangeOfFacings(const EffectStage& stage,
                       const EffectFrame& frame,

@@ -1,5 +1,8 @@
 // Light on virtual objects that varies over them; without this effect it is computed at a single
 // probe among them.
+//
+// Its bound is an estimate: light at fourteen places around the objects is compared with that at
+// the probe (SingleProbeLight), and the difference multiplied by a margin.
 #include <optional>
 
 #include <glm/common.hpp>
@@ -36,7 +39,7 @@ class LocalLight : public FrameEffect {
     if (!hidden) return {kWhiteCode, "objects hide light from themselves"};
     const SingleProbeLight& single_probe =
         stage_.Light().LightAtSingleProbe(frame.basis, frame.lighting);
-    // For light between the places that are compared.
+    // For light between the places that are compared; not proven to be enough.
     constexpr float kMargin = 1.5f;
     const float largest = ChangeOfFacings(
         stage_, frame, *hidden, single_probe, [](const glm::vec3& here, const glm::vec3& there) {
