@@ -1,6 +1,4 @@
-// Composites of a recorded sequence, one PNG a frame.
-//
-//   composite_sequence SEQUENCE FOLDER
+// Composites of a recorded sequence, one PNG a frame: composite_sequence SEQUENCE FOLDER
 #include <filesystem>
 #include <iostream>
 #include <stdexcept>
