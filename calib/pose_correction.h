@@ -14,7 +14,7 @@
 
 namespace pleinair {
 
-// How well the pose is known beforehand, and what makes a correction.
+// The prior of the pose, and what makes a correction.
 struct PoseCorrectionOptions {
   // Standard deviations of the stated pose, about and along each axis; above 0. The defaults are
   // for poses whose deviation nobody stated.

@@ -1,4 +1,4 @@
-// Light that is known beforehand: replayed from an earlier run, measured by other means, or
+// Light that is known before the frame: replayed from an earlier run, measured by other means, or
 // invented.
 #pragma once
 

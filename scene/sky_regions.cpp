@@ -22,7 +22,7 @@ std::optional<std::size_t> SkyRegions::RegionOf(const glm::dvec3& direction_enu)
   const int band = std::min(static_cast<int>(direction_enu.z * bands_), bands_ - 1);
   double turns = std::atan2(direction_enu.x, direction_enu.y) / (2.0 * std::numbers::pi);
   if (turns < 0.0) turns += 1.0;
-  // A hair below north is 1.0 in floating point.
+  // Less than 5e-17 turns below north is 1.0 in floating point.
   const int sector = std::min(static_cast<int>(turns * sectors_), sectors_ - 1);
   return static_cast<std::size_t>(sectors_) * static_cast<std::size_t>(band) +
          static_cast<std::size_t>(sector);

@@ -82,7 +82,7 @@ double SunPosition::AzimuthRad() const {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   const double azimuth_rad = std::atan2(direction_enu.x, direction_enu.y);
   if (azimuth_rad >= 0.0) return azimuth_rad;
-  // A hair west of north rounds up to the full turn, which is outside the range.
+  // Less than 4e-16 rad west of north rounds up to the full turn, which is outside the range.
   return azimuth_rad + kTurn < kTurn ? azimuth_rad + kTurn : 0.0;
 }
 

@@ -104,7 +104,7 @@ class Penumbra : public FrameEffect {
     });
   }
   // Less than a code value of the sun on the objects needs no search.
-  // In light that is hardly known, dark surfaces would be taken for shade.
+  // In light that is hardly known, dark surfaces would count as shade.
   bool MayShowShade(const EffectFrame& frame) {
     return LightIsKnown(frame.lighting) && SunOnObjects(stage_, frame).code_values >= 1.0;
   }

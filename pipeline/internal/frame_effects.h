@@ -53,7 +53,7 @@ class FrameEffects {
   void Expose(const Frame& frame);
   // Decides what counts as motion: what follows it reads the answer.
   LightSteps StepsOf(const Frame& frame) const;
-  // The sharing of costs among frames by a budget; without one each frame bears its own.
+  // How a budget shares costs among frames; without a budget each frame has its own costs.
   WorkSharing SharingOf(const LitFrame& lit) const;
   // Over how many frames a budget may spread the work that each sun requires.
   double FramesASun(const Frame& frame) const;

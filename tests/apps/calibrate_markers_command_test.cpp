@@ -169,7 +169,7 @@ TEST_F(CalibrateMarkers, RefusalsAreOneLineAndWriteNothing) {
   EXPECT_FALSE(std::filesystem::exists(pose.out));
 }
 
-// Robots that all bear the tag of id 0: no board, and it says why.
+// Robots that all have the tag of id 0: no board, and it says why.
 TEST_F(CalibrateMarkers, RepeatedIdsMakeNoBoard) {
   const std::filesystem::path photograph =
       kShared / "data/markers_apriltag/33369213973_9d9bb4cc96_c.jpg";

@@ -45,7 +45,7 @@ TEST(CameraPoseHardCases, PointsOnALineAreRefused) {
   for (int i = 0; i < 12; ++i) points.push_back({0.1 * i - 0.5, 0.05 * i, 0.02 * i});
   EXPECT_THAT(Reason(Project(kPose, points)), HasSubstr("on one line"));
   EXPECT_THAT(Reason(Project(kPose, points, 0.3)), HasSubstr("on one line"));
-  // A hair beside it: no line, but nothing to hold the camera by.
+  // 1 mm beside it: no line, but the camera is not determined.
   for (std::size_t i = 0; i < points.size(); ++i) points[i].z += i % 2 == 0 ? 1e-3 : -1e-3;
   EXPECT_NE(Reason(Project(kPose, points, 0.3)), "found");
 }

@@ -221,7 +221,7 @@ double MiddleOfBright(const Rgb8Image& picture) {
   return sum / count;
 }
 
-// COLMAP adjusts a camera for each picture where nobody says otherwise: all are brought to one.
+// COLMAP adjusts a camera for each picture by default: all pictures are resampled to one camera.
 TEST_F(ImportedYard, PicturesOfNearlyTheSameCameraAreResampled) {
   Make({.second_focal_length = 1.02});
   EXPECT_EQ(ImportSite(options_).frames, truth_.pictures.size());

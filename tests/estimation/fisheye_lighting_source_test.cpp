@@ -64,7 +64,7 @@ TEST(FisheyeLightingSource, SeparatesSunSkyAndRegions) {
 }
 
 // 500 samples of a clean picture, their own sky held at what the fish-eye says it is.
-TEST(FisheyeLightingSource, AClippedDiscIsToldBySunPatchesInTheFramesOwnPicture) {
+TEST(FisheyeLightingSource, AClippedDiscIsMeasuredBySunPatchesInTheFramesOwnPicture) {
   Scene scene;
   const auto sky = scene.Estimate()->lighting.SkyIrradianceRgb();
   scene.picture.sky = sky;

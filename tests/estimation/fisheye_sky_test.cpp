@@ -122,7 +122,7 @@ TEST(FisheyeSky, TheShapeMayBeThatOfTheRegionsAlone) {
   }
 }
 
-// So that nothing is worked out anew for it.
+// So that nothing is recomputed for it.
 TEST(FisheyeSky, KeepsItsShapeWhileTheSkyStaysTheSame) {
   FisheyePicture picture;
   const RgbImage radiance = MakeFisheyePicture(picture);

@@ -116,8 +116,8 @@ TEST(JointAlbedo, ScaleOfTheRadianceChangesTheLightAlone) {
   EXPECT_NEAR(two.lights[0].irradiance_rgb[0] / one.lights[0].irradiance_rgb[0], 1e4, 1e-2);
 }
 
-// One frame cannot tell a bright surface from one in brighter light but for its own shadows: what
-// is not known stays near what was expected, and says so.
+// Without shadows, one frame cannot distinguish a bright surface from one in brighter light: what
+// is not known stays near what was expected, and its deviation says so.
 TEST(JointAlbedo, OneFrameWithoutShadowsLeavesWhatWasExpected) {
   Day day;
   day.frames = 1;

@@ -169,7 +169,7 @@ TEST(LightingFilterHardCases, ALateFrameChangesNothing) {
   }
 }
 
-TEST(LightingFilterHardCases, AClockThatIsSetBackStartsItAnew) {
+TEST(LightingFilterHardCases, AClockThatIsSetBackRestartsIt) {
   for (const auto back : {milliseconds(500), milliseconds(3'600'000)}) {
     EstimateStream stream;
     stream.noise = 0.01;
@@ -340,7 +340,7 @@ TEST(LightingFilterHardCases, ACloudIsSeenWhateverTheExposureDoes) {
   }
 }
 
-TEST(LightingFilterHardCases, OtherSkyShapesOrUnitsStartItAnew) {
+TEST(LightingFilterHardCases, OtherSkyShapesOrUnitsRestartIt) {
   EstimateStream stream;
   stream.noise = 0.01;
   auto raw = stream.Make(40, [](int) { return TrueLight(); });

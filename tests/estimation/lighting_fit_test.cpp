@@ -23,7 +23,7 @@ LightVector TruthOf(const SyntheticScene& scene) {
   return truth;
 }
 
-// Samples err alone here, and nothing is known beforehand: the unbounded estimate of plain noise.
+// Samples err alone here, and there is no prior: the unbounded estimate of plain noise.
 LightingFitOptions AloneOptions() {
   LightingFitOptions options;
   options.shared_error = 0.0;
@@ -259,7 +259,7 @@ TEST(LightingFit, StandardDeviationsHoldForEveryLoss) {
   }
 }
 
-// Walls whose albedo is off as a whole: a fit that takes 400 pixels for 400 witnesses holds a
+// Walls whose albedo is off as a whole: a fit that treats 400 pixels as independent holds a
 // quarter of the truths in its 68 %. Two dozen strata estimate their own spread to 15 %, so the
 // interval is a little off, too.
 TEST(LightingFit, StandardDeviationsHoldForErrorsThatAWallShares) {
@@ -277,8 +277,8 @@ TEST(LightingFit, StandardDeviationsHoldForErrorsThatAWallShares) {
   EXPECT_LT(CoverageOver(scene, 500, AloneOptions()).within_68, 0.5);
 }
 
-// Stains, corners and textures: neighbours err alike, which their places tell. The deviation of the
-// sun is on the safe side, as here its lit and shaded samples are neighbours, too.
+// Stains, corners and textures: neighbours err alike, and their places show it. The deviation of
+// the sun is on the safe side, as here its lit and shaded samples are neighbours, too.
 TEST(LightingFit, StandardDeviationsHoldForErrorsThatNeighboursShare) {
   SyntheticScene scene;
   scene.samples = 1000;
@@ -388,7 +388,7 @@ TEST(LightingFit, SeparatesTwoSkyShapes) {
     sample.radiance_rgb += second * sample.sky_transport_rgb[1];
   }
   LightingFitOptions options;
-  options.shape_share_spread = 1e6;  // The samples alone are to tell.
+  options.shape_share_spread = 1e6;  // Only the samples count.
   options.shape_share_colour_spread = 1e6;
   const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(2), true, options);
   ASSERT_EQ(fit.irradiance_rgb.size(), 9);
@@ -415,7 +415,7 @@ TEST(LightingFit, SharesAreEqualWhereSamplesCannotSeparateTheShapes) {
   }
 }
 
-// The share of the third of three shapes that samples cannot tell apart, and that comes of a beam.
+// The share of the third of three shapes that samples cannot distinguish, and that comes of a beam.
 double ShareOfTheBeamsShape(double sun, double clear_sun_to_sky) {
   SyntheticScene scene;
   scene.sun *= sun;
@@ -436,8 +436,8 @@ double ShareOfTheBeamsShape(double sun, double clear_sun_to_sky) {
   return fit.irradiance_rgb[10] / scene.sky.y;
 }
 
-// Behind cloud there is none of it, in the sun it has its share like the others; a little beam is
-// between, and where a clear sky's beam were next to nothing itself, its absence tells nothing.
+// Behind cloud there is none of it, in the sun it has its share like the others. A little beam is
+// between. Where a clear sky's beam is almost 0 itself, its absence proves nothing.
 TEST(LightingFit, WithoutABeamItsShapeHasNoShare) {
   EXPECT_NEAR(ShareOfTheBeamsShape(0.0, 8.0), 0.0, 0.01);
   EXPECT_NEAR(ShareOfTheBeamsShape(1.0, 8.0), 1.0 / 3.0, 0.01);

@@ -46,7 +46,7 @@ TEST(OutdoorLightingSourceHardCases, NotFinitePixelsAreIgnored) {
   EXPECT_NEAR(estimate->lighting.sun.irradiance_rgb.x, picture.sun.x, 0.01 * picture.sun.x);
 }
 
-TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReasonIsTold) {
+TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReasonIsStated) {
   const SyntheticPicture picture;
   const SurfaceView view = MakeView(picture);
   Frame frame = MakeFrame(picture, view);

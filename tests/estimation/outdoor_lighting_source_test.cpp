@@ -40,7 +40,7 @@ TEST(OutdoorLightingSource, FindsSunAndSkyInAPicture) {
   EXPECT_GT(estimate->new_sample_set_ms, 0.0);
 }
 
-// Three shapes that the picture cannot tell apart: behind cloud the clear one has no share.
+// Three shapes that the picture cannot distinguish: behind cloud the clear one has no share.
 TEST(OutdoorLightingSource, AnOvercastSkyIsNotClear) {
   for (const bool is_overcast : {true, false}) {
     SyntheticPicture picture;
@@ -160,7 +160,7 @@ TEST(OutdoorLightingSource, CarriesTheSunOnWhereItIsNotSeen) {
 
 TEST(OutdoorLightingSource, WithoutASurveyTheRatioOfTheClearSkyHelps) {
   SyntheticPicture picture;
-  picture.shadow_share = 0.0;  // All in sun: wall and ground tell sun and sky apart only roughly.
+  picture.shadow_share = 0.0;  // All in sun: wall and ground separate sun and sky only roughly.
   const SurfaceView view = MakeView(picture);
   const Frame frame = MakeFrame(picture, view);
   LightingObservation observation = Observe(frame, view);

@@ -72,7 +72,7 @@ TEST(RegionAverages, AgreesWithSumsPixelByPixel) {
   }
 }
 
-TEST(RegionAverages, StartsAnewWithEachPicture) {
+TEST(RegionAverages, KeepsNothingOfEarlierPictures) {
   std::mt19937 random(2);
   const FisheyePixelTable table = MakeFisheyePixelTable(testing::SkyCamera(kSidePx));
   const RgbImage picture = RandomPicture(random);
@@ -86,7 +86,7 @@ TEST(RegionAverages, StartsAnewWithEachPicture) {
   }
 }
 
-// A picture without one good pixel tells nothing: black, not NaN.
+// A picture without a good pixel measures nothing: black, not NaN.
 TEST(RegionAverages, IsBlackWhereNoPixelIsMeasured) {
   const FisheyePixelTable table = MakeFisheyePixelTable(testing::SkyCamera(kSidePx));
   RgbImage picture(kSidePx, kSidePx);

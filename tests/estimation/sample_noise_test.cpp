@@ -22,7 +22,7 @@ const SignalNoise& Noise() {
   return kNoise;
 }
 
-// Outliers and noise leave medians alone; lit and shaded samples tell sun and sky apart.
+// Outliers and noise leave medians alone; lit and shaded samples separate sun and sky.
 TEST(RoughLight, IsNearTheLightOfASoundScene) {
   SyntheticScene scene;
   scene.albedo_noise = 0.1;
@@ -139,9 +139,9 @@ TEST(SampleNoise, ClippingLeavesNoBias) {
   EXPECT_LT(std::abs(sun_by_prediction - 1.0), std::abs(sun_as_they_come - 1.0));
 }
 
-// Red is clipped on every sunlit surface but where panes and shadows that the mesh lacks are: these
-// must not speak for the sun, and green and blue still do.
-TEST(SampleNoise, WhatIsNotClippedAmongTheClippedSpeaksForNothing) {
+// Red is clipped on every sunlit surface but where panes and shadows that the mesh lacks are: their
+// red must not determine the sun's, and green and blue still do.
+TEST(SampleNoise, WhatIsNotClippedAmongTheClippedIsNotUsed) {
   SyntheticScene scene;
   scene.regions = 1;
   scene.sun.x *= 20.0;  // Far above green and blue.
@@ -178,7 +178,7 @@ TEST(SampleNoise, WhatIsNotClippedAmongTheClippedSpeaksForNothing) {
   }
 }
 
-// The relative noise of dark samples must not be taken for light: an overcast scene of uneven
+// The relative noise of dark samples must not count as light: an overcast scene of uneven
 // albedos, at a signal of some per cent.
 TEST(SampleNoise, NoiseOfDarkFramesLeavesNoBias) {
   double sky = 0.0;

@@ -239,7 +239,7 @@ TEST(SampleSelection, MarksClippedChannelsAndLooksForNoOtherPlaces) {
   EXPECT_LT(marked, 10);
 }
 
-TEST(SampleSelection, FollowsTheSunAlittleWithoutDrawingAnew) {
+TEST(SampleSelection, FollowsTheSunALittleWithoutDrawingAgain) {
   const SyntheticPicture picture;
   const SurfaceView view = MakeView(picture);
   const Frame frame = MakeFrame(picture, view);

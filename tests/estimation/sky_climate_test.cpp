@@ -84,7 +84,7 @@ TEST(SkyClimate, HasWidthAtSunset) {
   }
 }
 
-TEST(SkyClimate, APersonsWordLeavesOtherWeathersAHundredth) {
+TEST(SkyClimate, AStatedWeatherLeavesTheOthersOneHundredth) {
   SkyClimate climate = MakeSkyClimate(SyntheticClearSky());
   Believe(Weather::kOvercast, climate);
   double others = 0.0;

@@ -121,7 +121,8 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
   return samples;
 }
 
-// One problem whose samples cannot tell sun from sky, and one of the same light whose can.
+// One problem whose samples cannot separate sun and sky, and one of the same light whose samples
+// can.
 struct ProblemPair {
   SyntheticScene degenerate;
   SyntheticScene sound;

@@ -138,7 +138,7 @@ TEST(ObjectPlacement, SlidesAwayFromAWallAndOutOfACorner) {
   ASSERT_TRUE(resting);
   ExpectRests(Crate(), *resting, *point, stage.mesh);
   EXPECT_LT(glm::distance(resting->slid_m, {0.0, -0.1, 0.0}), 1e-3);
-  // In the corner, out of both; the sheet's other side is not taken for free.
+  // In the corner, out of both; the sheet's other side does not count as free.
   point = stage.Pick({0.0, 0.0, 1.7}, {1.9, 2.9, 0.0});
   ASSERT_TRUE(point);
   resting = stage.Rest(Crate(), *point);

@@ -132,7 +132,7 @@ TEST_F(MovingObjects, TwoObjectsAreAsOneOfBoth) {
   for (const FramePipelineOptions& options : EveryRoute()) {
     const Composite of_two = std::move(stage_->Run(two, options).front().composite);
     const Composite of_one = std::move(stage_->Run({{whole}}, options).front().composite);
-    // Light on the ground is worked out around each object: where the places differ, by as much as
+    // Light on the ground is computed around each object: where the places differ, by as much as
     // their rays are noisy.
     std::size_t apart = 0;
     for (std::size_t i = 0; i < of_one.radiance.pixels.size(); ++i) {

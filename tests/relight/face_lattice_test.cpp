@@ -138,7 +138,7 @@ TEST(FaceLattice, WhatIsKeptOfTheLastSideChangesNothing) {
   }
 }
 
-TEST(FaceLattice, APointAHairOutsideIsOnTheEdge) {
+TEST(FaceLattice, APointAMicrometreOutsideIsOnTheEdge) {
   const PatchScene scene = Square();
   const FaceLattice lattice(scene, std::vector<std::uint16_t>{3, 0, 0, 0});
   for (const glm::vec3& point_m : {glm::vec3(-1e-6f, -1e-6f, 0.0f),

@@ -37,7 +37,7 @@ TEST(ProbeOperatorHardCases, AProbeInAWallIsMarkedAndDark) {
   EXPECT_EQ(FaceAndSkyShare(yard, {5.0f, 0.0f, 3.0f}), glm::vec2(0.0f));
 }
 
-// On a surface it sees what a hair before it would: half sky, half ground.
+// On a surface it sees what a probe just in front of it sees: half sky, half ground.
 TEST(ProbeOperatorHardCases, AProbeOnTheGroundStandsOnIt) {
   for (const bool upside_down : {false, true}) {
     Mesh mesh;

@@ -185,7 +185,7 @@ TEST(PatchTransport, ABowlIsAnIntegratingSphere) {
   }
 }
 
-// Each light stops when it would by itself: to the bit the same.
+// Each light stops where it does when solved alone: the results are equal bit for bit.
 TEST(PatchTransport, LightsSolvedTogetherAreThoseSolvedAlone) {
   const PatchScene scene = SceneOf(Bowl(8), glm::vec3(0.7f, 0.5f, 0.2f));
   const PatchTransport transport(scene, {.rays_per_receiver = 64});

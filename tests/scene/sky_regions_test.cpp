@@ -87,7 +87,7 @@ TEST(SkyRegions, DirectionsInARegionLieInIt) {
 
 TEST(SkyRegionsHardCases, EveryDirectionAboveTheHorizonHasOne) {
   const SkyRegions regions;
-  // A hair to the west of north, and of the zenith.
+  // 1e-300 to the west of north, and 1e-17 to the west of the zenith.
   EXPECT_EQ(regions.RegionOf({-1e-300, 0.9, 0.1}), 15u);
   EXPECT_TRUE(regions.RegionOf({-1e-17, 1e-17, 1.0}).has_value());
   EXPECT_EQ(regions.RegionOf({0.0, 1.0, 1e-300}), 0u);

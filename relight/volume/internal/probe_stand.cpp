@@ -14,7 +14,8 @@ namespace {
 // Share of the spacing between probes: far below what interpolation between them resolves.
 constexpr float kHair = 1e-3f;
 
-// A hair is at least this share of the largest coordinate: 40 float roundings of a hit point.
+// That distance is at least this share of the largest coordinate: 40 float roundings of a hit
+// point.
 constexpr float kLeastHairOfCoordinate = 5e-6f;
 
 constexpr float kMostBackShare = 0.5f;
