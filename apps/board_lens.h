@@ -68,8 +68,8 @@ struct BoardLens {
 // not one of the pictures could be read.
 BoardLens FitBoards(std::span<const SeenBoard> pictures, std::optional<LensModel> model);
 
-// Those of the first pictures, each size once. `goes_on` is asked after each picture; it may be
-// empty.
+// Returns the sizes of the boards in the first pictures, each size once. `goes_on` is asked after
+// each picture; it may be empty.
 std::vector<BoardSize> SizesSeen(const LensPictures& pictures,
                                  const std::function<bool()>& goes_on = {});
 

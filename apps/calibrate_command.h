@@ -13,7 +13,7 @@ struct CalibrateResponseOptions {
   std::vector<std::filesystem::path> pictures;
   std::vector<double> exposures;   // One a picture; empty: from EXIF.
   bool chart = false;              // From a ColorChecker in each picture, not from the bracket.
-  std::string corners;             // Of the chart, "x,y" four times; empty: found.
+  std::string corners;             // Corners of the chart, "x,y" four times; empty: found.
   std::string curve = "monotone";  // For the chart: monotone or logarithmic.
   // At least one of these two.
   std::filesystem::path out;
@@ -44,7 +44,7 @@ struct CalibrateColourOptions {
   // CSV: x, y, radius (pixels) in each picture, or without to_picture x, y, radius, r, g, b. Empty:
   // a chart is seen in both.
   std::filesystem::path regions;
-  std::string from_corners;  // Of the chart. Empty: found.
+  std::string from_corners;  // Corners of the chart; empty: found.
   std::string to_corners;
   std::string from_response;  // For 8-bit pictures; empty: the site's, or srgb8.
   std::string to_response = "srgb8";

@@ -12,12 +12,12 @@ namespace pleinair {
 
 struct CalibrateLensOptions {
   std::vector<std::filesystem::path> pictures;
-  std::vector<std::filesystem::path> always_used;  // Of these: whatever their blur and fit.
+  std::vector<std::filesystem::path> always_used;  // Pictures used whatever their blur and fit.
   std::string board;                               // "8x6": inner corners.
   bool charuco = false;                            // It has markers in its white squares.
-  CharucoMarkers markers;                          // Of a ChArUco board.
+  CharucoMarkers markers;                          // The markers of a ChArUco board.
   std::optional<LensModel> model;  // None: the one that predicts held-out pictures better.
-  std::optional<double> fov_deg;   // Of a fish-eye; none: what the picture shows.
+  std::optional<double> fov_deg;   // A fish-eye's; none: what the picture shows.
   bool force = false;              // Write a lens that is in doubt, too.
   // At least one of:
   std::filesystem::path out;   // A fish-eye's file, or {"camera": ...}.

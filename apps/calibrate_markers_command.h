@@ -12,7 +12,7 @@ struct CalibrateMarkersOptions {
   std::vector<std::filesystem::path> pictures;
   std::filesystem::path camera;  // A sequence.json with the lens, or its folder.
   std::string dictionary = "apriltag_36h11";
-  double size_m = 0.0;           // Of the black border's side.
+  double size_m = 0.0;           // Length of the black border's side.
   std::optional<int> reference;  // Id of the marker that is the world's origin; none: most seen.
   std::filesystem::path anchor;  // A board file that says where some of the markers stand.
   std::filesystem::path out;

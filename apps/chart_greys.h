@@ -12,8 +12,8 @@ namespace pleinair {
 // Samples of red, green and blue.
 using GreySamples = std::array<std::vector<ResponseSample>, 3>;
 
-// Those of a chart in a picture that has this exposure; greys that are clipped or lost in noise are
-// left out.
+// Adds the greys of a chart in a picture that has this exposure; greys that are clipped or lost in
+// noise are left out.
 void AddGreys(const std::array<ChartPatch, kChartPatches>& patches,
               double exposure,
               GreySamples& samples);

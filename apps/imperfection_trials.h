@@ -17,7 +17,7 @@ struct ImperfectionSettings {
   std::filesystem::path cache;  // Cache of preparations; empty: removed after the sweep.
   int seeds = 2;
   int frames_limit = 4;     // Spread over those that have a picture with the object.
-  PrepareSettings prepare;  // Of all runs.
+  PrepareSettings prepare;  // The same for all runs.
 };
 
 // Figures of one run.
@@ -37,7 +37,7 @@ struct ImperfectionFigures {
 struct ImperfectionResult {
   double size = 0.0;
   std::vector<ImperfectionFigures> runs;  // One a seed.
-  std::string failure;                    // Of a run or a frame; empty: none.
+  std::string failure;                    // Why a run or a frame failed; empty: none did.
 };
 
 struct ImperfectRecording {

@@ -26,7 +26,7 @@ struct IrradianceCommandOptions {
   LightPart light = LightPart::kTotal;
   bool spherical_harmonics = false;
   PointIrradianceOptions gather;  // Its regions are set by sky_regions.
-  std::filesystem::path cache;    // Of prepared data and radiosities; empty: the user's.
+  std::filesystem::path cache;    // For prepared data and radiosities; empty: the user's.
 };
 
 // Writes `out`, completely or not at all. Throws std::runtime_error or std::invalid_argument, one

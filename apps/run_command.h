@@ -30,8 +30,8 @@ struct RunCommandOptions : SessionOptions {
   // the sequence's own frames.
   std::string input;
   CameraRequest camera;
-  PictureTimes times;                // Of a video or a folder of pictures.
-  std::optional<double> duration_s;  // Of camera time; none: until it is stopped.
+  PictureTimes times;                // Times of a video or a folder of pictures.
+  std::optional<double> duration_s;  // In camera time; none: until it is stopped.
   std::optional<int> frames_limit;
   std::filesystem::path record;  // Where a camera's frames are recorded to; empty: nowhere.
   std::string picture_stream;    // As PictureStream has it; empty: none.

@@ -25,7 +25,7 @@ struct ReportFrame {
   int index = 0;
   UtcTime time{};
   std::string error;  // Empty when the frame was done; the rest is empty otherwise.
-  // Of RunReport::AddPicture; none: a gap.
+  // Places from RunReport::AddPicture; none: a gap.
   std::optional<SetAside::Place> input;
   std::optional<SetAside::Place> composite;
   std::optional<SetAside::Place> truth;
@@ -33,7 +33,7 @@ struct ReportFrame {
   Lighting lighting;
   LightingEstimate estimate;  // Its lighting is the one above.
   StageTimes timing_ms;
-  std::optional<double> latency_ms;  // Of a live frame.
+  std::optional<double> latency_ms;  // None: not a live frame.
   EffectPlan plan;
   std::optional<glm::dvec3> true_sun_irradiance_rgb;
   std::optional<glm::dvec3> true_sky_irradiance_rgb;
@@ -79,7 +79,7 @@ class RunReport {
   std::string title;
   std::vector<std::string> settings;  // One a line.
   std::vector<std::string> notes;     // What was assumed, repaired, left out.
-  std::vector<Event> events;          // Of a live run; the first ones, where there are many.
+  std::vector<Event> events;          // Events of a live run; the first ones, where there are many.
   std::int64_t events_left_out = 0;
   std::vector<ReportFrame> frames;  // Frames that are shown.
   std::vector<ReportLight> light;

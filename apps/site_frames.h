@@ -58,7 +58,7 @@ class PosedCamera {
   EventLog& events_;
   bool moves_ = false;
   std::optional<PoseStream> poses_;
-  CameraFrame last_picture_;  // Of a camera that moves: to be recorded once its pose is known.
+  CameraFrame last_picture_;  // A moving camera's: recorded once its pose is known.
 };
 
 }  // namespace pleinair

@@ -37,7 +37,7 @@ struct SweepCase {
   bool has_pictures = true;     // Its truth has pictures with the object.
   bool is_indoors = false;
   InfluenceAt influence_at = InfluenceAt::kPixels;  // By default.
-  int map_width = 0;                                // Of the environment map; 0: there is none.
+  int map_width = 0;  // Width of the environment map; 0: there is none.
 };
 
 std::vector<SweepAxis> SweepAxesFor(const SweepCase& sweep_case);

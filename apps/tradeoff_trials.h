@@ -18,8 +18,8 @@ namespace pleinair {
 struct TrialSettings {
   std::filesystem::path sequence;
   std::filesystem::path cache;  // Empty: the user's cache folder.
-  int seeds = 20;               // Of settings that are judged by the light.
-  int costly_seeds = 3;         // Of settings that need new pictures or rays.
+  int seeds = 20;               // For settings that are judged by the light.
+  int costly_seeds = 3;         // For settings that need new pictures or rays.
   int frames_limit = 24;        // Spread over the sequence.
   PrepareSettings prepare;      // Where they are not swept.
 };
@@ -33,7 +33,7 @@ struct TrialFigures {
   std::optional<double> object_psnr_db;
   std::optional<double> effect_psnr_db;
   std::optional<double> transport_ms;  // View, sun's part.
-  std::optional<double> draw_ms;       // Of the sample set.
+  std::optional<double> draw_ms;       // Drawing the sample set.
   std::optional<double> estimate_ms;   // Reading the samples to covariance.
   std::optional<double> objects_ms;    // Light on objects, and what they change.
   std::optional<double> render_ms;     // Drawing and reading back.

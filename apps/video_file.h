@@ -31,7 +31,7 @@ class VideoFile {
   std::filesystem::path partial_;
   double frames_per_second_;
   std::optional<VideoWriter> writer_;
-  int width_px_ = 0;  // Of the pictures.
+  int width_px_ = 0;  // Size of the pictures.
   int height_px_ = 0;
   int count_ = 0;
   bool is_whole_ = false;  // There are pictures, and all were written.

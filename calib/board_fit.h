@@ -14,7 +14,7 @@ namespace pleinair {
 struct BoardFit {
   std::vector<glm::dvec2>
       residual_px;      // A corner each: where it was found less where it should be.
-  double rms_px = 0.0;  // Of their lengths.
+  double rms_px = 0.0;  // Root mean square of their lengths.
 };
 
 // Returns the residuals in the pose of the board that fits best, by least squares. None where the

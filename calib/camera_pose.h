@@ -40,7 +40,7 @@ struct CameraPoseOptions {
 inline CameraPoseOptions PickedPointOptions() {
   CameraPoseOptions options;
   options.inlier_px = 3.0;
-  options.point_sigma_px = 0.7;  // Of one coordinate.
+  options.point_sigma_px = 0.7;  // Deviation of one coordinate.
   return options;
 }
 

@@ -53,7 +53,7 @@ class JsonCursor {
   // The entries of a list of `count_min` to `count_max`.
   std::vector<JsonCursor> List(std::size_t count_min, std::size_t count_max) const;
 
-  // Those of an object whose keys are names.
+  // The entries of an object whose keys are names.
   struct Entry;
   std::vector<Entry> Entries() const;
 

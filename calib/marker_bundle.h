@@ -50,10 +50,10 @@ struct MarkerBoardFit {
 };
 
 // Places the markers in turn, beginning with `reference_id` (none: the one that most views show).
-// Of its possible poses each gets the one with the least error over all views. Then follow least
-// squares over markers and cameras (Huber's weights beyond 1 px). A view is left out, and named,
-// where it shows an id twice or no two placed markers. So is one that fits far worse than the
-// others (kWorstViewShare times the median, and more than kWorstViewPx).
+// Each marker gets the one of its possible poses with the least error over all views. Then follow
+// least squares over markers and cameras (Huber's weights beyond 1 px). A view is left out, and
+// named, where it shows an id twice or no two placed markers. So is one that fits far worse than
+// the others (kWorstViewShare times the median, and more than kWorstViewPx).
 //
 // Throws  std::invalid_argument: a size that is not positive, an unknown dictionary;
 //         std::runtime_error where no two markers can be placed, with what was wrong with the first

@@ -35,10 +35,10 @@ struct PoseCorrection {
   bool corrected = false;
   std::string reason;
   glm::dmat4 camera_from_world{1.0};
-  double shift_px = 0.0;        // Of the mesh's visible edges in the picture, the median.
+  double shift_px = 0.0;        // Median shift of the mesh's visible edges in the picture.
   double shift_sigma_px = 0.0;  // What remains unknown of it, root mean square.
   double mesh_sigma_m = 0.0;    // How far the mesh's edges are off, standard deviation.
-  double found_share = 0.0;     // Of the mesh's edges, in the pictures.
+  double found_share = 0.0;     // Share of the mesh's edges that the pictures show.
   double chance_share = 0.0;    // Expected of the pictures' other edges, by chance.
   // Natural logarithm of the odds that the stated pose is off, by the deviations that are expected,
   // against its being exact.

@@ -5,8 +5,8 @@
 
 namespace pleinair {
 
-// Of a picture without an exposure: its brightest hundredth, which may be lamps, is white. For
-// people, and for finders of edges and charts, which work on 8 bit.
+// Returns `radiance` as shown where its exposure is unknown: its brightest hundredth, which may be
+// lamps, is white. For people, and for finders of edges and charts, which work on 8 bit.
 Rgb8Image Shown(RgbImage radiance);
 
 }  // namespace pleinair

@@ -108,7 +108,7 @@ class LightingFilter {
   };
   struct Mean {
     glm::dvec3 value{0.0};
-    glm::dvec3 variance{0.0};  // Of the noise from frame to frame.
+    glm::dvec3 variance{0.0};  // Variance of the noise from frame to frame.
     int frames = 0;
   };
 

@@ -22,7 +22,7 @@ inline constexpr double kLoneSkyShapeError = 0.2;
 struct WeatherFit {
   double share = 0.0;         // Share of the posterior.
   double gain = 1.0;          // Scale of the prior's light in this picture, where it was free.
-  double log_evidence = 0.0;  // Of the samples, up to a constant.
+  double log_evidence = 0.0;  // Evidence of the samples, up to a constant.
   SunAndSky light = SunAndSky::Zero();  // 0 for a weather with a negligible share.
 };
 

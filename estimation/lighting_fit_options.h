@@ -17,7 +17,7 @@ struct LightingFitOptions {
   enum class Loss {
     kTukey,    // 0 from tukey_width on: passers-by and wrong walls are left out.
     kHuber,    // Decreasing from huber_width on, but never 0.
-    kSquares,  // That of any other: plain least squares.
+    kSquares,  // The same as near the model: plain least squares.
   };
   Loss loss = Loss::kTukey;
   // Tukey's biweight leaves out samples farther than this many robust standard deviations. > 0.

@@ -48,7 +48,7 @@ struct LightingPrior {
   // Gaussians over the sun and the sum of the sky's shapes. None: nothing is known of the weather.
   std::vector<WeatherLight> weathers;
   double repeats = 0.0;  // See WeatherBelief.
-  // Of other evidence in the picture, per weather; empty: none.
+  // Likelihood of other evidence in the picture, per weather; empty: none.
   std::vector<double> log_likelihood;
   // The weathers' light is known up to one factor, which the picture gives.
   bool gain_is_free = false;

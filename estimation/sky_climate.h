@@ -30,7 +30,7 @@ void AddGainError(double stddev, LightGaussian& light);
 struct ClearSkyExpectation {
   glm::dvec3 beam_rgb{0.0};        // Normal to the beam.
   glm::dvec3 diffuse_rgb{0.0};     // Horizontal, without the disc.
-  double sine_of_elevation = 0.0;  // Of the sun's elevation.
+  double sine_of_elevation = 0.0;  // Sine of the sun's elevation.
   // False where the units are not tied: then only ratios have a meaning.
   bool absolute = false;
   // Standard deviation of the factor between these units and the frame's, relative, where absolute.

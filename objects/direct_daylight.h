@@ -32,8 +32,7 @@ struct DirectDaylightOptions {
 struct DirectDaylightSummary {
   std::size_t samples = 0;
   std::size_t maps_drawn = 0;
-  double sky_share =
-      0.0;  // Of the sky's light, that the samples were drawn from; the shapes' mean.
+  double sky_share = 0.0;  // Share of the sky's light that samples come from; the shapes' mean.
 };
 
 // Set up once per pose of the objects. Samples are drawn for a unit of each shape of the sky, so

@@ -104,7 +104,7 @@ class MirrorImage {
     glm::vec3 start_m{0.0f};  // Off the surface.
     std::int32_t face = 0;
     glm::vec3 tint{1.0f};               // Albedo there over the face's.
-    std::optional<std::int32_t> pixel;  // Of the camera's picture.
+    std::optional<std::int32_t> pixel;  // Its pixel in the camera's picture.
     std::uint32_t first_hider = 0;
     std::uint32_t hider_count = 0;  // Object faces, of rays_per_place_ rays.
   };
@@ -123,7 +123,7 @@ class MirrorImage {
 
   // Sun that a pixel mirrors from one place that the camera sees.
   struct SunlitPlace {
-    std::uint32_t pixel = 0;      // Of the mirror image.
+    std::uint32_t pixel = 0;      // Its pixel in the mirror image.
     std::int32_t in_picture = 0;  // Its number among sunlit_pixels_.
     glm::vec3 response{0.0f};
   };

@@ -115,7 +115,7 @@ class ObjectGather {
  private:
   struct Part {
     GatheredRays rays;            // Over the objects' faces, then the real ones.
-    std::vector<float> weights;   // Of a vertex's points; they add up to 1.
+    std::vector<float> weights;   // The weights of a vertex's points add up to 1.
     std::vector<bool> is_buried;  // Per vertex.
   };
   void CastPart(const PatchScene& objects, const PatchScene& real, std::size_t part);

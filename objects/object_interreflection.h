@@ -62,7 +62,7 @@ class ObjectInterreflection {
   std::vector<glm::vec3> hidden_;  // Per vertex: share of its hemisphere.
   std::vector<glm::vec3> face_diffuse_albedo_;
   std::vector<float> face_sun_;       // Per face: irradiance for a unit beam.
-  float largest_turned_away_ = 0.0f;  // Of a vertex's view, behind one of its triangles.
+  float largest_turned_away_ = 0.0f;  // Share of a vertex's view, behind one of its triangles.
 };
 
 }  // namespace pleinair

@@ -18,7 +18,7 @@ namespace pleinair {
 // Covers the part of the undistorted picture (see UndistortedCover) in which objects may be
 // visible. Real surfaces are left out: it is cheaper to test where needed what they hide.
 struct ObjectView {
-  static constexpr int kSamplesPerSide = 2;  // Of a pixel.
+  static constexpr int kSamplesPerSide = 2;  // Samples along a pixel's side.
   static constexpr std::uint32_t kNothing = 0xffffffffu;
   struct Sample {
     std::uint32_t triangle = kNothing;

@@ -67,7 +67,7 @@ class SingleProbeLight {
 
   const PatchScene& real_;
   const SingleProbeOptions& options_;
-  std::vector<glm::vec3> normals_;  // Of the objects' vertices.
+  std::vector<glm::vec3> normals_;  // Normals of the objects' vertices.
   std::vector<glm::vec3> places_m_;
   std::vector<glm::vec3> facings_;
   std::vector<float> facing_basis_;

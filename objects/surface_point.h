@@ -17,7 +17,7 @@ namespace pleinair {
 struct SurfacePoint {
   glm::dvec3 position_m{0.0};  // In the world, on the triangle's plane.
   glm::dvec3 normal{0.0};      // Unit, of the triangle, turned to the side that is looked at.
-  std::uint32_t triangle = 0;  // Of the mesh.
+  std::uint32_t triangle = 0;  // Index of the mesh's triangle.
   std::string group;           // The name of the triangle's group; empty where it has none.
 };
 

@@ -200,7 +200,7 @@ class VertexLight {
   PerObject irradiance_;
   PerObject of_unit_;  // Scratch, as long.
   Mode mode_;
-  std::uint64_t objects_sun_version_ = 0;  // Of the sun that the objects' faces were lit by.
+  std::uint64_t objects_sun_version_ = 0;  // Version of the sun that lit the objects' faces.
   std::array<Responses, 3> responses_;     // By WayOf; by probes without responses.
 
   // By rays.
@@ -212,9 +212,9 @@ class VertexLight {
     ObjectGather gather;
     std::vector<glm::dmat4> world_from_given;
     VerticesByLight irradiance;
-    LightsDone done;  // Of `irradiance`.
+    LightsDone done;  // The lights that `irradiance` has.
   };
-  LightSteps steps_ = LightSteps::kAll;  // Of the present frame.
+  LightSteps steps_ = LightSteps::kAll;  // The steps of the present frame.
   bool is_coarse_ = false;  // gather_ and near_sunlight_ have few rays: of a first step.
   bool follows_ = false;  // While the objects move, and until all parts of gather_ have been cast.
   std::optional<Left> left_;

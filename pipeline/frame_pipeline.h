@@ -110,7 +110,7 @@ struct RenderedFrame {
   bool is_light_coarse = false;
   double camera_blur_px = 0.0;       // Measured in the frames so far; 0 where it is off.
   double planning_ms = 0.0;          // Bounds and plan.
-  double expected_drawing_ms = 0.0;  // Of the objects without effects, read-back included.
+  double expected_drawing_ms = 0.0;  // For objects without effects, read-back included.
   // Where daylight is sampled: of the frame's own sky. maps_drawn is 0 where the last frame's maps
   // were kept.
   std::optional<DirectDaylightSummary> daylight;

@@ -46,7 +46,7 @@ struct MovingThingsFound {
   struct Region {
     std::string name;
     std::int64_t pixels = 0;  // Pixels that may be sampled.
-    std::int64_t masked = 0;  // Of those pixels.
+    std::int64_t masked = 0;  // How many of those pixels are masked.
   };
   std::vector<Region> regions;  // In the view's order; those with pixels.
 };

@@ -42,7 +42,7 @@ struct ShadowDirection {
   double azimuth_offset_rad = 0.0;
   // The larger of the two that follow, times the factor by which the frames disagree too much.
   double stddev_rad = 0.0;
-  double curvature_stddev_rad = 0.0;  // Of the posterior over the pictures' parts.
+  double curvature_stddev_rad = 0.0;  // Width of the posterior over the pictures' parts.
   double spread_stddev_rad = 0.0;     // By leaving out frames, and blocks of the picture.
 
   // 3 standard deviations and half a degree: the picture contradicts the computed sun.

@@ -30,7 +30,7 @@ struct FrontPlace {
   bool on_front = true;
   // Among the points that beat it, the one with the least error; none for points on the front.
   std::optional<std::size_t> beaten_by;
-  // Of `seeds`, compared in pairs, those with which that point has less error.
+  // How many of `seeds`, compared in pairs, give that point less error.
   int seeds_beaten = 0;
   int seeds = 0;
 };

@@ -41,7 +41,7 @@ struct PointIrradianceOptions {
   // at least one each.
   int sky_rays_per_point = 65536;
   int sky_rays_per_patch = 32768;
-  int rays_per_patch = 512;    // Of the form factors.
+  int rays_per_patch = 512;    // For the form factors.
   double ground_albedo = 0.0;  // As PatchOptions has it; 0: no ground is added.
   std::uint64_t seed = 1;
 

@@ -57,7 +57,7 @@ struct PreparedScene {
   std::optional<UtcTime> survey_time;
   // How far all albedos may be off together, relative.
   glm::dvec3 albedo_stddev_rgb{0.0};
-  double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm;  // Of clear skies there.
+  double aerosol_optical_depth_500nm = kStandardAerosolDepth500nm;  // Haze of clear skies there.
   ProbeOperator probes;
   std::vector<std::string> notes;  // For the report: ground extended, disc clipped, ...
   bool from_store = false;         // Every stage was loaded, none computed.

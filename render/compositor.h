@@ -64,7 +64,7 @@ struct Composite {
   RgbImage radiance;
   Gray8Image change;         // PixelChange values.
   double draw_ms = 0.0;      // Compositing by the processor included.
-  double device_ms = 0.0;    // Of draw_ms, by the device's own clock; 0 where the processor
+  double device_ms = 0.0;    // Part of draw_ms, by the device's own clock; 0 where the processor
                              // composites, and where the device has no such clock.
   double readback_ms = 0.0;  // Read-back of the device's picture, and copying.
   int draw_calls = 0;        // Passes over pixels by the processor in their place included.

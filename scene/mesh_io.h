@@ -77,7 +77,7 @@ struct MeshPart {
 // The parts of a mesh file that move separately.
 struct LoadedParts {
   std::vector<MeshPart> parts;  // At least one; the part that stands still first, if there is one.
-  MeshReport report;            // Of all parts.
+  MeshReport report;            // One report for all parts.
 };
 
 // As LoadMesh, with the nodes moved by the first animation of a glTF. Skins and morph targets stay

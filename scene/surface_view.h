@@ -43,10 +43,10 @@ struct SurfaceView {
 
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // The sun of the sun_* images.
 
-  // Change whenever their images do, so that a consumer can keep derived or uploaded data.
-  std::uint64_t geometry_version = 0;  // Of all other images.
-  std::uint64_t sky_version = 0;       // Of sky_response.
-  std::uint64_t sun_version = 0;       // Of the sun_* images and edge_distance_px.
+  // Versions change whenever their images do, so that a consumer can keep derived or uploaded data.
+  std::uint64_t geometry_version = 0;  // Version of all other images.
+  std::uint64_t sky_version = 0;       // Version of sky_response.
+  std::uint64_t sun_version = 0;       // Version of the sun_* images and edge_distance_px.
 
   int Width() const { return region.width; }
   int Height() const { return region.height; }

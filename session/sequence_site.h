@@ -91,7 +91,7 @@ struct PrepareSettings {
   std::optional<glm::ivec3> probe_counts;
   std::optional<double> probe_spacing_m;
   std::optional<int> probe_rays;
-  std::optional<int> map_width;  // Of the environment map, in pixels; unset: its own.
+  std::optional<int> map_width;  // Width of the environment map, in pixels; unset: its own.
   std::uint64_t seed = 1;        // Seed of all rays.
 
   bool operator==(const PrepareSettings&) const = default;

@@ -105,7 +105,7 @@ struct DeviceState {
   std::uint32_t quantization = 0;
   int control_delay = 2;
   bool faults_count_pictures = false;
-  bool is_multi_planar = false;  // Of one plane of memory.
+  bool is_multi_planar = false;  // Multi-planar calls; one plane of memory.
 
   // The device.
   int number = 90;

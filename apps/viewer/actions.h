@@ -15,15 +15,15 @@ void TakeTool(Tool tool, ViewModel& model);
 // In the window, and in the log of whoever has started it.
 void Warn(const std::string& fault, ViewModel& model);
 
-// Of the tool that is taken. Save writes to the site's file; all but objects is then read again.
-// False where it failed, with the reason in the status.
+// Save, undo and redo of the tool that is taken. Save writes to the site's file; all but objects is
+// then read again. False where it failed, with the reason in the status.
 bool Save(ViewModel& model);
 void Undo(ViewModel& model);
 void Redo(ViewModel& model);
 
 // What would be lost, by the tools' names; empty: nothing.
 std::string UnsavedWork(const ViewModel& model);
-// Of all tools. Quits where that succeeds.
+// Saves the work of all tools. Quits where that succeeds.
 void SaveAndQuit(ViewModel& model);
 
 // A frame on or back; round the end where the recording loops.

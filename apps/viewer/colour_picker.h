@@ -59,8 +59,8 @@ class ColourPicker {
   void SetWay(ColourWay way);
   const std::vector<PickedSurface>& Surfaces() const { return now_.surfaces; }
   const ChartMarks& Chart(PictureSide side) const { return now_.charts.at(IndexOf(side)); }
-  // Of the pairs; none without one. Its residuals are in the order of Surfaces that are in both
-  // pictures, or of the chart's patches.
+  // The tie of the pairs; none without a pair. Its residuals are in the order of Surfaces that are
+  // in both pictures, or of the chart's patches.
   const std::optional<tl::expected<ColourTie, std::string>>& Tie() const { return tie_; }
   // The residual of surface `index`; none: it is not in both pictures, or there is no tie.
   struct Residual {
@@ -117,9 +117,9 @@ class ColourPicker {
   void Fit();
 
   std::shared_ptr<const ViewedSite> site_;
-  // Of the site's camera; why it cannot be read.
+  // The site's camera's curve, or why it cannot be read.
   tl::expected<ResponseCurve, std::string> response_ = tl::unexpected(std::string());
-  std::optional<Camera> camera_;  // Of the picture that is looked at.
+  std::optional<Camera> camera_;  // The camera of the picture that is looked at.
   std::int64_t looked_at_ = 0;    // That frame's number.
   Rgb8Image codes_;               // Empty: the picture is linear, or there is none yet.
   RgbImage light_;                // Empty: see WhyUnmeasured.

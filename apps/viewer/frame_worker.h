@@ -20,7 +20,7 @@ namespace pleinair {
 // What is viewed, once it is read and prepared.
 struct ViewedSite {
   std::shared_ptr<const LoadedSequence> loaded;
-  RayCaster caster;           // Of the site's mesh.
+  RayCaster caster;           // Casts rays at the site's mesh.
   std::optional<int> frames;  // None: a camera's, without end.
   bool is_live = false;
   bool can_seek = false;
@@ -32,10 +32,10 @@ struct ViewedSite {
 struct WorkerNews {
   std::shared_ptr<const ViewedSite> site;    // Null: not ready yet, or as before.
   std::shared_ptr<const ViewedFrame> frame;  // The last one; null: none is new.
-  std::vector<LightPoint> lights;            // Of all frames.
+  std::vector<LightPoint> lights;            // The light of all frames.
   std::vector<Event> events;
   std::vector<std::string> notes;  // What was assumed, repaired or refused.
-  std::string stage;               // Of long work that goes on; empty: none.
+  std::string stage;               // Name of long work that goes on; empty: none.
   double stage_share = 0.0;
   bool has_ended = false;            // The frames.
   std::optional<bool> is_recording;  // Where that has changed.
@@ -62,7 +62,7 @@ class FrameWorker {
 
   ViewCommandOptions options_;
   std::function<void()> wake_;
-  std::mutex mutex_;  // Of what follows.
+  std::mutex mutex_;  // For the members that follow.
   std::condition_variable changed_;
   std::optional<ViewRequest> request_;
   bool is_ending_ = false;

@@ -58,7 +58,7 @@ struct LensBoards {
 struct BoardResult {
   tl::expected<BoardPicture, std::string> board;
   std::string left_out;          // Why; empty: the lens is fitted to it.
-  std::optional<double> rms_px;  // Of the lens's fit to it; none: it is left out.
+  std::optional<double> rms_px;  // Residual of the lens's fit to it; none: it is left out.
   std::optional<BoardFit> fit;   // To the lens; none: no lens, or no board.
 };
 
@@ -79,10 +79,10 @@ class LensPicker {
   void Await();
 
   const LensBoards& Boards() const { return now_; }
-  // Of picture `index`; null: it was not looked at yet.
+  // The result of picture `index`; null: it was not looked at yet.
   const BoardResult* ResultOf(std::size_t index) const;
   std::string DescribePicture(std::size_t index) const;
-  // Of the pictures that were looked at: their board, once its size is known, and the lens.
+  // The board of the pictures that were looked at, once its size is known, and their lens.
   const std::optional<CalibrationBoard>& Board() const { return found_.board; }
   const BoardLens& Lens() const { return found_.lens; }
   std::string Describe() const;
@@ -106,9 +106,9 @@ class LensPicker {
   std::string SelectNext(int step);
   const std::shared_ptr<const Rgb8Image>& Shown() const { return shown_; }
 
-  // Of the selected picture. The corner within reach. Returns why not, in a line.
+  // Takes the corner of the selected picture within reach. Returns why not, in a line.
   std::string Press(const glm::dvec2& pixel, double reach_px);
-  // With its residuals to the lens that was found last.
+  // Its residuals are to the lens that was found last.
   void MoveTo(const glm::dvec2& pixel);
   // Fits: not while a corner moves.
   void Release();
@@ -150,7 +150,7 @@ class LensPicker {
   void TakeResult();
   void Edit(const std::function<void(LensBoards&)>& edit);
   std::optional<std::size_t> IndexOfResult(const LensPicture* picture) const;
-  // Of the selected picture; null: none, or no board is found in it.
+  // The result of the selected picture; null: none, or no board is found in it.
   BoardResult* ShownResult();
   std::optional<std::size_t> CornerNear(const glm::dvec2& pixel, double reach_px);
   // The corners that are shown become edited ones, as `change` leaves them.
@@ -161,7 +161,7 @@ class LensPicker {
   LensBoards now_;
   LensBoards saved_;
   UndoStack<LensBoards> undo_;
-  std::set<std::string> names_;  // Of all frames that were taken.
+  std::set<std::string> names_;  // Names of all frames that were taken.
   std::shared_ptr<const LensPicture> selected_;
   std::shared_ptr<const Rgb8Image> shown_;
   struct Held {
@@ -175,7 +175,7 @@ class LensPicker {
 
   std::atomic<std::size_t> looks_ = 0;  // Pictures that were looked at.
   std::size_t shown_looks_ = 0;
-  std::mutex mutex_;             // Of what follows.
+  std::mutex mutex_;             // For the members that follow.
   std::optional<Found> result_;  // Once the thread is done.
   std::jthread thread_;          // Ends before all that it uses.
 };

@@ -15,7 +15,7 @@
 
 namespace pleinair {
 
-// Of a camera that stands still: the mask is over its picture.
+// Paints the mask of a camera that stands still: the mask is over its picture.
 class MaskPainter {
  public:
   explicit MaskPainter(std::shared_ptr<const ViewedSite> site);

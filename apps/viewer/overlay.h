@@ -25,7 +25,7 @@ struct OverlayInput {
   std::span<const DiffuseSample> samples;
 };
 
-// Of the view's size.
+// Returns a picture of the view's size.
 using DrawOverlay = Rgba8Image (*)(const OverlayInput&);
 
 struct OverlayDefinition {
@@ -57,7 +57,7 @@ glm::u8vec4 ColourOfShare(float share);
 glm::u8vec4 ColourOfDifference(float difference);
 // A filled square with a dark rim, `radius_px` to each side.
 void DrawMark(glm::ivec2 pixel, int radius_px, glm::u8vec4 colour, Rgba8Image& picture);
-// Of one sample: its light by the model, under the frame's own estimate.
+// Radiance of one sample by the model, under the frame's own estimate.
 glm::dvec3 PredictedRadiance(const DiffuseSample& sample, const Lighting& lighting);
 // (measured - predicted) / predicted, mean over the channels that are not clipped.
 double RelativeResidual(const DiffuseSample& sample, const Lighting& lighting);

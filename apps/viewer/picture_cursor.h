@@ -10,7 +10,7 @@ namespace pleinair {
 struct ViewModel;
 
 struct PictureCursor {
-  glm::dvec2 pixel{0.0};  // Of the picture on that side.
+  glm::dvec2 pixel{0.0};  // A pixel of the picture on that side.
   PictureSide side = PictureSide::kCamera;
   bool is_shown = false;  // From the first key that moves it until the pointer moves.
 };

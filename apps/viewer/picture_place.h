@@ -7,7 +7,7 @@ namespace pleinair {
 
 // Integer pixel coordinates are pixel centres.
 struct PicturePlace {
-  glm::dvec2 origin{0.0};  // Of its upper left corner.
+  glm::dvec2 origin{0.0};  // Place of its upper left corner.
   double scale = 1.0;      // Screen units a pixel.
 
   glm::dvec2 ToScreen(const glm::dvec2& pixel) const { return origin + scale * (pixel + 0.5); }

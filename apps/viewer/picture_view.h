@@ -19,7 +19,7 @@ class PictureView {
             const glm::dvec2& area_origin,
             const glm::dvec2& area_size);
   const PicturePlace& Place() const { return place_; }
-  // Of the other camera's picture, below, while a tool shows one.
+  // Place of the other camera's picture, below, while a tool shows one.
   const std::optional<PicturePlace>& OtherPlace() const { return other_place_; }
   // Whether the place is in the camera's picture (or that which a tool shows in its place), or in
   // the other one.
@@ -56,8 +56,8 @@ class PictureView {
   Texture overlay_;
   Texture balls_;  // One below the other.
   Texture mask_;
-  std::optional<std::int64_t> mask_version_;  // Of that texture.
-  std::int64_t number_ = 0;                   // Of the frame that the textures are of.
+  std::optional<std::int64_t> mask_version_;  // Version of that texture.
+  std::int64_t number_ = 0;                   // Number of the frame in the textures.
   bool has_overlay_ = false;
 };
 

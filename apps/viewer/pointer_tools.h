@@ -29,11 +29,11 @@ class PointerTools {
   void DragTo(const glm::dvec2& pixel, ViewModel& model);
   void UseEdge(const PictureView& picture, const ViewWindow::PointerEdge& edge, ViewModel& model);
 
-  Tool tool_ = Tool::kObjects;  // Of the gestures.
+  Tool tool_ = Tool::kObjects;  // The gestures' tool.
   std::optional<glm::dvec2> pressed_at_;
   glm::dvec2 dragged_to_{0.0};
-  std::vector<ViewWindow::PointerEdge> edges_;  // Of this picture.
-  std::size_t used_edges_ = 0;                  // Of these.
+  std::vector<ViewWindow::PointerEdge> edges_;  // The edges of this picture.
+  std::size_t used_edges_ = 0;                  // How many of these were used.
   std::optional<PicturePlace> used_in_;         // Where the tool was pressed, until it is let go.
 };
 

@@ -29,7 +29,7 @@ class PosePicker {
   const Camera& Shown() const { return shown_; }
   const std::vector<MeshEdge>& Edges() const { return edges_; }
   const std::vector<PointMatch>& Picks() const { return picks_; }
-  // Of the picks; none with fewer than four. Its residuals are in the order of the picks.
+  // The pose by the picks; none with fewer than four. Its residuals are in the order of the picks.
   const std::optional<tl::expected<CameraPose, UndeterminedPose>>& Found() const { return found_; }
   // What there is to say of the pose, in a line.
   std::string Describe() const;

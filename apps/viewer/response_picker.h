@@ -31,7 +31,7 @@ struct TakenPicture {
 
 // How a taken picture agrees with the curve.
 struct TakenResidual {
-  double offset_relative = 0.0;   // Of its light.
+  double offset_relative = 0.0;   // Offset of its light.
   double scatter_relative = 0.0;  // About that.
   std::string left_out;           // Why; empty: it counts.
 };
@@ -45,7 +45,7 @@ class ResponsePicker {
   const std::vector<TakenPicture>& Pictures() const { return now_.pictures; }
   // One for all pictures: the camera stands still.
   const ChartMarks& Chart() const { return now_.chart; }
-  // Of the pictures; none with too few.
+  // The curve by the pictures; none with too few.
   const std::optional<tl::expected<ResponseFit, std::string>>& Found() const { return found_; }
   const std::vector<TakenResidual>& Residuals() const { return residuals_; }  // A picture each.
   std::string Describe() const;

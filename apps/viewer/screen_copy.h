@@ -19,7 +19,7 @@ class ScreenCopy {
   void Show(const glm::ivec2& low, const glm::ivec2& size) const;
 
  private:
-  // Of GLX, without X's header, whose macros are common words.
+  // Functions of GLX, without X's header, whose macros are common words.
   using CurrentDisplay = void* (*)();
   using CurrentDrawable = unsigned long (*)();
   using CopySubBuffer = void (*)(void*, unsigned long, int, int, int, int);

@@ -18,13 +18,13 @@ enum class Tool { kObjects, kMask, kPose, kColour, kResponse, kLens };
 inline constexpr int kTools = 6;
 
 struct PressPlace {
-  glm::dvec2 pixel{0.0};  // Of the picture on that side.
+  glm::dvec2 pixel{0.0};  // A pixel of the picture on that side.
   PictureSide side = PictureSide::kCamera;
   double reach_px = 0.0;    // How near a mark has to be to be taken.
-  bool gives_back = false;  // Of the mask.
+  bool gives_back = false;  // Whether the mask's brush gives back.
 };
 
-// Of all tools but objects, which the pointer drags and keys move by themselves.
+// The press of a pointer or a key with each tool but objects, which pointer and keys move directly.
 class ToolHand {
  public:
   void Press(const PressPlace& place, ViewModel& model);
@@ -35,7 +35,7 @@ class ToolHand {
   void LetGo(ViewModel& model);
 
   bool IsDown() const { return is_down_; }
-  // Of the mesh, that is to be put where the picture shows it.
+  // The corner of the mesh that is to be put where the picture shows it.
   const std::optional<glm::dvec3>& HeldCorner() const { return corner_; }
 
  private:
@@ -45,7 +45,7 @@ class ToolHand {
   bool is_down_ = false;
   bool gives_back_ = false;
   glm::dvec2 at_{0.0};
-  std::optional<glm::dvec2> painted_;  // Of the stroke, last.
+  std::optional<glm::dvec2> painted_;  // The stroke's last place.
   std::optional<glm::dvec3> corner_;
 };
 

@@ -10,7 +10,7 @@ namespace pleinair {
 void DrawColourMarks(const PicturePlace& place, PictureSide side, const ColourPicker& picker);
 // The chart's corners.
 void DrawResponseMarks(const PicturePlace& place, const ResponsePicker& picker);
-// Of the picture of a board that is shown: its corners, row by row, with their residuals to the
+// The corners of the board's picture that is shown, row by row, with their residuals to the
 // lens. Over the camera's picture: where boards were seen so far.
 void DrawLensMarks(const PicturePlace& place, const ViewModel& model);
 // The mesh's edges as the pose has them, each pick with its residual, and the corner that is held,

@@ -21,16 +21,16 @@
 
 namespace pleinair {
 
-// Of the window alone, over its last pictures.
+// Times of the window alone, over its last pictures.
 struct WindowTimes {
   double pictures_per_second = 0.0;
   double window_ms = 0.0;  // Mean, of what a picture takes beside the composite.
-  // Of the last drag: its pictures, and the time from its end to the complete one; 0: none yet.
+  // The last drag's pictures, and the time from its end to the complete one; 0: none yet.
   double drag_pictures_per_second = 0.0;
   double completed_after_s = 0.0;
 };
 
-// Of residuals that are drawn.
+// Limits of how much residuals are magnified when drawn.
 inline constexpr double kLeastMagnification = 1.0;
 inline constexpr double kLargestMagnification = 200.0;
 
@@ -45,13 +45,13 @@ struct ViewModel {
   std::deque<Event> events;            // The last ones.
   std::deque<std::string> notes;       // The last ones.
   std::string status;                  // What the last action did, or why it did nothing.
-  std::string stage;                   // Of long work that goes on.
+  std::string stage;                   // Name of long work that goes on.
   double stage_share = 0.0;
   std::string failure;
   bool has_ended = false;
   WindowTimes times;
   Texture environment;
-  std::int64_t environment_number = 0;  // Of the frame that it is of.
+  std::int64_t environment_number = 0;  // Number of the frame that it shows.
 
   Tool tool = Tool::kObjects;
   ToolHand hand;
@@ -65,14 +65,14 @@ struct ViewModel {
   std::optional<ColourPicker> colour;
   std::optional<ResponsePicker> response;
   std::optional<LensPicker> lens;
-  double residuals_magnified = 20.0;  // Those of the lens, drawn at the board's corners.
+  double residuals_magnified = 20.0;  // Scale of the lens's residuals at the board's corners.
   bool saves_lens_in_doubt = false;
   bool lens_save_is_wanted = false;  // Once it is fitted.
   std::string typed_boards;          // Path of a board's picture, or of a folder of them.
-  double region_radius_px = 6.0;     // Of surfaces that are pressed in the camera's picture.
+  double region_radius_px = 6.0;     // Radius of surfaces that are pressed in the camera's picture.
   double other_region_radius_px = 3.0;
   std::string typed_other_picture;  // Path of the other camera's picture.
-  double typed_exposure = 0.0;      // Of the picture that is taken next; 0: its own.
+  double typed_exposure = 0.0;      // Exposure of the picture that is taken next; 0: its own.
   // To read the site again, after what was saved.
   void Reload() { ++request.settings_changes; }
 

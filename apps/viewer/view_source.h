@@ -45,7 +45,7 @@ class ViewSource {
   // What a session of these frames is asked for.
   SessionOptions OptionsOfSession(const SessionOptions& options) const;
 
-  // Of a camera, into a new folder. Throws as Recorder.
+  // Records a camera into a new folder. Throws as Recorder.
   void Record(bool is_recording);
   bool IsRecording() const { return recorder_.has_value(); }
   // Why a recording goes on no longer, one line; empty: it does.
@@ -58,7 +58,7 @@ class ViewSource {
  private:
   const ViewCommandOptions& options_;
   EventLog& events_;
-  std::optional<PoseTrack> poses_;  // Of recorded frames.
+  std::optional<PoseTrack> poses_;  // Poses for recorded frames.
   std::optional<Sequence> site_;
   std::optional<CameraCapture> capture_;
   std::optional<PosedCamera> camera_;

@@ -22,9 +22,9 @@ namespace pleinair {
 // The state that the window wants; each field's last value counts. A number that has changed asks
 // for something once.
 struct ViewRequest {
-  bool is_playing = false;  // Of a camera: false shows the last picture on.
+  bool is_playing = false;  // False: the last picture of a camera stays.
   bool loops = true;
-  double frames_per_second = 10.0;  // Of recorded frames.
+  double frames_per_second = 10.0;  // For recorded frames.
   std::int64_t seeks = 0;
   int seek_frame = 0;
 
@@ -38,7 +38,7 @@ struct ViewRequest {
   std::vector<std::string> settings;  // "name=value", after those of the command line.
   std::int64_t settings_changes = 0;
 
-  double exposure_stops = 0.0;         // Of what is shown alone.
+  double exposure_stops = 0.0;         // For the shown picture alone.
   std::optional<std::size_t> overlay;  // Into Overlays().
   bool wants_histogram = false;
   bool wants_environment = false;
@@ -49,10 +49,10 @@ struct ViewRequest {
   bool is_recording = false;  // A camera's pictures.
 };
 
-// Of the camera's picture as shown: pixels a code value and channel.
+// Histogram of the camera's picture as shown: pixels a code value and channel.
 struct PictureHistogram {
   std::array<std::array<int, 3>, 256> counts{};
-  int largest = 0;  // Of the codes between the ends.
+  int largest = 0;  // The largest count of the codes between the ends.
   int pixels = 0;
 };
 
@@ -71,7 +71,7 @@ struct ViewedDaylight {
 };
 
 struct ViewedFrame {
-  std::int64_t number = 0;  // Of all that were made: differs from frame to frame.
+  std::int64_t number = 0;  // Counts all that were made: differs from frame to frame.
   ViewRequest request;      // That it answers, with the effects as they were asked of the session.
   SessionStep step;
   Rgb8Image shown;     // The composite; the camera's picture where that failed; else empty.

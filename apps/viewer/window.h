@@ -76,7 +76,7 @@ class ViewWindow {
   void EndFrame(bool draws_all);
 
   ScreenPlace Place() const;
-  // Of a screen with more than about 96 dots an inch: above 1.
+  // Scale of the screen: above 1 where it has more than about 96 dots an inch.
   float ContentScale() const { return content_scale_; }
   // Whether there was input since the last call.
   bool TakeInput();
@@ -91,7 +91,7 @@ class ViewWindow {
   // Keys that were pressed, or repeat, since the last call: also those that were released before
   // anyone looked.
   struct KeyPress {
-    std::size_t after_edges = 0;  // Of those that TakeEdges gives.
+    std::size_t after_edges = 0;  // How many of the edges from TakeEdges precede it.
     int key = 0;                  // GLFW_KEY_...
     bool ctrl = false;
     bool alt = false;
@@ -133,8 +133,8 @@ class ViewWindow {
   Backdrop backdrop_;
   unsigned backdrop_frame_ = 0;  // That the texture is read through.
   std::optional<ScreenCopy> screen_copy_;
-  glm::ivec2 swapped_size_{0};             // Of the framebuffer at the last swap.
-  std::optional<glm::ivec2> copied_size_;  // Of all that the back buffer holds; none: undefined.
+  glm::ivec2 swapped_size_{0};             // Size of the framebuffer at the last swap.
+  std::optional<glm::ivec2> copied_size_;  // Size of what the back buffer holds; none: undefined.
   std::string layout_;
   float content_scale_ = 1.0f;
   bool has_input_ = true;

@@ -32,7 +32,7 @@ struct VideoFormat {
   // UTC of the first picture: VideoReader's CreationTime, in milliseconds. The default: not stated.
   UtcTime start{};
   VideoContainer container = VideoContainer::kMatroska;
-  double frames_per_second = 0.0;  // Of MP4, above 0; Matroska's pictures come when they do.
+  double frames_per_second = 0.0;  // For MP4, above 0; Matroska states each picture's time.
 };
 
 // One file.

@@ -67,7 +67,7 @@ struct EffectFrame {
   const FrameBasis& basis;
   const Lighting& lighting;
   const DisplayCodes& codes;
-  std::uint64_t pose = 0;                         // Of the objects: PosedObjects::Version().
+  std::uint64_t pose = 0;  // Version of the objects' poses: PosedObjects::Version().
   std::span<const glm::dmat4> object_poses = {};  // Each one's; see PosedObjects.
   LightSteps steps = LightSteps::kAll;
   LightBeforePlan light = {};

@@ -59,8 +59,8 @@ class SeenShade {
 
   ShadowPlaces places_;
   int picture_width_px_ = 0;
-  std::map<std::uint32_t, PixelBox> boxes_;  // Of each object.
-  Image<Finding> found_;                     // Of each pixel's shadow.
+  std::map<std::uint32_t, PixelBox> boxes_;  // The box of each object.
+  Image<Finding> found_;                     // What each pixel's shadow shows.
   PixelBox shadows_;                         // In the picture, with the pixels around them.
   Image<std::uint8_t> is_around_shadow_;     // In that box.
   Image<Finding> found_in_picture_;          // In that box.

@@ -38,8 +38,8 @@ struct WindowSearchOptions {
 struct FoundWindows {
   // "window 1", "window 2", ... the one with most rays for its area first.
   std::vector<Window> windows;
-  std::size_t sky_rays = 0;               // Of those cast, how many reached the sky,
-  std::size_t sky_rays_past_windows = 0;  // and of these through no window.
+  std::size_t sky_rays = 0;               // How many of the cast rays reached the sky,
+  std::size_t sky_rays_past_windows = 0;  // and how many of these through no window.
 
   // No sky is seen.
   bool Closed() const { return sky_rays == 0; }

@@ -53,7 +53,7 @@ enum class SunOrigin {
 // Sun and sky at the time of the survey, from the map itself.
 struct SurveyLight {
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent.
-  glm::dvec3 sun_irradiance_rgb{0.0};           // Of the disc, normal to the beam.
+  glm::dvec3 sun_irradiance_rgb{0.0};           // Irradiance of the disc, normal to the beam.
   glm::dvec3 sun_irradiance_stddev_rgb{0.0};
   SunOrigin sun_origin = SunOrigin::kMap;
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, unoccluded, without the disc.
@@ -99,7 +99,7 @@ struct SurveyOptions {
 // What may be sampled.
 struct DiffuseParts {
   std::span<const std::uint8_t> patch_is_diffuse;  // Per patch.
-  const Gray8Image* mask = nullptr;                // Of the map's size, 255 may be; null: all.
+  const Gray8Image* mask = nullptr;  // Has the map's size; 255 may be sampled; null: all.
 };
 
 // Surveys `map`: light, then albedo = pi L / E. E is gathered at each pixel from the map's own sky,

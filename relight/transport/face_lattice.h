@@ -91,9 +91,9 @@ class FaceLattice {
   struct Grid {
     std::uint32_t first_slot = 0;  // Its corners' receivers, row by row.
     float spacing_m = 0.0f;
-    std::array<std::int32_t, 2> first{};   // Of the corners, in spacings from the origin.
-    std::uint16_t rows = 0;                // Of corners, at least 2,
-    std::uint16_t columns = 0;             // at least 2.
+    std::array<std::int32_t, 2> first{};   // The first corner, in spacings from the origin.
+    std::uint16_t rows = 0;                // Rows of corners, at least 2,
+    std::uint16_t columns = 0;             // and columns, at least 2.
     std::array<std::uint8_t, 2> across{};  // The axes along rows and columns.
 
     std::size_t Corners() const { return std::size_t{rows} * columns; }

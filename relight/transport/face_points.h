@@ -17,7 +17,7 @@ namespace pleinair {
 struct FacePoints {
   static constexpr int kCells = 64;
 
-  std::vector<std::uint32_t> begin;  // Of face i: points [begin[i], begin[i + 1]).
+  std::vector<std::uint32_t> begin;  // Face i has points [begin[i], begin[i + 1]).
   std::vector<glm::vec3> position_m;
   // Per face: 1 where all of it is exposed, also between its points: nothing stands on it.
   std::vector<std::uint8_t> whole;

@@ -24,7 +24,7 @@ struct SurfaceLightOptions {
   // (Ward, Rubinstein and Clear, "A ray tracing solution for diffuse interreflection", 1988). So
   // they are close where walls meet and where something stands.
   double spacing = 0.25;
-  int most_parts = 4;  // Of a face's edges: bounds memory.
+  int most_parts = 4;  // Most parts of a face's edge; bounds memory.
   // Kept for all views, so more than a picture's own receivers cast.
   int rays_per_receiver = 512;
   // Throws std::invalid_argument naming field and value.

@@ -41,7 +41,7 @@ struct GatherOptions {
   // The number of the first receiver, where they are part of a longer list: each then casts the
   // rays that it would cast among all. A multiple of receivers_per_set.
   std::size_t first_receiver = 0;
-  // Of rays that meet this face or a later one, and of those that end in the dark below the
+  // For rays that meet this face or a later one, and for those that end in the dark below the
   // horizon, the directions are kept too: see OtherDirectionsOf.
   std::size_t keep_directions_from_face = std::numeric_limits<std::size_t>::max();
   // Throws std::invalid_argument naming the field and its value.

@@ -30,7 +30,7 @@ struct PixelRays {
   glm::dvec3 centre_world_m{0.0};
   int width = 0;
   int height = 0;
-  // Of the pixel's middle (x, y), unit, in the world; zero where there is none.
+  // Direction of the pixel's middle (x, y), unit, in the world; zero where there is none.
   std::function<glm::dvec3(int, int)> direction;
 };
 

@@ -44,7 +44,7 @@ class Renderer {
   // What a stored sample gives, by channel.
   struct Tables {
     bool from_linear = false;
-    int bits = 0;  // Of raw values; 0: display codes.
+    int bits = 0;  // Depth of raw values; 0: display codes.
     Gains gains{};
     std::array<std::vector<std::uint16_t>, 3> value_of;
   };

@@ -107,7 +107,7 @@ class Handle {
   int buffers_fd_ = -1;
   std::span<std::uint8_t> memory_;
   std::size_t stride_ = 0;
-  Format format_;  // Of the buffers.
+  Format format_;  // The buffers' format.
   std::vector<Buffer> buffers_;
   std::deque<std::uint32_t> queued_;
   std::deque<Capture> done_;
@@ -115,11 +115,11 @@ class Handle {
   bool is_streaming_ = false;
   bool has_failed_ = false;
   bool has_ended_ = false;    // The last picture has been captured.
-  std::int64_t base_ns_ = 0;  // Of tick 0; a stall moves it.
+  std::int64_t base_ns_ = 0;  // Time of tick 0; a stall moves it.
   std::int64_t tick_ = 0;
   std::int64_t last_time_ns_ = 0;
   Next next_;
-  Fault* unseen_ = nullptr;  // Of a picture that found no buffer: the next one has it.
+  Fault* unseen_ = nullptr;  // A fault whose picture found no buffer: the next one has it.
   std::deque<v4l2_event> events_;
   std::uint32_t event_sequence_ = 0;
 };

@@ -1,4 +1,4 @@
-// A stranger's program: the lowest and the highest library, and the bundled sequence.
+// A program outside the project that uses three of the libraries, and the bundled sequence.
 #include <cstdio>
 
 #include <pleinair/datasets/sequence.h>
