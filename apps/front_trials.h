@@ -2,6 +2,7 @@
 // of it.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>

@@ -1,6 +1,7 @@
 // The files of `pleinair irradiance`: points in, irradiance or coefficients out.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string>

@@ -1,6 +1,7 @@
 // Tables of numbers that people write: comma-separated, a row a line, `#` begins a remark.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>

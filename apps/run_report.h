@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "apps/set_aside.h"
 #include "apps/time_statistics.h"
 #include "datasets/event.h"

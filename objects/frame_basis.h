@@ -1,6 +1,7 @@
 // The basis lights of the present frame, and which of them differ from the last frame's.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>

@@ -2,6 +2,7 @@
 // nothing except the cache.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>

@@ -1,7 +1,9 @@
 // Loads a recorded sequence's files as input of relight and render.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>

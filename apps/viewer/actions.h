@@ -1,7 +1,9 @@
 // What keys, menu and buttons do.
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include <glm/vec2.hpp>
 

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
 #include "estimation/diffuse_sample.h"

@@ -1,6 +1,7 @@
 // The pictures in the window: where they are, and what is drawn over them.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 

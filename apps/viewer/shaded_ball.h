@@ -1,7 +1,10 @@
 // White diffuse balls in the real light: what probes have stored, or an environment map says.
 #pragma once
 
+#include <cstddef>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "apps/viewer/viewed_frame.h"
 #include "relight/volume/irradiance_volume.h"

@@ -1,6 +1,8 @@
 // What tools have picked, drawn over the pictures.
 #pragma once
 
+#include <glm/vec2.hpp>
+
 #include "apps/viewer/picture_place.h"
 #include "apps/viewer/view_model.h"
 

@@ -1,6 +1,7 @@
 // What the window shows and changes: one place for all panels.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>

@@ -1,6 +1,7 @@
 // Planes through points with outliers.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>

@@ -2,6 +2,7 @@
 // datasets/reconstruction/.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -1,10 +1,12 @@
 // Finds the up direction of a reconstruction.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
 #include "calib/lens.h"

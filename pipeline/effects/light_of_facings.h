@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <glm/common.hpp>
+#include <glm/vec3.hpp>
 
 #include "objects/single_probe_light.h"
 #include "pipeline/effects/bound_terms.h"

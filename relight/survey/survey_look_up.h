@@ -1,6 +1,7 @@
 // The survey's albedo at points of a surface, wherever they are seen from.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>

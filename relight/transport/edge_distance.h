@@ -1,6 +1,8 @@
 // How far each pixel of a view is from where the model of its light jumps.
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include "relight/transport/pixel_blocks.h"
 #include "scene/image.h"
 #include "scene/surface_view.h"

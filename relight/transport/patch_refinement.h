@@ -1,10 +1,13 @@
 // Cuts a mesh's triangles until no edge is too long, keeping neighbours joined.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "scene/mesh.h"
 

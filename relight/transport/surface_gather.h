@@ -2,12 +2,15 @@
 // by rays, at the rest by blending. Shared by the survey's map and the camera's view.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "relight/transport/patch_scene.h"
 #include "relight/transport/pixel_blocks.h"

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include <glm/vec3.hpp>
+
 #include "relight/transport/patch_scene.h"
 #include "relight/transport/pixel_blocks.h"
 #include "relight/transport/view_rays.h"

@@ -1,6 +1,7 @@
 // A view as rays.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 
 #include <glm/mat3x3.hpp>

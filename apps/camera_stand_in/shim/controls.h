@@ -1,6 +1,8 @@
 // The stand-in's controls: a table, reading and writing, and what they do to the light.
 #pragma once
 
+#include <cstdint>
+
 #include <linux/videodev2.h>
 
 #include "apps/camera_stand_in/device_state.h"

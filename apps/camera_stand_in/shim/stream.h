@@ -7,6 +7,7 @@
 
 #include <linux/videodev2.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <memory>
