@@ -161,7 +161,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   AddOffers(kDecideOnLight, frame, offers);
   const LikelyLight likely = LikelyLightOf(settings_, offers, frame.light.costs);
   const VertexLight::Mode mode = ModeOfLight(stage_.Light(), likely.effects);
-  rendered.planning_ms = watch.LapMs();
+  double planning_ms = watch.LapMs();
   if (likely.is_sure) frame.light = MakeLight(mode, frame);
   watch.LapMs();
   // A budget may have found it in another way than is likely; what follows from that stands.
@@ -170,36 +170,39 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   AddOffers(EffectSet::All().Without(kDecideOnLight), frame, offers);
   std::vector<FrameWork> works;
   for (const Effect effect : kAllEffects) Of(effect).AddWorks(frame, works);
-  rendered.expected_drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
+  const double drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
-    budget_ms = *settings_.budget_ms - lit.spent_ms - (rendered.planning_ms - once_ms) -
-                plan_cost_.Ms() - rendered.expected_drawing_ms;
+    budget_ms = *settings_.budget_ms - lit.spent_ms - (planning_ms - once_ms) -
+                plan_cost_.Ms() - drawing_ms;
   }
-  rendered.plan = Plan(offers, works, budget_ms);
-  rendered.planning_ms += watch.LapMs();
+  EffectPlan plan = Plan(offers, works, budget_ms);
+  planning_ms += watch.LapMs();
 
-  Do(rendered.plan.runs, frame.light, works, rendered.timing_ms);
+  Do(plan.runs, frame.light, works, rendered.timing_ms);
   rendered.daylight = stage_.Light().TakeDaylightSummary();
   CompositeInput input = InputOf(lit);
   for (const Effect effect : kAllEffects) {
-    if (rendered.plan.runs.Has(effect)) Of(effect).Draw(frame, input);
+    if (plan.runs.Has(effect)) Of(effect).Draw(frame, input);
   }
   rendered.composite = Draw(input, rendered.timing_ms);
   for (FrameWork& work : works) {
-    if (!work.finish || !work.offer.IsNeededFor(rendered.plan.runs)) continue;
+    if (!work.finish || !work.offer.IsNeededFor(plan.runs)) continue;
     Stopwatch finishing;
     work.finish(rendered.composite);
     work.ms += finishing.LapMs();
   }
   rendered.clamped_pixels = ClampToHalf(rendered.composite.radiance);
   rendered.works.reserve(works.size());
-  for (const FrameWork& work : works) rendered.works.push_back(PlannedOf(work, rendered.plan.runs));
+  for (const FrameWork& work : works) rendered.works.push_back(PlannedOf(work, plan.runs));
+  rendered.is_light_coarse = IsLightCoarse(plan.runs);
+  last_light_ = ModeOfLight(stage_.Light(), plan.runs);
+  rendered.plan = std::move(plan);
+  rendered.planning_ms = planning_ms;
+  rendered.expected_drawing_ms = drawing_ms;
   LearnDrawing(works, rendered);
-  rendered.is_light_coarse = IsLightCoarse(rendered.plan.runs);
   last_geometry_ = frame.Geometry();
   last_time_ = lit.frame.time;
-  last_light_ = ModeOfLight(stage_.Light(), rendered.plan.runs);
   return rendered;
 }
 
