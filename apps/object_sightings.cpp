@@ -37,8 +37,7 @@ std::string WhereShown(const Camera& camera, const BoundingBox& box) {
                          middle->y < static_cast<double>(lens.height_px);
   const std::string pixel = fmt::format("pixel ({:.0f}, {:.0f})", middle->x, middle->y);
   if (!is_inside) {
-    return fmt::format(
-        "at {}, outside the picture of {}x{}", pixel, lens.width_px, lens.height_px);
+    return fmt::format("at {}, outside the picture of {}x{}", pixel, lens.width_px, lens.height_px);
   }
   double radius_px = 0.0;
   for (const glm::vec3& corner : CornersOf(box)) {
@@ -57,8 +56,8 @@ void ObjectSightings::Add(const Camera& camera, const Composite& composite) {
   if (!first_camera_) first_camera_ = camera;
   if (is_any_seen_) return;
   const auto& change = composite.change.pixels;
-  is_any_seen_ = std::ranges::find(change, static_cast<std::uint8_t>(PixelChange::kCovered)) !=
-                 change.end();
+  is_any_seen_ =
+      std::ranges::find(change, static_cast<std::uint8_t>(PixelChange::kCovered)) != change.end();
 }
 
 std::optional<std::string> ObjectSightings::Note(const std::vector<VirtualObject>& objects) const {

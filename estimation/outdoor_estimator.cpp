@@ -34,21 +34,34 @@ bool IsKnown(const ClearSkyExpectation& clear_sky) {
              0.0;
 }
 
-// Fuses two Gaussians that may share their errors: in each direction the better one counts. Errors
-// of albedo and geometry are the same in the next picture, so that many pictures have hardly more
-// information than one. After Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal intersection.
-SunAndSkyMatrix BetterOf(const SunAndSkyMatrix& known, const SunAndSkyMatrix& measured) {
+// Fuses two Gaussians that may share their errors: in each direction the better one counts, mean
+// and variance. Errors of albedo and geometry are the same in the next picture, so that many
+// pictures have hardly more information than one, and the same picture again changes nothing where
+// it knows less than was known. After Sijs and Lazar, Automatica 48(8), 2012, ellipsoidal
+// intersection.
+//
+// `both` is the mean given both, as of independent Gaussians.
+LightGaussian BetterOf(const LightGaussian& known,
+                       const SunAndSkyMatrix& measured,
+                       const SunAndSky& both) {
   using estimation_internal::SolveLower;
-  const LightMatrix root = estimation_internal::LowerRootOf(known);
+  const LightMatrix root = estimation_internal::LowerRootOf(known.covariance);
   // Factor of `measured` over `known`.
   LightMatrix relative = SolveLower(root, LightMatrix(measured));
   relative = SolveLower(root, LightMatrix(relative.transpose()));
   relative = (0.5 * (relative + relative.transpose())).eval();
   const auto eigen = estimation_internal::DecompositionOf(relative);
   if (!eigen) return known;
-  const LightVector variances = eigen->values.cwiseMax(0.0).cwiseMin(1.0);
   const LightMatrix turned = root * eigen->vectors;
-  return turned * variances.asDiagonal() * turned.transpose();
+  const LightVector variances = eigen->values.cwiseMax(0.0).cwiseMin(1.0);
+  LightVector step = eigen->vectors.transpose() * SolveLower(root, LightVector(both - known.mean));
+  for (Eigen::Index k = 0; k < step.size(); ++k) {
+    if (!(eigen->values[k] < 1.0)) step[k] = 0.0;
+  }
+  LightGaussian better;
+  better.mean = (known.mean + turned * step).cwiseMax(0.0);
+  better.covariance = turned * variances.asDiagonal() * turned.transpose();
+  return better;
 }
 
 double SkyOf(const LightVector& irradiance_rgb, int channel) {
@@ -336,8 +349,9 @@ void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& 
     state.log_evidence = found.log_evidence;
     ScaleBy(prior.gain_is_free ? found.gain : 1.0, state.light);
     if (prior.gain_is_free) AddGainError(1.0, state.light);
-    state.light.covariance = BetterOf(state.light.covariance, fit.data_covariance);
-    if (!found.light.isZero()) state.light.mean = found.light;
+    const bool is_fitted = !found.light.isZero();
+    const SunAndSky both = is_fitted ? SunAndSky(found.light) : state.light.mean;
+    state.light = BetterOf(state.light, fit.data_covariance, both);
   }
   belief.repeats = 1.0;
   belief_ = belief;

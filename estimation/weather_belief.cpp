@@ -16,9 +16,10 @@ using estimation_internal::Square;
 // Durations of the states. Within broken cloud the sun comes and goes in a minute or two. A weather
 // lasts for some hours, and the light in it changes at the same rate.
 constexpr double kBrokenCloudsS = 90.0;
-// After this time a picture shows other shadows.
-constexpr double kEvidenceS = 600.0;
-constexpr double kWeatherS = 8.0 * 3600.0;
+// After this time a picture shows other shadows. Its surfaces' errors of albedo and geometry are
+// the same all day.
+constexpr double kEvidenceS = 3600.0;
+constexpr double kWeatherS = 12.0 * 3600.0;
 
 struct Memory {
   double sun_s;

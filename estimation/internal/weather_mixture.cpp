@@ -176,8 +176,9 @@ LightVector WeatherMixture::Light() const {
   for (const WeatherSolution& solution : solutions_) {
     if (!(solution.share > kLeastShare)) continue;
     if (light.size() == 0) light = LightVector::Zero(solution.light.size());
-    light += Square(solution.share) * solution.light;
-    weights += Square(solution.share);
+    const double weight = Square(solution.share) * solution.share;
+    light += weight * solution.light;
+    weights += weight;
   }
   return light / weights;
 }

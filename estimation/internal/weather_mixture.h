@@ -45,8 +45,8 @@ class WeatherMixture {
   bool Refine(const Evidence& evidence, CeresSolver& ceres);
 
   const std::vector<WeatherSolution>& Solutions() const { return solutions_; }
-  // The mean of the weathers' lights weighted by squared shares. It lies between their mean, which
-  // may resemble no weather where they are far apart, and the most likely light.
+  // The mean of the weathers' lights weighted by the cubes of their shares. It lies between their
+  // mean, which may resemble no weather where they are far apart, and the most likely light.
   LightVector Light() const;
   // Information of the most likely weather.
   const LightMatrix& Information() const;

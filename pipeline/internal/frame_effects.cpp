@@ -173,8 +173,8 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   const double drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
-    budget_ms = *settings_.budget_ms - lit.spent_ms - (planning_ms - once_ms) -
-                plan_cost_.Ms() - drawing_ms;
+    budget_ms = *settings_.budget_ms - lit.spent_ms - (planning_ms - once_ms) - plan_cost_.Ms() -
+                drawing_ms;
   }
   EffectPlan plan = Plan(offers, works, budget_ms);
   planning_ms += watch.LapMs();
