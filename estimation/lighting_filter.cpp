@@ -9,6 +9,7 @@
 
 #include <glm/exponential.hpp>
 
+#include "scene/is_finite.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -53,11 +54,8 @@ double SecondsBetween(UtcTime from, UtcTime to) {
   return (Seconds(to.time_since_epoch()) - Seconds(from.time_since_epoch())).count();
 }
 
-bool IsFinite(const glm::dvec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-bool IsFinite(const Lighting& lighting) {
+// Not IsFinite: that would hide the one for vectors here.
+bool HasFiniteValues(const Lighting& lighting) {
   if (!IsFinite(lighting.sun.irradiance_rgb)) return false;
   for (const SkyComponent& component : lighting.sky) {
     if (!IsFinite(component.irradiance_rgb)) return false;
@@ -159,7 +157,7 @@ LightingFilter::LightingFilter(const LightingFilterOptions& options) : options_(
 }
 
 FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, double misfit) {
-  if (!IsFinite(raw)) return {raw, {}, {}};
+  if (!HasFiniteValues(raw)) return {raw, {}, {}};
   if (!entries_.empty() && Continues(raw, units)) {
     const double elapsed_s = SecondsBetween(entries_.back().lighting.time, raw.time);
     if (elapsed_s < 0.0 && ++late_frames_ < kLateFramesToStartAnew) return {raw, {}, {}};

@@ -19,6 +19,7 @@
 #include "estimation/internal/lit_limits.h"
 #include "estimation/internal/random.h"
 #include "scene/frame.h"
+#include "scene/is_finite.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -45,10 +46,6 @@ constexpr float kLeastAlbedo = 0.02f;
 constexpr float kLargestAlbedo = 0.95f;
 // A filled albedo has about twice the error of a measured one.
 constexpr double kFilledAlbedoWeight = 0.25;
-
-bool IsFinite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 void CheckSize(const char* what, int width, int height, int expected_width, int expected_height) {
   if (width == expected_width && height == expected_height) return;

@@ -16,6 +16,8 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/is_finite.h"
+
 namespace pleinair {
 namespace {
 
@@ -70,10 +72,6 @@ void AddPixel(const SurfaceView& view,
   sums.shaded += reflected * shaded;
   sums.lit += reflected * (shaded + sun * n_dot_l);
   sums.model += reflected * (shaded + sun * (view.sun_visibility.pixels[pixel] * n_dot_l));
-}
-
-bool IsFinite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 // Index of one of 27 parts of the sphere, by the signs of the components that are not near 0.

@@ -1,4 +1,4 @@
-// Whether all of a vector is a number.
+// Whether all of a vector is finite.
 #pragma once
 
 #include <cmath>
@@ -8,6 +8,10 @@
 namespace pleinair {
 
 inline bool IsFinite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+inline bool IsFinite(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 

@@ -7,6 +7,7 @@
 
 #include <glm/common.hpp>
 
+#include "scene/is_finite.h"
 #include "scene/upper_median.h"
 
 namespace pleinair::estimation_internal {
@@ -15,10 +16,6 @@ namespace {
 // Quarters: light between surfaces is smooth, and so is what a model of it misses.
 constexpr int kMostCells = 4;
 constexpr int kLeastInCell = 4;
-
-bool IsFinite(const glm::dvec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 // A sample is usable when its model is; a channel of it when its radiance is, too.
 bool HasModel(const DiffuseSample& sample, int sky_shapes) {

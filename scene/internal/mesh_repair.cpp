@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -13,6 +12,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/internal/mesh_normals.h"
+#include "scene/is_finite.h"
 
 namespace pleinair {
 namespace {
@@ -35,10 +35,6 @@ struct KeyHash {
 
 template <std::size_t kCount>
 using Key = std::array<std::uint32_t, kCount>;
-
-bool IsFinite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 // Equal numbers have equal keys: -0 is 0.
 Key<3> BitsOf(const glm::vec3& v) {
@@ -83,7 +79,7 @@ Kept KeepSound(std::span<const LooseTriangle> loose, MeshReport& report) {
   for (std::size_t i = 0; i < loose.size(); ++i) {
     std::array<glm::vec3, 3> corners;
     for (std::size_t c = 0; c < 3; ++c) corners[c] = glm::vec3(loose[i].corners[c].position_m);
-    if (!std::all_of(corners.begin(), corners.end(), IsFinite)) {
+    if (!IsFinite(corners[0]) || !IsFinite(corners[1]) || !IsFinite(corners[2])) {
       ++report.non_finite_triangles_removed;
       continue;
     }
