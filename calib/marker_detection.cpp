@@ -12,7 +12,7 @@
 
 #include "calib/internal/marker_corners.h"
 #include "calib/internal/marker_dictionary.h"
-#include "calib/response.h"
+#include "scene/srgb.h"
 
 namespace pleinair {
 namespace {

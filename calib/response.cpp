@@ -6,6 +6,7 @@
 #include <string>
 
 #include "calib/json_cursor.h"
+#include "scene/srgb.h"
 
 namespace pleinair {
 namespace {
@@ -18,14 +19,6 @@ void RequireExposure(double exposure) {
 }
 
 }  // namespace
-
-double SrgbFromLinear(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-}
-
-double LinearFromSrgb(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-}
 
 void ResponseCurve::Channel::FillThresholds() {
   for (std::size_t code = 0; code < threshold_above_code.size(); ++code) {

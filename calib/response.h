@@ -13,11 +13,6 @@
 
 namespace pleinair {
 
-// The sRGB transfer function (IEC 61966-2-1) on [0, 1]; linear below 0, so that it can be inverted,
-// and continued beyond 1.
-double SrgbFromLinear(double linear);
-double LinearFromSrgb(double encoded);
-
 // Limits of 8-bit codes for measurements. Clipped from 254 on: a camera whose white is not quite at
 // 255 (JPEG's rounding, a gain applied after clipping) puts clipped light one code below.
 inline constexpr int kClippedFromCode = 254;

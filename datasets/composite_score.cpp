@@ -7,8 +7,8 @@
 
 #include <Imath/half.h>
 
-#include "calib/response.h"
 #include "datasets/structural_similarity.h"
+#include "scene/srgb.h"
 
 namespace pleinair {
 namespace {

@@ -20,10 +20,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/camera_noise.h"
-#include "calib/response.h"
 #include "datasets/statistics.h"
 #include "datasets/truth.h"
 #include "scene/image_io.h"
+#include "scene/srgb.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

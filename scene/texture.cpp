@@ -9,15 +9,12 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/srgb.h"
+
 namespace pleinair {
 namespace {
 
 constexpr float kAlphaOfCode = 1.0f / 255.0f;
-
-// IEC 61966-2-1.
-double LinearFromSrgb(double value) {
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-}
 
 glm::vec4 LinearOf(const glm::u8vec4& code) {
   const std::array<float, 256>& linear = Texture::LinearOfCode();

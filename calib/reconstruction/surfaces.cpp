@@ -14,22 +14,19 @@
 #include "calib/lens.h"
 #include "calib/reconstruction/internal/surface_planes.h"
 #include "calib/reconstruction/internal/wall_outline.h"
+#include "scene/srgb.h"
 
 namespace pleinair {
 namespace {
 
 constexpr double kAssumedAlbedo = 0.5;
 
-double LinearOf(double srgb) {
-  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
-}
-
 // Light on a surface is not known: only its hue says something of the material.
 glm::dvec3 AlbedoOf(const Reconstruction& world, const std::vector<std::uint32_t>& members) {
   glm::dvec3 sum(0.0);
   for (const std::uint32_t member : members) {
     const glm::dvec3& colour = world.points[member].colour_srgb;
-    sum += glm::dvec3(LinearOf(colour.r), LinearOf(colour.g), LinearOf(colour.b));
+    sum += glm::dvec3(LinearFromSrgb(colour.r), LinearFromSrgb(colour.g), LinearFromSrgb(colour.b));
   }
   const double mean = (sum.r + sum.g + sum.b) / 3.0;
   if (!(mean > 0.0)) return glm::dvec3(kAssumedAlbedo);

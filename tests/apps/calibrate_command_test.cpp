@@ -15,6 +15,7 @@
 #include "calib/fisheye_file.h"
 #include "calib/response.h"
 #include "scene/image_io.h"
+#include "scene/srgb.h"
 #include "sunmodel/angles.h"
 #include "tests/session/command_folder.h"
 

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/srgb.h"
+
 namespace pleinair::camera_noise_test {
 namespace {
 

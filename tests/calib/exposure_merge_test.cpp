@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/frame_average.h"
+#include "scene/srgb.h"
 #include "tests/calib/synthetic_bracket.h"
 
 namespace pleinair::exposure_merge_test {

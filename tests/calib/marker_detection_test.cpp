@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/response.h"
 #include "scene/image_io.h"
+#include "scene/srgb.h"
 #include "tests/calib/marker_scene.h"
 
 namespace pleinair::marker_detection_test {

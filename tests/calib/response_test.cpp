@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "scene/srgb.h"
+
 namespace pleinair::response_test {
 namespace {
 

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/response.h"
+#include "scene/srgb.h"
 
 namespace pleinair::composite_score_test {
 namespace {

@@ -19,6 +19,7 @@
 #include "datasets/truth.h"
 #include "scene/image_io.h"
 #include "scene/mesh_io.h"
+#include "scene/srgb.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair::degradation_test {

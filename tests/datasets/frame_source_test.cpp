@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/response.h"
 #include "scene/image_io.h"
+#include "scene/srgb.h"
 #include "tests/datasets/sequence_fixture.h"
 
 namespace pleinair::frame_source_test {

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/srgb.h"
+
 namespace pleinair::display_codes_test {
 namespace {
 

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "apps/camera_stand_in/shim/controls.h"  // RawBits, BlackLevel
+#include "scene/srgb.h"
 
 namespace pleinair::stand_in {
 namespace {
@@ -42,14 +43,6 @@ float HalfValue(std::uint32_t bits) {
                               ? std::ldexp(static_cast<float>(mantissa), -24)
                               : std::ldexp(static_cast<float>(mantissa + 1024), exponent - 25);
   return (bits & 0x8000u) != 0 ? -magnitude : magnitude;
-}
-
-// IEC 61966-2-1, between [0, 1] and [0, 1].
-double SrgbFromLinear(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-}
-double LinearFromSrgb(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
 struct Tap {
