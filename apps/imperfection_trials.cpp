@@ -30,10 +30,6 @@ struct TrialRecording {
   double largest_true_sun = 0.0;
 };
 
-std::string NameOf(const Sequence& sequence) {
-  return sequence.name.empty() ? sequence.folder.filename().string() : sequence.name;
-}
-
 TrialRecording ReadRecording(const std::filesystem::path& folder, int frames_limit) {
   TrialRecording recording;
   recording.sequence = ReadSequence(folder);
@@ -56,11 +52,6 @@ TrialRecording ReadRecording(const std::filesystem::path& folder, int frames_lim
     recording.truth.push_back(usable[i]);
   }
   return recording;
-}
-
-std::optional<double> MedianOf(std::vector<double> values) {
-  if (values.empty()) return std::nullopt;
-  return Percentile(std::move(values), 0.5);
 }
 
 // Code values that objects are off by, over runs' frames.
@@ -133,9 +124,9 @@ void RunOnce(const TrialRecording& recording,
       objects.Add(ScoreObject(truth, recording.sequence, degradation, *step));
     }
   }
-  result.runs.push_back({MedianOf(std::move(ratios)),
-                         MedianOf(std::move(suns)),
-                         MedianOf(std::move(skies)),
+  result.runs.push_back({Median(std::move(ratios)),
+                         Median(std::move(suns)),
+                         Median(std::move(skies)),
                          objects.Codes()});
 }
 
@@ -180,7 +171,7 @@ std::vector<ImperfectRecording> MeasureImperfections(const ImperfectionSettings&
   std::vector<ImperfectRecording> measured;
   for (const TrialRecording& recording : recordings) {
     ImperfectRecording& of_recording = measured.emplace_back();
-    of_recording.name = NameOf(recording.sequence);
+    of_recording.name = recording.sequence.NameOrFolder();
     of_recording.frames = static_cast<int>(recording.frames.size());
     of_recording.perfect = measure(recording, {});
     Imperfections without_map;

@@ -72,10 +72,7 @@ void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frame
                                                 : " (sun not observable)");
 }
 
-std::string TitleOf(const Sequence& sequence) {
-  return "pleinair: " +
-         (sequence.name.empty() ? sequence.folder.filename().string() : sequence.name);
-}
+std::string TitleOf(const Sequence& sequence) { return "pleinair: " + sequence.NameOrFolder(); }
 
 std::string StoppedAt(const FrameError& error) {
   return fmt::format("stopped at frame {}, as asked: {}", error.index, error.reason);

@@ -58,10 +58,6 @@ std::string MachineLine() {
                      PLEINAIR_VERSION);
 }
 
-std::string NameOf(const Sequence& sequence) {
-  return sequence.name.empty() ? sequence.folder.filename().string() : sequence.name;
-}
-
 // Where it could be drawn; the page says why it could not.
 void WriteChart(const std::filesystem::path& file, const std::string& svg) {
   if (svg.starts_with("<svg")) WriteWholeText(file, svg);
@@ -83,7 +79,7 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
   MakeFolder(options.out);
 
   TradeoffPage page;
-  page.title = "Error against time: " + NameOf(sequence);
+  page.title = "Error against time: " + sequence.NameOrFolder();
   page.settings = {
       fmt::format("{}x{} pixels; light measured on {} frames, pictures on {}",
                   sequence.intrinsics.width_px,
@@ -122,7 +118,7 @@ std::string SearchTheFront(const TradeoffCommandOptions& options, const TrialSet
   MakeFolder(options.out);
   FrontPage page;
   const CameraIntrinsics& camera = trials.Recording().intrinsics;
-  page.title = "What a frame costs, and what comes of it: " + NameOf(trials.Recording());
+  page.title = "What a frame costs, and what comes of it: " + trials.Recording().NameOrFolder();
   page.points = trials.Search(options.most_combinations);
   page.settings = {fmt::format("{}x{} pixels, {} frames, {} seeds; {} combinations tried",
                                camera.width_px,

@@ -17,11 +17,6 @@
 namespace pleinair {
 namespace {
 
-std::optional<double> MedianOf(const std::vector<double>& values) {
-  if (values.empty()) return std::nullopt;
-  return Percentile(values, 0.5);
-}
-
 const LightSummary& JudgedFrames(const LightSummaries& light) {
   return light.well_posed.frames > 0 ? light.well_posed : light.all;
 }
@@ -52,7 +47,7 @@ std::optional<double> LightError(const Score& score) {
     if (well_posed_alone && !frame.IsWellPosed()) continue;
     errors.push_back(0.5 * (*frame.light->sun_error + *frame.light->sky_error));
   }
-  return MedianOf(errors);
+  return Median(errors);
 }
 
 std::optional<double> PictureError(const Score& score) {
@@ -63,7 +58,7 @@ std::optional<double> PictureError(const Score& score) {
     const std::optional<double>& effect = frame.composite->effect_psnr_db;
     errors.push_back(effect ? 0.5 * (object + CodesOfPsnr(*effect)) : object);
   }
-  return MedianOf(errors);
+  return Median(errors);
 }
 
 // A value of an axis and the seeds that it is measured with at once.
@@ -259,9 +254,9 @@ void TradeoffTrials::MeasureLight(const std::vector<Job*>& batch) {
     figures.error = *error;
     figures.sun_error = MedianOf(JudgedFrames(score.light).sun_error);
     figures.sky_error = MedianOf(JudgedFrames(score.light).sky_error);
-    figures.transport_ms = MedianOf(view_ms);
-    figures.draw_ms = MedianOf(trial.draw_ms);
-    figures.estimate_ms = MedianOf(trial.estimate_ms);
+    figures.transport_ms = Median(view_ms);
+    figures.draw_ms = Median(trial.draw_ms);
+    figures.estimate_ms = Median(trial.estimate_ms);
     figures.time_ms = *figures.estimate_ms;
     if (trial.job->axis->judge == SweepAxis::Judge::kTransport) {
       figures.time_ms += *figures.transport_ms + *figures.draw_ms;
@@ -305,15 +300,15 @@ void TradeoffTrials::MeasurePicture(Job& job) {
     if (!error) continue;
     TrialFigures figures;
     figures.error = *error;
-    figures.time_ms = *MedianOf(total_ms);
+    figures.time_ms = *Median(total_ms);
     figures.sun_error = MedianOf(JudgedFrames(score.light).sun_error);
     figures.sky_error = MedianOf(JudgedFrames(score.light).sky_error);
     figures.object_psnr_db = MedianOf(score.composite.object_psnr_db);
     figures.effect_psnr_db = MedianOf(score.composite.effect_psnr_db);
-    figures.transport_ms = MedianOf(transport_ms);
-    figures.estimate_ms = MedianOf(estimate_ms);
-    figures.objects_ms = MedianOf(objects_ms);
-    figures.render_ms = MedianOf(render_ms);
+    figures.transport_ms = Median(transport_ms);
+    figures.estimate_ms = Median(estimate_ms);
+    figures.objects_ms = Median(objects_ms);
+    figures.render_ms = Median(render_ms);
     job.result->trials.push_back(figures);
   }
 }

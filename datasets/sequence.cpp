@@ -12,6 +12,10 @@ std::optional<double> FrameEntry::EffectiveExposure() const {
   return std::nullopt;
 }
 
+std::string Sequence::NameOrFolder() const {
+  return name.empty() ? folder.filename().string() : name;
+}
+
 bool Sequence::HasPictures() const {
   return std::any_of(frames.begin(), frames.end(), [](const FrameEntry& frame) {
     return frame.image || frame.image_ldr || frame.raw;

@@ -113,6 +113,8 @@ struct Sequence {
   std::vector<VirtualObjectEntry> virtual_objects;
   std::vector<FrameEntry> frames;
 
+  // `name`, or the name of the folder where that is empty.
+  std::string NameOrFolder() const;
   // False for a site.
   bool HasPictures() const;
   // Throws std::out_of_range; std::invalid_argument where neither frame nor sequence has a pose.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace pleinair {
 
@@ -17,6 +18,11 @@ double Percentile(std::vector<double> values, double share) {
   const auto below = static_cast<std::size_t>(std::floor(place));
   const std::size_t above = std::min(below + 1, values.size() - 1);
   return std::lerp(values[below], values[above], place - std::floor(place));
+}
+
+std::optional<double> Median(std::vector<double> values) {
+  if (values.empty()) return std::nullopt;
+  return Percentile(std::move(values), 0.5);
 }
 
 std::optional<Distribution> DistributionOf(const std::vector<double>& values) {

@@ -20,6 +20,9 @@ struct Distribution {
 double Percentile(std::vector<double> values, double share);
 
 // None of no values.
+std::optional<double> Median(std::vector<double> values);
+
+// None of no values.
 std::optional<Distribution> DistributionOf(const std::vector<double>& values);
 
 }  // namespace pleinair

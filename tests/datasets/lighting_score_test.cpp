@@ -32,6 +32,11 @@ TEST(Percentile, InterpolatesBetweenOrderStatistics) {
   EXPECT_FALSE(DistributionOf({}));
 }
 
+TEST(Median, IsNoneOfNoValues) {
+  EXPECT_EQ(Median({8.0, 1.0, 4.0, 2.0}), 3.0);
+  EXPECT_EQ(Median({}), std::nullopt);
+}
+
 TEST(LightScore, IsZeroForTheTruthItself) {
   const TruthFrame truth = Truth({900.0, 800.0, 700.0}, {60.0, 90.0, 150.0});
   const RecordedLight estimate{truth.sun_direction_enu,
