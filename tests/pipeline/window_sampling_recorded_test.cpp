@@ -17,46 +17,13 @@
 #include "pipeline/sun_state.h"
 #include "relight/daylight/window_sampling.h"
 #include "scene/mesh_io.h"
+#include "tests/relight/seed_spread.h"
 
 namespace pleinair::window_sampling_recorded_test {
 namespace {
 
 const std::filesystem::path kRoom =
     std::filesystem::path(PLEINAIR_SHARED_DIR) / "sequences/room-window";
-
-struct Spread {
-  double mean = 0.0;
-  double variance = 0.0;
-};
-
-// RGB added up: mean over receivers and seeds, variance over seeds, added up over receivers.
-Spread SpreadOf(DaylightShadows& light,
-                std::span<const Window> windows,
-                const BoundingSphere& object,
-                std::span<const Receiver> receivers,
-                std::span<const glm::vec3> sky,
-                DaylightSamplingOptions options,
-                int seeds) {
-  std::vector<double> sum(receivers.size(), 0.0);
-  std::vector<double> squares(receivers.size(), 0.0);
-  for (int seed = 1; seed <= seeds; ++seed) {
-    options.seed = static_cast<std::uint64_t>(seed);
-    light.SetSamples(DaylightSampler(windows, object, options).Draw(sky).samples);
-    const std::vector<glm::vec3> irradiance = light.OnObjects(receivers);
-    for (std::size_t i = 0; i < receivers.size(); ++i) {
-      const double value = static_cast<double>(irradiance[i].x + irradiance[i].y + irradiance[i].z);
-      sum[i] += value;
-      squares[i] += value * value;
-    }
-  }
-  Spread spread;
-  for (std::size_t i = 0; i < receivers.size(); ++i) {
-    const double mean = sum[i] / seeds;
-    spread.mean += mean / static_cast<double>(receivers.size());
-    if (seeds > 1) spread.variance += (squares[i] - seeds * mean * mean) / (seeds - 1);
-  }
-  return spread;
-}
 
 // The bar, for 64 samples, in every other frame: a quarter of the variance or less, and the mean of
 // 200 draws within 1 % of one of 65536 samples from the entire sky.
@@ -88,16 +55,20 @@ TEST(WindowSamplingRecorded, HasAQuarterOfTheVarianceUnderTheRecordedSkies) {
     const std::vector<glm::vec3> sky =
         SkyRadianceTable(lighting, std::vector<std::shared_ptr<const SkyShape>>{fisheye.Shape()});
     const auto spread = [&](DaylightRestriction restriction, int samples, int seeds) {
-      return SpreadOf(light,
-                      windows,
-                      sphere,
-                      receivers,
-                      sky,
-                      {.samples = samples, .restriction = restriction},
-                      seeds);
+      return SpreadOverSeeds({windows, sphere, sky},
+                             {.samples = samples, .restriction = restriction},
+                             seeds,
+                             [&](const DaylightSamples& drawn) {
+                               light.SetSamples(drawn.samples);
+                               std::vector<double> values;
+                               for (const glm::vec3& rgb : light.OnObjects(receivers)) {
+                                 values.push_back(static_cast<double>(rgb.x + rgb.y + rgb.z));
+                               }
+                               return values;
+                             });
     };
-    const Spread window = spread(DaylightRestriction::kWindows, 64, 200);
-    const Spread whole = spread(DaylightRestriction::kWholeSky, 64, 20);
+    const SeedSpread window = spread(DaylightRestriction::kWindows, 64, 200);
+    const SeedSpread whole = spread(DaylightRestriction::kWholeSky, 64, 20);
     const double reference = spread(DaylightRestriction::kWholeSky, 65536, 1).mean;
     EXPECT_GE(whole.variance, 4.0 * window.variance) << frame.index;
     EXPECT_NEAR(window.mean, reference, 0.01 * reference) << frame.index;

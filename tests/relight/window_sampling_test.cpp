@@ -15,6 +15,7 @@
 #include "relight/transport/transport.h"
 #include "scene/low_discrepancy.h"
 #include "scene/ray_caster.h"
+#include "tests/relight/seed_spread.h"
 #include "tests/relight/window_rooms.h"
 
 namespace pleinair::window_sampling_test {
@@ -98,43 +99,25 @@ glm::dvec3 Reference(const RayCaster& caster,
   return sum;
 }
 
-struct Spread {
-  double mean = 0.0;      // Over seeds and receivers, RGB added up.
-  double variance = 0.0;  // Over seeds, of each receiver, added up.
-  int seeds = 0;
-  double MeanStddev(std::size_t receivers) const {
-    return std::sqrt(variance / seeds) / static_cast<double>(receivers);
-  }
+struct LitRoom {
+  const RayCaster& caster;
+  std::span<const Window> windows;
+  std::span<const Receiver> receivers;
 };
 
-Spread SpreadOf(const RayCaster& caster,
-                std::span<const Window> windows,
-                std::span<const Receiver> receivers,
-                const std::vector<glm::vec3>& sky,
-                int samples,
-                DaylightRestriction restriction,
-                int seeds) {
-  std::vector<double> sum(receivers.size(), 0.0);
-  std::vector<double> squares(receivers.size(), 0.0);
-  for (int seed = 1; seed <= seeds; ++seed) {
-    const DaylightSampler sampler(
-        windows, kObject, {samples, restriction, static_cast<std::uint64_t>(seed)});
-    const DaylightSamples drawn = sampler.Draw(sky);
-    for (std::size_t i = 0; i < receivers.size(); ++i) {
-      const glm::dvec3 rgb = FromSamples(caster, receivers[i], drawn);
-      const double value = rgb.x + rgb.y + rgb.z;
-      sum[i] += value;
-      squares[i] += value * value;
-    }
-  }
-  Spread spread;
-  spread.seeds = seeds;
-  for (std::size_t i = 0; i < receivers.size(); ++i) {
-    const double mean = sum[i] / seeds;
-    spread.mean += mean / static_cast<double>(receivers.size());
-    spread.variance += (squares[i] - seeds * mean * mean) / (seeds - 1);
-  }
-  return spread;
+SeedSpread SpreadOf(const LitRoom& room,
+                    const std::vector<glm::vec3>& sky,
+                    const DaylightSamplingOptions& options,
+                    int seeds) {
+  return SpreadOverSeeds(
+      {room.windows, kObject, sky}, options, seeds, [&](const DaylightSamples& drawn) {
+        std::vector<double> values;
+        for (const Receiver& receiver : room.receivers) {
+          const glm::dvec3 rgb = FromSamples(room.caster, receiver, drawn);
+          values.push_back(rgb.x + rgb.y + rgb.z);
+        }
+        return values;
+      });
 }
 
 double MeanReference(const RayCaster& caster,
@@ -154,16 +137,17 @@ class WindowSampling : public ::testing::Test {
   const std::vector<Window> windows_{SouthWindow(kSouthHole)};
   const std::vector<glm::vec3> sky_ = SkyWithASpot();
   const std::vector<Receiver> receivers_ = OnObject(12);
+  const LitRoom lit_room_{room_, windows_, receivers_};
 };
 
 // The bar: an object in shade gets at least 4 times less variance at equal samples, and a mean
 // within 1 % of the converged one. 1 % is 3 standard deviations of the mean over seeds here.
 TEST_F(WindowSampling, HasAQuarterOfTheVarianceOrLessInShade) {
   const double reference = MeanReference(room_, receivers_, sky_);
-  const Spread windows =
-      SpreadOf(room_, windows_, receivers_, sky_, 64, DaylightRestriction::kWindows, 100);
-  const Spread whole =
-      SpreadOf(room_, windows_, receivers_, sky_, 64, DaylightRestriction::kWholeSky, 100);
+  const SeedSpread windows =
+      SpreadOf(lit_room_, sky_, {.samples = 64, .restriction = DaylightRestriction::kWindows}, 100);
+  const SeedSpread whole = SpreadOf(
+      lit_room_, sky_, {.samples = 64, .restriction = DaylightRestriction::kWholeSky}, 100);
   EXPECT_NEAR(windows.mean, reference, 0.01 * reference);
   EXPECT_LT(3.0 * windows.MeanStddev(receivers_.size()), 0.01 * reference);
   EXPECT_GE(whole.variance, 4.0 * windows.variance);
@@ -174,10 +158,10 @@ TEST_F(WindowSampling, HasAQuarterOfTheVarianceOrLessInShade) {
 // The same without the spot: importance alone does not do it.
 TEST_F(WindowSampling, HasAQuarterOfTheVarianceOrLessUnderAnEvenSky) {
   const std::vector<glm::vec3> sky = SkyWithASpot(0.0f);
-  const Spread windows =
-      SpreadOf(room_, windows_, receivers_, sky, 64, DaylightRestriction::kWindows, 60);
-  const Spread whole =
-      SpreadOf(room_, windows_, receivers_, sky, 64, DaylightRestriction::kWholeSky, 60);
+  const SeedSpread windows =
+      SpreadOf(lit_room_, sky, {.samples = 64, .restriction = DaylightRestriction::kWindows}, 60);
+  const SeedSpread whole =
+      SpreadOf(lit_room_, sky, {.samples = 64, .restriction = DaylightRestriction::kWholeSky}, 60);
   EXPECT_GE(whole.variance, 4.0 * windows.variance);
 }
 
@@ -189,7 +173,8 @@ TEST_F(WindowSampling, HasTheSameMeanBySetting) {
   for (const auto restriction : {DaylightRestriction::kWindows,
                                  DaylightRestriction::kRejection,
                                  DaylightRestriction::kWholeSky}) {
-    const Spread spread = SpreadOf(room_, windows_, receivers_, sky, 64, restriction, 60);
+    const SeedSpread spread =
+        SpreadOf(lit_room_, sky, {.samples = 64, .restriction = restriction}, 60);
     EXPECT_NEAR(
         spread.mean, reference, 4.0 * spread.MeanStddev(receivers_.size()) + 0.005 * reference)
         << static_cast<int>(restriction);
@@ -220,8 +205,8 @@ TEST_F(WindowSampling, IsUnbiasedForAnyNumberOfSamples) {
   const double reference = MeanReference(room_, receivers_, sky);
   for (const int samples : {1, 2, 7, 256}) {
     const int seeds = std::max(10, 400 / samples);
-    const Spread spread =
-        SpreadOf(room_, windows_, receivers_, sky, samples, DaylightRestriction::kWindows, seeds);
+    const SeedSpread spread = SpreadOf(
+        lit_room_, sky, {.samples = samples, .restriction = DaylightRestriction::kWindows}, seeds);
     EXPECT_NEAR(
         spread.mean, reference, 4.0 * spread.MeanStddev(receivers_.size()) + 0.005 * reference)
         << samples;
@@ -232,7 +217,10 @@ TEST_F(WindowSampling, IsUnbiasedForAnyNumberOfSamples) {
 TEST_F(WindowSampling, FallsFasterThanOneOverTheNumberOfSamples) {
   const std::vector<glm::vec3> sky = SkyWithASpot(0.0f);
   const auto variance = [&](int samples) {
-    return SpreadOf(room_, windows_, receivers_, sky, samples, DaylightRestriction::kWindows, 60)
+    return SpreadOf(lit_room_,
+                    sky,
+                    {.samples = samples, .restriction = DaylightRestriction::kWindows},
+                    60)
         .variance;
   };
   EXPECT_GT(variance(32), 6.0 * variance(128));
@@ -256,8 +244,10 @@ TEST_F(WindowSampling, AddsUpSeveralWindows) {
   const std::vector<Window> windows{SouthWindow(kSouthHole), EastWindow(kEastHole)};
   const std::vector<glm::vec3> sky = SkyWithASpot(0.0f);
   const double reference = MeanReference(room, receivers_, sky);
-  const Spread spread =
-      SpreadOf(room, windows, receivers_, sky, 64, DaylightRestriction::kWindows, 40);
+  const SeedSpread spread = SpreadOf({room, windows, receivers_},
+                                     sky,
+                                     {.samples = 64, .restriction = DaylightRestriction::kWindows},
+                                     40);
   EXPECT_NEAR(
       spread.mean, reference, 4.0 * spread.MeanStddev(receivers_.size()) + 0.005 * reference);
 }
