@@ -14,6 +14,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/internal/marker_dictionary.h"
+#include "calib/internal/opencv_types.h"
 #include "calib/internal/residual_text.h"
 #include "calib/marker_detection.h"
 #include "scene/upper_median.h"
@@ -26,10 +27,6 @@ constexpr std::size_t kFewestCorners = 6;
 constexpr double kBlurredShare = 2.0;
 constexpr double kBlurredPx = 4.0;
 
-cv::Mat View(const Gray8Image& picture) {
-  return {picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.pixels.data())};
-}
-
 void Refine(const cv::Mat& image, double half_window_px, std::vector<cv::Point2f>& corners) {
   const int half_window = std::clamp(static_cast<int>(half_window_px), 3, 11);
   cv::cornerSubPix(image,
@@ -41,7 +38,7 @@ void Refine(const cv::Mat& image, double half_window_px, std::vector<cv::Point2f
 
 tl::expected<std::vector<BoardCorner>, std::string> FindChessboard(const Gray8Image& picture,
                                                                    BoardSize board) {
-  const cv::Mat image = View(picture);
+  const cv::Mat image = MatOf(picture);
   const cv::Size size(board.columns, board.rows);
   std::vector<cv::Point2f> found;
   // The finder that grows quads also finds boards that the lens distorts. The newer finder, which
@@ -96,7 +93,7 @@ tl::expected<std::vector<BoardCorner>, std::string> FindCharuco(const Gray8Image
   std::vector<cv::Point2f> found;
   std::vector<int> ids;
   if (!marker_ids.empty()) {
-    cv::aruco::interpolateCornersCharuco(outlines, marker_ids, View(picture), board, found, ids);
+    cv::aruco::interpolateCornersCharuco(outlines, marker_ids, MatOf(picture), board, found, ids);
   }
   if (!found.empty()) {
     // OpenCV 4.6 leaves them half a pixel off, both ways. Windows end before the markers begin.
@@ -105,7 +102,7 @@ tl::expected<std::vector<BoardCorner>, std::string> FindCharuco(const Gray8Image
       marker_px = std::min(marker_px, cv::norm(outline[1] - outline[0]));
     }
     const double rim_squares = 0.5 * (1.0 - markers.side_share);
-    Refine(View(picture), 0.7 * rim_squares * marker_px / markers.side_share, found);
+    Refine(MatOf(picture), 0.7 * rim_squares * marker_px / markers.side_share, found);
   }
   std::vector<BoardCorner> corners;
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -215,7 +212,7 @@ std::optional<BoardSize> FindBoardSize(const Gray8Image& picture) {
   const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
   std::vector<cv::Point2f> corners;
   cv::Mat markers;  // As many rows and columns as the board.
-  if (!cv::findChessboardCornersSB(View(picture), smallest, corners, flags, markers)) {
+  if (!cv::findChessboardCornersSB(MatOf(picture), smallest, corners, flags, markers)) {
     return std::nullopt;
   }
   return BoardSize{std::max(markers.cols, markers.rows), std::min(markers.cols, markers.rows)};

@@ -10,6 +10,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calib/internal/board_matches.h"
+#include "calib/internal/opencv_types.h"
 #include "calib/internal/pose_refinement.h"
 #include "calib/internal/reprojection.h"
 #include "calib/internal/residual_text.h"
@@ -47,17 +48,6 @@ double MeanSquareRoot(const std::vector<double>& rms) {
   double sum = 0.0;
   for (const double value : rms) sum += value * value;
   return std::sqrt(sum / static_cast<double>(rms.size()));
-}
-
-glm::dmat4 PoseFrom(const cv::Mat& rotation_vector, const cv::Mat& translation) {
-  cv::Matx33d rotation;
-  cv::Rodrigues(rotation_vector, rotation);
-  glm::dmat4 pose(1.0);
-  for (int column = 0; column < 3; ++column) {
-    for (int row = 0; row < 3; ++row) pose[column][row] = rotation(row, column);
-    pose[3][column] = translation.at<double>(column);
-  }
-  return pose;
 }
 
 // Infinite where a corner is not before the camera.

@@ -12,6 +12,7 @@
 
 #include "calib/internal/marker_corners.h"
 #include "calib/internal/marker_dictionary.h"
+#include "calib/internal/opencv_types.h"
 #include "scene/srgb.h"
 
 namespace pleinair {
@@ -44,10 +45,6 @@ constexpr std::array<NamedDictionary, 21> kDictionaries{{
     {"7x7_250", cv::aruco::DICT_7X7_250},
     {"7x7_1000", cv::aruco::DICT_7X7_1000},
 }};
-
-cv::Mat View(const Gray8Image& picture) {
-  return {picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.pixels.data())};
-}
 
 std::vector<DetectedMarker> Search(const cv::Mat& picture,
                                    double scale,
@@ -120,7 +117,7 @@ std::vector<DetectedMarker> DetectMarkers(const Gray8Image& picture,
   constexpr std::size_t kEnlargeUpToPx = 1024 * 1024;
   const auto known = OpenCvDictionary(dictionary);
   if (picture.width < 8 || picture.height < 8) return {};
-  const cv::Mat image = View(picture);
+  const cv::Mat image = MatOf(picture);
   std::vector<DetectedMarker> markers = Search(image, 1.0, known);
   if (picture.pixels.size() <= kEnlargeUpToPx) {
     cv::Mat enlarged;
@@ -190,7 +187,7 @@ Gray8Image DrawMarker(const std::string& dictionary, int id, int pixels_per_cell
   cv::Mat marker;
   cv::aruco::drawMarker(known, id, side, marker);
   Gray8Image drawn(side + 2 * pixels_per_cell, side + 2 * pixels_per_cell, 255);
-  marker.copyTo(View(drawn)({pixels_per_cell, pixels_per_cell, side, side}));
+  marker.copyTo(MatOf(drawn)({pixels_per_cell, pixels_per_cell, side, side}));
   return drawn;
 }
 

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 
 #include "calib/camera_pose.h"
+#include "calib/internal/camera_centre.h"
 #include "calib/internal/check_number.h"
 
 namespace pleinair {
@@ -14,10 +14,6 @@ namespace {
 
 double SecondsBetween(UtcTime a, UtcTime b) {
   return std::abs(std::chrono::duration<double>(b - a).count());
-}
-
-glm::dvec3 PositionOf(const glm::dmat4& camera_from_world) {
-  return -(glm::transpose(glm::dmat3(camera_from_world)) * glm::dvec3(camera_from_world[3]));
 }
 
 }  // namespace
@@ -39,7 +35,7 @@ PoseTracker::PoseTracker(const PoseTrackerOptions& options) : options_(options) 
 
 bool PoseTracker::IsBelievable(const Known& from, UtcTime time, const glm::dmat4& to) const {
   const double elapsed_s = SecondsBetween(from.time, time);
-  return glm::distance(PositionOf(from.camera_from_world), PositionOf(to)) <=
+  return glm::distance(CentreOfCamera(from.camera_from_world), CentreOfCamera(to)) <=
              options_.noise_m + options_.believable_speed_m_s * elapsed_s &&
          RotationBetweenRad(from.camera_from_world, to) <=
              options_.noise_rad + options_.believable_turn_rad_s * elapsed_s;

@@ -9,14 +9,12 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "calib/internal/camera_centre.h"
+
 namespace pleinair {
 namespace {
 
 constexpr double kRigidTolerance = 1e-5;
-
-glm::dvec3 CentreOfCamera(const glm::dmat4& camera_from_world) {
-  return -(glm::transpose(glm::dmat3(camera_from_world)) * glm::dvec3(camera_from_world[3]));
-}
 
 glm::dvec3 RotationVectorOf(const glm::dmat3& rotation) {
   glm::dquat turned = glm::normalize(glm::quat_cast(rotation));

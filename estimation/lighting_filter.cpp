@@ -1,7 +1,6 @@
 #include "estimation/lighting_filter.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -9,11 +8,14 @@
 
 #include <glm/exponential.hpp>
 
+#include "estimation/internal/seconds_between.h"
 #include "scene/is_finite.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
+
+using estimation_internal::SecondsBetween;
 
 constexpr int kLateFramesToStartAnew = 3;
 // A run this short has not yet shown that it is more than noise or a ramp's passing value: it holds
@@ -47,12 +49,6 @@ constexpr double kUnstatedDeviation = 0.05;
 // A change of less than this share of a light is no cloud; it fades with this time constant.
 constexpr double kCreep = 0.03;
 constexpr double kFadingS = 0.2;
-
-double SecondsBetween(UtcTime from, UtcTime to) {
-  // In double before the difference: three centuries of nanoseconds overflow their 64 bits.
-  using Seconds = std::chrono::duration<double>;
-  return (Seconds(to.time_since_epoch()) - Seconds(from.time_since_epoch())).count();
-}
 
 // Not IsFinite: that would hide the one for vectors here.
 bool HasFiniteValues(const Lighting& lighting) {

@@ -1,16 +1,17 @@
 #include "estimation/weather_belief.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include <Eigen/Cholesky>
 
+#include "estimation/internal/seconds_between.h"
 #include "estimation/internal/square.h"
 
 namespace pleinair {
 namespace {
 
+using estimation_internal::SecondsBetween;
 using estimation_internal::Square;
 
 // Durations of the states. Within broken cloud the sun comes and goes in a minute or two. A weather
@@ -38,12 +39,6 @@ constexpr Memory kMemories[kSkyStates] = {
 // and of one channel against the others.
 constexpr double kSurveyStddev = 0.05;
 constexpr double kSurveyHueStddev = 0.01;
-
-double SecondsBetween(UtcTime from, UtcTime to) {
-  // In double before the difference: three centuries of nanoseconds overflow their 64 bits.
-  using Seconds = std::chrono::duration<double>;
-  return (Seconds(to.time_since_epoch()) - Seconds(from.time_since_epoch())).count();
-}
 
 // Probabilities of the next state, given the last; rows add up to 1.
 std::array<std::array<double, kSkyStates>, kSkyStates> TransitionsOver(double gap_s,

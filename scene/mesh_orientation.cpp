@@ -10,18 +10,12 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/disjoint_sets.h"
+
 namespace pleinair {
 namespace {
 
 using Position = std::array<float, 3>;
-
-std::uint32_t RootOf(std::vector<std::uint32_t>& parent, std::uint32_t item) {
-  while (parent[item] != item) {
-    parent[item] = parent[parent[item]];
-    item = parent[item];
-  }
-  return item;
-}
 
 struct DirectedEdge {
   std::uint32_t lower = 0;

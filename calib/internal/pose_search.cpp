@@ -7,23 +7,13 @@
 #include <glm/geometric.hpp>
 #include <opencv2/calib3d.hpp>
 
+#include "calib/internal/opencv_types.h"
 #include "calib/internal/point_spread.h"
 
 namespace pleinair {
 namespace {
 
 cv::Point3d ToOpenCv(const glm::dvec3& point) { return {point.x, point.y, point.z}; }
-
-glm::dmat4 FromOpenCv(const cv::Mat& rotation_vector, const cv::Mat& translation) {
-  cv::Matx33d rotation;
-  cv::Rodrigues(rotation_vector, rotation);
-  glm::dmat4 pose(1.0);
-  for (int column = 0; column < 3; ++column) {
-    for (int row = 0; row < 3; ++row) pose[column][row] = rotation(row, column);
-    pose[3][column] = translation.at<double>(column);
-  }
-  return pose;
-}
 
 bool IsFinite(const glm::dmat4& pose) {
   for (int column = 0; column < 4; ++column) {
@@ -74,7 +64,7 @@ std::vector<glm::dmat4> FlatPoses(const std::vector<glm::dvec3>& points_m,
   to_plane[3] = glm::dvec4(-spread.axes_from_world * spread.centre, 1.0);
   std::vector<glm::dmat4> poses;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
-    const glm::dmat4 pose = FromOpenCv(rotations[i], translations[i]) * to_plane;
+    const glm::dmat4 pose = PoseFrom(rotations[i], translations[i]) * to_plane;
     if (IsFinite(pose)) poses.push_back(pose);
   }
   return poses;
@@ -138,7 +128,7 @@ void PoseSearch::AddFromTriple(const std::array<std::size_t, 3>& triple,
   cv::solveP3P(
       points, rays, cv::Matx33d::eye(), cv::noArray(), rotations, translations, cv::SOLVEPNP_AP3P);
   for (std::size_t i = 0; i < rotations.size(); ++i) {
-    const glm::dmat4 pose = FromOpenCv(rotations[i], translations[i]);
+    const glm::dmat4 pose = PoseFrom(rotations[i], translations[i]);
     if (IsFinite(pose)) poses.push_back(pose);
   }
 }

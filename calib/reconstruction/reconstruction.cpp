@@ -2,13 +2,12 @@
 
 #include <glm/matrix.hpp>
 
+#include "calib/internal/camera_centre.h"
 #include "calib/lens.h"
 
 namespace pleinair {
 
-glm::dvec3 ReconstructedPicture::Centre() const {
-  return -(glm::transpose(glm::dmat3(camera_from_model)) * glm::dvec3(camera_from_model[3]));
-}
+glm::dvec3 ReconstructedPicture::Centre() const { return CentreOfCamera(camera_from_model); }
 
 void Transform(const Similarity& move, Reconstruction& reconstruction) {
   for (ReconstructedPoint& point : reconstruction.points) {

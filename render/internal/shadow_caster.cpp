@@ -14,6 +14,8 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
+#include "scene/disjoint_sets.h"
+
 namespace pleinair {
 namespace {
 
@@ -35,14 +37,6 @@ PositionKey KeyOf(const glm::vec3& position) {
   return {{std::bit_cast<std::uint32_t>(position.x + 0.0f),
            std::bit_cast<std::uint32_t>(position.y + 0.0f),
            std::bit_cast<std::uint32_t>(position.z + 0.0f)}};
-}
-
-std::uint32_t RootOf(std::vector<std::uint32_t>& parent, std::uint32_t item) {
-  while (parent[item] != item) {
-    parent[item] = parent[parent[item]];
-    item = parent[item];
-  }
-  return item;
 }
 
 // In beam coordinates: x and y across the beam, z towards the sun.

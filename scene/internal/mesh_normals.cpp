@@ -5,16 +5,14 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/angle_between.h"
+
 namespace pleinair {
 namespace {
 
 // The cost is quadratic in a corner's triangles; past this many (the tip of a fine cone) the corner
 // takes the triangle's own normal.
 constexpr std::size_t kMaxTrianglesAround = 2048;
-
-double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
 
 // Triangles around each position: `around[first[p]]` up to `around[first[p + 1]]`.
 struct Neighbourhood {
@@ -50,8 +48,9 @@ std::vector<std::array<glm::vec3, 3>> CornerNormals(std::span<const glm::vec3> p
     const glm::dvec3 b(positions[triangles[t].y]);
     const glm::dvec3 c(positions[triangles[t].z]);
     flat[t] = glm::normalize(glm::cross(b - a, c - a));
-    angles[t] = {
-        AngleBetween(b - a, c - a), AngleBetween(c - b, a - b), AngleBetween(a - c, b - c)};
+    angles[t] = {AngleBetweenRad(b - a, c - a),
+                 AngleBetweenRad(c - b, a - b),
+                 AngleBetweenRad(a - c, b - c)};
   }
   const Neighbourhood neighbours = NeighbourhoodOf(positions.size(), triangles);
   const double smallest_cosine = std::cos(kCreaseAngleRad);

@@ -13,6 +13,7 @@
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/internal/opencv_types.h"
 #include "calib/lens.h"
 #include "scene/image_io.h"
 #include "sunmodel/angles.h"
@@ -197,12 +198,9 @@ TEST(LensFit, ChoosesTheFisheyeThatMadeTheCorners) {
   EXPECT_LT(choice.fisheye.held_out->rms_px, 0.35);
 }
 
-cv::Mat View(const Gray8Image& picture) {
-  return {picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.pixels.data())};
-}
 Gray8Image Copy(const cv::Mat& view) {
   Gray8Image picture(view.cols, view.rows);
-  view.copyTo(View(picture));
+  view.copyTo(MatOf(picture));
   return picture;
 }
 
@@ -266,23 +264,23 @@ TEST_F(RealBoards, GiveTheReferencesLens) {
 // board mirrored.
 TEST_F(RealBoards, SpoiledPicturesAreNamed) {
   const std::vector<Gray8Image> good = pictures_;
-  const auto blur = [&] { cv::GaussianBlur(View(good[1]), View(pictures_[1]), {}, 4.0); };
+  const auto blur = [&] { cv::GaussianBlur(MatOf(good[1]), MatOf(pictures_[1]), {}, 4.0); };
   const auto crop = [&] {
     pictures_[5] = good[5];
     const auto corners = FindBoardCorners(good[5], {kBoard, {}});
     ASSERT_TRUE(corners);
     const int middle = static_cast<int>((*corners)[20].pixel.x);
-    View(pictures_[5])(cv::Rect(0, 0, middle, 778)).setTo(90);
+    MatOf(pictures_[5])(cv::Rect(0, 0, middle, 778)).setTo(90);
   };
   const auto another = [&] {
-    cv::Mat noise = View(pictures_[8]);
+    cv::Mat noise = MatOf(pictures_[8]);
     cv::randu(noise, 0, 255);
     cv::GaussianBlur(noise, noise, {}, 12.0);
     cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
   };
   const auto mirror = [&] {
     cv::Mat flipped;
-    cv::flip(View(good[12]), flipped, 1);
+    cv::flip(MatOf(good[12]), flipped, 1);
     pictures_[12] = Copy(flipped);
   };
   const auto names = [&] {

@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "scene/angle_between.h"
+
 namespace pleinair::lat_long_hard_cases_test {
 namespace {
 
@@ -19,10 +21,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr LatLongSize kSizes[] = {
     {1, 1}, {2, 1}, {1, 2}, {3, 3}, {5, 7}, {17, 4}, {64, 32}, {101, 51}, {333, 1000}, {1024, 512}};
 
-double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
-
 TEST(LatLongHardCases, EveryPixelOfEverySizeComesBack) {
   for (const LatLongSize size : kSizes) {
     for (int y = 0; y < size.height; ++y) {
@@ -31,7 +29,7 @@ TEST(LatLongHardCases, EveryPixelOfEverySizeComesBack) {
         ASSERT_EQ(LatLongPixelFromDirection(direction, size), glm::ivec2(x, y))
             << size.width << "x" << size.height;
         const glm::dvec3 again = DirectionFromLatLong(LatLongFromDirection(direction, size), size);
-        ASSERT_LE(AngleBetween(direction, again), 1e-6);
+        ASSERT_LE(AngleBetweenRad(direction, again), 1e-6);
         ASSERT_NEAR(glm::length(direction), 1.0, 1e-15);
       }
     }
@@ -49,7 +47,7 @@ TEST(LatLongHardCases, PolesAndSeamKeepTheirDirection) {
         ASSERT_LT(uv.x, size.width);
         ASSERT_GE(uv.y, 0.0);
         ASSERT_LE(uv.y, size.height);
-        ASSERT_LE(AngleBetween(direction, DirectionFromLatLong(uv, size)), 1e-6);
+        ASSERT_LE(AngleBetweenRad(direction, DirectionFromLatLong(uv, size)), 1e-6);
         const glm::ivec2 pixel = LatLongPixelFromDirection(direction, size);
         ASSERT_TRUE(pixel.x >= 0 && pixel.x < size.width && pixel.y >= 0 && pixel.y < size.height);
       }

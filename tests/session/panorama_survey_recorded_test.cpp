@@ -18,6 +18,7 @@
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
 #include "relight/survey/survey_maps.h"
+#include "scene/angle_between.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "session/sequence_site.h"
@@ -32,10 +33,6 @@ namespace fs = std::filesystem;
 const fs::path kPanoramas = fs::path(PLEINAIR_SHARED_DIR) / "data/hdr_panoramas";
 
 double Mean(const glm::dvec3& rgb) { return (rgb.x + rgb.y + rgb.z) / 3.0; }
-
-double AngleBetween(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr double kEyeHeightM = 1.6;
@@ -69,7 +66,7 @@ BrightestSpot BrightestOf(const RgbImage& map) {
     for (int x = 0; x < map.width; ++x) {
       const glm::dvec3 there = PixelDirection(map, x, y);
       const double value = Mean(glm::dvec3(map.At(x, y)));
-      if (AngleBetween(there, spot.pixel) < 1.0 * kDeg && value > 0.1 * peak) {
+      if (AngleBetweenRad(there, spot.pixel) < 1.0 * kDeg && value > 0.1 * peak) {
         sum += value * LatLongPixelSolidAngleSr(y, SizeOf(map)) * there;
       }
     }
@@ -175,7 +172,7 @@ double BrightestLeftOverRing(const SurveyLight& light) {
   double brightest = 0.0;
   for (int y = 0; y < sky.height / 2; ++y) {
     for (int x = 0; x < sky.width; ++x) {
-      const double angle = AngleBetween(PixelDirection(sky, x, y), light.sun_direction_enu);
+      const double angle = AngleBetweenRad(PixelDirection(sky, x, y), light.sun_direction_enu);
       const double value = Mean(glm::dvec3(sky.At(x, y)));
       if (angle < 5.0 * kDeg) {
         brightest = std::max(brightest, value);
@@ -342,7 +339,7 @@ TEST_P(SunnyPanorama, IsSplitIntoSunAndSkyAndGivesItsGroundBack) {
   const SurveyLight& light = panorama.Light();
   EXPECT_EQ(light.sun_origin, SunOrigin::kMap);
   // 0.18 deg, half of a pixel.
-  EXPECT_LT(AngleBetween(light.sun_direction_enu, panorama.files.Brightest().centroid),
+  EXPECT_LT(AngleBetweenRad(light.sun_direction_enu, panorama.files.Brightest().centroid),
             0.20 * kDeg);
   EXPECT_LE(BrightestLeftOverRing(light), 2.0);  // 1.81.
   // A disc and its glare outshine any sky.

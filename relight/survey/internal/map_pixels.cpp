@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <glm/geometric.hpp>
+#include "scene/angle_between.h"
 
 namespace pleinair {
 
@@ -19,8 +19,7 @@ std::vector<MapPixel> MapPixelsAround(const glm::dvec3& direction,
   for (int y = first; y <= last; ++y) {
     for (int x = 0; x < size.width; ++x) {
       const glm::dvec3 there = MapPixelDirection(x, y, size);
-      const double angle =
-          std::atan2(glm::length(glm::cross(direction, there)), glm::dot(direction, there));
+      const double angle = AngleBetweenRad(direction, there);
       if (angle <= radius_rad) pixels.push_back({x, y, angle});
     }
   }

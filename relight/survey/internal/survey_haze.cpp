@@ -12,6 +12,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "scene/angle_between.h"
 #include "scene/lat_long.h"
 #include "scene/upper_median.h"
 #include "sunmodel/angles.h"
@@ -74,8 +75,7 @@ std::vector<Reading> ReadSky(const RgbImage& radiance,
       const int x = static_cast<int>((k + 0.5) * radiance.width / columns);
       if (!ShowsSkyAround(shows_sky, x, y)) continue;
       const glm::dvec3 direction = DirectionFromLatLong({x + 0.5, y + 0.5}, size);
-      const double from_sun = std::atan2(glm::length(glm::cross(direction, sun_direction_enu)),
-                                         glm::dot(direction, sun_direction_enu));
+      const double from_sun = AngleBetweenRad(direction, sun_direction_enu);
       if (direction.z < std::sin(kLeastElevationRad) || from_sun < kAroundTheSunRad) continue;
       readings.push_back({direction, glm::dvec3(radiance.At(x, y))});
     }

@@ -14,6 +14,7 @@
 
 #include "relight/survey/internal/map_pixels.h"
 #include "relight/survey/internal/sky_completion.h"
+#include "scene/angle_between.h"
 #include "scene/lat_long.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
@@ -181,8 +182,7 @@ DiscPlace FindDisc(const RgbImage& map,
   }
   if (!(glm::length(centre) > 0.0)) return {computed, 0.0};
   centre = glm::normalize(centre);
-  const double moved_rad =
-      std::atan2(glm::length(glm::cross(computed, centre)), glm::dot(computed, centre));
+  const double moved_rad = AngleBetweenRad(computed, centre);
   if (moved_rad < std::numbers::pi / size.height) return {computed, 0.0};
   return {centre, moved_rad};
 }
