@@ -3,20 +3,15 @@
 #include <sys/timex.h>
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
+
+#include "datasets/camera/internal/read_clock.h"
 
 namespace pleinair {
 namespace {
 
 // NTP slews the system's clock by 500 ppm at most.
 constexpr int kSlewDivisor = 2000;
-
-std::chrono::nanoseconds ReadClock(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
-}
 
 // The reading of one clock lies between two of the other. A thread that is put to sleep between
 // them would tie them wrongly, so the closest of three is taken.

@@ -15,7 +15,6 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -26,6 +25,7 @@
 
 #include "datasets/camera/internal/camera_mode.h"
 #include "datasets/camera/internal/libcamera_lock.h"
+#include "datasets/camera/internal/read_clock.h"
 
 namespace pleinair {
 namespace {
@@ -213,18 +213,12 @@ PictureLayout LayoutOf(const std::string& device, const libcamera::StreamConfigu
   return layout;
 }
 
-nanoseconds Read(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return std::chrono::seconds(now.tv_sec) + nanoseconds(now.tv_nsec);
-}
-
 // libcamera documents CLOCK_BOOTTIME, and hands on what drivers state, mostly CLOCK_MONOTONIC. The
 // two differ after the machine has slept; no picture is of the future.
 nanoseconds MonotonicOf(nanoseconds stated) {
-  const nanoseconds now = Read(CLOCK_MONOTONIC);
+  const nanoseconds now = ReadClock(CLOCK_MONOTONIC);
   if (stated <= nanoseconds{0}) return now;
-  return stated <= now ? stated : stated - (Read(CLOCK_BOOTTIME) - now);
+  return stated <= now ? stated : stated - (ReadClock(CLOCK_BOOTTIME) - now);
 }
 
 // A picture's memory, shared with the driver; its planes one after the other.

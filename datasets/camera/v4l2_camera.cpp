@@ -9,7 +9,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -19,6 +18,7 @@
 
 #include "datasets/camera/internal/camera_lock.h"
 #include "datasets/camera/internal/camera_mode.h"
+#include "datasets/camera/internal/read_clock.h"
 #include "datasets/camera/internal/v4l2_device.h"
 
 namespace pleinair {
@@ -82,12 +82,6 @@ PictureLayout LayoutOf(const std::string& device, const v4l2_pix_format& pix) {
           static_cast<int>(pix.height),
           static_cast<int>(pix.bytesperline),
           YuvCodingOf(pix)};
-}
-
-std::chrono::nanoseconds MonotonicNow() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
 }
 
 // A buffer of the driver's, mapped into our memory.
@@ -326,7 +320,7 @@ class V4l2Stream final : public CameraStream {
         (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC
             ? std::chrono::seconds(buffer.timestamp.tv_sec) +
                   std::chrono::microseconds(buffer.timestamp.tv_usec)
-            : MonotonicNow();
+            : ReadClock(CLOCK_MONOTONIC);
     captured.exposure = lock_->Of(buffer.sequence);
     if (layout_.format.coding == PixelCoding::kBayer) {
       captured.development = development_;
