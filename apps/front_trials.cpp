@@ -55,21 +55,12 @@ FrontTrials::FrontTrials(const TrialSettings& settings, const Progress& progress
       progress_(progress),
       default_(Load(OptionsOf(CombinationOf(Quality::kBalanced), 1))),
       scorer_(default_->sequence) {
-  std::vector<int> pictured;
-  const int count = static_cast<int>(default_->sequence.frames.size());
-  for (int i = 0; i < count; ++i) {
-    if (scorer_.HasPictureOf(i)) pictured.push_back(i);
-  }
-  if (pictured.empty() || default_->site.objects.empty()) {
+  wanted_ = SpreadOverPictured(
+      scorer_, static_cast<int>(default_->sequence.frames.size()), settings_.frames_limit);
+  if (Frames() == 0 || default_->site.objects.empty()) {
     throw std::runtime_error(default_->sequence.folder.string() +
                              ": its truth has no picture with an object: expected some, to "
                              "measure errors");
-  }
-  const std::vector<bool> taken =
-      SpreadOver(static_cast<int>(pictured.size()), settings_.frames_limit);
-  wanted_.assign(static_cast<std::size_t>(count), false);
-  for (std::size_t i = 0; i < pictured.size(); ++i) {
-    if (taken[i]) wanted_[static_cast<std::size_t>(pictured[i])] = true;
   }
   default_run_ = std::make_unique<SequenceSession>(
       default_, OptionsOf(CombinationOf(Quality::kBalanced), 1), context_);

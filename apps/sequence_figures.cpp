@@ -5,7 +5,6 @@
 #include "apps/lighting_log.h"
 #include "apps/progress.h"
 #include "datasets/judged_sunshine.h"
-#include "datasets/run_scorer.h"
 #include "datasets/truth.h"
 #include "render/gl_context.h"
 #include "session/sequence_session.h"
@@ -41,6 +40,19 @@ std::vector<bool> SpreadOver(int count, int limit) {
   for (int i = 0; i < limit; ++i) {
     const double place = limit == 1 ? 0.0 : double(i) * (count - 1) / (limit - 1);
     taken[static_cast<std::size_t>(std::llround(place))] = true;
+  }
+  return taken;
+}
+
+std::vector<bool> SpreadOverPictured(const RunScorer& scorer, int count, int limit) {
+  std::vector<int> pictured;
+  for (int i = 0; i < count; ++i) {
+    if (scorer.HasPictureOf(i)) pictured.push_back(i);
+  }
+  const std::vector<bool> taken_of_pictured = SpreadOver(static_cast<int>(pictured.size()), limit);
+  std::vector<bool> taken(static_cast<std::size_t>(count), false);
+  for (std::size_t i = 0; i < pictured.size(); ++i) {
+    if (taken_of_pictured[i]) taken[static_cast<std::size_t>(pictured[i])] = true;
   }
   return taken;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "datasets/run_scorer.h"
 #include "pipeline/regression.h"
 
 namespace pleinair {
@@ -22,6 +23,8 @@ struct FigureSettings {
 // Which of `count` frames are taken where at most `limit` are (0: all): first, last and others
 // evenly between.
 std::vector<bool> SpreadOver(int count, int limit);
+// The same of those of `count` frames of which the truth has a picture; the others are not taken.
+std::vector<bool> SpreadOverPictured(const RunScorer& scorer, int count, int limit);
 
 // Runs the sequence with the seeds 1 .. `seeds` of the sample draw, one after the other; preparing
 // and loading is done once. Where there is a truth/ or a judged.json, runs are scored and judged by

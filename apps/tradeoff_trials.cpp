@@ -91,16 +91,7 @@ TradeoffTrials::TradeoffTrials(const TrialSettings& settings, const Progress& pr
       spdlog::warn("frame {}: {}", frame->error().index, frame->error().reason);
     }
   }
-  std::vector<int> pictured;
-  for (int i = 0; i < count; ++i) {
-    if (scorer_.HasPictureOf(i)) pictured.push_back(i);
-  }
-  const std::vector<bool> taken =
-      SpreadOver(static_cast<int>(pictured.size()), settings_.frames_limit);
-  wanted_pictures_.assign(static_cast<std::size_t>(count), false);
-  for (std::size_t i = 0; i < pictured.size(); ++i) {
-    if (taken[i]) wanted_pictures_[static_cast<std::size_t>(pictured[i])] = true;
-  }
+  wanted_pictures_ = SpreadOverPictured(scorer_, count, settings_.frames_limit);
 }
 
 TradeoffTrials::~TradeoffTrials() = default;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "pipeline/internal/middle_frames.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_state.h"
 #include "sunmodel/angles.h"
@@ -20,13 +21,8 @@ constexpr double kCoarseStepRad = RadFromDeg(1.0);
 constexpr int kCoarsePixels = 2000;
 constexpr double kMostSigmasOff = 3.0;
 
-// Middles of equal parts of those that there are.
 bool IsChosen(int index, std::optional<int> count) {
-  if (!count || *count <= kFramesLookedAt) return true;
-  for (int part = 0; part < kFramesLookedAt; ++part) {
-    if (index == (2 * part + 1) * *count / (2 * kFramesLookedAt)) return true;
-  }
-  return false;
+  return !count || IsMiddleOfAPart(index, *count, kFramesLookedAt);
 }
 
 struct Found {

@@ -11,6 +11,7 @@
 #include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
 #include "pipeline/frame_view.h"
+#include "pipeline/internal/middle_frames.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"
 #include "scene/upper_median.h"
@@ -45,12 +46,7 @@ struct SurfaceKey {
 };
 
 bool IsWanted(int index, std::optional<int> count, int wanted) {
-  if (!count || *count <= wanted) return !count ? index < wanted : true;
-  // The middles of equal parts.
-  for (int part = 0; part < wanted; ++part) {
-    if (index == (2 * part + 1) * *count / (2 * wanted)) return true;
-  }
-  return false;
+  return count ? IsMiddleOfAPart(index, *count, wanted) : index < wanted;
 }
 
 class SelfCalibrator {
