@@ -20,8 +20,6 @@ struct FisheyeCamera {
   // with north at the top and east at the right is mirrored ("as a map"); one with east at the left
   // is not.
   glm::dmat3 world_from_camera{1.0};
-
-  bool IsMirrored() const { return glm::determinant(world_from_camera) < 0.0; }
 };
 
 // Returns the unit world direction of a name: "+Y", "+Y north", "-X (west)", "south", "up". None

@@ -114,12 +114,6 @@ std::string ResponseCurve::FileText() const {
   return json.dump() + "\n";
 }
 
-glm::vec3 ResponseCurve::LinearFromCode(const glm::u8vec3& code) const {
-  return {channels_[0].linear_of_code[code.x],
-          channels_[1].linear_of_code[code.y],
-          channels_[2].linear_of_code[code.z]};
-}
-
 glm::u8vec3 ResponseCurve::CodeFromLinear(const glm::vec3& linear) const {
   return {channels_[0].Code(linear.x), channels_[1].Code(linear.y), channels_[2].Code(linear.z)};
 }

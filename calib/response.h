@@ -40,7 +40,6 @@ class ResponseCurve {
   const std::array<float, 256>& LinearOfCode(int channel) const {
     return channels_.at(static_cast<std::size_t>(channel)).linear_of_code;
   }
-  glm::vec3 LinearFromCode(const glm::u8vec3& code) const;
   // Returns the nearest code; values are clipped to [0, 1] first, as the camera does. NaN gives 0.
   // Among codes of the same light (a flat end of the curve) it is the highest.
   glm::u8vec3 CodeFromLinear(const glm::vec3& linear) const;

@@ -50,7 +50,6 @@ class PartMotion {
   PartMotion(std::vector<MovingNode> chain, double duration_s);
 
   bool Moves() const { return !chain_.empty(); }
-  double DurationS() const { return duration_s_; }
 
   // The animation repeats, after its end and before its beginning.
   glm::dmat4 FileFromPart(double time_s) const;

@@ -245,11 +245,6 @@ DaylightSampler::DaylightSampler(std::span<const Window> windows,
   }
 }
 
-double DaylightSampler::OpenSolidAngleSr() const {
-  // All cells have one size.
-  return static_cast<double>(kept_.size()) * SkyTable::SolidAngleSr(SkyAlongCurve().front());
-}
-
 glm::vec3 DaylightSampler::LargestIrradiance(std::span<const glm::vec3> sky_radiance) const {
   RequireSky(sky_radiance);
   glm::dvec3 sum(0.0);

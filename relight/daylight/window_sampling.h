@@ -88,9 +88,6 @@ class DaylightSampler {
   // what the object hides of it from any other: all that comes through windows, met head-on.
   glm::vec3 LargestIrradiance(std::span<const glm::vec3> sky_radiance) const;
 
-  // What windows let through, of the hemisphere's solid angle.
-  double OpenSolidAngleSr() const;
-
  private:
   DaylightSamplingOptions options_;
   std::vector<bool> through_window_;  // Per cell.

@@ -89,13 +89,6 @@ double SkyDirections::SolidAngleSr() const {
   return regions_.SolidAngleSr() / static_cast<double>(per_region_);
 }
 
-std::vector<glm::vec3> SkyDirections::RadianceOf(const SkyShape& shape) const {
-  std::vector<glm::vec3> radiance;
-  radiance.reserve(directions_.size());
-  for (const glm::vec3& direction : directions_) radiance.push_back(shape.Radiance(direction));
-  return radiance;
-}
-
 void SkyVisibility::Reserve() {
   words_per_receiver_ = (directions_->Directions().size() + kWordBits - 1) / kWordBits;
   seen_.assign(normals_.size() * words_per_receiver_, 0);

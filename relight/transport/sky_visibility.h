@@ -32,8 +32,6 @@ class SkyDirections {
   const std::vector<glm::vec3>& Directions() const { return directions_; }
   // Solid angle that each direction represents.
   double SolidAngleSr() const;
-  // A shape's, or an image's, radiance in each direction.
-  std::vector<glm::vec3> RadianceOf(const SkyShape& shape) const;
 
  private:
   SkyRegions regions_;

@@ -110,7 +110,6 @@ void SurfaceLight::Show(const Image<std::int32_t>& side) {
   std::vector<std::size_t> all(lights_.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   Evaluate(batch, all);
-  gathered_ += batch.receivers.size();
   batches_.push_back(std::move(batch));
 }
 

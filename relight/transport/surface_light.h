@@ -75,7 +75,6 @@ class SurfaceLight {
               std::span<Image<glm::vec3>* const> at_pixels) const;
 
   std::size_t ReceiverCount() const { return lattice_.Receivers().size(); }
-  std::size_t GatheredCount() const { return gathered_; }
 
  private:
   struct Light {
@@ -98,7 +97,6 @@ class SurfaceLight {
   FaceLattice lattice_;
   std::vector<std::uint8_t> is_shown_;     // Per side.
   std::vector<std::uint8_t> is_gathered_;  // Per receiver.
-  std::size_t gathered_ = 0;
   std::vector<Batch> batches_;
   std::vector<Light> lights_;
   std::size_t stride_ = 0;         // Lights that there is room for.

@@ -79,8 +79,6 @@ class GatheredRays {
 
   std::size_t ReceiverCount() const { return face_begin_.empty() ? 0 : face_begin_.size() - 1; }
   int RaysPerReceiver() const { return rays_per_receiver_; }
-  // Entries of all receivers' faces: what a sum over them costs.
-  std::size_t EntryCount() const { return face_.size(); }
   // Irradiance at each receiver straight from the sky (c, for a uniform shape).
   std::vector<glm::vec3> FromSky(const SkyShape& shape) const;
   // The same for several shapes, with one pass over the rays.

@@ -32,8 +32,6 @@ class VertexIrradiance {
   //         point.
   void Evaluate(const IrradianceVolume& volume, std::span<glm::vec3> irradiance) const;
 
-  std::size_t PointCount() const { return points_.size(); }
-
  private:
   struct Point {
     std::array<std::uint32_t, 8> probe;

@@ -17,6 +17,7 @@
 #include "scene/image_io.h"
 #include "scene/srgb.h"
 #include "sunmodel/angles.h"
+#include "tests/calib/linear_from_code.h"
 #include "tests/session/command_folder.h"
 
 namespace pleinair::calibrate_command_test {
@@ -61,9 +62,9 @@ TEST_F(CalibrateCommand, FitsAResponseAndMergesWithIt) {
   response.out = folder_ / "response.json";
   EXPECT_THAT(RunCalibrateResponse(response), HasSubstr("codes"));
   const ResponseCurve curve = ResponseCurve::FromFile(response.out);
-  const float at_128 = curve.LinearFromCode(glm::u8vec3(128)).x;
+  const float at_128 = LinearFromCode(curve, glm::u8vec3(128)).x;
   for (const int code : {20, 60, 200, 240}) {
-    EXPECT_NEAR(curve.LinearFromCode(glm::u8vec3(static_cast<std::uint8_t>(code))).x / at_128,
+    EXPECT_NEAR(LinearFromCode(curve, glm::u8vec3(static_cast<std::uint8_t>(code))).x / at_128,
                 LinearFromSrgb(code / 255.0) / LinearFromSrgb(128 / 255.0),
                 0.03 * LinearFromSrgb(code / 255.0) / LinearFromSrgb(128 / 255.0));
   }
@@ -101,10 +102,10 @@ TEST_F(CalibrateCommand, PutsTheResponseIntoASite) {
   EXPECT_EQ(written["note"], "kept");
   EXPECT_EQ(written["radiometry"]["frames"], "linear");
   const glm::u8vec3 code(128);
-  EXPECT_EQ(
-      ResponseCurve::FromFile(folder_ / written["radiometry"]["frames_ldr"].get<std::string>())
-          .LinearFromCode(code),
-      ResponseCurve::FromFile(response.out).LinearFromCode(code));
+  const ResponseCurve named =
+      ResponseCurve::FromFile(folder_ / written["radiometry"]["frames_ldr"].get<std::string>());
+  EXPECT_EQ(LinearFromCode(named, code),
+            LinearFromCode(ResponseCurve::FromFile(response.out), code));
 }
 
 TEST_F(CalibrateCommand, AveragesFrames) {
@@ -165,7 +166,7 @@ TEST_F(CalibrateCommand, TiesASitesCameraToTheSurvey) {
       ResponseCurve::FromFile(folder_ / written["radiometry"]["frames_ldr"].get<std::string>());
   // Half a code at these values is 1 %.
   for (const int x : {5, 35}) {
-    const glm::vec3 light = tied.LinearFromCode(codes.At(x, 10));
+    const glm::vec3 light = LinearFromCode(tied, codes.At(x, 10));
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(light[c] / light[1], survey.At(x, 10)[c] / survey.At(x, 10)[1], 0.02);
     }
@@ -253,8 +254,8 @@ TEST_F(CalibrateCommand, FitsAResponseToAChart) {
     const glm::u8vec3 middle(100);
     for (const int code : {80, 130, 160, 200}) {
       const glm::u8vec3 codes(static_cast<std::uint8_t>(code));
-      const float ratio = found.LinearFromCode(codes).y / found.LinearFromCode(middle).y;
-      const float expected = srgb.LinearFromCode(codes).y / srgb.LinearFromCode(middle).y;
+      const float ratio = LinearFromCode(found, codes).y / LinearFromCode(found, middle).y;
+      const float expected = LinearFromCode(srgb, codes).y / LinearFromCode(srgb, middle).y;
       EXPECT_NEAR(ratio / expected, 1.0f, 0.1f) << curve << " " << code;
     }
   }

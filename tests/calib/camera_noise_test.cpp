@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/srgb.h"
+#include "tests/calib/linear_from_code.h"
 
 namespace pleinair::camera_noise_test {
 namespace {
@@ -36,7 +37,7 @@ TEST(SignalNoise, IsWhatASimulatedCameraShows) {
       const auto value =
           static_cast<float>((shot(random) + read(random)) / options.full_well_electrons);
       const double seen =
-          double{response.LinearFromCode(response.CodeFromLinear(glm::vec3(value))).y};
+          double{LinearFromCode(response, response.CodeFromLinear(glm::vec3(value))).y};
       sum += seen;
       squares += seen * seen;
     }

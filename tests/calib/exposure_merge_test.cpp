@@ -9,6 +9,7 @@
 
 #include "calib/frame_average.h"
 #include "scene/srgb.h"
+#include "tests/calib/linear_from_code.h"
 #include "tests/calib/synthetic_bracket.h"
 
 namespace pleinair::exposure_merge_test {
@@ -48,7 +49,7 @@ TEST(MergeExposures, FlagsWhatIsClippedEverywhereAndKeepsItsBound) {
   pictures[1].codes.pixels[2] = glm::u8vec3(255);
   const MergedExposures merged = MergeExposures(pictures, srgb);
   EXPECT_EQ(merged.clipped.pixels, (std::vector<std::uint8_t>{0, 1, 1}));
-  const float of_100 = srgb.LinearFromCode(glm::u8vec3(100)).x;
+  const float of_100 = LinearFromCode(srgb, glm::u8vec3(100)).x;
   EXPECT_NEAR(merged.radiance.pixels[0].x, of_100 / 0.1f, 1e-4f);
   EXPECT_NEAR(merged.radiance.pixels[1].x, of_100 / 0.1f, 1e-4f);
   EXPECT_GT(merged.radiance.pixels[1].y, 9.8f) << "254 of the shortest exposure";
@@ -62,7 +63,7 @@ TEST(MergeExposures, FlagsWhatIsDarkEverywhere) {
   const MergedExposures merged = MergeExposures(pictures, ResponseCurve::Srgb());
   EXPECT_EQ(merged.at_noise_floor.pixels, (std::vector<std::uint8_t>{1, 0}));
   EXPECT_EQ(merged.clipped.pixels, (std::vector<std::uint8_t>{0, 0}));
-  EXPECT_LT(merged.radiance.pixels[0].x, ResponseCurve::Srgb().LinearFromCode({3, 3, 3}).x);
+  EXPECT_LT(merged.radiance.pixels[0].x, LinearFromCode(ResponseCurve::Srgb(), {3, 3, 3}).x);
 }
 
 // A camera that clips at code 200: its curve is flat from there on, and no code of that end counts.

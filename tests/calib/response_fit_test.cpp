@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/image_io.h"
+#include "tests/calib/linear_from_code.h"
 #include "tests/calib/synthetic_bracket.h"
 
 namespace pleinair::response_fit_test {
@@ -83,7 +84,7 @@ TEST(ResponseFromBrackets, ReproducesTheRatiosOfARealBracket) {
         const glm::u8vec3& bright = pictures[k].codes.pixels[i];
         const glm::u8vec3& dark = pictures[k + 1].codes.pixels[i];
         if (bright[c] < 50 || bright[c] > 230 || dark[c] < 20) continue;
-        ratios.push_back(curve.LinearFromCode(bright)[c] / curve.LinearFromCode(dark)[c]);
+        ratios.push_back(LinearFromCode(curve, bright)[c] / LinearFromCode(curve, dark)[c]);
       }
       ASSERT_GT(ratios.size(), 1000u);
       std::nth_element(ratios.begin(), ratios.begin() + ratios.size() / 2, ratios.end());

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/srgb.h"
+#include "tests/calib/linear_from_code.h"
 
 namespace pleinair::response_test {
 namespace {
@@ -55,9 +56,9 @@ nlohmann::json GammaDocument(double gamma) {
 // IEC 61966-2-1: code 128 is 0.2158605 linear; the linear part ends at 0.0031308 <-> 0.04045.
 TEST(ResponseCurve, IsTheStandardForSrgb) {
   const ResponseCurve srgb = ResponseCurve::Srgb();
-  EXPECT_NEAR(srgb.LinearFromCode({128, 0, 255}).x, 0.2158605, 1e-6);
-  EXPECT_EQ(srgb.LinearFromCode({128, 0, 255}).y, 0.0f);
-  EXPECT_EQ(srgb.LinearFromCode({128, 0, 255}).z, 1.0f);
+  EXPECT_NEAR(LinearFromCode(srgb, {128, 0, 255}).x, 0.2158605, 1e-6);
+  EXPECT_EQ(LinearFromCode(srgb, {128, 0, 255}).y, 0.0f);
+  EXPECT_EQ(LinearFromCode(srgb, {128, 0, 255}).z, 1.0f);
   EXPECT_NEAR(SrgbFromLinear(0.0031308), 0.04045, 1e-5);
   for (double x = 0.0; x <= 2.0; x += 0.01) EXPECT_NEAR(LinearFromSrgb(SrgbFromLinear(x)), x, 1e-7);
 }
@@ -66,7 +67,7 @@ TEST(ResponseCurve, GivesEveryCodeBack) {
   const ResponseCurve srgb = ResponseCurve::Srgb();
   for (int code = 0; code < 256; ++code) {
     const glm::u8vec3 codes = Codes(code, 255 - code, code / 2);
-    EXPECT_EQ(srgb.CodeFromLinear(srgb.LinearFromCode(codes)), codes);
+    EXPECT_EQ(srgb.CodeFromLinear(LinearFromCode(srgb, codes)), codes);
   }
 }
 
@@ -100,9 +101,9 @@ TEST(ResponseCurve, TurnsPicturesIntoRadianceAndBack) {
 
 TEST_F(ResponseFile, IsReadAndInverted) {
   const ResponseCurve curve = ResponseCurve::FromFile(Write(GammaDocument(2.0)));
-  EXPECT_NEAR(curve.LinearFromCode({51, 102, 255}).y, 0.16f, 1e-6f);
+  EXPECT_NEAR(LinearFromCode(curve, {51, 102, 255}).y, 0.16f, 1e-6f);
   for (int code = 0; code < 256; ++code) {
-    EXPECT_EQ(curve.CodeFromLinear(curve.LinearFromCode(Codes(code, code, code))),
+    EXPECT_EQ(curve.CodeFromLinear(LinearFromCode(curve, Codes(code, code, code))),
               Codes(code, code, code));
   }
 }
@@ -116,8 +117,8 @@ TEST_F(ResponseFile, WithFlatEndsComesBackAsTheSameLight) {
   }
   const ResponseCurve curve = ResponseCurve::FromFile(Write(document));
   for (int code = 0; code < 256; ++code) {
-    const glm::vec3 linear = curve.LinearFromCode(Codes(code, code, code));
-    EXPECT_EQ(curve.LinearFromCode(curve.CodeFromLinear(linear)), linear) << code;
+    const glm::vec3 linear = LinearFromCode(curve, Codes(code, code, code));
+    EXPECT_EQ(LinearFromCode(curve, curve.CodeFromLinear(linear)), linear) << code;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include "calib/fisheye_file.h"
 #include "datasets/frame_source.h"
@@ -39,7 +40,7 @@ TEST_F(FisheyeSetupTest, TakesLensAndOrientationFromTheCalibration) {
   EXPECT_EQ(setup.camera.intrinsics.fx_px, 159.0);
   EXPECT_NEAR(FisheyeLens(setup.camera.intrinsics).MaxAngleRad(), 1.4835299, 1e-6);
   EXPECT_EQ(setup.camera.world_from_camera[1], glm::dvec3(0.0, -1.0, 0.0));
-  EXPECT_TRUE(setup.camera.IsMirrored());
+  EXPECT_LT(glm::determinant(setup.camera.world_from_camera), 0.0);
 }
 
 TEST_F(FisheyeSetupTest, TakesThemFromTheWordsWithoutACalibration) {
