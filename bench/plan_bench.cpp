@@ -113,12 +113,15 @@ struct Yard {
   }
 };
 
-void RunFrames(benchmark::State& state,
-               Under under,
-               std::size_t faces,
-               bool planned,
-               Skin skin = Skin::kPlain,
-               Motion motion = Motion::kNone) {
+struct FramesToRun {
+  Under under = Under::kSun;
+  std::size_t faces = 0;
+  bool planned = true;  // False: every effect in every frame.
+  Skin skin = Skin::kPlain;
+  Motion motion = Motion::kNone;
+};
+
+void RunFrames(benchmark::State& state, const FramesToRun& run) {
   if (!std::filesystem::exists(kCourtyard)) {
     state.SkipWithError("the recorded courtyard is not there");
     return;
@@ -127,41 +130,41 @@ void RunFrames(benchmark::State& state,
   // Unchanged from its file: `run` would cut its large faces.
   const VirtualObjectEntry& statue = yard.sequence.virtual_objects.at(0);
   Mesh mesh = WithTriangles(
-      TransformMesh(statue.world_from_object, LoadMesh(kCourtyard / statue.mesh).mesh), faces);
+      TransformMesh(statue.world_from_object, LoadMesh(kCourtyard / statue.mesh).mesh), run.faces);
   state.counters["faces"] = static_cast<double>(mesh.triangles.size());
-  if (skin == Skin::kTextured) mesh = Painted(std::move(mesh));
+  if (run.skin == Skin::kTextured) mesh = Painted(std::move(mesh));
   const HeadlessContext context;
   Compositor compositor;
   FramePipelineOptions options;
   options.filter.reset();
   options.light_in_steps = true;
-  if (!planned) options.effects = EffectSettings::Everything();
-  if (under == Under::kSunNoShadow) {
+  if (!run.planned) options.effects = EffectSettings::Everything();
+  if (run.under == Under::kSunNoShadow) {
     options.effects[Effect::kSunShadow] = EffectSwitch::kOff;
     options.effects[Effect::kObjectShadow] = EffectSwitch::kOff;
     options.effects[Effect::kPenumbra] = EffectSwitch::kOff;
   }
   FramePipeline pipeline(
       {yard.scene, yard.site.model.mesh, yard.sequence.site, {{std::move(mesh)}}},
-      std::make_unique<Staged>(under),
+      std::make_unique<Staged>(run.under),
       compositor,
       options);
   std::vector<glm::dmat4> poses;
-  if (under == Under::kSunOutOfSight) {
+  if (run.under == Under::kSunOutOfSight) {
     poses = {glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, -2000.0, 0.0))};
   }
   Frame frame = yard.frame;
-  if (under == Under::kNight) frame.radiance = RgbImage(640, 480, glm::vec3(1e-6f));
+  if (run.under == Under::kNight) frame.radiance = RgbImage(640, 480, glm::vec3(1e-6f));
   double at_m = 0.0;
-  const bool moves = motion == Motion::kSlow || motion == Motion::kBlurred;
-  if (motion == Motion::kBlurred) frame.exposure_s = 0.02;
+  const bool moves = run.motion == Motion::kSlow || run.motion == Motion::kBlurred;
+  if (run.motion == Motion::kBlurred) frame.exposure_s = 0.02;
   const auto next = [&] {
     if (moves) {
       frame.time += std::chrono::milliseconds(40);
-      at_m += motion == Motion::kBlurred ? 0.08 : 0.005;
+      at_m += run.motion == Motion::kBlurred ? 0.08 : 0.005;
       poses = {glm::translate(glm::dmat4(1.0), glm::dvec3(at_m, 0.0, 0.0))};
     } else {
-      frame.time += std::chrono::seconds(motion == Motion::kSun ? 60 : 1);
+      frame.time += std::chrono::seconds(run.motion == Motion::kSun ? 60 : 1);
     }
     return pipeline.Process(frame, poses);
   };
@@ -252,7 +255,7 @@ int main(int argc, char** argv) {
             (std::string(name) + "/" + std::to_string(faces) + (planned ? "/plan" : "/all"))
                 .c_str(),
             [under = under, planned, faces](benchmark::State& state) {
-              pleinair::RunFrames(state, under, faces, planned);
+              pleinair::RunFrames(state, {.under = under, .faces = faces, .planned = planned});
             })
             ->Unit(benchmark::kMillisecond)
             ->UseRealTime()
@@ -266,7 +269,8 @@ int main(int argc, char** argv) {
       benchmark::RegisterBenchmark(
           (std::string(name) + "/" + std::to_string(faces) + "/plan").c_str(),
           [under = under, faces](benchmark::State& state) {
-            pleinair::RunFrames(state, under, faces, true, pleinair::Skin::kTextured);
+            pleinair::RunFrames(
+                state, {.under = under, .faces = faces, .skin = pleinair::Skin::kTextured});
           })
           ->Unit(benchmark::kMillisecond)
           ->UseRealTime()
@@ -295,7 +299,7 @@ int main(int argc, char** argv) {
       benchmark::RegisterBenchmark(
           (std::string(name) + "/" + std::to_string(faces) + "/plan").c_str(),
           [motion = motion, faces](benchmark::State& state) {
-            pleinair::RunFrames(state, Under::kSun, faces, true, pleinair::Skin::kPlain, motion);
+            pleinair::RunFrames(state, {.faces = faces, .motion = motion});
           })
           ->Unit(benchmark::kMillisecond)
           ->UseRealTime()

@@ -228,7 +228,7 @@ LightVector LightingFitter::Impl::Begin() {
       x[u] = last_irradiance_rgb[problem.LightIndex(c, u % problem.basis_count)] /
              problem.irradiance_unit[c];
     }
-    began_anew = !reweighting.Explains(problem, x, camera_errors, options);
+    began_anew = !reweighting.Explains(problem, {x, camera_errors}, options);
     if (!began_anew) return x;
   }
   began_anew = true;
@@ -250,7 +250,7 @@ LightVector LightingFitter::Impl::Iterate(const LightingPrior& prior,
       AddShapePrior(prior, x);
     }
     const bool knew_the_errors = reweighting.KnowsSharedErrors(problem);
-    reweighting.Update(problem, x, camera_errors, expected, options, rescale);
+    reweighting.Update(problem, {x, camera_errors}, expected, options, rescale);
     const Evidence with_errors = WithErrors();
     const Evidence samples = WithoutErrors(with_errors);
     if (rescale) mixture.ChooseGains(samples);

@@ -47,15 +47,14 @@ void Reweighting::Forget() {
 }
 
 void Reweighting::Update(FitProblem& problem,
-                         const LightVector& x,
-                         const ErrorVector& camera_errors,
+                         const LightGuess& guess,
                          const LightMatrix& prior_information,
                          const LightingFitOptions& options,
                          bool rescale) {
   rescale = rescale && problem.sample_count > 0;
-  const bool just_explained = explained_.size() == x.size() && explained_ == x;
+  const bool just_explained = explained_.size() == guess.x.size() && explained_ == guess.x;
   explained_.resize(0);
-  if (!just_explained) Standardise(problem, x, camera_errors, options);
+  if (!just_explained) Standardise(problem, guess, options);
   if (rescale && !just_explained) EstimateScale(problem, options);
   Weigh(options);
   WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Accumulate<kColumns>(problem); });
@@ -69,15 +68,14 @@ void Reweighting::Update(FitProblem& problem,
 }
 
 bool Reweighting::Explains(FitProblem& problem,
-                           const LightVector& x,
-                           const ErrorVector& camera_errors,
+                           const LightGuess& guess,
                            const LightingFitOptions& options) {
   if (weight_.empty() || problem.sample_count == 0) return false;
   // The share of samples that noise moves across the cut from one frame of a still scene to the
   // next. A new sun moves more: all lit samples.
   constexpr double kFewer = 0.01;
   const double last = InlierFraction();
-  Standardise(problem, x, camera_errors, options);
+  Standardise(problem, guess, options);
   const double cut = options.tukey_width * scale_;
   const double shade_from = ShadeFrom();
   int inliers = 0;
@@ -91,13 +89,12 @@ bool Reweighting::Explains(FitProblem& problem,
   constexpr double kWider = 1.1;
   const double last_scale = scale_;
   EstimateScale(problem, options);
-  explained_ = x;
+  explained_ = guess.x;
   return scale_ <= kWider * last_scale;
 }
 
 void Reweighting::Standardise(FitProblem& problem,
-                              const LightVector& x,
-                              const ErrorVector& camera_errors,
+                              const LightGuess& guess,
                               const LightingFitOptions& options) {
   const NoiseUnits noise(options);
   const auto count = static_cast<std::size_t>(problem.sample_count);
@@ -106,7 +103,7 @@ void Reweighting::Standardise(FitProblem& problem,
   sky_share_.resize(count * 3);
   deviation_.resize(count);
   shade_.resize(count);
-  WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Predict<kColumns>(problem, x); });
+  WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Predict<kColumns>(problem, guess.x); });
   problem.SetExponentColumn(residual_);
   const auto columns = static_cast<std::size_t>(problem.ColumnCount());
   const auto errors = static_cast<std::size_t>(problem.error_count);
@@ -120,7 +117,7 @@ void Reweighting::Standardise(FitProblem& problem,
     sky_share_[v] *= inverse_unit;
   }
   for (std::size_t e = 0; e < errors; ++e) {
-    const double error = camera_errors[static_cast<Eigen::Index>(e)];
+    const double error = guess.camera_errors[static_cast<Eigen::Index>(e)];
     const std::size_t column = columns - errors + e;
     for (std::size_t v = 0; v < 3 * count; ++v) {
       residual_[v] -= error * problem.transport[v * columns + column] * inverse_unit_[v];

@@ -12,10 +12,16 @@
 
 namespace pleinair::estimation_internal {
 
-// Rows and targets of the weighted problem of one channel: minimise |rows x_c - target|^2, whose
-// rows have unit, uncorrelated noise. Row-major, sample_count x ColumnCount().
 using ErrorVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxCameraErrors, 1>;
 
+// What predicts the samples' radiances.
+struct LightGuess {
+  const LightVector& x;  // The problem's unknowns.
+  const ErrorVector& camera_errors;
+};
+
+// Rows and targets of the weighted problem of one channel: minimise |rows x_c - target|^2, whose
+// rows have unit, uncorrelated noise. Row-major, sample_count x ColumnCount().
 struct WhitenedChannel {
   std::vector<double> rows;
   std::vector<double> target;
@@ -72,18 +78,14 @@ class Reweighting {
   // errors where the fit is not free to follow them. `rescale` false keeps the scales (robust,
   // noise, shared) of the last pass.
   void Update(FitProblem& problem,
-              const LightVector& x,
-              const ErrorVector& camera_errors,
+              const LightGuess& guess,
               const LightMatrix& prior_information,
               const LightingFitOptions& options,
               bool rescale);
 
-  // Whether `x` explains as many samples as the light of the last fit did, and as well: then it is
-  // a good start. False before the first Update.
-  bool Explains(FitProblem& problem,
-                const LightVector& x,
-                const ErrorVector& camera_errors,
-                const LightingFitOptions& options);
+  // Whether `guess` explains as many samples as the light of the last fit did, and as well: then it
+  // is a good start. False before the first Update.
+  bool Explains(FitProblem& problem, const LightGuess& guess, const LightingFitOptions& options);
 
   // Normal equations of the whitened problem of channel c: rows' rows and rows' target.
   const BasisMatrix& Normal(int c) const { return normal_[static_cast<std::size_t>(c)]; }
@@ -153,10 +155,7 @@ class Reweighting {
   std::vector<double> scratch_;
 
   // The loops over the samples, with the number of columns known to the compiler.
-  void Standardise(FitProblem& problem,
-                   const LightVector& x,
-                   const ErrorVector& camera_errors,
-                   const LightingFitOptions& options);
+  void Standardise(FitProblem& problem, const LightGuess& guess, const LightingFitOptions& options);
   template <int kColumns>
   void Predict(const FitProblem& problem, const LightVector& x);
   template <int kColumns>

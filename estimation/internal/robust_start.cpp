@@ -47,30 +47,31 @@ double OneLight(double t0, double t1, double l0, double l1) {
   return square > 0.0 ? std::max(0.0, (t0 * l0 + t1 * l1) / square) : 0.0;
 }
 
-TwoLights SolveChannel(
-    double sun0, double sky0, double light0, double sun1, double sky1, double light1) {
-  const double determinant = sun0 * sky1 - sun1 * sky0;
-  const double size = std::abs(sun0 * sky1) + std::abs(sun1 * sky0);
+// One channel of a sample.
+struct OneSample {
+  double sun = 0.0;  // Transport.
+  double sky = 0.0;
+  double radiance = 0.0;
+  bool is_usable = false;
+};
+
+TwoLights SolveChannel(const OneSample& a, const OneSample& b) {
+  const double determinant = a.sun * b.sky - b.sun * a.sky;
+  const double size = std::abs(a.sun * b.sky) + std::abs(b.sun * a.sky);
   // Transports have the error of their albedo, some per cent: below that two lights cannot be
   // distinguished.
   constexpr double kDistinct = 0.02;
   if (!(std::abs(determinant) > kDistinct * size)) {
-    return {0.0, OneLight(sky0, sky1, light0, light1)};
+    return {0.0, OneLight(a.sky, b.sky, a.radiance, b.radiance)};
   }
-  const TwoLights both{(light0 * sky1 - light1 * sky0) / determinant,
-                       (sun0 * light1 - sun1 * light0) / determinant};
+  const TwoLights both{(a.radiance * b.sky - b.radiance * a.sky) / determinant,
+                       (a.sun * b.radiance - b.sun * a.radiance) / determinant};
   if (both.sun >= 0.0 && both.sky >= 0.0) return both;
-  if (both.sun < 0.0) return {0.0, OneLight(sky0, sky1, light0, light1)};
-  return {OneLight(sun0, sun1, light0, light1), 0.0};
+  if (both.sun < 0.0) return {0.0, OneLight(a.sky, b.sky, a.radiance, b.radiance)};
+  return {OneLight(a.sun, b.sun, a.radiance, b.radiance), 0.0};
 }
 
 std::array<TwoLights, 3> SolvePair(const FitProblem& problem, int lit, int shaded) {
-  struct OneSample {
-    double sun = 0.0;
-    double sky = 0.0;
-    double radiance = 0.0;
-    bool is_usable = false;
-  };
   const auto read = [&](int sample, int channel) {
     const double* row = problem.Transport(sample, channel);
     const auto v = static_cast<std::size_t>(sample * 3 + channel);
@@ -86,7 +87,7 @@ std::array<TwoLights, 3> SolvePair(const FitProblem& problem, int lit, int shade
     const OneSample b = read(shaded, c);
     if (!a.is_usable || !b.is_usable) continue;
     TwoLights& light = lights[static_cast<std::size_t>(c)];
-    light = SolveChannel(a.sun, a.sky, a.radiance, b.sun, b.sky, b.radiance);
+    light = SolveChannel(a, b);
     sum.sun += light.sun;
     sum.sky += light.sky;
   }

@@ -27,22 +27,21 @@ struct SyntheticBracket {
 // A scene of 4.5 decades, smooth along its rows, seen at `exposures` with shot and read noise.
 inline SyntheticBracket MakeBracket(const CodeOfLight& code_of_light,
                                     const std::vector<double>& exposures,
-                                    const CameraNoise& noise = {},
-                                    int width = 320,
-                                    int height = 200,
-                                    unsigned seed = 1) {
-  SyntheticBracket bracket{RgbImage(width, height), {}};
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const double decades = 4.5 * (x + static_cast<double>(y) / height) / width - 3.0;
+                                    const CameraNoise& noise = {}) {
+  constexpr int kWidth = 320;
+  constexpr int kHeight = 200;
+  SyntheticBracket bracket{RgbImage(kWidth, kHeight), {}};
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double decades = 4.5 * (x + static_cast<double>(y) / kHeight) / kWidth - 3.0;
       const auto light = static_cast<float>(std::pow(10.0, decades));
       bracket.radiance.At(x, y) = glm::vec3(light, 0.8f * light, 1.1f * light);
     }
   }
-  std::mt19937 random(seed);
+  std::mt19937 random(1);
   std::normal_distribution<double> normal;
   for (const double exposure : exposures) {
-    ExposedPicture picture{Rgb8Image(width, height), exposure};
+    ExposedPicture picture{Rgb8Image(kWidth, kHeight), exposure};
     for (std::size_t i = 0; i < bracket.radiance.pixels.size(); ++i) {
       for (int c = 0; c < 3; ++c) {
         const double linear = bracket.radiance.pixels[i][c] * exposure;

@@ -70,13 +70,21 @@ struct YuvGrid {
   static int V(int row) { return CodeOf(row % kSteps); }
 };
 
-double WorstOfRow(
-    const Rgb8Image& picture, int y, const NamedCoding& named, auto&& luma_of, int u, int v) {
+struct ChromaRow {
+  int y;  // Of the picture.
+  int u;
+  int v;
+};
+
+double WorstOfRow(const Rgb8Image& picture,
+                  const ChromaRow& row,
+                  const NamedCoding& named,
+                  auto&& luma_of) {
   double worst = 0.0;
   for (int x = 0; x < picture.width; ++x) {
-    const glm::dvec3 exact = ExactRgb(named, luma_of(x), u, v);
+    const glm::dvec3 exact = ExactRgb(named, luma_of(x), row.u, row.v);
     for (int c = 0; c < 3; ++c) {
-      worst = std::max(worst, std::abs(picture.At(x, y)[c] - exact[c]));
+      worst = std::max(worst, std::abs(picture.At(x, row.y)[c] - exact[c]));
     }
   }
   return worst;
@@ -103,7 +111,7 @@ TEST(CameraPicture, YuyvIsTheExactMatrixToHalfACode) {
     double worst = 0.0;
     for (int y = 0; y < YuvGrid::kRows; ++y) {
       worst =
-          std::max(worst, WorstOfRow(*picture, y, named, luma_of, YuvGrid::U(y), YuvGrid::V(y)));
+          std::max(worst, WorstOfRow(*picture, {y, YuvGrid::U(y), YuvGrid::V(y)}, named, luma_of));
     }
     EXPECT_LE(worst, kCodeTolerance) << named.name;
     EXPECT_GT(worst, 0.4) << "the grid reaches values between codes";
@@ -133,7 +141,7 @@ TEST(CameraPicture, Nv12IsTheExactMatrixToHalfACode) {
     double worst = 0.0;
     for (int y = 0; y < kHeight; ++y) {
       worst = std::max(
-          worst, WorstOfRow(*picture, y, named, luma_of, YuvGrid::U(y / 2), YuvGrid::V(y / 2)));
+          worst, WorstOfRow(*picture, {y, YuvGrid::U(y / 2), YuvGrid::V(y / 2)}, named, luma_of));
     }
     EXPECT_LE(worst, kCodeTolerance) << named.name;
     EXPECT_GT(worst, 0.4);

@@ -17,21 +17,6 @@ constexpr int kSizePx = 64;
 constexpr float kPixelM = 1.0f / 32.0f;
 const glm::vec3 kToSun = glm::normalize(glm::vec3(0.5f, 0.0f, 1.0f));
 
-// Level, from (x0, y0) to (x1, y1), facing up.
-void AddPlate(const glm::vec2& lower_m, const glm::vec2& upper_m, float z_m, Mesh& mesh) {
-  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
-  mesh.positions_m.insert(mesh.positions_m.end(),
-                          {glm::vec3(lower_m, z_m),
-                           glm::vec3(upper_m.x, lower_m.y, z_m),
-                           glm::vec3(upper_m, z_m),
-                           glm::vec3(lower_m.x, upper_m.y, z_m)});
-  mesh.normals.resize(mesh.positions_m.size(), glm::vec3(0.0f, 0.0f, 1.0f));
-  mesh.triangles.push_back(glm::uvec3(0, 1, 2) + first);
-  mesh.triangles.push_back(glm::uvec3(0, 2, 3) + first);
-  mesh.triangle_group.resize(mesh.triangles.size(), 0);
-  mesh.group_names = {"plate"};
-}
-
 // Of the ground z = 0, whose pixel (x, y) shows its metres (x - 31.5, 31.5 - y) / 32.
 SurfaceView GroundView() {
   SurfaceView view;

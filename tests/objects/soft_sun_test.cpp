@@ -18,20 +18,6 @@ namespace {
 constexpr double kRadius = 0.02;  // Wide enough for its penumbra to span many pixels.
 const DirectionalLight kZenith{{0.0, 0.0, 1.0}, {}, kRadius};
 
-// Level, from (x0, y0) to (x1, y1).
-void AddPlate(float x0, float y0, float x1, float y1, float z, Mesh& mesh) {
-  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
-  for (const glm::vec3& position :
-       {glm::vec3(x0, y0, z), glm::vec3(x1, y0, z), glm::vec3(x1, y1, z), glm::vec3(x0, y1, z)}) {
-    mesh.positions_m.push_back(position);
-    mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
-  }
-  mesh.triangles.push_back(glm::uvec3(0, 1, 2) + first);
-  mesh.triangles.push_back(glm::uvec3(0, 2, 3) + first);
-  mesh.triangle_group.resize(mesh.triangles.size(), 0);
-  mesh.group_names = {"object"};
-}
-
 // A view of the ground z = 0, with `visibility` as a function of x.
 template <typename Visibility>
 SurfaceView GroundView(const Camera& camera, const Visibility& visibility) {
@@ -70,7 +56,7 @@ double HiddenAt(const RealSunShare& share, int x, int y) {
 // half of that for the share's curve over it.
 TEST(SoftSun, AStraightEdgesPenumbraFollowsTheDisc) {
   Mesh plate;
-  AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, plate);
+  AddPlate({-3.0f, -3.0f}, {0.0f, 3.0f}, 5.0f, plate);
   const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
@@ -89,7 +75,7 @@ TEST(SoftSun, AStraightEdgesPenumbraFollowsTheDisc) {
 
 TEST(SoftSun, ManyDiscSamplesConverge) {
   Mesh plate;
-  AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, plate);
+  AddPlate({-3.0f, -3.0f}, {0.0f, 3.0f}, 5.0f, plate);
   const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
@@ -110,12 +96,12 @@ TEST(SoftSun, RealAndVirtualCastersHideThePartsThatTheyHideTogether) {
   };
   const SurfaceView view = GroundView(FromAbove(), seen);
   Mesh left;
-  AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, left);
+  AddPlate({-3.0f, -3.0f}, {0.0f, 3.0f}, 5.0f, left);
   Mesh right;
-  AddPlate(0.0f, -3.0f, 3.0f, 3.0f, 5.0f, right);
+  AddPlate({0.0f, -3.0f}, {3.0f, 3.0f}, 5.0f, right);
   const RayCaster real(left);
   Mesh left_object;
-  AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.001f, left_object);
+  AddPlate({-3.0f, -3.0f}, {0.0f, 3.0f}, 5.001f, left_object);
   const PatchScene same = PatchesOf(left_object);
   const PatchScene other = PatchesOf(right);
   const RealSunShare by_same = SoftSun(real, same).OnReal(view, kZenith);
@@ -134,10 +120,10 @@ TEST(SoftSun, RealAndVirtualCastersHideThePartsThatTheyHideTogether) {
 // On an object, past a real plate: the same closed form.
 TEST(SoftSun, AnObjectSeesTheDiscPastARealEdge) {
   Mesh plate;
-  AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, plate);
+  AddPlate({-3.0f, -3.0f}, {0.0f, 3.0f}, 5.0f, plate);
   const RayCaster real(plate);
   Mesh table;
-  AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.0f, table);
+  AddPlate({-0.9f, -0.9f}, {0.9f, 0.9f}, 0.0f, table);
   const PatchScene objects = PatchesOf(table);
   const ObjectView view = SeeObjects(objects, FromAbove());
   const ObjectSunShare share = SoftSun(real, objects).OnObjects(view, kZenith);
@@ -158,8 +144,8 @@ TEST(SoftSun, AnObjectSeesTheDiscPastARealEdge) {
 
 TEST(SoftSun, AnObjectShadowsItself) {
   Mesh mesh;
-  AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.0f, mesh);
-  AddPlate(-0.2f, -0.2f, 0.2f, 0.2f, 5.0f, mesh);
+  AddPlate({-0.9f, -0.9f}, {0.9f, 0.9f}, 0.0f, mesh);
+  AddPlate({-0.2f, -0.2f}, {0.2f, 0.2f}, 5.0f, mesh);
   const PatchScene objects = PatchesOf(mesh);
   const RayCaster nothing{Mesh{}};
   Camera beside = FromAbove();
@@ -181,8 +167,8 @@ TEST(SoftSun, AnObjectShadowsItself) {
 
 TEST(SoftSun, DoesNotDependOnThreads) {
   Mesh plate;
-  AddPlate(-0.4f, -0.3f, 0.3f, 0.2f, 5.0f, plate);
-  AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.5f, plate);
+  AddPlate({-0.4f, -0.3f}, {0.3f, 0.2f}, 5.0f, plate);
+  AddPlate({-0.9f, -0.9f}, {0.9f, 0.9f}, 0.5f, plate);
   const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
@@ -198,7 +184,7 @@ TEST(SoftSun, DoesNotDependOnThreads) {
 // A point sun has edges that only the pixels' size softens.
 TEST(SoftSun, ASunWithoutSizeCastsHardShadows) {
   Mesh plate;
-  AddPlate(-3.0f, -3.0f, 0.0f, 3.0f, 5.0f, plate);
+  AddPlate({-3.0f, -3.0f}, {0.0f, 3.0f}, 5.0f, plate);
   const PatchScene objects = PatchesOf(plate);
   const RayCaster nothing{Mesh{}};
   const SurfaceView view = GroundView(FromAbove(), [](float) { return 1.0f; });
@@ -209,10 +195,10 @@ TEST(SoftSun, ASunWithoutSizeCastsHardShadows) {
 // Its edge crosses samples' parts of the pixels: the share is the part that lies beyond it.
 TEST(SoftSun, ASampleTakesTheShareOfItsPartOfThePixel) {
   Mesh plate;
-  AddPlate(-3.0f, -3.0f, 0.01f, 3.0f, 5.0f, plate);  // To x = 31.82 px.
+  AddPlate({-3.0f, -3.0f}, {0.01f, 3.0f}, 5.0f, plate);  // To x = 31.82 px.
   const RayCaster real(plate);
   Mesh table;
-  AddPlate(-0.9f, -0.9f, 0.9f, 0.9f, 0.0f, table);
+  AddPlate({-0.9f, -0.9f}, {0.9f, 0.9f}, 0.0f, table);
   const PatchScene objects = PatchesOf(table);
   const ObjectView view = SeeObjects(objects, FromAbove());
   const ObjectSunShare share =
@@ -226,7 +212,7 @@ TEST(SoftSun, ASampleTakesTheShareOfItsPartOfThePixel) {
 
 TEST(SoftSunHardCases, NothingInViewGivesNothing) {
   Mesh plate;
-  AddPlate(-1.0f, -1.0f, 1.0f, 1.0f, 20.0f, plate);  // Behind the camera.
+  AddPlate({-1.0f, -1.0f}, {1.0f, 1.0f}, 20.0f, plate);  // Behind the camera.
   const PatchScene objects = PatchesOf(plate);
   const PatchScene none = PatchesOf(Mesh{});
   const RayCaster nothing{Mesh{}};
@@ -243,8 +229,8 @@ TEST(SoftSunHardCases, NothingInViewGivesNothing) {
 // Around the camera: the entire picture is looked at.
 TEST(SoftSunHardCases, AnObjectAroundTheCameraIsSeen) {
   Mesh floor;
-  AddPlate(-50.0f, -50.0f, 50.0f, 50.0f, 1.0f, floor);
-  AddPlate(-50.0f, -50.0f, 50.0f, 50.0f, 12.0f, floor);
+  AddPlate({-50.0f, -50.0f}, {50.0f, 50.0f}, 1.0f, floor);
+  AddPlate({-50.0f, -50.0f}, {50.0f, 50.0f}, 12.0f, floor);
   const PatchScene objects = PatchesOf(floor);
   const ObjectView view = SeeObjects(objects, FromAbove());
   ASSERT_EQ(view.width_px, 64);

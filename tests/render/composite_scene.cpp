@@ -97,9 +97,8 @@ CompositeInput CompositeScene::Input(
 glm::dvec3 ShadedObject(const Mesh& mesh,
                         const VisiblePoint& point,
                         const pleinair::Camera& camera,
-                        const Lighting& lighting,
-                        double irradiance,
-                        double sun) {
+                        const LightOnObject& light) {
+  const DirectionalLight& sun = light.lighting.sun;
   const glm::uvec3& triangle = mesh.triangles[point.hit.triangle];
   const Material& material = mesh.materials[mesh.triangle_material[point.hit.triangle]];
   const glm::dvec2 weights(point.hit.barycentric);
@@ -107,16 +106,16 @@ glm::dvec3 ShadedObject(const Mesh& mesh,
       glm::normalize((1.0 - weights.x - weights.y) * glm::dvec3(mesh.normals[triangle.x]) +
                      weights.x * glm::dvec3(mesh.normals[triangle.y]) +
                      weights.y * glm::dvec3(mesh.normals[triangle.z]));
-  const glm::dvec3 l = lighting.sun.direction_enu;
+  const glm::dvec3 l = sun.direction_enu;
   const glm::dvec3 v = glm::normalize(camera.CentreWorldM() - glm::dvec3(point.hit.position_m));
   const glm::dvec3 d(material.diffuse_albedo);
   const glm::dvec3 k(material.specular_reflectance);
-  glm::dvec3 radiance = glm::min(d + k, glm::dvec3(1.0)) * irradiance / std::numbers::pi;
+  glm::dvec3 radiance = glm::min(d + k, glm::dvec3(1.0)) * light.irradiance / std::numbers::pi;
   const double n_dot_l = glm::dot(n, l);
-  if (sun <= 0.0 || n_dot_l <= 0.0) return radiance;
+  if (light.sun <= 0.0 || n_dot_l <= 0.0) return radiance;
   glm::dvec3 reflectance = d / std::numbers::pi;
   if (std::max({k.r, k.g, k.b}) > 0.0) {
-    const double radius = lighting.sun.angular_radius_rad;
+    const double radius = sun.angular_radius_rad;
     const double alpha = std::pow(static_cast<double>(material.roughness), 2.0);
     const double alpha2 = alpha * alpha + 0.25 * radius * radius;
     const glm::dvec3 h = glm::normalize(v + l);
@@ -132,7 +131,7 @@ glm::dvec3 ShadedObject(const Mesh& mesh,
     const glm::dvec3 fresnel = k + (at_grazing - k) * std::pow(1.0 - glm::dot(v, h), 5.0);
     reflectance += density * masking * fresnel / (4.0 * n_dot_l * n_dot_v);
   }
-  return radiance + lighting.sun.irradiance_rgb * n_dot_l * reflectance;
+  return radiance + sun.irradiance_rgb * n_dot_l * reflectance;
 }
 
 }  // namespace pleinair::test

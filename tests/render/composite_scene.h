@@ -43,13 +43,17 @@ class CompositeScene {
   void MakeView();
 };
 
+struct LightOnObject {
+  const Lighting& lighting;
+  double irradiance = 0.0;  // Of everything but the sun.
+  double sun = 0.0;         // 1 in the sun, 0 in shadow.
+};
+
 // What ObjectLayerPass's comment says, in double: the object's radiance at a visible point, its
-// shading normal interpolated; `sun` 1 in the sun, 0 in shadow.
+// shading normal interpolated.
 glm::dvec3 ShadedObject(const Mesh& mesh,
                         const VisiblePoint& point,
                         const pleinair::Camera& camera,
-                        const Lighting& lighting,
-                        double irradiance,
-                        double sun);
+                        const LightOnObject& light);
 
 }  // namespace pleinair::test

@@ -131,7 +131,7 @@ TEST_P(CompositorTest, ObjectsFollowTheShadingFormula) {
     ASSERT_EQ(composite.change.pixels[i], static_cast<std::uint8_t>(PixelChange::kCovered));
     const double sun = facet > 0.0 && shadow.pixels[i] == 0 ? 1.0 : 0.0;
     const glm::dvec3 expected =
-        ShadedObject(everything, point, scene_.Camera(), scene_.lighting, kIrradiance, sun);
+        ShadedObject(everything, point, scene_.Camera(), {scene_.lighting, kIrradiance, sun});
     for (int channel = 0; channel < 3; ++channel) {
       // Half float, and the samples' mean against the pixel's centre: second order in the pixel's
       // size, at a radius of 24 px and a lobe of alpha 0.25, which is as much wider as the normal

@@ -17,22 +17,23 @@ constexpr double kMaxDifferentShare = 1e-4;
 
 class ShadowMaskHardCase : public testing::Test {
  protected:
-  MaskComparison Compare(const Mesh& phantom,
-                         const Mesh& object,
-                         const Camera& camera,
-                         const glm::dvec3& to_sun) {
+  struct Picture {
+    const Mesh& phantom;
+    const Mesh& object;
+    const Camera& camera;
+    glm::dvec3 to_sun;
+  };
+  MaskComparison Compare(const Picture& picture) {
     Compositor compositor;
-    compositor.SetPhantom(phantom);
-    compositor.SetObjects({{object}});
-    return CompareShadowMasks(compositor, Join(phantom, object), camera, to_sun);
+    compositor.SetPhantom(picture.phantom);
+    compositor.SetObjects({{picture.object}});
+    return CompareShadowMasks(
+        compositor, Join(picture.phantom, picture.object), picture.camera, picture.to_sun);
   }
-  void ExpectLikeRayCasting(const Mesh& phantom,
-                            const Mesh& object,
-                            const Camera& camera,
-                            const glm::dvec3& to_sun,
+  void ExpectLikeRayCasting(const Picture& picture,
                             const std::string& what,
                             std::size_t least_shadowed = 20) {
-    const MaskComparison comparison = Compare(phantom, object, camera, to_sun);
+    const MaskComparison comparison = Compare(picture);
     EXPECT_GE(comparison.shadowed, least_shadowed) << what;
     EXPECT_LE(comparison.DifferentShare(), kMaxDifferentShare)
         << what << ": " << comparison.different_off_edges << " pixels";
@@ -52,7 +53,7 @@ TEST_F(ShadowMaskHardCase, CameraInsideAShadowVolume) {
   for (const glm::dvec3& ahead :
        {glm::dvec3(1.0, 0.2, -0.3), -to_sun, to_sun, glm::dvec3(-1, 0, 0)}) {
     const Camera camera = LookAt(eye, eye + ahead, 240, 180, 150.0);
-    ExpectLikeRayCasting(ground_, table, camera, to_sun, "ahead", 0);
+    ExpectLikeRayCasting({ground_, table, camera, to_sun}, "ahead", 0);
   }
 }
 
@@ -62,23 +63,20 @@ TEST_F(ShadowMaskHardCase, NearPlaneThroughAShadowVolume) {
   const glm::dvec3 to_sun = DirectionOf(180.0, 45.0);
   for (const double aside : {-0.05, 0.0, 0.02, 0.05, 0.051, 0.1}) {
     const Camera camera = LookAt({aside, 1.0, 1.2}, {aside, 5.0, 0.0}, 240, 180, 180.0);
-    ExpectLikeRayCasting(ground_, post, camera, to_sun, "aside " + std::to_string(aside), 0);
+    ExpectLikeRayCasting({ground_, post, camera, to_sun}, "aside " + std::to_string(aside), 0);
   }
 }
 
 TEST_F(ShadowMaskHardCase, SurfaceThatTouchesTheCamera) {
   const Camera camera = LookAt({0.0, -4.0, 0.001}, {0.0, 0.0, 0.5}, 240, 180, 180.0);
-  ExpectLikeRayCasting(ground_, sphere_, camera, DirectionOf(100.0, 30.0), "eye on the ground");
+  ExpectLikeRayCasting({ground_, sphere_, camera, DirectionOf(100.0, 30.0)}, "eye on the ground");
 }
 
 TEST_F(ShadowMaskHardCase, SunAnywhere) {
   for (const double azimuth : {0.0, 45.0, 90.0, 141.34, 180.0, 321.34}) {
     for (const double elevation : {0.0, 0.5, 45.0, 90.0}) {
       // On the horizon nothing of the ground is lit or shaded: the sphere's own dark half is all.
-      ExpectLikeRayCasting(ground_,
-                           sphere_,
-                           camera_,
-                           DirectionOf(azimuth, elevation),
+      ExpectLikeRayCasting({ground_, sphere_, camera_, DirectionOf(azimuth, elevation)},
                            "sun " + std::to_string(azimuth) + " " + std::to_string(elevation),
                            0);
     }
@@ -86,15 +84,15 @@ TEST_F(ShadowMaskHardCase, SunAnywhere) {
 }
 
 TEST_F(ShadowMaskHardCase, SunBelowTheGround) {
-  ExpectLikeRayCasting(ground_, sphere_, camera_, DirectionOf(120.0, -20.0), "night");
+  ExpectLikeRayCasting({ground_, sphere_, camera_, DirectionOf(120.0, -20.0)}, "night");
 }
 
 TEST_F(ShadowMaskHardCase, SunBehindTheCameraAndStraightAhead) {
   const glm::dvec3 ahead = glm::normalize(glm::dvec3(0.0, 0.0, 0.8) - glm::dvec3(4.0, -5.0, 2.5));
-  ExpectLikeRayCasting(ground_, sphere_, camera_, -ahead, "behind", 0);
+  ExpectLikeRayCasting({ground_, sphere_, camera_, -ahead}, "behind", 0);
   const Camera up = LookAt({0.0, -6.0, 0.5}, {0.0, 0.0, 2.5}, 240, 180, 150.0);
   const glm::dvec3 to_sphere = glm::normalize(glm::dvec3(0.0, 6.0, 2.0));
-  ExpectLikeRayCasting(ground_, sphere_, up, to_sphere, "ahead", 0);
+  ExpectLikeRayCasting({ground_, sphere_, up, to_sphere}, "ahead", 0);
 }
 
 TEST_F(ShadowMaskHardCase, SunInThePlaneOfTriangles) {
@@ -102,7 +100,7 @@ TEST_F(ShadowMaskHardCase, SunInThePlaneOfTriangles) {
   for (const glm::dvec3& to_sun : {glm::dvec3(0.0, 0.0, 1.0),
                                    glm::normalize(glm::dvec3(0.0, -1.0, 1.0)),
                                    glm::dvec3(1.0, 0.0, 0.0)}) {
-    ExpectLikeRayCasting(ground_, box, camera_, to_sun, "box", 0);
+    ExpectLikeRayCasting({ground_, box, camera_, to_sun}, "box", 0);
   }
 }
 
@@ -111,29 +109,29 @@ TEST_F(ShadowMaskHardCase, OpenAndNonManifoldCasters) {
   const Mesh sheet = MeshOf({{-1, 0, 0.3f}, {1, 0, 0.3f}, {1, 0.5f, 2}, {-1, 0.5f, 2}},
                             {{0, 1, 2}, {0, 2, 3}},
                             Material{});
-  ExpectLikeRayCasting(ground_, sheet, camera_, to_sun, "sheet");
-  ExpectLikeRayCasting(ground_, TurnedInsideOut(sheet), camera_, to_sun, "sheet turned over");
-  ExpectLikeRayCasting(
-      ground_, Join(sheet, TurnedInsideOut(sheet)), camera_, to_sun, "doubled sheet");
-  ExpectLikeRayCasting(ground_, Join(sphere_, sphere_), camera_, to_sun, "doubled sphere");
+  ExpectLikeRayCasting({ground_, sheet, camera_, to_sun}, "sheet");
+  ExpectLikeRayCasting({ground_, TurnedInsideOut(sheet), camera_, to_sun}, "sheet turned over");
+  ExpectLikeRayCasting({ground_, Join(sheet, TurnedInsideOut(sheet)), camera_, to_sun},
+                       "doubled sheet");
+  ExpectLikeRayCasting({ground_, Join(sphere_, sphere_), camera_, to_sun}, "doubled sphere");
   Mesh bowl = sphere_;
   bowl.triangles.resize(bowl.triangles.size() / 2);
   bowl.triangle_material.resize(bowl.triangles.size());
   bowl.triangle_group.resize(bowl.triangles.size());
-  ExpectLikeRayCasting(ground_, bowl, camera_, to_sun, "part of a sphere");
+  ExpectLikeRayCasting({ground_, bowl, camera_, to_sun}, "part of a sphere");
   ExpectLikeRayCasting(
-      ground_, Join(sphere_, Box({0, -0.5f, 0}, {2, 0.5f, 1.5f})), camera_, to_sun, "through");
+      {ground_, Join(sphere_, Box({0, -0.5f, 0}, {2, 0.5f, 1.5f})), camera_, to_sun}, "through");
   // Three leaves on one edge, wound as it comes.
   const Mesh book = MeshOf({{0, 0, 0}, {0, 0, 2}, {1.2f, 0, 1}, {-0.8f, 0.9f, 1}, {-0.7f, -1, 1}},
                            {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}},
                            Material{});
-  ExpectLikeRayCasting(ground_, book, camera_, to_sun, "three triangles at an edge");
+  ExpectLikeRayCasting({ground_, book, camera_, to_sun}, "three triangles at an edge");
   // A sphere that goes through itself: a cap of it is pulled back through the rest.
   Mesh crossed = sphere_;
   for (glm::vec3& p : crossed.positions_m) {
     if (p.x > 0.4f) p.x = 0.8f - 2.0f * p.x;
   }
-  ExpectLikeRayCasting(ground_, crossed, camera_, to_sun, "self-intersecting");
+  ExpectLikeRayCasting({ground_, crossed, camera_, to_sun}, "self-intersecting");
 }
 
 TEST_F(ShadowMaskHardCase, HardMeshesOfTheCollection) {
@@ -155,7 +153,7 @@ TEST_F(ShadowMaskHardCase, HardMeshesOfTheCollection) {
                                                         box.lower_m.z),
                                     1.0);
     ExpectLikeRayCasting(
-        ground_, TransformMesh(world_from_mesh, mesh), camera_, DirectionOf(215.0, 38.0), name);
+        {ground_, TransformMesh(world_from_mesh, mesh), camera_, DirectionOf(215.0, 38.0)}, name);
   }
 }
 
@@ -170,7 +168,7 @@ TEST_F(ShadowMaskHardCase, ThreeHundredVolumesDeep) {
         MeshOf({{edge, -1, z}, {2, -1, z}, {2, 1, z}, {edge, 1, z}}, {{0, 1, 2}, {0, 2, 3}}, {}));
   }
   const Camera camera = LookAt({0.0, -6.0, 0.9}, {0.0, 0.0, 0.0}, 240, 180, 250.0);
-  ExpectLikeRayCasting(ground_, stairs, camera, {0.0, 0.0, 1.0}, "stairs", 1000);
+  ExpectLikeRayCasting({ground_, stairs, camera, {0.0, 0.0, 1.0}}, "stairs", 1000);
 }
 
 TEST_F(ShadowMaskHardCase, ObjectOfAMillimetreAndOfAKilometre) {
@@ -183,17 +181,14 @@ TEST_F(ShadowMaskHardCase, ObjectOfAMillimetreAndOfAKilometre) {
                                  240,
                                  180,
                                  180.0);
-    ExpectLikeRayCasting(ground, sphere, camera, to_sun, std::to_string(size));
+    ExpectLikeRayCasting({ground, sphere, camera, to_sun}, std::to_string(size));
   }
 }
 
 TEST_F(ShadowMaskHardCase, ObjectThatTouchesTheGroundOrStandsHalfInIt) {
   const glm::dvec3 to_sun = DirectionOf(215.0, 40.0);
   for (const float height : {1.0f, 0.0f, -0.5f}) {
-    ExpectLikeRayCasting(ground_,
-                         Sphere({0.0f, 0.0f, height}, 1.0f, 20),
-                         camera_,
-                         to_sun,
+    ExpectLikeRayCasting({ground_, Sphere({0.0f, 0.0f, height}, 1.0f, 20), camera_, to_sun},
                          std::to_string(height),
                          10);
   }
@@ -210,7 +205,7 @@ TEST_F(ShadowMaskHardCase, FarFromTheOrigin) {
   const Camera camera = LookAt(
       there + glm::dvec3(4.0, -5.0, 2.5), there + glm::dvec3(0.0, 0.0, 0.8), 240, 180, 180.0);
   const MaskComparison comparison =
-      Compare(move(ground_), move(Box({-1, -1, 0}, {1, 1, 2})), camera, DirectionOf(215.0, 40.0));
+      Compare({move(ground_), move(Box({-1, -1, 0}, {1, 1, 2})), camera, DirectionOf(215.0, 40.0)});
   EXPECT_GT(comparison.shadowed, 20u);
   // The reference itself casts its rays in float from there: 0.4 cm, up to two pixels at its edges.
   EXPECT_LE(comparison.DifferentShare(), 1e-2);
@@ -222,17 +217,17 @@ TEST_F(ShadowMaskHardCase, NothingAtAllOrNothingInView) {
   for (const std::uint8_t value : compositor.RenderShadowMask(camera_, to_sun).pixels) {
     ASSERT_EQ(value, 0);
   }
-  ExpectLikeRayCasting(ground_, Mesh{}, camera_, to_sun, "no object", 0);
-  ExpectLikeRayCasting(Mesh{}, sphere_, camera_, to_sun, "no phantom", 0);
+  ExpectLikeRayCasting({ground_, Mesh{}, camera_, to_sun}, "no object", 0);
+  ExpectLikeRayCasting({Mesh{}, sphere_, camera_, to_sun}, "no phantom", 0);
   ExpectLikeRayCasting(
-      ground_, Sphere({8.0f, -10.0f, 1.0f}, 1.0f, 12), camera_, to_sun, "behind", 0);
+      {ground_, Sphere({8.0f, -10.0f, 1.0f}, 1.0f, 12), camera_, to_sun}, "behind", 0);
 }
 
 TEST_F(ShadowMaskHardCase, PicturesOfEverySize) {
   const glm::dvec3 to_sun = DirectionOf(215.0, 40.0);
   for (const auto& [width, height] : {std::pair(1, 1), std::pair(641, 479), std::pair(3, 200)}) {
     const Camera camera = LookAt({4.0, -5.0, 2.5}, {0.0, 0.0, 0.8}, width, height, 0.75 * height);
-    ExpectLikeRayCasting(ground_, sphere_, camera, to_sun, std::to_string(width), 0);
+    ExpectLikeRayCasting({ground_, sphere_, camera, to_sun}, std::to_string(width), 0);
   }
 }
 

@@ -21,19 +21,23 @@ const SampleLattice& Lattice() {
 }
 constexpr glm::dvec2 kPlaces[] = {{0.0, 0.0}, {0.4, 0.2}, {-0.2, 0.4}, {-0.4, -0.2}, {0.2, -0.4}};
 
-std::vector<glm::vec4> SumOver(const std::vector<glm::vec3>& positions,
-                               const std::vector<glm::uvec3>& triangles,
-                               const std::vector<std::uint32_t>& numbers,
+struct DrawnTriangles {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::uvec3> triangles;
+  std::vector<std::uint32_t> numbers;  // The triangle of each sample; 0: none.
+};
+
+std::vector<glm::vec4> SumOver(const DrawnTriangles& drawn,
                                std::span<const glm::vec3> at_vertices,
                                std::span<const glm::vec3> mirrored = {},
                                std::vector<bool> is_glossy = {}) {
-  is_glossy.resize(positions.size(), false);
+  is_glossy.resize(drawn.positions.size(), false);
   const VertexShares shares({.lattice = Lattice(),
-                             .triangle = numbers,
+                             .triangle = drawn.numbers,
                              .clip_from_position = glm::mat4(Lattice().ClipFromPixelsClip() *
                                                              ClipFromCamera(kLens, 0.01)),
-                             .positions = positions,
-                             .triangles = triangles},
+                             .positions = drawn.positions,
+                             .triangles = drawn.triangles},
                             is_glossy);
   std::vector<glm::vec4> layer;
   shares.Sum(at_vertices, mirrored, layer);
@@ -64,7 +68,7 @@ TEST(VertexShares, AreThoseOfTheRaysThroughThePixelsSamples) {
       {{-9.0f, -6.0f, 4.0f}, {9.0f, -6.0f, 9.0f}, {0.0f, 14.0f, 6.0f}},
       {{0.0f, 0.3f, -20.0f}, {60.0f, 1.0f, 50.0f}, {-60.0f, 1.0f, 50.0f}}};
   for (const std::vector<glm::vec3>& corners : positions) {
-    const std::vector<glm::vec4> layer = SumOver(corners, {{0, 1, 2}}, Everywhere(1), corners);
+    const std::vector<glm::vec4> layer = SumOver({corners, {{0, 1, 2}}, Everywhere(1)}, corners);
     const glm::dvec3 normal =
         glm::cross(glm::dvec3(corners[1] - corners[0]), glm::dvec3(corners[2] - corners[0]));
     int met = 0;
@@ -110,9 +114,7 @@ TEST(VertexShares, CountSamplesOfSeveralTrianglesAndOfNone) {
   const std::vector<glm::vec3> values{first, first, first, second, second, second};
   const std::vector<glm::vec3> mirrored(static_cast<std::size_t>(kLens.width_px * kLens.height_px),
                                         glm::vec3(8.0f, 0.0f, 0.0f));
-  const std::vector<glm::vec4> layer = SumOver(positions,
-                                               {{0, 1, 2}, {3, 4, 5}},
-                                               numbers,
+  const std::vector<glm::vec4> layer = SumOver({positions, {{0, 1, 2}, {3, 4, 5}}, numbers},
                                                values,
                                                mirrored,
                                                {false, false, false, true, true, true});
@@ -127,7 +129,7 @@ TEST(VertexShares, OfATriangleSeenFromItsEdgeAreFiniteAndAddUp) {
   const std::vector<glm::vec3> positions{
       {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 2.0f}, {0.0f, 0.0f, 2.0f}};
   const std::vector<glm::vec3> values(3, glm::vec3(5.0f));
-  for (const glm::vec4& pixel : SumOver(positions, {{0, 1, 2}}, Everywhere(1), values)) {
+  for (const glm::vec4& pixel : SumOver({positions, {{0, 1, 2}}, Everywhere(1)}, values)) {
     EXPECT_NEAR(pixel.g, 5.0f, 1e-5f);
   }
 }
