@@ -90,7 +90,7 @@ TEST(PoseStream, MatchesLatePosesToTheirFrames) {
   EXPECT_EQ(events.CountOf(EventKind::kPose), 0);
 }
 
-TEST(PoseStream, WaitsNoLongerThanAsked) {
+TEST(PoseStream, WaitsAsLongAsAsked) {
   const Pipe pipe;
   EventLog events;
   PoseStreamOptions options;

@@ -84,6 +84,14 @@ class CheckLayering(unittest.TestCase):
     def test_fails_when_a_library_includes_a_test(self):
         self.assert_fault({"scene/image.cpp": '#include "tests/scene/a.h"\n'}, "no part of a library")
 
+    def test_fails_when_a_test_of_a_library_or_a_bench_includes_a_program(self):
+        faulty = '#include "apps/arguments.h"\n'
+        self.assert_fault({"tests/render/pass_test.cpp": faulty}, "tests of render do not include apps")
+        self.assert_fault({"bench/pass_bench.cpp": faulty}, "benches do not include apps")
+        self.assert_fault({"bench/apps/pass_bench.cpp": faulty}, "benches do not include apps")
+        for program in ("apps", "viewer", "camera", "camera_stand_in"):
+            self.assert_clean({f"tests/{program}/arguments_test.cpp": faulty})
+
     def test_fails_on_an_upward_link(self):
         self.assert_fault(
             {"scene/CMakeLists.txt": "# pleinair::apps\npleinair_add_library(scene\n  PRIVATE pleinair::render)\n"},
