@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/quality.h"
+#include "session/quality.h"
 #include "apps/tradeoff_trials.h"
 #include "pipeline/front_search.h"
 

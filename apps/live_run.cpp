@@ -25,7 +25,7 @@
 #include "apps/run_description.h"
 #include "apps/run_output.h"
 #include "apps/run_targets.h"
-#include "apps/site_frames.h"
+#include "session/site_frames.h"
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/recording/recorder.h"

@@ -19,7 +19,7 @@
 #include "apps/run_folder.h"
 #include "apps/run_output.h"
 #include "apps/run_targets.h"
-#include "apps/site_frames.h"
+#include "session/site_frames.h"
 #include "apps/survey_maps_writer.h"
 #include "datasets/truth.h"
 #include "scene/image_io.h"

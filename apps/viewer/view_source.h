@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/site_frames.h"
+#include "session/site_frames.h"
 #include "apps/viewer/view_command.h"
 #include "calib/pose_track.h"
 #include "datasets/camera/camera_capture.h"

@@ -12,7 +12,7 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/input_refusals.h"
-#include "apps/site_frames.h"
+#include "session/site_frames.h"
 #include "apps/viewer/actions.h"
 #include "apps/viewer/chrome.h"
 #include "apps/viewer/panel.h"

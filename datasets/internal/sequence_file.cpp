@@ -38,6 +38,9 @@ fs::path SequenceFileIn(const fs::path& folder) {
   static const std::string kWhatItIs =
       "a sequence is a folder with frames and a sequence.json that names camera, mesh and each "
       "frame's time (see docs/sequences.md)";
+  static const std::string kWithSite =
+      "; `pleinair run INPUT --site SITE` takes a video or a folder of pictures at a site, which "
+      "`pleinair site new` makes";
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     const std::string expected = folder.string() + ": expected a sequence's folder, found ";
@@ -46,8 +49,7 @@ fs::path SequenceFileIn(const fs::path& folder) {
     }
     const std::string content = DescribeContent(folder);
     if (content.ends_with("video")) {
-      throw JsonError(expected + content + ": " + kWhatItIs +
-                      "; `ffmpeg -i VIDEO frames/%06d.png` takes frames out of a video");
+      throw JsonError(expected + content + ": " + kWhatItIs + kWithSite);
     }
     if (folder.filename() == "sequence.json" || folder.filename() == "site.json")
       throw JsonError(expected + "the file in it");
@@ -64,7 +66,7 @@ fs::path SequenceFileIn(const fs::path& folder) {
     if (const fs::path picture = PictureIn(folder); !picture.empty()) {
       throw JsonError(file.string() + ": expected a JSON file, found nothing but files such as " +
                       picture.filename().string() + " (" + DescribeContent(picture) +
-                      "): " + kWhatItIs);
+                      "): " + kWhatItIs + kWithSite);
     }
   }
   if (!ResolveInside(folder, "sequence.json")) {

@@ -32,10 +32,12 @@ Setting SkyRegionsSetting() {
 }
 
 Setting SkyShapesSetting() {
+  std::vector<std::string_view> names;
+  for (const SkyShapeKind kind : kAllSkyShapeKinds) names.push_back(NameOf(kind));
   Setting setting{"light.sky_shapes",
                   "what an outdoor sky is a mix of; jensen-2006 has uniform alone",
-                  "some of uniform, overcast and clear, with commas between them",
-                  "uniform,overcast,clear",
+                  fmt::format("some of {}, with commas between them", fmt::join(names, ", ")),
+                  fmt::format("{}", fmt::join(names, ",")),
                   {}};
   setting.set = [setting](const std::string& text, Options& options) {
     std::vector<SkyShapeKind> shapes;
@@ -167,13 +169,13 @@ void AddInput(std::vector<Setting>& settings) {
       "camera_noise.read_noise_electrons", "read noise of the 8-bit camera; as above", [
       ](Options & o) -> auto& { return o.camera_noise.read_noise_electrons; }));
   settings.push_back(NumberSetting(
-      "motion_blur.exposure_s",
+      "pipeline.motion_blur.exposure_s",
       "how long the shutter is open in frames that do not state it; 0: they "
       "are not blurred by motion",
       Between(0.0, 60.0, "seconds"),
       [](Options & o) -> auto& { return o.pipeline.motion_blur.exposure_s; }));
   settings.push_back(NumberSetting(
-      "motion_blur.readout_s",
+      "pipeline.motion_blur.readout_s",
       "rolling shutter: time from the first row's exposure to the last one's",
       Between(0.0, 60.0, "seconds"),
       [](Options & o) -> auto& { return o.pipeline.motion_blur.readout_s; }));

@@ -1,4 +1,4 @@
-#include "apps/quality.h"
+#include "session/quality.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "apps/site_frames.h"
+#include "session/site_frames.h"
 
 #include <utility>
 

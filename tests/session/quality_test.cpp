@@ -1,5 +1,5 @@
 // What `run --quality` sets.
-#include "apps/quality.h"
+#include "session/quality.h"
 
 #include <algorithm>
 #include <set>
