@@ -70,11 +70,19 @@ const char* Describe(MapSunKind kind) {
   return "its disc";
 }
 
-// Empty where the map's own sun agrees with the stated direction, or is not visible.
-std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
+// What a map shows of the sun that contradicts where it is stated or computed.
+struct MapContradiction {
+  std::string words;
+  // The map's light is measured there: a disc that is near enough to be the sun, and no lamp.
+  std::optional<glm::dvec3> sun_direction_enu;
+};
+
+// None where the map's own sun agrees with the stated direction, or is not visible.
+std::optional<MapContradiction> ContradictionOfMap(const SurveyMap& map, bool stated) {
   constexpr double kWorthAWarningRad = RadFromDeg(3.0);
+  constexpr double kFarthestRad = RadFromDeg(30.0);
   const std::optional<MapSun> shown = FindMapSun(map.radiance);
-  if (!shown) return {};
+  if (!shown) return std::nullopt;
   const double angle_rad = AngleBetweenRad(shown->direction_enu, map.sun_direction_enu);
   // Under a high sun a wrong north moves it less than it turns shadows.
   const glm::dvec3& a = shown->direction_enu;
@@ -83,12 +91,15 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
   const double uncertain_turn_rad = shown->uncertain_rad / std::max(std::hypot(a.x, a.y), 1e-6);
   if (!(angle_rad - shown->uncertain_rad >= kWorthAWarningRad) &&
       !(turn_rad - uncertain_turn_rad >= kWorthAWarningRad)) {
-    return {};
+    return std::nullopt;
   }
-  return fmt::format(
+  MapContradiction contradiction;
+  if (shown->kind == MapSunKind::kDisc && angle_rad <= kFarthestRad) {
+    contradiction.sun_direction_enu = shown->direction_enu;
+  }
+  contradiction.words = fmt::format(
       "the map shows the sun {:.1f} deg ({:.1f} of azimuth) from where it is {}: at {} ({}), not "
-      "at "
-      "{}: {} may be wrong",
+      "at {}: {} may be wrong{}",
       DegFromRad(angle_rad),
       DegFromRad(turn_rad),
       stated ? "stated" : "computed",
@@ -96,7 +107,9 @@ std::string ContradictionOfMap(const SurveyMap& map, bool stated) {
       Describe(shown->kind),
       AzimuthAndElevation(map.sun_direction_enu),
       stated ? "environment.sun_direction_enu, or the map's orientation,"
-             : "the map's orientation, north, place or time (zone)");
+             : "the map's orientation, north, place or time (zone)",
+      contradiction.sun_direction_enu ? "; the map's own sun is used for its light" : "");
+  return contradiction;
 }
 
 // The clockwise turn of a map into the model's frame, where the site's model is turned from true
@@ -186,8 +199,11 @@ LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
     map.sun_direction_enu = shown ? shown->direction_enu : kNoSunDirectionEnu;
   }
   if (entry.sun_direction_enu || sequence.site) {
-    const std::string contradiction = ContradictionOfMap(map, entry.sun_direction_enu.has_value());
-    if (!contradiction.empty()) notes.push_back(entry.image.string() + ": " + contradiction);
+    const bool is_stated = entry.sun_direction_enu.has_value();
+    if (const auto contradiction = ContradictionOfMap(map, is_stated)) {
+      notes.push_back(entry.image.string() + ": " + contradiction->words);
+      map.sun_direction_enu = contradiction->sun_direction_enu.value_or(map.sun_direction_enu);
+    }
   }
   const double elevation_rad = std::atan2(
       map.sun_direction_enu.z, std::hypot(map.sun_direction_enu.x, map.sun_direction_enu.y));

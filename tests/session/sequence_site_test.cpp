@@ -145,6 +145,12 @@ TEST_F(SequenceSiteTest, WarnsWhereTheMapShowsTheSunElsewhere) {
                   AngleDeg(shown, TrueSun()),
                   0.7);
       EXPECT_THAT(notes[0], HasSubstr(stated ? "environment.sun_direction_enu" : "time (zone)"));
+      // The sun of a map that is turned a little lights it all the same.
+      const SequenceSite site = LoadSequenceSite(Read());
+      const bool is_near = AngleDeg(shown, TrueSun()) < 30.0;
+      EXPECT_LT(
+          AngleDeg(site.model.environment.value().sun_direction_enu, is_near ? shown : TrueSun()),
+          1.0);
     }
   }
   WriteMap(std::nullopt);
