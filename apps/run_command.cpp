@@ -19,11 +19,11 @@
 #include "apps/run_folder.h"
 #include "apps/run_output.h"
 #include "apps/run_targets.h"
-#include "session/site_frames.h"
 #include "apps/survey_maps_writer.h"
 #include "datasets/truth.h"
 #include "scene/image_io.h"
 #include "session/given_lighting.h"
+#include "session/site_frames.h"
 
 namespace pleinair {
 namespace {
@@ -82,13 +82,14 @@ void AddTruth(const Sequence& sequence,
     report.notes.push_back(std::string("the report is without truth: ") + error.what());
     spdlog::warn("{}", report.notes.back());
   }
+  const bool has_pictures = std::filesystem::exists(out / "composite");
   std::string missing;
   for (ReportFrame& frame : report.frames) {
     const auto found = truth.find(frame.index);
     if (found == truth.end()) continue;
     frame.true_sun_irradiance_rgb = found->second.sun_irradiance_rgb;
     frame.true_sky_irradiance_rgb = found->second.sky_irradiance_rgb;
-    if (!found->second.with_object || !frame.error.empty()) continue;
+    if (!has_pictures || !found->second.with_object || !frame.error.empty()) continue;
     try {
       const RgbImage picture = ReadRadianceImage(*found->second.with_object);
       const Rgb8Image truth_shown =

@@ -304,7 +304,7 @@ TEST_F(SequenceHardCases, SayWhatASequenceIsToWhoHasFramesAlone) {
   for (const char* word : {"clip.mp4: expected a sequence's folder, found an MP4 video",
                            "sequence.json",
                            "docs/sequences.md",
-                           "ffmpeg"}) {
+                           "--site SITE"}) {
     EXPECT_NE(video.find(word), std::string::npos) << video;
   }
   std::filesystem::create_directory(root_ / "photos");
